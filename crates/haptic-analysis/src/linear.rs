@@ -148,12 +148,8 @@ pub(crate) struct Sampled {
 }
 
 impl Sampled {
-    pub(crate) fn new(
-        a: &DMatrix<f64>,
-        b: &DVector<f64>,
-        c: &RowDVector<f64>,
-        fraction: f64,
-    ) -> Result<Self, AnalysisError> {
+    pub(crate) fn new(matrices: &Matrices, fraction: f64) -> Result<Self, AnalysisError> {
+        let (a, b, c) = matrices;
         let spoiled = |why| AnalysisError::Unresolved {
             what: "the sampled plant",
             why,
@@ -174,7 +170,7 @@ impl Sampled {
         if in_v.len() != a.nrows() + 1 {
             return Err(spoiled("its poles do not converge"));
         }
-        let numerator = numerator(a, b, c, fraction, &denominator);
+        let numerator = numerator(matrices, fraction, &denominator);
         let sampled = Self {
             denominator,
             denominator_in_v: in_v,
@@ -193,7 +189,7 @@ impl Sampled {
         if size <= 1e-12 * felt || size == 0.0 {
             return Err(spoiled("its input does not move its output"));
         }
-        if sampled.disagreement(a, b, c, fraction) > AGREEMENT * size {
+        if sampled.disagreement(matrices, fraction) > AGREEMENT * size {
             return Err(spoiled(
                 "rounding errors spoil its polynomials: leave out motions that the loop cannot feel",
             ));
@@ -202,13 +198,7 @@ impl Sampled {
     }
 
     /// The largest |A(w)·C(1 − wΦ)⁻¹(Γ₀ + Γ₁w) − N(w)| at eight angles.
-    fn disagreement(
-        &self,
-        a: &DMatrix<f64>,
-        b: &DVector<f64>,
-        c: &RowDVector<f64>,
-        fraction: f64,
-    ) -> f64 {
+    fn disagreement(&self, (a, b, c): &Matrices, fraction: f64) -> f64 {
         let complex = |x: f64| Complex::new(x, 0.0);
         let sample = Motion::new(a, b, 1.0).state;
         let late = Motion::new(a, b, 1.0 - fraction);
@@ -291,13 +281,8 @@ impl Motion {
 /// N = C·adj(1 − wΦ)·(Γ₀ + Γ₁w) = Σ_j (r_jΓ₀ + r_{j−1}Γ₁)w^j,    r₀ = C,  r_j = r_{j−1}Φ + a_jC
 /// Γ₀ = ∫₀^(1−h) e^(As)B ds,    Γ₁ = e^(A(1−h))·∫₀^h e^(As)B ds
 /// ```
-pub(crate) fn numerator(
-    a: &DMatrix<f64>,
-    b: &DVector<f64>,
-    c: &RowDVector<f64>,
-    fraction: f64,
-    denominator: &[f64],
-) -> Vec<f64> {
+pub(crate) fn numerator(matrices: &Matrices, fraction: f64, denominator: &[f64]) -> Vec<f64> {
+    let (a, b, c) = matrices;
     let n = a.nrows();
     let sample = Motion::new(a, b, 1.0);
     let late = Motion::new(a, b, 1.0 - fraction);

@@ -1,7 +1,6 @@
 //! The device with its hand behind a zero-order hold, as the loop sees it once a sample.
 
-use crate::linear::numerator;
-use crate::linear::{Continuous, Lists};
+use crate::linear::{Continuous, Lists, Matrices, numerator};
 use crate::operator::multiply;
 use crate::{AnalysisError, ForcePath, linear};
 use fracdiff::parameter::{not_negative, positive, range};
@@ -133,8 +132,8 @@ impl SampledPlant {
             in_v = multiply(&in_v, &[gone, left]);
             sum *= gone;
         }
-        let (a, b, c) = matrices(delta, gamma, path);
-        let numerator = numerator(&a, &b, &c, path.fraction(), &denominator);
+        let matrices = matrices(delta, gamma, path);
+        let numerator = numerator(&matrices, path.fraction(), &denominator);
         let mut numerator_in_v = in_powers_of_v(&numerator);
         // A(1) = γ·(n₁ + n₀)·(1 − e^(−T/τ)), and the force at rest is the command.
         numerator_in_v[0] = sum;
@@ -171,8 +170,7 @@ impl SampledPlant {
         let t = positive("sample time", sample_time_s, "s")?;
         let mass = positive("mass", mass_kg, "kg")?;
         let matrices = linear::scaled([a, b, c], t, mass, path)?;
-        let (a, b, c) = &matrices;
-        let sampled = linear::Sampled::new(a, b, c, path.fraction())?;
+        let sampled = linear::Sampled::new(&matrices, path.fraction())?;
         let sum = sampled.numerator.iter().map(|x| x.abs()).sum();
         Ok(Self {
             path,
@@ -241,8 +239,7 @@ impl SampledPlant {
             let [delta, gamma] = self.continuous.named;
             return Self::behind(delta, gamma, path);
         };
-        let (a, b, c) = lists.matrices();
-        let numerator = numerator(&a, &b, &c, path.fraction(), self.denominator());
+        let numerator = numerator(&lists.matrices(), path.fraction(), self.denominator());
         Ok(Self {
             path,
             numerator: Coefficients::new(&numerator),
@@ -282,11 +279,7 @@ fn not_above(
 }
 
 /// x″ + δx′ + γx = f, and a·(u − f) = f′ where there is a lag, in samples.
-pub(crate) fn matrices(
-    delta: f64,
-    gamma: f64,
-    path: ForcePath,
-) -> (DMatrix<f64>, DVector<f64>, RowDVector<f64>) {
+pub(crate) fn matrices(delta: f64, gamma: f64, path: ForcePath) -> Matrices {
     // Natural units: the fastest of a sample, the damping and a radian of oscillation sets the time.
     let rate = libm::sqrt(gamma).max(1.0);
     let stiff = gamma / rate;

@@ -200,17 +200,9 @@ pub struct Curves {
     pub drawing: Drawing,
 }
 
-/// Conditions of a run that has a closed form.
+/// What a run is drawn over that has a closed form.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Theory {
-    /// The name by which the library finds the tissue.
-    pub tissue: String,
-    /// α of the tissue, the order that sets how its stress relaxes.
-    pub order: f64,
-    /// The device as on the command line; `sim` for the simulated one.
-    pub device: String,
-    /// The operator that rendered the memory of the tissue.
-    pub scheme: String,
     /// What is compared: `force`, `strain` or `depth`.
     pub quantity: &'static str,
     /// The same with its unit, for an axis.

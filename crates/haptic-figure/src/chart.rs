@@ -272,7 +272,7 @@ impl Chart<'_> {
 
 impl<'a> AxisSpec<'a> {
     /// An axis that reaches as far as the data.
-    pub fn new(label: &'a str, scale: Scale) -> Self {
+    pub const fn new(label: &'a str, scale: Scale) -> Self {
         Self {
             label,
             scale,
@@ -282,7 +282,7 @@ impl<'a> AxisSpec<'a> {
 
     /// The same axis, limited to this range.
     #[must_use]
-    pub fn between(self, low: f64, high: f64) -> Self {
+    pub const fn between(self, low: f64, high: f64) -> Self {
         Self {
             range: Some((low, high)),
             ..self

@@ -19,41 +19,10 @@ const BINS: usize = 600;
 /// The error panel reaches this far below the largest error.
 const ERROR_SPAN: f64 = 1e10;
 
-/// Under what conditions a curve was taken; makes the subtitle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Conditions<'a> {
-    /// Tissue, as in `prostate, cancerous`.
-    pub tissue: &'a str,
-    /// Order μ of the derivative.
-    pub order: f64,
-    /// Device, as in `sim` or `serial:/dev/ttyACM0`.
-    pub device: &'a str,
-    /// Scheme, as in `full:1e-6`.
-    pub scheme: &'a str,
-    /// Anything else, as in `5 % strain in 1 s, held for 199 s`; may be empty.
-    pub remark: &'a str,
-}
-
-impl Conditions<'_> {
-    fn subtitle(&self) -> String {
-        let mut parts = vec![
-            self.tissue.to_owned(),
-            // One that was identified has all digits of its fit.
-            format!("order μ = {}", (1e4 * self.order).round() / 1e4),
-            format!("device {}", self.device),
-            format!("scheme {}", self.scheme),
-        ];
-        if !self.remark.is_empty() {
-            parts.push(self.remark.to_owned());
-        }
-        parts.join("  ·  ")
-    }
-}
-
 /// A quantity against time over its closed form, and the error below. The slices belong together sample by
 /// sample; what is not finite is left out, and so is what is not positive from the logarithmic panels.
 /// ```
-/// use haptic_figure::{Conditions, TheoryFigure};
+/// use haptic_figure::TheoryFigure;
 ///
 /// let time_s: Vec<f64> = (1..=1000).map(|i| 1e-3 * f64::from(i)).collect();
 /// let closed_form: Vec<f64> = time_s.iter().map(|t| 3.0 * t.powf(-0.2247)).collect();
@@ -62,13 +31,7 @@ impl Conditions<'_> {
 /// let values: Vec<f64> = both.map(|(force, error)| force * (1.0 + error)).collect();
 /// let figure = TheoryFigure {
 ///     title: "Relaxation",
-///     conditions: Conditions {
-///         tissue: "prostate, cancerous",
-///         order: 0.2247,
-///         device: "sim",
-///         scheme: "full:1e-6",
-///         remark: "",
-///     },
+///     subtitle: "prostate, cancerous",
 ///     quantity: "force",
 ///     label: "force / N",
 ///     origin: "simulated",
@@ -86,8 +49,8 @@ impl Conditions<'_> {
 pub struct TheoryFigure<'a> {
     /// One line above the picture.
     pub title: &'a str,
-    /// What the curve was taken of, for the line below the title.
-    pub conditions: Conditions<'a>,
+    /// What the curve was taken of, in one line below the title.
+    pub subtitle: &'a str,
     /// The quantity that is compared, as in `force`.
     pub quantity: &'static str,
     /// Its axis label, with the unit, as in `force / N`.
@@ -258,7 +221,7 @@ impl TheoryFigure<'_> {
             let panels: usize = rows.iter().map(|row| row.panels.len()).sum();
             rows.push(record.row(('a'..).nth(panels).unwrap_or('f'))?);
         }
-        draw(self.title, &self.conditions.subtitle(), &legend, rows)
+        draw(self.title, self.subtitle, &legend, rows)
     }
 
     /// The run over its closed form; a panel that has nothing to show on logarithmic axes says so.

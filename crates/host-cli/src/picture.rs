@@ -2,8 +2,8 @@
 
 use haptic_experiment::judge::{Curves, Drawing, Theory};
 use haptic_figure::{
-    AxisSpec, Chart, ChartPage, Conditions, FigureError, HeldPanels, Look, MeasuredCurve, Picture,
-    PlaneFigure, Scale, Series, TheoryFigure,
+    AxisSpec, Chart, ChartPage, FigureError, HeldPanels, Look, MeasuredCurve, Picture, PlaneFigure,
+    Scale, Series, TheoryFigure,
 };
 use haptic_quantity::written;
 
@@ -117,13 +117,7 @@ fn of_theory(theory: &Theory, curves: &Curves) -> Result<Picture, FigureError> {
     let tracking_error: Vec<f64> = errors.map(|error| factor * error).collect();
     TheoryFigure {
         title: &curves.title,
-        conditions: Conditions {
-            tissue: &theory.tissue,
-            order: theory.order,
-            device: &theory.device,
-            scheme: &theory.scheme,
-            remark: &curves.subtitle,
-        },
+        subtitle: &curves.subtitle,
         quantity: theory.quantity,
         label: theory.label,
         origin: curves.origin,

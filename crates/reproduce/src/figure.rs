@@ -17,44 +17,28 @@ pub(crate) struct Curve {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Axis {
-    /// Label beside the axis, with the unit.
-    pub(crate) label: &'static str,
+    pub(crate) spec: AxisSpec<'static>,
     /// Its column in the data, with the unit.
     pub(crate) column: &'static str,
-    pub(crate) scale: Scale,
-    /// The ends; those of the curves if not given.
-    pub(crate) range: Option<(f64, f64)>,
 }
 
 impl Axis {
+    pub(super) const fn new(label: &'static str, scale: Scale, column: &'static str) -> Self {
+        let spec = AxisSpec::new(label, scale);
+        Self { spec, column }
+    }
+
     pub(super) const fn linear(label: &'static str, column: &'static str) -> Self {
-        Self {
-            label,
-            column,
-            scale: Scale::Linear,
-            range: None,
-        }
+        Self::new(label, Scale::Linear, column)
     }
 
     pub(super) const fn log(label: &'static str, column: &'static str) -> Self {
-        Self {
-            scale: Scale::Log,
-            ..Self::linear(label, column)
-        }
+        Self::new(label, Scale::Log, column)
     }
 
     pub(super) const fn between(self, low: f64, high: f64) -> Self {
-        Self {
-            range: Some((low, high)),
-            ..self
-        }
-    }
-
-    fn spec(&self) -> AxisSpec<'_> {
-        AxisSpec {
-            range: self.range,
-            ..AxisSpec::new(self.label, self.scale)
-        }
+        let spec = self.spec.between(low, high);
+        Self { spec, ..self }
     }
 }
 
@@ -122,8 +106,8 @@ impl Figure {
         }
         let charts = self.panels.iter().map(|panel| Chart {
             caption: &panel.caption,
-            x: panel.x.spec(),
-            y: panel.y.spec(),
+            x: panel.x.spec,
+            y: panel.y.spec,
             series: panel.curves.iter().map(series).collect(),
         });
         ChartPage {

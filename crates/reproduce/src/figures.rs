@@ -107,7 +107,7 @@ fn environment() -> Result<Figure, Failure> {
     // Rows, because the terms of the higher orders are larger by decades. Up to order 1 the stiffness is positive,
     // so that a logarithmic axis tells the orders apart; the damping of order 0 is 0, which is not to lie on the
     // frame.
-    let stiffness = Axis::log(STIFFNESS.label, STIFFNESS.column);
+    let stiffness = Axis::log(STIFFNESS.spec.label, STIFFNESS.column);
     let damping = DAMPING.between(-0.05 * DISSIPATION, 1.05 * DISSIPATION);
     let mut panels = Vec::new();
     for (places, what, axes) in [

@@ -81,10 +81,7 @@ fn panel(
     curves: Vec<Curve>,
 ) -> Panel {
     let axes = [("time / s", "time_s"), (label, column)];
-    let [x, y] = axes.map(|(label, column)| Axis {
-        scale,
-        ..Axis::linear(label, column)
-    });
+    let [x, y] = axes.map(|(label, column)| Axis::new(label, scale, column));
     Panel::new(caption, x, y, curves)
 }
 

@@ -80,7 +80,8 @@ pub(super) fn region_matrix() -> Result<Figure, Failure> {
                 curve(1.0, Look::Line, 0)?,
                 curve(2.0, Look::Dotted, 1)?,
             ];
-            let [x, y] = [("β", BETA), ("α", ALPHA)].map(|(label, axis)| Axis { label, ..axis });
+            let [x, y] =
+                [("β", BETA), ("α", ALPHA)].map(|(label, axis)| Axis::linear(label, axis.column));
             Ok::<_, Failure>(Panel::new(format!("μ = {mu}, {what}"), x, y, curves))
         };
         let mut row = [
@@ -190,7 +191,12 @@ mod tests {
 
     #[test]
     fn panels_that_are_compared_have_the_same_axes() {
-        let axes = |panel: &Panel| (panel.x.range.expect("given"), panel.y.range.expect("given"));
+        let axes = |panel: &Panel| {
+            (
+                panel.x.spec.range.expect("given"),
+                panel.y.spec.range.expect("given"),
+            )
+        };
         for (figure, row) in [(regions(), 2), (region_matrix(), 3)] {
             let panels = figure.expect("makes").panels;
             for row in panels.chunks(row) {

@@ -104,10 +104,6 @@ impl Experiment for Indentation {
         self.sample_time_s
     }
 
-    fn axes(&self) -> usize {
-        1
-    }
-
     fn metadata(&self) -> BTreeMap<String, String> {
         let kind = match self.load {
             RigDrive::Position(_) => "relax",

@@ -92,7 +92,9 @@ pub(crate) trait Experiment: Any + Debug + Send + Sync {
 
     fn sample_time_s(&self) -> f64;
 
-    fn axes(&self) -> usize;
+    fn axes(&self) -> usize {
+        1
+    }
 
     /// What the log of its run says of it, over what its document says.
     fn metadata(&self) -> BTreeMap<String, String>;

@@ -2,21 +2,14 @@
 
 use crate::picture::{self, texts};
 use haptic_figure::{
-    Conditions, FigureError, HeldPanels, MeasuredCurve, MotionFigure, MotionRow, Picture,
-    TheoryFigure,
+    FigureError, HeldPanels, MeasuredCurve, MotionFigure, MotionRow, Picture, TheoryFigure,
 };
 
 /// Pixels of a PNG per unit of the SVG.
 #[cfg(feature = "png")]
 const SCALE: u32 = 2;
 
-const CONDITIONS: Conditions<'static> = Conditions {
-    tissue: "prostate, cancerous",
-    order: 0.2247,
-    device: "serial:/dev/ttyACM0",
-    scheme: "full:1e-6",
-    remark: "5 % strain in 1 s, held",
-};
+const CONDITIONS: &str = "prostate, cancerous  ·  order μ = 0.2247  ·  device serial:/dev/ttyACM0  ·  scheme full:1e-6  ·  5 % strain in 1 s, held";
 
 /// Ramp and hold after theory.md, 9, with a wiggle of 1e-3 as the run.
 struct Relaxation {
@@ -51,10 +44,10 @@ impl Relaxation {
         self.draw_as("Stress relaxation of a virtual prostate", CONDITIONS)
     }
 
-    fn draw_as(&self, title: &str, conditions: Conditions<'_>) -> Result<Picture, FigureError> {
+    fn draw_as(&self, title: &str, subtitle: &str) -> Result<Picture, FigureError> {
         let figure = TheoryFigure {
             title,
-            conditions,
+            subtitle,
             origin: "rendered",
             ..self.figure()
         };
@@ -65,7 +58,7 @@ impl Relaxation {
     fn figure(&self) -> TheoryFigure<'_> {
         TheoryFigure {
             title: "Relaxation",
-            conditions: CONDITIONS,
+            subtitle: CONDITIONS,
             quantity: "force",
             label: "force / N",
             origin: "simulated",
@@ -271,12 +264,8 @@ fn no_value_however_odd_reaches_an_axis_or_moves_text_off_the_page() {
 fn a_title_too_long_for_the_page_is_made_to_fit() {
     let data = Relaxation::new(100);
     let title = "A title that goes on and on ".repeat(20);
-    let remark = "WWWMMM ".repeat(60);
-    let conditions = Conditions {
-        remark: &remark,
-        ..CONDITIONS
-    };
-    let picture = data.draw_as(&title, conditions).expect("draws");
+    let subtitle = format!("{CONDITIONS}  ·  {}", "WWWMMM ".repeat(60));
+    let picture = data.draw_as(&title, &subtitle).expect("draws");
     assert_sound(&picture, "long title");
     assert!(picture.svg().contains('…'));
 }

@@ -334,16 +334,18 @@ impl Indentation {
         };
         let origin = origin(record);
         let title = format!("{test} of {}, {origin}", material.description);
+        // An order that was identified has all digits of its fit.
+        let order = (1e4 * material.order().get()).round() / 1e4;
+        let subtitle = format!(
+            "{}  ·  order μ = {order}  ·  device {}  ·  scheme {}  ·  {remark}",
+            material.name, report.run.device, self.scheme
+        );
         let drawing = Drawing::Theory(judge::Theory {
-            tissue: material.name.clone(),
-            order: material.order().get(),
-            device: report.run.device.clone(),
-            scheme: self.scheme.to_string(),
             quantity: quantity.name,
             label: quantity.label,
             record: overlay,
         });
-        let curves = whole.then(|| curves.named(names, origin, title, remark, drawing));
+        let curves = whole.then(|| curves.named(names, origin, title, subtitle, drawing));
         Ok((report, curves))
     }
 

@@ -180,10 +180,6 @@ impl Experiment for TeleoperationExperiment {
         self.sample_time().0
     }
 
-    fn axes(&self) -> usize {
-        1
-    }
-
     fn metadata(&self) -> BTreeMap<String, String> {
         let mut metadata = metadata("teleoperation", &self.conduct, self.scheme, &self.safety);
         let frequencies: Vec<String> =

@@ -293,10 +293,6 @@ impl<T: Trial> Experiment for T {
         self.setup().device.sample_time.0
     }
 
-    fn axes(&self) -> usize {
-        1
-    }
-
     fn metadata(&self) -> BTreeMap<String, String> {
         let (setup, scheme) = (self.setup(), self.operator_choice().1);
         let mut metadata = metadata(Self::KIND, &setup.conduct, scheme, &setup.safety());
