@@ -100,9 +100,9 @@ fn info_names_the_inverse3_and_what_its_service_does_to_forces() {
 }
 
 #[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn on_an_inverse3_every_sample_that_is_lost_is_counted_and_a_spring_has_the_bits_of_its_positions()
-{
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_every_sample_that_an_inverse3_loses_is_counted_and_a_spring_has_the_bits_of_its_positions()
+ {
     let service = Service::new();
     for (sample_time, ticks) in [("1ms", 2000.0), ("250us", 8000.0)] {
         service.place.write(
