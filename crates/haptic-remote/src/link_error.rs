@@ -100,7 +100,7 @@ pub enum LinkError {
     )]
     NoSurfaces,
     /// The port or its other end is gone.
-    #[error("the connection is gone: check the device's plug and power supply")]
+    #[error("the connection is gone: check the device's power supply, and its plug or network")]
     Gone,
 }
 

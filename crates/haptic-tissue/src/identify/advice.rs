@@ -1,7 +1,8 @@
 //! Plain sentences about a fit.
 
 use super::fit::{AS_GOOD, Estimate, Fit, digits};
-use super::record::Record;
+use super::keys::FROM;
+use super::record::{Record, RecordKind};
 use fracdiff::parameter::Shown;
 
 /// Two estimates that hang together so closely are one, if neither is settled.
@@ -14,12 +15,16 @@ const SETTLED_ORDER: f64 = 0.03;
 const LOOSE: f64 = 0.5;
 const LOOSE_ORDER: f64 = 0.2;
 
-/// Sentences about the first of these fits.
-pub(super) fn about(fits: &[Fit]) -> Vec<String> {
+/// Share of a record that a model leaves, from which it does not describe it.
+const MISSED: f64 = 0.1;
+
+/// Sentences about the first of these fits, which are of such a record.
+pub(super) fn about(fits: &[Fit], kind: RecordKind) -> Vec<String> {
     let Some(fit) = fits.first() else {
         return Vec::new();
     };
-    let mut said = [at_ends(fit), together(fit), loose(fit), open(fit)].concat();
+    let mut said = Vec::from_iter(misfit(fit, kind));
+    said.extend([at_ends(fit), together(fit), loose(fit), open(fit)].concat());
     said.extend(simpler(fit, fits));
     said.extend(slow(fit));
     said
@@ -32,6 +37,24 @@ pub(super) fn about_length(compared: usize, record: &Record) -> Option<String> {
         format!(
             "of {} samples {compared} are compared, spread over time; the strain of all is taken",
             record.samples()
+        )
+    })
+}
+
+/// Much is left, and alike from sample to sample, as no noise is.
+fn misfit(fit: &Fit, kind: RecordKind) -> Option<String> {
+    let number = fit.predicted.len() as f64;
+    let squares: f64 = fit.predicted.iter().map(|value| value * value).sum();
+    let missed = match kind {
+        RecordKind::History => fit.rms / (squares / number).sqrt(),
+        RecordKind::Relaxation | RecordKind::Creep | RecordKind::Oscillation => fit.rms,
+    };
+    (missed > MISSED && fit.independent < 0.5 * number).then(|| {
+        format!(
+            "{}, the best of these models, does not describe the record: it leaves {:.0} % of it; look at the figure, and leave out \
+             what is not the tissue's, as the first instants of an instrument, with {FROM}",
+            fit.kind,
+            100.0 * missed
         )
     })
 }

@@ -145,7 +145,7 @@ pub(super) fn identified(
         warnings.push(said);
     }
     let fits: Vec<Fit> = fitted.into_iter().map(|(fit, ..)| fit).collect();
-    warnings.extend(advice::about(&fits));
+    warnings.extend(advice::about(&fits, record.kind));
     let (x, measured) = target.values(record);
     Ok(Identification {
         kind: record.kind(),

@@ -165,3 +165,34 @@ fn orders_next_to_whole_ones_become_springs_and_dashpots() {
     let model = found.fits[0].to_model().expect("a model");
     assert_eq!(model.kind().name(), "kelvin-voigt", "{:?}", found.fits[0]);
 }
+
+/// A rheometer that rings for the first half of a creep test, by so much; white noise as large is none of it.
+#[test]
+fn a_record_that_no_model_describes_is_said_to_be_one() {
+    let times: Vec<f64> = (1..=400).map(|n| 0.005 * f64::from(n)).collect();
+    let compliance = |left: &dyn Fn(f64, usize) -> f64| {
+        let at = times.iter().enumerate();
+        at.map(|(n, &t)| 1e-3 * t.powf(0.2) * left(t, n).exp())
+            .collect()
+    };
+    let rings = |t: f64, _: usize| 0.6 * (-t).exp() * (20.0 * t).sin();
+    // Of a low-discrepancy sequence: as even as noise, and as unlike its neighbours.
+    let noisy = |_: f64, n: usize| (n as f64 * 0.618_033_988_749_895).fract() - 0.5;
+    let warned = |compliance: Vec<f64>| {
+        let record = Record::creep(times.clone(), compliance).expect("a record");
+        let found = identify(&record, &Options::default(), &|_| ()).expect("a minimum");
+        let warning = found
+            .warnings
+            .into_iter()
+            .find(|said| said.contains("does not describe"));
+        println!("{} {warning:?}", found.fits[0].rms);
+        assert!(found.fits[0].rms > 0.1);
+        warning
+    };
+    let said = warned(compliance(&rings)).expect("a warning");
+    assert!(
+        said.contains("it leaves ") && said.ends_with("with `from`"),
+        "{said}"
+    );
+    assert_eq!(warned(compliance(&noisy)), None);
+}
