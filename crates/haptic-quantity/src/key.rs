@@ -2,6 +2,7 @@
 
 use crate::without_unit;
 use std::fmt;
+use strsim::levenshtein;
 
 /// A key of a document or an argument of a function, as a sentence names it: `` `sample_time_s` ``. A program that calls it
 /// otherwise has it [`renamed`].
@@ -75,7 +76,7 @@ pub fn renamed(sentence: &str, names: impl Fn(&str) -> Option<String>) -> String
 pub fn did_you_mean<'n>(written: &str, names: impl IntoIterator<Item = &'n str>) -> String {
     let plain = |name: &str| without_unit(name).to_lowercase().replace(['-', ' '], "_");
     let wanted = plain(written);
-    let far = |name: &str| distance(&plain(name), &wanted);
+    let far = |name: &str| levenshtein(&plain(name), &wanted);
     let names: Vec<&str> = names.into_iter().collect();
     // Half of the letters may be wrong, and three at most.
     let most = wanted.chars().count() / 2;
@@ -84,20 +85,4 @@ pub fn did_you_mean<'n>(written: &str, names: impl IntoIterator<Item = &'n str>)
         Some(nearest) => format!("did you mean `{nearest}`?"),
         None => format!("known are {}", names.join(", ")),
     }
-}
-
-/// Letters to change, add or leave out to make one word of the other (Levenshtein).
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, from) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, to) in b.iter().enumerate() {
-            let changed = diagonal + usize::from(from != *to);
-            diagonal = row[j + 1];
-            row[j + 1] = changed.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
 }
