@@ -12,6 +12,7 @@ use std::vec::Vec;
 const AT_REST: f64 = 0.3;
 /// A pole that moves by less than this is as good as an integrator, whatever follows the record.
 pub(super) const STANDS: f64 = 0.03;
+
 /// Order of the pole at s = 0: 1 of an integrator.
 pub(super) fn order_at_rest(function: &FractionalTransferFunction) -> f64 {
     function.denominator().lowest() - function.numerator().lowest()
