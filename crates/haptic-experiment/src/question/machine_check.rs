@@ -4,9 +4,7 @@ use crate::RealtimeOptions;
 use crate::document::failure::Failure;
 use crate::document::parameters::{PIN, RATE};
 use crate::run::realtime::{Microseconds, WorstTick, microseconds};
-use haptic_loop::realtime::{
-    Fallback, Periodic, PeriodicConfig, SpinMargin, StdWaiter, ThreadConfig, Timing, Waiter,
-};
+use haptic_loop::realtime::{Fallback, Periodic, PeriodicConfig, Timing};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::fs;
@@ -25,8 +23,6 @@ pub struct RtCheck {
     pub thread: RealtimeOptions,
     /// Busy threads beside it, at normal priority.
     pub busy: usize,
-    /// True to measure a plain loop as well, in turns: normal priority, `std::thread::sleep`.
-    pub compare: bool,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -92,7 +88,6 @@ impl RtCheck {
         })
     }
 
-    /// One rate; in turns of a second with the plain loop, so that both meet the same troubles.
     fn rate(
         &self,
         hz: f64,
@@ -101,51 +96,34 @@ impl RtCheck {
         progress: &dyn Fn(f64),
     ) -> Result<Rate, Failure> {
         let period = Duration::try_from_secs_f64(1.0 / hz).map_err(Failure::input)?;
-        let seconds = self.duration.as_secs_f64();
-        let turns = if self.compare {
-            seconds.ceil().max(2.0)
-        } else {
-            1.0
-        };
-        let cycles = (seconds * hz / turns).ceil().max(1.0) as u64;
-        let mut raised = PeriodicConfig {
+        let cycles = (self.duration.as_secs_f64() * hz).ceil().max(1.0) as u64;
+        let config = PeriodicConfig {
             thread: self.thread.thread(),
             ..PeriodicConfig::new(period)
         };
-        let normal = PeriodicConfig {
-            thread: ThreadConfig::default(),
-            spin_margin: SpinMargin::Fixed(Duration::ZERO),
-            ..raised
+        let mut periodic = Periodic::new(config).map_err(|error| {
+            Failure::input_with_advice(error, format_args!("give {RATE}, as in 1000"))
+        })?;
+        let (thread, margin) = (periodic.thread(), periodic.spin_margin());
+        *granted = Granted {
+            fallback: thread.fallback(),
+            priority: thread.priority(),
+            pin: thread.core(),
+            memory_locked: thread.memory_is_locked(),
         };
-        let bad =
-            |error| Failure::input_with_advice(error, format_args!("give {RATE}, as in 1000"));
-        let (mut runner, mut plain): (Option<Timing>, Option<Timing>) = (None, None);
-        for turn in 0..turns as u64 {
-            let told = |share: f64| progress((turn as f64 + share) / turns);
-            let mut periodic = Periodic::new(raised).map_err(bad)?;
-            // Measured once for all turns.
-            raised.spin_margin = SpinMargin::Fixed(periodic.spin_margin());
-            let thread = periodic.thread();
-            *granted = Granted {
-                fallback: thread.fallback(),
-                priority: thread.priority(),
-                pin: thread.core(),
-                memory_locked: thread.memory_is_locked(),
-            };
-            go_round(&mut periodic, cycles, stop, &told)?;
-            gather(&mut runner, periodic.finish().0);
-            if self.compare {
-                let mut periodic =
-                    Periodic::with_waiter(normal, StdWaiter::default()).map_err(bad)?;
-                go_round(&mut periodic, cycles, stop, &told)?;
-                gather(&mut plain, periodic.finish().0);
+        let mut periods = 0;
+        // A skipped period is over, too: a machine that is late does not take longer.
+        while periods < cycles {
+            let cycle = periodic.wait();
+            periods += 1 + cycle.skipped;
+            if stop.load(Ordering::Relaxed) {
+                return Err(Failure::interrupted());
+            }
+            if cycle.number.is_multiple_of(256) {
+                progress(periods as f64 / cycles as f64);
             }
         }
-        let runner = runner.ok_or_else(|| Failure::bad_input("nothing to measure"))?;
-        let SpinMargin::Fixed(margin) = raised.spin_margin else {
-            return Err(Failure::bad_input("nothing to measure"));
-        };
-        Ok(Rate::of(hz, &runner, margin, plain.as_ref()))
+        Ok(Rate::of(hz, &periodic.finish().0, margin))
     }
 }
 
@@ -159,35 +137,6 @@ pub(crate) struct Granted {
     /// The core that it was pinned to.
     pin: Option<usize>,
     memory_locked: bool,
-}
-
-fn gather(whole: &mut Option<Timing>, part: Timing) {
-    match whole {
-        Some(whole) => whole.add(&part),
-        None => *whole = Some(part),
-    }
-}
-
-/// Waits for so many cycles, and does nothing in them.
-fn go_round<W: Waiter>(
-    periodic: &mut Periodic<W>,
-    cycles: u64,
-    stop: &AtomicBool,
-    progress: &dyn Fn(f64),
-) -> Result<(), Failure> {
-    let mut periods = 0;
-    // A skipped period is over, too: a machine that is late does not take longer.
-    while periods < cycles {
-        let cycle = periodic.wait();
-        periods += 1 + cycle.skipped;
-        if stop.load(Ordering::Relaxed) {
-            return Err(Failure::interrupted());
-        }
-        if cycle.number.is_multiple_of(256) {
-            progress(periods as f64 / cycles as f64);
-        }
-    }
-    Ok(())
 }
 
 /// A rate is fit if 999 of 1000 cycles begin within this share of the period, and none a period late.
@@ -212,25 +161,11 @@ pub(crate) struct Rate {
     pub worst_cycle: Option<WorstTick>,
     /// Time before each cycle that the thread waits without sleeping, µs.
     pub spin_margin_us: f64,
-    /// The plain loop; null if none was requested.
-    pub plain: Option<Plain>,
-}
-
-#[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct Plain {
-    /// From when a cycle was due to when it began.
-    pub lateness_us: Microseconds,
-    /// Number of cycles that began at least a whole period late.
-    pub overruns: u64,
-    /// Number of periods skipped because of that.
-    pub skipped_periods: u64,
-    /// Its 99.9th percentile of lateness, divided by the runner's.
-    pub ratio_p999: f64,
 }
 
 impl Rate {
-    /// Of what the runner did, which spun for `margin` before each cycle, and of a plain loop.
-    fn of(hz: f64, runner: &Timing, margin: Duration, plain: Option<&Timing>) -> Self {
+    /// Of what the runner did, which spun for `margin` before each cycle.
+    fn of(hz: f64, runner: &Timing, margin: Duration) -> Self {
         let lateness_us = Microseconds::of(&runner.lateness_ns);
         let overruns = runner.overruns;
         let cycles = runner.lateness_ns.len();
@@ -255,16 +190,6 @@ impl Rate {
             spin_margin_us: microseconds(margin),
             fit_reason: fit.is_none().then(needed),
             fit,
-            plain: plain.map(|plain| {
-                let beside = Microseconds::of(&plain.lateness_ns);
-                Plain {
-                    lateness_us: beside,
-                    overruns: plain.overruns.cycles(),
-                    skipped_periods: plain.overruns.skipped_periods,
-                    // The clock's resolution is 1 ns.
-                    ratio_p999: beside.p999 / lateness_us.p999.max(1e-3),
-                }
-            }),
         }
     }
 }
@@ -493,7 +418,6 @@ mod tests {
             spin_margin_us: 0.0,
             fit: Some(fit),
             fit_reason: None,
-            plain: None,
         }
     }
 

@@ -394,20 +394,4 @@ mod tests {
             assert!(text.contains("[1e-5, 1000] s"), "{text}");
         }
     }
-
-    #[test]
-    fn two_parts_of_a_run_add_up() {
-        let part = |late| {
-            let (machine, mut periodic) = without_spinning();
-            machine.late.set(late);
-            periodic.wait();
-            periodic.finish().0
-        };
-        let mut whole = part(10);
-        whole.add(&part(2 * MS));
-        assert_eq!(whole.lateness_ns.len(), 2);
-        assert_eq!(whole.overruns.skipped_periods, 2);
-        let worst = whole.worst.map(|worst| worst.lateness);
-        assert_eq!(worst, Some(Duration::from_millis(2)));
-    }
 }

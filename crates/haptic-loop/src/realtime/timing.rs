@@ -123,19 +123,6 @@ impl Timing {
             self.worst = Some(cycle);
         }
     }
-
-    /// Takes in what another loop, or another part of this one, measured.
-    pub fn add(&mut self, other: &Self) {
-        // Histograms of the same bounds always add up.
-        let _ = self.lateness_ns.add(&other.lateness_ns);
-        let _ = self.compute_ns.add(&other.compute_ns);
-        let _ = self.tick_ns.add(&other.tick_ns);
-        self.overruns.by_wake_up += other.overruns.by_wake_up;
-        self.overruns.by_compute += other.overruns.by_compute;
-        self.overruns.skipped_periods += other.overruns.skipped_periods;
-        let worst = [self.worst, other.worst].into_iter().flatten();
-        self.worst = worst.max_by_key(WorstCycle::tick);
-    }
 }
 
 impl WorstCycle {

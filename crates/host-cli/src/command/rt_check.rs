@@ -33,9 +33,6 @@ pub(crate) struct Arguments {
     /// Threads of normal priority that keep processors busy meanwhile
     #[arg(long, value_name = "COUNT", default_value_t = 0, value_parser = whole::<u16>(0..=1024))]
     busy: u16,
-    /// Measure a plain loop (`std::thread::sleep`, normal priority) too, for comparison
-    #[arg(long)]
-    compare: bool,
     #[command(flatten)]
     thread: ThreadArguments,
 }
@@ -52,7 +49,6 @@ impl Arguments {
             rates_hz,
             thread: self.thread.options(default)?,
             busy: usize::from(self.busy),
-            compare: self.compare,
         };
         let stop = stop_on_interrupt()?;
         let bar = progress_bar(1000, output);
