@@ -20,7 +20,6 @@ const KERNELS: &[&str] = &[
     "crates/fractional-control/src/pid.rs",
     "crates/haptic-analysis/src/characteristic.rs",
     "crates/haptic-analysis/src/decomposition.rs",
-    "crates/haptic-analysis/src/map.rs",
     "crates/haptic-analysis/src/region.rs",
     "crates/haptic-analysis/src/stability.rs",
 ];

@@ -1,4 +1,4 @@
-//! What is more than an operator: ticks of controllers, regions, verdicts and maps.
+//! What is more than an operator: ticks of controllers, regions and verdicts.
 
 use crate::{BATCH, Bench, RUNS, SAMPLES, T, sample};
 use cpu_time::ThreadTime;
@@ -7,7 +7,7 @@ use fractional_control::{
     Actuator, Controller, FractionalPid, Memory, PidParameters, Rule, SetPoint,
 };
 use haptic_analysis::{
-    LoopOperator, Nondimensional, SampledLoop, SampledPlant, StabilityMap, StabilityRegion,
+    LoopOperator, Nondimensional, SampledLoop, SampledPlant, StabilityRegion,
 };
 use std::error::Error;
 use std::hint::black_box;
@@ -59,8 +59,6 @@ fn tick(controller: &impl Controller<f64>) -> f64 {
 
 /// Of the device of the dissertation's section 4.4, 65 g and 3.5 N·s/m at 500 Hz, with a fractional wall of order 0.5.
 const DELTA: f64 = 3.5 * 0.002 / 0.065;
-/// Walls along each side of the map.
-const MAP: usize = 500;
 
 fn wall(alpha: f64, beta: f64) -> Nondimensional {
     Nondimensional {
@@ -76,7 +74,7 @@ fn exact() -> Outcome<LoopOperator> {
     Ok(LoopOperator::new(Scheme::Exact, order, Seconds(1.0), 1e5)?)
 }
 
-/// A region, a verdict and a map of verdicts.
+/// A region and a verdict.
 pub(crate) fn analyses(bench: &Bench) -> Outcome {
     let (operator, plant) = (exact()?, SampledPlant::new(DELTA, 0.0)?);
     let region = least(4 * RUNS, || {
@@ -87,17 +85,7 @@ pub(crate) fn analyses(bench: &Bench) -> Outcome {
         SampledLoop::new(black_box(wall(0.2, 0.3)), &operator, 0)
             .is_ok_and(|sampled| black_box(sampled.is_stable()))
     });
-    bench.time("one certified verdict", verdict)?;
-    let [alphas, betas] = [0.5, 1.5].map(|most| {
-        let share = |cell| cell as f64 / MAP as f64;
-        (0..MAP)
-            .map(|cell| most * share(cell))
-            .collect::<Vec<f64>>()
-    });
-    let map = least(RUNS, || {
-        StabilityMap::new(plant, black_box(&operator), &alphas, &betas).is_ok()
-    });
-    bench.time("map of 500 × 500 verdicts, one core", map)
+    bench.time("one certified verdict", verdict)
 }
 
 /// The shortest of several runs, ns; each must say that it did its work.

@@ -8,6 +8,8 @@ use num_complex::Complex;
 
 /// A turn is this near to a whole number of half turns.
 const WHOLE: f64 = 0.1;
+/// Halvings of a way before it is given up: one of π/64 is 1e-20 rad then.
+const HALVINGS: u32 = 60;
 
 /// F at a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,9 +50,6 @@ pub struct Sample {
 ///     fn path(&self, _: &Place, _: &Place, width: &f64) -> f64 {
 ///         self.0.abs() * width
 ///     }
-///     fn halvings(&self) -> u32 {
-///         60
-///     }
 /// }
 ///
 /// let zeros = |c: f64| {
@@ -76,9 +75,6 @@ pub trait Curve {
 
     /// A bound of the length of F's path between two nodes.
     fn path(&self, a: &Self::Node, b: &Self::Node, span: &Self::Span) -> f64;
-
-    /// Halvings of a way before it is given up.
-    fn halvings(&self) -> u32;
 
     /// Counts the zeros in |w| < 1 from the turn of F up to a first node, rad, and the ways from there to π, each with the node at its end. Halves
     /// a way where it has to. None if some size is at most `least`, or |F| is no more than rounding error.
@@ -146,7 +142,7 @@ impl<C: Curve> Walk<'_, C> {
             self.winding.turned += (b.1.value * a.1.value.conj()).arg();
             return;
         }
-        if depth >= self.curve.halvings() {
+        if depth >= HALVINGS {
             self.touched = true;
             return;
         }

@@ -57,10 +57,6 @@ impl Curve for Factors {
     fn path(&self, _: &Place, _: &Place, length: &f64) -> f64 {
         *length
     }
-
-    fn halvings(&self) -> u32 {
-        60
-    }
 }
 
 #[test]

@@ -45,13 +45,6 @@ pub(crate) struct Span {
     pub(crate) bend: [f64; 3],
 }
 
-/// One wall, or all with α and β within `radii` of a middle.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Walls {
-    pub(crate) middle: [f64; 2],
-    pub(crate) radii: [f64; 2],
-}
-
 impl<'a> Characteristic<'a> {
     /// Of a wall.
     pub(crate) const fn new(plant: SampledPlant, operator: &'a LoopOperator) -> Self {
@@ -206,81 +199,30 @@ impl Node {
         one.value + stiff.value * alpha + fractional.value * beta
     }
 
-    /// A bound of |G − that of the middle|, with the rounding errors of both; 0 for one wall.
-    pub(crate) fn spread(&self, walls: &Walls) -> f64 {
-        match walls.radii {
-            [0.0, 0.0] => 0.0,
-            _ => walls.spread(|term| self.terms[term].value) + self.noise(walls),
-        }
-    }
-
-    /// A bound of |G′|, for one wall the value.
-    pub(crate) fn rate(&self, walls: &Walls) -> f64 {
+    /// |G′|.
+    pub(crate) fn rate(&self, [alpha, beta]: [f64; 2]) -> f64 {
         let [one, stiff, fractional] = &self.terms;
-        let [alpha, beta] = walls.middle;
         if beta == 0.0 {
-            let rate = (one.rate + stiff.rate * alpha).norm();
-            return rate + walls.spread(|term| self.terms[term].rate);
+            return (one.rate + stiff.rate * alpha).norm();
         }
         let rate = (one.rate + stiff.rate * alpha + fractional.rate * beta).norm();
-        let rate = rate + walls.spread(|term| self.terms[term].rate);
         if rate.is_nan() { f64::INFINITY } else { rate }
     }
 
-    /// An estimate of the rounding error of the value, the largest of all walls.
-    pub(crate) fn noise(&self, walls: &Walls) -> f64 {
+    /// An estimate of the rounding error of the value.
+    pub(crate) fn noise(&self, [alpha, beta]: [f64; 2]) -> f64 {
         let [one, stiff, fractional] = self.rough;
-        let [alpha, beta] = walls.most();
         8.0 * f64::EPSILON * (one + alpha * stiff + beta * fractional)
     }
 }
 
-impl Walls {
-    pub(crate) const fn one(alpha: f64, beta: f64) -> Self {
-        Self {
-            middle: [alpha, beta],
-            radii: [0.0, 0.0],
-        }
-    }
-
-    /// All with α and β between these.
-    pub(crate) fn between(alphas: [f64; 2], betas: [f64; 2]) -> Self {
-        let sides = [alphas, betas];
-        let middle = sides.map(|[low, high]| 0.5 * (low + high));
-        let radius = |axis: usize| {
-            let [low, high] = sides[axis];
-            (high - middle[axis]).max(middle[axis] - low)
-        };
-        Self {
-            middle,
-            radii: [radius(0), radius(1)],
-        }
-    }
-
-    /// The largest α and β.
-    pub(crate) fn most(&self) -> [f64; 2] {
-        let [alpha, beta] = self.middle;
-        let [stiff, fractional] = self.radii;
-        [alpha + stiff, beta + fractional]
-    }
-
-    /// What the radii make of the second and third term.
-    fn spread(&self, term: impl Fn(usize) -> Complex<f64>) -> f64 {
-        let part = |radius: f64, index: usize| match radius {
-            0.0 => 0.0,
-            _ => radius * term(index).norm(),
-        };
-        part(self.radii[0], 1) + part(self.radii[1], 2)
-    }
-}
-
 impl Span {
-    /// A bound of the length of G's path, for each of the walls.
-    pub(crate) fn path(&self, a: &Node, b: &Node, walls: &Walls) -> f64 {
-        let [alpha, beta] = walls.most();
+    /// A bound of the length of G's path.
+    pub(crate) fn path(&self, a: &Node, b: &Node, gains: [f64; 2]) -> f64 {
+        let [alpha, beta] = gains;
         let sum = |terms: &[f64; 3]| terms[0] + product(alpha, terms[1]) + product(beta, terms[2]);
         let width = b.theta() - a.theta();
-        let ends = a.rate(walls) + b.rate(walls);
+        let ends = a.rate(gains) + b.rate(gains);
         let by_bend = 0.5 * width * (ends + 0.5 * width * sum(&self.bend));
         sum(&self.travel).min(by_bend)
     }

@@ -1,6 +1,6 @@
 //! A simulated object behind a virtual coupler: the loop that a sampled device really closes over both.
 
-use crate::characteristic::{Behind, Characteristic, Walls};
+use crate::characteristic::{Behind, Characteristic};
 use crate::{AnalysisError, AtAngle, Coupler, Dynamics, LoopOperator, SampledLoop};
 use certified_count::Place;
 use fracdiff::FrequencyResponse;
@@ -150,7 +150,7 @@ impl<'a> CoupledLoop<'a> {
     #[must_use]
     pub fn unstable_poles(&self) -> Option<usize> {
         let circle = self.inner.characteristic.circle();
-        let gains = Walls::one(self.inner.alpha, self.inner.beta);
+        let gains = [self.inner.alpha, self.inner.beta];
         circle.count(gains, 0.0, self.inner.beside_rest).zeros
     }
 

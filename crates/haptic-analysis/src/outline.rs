@@ -2,7 +2,6 @@
 
 use crate::AnalysisError;
 use crate::arrangement::{Edge, Piece, distance, middle, near};
-use crate::characteristic::Walls;
 use crate::decomposition::{Decomposition, Sample};
 use crate::stability::Circle;
 use core::f64::consts::PI;
@@ -139,8 +138,7 @@ impl Outline<'_> {
             at[0] - side * along[1] / size,
             at[1] + side * along[0] / size,
         );
-        let wall = Walls::one(alpha, beta);
-        alpha >= 0.0 && beta >= 0.0 && self.circle.count(wall, 0.0, false).zeros == Some(0)
+        alpha >= 0.0 && beta >= 0.0 && self.circle.count([alpha, beta], 0.0, false).zeros == Some(0)
     }
 
     /// The distance from a point to everything but its own piece.

@@ -1,6 +1,6 @@
 //! Stability of the sampled loop by encirclement, and its poles.
 
-use crate::characteristic::{Characteristic, Node, Span, Walls};
+use crate::characteristic::{Characteristic, Node, Span};
 use crate::operator::multiply;
 use crate::{AnalysisError, Environment, LoopOperator, SampledPlant};
 use certified_count::{Count, Curve, Sample};
@@ -230,8 +230,7 @@ impl<'a> SampledLoop<'a> {
 
     pub(crate) fn count(&self) -> Count {
         let circle = self.characteristic.circle();
-        let wall = Walls::one(self.alpha, self.beta);
-        circle.count(wall, BOUNDARY, self.beside_rest)
+        circle.count([self.alpha, self.beta], BOUNDARY, self.beside_rest)
     }
 
     /// F·D in powers of w, of w⁰ first, where P = N/D is polynomial or rational; its zeros are those of F, since D has none in |w| ≤ 1.
@@ -310,15 +309,15 @@ const ARCS: [f64; 5] = [1e-9, 1e-8, 1e-7, 1e-6, 1e-5];
 const ABOVE: f64 = 1e3;
 
 impl Circle<'_> {
-    /// Zeros of F in |w| < 1, as many for each of the walls. On the circle if some |F| ≤ `tolerance`·(n₁ + n₀), or
-    /// is no more than rounding error, or may be for some of the walls. `beside_rest`: those at w = 1 are left out.
+    /// Zeros of F in |w| < 1 with these α and β. On the circle if some |F| ≤ `tolerance`·(n₁ + n₀), or is no more than
+    /// rounding error. `beside_rest`: those at w = 1 are left out.
     ///
     /// Cost: about 80 evaluations of three multiply-adds, and a full node wherever F is so small that
     /// an interval has to be halved: some ten for each decade.
-    pub(crate) fn count(&self, walls: Walls, tolerance: f64, beside_rest: bool) -> Count {
+    pub(crate) fn count(&self, gains: [f64; 2], tolerance: f64, beside_rest: bool) -> Count {
         let mut curve = Weighed {
             circle: self,
-            walls,
+            gains,
             fall: 0.0,
         };
         let arc = beside_rest.then(|| {
@@ -340,13 +339,9 @@ impl Circle<'_> {
     }
 }
 
-/// Halvings of an interval of π/64 for one wall, to 1e-20 rad, and for many.
-const HALVINGS: u32 = 60;
-const HALVINGS_OF_MANY: u32 = 6;
-
 struct Weighed<'a, 'b> {
     circle: &'a Circle<'b>,
-    walls: Walls,
+    gains: [f64; 2],
     fall: f64,
 }
 
@@ -354,9 +349,9 @@ impl Weighed<'_, '_> {
     /// The end of the arc round w = 1 and the turn up to there; keeps p.
     fn round_rest(&mut self) -> (Node, f64) {
         let characteristic = self.circle.characteristic;
-        let value = |node: &Node| node.value(self.walls.middle);
+        let value = |node: &Node| node.value(self.gains);
         let mut arcs = ARCS.iter().map(|radius| characteristic.node(*radius));
-        let is_clear = |node: &Node| value(node).norm() > ABOVE * node.noise(&self.walls);
+        let is_clear = |node: &Node| value(node).norm() > ABOVE * node.noise(self.gains);
         let end = arcs.find(is_clear).unwrap_or(self.circle.nodes[1]);
         let (near, far) = (value(&end), value(&characteristic.node(2.0 * end.theta())));
         self.fall = libm::log2(far.norm() / near.norm()).max(0.0);
@@ -378,10 +373,9 @@ impl Curve for Weighed<'_, '_> {
         self.circle.characteristic.span(a, b)
     }
 
-    /// The size is the least |F| of the walls, that of a loop that drifts over |v|^p too.
+    /// The size is |F|, that of a loop that drifts over |v|^p too.
     fn sample(&self, node: &Node) -> Sample {
-        let value = node.value(self.walls.middle);
-        let spread = node.spread(&self.walls);
+        let value = node.value(self.gains);
         let fallen = match self.fall {
             0.0 => 1.0,
             fall => libm::pow(node.place.size_v.min(1.0), fall),
@@ -389,21 +383,13 @@ impl Curve for Weighed<'_, '_> {
         Sample {
             theta: node.theta(),
             value,
-            size: (value.norm() - spread) / (node.operator.denominator.value.norm() * fallen),
-            noise: node.noise(&self.walls) + spread,
-        }
-    }
-
-    /// Of many walls one is often near 0 where the middle is not: dividing the walls is then the shorter way.
-    fn halvings(&self) -> u32 {
-        match self.walls.radii {
-            [0.0, 0.0] => HALVINGS,
-            _ => HALVINGS_OF_MANY,
+            size: value.norm() / (node.operator.denominator.value.norm() * fallen),
+            noise: node.noise(self.gains),
         }
     }
 
     fn path(&self, a: &Node, b: &Node, span: &Span) -> f64 {
-        span.path(a, b, &self.walls)
+        span.path(a, b, self.gains)
     }
 }
 

@@ -3,7 +3,6 @@
 mod coupled;
 mod coupling;
 mod lateness;
-mod map;
 mod margin;
 mod own_operator;
 mod passivity;
