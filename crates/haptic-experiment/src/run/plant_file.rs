@@ -44,89 +44,37 @@ const CHOICE: &str =
 /// Intervals of a measured device, with its keys.
 const INTERVALS: &str = "intervals";
 
-impl PlantFile {
-    /// A plant without a story.
-    pub(crate) const fn new(model: PlantModel) -> Self {
-        Self {
-            model,
-            intervals: Vec::new(),
-            program: String::new(),
-            note: String::new(),
-        }
-    }
-
-    /// Reads and checks a file.
-    pub(crate) fn read(path: &Path) -> Result<Self, FileError> {
-        Self::parse(path, &text_of(path, "plant")?)
-    }
-
-    /// Reads and checks the text of a file; `path` is for messages and for the table of a measured response.
-    pub(crate) fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
-        let document = Parsed::of(path, text)?;
-        let kinds = MODELS.map(|(name, _)| name);
-        let (name, table, mut beside) =
-            document.one_of(&kinds, &["source", INTERVALS], "plant", CHOICE)?;
-        let known = MODELS.iter().find(|(model, _)| *model == name);
-        let table = table.with_keys(known.map(std::slice::from_ref).unwrap_or_default())?;
-        let mut file = Self::new(model(name, &table)?);
-        if let Some(found) = beside.remove(INTERVALS) {
-            let found = found.with_keys(&[(INTERVALS, p::DEVICE_PLANT)])?;
-            let PlantModel::Device(values) = &file.model else {
-                let reason =
-                    format!("[{INTERVALS}] belongs to a [device], not to [{name}]: omit it");
-                return Err(found.fail(reason));
-            };
-            file.intervals = intervals(&found, values)?;
-        }
-        if let Some(source) = beside.remove("source") {
-            let source = source.with_keys(&[("source", p::PLANT_SOURCE)])?;
-            file.program = source.text(&p::SOURCE_PROGRAM)?.to_owned();
-            file.note = source.text(&p::SOURCE_NOTE)?.to_owned();
-        }
-        (file.model.plant()).map_err(|error| table.fail(error.to_string()))?;
-        Ok(file)
-    }
-
-    /// The text of a file of a transfer function or of a device; `None` for other plants, whose
-    /// files people write.
-    pub(crate) fn to_toml(&self) -> Option<String> {
-        let text = match &self.model {
-            PlantModel::Function { function, delay_s } => format!(
-                "[transfer_function]\n{} = \"{function}\"\n{}",
-                p::FUNCTION.key,
-                lines_of([(p::DEAD_TIME, *delay_s)])
-            ),
-            PlantModel::Device(values) => {
-                let values = values.named().map(|(parameter, value)| (*parameter, value));
-                let mut text = format!("[device]\n{}", lines_of(values));
-                if !self.intervals.is_empty() {
-                    text +=
-                        "\n# 95 of 100 such intervals have the true value in them.\n[intervals]\n";
-                }
-                for Interval { key, low, high } in &self.intervals {
-                    text += &format!("{key} = [{low:?}, {high:?}]\n");
-                }
-                text
-            }
-            PlantModel::StateSpace { .. } | PlantModel::Measured(_) => return None,
+/// Reads and checks the text of a file: its plant, and the intervals of a device; `path` is for messages and for the table of a measured
+/// response.
+fn parse(path: &Path, text: &str) -> Result<(PlantModel, Vec<Interval>), FileError> {
+    let document = Parsed::of(path, text)?;
+    let kinds = MODELS.map(|(name, _)| name);
+    let (name, table, mut beside) =
+        document.one_of(&kinds, &["source", INTERVALS], "plant", CHOICE)?;
+    let known = MODELS.iter().find(|(model, _)| *model == name);
+    let table = table.with_keys(known.map(std::slice::from_ref).unwrap_or_default())?;
+    let (model, mut found) = (model(name, &table)?, Vec::new());
+    if let Some(table) = beside.remove(INTERVALS) {
+        let table = table.with_keys(&[(INTERVALS, p::DEVICE_PLANT)])?;
+        let PlantModel::Device(values) = &model else {
+            let reason = format!("[{INTERVALS}] belongs to a [device], not to [{name}]: omit it");
+            return Err(table.fail(reason));
         };
-        let source = source([
-            (p::SOURCE_PROGRAM, &self.program),
-            (p::SOURCE_NOTE, &self.note),
-        ]);
-        Some(text + &source)
+        found = intervals(&table, values)?;
     }
+    if let Some(source) = beside.remove("source") {
+        let source = source.with_keys(&[("source", p::PLANT_SOURCE)])?;
+        source.text(&p::SOURCE_PROGRAM)?;
+        source.text(&p::SOURCE_NOTE)?;
+    }
+    (model.plant()).map_err(|error| table.fail(error.to_string()))?;
+    Ok((model, found))
 }
 
-/// A plant that can be read, and where it comes from.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct PlantFile {
-    pub model: PlantModel,
-    /// Of a device that was measured: between which numbers its values lie.
-    pub(crate) intervals: Vec<Interval>,
-    /// The program that made the file.
-    pub program: String,
-    pub note: String,
+/// `[source]` of a plant that this program made.
+fn made_by(program: &str, note: &str) -> String {
+    let (program, note) = (program.to_owned(), note.to_owned());
+    source([(p::SOURCE_PROGRAM, &program), (p::SOURCE_NOTE, &note)])
 }
 
 /// A plant as its file says it.
@@ -237,19 +185,25 @@ impl PlantModel {
             let points = read_response(path).map_err(Failure::bad_input)?;
             return Ok(Self::Measured(points));
         }
-        let file = PlantFile::read(path)?;
-        Ok(file.model)
+        Ok(parse(path, &text_of(path, "plant")?)?.0)
     }
 
     /// The text of a file of a transfer function or of a device, made by this program; `None` of anything else, which people write.
     #[must_use]
     pub fn to_toml(self, program: &str, note: &str) -> Option<String> {
-        let file = PlantFile {
-            program: program.to_owned(),
-            note: note.to_owned(),
-            ..PlantFile::new(self)
-        };
-        file.to_toml()
+        match self {
+            Self::Function { function, delay_s } => Some(format!(
+                "[transfer_function]\n{} = \"{function}\"\n{}{}",
+                p::FUNCTION.key,
+                lines_of([(p::DEAD_TIME, delay_s)]),
+                made_by(program, note)
+            )),
+            Self::Device(values) => {
+                let intervals = Vec::new();
+                Some(DeviceModel { values, intervals }.to_toml(program, note))
+            }
+            Self::StateSpace { .. } | Self::Measured(_) => None,
+        }
     }
 
     /// The plant.
@@ -347,10 +301,6 @@ pub struct DeviceModel {
     pub values: DeviceValues,
     /// Between which numbers they lie, where that is known.
     pub(crate) intervals: Vec<Interval>,
-    /// The program that made the file.
-    pub program: String,
-    /// Conditions under which it was measured.
-    pub note: String,
 }
 
 type Field = fn(&mut DeviceValues) -> &mut f64;
@@ -402,40 +352,34 @@ impl DeviceModel {
     pub fn find(name: &Path) -> Result<Self, FileError> {
         match name.to_str() {
             Some(p::LABORATORY) => Self::parse(name, include_str!("../../devices/laboratory.toml")),
-            _ => Self::read(name),
+            _ => Self::parse(name, &text_of(name, "device")?),
         }
-    }
-
-    /// Reads and checks a file.
-    pub(crate) fn read(path: &Path) -> Result<Self, FileError> {
-        Self::parse(path, &text_of(path, "device")?)
     }
 
     /// Reads and checks the text of a file; `path` is for messages.
     pub(crate) fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
-        let file = PlantFile::parse(path, text)?;
-        let document = Parsed::of(path, text)?;
-        let PlantModel::Device(values) = file.model else {
+        let (model, intervals) = parse(path, text)?;
+        let PlantModel::Device(values) = model else {
             let reason = "no [device] in it: `device measure` writes such a file";
-            return Err(document.fail(reason.to_owned()));
+            return Err(Parsed::of(path, text)?.fail(reason.to_owned()));
         };
-        Ok(Self {
-            values,
-            intervals: file.intervals,
-            program: file.program,
-            note: file.note,
-        })
+        Ok(Self { values, intervals })
     }
 
-    /// The text of its file.
-    pub(crate) fn to_toml(&self) -> String {
-        let file = PlantFile {
-            model: PlantModel::Device(self.values),
-            intervals: self.intervals.clone(),
-            program: self.program.clone(),
-            note: self.note.clone(),
-        };
-        file.to_toml().unwrap_or_default()
+    /// The text of its file, made by this program; the note says how it was measured.
+    pub(crate) fn to_toml(&self, program: &str, note: &str) -> String {
+        let values = self
+            .values
+            .named()
+            .map(|(parameter, value)| (*parameter, value));
+        let mut text = format!("[device]\n{}", lines_of(values));
+        if !self.intervals.is_empty() {
+            text += "\n# 95 of 100 such intervals have the true value in them.\n[intervals]\n";
+        }
+        for Interval { key, low, high } in &self.intervals {
+            text += &format!("{key} = [{low:?}, {high:?}]\n");
+        }
+        text + &made_by(program, note)
     }
 
     /// Friction, delay, lag and sensors, for a simulation.

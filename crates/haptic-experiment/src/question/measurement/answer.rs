@@ -195,6 +195,6 @@ impl MeasureReport {
     /// The text of the device file, made by this program.
     #[must_use]
     pub fn device_file(&self, program: &str) -> String {
-        DeviceModel::measured(&self.found, program, &self.conditions).to_toml()
+        DeviceModel::measured(&self.found).to_toml(program, &self.conditions)
     }
 }

@@ -666,7 +666,7 @@ impl Measured {
 
 impl DeviceModel {
     /// A device that was measured.
-    pub(crate) fn measured(found: &Measured, program: &str, note: &str) -> Self {
+    pub(crate) fn measured(found: &Measured) -> Self {
         let six = |value: f64| format!("{value:.5e}").parse().unwrap_or(value);
         let estimates = [
             (&p::MASS, Some(found.mass_kg)),
@@ -689,12 +689,7 @@ impl DeviceModel {
                 });
             }
         }
-        Self {
-            values,
-            intervals,
-            program: program.to_owned(),
-            note: note.to_owned(),
-        }
+        Self { values, intervals }
     }
 }
 

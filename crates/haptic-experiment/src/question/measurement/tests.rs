@@ -403,9 +403,14 @@ fn a_plan_outside_its_ranges_is_refused() {
 fn a_device_file_says_what_was_measured_and_refuses_what_cannot_be() {
     let driven = Fine::new(usual(), 1).drive(&short());
     let found = found(&driven.record, false);
-    let written = DeviceModel::measured(&found, "a test", "on \"sim\"");
+    let written = DeviceModel::measured(&found);
     let path = Path::new("lab/device.toml");
-    let read = DeviceModel::parse(path, &written.to_toml()).expect("reads what it writes");
+    let text = written.to_toml("a test", "on \"sim\"");
+    assert!(
+        text.ends_with("program = \"a test\"\nnote = 'on \"sim\"'\n"),
+        "{text}"
+    );
+    let read = DeviceModel::parse(path, &text).expect("reads what it writes");
     assert_eq!(read, written);
     assert!((read.values.mass_kg / found.mass_kg.value - 1.0).abs() < 1e-5);
     let guarded = read.guarded();

@@ -1,11 +1,14 @@
 //! Each kind of plant against the others, and what is said of bad files.
 
-use super::{MeasuredPoints, PlantFile, PlantModel, read_response};
+use super::{MeasuredPoints, PlantModel, parse, read_response};
 use num_complex::Complex;
 use std::path::Path;
 
-fn read(text: &str) -> Result<PlantFile, String> {
-    PlantFile::parse(Path::new("lab/p.toml"), text).map_err(|error| error.to_string())
+fn read(text: &str) -> Result<PlantModel, String> {
+    let found = parse(Path::new("lab/p.toml"), text);
+    found
+        .map(|(model, _)| model)
+        .map_err(|error| error.to_string())
 }
 
 /// The same plant in four ways.
@@ -14,7 +17,7 @@ fn a_device_is_its_function_its_matrices_and_its_measured_response() {
     let device = "[device]\nmass_kg = 0.5\ndamping_n_s_per_m = 3\nhand_stiffness_n_per_m = 20\ndelay_s = 0.01\ncurrent_lag_s = 0.002\n";
     let function = "[transfer_function]\nfunction = \"exp(-0.004s)/((0.5s^2+3s+20)(0.002s+1))\"\ndelay_s = 0.006\n";
     let states = "[state_space]\na = [[0, 1], [-40, -6.0]]\nb = [0, 2]\nc = [1, 0]\ndelay_s = 0.01\ncurrent_lag_s = 0.002\n";
-    let device = read(device).expect("valid").model.plant().expect("a plant");
+    let device = read(device).expect("valid").plant().expect("a plant");
     let folder = tempfile::tempdir().expect("a folder");
     let mut rows = String::from("frequency_hz,note,gain_db,phase_deg\n# a comment\n");
     for k in 0..400 {
@@ -26,16 +29,15 @@ fn a_device_is_its_function_its_matrices_and_its_measured_response() {
         rows += &format!("{hz},x,{gain},{phase}\n");
     }
     std::fs::write(folder.path().join("r.csv"), rows).expect("writes");
-    let measured = PlantFile::parse(
+    let measured = parse(
         &folder.path().join("p.toml"),
         "[measured_response]\nfile = \"r.csv\"\n[source]\nnote = \"shaker\"",
     );
-    let measured = measured.expect("valid");
-    assert_eq!(measured.note, "shaker");
+    let (measured, _) = measured.expect("valid");
     let others = [function, states].map(|text| read(text).expect("valid"));
     let others = others.iter().map(|other| (other, 1e-12));
     for (other, share) in others.chain([(&measured, 1e-3)]) {
-        let plant = other.model.plant().expect("a plant");
+        let plant = other.plant().expect("a plant");
         for omega in [0.1, 1.0, 6.3, 40.0] {
             let want = device.response(omega).expect("there");
             let have = plant.response(omega).expect("there");
@@ -91,15 +93,17 @@ fn a_response_keeps_its_coherent_rows_and_has_no_negative_gain() {
 #[test]
 fn a_function_reads_back_to_the_same() {
     let model = "exp(-0.5s)/(0.8s^2.2+0.5s^0.9+1)".parse();
-    let mut file = PlantFile::new(model.expect("valid"));
-    file.program = "a \"program\"".to_owned();
-    let text = file.to_toml().expect("a function");
-    assert_eq!(read(&text), Ok(file.clone()), "{text}");
-    assert_eq!(file.model.in_words(), "exp(-0.5s)*1/(0.8s^2.2+0.5s^0.9+1)");
-    assert_eq!(
-        PlantFile::new(PlantModel::Measured(MeasuredPoints::default())).to_toml(),
-        None
+    let model: PlantModel = model.expect("valid");
+    assert_eq!(model.in_words(), "exp(-0.5s)*1/(0.8s^2.2+0.5s^0.9+1)");
+    let text = model.clone().to_toml("a \"program\"", "");
+    let text = text.expect("a function");
+    assert!(
+        text.ends_with("[source]\nprogram = 'a \"program\"'\n"),
+        "{text}"
     );
+    assert_eq!(read(&text), Ok(model), "{text}");
+    let measured = PlantModel::Measured(MeasuredPoints::default());
+    assert_eq!(measured.to_toml("", ""), None);
 }
 
 /// A plant file, and the beginning of what is said of it.
@@ -144,7 +148,7 @@ fn what_is_wrong_is_said_in_one_line_with_its_place() {
     for [rows, want] in testkit::table(WRONG_ROWS) {
         std::fs::write(folder.path().join("r.csv"), rows).expect("writes");
         let text = "[measured_response]\nfile = \"r.csv\"";
-        let said = PlantFile::parse(&folder.path().join("p.toml"), text).expect_err(&want);
+        let said = parse(&folder.path().join("p.toml"), text).expect_err(&want);
         assert!(said.to_string().contains(&want), "{said}");
     }
 }
