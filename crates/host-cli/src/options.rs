@@ -417,9 +417,9 @@ impl DeviceModelArguments {
 pub(crate) mod keys {
     use haptic_experiment::parameters::analysis as a;
     use haptic_experiment::parameters::{
-        AGAINST, ARCHITECTURE, AREA, CONTACT, CONTROLLER, COUPLER_DAMPING, COUPLER_SPRING,
+        AGAINST, ARCHITECTURE, AREA, BONDED, CONTACT, CONTROLLER, COUPLER_DAMPING, COUPLER_SPRING,
         CREEP_CONTACT, CREEP_DURATION, CURRENT_LAG, DAMPING, DELAY, DEPTH, DESIGN_ORDERS, DEVICE,
-        DEVICE_MODEL, DISSIPATION, FORCE, FORCE_NOISE_LIMIT, GAIN_MARGIN, GUARD,
+        DEVICE_MODEL, DISSIPATION, FORCE, FORCE_NOISE_LIMIT, GAIN_MARGIN, GUARD, HALF_ANGLE,
         HAND_COUPLER_DISSIPATION, HAND_COUPLER_ORDER, HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, HELD,
         INDENTER_RADIUS, LIBRARY, LINE_DELAY, LOADING, LOOP, MASS, MEASURE_BOX, MEASURE_DEVICE,
         MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, ONE_SIDED, ORDER, PUSH,
@@ -478,6 +478,9 @@ pub(crate) mod keys {
     const WITHOUT_UNITS: &[&Parameter] =
         &[&a::ALPHA, &a::BETA, &a::DELTA, &a::GAMMA, &a::DELAY_SAMPLES];
 
+    /// A tissue, if one is named.
+    pub(crate) const NO_TISSUE: Parameter = TISSUE.without_default();
+
     const ENVIRONMENT: &[&Parameter] = &[
         &ORDER,
         &a::ANALYSED_SCHEME,
@@ -511,6 +514,9 @@ pub(crate) mod keys {
             &FORCE_NOISE_LIMIT, &ONE_SIDED, &WALL_CONTACT,
         ]];
         Teleoperate: &[];
+        ExportC: &[&[
+            &NO_TISSUE, &LOADING, &AREA, &THICKNESS, &INDENTER_RADIUS, &HALF_ANGLE, &BONDED,
+        ]];
         Measure: &[&[
             &MEASURE_DEVICE, &MEASURE_FORCE_LIMIT, &MEASURE_BOX, &MEASURE_DURATION,
             &MEASURE_SAMPLE_TIME, &HELD, &DEVICE_MODEL, &MASS, &DAMPING,

@@ -4,8 +4,11 @@ mod controller;
 
 use crate::command::control::ControllerOption;
 use crate::files::TextFile;
+use crate::names::option_of;
+use crate::options::keys::{self, NO_TISSUE, Named as _};
+use crate::options::{Given, Options};
 use crate::output::Output;
-use crate::parse::{choice, of, order, parse_scheme, quantity, rate};
+use crate::parse::{choice, order, parse_scheme, quantity, rate};
 use clap::Args;
 use clap::builder::ArgPredicate;
 use fracdiff::full_memory::Kernel;
@@ -13,9 +16,9 @@ use fracdiff::scheme::DEFAULT_TOLERANCE;
 use fracdiff::{Operator, OperatorList, Order, Scheme, Seconds};
 use fracdiff_c::{CNumber, Header, HeaderError, Law};
 use haptic_experiment::judge::operator;
-use haptic_experiment::{Failure, ModelledTissue, Named as _, Precision, parameters as p, pressed};
+use haptic_experiment::{Failure, ModelledTissue, Named as _, Precision, parameters as p};
 use haptic_loop::{Loading, LoadingKind, Specimen};
-use haptic_quantity::{digits, written};
+use haptic_quantity::{digits, label, without_unit, written};
 use haptic_tissue::Library;
 use serde_json::{Value, json};
 
@@ -36,14 +39,14 @@ use serde_json::{Value, json};
 )]
 pub(crate) struct Arguments {
     /// Order mu, -2 to 2: positive differentiates, negative integrates
-    #[arg(long, value_parser = order(), required_unless_present_any = ["tissue", "controller"], conflicts_with = "controller")]
+    #[arg(long, value_parser = order(), conflicts_with = "controller")]
     order: Option<Order>,
     #[command(flatten)]
-    tissue: TissueArguments,
+    tissue: Options<keys::ExportC>,
     #[command(flatten)]
     controller: ControllerOption,
     /// Time between two samples [default: from the controller file]
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", p::SAMPLE_TIME.range()), required_unless_present = "controller")]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", p::SAMPLE_TIME.range()))]
     sample_time: Option<f64>,
     /// Fractional operator, see `host-cli --help` [default: full, or from the controller file]
     #[arg(long, value_parser = parse_scheme)]
@@ -80,11 +83,16 @@ struct What<'a> {
 
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
+        let pressed = self.tissue.clone().given()?;
         let controller = &self.controller;
         if let Some(setup) = controller.resolve(self.sample_time, self.scheme)? {
+            alone(&pressed, "--controller")?;
             return self.controller(setup, output);
         }
-        let tissue = self.tissue.resolve()?;
+        if self.order.is_some() {
+            alone(&pressed, "--order")?;
+        }
+        let tissue = tissue(&pressed)?;
         let of_tissue = tissue.as_ref().map(|tissue| tissue.material.order());
         let mu = of_tissue
             .or(self.order)
@@ -228,61 +236,52 @@ fn named(error: HeaderError) -> Failure {
     Failure::input_with_advice(error, "give --name, as in half")
 }
 
-#[derive(Debug, Args)]
-struct TissueArguments {
-    /// Tissue by name or file, instead of an order
-    #[arg(long, value_name = "NAME")]
-    #[arg(conflicts_with_all = ["order", "controller"], help_heading = "Tissue")]
-    tissue: Option<String>,
-    #[arg(long, value_parser = choice::<LoadingKind>(), help = p::LOADING.help, default_value = LoadingKind::Compression.name(), conflicts_with_all = ["order", "controller"], help_heading = "Tissue")]
-    loading: LoadingKind,
-    /// Area of the specimen [default of a slab: 4cm2]
-    #[arg(long, value_parser = of(p::AREA), conflicts_with_all = ["order", "controller"], help_heading = "Tissue")]
-    area: Option<f64>,
-    /// Thickness of the specimen [default of a slab: 20mm]
-    #[arg(long, value_parser = of(p::THICKNESS), conflicts_with_all = ["order", "controller"], help_heading = "Tissue")]
-    thickness: Option<f64>,
-    #[arg(long, value_parser = of(p::INDENTER_RADIUS), help = p::INDENTER_RADIUS.help, conflicts_with_all = ["order", "controller"], help_heading = "Tissue")]
-    indenter_radius: Option<f64>,
-    #[arg(long, value_parser = of(p::HALF_ANGLE), help = p::HALF_ANGLE.help, conflicts_with_all = ["order", "controller"], help_heading = "Tissue")]
-    half_angle: Option<f64>,
-    #[arg(long, help = p::BONDED.help, conflicts_with_all = ["order", "controller"], help_heading = "Tissue")]
-    bonded: bool,
-}
-
 struct Tissue {
     material: ModelledTissue,
     law: Law,
     specimen: Specimen,
 }
 
-impl TissueArguments {
-    fn resolve(&self) -> Result<Option<Tissue>, Failure> {
-        let Some(name) = &self.tissue else {
-            return Ok(None);
-        };
-        let library = Library::load(None).map_err(Failure::input)?;
-        let material = ModelledTissue::new(library.find(name).map_err(Failure::input)?)?;
-        let given = Loading {
-            kind: self.loading,
-            area_m2: self.area,
-            thickness_m: self.thickness,
-            radius_m: self.indenter_radius,
-            half_angle_rad: self.half_angle,
-            bonded: self.bonded,
-        };
-        let piece = pressed(material, given).map_err(|(_, reason)| Failure::bad_input(reason))?;
-        let (stiffness, dissipation) = piece.spring_and_damper();
-        Ok(Some(Tissue {
-            material: *piece.material,
-            law: Law {
-                stiffness,
-                dissipation,
-                depth_map: piece.specimen.depth_map().map(|map| map.numbers()),
-            },
-            specimen: piece.specimen,
-        }))
+/// Refuses what is said of a tissue beside another way to say what to write.
+fn alone(pressed: &Given, other: &str) -> Result<(), Failure> {
+    let mut all = keys::ExportC::OPTIONS.concat().into_iter();
+    match all.find(|parameter| pressed.has(parameter)) {
+        Some(of_tissue) => Err(Failure::bad_input(format_args!(
+            "{of_tissue} is of a tissue and has no effect with {other}: omit one of them"
+        ))),
+        None => Ok(()),
     }
+}
+
+/// The tissue that is named, pressed as the other options say.
+fn tissue(pressed: &Given) -> Result<Option<Tissue>, Failure> {
+    let name = pressed.text(&NO_TISSUE);
+    if name.is_empty() {
+        return Ok(None);
+    }
+    let library = Library::load(None).map_err(Failure::input)?;
+    let material = ModelledTissue::new(library.find(name).map_err(Failure::input)?)?;
+    let size = |size: &p::Parameter| pressed.number(size).filter(|_| pressed.has(size));
+    let given = Loading {
+        kind: LoadingKind::named(pressed.text(&p::LOADING)).unwrap_or(LoadingKind::Compression),
+        area_m2: size(&p::AREA),
+        thickness_m: size(&p::THICKNESS),
+        radius_m: size(&p::INDENTER_RADIUS),
+        half_angle_rad: size(&p::HALF_ANGLE),
+        bonded: pressed.flag(&p::BONDED),
+    };
+    let piece = haptic_experiment::pressed(material, given);
+    let piece = piece.map_err(|(_, reason)| Failure::bad_input(reason))?;
+    let (stiffness, dissipation) = piece.spring_and_damper();
+    Ok(Some(Tissue {
+        material: *piece.material,
+        law: Law {
+            stiffness,
+            dissipation,
+            depth_map: piece.specimen.depth_map().map(|map| map.numbers()),
+        },
+        specimen: piece.specimen,
+    }))
 }
 
 impl Tissue {
@@ -303,9 +302,8 @@ impl Tissue {
             None => format!("y = D^{order} {seen}"),
         };
         let loading = self.specimen.loading();
-        let sizes = self
-            .sizes()
-            .map(|(size, _, unit, what)| format!(", {size} {unit} {what}"));
+        let sizes = self.sizes();
+        let sizes = sizes.map(|(key, size, unit)| format!(", {size} {unit} {}", label(key)));
         let (kind, sizes) = (loading.kind.name(), sizes.collect::<String>());
         let bonded = if loading.bonded { ", bonded" } else { "" };
         let use_of = match depth_map {
@@ -326,29 +324,23 @@ impl Tissue {
         ]
     }
 
-    /// Each size that is given, its option, its unit, and words for it.
-    fn sizes(&self) -> impl Iterator<Item = (f64, &'static str, &'static str, &'static str)> {
+    /// Each size that is given: its key, and the unit in that.
+    fn sizes(&self) -> impl Iterator<Item = (&'static str, f64, &'static str)> {
         let loading = self.specimen.loading();
         let sizes = [
-            (loading.area_m2, "area", "m2", "area"),
-            (loading.thickness_m, "thickness", "m", "thickness"),
-            (
-                loading.radius_m,
-                "indenter-radius",
-                "m",
-                "radius of the indenter",
-            ),
-            (loading.half_angle_rad, "half-angle", "rad", "half angle"),
+            (p::AREA.key, loading.area_m2),
+            (p::THICKNESS.key, loading.thickness_m),
+            (p::INDENTER_RADIUS.key, loading.radius_m),
+            (p::HALF_ANGLE.key, loading.half_angle_rad),
         ];
         let given = sizes.into_iter();
-        given.filter_map(|(size, option, unit, what)| Some((size?, option, unit, what)))
+        given.filter_map(|(key, size)| Some((key, size?, &key[without_unit(key).len() + 1..])))
     }
 
     fn options(&self) -> String {
         let loading = self.specimen.loading();
-        let sizes = self
-            .sizes()
-            .map(|(size, option, unit, _)| format!(" --{option} {size}{unit}"));
+        let sizes = self.sizes();
+        let sizes = sizes.map(|(key, size, unit)| format!(" --{} {size}{unit}", option_of(key)));
         let sizes: String = sizes.collect();
         let bonded = if loading.bonded { " --bonded" } else { "" };
         let (name, kind) = (&self.material.name, loading.kind.name());

@@ -503,7 +503,7 @@ fn a_header_of_a_tissue_under_a_sphere_has_its_map_and_computes_it() {
     place.run(&command).succeeded();
     let header = place.text("liver.h");
     let words = [
-        "The tissue liver, sphere, 0.005 m radius of the indenter, sample time 0.001 s",
+        "The tissue liver, sphere, 0.005 m indenter radius, sample time 0.001 s",
         "f = -(K e(x) + B y)",
         "--loading sphere --indenter-radius 0.005m --sample-time 0.001s",
     ];
@@ -525,6 +525,9 @@ fn a_header_of_a_tissue_under_a_sphere_has_its_map_and_computes_it() {
         export-c --tissue liver --sample-time 1ms --loading sphere => needs | --indenter-radius
         export-c --tissue liver --sample-time 1ms --half-angle 1 => --half-angle
         export-c --order 0.5 --sample-time 1ms --bonded => --bonded | --order
+        export-c --controller 2+3/s --sample-time 10ms area=4cm2 => --area | --controller
+        export-c --sample-time 1ms --thickness 2cm => no order | --tissue
+        export-c --tissue liver --sample-time 1ms bonde=true => bonded
         "#,
     );
 }
