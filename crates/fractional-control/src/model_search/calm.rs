@@ -73,14 +73,19 @@ pub(super) fn drop_what_grows(found: &mut Vec<Found>, record: &InputOutput) {
 const MORE_NUMBERS: usize = 2;
 const MORE_LEFT: f64 = 2.0;
 
-/// The best of those that replace the first, if that grows.
+/// The best of those that replace the first, if that grows. Where the record itself may grow, the criterion must not speak very strongly against it.
 pub(super) fn calm_instead(found: &[Found], record: &InputOutput) -> Option<usize> {
     let first = found
         .first()
         .filter(|first| grows(&first.identified.function, record))?;
     let most = MORE_LEFT * first.identified.rms_residual.max(rounding(record));
+    let worst = match may_grow(record) {
+        true => first.bic + DECISIVE,
+        false => f64::INFINITY,
+    };
     found.iter().position(|own| {
         own.identified.rms_residual <= most
+            && own.bic <= worst
             && own.numbers() <= first.numbers() + MORE_NUMBERS
             && !grows(&own.identified.function, record)
     })
