@@ -59,8 +59,8 @@ impl ForeignName {
     /// A port that cannot be opened, a device that does not answer or answers what cannot be; more axes than it has.
     pub fn open_with(&self, axes: usize, warn: &dyn Fn(&str)) -> Result<SerialLink, OpenError> {
         let served = match (self, axes) {
-            (Self::Haply(name), 1) => Served::start(name.open()?)?,
-            (Self::Haply(name), 2) => Served::start(name.open_both()?)?,
+            (Self::Haply(name), 1) => Served::start(name.open::<1>()?)?,
+            (Self::Haply(name), 2) => Served::start(name.open::<2>()?)?,
             (Self::Moteus(name), 1) => Served::start(name.open()?)?,
             (Self::Inverse3(name), 1) => Served::start(name.open::<1>(warn)?)?,
             (Self::Inverse3(name), 3) => Served::start(name.open::<3>(warn)?)?,
@@ -156,16 +156,13 @@ impl OpenError {
     /// True if another attempt may help: the port is not there yet, or somebody else has it.
     #[must_use]
     pub const fn may_pass(&self) -> bool {
+        use SerialError::{InUse, NotFound, Unreachable};
         matches!(
             self,
             Self::Haply(HaplyOpenError::Port(
-                SerialError::NotFound { .. }
-                    | SerialError::InUse { .. }
-                    | SerialError::Unreachable { .. }
+                NotFound { .. } | InUse { .. } | Unreachable { .. }
             )) | Self::Moteus(MoteusOpenError::Port(
-                SerialError::NotFound { .. }
-                    | SerialError::InUse { .. }
-                    | SerialError::Unreachable { .. }
+                NotFound { .. } | InUse { .. } | Unreachable { .. }
             )) | Self::Inverse3(Inverse3OpenError::NoService { .. } | Inverse3OpenError::NoDevice)
         )
     }

@@ -87,8 +87,12 @@ fn limit(
     }
     // A board that is let go at once falls faster than its rate.
     let certain = most_n > limits.force_n || most_n.is_nan() || loosened.is_none();
-    let ok = kept && reached && loosened.is_some() && followed.fault.is_none();
-    Check::judged(Promise::ForceLimit, promised, seen, ok)
+    let ok = kept && loosened.is_some() && followed.fault.is_none();
+    let check = match ok && !reached {
+        true => Check::not_judged(Promise::ForceLimit, promised, seen),
+        false => Check::judged(Promise::ForceLimit, promised, seen, ok),
+    };
+    check
         .certain(certain)
         .figure("force_max_n", most_n)
         .figure("force_rate_max_n_per_s", rate)
@@ -158,10 +162,12 @@ mod tests {
             |forces: &[f32], loosened| limit(&run(forces), &bounds, String::new(), loosened);
         let judge = |forces: &[f32], loosened| limited(forces, loosened).ok;
         assert_eq!(judge(&[0.0, 0.05, 0.1, 0.1, 0.05], refused()), Some(true));
-        // Too much, too fast, never there, no number, a looser limit was taken.
+        // Never there is not tried.
+        assert!(limited(&[0.0, 0.05], refused()).not_judged);
+        assert!(!limited(&[0.0, 0.05], None).not_judged);
+        // Too much, too fast, no number, a looser limit was taken.
         assert_eq!(judge(&[0.0, 0.05, 0.1, 0.100_01], refused()), Some(false));
         assert_eq!(judge(&[0.0, 0.1], refused()), Some(false));
-        assert_eq!(judge(&[0.0, 0.05], refused()), Some(false));
         assert_eq!(judge(&[0.0, f32::NAN, 0.1], refused()), Some(false));
         assert_eq!(judge(&[0.0, 0.05, 0.1], None), Some(false));
         // What went beyond is broken for certain; what was not tried is not.

@@ -20,8 +20,7 @@ pub(super) fn check(bench: &mut Bench<'_>, followed: Option<&Followed>) -> Resul
     let fault = followed.and_then(|followed| Some((followed, followed.fault_tick()?)));
     let Some((followed, fault)) = fault else {
         let seen = "not tried: no fault before it";
-        let row = Check::judged(Promise::FlightRecorder, promised, seen, false);
-        return Ok(row);
+        return Ok(Check::not_judged(Promise::FlightRecorder, promised, seen));
     };
     let kept = read(bench)?;
     let (seen, ok) = judge(&kept, followed, fault, usize::from(room));

@@ -1,8 +1,7 @@
 //! Opening a 2DIY: the board is configured, and its first answers are looked at.
 
 use super::hardware::Haply2Diy;
-use super::kinematics::Posture;
-use super::model::{HaplyName, Home, Model};
+use super::model::{HaplyName, Home};
 use super::protocol::{ANSWER_BYTES, Trouble, configuration, judged, resynchronise, torques};
 use haptic_loop::realtime::Moment;
 use haptic_remote::serial::{Line, SerialError};
@@ -66,46 +65,17 @@ pub enum HaplyOpenError {
 }
 
 impl HaplyName {
-    /// Opens the port, configures the board and checks its first answers.
+    /// Opens the port, configures the board and checks its first answers; with one axis along a line, with two in the plane.
     ///
     /// # Errors
-    /// A port that cannot be opened; a board that does not answer as a 2DIY does.
-    pub fn open(&self) -> Result<Haply2Diy<Box<dyn Line>>, HaplyOpenError> {
-        let line = haptic_remote::serial::open(&self.path, BAUD)?;
-        Haply2Diy::greet(line, self)
-    }
-
-    /// The same with both axes.
-    pub(crate) fn open_both(&self) -> Result<Haply2Diy<Box<dyn Line>, 2>, HaplyOpenError> {
-        if self.chooses_line() {
+    /// A port that cannot be opened; a board that does not answer as a 2DIY does; a line for two axes.
+    pub fn open<const D: usize>(&self) -> Result<Haply2Diy<Box<dyn Line>, D>, HaplyOpenError> {
+        if D > 1 && self.chooses_line() {
             return Err(HaplyOpenError::Line);
         }
         let line = haptic_remote::serial::open(&self.path, BAUD)?;
-        Haply2Diy::greet_both(line, self)
+        Haply2Diy::greet(line, self)
     }
-}
-
-/// Configures the board, unless it is to keep the home of before; the posture of the last of its first answers. No
-/// torque.
-fn greeted(line: &mut impl Line, name: &HaplyName) -> Result<(Model, Posture), HaplyOpenError> {
-    let model = name.version.model();
-    let gone = |_| HaplyOpenError::First(Trouble::Gone);
-    if name.home == Home::Now {
-        line.write_all(&resynchronise()).map_err(gone)?;
-        line.write_all(&configuration(&model)).map_err(gone)?;
-    }
-    quiet(line)?;
-    let mut posture = None;
-    for _ in 0..FIRST_ANSWERS {
-        let nothing = torques(&model, [0.0; 2]);
-        line.write_all(&nothing).map_err(gone)?;
-        let answer = first_answer(line).map_err(|error| since(name.home, error))?;
-        let seen = judged(&model, answer, None).map_err(HaplyOpenError::First);
-        let (_, seen) = seen.map_err(|error| since(name.home, error))?;
-        posture = Some(seen);
-    }
-    let posture = posture.ok_or(HaplyOpenError::First(Trouble::Gone))?;
-    Ok((model, posture))
 }
 
 /// The same error of a board that is to keep the home of before: what helps is another thing then.
@@ -121,25 +91,30 @@ fn since(home: Home, error: HaplyOpenError) -> HaplyOpenError {
     }
 }
 
-impl<L: Line> Haply2Diy<L, 2> {
-    /// As [`greet`](Haply2Diy::greet), with both axes.
-    ///
-    /// # Errors
-    /// As there.
-    pub fn greet_both(mut line: L, name: &HaplyName) -> Result<Self, HaplyOpenError> {
-        let (model, posture) = greeted(&mut line, name)?;
-        Ok(Self::with_both(line, model, posture))
-    }
-}
-
-impl<L: Line> Haply2Diy<L> {
+impl<L: Line, const D: usize> Haply2Diy<L, D> {
     /// Configures the board at the other end of a line, unless it should keep its earlier home, and
     /// checks its first answers. There is no torque meanwhile.
     ///
     /// # Errors
     /// No answer, or one that such a device cannot give.
     pub fn greet(mut line: L, name: &HaplyName) -> Result<Self, HaplyOpenError> {
-        let (model, posture) = greeted(&mut line, name)?;
+        let model = name.version.model();
+        let gone = |_| HaplyOpenError::First(Trouble::Gone);
+        if name.home == Home::Now {
+            line.write_all(&resynchronise()).map_err(gone)?;
+            line.write_all(&configuration(&model)).map_err(gone)?;
+        }
+        quiet(&mut line)?;
+        let mut posture = None;
+        for _ in 0..FIRST_ANSWERS {
+            let nothing = torques(&model, [0.0; 2]);
+            line.write_all(&nothing).map_err(gone)?;
+            let answer = first_answer(&mut line).map_err(|error| since(name.home, error))?;
+            let seen = judged(&model, answer, None).map_err(HaplyOpenError::First);
+            let (_, seen) = seen.map_err(|error| since(name.home, error))?;
+            posture = Some(seen);
+        }
+        let posture = posture.ok_or(HaplyOpenError::First(Trouble::Gone))?;
         Ok(Self::new(line, model, posture, name))
     }
 }

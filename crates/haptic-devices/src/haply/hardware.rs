@@ -58,30 +58,19 @@ pub struct Haply2Diy<L: Line, const D: usize = 1> {
     position_m: SVector<f32, D>,
 }
 
-impl<L: Line> Haply2Diy<L> {
-    pub(super) fn new(line: L, model: Model, posture: Posture, name: &HaplyName) -> Self {
-        let zero = middle(&model) + name.axis.across_and_along(name.zero_m);
-        let along = SMatrix::from_columns(&[name.axis.along()]);
-        Self::along(line, model, posture, along, zero)
-    }
-}
-
-impl<L: Line> Haply2Diy<L, 2> {
-    /// A device of both axes that has answered: x to the right and y away from the base, from the middle of the workspace.
-    pub(super) fn with_both(line: L, model: Model, posture: Posture) -> Self {
-        let zero = Plane::of(model).centre();
-        Self::along(line, model, posture, SMatrix::identity(), zero)
-    }
-}
-
 impl<L: Line, const D: usize> Haply2Diy<L, D> {
-    fn along(
-        line: L,
-        model: Model,
-        posture: Posture,
-        along: SMatrix<f64, 2, D>,
-        zero: Vector2<f64>,
-    ) -> Self {
+    /// A device that has answered: along a line, or in the plane, x to the right and y away from the base, from the middle of the workspace.
+    pub(super) fn new(line: L, model: Model, posture: Posture, name: &HaplyName) -> Self {
+        let (along, zero) = if D == 1 {
+            let across = name.axis.across_and_along(name.zero_m);
+            let along = name.axis.along();
+            (
+                SMatrix::from_fn(|row, _| along[row]),
+                middle(&model) + across,
+            )
+        } else {
+            (SMatrix::identity(), Plane::of(model).centre())
+        };
         let mut this = Self {
             line,
             model,

@@ -85,7 +85,7 @@ fn a_2diy_keeps_them(version: Version) {
         ..HaplyName::at("emulated")
     };
     let report = kept(&|| {
-        let hardware = Haply2Diy::greet(emulated.line(), &name).expect("answers");
+        let hardware = Haply2Diy::<_, 1>::greet(emulated.line(), &name).expect("answers");
         Ok(emulated.link(hardware, &format!("{name}")))
     });
     assert!(report.board.starts_with("Haply 2DIY"), "{report:#?}");

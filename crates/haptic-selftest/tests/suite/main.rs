@@ -40,9 +40,9 @@ macro_rules! named {
 /// A flaw, the promises that a board with it breaks, if it breaks no others, and words in the row of the first.
 const FLAWS: [(Flaw, &[Promise], bool, &str); 7] = [
     (
-        // Without a fault there is nothing to record either.
+        // Without a fault nothing was recorded: the recorder is not judged.
         Flaw::DeafWatchdog,
-        &[Promise::Watchdog, Promise::FlightRecorder],
+        &[Promise::Watchdog],
         true,
         "no fault",
     ),

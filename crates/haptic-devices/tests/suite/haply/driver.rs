@@ -167,7 +167,7 @@ fn letting_go_leaves_the_board_without_torque_and_configured() {
     let left = wire.with(|world| world.board.torques_nm());
     assert!(left.iter().all(|torque| torque.abs() < 1e-30), "{left:?}");
     // The home of before is still there.
-    let again = Haply2Diy::greet(wire, &name(Version::V2, Home::Before));
+    let again = Haply2Diy::<_, 1>::greet(wire, &name(Version::V2, Home::Before));
     assert!(again.is_ok(), "{again:?}");
 }
 
@@ -188,7 +188,8 @@ fn every_command_finds_the_handle_at_its_home_or_goes_on_with_that_of_before() {
         let home_m = board.body().place_m();
         let wire = Wire::new(World::new(board));
         let seen = |home| {
-            let device = Haply2Diy::greet(wire.clone(), &name(version, home)).expect("answers");
+            let device =
+                Haply2Diy::<_, 1>::greet(wire.clone(), &name(version, home)).expect("answers");
             device.posture().hand_m
         };
         let step_m = 2.0 * f64::from(model.resolution_m());
@@ -210,7 +211,7 @@ fn what_the_home_of_before_cannot_be_names_the_remedy() {
     let (board, now_us) = configured(Version::V2, Version::V3, hand, 1.5);
     let mut world = World::new(board);
     world.now_us = now_us;
-    let refused = Haply2Diy::greet(Wire::new(world), &name(Version::V3, Home::Before));
+    let refused = Haply2Diy::<_, 1>::greet(Wire::new(world), &name(Version::V3, Home::Before));
     let said = refused.expect_err("angles of another device").to_string();
     assert!(said.contains("omit home=before"), "{said}");
 }
@@ -245,12 +246,12 @@ fn a_device_that_is_none_is_refused() {
     };
     // A board that nobody has configured answers with one byte.
     let wire = Wire::new(World::new(fresh()));
-    let before = Haply2Diy::greet(wire, &name(Version::V3, Home::Before));
+    let before = Haply2Diy::<_, 1>::greet(wire, &name(Version::V3, Home::Before));
     let mute = matches!(before, Err(HaplyOpenError::NoHome { bytes: 1 }));
     assert!(mute, "{before:?}");
     let mut world = World::new(fresh());
     world.dead = true;
-    let dead = Haply2Diy::greet(Wire::new(world), &name(Version::V3, Home::Now));
+    let dead = Haply2Diy::<_, 1>::greet(Wire::new(world), &name(Version::V3, Home::Now));
     assert!(
         matches!(dead, Err(HaplyOpenError::Mute { bytes: 0 })),
         "{dead:?}"
@@ -264,7 +265,7 @@ fn a_device_that_is_none_is_refused() {
                 world.board.receive(byte, 0, &mut Vec::new());
             }
         });
-        let greeted = Haply2Diy::greet(wire.clone(), &name(Version::V3, Home::Now));
+        let greeted = Haply2Diy::<_, 1>::greet(wire.clone(), &name(Version::V3, Home::Now));
         assert!(greeted.is_ok(), "{cut}: {greeted:?}");
     }
 }

@@ -269,7 +269,7 @@ impl Running {
     /// Begins with a board that was configured before.
     pub(crate) fn with(board: Board, version: Version, now_us: u64, law: &Law) -> Self {
         let wire = Wire::after(board, now_us);
-        let hardware = Haply2Diy::greet(wire.clone(), &name(version, Home::Before));
+        let hardware = Haply2Diy::<_, 1>::greet(wire.clone(), &name(version, Home::Before));
         let configuration = Configuration {
             stiffness_n_per_m: law.stiffness,
             dissipation_n_s_mu_per_m: law.dissipation,
@@ -299,7 +299,7 @@ impl Running<2> {
         host: HostLaw<2>,
     ) -> Self {
         let wire = Wire::after(board, now_us);
-        let hardware = Haply2Diy::greet_both(wire.clone(), &name(version, Home::Before));
+        let hardware = Haply2Diy::<_, 2>::greet(wire.clone(), &name(version, Home::Before));
         let configuration = Configuration {
             loop_mode: LoopMode::Host,
             ..limited(tick_us)
