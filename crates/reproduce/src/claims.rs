@@ -1,7 +1,7 @@
 //! The claims of the dissertation, judged by computing.
 
 use super::Kind;
-use super::evidence::{self, Formulas, Found};
+use super::evidence::{self, Found};
 use haptic_analysis::AnalysisError;
 use serde::{Serialize, Serializer};
 
@@ -51,7 +51,7 @@ fn verdict(evidence: &[Evidence]) -> String {
     }
 }
 
-type Judge = fn(Kind, &Formulas) -> Found;
+type Judge = fn(Kind) -> Found;
 
 /// Operators of the chapters: first the one the author uses, then what is computed beside it.
 const EXACT: &[Kind] = &[Kind::Exact];
@@ -118,7 +118,7 @@ pub fn judge_all(done: &dyn Fn() -> bool) -> Result<Vec<Claim>, AnalysisError> {
     for (id, section, statement, kinds, judge) in CLAIMS {
         let mut evidence = Vec::new();
         for kind in kinds {
-            let (holds, numbers) = judge(*kind, &Formulas::DISSERTATION)?;
+            let (holds, numbers) = judge(*kind)?;
             let operator = kind.name();
             evidence.push(Evidence {
                 operator,
@@ -257,36 +257,27 @@ mod tests {
 
     #[test]
     fn a_broken_formula_changes_its_verdict() {
-        let broken = Formulas {
-            // Forgets the 2^(μ−1): right at μ = 1 only.
-            passivity: |_, alpha, beta| Ok(0.5 * alpha + beta),
-            // Three times as careful, which is enough.
-            coupling: |mu, t, k, b| 3.0 * (k + b * (0.5 * t).powf(mu)) / 8.0,
-            // A tissue 5 % stiffer than the one that was rendered.
-            stress_factor: 1.05,
-        };
-        let holds = |judge: Judge, kind| judge(kind, &broken).expect("judges").0;
-        assert!(!holds(evidence::corollary_one, Kind::Exact));
-        assert!(holds(evidence::corollary_two, Kind::Exact));
-        assert!(!holds(evidence::relaxation, Kind::Oustaloup));
+        let holds = |found: Found| found.expect("judges").0;
+        // Forgets the 2^(μ−1): right at μ = 1 only.
+        let passivity = |_, alpha, beta| Ok(0.5 * alpha + beta);
+        assert!(!holds(evidence::is_enough(Kind::Exact, passivity)));
+        // Three times as careful, which is enough.
+        let coupling = |mu, t: f64, k, b: f64| 3.0 * (k + b * (0.5 * t).powf(mu)) / 8.0;
+        assert!(holds(evidence::meets_llewellyn(coupling)));
+        // A tissue 5 % stiffer than the one that was rendered.
+        assert!(!holds(evidence::follows(Kind::Oustaloup, 1.05)));
     }
 
     #[test]
     fn the_polynomial_of_chapter_4_does_not_render_the_tissue() {
         // 200 s after the start it ends at 13.2 of the closed form.
-        let found = evidence::relaxation(Kind::Muir, &Formulas::DISSERTATION).expect("judges");
+        let found = evidence::relaxation(Kind::Muir).expect("judges");
         assert!(!found.0 && found.1.contains("200 s: 1.22e1"), "{}", found.1);
     }
 
     #[test]
     fn corollary_one_says_if_and_not_only_if() {
-        let holds = |kind, passivity| {
-            let formulas = Formulas {
-                passivity,
-                ..Formulas::DISSERTATION
-            };
-            evidence::corollary_one(kind, &formulas).expect("judges").0
-        };
+        let holds = |kind, passivity| evidence::is_enough(kind, passivity).expect("judges").0;
         fn is_one(order: Order) -> bool {
             (order.get() - 1.0).abs() < 1e-9
         }

@@ -12,25 +12,10 @@ use serde::Serialize;
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
-/// The formulas of the dissertation under test. A test replaces one and sees a verdict change.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Formulas {
-    /// Corollary 1 (5.1): least δ from μ, α, β.
-    pub(crate) passivity: fn(Order, f64, f64) -> Result<f64, AnalysisError>,
-    /// Corollary 2 (5.20): least b from μ, T, `k_c`, `b_c`.
-    pub(crate) coupling: fn(f64, f64, f64, f64) -> f64,
-    /// Closed form of the tissue's stress (theory of figure 7.2), as a factor on it.
-    pub(crate) stress_factor: f64,
-}
-
-impl Formulas {
-    pub(crate) const DISSERTATION: Self = Self {
-        passivity: corollary_delta,
-        // 8b ≥ k_c + b_c(T/2)^μ
-        coupling: |mu, t, k, b| (k + b * (0.5 * t).powf(mu)) / 8.0,
-        stress_factor: 1.0,
-    };
-}
+/// Corollary 1 (5.1): least δ from μ, α, β. A test tries another one and sees a verdict change.
+pub(crate) type Passivity = fn(Order, f64, f64) -> Result<f64, AnalysisError>;
+/// Corollary 2 (5.20): least b from μ, T, `k_c`, `b_c`.
+pub(crate) type Coupling = fn(f64, f64, f64, f64) -> f64;
 
 /// Does a claim hold with an operator, and the numbers that decide; or one that the analysis refuses, which
 /// constants should not meet.
@@ -85,7 +70,7 @@ fn size(kind: Kind, mu: f64, delta: f64, gamma: f64) -> Result<(f64, f64, f64), 
         .map_or((0.0, 0.0, 0.0), |r| (r.alpha_max, r.beta_max, r.area)))
 }
 
-pub(crate) fn area_grows(kind: Kind, _: &Formulas) -> Found {
+pub(crate) fn area_grows(kind: Kind) -> Found {
     let areas = fine_orders()
         .map(|mu| Ok((mu, size(kind, mu, DELTA, 0.0)?.2)))
         .collect::<Result<Vec<_>, AnalysisError>>()?;
@@ -98,7 +83,7 @@ pub(crate) fn area_grows(kind: Kind, _: &Formulas) -> Found {
     Ok((fall.is_none(), numbers))
 }
 
-pub(crate) fn stiffest_at_two(kind: Kind, _: &Formulas) -> Found {
+pub(crate) fn stiffest_at_two(kind: Kind) -> Found {
     // The stiffest of the others: at 2 it would be the same number twice.
     let (mut order, mut below) = (0.0, 0.0);
     for mu in fine_orders().filter(|mu| *mu < 2.0) {
@@ -114,7 +99,7 @@ pub(crate) fn stiffest_at_two(kind: Kind, _: &Formulas) -> Found {
     ))
 }
 
-pub(crate) fn largest_beta_falls(kind: Kind, _: &Formulas) -> Found {
+pub(crate) fn largest_beta_falls(kind: Kind) -> Found {
     let before = size(kind, 1.5, DELTA, 0.0)?.1;
     let after = size(kind, 2.0, DELTA, 0.0)?.1;
     Ok((
@@ -178,7 +163,7 @@ fn robust(
     Ok((holds, words.join(", ")))
 }
 
-pub(crate) fn robust_to_time(kind: Kind, _: &Formulas) -> Found {
+pub(crate) fn robust_to_time(kind: Kind) -> Found {
     let at = |factor: f64, hand: f64| varied(factor, 1.0, hand);
     let (nondimensional, words) = robust(kind, "shrinks", at, |_, _| 1.0)?;
     // α = KT²/m and β = BT^(2−μ)/m, so areas in K and B go with T^(−2)·T^(μ−2).
@@ -188,12 +173,12 @@ pub(crate) fn robust_to_time(kind: Kind, _: &Formulas) -> Found {
     Ok((nondimensional || with_units, numbers))
 }
 
-pub(crate) fn robust_to_damping(kind: Kind, _: &Formulas) -> Found {
+pub(crate) fn robust_to_damping(kind: Kind) -> Found {
     let at = |factor: f64, hand: f64| varied(1.0, factor, hand);
     robust(kind, "grows", at, |_, _| 1.0)
 }
 
-pub(crate) fn robust_to_hand(kind: Kind, _: &Formulas) -> Found {
+pub(crate) fn robust_to_hand(kind: Kind) -> Found {
     let gamma = 1000.0 * SAMPLE_TIME_S * SAMPLE_TIME_S / MASS_KG;
     let changes = ORDERS
         .iter()
@@ -234,7 +219,7 @@ fn peaks(kind: Kind, wall: Nondimensional) -> Result<Option<Vec<f64>>, AnalysisE
     ORDERS.into_iter().map(peak).collect()
 }
 
-pub(crate) fn sensitivity_rises(kind: Kind, _: &Formulas) -> Found {
+pub(crate) fn sensitivity_rises(kind: Kind) -> Found {
     let (mut tried, mut rising) = (0, 0);
     let three = [0.5, 1.0, 2.0].into_iter();
     let devices = three.flat_map(|b| [varied(1.0, b, 0.0), varied(1.0, b, 1.0)]);
@@ -263,7 +248,7 @@ pub(crate) fn sensitivity_rises(kind: Kind, _: &Formulas) -> Found {
 const WALLS: [(f64, f64); 3] = [(0.0, 1.0), (1.0, 0.0), (0.3, 0.7)];
 
 /// The largest factor by which (5.1) promises too little damping, at which μ, α and β.
-fn shortfall(kind: Kind, formulas: &Formulas) -> Result<(f64, f64, f64, f64), AnalysisError> {
+fn shortfall(kind: Kind, passivity: Passivity) -> Result<(f64, f64, f64, f64), AnalysisError> {
     let mut worst = (0.0_f64, 0.0, 0.0, 0.0);
     for mu in fine_orders() {
         let operator = kind.operator(mu)?;
@@ -271,7 +256,7 @@ fn shortfall(kind: Kind, formulas: &Formulas) -> Result<(f64, f64, f64, f64), An
         let port = OnePort::new(&operator, order)?;
         for (alpha, beta) in WALLS {
             let required = port.required_delta(alpha, beta)?.delta;
-            let factor = required / (formulas.passivity)(order, alpha, beta)?;
+            let factor = required / passivity(order, alpha, beta)?;
             if factor > worst.0 {
                 worst = (factor, mu, alpha, beta);
             }
@@ -280,12 +265,16 @@ fn shortfall(kind: Kind, formulas: &Formulas) -> Result<(f64, f64, f64, f64), An
     Ok(worst)
 }
 
-pub(crate) fn corollary_one(kind: Kind, formulas: &Formulas) -> Found {
-    let (factor, mu, alpha, beta) = shortfall(kind, formulas)?;
+pub(crate) fn corollary_one(kind: Kind) -> Found {
+    is_enough(kind, corollary_delta)
+}
+
+/// True if a condition gives damping enough for Theorem 1, and Colgate's at μ = 1.
+pub(crate) fn is_enough(kind: Kind, passivity: Passivity) -> Found {
+    let (factor, mu, alpha, beta) = shortfall(kind, passivity)?;
     let (alpha_c, beta_c) = WALLS[2];
     // Colgate: b > KT/2 + B, so δ > α/2 + β.
-    let colgate =
-        (formulas.passivity)(Order::new(1.0)?, alpha_c, beta_c)? - (0.5 * alpha_c + beta_c);
+    let colgate = passivity(Order::new(1.0)?, alpha_c, beta_c)? - (0.5 * alpha_c + beta_c);
     let enough = factor <= 1.0 + 1e-9;
     let most = if enough {
         let share = 1.0 / factor;
@@ -298,7 +287,7 @@ pub(crate) fn corollary_one(kind: Kind, formulas: &Formulas) -> Found {
     } else {
         format!("differs from Colgate's by {colgate:.1e}")
     };
-    let (muir, at, ..) = shortfall(Kind::Muir, formulas)?;
+    let (muir, at, ..) = shortfall(Kind::Muir, passivity)?;
     Ok((
         enough && colgate.abs() <= 1e-9,
         format!(
@@ -339,7 +328,7 @@ fn area_under(boundary: &[(f64, f64)]) -> f64 {
     trapezoids.sum()
 }
 
-pub(crate) fn passivity_region(kind: Kind, _: &Formulas) -> Found {
+pub(crate) fn passivity_region(kind: Kind) -> Found {
     let area = |mu| Ok(area_under(&passive_boundary(kind, mu, DELTA, 200)?));
     let quarters = (0..=8).map(|quarter| area(f64::from(quarter) / 4.0));
     let areas = quarters.collect::<Result<Vec<f64>, AnalysisError>>()?;
@@ -348,7 +337,13 @@ pub(crate) fn passivity_region(kind: Kind, _: &Formulas) -> Found {
     Ok((falls(&areas), numbers))
 }
 
-pub(crate) fn corollary_two(_: Kind, formulas: &Formulas) -> Found {
+pub(crate) fn corollary_two(_: Kind) -> Found {
+    // 8b ≥ k_c + b_c(T/2)^μ
+    meets_llewellyn(|mu, t, k, b| (k + b * (0.5 * t).powf(mu)) / 8.0)
+}
+
+/// True if a condition gives damping enough for Llewellyn's criterion up to order 1, and none is enough beyond.
+pub(crate) fn meets_llewellyn(coupling: Coupling) -> Found {
     /// T, s, and couplers (`k_c`, `b_c`·(T/2)^μ), both in N·s/m.
     const T: f64 = 1e-3;
     const COUPLERS: [(f64, f64); 5] = [(1.0, 0.0), (1.0, 0.3), (1.0, 1.0), (0.3, 1.0), (0.0, 1.0)];
@@ -363,7 +358,7 @@ pub(crate) fn corollary_two(_: Kind, formulas: &Formulas) -> Found {
                 .damping_n_s_per_m()
                 .unwrap_or(f64::INFINITY);
             if mu <= 1.0 {
-                needs.push((needed / (formulas.coupling)(mu, T, k, b), mu, k, scaled));
+                needs.push((needed / coupling(mu, T, k, b), mu, k, scaled));
             } else {
                 active_above_one &= needed.is_infinite() || b == 0.0;
             }
@@ -418,7 +413,7 @@ fn damping(at: &Effective) -> f64 {
     at.damping_n_s_per_m
 }
 
-pub(crate) fn effective_stiffness(kind: Kind, _: &Formulas) -> Found {
+pub(crate) fn effective_stiffness(kind: Kind) -> Found {
     let (mut low, mut always_negative) = (f64::INFINITY, true);
     for mu in fine_orders() {
         let (value, _) = least(kind, mu, kind == Kind::Continuous, |at| {
@@ -438,7 +433,7 @@ pub(crate) fn effective_stiffness(kind: Kind, _: &Formulas) -> Found {
     Ok((low >= -1e-12 && always_negative, numbers))
 }
 
-pub(crate) fn damps(kind: Kind, _: &Formulas) -> Found {
+pub(crate) fn damps(kind: Kind) -> Found {
     let mut lowers = Vec::new();
     for mu in fine_orders().filter(|mu| *mu >= 1.0) {
         let (_, first) = least(kind, mu, true, damping)?;
@@ -460,12 +455,12 @@ fn least_damping(kind: Kind) -> Result<f64, AnalysisError> {
     Ok(low)
 }
 
-pub(crate) fn positive_damping(kind: Kind, _: &Formulas) -> Found {
+pub(crate) fn positive_damping(kind: Kind) -> Found {
     let low = least_damping(kind)?;
     Ok((low > 0.0, format!("damping at least {low:.1e}")))
 }
 
-pub(crate) fn stores(kind: Kind, _: &Formulas) -> Found {
+pub(crate) fn stores(kind: Kind) -> Found {
     let low = least_damping(kind)?;
     let most = |mu| Ok::<_, AnalysisError>(-least(kind, mu, false, |at| -damping(at))?.0);
     let [none, two] = [most(0.0)?, most(2.0)?];
@@ -475,7 +470,7 @@ pub(crate) fn stores(kind: Kind, _: &Formulas) -> Found {
     Ok((low > 0.0 && none.max(two) < 1e-12, numbers))
 }
 
-pub(crate) fn classical(kind: Kind, _: &Formulas) -> Found {
+pub(crate) fn classical(kind: Kind) -> Found {
     let (operator, difference) = (kind.response(1.0)?, Kind::Exact.response(1.0)?);
     let gain = |theta| operator.response(theta) / difference.response(theta);
     let apart = (1..=4000).map(|i| (gain(PI * f64::from(i) / 4000.0) - 1.0).norm());
@@ -486,7 +481,7 @@ pub(crate) fn classical(kind: Kind, _: &Formulas) -> Found {
 }
 
 /// The device is the realistic one of figure 4.3, on a coarser grid.
-pub(crate) fn experiments(kind: Kind, _: &Formulas) -> Found {
+pub(crate) fn experiments(kind: Kind) -> Found {
     let few = format!("points = 5\n{REALISTIC}");
     let boundaries = simulated(kind, &few, &AtomicBool::new(false)).map_err(constants)?;
     let (mut largest, mut lost) = (Vec::new(), Vec::new());
@@ -502,7 +497,7 @@ pub(crate) fn experiments(kind: Kind, _: &Formulas) -> Found {
 /// μ of the cancerous prostate.
 const TISSUE_ORDER: f64 = 0.2247;
 
-pub(crate) fn short_memory(_: Kind, _: &Formulas) -> Found {
+pub(crate) fn short_memory(_: Kind) -> Found {
     let order = Order::new(TISSUE_ORDER)?;
     // 200 s after the start of a 1 s ramp at 1 kHz the last 1000 samples are all on the hold, so a
     // short memory gives the sum of its weights.
@@ -529,8 +524,13 @@ pub(crate) fn short_memory(_: Kind, _: &Formulas) -> Found {
     ))
 }
 
-pub(crate) fn relaxation(kind: Kind, formulas: &Formulas) -> Found {
-    let error = relaxation_error(kind, formulas.stress_factor)?;
+pub(crate) fn relaxation(kind: Kind) -> Found {
+    follows(kind, 1.0)
+}
+
+/// True if the rendered relaxation follows so many times the closed form of the tissue's stress (theory of figure 7.2).
+pub(crate) fn follows(kind: Kind, times: f64) -> Found {
+    let error = relaxation_error(kind, times)?;
     Ok((
         error < 0.01,
         format!("largest relative deviation from the closed form, 1.1 s to 200 s: {error:.2e}"),
