@@ -21,12 +21,10 @@ mod response;
 #[cfg(test)]
 mod tests;
 
-use crate::document::failure::Failure;
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::Range;
 use crate::document::parameters::{DEVICE, MAX_AGE_TICKS, SAMPLE_TIME, WATCHDOG};
 use crate::question::bench::SIMULATED;
-use crate::run::advice::check;
 pub use answer::{MeasureReport, Measurement};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{Limits, Stuck, Workspace};
@@ -97,14 +95,6 @@ impl MeasurePlan {
     /// The length to which motions are compared, m: the box, but not more than the usual one. A wider box gives room, it asks for no more motion.
     fn near_m(&self) -> f64 {
         f64::min(self.box_m, MEASURE_BOX.default_number())
-    }
-
-    /// Refuses what is outside its range.
-    pub(crate) fn check(&self) -> Result<(), Failure> {
-        check(&MEASURE_SAMPLE_TIME, self.sample_time_s)?;
-        check(&MEASURE_FORCE_LIMIT, self.force_limit_n)?;
-        check(&MEASURE_BOX, self.box_m)?;
-        check(&MEASURE_DURATION, self.duration_s)
     }
 
     /// Limits of the safety chain of a device that is at `start_m`.

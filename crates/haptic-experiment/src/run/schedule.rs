@@ -1,7 +1,7 @@
 //! Schedule of a run: the number of ticks, the time of each, and the pace of time.
 
 use crate::document::failure::Failure;
-use crate::document::parameters::{TRIAL_DURATION, range};
+use crate::document::parameters::TRIAL_DURATION;
 use crate::run::realtime::RealtimeOptions;
 use fracdiff::parameter::Shown;
 use haptic_loop::ParameterError;
@@ -53,7 +53,7 @@ impl Schedule {
         // NaN, and what no `Duration` holds, become 0, which is refused.
         let period = Duration::try_from_secs_f64(self.sample_time_s).unwrap_or_default();
         let config = PeriodicConfig {
-            thread: options.thread(),
+            thread: options,
             ..PeriodicConfig::new(period)
         };
         config.checked().map(Some)
@@ -66,22 +66,6 @@ pub(crate) fn samples(
     sample_time_s: f64,
     allowed: &RangeInclusive<f64>,
 ) -> Result<u64, Failure> {
-    for (what, key, time_s, range) in [
-        ("duration", "duration_s", duration_s, range::DURATIONS),
-        (
-            "sample time",
-            "sample_time_s",
-            sample_time_s,
-            range::SAMPLE_TIMES,
-        ),
-    ] {
-        if !range.contains(time_s) {
-            return Err(Failure::bad_input(format_args!(
-                "{what} {} s is not {range} s: change `{key}`",
-                Shown(time_s)
-            )));
-        }
-    }
     let samples = (duration_s / sample_time_s).round() + 1.0;
     if allowed.contains(&samples) {
         return Ok(samples as u64);

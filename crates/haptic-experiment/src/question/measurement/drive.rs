@@ -175,7 +175,6 @@ pub(crate) fn on_simulated(
     progress: &dyn Fn(u64),
     stop: &AtomicBool,
 ) -> Result<MotionRecord, Failure> {
-    plan.check()?;
     let config = MassDamperConfig {
         sample_time: Seconds(plan.sample_time_s),
         ..device
@@ -447,7 +446,6 @@ pub(crate) fn on_serial(
     progress: &dyn Fn(u64),
     stop: &AtomicBool,
 ) -> Result<(MotionRecord, String), Failure> {
-    plan.check()?;
     let remote = RemoteDevice {
         loop_mode: LoopMode::Host,
         ..remote.clone()

@@ -9,8 +9,9 @@ use super::estimate::{Estimate, MeasureError, Measured, estimate};
 use super::response::{coherent, response};
 use super::{
     MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, MeasurePlan,
-    MotionRecord,
+    Measurement, MotionRecord,
 };
+use crate::document::Document;
 use crate::run::plant_file::DeviceModel;
 use crate::{Imperfections, Sensors};
 use fracdiff::Seconds;
@@ -381,21 +382,17 @@ fn a_stop_lets_the_force_fall_to_zero() {
 
 #[test]
 fn a_plan_outside_its_ranges_is_refused() {
-    type Change = fn(&mut MeasurePlan);
-    let wrong: [(Change, &str); 4] = [
-        (
-            |plan| plan.force_limit_n = f64::NAN,
-            "force_limit_n = NaN is not",
-        ),
-        (|plan| plan.box_m = -1.0, "box_m = -1 is not"),
-        (|plan| plan.duration_s = 0.1, "duration_s = 0.1 is not"),
-        (|plan| plan.sample_time_s = 1.0, "sample_time_s = 1 is not"),
-    ];
-    for (change, what) in wrong {
-        let mut plan = short();
-        change(&mut plan);
-        let said = plan.check().expect_err(what).to_string();
-        assert!(said.starts_with(what), "{said}");
+    for [line, want] in testkit::table(
+        r#"
+        force_limit_n = nan | force_limit_n = NaN is not
+        box_m = -1 | box_m = -1 is not
+        duration_s = 0.1 | duration_s = 0.1 is not
+        sample_time_s = 1 | sample_time_s = 1 is not
+        "#,
+    ) {
+        let document = Document::of_text(Path::new("m.toml"), &format!("[measure]\n{line}\n"));
+        let said = Measurement::open(&document).expect_err(&want).to_string();
+        assert!(said.starts_with(&format!("m.toml:2: {want}")), "{said}");
     }
 }
 
