@@ -98,7 +98,7 @@ impl RtCheck {
         let period = Duration::try_from_secs_f64(1.0 / hz).map_err(Failure::input)?;
         let cycles = (self.duration.as_secs_f64() * hz).ceil().max(1.0) as u64;
         let config = PeriodicConfig {
-            thread: self.thread.thread(),
+            thread: self.thread,
             ..PeriodicConfig::new(period)
         };
         let mut periodic = Periodic::new(config).map_err(|error| {

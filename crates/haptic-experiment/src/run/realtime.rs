@@ -1,36 +1,13 @@
 //! A run by the clock: what is asked for its thread, and what it reports.
 
 use crate::run::flat::flat;
-use haptic_loop::realtime::{Percentiles, RaisedThread, ThreadConfig, Timing, WorstCycle};
+pub use haptic_loop::realtime::ThreadConfig as RealtimeOptions;
+use haptic_loop::realtime::{RaisedThread, Timing, WorstCycle};
 use hdrhistogram::Histogram;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::time::Duration;
-
-/// Options for the thread of the loop.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct RealtimeOptions {
-    /// `SCHED_FIFO` at this priority; `None` for a normal thread.
-    pub priority: Option<u8>,
-    /// The only core to run on.
-    pub pin: Option<usize>,
-}
-
-impl RealtimeOptions {
-    /// Priority where none is given: above the interrupts' threads of a real-time kernel, 50.
-    pub const DEFAULT_PRIORITY: u8 = 80;
-
-    /// For the thread that ticks; memory is locked with a priority only.
-    #[must_use]
-    pub const fn thread(self) -> ThreadConfig {
-        ThreadConfig {
-            priority: self.priority,
-            pin: self.pin,
-            lock_memory: self.priority.is_some(),
-        }
-    }
-}
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Microseconds {
@@ -45,12 +22,12 @@ pub(crate) struct Microseconds {
 impl Microseconds {
     /// Of a histogram of ns.
     pub(crate) fn of(histogram: &Histogram<u64>) -> Self {
-        let found = Percentiles::of(histogram);
+        let at = |quantile| histogram.value_at_quantile(quantile) as f64 / 1e3;
         Self {
-            p50: microseconds(found.p50),
-            p99: microseconds(found.p99),
-            p999: microseconds(found.p999),
-            max: microseconds(found.max),
+            p50: at(0.5),
+            p99: at(0.99),
+            p999: at(0.999),
+            max: histogram.max() as f64 / 1e3,
         }
     }
 }

@@ -32,4 +32,4 @@ pub use moment::Moment;
 pub use periodic::{Cycle, Periodic, PeriodicConfig, SpinMargin};
 pub use system::{Refusal, StdWaiter, Waiter};
 pub use thread::{Fallback, PRIORITIES, RaisedThread, ThreadConfig};
-pub use timing::{Overruns, Percentiles, Timing, WorstCycle};
+pub use timing::{Overruns, Timing, WorstCycle};

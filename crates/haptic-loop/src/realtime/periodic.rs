@@ -41,7 +41,6 @@ impl PeriodicConfig {
             thread: ThreadConfig {
                 priority: None,
                 pin: None,
-                lock_memory: false,
             },
             spin_margin: SpinMargin::Auto,
         }

@@ -8,15 +8,18 @@ use core::marker::PhantomData;
 /// Priorities that a system may grant.
 pub const PRIORITIES: core::ops::RangeInclusive<u8> = 1..=99;
 
-/// The wishes for a thread.
+/// The wishes for a thread. One with a priority keeps the memory of the whole process out of the swap, and touched.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ThreadConfig {
     /// `SCHED_FIFO` at this priority, 1 to 99, and time-critical on Windows; `None` for the normal one.
     pub priority: Option<u8>,
     /// The only core to run on.
     pub pin: Option<usize>,
-    /// Keep the memory of the whole process out of the swap, and touched.
-    pub lock_memory: bool,
+}
+
+impl ThreadConfig {
+    /// Priority where none is given: above the interrupts' threads of a real-time kernel, 50.
+    pub const DEFAULT_PRIORITY: u8 = 80;
 }
 
 /// The wishes that were refused; prints as one sentence that says what to do.
@@ -81,10 +84,7 @@ impl RaisedThread {
         let pin = config
             .pin
             .and_then(|core| Some((core, thread.pin(core).err()?)));
-        let memory = match config.lock_memory {
-            true => thread.lock_memory().err(),
-            false => None,
-        };
+        let memory = config.priority.and_then(|_| thread.lock_memory().err());
         // Last, so that what comes before does not run at it.
         let priority = config
             .priority
@@ -124,7 +124,7 @@ impl RaisedThread {
     /// True if the memory is locked.
     #[must_use]
     pub const fn memory_is_locked(&self) -> bool {
-        self.config.lock_memory && self.fallback.memory.is_none()
+        self.config.priority.is_some() && self.fallback.memory.is_none()
     }
 }
 

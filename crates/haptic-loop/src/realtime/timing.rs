@@ -54,33 +54,6 @@ pub struct WorstCycle {
     pub compute: Duration,
 }
 
-/// Four percentiles that summarise a histogram of times.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Percentiles {
-    /// Half of the values are no larger.
-    pub p50: Duration,
-    /// 99 of 100 took no longer.
-    pub p99: Duration,
-    /// 999 of 1000 took no longer.
-    pub p999: Duration,
-    /// The longest time of all.
-    pub max: Duration,
-}
-
-impl Percentiles {
-    /// Of a histogram of ns.
-    #[must_use]
-    pub fn of(histogram: &Histogram<u64>) -> Self {
-        let at = |quantile| Duration::from_nanos(histogram.value_at_quantile(quantile));
-        Self {
-            p50: at(0.5),
-            p99: at(0.99),
-            p999: at(0.999),
-            max: Duration::from_nanos(histogram.max()),
-        }
-    }
-}
-
 impl Timing {
     pub(super) fn new() -> Result<Self, ParameterError> {
         // These bounds are good, so there is always a histogram.

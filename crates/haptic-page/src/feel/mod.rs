@@ -116,7 +116,7 @@ impl Feel {
             orders: orders_end,
             out: samples,
         };
-        let (thread, counted) = (place.realtime.thread(), Arc::clone(&counts));
+        let (thread, counted) = (place.realtime, Arc::clone(&counts));
         let threads = Mutex::new(vec![
             std::thread::spawn(move || {
                 ticking::run(&mut controller, &mut device, ends, &counted, thread);

@@ -268,7 +268,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         controller: &mut Controller<F, D, E>,
         supervisor: Supervisor<'_>,
     ) -> Result<(), SerialError> {
-        let thread = RaisedThread::new(self.ready.schedule.thread_options().thread());
+        let thread = RaisedThread::new(self.ready.schedule.thread_options());
         self.record.raised(&thread);
         if !self.start(0, supervisor)? {
             return self.ready.link.disarm();
