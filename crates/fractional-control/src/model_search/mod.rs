@@ -213,8 +213,7 @@ pub fn identify(
         .partition::<Vec<Guess>, _>(|own| !own.has_free_orders);
     let told = !guesses.iter().any(|guess| guess.dead_time.is_free());
     let mut search = Search::new(record, held, told);
-    let (mut found, mut refused) = fitted_of_whole_orders(&search, &whole);
-    done(whole.len());
+    let (mut found, mut refused) = fitted_of_whole_orders(&search, &whole, done);
     // What leaves nothing is not bettered by as many numbers.
     let enough = |found: &[Found]| {
         // As good as exact, or with nothing left but noise.
@@ -311,11 +310,16 @@ const POLISHED: usize = 4;
 fn fitted_of_whole_orders(
     search: &Search<'_>,
     guesses: &[Guess],
+    done: &(dyn Fn(usize) + Sync),
 ) -> (Vec<Found>, Option<ControlError>) {
     let Search { record, held, .. } = *search;
-    let fitted = |guesses: &[Guess], search: &Search<'_>| {
-        let fits = guesses.par_iter();
-        let fits: Vec<_> = fits.map(|guess| with_fewer(guess, search)).collect();
+    let fitted = |guesses: &[Guess], search: &Search<'_>, first: bool| {
+        let fits = guesses.par_iter().map(|guess| {
+            let fitted = with_fewer(guess, search);
+            done(usize::from(first));
+            fitted
+        });
+        let fits: Vec<_> = fits.collect();
         let (mut found, mut refused) = (Vec::new(), None);
         for fit in fits {
             match fit {
@@ -325,8 +329,9 @@ fn fitted_of_whole_orders(
         }
         (found, refused)
     };
-    if let Some(part) = part(record, held, LONG) {
-        let (mut of_part, _) = fitted(guesses, &Search::new(&part, held, search.told));
+    let part = part(record, held, LONG);
+    if let Some(part) = &part {
+        let (mut of_part, _) = fitted(guesses, &Search::new(part, held, search.told), true);
         of_part.sort_by(|a, b| a.bic.total_cmp(&b.bic));
         let best = of_part.first().map(|best| best.identified.rms_residual);
         let of_part = of_part.iter().take(POLISHED).map(|own| Guess {
@@ -334,15 +339,15 @@ fn fitted_of_whole_orders(
             has_free_orders: false,
             dead_time: own.identified.dead_time,
         });
-        let whole = fitted(&of_part.collect::<Vec<_>>(), search);
+        let whole = fitted(&of_part.collect::<Vec<_>>(), search, false);
         let least = whole.0.iter().map(|own| own.identified.rms_residual);
         let least = least.fold(f64::INFINITY, f64::min);
-        let as_much = AS_MUCH * livelier(record, &part);
+        let as_much = AS_MUCH * livelier(record, part);
         if best.is_some_and(|best| least <= as_much * best.max(resolved(record))) {
             return whole;
         }
     }
-    fitted(guesses, search)
+    fitted(guesses, search, part.is_none())
 }
 
 /// A number whose standard error is so many times its size has gone to its limit.
