@@ -23,8 +23,6 @@ pub(crate) const OUT: Key = Key("out");
 /// Leave to write over a file or into a folder that is there.
 pub(crate) const OVERWRITE: Key = Key("overwrite");
 pub(crate) const REALTIME: Key = Key("realtime");
-/// Time to wait for a device or another side.
-pub(crate) const PATIENCE: Key = Key("patience");
 /// Share of the ticks that may be skipped.
 pub(crate) const SKIPPED_SHARE: Key = Key("skipped_most");
 /// Port at which one side of a teleoperation waits.
