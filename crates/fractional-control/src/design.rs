@@ -147,8 +147,8 @@ impl ControlDesign {
     pub fn answer(&self) -> Result<ControlAnswer, ControlError> {
         let tried = |tuned: Result<Tuned, ControlError>| self.candidate(tuned?);
         // Side by side: a slider waits for it.
-        let (fractional, integer) =
-            rayon::join(|| tried(self.tuned()), || tried(self.tuned_integer()));
+        let integer = || tune_integer(&self.plant, self.sampling()?, &self.wishes);
+        let (fractional, integer) = rayon::join(|| tried(self.tuned()), || tried(integer()));
         Ok(ControlAnswer {
             fractional: fractional?,
             integer,
@@ -165,10 +165,6 @@ impl ControlDesign {
             });
         }
         Ok(tuned)
-    }
-
-    fn tuned_integer(&self) -> Result<Tuned, ControlError> {
-        tune_integer(&self.plant, self.sampling()?, &self.wishes)
     }
 
     fn sampling(&self) -> Result<Option<Sampling>, ControlError> {

@@ -134,12 +134,6 @@ impl Exchange {
         self.in_row
     }
 
-    /// The board takes every force that goes out, or answers none: without an answer nothing says that it took the last.
-    pub const fn unconfirmed(&mut self) -> u32 {
-        self.withheld = true;
-        self.unanswered()
-    }
-
     /// The force of this tick went out to the board, or did not.
     pub const fn sent(&mut self, went_out: bool) {
         self.withheld = !went_out;

@@ -118,13 +118,6 @@ const fn joint(port: u8, direction: Direction, home_deg: f32, counts_per_turn: f
     }
 }
 
-impl Joint {
-    /// Counts of the encoder when the handle is at home: whole, cut off as the board does.
-    pub(crate) fn home_counts(&self) -> f32 {
-        counts_at(self.home_deg, self.counts_per_turn)
-    }
-}
-
 /// Whole counts of an angle in degrees, in the arithmetic of the board.
 #[must_use]
 pub fn counts_at(degrees: f32, counts_per_turn: f32) -> f32 {
@@ -143,7 +136,8 @@ impl Model {
     #[must_use]
     pub fn home(&self) -> [f64; 2] {
         self.joints.map(|joint| {
-            let counts = f64::from(joint.home_counts());
+            // Whole, cut off as the board does.
+            let counts = f64::from(counts_at(joint.home_deg, joint.counts_per_turn));
             counts / f64::from(joint.counts_per_turn) * core::f64::consts::TAU
         })
     }

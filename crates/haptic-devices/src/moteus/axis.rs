@@ -176,7 +176,9 @@ impl<S: Read + Write> MoteusAxis<S> {
                 Ok(())
             };
         }
-        let lost = self.exchange.unconfirmed();
+        // The board takes every force that goes out, or answers none: nothing says that it took the last.
+        self.exchange.sent(false);
+        let lost = self.exchange.unanswered();
         if lost < self.settings.lost_most {
             return Ok(());
         }

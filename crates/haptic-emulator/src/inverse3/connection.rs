@@ -112,7 +112,8 @@ impl Connection {
         let config = WebSocketConfig::default().read_buffer_size(READ_AT_ONCE);
         let mut socket = WebSocket::from_raw_socket(Bytes::default(), Role::Server, Some(config));
         let mut service = self.service();
-        let session = service.begin_session();
+        service.counted.sessions += 1;
+        let session = service.counted.sessions;
         let inventory = service.told(session, true).to_string();
         // Into memory, which takes it.
         let _ = socket.send(Message::text(inventory));

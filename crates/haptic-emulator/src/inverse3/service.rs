@@ -40,7 +40,7 @@ struct Unit {
 pub struct Service {
     version: String,
     units: Vec<Unit>,
-    counted: Counted,
+    pub(super) counted: Counted,
 }
 
 impl Service {
@@ -93,11 +93,6 @@ impl Service {
     pub fn first(&self) -> Option<([f64; 3], [f64; 3])> {
         let unit = self.units.first()?;
         Some((unit.body.place_m.into(), unit.force_n.into()))
-    }
-
-    pub(super) fn begin_session(&mut self) -> u64 {
-        self.counted.sessions += 1;
-        self.counted.sessions
     }
 
     pub(super) fn end_session(&mut self, session: u64) {
