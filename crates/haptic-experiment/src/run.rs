@@ -40,7 +40,7 @@ use drive_verdict::DriveVerdict;
 use ending::{Ending, Lateness};
 use fault_recorder::FaultSeen;
 pub use folder::{FolderRequest, OutputFolder, next_free, write_text};
-use haptic_log::live::{Live, LiveStreams};
+use haptic_log::live::LiveStreams;
 use haptic_log::record::{END, FinishedLog, StartTime};
 use haptic_loop::Fault;
 use haptic_loop::realtime::{Moment, Periodic};
@@ -72,13 +72,6 @@ pub struct Supervisor<'a> {
     pub live: Option<&'a LiveStreams>,
     /// Hears what a user should know before the run is over.
     pub warn: Warn<'a>,
-}
-
-impl<'a> Supervisor<'a> {
-    /// The streams; none for a second run.
-    pub(super) fn live_streams(&self) -> Vec<Box<dyn Live>> {
-        self.live.map(LiveStreams::take).unwrap_or_default()
-    }
 }
 
 impl std::fmt::Debug for Supervisor<'_> {
@@ -161,7 +154,9 @@ pub(crate) fn recorder(
     // What a run did goes before what its document asked for.
     let mut metadata = request.provenance.clone();
     metadata.extend(of_run);
-    let (log, live) = (folder.file("mcap"), supervisor.live_streams());
+    let log = folder.file("mcap");
+    // None for a second run.
+    let live = (supervisor.live).map_or_else(Vec::new, LiveStreams::take);
     let (overwrite, roll_bytes) = (folder.overwrite(), folder.roll_bytes());
     Recorder::start(&log, metadata, waits, overwrite, roll_bytes, live)
         .inspect_err(|_| folder.discard())

@@ -1,9 +1,8 @@
 //! What is asked of a self-test, and what it says: settings, notices to the person beside the device, promises, rows.
 
 use fracdiff::parameter::Shown;
-use haptic_experiment::parameters::{FORCE_LIMIT, WATCHDOG};
+use haptic_experiment::parameters::FORCE_LIMIT;
 use haptic_experiment::{Failure, Named};
-use haptic_link::Limits;
 use haptic_remote::serial::SerialLink;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -16,8 +15,6 @@ use std::time::Duration;
 pub struct SelfTest {
     /// Force limit during the test, N; the device's own limit applies if it is lower.
     pub force_limit_n: f64,
-    /// Silence after which the device has to let go, ms.
-    pub watchdog_ms: u16,
     /// Period of the loop in the trials, µs; the nearest that the device has.
     pub period_us: u32,
     /// Whether somebody is there to press the emergency stop, if the device has one.
@@ -36,13 +33,14 @@ pub enum EmergencyStop {
 }
 
 impl SelfTest {
-    /// 0.1 N, 200 ms, 1 kHz.
+    /// 0.1 N, 1 kHz.
     pub const DEFAULT: Self = Self {
         force_limit_n: 0.1,
-        watchdog_ms: 200,
         period_us: 1000,
         emergency_stop: EmergencyStop::AsTheDevice,
     };
+    /// Silence after which the device has to let go, ms.
+    pub(super) const WATCHDOG_MS: u16 = 200;
     /// Range of [`force_limit_n`](Self::force_limit_n): what a hand can feel but hold without
     /// effort.
     pub const FORCE_LIMIT_N: [f64; 2] = [1e-3, 2.0];
@@ -55,13 +53,6 @@ impl SelfTest {
             return Err(Failure::bad_input(format_args!(
                 "force limit {} N of a self-test is not in [{least}, {most}] N: change {FORCE_LIMIT}",
                 Shown(self.force_limit_n)
-            )));
-        }
-        let (least, most) = (Limits::WATCHDOG_MIN_MS, Limits::WATCHDOG_MAX_MS);
-        if !(least..=most).contains(&self.watchdog_ms) {
-            return Err(Failure::bad_input(format_args!(
-                "watchdog time {} ms is not in [{least}, {most}] ms: change {WATCHDOG}",
-                self.watchdog_ms
             )));
         }
         Ok(())

@@ -3,7 +3,7 @@
 use super::bench::{Bench, Broken, LONG_WATCHDOG_MS};
 use super::checks::refused;
 use super::fall::{Bounds, Fall};
-use super::promise::{Check, Promise};
+use super::promise::{Check, Promise, SelfTest};
 use super::trial::{Followed, HALF_PERIOD_TICKS, LATE, Trial, alternating};
 use haptic_loop::Fault;
 use haptic_remote::{LinkError, Tick};
@@ -53,7 +53,7 @@ pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<(Check, Option<Followed>
     bench.trying(Promise::Watchdog)?;
     let bounds = bench.bounds();
     let Bounds { limits, period_s } = bounds;
-    let watchdog_ms = bench.test.watchdog_ms;
+    let watchdog_ms = SelfTest::WATCHDOG_MS;
     let made_at = made_at(&bounds);
     let silent_ticks = (1e-3 * f64::from(watchdog_ms) / period_s) as u32;
     let trial = Trial {

@@ -231,14 +231,9 @@ fn a_limit_of_the_device_breaks_no_promise() {
 #[test]
 fn a_number_outside_its_range_is_refused_before_anything_is_asked() {
     let test = SelfTest::DEFAULT;
-    for (force_limit_n, watchdog_ms, words) in [
-        (5.0, test.watchdog_ms, "force_limit_n"),
-        (f64::NAN, test.watchdog_ms, "NaN"),
-        (test.force_limit_n, 1, "watchdog_s"),
-    ] {
+    for (force_limit_n, words) in [(5.0, "force_limit_n"), (f64::NAN, "NaN")] {
         let test = SelfTest {
             force_limit_n,
-            watchdog_ms,
             ..test
         };
         let stop = AtomicBool::new(false);

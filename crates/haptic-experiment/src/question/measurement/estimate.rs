@@ -508,12 +508,9 @@ fn deviation_m(positions_m: &[f64]) -> f64 {
         .copied()
         .filter(|x| x.is_finite())
         .collect();
-    if known.len() < 2 {
-        return 0.0;
-    }
-    let count = known.len() as f64;
-    let mean = known.iter().sum::<f64>() / count;
-    (known.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (count - 1.0)).sqrt()
+    let mean = known.iter().sum::<f64>() / known.len() as f64;
+    let squares = known.iter().map(|x| (x - mean) * (x - mean));
+    (squares.sum::<f64>() / (known.len().max(2) - 1) as f64).sqrt()
 }
 
 /// Widest interval of the mass, half of it, that still is an answer.
