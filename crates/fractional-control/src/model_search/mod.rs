@@ -6,7 +6,7 @@ use self::dead_time::{dead_times, gain};
 use self::found::{AS_GOOD, DECISIVE, LOOSE};
 pub use self::found::{Found, Unexplained};
 pub use self::record::{Guess, InputOutput};
-use self::record::{livelier, resolved, rounding};
+use self::record::{resolved, rounding};
 use self::rest::{cancelled, comes_to_rest, integrating, order_at_rest, without_pair};
 use self::search::Search;
 use self::start::{Begin, OfShape, at_once, part, powers, starts, whole_orders};
@@ -342,8 +342,7 @@ fn fitted_of_whole_orders(
         let whole = fitted(&of_part.collect::<Vec<_>>(), search, false);
         let least = whole.0.iter().map(|own| own.identified.rms_residual);
         let least = least.fold(f64::INFINITY, f64::min);
-        let as_much = AS_MUCH * livelier(record, part);
-        if best.is_some_and(|best| least <= as_much * best.max(resolved(record))) {
+        if best.is_some_and(|best| least <= AS_MUCH * best.max(resolved(record))) {
             return whole;
         }
     }

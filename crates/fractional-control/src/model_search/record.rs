@@ -186,23 +186,6 @@ pub(super) fn neighbours(left: &[f64]) -> f64 {
     if alike.is_finite() { alike } else { 0.0 }
 }
 
-/// The standard deviation of the output of a record over that of its part, which is less than 1 where the part is what moves: then 1.
-pub(super) fn livelier(record: &InputOutput, part: &InputOutput) -> f64 {
-    let variance = |output: &[f64]| {
-        let samples = output.len() as f64;
-        let mean = output.iter().sum::<f64>() / samples;
-        let squares = output.iter().map(|y| (y - mean) * (y - mean));
-        squares.sum::<f64>() / samples
-    };
-    let times = variance(&record.output) / variance(&part.output);
-    // One without a variance is no measure.
-    if times.is_finite() {
-        libm::sqrt(times).max(1.0)
-    } else {
-        1.0
-    }
-}
-
 /// The samples of noise that says as much as what is left, if none of them knew of its neighbours.
 /// ```text
 /// n/(1 + 2·Σ ρ_k),   k from 1 to before the first ρ_k < 2/√n, which white noise may have too

@@ -1,6 +1,6 @@
 //! Where the fits of a long record begin: at what a part of its samples says, the best of each number of numbers.
 
-use super::record::{Guess, InputOutput, bic, livelier, resolved, rounding};
+use super::record::{Guess, InputOutput, bic, resolved, rounding};
 use crate::records::largest;
 use crate::{DeadTime, FractionalTransferFunction, Identified, Term, WholeShape, whole_guess};
 use fracdiff::Seconds;
@@ -142,9 +142,8 @@ pub(super) fn whole_orders(
         let again = best.and_then(|best| {
             whole_guess(&record.as_record(held, best.guess.dead_time), best.shape)
         });
-        let more = MORE_OF_GUESSES * livelier(record, &part);
         let holds = best.zip(again).is_some_and(|(part, whole)| {
-            whole.rms_residual <= more * part.rms_residual.max(resolved(record))
+            whole.rms_residual <= MORE_OF_GUESSES * part.rms_residual.max(resolved(record))
         });
         if holds {
             return found;
