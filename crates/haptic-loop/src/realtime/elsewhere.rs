@@ -1,7 +1,8 @@
 //! Systems other than Linux: no locked memory, no pinning; a priority on Windows alone.
 
-use super::system::Refusal;
-pub use super::system::StdWaiter as SystemWaiter;
+use super::moment::Moment;
+use super::system::{Refusal, Waiter};
+use std::time::Duration;
 use std::vec::Vec;
 #[cfg(windows)]
 use thread_priority::{
@@ -12,6 +13,29 @@ use thread_priority::{
 /// The share of a period that may be spinning is one in this many. A sleep there ends half a millisecond late and more: the standard
 /// library asks Windows for its finest timer, of 0.5 ms.
 pub(super) const SPINNING_IS_ONE_IN: u32 = 1;
+
+/// `std::thread::sleep` for what is left.
+#[derive(Clone, Copy, Debug)]
+pub struct SystemWaiter(Moment);
+
+impl Default for SystemWaiter {
+    fn default() -> Self {
+        Self(Moment::now())
+    }
+}
+
+impl Waiter for SystemWaiter {
+    fn now(&mut self) -> Duration {
+        self.0.elapsed()
+    }
+
+    fn sleep_until(&mut self, time: Duration) {
+        let left = time.saturating_sub(self.0.elapsed());
+        if !left.is_zero() {
+            std::thread::sleep(left);
+        }
+    }
+}
 
 /// Cores that this process may run on; empty where the system does not say.
 #[must_use]

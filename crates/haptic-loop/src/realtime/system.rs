@@ -1,6 +1,5 @@
 //! What a loop asks of a system: a clock that waits; and how a system refuses.
 
-use super::moment::Moment;
 use std::time::Duration;
 use thiserror::Error;
 
@@ -17,29 +16,6 @@ pub trait Waiter {
     fn spin_until(&mut self, time: Duration) {
         while self.now() < time {
             core::hint::spin_loop();
-        }
-    }
-}
-
-/// `std::thread::sleep` for what is left: the plain way, to compare with.
-#[derive(Clone, Copy, Debug)]
-pub struct StdWaiter(Moment);
-
-impl Default for StdWaiter {
-    fn default() -> Self {
-        Self(Moment::now())
-    }
-}
-
-impl Waiter for StdWaiter {
-    fn now(&mut self) -> Duration {
-        self.0.elapsed()
-    }
-
-    fn sleep_until(&mut self, time: Duration) {
-        let left = time.saturating_sub(self.0.elapsed());
-        if !left.is_zero() {
-            std::thread::sleep(left);
         }
     }
 }
