@@ -6,9 +6,7 @@ use fracdiff::{Order, Scheme, Seconds};
 use fractional_control::{
     Actuator, Controller, FractionalPid, Memory, PidParameters, Rule, SetPoint,
 };
-use haptic_analysis::{
-    LoopOperator, Nondimensional, SampledLoop, SampledPlant, StabilityRegion,
-};
+use haptic_analysis::{LoopOperator, Nondimensional, SampledLoop, SampledPlant, StabilityRegion};
 use std::error::Error;
 use std::hint::black_box;
 
