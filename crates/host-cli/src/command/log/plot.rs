@@ -111,7 +111,7 @@ impl Plot {
         match names.len() == self.logs.len() && differ(&names) {
             true => Ok(names),
             false => Err(Failure::bad_input(format_args!(
-                "{} is not a name of its own for each of {}: give as many, as in --label before,after",
+                "{} is not a name of its own for each of {} logs: give as many, as in --label before,after",
                 names.join(","),
                 self.logs.len()
             ))),
@@ -128,7 +128,11 @@ impl Plot {
         let ends = ends.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
         span.check(ends).map_err(RecordError::from)?;
         if let Some(run) = runs.iter().find(|run| run.samples == 0) {
-            return refused(&run.log, "has no sample in this part: change or omit it");
+            let (first_s, last_s) = run.ends_s;
+            let why = format!(
+                "has samples from {first_s} s to {last_s} s, none in this part: change --from or --to, or omit it"
+            );
+            return refused(&run.log, &why);
         }
         let mut panels = panels(&runs, self.over_depth);
         let mut report = match &runs[..] {
@@ -146,12 +150,10 @@ impl Plot {
         let picture = match &runs[..] {
             [run] if !self.over_depth && run.axes > 1 => run.path(),
             [run] => page(&run.name, &run.subtitle, 1, &panels),
-            _ => page(
-                &names.join(", "),
-                "",
-                panels.len().min(3).max(2) - 1,
-                &panels,
-            ),
+            _ => {
+                let columns = 1 + usize::from(panels.len() > 2);
+                page(&names.join(", "), "", columns, &panels)
+            }
         };
         let cut = runs.iter().find(|run| !run.complete);
         Ok((report, cut.map(|run| run.log.clone()), picture))

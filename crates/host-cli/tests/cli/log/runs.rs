@@ -323,9 +323,9 @@ fn what_cannot_be_drawn_or_cut_is_refused_with_its_remedy() {
         log plot a.mcap --from 2s => --from 2 s is not from 0 s to 0.999 s | omit --from
         log plot a.mcap --to 1.5s => --to 1.5 s is not from 0 s to 0.999 s
         log plot a.mcap --from 0.5s --to 0.4s => --to 0.4 s is not from 0.5 s to 0.999 s
-        log plot a.mcap --from 500.2us --to 500.4us => a.mcap | no sample in this part
-        log plot a.mcap --from -1s => -1 s is not from 0 s
-        log plot a.mcap b.mcap --from 0.7s => b.mcap | no sample in this part
+        log plot a.mcap --from 500.2us --to 500.4us => a.mcap | from 0 s to 0.999 s, none in this part | --from
+        log plot a.mcap --from -1s => -1 s is not from 0 to 1.8e10 s | change --from
+        log plot a.mcap b.mcap --from 0.7s => b.mcap | from 0 s to 0.499 s, none in this part | omit it
         log plot a.mcap --difference => two logs
         log plot a.mcap b.mcap empty.mcap --difference => empty.mcap
         log plot a.mcap b.mcap --difference --over-depth => cannot be used with
