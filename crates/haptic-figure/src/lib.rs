@@ -24,7 +24,7 @@ mod thin;
 pub use axis::Scale;
 pub use chart::{AxisSpec, Chart, ChartPage, Look, Series};
 pub use error::FigureError;
-pub use over_time::{HeldPanels, MeasuredCurve, MotionFigure, MotionRow, TheoryFigure};
+pub use over_time::{HeldPanels, MeasuredCurve, TheoryFigure};
 pub use picture::Picture;
 pub use plane::PlaneFigure;
 pub use style::{GRID, INK, SERIES_COLOURS};

@@ -149,9 +149,14 @@ impl From<FileError> for Failure {
 
 impl From<RecordError> for Failure {
     fn from(error: RecordError) -> Self {
-        use RecordError::{Copy, Csv, File, Lost, Message, NoTicks, NotMcap, Read, Time, Write};
+        use RecordError::{
+            Copy, Csv, File, Lost, Message, NoTicks, NotMcap, Read, Span, Time, Write,
+        };
         if let File(error) = error {
             return error.into();
+        }
+        if let Span(error) = error {
+            return Self::bad_input(error);
         }
         let kind = match error {
             Write { .. } | Lost { .. } | Copy { .. } | Csv { .. } => Self::DataLost,
