@@ -49,8 +49,12 @@ impl Scale {
 /// One axis of a panel.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Axis {
-    /// With the unit; empty where a neighbour or the page says it.
+    /// With the unit.
     pub(crate) label: String,
+    /// True where a neighbour or the page says it.
+    pub(crate) is_told: bool,
+    /// One of the label's units, in those of the values.
+    pub(crate) unit: f64,
     pub(crate) scale: Scale,
     pub(crate) low: f64,
     pub(crate) high: f64,
@@ -62,8 +66,14 @@ pub(crate) struct Axis {
 
 impl Axis {
     fn new(label: &str, scale: Scale, low: f64, high: f64) -> Self {
+        let (label, unit) = match scale {
+            Scale::Linear => prefixed(label, low.abs().max(high.abs())),
+            Scale::Log => (label.to_owned(), 1.0),
+        };
         Self {
-            label: label.to_owned(),
+            label,
+            is_told: false,
+            unit,
             scale,
             low,
             high,
@@ -124,10 +134,15 @@ impl Axis {
         Self::new(label, scale, low, high)
     }
 
+    /// The label, unless it is told elsewhere.
+    pub(crate) fn own_label(&self) -> &str {
+        if self.is_told { "" } else { &self.label }
+    }
+
     /// Gives the axis its length on the paper, and no more ticks than their labels have room for;
     /// `extent` is what a label takes along the axis with the gap to the next one.
     pub(crate) fn fit(&mut self, length: f64, extent: impl Fn(&str) -> f64) {
-        self.length = length;
+        (self.length, self.thinned) = (length, 0);
         let crowded = |axis: &Self| {
             let labels = axis.labels();
             labels.windows(2).any(|pair| {
@@ -266,7 +281,9 @@ impl Axis {
         let tick = |count| {
             let value = count as f64 * step;
             let label = match self.scale {
-                Scale::Linear => linear_label(value, step, largest),
+                Scale::Linear => {
+                    linear_label(value / self.unit, step / self.unit, largest / self.unit)
+                }
                 Scale::Log => log_label(value.round() as i32, 1, self.is_plain()),
             };
             Tick {
@@ -332,6 +349,49 @@ impl Axis {
         let highest = (high + 1e-9).floor() as i32;
         PLAIN_DECADES.contains(&lowest) && PLAIN_DECADES.contains(&highest)
     }
+}
+
+/// Units that take prefixes, and the prefixes with their powers of ten.
+const UNITS: [&str; 6] = ["Pa", "Hz", "N", "J", "m", "s"];
+const PREFIXES: [(&str, i32); 7] = [
+    ("n", -9),
+    ("µ", -6),
+    ("m", -3),
+    ("", 0),
+    ("k", 3),
+    ("M", 6),
+    ("G", 9),
+];
+/// Values up to such a one are written without another prefix.
+const WITHOUT_PREFIX: std::ops::Range<f64> = 1e-2..1e5;
+
+/// The label with a prefix to its unit at which values up to `largest` have few digits, and how many units of before that one is.
+fn prefixed(label: &str, largest: f64) -> (String, f64) {
+    let found = || {
+        let (quantity, unit) = label.rsplit_once(" / ")?;
+        let (first, rest) = unit.split_at(unit.find(['·', '/']).unwrap_or(unit.len()));
+        let mut units = UNITS.iter();
+        let (prefix, base) = units.find_map(|unit| Some((first.strip_suffix(unit)?, unit)))?;
+        let from = PREFIXES.iter().find(|(name, _)| *name == prefix)?.1;
+        let thousands = (largest.log10() / 3.0).floor() as i32;
+        let to = (from + 3 * thousands).clamp(-9, 9);
+        let name = PREFIXES.iter().find(|(_, power)| *power == to)?.0;
+        // Nobody reads kiloseconds.
+        let is_usual = *base != "s" || to <= 0;
+        is_usual.then(|| {
+            let label = format!("{quantity} / {name}{base}{rest}");
+            (label, 10_f64.powi(to - from))
+        })
+    };
+    let is_readable = WITHOUT_PREFIX.contains(&largest) || largest == 0.0;
+    let found = if is_readable { None } else { found() };
+    found.unwrap_or_else(|| (label.to_owned(), 1.0))
+}
+
+/// A value of an axis in four digits, with its minus sign.
+pub(crate) fn four_digits(value: f64) -> String {
+    let decimals = (3 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    format!("{value:.decimals$}").replace('-', "−")
 }
 
 /// The nearest of 1, 2, 5, 10 times a power of ten, for ticks about this far apart.

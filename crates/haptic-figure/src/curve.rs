@@ -7,8 +7,8 @@ use crate::thin::{Points, clip, scatter, simplify};
 
 /// Opacity of an area in the colour of its outline.
 const AREA_OPACITY: f64 = 0.1;
-/// The rim that sets a marker off from what lies beneath it.
-const RIM: Stroke = Stroke::solid(PAPER, 0.8);
+/// The rim that sets a marker off from what lies beneath it; the inner half is under the marker.
+const RIM: Stroke = Stroke::solid(PAPER, 1.2);
 /// Width of the outline of an open marker.
 const OPEN_RIM: f64 = 1.4;
 /// A marker takes as much of a file as so many points of a line.

@@ -307,16 +307,14 @@ fn draw(
     rows: Vec<Row>,
 ) -> Result<Picture, FigureError> {
     let entry = |(name, stroke): &(&str, Stroke)| LegendEntry::new(name, Form::Line(*stroke));
-    let page = Page {
-        title: title.to_owned(),
-        subtitle: subtitle.to_owned(),
-        legend: legend.iter().map(entry).collect(),
-        sizes: LARGE,
-        x_label: String::new(),
-        y_label: String::new(),
+    Page::new(
+        title,
+        subtitle,
+        legend.iter().map(entry).collect(),
+        LARGE,
         rows,
-    };
-    page.draw()
+    )
+    .draw()
 }
 
 /// A line through these points.
@@ -364,6 +362,7 @@ impl TimePanel {
             y: Axis::around(self.label, self.value_scale, y_low, y.1),
             curves: self.curves,
             note: empty.then(|| self.note.to_owned()),
+            beyond: Vec::new(),
         }
     }
 }

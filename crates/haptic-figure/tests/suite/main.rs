@@ -3,4 +3,5 @@
 mod chart;
 mod picture;
 mod places;
+mod sheet;
 mod theory;

@@ -142,7 +142,8 @@ fn a_device_that_a_controller_held_has_two_panels_more() {
     for text in [
         "(d) set point less measurement",
         "(e) force of the drive",
-        "tracking error / µm",
+        // A thousandth of a micrometre.
+        "tracking error / nm",
     ] {
         assert!(picture.svg().contains(text), "`{text}` is missing");
     }
@@ -261,13 +262,15 @@ fn no_value_however_odd_reaches_an_axis_or_moves_text_off_the_page() {
 }
 
 #[test]
-fn a_title_too_long_for_the_page_is_made_to_fit() {
+fn a_title_too_long_for_the_page_goes_on_in_further_lines_and_a_word_is_cut() {
     let data = Relaxation::new(100);
     let title = "A title that goes on and on ".repeat(20);
-    let subtitle = format!("{CONDITIONS}  ·  {}", "WWWMMM ".repeat(60));
+    let subtitle = format!("{CONDITIONS}  ·  {} {}", "WWWMMM ".repeat(60), "W".repeat(200));
     let picture = data.draw_as(&title, &subtitle).expect("draws");
     assert_sound(&picture, "long title");
-    assert!(picture.svg().contains('…'));
+    assert_eq!(picture.svg().matches("goes").count(), 20);
+    assert_eq!(picture.svg().matches("WWWMMM").count(), 60);
+    assert_eq!(picture.svg().matches('…').count(), 1);
 }
 
 #[test]
