@@ -12,6 +12,8 @@ mod lettering;
 mod over_time;
 mod page;
 mod panel;
+#[cfg(feature = "png")]
+mod pdf;
 mod picture;
 #[cfg(feature = "png")]
 mod pixels;

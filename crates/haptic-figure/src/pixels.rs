@@ -12,7 +12,7 @@ use crate::thin::Points;
 use crate::{FigureError, Picture};
 
 /// Corners sharper than this are cut off, as in SVG: length of the corner over the width of its line.
-const MITER_LIMIT: f32 = 4.0;
+pub(crate) const MITER_LIMIT: f32 = 4.0;
 
 /// The drawing with `scale` pixels to a CSS pixel.
 pub(crate) fn paint(drawing: &Drawing, scale: u32) -> Result<Pixmap, FigureError> {
@@ -228,7 +228,7 @@ fn ink(name: &str) -> Result<Paint<'static>, FigureError> {
 }
 
 /// The colour that SVG calls `white` or `#rrggbb`.
-fn colour(name: &str) -> Result<Color, FigureError> {
+pub(crate) fn colour(name: &str) -> Result<Color, FigureError> {
     let digits = match name {
         "white" => Some("ffffff"),
         name => name.strip_prefix('#').filter(|digits| digits.len() == 6),

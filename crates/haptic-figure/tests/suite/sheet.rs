@@ -117,7 +117,11 @@ fn a_panel_or_a_width_that_there_is_not_is_an_error_that_names_those_there_are()
             panel: Some(panel.to_owned()),
             ..Sheet::default()
         };
-        page().on(&sheet).map(|_| ()).expect_err("refuses").to_string()
+        page()
+            .on(&sheet)
+            .map(|_| ())
+            .expect_err("refuses")
+            .to_string()
     };
     for wrong in ["e", "0", "5", "middle", "", "µ"] {
         let error = on(wrong);

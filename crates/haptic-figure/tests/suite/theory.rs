@@ -265,7 +265,11 @@ fn no_value_however_odd_reaches_an_axis_or_moves_text_off_the_page() {
 fn a_title_too_long_for_the_page_goes_on_in_further_lines_and_a_word_is_cut() {
     let data = Relaxation::new(100);
     let title = "A title that goes on and on ".repeat(20);
-    let subtitle = format!("{CONDITIONS}  ·  {} {}", "WWWMMM ".repeat(60), "W".repeat(200));
+    let subtitle = format!(
+        "{CONDITIONS}  ·  {} {}",
+        "WWWMMM ".repeat(60),
+        "W".repeat(200)
+    );
     let picture = data.draw_as(&title, &subtitle).expect("draws");
     assert_sound(&picture, "long title");
     assert_eq!(picture.svg().matches("goes").count(), 20);

@@ -2,7 +2,7 @@
 
 use crate::mcap;
 use crate::output::{Output, warn};
-use crate::picture_file;
+use crate::picture_file::Pictures;
 use clap::{Args, Subcommand};
 use haptic_experiment::Failure;
 use haptic_experiment::judge::Decimated;
@@ -60,6 +60,8 @@ pub(crate) enum Command {
         /// Replace earlier pictures
         #[arg(long)]
         overwrite: bool,
+        #[command(flatten)]
+        pictures: Pictures,
         #[command(flatten)]
         others: Others,
     },
@@ -122,10 +124,12 @@ impl Command {
                 log,
                 out,
                 overwrite,
+                pictures,
                 others,
             } => {
                 let stem = target_of(None, out.as_deref(), &log, "log")?;
-                plot(&log, &stem, others.topic(&log)?, overwrite, output)
+                let save = |picture| pictures.save(picture, &stem, overwrite);
+                plot(&log, save, others.topic(&log)?, output)
             }
         }
     }
@@ -299,9 +303,8 @@ fn check(log: &Path, output: Output) -> Result<(), Failure> {
 
 fn plot(
     log: &Path,
-    stem: &Path,
+    save: impl FnOnce(Result<Picture, FigureError>) -> Result<String, Failure>,
     topic: Option<Topic>,
-    overwrite: bool,
     output: Output,
 ) -> Result<(), Failure> {
     let title = log.file_name().unwrap_or_default().to_string_lossy();
@@ -309,7 +312,7 @@ fn plot(
         Some(topic) => draw_topic(&title, &topic)?,
         None => draw_ticks(&title, log)?,
     };
-    let figure = picture_file::save(picture, stem, overwrite)?;
+    let figure = save(picture)?;
     output.summary(&json!({
         "samples": samples,
         "complete": complete,

@@ -1,7 +1,7 @@
 //! Saving a picture: both files or neither; SVG alone without the feature `png`.
 
 use haptic_figure::{AxisSpec, Chart, ChartPage, Look, Picture, Scale, Series};
-use host_cli::picture_file::save;
+use host_cli::picture_file::Pictures;
 use std::fs;
 use std::path::Path;
 
@@ -28,7 +28,9 @@ fn picture() -> Picture {
 #[test]
 fn the_file_to_look_at_is_the_png_if_there_is_one() {
     let folder = tempfile::tempdir().expect("folder");
-    let saved = save(Ok(picture()), &folder.path().join("a"), false).expect("saves");
+    let saved = Pictures::default()
+        .save(Ok(picture()), &folder.path().join("a"), false)
+        .expect("saves");
     let (ending, files) = match cfg!(feature = "png") {
         true => ("a.png", 2),
         false => ("a.svg", 1),
@@ -38,7 +40,7 @@ fn the_file_to_look_at_is_the_png_if_there_is_one() {
 }
 
 fn refused(stem: &Path) -> String {
-    let saved = save(Ok(picture()), stem, false);
+    let saved = Pictures::default().save(Ok(picture()), stem, false);
     saved.expect_err("refuses").to_string()
 }
 
@@ -51,7 +53,9 @@ fn a_png_of_an_earlier_run_is_refused_or_removed() {
     fs::write(&png, "old").expect("writes");
     assert!(refused(&stem).contains("already exists"));
     assert!(!folder.path().join("a.svg").exists(), "both or neither");
-    save(Ok(picture()), &stem, true).expect("saves");
+    Pictures::default()
+        .save(Ok(picture()), &stem, true)
+        .expect("saves");
     assert!(!png.exists());
 }
 
@@ -60,7 +64,9 @@ fn a_png_of_an_earlier_run_is_refused_or_removed() {
 fn existing_files_are_refused_unless_overwriting_is_wanted() {
     let folder = tempfile::tempdir().expect("folder");
     let stem = folder.path().join("relax-0.2247");
-    save(Ok(picture()), &stem, false).expect("saves");
+    Pictures::default()
+        .save(Ok(picture()), &stem, false)
+        .expect("saves");
     let [svg, png] = ["svg", "png"].map(|end| folder.path().join(format!("relax-0.2247.{end}")));
     assert_eq!(fs::read_to_string(&svg).expect("reads"), picture().svg());
 
@@ -72,7 +78,9 @@ fn existing_files_are_refused_unless_overwriting_is_wanted() {
     let left = fs::read_dir(folder.path()).expect("lists").count();
     assert_eq!(left, 1, "leftovers");
 
-    save(Ok(picture()), &stem, true).expect("overwrites");
+    Pictures::default()
+        .save(Ok(picture()), &stem, true)
+        .expect("overwrites");
     assert!(fs::read(&png).expect("reads").starts_with(PNG_SIGNATURE));
     let nowhere = refused(&folder.path().join("missing").join("relax"));
     assert!(
