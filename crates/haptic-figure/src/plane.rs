@@ -96,7 +96,11 @@ impl PlaneFigure<'_> {
             columns: 2,
             charts: vec![
                 plane(&outline, &hand, &device, x, y),
-                over_time("force on the device", "force / N", axes(&forces)),
+                over_time(
+                    "force on the hand, along the axes",
+                    "force / N",
+                    axes(&forces),
+                ),
                 lengths,
             ],
         }

@@ -61,6 +61,10 @@ impl<'a> Panel<'a> {
         self
     }
 
+    fn has(&self, name: &str) -> bool {
+        self.curves.iter().any(|curve| curve.0 == name)
+    }
+
     fn chart(&self) -> Chart<'_> {
         let curves = self.curves.iter();
         let series =
@@ -141,7 +145,11 @@ fn of_theory(theory: &Theory, curves: &Curves) -> Result<Picture, FigureError> {
     .draw()
 }
 
-fn over_time<'a>(caption: &str, y: &'a str) -> Panel<'a> {
+/// Pictures show the force by which a device pushes back: it is positive in compression. That of a log acts on the device along the
+/// position, so it is negative there.
+const FORCE: &str = "force on the hand / N";
+
+fn over_time(caption: impl Into<String>, y: &str) -> Panel<'_> {
     Panel::new(caption, linear("time / s"), linear(y))
 }
 
@@ -160,9 +168,24 @@ fn of_side(curves: &Curves) -> Result<Picture, FigureError> {
     let places = over_time("place", "place / mm")
         .with("hand", Look::Dashed, 2, hand)
         .with("device", Look::Line, 0, column("position_m", 1e3));
-    let forces = over_time("force on the device", "force / N")
-        .with("of the port", Look::Line, 0, column("force_n", 1.0))
-        .with("from outside", Look::Line, 1, column("outside_n", 1.0));
+    // In compression both are positive: what the device does to hand or place, and what these do to it.
+    let (name, sign) = match places.has("hand") {
+        true => ("hand", -1.0),
+        false => ("place", 1.0),
+    };
+    let forces = over_time(format!("force on the {name}, in compression"), FORCE)
+        .with(
+            format!("of the device on the {name}"),
+            Look::Line,
+            0,
+            column("force_n", sign),
+        )
+        .with(
+            format!("of the {name} on the device"),
+            Look::Line,
+            1,
+            column("outside_n", -sign),
+        );
     page(&curves.title, &curves.subtitle, 1, &[places, forces])
 }
 
@@ -173,8 +196,9 @@ fn of_pair(stiffnesses: &[(&str, Points)], curves: &Curves) -> Result<Picture, F
         .with("hand", Look::Dashed, 2, column("hand_m", 1e3))
         .with("master", Look::Line, 0, column("position_m", 1e3))
         .with("slave", Look::Line, 1, column("far_position_m", 1e3));
-    let forces = over_time("force on the device", "force / N")
-        .with("master", Look::Line, 0, column("force_n", 1.0))
+    // In compression both are positive, so equal curves are a line that nobody feels.
+    let forces = over_time("force on the hand, and of the slave on the place", FORCE)
+        .with("master", Look::Line, 0, column("force_n", -1.0))
         .with("slave", Look::Line, 1, column("far_force_n", 1.0));
     let energy = over_time("energy taken by the line", "energy / mJ");
     let energy = energy.with("line", Look::Line, 3, column("taken_j", 1e3));
@@ -211,7 +235,8 @@ fn of_path(outline_m: &[(f64, f64)], curves: &Curves) -> Result<Picture, FigureE
     .draw()
 }
 
-/// The trial of a wall or a coupler: device and object over the device's place of rest, and the force below.
+/// The trial of a wall or a coupler: device and object over the device's rest position, and the force below; beside the whole of it how
+/// it begins.
 fn of_trial(rest_m: Option<f64>, trial: &Curves) -> Result<Picture, FigureError> {
     let position = column(trial, "position_m", 1e3);
     let object = column(trial, "object_position_m", 1e3);
@@ -223,25 +248,31 @@ fn of_trial(rest_m: Option<f64>, trial: &Curves) -> Result<Picture, FigureError>
     };
     let ends = [trial.time_s.first(), trial.time_s.last()];
     let rest = rest_m.map(|x| ends.map(|t| Some((*t?, 1e3 * x))));
-    let rest = rest.into_iter().flatten().flatten();
-    let shown_s = lively_s(&[&position, &object, &force]);
-    let (time, until) = match (shown_s, ends[1]) {
-        (Some(shown_s), Some(end_s)) => (
+    let rest: Points = rest.into_iter().flatten().flatten().collect();
+    let (beginning, time) = match lively_s(&[&position, &object, &force]) {
+        Some(shown_s) => (
+            format!("its first {}", written("end_s", shown_s)),
             linear("time / s").between(0.0, shown_s),
-            format!(
-                ", until it is nearly at rest; the run lasts {}",
-                written("end_s", *end_s)
-            ),
         ),
-        _ => (linear("time / s"), String::new()),
+        None => ("over log t".to_owned(), logarithmic("time / s")),
     };
-    let positions = Panel::new(format!("position{until}"), time, linear("position / mm"))
-        .with(&device, Look::Line, 0, position)
-        .with("object", Look::Line, 2, object)
-        .with("place of rest", Look::Dashed, 1, rest);
-    let forces = Panel::new(format!("force of the {what}"), time, linear("force / N"));
-    let forces = forces.with(&device, Look::Line, 0, force);
-    page(&trial.title, &trial.subtitle, 1, &[positions, forces])
+    let positions = |caption: String, time| {
+        Panel::new(caption, time, linear("position / mm"))
+            .with(&device, Look::Line, 0, position.iter().copied())
+            .with("object", Look::Line, 2, object.iter().copied())
+            .with("rest position", Look::Dashed, 1, rest.iter().copied())
+    };
+    let forces = |caption: String, time| {
+        let panel = Panel::new(caption, time, linear(FORCE));
+        panel.with(&device, Look::Line, 0, force.iter().copied())
+    };
+    let panels = [
+        positions("position".to_owned(), linear("time / s")),
+        positions(beginning.clone(), time),
+        forces(format!("force of the {what}"), linear("time / s")),
+        forces(beginning, time),
+    ];
+    page(&trial.title, &trial.subtitle, 2, &panels)
 }
 
 /// Motion below this share of the largest is none.

@@ -378,6 +378,7 @@ fn draw(
     let [reference, indenter, position] = [0, 1, 2].map(|n| curves[n].as_slice());
     let forces = &curves[5..8];
     if axes == 1 {
+        let felt: Vec<f64> = forces[0].iter().map(|force| 0.0 - force).collect();
         return MotionFigure {
             title,
             subtitle,
@@ -394,10 +395,11 @@ fn draw(
                     ],
                 },
                 MotionRow {
-                    caption: "force",
-                    label: "force / N",
+                    // A log has the force on the device along the position; a picture what pushes back.
+                    caption: "force on the hand",
+                    label: "force on the hand / N",
                     scale: 1.0,
-                    lines: &[("force", &forces[0]), ("contact force", &curves[8])],
+                    lines: &[("force", &felt), ("contact force", &curves[8])],
                 },
             ],
         }

@@ -79,7 +79,7 @@ pub(super) fn draw_run(
     page(title, &subtitle, 1, &[outputs, commands])
 }
 
-/// An axis for commands: without the kick of the first samples, where that is many times the rest.
+/// An axis for commands: where the kick of the first samples is many times the rest it is told, not drawn.
 fn command_axis(command: &Points, beside: Option<&Points>) -> AxisSpec<'static> {
     const KICK: usize = 5;
     let axis = linear("command");
@@ -94,7 +94,7 @@ fn command_axis(command: &Points, beside: Option<&Points>) -> AxisSpec<'static> 
     let (whole, rest) = (ends(0), ends(KICK));
     let height = 1.1 * (rest.1 - rest.0);
     if height > 0.0 && whole.1 - whole.0 > 3.0 * height {
-        axis.between(rest.0 - 0.05 * height, rest.1 + 0.05 * height)
+        axis.focused(rest.0 - 0.05 * height, rest.1 + 0.05 * height)
     } else {
         axis
     }
@@ -293,7 +293,7 @@ impl Curves {
     fn new(trial: &Trial, samples: usize, t: f64) -> Self {
         let seen = |values: &[f64]| over_time(&values[..samples.min(values.len())], t);
         let gains = trial.robustness.iter().map(|row| {
-            let name = format!("gain {:+.0} dB", decibel(row.gain));
+            let name = format!("gain {:+.0} dB", decibel(row.gain)).replace('-', "−");
             let y = &row.response.measured;
             let grown = y.iter().position(|y| !row.stable && y.abs() > HIGHEST);
             (name, seen(&y[..grown.map_or(y.len(), |end| end + 1)]))
@@ -396,7 +396,7 @@ pub(super) fn draw_design(
     let time = linear("time / s").between(0.0, samples as f64 * t);
     let highest = other.as_ref().map_or(1.0, Curves::highest);
     let highest = highest.max(flat.highest()).min(HIGHEST);
-    let steps = linear("output").between(0.0, 1.1 * highest);
+    let steps = linear("output").focused(0.0, 1.1 * highest);
     let (law, pid) = ("PI^λD^μ", "integer-order PID");
     let of_gains = |name| Panel::new(format!("{name}, half to double the gain"), time, steps);
     let (fractional, mut integer) = (flat.on(of_gains(law)), of_gains(pid));
