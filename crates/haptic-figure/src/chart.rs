@@ -249,7 +249,7 @@ impl Chart<'_> {
         if let Form::Markers { .. } = curve.form {
             let finite = |point: &&(f64, f64)| point.0.is_finite() && point.1.is_finite();
             let missing = series.points.iter().filter(finite).count() - curve.points().count();
-            return (missing > 0).then(|| said(0.0, format!("{missing} not above 0")));
+            return (missing > 0).then(|| said(0.0, format!("{missing} not drawn: not above 0")));
         }
         let beyond = |point: &(f64, f64)| (point.1 - y.high).max(y.low - point.1);
         let seen = |point: &(f64, f64)| (x.low..=x.high).contains(&point.0) && beyond(point) > 0.0;

@@ -13,7 +13,7 @@ pub(crate) const TITLE_SIZE: u32 = 20;
 pub(crate) const SMALLEST_TITLE_SIZE: u32 = 15;
 pub(crate) const SUBTITLE_SIZE: u32 = 16;
 /// Conditions that are longer than this allows go on in another line.
-pub(crate) const SMALLEST_SUBTITLE_SIZE: u32 = 13;
+pub(crate) const SMALLEST_SUBTITLE_SIZE: u32 = 12;
 pub(crate) const LABEL_SIZE: u32 = 17;
 /// No text is made smaller than this to fit.
 pub(crate) const SMALLEST_SIZE: u32 = 11;

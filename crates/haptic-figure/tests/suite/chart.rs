@@ -398,7 +398,7 @@ fn markers_without_a_place_on_a_logarithmic_axis_are_counted() {
         };
         said(chart)
     };
-    assert!(of(Scale::Log).contains(&"2 not above 0".to_owned()));
+    assert!(of(Scale::Log).contains(&"2 not drawn: not above 0".to_owned()));
     assert!(
         !of(Scale::Linear)
             .iter()
