@@ -26,7 +26,7 @@ mod thin;
 pub use axis::Scale;
 pub use chart::{AxisSpec, Chart, ChartPage, Look, Series};
 pub use error::FigureError;
-pub use over_time::{HeldPanels, MeasuredCurve, MotionFigure, MotionRow, TheoryFigure};
+pub use over_time::{HeldPanels, MeasuredCurve, TheoryFigure};
 pub use picture::{Picture, Sheet};
 pub use plane::PlaneFigure;
 pub use style::{GRID, INK, SERIES_COLOURS};

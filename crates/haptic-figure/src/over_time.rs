@@ -1,6 +1,6 @@
-//! Pictures over time: positions and forces of a run, and a run against its closed form, the page that relaxation and creep share.
+//! A run against its closed form over time, the page that relaxation and creep share.
 //!
-//! That has three panels: the quantity against time, linear (a) and log-log (b), and below them the relative error (c), log-log. The error
+//! It has three panels: the quantity against time, linear (a) and log-log (b), and below them the relative error (c), log-log. The error
 //! is drawn as the largest one of each of some 600 equal steps of log t, because a curve through its sign changes would be a hedge of
 //! spikes. An error of exactly 0 has no place on a logarithmic axis and is left out; one more than ten decades below the largest lies below
 //! the panel. So does, in panel (b), the curve of a run where it falls more than a decade below the closed form everywhere, as short memory
@@ -10,7 +10,7 @@ use crate::axis::{Axis, Scale, extremes};
 use crate::curve::{Curve, Form};
 use crate::page::{LegendEntry, Page, Row};
 use crate::panel::Panel;
-use crate::style::{BLUE, DIFFERENCE, GREEN, INK, LARGE, PURPLE, RUN, Stroke, THEORY, VERMILION};
+use crate::style::{DIFFERENCE, GREEN, INK, LARGE, PURPLE, RUN, Stroke, THEORY};
 use crate::thin::{Points, envelope, showable};
 use crate::{FigureError, Picture};
 
@@ -367,117 +367,6 @@ impl TimePanel {
     }
 }
 
-const ROW_HEIGHT: f64 = 300.0;
-/// Strokes of the lines of a motion, over all of its rows.
-const MOTIONS: [Stroke; 5] = [
-    Stroke::solid("#999999", 4.5),
-    Stroke::solid(GREEN, 1.8),
-    Stroke::solid(BLUE, 1.8),
-    Stroke::solid(VERMILION, 1.8),
-    Stroke::solid(INK, 1.0),
-];
-
-/// Motion of a run for a first look, as positions above and forces below. The slices belong together sample by sample;
-/// what is not finite is left out.
-/// ```
-/// use haptic_figure::{MotionFigure, MotionRow};
-///
-/// let time_s: Vec<f64> = (0..100).map(|i| 1e-3 * f64::from(i)).collect();
-/// let ramp: Vec<f64> = time_s.iter().map(|t| 0.01 * t).collect();
-/// let force_n: Vec<f64> = ramp.iter().map(|x| -500.0 * x).collect();
-/// let figure = MotionFigure {
-///     title: "A push into a spring of 500 N/m",
-///     subtitle: "",
-///     time_s: &time_s,
-///     rows: &[
-///         MotionRow {
-///             caption: "position",
-///             label: "position / mm",
-///             scale: 1e3,
-///             lines: &[("hand", &ramp), ("device", &ramp)],
-///         },
-///         MotionRow { caption: "force", label: "force / N", scale: 1.0, lines: &[("force", &force_n)] },
-///     ],
-/// };
-/// assert!(figure.draw()?.svg().contains("position / mm"));
-/// # Ok::<(), haptic_figure::FigureError>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MotionFigure<'a> {
-    /// One line above the picture.
-    pub title: &'a str,
-    /// One line below it; may be empty.
-    pub subtitle: &'a str,
-    /// Time of each sample, s; all slices are as long as this one.
-    pub time_s: &'a [f64],
-    /// One panel each, from top to bottom over the same time.
-    pub rows: &'a [MotionRow<'a>],
-}
-
-/// A row of a [`MotionFigure`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MotionRow<'a> {
-    /// Stands above the panel, behind its letter.
-    pub caption: &'a str,
-    /// At its axis, with the unit.
-    pub label: &'static str,
-    /// Factor applied to each value.
-    pub scale: f64,
-    /// Names in the legend, and values.
-    pub lines: &'a [(&'static str, &'a [f64])],
-}
-
-impl MotionFigure<'_> {
-    /// Draws the picture.
-    ///
-    /// # Errors
-    /// If there is no sample to draw, or the slices differ in length.
-    pub fn draw(&self) -> Result<Picture, FigureError> {
-        let lines: Vec<_> = self
-            .rows
-            .iter()
-            .flat_map(|row| row.lines)
-            .copied()
-            .collect();
-        check_lengths(self.time_s, &lines)?;
-        let mut strokes = MOTIONS.into_iter().cycle();
-        let (mut legend, mut rows, mut drawn) = (Vec::new(), Vec::new(), false);
-        for (name, of) in ('a'..).zip(self.rows) {
-            let mut curves = Vec::new();
-            for ((line, values), stroke) in of.lines.iter().zip(strokes.by_ref()) {
-                let curve = self.line(values, of.scale, stroke);
-                drawn |= curve.points().next().is_some();
-                legend.push((*line, stroke));
-                curves.push(curve);
-            }
-            rows.push(Row {
-                height: ROW_HEIGHT,
-                columns: 1,
-                panels: vec![linear(
-                    name,
-                    of.caption,
-                    of.label,
-                    curves,
-                    "no finite values",
-                )],
-            });
-        }
-        if !drawn {
-            return Err(FigureError::Empty {
-                what: "position or force",
-                samples: self.time_s.len(),
-            });
-        }
-        draw(self.title, self.subtitle, &legend, rows)
-    }
-
-    fn line(&self, values: &[f64], factor: f64, stroke: Stroke) -> Curve {
-        let values: Vec<f64> = values.iter().map(|value| factor * value).collect();
-        let points = showable(self.time_s, &values, Scale::Linear, Scale::Linear);
-        line(points, stroke)
-    }
-}
-
 fn linear(
     name: char,
     caption: &str,
@@ -504,11 +393,9 @@ mod tests {
 
     #[test]
     fn no_stroke_means_two_things_in_a_picture() {
-        let theory = [&[RUN, THEORY, DIFFERENCE, RECORD], HELD.as_slice()].concat();
-        for strokes in [theory.as_slice(), &MOTIONS] {
-            for (n, stroke) in strokes.iter().enumerate() {
-                assert!(!strokes[..n].contains(stroke), "{stroke:?}");
-            }
+        let strokes = [&[RUN, THEORY, DIFFERENCE, RECORD], HELD.as_slice()].concat();
+        for (n, stroke) in strokes.iter().enumerate() {
+            assert!(!strokes[..n].contains(stroke), "{stroke:?}");
         }
     }
 }

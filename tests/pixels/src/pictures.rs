@@ -2,7 +2,7 @@
 //! not, and what follows stands up to 0.3 px elsewhere.
 
 use haptic_figure::{
-    AxisSpec, Chart, ChartPage, Conditions, HeldPanels, Look, MotionFigure, MotionRow, Picture,
+    AxisSpec, Chart, ChartPage, Conditions, HeldPanels, Look, Picture,
     PlaneFigure, Scale, Series, TheoryFigure,
 };
 
@@ -20,7 +20,6 @@ pub(crate) fn all() -> Vec<(&'static str, Picture)> {
         ("panels", panels()),
         ("letters", letters()),
         ("theory", theory()),
-        ("motion", motion()),
         ("plane", plane()),
     ]
 }
@@ -160,40 +159,6 @@ fn theory() -> Picture {
             tracking_error: &relative_error,
             force_n: &closed_form,
         }),
-    };
-    figure.draw().expect("draws")
-}
-
-fn motion() -> Picture {
-    let time_s = times();
-    let waves = |phase: f64| -> Vec<f64> {
-        time_s
-            .iter()
-            .map(|t| 0.01 * (9.0 * t + phase).sin())
-            .collect()
-    };
-    let figure = MotionFigure {
-        title: "run.mcap",
-        subtitle: "a log",
-        time_s: &time_s,
-        rows: &[
-            MotionRow {
-                caption: "position",
-                label: "position / mm",
-                scale: 1e3,
-                lines: &[
-                    ("reference", &waves(0.0)),
-                    ("indenter", &waves(0.2)),
-                    ("position", &waves(0.4)),
-                ],
-            },
-            MotionRow {
-                caption: "force",
-                label: "force / N",
-                scale: 1.0,
-                lines: &[("force", &waves(1.0)), ("contact force", &waves(2.0))],
-            },
-        ],
     };
     figure.draw().expect("draws")
 }

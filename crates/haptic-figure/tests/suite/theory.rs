@@ -1,9 +1,7 @@
 //! Pictures of a run: what is on them and what must never be.
 
 use crate::picture::{self, texts};
-use haptic_figure::{
-    FigureError, HeldPanels, MeasuredCurve, MotionFigure, MotionRow, Picture, TheoryFigure,
-};
+use haptic_figure::{FigureError, HeldPanels, MeasuredCurve, Picture, TheoryFigure};
 
 /// Pixels of a PNG per unit of the SVG.
 #[cfg(feature = "png")]
@@ -70,31 +68,6 @@ impl Relaxation {
             held: None,
         }
     }
-}
-
-/// All of it moves alike.
-fn motion(time_s: &[f64], values: &[f64], position_m: &[f64]) -> Result<Picture, FigureError> {
-    let rows = [
-        MotionRow {
-            caption: "position",
-            label: "position / mm",
-            scale: 1e3,
-            lines: &[("reference", values), ("position", position_m)],
-        },
-        MotionRow {
-            caption: "force",
-            label: "force / N",
-            scale: 1.0,
-            lines: &[("force", values)],
-        },
-    ];
-    let figure = MotionFigure {
-        title: "run.mcap",
-        subtitle: "",
-        time_s,
-        rows: &rows,
-    };
-    figure.draw()
 }
 
 fn assert_sound(picture: &Picture, name: &str) {
@@ -201,10 +174,6 @@ fn the_creep_and_motion_pictures_say_what_is_on_their_axes() {
     assert!(creep.svg().contains(">strain</text>") && creep.svg().contains("time / s"));
     assert!(creep.svg().contains(">simulated strain</text>"));
     assert_sound(&creep, "creep");
-
-    let motion = motion(&data.time_s, &data.force_n, &data.force_n).expect("draws");
-    assert!(motion.svg().contains("position / mm") && motion.svg().contains("force / N"));
-    assert_sound(&motion, "motion");
 }
 
 #[test]
@@ -334,15 +303,5 @@ fn nothing_to_draw_and_slices_that_do_not_match_are_errors() {
     assert_eq!(
         error.to_string(),
         "closed form has 9 samples where time has 10; both need the same number"
-    );
-    let error = motion(&[], &[], &[]).expect_err("refuses");
-    assert!(
-        matches!(error, FigureError::Empty { samples: 0, .. }),
-        "{error}"
-    );
-    let error = motion(&[0.0, 1.0], &[2.0, 3.0], &[1.0]).expect_err("refuses");
-    assert_eq!(
-        error.to_string(),
-        "position has 1 samples where time has 2; both need the same number"
     );
 }

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::{MessageError, NewFileError};
+use super::{MessageError, NewFileError, SpanError};
 
 /// An error of the run log. The message is one line and says what to do.
 #[derive(Debug, thiserror::Error)]
@@ -61,7 +61,7 @@ pub enum RecordError {
         found: String,
     },
     /// There are messages in it, but none that could go into a table of ticks.
-    #[error("`{}` has no ticks to export: its topics are {}; give a log that host-cli has written, with `/haptics/tick`", .path.display(), .topics.join(", "))]
+    #[error("`{}` has no ticks: its topics are {}; give a log that host-cli has written, with `/haptics/tick`", .path.display(), .topics.join(", "))]
     NoTicks {
         /// The file that the message names.
         path: PathBuf,
@@ -86,6 +86,9 @@ pub enum RecordError {
         /// The time that was given, s.
         time_s: f64,
     },
+    /// A log has no such span.
+    #[error(transparent)]
+    Span(#[from] SpanError),
     /// A message could not be encoded.
     #[error(transparent)]
     Message(#[from] MessageError),

@@ -1,19 +1,26 @@
-//! Saves what a cut or damaged log still holds.
+//! Copies of a log: what a cut or damaged one still holds, and a span of one.
 
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 use super::new_file::{refuse_being_written, refuse_own_source};
-use super::summary::{Gap, RECOVERED, TickCount};
-use super::{Condition, Damage, Entry, Leftover, LogFiles, LogWriter, RecordError};
+use super::summary::{DRIVE_END, END, Gap, RECOVERED, TickCount};
+use super::{
+    Condition, Damage, Entry, Leftover, LogFiles, LogWriter, RecordError, Span, SpanError,
+};
 
-/// Result of a recovery: the saved data and the lost data.
+/// Name of the metadata record that marks a span that was cut out of a log.
+pub const CUT: &str = "cut";
+
+/// Result of a copy: the saved data and the lost data.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RecoverySummary {
     /// Ticks that the repaired log has.
     pub samples: u64,
     /// Events that the repaired log has.
     pub events: u64,
+    /// Device time of the first tick saved, s.
+    pub first_s: Option<f64>,
     /// Device time of the last tick saved, s.
     pub last_s: Option<f64>,
     /// Number of the last tick saved.
@@ -98,7 +105,48 @@ pub fn recover(
     target: &Path,
     overwrite: bool,
 ) -> Result<RecoverySummary, RecordError> {
-    copy(source, target, overwrite).map_err(|error| {
+    copy(source, target, None, overwrite)
+}
+
+/// Copies a span of `source`, and of the files that it goes on in, into the new, finished log `target`. Times and numbers
+/// of the ticks stay those of the run, and so do the metadata, but for those of its end: these are called `source.end`, and
+/// the new log is judged by its gaps. One more record, [`CUT`], says what it is a part of. The source is left unchanged.
+///
+/// ```
+/// # use haptic_log::record::{LogWriter, TickMessage};
+/// use haptic_log::record::{Span, cut, inspect};
+///
+/// # let folder = tempfile::tempdir()?;
+/// # let (run, part) = (folder.path().join("run.mcap"), folder.path().join("part.mcap"));
+/// # let mut writer = LogWriter::create(&run)?;
+/// # for tick in 0..100 {
+/// #     writer.tick(&TickMessage { tick, time_s: 0.01 * tick as f64, ..TickMessage::default() })?;
+/// # }
+/// # writer.finish()?;
+/// let made = cut(&run, &part, Span::new(Some(0.2), Some(0.4))?, false)?;
+/// assert_eq!((made.samples, made.first_s), (21, Some(0.2)));
+/// assert!(inspect(&part)?.reasons().is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// As [`recover`]; and if the span is not among the samples, or has none.
+pub fn cut(
+    source: &Path,
+    target: &Path,
+    span: Span,
+    overwrite: bool,
+) -> Result<RecoverySummary, RecordError> {
+    copy(source, target, Some(span), overwrite)
+}
+
+fn copy(
+    source: &Path,
+    target: &Path,
+    span: Option<Span>,
+    overwrite: bool,
+) -> Result<RecoverySummary, RecordError> {
+    copy_span(source, target, span, overwrite).map_err(|error| {
         let RecordError::Write { source, .. } = error else {
             return error;
         };
@@ -108,13 +156,20 @@ pub fn recover(
     })
 }
 
-fn copy(source: &Path, target: &Path, overwrite: bool) -> Result<RecoverySummary, RecordError> {
+fn copy_span(
+    source: &Path,
+    target: &Path,
+    span: Option<Span>,
+    overwrite: bool,
+) -> Result<RecoverySummary, RecordError> {
+    let kept = span.unwrap_or(Span::WHOLE);
     refuse_own_source(source, target)?;
     refuse_being_written(source)?;
     let mut reader = LogFiles::open(source)?;
     let mut writer = LogWriter::create_with(target, Leftover::Discard, overwrite, None)?;
     let mut file = source.to_owned();
     let mut count = TickCount::default();
+    let mut seen_s = None;
     let mut events = 0;
     let mut unreadable = None;
     while let Some(entry) = reader.next() {
@@ -130,20 +185,31 @@ fn copy(source: &Path, target: &Path, overwrite: bool) -> Result<RecoverySummary
             // A failing disk is a reason to recover, not a reason to stop.
             Err(error) => unreadable = Some(error.to_string()),
             Ok(Entry::Tick(message)) => {
-                writer.tick(&message)?;
-                count.add(&message);
+                let time_s = message.time_s;
+                let (first_s, _) = seen_s.unwrap_or((time_s, time_s));
+                seen_s = Some((first_s, time_s));
+                if kept.holds(time_s) {
+                    writer.tick(&message)?;
+                    count.add(&message);
+                }
             }
-            Ok(Entry::Drive(message)) => {
+            Ok(Entry::Drive(message)) if kept.holds(message.time_s) => {
                 writer.drive_tick(&message)?;
                 count.add_drive(&message);
             }
-            Ok(Entry::Event(event)) => {
+            Ok(Entry::Event(event)) if kept.holds(event.time_s) => {
                 writer.event(&event)?;
                 events += 1;
             }
+            Ok(Entry::Drive(_) | Entry::Event(_)) => {}
             Ok(Entry::Metadata(record)) => {
-                count.note(&record);
-                writer.metadata(&record.name, record.values)?;
+                let is_end = [END, DRIVE_END].contains(&record.name.as_str());
+                if is_end && span.is_some() {
+                    writer.metadata(&format!("source.{}", record.name), record.values)?;
+                } else {
+                    count.note(&record);
+                    writer.metadata(&record.name, record.values)?;
+                }
             }
         }
     }
@@ -151,6 +217,16 @@ fn copy(source: &Path, target: &Path, overwrite: bool) -> Result<RecoverySummary
     if let Some(cause) = unreadable {
         let at_byte = reader.reader.bytes_read();
         condition.damage.push(Damage::Structure { at_byte, cause });
+    }
+    if span.is_some() {
+        if seen_s.is_none() && !condition.foreign_topics.is_empty() {
+            return Err(RecordError::NoTicks {
+                path: source.to_owned(),
+                topics: condition.foreign_topics.into_keys().collect(),
+            });
+        }
+        kept.check(seen_s)?;
+        count.first.ok_or(SpanError::Bare)?;
     }
     let gaps: Vec<String> = (count.gaps.iter())
         .map(|gap| format!("{}..{}", gap.after_tick, gap.before_tick))
@@ -163,11 +239,13 @@ fn copy(source: &Path, target: &Path, overwrite: bool) -> Result<RecoverySummary
         ("missing", missing.join("; ")),
     ];
     let mark = mark.map(|(key, value)| (key.to_owned(), value));
-    writer.metadata(RECOVERED, mark.into())?;
+    let name = span.map_or(RECOVERED, |_| CUT);
+    writer.metadata(name, mark.into())?;
     writer.finish()?;
     Ok(RecoverySummary {
         samples: count.samples,
         events,
+        first_s: count.first.map(|(_, time_s)| time_s),
         last_s: count.last.map(|(_, time_s)| time_s),
         last_tick: count.last.map(|(tick, _)| tick),
         complete: condition.complete && count.missing() + count.drive_missing() == 0,

@@ -1,5 +1,6 @@
 //! The run log: what is written is read back, whatever happens to the file in between.
 
+mod cut;
 mod damage;
 mod layouts;
 mod long;

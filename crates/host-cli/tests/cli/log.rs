@@ -2,6 +2,7 @@
 
 mod checked;
 mod damaged;
+mod runs;
 
 use crate::experiments::SHORT;
 use crate::process::{Place, number, row, says, table};

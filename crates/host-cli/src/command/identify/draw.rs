@@ -64,7 +64,7 @@ pub(super) fn draw(
     } else {
         ""
     };
-    let caption = format!("model less record{open}, of models within 5 times the rms of the first");
+    let caption = format!("model less record{open}, of models within 5 rms of the first");
     let mut lower = Panel::new(caption, across, linear(residual));
     let least = found.fits[0].rms;
     let fits = found.fits.iter().enumerate();

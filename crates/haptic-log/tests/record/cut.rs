@@ -1,0 +1,97 @@
+//! A span of a log as a log of its own.
+
+use super::{TICK_S, tick};
+use haptic_log::record::{
+    CUT, EventMessage, LogWriter, NewFileError, RecordError, RollingLog, Span, SpanError, cut,
+    inspect,
+};
+
+const TICKS: u64 = 1000;
+
+#[test]
+fn each_span_has_the_ticks_between_its_times_and_no_others() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (log, part) = (folder.path().join("a.mcap"), folder.path().join("b.mcap"));
+    let mut writer = LogWriter::create(&log).expect("creates");
+    (0..TICKS).for_each(|n| writer.tick(&tick(n)).expect("takes"));
+    writer.finish().expect("finishes");
+    for (from, to) in [(0, 1), (0, TICKS - 1), (17, 18), (333, 700), (998, 999)] {
+        let times = [from, to].map(|n| Some(tick(n).time_s));
+        let span = Span::new(times[0], times[1]).expect("a span");
+        let made = cut(&log, &part, span, true).expect("cuts");
+        let want = (to - from + 1, times[0], times[1], true);
+        assert_eq!(
+            (made.samples, made.first_s, made.last_s, made.complete),
+            want
+        );
+        let found = inspect(&part).expect("reads");
+        assert_eq!(
+            (found.samples, found.first_s, found.last_s),
+            (want.0, want.1, want.2)
+        );
+        assert_eq!((found.missing_samples, found.complete), (0, true));
+        assert!(found.metadata.iter().any(|record| record.name == CUT));
+    }
+}
+
+#[test]
+fn a_span_that_is_not_in_the_log_leaves_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (log, part) = (folder.path().join("a.mcap"), folder.path().join("b.mcap"));
+    let mut writer = LogWriter::create(&log).expect("creates");
+    (5..TICKS).for_each(|n| writer.tick(&tick(n)).expect("takes"));
+    writer.finish().expect("finishes");
+    let last_s = tick(TICKS - 1).time_s;
+    let between = (10.2 * TICK_S, 10.4 * TICK_S);
+    for (from_s, to_s, key) in [
+        (Some(0.0), None, "from_s"),
+        (None, Some(2.0 * last_s), "to_s"),
+        (Some(between.0), Some(between.1), ""),
+    ] {
+        let span = Span::new(from_s, to_s).expect("a span");
+        let error = cut(&log, &part, span, false).expect_err("refuses");
+        match error {
+            RecordError::Span(SpanError::Outside { key: found, .. }) => assert_eq!(found, key),
+            RecordError::Span(SpanError::Bare) => assert_eq!(key, ""),
+            other => panic!("{other}"),
+        }
+        assert_eq!(std::fs::read_dir(folder.path()).expect("lists").count(), 1);
+    }
+    assert!(matches!(
+        Span::new(Some(1.0), Some(1.0)),
+        Err(SpanError::Empty { .. })
+    ));
+    assert!(Span::new(Some(f64::NAN), None).is_err());
+    let span = Span::new(Some(0.1), None).expect("a span");
+    cut(&log, &part, span, false).expect("cuts");
+    let again = cut(&log, &part, span, false).expect_err("is there");
+    assert!(
+        matches!(again, RecordError::File(NewFileError::Exists(_))),
+        "{again}"
+    );
+}
+
+#[test]
+fn a_rolled_log_is_cut_across_its_files() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (log, part) = (folder.path().join("a.mcap"), folder.path().join("b.mcap"));
+    let mut writer = RollingLog::create(&log, [].into(), false).expect("creates");
+    writer.roll_at(1);
+    for n in 0..40 * TICKS {
+        if n % TICKS == 0 {
+            let time_s = tick(n).time_s;
+            let (kind, text) = ("mark".to_owned(), String::new());
+            writer
+                .event(&EventMessage { time_s, kind, text })
+                .expect("takes");
+        }
+        writer.tick(&tick(n)).expect("takes");
+    }
+    assert!(writer.finish().expect("finishes").paths.len() > 1);
+    let times = [5 * TICKS, 35 * TICKS].map(|n| Some(tick(n).time_s));
+    let span = Span::new(times[0], times[1]).expect("a span");
+    let made = cut(&log, &part, span, false).expect("cuts");
+    assert_eq!((made.samples, made.events), (30 * TICKS + 1, 31));
+    let found = inspect(&part).expect("reads");
+    assert_eq!((found.missing_samples, found.complete), (0, true));
+}

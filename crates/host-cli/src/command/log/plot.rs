@@ -1,0 +1,504 @@
+//! `log plot`: a run, or several over each other: positions and forces over time, force over depth, and a difference.
+//!
+//! ```text
+//! t = tₖ − (t₀ₖ − t₀₁)         run k on the clock of the first run: both begin with their first samples
+//! d(t) = b(t) − a(t)           at the samples of a; between two neighbouring samples b is a straight line
+//! rms = √(Σ d²/n)              over the n samples of a at which b is known
+//! ```
+//! - *Symbols*: t s is the time of the picture, tₖ s that of run k on its own clock and t₀ₖ s of its first sample; a and b are a
+//!   position, m, or a force on the hand, N: on one axis positive where it pushes back, which the log has as negative; on several, along
+//!   the axes.
+//! - *Errors*: a part that no run has, runs of different axes, a run twice, a difference without a common sample.
+//! - *Cost*: each log is read once, and once more for a difference. Memory is that of [`Decimated`], whatever the length;
+//!   force over depth keeps every sample, of which there may be [`DEPTH_MOST`].
+
+use super::source::{Others, Part, log_at, require_complete, target_of};
+use crate::output::{Output, joined, warn};
+use crate::picture::{Panel, linear, page};
+use crate::picture_file::Pictures;
+use clap::Args;
+use haptic_experiment::Failure;
+use haptic_experiment::judge::Decimated;
+use haptic_figure::{FigureError, Look, Picture, PlaneFigure};
+use haptic_log::record::{
+    AXES, Entry, LogFiles, RecordError, SAME_TIME, Span, TickMessage, Topic, column_name,
+};
+use serde_json::{Map, Value, json};
+use std::iter::zip;
+use std::path::{Path, PathBuf};
+
+/// Samples of which each is drawn; of more the extremes.
+const DENSE: u64 = 20_000;
+/// Samples of which force over depth is drawn: of the extremes of more, a loop would be a polygon.
+const DEPTH_MOST: u64 = 1_000_000;
+/// Numbers of a tick, as in [`drawn`], and columns of a topic that one picture holds.
+const CURVES: usize = 10;
+const COLUMNS: usize = 6;
+/// Name, unit of a key, label and factor of what [`drawn`] has by turns.
+const QUANTITIES: [(&str, &str, &str, f64); 2] = [
+    ("position", "_m", "position / mm", 1e3),
+    ("force", "_n", "force on the hand / N", 1.0),
+];
+
+#[derive(Debug, Args)]
+pub(crate) struct Plot {
+    /// Logs, or the folders of runs; each begins where the first does
+    #[arg(required = true, value_name = "LOG")]
+    logs: Vec<PathBuf>,
+    /// Names in the picture, as in before,after [default: those of the files or folders]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    label: Vec<String>,
+    #[command(flatten)]
+    part: Part,
+    /// Draw force over depth instead of both over time
+    #[arg(long)]
+    over_depth: bool,
+    /// Of two logs, draw the second less the first too, and print its rms and its largest value
+    #[arg(long, conflicts_with = "over_depth")]
+    difference: bool,
+    /// Folder for NAME.log.svg and NAME.log.png, of several logs NAME.runs.svg [default: beside the first log]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace earlier pictures
+    #[arg(long)]
+    overwrite: bool,
+    #[command(flatten)]
+    pictures: Pictures,
+    #[command(flatten)]
+    others: Others,
+}
+
+/// What is printed, a log that is not whole, and the picture.
+type Drawn = (Value, Option<PathBuf>, Result<Picture, FigureError>);
+
+impl Plot {
+    pub(super) fn run(self, output: Output) -> Result<(), Failure> {
+        let logs = self.logs.iter().map(|log| log_at(log));
+        let logs: Vec<PathBuf> = logs.collect::<Result<_, _>>()?;
+        let names = self.names(&logs)?;
+        let ending = match (self.over_depth, logs.len()) {
+            (true, _) => "depth",
+            (false, 1) => "log",
+            (false, _) => "runs",
+        };
+        let stem = target_of(None, self.out.as_deref(), &logs[0], ending)?;
+        let span = self.part.span()?;
+        let (report, cut, picture) = match self.others.topic(&logs[0])? {
+            None => self.draw_runs(&logs, &names, span)?,
+            Some(topic) if logs.len() == 1 && !self.over_depth => {
+                draw_topic(&logs[0], &names[0], &topic, span)?
+            }
+            Some(_) => {
+                return Err(refused(
+                    &logs[0],
+                    "is a log of others: draw it alone, over time",
+                ));
+            }
+        };
+        let figure = self.pictures.save(picture, &stem, self.overwrite)?;
+        output.summary(&joined([report, json!({ "figure": figure })]))?;
+        require_complete(cut.is_none(), cut.as_deref().unwrap_or(&logs[0]), &figure)
+    }
+
+    /// A name for each log: as given, or as the file or folder is called, unless two are called so.
+    fn names(&self, logs: &[PathBuf]) -> Result<Vec<String>, Failure> {
+        fn differ<T: PartialEq>(all: &[T]) -> bool {
+            let mut numbered = all.iter().enumerate();
+            numbered.all(|(n, one)| !all[..n].contains(one))
+        }
+        let files: Vec<_> = logs.iter().flat_map(|log| log.canonicalize()).collect();
+        let (given, count) = (&self.label, logs.len());
+        if !differ(&files) {
+            return Err(Failure::bad_input("a log is given twice: give each once"));
+        }
+        if !given.is_empty() && (given.len() != count || !differ(given)) {
+            return Err(Failure::bad_input(format_args!(
+                "--label {} is not a name of its own for each log: give {count}, as in --label before,after",
+                given.join(",")
+            )));
+        }
+        let name = |log: &PathBuf| match count {
+            1 => logs[0]
+                .file_name()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned(),
+            _ => log
+                .file_stem()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned(),
+        };
+        let called: Vec<String> = self.logs.iter().map(name).collect();
+        let paths = self.logs.iter().map(|log| log.display().to_string());
+        Ok(match given.is_empty() {
+            false => given.clone(),
+            true if differ(&called) => called,
+            true => paths.collect(),
+        })
+    }
+
+    fn draw_runs(&self, logs: &[PathBuf], names: &[String], span: Span) -> Result<Drawn, Failure> {
+        let mut runs: Vec<Run> = Vec::new();
+        for (log, name) in zip(logs, names) {
+            let run = Run::read(log, name, runs.first(), span, self.over_depth)?;
+            runs.push(run);
+        }
+        let ends = runs.iter().map(|run| run.ends_s);
+        let ends = ends.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+        span.check(ends).map_err(RecordError::from)?;
+        if let Some(run) = runs.iter().find(|run| run.samples == 0) {
+            let why = "has no sample in this part: omit it, or change --from or --to";
+            return Err(refused(&run.log, why));
+        }
+        let mut panels = panels(&runs, self.over_depth);
+        let report = match &runs[..] {
+            [run] => run.report(),
+            _ => json!({ "runs": runs.iter().map(Run::report).collect::<Vec<_>>() }),
+        };
+        let mut reports = vec![report];
+        match (&runs[..], self.difference) {
+            ([a, b], true) => {
+                let (report, mut less) = difference(a, b, span)?;
+                reports.push(report);
+                panels.append(&mut less);
+            }
+            (_, true) => {
+                return Err(Failure::bad_input("--difference is of two logs: give two"));
+            }
+            (_, false) => {}
+        }
+        let picture = match &runs[..] {
+            [run] if !self.over_depth => run.draw(),
+            _ => {
+                let subtitle = if runs.len() > 1 {
+                    ""
+                } else {
+                    &runs[0].subtitle
+                };
+                let columns = if panels.len() > 2 { 2 } else { 1 };
+                page(&names.join(", "), subtitle, columns, &panels)
+            }
+        };
+        let cut = runs.iter().find(|run| !run.complete);
+        Ok((joined(reports), cut.map(|run| run.log.clone()), picture))
+    }
+}
+
+fn refused(log: &Path, why: impl std::fmt::Display) -> Failure {
+    Failure::bad_input(format_args!("`{}` {why}", log.display()))
+}
+
+/// Each column of a topic in a panel of its own.
+fn draw_topic(log: &Path, title: &str, topic: &Topic, span: Span) -> Result<Drawn, Failure> {
+    let (time, columns) = topic.columns.split_at(1);
+    if columns.len() > COLUMNS {
+        let (name, count) = (&topic.name, columns.len());
+        let some = format!("give --columns some of them, as in {name}.{}", columns[0].0);
+        return Err(Failure::bad_input(format_args!(
+            "{name} has {count} columns, and a picture has room for {COLUMNS}: {some}"
+        )));
+    }
+    let time_s = &time[0].1;
+    let ends = time_s.first().copied().zip(time_s.last().copied());
+    span.check(ends).map_err(RecordError::from)?;
+    let panels = columns.iter().map(|(name, column)| {
+        let points = zip(time_s.iter().copied(), column.iter().copied());
+        let points = points.filter(|point| span.holds(point.0));
+        Panel::new(name, linear("time / s"), linear("")).with("", Look::Line, 0, points)
+    });
+    let panels: Vec<_> = panels.collect();
+    let (complete, samples) = (
+        topic.condition.complete,
+        time_s.iter().filter(|time_s| span.holds(**time_s)).count(),
+    );
+    let report = json!({ "samples": samples, "complete": complete });
+    let cut = (!complete).then(|| log.to_owned());
+    Ok((report, cut, page(title, &topic.name, 1, &panels)))
+}
+
+/// What is drawn of a tick: position and force on each axis by turns; then the reference on two axes, and indenter and contact
+/// force on the first.
+fn drawn(tick: &TickMessage) -> [f64; CURVES] {
+    let turns = [tick.position_m, tick.commanded_force_n];
+    std::array::from_fn(|n| {
+        let (numbers, axis) = match n {
+            0..=5 => (turns[n % 2], n / 2),
+            6..=7 => (tick.reference_m, n - 6),
+            8 => (tick.indenter_position_m, 0),
+            _ => (tick.contact_force_n, 0),
+        };
+        let number = numbers.get(axis).copied().unwrap_or(f64::NAN);
+        // What pushes back is negative in a log.
+        if n == 1 && tick.axes() == 1 {
+            0.0 - number
+        } else {
+            number
+        }
+    })
+}
+
+/// A log as a picture has it.
+struct Run {
+    name: String,
+    log: PathBuf,
+    axes: usize,
+    complete: bool,
+    subtitle: String,
+    /// Its own clock less that of the picture, s.
+    shift_s: f64,
+    /// Times of its first and last sample by the clock of the picture, s.
+    ends_s: (f64, f64),
+    /// Those in the part that is drawn.
+    samples: u64,
+    time_s: Vec<f64>,
+    curves: [Vec<f64>; CURVES],
+}
+
+impl Run {
+    /// Behind another it begins where that does.
+    fn read(
+        log: &Path,
+        name: &str,
+        first: Option<&Self>,
+        span: Span,
+        over_depth: bool,
+    ) -> Result<Self, Failure> {
+        let mut reader = LogFiles::open(log)?;
+        let mut shown = Decimated::new(if over_depth { DEPTH_MOST } else { DENSE });
+        let (mut conditions, mut ends, mut axes, mut shift_s) = (Vec::new(), None, 1, 0.0);
+        for entry in &mut reader {
+            let entry = entry?;
+            if let Entry::Tick(tick) = &entry {
+                axes = tick.axes();
+                let (begin_s, _) = *ends.get_or_insert_with(|| {
+                    let begin_s = first.map_or(tick.time_s, |first| first.ends_s.0);
+                    shift_s = tick.time_s - begin_s;
+                    (begin_s, begin_s)
+                });
+                let time_s = tick.time_s - shift_s;
+                ends = Some((begin_s, time_s));
+                if span.holds(time_s) {
+                    shown.add(time_s, drawn(tick));
+                }
+            } else if let Entry::Metadata(record) = &entry
+                && record.name == "experiment"
+            {
+                let named = ["device", "scheme"].into_iter();
+                let value = |key| Some(format!("{key} {}", record.values.get(key)?));
+                conditions = named.filter_map(value).collect();
+            }
+        }
+        let complete = reader.condition().complete;
+        if !complete {
+            conditions.push("cut off or damaged: what could be read".to_owned());
+        }
+        let Some(ends_s) = ends else {
+            return Err(refused(log, "has no ticks to draw: omit it"));
+        };
+        let (samples, time_s, curves) = shown.curves();
+        if over_depth && samples > DEPTH_MOST {
+            let why = format!(
+                "has {samples} samples, and force over depth shows each of at most {DEPTH_MOST}: give --from and --to"
+            );
+            return Err(refused(log, why));
+        }
+        if let Some(first) = first {
+            if first.axes != axes {
+                let why = format!(
+                    "has {axes} axes, and {} has {}: give logs of as many",
+                    first.name, first.axes
+                );
+                return Err(refused(log, why));
+            }
+            if shift_s.abs() > SAME_TIME {
+                let begin_s = ends_s.0;
+                warn(&format!(
+                    "{name} begins at {} s and is drawn from {begin_s} s on, where {} begins",
+                    begin_s + shift_s,
+                    first.name
+                ));
+            }
+        }
+        Ok(Self {
+            name: name.to_owned(),
+            log: log.to_owned(),
+            axes,
+            complete,
+            subtitle: conditions.join("  ·  "),
+            shift_s,
+            ends_s,
+            samples,
+            time_s,
+            curves,
+        })
+    }
+
+    fn report(&self) -> Value {
+        json!({
+            "run": self.name,
+            "samples": self.samples,
+            "first_s": self.time_s.first(),
+            "last_s": self.time_s.last(),
+            "shifted_s": self.shift_s,
+            "complete": self.complete,
+            "log": self.log,
+        })
+    }
+
+    /// Alone and over time, with all that its log has: positions above and forces below, or of several axes the path, places and
+    /// forces.
+    fn draw(&self) -> Result<Picture, FigureError> {
+        let Self { time_s, curves, .. } = self;
+        if self.axes > 1 {
+            return PlaneFigure {
+                title: &self.name,
+                subtitle: &self.subtitle,
+                outline_m: &[],
+                time_s,
+                reference_m: [&curves[6], &curves[7]],
+                position_m: [&curves[0], &curves[2]],
+                depth_m: None,
+                force_n: &[1, 3, 5].map(|n| curves[n].clone())[..self.axes],
+            }
+            .draw();
+        }
+        let curve = |n: usize, scale: f64| {
+            let points =
+                zip(time_s, &curves[n]).map(move |(time_s, value)| (*time_s, scale * value));
+            points.filter(|point| point.1.is_finite())
+        };
+        let panel = |caption, label| Panel::new(caption, linear("time / s"), linear(label));
+        let positions = panel("position", "position / mm")
+            .with("reference", Look::Broad, 6, curve(6, 1e3))
+            .with("indenter", Look::Line, 2, curve(8, 1e3))
+            .with("position", Look::Line, 0, curve(0, 1e3));
+        // Without a rig, which has an indenter, it is the force that the motors made.
+        let (contact, sign) = match curve(8, 1.0).next() {
+            Some(_) => ("contact force", 1.0),
+            None => ("force of the motors", -1.0),
+        };
+        let forces = panel("force", QUANTITIES[1].2)
+            .with("force", Look::Line, 1, curve(1, 1.0))
+            .with(contact, Look::Dashed, 5, curve(9, sign));
+        page(&self.name, &self.subtitle, 1, &[positions, forces])
+    }
+}
+
+/// Position and force on each axis over time, or force over position, in which each run has a colour and a dash of its own.
+fn panels(runs: &[Run], over_depth: bool) -> Vec<Panel<'static>> {
+    let axes = runs[0].axes;
+    let panel = |n: usize| {
+        let (name, _, label, scale) = QUANTITIES[n % 2];
+        let x = if over_depth {
+            QUANTITIES[0].2
+        } else {
+            "time / s"
+        };
+        let panel = Panel::new(caption(name, n / 2, axes), linear(x), linear(label));
+        runs.iter().enumerate().fold(panel, |panel, (colour, run)| {
+            let (xs, factor) = match over_depth {
+                true => (&run.curves[n - 1], QUANTITIES[0].3),
+                false => (&run.time_s, 1.0),
+            };
+            let points = zip(xs, &run.curves[n]).map(|(x, y)| (factor * x, scale * y));
+            // One alone is named by the title.
+            let name = if runs.len() > 1 { &*run.name } else { "" };
+            panel.with(name, Look::Line, colour, points)
+        })
+    };
+    let all = 0..2 * axes;
+    all.filter(|n| !over_depth || n % 2 == 1)
+        .map(panel)
+        .collect()
+}
+
+/// Of one of several axes with its letter.
+fn caption(name: &str, axis: usize, axes: usize) -> String {
+    match axes {
+        1 => name.to_owned(),
+        _ => format!("{name} {}", AXES[axis]),
+    }
+}
+
+/// The second run less the first, as it is printed and drawn.
+fn difference(a: &Run, b: &Run, span: Span) -> Result<(Value, Vec<Panel<'static>>), Failure> {
+    let ticks = |run: &Run| -> Result<_, Failure> {
+        let entries = LogFiles::open(&run.log)?;
+        Ok(entries.filter_map(|entry| match entry {
+            Ok(Entry::Tick(tick)) => Some(Ok(tick)),
+            Ok(_) => None,
+            Err(error) => Some(Err(error)),
+        }))
+    };
+    let (first, mut second) = (ticks(a)?, ticks(b)?);
+    let (mut before, mut next) = (None::<TickMessage>, second.next().transpose()?);
+    let (mut shown, mut interpolated) = (Decimated::<CURVES>::new(DENSE), 0);
+    // Of each curve the sum of the squares, and the largest without its sign with its time.
+    let mut sums = [(0.0, 0.0, 0.0); CURVES];
+    for tick in first {
+        let tick = tick?;
+        let at_s = tick.time_s + b.shift_s;
+        while let Some(other) = next.filter(|other| other.time_s < at_s - SAME_TIME) {
+            (before, next) = (Some(other), second.next().transpose()?);
+        }
+        let Some(other) = next.filter(|_| span.holds(tick.time_s)) else {
+            continue;
+        };
+        let mut less = drawn(&other);
+        if other.time_s > at_s + SAME_TIME {
+            let Some(before) = before.filter(|before| before.tick + 1 == other.tick) else {
+                continue;
+            };
+            let share = (other.time_s - at_s) / (other.time_s - before.time_s);
+            zip(&mut less, drawn(&before))
+                .for_each(|(less, before)| *less += share * (before - *less));
+            interpolated += 1;
+        }
+        zip(&mut less, drawn(&tick)).for_each(|(less, own)| *less -= own);
+        shown.add(tick.time_s, less);
+        for (sum, less) in zip(&mut sums, less) {
+            sum.0 += less * less;
+            if less.abs() > sum.1 {
+                (sum.1, sum.2) = (less.abs(), tick.time_s);
+            }
+        }
+    }
+    let (compared, time_s, curves) = shown.curves();
+    if compared == 0 {
+        let why = format!(
+            "has no time in common with {}: change --from and --to",
+            a.name
+        );
+        return Err(refused(&b.log, why));
+    }
+    if interpolated > 0 {
+        warn(&format!(
+            "{interpolated} of {compared} samples of {} are between two of {}, which is taken as a straight line there",
+            a.name, b.name
+        ));
+    }
+    let less = format!("{} − {}", b.name, a.name);
+    let mut report = Map::new();
+    report.insert("difference".to_owned(), less.as_str().into());
+    report.insert("compared".to_owned(), compared.into());
+    report.insert("interpolated".to_owned(), interpolated.into());
+    let mut panels = Vec::new();
+    for n in 0..2 * a.axes {
+        let (name, unit, label, scale) = QUANTITIES[n % 2];
+        let points = zip(&time_s, &curves[n]).map(|(time_s, value)| (*time_s, scale * value));
+        let key =
+            |what: &str, unit: &str| column_name(&format!("{name}_{what}{unit}"), n / 2, a.axes);
+        let (squares, largest, at_s) = sums[n];
+        report.insert(key("rms", unit), (squares / compared as f64).sqrt().into());
+        report.insert(key("largest", unit), largest.into());
+        report.insert(key("largest_at", "_s"), at_s.into());
+        let panel = Panel::new(
+            format!("difference of {}", caption(name, n / 2, a.axes)),
+            linear("time / s"),
+            linear(label),
+        );
+        panels.push(panel.with(&less, Look::Line, 2, points));
+    }
+    Ok((report.into(), panels))
+}

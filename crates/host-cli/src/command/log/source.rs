@@ -1,0 +1,133 @@
+//! Logs as they are named, and the files that are made of them.
+
+use crate::mcap;
+use crate::parse::quantity;
+use clap::Args;
+use haptic_experiment::Failure;
+use haptic_experiment::parameters::Range;
+use haptic_log::record::{RecordError, Span, Topic, nth_file};
+use std::path::{Path, PathBuf};
+
+/// Times that a log can hold, s.
+const TIMES: Range = Range::Within(0.0, 1.8e10);
+
+/// What is taken of a log that somebody else wrote.
+#[derive(Debug, Args)]
+pub(crate) struct Others {
+    /// Of a log of others: a topic or some of its columns, as in /wrench or /wrench.force.x,/wrench.force.y
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    columns: Vec<String>,
+}
+
+impl Others {
+    /// The topic that was asked for, or the one of a log without ticks.
+    pub(super) fn topic(&self, log: &Path) -> Result<Option<Topic>, Failure> {
+        let names: Vec<&str> = self.columns.iter().map(String::as_str).collect();
+        if names.is_empty() && mcap::is_ours(log)? {
+            return Ok(None);
+        }
+        mcap::chosen(log, &names).map(Some)
+    }
+}
+
+/// A part of a log.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct Part {
+    /// Begin at this time of the log [default: its first sample]
+    #[arg(long, value_name = "TIME", value_parser = quantity("from_s", TIMES))]
+    from: Option<f64>,
+    /// End at this time of the log [default: its last sample]
+    #[arg(long, value_name = "TIME", value_parser = quantity("to_s", TIMES))]
+    to: Option<f64>,
+}
+
+impl Part {
+    pub(super) fn span(self) -> Result<Span, RecordError> {
+        Ok(Span::new(self.from, self.to)?)
+    }
+
+    pub(super) fn is_whole(self) -> bool {
+        self.from.or(self.to).is_none()
+    }
+}
+
+/// The log that is named, by itself or as the one in a folder: there the finished ones count, or else the unfinished, and
+/// the further files of a log are read with its first.
+pub(super) fn log_at(path: &Path) -> Result<PathBuf, Failure> {
+    let Ok(files) = std::fs::read_dir(path) else {
+        return Ok(path.to_owned());
+    };
+    let files: Vec<PathBuf> = files.filter_map(|file| Some(file.ok()?.path())).collect();
+    let of = |ending: &str| {
+        let is_one = |file: &&PathBuf| file.extension().is_some_and(|end| end == ending);
+        files.iter().filter(is_one).cloned().collect::<Vec<_>>()
+    };
+    let mut logs = of("mcap");
+    if logs.is_empty() {
+        logs = of("part");
+    }
+    let mut firsts: Vec<&PathBuf> = logs.iter().filter(|log| !follows(log, &logs)).collect();
+    firsts.sort();
+    let names = firsts.iter().map(|log| log.display().to_string());
+    let remedy = match &firsts[..] {
+        [log] => return Ok((*log).clone()),
+        [] => "a NAME.mcap, and none is in it".to_owned(),
+        _ => names.collect::<Vec<_>>().join(" or "),
+    };
+    let folder = path.display();
+    Err(Failure::bad_input(format_args!(
+        "`{folder}` is a folder: give {remedy}"
+    )))
+}
+
+/// True of `NAME-0002.mcap` beside `NAME.mcap`.
+fn follows(log: &Path, all: &[PathBuf]) -> bool {
+    let stem = log.file_stem().unwrap_or_default().to_string_lossy();
+    let named = stem.rsplit_once('-');
+    let number = named.and_then(|(_, number)| number.parse().ok());
+    let first = named.map(|(first, _)| log.with_file_name(format!("{first}.mcap")));
+    let (Some(first), Some(number)) = (first, number) else {
+        return false;
+    };
+    nth_file(&first, number) == log && all.contains(&first)
+}
+
+/// The named target, or NAME.ENDING of NAME.mcap or NAME.mcap.part, in the given folder or beside the log.
+pub(super) fn target_of(
+    target: Option<PathBuf>,
+    out: Option<&Path>,
+    log: &Path,
+    ending: &str,
+) -> Result<PathBuf, Failure> {
+    if let Some(target) = target {
+        return Ok(target);
+    }
+    let default = log.with_file_name(format!("{}.{ending}", stem_of(log)));
+    let (Some(folder), Some(name)) = (out, default.file_name()) else {
+        return Ok(default);
+    };
+    std::fs::create_dir_all(folder).map_err(|error| {
+        let shown = folder.display();
+        let what = format!("cannot make the folder `{shown}`: choose another with --out");
+        Failure::writing(error, what)
+    })?;
+    Ok(folder.join(name))
+}
+
+/// NAME of NAME.mcap or NAME.mcap.part.
+pub(super) fn stem_of(log: &Path) -> String {
+    let name = log.file_name().unwrap_or_default().to_string_lossy();
+    let stem = name.strip_suffix(".part").unwrap_or(&name);
+    stem.strip_suffix(".mcap").unwrap_or(stem).to_owned()
+}
+
+/// Exit code 4 for a file made of a cut log: it holds all there is, but not all there was.
+pub(super) fn require_complete(complete: bool, log: &Path, made: &str) -> Result<(), Failure> {
+    match complete {
+        true => Ok(()),
+        false => Err(Failure::data_lost(format_args!(
+            "`{}` is not whole; `{made}` has what could be read",
+            log.display()
+        ))),
+    }
+}

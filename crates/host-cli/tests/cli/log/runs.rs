@@ -1,0 +1,362 @@
+//! `log plot` of several runs and of parts, and `log cut`.
+
+use crate::process::{Place, number, says};
+use haptic_log::record::{
+    END, EndKind, EventMessage, LogWriter, PerAxis, RunEnd, StartTime, TickMessage,
+};
+use serde_json::Value;
+use std::time::{Duration, UNIX_EPOCH};
+
+const TICK_S: f64 = 1e-3;
+
+/// A log of these ticks.
+fn made(place: &Place, name: &str, ticks: impl Iterator<Item = TickMessage>) {
+    let mut log = LogWriter::create(&place.path(name)).expect("creates");
+    ticks.for_each(|tick| log.tick(&tick).expect("takes"));
+    log.finish().expect("finishes");
+}
+
+/// A tick at a time at which position and force are straight lines, of which this much is added.
+fn straight(tick: u64, time_s: f64, more: f64) -> TickMessage {
+    TickMessage {
+        tick,
+        time_s,
+        position_m: (1e-3 * time_s + more).into(),
+        commanded_force_n: (-2.0 * time_s - 100.0 * more).into(),
+        ..TickMessage::at_rest(1)
+    }
+}
+
+fn at(tick: u64) -> f64 {
+    TICK_S * tick as f64
+}
+
+#[test]
+fn two_runs_are_laid_over_each_other_under_their_names() {
+    let place = Place::new();
+    for (folder, strain) in [("before", "5%"), ("after", "8%")] {
+        let line = format!("relax --duration 2s --strain {strain} --out {folder} -q");
+        place.run(&line).succeeded();
+    }
+    let made = place.json("log plot before after --out pictures");
+    assert_eq!(made["figure"], "pictures/relax.runs.png");
+    let names = [0, 1].map(|n| made["runs"][n]["run"].clone());
+    assert_eq!(names, ["before", "after"]);
+    let svg = place.text("pictures/relax.runs.svg");
+    for text in [
+        ">before<",
+        ">after<",
+        "position / mm",
+        "force on the hand / N",
+    ] {
+        assert!(svg.contains(text), "{text}");
+    }
+    // Files of one name are told apart by their paths.
+    let line = "log plot before/relax.mcap after/relax.mcap --overwrite --out pictures";
+    let made = place.json(line);
+    assert_eq!(made["runs"][1]["run"], "after/relax.mcap");
+    let line = "log plot before after --label old,new --over-depth --out pictures";
+    let made = place.json(line);
+    assert_eq!(made["figure"], "pictures/relax.depth.png");
+    let svg = place.text("pictures/relax.depth.svg");
+    for text in [">old<", ">new<", "position / mm"] {
+        assert!(svg.contains(text), "{text}");
+    }
+    assert!(!svg.contains("time / s"));
+}
+
+#[test]
+fn a_part_has_the_samples_between_its_times() {
+    let place = Place::new();
+    made(&place, "a.mcap", (0..1001).map(|n| straight(n, at(n), 0.0)));
+    let seen = |line: &str| {
+        let made = place.json(&format!("log plot a.mcap --overwrite {line}"));
+        ["samples", "first_s", "last_s"].map(|key| number(&made, key))
+    };
+    assert_eq!(seen(""), [1001.0, 0.0, 1.0]);
+    // Ends belong to it, and 0.3 is 0.30000000000000004 in the log.
+    assert_eq!(seen("--from 0.3s --to 400ms"), [101.0, at(300), at(400)]);
+    assert_eq!(seen("--from 0.9s"), [101.0, at(900), 1.0]);
+    assert_eq!(seen("--over-depth --to 0.1s"), [101.0, 0.0, at(100)]);
+}
+
+#[test]
+fn a_difference_is_that_of_its_closed_form() {
+    let place = Place::new();
+    // B is A and 0.1 mm·cos(2πt) over whole periods, so the rms is 0.1 mm/√2.
+    let wave = |n: u64| 1e-4 * (std::f64::consts::TAU * at(n)).cos();
+    made(&place, "a.mcap", (0..2000).map(|n| straight(n, at(n), 0.0)));
+    made(
+        &place,
+        "b.mcap",
+        (0..3000).map(|n| straight(n, at(n), wave(n))),
+    );
+    let found = place.json("log plot a.mcap b.mcap --difference");
+    assert_eq!(found["difference"], "b − a");
+    let counts = ["compared", "interpolated"].map(|key| number(&found, key));
+    assert_eq!(counts, [2000.0, 0.0]);
+    let close = |key: &str, want: f64| {
+        let have = number(&found, key);
+        assert!((have / want - 1.0).abs() < 1e-9, "{key}: {have} {want}");
+    };
+    close("position_rms_m", 1e-4 / 2_f64.sqrt());
+    close("position_largest_m", 1e-4);
+    close("force_rms_n", 1e-2 / 2_f64.sqrt());
+    close("force_largest_n", 1e-2);
+    // Of half a period: the cosine is largest at its start, and −1 at its end is as large.
+    let half = place.json("log plot a.mcap b.mcap --difference --overwrite --from 0.25s --to 0.5s");
+    assert_eq!(number(&half, "position_largest_at_s"), 0.5);
+    assert_eq!(number(&half, "compared"), 251.0);
+    let svg = place.text("a.runs.svg");
+    assert!(svg.contains(">b − a<") && svg.contains("difference of force"));
+}
+
+#[test]
+fn unequal_times_are_joined_by_straight_lines_and_that_is_said() {
+    let place = Place::new();
+    made(&place, "a.mcap", (0..900).map(|n| straight(n, at(n), 0.0)));
+    // Every 0.7 ms, and one tick is missing.
+    let ticks = (0..2000).filter(|n| *n != 500);
+    made(
+        &place,
+        "b.mcap",
+        ticks.map(|n| straight(n, 0.7e-3 * n as f64, 1e-5)),
+    );
+    let ended = place.run("log plot a.mcap b.mcap --difference --json");
+    let ended = ended.succeeded_with_warnings();
+    says(
+        &ended.stderr,
+        &["samples of a are between two of b", "straight line"],
+    );
+    let found = ended.json();
+    // A straight line is its own interpolation.
+    let rms_m = number(&found, "position_rms_m");
+    assert!((rms_m - 1e-5).abs() < 1e-12, "{rms_m}");
+    // 350 ms is the missing one, and across it nothing is made up.
+    assert_eq!(number(&found, "compared"), 899.0);
+    // One in seven is at a sample of both.
+    assert_eq!(number(&found, "interpolated"), (900 - 129) as f64);
+}
+
+#[test]
+fn runs_begin_together_and_what_was_shifted_is_said() {
+    let place = Place::new();
+    made(&place, "a.mcap", (0..1000).map(|n| straight(n, at(n), 0.0)));
+    made(
+        &place,
+        "b.mcap",
+        (0..1000).map(|n| straight(n, 5.0 + at(n), -5e-3)),
+    );
+    let ended = place.run("log plot a.mcap b.mcap --difference --json");
+    let ended = ended.succeeded_with_warnings();
+    says(
+        &ended.stderr,
+        &["b begins at 5 s", "drawn from 0 s on, where a begins"],
+    );
+    let found = ended.json();
+    assert_eq!(number(&found["runs"][1], "shifted_s"), 5.0);
+    // Times that were added and subtracted again agree to less than a nanosecond.
+    let counts = ["compared", "interpolated"].map(|key| number(&found, key));
+    assert_eq!(counts, [1000.0, 0.0]);
+    assert!(number(&found, "position_largest_m") < 1e-15);
+}
+
+#[test]
+fn two_axes_have_panels_of_their_own() {
+    let place = Place::new();
+    let tick = |n: u64, radius: f64| TickMessage {
+        tick: n,
+        time_s: at(n),
+        position_m: PerAxis::new(&[radius * at(n).cos(), radius * at(n).sin()]),
+        commanded_force_n: PerAxis::new(&[0.0, 1.0]),
+        ..TickMessage::at_rest(2)
+    };
+    made(&place, "a.mcap", (0..1000).map(|n| tick(n, 0.01)));
+    made(&place, "b.mcap", (0..1000).map(|n| tick(n, 0.02)));
+    let found = place.json("log plot a.mcap b.mcap --difference");
+    // Of the second axis: 10 mm·sin(0.999).
+    let largest_m = number(&found, "position_largest_y_m");
+    assert!((largest_m - 0.01 * at(999).sin()).abs() < 1e-12);
+    let svg = place.text("a.runs.svg");
+    assert!(svg.contains("(h) difference of force y"), "{}", svg.len());
+    place.json("log plot a.mcap b.mcap --over-depth");
+    made(&place, "c.mcap", (0..10).map(|n| straight(n, at(n), 0.0)));
+    let ended = place.run("log plot a.mcap c.mcap --overwrite");
+    ended.refused(2, &["c.mcap", "1 axes", "a has 2"]);
+}
+
+/// A run with metadata, events and an end, which has lost these ticks.
+fn run(place: &Place, lost: std::ops::Range<u64>) {
+    let mut log = LogWriter::create(&place.path("run.mcap")).expect("creates");
+    let values = [("mass_kg".to_owned(), "0.065".to_owned())];
+    log.metadata("experiment", values.into()).expect("takes");
+    let start = UNIX_EPOCH + Duration::from_secs(1_795_177_909);
+    log.starts_at(StartTime::at(start)).expect("takes");
+    for n in (0..2000).filter(|n| !lost.contains(n)) {
+        if n % 500 == 0 {
+            let event = EventMessage {
+                time_s: at(n),
+                kind: "phase".to_owned(),
+                text: format!("at {n}"),
+            };
+            log.event(&event).expect("takes");
+        }
+        log.tick(&straight(n, at(n), 0.0)).expect("takes");
+    }
+    let end = RunEnd {
+        ended: EndKind::Finished,
+        reason: String::new(),
+        planned_samples: 2000,
+        made_samples: 2000,
+        dropped_samples: lost.end - lost.start,
+    };
+    log.metadata(END, end.metadata()).expect("takes");
+    log.finish().expect("finishes");
+}
+
+#[test]
+fn a_cut_is_a_whole_log_of_its_part() {
+    let place = Place::new();
+    run(&place, 0..0);
+    let cut = place.json("log cut run.mcap --from 0.5s --to 1.2s");
+    assert_eq!(cut["log"], "run.cut.mcap");
+    assert_eq!(
+        ["samples", "events"].map(|key| number(&cut, key)),
+        [701.0, 2.0]
+    );
+    let check = place.json("log check run.cut.mcap");
+    let seen = ["samples", "first_s", "last_s", "missing_samples"];
+    assert_eq!(seen.map(|key| number(&check, key)), [701.0, 0.5, 1.2, 0.0]);
+    assert_eq!(check["complete"], true);
+    assert_eq!(
+        check["started_utc"],
+        place.json("log check run.mcap")["started_utc"]
+    );
+    let names: Vec<&str> = check["metadata"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|record| record["name"].as_str().expect("a name"))
+        .collect();
+    assert_eq!(names, ["experiment", "clock", "source.end", "cut"]);
+    assert_eq!(check["events"][1]["text"], "at 1000");
+    // Its rows are those of the run.
+    let rows = |log: &str| {
+        place
+            .run(&format!("log export {log} -"))
+            .succeeded()
+            .stdout
+            .clone()
+    };
+    let (all, part) = (rows("run.mcap"), rows("run.cut.mcap"));
+    let part: Vec<&str> = part.lines().skip(1).collect();
+    assert_eq!(part, all.lines().collect::<Vec<_>>()[501..1202]);
+    // Nothing is written over, least of all the log itself.
+    place
+        .run("log cut run.mcap --from 0.5s")
+        .refused(2, &["run.cut.mcap", "exists"]);
+    let ended = place.run("log cut run.mcap run.mcap --from 0.5s --overwrite");
+    ended.refused(2, &["the log it is made from"]);
+    // A cut of a cut.
+    let again = place.json("log cut run.cut.mcap again.mcap --from 1s");
+    assert_eq!(number(&again, "samples"), 201.0);
+    place.json("log check again.mcap");
+}
+
+#[test]
+fn a_cut_shows_what_is_missing_within_it() {
+    let place = Place::new();
+    run(&place, 700..710);
+    let cut = place.run("log cut run.mcap hole.mcap --from 0.5s --to 1s --json");
+    let cut = cut.failed(4).json();
+    assert_eq!(cut["gaps"][0]["missing"], Value::from(10));
+    place.run("log check hole.mcap").failed(4);
+    place.json("log cut run.mcap whole.mcap --from 1s");
+    place.json("log check whole.mcap");
+    // Of a damaged log too, and that is said.
+    let bytes = place.read("run.mcap");
+    place.write("torn.mcap", &bytes[..bytes.len() / 2]);
+    let torn = place
+        .run("log cut torn.mcap --from 0.1s --to 0.3s")
+        .failed(4);
+    says(torn.error(), &["torn.mcap", "not whole"]);
+    place.json("log check torn.cut.mcap");
+}
+
+#[test]
+fn an_identified_tissue_is_that_of_the_part() {
+    let place = Place::new();
+    place.run("relax --duration 5s --out run -q").succeeded();
+    place.json("log cut run part.mcap --to 3s");
+    let order = |log: &str| {
+        let line = format!("identify {log} --area 4cm2 --thickness 20mm --model spring-pot --json");
+        let found = place.run(&line).succeeded_with_warnings().json();
+        found["parameters"]["order"]["value"]
+            .as_f64()
+            .expect("a number")
+    };
+    let [whole, part] = ["run/relax.mcap", "part.mcap"].map(order);
+    assert!((whole - part).abs() < 0.01, "{whole} {part}");
+}
+
+#[test]
+fn what_cannot_be_drawn_or_cut_is_refused_with_its_remedy() {
+    let place = Place::new();
+    made(&place, "a.mcap", (0..1000).map(|n| straight(n, at(n), 0.0)));
+    made(&place, "b.mcap", (0..500).map(|n| straight(n, at(n), 0.0)));
+    made(&place, "empty.mcap", std::iter::empty());
+    place.write("table.csv", "time_s,force_n\n0,1\n");
+    std::fs::create_dir(place.path("two")).expect("a folder");
+    made(&place, "two/a.mcap", std::iter::empty());
+    made(&place, "two/b.mcap", std::iter::empty());
+    let before = place.files();
+    place.refuses(
+        "
+        log plot a.mcap a.mcap => given twice | give each once
+        log plot a.mcap ./a.mcap => given twice
+        log plot a.mcap b.mcap --label one => --label one | give 2
+        log plot a.mcap b.mcap --label one,two,three => --label one,two,three | give 2
+        log plot a.mcap b.mcap --label one,one => --label one,one | of its own
+        log plot a.mcap b.mcap --label one, => --label one, | of its own
+        log plot a.mcap --from 2s => --from 2 s is not from 0 s to 0.999 s | omit --from
+        log plot a.mcap --to 1.5s => --to 1.5 s is not from 0 s to 0.999 s
+        log plot a.mcap --from 0.5s --to 0.4s => --from 0.5 s is not before --to 0.4 s | swap
+        log plot a.mcap --from 0.5s --to 0.5s => not before
+        log plot a.mcap --from 500.2us --to 500.4us => no sample
+        log plot a.mcap --from -1s => -1 s is not from 0 s
+        log plot a.mcap b.mcap --from 0.7s => b.mcap | no sample in this part
+        log plot a.mcap --difference => two logs
+        log plot a.mcap b.mcap empty.mcap --difference => empty.mcap
+        log plot a.mcap b.mcap --difference --over-depth => cannot be used with
+        log plot a.mcap empty.mcap => empty.mcap | no ticks
+        log plot a.mcap table.csv => table.csv | not an MCAP log | host-cli has written
+        log plot two => two/a.mcap or two/b.mcap
+        log cut a.mcap c.mcap => give --from, --to, or both
+        log cut a.mcap c.mcap --from 2s => --from 2 s is not from 0 s to 0.999 s
+        log cut a.mcap c.mcap --from 100.2us --to 100.4us => no sample in this span
+        log cut empty.mcap c.mcap --from 0s => no sample
+        log cut table.csv c.mcap --from 0s => not an MCAP log
+        ",
+    );
+    assert_eq!(place.files(), before);
+}
+
+#[test]
+fn a_folder_is_the_log_in_it() {
+    let place = Place::new();
+    let line = "relax --duration 30s --out run --roll 1MB -q";
+    place.run(line).succeeded();
+    assert!(place.path("run/relax-0002.mcap").exists());
+    for command in ["info", "check", "plot"] {
+        let found = place.json(&format!("log {command} run"));
+        assert_eq!(number(&found, "samples"), 30_001.0, "{command}");
+    }
+    // What a run has left that was cut off is better than nothing.
+    let bytes = place.read("run/relax.mcap");
+    std::fs::create_dir(place.path("dead")).expect("a folder");
+    place.write("dead/relax.mcap.part", &bytes[..bytes.len() / 2]);
+    let ended = place.run("log plot dead --json").failed(4);
+    says(ended.error(), &["not whole"]);
+    place.run("log recover dead").failed(4);
+    assert!(place.path("dead/relax.recovered.mcap").exists());
+}
