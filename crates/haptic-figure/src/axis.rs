@@ -66,10 +66,11 @@ pub(crate) struct Axis {
 
 impl Axis {
     fn new(label: &str, scale: Scale, low: f64, high: f64) -> Self {
-        let (label, unit) = match scale {
+        let found = match scale {
             Scale::Linear => prefixed(label, low.abs().max(high.abs())),
-            Scale::Log => (label.to_owned(), 1.0),
+            Scale::Log => None,
         };
+        let (label, unit) = found.unwrap_or_else(|| (label.to_owned(), 1.0));
         Self {
             label,
             is_told: false,
@@ -351,41 +352,28 @@ impl Axis {
     }
 }
 
-/// Units that take prefixes, and the prefixes with their powers of ten.
+/// Units that take prefixes, and the prefixes, a factor of a thousand from each to the next; the unit alone is in the middle.
 const UNITS: [&str; 6] = ["Pa", "Hz", "N", "J", "m", "s"];
-const PREFIXES: [(&str, i32); 7] = [
-    ("n", -9),
-    ("µ", -6),
-    ("m", -3),
-    ("", 0),
-    ("k", 3),
-    ("M", 6),
-    ("G", 9),
-];
+const PREFIXES: [&str; 7] = ["n", "µ", "m", "", "k", "M", "G"];
 /// Values up to such a one are written without another prefix.
 const WITHOUT_PREFIX: std::ops::Range<f64> = 1e-2..1e5;
 
-/// The label with a prefix to its unit at which values up to `largest` have few digits, and how many units of before that one is.
-fn prefixed(label: &str, largest: f64) -> (String, f64) {
-    let found = || {
-        let (quantity, unit) = label.rsplit_once(" / ")?;
-        let (first, rest) = unit.split_at(unit.find(['·', '/']).unwrap_or(unit.len()));
-        let mut units = UNITS.iter();
-        let (prefix, base) = units.find_map(|unit| Some((first.strip_suffix(unit)?, unit)))?;
-        let from = PREFIXES.iter().find(|(name, _)| *name == prefix)?.1;
-        let thousands = (largest.log10() / 3.0).floor() as i32;
-        let to = (from + 3 * thousands).clamp(-9, 9);
-        let name = PREFIXES.iter().find(|(_, power)| *power == to)?.0;
-        // Nobody reads kiloseconds.
-        let is_usual = *base != "s" || to <= 0;
-        is_usual.then(|| {
-            let label = format!("{quantity} / {name}{base}{rest}");
-            (label, 10_f64.powi(to - from))
-        })
-    };
-    let is_readable = WITHOUT_PREFIX.contains(&largest) || largest == 0.0;
-    let found = if is_readable { None } else { found() };
-    found.unwrap_or_else(|| (label.to_owned(), 1.0))
+/// The label with a prefix to its unit at which values up to `largest` have few digits, and how many units of before that one
+/// is; `None` if it is to stay.
+fn prefixed(label: &str, largest: f64) -> Option<(String, f64)> {
+    if WITHOUT_PREFIX.contains(&largest) || largest == 0.0 {
+        return None;
+    }
+    let (quantity, unit) = label.rsplit_once(" / ")?;
+    let (first, rest) = unit.split_at(unit.find(['·', '/']).unwrap_or(unit.len()));
+    let base = UNITS.into_iter().find(|unit| first.ends_with(unit))?;
+    let prefix = first.strip_suffix(base)?;
+    let from = PREFIXES.iter().position(|known| *known == prefix)? as i32;
+    // Nobody reads kiloseconds.
+    let most = if base == "s" { 3 } else { 6 };
+    let to = (from + (largest.log10() / 3.0).floor() as i32).clamp(0, most);
+    let label = format!("{quantity} / {}{base}{rest}", PREFIXES[to as usize]);
+    Some((label, 1e3_f64.powi(to - from)))
 }
 
 /// A value of an axis in four digits, with its minus sign.

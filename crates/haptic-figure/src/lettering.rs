@@ -12,19 +12,18 @@ use crate::drawing::{Anchor, Text};
 use crate::superscript::{LOWER_EM, Part, RAISED_SIZE, parts};
 
 /// Only the bundled font: a picture must not depend on what a machine has installed. Licence in `assets/LICENSE-DejaVuSans.txt`.
-pub(crate) const FONT: &[u8] = include_bytes!("../assets/DejaVuSans.ttf");
+const FONT: &[u8] = include_bytes!("../assets/DejaVuSans.ttf");
 
 /// The font, ready to set lines.
 pub(crate) struct Lettering(Face<'static>);
 
 /// A letter at its place on the line: lengths in px, `raise` upwards.
-pub(crate) struct Letter {
-    pub(crate) letter: char,
-    pub(crate) glyph: GlyphId,
-    pub(crate) x: f32,
-    pub(crate) raise: f32,
+struct Letter {
+    glyph: GlyphId,
+    x: f32,
+    raise: f32,
     /// Pixels per unit of the font.
-    pub(crate) scale: f32,
+    scale: f32,
 }
 
 impl Lettering {
@@ -33,38 +32,14 @@ impl Lettering {
         Ok(Self(face))
     }
 
-    /// The letters of a line, and its start from its anchor.
-    pub(crate) fn anchored(&self, text: &Text) -> (Vec<Letter>, f32) {
+    /// The outlines of a line whose anchor is at the origin; `None` if there is nothing to see on it.
+    pub(crate) fn line(&self, text: &Text) -> Option<Path> {
         let (letters, width) = self.place(&text.content, text.size as f32);
         let start = match text.anchor {
             Anchor::Start => 0.0,
             Anchor::Middle => -width / 2.0,
             Anchor::End => -width,
         };
-        (letters, start)
-    }
-
-    /// Size of the font at so many pixels per unit of it.
-    pub(crate) fn size(&self, scale: f32) -> f32 {
-        scale * f32::from(self.0.units_per_em())
-    }
-
-    /// Width of a glyph over the size of the font.
-    pub(crate) fn advance(&self, glyph: u16) -> f32 {
-        let units = self.0.glyph_hor_advance(GlyphId(glyph)).unwrap_or(0);
-        f32::from(units) / f32::from(self.0.units_per_em())
-    }
-
-    /// The font above and below the line, and its capitals, over its size.
-    pub(crate) fn heights(&self) -> [f32; 3] {
-        let capital = self.0.capital_height().unwrap_or(0);
-        let heights = [self.0.ascender(), self.0.descender(), capital];
-        heights.map(|units| f32::from(units) / f32::from(self.0.units_per_em()))
-    }
-
-    /// The outlines of a line whose anchor is at the origin; `None` if there is nothing to see on it.
-    pub(crate) fn line(&self, text: &Text) -> Option<Path> {
-        let (letters, start) = self.anchored(text);
         let mut path = PathBuilder::new();
         for letter in letters {
             let mut pen = Pen {
@@ -104,7 +79,6 @@ impl Lettering {
                         x += before.scale * f32::from(self.kerning(before.glyph, glyph));
                     }
                     letters.push(Letter {
-                        letter,
                         glyph,
                         x,
                         raise,

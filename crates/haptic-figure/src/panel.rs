@@ -123,9 +123,8 @@ impl Panel {
     fn draw_curves(&self, frame: Frame) -> Vec<Item> {
         let (edges, most) = (frame.edges, frame.most_points);
         let (mut fills, mut lines, mut markers) = (Vec::new(), Vec::new(), Vec::new());
-        let mut placed = Vec::new();
         for curve in &self.curves {
-            let mut drawn = curve.draw(&self.x, &self.y, edges, most, &mut placed);
+            let mut drawn = curve.draw(&self.x, &self.y, edges, most);
             fills.append(&mut drawn.fills);
             lines.append(&mut drawn.lines);
             markers.append(&mut drawn.markers);

@@ -1,311 +1,134 @@
-//! A drawing as a page of PDF.
+//! A drawing as a page of PDF, of the paths that its pixels are painted by.
 //!
-//! Text is text, in the part of the included font that it needs: it can be searched and copied, and journals that refuse
-//! fonts of type 3 take it. The file has no date, so the same picture is the same bytes.
+//! Text is outlines, so no font can be missing. The file has no date: the same picture is the same bytes.
 
 use miniz_oxide::deflate::compress_to_vec_zlib;
-use pdf_writer::types::{CidFontType, FontFlags, LineJoinStyle, SystemInfo, UnicodeCmap};
+use pdf_writer::types::LineJoinStyle;
 use pdf_writer::writers::ExtGraphicsState;
-use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, Str};
-use std::collections::{BTreeMap, BTreeSet};
-use subsetter::GlyphRemapper;
+use pdf_writer::{Content, Filter, Name, Pdf, Rect, Ref};
+use tiny_skia::{Color, FillRule, LineJoin, Mask, Path, PathSegment, Point, Transform};
 
-use crate::drawing::{Item, Marker, Outline, Rectangle, Ruled, Text};
-use crate::lettering::{FONT, Lettering};
-use crate::pixels::{MITER_LIMIT, colour};
+use crate::curve::AREA_OPACITY;
+use crate::pixels::{MITER_LIMIT, Surface, Surroundings, draw};
 use crate::style::Stroke;
-use crate::thin::Points;
 use crate::{FigureError, Picture};
 
+/// Name of the state in which areas are filled.
+const SEEN_THROUGH: Name<'static> = Name(b"A");
 const POINTS_PER_METRE: f64 = 72.0 / 0.0254;
 /// A pixel of CSS is 1/96 of an inch.
 const POINTS_PER_PX: f64 = 0.75;
-/// Ends of the arms of Bézier's quarter of a circle, over its radius.
-const QUARTER: f32 = 0.552_284_8;
-/// Widths in a PDF are thousandths of the size of the font.
-const PER_SIZE: f32 = 1000.0;
-const SYSTEM: SystemInfo<'_> = SystemInfo {
-    registry: Str(b"Adobe"),
-    ordering: Str(b"Identity"),
-    supplement: 0,
-};
-const CATALOG: Ref = Ref::new(1);
-const PAGES: Ref = Ref::new(2);
-const PAGE: Ref = Ref::new(3);
-const CONTENT: Ref = Ref::new(4);
-const TYPE0: Ref = Ref::new(5);
-const CID: Ref = Ref::new(6);
-const DESCRIPTOR: Ref = Ref::new(7);
-const FILE: Ref = Ref::new(8);
-const UNICODE: Ref = Ref::new(9);
 
 impl Picture {
-    /// The picture as a PDF of one page.
-    ///
-    /// Text is set as in [`Picture::png`](Self::png).
+    /// The picture as a PDF of one page, with its text as outlines.
     ///
     /// # Errors
-    /// If the drawing cannot be written, which would be a defect of this crate.
+    /// If the drawing cannot be turned into paths, which would be a defect of this crate.
     pub fn pdf(&self) -> Result<Vec<u8>, FigureError> {
         let drawing = &self.drawing;
         let printed = drawing.printed_m.map(|width_m| POINTS_PER_METRE * width_m);
         let scale = printed.map_or(POINTS_PER_PX, |width| width / drawing.width) as f32;
-        let (width, height) = (drawing.width as f32, drawing.height as f32);
-        let mut sheet = Writer {
-            content: Content::new(),
-            lettering: Lettering::new()?,
-            glyphs: GlyphRemapper::new(),
-            letters: BTreeMap::new(),
-            opacities: BTreeSet::new(),
-        };
+        let size = [drawing.width, drawing.height].map(|length| scale * length as f32);
         // From the upper left corner downwards.
-        (sheet.content).transform([scale, 0.0, 0.0, -scale, 0.0, scale * height]);
-        sheet.content.set_miter_limit(MITER_LIMIT);
-        sheet.items(&drawing.items)?;
-
+        let transform = Transform::from_row(scale, 0.0, 0.0, -scale, 0.0, size[1]);
+        let sheet = draw(drawing, Sheet(Content::new()), transform)?;
+        let [catalog, pages, page, content] = [1, 2, 3, 4].map(Ref::new);
         let mut pdf = Pdf::new();
-        pdf.catalog(CATALOG).pages(PAGES);
-        pdf.pages(PAGES).kids([PAGE]).count(1);
-        let mut page = pdf.page(PAGE);
-        page.parent(PAGES).contents(CONTENT);
-        page.media_box(Rect::new(0.0, 0.0, scale * width, scale * height));
+        pdf.catalog(catalog).pages(pages);
+        pdf.pages(pages).kids([page]).count(1);
+        let mut page = pdf.page(page);
+        page.parent(pages).contents(content);
+        page.media_box(Rect::new(0.0, 0.0, size[0], size[1]));
         let mut resources = page.resources();
-        resources.fonts().pair(Name(b"F"), TYPE0);
+        // Areas are all that is seen through, and all alike.
         let mut states = resources.ext_g_states();
-        for per_cent in &sheet.opacities {
-            let name = format!("A{per_cent}");
-            let mut state = states
-                .insert(Name(name.as_bytes()))
-                .start::<ExtGraphicsState<'_>>();
-            state.non_stroking_alpha(*per_cent as f32 / 100.0);
-        }
-        states.finish();
-        resources.finish();
-        page.finish();
-        sheet.font(&mut pdf)?;
-        packed(&mut pdf, CONTENT, &sheet.content.finish());
+        let mut state = states.insert(SEEN_THROUGH).start::<ExtGraphicsState<'_>>();
+        state.non_stroking_alpha(AREA_OPACITY as f32);
+        drop(state);
+        drop(states);
+        drop(resources);
+        drop(page);
+        let packed = compress_to_vec_zlib(&sheet.0.finish(), 6);
+        pdf.stream(content, &packed).filter(Filter::FlateDecode);
         Ok(pdf.finish())
     }
 }
 
-/// Writes a stream, packed.
-fn packed(pdf: &mut Pdf, at: Ref, bytes: &[u8]) {
-    let bytes = compress_to_vec_zlib(bytes, 6);
-    pdf.stream(at, &bytes).filter(Filter::FlateDecode);
-}
+struct Sheet(Content);
 
-struct Writer {
-    content: Content,
-    lettering: Lettering,
-    /// Numbers of the glyphs in the part of the font that is written, and the letters that they stand for.
-    glyphs: GlyphRemapper,
-    letters: BTreeMap<u16, char>,
-    /// Opacities of areas, per cent.
-    opacities: BTreeSet<u8>,
-}
-
-impl Writer {
-    fn items(&mut self, items: &[Item]) -> Result<(), FigureError> {
-        items.iter().try_for_each(|item| self.item(item))
-    }
-
-    fn item(&mut self, item: &Item) -> Result<(), FigureError> {
-        self.content.save_state();
-        match item {
-            Item::Moved { by, items } => {
-                let by = [1.0, 0.0, 0.0, 1.0, by.0 as f32, by.1 as f32];
-                self.content.transform(by);
-                self.items(items)?;
-            }
-            Item::Ruled(ruled) => self.ruled(ruled)?,
-            Item::Boxed { edges, items, .. } => {
-                self.rectangle(*edges);
-                self.content.clip_nonzero().end_path();
-                self.content.set_line_join(LineJoinStyle::RoundJoin);
-                self.items(items)?;
-            }
-            Item::Curves { pieces, stroke } => {
-                self.stroke(*stroke)?;
-                self.joined(pieces, false);
-                self.content.stroke();
-            }
-            Item::Area {
-                rings,
-                colour,
-                opacity,
-            } => {
-                let per_cent = (100.0 * opacity).round() as u8;
-                self.opacities.insert(per_cent);
-                let name = format!("A{per_cent}");
-                self.content.set_parameters(Name(name.as_bytes()));
-                self.fill_in(colour)?;
-                self.joined(rings, true);
-                self.content.fill_even_odd();
-            }
-            Item::Markers(middles, marker) => self.markers(middles, *marker)?,
-            Item::Text(text) => self.text(text)?,
-        }
-        self.content.restore_state();
-        Ok(())
-    }
-
-    fn ruled(&mut self, ruled: &Ruled) -> Result<(), FigureError> {
-        self.stroke(Stroke::solid(ruled.colour, ruled.width))?;
-        if let Some(border) = ruled.border {
-            self.rectangle(border);
-        }
-        let lines: Vec<Points> = ruled.lines.iter().map(|(a, b)| vec![*a, *b]).collect();
-        self.joined(&lines, false);
-        self.content.stroke();
-        Ok(())
-    }
-
-    fn rectangle(&mut self, at: Rectangle) {
-        let [x, y, width, height] = [at.x, at.y, at.width, at.height].map(|side| side as f32);
-        self.content.rect(x, y, width, height);
-    }
-
-    fn fill_in(&mut self, name: &str) -> Result<(), FigureError> {
-        let colour = colour(name)?;
-        (self.content).set_fill_rgb(colour.red(), colour.green(), colour.blue());
-        Ok(())
-    }
-
-    fn stroke(&mut self, stroke: Stroke) -> Result<(), FigureError> {
-        let colour = colour(stroke.colour)?;
-        (self.content).set_stroke_rgb(colour.red(), colour.green(), colour.blue());
-        self.content.set_line_width(stroke.width as f32);
-        if let Some(dash) = stroke.dash {
-            let lengths = dash.iter().map(|length| *length as f32);
-            self.content.set_dash_pattern(lengths, 0.0);
-        }
-        Ok(())
-    }
-
-    /// Straight lines through the points of each piece.
-    fn joined(&mut self, pieces: &[Points], closed: bool) {
-        for piece in pieces {
-            for (index, (x, y)) in piece.iter().enumerate() {
-                match index {
-                    0 => self.content.move_to(*x as f32, *y as f32),
-                    _ => self.content.line_to(*x as f32, *y as f32),
-                };
-            }
-            if closed {
-                self.content.close_path();
-            }
+impl Sheet {
+    /// Saves the state, and goes to a place and into its box.
+    fn begin(&mut self, around: Surroundings<'_>) {
+        let to = around.transform;
+        let content = self.0.save_state();
+        content.transform([to.sx, to.ky, to.kx, to.sy, to.tx, to.ty]);
+        if let Some(edges) = around.edges {
+            content.rect(edges.x(), edges.y(), edges.width(), edges.height());
+            content.clip_nonzero().end_path();
         }
     }
 
-    /// All rims, and then all insides.
-    fn markers(&mut self, middles: &Points, marker: Marker) -> Result<(), FigureError> {
-        self.stroke(marker.rim)?;
-        self.outlines(middles, marker);
-        self.content.stroke();
-        if let Some(inside) = marker.inside {
-            self.fill_in(inside)?;
-            self.outlines(middles, marker);
-            self.content.fill_nonzero();
-        }
-        Ok(())
-    }
-
-    fn outlines(&mut self, middles: &Points, marker: Marker) {
-        match marker.shape.outline(marker.radius) {
-            Outline::Circle(r) => {
-                let (r, arm) = (r as f32, QUARTER * r as f32);
-                for (x, y) in middles.iter().map(|(x, y)| (*x as f32, *y as f32)) {
-                    self.content.move_to(x + r, y);
-                    // From quarter to quarter: where one ends, and the direction there.
-                    for (dx, dy) in [(0.0, 1.0), (-1.0, 0.0), (0.0, -1.0), (1.0, 0.0)] {
-                        let (from, to) = ((x + r * dy, y - r * dx), (x + r * dx, y + r * dy));
-                        let first = (from.0 + arm * dx, from.1 + arm * dy);
-                        let second = (to.0 + arm * dy, to.1 - arm * dx);
-                        (self.content).cubic_to(first.0, first.1, second.0, second.1, to.0, to.1);
-                    }
-                    self.content.close_path();
+    fn path(&mut self, path: &Path) {
+        let content = &mut self.0;
+        let mut from = Point::zero();
+        for segment in path.segments() {
+            match segment {
+                PathSegment::MoveTo(to) => content.move_to(to.x, to.y),
+                PathSegment::LineTo(to) => content.line_to(to.x, to.y),
+                // As a cubic, whose arms are two thirds as long.
+                PathSegment::QuadTo(arm, to) => {
+                    let towards = |end: f32, arm: f32| end + 2.0 / 3.0 * (arm - end);
+                    let [first, second] = [from, to]
+                        .map(|end| Point::from_xy(towards(end.x, arm.x), towards(end.y, arm.y)));
+                    content.cubic_to(first.x, first.y, second.x, second.y, to.x, to.y)
                 }
-            }
-            Outline::Corners(corners) => {
-                let around = |(x, y): &(f64, f64)| -> Points {
-                    let corners = corners.iter();
-                    corners
-                        .map(|(dx, dy)| (x + dx / 10.0, y + dy / 10.0))
-                        .collect()
-                };
-                let rings: Vec<Points> = middles.iter().map(around).collect();
-                self.joined(&rings, true);
-            }
-        }
-    }
-
-    /// Each letter at its own place, as in the pixels.
-    fn text(&mut self, text: &Text) -> Result<(), FigureError> {
-        self.fill_in(text.colour)?;
-        let (letters, start) = self.lettering.anchored(text);
-        let (x, y) = (text.place.0 as f32, text.place.1 as f32);
-        self.content.begin_text();
-        for letter in letters {
-            let along = start + letter.x;
-            let matrix = match text.upright {
-                false => [1.0, 0.0, 0.0, -1.0, x + along, y - letter.raise],
-                true => [0.0, -1.0, -1.0, 0.0, x - letter.raise, y - along],
+                PathSegment::CubicTo(first, second, to) => {
+                    content.cubic_to(first.x, first.y, second.x, second.y, to.x, to.y)
+                }
+                PathSegment::Close => content.close_path(),
             };
-            let glyph = self.glyphs.remap(letter.glyph.0);
-            self.letters.insert(glyph, letter.letter);
-            self.content
-                .set_font(Name(b"F"), self.lettering.size(letter.scale));
-            self.content.set_text_matrix(matrix);
-            self.content.show(Str(&glyph.to_be_bytes()));
+            if let PathSegment::MoveTo(to)
+            | PathSegment::LineTo(to)
+            | PathSegment::QuadTo(_, to)
+            | PathSegment::CubicTo(_, _, to) = segment
+            {
+                from = to;
+            }
         }
-        self.content.end_text();
-        Ok(())
+    }
+}
+
+impl Surface for Sheet {
+    fn mask(&self, _: &Path, _: Transform) -> Option<Mask> {
+        None
     }
 
-    /// The part of the font that the texts need, and the letters of its glyphs.
-    fn font(&self, pdf: &mut Pdf) -> Result<(), FigureError> {
-        let part = subsetter::subset(FONT, 0, &self.glyphs);
-        let part = part.map_err(|error| FigureError::Render(error.to_string()))?;
-        let glyphs: Vec<u16> = self.glyphs.remapped_gids().collect();
-        // Parts of a font have names of their own, of six letters.
-        let sum = glyphs.iter().fold(0_u32, |sum, glyph| {
-            sum.wrapping_mul(31).wrapping_add(u32::from(*glyph))
-        });
-        let tag = (0..6).map(|n| char::from(b'A' + (sum / 26_u32.pow(n) % 26) as u8));
-        let name = format!("{}+DejaVuSans", tag.collect::<String>());
-        let name = Name(name.as_bytes());
-        let mut font = pdf.type0_font(TYPE0);
-        font.base_font(name)
-            .encoding_predefined(Name(b"Identity-H"));
-        font.descendant_font(CID).to_unicode(UNICODE);
-        font.finish();
-        let mut cid = pdf.cid_font(CID);
-        cid.subtype(CidFontType::Type2)
-            .base_font(name)
-            .system_info(SYSTEM);
-        cid.font_descriptor(DESCRIPTOR)
-            .cid_to_gid_map_predefined(Name(b"Identity"));
-        let widths = glyphs
-            .iter()
-            .map(|glyph| PER_SIZE * self.lettering.advance(*glyph));
-        cid.widths().consecutive(0, widths);
-        cid.finish();
-        let [ascent, descent, capital] = self.lettering.heights().map(|height| PER_SIZE * height);
-        let mut descriptor = pdf.font_descriptor(DESCRIPTOR);
-        descriptor
-            .name(name)
-            .flags(FontFlags::SYMBOLIC)
-            .font_file2(FILE);
-        descriptor.bbox(Rect::new(-PER_SIZE, descent, 2.0 * PER_SIZE, ascent));
-        descriptor.italic_angle(0.0).ascent(ascent).descent(descent);
-        descriptor.cap_height(capital).stem_v(80.0);
-        descriptor.finish();
-        packed(pdf, FILE, &part);
-        let mut unicode = UnicodeCmap::new(Name(b"Letters"), SYSTEM);
-        for (glyph, letter) in &self.letters {
-            unicode.pair(*glyph, *letter);
+    fn fill(&mut self, path: &Path, colour: Color, around: Surroundings<'_>) {
+        self.begin(around);
+        if colour.alpha() < 1.0 {
+            self.0.set_parameters(SEEN_THROUGH);
         }
-        packed(pdf, UNICODE, &unicode.finish());
-        Ok(())
+        (self.0).set_fill_rgb(colour.red(), colour.green(), colour.blue());
+        self.path(path);
+        match around.rule {
+            FillRule::Winding => self.0.fill_nonzero(),
+            FillRule::EvenOdd => self.0.fill_even_odd(),
+        };
+        self.0.restore_state();
+    }
+
+    fn stroke(&mut self, path: &Path, stroke: Stroke, colour: Color, around: Surroundings<'_>) {
+        self.begin(around);
+        let content = &mut self.0;
+        content.set_stroke_rgb(colour.red(), colour.green(), colour.blue());
+        content.set_miter_limit(MITER_LIMIT);
+        content.set_line_width(stroke.width as f32);
+        let dash = stroke.dash.unwrap_or_default().iter();
+        content.set_dash_pattern(dash.map(|length| *length as f32), 0.0);
+        if around.join == LineJoin::Round {
+            content.set_line_join(LineJoinStyle::RoundJoin);
+        }
+        self.path(path);
+        self.0.stroke().restore_state();
     }
 }

@@ -21,41 +21,97 @@ pub(crate) fn paint(drawing: &Drawing, scale: u32) -> Result<Pixmap, FigureError
     let mut pixels =
         pixels.ok_or_else(|| FigureError::Render("its size is not positive".to_owned()))?;
     pixels.fill(colour(PAPER)?);
-    let mut canvas = Canvas {
+    draw(
+        drawing,
         pixels,
-        lettering: Lettering::new()?,
-    };
-    canvas.items(&drawing.items, Surroundings::of_paper(scale as f32))?;
-    Ok(canvas.pixels)
+        Transform::from_scale(scale as f32, scale as f32),
+    )
 }
 
-struct Canvas {
-    pixels: Pixmap,
+/// Draws on a surface that places are brought to by a transform.
+pub(crate) fn draw<S: Surface>(
+    drawing: &Drawing,
+    surface: S,
+    transform: Transform,
+) -> Result<S, FigureError> {
+    let mut canvas = Canvas {
+        surface,
+        lettering: Lettering::new()?,
+    };
+    canvas.items(&drawing.items, Surroundings::of_paper(transform))?;
+    Ok(canvas.surface)
+}
+
+/// Paths are all that pixels and a page of PDF need.
+pub(crate) trait Surface {
+    /// What hides all outside a box; none where [`Surroundings::edges`] is enough.
+    fn mask(&self, edges: &Path, transform: Transform) -> Option<Mask>;
+    fn fill(&mut self, path: &Path, colour: Color, around: Surroundings<'_>);
+    fn stroke(&mut self, path: &Path, stroke: Stroke, colour: Color, around: Surroundings<'_>);
+}
+
+impl Surface for Pixmap {
+    fn mask(&self, edges: &Path, transform: Transform) -> Option<Mask> {
+        let mut mask = Mask::new(self.width(), self.height())?;
+        mask.fill_path(edges, FillRule::Winding, true, transform);
+        Some(mask)
+    }
+
+    fn fill(&mut self, path: &Path, colour: Color, around: Surroundings<'_>) {
+        self.fill_path(
+            path,
+            &ink(colour),
+            around.rule,
+            around.transform,
+            around.mask,
+        );
+    }
+
+    fn stroke(&mut self, path: &Path, stroke: Stroke, colour: Color, around: Surroundings<'_>) {
+        let dash = stroke.dash.and_then(|lengths| {
+            let lengths = lengths.iter().map(|length| *length as f32).collect();
+            StrokeDash::new(lengths, 0.0)
+        });
+        let line = tiny_skia::Stroke {
+            width: stroke.width as f32,
+            miter_limit: MITER_LIMIT,
+            line_join: around.join,
+            dash,
+            ..tiny_skia::Stroke::default()
+        };
+        self.stroke_path(path, &ink(colour), &line, around.transform, around.mask);
+    }
+}
+
+struct Canvas<S> {
+    surface: S,
     lettering: Lettering,
 }
 
 /// What holds for all that is drawn at one place.
 #[derive(Clone, Copy)]
-struct Surroundings<'a> {
-    transform: Transform,
-    /// Where something is seen; `None` is everywhere.
+pub(crate) struct Surroundings<'a> {
+    pub(crate) transform: Transform,
+    /// Where something is seen, as a mask and as a box; `None` is everywhere.
     mask: Option<&'a Mask>,
-    join: LineJoin,
-    rule: FillRule,
+    pub(crate) edges: Option<Rect>,
+    pub(crate) join: LineJoin,
+    pub(crate) rule: FillRule,
 }
 
 impl Surroundings<'_> {
-    fn of_paper(scale: f32) -> Self {
+    fn of_paper(transform: Transform) -> Self {
         Self {
-            transform: Transform::from_scale(scale, scale),
+            transform,
             mask: None,
+            edges: None,
             join: LineJoin::Miter,
             rule: FillRule::Winding,
         }
     }
 }
 
-impl Canvas {
+impl<S: Surface> Canvas<S> {
     fn items(&mut self, items: &[Item], around: Surroundings<'_>) -> Result<(), FigureError> {
         items.iter().try_for_each(|item| self.item(item, around))
     }
@@ -109,14 +165,14 @@ impl Canvas {
         items: &[Item],
         around: Surroundings<'_>,
     ) -> Result<(), FigureError> {
-        let mask = Mask::new(self.pixels.width(), self.pixels.height());
-        let (Some(mut mask), Some(edges)) = (mask, rectangle(edges)) else {
+        let Some(edges) = rectangle(edges) else {
             return Ok(());
         };
-        let edges = PathBuilder::from_rect(edges);
-        mask.fill_path(&edges, FillRule::Winding, true, around.transform);
+        let path = PathBuilder::from_rect(edges);
+        let mask = self.surface.mask(&path, around.transform);
         let inside = Surroundings {
-            mask: Some(&mask),
+            mask: mask.as_ref(),
+            edges: Some(edges),
             join: LineJoin::Round,
             rule: FillRule::EvenOdd,
             ..around
@@ -146,10 +202,9 @@ impl Canvas {
         around: Surroundings<'_>,
     ) -> Result<(), FigureError> {
         let Some(path) = path else { return Ok(()) };
-        let mut paint = ink(name)?;
-        paint.shader.apply_opacity(opacity as f32);
-        let (rule, transform) = (around.rule, around.transform);
-        (self.pixels).fill_path(&path, &paint, rule, transform, around.mask);
+        let mut colour = colour(name)?;
+        colour.apply_opacity(opacity as f32);
+        self.surface.fill(&path, colour, around);
         Ok(())
     }
 
@@ -160,19 +215,7 @@ impl Canvas {
         around: Surroundings<'_>,
     ) -> Result<(), FigureError> {
         let Some(path) = path else { return Ok(()) };
-        let dash = stroke.dash.and_then(|lengths| {
-            let lengths = lengths.iter().map(|length| *length as f32).collect();
-            StrokeDash::new(lengths, 0.0)
-        });
-        let line = tiny_skia::Stroke {
-            width: stroke.width as f32,
-            miter_limit: MITER_LIMIT,
-            line_join: around.join,
-            dash,
-            ..tiny_skia::Stroke::default()
-        };
-        let paint = ink(stroke.colour)?;
-        (self.pixels).stroke_path(&path, &paint, &line, around.transform, around.mask);
+        (self.surface).stroke(&path, stroke, colour(stroke.colour)?, around);
         Ok(())
     }
 }
@@ -221,14 +264,14 @@ fn rectangle(at: Rectangle) -> Option<Rect> {
     Rect::from_xywh(x, y, width, height)
 }
 
-fn ink(name: &str) -> Result<Paint<'static>, FigureError> {
+fn ink(colour: Color) -> Paint<'static> {
     let mut paint = Paint::default();
-    paint.set_color(colour(name)?);
-    Ok(paint)
+    paint.set_color(colour);
+    paint
 }
 
 /// The colour that SVG calls `white` or `#rrggbb`.
-pub(crate) fn colour(name: &str) -> Result<Color, FigureError> {
+fn colour(name: &str) -> Result<Color, FigureError> {
     let digits = match name {
         "white" => Some("ffffff"),
         name => name.strip_prefix('#').filter(|digits| digits.len() == 6),

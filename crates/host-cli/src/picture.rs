@@ -5,7 +5,6 @@ use haptic_figure::{
     AxisSpec, Chart, ChartPage, FigureError, HeldPanels, Look, MeasuredCurve, Picture, PlaneFigure,
     Scale, Series, TheoryFigure,
 };
-use haptic_quantity::written;
 
 pub(crate) type Points = Vec<(f64, f64)>;
 
@@ -235,8 +234,8 @@ fn of_path(outline_m: &[(f64, f64)], curves: &Curves) -> Result<Picture, FigureE
     .draw()
 }
 
-/// The trial of a wall or a coupler: device and object over the device's rest position, and the force below; beside the whole of it how
-/// it begins.
+/// The trial of a wall or a coupler: device and object over the device's rest position, and the force below; over t, and over log t for
+/// how it begins.
 fn of_trial(rest_m: Option<f64>, trial: &Curves) -> Result<Picture, FigureError> {
     let position = column(trial, "position_m", 1e3);
     let object = column(trial, "object_position_m", 1e3);
@@ -249,14 +248,7 @@ fn of_trial(rest_m: Option<f64>, trial: &Curves) -> Result<Picture, FigureError>
     let ends = [trial.time_s.first(), trial.time_s.last()];
     let rest = rest_m.map(|x| ends.map(|t| Some((*t?, 1e3 * x))));
     let rest: Points = rest.into_iter().flatten().flatten().collect();
-    let (beginning, time) = match lively_s(&[&position, &object, &force]) {
-        Some(shown_s) => (
-            format!("its first {}", written("end_s", shown_s)),
-            linear("time / s").between(0.0, shown_s),
-        ),
-        None => ("over log t".to_owned(), logarithmic("time / s")),
-    };
-    let positions = |caption: String, time| {
+    let positions = |caption: &str, time| {
         Panel::new(caption, time, linear("position / mm"))
             .with(&device, Look::Line, 0, position.iter().copied())
             .with("object", Look::Line, 2, object.iter().copied())
@@ -266,61 +258,20 @@ fn of_trial(rest_m: Option<f64>, trial: &Curves) -> Result<Picture, FigureError>
         let panel = Panel::new(caption, time, linear(FORCE));
         panel.with(&device, Look::Line, 0, force.iter().copied())
     };
+    // An impact takes milliseconds, and the rest seconds.
+    let (whole, log) = (linear("time / s"), logarithmic("time / s"));
     let panels = [
-        positions("position".to_owned(), linear("time / s")),
-        positions(beginning.clone(), time),
-        forces(format!("force of the {what}"), linear("time / s")),
-        forces(beginning, time),
+        positions("position", whole),
+        positions("position over log t", log),
+        forces(format!("force of the {what}"), whole),
+        forces("the same over log t".to_owned(), log),
     ];
     page(&trial.title, &trial.subtitle, 2, &panels)
-}
-
-/// Motion below this share of the largest is none.
-const STILL: f64 = 0.03;
-/// Time that is shown beyond the last motion, as a multiple of the time up to it.
-const SHOWN: f64 = 1.5;
-/// A run that moves for more than this share of its length is shown whole.
-const WHOLE: f64 = 0.5;
-
-/// The time up to which to show curves that come to rest early: they do something before it. `None` to show them whole.
-fn lively_s(curves: &[&[(f64, f64)]]) -> Option<f64> {
-    let end_s = curves.iter().find_map(|curve| curve.last())?.0;
-    let last_s = curves.iter().map(|curve| last_motion_s(curve));
-    let shown_s = SHOWN * last_s.fold(0.0, f64::max);
-    (shown_s > 0.0 && shown_s < WHOLE * end_s).then(|| two_digits_up(shown_s))
-}
-
-/// Last time at which a curve is not yet where it ends, s.
-fn last_motion_s(curve: &[(f64, f64)]) -> f64 {
-    let Some(&(_, rest)) = curve.last() else {
-        return 0.0;
-    };
-    let off = |value: f64| (value - rest).abs();
-    let largest = curve.iter().map(|point| off(point.1)).fold(0.0, f64::max);
-    let moving = |point: &&(f64, f64)| off(point.1) > STILL * largest;
-    curve.iter().rev().find(moving).map_or(0.0, |point| point.0)
-}
-
-/// With two digits, not less.
-fn two_digits_up(value: f64) -> f64 {
-    let unit = 10_f64.powi(value.log10().floor() as i32 - 1);
-    // 0.32, not 0.32000000000000006.
-    let digits = (value / unit - 1e-9).ceil();
-    if unit < 1.0 {
-        digits / (1.0 / unit).round()
-    } else {
-        digits * unit
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn curve(end_s: f64, value: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
-        let times = (0..=1000).map(|n| end_s * f64::from(n) / 1000.0);
-        times.map(|time_s| (time_s, value(time_s))).collect()
-    }
 
     #[test]
     fn a_long_name_of_a_file_keeps_its_ends() {
@@ -328,29 +279,5 @@ mod tests {
         let long = short_name(&("a".repeat(50) + &"µ".repeat(50) + ".csv"));
         assert_eq!(long.chars().count(), 41);
         assert!(long.starts_with("aaa") && long.ends_with("µ.csv"), "{long}");
-    }
-
-    #[test]
-    fn a_curve_that_comes_to_rest_early_is_shown_while_it_moves() {
-        // e^(−t/0.1) is below 3 % from 0.35 s on.
-        let early = curve(5.0, |t| 1.0 - (-t / 0.1).exp());
-        let shown_s = lively_s(&[&early]).expect("a part of it");
-        assert!((shown_s - 0.53).abs() < 0.011, "{shown_s}");
-        // One that moves longer is shown too.
-        let later = curve(5.0, |t| (-t / 0.3).exp());
-        assert!(lively_s(&[&early, &later]).expect("a part") > 1.5);
-    }
-
-    #[test]
-    fn what_moves_up_to_its_end_or_not_at_all_is_shown_whole() {
-        for whole in [
-            curve(5.0, |t| (9.0 * t).sin()),
-            curve(5.0, |t| t.exp()),
-            curve(5.0, |t| (-t).exp()),
-            curve(5.0, |_| 1.0),
-            Vec::new(),
-        ] {
-            assert_eq!(lively_s(&[&whole]), None);
-        }
     }
 }

@@ -1,5 +1,5 @@
 //! The files of a picture: `STEM.svg` and `STEM.png`, or the formats that are asked for, all or none. A build without the
-//! feature `png` has only the first, and says so once.
+//! feature `png` has only the first.
 
 use crate::parse::quantity;
 use clap::{Args, ValueEnum};
@@ -20,7 +20,7 @@ pub struct Pictures {
         long,
         value_name = "FORMATS",
         value_delimiter = ',',
-        default_value = "svg,png",
+        default_value = FORMATS,
         hide_short_help = true,
         help_heading = "Pictures"
     )]
@@ -40,6 +40,13 @@ pub struct Pictures {
 
 /// Widths that a picture can have, m.
 const WIDTHS: Range = Range::Within(*Sheet::WIDTHS_M.start(), *Sheet::WIDTHS_M.end());
+
+/// The formats that this build writes unless others are asked for.
+const FORMATS: &str = if cfg!(feature = "png") {
+    "svg,png"
+} else {
+    "svg"
+};
 
 /// A format of pictures; what is shown of several comes last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
@@ -70,20 +77,21 @@ impl Format {
             #[cfg(feature = "png")]
             Self::Pdf => picture.pdf(),
             #[cfg(not(feature = "png"))]
-            Self::Png | Self::Pdf => Err(FigureError::Render(WITHOUT_PNG.to_owned())),
+            Self::Png | Self::Pdf => Err(FigureError::Render(
+                "this build has SVG alone: build it with --features png for PNG and PDF".to_owned(),
+            )),
         }
     }
 }
 
-#[cfg(not(feature = "png"))]
-const WITHOUT_PNG: &str =
-    "this build draws pictures as SVG only; build it with --features png for PNG and PDF";
-
 impl Default for Pictures {
     fn default() -> Self {
+        let formats = FORMATS.split(',');
         Self {
             figure_width: None,
-            figure_format: vec![Format::Svg, Format::Png],
+            figure_format: formats
+                .flat_map(|name| Format::from_str(name, false))
+                .collect(),
             panel: None,
             no_title: false,
         }
@@ -115,12 +123,11 @@ impl Pictures {
         };
         let picture = picture.and_then(|picture| picture.on(&sheet));
         let picture = picture.map_err(undrawn)?;
-        let formats = self.formats();
         // All are staged before one gets its name.
         let mut staged = Vec::new();
         for format in [Format::Pdf, Format::Svg, Format::Png] {
             let file = format.file(stem);
-            if formats.contains(&format) {
+            if self.figure_format.contains(&format) {
                 let bytes = format.bytes(&picture).map_err(undrawn)?;
                 staged.push(NewFile::filled(&file, &bytes, overwrite)?);
             } else if overwrite {
@@ -135,24 +142,6 @@ impl Pictures {
             .map(|file| file.target().display().to_string());
         staged.into_iter().try_for_each(NewFile::publish)?;
         Ok(shown.unwrap_or_default())
-    }
-
-    #[cfg(feature = "png")]
-    fn formats(&self) -> &[Format] {
-        &self.figure_format
-    }
-
-    /// What this build has of the formats: PNG is left out where nobody may have asked for it.
-    #[cfg(not(feature = "png"))]
-    fn formats(&self) -> &[Format] {
-        static SAID: std::sync::Once = std::sync::Once::new();
-        match self.figure_format == Self::default().figure_format {
-            true => {
-                SAID.call_once(|| crate::output::note("warning", WITHOUT_PNG));
-                &[Format::Svg]
-            }
-            false => &self.figure_format,
-        }
     }
 }
 

@@ -14,7 +14,7 @@ pub(crate) fn all() -> Vec<(&'static str, Picture)> {
         ("dashes", chart(Look::Dashed, Scale::Log)),
         ("broad", chart(Look::Broad, Scale::Linear)),
         ("markers", chart(Look::Markers, Scale::Linear)),
-        ("apart", chart(Look::MarkersApart, Scale::Log)),
+        ("logarithmic", chart(Look::Markers, Scale::Log)),
         ("open", chart(Look::OpenMarkers, Scale::Linear)),
         ("areas", chart(Look::Area, Scale::Linear)),
         ("panels", panels()),

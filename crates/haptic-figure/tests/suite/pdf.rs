@@ -1,4 +1,4 @@
-//! PDF pages, read by poppler: their size, their text and fonts, and their pixels beside those of the PNG.
+//! PDF pages, read by poppler: their size, and their pixels beside those of the PNG.
 
 use haptic_figure::{AxisSpec, Chart, ChartPage, Look, Picture, Scale, Series, Sheet};
 use std::path::{Path, PathBuf};
@@ -19,9 +19,7 @@ fn picture() -> Picture {
             let points = match look {
                 Look::Area => ring.as_slice(),
                 Look::Line | Look::Dashed | Look::Dotted | Look::Broad => waves[n].as_slice(),
-                Look::Markers | Look::MarkersApart | Look::OpenMarkers | Look::Crosses => {
-                    dots[n].as_slice()
-                }
+                Look::Markers | Look::OpenMarkers | Look::Crosses => dots[n].as_slice(),
             };
             Series::new(["one", "two", "three", "four"][n], points, *look, n)
         });
@@ -87,7 +85,7 @@ fn a_pdf_is_the_same_bytes_twice_and_not_large() {
 }
 
 #[test]
-fn poppler_finds_the_size_the_text_and_a_whole_font() {
+fn poppler_finds_the_size_and_no_font_that_could_be_missing() {
     let (_folder, file) = written(&at_85_mm().pdf().expect("writes"));
     if let Some(info) = poppler("pdfinfo", &[], &file) {
         let size = info.lines().find(|line| line.starts_with("Page size"));
@@ -96,27 +94,8 @@ fn poppler_finds_the_size_the_text_and_a_whole_font() {
             .collect();
         assert!((size[0] - 85.0 / 25.4 * 72.0).abs() < 0.01, "{info}");
     }
-    if let Some(text) = poppler("pdftotext", &["-layout"], &file) {
-        assert!(text.is_empty());
-        let text = std::fs::read_to_string(file.with_extension("txt")).expect("is written");
-        for wanted in [
-            "Walls that settle: 1 N & −0.5 N",
-            "one",
-            "four",
-            "(a) force · depth",
-            "time / s",
-        ] {
-            assert!(text.contains(wanted), "{wanted}: {text}");
-        }
-    }
     if let Some(fonts) = poppler("pdffonts", &[], &file) {
-        let font = fonts.lines().nth(2).expect("one font");
-        let words: Vec<&str> = font.split_whitespace().collect();
-        assert_eq!(
-            words[1..7],
-            ["CID", "TrueType", "Identity-H", "yes", "yes", "yes"],
-            "{fonts}"
-        );
+        assert_eq!(fonts.lines().count(), 2, "its text is outlines: {fonts}");
     }
 }
 

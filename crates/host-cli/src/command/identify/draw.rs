@@ -8,6 +8,8 @@ use haptic_quantity::{digits, written};
 use haptic_tissue::MeasuredLoading;
 use haptic_tissue::identify::{Fit, Identification, RecordKind, relative};
 
+/// Records of more samples are drawn as lines.
+const SPARSE: usize = 60;
 /// Residuals are drawn of models up to so many times the rms of the chosen one.
 const GOOD: f64 = 5.0;
 /// Colour of the record: black.
@@ -48,9 +50,10 @@ pub(super) fn draw(
     let [record, loss] = parts(found, &found.measured);
     let mut upper = match oscillates {
         true => upper
-            .with("storage modulus", Look::MarkersApart, RECORD, record)
+            .with("storage modulus", Look::Markers, RECORD, record)
             .with("loss modulus", Look::OpenMarkers, RECORD, loss),
-        // The models are seen in it, as it would cover them where they are right.
+        // The models are seen in open markers, and on a broad line where these would be a cloud.
+        false if record.len() > SPARSE => upper.with("record", Look::Broad, RECORD, record),
         false => upper.with("record", Look::OpenMarkers, RECORD, record),
     };
     // The chosen one broad, and the others dashed on top: all are seen where they agree.
@@ -71,7 +74,7 @@ pub(super) fn draw(
     for (n, fit) in fits.filter(|(_, fit)| fit.rms <= GOOD * least) {
         let [of_all, of_loss] = parts(found, &residuals(found, fit));
         let name = name(found.kind, fit);
-        lower = lower.with(name, Look::MarkersApart, colour(n), of_all);
+        lower = lower.with(name, Look::Markers, colour(n), of_all);
         lower = lower.with("", Look::OpenMarkers, colour(n), of_loss);
     }
     let title = format!("Identified from a record: {}", found.fits[0].kind.name());
