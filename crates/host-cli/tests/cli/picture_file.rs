@@ -1,5 +1,6 @@
 //! Saving a picture: both files or neither; SVG alone without the feature `png`.
 
+use crate::process::{Place, says};
 use haptic_figure::{AxisSpec, Chart, ChartPage, Look, Picture, Scale, Series};
 use host_cli::picture_file::Pictures;
 use std::fs;
@@ -87,4 +88,53 @@ fn existing_files_are_refused_unless_overwriting_is_wanted() {
         nowhere.contains("check that the folder exists"),
         "{nowhere}"
     );
+}
+
+#[cfg(feature = "png")]
+#[test]
+fn a_command_draws_at_the_width_in_the_formats_and_of_the_panel_that_are_asked_for() {
+    let place = Place::new();
+    let line = "control simulate --plant 1/(s+1) --out p --figure-width 85mm";
+    place
+        .run(&format!(
+            "{line} --figure-format pdf,svg --panel b --no-title"
+        ))
+        .succeeded();
+    let files = ["p/", "p/response.csv", "p/response.pdf", "p/response.svg"];
+    assert_eq!(place.files(), files);
+    let svg = place.text("p/response.svg");
+    assert!(
+        svg.contains(r#" width="85mm" "#) && svg.contains("command") && !svg.contains("A plant")
+    );
+    assert!(!svg.contains(">output<"), "the other panel");
+    assert!(place.read("p/response.pdf").starts_with(b"%PDF-"));
+    // Files of formats that are not asked for any more would pass for pictures of this run.
+    place.run(&format!("{line} --overwrite")).succeeded();
+    assert_eq!(
+        place.files(),
+        ["p/", "p/response.csv", "p/response.png", "p/response.svg"]
+    );
+}
+
+#[test]
+fn what_no_picture_can_be_is_refused_with_what_it_can() {
+    let place = Place::new();
+    for (option, told) in [
+        ("--figure-width 85", "0.06"),
+        ("--figure-width 5mm", "5"),
+        ("--figure-width wide", "wide"),
+        ("--figure-width 85g", "85g"),
+        ("--figure-format gif", "svg"),
+        ("--figure-format svg,,png", "svg"),
+        ("--panel e", "a (output), b (command)"),
+        ("--panel 0", "a (output), b (command)"),
+        ("--panel outside", "a (output), b (command)"),
+    ] {
+        let line = format!("control simulate --plant 1/(s+1) --out p {option}");
+        let ended = place.run(&line);
+
+        says(ended.error(), &[told]);
+        assert!(!place.path("p/response.svg").exists(), "{option}");
+        let _ = std::fs::remove_dir_all(place.path("p"));
+    }
 }
