@@ -18,6 +18,8 @@ use crate::{FigureError, Picture};
 const BINS: usize = 600;
 /// The error panel reaches this far below the largest error.
 const ERROR_SPAN: f64 = 1e10;
+/// Said in a panel of errors without one.
+const NO_ERROR: &str = "no sample has a relative error";
 
 /// A quantity against time over its closed form, and the error below. The slices belong together sample by
 /// sample; what is not finite is left out, and so is what is not positive from the logarithmic panels.
@@ -98,30 +100,21 @@ impl MeasuredCurve<'_> {
         let per_cent: Vec<f64> = errors.map(|error| 100.0 * error).collect();
         let mut points = showable(self.time_s, &per_cent, Scale::Log, Scale::Linear);
         points.retain(|point| point.1.abs() <= PER_CENT_MOST);
-        let panel = TimePanel {
-            name,
-            caption: format!(
-                "run less record, over the record: rms {:.2} %",
-                100.0 * self.rms
-            ),
-            scale: Scale::Log,
-            value_scale: Scale::Linear,
-            label: "difference / %",
-            curves: vec![line(
-                points,
-                Stroke {
-                    width: 1.4,
-                    ..RECORD
-                },
-            )],
-            floor: None,
-            note: "no sample has a relative error",
+        let stroke = Stroke {
+            width: 1.4,
+            ..RECORD
         };
-        Ok(Row {
-            height: ERROR_ROW_HEIGHT,
-            columns: 1,
-            panels: vec![panel.panel()],
-        })
+        let rms = 100.0 * self.rms;
+        let panel = panel(
+            name,
+            &format!("run less record, over the record: rms {rms:.2} %"),
+            [Scale::Log, Scale::Linear],
+            "difference / %",
+            vec![line(points, stroke)],
+            f64::NEG_INFINITY,
+            NO_ERROR,
+        );
+        Ok(row(ERROR_ROW_HEIGHT, vec![panel]))
     }
 }
 
@@ -149,31 +142,28 @@ impl HeldPanels<'_> {
             ("drive force", self.force_n),
         ];
         check_lengths(self.time_s, &slices)?;
-        let panel = |name, caption: &str, label, values: &[f64], stroke| {
+        let of = |name, caption, label, values, stroke| {
             let points = showable(self.time_s, values, Scale::Linear, Scale::Linear);
-            linear(
-                name,
-                caption,
-                label,
-                vec![line(points, stroke)],
-                "no sample",
-            )
+            let (scales, curves) = ([Scale::Linear; 2], vec![line(points, stroke)]);
+            let floor = f64::NEG_INFINITY;
+            panel(name, caption, scales, label, curves, floor, "no sample")
         };
         let (errors, forces) = (self.tracking_error, self.force_n);
-        Ok(Row {
-            height: ERROR_ROW_HEIGHT,
-            columns: 2,
-            panels: vec![
-                panel(
-                    'd',
-                    "set point less measurement",
-                    self.label,
-                    errors,
-                    HELD[0],
-                ),
-                panel('e', "force of the drive", "force / N", forces, HELD[1]),
-            ],
-        })
+        let caption = "set point less measurement";
+        let panels = vec![
+            of('d', caption, self.label, errors, HELD[0]),
+            of('e', "force of the drive", "force / N", forces, HELD[1]),
+        ];
+        Ok(row(ERROR_ROW_HEIGHT, panels))
+    }
+}
+
+/// Panels side by side.
+fn row(height: f64, panels: Vec<Panel>) -> Row {
+    Row {
+        height,
+        columns: panels.len(),
+        panels,
     }
 }
 
@@ -193,21 +183,12 @@ impl TheoryFigure<'_> {
         ];
         check_lengths(self.time_s, &slices)?;
         let run = format!("{} {}", self.origin, self.quantity);
-        let mut rows = vec![
-            Row {
-                height: TOP_ROW_HEIGHT,
-                columns: 2,
-                panels: vec![
-                    self.curves('a', self.quantity.to_owned(), Scale::Linear)?,
-                    self.curves('b', format!("{}, log–log", self.quantity), Scale::Log)?,
-                ],
-            },
-            Row {
-                height: ERROR_ROW_HEIGHT,
-                columns: 1,
-                panels: vec![self.error()],
-            },
+        let both = vec![
+            self.curves('a', self.quantity, Scale::Linear)?,
+            self.curves('b', &format!("{}, log–log", self.quantity), Scale::Log)?,
         ];
+        let error = vec![self.error()];
+        let mut rows = vec![row(TOP_ROW_HEIGHT, both), row(ERROR_ROW_HEIGHT, error)];
         if let Some(held) = &self.held {
             rows.push(held.row()?);
         }
@@ -225,7 +206,7 @@ impl TheoryFigure<'_> {
     }
 
     /// The run over its closed form; a panel that has nothing to show on logarithmic axes says so.
-    fn curves(&self, name: char, caption: String, scale: Scale) -> Result<Panel, FigureError> {
+    fn curves(&self, name: char, caption: &str, scale: Scale) -> Result<Panel, FigureError> {
         let [theory, run] = [self.closed_form, self.values]
             .map(|values| showable(self.time_s, values, scale, scale));
         if run.is_empty() && scale == Scale::Linear {
@@ -236,23 +217,21 @@ impl TheoryFigure<'_> {
         }
         // A curve that passes through zero would stretch a logarithmic axis without end.
         let lowest = extremes(theory.iter().map(|point| point.1)).0;
-        let floor = (scale == Scale::Log && lowest.is_finite()).then_some(lowest / 10.0);
+        let floor = match scale {
+            Scale::Log if lowest.is_finite() => lowest / 10.0,
+            Scale::Log | Scale::Linear => f64::NEG_INFINITY,
+        };
         let record = self.record.map(|record| {
             let points = showable(record.time_s, record.values, scale, scale);
             line(points, RECORD)
         });
         let curves = [line(theory, THEORY)].into_iter().chain(record);
-        Ok(TimePanel {
-            name,
-            caption,
-            scale,
-            value_scale: scale,
-            label: self.label,
-            curves: curves.chain([line(run, RUN)]).collect(),
-            floor,
-            note: "no positive values",
-        }
-        .panel())
+        let curves = curves.chain([line(run, RUN)]).collect();
+        let scales = [scale, scale];
+        let note = "no positive values";
+        Ok(panel(
+            name, caption, scales, self.label, curves, floor, note,
+        ))
     }
 
     fn error(&self) -> Panel {
@@ -267,19 +246,17 @@ impl TheoryFigure<'_> {
         let note = if magnitude.iter().any(|error| error.is_finite()) {
             "the error is 0 throughout"
         } else {
-            "no sample has a relative error"
+            NO_ERROR
         };
-        TimePanel {
-            name: 'c',
-            caption: "relative error, largest in each step of log t".to_owned(),
-            scale: Scale::Log,
-            value_scale: Scale::Log,
-            label: "relative error",
-            curves: vec![line(envelope, DIFFERENCE)],
-            floor: Some(largest / ERROR_SPAN),
+        panel(
+            'c',
+            "relative error, largest in each step of log t",
+            [Scale::Log; 2],
+            "relative error",
+            vec![line(envelope, DIFFERENCE)],
+            largest / ERROR_SPAN,
             note,
-        }
-        .panel()
+        )
     }
 }
 
@@ -325,66 +302,32 @@ fn line(points: Points, stroke: Stroke) -> Curve {
     }
 }
 
-/// A panel over time around its curves.
-#[derive(Clone, Debug)]
-struct TimePanel {
-    name: char,
-    caption: String,
-    /// Of the axis of time, as the other is of the values.
-    scale: Scale,
-    value_scale: Scale,
-    /// Of the vertical axis, with the unit.
-    label: &'static str,
-    curves: Vec<Curve>,
-    /// The vertical axis begins no lower.
-    floor: Option<f64>,
-    /// Said when there is no curve.
-    note: &'static str,
-}
-
-impl TimePanel {
-    fn panel(self) -> Panel {
-        let points: Points = self.curves.iter().flat_map(Curve::points).collect();
-        let empty = points.is_empty();
-        let (x, y) = if empty {
-            ((1.0, 10.0), (1.0, 10.0))
-        } else {
-            (
-                extremes(points.iter().map(|point| point.0)),
-                extremes(points.iter().map(|point| point.1)),
-            )
-        };
-        let y_low = self.floor.map_or(y.0, |floor| y.0.max(floor));
-        Panel {
-            name: self.name,
-            caption: self.caption,
-            x: Axis::time(self.scale, x.0, x.1),
-            y: Axis::around(self.label, self.value_scale, y_low, y.1),
-            curves: self.curves,
-            note: empty.then(|| self.note.to_owned()),
-            beyond: Vec::new(),
-        }
-    }
-}
-
-fn linear(
+/// A panel over time around its curves: scales of time and of the values, whose label has the unit and whose axis begins no
+/// lower than the floor. The note is said when there is no curve.
+fn panel(
     name: char,
     caption: &str,
-    label: &'static str,
+    [scale, value_scale]: [Scale; 2],
+    label: &str,
     curves: Vec<Curve>,
-    note: &'static str,
+    floor: f64,
+    note: &str,
 ) -> Panel {
-    TimePanel {
+    let points: Points = curves.iter().flat_map(Curve::points).collect();
+    let (mut x, mut y) = ((1.0, 10.0), (1.0, 10.0));
+    if !points.is_empty() {
+        x = extremes(points.iter().map(|point| point.0));
+        y = extremes(points.iter().map(|point| point.1));
+    }
+    Panel {
         name,
         caption: caption.to_owned(),
-        scale: Scale::Linear,
-        value_scale: Scale::Linear,
-        label,
+        x: Axis::time(scale, x.0, x.1),
+        y: Axis::around(label, value_scale, y.0.max(floor), y.1),
         curves,
-        floor: None,
-        note,
+        note: points.is_empty().then(|| note.to_owned()),
+        beyond: Vec::new(),
     }
-    .panel()
 }
 
 #[cfg(test)]

@@ -105,7 +105,16 @@ pub fn recover(
     target: &Path,
     overwrite: bool,
 ) -> Result<RecoverySummary, RecordError> {
-    copy(source, target, None, overwrite)
+    copy(source, target, None, overwrite).map_err(|error| untouched(error, target))
+}
+
+/// There is nothing in the unfinished copy that the source does not have.
+fn untouched(error: RecordError, target: &Path) -> RecordError {
+    let RecordError::Write { source, .. } = error else {
+        return error;
+    };
+    let path = target.to_owned();
+    RecordError::Copy { path, source }
 }
 
 /// Copies a span of `source`, and of the files that it goes on in, into the new, finished log `target`. Times and numbers
@@ -123,7 +132,7 @@ pub fn recover(
 /// #     writer.tick(&TickMessage { tick, time_s: 0.01 * tick as f64, ..TickMessage::default() })?;
 /// # }
 /// # writer.finish()?;
-/// let made = cut(&run, &part, Span::new(Some(0.2), Some(0.4))?, false)?;
+/// let made = cut(&run, &part, Span { from_s: 0.2, to_s: 0.4 }, false)?;
 /// assert_eq!((made.samples, made.first_s), (21, Some(0.2)));
 /// assert!(inspect(&part)?.reasons().is_empty());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -137,26 +146,10 @@ pub fn cut(
     span: Span,
     overwrite: bool,
 ) -> Result<RecoverySummary, RecordError> {
-    copy(source, target, Some(span), overwrite)
+    copy(source, target, Some(span), overwrite).map_err(|error| untouched(error, target))
 }
 
 fn copy(
-    source: &Path,
-    target: &Path,
-    span: Option<Span>,
-    overwrite: bool,
-) -> Result<RecoverySummary, RecordError> {
-    copy_span(source, target, span, overwrite).map_err(|error| {
-        let RecordError::Write { source, .. } = error else {
-            return error;
-        };
-        // There is nothing in the unfinished copy that the source does not have.
-        let path = target.to_owned();
-        RecordError::Copy { path, source }
-    })
-}
-
-fn copy_span(
     source: &Path,
     target: &Path,
     span: Option<Span>,

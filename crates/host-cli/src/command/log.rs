@@ -8,7 +8,8 @@ use crate::output::{Output, warn};
 use clap::{Args, Subcommand};
 use haptic_experiment::Failure;
 use haptic_log::record::{
-    LogSummary, RECOVERED, RecordError, Topic, cut, export_csv, export_csv_to, inspect, recover,
+    LogSummary, RECOVERED, RecordError, Span, Topic, cut, export_csv, export_csv_to, inspect,
+    recover,
 };
 use serde_json::json;
 use std::io;
@@ -117,12 +118,10 @@ impl Copied {
     /// All that can be read, or a part of it, in one new log.
     fn saved(self, ending: &str, part: Option<Part>, output: Output) -> Result<(), Failure> {
         let log = log_at(&self.log)?;
-        if part.is_some_and(Part::is_whole) {
-            return Err(Failure::bad_input(
-                "a cut has an end: give --from, --to, or both",
-            ));
+        let span = part.map(Part::span);
+        if span == Some(Span::WHOLE) {
+            return Err(Failure::bad_input("give --from, --to, or both"));
         }
-        let span = part.map(Part::span).transpose()?;
         let target = target_of(self.target, self.out.as_deref(), &log, ending)?;
         let summary = match span {
             Some(span) => cut(&log, &target, span, self.overwrite)?,

@@ -21,8 +21,9 @@ use haptic_experiment::Failure;
 use haptic_experiment::judge::Decimated;
 use haptic_figure::{FigureError, Look, Picture, PlaneFigure};
 use haptic_log::record::{
-    AXES, Entry, LogFiles, RecordError, SAME_TIME, Span, TickMessage, Topic, column_name,
+    Entry, LogFiles, RecordError, SAME_TIME, Span, TickMessage, Topic, column_name,
 };
+use haptic_quantity::{label, without_unit};
 use serde_json::{Map, Value, json};
 use std::iter::zip;
 use std::path::{Path, PathBuf};
@@ -34,10 +35,10 @@ const DEPTH_MOST: u64 = 1_000_000;
 /// Numbers of a tick, as in [`drawn`], and columns of a topic that one picture holds.
 const CURVES: usize = 10;
 const COLUMNS: usize = 6;
-/// Name, unit of a key, label and factor of what [`drawn`] has by turns.
-const QUANTITIES: [(&str, &str, &str, f64); 2] = [
-    ("position", "_m", "position / mm", 1e3),
-    ("force", "_n", "force on the hand / N", 1.0),
+/// Key, label and factor of what [`drawn`] has by turns.
+const QUANTITIES: [(&str, &str, f64); 2] = [
+    ("position_m", "position / mm", 1e3),
+    ("force_n", "force on the hand / N", 1.0),
 ];
 
 #[derive(Debug, Args)]
@@ -75,67 +76,49 @@ impl Plot {
     pub(super) fn run(self, output: Output) -> Result<(), Failure> {
         let logs = self.logs.iter().map(|log| log_at(log));
         let logs: Vec<PathBuf> = logs.collect::<Result<_, _>>()?;
-        let names = self.names(&logs)?;
+        let (first, names) = (&logs[0], self.names()?);
         let ending = match (self.over_depth, logs.len()) {
             (true, _) => "depth",
             (false, 1) => "log",
             (false, _) => "runs",
         };
-        let stem = target_of(None, self.out.as_deref(), &logs[0], ending)?;
-        let span = self.part.span()?;
-        let (report, cut, picture) = match self.others.topic(&logs[0])? {
+        let stem = target_of(None, self.out.as_deref(), first, ending)?;
+        let span = self.part.span();
+        let (report, cut, picture) = match self.others.topic(first)? {
             None => self.draw_runs(&logs, &names, span)?,
-            Some(topic) if logs.len() == 1 && !self.over_depth => {
-                draw_topic(&logs[0], &names[0], &topic, span)?
-            }
-            Some(_) => {
-                return Err(refused(
-                    &logs[0],
-                    "is a log of others: draw it alone, over time",
-                ));
-            }
+            Some(topic) if ending == "log" => draw_topic(first, &names[0], &topic, span)?,
+            Some(_) => return refused(first, "is a log of others: draw it alone, over time"),
         };
         let figure = self.pictures.save(picture, &stem, self.overwrite)?;
         output.summary(&joined([report, json!({ "figure": figure })]))?;
-        require_complete(cut.is_none(), cut.as_deref().unwrap_or(&logs[0]), &figure)
+        require_complete(cut.is_none(), cut.as_deref().unwrap_or(first), &figure)
     }
 
     /// A name for each log: as given, or as the file or folder is called, unless two are called so.
-    fn names(&self, logs: &[PathBuf]) -> Result<Vec<String>, Failure> {
-        fn differ<T: PartialEq>(all: &[T]) -> bool {
-            let mut numbered = all.iter().enumerate();
-            numbered.all(|(n, one)| !all[..n].contains(one))
-        }
-        let files: Vec<_> = logs.iter().flat_map(|log| log.canonicalize()).collect();
-        let (given, count) = (&self.label, logs.len());
-        if !differ(&files) {
-            return Err(Failure::bad_input("a log is given twice: give each once"));
-        }
-        if !given.is_empty() && (given.len() != count || !differ(given)) {
-            return Err(Failure::bad_input(format_args!(
-                "--label {} is not a name of its own for each log: give {count}, as in --label before,after",
-                given.join(",")
-            )));
-        }
-        let name = |log: &PathBuf| match count {
-            1 => logs[0]
-                .file_name()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .into_owned(),
-            _ => log
-                .file_stem()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .into_owned(),
+    fn names(&self) -> Result<Vec<String>, Failure> {
+        let differ = |names: &[String]| {
+            let mut numbered = names.iter().enumerate();
+            numbered.all(|(n, name)| !name.is_empty() && !names[..n].contains(name))
         };
-        let called: Vec<String> = self.logs.iter().map(name).collect();
-        let paths = self.logs.iter().map(|log| log.display().to_string());
-        Ok(match given.is_empty() {
-            false => given.clone(),
-            true if differ(&called) => called,
-            true => paths.collect(),
-        })
+        let name = |log: &PathBuf| log.file_name().unwrap_or_default().to_string_lossy().into();
+        let mut names: Vec<String> = self.logs.iter().map(name).collect();
+        if !self.label.is_empty() {
+            names.clone_from(&self.label);
+        } else if !differ(&names) {
+            names = self
+                .logs
+                .iter()
+                .map(|log| log.display().to_string())
+                .collect();
+        }
+        match names.len() == self.logs.len() && differ(&names) {
+            true => Ok(names),
+            false => Err(Failure::bad_input(format_args!(
+                "{} is not a name of its own for each of {}: give as many, as in --label before,after",
+                names.join(","),
+                self.logs.len()
+            ))),
+        }
     }
 
     fn draw_runs(&self, logs: &[PathBuf], names: &[String], span: Span) -> Result<Drawn, Failure> {
@@ -148,70 +131,63 @@ impl Plot {
         let ends = ends.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
         span.check(ends).map_err(RecordError::from)?;
         if let Some(run) = runs.iter().find(|run| run.samples == 0) {
-            let why = "has no sample in this part: omit it, or change --from or --to";
-            return Err(refused(&run.log, why));
+            return refused(&run.log, "has no sample in this part: change or omit it");
         }
         let mut panels = panels(&runs, self.over_depth);
-        let report = match &runs[..] {
+        let mut report = match &runs[..] {
             [run] => run.report(),
             _ => json!({ "runs": runs.iter().map(Run::report).collect::<Vec<_>>() }),
         };
-        let mut reports = vec![report];
-        match (&runs[..], self.difference) {
-            ([a, b], true) => {
-                let (report, mut less) = difference(a, b, span)?;
-                reports.push(report);
-                panels.append(&mut less);
-            }
-            (_, true) => {
+        if self.difference {
+            let [a, b] = &runs[..] else {
                 return Err(Failure::bad_input("--difference is of two logs: give two"));
-            }
-            (_, false) => {}
+            };
+            let (of_two, mut less) = difference(a, b, span)?;
+            report = joined([report, of_two]);
+            panels.append(&mut less);
         }
         let picture = match &runs[..] {
-            [run] if !self.over_depth => run.draw(),
-            _ => {
-                let subtitle = if runs.len() > 1 {
-                    ""
-                } else {
-                    &runs[0].subtitle
-                };
-                let columns = if panels.len() > 2 { 2 } else { 1 };
-                page(&names.join(", "), subtitle, columns, &panels)
-            }
+            [run] if !self.over_depth && run.axes > 1 => run.path(),
+            [run] => page(&run.name, &run.subtitle, 1, &panels),
+            _ => page(
+                &names.join(", "),
+                "",
+                panels.len().min(3).max(2) - 1,
+                &panels,
+            ),
         };
         let cut = runs.iter().find(|run| !run.complete);
-        Ok((joined(reports), cut.map(|run| run.log.clone()), picture))
+        Ok((report, cut.map(|run| run.log.clone()), picture))
     }
 }
 
-fn refused(log: &Path, why: impl std::fmt::Display) -> Failure {
-    Failure::bad_input(format_args!("`{}` {why}", log.display()))
+fn refused<T>(log: &Path, why: &str) -> Result<T, Failure> {
+    Err(Failure::bad_input(format_args!(
+        "`{}` {why}",
+        log.display()
+    )))
 }
 
 /// Each column of a topic in a panel of its own.
 fn draw_topic(log: &Path, title: &str, topic: &Topic, span: Span) -> Result<Drawn, Failure> {
     let (time, columns) = topic.columns.split_at(1);
     if columns.len() > COLUMNS {
-        let (name, count) = (&topic.name, columns.len());
-        let some = format!("give --columns some of them, as in {name}.{}", columns[0].0);
+        let (name, count, first) = (&topic.name, columns.len(), &columns[0].0);
         return Err(Failure::bad_input(format_args!(
-            "{name} has {count} columns, and a picture has room for {COLUMNS}: {some}"
+            "{name} has {count} columns, and a picture has room for {COLUMNS}: give --columns some of them, as in {name}.{first}"
         )));
     }
-    let time_s = &time[0].1;
-    let ends = time_s.first().copied().zip(time_s.last().copied());
+    let time_s = time[0].1.iter().copied();
+    let ends = time[0].1.first().copied().zip(time_s.clone().last());
     span.check(ends).map_err(RecordError::from)?;
-    let panels = columns.iter().map(|(name, column)| {
-        let points = zip(time_s.iter().copied(), column.iter().copied());
+    let panel = |(name, column): &(String, Vec<f64>)| {
+        let points = zip(time_s.clone(), column.iter().copied());
         let points = points.filter(|point| span.holds(point.0));
         Panel::new(name, linear("time / s"), linear("")).with("", Look::Line, 0, points)
-    });
-    let panels: Vec<_> = panels.collect();
-    let (complete, samples) = (
-        topic.condition.complete,
-        time_s.iter().filter(|time_s| span.holds(**time_s)).count(),
-    );
+    };
+    let panels: Vec<_> = columns.iter().map(panel).collect();
+    let complete = topic.condition.complete;
+    let samples = time_s.filter(|time_s| span.holds(*time_s)).count();
     let report = json!({ "samples": samples, "complete": complete });
     let cut = (!complete).then(|| log.to_owned());
     Ok((report, cut, page(title, &topic.name, 1, &panels)))
@@ -293,32 +269,28 @@ impl Run {
         if !complete {
             conditions.push("cut off or damaged: what could be read".to_owned());
         }
-        let Some(ends_s) = ends else {
-            return Err(refused(log, "has no ticks to draw: omit it"));
-        };
         let (samples, time_s, curves) = shown.curves();
+        let Some(ends_s) = ends else {
+            return refused(log, "has no ticks to draw: omit it");
+        };
         if over_depth && samples > DEPTH_MOST {
             let why = format!(
                 "has {samples} samples, and force over depth shows each of at most {DEPTH_MOST}: give --from and --to"
             );
-            return Err(refused(log, why));
+            return refused(log, &why);
         }
-        if let Some(first) = first {
-            if first.axes != axes {
-                let why = format!(
-                    "has {axes} axes, and {} has {}: give logs of as many",
-                    first.name, first.axes
-                );
-                return Err(refused(log, why));
-            }
-            if shift_s.abs() > SAME_TIME {
-                let begin_s = ends_s.0;
-                warn(&format!(
-                    "{name} begins at {} s and is drawn from {begin_s} s on, where {} begins",
-                    begin_s + shift_s,
-                    first.name
-                ));
-            }
+        if let Some(first) = first.filter(|first| first.axes != axes) {
+            let why = format!(
+                "has {axes} axes, and {} has {}: give logs of as many",
+                first.name, first.axes
+            );
+            return refused(log, &why);
+        }
+        if shift_s.abs() > SAME_TIME {
+            let (begin_s, own_s) = (ends_s.0, ends_s.0 + shift_s);
+            warn(&format!(
+                "{name} begins at {own_s} s and is drawn from {begin_s} s on, as the first"
+            ));
         }
         Ok(Self {
             name: name.to_owned(),
@@ -346,79 +318,86 @@ impl Run {
         })
     }
 
-    /// Alone and over time, with all that its log has: positions above and forces below, or of several axes the path, places and
-    /// forces.
-    fn draw(&self) -> Result<Picture, FigureError> {
-        let Self { time_s, curves, .. } = self;
-        if self.axes > 1 {
-            return PlaneFigure {
-                title: &self.name,
-                subtitle: &self.subtitle,
-                outline_m: &[],
-                time_s,
-                reference_m: [&curves[6], &curves[7]],
-                position_m: [&curves[0], &curves[2]],
-                depth_m: None,
-                force_n: &[1, 3, 5].map(|n| curves[n].clone())[..self.axes],
-            }
-            .draw();
+    /// One of several axes, alone: the path, places and forces.
+    fn path(&self) -> Result<Picture, FigureError> {
+        let curves = &self.curves;
+        PlaneFigure {
+            title: &self.name,
+            subtitle: &self.subtitle,
+            outline_m: &[],
+            time_s: &self.time_s,
+            reference_m: [&curves[6], &curves[7]],
+            position_m: [&curves[0], &curves[2]],
+            depth_m: None,
+            force_n: &[1, 3, 5].map(|n| curves[n].clone())[..self.axes],
         }
-        let curve = |n: usize, scale: f64| {
-            let points =
-                zip(time_s, &curves[n]).map(move |(time_s, value)| (*time_s, scale * value));
-            points.filter(|point| point.1.is_finite())
-        };
-        let panel = |caption, label| Panel::new(caption, linear("time / s"), linear(label));
-        let positions = panel("position", "position / mm")
-            .with("reference", Look::Broad, 6, curve(6, 1e3))
-            .with("indenter", Look::Line, 2, curve(8, 1e3))
-            .with("position", Look::Line, 0, curve(0, 1e3));
-        // Without a rig, which has an indenter, it is the force that the motors made.
-        let (contact, sign) = match curve(8, 1.0).next() {
-            Some(_) => ("contact force", 1.0),
-            None => ("force of the motors", -1.0),
-        };
-        let forces = panel("force", QUANTITIES[1].2)
-            .with("force", Look::Line, 1, curve(1, 1.0))
-            .with(contact, Look::Dashed, 5, curve(9, sign));
-        page(&self.name, &self.subtitle, 1, &[positions, forces])
+        .draw()
+    }
+
+    /// A curve over time or over another, in units that are so many times as small.
+    fn points(
+        &self,
+        n: usize,
+        scale: f64,
+        over: Option<usize>,
+    ) -> impl Iterator<Item = (f64, f64)> {
+        let x = over.map_or(&self.time_s, |over| &self.curves[over]);
+        let factor = if over.is_some() { QUANTITIES[0].2 } else { 1.0 };
+        zip(x, &self.curves[n]).map(move |(x, y)| (factor * x, scale * y))
     }
 }
 
-/// Position and force on each axis over time, or force over position, in which each run has a colour and a dash of its own.
+/// Position and force on each axis over time, or force over position. Each run has a colour and a dash of its own, and one alone
+/// all that its log has beside.
 fn panels(runs: &[Run], over_depth: bool) -> Vec<Panel<'static>> {
-    let axes = runs[0].axes;
-    let panel = |n: usize| {
-        let (name, _, label, scale) = QUANTITIES[n % 2];
-        let x = if over_depth {
-            QUANTITIES[0].2
-        } else {
-            "time / s"
-        };
-        let panel = Panel::new(caption(name, n / 2, axes), linear(x), linear(label));
-        runs.iter().enumerate().fold(panel, |panel, (colour, run)| {
-            let (xs, factor) = match over_depth {
-                true => (&run.curves[n - 1], QUANTITIES[0].3),
-                false => (&run.time_s, 1.0),
-            };
-            let points = zip(xs, &run.curves[n]).map(|(x, y)| (factor * x, scale * y));
-            // One alone is named by the title.
-            let name = if runs.len() > 1 { &*run.name } else { "" };
-            panel.with(name, Look::Line, colour, points)
-        })
+    let is_alone = runs.len() == 1 && !over_depth;
+    // Without a rig, which has an indenter, it is the force that the motors made.
+    let has_rig = runs[0].curves[8].iter().any(|place| place.is_finite());
+    let (contact, sign) = match has_rig {
+        true => ("contact force", 1.0),
+        false => ("force of the motors", -1.0),
     };
-    let all = 0..2 * axes;
+    let panel = |n: usize| {
+        let (key, y, scale) = QUANTITIES[n % 2];
+        let (over, x) = match over_depth {
+            true => (Some(n - 1), QUANTITIES[0].1),
+            false => (None, "time / s"),
+        };
+        let name = caption(key, n / 2, runs[0].axes);
+        let mut panel = Panel::new(&name, linear(x), linear(y));
+        let beside: &[_] = match n {
+            0 => &[
+                ("reference", Look::Broad, 6, 6),
+                ("indenter", Look::Line, 2, 8),
+            ],
+            _ => &[(contact, Look::Dashed, 5, 9)],
+        };
+        for (name, look, colour, n) in beside.iter().filter(|_| is_alone) {
+            let scale = if *n == 9 { sign } else { scale };
+            panel = panel.with(*name, *look, *colour, runs[0].points(*n, scale, None));
+        }
+        for (colour, run) in runs.iter().enumerate() {
+            let (name, colour) = match is_alone {
+                true => (&name, n % 2),
+                false => (&run.name, colour),
+            };
+            let points = || run.points(n, scale, over);
+            panel = panel.with(name, Look::Line, colour, points());
+            // Where a path ends; beside a dot no line lies on the frame.
+            let end = points().last().filter(|_| over_depth);
+            panel = panel.with("", Look::Markers, colour, end);
+        }
+        panel
+    };
+    let all = 0..2 * runs[0].axes;
     all.filter(|n| !over_depth || n % 2 == 1)
         .map(panel)
         .collect()
 }
 
-/// Of one of several axes with its letter.
-fn caption(name: &str, axis: usize, axes: usize) -> String {
-    match axes {
-        1 => name.to_owned(),
-        _ => format!("{name} {}", AXES[axis]),
-    }
+/// In words, as `position x` on one of several axes.
+fn caption(key: &str, axis: usize, axes: usize) -> String {
+    label(&column_name(key, axis, axes))
 }
 
 /// The second run less the first, as it is printed and drawn.
@@ -470,7 +449,7 @@ fn difference(a: &Run, b: &Run, span: Span) -> Result<(Value, Vec<Panel<'static>
             "has no time in common with {}: change --from and --to",
             a.name
         );
-        return Err(refused(&b.log, why));
+        return refused(&b.log, &why);
     }
     if interpolated > 0 {
         warn(&format!(
@@ -485,19 +464,18 @@ fn difference(a: &Run, b: &Run, span: Span) -> Result<(Value, Vec<Panel<'static>
     report.insert("interpolated".to_owned(), interpolated.into());
     let mut panels = Vec::new();
     for n in 0..2 * a.axes {
-        let (name, unit, label, scale) = QUANTITIES[n % 2];
-        let points = zip(&time_s, &curves[n]).map(|(time_s, value)| (*time_s, scale * value));
-        let key =
-            |what: &str, unit: &str| column_name(&format!("{name}_{what}{unit}"), n / 2, a.axes);
-        let (squares, largest, at_s) = sums[n];
-        report.insert(key("rms", unit), (squares / compared as f64).sqrt().into());
-        report.insert(key("largest", unit), largest.into());
-        report.insert(key("largest_at", "_s"), at_s.into());
-        let panel = Panel::new(
-            format!("difference of {}", caption(name, n / 2, a.axes)),
-            linear("time / s"),
-            linear(label),
+        let (key, y, scale) = QUANTITIES[n % 2];
+        let (axis, (squares, largest, at_s)) = (n / 2, sums[n]);
+        let of = |what| column_name(&key.replace('_', what), axis, a.axes);
+        report.insert(of("_rms_"), (squares / compared as f64).sqrt().into());
+        report.insert(of("_largest_"), largest.into());
+        report.insert(
+            format!("{}_at_s", without_unit(&of("_largest_"))),
+            at_s.into(),
         );
+        let name = format!("difference of {}", caption(key, axis, a.axes));
+        let points = zip(&time_s, &curves[n]).map(|(time_s, value)| (*time_s, scale * value));
+        let panel = Panel::new(name, linear("time / s"), linear(y));
         panels.push(panel.with(&less, Look::Line, 2, points));
     }
     Ok((report.into(), panels))

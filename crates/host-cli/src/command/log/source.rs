@@ -5,7 +5,7 @@ use crate::parse::quantity;
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::Range;
-use haptic_log::record::{RecordError, Span, Topic, nth_file};
+use haptic_log::record::{Span, Topic};
 use std::path::{Path, PathBuf};
 
 /// Times that a log can hold, s.
@@ -42,12 +42,11 @@ pub(crate) struct Part {
 }
 
 impl Part {
-    pub(super) fn span(self) -> Result<Span, RecordError> {
-        Ok(Span::new(self.from, self.to)?)
-    }
-
-    pub(super) fn is_whole(self) -> bool {
-        self.from.or(self.to).is_none()
+    pub(super) fn span(self) -> Span {
+        Span {
+            from_s: self.from.unwrap_or(Span::WHOLE.from_s),
+            to_s: self.to.unwrap_or(Span::WHOLE.to_s),
+        }
     }
 }
 
@@ -83,13 +82,11 @@ pub(super) fn log_at(path: &Path) -> Result<PathBuf, Failure> {
 /// True of `NAME-0002.mcap` beside `NAME.mcap`.
 fn follows(log: &Path, all: &[PathBuf]) -> bool {
     let stem = log.file_stem().unwrap_or_default().to_string_lossy();
-    let named = stem.rsplit_once('-');
-    let number = named.and_then(|(_, number)| number.parse().ok());
-    let first = named.map(|(first, _)| log.with_file_name(format!("{first}.mcap")));
-    let (Some(first), Some(number)) = (first, number) else {
-        return false;
-    };
-    nth_file(&first, number) == log && all.contains(&first)
+    let is_number = |number: &str| number.len() == 4 && number.parse::<u16>().is_ok();
+    let first = stem
+        .rsplit_once('-')
+        .filter(|(_, number)| is_number(number));
+    first.is_some_and(|(first, _)| all.contains(&log.with_file_name(format!("{first}.mcap"))))
 }
 
 /// The named target, or NAME.ENDING of NAME.mcap or NAME.mcap.part, in the given folder or beside the log.
@@ -102,7 +99,10 @@ pub(super) fn target_of(
     if let Some(target) = target {
         return Ok(target);
     }
-    let default = log.with_file_name(format!("{}.{ending}", stem_of(log)));
+    let name = log.file_name().unwrap_or_default().to_string_lossy();
+    let stem = name.strip_suffix(".part").unwrap_or(&name);
+    let stem = stem.strip_suffix(".mcap").unwrap_or(stem);
+    let default = log.with_file_name(format!("{stem}.{ending}"));
     let (Some(folder), Some(name)) = (out, default.file_name()) else {
         return Ok(default);
     };
@@ -112,13 +112,6 @@ pub(super) fn target_of(
         Failure::writing(error, what)
     })?;
     Ok(folder.join(name))
-}
-
-/// NAME of NAME.mcap or NAME.mcap.part.
-pub(super) fn stem_of(log: &Path) -> String {
-    let name = log.file_name().unwrap_or_default().to_string_lossy();
-    let stem = name.strip_suffix(".part").unwrap_or(&name);
-    stem.strip_suffix(".mcap").unwrap_or(stem).to_owned()
 }
 
 /// Exit code 4 for a file made of a cut log: it holds all there is, but not all there was.

@@ -92,7 +92,7 @@ fn a_difference_is_that_of_its_closed_form() {
         (0..3000).map(|n| straight(n, at(n), wave(n))),
     );
     let found = place.json("log plot a.mcap b.mcap --difference");
-    assert_eq!(found["difference"], "b − a");
+    assert_eq!(found["difference"], "b.mcap − a.mcap");
     let counts = ["compared", "interpolated"].map(|key| number(&found, key));
     assert_eq!(counts, [2000.0, 0.0]);
     let close = |key: &str, want: f64| {
@@ -108,7 +108,7 @@ fn a_difference_is_that_of_its_closed_form() {
     assert_eq!(number(&half, "position_largest_at_s"), 0.5);
     assert_eq!(number(&half, "compared"), 251.0);
     let svg = place.text("a.runs.svg");
-    assert!(svg.contains(">b − a<") && svg.contains("difference of force"));
+    assert!(svg.contains(">b.mcap − a.mcap<") && svg.contains("difference of force"));
 }
 
 #[test]
@@ -126,7 +126,10 @@ fn unequal_times_are_joined_by_straight_lines_and_that_is_said() {
     let ended = ended.succeeded_with_warnings();
     says(
         &ended.stderr,
-        &["samples of a are between two of b", "straight line"],
+        &[
+            "samples of a.mcap are between two of b.mcap",
+            "straight line",
+        ],
     );
     let found = ended.json();
     // A straight line is its own interpolation.
@@ -151,7 +154,7 @@ fn runs_begin_together_and_what_was_shifted_is_said() {
     let ended = ended.succeeded_with_warnings();
     says(
         &ended.stderr,
-        &["b begins at 5 s", "drawn from 0 s on, where a begins"],
+        &["b.mcap begins at 5 s", "drawn from 0 s on, as the first"],
     );
     let found = ended.json();
     assert_eq!(number(&found["runs"][1], "shifted_s"), 5.0);
@@ -182,7 +185,7 @@ fn two_axes_have_panels_of_their_own() {
     place.json("log plot a.mcap b.mcap --over-depth");
     made(&place, "c.mcap", (0..10).map(|n| straight(n, at(n), 0.0)));
     let ended = place.run("log plot a.mcap c.mcap --overwrite");
-    ended.refused(2, &["c.mcap", "1 axes", "a has 2"]);
+    ended.refused(2, &["c.mcap", "1 axes", "a.mcap has 2"]);
 }
 
 /// A run with metadata, events and an end, which has lost these ticks.
@@ -312,17 +315,15 @@ fn what_cannot_be_drawn_or_cut_is_refused_with_its_remedy() {
     let before = place.files();
     place.refuses(
         "
-        log plot a.mcap a.mcap => given twice | give each once
-        log plot a.mcap ./a.mcap => given twice
-        log plot a.mcap b.mcap --label one => --label one | give 2
-        log plot a.mcap b.mcap --label one,two,three => --label one,two,three | give 2
-        log plot a.mcap b.mcap --label one,one => --label one,one | of its own
-        log plot a.mcap b.mcap --label one, => --label one, | of its own
+        log plot a.mcap a.mcap => a.mcap,a.mcap is not a name of its own | --label before,after
+        log plot a.mcap b.mcap --label one => one is not a name of its own for each of 2
+        log plot a.mcap b.mcap --label one,two,three => one,two,three is not
+        log plot a.mcap b.mcap --label one,one => one,one is not
+        log plot a.mcap b.mcap --label one, => one, is not
         log plot a.mcap --from 2s => --from 2 s is not from 0 s to 0.999 s | omit --from
         log plot a.mcap --to 1.5s => --to 1.5 s is not from 0 s to 0.999 s
-        log plot a.mcap --from 0.5s --to 0.4s => --from 0.5 s is not before --to 0.4 s | swap
-        log plot a.mcap --from 0.5s --to 0.5s => not before
-        log plot a.mcap --from 500.2us --to 500.4us => no sample
+        log plot a.mcap --from 0.5s --to 0.4s => --to 0.4 s is not from 0.5 s to 0.999 s
+        log plot a.mcap --from 500.2us --to 500.4us => a.mcap | no sample in this part
         log plot a.mcap --from -1s => -1 s is not from 0 s
         log plot a.mcap b.mcap --from 0.7s => b.mcap | no sample in this part
         log plot a.mcap --difference => two logs
