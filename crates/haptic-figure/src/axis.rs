@@ -49,7 +49,7 @@ impl Scale {
 /// One axis of a panel.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Axis {
-    /// With the unit.
+    /// Quantity and unit, with the prefix that the values ask for.
     pub(crate) label: String,
     /// True where a neighbour or the page says it.
     pub(crate) is_told: bool,
@@ -109,24 +109,6 @@ impl Axis {
         };
         Self::between(label, scale, ends.0, ends.1)
             .unwrap_or_else(|| Self::new(label, scale, wide_low, wide_high))
-    }
-
-    /// An axis of time: it ends with the values, and a linear one begins a little before them, so
-    /// that what happens at the start is not hidden by the edge.
-    pub(crate) fn time(scale: Scale, low: f64, high: f64) -> Self {
-        let (low, high) = match scale {
-            Scale::Linear => match high - low {
-                span if span > narrowest(high.abs()) => (low - 0.02 * span, high),
-                _ => (
-                    low - 0.5 * low.abs().max(1.0),
-                    high + 0.5 * high.abs().max(1.0),
-                ),
-            },
-            // Less than a decade may hold no tick at all, so it grows to the next ones.
-            Scale::Log if high / low < 10.0 => (step_below(low), step_above(high)),
-            Scale::Log => (low, high),
-        };
-        Self::new("time / s", scale, low, high)
     }
 
     /// An axis with room around the values: from 0 if that is near, or to the next ticks on a logarithmic axis.
@@ -509,7 +491,7 @@ mod tests {
 
     #[test]
     fn labels_of_one_axis_are_all_plain_or_all_powers() {
-        let time = Axis::time(Scale::Log, 1e-3, 200.0);
+        let time = Axis::tight("time / s", Scale::Log, 1e-3, 200.0);
         assert_eq!(labels(&time), ["0.001", "0.01", "0.1", "1", "10", "100"]);
         let error = Axis::around("relative error", Scale::Log, 3e-9, 2e-5);
         assert_eq!(

@@ -6,8 +6,8 @@ use crate::drawing::{Marker, Shape};
 use crate::page::{LegendEntry, Page, Row};
 use crate::panel::{Beyond, Panel};
 use crate::style::{
-    DOTTED_INDEX, Dash, LARGE, LOOKS, SMALL, Sizes, Stroke, even_dash, further_look, series_colour,
-    series_dash,
+    DOTTED_INDEX, Dash, LARGE, LOOKS, PAGE_WIDTH, SMALL, Sizes, Stroke, even_dash, further_look,
+    series_colour, series_dash,
 };
 use crate::thin::Points;
 use crate::{FigureError, Picture};
@@ -158,7 +158,18 @@ impl ChartPage<'_> {
         }
         let height = sizes.top + BOX_HEIGHTS[columns - 1] + sizes.bottom;
         let rows = Row::of(height, columns, panels);
-        Page::new(self.title, self.subtitle, legend, sizes, rows).draw()
+        let page = Page {
+            title: self.title.to_owned(),
+            subtitle: self.subtitle.to_owned(),
+            legend,
+            sizes,
+            rows,
+            x_label: String::new(),
+            y_label: String::new(),
+            width: PAGE_WIDTH,
+            printed_m: None,
+        };
+        page.draw()
     }
 
     /// The curves of each chart. The form of a name is no other name's, as long as there are forms.
@@ -307,8 +318,7 @@ impl<'a> AxisSpec<'a> {
 
     /// True if a value is in the given range, or told where it is beyond.
     fn shows(&self, value: f64) -> bool {
-        let is_within = |(low, high): (f64, f64)| (low..=high).contains(&value);
-        self.is_focused || self.range.is_none_or(is_within)
+        self.is_focused || (self.range).is_none_or(|(low, high)| (low..=high).contains(&value))
     }
 
     /// The axis in the given range or, if that is none, made by `automatic` for the values: for

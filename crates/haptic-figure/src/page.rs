@@ -41,7 +41,7 @@ const LEAST_BOX_HEIGHT: f64 = 160.0;
 /// A row of panels, whose boxes have equal width.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Row {
-    /// With a label below.
+    /// Of a row that has a label below; without one it is drawn lower.
     pub(crate) height: f64,
     /// Places for panels; those on the right may be free, but not in the first row.
     pub(crate) columns: usize,
@@ -55,11 +55,16 @@ impl Row {
         self.height - sizes.bottom + margins.fold(0.0, f64::max)
     }
 
-    /// Rows of so many of these panels.
+    /// Rows of so many of these panels; one that is left over beside a free place is as wide as two.
     pub(crate) fn of(height: f64, columns: usize, panels: Vec<Panel>) -> Vec<Self> {
-        let mut panels = panels.into_iter().peekable();
+        let mut panels = panels.into_iter();
         let mut rows = Vec::new();
-        while panels.peek().is_some() {
+        while panels.len() > 0 {
+            let columns = if columns == 2 {
+                panels.len().min(2)
+            } else {
+                columns
+            };
             rows.push(Self {
                 height,
                 columns,
@@ -95,34 +100,14 @@ pub(crate) struct Page {
     pub(crate) sizes: Sizes,
     pub(crate) rows: Vec<Row>,
     /// Labels of all horizontal and of all vertical axes; empty if these have their own.
-    x_label: String,
-    y_label: String,
+    pub(crate) x_label: String,
+    pub(crate) y_label: String,
     /// Width, px, and that on paper, m.
-    width: f64,
-    printed_m: Option<f64>,
+    pub(crate) width: f64,
+    pub(crate) printed_m: Option<f64>,
 }
 
 impl Page {
-    pub(crate) fn new(
-        title: &str,
-        subtitle: &str,
-        legend: Vec<LegendEntry>,
-        sizes: Sizes,
-        rows: Vec<Row>,
-    ) -> Self {
-        Self {
-            title: title.to_owned(),
-            subtitle: subtitle.to_owned(),
-            legend,
-            sizes,
-            rows,
-            x_label: String::new(),
-            y_label: String::new(),
-            width: PAGE_WIDTH,
-            printed_m: None,
-        }
-    }
-
     /// The page as it is printed on a sheet.
     pub(crate) fn on(mut self, sheet: &Sheet) -> Result<Picture, FigureError> {
         let before = self.width;
@@ -146,23 +131,14 @@ impl Page {
 
     /// Keeps one panel, and of the legend what is in it.
     fn keep(&mut self, wanted: &str) -> Result<(), FigureError> {
+        let panels = self.rows.iter().flat_map(|row| &row.panels);
+        let names = panels.map(|panel| format!("{} ({})", panel.name, panel.caption));
+        let known = names.collect::<Vec<_>>().join(", ");
         let rows = std::mem::take(&mut self.rows).into_iter();
-        let panels: Vec<Panel> = rows.flat_map(|row| row.panels).collect();
-        let wanted = wanted.to_lowercase();
-        let is_called = |(n, panel): (usize, &Panel)| match wanted.chars().count() {
-            0 => false,
-            1 => wanted == panel.name.to_string() || wanted == (n + 1).to_string(),
-            _ => panel.caption.to_lowercase().starts_with(&wanted),
-        };
-        let Some(at) = panels.iter().enumerate().position(is_called) else {
-            let names = panels.iter();
-            let names = names.map(|panel| format!("{} ({})", panel.name, panel.caption));
-            return Err(FigureError::Panel {
-                wanted,
-                known: Vec::from_iter(names).join(", "),
-            });
-        };
-        let panel = panels[at].clone();
+        let mut panels = rows.flat_map(|row| row.panels);
+        let panel = panels.find(|panel| panel.is_called(&wanted.to_lowercase()));
+        let wanted = wanted.to_owned();
+        let panel = panel.ok_or(FigureError::Panel { wanted, known })?;
         self.legend.retain(|entry| {
             let mut curves = panel.curves.iter();
             curves.any(|curve| entry.forms.contains(&curve.form))

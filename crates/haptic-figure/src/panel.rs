@@ -64,6 +64,17 @@ pub(crate) struct Panel {
 }
 
 impl Panel {
+    /// True of its letter, its number, and more than a letter with which its caption begins, all in small letters.
+    pub(crate) fn is_called(&self, wanted: &str) -> bool {
+        let number = u32::from(self.name) - u32::from('a') + 1;
+        match wanted.chars().count() {
+            0 => false,
+            1 if wanted.contains(self.name) => true,
+            1 => wanted == number.to_string(),
+            _ => self.caption.to_lowercase().starts_with(wanted) || wanted == number.to_string(),
+        }
+    }
+
     /// Space this panel needs between its left edge and its box.
     pub(crate) fn margin_left(&self, sizes: Sizes) -> f64 {
         let widest = self.widest_y_label(sizes);

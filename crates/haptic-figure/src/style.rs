@@ -160,12 +160,6 @@ pub(crate) const SMALL: Sizes = Sizes {
     least_width: 170.0,
 };
 
-/// Theory lies beneath, broad and light, so that a curve on top of it is seen to agree all along.
-pub(crate) const THEORY: Stroke = Stroke::solid(ORANGE, 6.0);
-pub(crate) const RUN: Stroke = Stroke::solid(BLUE, 1.8);
-/// The difference of the two.
-pub(crate) const DIFFERENCE: Stroke = Stroke::solid(VERMILION, 1.8);
-
 /// Width of a text in px: an estimate by classes of letters of `DejaVu Sans`, on the wide side.
 pub(crate) fn text_width(text: &str, size: u32) -> f64 {
     let widths = text.chars().map(|letter| match letter {

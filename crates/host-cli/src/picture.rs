@@ -2,8 +2,7 @@
 
 use haptic_experiment::judge::{Curves, Drawing, Theory};
 use haptic_figure::{
-    AxisSpec, Chart, ChartPage, FigureError, HeldPanels, Look, MeasuredCurve, Picture, PlaneFigure,
-    Scale, Series, TheoryFigure,
+    AxisSpec, Chart, ChartPage, FigureError, Look, Picture, PlaneFigure, Scale, Series, envelope,
 };
 
 pub(crate) type Points = Vec<(f64, f64)>;
@@ -109,39 +108,98 @@ pub(crate) fn of_run(curves: &Curves) -> Result<Picture, FigureError> {
     }
 }
 
-/// A run beside its closed form.
+/// Steps of log t of which the largest error is drawn.
+const STEPS: usize = 600;
+/// The error reaches this far below the largest.
+const ERROR_SPAN: f64 = 1e10;
+/// An error against a record of more per cent is not drawn: where a record begins, it may be any.
+const PER_CENT_MOST: f64 = 100.0;
+
+/// A run over its closed form, linear and log–log, and its error; with what a controller left of the way, and the error against a record.
 fn of_theory(theory: &Theory, curves: &Curves) -> Result<Picture, FigureError> {
-    // A controller tracks a place where the force is the result, and a force where that is the load.
-    let (error_label, factor) = match theory.quantity {
-        "force" => ("tracking error / µm", 1e6),
-        _ => ("tracking error / mN", 1e3),
+    let column = |name, scale| column(curves, name, scale);
+    let (closed, run) = (column("closed_form", 1.0), column("values", 1.0));
+    let over = |times: &[f64], values: &[f64]| -> Points {
+        std::iter::zip(times, values)
+            .map(|(t, y)| (*t, *y))
+            .collect()
     };
-    let errors = curves.column("tracking_error").iter();
-    let tracking_error: Vec<f64> = errors.map(|error| factor * error).collect();
-    TheoryFigure {
-        title: &curves.title,
-        subtitle: &curves.subtitle,
-        quantity: theory.quantity,
-        label: theory.label,
-        origin: curves.origin,
-        time_s: &curves.time_s,
-        values: curves.column("values"),
-        closed_form: curves.column("closed_form"),
-        relative_error: curves.column("relative_error"),
-        record: theory.record.as_ref().map(|record| MeasuredCurve {
-            time_s: &record.time_s,
-            values: &record.values,
-            relative_error: &record.relative_error,
-            rms: record.rms,
-        }),
-        held: (!curves.column("drive_force_n").is_empty()).then(|| HeldPanels {
-            time_s: &curves.time_s,
-            label: error_label,
-            tracking_error: &tracking_error,
-            force_n: curves.column("drive_force_n"),
-        }),
+    let record = theory.record.as_ref();
+    let measured = record.map_or_else(Vec::new, |record| over(&record.time_s, &record.values));
+    let name = format!("{} {}", curves.origin, theory.quantity);
+    let panel = |caption: String, time, y| {
+        Panel::new(caption, time, y)
+            .with("closed form", Look::Broad, 3, closed.iter().copied())
+            .with(&name, Look::Line, 0, run.iter().copied())
+            .with("measured", Look::Dashed, 4, measured.iter().copied())
+    };
+    let size = |point: &(f64, f64)| (point.0, point.1.abs());
+    let mut errors: Points = column("relative_error", 1.0).iter().map(size).collect();
+    errors.retain(|point| point.0 > 0.0 && point.1 > 0.0);
+    let errors = envelope(&errors, Scale::Log, STEPS);
+    let (time, log) = (linear("time / s"), logarithmic("time / s"));
+    let lowest = positive(&closed).0 / 10.0;
+    let over_log = above(
+        logarithmic(theory.label),
+        &[&closed, &run, &measured],
+        lowest,
+    );
+    let least = positive(&errors).1 / ERROR_SPAN;
+    let error = above(logarithmic("relative error"), &[&errors], least);
+    let mut panels = vec![
+        panel(theory.quantity.to_owned(), time, linear(theory.label)),
+        panel(format!("{}, log–log", theory.quantity), log, over_log),
+        Panel::new("relative error, largest in each step of log t", log, error).with(
+            "relative error",
+            Look::Line,
+            1,
+            errors,
+        ),
+    ];
+    if !curves.column("drive_force_n").is_empty() {
+        // A controller tracks a place where the force is the result, and a force where that is the load.
+        let (label, factor) = match theory.quantity {
+            "force" => ("tracking error / µm", 1e6),
+            _ => ("tracking error / mN", 1e3),
+        };
+        let left = over_time("set point less measurement", label);
+        let force = over_time("force of the drive", "force / N");
+        panels.push(left.with("", Look::Line, 2, column("tracking_error", factor)));
+        panels.push(force.with("", Look::Line, 5, column("drive_force_n", 1.0)));
     }
-    .draw()
+    if let Some(record) = record {
+        let rms = 100.0 * record.rms;
+        let caption = format!("run less record, over the record: rms {rms:.2} %");
+        let per_cent = over(&record.time_s, &record.relative_error).into_iter();
+        let per_cent = per_cent.map(|(t, error)| (t, 100.0 * error));
+        let per_cent = per_cent.filter(|(_, error)| error.abs() <= PER_CENT_MOST);
+        let panel = Panel::new(caption, log, linear("difference / %"));
+        panels.push(panel.with("", Look::Line, 4, per_cent));
+    }
+    page(&curves.title, &curves.subtitle, 2, &panels)
+}
+
+/// The least and the largest of the values above 0.
+fn positive(points: &[(f64, f64)]) -> (f64, f64) {
+    let values = points
+        .iter()
+        .map(|point| point.1)
+        .filter(|value| *value > 0.0);
+    values.fold((f64::INFINITY, 0.0), |(low, high), value| {
+        (f64::min(low, value), f64::max(high, value))
+    })
+}
+
+/// An axis that a curve through zero does not stretch without end: it begins at this value or higher.
+fn above<'a>(axis: AxisSpec<'a>, curves: &[&Points], floor: f64) -> AxisSpec<'a> {
+    let ends = curves.iter().map(|curve| positive(curve));
+    let (low, high) = ends.fold((f64::INFINITY, 0.0), |(low, high), ends| {
+        (f64::min(low, ends.0), f64::max(high, ends.1))
+    });
+    match low < floor {
+        true => axis.between(floor, 1.2 * high),
+        false => axis,
+    }
 }
 
 /// Pictures show the force by which a device pushes back: it is positive in compression. That of a log acts on the device along the
@@ -279,5 +337,78 @@ mod tests {
         let long = short_name(&("a".repeat(50) + &"µ".repeat(50) + ".csv"));
         assert_eq!(long.chars().count(), 41);
         assert!(long.starts_with("aaa") && long.ends_with("µ.csv"), "{long}");
+    }
+
+    /// A relaxation whose run begins below its closed form and passes through zero, and whose error is 0 at places.
+    fn relaxation(record: bool, held: bool) -> String {
+        let time_s: Vec<f64> = (0..3000).map(|n| 1e-3 * f64::from(n)).collect();
+        let closed: Vec<f64> = time_s.iter().map(|t| (t + 1e-3).powf(-0.2)).collect();
+        let error: Vec<f64> = time_s.iter().map(|t| 1e-3 * (97.0 * t).sin()).collect();
+        let value = |(n, y): (usize, &f64)| if n == 1 { 1e-20 } else { *y };
+        let mut columns = vec![
+            ("values", closed.iter().enumerate().map(value).collect()),
+            ("closed_form", closed.clone()),
+            ("relative_error", error.clone()),
+        ];
+        if held {
+            columns.push(("drive_force_n", closed.clone()));
+            columns.push(("tracking_error", vec![2e-6; 3000]));
+        }
+        let record = record.then(|| haptic_experiment::judge::Overlay {
+            time_s: time_s.clone(),
+            values: closed.clone(),
+            relative_error: vec![0.01; 3000],
+            rms: 0.0123,
+        });
+        let theory = Theory {
+            quantity: "force",
+            label: FORCE,
+            record,
+        };
+        let curves = Curves {
+            title: "A relaxation".to_owned(),
+            subtitle: String::new(),
+            origin: "simulated",
+            time_s,
+            columns,
+            drawing: Drawing::Theory(theory),
+        };
+        of_run(&curves).expect("draws").svg().to_owned()
+    }
+
+    #[test]
+    fn a_run_is_drawn_over_its_closed_form_with_its_error_and_no_axis_without_end() {
+        let svg = relaxation(false, false);
+        for text in [
+            "simulated force",
+            "closed form",
+            "(a) force<",
+            "(b) force, log–log",
+            "(c) relative error,",
+        ] {
+            assert!(svg.contains(text), "{text}");
+        }
+        assert!(!svg.contains("measured") && !svg.contains("(d)"));
+        // Neither the run at 1e-20 nor errors near 0 make an axis of twenty decades: every label has one digit.
+        assert!(
+            !svg.contains(">10⁻¹⁴<") && !svg.contains(">10⁻¹⁶<"),
+            "{svg}"
+        );
+        assert!(svg.len() < 300_000, "{}", svg.len());
+    }
+
+    #[test]
+    fn a_controller_and_a_record_have_panels_of_their_own() {
+        let svg = relaxation(true, true);
+        for text in [
+            "measured",
+            "(d) set point less measurement",
+            "tracking error / µm",
+            "(e) force of the drive",
+            "(f) run less record, over the record: rms 1.23 %",
+            "difference / %",
+        ] {
+            assert!(svg.contains(text), "{text}");
+        }
     }
 }

@@ -6,4 +6,3 @@ mod pdf;
 mod picture;
 mod places;
 mod sheet;
-mod theory;
