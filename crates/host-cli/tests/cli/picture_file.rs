@@ -94,7 +94,7 @@ fn existing_files_are_refused_unless_overwriting_is_wanted() {
 #[test]
 fn a_command_draws_at_the_width_in_the_formats_and_of_the_panel_that_are_asked_for() {
     let place = Place::new();
-    let line = "control simulate --plant 1/(s+1) --out p --figure-width 85mm";
+    let line = "control simulate --plant 1/(s+1) --duration 5s --out p --figure-width 85mm";
     place
         .run(&format!(
             "{line} --figure-format pdf,svg --panel b --no-title"
@@ -120,8 +120,8 @@ fn a_command_draws_at_the_width_in_the_formats_and_of_the_panel_that_are_asked_f
 fn what_no_picture_can_be_is_refused_with_what_it_can() {
     let place = Place::new();
     for (option, told) in [
-        ("--figure-width 85", "0.06"),
-        ("--figure-width 5mm", "5"),
+        ("--figure-width 85", "85mm"),
+        ("--figure-width 5mm", "60 mm to 500 mm"),
         ("--figure-width wide", "wide"),
         ("--figure-width 85g", "85g"),
         ("--figure-format gif", "svg"),
@@ -130,7 +130,7 @@ fn what_no_picture_can_be_is_refused_with_what_it_can() {
         ("--panel 0", "a (output), b (command)"),
         ("--panel outside", "a (output), b (command)"),
     ] {
-        let line = format!("control simulate --plant 1/(s+1) --out p {option}");
+        let line = format!("control simulate --plant 1/(s+1) --duration 5s --out p {option}");
         let ended = place.run(&line);
 
         says(ended.error(), &[told]);

@@ -8,7 +8,7 @@ use haptic_quantity::{digits, written};
 use haptic_tissue::MeasuredLoading;
 use haptic_tissue::identify::{Fit, Identification, RecordKind, relative};
 
-/// Records of more samples are drawn as lines.
+/// Of a record about so many samples are drawn over the models.
 const SPARSE: usize = 60;
 /// Residuals are drawn of models up to so many times the rms of the chosen one.
 const GOOD: f64 = 5.0;
@@ -52,9 +52,20 @@ pub(super) fn draw(
         true => upper
             .with("storage modulus", Look::Markers, RECORD, record)
             .with("loss modulus", Look::OpenMarkers, RECORD, loss),
-        // The models are seen in open markers, and on a broad line where these would be a cloud.
-        false if record.len() > SPARSE => upper.with("record", Look::Broad, RECORD, record),
-        false => upper.with("record", Look::OpenMarkers, RECORD, record),
+        // The models are seen in open markers, but not in a cloud of them.
+        false => {
+            let step = record.len().div_ceil(SPARSE).max(1);
+            let name = match step {
+                1 => "record".to_owned(),
+                _ => format!("record, 1 of {step} samples"),
+            };
+            upper.with(
+                name,
+                Look::OpenMarkers,
+                RECORD,
+                record.into_iter().step_by(step),
+            )
+        }
     };
     // The chosen one broad, and the others dashed on top: all are seen where they agree.
     for (n, fit) in found.fits.iter().enumerate() {
