@@ -49,8 +49,12 @@ impl Scale {
 /// One axis of a panel.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Axis {
-    /// With the unit; empty where a neighbour or the page says it.
+    /// Quantity and unit, with the prefix that the values ask for.
     pub(crate) label: String,
+    /// True where a neighbour or the page says it.
+    pub(crate) is_told: bool,
+    /// One of the label's units, in those of the values.
+    pub(crate) unit: f64,
     pub(crate) scale: Scale,
     pub(crate) low: f64,
     pub(crate) high: f64,
@@ -62,8 +66,15 @@ pub(crate) struct Axis {
 
 impl Axis {
     fn new(label: &str, scale: Scale, low: f64, high: f64) -> Self {
+        let found = match scale {
+            Scale::Linear => prefixed(label, low.abs().max(high.abs())),
+            Scale::Log => None,
+        };
+        let (label, unit) = found.unwrap_or_else(|| (label.to_owned(), 1.0));
         Self {
-            label: label.to_owned(),
+            label,
+            is_told: false,
+            unit,
             scale,
             low,
             high,
@@ -100,34 +111,21 @@ impl Axis {
             .unwrap_or_else(|| Self::new(label, scale, wide_low, wide_high))
     }
 
-    /// An axis of time: it ends with the values, and a linear one begins a little before them, so
-    /// that what happens at the start is not hidden by the edge.
-    pub(crate) fn time(scale: Scale, low: f64, high: f64) -> Self {
-        let (low, high) = match scale {
-            Scale::Linear => match high - low {
-                span if span > narrowest(high.abs()) => (low - 0.02 * span, high),
-                _ => (
-                    low - 0.5 * low.abs().max(1.0),
-                    high + 0.5 * high.abs().max(1.0),
-                ),
-            },
-            // Less than a decade may hold no tick at all, so it grows to the next ones.
-            Scale::Log if high / low < 10.0 => (step_below(low), step_above(high)),
-            Scale::Log => (low, high),
-        };
-        Self::new("time / s", scale, low, high)
-    }
-
     /// An axis with room around the values: from 0 if that is near, or to the next ticks on a logarithmic axis.
     pub(crate) fn around(label: &str, scale: Scale, low: f64, high: f64) -> Self {
         let (low, high) = scale.range_around(low, high);
         Self::new(label, scale, low, high)
     }
 
+    /// The label, unless it is told elsewhere.
+    pub(crate) fn own_label(&self) -> &str {
+        if self.is_told { "" } else { &self.label }
+    }
+
     /// Gives the axis its length on the paper, and no more ticks than their labels have room for;
     /// `extent` is what a label takes along the axis with the gap to the next one.
     pub(crate) fn fit(&mut self, length: f64, extent: impl Fn(&str) -> f64) {
-        self.length = length;
+        (self.length, self.thinned) = (length, 0);
         let crowded = |axis: &Self| {
             let labels = axis.labels();
             labels.windows(2).any(|pair| {
@@ -266,7 +264,9 @@ impl Axis {
         let tick = |count| {
             let value = count as f64 * step;
             let label = match self.scale {
-                Scale::Linear => linear_label(value, step, largest),
+                Scale::Linear => {
+                    linear_label(value / self.unit, step / self.unit, largest / self.unit)
+                }
                 Scale::Log => log_label(value.round() as i32, 1, self.is_plain()),
             };
             Tick {
@@ -332,6 +332,36 @@ impl Axis {
         let highest = (high + 1e-9).floor() as i32;
         PLAIN_DECADES.contains(&lowest) && PLAIN_DECADES.contains(&highest)
     }
+}
+
+/// Units that take prefixes, and the prefixes, a factor of a thousand from each to the next; the unit alone is in the middle.
+const UNITS: [&str; 6] = ["Pa", "Hz", "N", "J", "m", "s"];
+const PREFIXES: [&str; 7] = ["n", "µ", "m", "", "k", "M", "G"];
+/// Values up to such a one are written without another prefix.
+const WITHOUT_PREFIX: std::ops::Range<f64> = 1e-2..1e5;
+
+/// The label with a prefix to its unit at which values up to `largest` have few digits, and how many units of before that one
+/// is; `None` if it is to stay.
+fn prefixed(label: &str, largest: f64) -> Option<(String, f64)> {
+    if WITHOUT_PREFIX.contains(&largest) || largest == 0.0 {
+        return None;
+    }
+    let (quantity, unit) = label.rsplit_once(" / ")?;
+    let (first, rest) = unit.split_at(unit.find(['·', '/']).unwrap_or(unit.len()));
+    let base = UNITS.into_iter().find(|unit| first.ends_with(unit))?;
+    let prefix = first.strip_suffix(base)?;
+    let from = PREFIXES.iter().position(|known| *known == prefix)? as i32;
+    // Nobody reads kiloseconds.
+    let most = if base == "s" { 3 } else { 6 };
+    let to = (from + (largest.log10() / 3.0).floor() as i32).clamp(0, most);
+    let label = format!("{quantity} / {}{base}{rest}", PREFIXES[to as usize]);
+    Some((label, 1e3_f64.powi(to - from)))
+}
+
+/// A value of an axis in four digits, with its minus sign.
+pub(crate) fn four_digits(value: f64) -> String {
+    let decimals = (3 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    format!("{value:.decimals$}").replace('-', "−")
 }
 
 /// The nearest of 1, 2, 5, 10 times a power of ten, for ticks about this far apart.
@@ -461,7 +491,7 @@ mod tests {
 
     #[test]
     fn labels_of_one_axis_are_all_plain_or_all_powers() {
-        let time = Axis::time(Scale::Log, 1e-3, 200.0);
+        let time = Axis::tight("time / s", Scale::Log, 1e-3, 200.0);
         assert_eq!(labels(&time), ["0.001", "0.01", "0.1", "1", "10", "100"]);
         let error = Axis::around("relative error", Scale::Log, 3e-9, 2e-5);
         assert_eq!(

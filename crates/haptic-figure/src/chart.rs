@@ -1,13 +1,13 @@
 //! Charts of any quantities: named series on up to 26 panels under one legend.
 
-use crate::axis::{Axis, Scale, extremes};
+use crate::axis::{Axis, Scale, extremes, four_digits};
 use crate::curve::{Curve, Form};
 use crate::drawing::{Marker, Shape};
 use crate::page::{LegendEntry, Page, Row};
-use crate::panel::Panel;
+use crate::panel::{Beyond, Panel};
 use crate::style::{
-    DOTTED_INDEX, Dash, LARGE, LOOKS, PAGE_EDGE, PAGE_WIDTH, SMALL, Sizes, Stroke, even_dash,
-    further_look, series_colour, series_dash, text_width,
+    DOTTED_INDEX, Dash, LARGE, LOOKS, PAGE_WIDTH, SMALL, Sizes, Stroke, even_dash, further_look,
+    series_colour, series_dash,
 };
 use crate::thin::Points;
 use crate::{FigureError, Picture};
@@ -38,6 +38,8 @@ pub struct AxisSpec<'a> {
     /// The ends; without limits, or with ones that such an axis cannot have, those of the data
     /// apply.
     pub range: Option<(f64, f64)>,
+    /// True if a line that leaves the range is to say how far it goes.
+    pub is_focused: bool,
 }
 
 /// The look of a series.
@@ -53,8 +55,6 @@ pub enum Look {
     Broad,
     /// A marker at each point, in the shape of its colour.
     Markers,
-    /// The same, but a marker that would cover part of an earlier one of the panel is left out.
-    MarkersApart,
     /// The same, outlined only: what lies beneath is seen in it.
     OpenMarkers,
     /// A cross at each point in any colour, larger than a marker: it looks out from behind one of a later series.
@@ -145,7 +145,7 @@ impl ChartPage<'_> {
         }
         let curves = self.curves(sizes);
         let legend = self.legend(&curves);
-        let mut panels: Vec<Panel> = (('a'..='z').zip(0..self.charts.len()))
+        let panels: Vec<Panel> = (('a'..='z').zip(0..self.charts.len()))
             .map(|(name, at)| self.panel(name, at, &curves))
             .collect();
         let mut curves = panels.iter().flat_map(|panel| &panel.curves);
@@ -156,27 +156,18 @@ impl ChartPage<'_> {
                 samples: series.map(|series| series.points.len()).sum(),
             });
         }
-        let (x_label, y_label) = share_labels(&mut panels, columns, sizes);
-        let mut rows = Vec::new();
-        while !panels.is_empty() {
-            let rest = panels.split_off(columns.min(panels.len()));
-            let margins = panels.iter().map(|panel| panel.margin_bottom(sizes));
-            let margin = margins.fold(0.0, f64::max);
-            rows.push(Row {
-                height: sizes.top + BOX_HEIGHTS[columns - 1] + margin,
-                columns,
-                panels,
-            });
-            panels = rest;
-        }
+        let height = sizes.top + BOX_HEIGHTS[columns - 1] + sizes.bottom;
+        let rows = Row::of(height, columns, panels);
         let page = Page {
             title: self.title.to_owned(),
             subtitle: self.subtitle.to_owned(),
             legend,
             sizes,
             rows,
-            x_label,
-            y_label,
+            x_label: String::new(),
+            y_label: String::new(),
+            width: PAGE_WIDTH,
+            printed_m: None,
         };
         page.draw()
     }
@@ -190,7 +181,7 @@ impl ChartPage<'_> {
             for series in &chart.series {
                 let is_free = |form: &Form| {
                     let mut others = taken.iter().filter(|(name, _)| *name != series.name);
-                    series.name.is_empty() || !others.any(|(_, other)| form.looks_like(*other))
+                    series.name.is_empty() || !others.any(|(_, other)| form == other)
                 };
                 let mut forms = (0..LOOKS).map(|further| series.form(further, sizes));
                 let form = forms.find(is_free);
@@ -242,9 +233,12 @@ impl ChartPage<'_> {
             false if points.is_empty() => Some(EMPTY.to_owned()),
             false => Some(OUTSIDE.to_owned()),
         };
+        let series = chart.series.iter().zip(&curves);
+        let beyond = series.filter_map(|(series, curve)| chart.beyond(series, curve, &x, &y));
         Panel {
             name,
             caption: chart.caption.to_owned(),
+            beyond: beyond.collect(),
             x,
             y,
             curves,
@@ -254,6 +248,29 @@ impl ChartPage<'_> {
 }
 
 impl Chart<'_> {
+    /// Words about markers that have no place on a logarithmic axis, and about the end of a curve beyond a focused one.
+    fn beyond(&self, series: &Series<'_>, curve: &Curve, x: &Axis, y: &Axis) -> Option<Beyond> {
+        let said = |share, words| Beyond {
+            form: curve.form,
+            share,
+            words,
+        };
+        if let Form::Markers(_) = curve.form {
+            let finite = |point: &&(f64, f64)| point.0.is_finite() && point.1.is_finite();
+            let missing = series.points.iter().filter(finite).count() - curve.points().count();
+            return (missing > 0).then(|| said(0.0, format!("{missing} not drawn: not above 0")));
+        }
+        let beyond = |point: &(f64, f64)| (point.1 - y.high).max(y.low - point.1);
+        let seen = |point: &(f64, f64)| (x.low..=x.high).contains(&point.0) && beyond(point) > 0.0;
+        let points = curve
+            .points()
+            .filter(|point| self.y.is_focused && seen(point));
+        let end = points.max_by(|a, b| beyond(a).total_cmp(&beyond(b)))?;
+        let arrow = if end.1 > y.high { '↑' } else { '↓' };
+        let words = format!("{arrow} {}", four_digits(end.1 / y.unit));
+        Some(said(x.fraction(end.0), words))
+    }
+
     /// Axes in the given ranges, or around these curves.
     fn axes(&self, curves: &[Curve]) -> (Axis, Axis) {
         let points: Points = curves.iter().flat_map(Curve::points).collect();
@@ -277,6 +294,7 @@ impl<'a> AxisSpec<'a> {
             label,
             scale,
             range: None,
+            is_focused: false,
         }
     }
 
@@ -289,10 +307,18 @@ impl<'a> AxisSpec<'a> {
         }
     }
 
-    /// True if a value is in the given range.
+    /// The same, where a line that goes beyond the range has an arrow with its largest or smallest value.
+    #[must_use]
+    pub const fn focused(self, low: f64, high: f64) -> Self {
+        Self {
+            is_focused: true,
+            ..self.between(low, high)
+        }
+    }
+
+    /// True if a value is in the given range, or told where it is beyond.
     fn shows(&self, value: f64) -> bool {
-        self.range
-            .is_none_or(|(low, high)| (low..=high).contains(&value))
+        self.is_focused || (self.range).is_none_or(|(low, high)| (low..=high).contains(&value))
     }
 
     /// The axis in the given range or, if that is none, made by `automatic` for the values: for
@@ -338,12 +364,9 @@ impl<'a> Series<'a> {
             Look::Broad => 0,
             Look::Dotted => DOTTED_INDEX,
             Look::Crosses => Shape::CROSS_INDEX,
-            Look::Line
-            | Look::Dashed
-            | Look::Markers
-            | Look::MarkersApart
-            | Look::OpenMarkers
-            | Look::Area => self.colour,
+            Look::Line | Look::Dashed | Look::Markers | Look::OpenMarkers | Look::Area => {
+                self.colour
+            }
         };
         let (style, colour) = further_look(first, self.colour, further);
         let colour = series_colour(colour);
@@ -352,10 +375,10 @@ impl<'a> Series<'a> {
             width: sizes.series_width,
             dash,
         };
-        let markers = |size: f64, open, apart| {
+        let markers = |size: f64, open| {
             let (shape, radius) = (Shape::of_series(style), size * sizes.marker_radius);
             let marker = Marker::new(colour, shape, radius, open);
-            Form::Markers { marker, apart }
+            Form::Markers(marker)
         };
         match self.look {
             Look::Line | Look::Dotted => Form::Line(stroke(series_dash(style))),
@@ -365,10 +388,9 @@ impl<'a> Series<'a> {
                 ..stroke(series_dash(style))
             }),
             Look::Area => Form::Area(stroke(series_dash(style))),
-            Look::Markers => markers(1.0, false, false),
-            Look::MarkersApart => markers(1.0, false, true),
-            Look::OpenMarkers => markers(1.0, true, true),
-            Look::Crosses => markers(CROSS, false, false),
+            Look::Markers => markers(1.0, false),
+            Look::OpenMarkers => markers(1.0, true),
+            Look::Crosses => markers(CROSS, false),
         }
     }
 }
@@ -382,67 +404,17 @@ fn pieces(points: &[(f64, f64)], x: Scale, y: Scale) -> Vec<Points> {
         .collect()
 }
 
-/// Leaves a label that all panels of a row or column share to the outer one alone. If all panels
-/// share it and it is too long for one of them it goes to the page and is returned.
-fn share_labels(panels: &mut [Panel], columns: usize, sizes: Sizes) -> (String, String) {
-    let (mut x_label, mut y_label) = (String::new(), String::new());
-    let Some(first) = panels.first() else {
-        return (x_label, y_label);
-    };
-    let (x, y) = (first.x.label.clone(), first.y.label.clone());
-    let width = (PAGE_WIDTH - 2.0 * PAGE_EDGE) / columns as f64;
-    let height = BOX_HEIGHTS[columns - 1] + sizes.top;
-    let all =
-        |same: fn(&Panel) -> &str, label: &str| panels.iter().all(|panel| same(panel) == label);
-    let is_long =
-        |label: &str, room: f64| panels.len() > 1 && text_width(label, sizes.label) > room;
-    if all(|panel| &panel.x.label, &x) && is_long(&x, width) {
-        x_label = x;
-    }
-    if all(|panel| &panel.y.label, &y) && is_long(&y, height) {
-        y_label = y;
-    }
-    for column in 0..columns {
-        let below = |panel: &Panel| panel.x.label.clone();
-        let labels: Vec<String> = panels
-            .iter()
-            .skip(column)
-            .step_by(columns)
-            .map(below)
-            .collect();
-        let shared = labels.windows(2).all(|pair| pair[0] == pair[1]);
-        let last = labels.len() - 1;
-        for (row, panel) in panels.iter_mut().skip(column).step_by(columns).enumerate() {
-            if !x_label.is_empty() || (shared && row < last) {
-                panel.x.label.clear();
-            }
-        }
-    }
-    for row in panels.chunks_mut(columns) {
-        let shared = row
-            .windows(2)
-            .all(|pair| pair[0].y.label == pair[1].y.label);
-        for (column, panel) in row.iter_mut().enumerate() {
-            if !y_label.is_empty() || (shared && column > 0) {
-                panel.y.label.clear();
-            }
-        }
-    }
-    (x_label, y_label)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::style::INK;
 
-    const LOOKS_OF_A_SERIES: [Look; 9] = [
+    const LOOKS_OF_A_SERIES: [Look; 8] = [
         Look::Line,
         Look::Dashed,
         Look::Dotted,
         Look::Broad,
         Look::Markers,
-        Look::MarkersApart,
         Look::OpenMarkers,
         Look::Crosses,
         Look::Area,
@@ -473,7 +445,7 @@ mod tests {
                 width,
                 dash,
             }) => format!("area {colour} {width} {dash:?}"),
-            Form::Markers { marker, .. } => format!("{marker:?}"),
+            Form::Markers(marker) => format!("{marker:?}"),
         }
     }
 
@@ -490,8 +462,8 @@ mod tests {
 
     #[test]
     fn no_two_names_have_the_same_colour_dash_and_marker() {
-        let names: Vec<String> = (0..9 * 9 * 2).map(|n| format!("name {n}")).collect();
-        let wish = |n: usize| (LOOKS_OF_A_SERIES[n % 9], n / 9 % 9);
+        let names: Vec<String> = (0..8 * 9 * 2).map(|n| format!("name {n}")).collect();
+        let wish = |n: usize| (LOOKS_OF_A_SERIES[n % 8], n / 8 % 9);
         let series = names.iter().enumerate().map(|(n, name)| {
             let (look, colour) = wish(n);
             Series::new(name, &[], look, colour)
@@ -503,7 +475,7 @@ mod tests {
         let all = seen.len();
         seen.sort();
         seen.dedup();
-        assert_eq!((seen.len(), all), (162, 162));
+        assert_eq!((seen.len(), all), (144, 144));
     }
 
     #[test]
@@ -511,7 +483,7 @@ mod tests {
         let line = |name, look, colour| Series::new(name, &[], look, colour);
         let drawn = forms(&[
             line("gain +6 dB", Look::Line, 1),
-            line("integer", Look::MarkersApart, 5),
+            line("integer", Look::Markers, 5),
             line("", Look::Line, 1),
             line("PID", Look::Line, 1),
             line("other", Look::Markers, 5),
@@ -521,9 +493,9 @@ mod tests {
         ]);
         assert_eq!(drawn[0], drawn[2]);
         assert_eq!((drawn[0], drawn[3]), (drawn[6], drawn[5]));
-        assert!(!drawn[0].looks_like(drawn[3]));
+        assert!(drawn[0] != drawn[3]);
         // It keeps its colour.
-        let Form::Markers { marker, .. } = drawn[4] else {
+        let Form::Markers(marker) = drawn[4] else {
             panic!("{:?}", drawn[4]);
         };
         assert_eq!((marker.inside, marker.shape), (Some(INK), Shape::Cross));

@@ -6,9 +6,9 @@ use crate::style::{PAPER, Stroke};
 use crate::thin::{Points, clip, scatter, simplify};
 
 /// Opacity of an area in the colour of its outline.
-const AREA_OPACITY: f64 = 0.1;
-/// The rim that sets a marker off from what lies beneath it.
-const RIM: Stroke = Stroke::solid(PAPER, 0.8);
+pub(crate) const AREA_OPACITY: f64 = 0.1;
+/// The rim that sets a marker off from what lies beneath it; the inner half is under the marker.
+const RIM: Stroke = Stroke::solid(PAPER, 1.2);
 /// Width of the outline of an open marker.
 const OPEN_RIM: f64 = 1.4;
 /// A marker takes as much of a file as so many points of a line.
@@ -30,11 +30,7 @@ pub(crate) struct Curve {
 pub(crate) enum Form {
     Line(Stroke),
     Area(Stroke),
-    Markers {
-        marker: Marker,
-        /// True if none may cover part of another.
-        apart: bool,
-    },
+    Markers(Marker),
 }
 
 /// Edges of a box, px.
@@ -96,7 +92,7 @@ impl Curve {
             match self.form {
                 Form::Line(_) => clip(&placed.collect::<Points>(), false),
                 Form::Area(_) => clip(&placed.collect::<Points>(), true),
-                Form::Markers { .. } => placed
+                Form::Markers(_) => placed
                     .filter(|point| inside(point.0) && inside(point.1))
                     .collect(),
             }
@@ -104,15 +100,8 @@ impl Curve {
         pieces.filter(|piece| !piece.is_empty()).collect()
     }
 
-    /// Draws the curve with about `most` points in all. `placed` are the middles of the panel's markers so far.
-    pub(crate) fn draw(
-        &self,
-        x: &Axis,
-        y: &Axis,
-        edges: BoxEdges,
-        most: usize,
-        placed: &mut Points,
-    ) -> Drawn {
+    /// Draws the curve with about `most` points in all.
+    pub(crate) fn draw(&self, x: &Axis, y: &Axis, edges: BoxEdges, most: usize) -> Drawn {
         let mut pieces = self.within(x, y);
         for (x, y) in pieces.iter_mut().flatten() {
             (*x, *y) = (edges.x(*x), edges.y(*y));
@@ -120,16 +109,8 @@ impl Curve {
         match self.form {
             Form::Line(stroke) => draw_lines(pieces, stroke, most),
             Form::Area(stroke) => draw_areas(pieces, stroke, edges, most),
-            Form::Markers {
-                marker,
-                apart: is_apart,
-            } => {
-                let mut middles = scatter(pieces.concat(), most / POINTS_OF_A_MARKER);
-                if is_apart {
-                    let distance = 2.0 * marker.radius + marker.rim.width;
-                    middles = apart(middles, distance, placed);
-                }
-                placed.extend(&middles);
+            Form::Markers(marker) => {
+                let middles = scatter(pieces.concat(), most / POINTS_OF_A_MARKER);
                 let mut drawn = Drawn::default();
                 if !middles.is_empty() {
                     drawn.markers.push(Item::markers(&middles, marker));
@@ -188,17 +169,6 @@ fn draw_areas(pieces: Vec<Points>, stroke: Stroke, edges: BoxEdges, most: usize)
 }
 
 impl Form {
-    /// True if a reader cannot tell the two apart: one colour, width and dash, or one colour, size and shape.
-    pub(crate) fn looks_like(self, other: Self) -> bool {
-        let mut seen = [self, other];
-        for form in &mut seen {
-            if let Self::Markers { apart, .. } = form {
-                *apart = false;
-            }
-        }
-        seen[0] == seen[1]
-    }
-
     /// The sample of the form in the legend, from `x` on and around the height `y`.
     pub(crate) fn sample(&self, x: f64, y: f64) -> Vec<Item> {
         let end = x + SAMPLE_LENGTH;
@@ -213,7 +183,7 @@ impl Form {
                     Item::curves(&ring, stroke),
                 ]
             }
-            Self::Markers { marker, .. } => {
+            Self::Markers(marker) => {
                 vec![Item::markers(&[(x + SAMPLE_LENGTH / 2.0, y)], marker)]
             }
         }
@@ -257,19 +227,6 @@ fn outline(ring: &Points, edges: BoxEdges) -> Vec<Points> {
     outline
 }
 
-/// The points at least this far from all before them and from all that are placed already.
-fn apart(points: Points, distance: f64, placed: &Points) -> Points {
-    let mut kept = Points::new();
-    for (x, y) in points {
-        let near =
-            |&(other_x, other_y): &(f64, f64)| f64::hypot(x - other_x, y - other_y) < distance;
-        if !placed.iter().chain(&kept).any(near) {
-            kept.push((x, y));
-        }
-    }
-    kept
-}
-
 /// Simplifies pieces to about `most` points in all, shared out by their lengths.
 fn simplify_all(pieces: Vec<Points>, most: usize) -> Vec<Points> {
     let total = pieces.iter().map(Vec::len).sum::<usize>().max(1);
@@ -305,26 +262,5 @@ mod tests {
         assert_eq!(outline(&inside, EDGES), [closed]);
         let around = vec![(-5.0, -5.0), (105.0, -5.0), (105.0, 55.0), (-5.0, 55.0)];
         assert!(outline(&around, EDGES).is_empty());
-    }
-
-    #[test]
-    fn no_marker_that_is_to_keep_apart_covers_part_of_another() {
-        let line: Points = (0..100)
-            .map(|i| (f64::from(i), 0.5 * f64::from(i)))
-            .collect();
-        let first = apart(line.clone(), 9.0, &Vec::new());
-        let second = apart(
-            line.iter().map(|&(x, y)| (x, y + 5.0)).collect(),
-            9.0,
-            &first,
-        );
-        let all = [first.clone(), second.clone()].concat();
-        assert!(first.len() > 10 && first[0] == line[0], "{first:?}");
-        for (index, a) in all.iter().enumerate() {
-            for b in &all[index + 1..] {
-                assert!(f64::hypot(a.0 - b.0, a.1 - b.1) >= 9.0, "{a:?} {b:?}");
-            }
-        }
-        assert!(apart(line, 9.0, &first).is_empty(), "all are covered");
     }
 }

@@ -11,6 +11,8 @@ use crate::thin::{Place, Points};
 pub(crate) struct Drawing {
     pub(crate) width: f64,
     pub(crate) height: f64,
+    /// Width on paper, m; without one a pixel is that of CSS.
+    pub(crate) printed_m: Option<f64>,
     pub(crate) items: Vec<Item>,
 }
 
@@ -19,6 +21,7 @@ impl Drawing {
         Self {
             width: hundredths(width),
             height: hundredths(height),
+            printed_m: None,
             items: Vec::new(),
         }
     }
@@ -175,7 +178,7 @@ impl Text {
 }
 
 /// A hundredth of a pixel is seen by nobody, and further digits only make files large.
-fn hundredths(value: f64) -> f64 {
+pub(crate) fn hundredths(value: f64) -> f64 {
     (100.0 * value).round() / 100.0
 }
 

@@ -1,5 +1,7 @@
 //! Errors of pictures.
 
+use crate::Sheet;
+
 /// A picture that could not be drawn.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -29,6 +31,25 @@ pub enum FigureError {
         expected: usize,
         /// How many samples this slice has.
         found: usize,
+    },
+    /// A page has no such panel.
+    #[error(
+        "there is no panel `{wanted}`: {known}; give a letter, a number or the start of a caption"
+    )]
+    Panel {
+        /// The name that was asked for.
+        wanted: String,
+        /// The panels that there are.
+        known: String,
+    },
+    /// A page cannot be printed at this width.
+    #[error(
+        "a picture cannot be {} mm wide: {} mm to {} mm",
+        1e3 * width_m, 1e3 * Sheet::WIDTHS_M.start(), 1e3 * Sheet::WIDTHS_M.end()
+    )]
+    Width {
+        /// The width that was asked for, m.
+        width_m: f64,
     },
     /// The drawing could not be turned into pixels.
     #[error("the picture cannot be rendered: {0}")]

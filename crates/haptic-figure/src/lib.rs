@@ -9,9 +9,10 @@ mod drawing;
 mod error;
 #[cfg(feature = "png")]
 mod lettering;
-mod over_time;
 mod page;
 mod panel;
+#[cfg(feature = "png")]
+mod pdf;
 mod picture;
 #[cfg(feature = "png")]
 mod pixels;
@@ -24,7 +25,7 @@ mod thin;
 pub use axis::Scale;
 pub use chart::{AxisSpec, Chart, ChartPage, Look, Series};
 pub use error::FigureError;
-pub use over_time::{HeldPanels, MeasuredCurve, TheoryFigure};
-pub use picture::Picture;
+pub use picture::{Picture, Sheet};
 pub use plane::PlaneFigure;
 pub use style::{GRID, INK, SERIES_COLOURS};
+pub use thin::envelope;

@@ -3,18 +3,19 @@
 //! The legend stands above the panels, where it cannot cover a curve. Labels that all panels share
 //! and that are too long for one of them stand once, beside or below them all.
 
+use crate::axis::Axis;
 use crate::curve::{BoxEdges, Form, SAMPLE_LENGTH};
 use crate::drawing::{Anchor, Drawing, Item, Text};
 use crate::panel::{Frame, Panel};
 use crate::style::{
-    LABEL_SIZE, MUTED_INK, PAGE_EDGE, PAGE_WIDTH, SMALLEST_TITLE_SIZE, SUBTITLE_SIZE, Sizes,
-    TITLE_SIZE, fit, fit_between, text_width,
+    INK, LABEL_SIZE, MUTED_INK, PAGE_EDGE, PAGE_WIDTH, SMALLEST_SIZE, SMALLEST_SUBTITLE_SIZE,
+    SMALLEST_TITLE_SIZE, SUBTITLE_SIZE, Sizes, TITLE_SIZE, fit, text_width, wrapped,
 };
-use crate::{FigureError, Picture};
+use crate::{FigureError, Picture, Sheet};
 
 const TITLE_BASELINE: f64 = 34.0;
-const SUBTITLE_BASELINE: f64 = 60.0;
-/// From one line of the subtitle to the next.
+/// From one line of the title and of the subtitle to the next.
+const TITLE_LINE: f64 = 26.0;
 const SUBTITLE_LINE: f64 = 22.0;
 /// From there to the first line of the legend, and to further ones.
 const LEGEND_BELOW: f64 = 28.0;
@@ -31,13 +32,47 @@ const SHARED_LABEL: f64 = 24.0;
 /// All curves of a page have about so many points, which keeps its SVG below half a megabyte.
 const POINTS_OF_A_PAGE: usize = 20_000;
 
+/// Pixels of a page per metre of paper at which its smallest text has 6 points; a wider page has larger ones.
+const PX_PER_METRE: f64 = SMALLEST_SIZE as f64 / 6.0 * 72.0 / 0.0254;
+/// Height of a panel alone, px, and of the box of one that a narrow page makes lower.
+const ONE_PANEL: f64 = 492.0;
+const LEAST_BOX_HEIGHT: f64 = 160.0;
+
 /// A row of panels, whose boxes have equal width.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Row {
+    /// Of a row that has a label below; without one it is drawn lower.
     pub(crate) height: f64,
     /// Places for panels; those on the right may be free, but not in the first row.
     pub(crate) columns: usize,
     pub(crate) panels: Vec<Panel>,
+}
+
+impl Row {
+    /// Its height, which is less where no panel has a label below.
+    fn drawn(&self, sizes: Sizes) -> f64 {
+        let margins = self.panels.iter().map(|panel| panel.margin_bottom(sizes));
+        self.height - sizes.bottom + margins.fold(0.0, f64::max)
+    }
+
+    /// Rows of so many of these panels; one that is left over beside a free place is as wide as two.
+    pub(crate) fn of(height: f64, columns: usize, panels: Vec<Panel>) -> Vec<Self> {
+        let mut panels = panels.into_iter();
+        let mut rows = Vec::new();
+        while panels.len() > 0 {
+            let columns = if columns == 2 {
+                panels.len().min(2)
+            } else {
+                columns
+            };
+            rows.push(Self {
+                height,
+                columns,
+                panels: panels.by_ref().take(columns).collect(),
+            });
+        }
+        rows
+    }
 }
 
 /// A name in the legend and what it stands for, one over the other.
@@ -67,37 +102,137 @@ pub(crate) struct Page {
     /// Labels of all horizontal and of all vertical axes; empty if these have their own.
     pub(crate) x_label: String,
     pub(crate) y_label: String,
+    /// Width, px, and that on paper, m.
+    pub(crate) width: f64,
+    pub(crate) printed_m: Option<f64>,
 }
 
 impl Page {
+    /// The page as it is printed on a sheet.
+    pub(crate) fn on(mut self, sheet: &Sheet) -> Result<Picture, FigureError> {
+        let before = self.width;
+        if sheet.untitled {
+            self.title.clear();
+            self.subtitle.clear();
+        }
+        if let Some(wanted) = &sheet.panel {
+            self.keep(wanted)?;
+        }
+        if let Some(width_m) = sheet.width_m {
+            if !Sheet::WIDTHS_M.contains(&width_m) {
+                return Err(FigureError::Width { width_m });
+            }
+            self.width = (width_m * PX_PER_METRE).min(PAGE_WIDTH);
+            self.printed_m = Some(width_m);
+        }
+        self.reflow(self.width / before);
+        self.draw()
+    }
+
+    /// Keeps one panel, and of the legend what is in it.
+    fn keep(&mut self, wanted: &str) -> Result<(), FigureError> {
+        let panels = self.rows.iter().flat_map(|row| &row.panels);
+        let names = panels.map(|panel| format!("{} ({})", panel.name, panel.caption));
+        let known = names.collect::<Vec<_>>().join(", ");
+        let rows = std::mem::take(&mut self.rows).into_iter();
+        let mut panels = rows.flat_map(|row| row.panels);
+        let panel = panels.find(|panel| panel.is_called(&wanted.to_lowercase()));
+        let wanted = wanted.to_owned();
+        let panel = panel.ok_or(FigureError::Panel { wanted, known })?;
+        self.legend.retain(|entry| {
+            let mut curves = panel.curves.iter();
+            curves.any(|curve| entry.forms.contains(&curve.form))
+        });
+        self.rows = Row::of(ONE_PANEL, 1, vec![panel]);
+        Ok(())
+    }
+
+    /// Puts no more panels side by side than have room, in boxes of about the same shape on a page of this share of its width.
+    fn reflow(&mut self, share: f64) {
+        let most = (self.width / self.sizes.least_width).max(1.0) as usize;
+        let edges = self.sizes.top + self.sizes.bottom;
+        let rows = std::mem::take(&mut self.rows).into_iter();
+        let rows = rows.flat_map(|row| {
+            let columns = row.columns.min(most);
+            let share = share * row.columns as f64 / columns as f64;
+            let inside = row.height - edges;
+            let least = inside.min(LEAST_BOX_HEIGHT);
+            let height = edges + (share.min(1.0) * inside).max(least);
+            Row::of(height, columns, row.panels)
+        });
+        self.rows = rows.collect();
+    }
+
     pub(crate) fn draw(mut self) -> Result<Picture, FigureError> {
-        let legend = self.legend_lines();
+        self.share_labels();
+        let (legend, (title, title_end)) = (self.legend_lines(), self.header());
         let header = match legend.len() {
-            0 => self.title_end(),
-            lines => self.title_end() + LEGEND_BELOW + (lines - 1) as f64 * LEGEND_LINE,
+            0 => title_end,
+            lines => title_end + LEGEND_BELOW + (lines - 1) as f64 * LEGEND_LINE,
         };
         let panels_top = header + PANELS_BELOW;
-        let rows_height = self.rows.iter().map(|row| row.height).sum::<f64>();
+        let rows_height = self
+            .rows
+            .iter()
+            .map(|row| row.drawn(self.sizes))
+            .sum::<f64>();
         let height = panels_top + rows_height + room_of(&self.x_label) + PAGE_EDGE;
-        let mut drawing = Drawing::new(PAGE_WIDTH, height);
-        self.draw_header(&mut drawing, &legend);
+        let mut drawing = Drawing::new(self.width, height);
+        drawing.printed_m = self.printed_m;
+        drawing.items.extend(title.into_iter().map(Item::Text));
+        self.draw_legend(&mut drawing, &legend, title_end);
         let frames = self.place();
         self.draw_shared_labels(&mut drawing, &frames, panels_top, rows_height);
         self.draw_panels(&mut drawing, &frames, panels_top);
-        Picture::new(drawing)
+        Picture::new(drawing, self)
+    }
+
+    /// Leaves a label that all panels of a row or column share to the outer one alone. If all panels
+    /// share it and it is too long for one of them it goes to the page. Rows of unlike columns keep theirs.
+    fn share_labels(&mut self) {
+        (self.x_label, self.y_label) = (String::new(), String::new());
+        let panels: Vec<&Panel> = self.rows.iter().flat_map(|row| &row.panels).collect();
+        let Some((first, row)) = panels.first().zip(self.rows.first()) else {
+            return;
+        };
+        let (columns, height) = (row.columns, row.height - self.sizes.bottom);
+        let width = (self.width - 2.0 * PAGE_EDGE) / columns as f64;
+        let of_all = |axis: fn(&Panel) -> &Axis, room: f64| {
+            let label = &axis(first).label;
+            let is_one = panels.len() > 1 && panels.iter().all(|panel| axis(panel).label == *label);
+            let is_long = text_width(label, self.sizes.label) > room;
+            (is_one && is_long).then(|| label.clone())
+        };
+        let x_label = of_all(|panel| &panel.x, width).unwrap_or_default();
+        let y_label = of_all(|panel| &panel.y, height).unwrap_or_default();
+        let is_even = self.rows.iter().all(|row| row.columns == columns);
+        let tell = |axes: Vec<&mut Axis>, page: &str, outer: usize| {
+            let shared = is_even && axes.windows(2).all(|pair| pair[0].label == pair[1].label);
+            for (n, axis) in axes.into_iter().enumerate() {
+                axis.is_told = !page.is_empty() || (shared && n != outer);
+            }
+        };
+        for column in 0..columns {
+            let panels = self.rows.iter_mut();
+            let panels = panels.filter_map(|row| row.panels.get_mut(column));
+            let axes: Vec<&mut Axis> = panels.map(|panel| &mut panel.x).collect();
+            let last = axes.len().saturating_sub(1);
+            tell(axes, &x_label, last);
+        }
+        for row in &mut self.rows {
+            let axes = row.panels.iter_mut().map(|panel| &mut panel.y);
+            tell(axes.collect(), &y_label, 0);
+        }
+        (self.x_label, self.y_label) = (x_label, y_label);
     }
 
     /// Fits all axes and finds the frame of each panel with its left edge on the page.
     fn place(&mut self) -> Vec<Vec<(f64, Frame)>> {
         let sizes = self.sizes;
-        let mut bottoms = Vec::new();
         for row in &mut self.rows {
-            let margins = row.panels.iter().map(|panel| panel.margin_bottom(sizes));
-            let bottom = row.height - margins.fold(0.0, f64::max);
             for panel in &mut row.panels {
-                panel.fit_y(bottom - sizes.top, sizes);
+                panel.fit_y(row.height - sizes.bottom - sizes.top, sizes);
             }
-            bottoms.push(bottom);
         }
         let panels = self.rows.iter().flat_map(|row| &row.panels);
         let curves = panels.map(|panel| panel.curves.len()).sum::<usize>();
@@ -107,9 +242,10 @@ impl Page {
             .map(|row| self.margins_left(row.columns))
             .collect();
         let mut frames = Vec::new();
-        for ((row, lefts), bottom) in self.rows.iter_mut().zip(lefts).zip(bottoms) {
+        for (row, lefts) in self.rows.iter_mut().zip(lefts) {
+            let (height, bottom) = (row.drawn(sizes), row.height - sizes.bottom);
             let margins = lefts.iter().map(|left| left + sizes.right).sum::<f64>();
-            let boxes = PAGE_WIDTH - PAGE_EDGE - page_left - margins;
+            let boxes = self.width - PAGE_EDGE - page_left - margins;
             let box_width = boxes / row.columns as f64;
             let mut x = page_left;
             let mut placed = Vec::new();
@@ -123,7 +259,7 @@ impl Page {
                 };
                 let frame = Frame {
                     width: edges.right + sizes.right,
-                    height: row.height,
+                    height,
                     edges,
                     sizes,
                     most_points,
@@ -141,7 +277,7 @@ impl Page {
     fn margins_left(&self, columns: usize) -> Vec<f64> {
         let widest = |labelled: bool| {
             let panels = self.rows.iter().flat_map(|row| &row.panels);
-            let panels = panels.filter(|panel| panel.y.label.is_empty() != labelled);
+            let panels = panels.filter(|panel| panel.y.own_label().is_empty() != labelled);
             let margins = panels.map(|panel| panel.margin_left(self.sizes));
             margins.fold(0.0, f64::max)
         };
@@ -151,7 +287,7 @@ impl Page {
             .collect();
         let has_label = |column: usize| {
             let mut panels = rows.iter().filter_map(|row| row.panels.get(column));
-            panels.any(|panel| !panel.y.label.is_empty())
+            panels.any(|panel| !panel.y.own_label().is_empty())
         };
         (0..columns)
             .map(|column| if has_label(column) { labelled } else { bare })
@@ -169,7 +305,7 @@ impl Page {
         let room = |row: &[(f64, Frame)], column: usize| {
             let start = |(x, frame): &(f64, Frame)| x + frame.edges.left;
             let end = row.get(column + 1).map(|next| start(next) - HEADING_GAP);
-            end.unwrap_or(PAGE_WIDTH) - start(&row[column])
+            end.unwrap_or(self.width) - start(&row[column])
         };
         let mut size = self.sizes.label;
         for (row, frames) in self.rows.iter().zip(frames) {
@@ -186,7 +322,7 @@ impl Page {
                     items: panel.draw(*frame, &heading, size),
                 });
             }
-            y += row.height;
+            y += row.drawn(self.sizes);
         }
     }
 
@@ -225,12 +361,27 @@ impl Page {
         }
     }
 
-    /// Baseline of the last line of title and subtitle.
-    fn title_end(&self) -> f64 {
-        match self.subtitle.lines().count() {
-            0 => TITLE_BASELINE,
-            lines => SUBTITLE_BASELINE + (lines - 1) as f64 * SUBTITLE_LINE,
+    /// Title and subtitle in as many lines as they need, and the last baseline.
+    fn header(&self) -> (Vec<Text>, f64) {
+        let left = 2.0 * PAGE_EDGE;
+        let sizes = SMALLEST_TITLE_SIZE..=TITLE_SIZE;
+        let title = wrapped(&self.title, sizes, self.width - 2.0 * left);
+        let sizes = SMALLEST_SUBTITLE_SIZE..=SUBTITLE_SIZE;
+        let subtitle = self.subtitle.lines();
+        let subtitle =
+            subtitle.flat_map(|line| wrapped(line, sizes.clone(), self.width - 2.0 * left));
+        let (mut texts, mut end, mut next) = (Vec::new(), 0.0, TITLE_BASELINE);
+        let title = title.into_iter().map(|line| (line, INK, TITLE_LINE));
+        for ((line, size), colour, below) in
+            title.chain(subtitle.map(|line| (line, MUTED_INK, SUBTITLE_LINE)))
+        {
+            texts.push(Text {
+                colour,
+                ..Text::new(&line, left, next, size)
+            });
+            (end, next) = (next, next + below);
         }
+        (texts, end)
     }
 
     /// The entries of the legend in lines, each entry with its left edge.
@@ -240,7 +391,7 @@ impl Page {
         let mut x = left;
         for entry in &self.legend {
             let width = SAMPLE_LENGTH + SAMPLE_GAP + text_width(&entry.name, LABEL_SIZE);
-            if lines.is_empty() || x + width > PAGE_WIDTH - left {
+            if lines.is_empty() || x + width > self.width - left {
                 lines.push(Vec::new());
                 x = left;
             }
@@ -252,29 +403,22 @@ impl Page {
         lines
     }
 
-    fn draw_header(&self, drawing: &mut Drawing, legend: &[Vec<(f64, &LegendEntry)>]) {
+    fn draw_legend(
+        &self,
+        drawing: &mut Drawing,
+        legend: &[Vec<(f64, &LegendEntry)>],
+        title_end: f64,
+    ) {
         let left = 2.0 * PAGE_EDGE;
-        let room = PAGE_WIDTH - 2.0 * left;
-        let sizes = SMALLEST_TITLE_SIZE..=TITLE_SIZE;
-        let (title, size) = fit_between(&self.title, sizes, room);
-        drawing.text(Text::new(&title, left, TITLE_BASELINE, size));
-        for (line, subtitle) in self.subtitle.lines().enumerate() {
-            let (subtitle, size) = fit(subtitle, SUBTITLE_SIZE, room);
-            let baseline = SUBTITLE_BASELINE + line as f64 * SUBTITLE_LINE;
-            drawing.text(Text {
-                colour: MUTED_INK,
-                ..Text::new(&subtitle, left, baseline, size)
-            });
-        }
         for (line, entries) in legend.iter().enumerate() {
-            let baseline = self.title_end() + LEGEND_BELOW + line as f64 * LEGEND_LINE;
+            let baseline = title_end + LEGEND_BELOW + line as f64 * LEGEND_LINE;
             for (x, entry) in entries {
                 for form in &entry.forms {
                     let middle = baseline - 0.35 * f64::from(LABEL_SIZE);
                     drawing.items.append(&mut form.sample(*x, middle));
                 }
                 let x = x + SAMPLE_LENGTH + SAMPLE_GAP;
-                let (name, size) = fit(&entry.name, LABEL_SIZE, PAGE_WIDTH - left - x);
+                let (name, size) = fit(&entry.name, LABEL_SIZE, self.width - left - x);
                 drawing.text(Text::new(&name, x, baseline, size));
             }
         }

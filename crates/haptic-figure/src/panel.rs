@@ -1,7 +1,7 @@
 //! One panel: two axes in a box, curves over a faint grid, a caption above.
 
 use crate::axis::{Axis, Tick};
-use crate::curve::{BoxEdges, Curve};
+use crate::curve::{BoxEdges, Curve, Form, SAMPLE_LENGTH};
 use crate::drawing::{Anchor, Item, Ruled, Text};
 use crate::style::{GRID, INK, MUTED_INK, Sizes, fit, text_width};
 
@@ -15,6 +15,8 @@ const LABEL_GAP: f64 = 5.0;
 /// Between tick labels side by side, and from one to the next on top of each other, as a share of their size.
 const SIDE_GAP: f64 = 0.8;
 const LINE_HEIGHT: f64 = 1.45;
+/// From one line of what lies beyond the axes to the next, over the size of its text.
+const BEYOND_LINE: f64 = 1.5;
 
 /// Between the end of a tick on the left and its label.
 const TICK_GAP: f64 = 3.0;
@@ -37,6 +39,15 @@ pub(crate) struct Frame {
     pub(crate) most_points: usize,
 }
 
+/// Words about what of a curve lies beyond the axes.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Beyond {
+    pub(crate) form: Form,
+    /// Share of the horizontal axis at which it leaves the box.
+    pub(crate) share: f64,
+    pub(crate) words: String,
+}
+
 /// A panel of a page.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Panel {
@@ -48,13 +59,26 @@ pub(crate) struct Panel {
     pub(crate) curves: Vec<Curve>,
     /// Said in the middle of the box when there is no curve.
     pub(crate) note: Option<String>,
+    /// What of the curves lies beyond the axes.
+    pub(crate) beyond: Vec<Beyond>,
 }
 
 impl Panel {
+    /// True of its letter, its number, and more than a letter with which its caption begins, all in small letters.
+    pub(crate) fn is_called(&self, wanted: &str) -> bool {
+        let number = u32::from(self.name) - u32::from('a') + 1;
+        match wanted.chars().count() {
+            0 => false,
+            1 if wanted.contains(self.name) => true,
+            1 => wanted == number.to_string(),
+            _ => self.caption.to_lowercase().starts_with(wanted) || wanted == number.to_string(),
+        }
+    }
+
     /// Space this panel needs between its left edge and its box.
     pub(crate) fn margin_left(&self, sizes: Sizes) -> f64 {
         let widest = self.widest_y_label(sizes);
-        if self.y.label.is_empty() {
+        if self.y.own_label().is_empty() {
             BESIDE_BARE_TICK_LABELS + widest
         } else {
             (BESIDE_TICK_LABELS + widest).max(sizes.left)
@@ -63,7 +87,7 @@ impl Panel {
 
     /// Space this panel needs below its box.
     pub(crate) fn margin_bottom(&self, sizes: Sizes) -> f64 {
-        if self.x.label.is_empty() {
+        if self.x.own_label().is_empty() {
             sizes.bottom_bare
         } else {
             sizes.bottom
@@ -89,6 +113,7 @@ impl Panel {
         items.extend([false, true].map(|is_small| ticks(frame, &x_ticks, &y_ticks, is_small)));
         items.extend(tick_labels(frame, &x_ticks, &y_ticks).map(Item::Text));
         items.append(&mut self.draw_curves(frame));
+        items.append(&mut self.draw_beyond(frame));
         items.extend(self.axis_labels(frame).map(Item::Text));
         if !heading.is_empty() {
             let y = edges.top - 11.0;
@@ -109,9 +134,8 @@ impl Panel {
     fn draw_curves(&self, frame: Frame) -> Vec<Item> {
         let (edges, most) = (frame.edges, frame.most_points);
         let (mut fills, mut lines, mut markers) = (Vec::new(), Vec::new(), Vec::new());
-        let mut placed = Vec::new();
         for curve in &self.curves {
-            let mut drawn = curve.draw(&self.x, &self.y, edges, most, &mut placed);
+            let mut drawn = curve.draw(&self.x, &self.y, edges, most);
             fills.append(&mut drawn.fills);
             lines.append(&mut drawn.lines);
             markers.append(&mut drawn.markers);
@@ -125,17 +149,33 @@ impl Panel {
         [vec![boxed], markers].concat()
     }
 
+    /// A line of words for each curve that leaves the box, from where it does so.
+    fn draw_beyond(&self, frame: Frame) -> Vec<Item> {
+        let (edges, size) = (frame.edges, frame.sizes.tick);
+        let mut items = Vec::new();
+        for (line, beyond) in (1..).zip(&self.beyond) {
+            let y = edges.top + BEYOND_LINE * f64::from(line) * f64::from(size);
+            let width = SAMPLE_LENGTH + 2.0 * TICK_LABEL_GAP + text_width(&beyond.words, size);
+            let x = edges.x(beyond.share).min(edges.right - width) + TICK_LABEL_GAP;
+            let x = x.max(edges.left + TICK_LABEL_GAP);
+            items.append(&mut beyond.form.sample(x, y - HALF_DIGIT * f64::from(size)));
+            let x = x + SAMPLE_LENGTH + LABEL_GAP;
+            items.push(Item::Text(Text::new(&beyond.words, x, y, size)));
+        }
+        items
+    }
+
     /// The labels of both axes that have one.
     fn axis_labels(&self, frame: Frame) -> impl Iterator<Item = Text> {
         let (edges, sizes) = (frame.edges, frame.sizes);
         let (x, y) = edges.middle();
-        let below = (!self.x.label.is_empty()).then(|| {
-            let (label, size) = fit(&self.x.label, sizes.label, frame.width);
+        let below = (!self.x.own_label().is_empty()).then(|| {
+            let (label, size) = fit(self.x.own_label(), sizes.label, frame.width);
             let y = frame.height - 0.5 * f64::from(size);
             Text::new(&label, x, y, size).anchored(Anchor::Middle)
         });
-        let beside = (!self.y.label.is_empty()).then(|| {
-            let (label, size) = fit(&self.y.label, sizes.label, frame.height);
+        let beside = (!self.y.own_label().is_empty()).then(|| {
+            let (label, size) = fit(self.y.own_label(), sizes.label, frame.height);
             let widest = (self.widest_y_label(sizes)).max(2.0 * f64::from(sizes.tick));
             let half = 0.5 * f64::from(size);
             let x = (edges.left - TICK_LABEL_GAP - widest - LABEL_GAP - half).max(half + 8.0);

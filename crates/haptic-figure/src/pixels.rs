@@ -1,6 +1,6 @@
 //! A drawing as pixels.
 
-use png::{BitDepth, ColorType, Encoder, EncodingError, Filter};
+use png::{BitDepth, ColorType, Encoder, EncodingError, Filter, PixelDimensions, Unit};
 use tiny_skia::{
     Color, FillRule, LineJoin, Mask, Paint, Path, PathBuilder, Pixmap, Rect, StrokeDash, Transform,
 };
@@ -12,7 +12,7 @@ use crate::thin::Points;
 use crate::{FigureError, Picture};
 
 /// Corners sharper than this are cut off, as in SVG: length of the corner over the width of its line.
-const MITER_LIMIT: f32 = 4.0;
+pub(crate) const MITER_LIMIT: f32 = 4.0;
 
 /// The drawing with `scale` pixels to a CSS pixel.
 pub(crate) fn paint(drawing: &Drawing, scale: u32) -> Result<Pixmap, FigureError> {
@@ -21,41 +21,97 @@ pub(crate) fn paint(drawing: &Drawing, scale: u32) -> Result<Pixmap, FigureError
     let mut pixels =
         pixels.ok_or_else(|| FigureError::Render("its size is not positive".to_owned()))?;
     pixels.fill(colour(PAPER)?);
-    let mut canvas = Canvas {
+    draw(
+        drawing,
         pixels,
-        lettering: Lettering::new()?,
-    };
-    canvas.items(&drawing.items, Surroundings::of_paper(scale as f32))?;
-    Ok(canvas.pixels)
+        Transform::from_scale(scale as f32, scale as f32),
+    )
 }
 
-struct Canvas {
-    pixels: Pixmap,
+/// Draws on a surface that places are brought to by a transform.
+pub(crate) fn draw<S: Surface>(
+    drawing: &Drawing,
+    surface: S,
+    transform: Transform,
+) -> Result<S, FigureError> {
+    let mut canvas = Canvas {
+        surface,
+        lettering: Lettering::new()?,
+    };
+    canvas.items(&drawing.items, Surroundings::of_paper(transform))?;
+    Ok(canvas.surface)
+}
+
+/// Paths are all that pixels and a page of PDF need.
+pub(crate) trait Surface {
+    /// What hides all outside a box; none where [`Surroundings::edges`] is enough.
+    fn mask(&self, edges: &Path, transform: Transform) -> Option<Mask>;
+    fn fill(&mut self, path: &Path, colour: Color, around: Surroundings<'_>);
+    fn stroke(&mut self, path: &Path, stroke: Stroke, colour: Color, around: Surroundings<'_>);
+}
+
+impl Surface for Pixmap {
+    fn mask(&self, edges: &Path, transform: Transform) -> Option<Mask> {
+        let mut mask = Mask::new(self.width(), self.height())?;
+        mask.fill_path(edges, FillRule::Winding, true, transform);
+        Some(mask)
+    }
+
+    fn fill(&mut self, path: &Path, colour: Color, around: Surroundings<'_>) {
+        self.fill_path(
+            path,
+            &ink(colour),
+            around.rule,
+            around.transform,
+            around.mask,
+        );
+    }
+
+    fn stroke(&mut self, path: &Path, stroke: Stroke, colour: Color, around: Surroundings<'_>) {
+        let dash = stroke.dash.and_then(|lengths| {
+            let lengths = lengths.iter().map(|length| *length as f32).collect();
+            StrokeDash::new(lengths, 0.0)
+        });
+        let line = tiny_skia::Stroke {
+            width: stroke.width as f32,
+            miter_limit: MITER_LIMIT,
+            line_join: around.join,
+            dash,
+            ..tiny_skia::Stroke::default()
+        };
+        self.stroke_path(path, &ink(colour), &line, around.transform, around.mask);
+    }
+}
+
+struct Canvas<S> {
+    surface: S,
     lettering: Lettering,
 }
 
 /// What holds for all that is drawn at one place.
 #[derive(Clone, Copy)]
-struct Surroundings<'a> {
-    transform: Transform,
-    /// Where something is seen; `None` is everywhere.
+pub(crate) struct Surroundings<'a> {
+    pub(crate) transform: Transform,
+    /// Where something is seen, as a mask and as a box; `None` is everywhere.
     mask: Option<&'a Mask>,
-    join: LineJoin,
-    rule: FillRule,
+    pub(crate) edges: Option<Rect>,
+    pub(crate) join: LineJoin,
+    pub(crate) rule: FillRule,
 }
 
 impl Surroundings<'_> {
-    fn of_paper(scale: f32) -> Self {
+    fn of_paper(transform: Transform) -> Self {
         Self {
-            transform: Transform::from_scale(scale, scale),
+            transform,
             mask: None,
+            edges: None,
             join: LineJoin::Miter,
             rule: FillRule::Winding,
         }
     }
 }
 
-impl Canvas {
+impl<S: Surface> Canvas<S> {
     fn items(&mut self, items: &[Item], around: Surroundings<'_>) -> Result<(), FigureError> {
         items.iter().try_for_each(|item| self.item(item, around))
     }
@@ -80,10 +136,12 @@ impl Canvas {
             } => self.fill(joined(rings, true), colour, *opacity, around),
             Item::Markers(middles, marker) => {
                 let path = markers(middles, marker.shape, marker.radius);
-                if let Some(inside) = marker.inside {
-                    self.fill(path.clone(), inside, 1.0, around)?;
+                self.stroke(path.clone(), marker.rim, around)?;
+                // Over all rims: those of crowded markers would hide each other's colour.
+                match marker.inside {
+                    Some(inside) => self.fill(path, inside, 1.0, around),
+                    None => Ok(()),
                 }
-                self.stroke(path, marker.rim, around)
             }
             Item::Text(text) => self.text(text, around),
         }
@@ -107,14 +165,14 @@ impl Canvas {
         items: &[Item],
         around: Surroundings<'_>,
     ) -> Result<(), FigureError> {
-        let mask = Mask::new(self.pixels.width(), self.pixels.height());
-        let (Some(mut mask), Some(edges)) = (mask, rectangle(edges)) else {
+        let Some(edges) = rectangle(edges) else {
             return Ok(());
         };
-        let edges = PathBuilder::from_rect(edges);
-        mask.fill_path(&edges, FillRule::Winding, true, around.transform);
+        let path = PathBuilder::from_rect(edges);
+        let mask = self.surface.mask(&path, around.transform);
         let inside = Surroundings {
-            mask: Some(&mask),
+            mask: mask.as_ref(),
+            edges: Some(edges),
             join: LineJoin::Round,
             rule: FillRule::EvenOdd,
             ..around
@@ -144,10 +202,9 @@ impl Canvas {
         around: Surroundings<'_>,
     ) -> Result<(), FigureError> {
         let Some(path) = path else { return Ok(()) };
-        let mut paint = ink(name)?;
-        paint.shader.apply_opacity(opacity as f32);
-        let (rule, transform) = (around.rule, around.transform);
-        (self.pixels).fill_path(&path, &paint, rule, transform, around.mask);
+        let mut colour = colour(name)?;
+        colour.apply_opacity(opacity as f32);
+        self.surface.fill(&path, colour, around);
         Ok(())
     }
 
@@ -158,19 +215,7 @@ impl Canvas {
         around: Surroundings<'_>,
     ) -> Result<(), FigureError> {
         let Some(path) = path else { return Ok(()) };
-        let dash = stroke.dash.and_then(|lengths| {
-            let lengths = lengths.iter().map(|length| *length as f32).collect();
-            StrokeDash::new(lengths, 0.0)
-        });
-        let line = tiny_skia::Stroke {
-            width: stroke.width as f32,
-            miter_limit: MITER_LIMIT,
-            line_join: around.join,
-            dash,
-            ..tiny_skia::Stroke::default()
-        };
-        let paint = ink(stroke.colour)?;
-        (self.pixels).stroke_path(&path, &paint, &line, around.transform, around.mask);
+        (self.surface).stroke(&path, stroke, colour(stroke.colour)?, around);
         Ok(())
     }
 }
@@ -219,10 +264,10 @@ fn rectangle(at: Rectangle) -> Option<Rect> {
     Rect::from_xywh(x, y, width, height)
 }
 
-fn ink(name: &str) -> Result<Paint<'static>, FigureError> {
+fn ink(colour: Color) -> Paint<'static> {
     let mut paint = Paint::default();
-    paint.set_color(colour(name)?);
-    Ok(paint)
+    paint.set_color(colour);
+    paint
 }
 
 /// The colour that SVG calls `white` or `#rrggbb`.
@@ -240,9 +285,12 @@ fn colour(name: &str) -> Result<Color, FigureError> {
 
 /// PNG pixels per CSS pixel: 1760 pixels, 250 per inch on a page 7 inches wide.
 const SCALE: u32 = 2;
+/// The same of a picture whose width is given, and the least that it has per metre: 300 per inch.
+const PRINT_SCALE: f64 = 4.0;
+const PER_METRE: f64 = 300.0 / 0.0254;
 
 impl Picture {
-    /// The picture as PNG bytes, two pixels for each unit of the SVG.
+    /// The picture as PNG bytes, two pixels for each unit of the SVG; of a width on paper four, and at least 300 to the inch.
     ///
     /// Text is set letter by letter in `DejaVu Sans`, with its kerning. A letter that the font does not have is an
     /// empty box, and scripts that join letters or run from right to left are for the SVG and its viewer.
@@ -250,17 +298,29 @@ impl Picture {
     /// # Errors
     /// If the drawing cannot be turned into pixels, which would be a defect of this crate.
     pub fn png(&self) -> Result<Vec<u8>, FigureError> {
-        let pixels = paint(&self.drawing, SCALE)?;
-        encode(pixels).map_err(|error| FigureError::Render(error.to_string()))
+        let (width, printed_m) = (self.drawing.width, self.drawing.printed_m);
+        let scale = printed_m.map_or(SCALE, |width_m| {
+            (PER_METRE * width_m / width).ceil().max(PRINT_SCALE) as u32
+        });
+        let pixels = paint(&self.drawing, scale)?;
+        encode(pixels, printed_m).map_err(|error| FigureError::Render(error.to_string()))
     }
 }
 
 /// The pixels as PNG. `Pixmap::encode_png` would copy them all first: 10 MB of the memory of a run.
-fn encode(pixels: Pixmap) -> Result<Vec<u8>, EncodingError> {
+fn encode(pixels: Pixmap, width_m: Option<f64>) -> Result<Vec<u8>, EncodingError> {
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, pixels.width(), pixels.height());
     encoder.set_color(ColorType::Rgba);
     encoder.set_depth(BitDepth::Eight);
+    encoder.set_pixel_dims(width_m.map(|width_m| {
+        let per_metre = (f64::from(pixels.width()) / width_m).round() as u32;
+        PixelDimensions {
+            xppu: per_metre,
+            yppu: per_metre,
+            unit: Unit::Meter,
+        }
+    }));
     // Flat colours: a third of the time of the adaptive filter, and a smaller file.
     encoder.set_filter(Filter::NoFilter);
     let mut writer = encoder.write_header()?;
@@ -346,7 +406,7 @@ mod tests {
                 shape,
                 radius: 3.0,
                 inside: Some(RED),
-                rim: Stroke::solid(PAPER, 1.0),
+                rim: Stroke::solid(PAPER, 2.0),
             };
             let items = vec![beneath.clone(), Item::markers(&[(10.0, 10.0)], marker)];
             let at = painted(items);

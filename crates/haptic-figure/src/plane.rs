@@ -2,7 +2,6 @@
 
 use crate::axis::Scale;
 use crate::chart::{AxisSpec, Chart, ChartPage, Look, Series};
-use crate::over_time::check_lengths;
 use crate::thin::once;
 use crate::{FigureError, Picture};
 
@@ -96,7 +95,11 @@ impl PlaneFigure<'_> {
             columns: 2,
             charts: vec![
                 plane(&outline, &hand, &device, x, y),
-                over_time("force on the device", "force / N", axes(&forces)),
+                over_time(
+                    "force on the hand, along the axes",
+                    "force / N",
+                    axes(&forces),
+                ),
                 lengths,
             ],
         }
@@ -154,6 +157,19 @@ fn plane<'a>(
         x: axis("x / mm", x),
         y: axis("y / mm", y),
         series,
+    }
+}
+
+/// Refuses slices that have not one value for each time.
+fn check_lengths(time_s: &[f64], slices: &[(&'static str, &[f64])]) -> Result<(), FigureError> {
+    let wrong = slices.iter().find(|(_, slice)| slice.len() != time_s.len());
+    match wrong {
+        None => Ok(()),
+        Some((what, slice)) => Err(FigureError::Lengths {
+            what,
+            expected: time_s.len(),
+            found: slice.len(),
+        }),
     }
 }
 

@@ -9,9 +9,11 @@ pub(crate) const PAGE_WIDTH: f64 = 880.0;
 pub(crate) const PAGE_EDGE: f64 = 14.0;
 
 pub(crate) const TITLE_SIZE: u32 = 20;
-/// A title that is longer than this allows is cut.
+/// A title that is longer than this allows goes on in another line.
 pub(crate) const SMALLEST_TITLE_SIZE: u32 = 15;
 pub(crate) const SUBTITLE_SIZE: u32 = 16;
+/// Conditions that are longer than this allows go on in another line.
+pub(crate) const SMALLEST_SUBTITLE_SIZE: u32 = 12;
 pub(crate) const LABEL_SIZE: u32 = 17;
 /// No text is made smaller than this to fit.
 pub(crate) const SMALLEST_SIZE: u32 = 11;
@@ -122,6 +124,8 @@ pub(crate) struct Sizes {
     /// Lines and markers of a series.
     pub(crate) series_width: f64,
     pub(crate) marker_radius: f64,
+    /// On a narrower page fewer panels stand side by side.
+    pub(crate) least_width: f64,
 }
 
 /// One or two panels in a row.
@@ -137,6 +141,7 @@ pub(crate) const LARGE: Sizes = Sizes {
     minor_tick_length: 4.0,
     series_width: 2.0,
     marker_radius: 4.0,
+    least_width: 300.0,
 };
 
 /// Three panels in a row, or more.
@@ -152,13 +157,8 @@ pub(crate) const SMALL: Sizes = Sizes {
     minor_tick_length: 3.0,
     series_width: 1.7,
     marker_radius: 3.0,
+    least_width: 170.0,
 };
-
-/// Theory lies beneath, broad and light, so that a curve on top of it is seen to agree all along.
-pub(crate) const THEORY: Stroke = Stroke::solid(ORANGE, 6.0);
-pub(crate) const RUN: Stroke = Stroke::solid(BLUE, 1.8);
-/// The difference of the two.
-pub(crate) const DIFFERENCE: Stroke = Stroke::solid(VERMILION, 1.8);
 
 /// Width of a text in px: an estimate by classes of letters of `DejaVu Sans`, on the wide side.
 pub(crate) fn text_width(text: &str, size: u32) -> f64 {
@@ -188,6 +188,31 @@ pub(crate) fn fit_between(text: &str, sizes: RangeInclusive<u32>, width: f64) ->
         Some(size) => (text.to_owned(), size),
         None => (cut(text, least, width), least),
     }
+}
+
+/// The text in one line, or in as many of the smallest size as it needs; a word that has no room is cut. Nothing has no line.
+pub(crate) fn wrapped(text: &str, sizes: RangeInclusive<u32>, width: f64) -> Vec<(String, u32)> {
+    let least = *sizes.start();
+    if text_width(text, least) <= width {
+        let line = fit_between(text, sizes, width);
+        return Some(line)
+            .filter(|_| !text.is_empty())
+            .into_iter()
+            .collect();
+    }
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if text_width(&format!("{line} {word}"), least) <= width => {
+                *line = format!("{line} {word}");
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    let lines = lines.iter();
+    lines
+        .map(|line| fit_between(line, least..=least, width))
+        .collect()
 }
 
 /// As much of a text from both its ends as has room beside an ellipsis.

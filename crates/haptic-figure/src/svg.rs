@@ -5,7 +5,7 @@ use std::fmt::{Error, Result, Write as _};
 use quick_xml::escape::escape;
 
 use crate::FigureError;
-use crate::drawing::{Anchor, Drawing, Item, Outline, Rectangle, Ruled, Shape, Text};
+use crate::drawing::{Anchor, Drawing, Item, Outline, Rectangle, Ruled, Shape, Text, hundredths};
 use crate::style::{INK, PAPER};
 use crate::superscript::{LOWER_EM, Part, RAISE_EM, RAISED_SIZE, parts};
 use crate::thin::Points;
@@ -23,10 +23,14 @@ pub(crate) fn write(drawing: &Drawing) -> std::result::Result<String, FigureErro
 
 fn page(svg: &mut String, drawing: &Drawing) -> Result {
     let (width, height) = (drawing.width, drawing.height);
-    write!(
-        svg,
-        r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" "#
-    )?;
+    let (scale, unit) = match drawing.printed_m {
+        Some(width_m) => (1e3 * width_m / width, "mm"),
+        None => (1.0, ""),
+    };
+    let [across, down] = [width, height].map(|length| hundredths(scale * length));
+    svg.write_str(r#"<svg xmlns="http://www.w3.org/2000/svg" "#)?;
+    write!(svg, r#"width="{across}{unit}" height="{down}{unit}" "#)?;
+    write!(svg, r#"viewBox="0 0 {width} {height}" "#)?;
     write!(svg, r#"font-family="{FONTS}" fill="{INK}">"#)?;
     write!(svg, r#"<rect width="100%" height="100%" fill="{PAPER}"/>"#)?;
     items(svg, &drawing.items)?;
@@ -77,7 +81,11 @@ fn item(svg: &mut String, item: &Item) -> Result {
             let (rim, width) = (marker.rim.colour, marker.rim.width);
             let inside = marker.inside.unwrap_or("none");
             write!(svg, r#"<path d="{data}" stroke="{rim}" "#)?;
-            write!(svg, r#"stroke-width="{width}" fill="{inside}"/>"#)
+            // The rim beneath: those of crowded markers would hide each other's colour.
+            write!(
+                svg,
+                r#"stroke-width="{width}" fill="{inside}" paint-order="stroke"/>"#
+            )
         }
         Item::Text(text) => self::text(svg, text),
     }

@@ -20,18 +20,13 @@ pub(crate) type Points = Vec<Place>;
 /// A place, px to the right and down, or as shares of a box.
 pub(crate) type Place = (f64, f64);
 
-/// The points of `(x, y)` that axes of these scales can show.
-pub(crate) fn showable(x: &[f64], y: &[f64], x_scale: Scale, y_scale: Scale) -> Points {
-    (x.iter().zip(y))
-        .filter(|(x, y)| x_scale.can_show(**x) && y_scale.can_show(**y))
-        .map(|(x, y)| (*x, *y))
-        .collect()
-}
-
 /// The highest point of each of so many equal bins of the axis, in order: an upper envelope.
-pub(crate) fn envelope(points: &Points, x_scale: Scale, bins: usize) -> Points {
+///
+/// A curve through the changes of sign of an error would be a hedge of spikes on a logarithmic axis.
+#[must_use]
+pub fn envelope(points: &[(f64, f64)], x_scale: Scale, bins: usize) -> Vec<(f64, f64)> {
     if points.len() <= bins {
-        return points.clone();
+        return points.to_vec();
     }
     let forward = |point: &(f64, f64)| x_scale.forward(point.0);
     let (low, high) = extremes(points.iter().map(forward));

@@ -4,7 +4,7 @@
 //! written all the same is told behind the result, as data that was lost.
 
 use crate::parse::quantity;
-use crate::picture_file;
+use crate::picture_file::Pictures;
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::Range;
@@ -28,13 +28,17 @@ pub(crate) struct Files {
     /// Replace the files of an earlier answer in the folder
     #[arg(long)]
     overwrite: bool,
+    #[command(flatten)]
+    pictures: Pictures,
 }
 
 impl Files {
     /// Looks at the place of files of this name, before anything is computed. `beside` names extensions that are there beside
     /// table and picture.
     pub(crate) fn look(&self, stem: &str, beside: &[&str]) -> Result<Place, Failure> {
-        Place::look(self.out.as_deref(), stem, self.overwrite, beside)
+        let mut place = Place::look(self.out.as_deref(), stem, self.overwrite, beside)?;
+        place.pictures = self.pictures.clone();
+        Ok(place)
     }
 }
 
@@ -98,6 +102,8 @@ pub(crate) struct File {
     /// Replace existing files
     #[arg(long)]
     overwrite: bool,
+    #[command(flatten)]
+    pictures: Pictures,
 }
 
 /// A folder for files of this stem, whose logs say what made them.
@@ -131,12 +137,13 @@ pub(crate) fn provenance() -> BTreeMap<String, String> {
     ])
 }
 
-/// Saves a picture as SVG and PNG under the folder's own stem, and names the one to look at.
+/// Saves a picture under the folder's own stem, and names the file to look at.
 pub(crate) fn save_picture(
     folder: &OutputFolder,
     picture: Result<Picture, FigureError>,
+    pictures: &Pictures,
 ) -> Result<String, Failure> {
-    picture_file::save(picture, &folder.stem(), folder.overwrite())
+    pictures.save(picture, &folder.stem(), folder.overwrite())
 }
 
 #[derive(Debug, Default)]
@@ -192,6 +199,7 @@ pub(crate) struct Place {
     request: Option<FolderRequest>,
     folder: Option<OutputFolder>,
     unwritten: Unwritten,
+    pictures: Pictures,
 }
 
 impl Place {
@@ -215,6 +223,7 @@ impl Place {
             request,
             folder: None,
             unwritten: Unwritten::default(),
+            pictures: Pictures::default(),
         })
     }
 
@@ -253,6 +262,15 @@ impl Place {
         self.unwritten.take(written)
     }
 
+    /// Writes a picture, if there is a folder; the name of the file to look at.
+    pub(crate) fn picture(
+        &mut self,
+        picture: impl FnOnce() -> Result<Picture, FigureError>,
+    ) -> Option<String> {
+        let pictures = self.pictures.clone();
+        self.write(|folder| save_picture(folder, picture(), &pictures))
+    }
+
     /// Writes a table and a picture, if there is a folder; names what was written. `names` are those of columns whose rows have none.
     pub(crate) fn table_and_picture<R: Serialize>(
         &mut self,
@@ -261,7 +279,7 @@ impl Place {
         picture: impl FnOnce() -> Result<Picture, FigureError>,
     ) -> Vec<String> {
         let table = self.write(|folder| folder.write_table(names, rows));
-        let picture = self.write(|folder| save_picture(folder, picture()));
+        let picture = self.picture(picture);
         table.into_iter().chain(picture).collect()
     }
 
@@ -288,6 +306,7 @@ pub(crate) struct PlaceOfFile {
     path: Option<PathBuf>,
     overwrite: bool,
     unwritten: Unwritten,
+    pictures: Pictures,
 }
 
 impl PlaceOfFile {
@@ -298,11 +317,15 @@ impl PlaceOfFile {
 
     /// The same, with files of these extensions beside it.
     pub(crate) fn beside(file: &File, kind: &str, others: &[&str]) -> Result<Self, Failure> {
-        let File { out, overwrite } = file;
+        let File {
+            out,
+            overwrite,
+            pictures,
+        } = file;
         overwrite_acts(out.as_deref(), *overwrite)?;
         if let Some(path) = out {
             is_called(path, "TOML", &format!("{kind}.toml"))?;
-            let pictures = picture_file::names(&path.with_extension(""));
+            let pictures = pictures.names(&path.with_extension(""));
             let others = others
                 .iter()
                 .map(|extension| path.with_extension(extension));
@@ -313,6 +336,7 @@ impl PlaceOfFile {
             path: out.clone(),
             overwrite: *overwrite,
             unwritten: Unwritten::default(),
+            pictures: pictures.clone(),
         })
     }
 
@@ -332,6 +356,7 @@ impl PlaceOfFile {
             path: out.cloned(),
             overwrite: false,
             unwritten: Unwritten::default(),
+            pictures: Pictures::default(),
         })
     }
 
@@ -348,7 +373,8 @@ impl PlaceOfFile {
         let file = self
             .unwritten
             .take(written.map(|()| path.display().to_string()));
-        let saved = picture_file::save(picture(), &path.with_extension(""), self.overwrite);
+        let stem = path.with_extension("");
+        let saved = self.pictures.save(picture(), &stem, self.overwrite);
         (file, self.unwritten.take(saved))
     }
 

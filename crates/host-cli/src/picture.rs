@@ -2,10 +2,8 @@
 
 use haptic_experiment::judge::{Curves, Drawing, Theory};
 use haptic_figure::{
-    AxisSpec, Chart, ChartPage, FigureError, HeldPanels, Look, MeasuredCurve, Picture, PlaneFigure,
-    Scale, Series, TheoryFigure,
+    AxisSpec, Chart, ChartPage, FigureError, Look, Picture, PlaneFigure, Scale, Series, envelope,
 };
-use haptic_quantity::written;
 
 pub(crate) type Points = Vec<(f64, f64)>;
 
@@ -61,6 +59,10 @@ impl<'a> Panel<'a> {
         self
     }
 
+    fn has(&self, name: &str) -> bool {
+        self.curves.iter().any(|curve| curve.0 == name)
+    }
+
     fn chart(&self) -> Chart<'_> {
         let curves = self.curves.iter();
         let series =
@@ -106,42 +108,105 @@ pub(crate) fn of_run(curves: &Curves) -> Result<Picture, FigureError> {
     }
 }
 
-/// A run beside its closed form.
+/// Steps of log t of which the largest error is drawn.
+const STEPS: usize = 600;
+/// The error reaches this far below the largest.
+const ERROR_SPAN: f64 = 1e10;
+/// An error against a record of more per cent is not drawn: where a record begins, it may be any.
+const PER_CENT_MOST: f64 = 100.0;
+
+/// A run over its closed form, linear and log–log, and its error; with what a controller left of the way, and the error against a record.
 fn of_theory(theory: &Theory, curves: &Curves) -> Result<Picture, FigureError> {
-    // A controller tracks a place where the force is the result, and a force where that is the load.
-    let (error_label, factor) = match theory.quantity {
-        "force" => ("tracking error / µm", 1e6),
-        _ => ("tracking error / mN", 1e3),
+    let column = |name, scale| column(curves, name, scale);
+    let (closed, run) = (column("closed_form", 1.0), column("values", 1.0));
+    let over = |times: &[f64], values: &[f64]| -> Points {
+        std::iter::zip(times, values)
+            .map(|(t, y)| (*t, *y))
+            .collect()
     };
-    let errors = curves.column("tracking_error").iter();
-    let tracking_error: Vec<f64> = errors.map(|error| factor * error).collect();
-    TheoryFigure {
-        title: &curves.title,
-        subtitle: &curves.subtitle,
-        quantity: theory.quantity,
-        label: theory.label,
-        origin: curves.origin,
-        time_s: &curves.time_s,
-        values: curves.column("values"),
-        closed_form: curves.column("closed_form"),
-        relative_error: curves.column("relative_error"),
-        record: theory.record.as_ref().map(|record| MeasuredCurve {
-            time_s: &record.time_s,
-            values: &record.values,
-            relative_error: &record.relative_error,
-            rms: record.rms,
-        }),
-        held: (!curves.column("drive_force_n").is_empty()).then(|| HeldPanels {
-            time_s: &curves.time_s,
-            label: error_label,
-            tracking_error: &tracking_error,
-            force_n: curves.column("drive_force_n"),
-        }),
+    let record = theory.record.as_ref();
+    let measured = record.map_or_else(Vec::new, |record| over(&record.time_s, &record.values));
+    let name = format!("{} {}", curves.origin, theory.quantity);
+    let panel = |caption: String, time, y| {
+        Panel::new(caption, time, y)
+            .with("closed form", Look::Broad, 3, closed.iter().copied())
+            .with(&name, Look::Line, 0, run.iter().copied())
+            .with("measured", Look::Dashed, 4, measured.iter().copied())
+    };
+    let size = |point: &(f64, f64)| (point.0, point.1.abs());
+    let mut errors: Points = column("relative_error", 1.0).iter().map(size).collect();
+    errors.retain(|point| point.0 > 0.0 && point.1 > 0.0);
+    let errors = envelope(&errors, Scale::Log, STEPS);
+    let (time, log) = (linear("time / s"), logarithmic("time / s"));
+    let lowest = positive(&closed).0 / 10.0;
+    let over_log = above(
+        logarithmic(theory.label),
+        &[&closed, &run, &measured],
+        lowest,
+    );
+    let least = positive(&errors).1 / ERROR_SPAN;
+    let error = above(logarithmic("relative error"), &[&errors], least);
+    let mut panels = vec![
+        panel(theory.quantity.to_owned(), time, linear(theory.label)),
+        panel(format!("{}, log–log", theory.quantity), log, over_log),
+        Panel::new("relative error, largest in each step of log t", log, error).with(
+            "relative error",
+            Look::Line,
+            1,
+            errors,
+        ),
+    ];
+    if !curves.column("drive_force_n").is_empty() {
+        // A controller tracks a place where the force is the result, and a force where that is the load.
+        let (label, factor) = match theory.quantity {
+            "force" => ("tracking error / µm", 1e6),
+            _ => ("tracking error / mN", 1e3),
+        };
+        let left = over_time("set point less measurement", label);
+        let force = over_time("force of the drive", "force / N");
+        panels.push(left.with("", Look::Line, 2, column("tracking_error", factor)));
+        panels.push(force.with("", Look::Line, 5, column("drive_force_n", 1.0)));
     }
-    .draw()
+    if let Some(record) = record {
+        let rms = 100.0 * record.rms;
+        let caption = format!("run less record, over the record: rms {rms:.2} %");
+        let per_cent = over(&record.time_s, &record.relative_error).into_iter();
+        let per_cent = per_cent.map(|(t, error)| (t, 100.0 * error));
+        let per_cent = per_cent.filter(|(_, error)| error.abs() <= PER_CENT_MOST);
+        let panel = Panel::new(caption, log, linear("difference / %"));
+        panels.push(panel.with("", Look::Line, 4, per_cent));
+    }
+    page(&curves.title, &curves.subtitle, 2, &panels)
 }
 
-fn over_time<'a>(caption: &str, y: &'a str) -> Panel<'a> {
+/// The least and the largest of the values above 0.
+fn positive(points: &[(f64, f64)]) -> (f64, f64) {
+    let values = points
+        .iter()
+        .map(|point| point.1)
+        .filter(|value| *value > 0.0);
+    values.fold((f64::INFINITY, 0.0), |(low, high), value| {
+        (f64::min(low, value), f64::max(high, value))
+    })
+}
+
+/// An axis that a curve through zero does not stretch without end: it begins at this value or higher.
+fn above<'a>(axis: AxisSpec<'a>, curves: &[&Points], floor: f64) -> AxisSpec<'a> {
+    let ends = curves.iter().map(|curve| positive(curve));
+    let (low, high) = ends.fold((f64::INFINITY, 0.0), |(low, high), ends| {
+        (f64::min(low, ends.0), f64::max(high, ends.1))
+    });
+    match low < floor {
+        true => axis.between(floor, 1.2 * high),
+        false => axis,
+    }
+}
+
+/// Pictures show the force by which a device pushes back: it is positive in compression. That of a log acts on the device along the
+/// position, so it is negative there.
+const FORCE: &str = "force on the hand / N";
+
+fn over_time(caption: impl Into<String>, y: &str) -> Panel<'_> {
     Panel::new(caption, linear("time / s"), linear(y))
 }
 
@@ -160,9 +225,24 @@ fn of_side(curves: &Curves) -> Result<Picture, FigureError> {
     let places = over_time("place", "place / mm")
         .with("hand", Look::Dashed, 2, hand)
         .with("device", Look::Line, 0, column("position_m", 1e3));
-    let forces = over_time("force on the device", "force / N")
-        .with("of the port", Look::Line, 0, column("force_n", 1.0))
-        .with("from outside", Look::Line, 1, column("outside_n", 1.0));
+    // In compression both are positive: what the device does to hand or place, and what these do to it.
+    let (name, sign) = match places.has("hand") {
+        true => ("hand", -1.0),
+        false => ("place", 1.0),
+    };
+    let forces = over_time(format!("force on the {name}, in compression"), FORCE)
+        .with(
+            format!("of the device on the {name}"),
+            Look::Line,
+            0,
+            column("force_n", sign),
+        )
+        .with(
+            format!("of the {name} on the device"),
+            Look::Line,
+            1,
+            column("outside_n", -sign),
+        );
     page(&curves.title, &curves.subtitle, 1, &[places, forces])
 }
 
@@ -173,8 +253,9 @@ fn of_pair(stiffnesses: &[(&str, Points)], curves: &Curves) -> Result<Picture, F
         .with("hand", Look::Dashed, 2, column("hand_m", 1e3))
         .with("master", Look::Line, 0, column("position_m", 1e3))
         .with("slave", Look::Line, 1, column("far_position_m", 1e3));
-    let forces = over_time("force on the device", "force / N")
-        .with("master", Look::Line, 0, column("force_n", 1.0))
+    // In compression both are positive, so equal curves are a line that nobody feels.
+    let forces = over_time("force on the hand, and of the slave on the place", FORCE)
+        .with("master", Look::Line, 0, column("force_n", -1.0))
         .with("slave", Look::Line, 1, column("far_force_n", 1.0));
     let energy = over_time("energy taken by the line", "energy / mJ");
     let energy = energy.with("line", Look::Line, 3, column("taken_j", 1e3));
@@ -211,7 +292,8 @@ fn of_path(outline_m: &[(f64, f64)], curves: &Curves) -> Result<Picture, FigureE
     .draw()
 }
 
-/// The trial of a wall or a coupler: device and object over the device's place of rest, and the force below.
+/// The trial of a wall or a coupler: device and object over the device's rest position, and the force below; over t, and over log t for
+/// how it begins.
 fn of_trial(rest_m: Option<f64>, trial: &Curves) -> Result<Picture, FigureError> {
     let position = column(trial, "position_m", 1e3);
     let object = column(trial, "object_position_m", 1e3);
@@ -223,73 +305,31 @@ fn of_trial(rest_m: Option<f64>, trial: &Curves) -> Result<Picture, FigureError>
     };
     let ends = [trial.time_s.first(), trial.time_s.last()];
     let rest = rest_m.map(|x| ends.map(|t| Some((*t?, 1e3 * x))));
-    let rest = rest.into_iter().flatten().flatten();
-    let shown_s = lively_s(&[&position, &object, &force]);
-    let (time, until) = match (shown_s, ends[1]) {
-        (Some(shown_s), Some(end_s)) => (
-            linear("time / s").between(0.0, shown_s),
-            format!(
-                ", until it is nearly at rest; the run lasts {}",
-                written("end_s", *end_s)
-            ),
-        ),
-        _ => (linear("time / s"), String::new()),
+    let rest: Points = rest.into_iter().flatten().flatten().collect();
+    let positions = |caption: &str, time| {
+        Panel::new(caption, time, linear("position / mm"))
+            .with(&device, Look::Line, 0, position.iter().copied())
+            .with("object", Look::Line, 2, object.iter().copied())
+            .with("rest position", Look::Dashed, 1, rest.iter().copied())
     };
-    let positions = Panel::new(format!("position{until}"), time, linear("position / mm"))
-        .with(&device, Look::Line, 0, position)
-        .with("object", Look::Line, 2, object)
-        .with("place of rest", Look::Dashed, 1, rest);
-    let forces = Panel::new(format!("force of the {what}"), time, linear("force / N"));
-    let forces = forces.with(&device, Look::Line, 0, force);
-    page(&trial.title, &trial.subtitle, 1, &[positions, forces])
-}
-
-/// Motion below this share of the largest is none.
-const STILL: f64 = 0.03;
-/// Time that is shown beyond the last motion, as a multiple of the time up to it.
-const SHOWN: f64 = 1.5;
-/// A run that moves for more than this share of its length is shown whole.
-const WHOLE: f64 = 0.5;
-
-/// The time up to which to show curves that come to rest early: they do something before it. `None` to show them whole.
-fn lively_s(curves: &[&[(f64, f64)]]) -> Option<f64> {
-    let end_s = curves.iter().find_map(|curve| curve.last())?.0;
-    let last_s = curves.iter().map(|curve| last_motion_s(curve));
-    let shown_s = SHOWN * last_s.fold(0.0, f64::max);
-    (shown_s > 0.0 && shown_s < WHOLE * end_s).then(|| two_digits_up(shown_s))
-}
-
-/// Last time at which a curve is not yet where it ends, s.
-fn last_motion_s(curve: &[(f64, f64)]) -> f64 {
-    let Some(&(_, rest)) = curve.last() else {
-        return 0.0;
+    let forces = |caption: String, time| {
+        let panel = Panel::new(caption, time, linear(FORCE));
+        panel.with(&device, Look::Line, 0, force.iter().copied())
     };
-    let off = |value: f64| (value - rest).abs();
-    let largest = curve.iter().map(|point| off(point.1)).fold(0.0, f64::max);
-    let moving = |point: &&(f64, f64)| off(point.1) > STILL * largest;
-    curve.iter().rev().find(moving).map_or(0.0, |point| point.0)
-}
-
-/// With two digits, not less.
-fn two_digits_up(value: f64) -> f64 {
-    let unit = 10_f64.powi(value.log10().floor() as i32 - 1);
-    // 0.32, not 0.32000000000000006.
-    let digits = (value / unit - 1e-9).ceil();
-    if unit < 1.0 {
-        digits / (1.0 / unit).round()
-    } else {
-        digits * unit
-    }
+    // An impact takes milliseconds, and the rest seconds.
+    let (whole, log) = (linear("time / s"), logarithmic("time / s"));
+    let panels = [
+        positions("position", whole),
+        positions("position over log t", log),
+        forces(format!("force of the {what}"), whole),
+        forces("the same over log t".to_owned(), log),
+    ];
+    page(&trial.title, &trial.subtitle, 2, &panels)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn curve(end_s: f64, value: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
-        let times = (0..=1000).map(|n| end_s * f64::from(n) / 1000.0);
-        times.map(|time_s| (time_s, value(time_s))).collect()
-    }
 
     #[test]
     fn a_long_name_of_a_file_keeps_its_ends() {
@@ -299,27 +339,76 @@ mod tests {
         assert!(long.starts_with("aaa") && long.ends_with("µ.csv"), "{long}");
     }
 
-    #[test]
-    fn a_curve_that_comes_to_rest_early_is_shown_while_it_moves() {
-        // e^(−t/0.1) is below 3 % from 0.35 s on.
-        let early = curve(5.0, |t| 1.0 - (-t / 0.1).exp());
-        let shown_s = lively_s(&[&early]).expect("a part of it");
-        assert!((shown_s - 0.53).abs() < 0.011, "{shown_s}");
-        // One that moves longer is shown too.
-        let later = curve(5.0, |t| (-t / 0.3).exp());
-        assert!(lively_s(&[&early, &later]).expect("a part") > 1.5);
+    /// A relaxation whose run begins below its closed form and passes through zero, and whose error is 0 at places.
+    fn relaxation(record: bool, held: bool) -> String {
+        let time_s: Vec<f64> = (0..3000).map(|n| 1e-3 * f64::from(n)).collect();
+        let closed: Vec<f64> = time_s.iter().map(|t| (t + 1e-3).powf(-0.2)).collect();
+        let error: Vec<f64> = time_s.iter().map(|t| 1e-3 * (97.0 * t).sin()).collect();
+        let value = |(n, y): (usize, &f64)| if n == 1 { 1e-20 } else { *y };
+        let mut columns = vec![
+            ("values", closed.iter().enumerate().map(value).collect()),
+            ("closed_form", closed.clone()),
+            ("relative_error", error.clone()),
+        ];
+        if held {
+            columns.push(("drive_force_n", closed.clone()));
+            columns.push(("tracking_error", vec![2e-6; 3000]));
+        }
+        let record = record.then(|| haptic_experiment::judge::Overlay {
+            time_s: time_s.clone(),
+            values: closed.clone(),
+            relative_error: vec![0.01; 3000],
+            rms: 0.0123,
+        });
+        let theory = Theory {
+            quantity: "force",
+            label: FORCE,
+            record,
+        };
+        let curves = Curves {
+            title: "A relaxation".to_owned(),
+            subtitle: String::new(),
+            origin: "simulated",
+            time_s,
+            columns,
+            drawing: Drawing::Theory(theory),
+        };
+        of_run(&curves).expect("draws").svg().to_owned()
     }
 
     #[test]
-    fn what_moves_up_to_its_end_or_not_at_all_is_shown_whole() {
-        for whole in [
-            curve(5.0, |t| (9.0 * t).sin()),
-            curve(5.0, |t| t.exp()),
-            curve(5.0, |t| (-t).exp()),
-            curve(5.0, |_| 1.0),
-            Vec::new(),
+    fn a_run_is_drawn_over_its_closed_form_with_its_error_and_no_axis_without_end() {
+        let svg = relaxation(false, false);
+        for text in [
+            "simulated force",
+            "closed form",
+            "(a) force<",
+            "(b) force, log–log",
+            "(c) relative error,",
         ] {
-            assert_eq!(lively_s(&[&whole]), None);
+            assert!(svg.contains(text), "{text}");
+        }
+        assert!(!svg.contains("measured") && !svg.contains("(d)"));
+        // Neither the run at 1e-20 nor errors near 0 make an axis of twenty decades: every label has one digit.
+        assert!(
+            !svg.contains(">10⁻¹⁴<") && !svg.contains(">10⁻¹⁶<"),
+            "{svg}"
+        );
+        assert!(svg.len() < 300_000, "{}", svg.len());
+    }
+
+    #[test]
+    fn a_controller_and_a_record_have_panels_of_their_own() {
+        let svg = relaxation(true, true);
+        for text in [
+            "measured",
+            "(d) set point less measurement",
+            "tracking error / µm",
+            "(e) force of the drive",
+            "(f) run less record, over the record: rms 1.23 %",
+            "difference / %",
+        ] {
+            assert!(svg.contains(text), "{text}");
         }
     }
 }

@@ -1,58 +1,148 @@
-//! The files of a picture: `STEM.svg` and `STEM.png`, both or neither. A build without the feature `png` has only the
-//! first, and says so once.
+//! The files of a picture: `STEM.svg` and `STEM.png`, or the formats that are asked for, all or none. A build without the
+//! feature `png` has only the first.
 
+use crate::parse::quantity;
+use clap::{Args, ValueEnum};
 use haptic_experiment::Failure;
-use haptic_figure::{FigureError, Picture};
-use haptic_log::record::NewFile;
+use haptic_experiment::parameters::Range;
+use haptic_figure::{FigureError, Picture, Sheet};
+use haptic_log::record::{NewFile, NewFileError};
 use std::path::{Path, PathBuf};
 
-/// The names of a picture's files.
-pub(crate) fn names(stem: &Path) -> [PathBuf; 2] {
-    ["svg", "png"].map(|extension| with_suffix(stem, extension))
+/// How pictures are drawn, of every command that draws.
+#[derive(Clone, Debug, Args)]
+pub struct Pictures {
+    /// Width on paper, as in 85mm for one column of a journal, at which text has 6 points or more
+    #[arg(long, value_name = "LENGTH", value_parser = quantity("_m", WIDTHS), hide_short_help = true, help_heading = "Pictures")]
+    figure_width: Option<f64>,
+    /// Formats to write: svg, png, pdf
+    #[arg(
+        long,
+        value_name = "FORMATS",
+        value_delimiter = ',',
+        default_value = FORMATS,
+        hide_short_help = true,
+        help_heading = "Pictures"
+    )]
+    figure_format: Vec<Format>,
+    /// Draw one panel alone: its letter, its number, or how its caption begins
+    #[arg(
+        long,
+        value_name = "PANEL",
+        hide_short_help = true,
+        help_heading = "Pictures"
+    )]
+    panel: Option<String>,
+    /// Draw neither title nor conditions
+    #[arg(long, hide_short_help = true, help_heading = "Pictures")]
+    no_title: bool,
 }
 
-/// Writes `STEM.svg` and `STEM.png`, both or neither, and names the one to look at. Existing files are refused unless
-/// `overwrite` is set, and then replaced whole.
-///
-/// # Errors
-/// If a file exists or cannot be written, or the picture cannot be drawn.
-pub fn save(
-    picture: Result<Picture, FigureError>,
-    stem: &Path,
-    overwrite: bool,
-) -> Result<String, Failure> {
-    let picture = picture.map_err(undrawn)?;
-    // Both are staged before either gets its name.
-    let svg = NewFile::filled(
-        &with_suffix(stem, "svg"),
-        picture.svg().as_bytes(),
-        overwrite,
-    )?;
-    let png = stage_png(&picture, &with_suffix(stem, "png"), overwrite)?;
-    let shown = png.as_ref().unwrap_or(&svg).target().display().to_string();
-    svg.publish()?;
-    png.map(NewFile::publish).transpose()?;
-    Ok(shown)
+/// Widths that a picture can have, m.
+const WIDTHS: Range = Range::Within(*Sheet::WIDTHS_M.start(), *Sheet::WIDTHS_M.end());
+
+/// The formats that this build writes unless others are asked for.
+const FORMATS: &str = if cfg!(feature = "png") {
+    "svg,png"
+} else {
+    "svg"
+};
+
+/// A format of pictures; what is shown of several comes last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
+enum Format {
+    Pdf,
+    Svg,
+    Png,
 }
 
-#[cfg(feature = "png")]
-fn stage_png(picture: &Picture, png: &Path, overwrite: bool) -> Result<Option<NewFile>, Failure> {
-    let pixels = picture.png().map_err(undrawn)?;
-    Ok(Some(NewFile::filled(png, &pixels, overwrite)?))
-}
-
-#[cfg(not(feature = "png"))]
-fn stage_png(_: &Picture, png: &Path, overwrite: bool) -> Result<Option<NewFile>, Failure> {
-    // One of an earlier run would pass for the pixels of this one.
-    if overwrite {
-        let _ = std::fs::remove_file(png);
-    } else if png.exists() {
-        return Err(haptic_log::record::NewFileError::Exists(png.to_owned()).into());
+impl Format {
+    /// The file of a picture: `a-0.5` to `a-0.5.png`; `Path::with_extension` would make `a-0.png` of it.
+    fn file(self, stem: &Path) -> PathBuf {
+        let mut name = stem.as_os_str().to_owned();
+        name.push(match self {
+            Self::Pdf => ".pdf",
+            Self::Svg => ".svg",
+            Self::Png => ".png",
+        });
+        PathBuf::from(name)
     }
-    static SAID: std::sync::Once = std::sync::Once::new();
-    let text = "this build draws pictures as SVG only; build it with --features png for PNG";
-    SAID.call_once(|| crate::output::note("warning", text));
-    Ok(None)
+
+    /// The bytes of a picture.
+    fn bytes(self, picture: &Picture) -> Result<Vec<u8>, FigureError> {
+        match self {
+            Self::Svg => Ok(picture.svg().as_bytes().to_vec()),
+            #[cfg(feature = "png")]
+            Self::Png => picture.png(),
+            #[cfg(feature = "png")]
+            Self::Pdf => picture.pdf(),
+            #[cfg(not(feature = "png"))]
+            Self::Png | Self::Pdf => Err(FigureError::Render(
+                "this build has SVG alone: build it with --features png for PNG and PDF".to_owned(),
+            )),
+        }
+    }
+}
+
+impl Default for Pictures {
+    fn default() -> Self {
+        let formats = FORMATS.split(',');
+        Self {
+            figure_width: None,
+            figure_format: formats
+                .flat_map(|name| Format::from_str(name, false))
+                .collect(),
+            panel: None,
+            no_title: false,
+        }
+    }
+}
+
+impl Pictures {
+    /// The names of a picture's files.
+    pub(crate) fn names(&self, stem: &Path) -> Vec<PathBuf> {
+        let formats = self.figure_format.iter();
+        formats.map(|format| format.file(stem)).collect()
+    }
+
+    /// Writes the files of a picture, all or none, and names the one to look at. Existing files are refused unless
+    /// `overwrite` is set, and then replaced whole; one of a format that is not written any more is taken away.
+    ///
+    /// # Errors
+    /// If a file exists or cannot be written, or the picture cannot be drawn.
+    pub fn save(
+        &self,
+        picture: Result<Picture, FigureError>,
+        stem: &Path,
+        overwrite: bool,
+    ) -> Result<String, Failure> {
+        let sheet = Sheet {
+            width_m: self.figure_width,
+            panel: self.panel.clone(),
+            untitled: self.no_title,
+        };
+        let picture = picture.and_then(|picture| picture.on(&sheet));
+        let picture = picture.map_err(undrawn)?;
+        // All are staged before one gets its name.
+        let mut staged = Vec::new();
+        for format in [Format::Pdf, Format::Svg, Format::Png] {
+            let file = format.file(stem);
+            if self.figure_format.contains(&format) {
+                let bytes = format.bytes(&picture).map_err(undrawn)?;
+                staged.push(NewFile::filled(&file, &bytes, overwrite)?);
+            } else if overwrite {
+                // One of an earlier run would pass for that of this one.
+                let _ = std::fs::remove_file(file);
+            } else if file.exists() {
+                return Err(NewFileError::Exists(file).into());
+            }
+        }
+        let shown = staged
+            .last()
+            .map(|file| file.target().display().to_string());
+        staged.into_iter().try_for_each(NewFile::publish)?;
+        Ok(shown.unwrap_or_default())
+    }
 }
 
 /// The failure of a picture that cannot be drawn.
@@ -61,12 +151,4 @@ pub(crate) fn undrawn(error: FigureError) -> Failure {
         true => Failure::run(error),
         false => Failure::input(error),
     }
-}
-
-/// `a-0.5` and `png` to `a-0.5.png`; `Path::with_extension` would make `a-0.png` of it.
-fn with_suffix(stem: &Path, extension: &str) -> PathBuf {
-    let mut name = stem.as_os_str().to_owned();
-    name.push(".");
-    name.push(extension);
-    PathBuf::from(name)
 }

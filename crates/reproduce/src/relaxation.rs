@@ -85,7 +85,7 @@ fn panel(
     Panel::new(caption, x, y, curves)
 }
 
-const FORCE: [&str; 2] = ["force / N", "force_n"];
+const FORCE: [&str; 2] = ["force on the hand / N", "force_n"];
 
 pub(super) fn relaxation(stop: &AtomicBool) -> Result<Figure, Failure> {
     let runs = [
@@ -209,7 +209,7 @@ fn muscle(stop: &AtomicBool) -> Result<(Panel, String), Failure> {
         measured.len()
     );
     let forces = vec![
-        Curve::new("fish muscle, measured", measured, Look::Markers, 1),
+        Curve::new("fish muscle, measured", measured, Look::Broad, 3),
         Curve::new("fish muscle, simulated", run, Look::Line, 0),
     ];
     let [label, column] = FORCE;

@@ -137,8 +137,7 @@ pub(super) fn zwidth(stop: &AtomicBool) -> Result<Figure, Failure> {
         title: "largest stable stiffness, simulated, over theory",
         conditions: "A₃; markers: simulated, 1 N for 5 s, stable if within 0.1 mm rms over the last 0.4 s; lines: \
                      theory of the ideal device\n\
-                     realistic (our choice): 1 µm encoder, 0.05 N friction, 1 ms delay, 1 ms current lag; markers \
-                     that would cover others are left out"
+                     realistic (our choice): 1 µm encoder, 0.05 N friction, 1 ms delay, 1 ms current lag"
             .to_owned(),
         columns: 2,
         panels,
@@ -158,7 +157,7 @@ fn zwidth_panel(caption: &str, device: &str, stop: &AtomicBool) -> Result<Panel,
             ..Curve::new(
                 format!("simulated, μ = {mu}"),
                 points,
-                Look::MarkersApart,
+                Look::Markers,
                 colour,
             )
         });
@@ -170,7 +169,7 @@ fn zwidth_panel(caption: &str, device: &str, stop: &AtomicBool) -> Result<Panel,
 fn enlarged(panels: &[Panel]) -> Vec<Panel> {
     let simulated = |panel: &Panel| {
         let mut panel = panel.clone();
-        (panel.curves).retain(|curve| curve.look == Look::MarkersApart);
+        (panel.curves).retain(|curve| curve.look == Look::Markers);
         panel
     };
     let mut reach = [simulated(&panels[1])];

@@ -107,7 +107,7 @@ def relaxation(run: Run, ax: Axes | None = None) -> Axes:
     ax.semilogx(time[shown], run["closed_form_force_n"][shown], color=COLOURS[1], linestyle="--", label="closed form")
     if run.against:
         ax.semilogx(run.against["time_s"], run.against["record_force_n"], ".", color=INK, label="record", zorder=1)
-    ax.set(xlabel="time / s", ylabel="force / N", title=str(run.report["tissue"]))
+    ax.set(xlabel="time / s", ylabel="force on the hand / N", title=str(run.report["tissue"]))
     ax.legend()
     return ax
 

@@ -2,8 +2,7 @@
 //! not, and what follows stands up to 0.3 px elsewhere.
 
 use haptic_figure::{
-    AxisSpec, Chart, ChartPage, Conditions, HeldPanels, Look, Picture,
-    PlaneFigure, Scale, Series, TheoryFigure,
+    AxisSpec, Chart, ChartPage, Look, Picture, PlaneFigure, Scale, Series,
 };
 
 type Points = Vec<(f64, f64)>;
@@ -14,12 +13,11 @@ pub(crate) fn all() -> Vec<(&'static str, Picture)> {
         ("dashes", chart(Look::Dashed, Scale::Log)),
         ("broad", chart(Look::Broad, Scale::Linear)),
         ("markers", chart(Look::Markers, Scale::Linear)),
-        ("apart", chart(Look::MarkersApart, Scale::Log)),
+        ("logarithmic", chart(Look::Markers, Scale::Log)),
         ("open", chart(Look::OpenMarkers, Scale::Linear)),
         ("areas", chart(Look::Area, Scale::Linear)),
         ("panels", panels()),
         ("letters", letters()),
-        ("theory", theory()),
         ("plane", plane()),
     ]
 }
@@ -129,38 +127,6 @@ fn letters() -> Picture {
 
 fn times() -> Vec<f64> {
     (1..=4000).map(|i| 1e-3 * f64::from(i)).collect()
-}
-
-fn theory() -> Picture {
-    let time_s = times();
-    let closed_form: Vec<f64> = time_s.iter().map(|t| 3.0 * t.powf(-0.2247)).collect();
-    let relative_error: Vec<f64> = time_s.iter().map(|t| 1e-3 * (97.0 * t).sin()).collect();
-    let both = closed_form.iter().zip(&relative_error);
-    let values: Vec<f64> = both.map(|(force, error)| force * (1.0 + error)).collect();
-    let figure = TheoryFigure {
-        title: "Stress relaxation of a virtual prostate",
-        conditions: Conditions {
-            tissue: "prostate, cancerous",
-            order: 0.2247,
-            device: "serial:/dev/ttyACM0",
-            scheme: "full:1e-6",
-            remark: "5 % strain in 1 s, held",
-        },
-        quantity: "force",
-        label: "force / N",
-        origin: "rendered",
-        time_s: &time_s,
-        values: &values,
-        closed_form: &closed_form,
-        relative_error: &relative_error,
-        held: Some(HeldPanels {
-            time_s: &time_s,
-            label: "tracking error / µm",
-            tracking_error: &relative_error,
-            force_n: &closed_form,
-        }),
-    };
-    figure.draw().expect("draws")
 }
 
 fn plane() -> Picture {

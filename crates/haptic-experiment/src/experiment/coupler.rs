@@ -5,7 +5,7 @@
 //! Z_c = k_c + b_c·(T/(1 − w))^μ, 0 ≤ μ ≤ 1,   Z_o: mass m_o, damping b_o, spring k_o to the ground
 //! at rest, μ = 1: x = push/(k + 1/(1/b_c + 1/k_o)), the object at F/k_o
 //! ```
-//! - *Below order 1* nothing holds the push: the coupler creeps as t^(1−μ) under it. There is no place of rest then, and the force
+//! - *Below order 1* nothing holds the push: the coupler creeps as t^(1−μ) under it. There is no rest position then, and the force
 //!   alone is judged, as for a wall without a spring.
 //! - *The object* is in no log: it follows from the positions, and the table of the run has it.
 //! - *A loop on a device* cannot carry it: its firmware renders walls. The loop on the host can.
@@ -225,7 +225,7 @@ impl Trial for CouplerExperiment {
     type Law = Law;
     const KIND: &'static str = "coupler";
     const NO_REST: &'static str =
-        "the coupler creeps or nothing holds the object, so there is no place of rest";
+        "the coupler creeps or nothing holds the object, so there is no rest position";
     const MUST_BE_STABLE: Parameter = COUPLER_MUST_BE_STABLE;
     const REFUSED: &'static str =
         ", analysis and Llewellyn's criterion do not all accept the coupler";
@@ -287,7 +287,7 @@ impl Trial for CouplerExperiment {
         let device = setup.sensed()?;
         let law = self.law(samples)?;
         let holding = self.holding_stiffness();
-        // A coupler that creeps has no place of rest, whatever the hand: the force alone is judged.
+        // A coupler that creeps has no rest position, whatever the hand: the force alone is judged.
         let hand = setup.device.stiffness.0;
         let spring = if holding > 0.0 { holding + hand } else { 0.0 };
         let judge = plan.judge(

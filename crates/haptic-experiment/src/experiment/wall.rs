@@ -187,7 +187,7 @@ impl WallExperiment {
 impl Trial for WallExperiment {
     type Law = Pushing<VirtualWall>;
     const KIND: &'static str = "wall";
-    const NO_REST: &'static str = "no spring holds the push, so there is no place of rest";
+    const NO_REST: &'static str = "no spring holds the push, so there is no rest position";
     const MUST_BE_STABLE: Parameter = MUST_BE_STABLE;
     const REFUSED: &'static str = " and analysis do not both call the wall stable";
 

@@ -340,3 +340,113 @@ fn long_names_wrap_in_the_legend_and_long_captions_are_made_to_fit() {
         "not reproducible"
     );
 }
+
+/// Texts of a page of one chart.
+fn said(chart: Chart<'_>) -> Vec<String> {
+    let picture = draw(1, vec![chart]).expect("draws");
+    texts(&picture).into_iter().map(|text| text.0).collect()
+}
+
+#[test]
+fn a_line_beyond_a_focused_axis_says_how_far_it_goes_and_one_beyond_another_does_not() {
+    let kick = [(0.0, 554.8), (0.1, 3.0), (0.2, -75.25), (0.3, 1.0)];
+    let calm = [(0.0, 0.5), (0.3, 1.0)];
+    let with = |y: AxisSpec<'static>| {
+        said(Chart {
+            caption: "command",
+            x: AxisSpec::new("time / s", Scale::Linear),
+            y,
+            series: vec![
+                Series::new("kick", &kick, Look::Line, 0),
+                Series::new("calm", &calm, Look::Line, 1),
+            ],
+        })
+    };
+    let command = AxisSpec::new("command / V", Scale::Linear);
+    let focused = with(command.focused(-10.0, 36.0));
+    assert_eq!(focused.iter().filter(|text| *text == "↑ 554.8").count(), 1);
+    assert!(
+        !focused.iter().any(|text| text.starts_with('↓')),
+        "{focused:?}"
+    );
+    let below = with(command.focused(-10.0, 600.0));
+    assert!(below.contains(&"↓ −75.25".to_owned()), "{below:?}");
+    let plain = with(command.between(-10.0, 36.0));
+    assert!(!plain.iter().any(|text| text.contains('↑')), "{plain:?}");
+    // In the unit of the axis.
+    let small = [(0.0, 0.005_548), (1.0, 0.0)];
+    let small = said(Chart {
+        caption: "",
+        x: AxisSpec::new("time / s", Scale::Linear),
+        y: AxisSpec::new("force / N", Scale::Linear).focused(0.0, 0.002),
+        series: vec![Series::new("", &small, Look::Line, 0)],
+    });
+    assert!(small.contains(&"↑ 5.548".to_owned()) && small.contains(&"force / mN".to_owned()));
+}
+
+#[test]
+fn markers_without_a_place_on_a_logarithmic_axis_are_counted() {
+    let points = [(0.0, 1.0), (1.0, -2.0), (2.0, 3.0), (f64::NAN, 1.0)];
+    let of = |scale| {
+        let axis = AxisSpec::new("x / m", scale);
+        let series = vec![Series::new("dots", &points, Look::Markers, 0)];
+        let chart = Chart {
+            caption: "",
+            x: axis,
+            y: axis,
+            series,
+        };
+        said(chart)
+    };
+    assert!(of(Scale::Log).contains(&"2 not drawn: not above 0".to_owned()));
+    assert!(
+        !of(Scale::Linear)
+            .iter()
+            .any(|text| text.contains("not above"))
+    );
+}
+
+#[test]
+fn units_have_the_prefix_at_which_numbers_are_short() {
+    let label = |label: &str, largest: f64| {
+        let points = [(0.0, 0.0), (1.0, largest)];
+        let all = said(Chart {
+            caption: "",
+            x: AxisSpec::new("x", Scale::Linear),
+            y: AxisSpec::new(label, Scale::Linear),
+            series: vec![Series::new("", &points, Look::Line, 0)],
+        });
+        let is_label = |text: &&String| text.contains(" / ");
+        let label = all.iter().find(is_label).expect("has a label").clone();
+        assert!(
+            !all.iter().any(|text| text.contains("·10")) || label.contains('°'),
+            "{all:?}"
+        );
+        label
+    };
+    for (given, largest, wanted) in [
+        ("force / N", 1.0, "force / N"),
+        ("force / N", 0.02, "force / N"),
+        ("force / N", 1.6e-9, "force / nN"),
+        ("position / mm", 1.6e-6, "position / nm"),
+        ("position / mm", 3e-3, "position / µm"),
+        ("error / µm", 2e6, "error / m"),
+        ("K / N·m⁻¹", -6e5, "K / kN·m⁻¹"),
+        ("B / N·s^μ·m⁻¹", 8e-7, "B / nN·sμ·m⁻¹"),
+        ("modulus / kPa", 4e5, "modulus / MPa"),
+        ("energy / mJ", 4e-4, "energy / nJ"),
+        ("time / s", 4e5, "time / s"),
+    ] {
+        assert_eq!(label(given, largest), wanted, "{largest}");
+    }
+    for other in ["phase / °", "angle / rad", "G / (m/N)", "rate / s⁻¹"] {
+        let points = [(0.0, 0.0), (1.0, 1e-7)];
+        let all = said(Chart {
+            caption: "",
+            x: AxisSpec::new("x", Scale::Linear),
+            y: AxisSpec::new(other, Scale::Linear),
+            series: vec![Series::new("", &points, Look::Line, 0)],
+        });
+        assert!(all.contains(&other.to_owned()), "{all:?}");
+    }
+}

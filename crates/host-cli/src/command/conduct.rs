@@ -4,6 +4,7 @@ use crate::files::{RunFiles, save_picture};
 use crate::output::{Output, warn};
 use crate::parse::{WAITS, quantity, whole};
 use crate::picture::of_run;
+use crate::picture_file::Pictures;
 use clap::Args;
 use haptic_experiment::document::Document;
 use haptic_experiment::judge::{Curves, Published, RunReport};
@@ -39,6 +40,8 @@ pub(crate) struct RunArguments {
     live: LiveArguments,
     #[command(flatten)]
     files: RunFiles,
+    #[command(flatten)]
+    pictures: Pictures,
     /// Write the experiment to a file instead of running it
     #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["out", "roll"], hide_short_help = true, help_heading = "Run")]
     write: Option<PathBuf>,
@@ -58,7 +61,8 @@ impl RunArguments {
         let kept = document.keep_in(&mut request.provenance);
         kept?;
         let live = &self.live.open(pace != Pace::Virtual, output)?;
-        conduct(&experiment, samples, output, request, live)?.require()
+        let pictures = &self.pictures;
+        conduct(&experiment, samples, output, request, live, pictures)?.require()
     }
 
     /// The experiment as it is to be conducted, and its pace.
@@ -104,6 +108,7 @@ fn conduct(
     output: Output,
     request: &FolderRequest,
     live: &LiveStreams,
+    pictures: &Pictures,
 ) -> Result<Report, Failure> {
     let stop = stop_on_interrupt()?;
     let bar = progress_bar(samples, output);
@@ -127,7 +132,7 @@ fn conduct(
         curves,
         folder,
     } = result?;
-    let (picture, unsaved) = drawn(curves, &folder);
+    let (picture, unsaved) = drawn(curves, &folder, pictures);
     report.run.figure = picture;
     for warning in &report.run.warnings {
         output.warn(warning);
@@ -142,8 +147,9 @@ fn conduct(
 pub(crate) fn drawn(
     curves: Option<Curves>,
     folder: &OutputFolder,
+    pictures: &Pictures,
 ) -> (Option<String>, Option<Failure>) {
-    let picture = curves.map(|curves| save_picture(folder, of_run(&curves)));
+    let picture = curves.map(|curves| save_picture(folder, of_run(&curves), pictures));
     match picture.transpose() {
         Ok(picture) => (picture, None),
         Err(failure) => (None, Some(failure)),

@@ -1,7 +1,6 @@
 //! `design`: the stiffest wall, the most damping, the closest tissue or the stiffest coupler, and which order does it.
 
 use crate::command::conduct::progress_bar;
-use crate::files::save_picture;
 use crate::options::{WithFiles, keys};
 use crate::output::Output;
 use crate::picture::{Panel, linear, page};
@@ -34,9 +33,9 @@ pub(crate) fn run(asked: WithFiles<keys::Design>, output: Output) -> Result<(), 
     let mut files = Vec::from_iter(outputs.write(|folder| answer.write_table(folder)));
     match &answer {
         Answer::Design(report) if report.best.is_some() => {
-            files.extend(outputs.write(|folder| save_picture(folder, draw(report))));
+            files.extend(outputs.picture(|| draw(report)));
         }
-        Answer::Design(_) => outputs.without(&["svg", "png"]),
+        Answer::Design(_) => outputs.without(&["svg", "png", "pdf"]),
         Answer::ZWidth(_) | Answer::Coupler(_) => {}
     }
     output.summary(&Shown {

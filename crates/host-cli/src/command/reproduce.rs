@@ -3,7 +3,7 @@
 use super::conduct::{progress_bar, stop_on_interrupt};
 use crate::files::{Place, folder, save_picture};
 use crate::output::Output;
-use crate::picture_file::undrawn;
+use crate::picture_file::{Pictures, undrawn};
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_log::record::NewFileError;
@@ -28,6 +28,8 @@ pub(crate) struct Arguments {
     /// Replace the files of an earlier reproduction in the folder
     #[arg(long)]
     overwrite: bool,
+    #[command(flatten)]
+    pictures: Pictures,
 }
 
 impl Arguments {
@@ -87,7 +89,9 @@ impl Arguments {
         let is_figure = |name: &Path| {
             let extension = name.extension().unwrap_or_default();
             name.to_string_lossy().starts_with("figure-")
-                && ["csv", "svg", "png"].iter().any(|own| extension == *own)
+                && ["csv", "svg", "png", "pdf"]
+                    .iter()
+                    .any(|own| extension == *own)
         };
         // A folder that is not there yet has none.
         let entries = std::fs::read_dir(&self.out).into_iter().flatten().flatten();
@@ -107,7 +111,7 @@ impl Arguments {
         let folder = folder(Some(self.out.clone()), &stem, self.overwrite).prepare()?;
         let data = folder.write_table(&figure.columns(), figure.rows())?;
         let svg = picture.svg().to_owned();
-        let saved = save_picture(&folder, Ok(picture))?;
+        let saved = save_picture(&folder, Ok(picture), &self.pictures)?;
         let in_report = ReportFigure {
             id: figure.id,
             title: figure.title,

@@ -5,6 +5,7 @@ use crate::files::RunFiles;
 use crate::options::{Options, keys};
 use crate::output::{Output, note, warn};
 use crate::parse::{WAITS, quantity};
+use crate::picture_file::Pictures;
 use clap::Args;
 use haptic_experiment::document::Document;
 use haptic_experiment::experiment::{End, FarReport, Terms};
@@ -58,6 +59,8 @@ pub(crate) struct Arguments {
     skipped_most: f64,
     #[command(flatten)]
     files: RunFiles,
+    #[command(flatten)]
+    pictures: Pictures,
 }
 
 impl Arguments {
@@ -97,7 +100,7 @@ impl Arguments {
             warn: &|text| output.warn(text),
         };
         let run = experiment.run_side(end, terms, &opened, &request, supervisor)?;
-        let report = shown(run, output)?;
+        let report = shown(run, &self.pictures, output)?;
         report.require()
     }
 
@@ -133,13 +136,17 @@ impl Arguments {
 }
 
 /// Draws and prints, and then tells what could not be written.
-fn shown(run: Published<FarReport>, output: Output) -> Result<FarReport, Failure> {
+fn shown(
+    run: Published<FarReport>,
+    pictures: &Pictures,
+    output: Output,
+) -> Result<FarReport, Failure> {
     let Published {
         mut report,
         curves,
         folder,
     } = run;
-    let (picture, unsaved) = drawn(curves, &folder);
+    let (picture, unsaved) = drawn(curves, &folder, pictures);
     report.figure = picture;
     output.summary(&report)?;
     let unwritten = report.unwritten.as_ref();

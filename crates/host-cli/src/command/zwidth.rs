@@ -91,7 +91,7 @@ fn draw(report: &ZWidthReport) -> Result<Picture, FigureError> {
         linear("largest stiffness α = KT²/m"),
     );
     let with_units = Panel::new(
-        "with units; B = 0 lies outside",
+        "with units",
         logarithmic("dissipation B / N·s^{μ}·m⁻¹"),
         linear("largest stiffness K / N·m⁻¹"),
     );

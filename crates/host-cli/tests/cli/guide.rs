@@ -29,6 +29,7 @@ chapters! {
     an_emulated_device: "emulated-device.md" ["form.md", "emulated-wall/wall.csv"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     an_indenter_held_by_a_controller: "driven-indenter.md" ["driven/relax.png"];
+    commands_and_exit_codes: "commands.md" ["paper/wall.pdf", "log-log/relax.svg"];
     choose_mu_for_your_device: "choose-mu.md" ["omni/design.png", "omni-tissue/design.toml"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     devices: "devices.md" [];

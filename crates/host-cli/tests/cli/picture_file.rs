@@ -1,7 +1,8 @@
 //! Saving a picture: both files or neither; SVG alone without the feature `png`.
 
+use crate::process::{Place, says};
 use haptic_figure::{AxisSpec, Chart, ChartPage, Look, Picture, Scale, Series};
-use host_cli::picture_file::save;
+use host_cli::picture_file::Pictures;
 use std::fs;
 use std::path::Path;
 
@@ -28,7 +29,9 @@ fn picture() -> Picture {
 #[test]
 fn the_file_to_look_at_is_the_png_if_there_is_one() {
     let folder = tempfile::tempdir().expect("folder");
-    let saved = save(Ok(picture()), &folder.path().join("a"), false).expect("saves");
+    let saved = Pictures::default()
+        .save(Ok(picture()), &folder.path().join("a"), false)
+        .expect("saves");
     let (ending, files) = match cfg!(feature = "png") {
         true => ("a.png", 2),
         false => ("a.svg", 1),
@@ -38,7 +41,7 @@ fn the_file_to_look_at_is_the_png_if_there_is_one() {
 }
 
 fn refused(stem: &Path) -> String {
-    let saved = save(Ok(picture()), stem, false);
+    let saved = Pictures::default().save(Ok(picture()), stem, false);
     saved.expect_err("refuses").to_string()
 }
 
@@ -51,7 +54,9 @@ fn a_png_of_an_earlier_run_is_refused_or_removed() {
     fs::write(&png, "old").expect("writes");
     assert!(refused(&stem).contains("already exists"));
     assert!(!folder.path().join("a.svg").exists(), "both or neither");
-    save(Ok(picture()), &stem, true).expect("saves");
+    Pictures::default()
+        .save(Ok(picture()), &stem, true)
+        .expect("saves");
     assert!(!png.exists());
 }
 
@@ -60,7 +65,9 @@ fn a_png_of_an_earlier_run_is_refused_or_removed() {
 fn existing_files_are_refused_unless_overwriting_is_wanted() {
     let folder = tempfile::tempdir().expect("folder");
     let stem = folder.path().join("relax-0.2247");
-    save(Ok(picture()), &stem, false).expect("saves");
+    Pictures::default()
+        .save(Ok(picture()), &stem, false)
+        .expect("saves");
     let [svg, png] = ["svg", "png"].map(|end| folder.path().join(format!("relax-0.2247.{end}")));
     assert_eq!(fs::read_to_string(&svg).expect("reads"), picture().svg());
 
@@ -72,11 +79,62 @@ fn existing_files_are_refused_unless_overwriting_is_wanted() {
     let left = fs::read_dir(folder.path()).expect("lists").count();
     assert_eq!(left, 1, "leftovers");
 
-    save(Ok(picture()), &stem, true).expect("overwrites");
+    Pictures::default()
+        .save(Ok(picture()), &stem, true)
+        .expect("overwrites");
     assert!(fs::read(&png).expect("reads").starts_with(PNG_SIGNATURE));
     let nowhere = refused(&folder.path().join("missing").join("relax"));
     assert!(
         nowhere.contains("check that the folder exists"),
         "{nowhere}"
     );
+}
+
+#[cfg(feature = "png")]
+#[test]
+fn a_command_draws_at_the_width_in_the_formats_and_of_the_panel_that_are_asked_for() {
+    let place = Place::new();
+    let line = "control simulate --plant 1/(s+1) --duration 5s --out p --figure-width 85mm";
+    place
+        .run(&format!(
+            "{line} --figure-format pdf,svg --panel b --no-title"
+        ))
+        .succeeded();
+    let files = ["p/", "p/response.csv", "p/response.pdf", "p/response.svg"];
+    assert_eq!(place.files(), files);
+    let svg = place.text("p/response.svg");
+    assert!(
+        svg.contains(r#" width="85mm" "#) && svg.contains("command") && !svg.contains("A plant")
+    );
+    assert!(!svg.contains(">output<"), "the other panel");
+    assert!(place.read("p/response.pdf").starts_with(b"%PDF-"));
+    // Files of formats that are not asked for any more would pass for pictures of this run.
+    place.run(&format!("{line} --overwrite")).succeeded();
+    assert_eq!(
+        place.files(),
+        ["p/", "p/response.csv", "p/response.png", "p/response.svg"]
+    );
+}
+
+#[test]
+fn what_no_picture_can_be_is_refused_with_what_it_can() {
+    let place = Place::new();
+    for (option, told) in [
+        ("--figure-width 85", "85mm"),
+        ("--figure-width 5mm", "60 mm to 500 mm"),
+        ("--figure-width wide", "wide"),
+        ("--figure-width 85g", "85g"),
+        ("--figure-format gif", "svg"),
+        ("--figure-format svg,,png", "svg"),
+        ("--panel e", "a (output), b (command)"),
+        ("--panel 0", "a (output), b (command)"),
+        ("--panel outside", "a (output), b (command)"),
+    ] {
+        let line = format!("control simulate --plant 1/(s+1) --duration 5s --out p {option}");
+        let ended = place.run(&line);
+
+        says(ended.error(), &[told]);
+        assert!(!place.path("p/response.svg").exists(), "{option}");
+        let _ = std::fs::remove_dir_all(place.path("p"));
+    }
 }

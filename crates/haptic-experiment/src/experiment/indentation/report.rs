@@ -367,7 +367,7 @@ impl Indentation {
         match (self.load, slab) {
             (RigDrive::Position(profile), _) => Quantity {
                 name: "force",
-                label: "force / N",
+                label: "force on the hand / N",
                 unit: " N",
                 without_rig: "the force with an ideal rig",
                 from_s: profile.ramp_time().0 + AFTER_RAMP_S,

@@ -49,7 +49,7 @@ pub(crate) trait Trial: Experiment + Clone {
     /// The law that the device feels.
     type Law: Environment<f64, 1>;
     const KIND: &'static str;
-    /// Reason for a push that no place of rest belongs to.
+    /// Reason for a push that no rest position belongs to.
     const NO_REST: &'static str;
     const MUST_BE_STABLE: Parameter;
     /// Said behind the verdict of a trial that this key refuses.
@@ -268,7 +268,7 @@ pub(crate) trait Trial: Experiment + Clone {
         Ok((report, curves))
     }
 
-    /// Mean deflection over the window at the end against the place of rest.
+    /// Mean deflection over the window at the end against the rest position.
     fn deflection_error(&self, record: &Record, settling: Settling) -> Compared {
         let (t, plan) = (self.setup().device.sample_time.0, &self.setup().plan);
         let judged = ((plan.window_s / t).round() as u64).min(record.samples);

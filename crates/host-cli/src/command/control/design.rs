@@ -8,7 +8,7 @@ use super::loops::{
     Limits, NamedPlant, PlantArguments, check_step, controller_scheme, parse_limits, samples,
 };
 use super::words::refused;
-use crate::files::{Files, PROGRAM, Place, save_picture};
+use crate::files::{Files, PROGRAM, Place};
 use crate::output::Output;
 use crate::parse::{in_range, quantity};
 use clap::Args;
@@ -263,13 +263,9 @@ fn write(plant: &NamedPlant, answer: &ControlAnswer, outputs: &mut Place) -> Vec
         });
         outputs.write(|folder| folder.write_table(&names, rows))
     });
-    let picture = outputs.write(|folder| {
-        let picture = draw_design(answer, plant).transpose();
-        picture
-            .map(|picture| save_picture(folder, picture))
-            .transpose()
-    });
-    table.into_iter().chain(picture.flatten()).collect()
+    let picture = draw_design(answer, plant).transpose();
+    let picture = picture.and_then(|picture| outputs.picture(|| picture));
+    table.into_iter().chain(picture).collect()
 }
 
 /// Reads a largest amplitude ratio: a number, or in decibel.

@@ -11,25 +11,24 @@ use haptic_experiment::control::in_short;
 use haptic_figure::{AxisSpec, FigureError, Look, Picture};
 use haptic_quantity::{digits, written};
 
-/// The controller in notation, its numbers in five digits.
-fn law(file: &ControllerSetup) -> String {
-    let Some(mut pid) = file.pid() else {
-        return file.law.to_string();
-    };
-    let few = |value: &mut f64| *value = digits(*value, 5).parse().unwrap_or(*value);
-    few(&mut pid.proportional);
-    few(&mut pid.integral);
-    few(&mut pid.integral_order);
-    few(&mut pid.derivative);
-    few(&mut pid.derivative_order);
-    pid.to_string()
+/// A formula with five digits to its numbers.
+fn in_five_digits(formula: &str) -> String {
+    let is_number = |letter: char| letter.is_ascii_digit() || letter == '.';
+    let letters: Vec<char> = formula.chars().collect();
+    let parts = letters.chunk_by(|a, b| is_number(*a) == is_number(*b));
+    let shortened = parts.map(|part| {
+        let part: String = part.iter().collect();
+        let number = part.parse().ok().filter(|_| part.len() > 6);
+        number.map_or(part, |number: f64| digits(number, 5))
+    });
+    shortened.collect()
 }
 
 fn subtitle(plant: &NamedPlant, file: &ControllerSetup) -> String {
     format!(
         "plant {}\ncontroller {} · T = {} · {}",
-        plant.words,
-        law(file),
+        in_five_digits(&plant.words),
+        in_five_digits(&file.law.to_string()),
         written("sample_time_s", file.sample_time_s),
         file.scheme
     )
@@ -57,7 +56,7 @@ pub(super) fn draw_run(
             subtitle(plant, file),
         ),
         None => {
-            let subtitle = format!("plant {}", plant.words);
+            let subtitle = format!("plant {}", in_five_digits(&plant.words));
             ("A plant alone, simulated", "plant", subtitle)
         }
     };
@@ -79,7 +78,7 @@ pub(super) fn draw_run(
     page(title, &subtitle, 1, &[outputs, commands])
 }
 
-/// An axis for commands: without the kick of the first samples, where that is many times the rest.
+/// An axis for commands: where the kick of the first samples is many times the rest it is told, not drawn.
 fn command_axis(command: &Points, beside: Option<&Points>) -> AxisSpec<'static> {
     const KICK: usize = 5;
     let axis = linear("command");
@@ -94,7 +93,7 @@ fn command_axis(command: &Points, beside: Option<&Points>) -> AxisSpec<'static> 
     let (whole, rest) = (ends(0), ends(KICK));
     let height = 1.1 * (rest.1 - rest.0);
     if height > 0.0 && whole.1 - whole.0 > 3.0 * height {
-        axis.between(rest.0 - 0.05 * height, rest.1 + 0.05 * height)
+        axis.focused(rest.0 - 0.05 * height, rest.1 + 0.05 * height)
     } else {
         axis
     }
@@ -241,7 +240,7 @@ pub(super) fn draw_plant(points: &[LoopPoint], plant: &NamedPlant) -> Result<Pic
         panel("gain", "|G| / dB", |point| decibel(point.open.norm())),
         panel("phase", "phase / °", |point| point.phase_rad.to_degrees()),
     ];
-    let subtitle = format!("plant {}", plant.words);
+    let subtitle = format!("plant {}", in_five_digits(&plant.words));
     page("A plant alone", &subtitle, 2, &panels)
 }
 
@@ -293,7 +292,7 @@ impl Curves {
     fn new(trial: &Trial, samples: usize, t: f64) -> Self {
         let seen = |values: &[f64]| over_time(&values[..samples.min(values.len())], t);
         let gains = trial.robustness.iter().map(|row| {
-            let name = format!("gain {:+.0} dB", decibel(row.gain));
+            let name = format!("gain {:+.0} dB", decibel(row.gain)).replace('-', "−");
             let y = &row.response.measured;
             let grown = y.iter().position(|y| !row.stable && y.abs() > HIGHEST);
             (name, seen(&y[..grown.map_or(y.len(), |end| end + 1)]))
@@ -396,7 +395,7 @@ pub(super) fn draw_design(
     let time = linear("time / s").between(0.0, samples as f64 * t);
     let highest = other.as_ref().map_or(1.0, Curves::highest);
     let highest = highest.max(flat.highest()).min(HIGHEST);
-    let steps = linear("output").between(0.0, 1.1 * highest);
+    let steps = linear("output").focused(0.0, 1.1 * highest);
     let (law, pid) = ("PI^λD^μ", "integer-order PID");
     let of_gains = |name| Panel::new(format!("{name}, half to double the gain"), time, steps);
     let (fractional, mut integer) = (flat.on(of_gains(law)), of_gains(pid));
@@ -464,6 +463,14 @@ mod tests {
             .map(|n| (f64::from(n), -(-0.01 * f64::from(n)).exp_m1()))
             .collect();
         assert!(turns(&calm, 1.0).is_empty() && !Curves::is_ink(&calm));
+    }
+
+    #[test]
+    fn numbers_of_a_formula_have_five_digits_and_short_ones_stay() {
+        let long = "exp(-0.9999999999999917s)*0.55/(62s^1.25+1.234567891e-12)";
+        let short = "exp(-1s)*0.55/(62s^1.25+1.2346e-12)";
+        assert_eq!(in_five_digits(long), short);
+        assert_eq!(in_five_digits(short), short);
     }
 
     #[test]

@@ -8,6 +8,8 @@ use haptic_quantity::{digits, written};
 use haptic_tissue::MeasuredLoading;
 use haptic_tissue::identify::{Fit, Identification, RecordKind, relative};
 
+/// Of a record about so many samples are drawn over the models.
+const SPARSE: usize = 60;
 /// Residuals are drawn of models up to so many times the rms of the chosen one.
 const GOOD: f64 = 5.0;
 /// Colour of the record: black.
@@ -48,10 +50,22 @@ pub(super) fn draw(
     let [record, loss] = parts(found, &found.measured);
     let mut upper = match oscillates {
         true => upper
-            .with("storage modulus", Look::MarkersApart, RECORD, record)
+            .with("storage modulus", Look::Markers, RECORD, record)
             .with("loss modulus", Look::OpenMarkers, RECORD, loss),
-        // The models are seen in it, as it would cover them where they are right.
-        false => upper.with("record", Look::OpenMarkers, RECORD, record),
+        // The models are seen in open markers, but not in a cloud of them.
+        false => {
+            let step = record.len().div_ceil(SPARSE).max(1);
+            let name = match step {
+                1 => "record".to_owned(),
+                _ => format!("record, 1 of {step} samples"),
+            };
+            upper.with(
+                name,
+                Look::OpenMarkers,
+                RECORD,
+                record.into_iter().step_by(step),
+            )
+        }
     };
     // The chosen one broad, and the others dashed on top: all are seen where they agree.
     for (n, fit) in found.fits.iter().enumerate() {
@@ -64,14 +78,14 @@ pub(super) fn draw(
     } else {
         ""
     };
-    let caption = format!("model less record{open}, of models within 5 times the rms of the first");
+    let caption = format!("model less record{open}, of models within 5 rms of the first");
     let mut lower = Panel::new(caption, across, linear(residual));
     let least = found.fits[0].rms;
     let fits = found.fits.iter().enumerate();
     for (n, fit) in fits.filter(|(_, fit)| fit.rms <= GOOD * least) {
         let [of_all, of_loss] = parts(found, &residuals(found, fit));
         let name = name(found.kind, fit);
-        lower = lower.with(name, Look::MarkersApart, colour(n), of_all);
+        lower = lower.with(name, Look::Markers, colour(n), of_all);
         lower = lower.with("", Look::OpenMarkers, colour(n), of_loss);
     }
     let title = format!("Identified from a record: {}", found.fits[0].kind.name());

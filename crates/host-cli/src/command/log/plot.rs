@@ -6,7 +6,8 @@
 //! rms = √(Σ d²/n)              over the n samples of a at which b is known
 //! ```
 //! - *Symbols*: t s is the time of the picture, tₖ s that of run k on its own clock and t₀ₖ s of its first sample; a and b are a
-//!   position, m, or a force on the hand, N, which is positive along positive positions: what pushes back is negative.
+//!   position, m, or a force on the hand, N: on one axis positive where it pushes back, which the log has as negative; on several, along
+//!   the axes.
 //! - *Errors*: a part that no run has, runs of different axes, a run twice, a difference without a common sample.
 //! - *Cost*: each log is read once, and once more for a difference. Memory is that of [`Decimated`], whatever the length;
 //!   force over depth keeps every sample, of which there may be [`DEPTH_MOST`].
@@ -14,7 +15,7 @@
 use super::source::{Others, Part, log_at, require_complete, target_of};
 use crate::output::{Output, joined, warn};
 use crate::picture::{Panel, linear, page};
-use crate::picture_file;
+use crate::picture_file::Pictures;
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::judge::Decimated;
@@ -63,6 +64,8 @@ pub(crate) struct Plot {
     #[arg(long)]
     overwrite: bool,
     #[command(flatten)]
+    pictures: Pictures,
+    #[command(flatten)]
     others: Others,
 }
 
@@ -86,7 +89,7 @@ impl Plot {
             Some(topic) if ending == "log" => draw_topic(first, &names[0], &topic, span)?,
             Some(_) => return refused(first, "is a log of others: draw it alone, over time"),
         };
-        let figure = picture_file::save(picture, &stem, self.overwrite)?;
+        let figure = self.pictures.save(picture, &stem, self.overwrite)?;
         output.summary(&joined([report, json!({ "figure": figure })]))?;
         require_complete(cut.is_none(), cut.as_deref().unwrap_or(first), &figure)
     }
@@ -203,7 +206,13 @@ fn drawn(tick: &TickMessage) -> [f64; CURVES] {
             8 => (tick.indenter_position_m, 0),
             _ => (tick.contact_force_n, 0),
         };
-        numbers.get(axis).copied().unwrap_or(f64::NAN)
+        let number = numbers.get(axis).copied().unwrap_or(f64::NAN);
+        // What pushes back is negative in a log.
+        if n == 1 && tick.axes() == 1 {
+            0.0 - number
+        } else {
+            number
+        }
     })
 }
 
@@ -344,9 +353,14 @@ impl Run {
 /// all that its log has beside.
 fn panels(runs: &[Run], over_depth: bool) -> Vec<Panel<'static>> {
     let is_alone = runs.len() == 1 && !over_depth;
+    // Without a rig, which has an indenter, it is the force that the motors made.
+    let has_rig = runs[0].curves[8].iter().any(|place| place.is_finite());
+    let (contact, sign) = match has_rig {
+        true => ("contact force", 1.0),
+        false => ("force of the motors", -1.0),
+    };
     let panel = |n: usize| {
         let (key, y, scale) = QUANTITIES[n % 2];
-        let y = if is_alone && n == 1 { "force / N" } else { y };
         let (over, x) = match over_depth {
             true => (Some(n - 1), QUANTITIES[0].1),
             false => (None, "time / s"),
@@ -358,9 +372,10 @@ fn panels(runs: &[Run], over_depth: bool) -> Vec<Panel<'static>> {
                 ("reference", Look::Broad, 6, 6),
                 ("indenter", Look::Line, 2, 8),
             ],
-            _ => &[("contact force", Look::Dashed, 5, 9)],
+            _ => &[(contact, Look::Dashed, 5, 9)],
         };
         for (name, look, colour, n) in beside.iter().filter(|_| is_alone) {
+            let scale = if *n == 9 { sign } else { scale };
             panel = panel.with(*name, *look, *colour, runs[0].points(*n, scale, None));
         }
         for (colour, run) in runs.iter().enumerate() {
