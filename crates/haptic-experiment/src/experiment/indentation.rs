@@ -18,7 +18,8 @@ use super::reading::{
 };
 use super::rendering::{
     CHANGES, CREEP_CONTACT, CREEP_DURATION, Contact, DEPTH, FORCE, PIECE_DISSIPATION, PIECE_ORDER,
-    PRECISION, Precision, RAMP_TIME, RELAX_DURATION, RIG_DAMPING, RIG_MASS, STRAIN, STRESS,
+    PIECE_STIFFNESS, PRECISION, Precision, RAMP_TIME, RELAX_DURATION, RIG_DAMPING, RIG_MASS,
+    STRAIN, STRESS,
 };
 use super::trial::safe_chain;
 use crate::document::error::FileError;
@@ -724,13 +725,18 @@ fn changed(table: &Table<'_>, piece: TissuePiece) -> Result<TissuePiece, FileErr
         return Err(refuse(TissuePiece::NOT_LINEAR.to_owned()));
     }
     let elements = [per_shape(stiffness), per_shape(dissipation), order];
-    let tissue = piece.material.with_elements(elements).map_err(|error| refuse(match &error {
-        MaterialError::Elements(..) => format!("{error}: {}", with_one_order(table)),
-        MaterialError::NoSpringPot(_) => {
-            format!("{error}: give {PIECE_DISSIPATION} and {PIECE_ORDER} together, or take the tissue spring-pot")
-        }
-        _ => error.to_string(),
-    }))?;
+    let tissue = piece.material.with_elements(elements).map_err(|error| {
+        let remedy = if matches!(error, MaterialError::Elements(..)) {
+            with_one_order(table)
+        } else if matches!(error, MaterialError::NoSpringPot(_)) {
+            format!(
+                "give {PIECE_DISSIPATION} and {PIECE_ORDER} together, or take the tissue spring-pot"
+            )
+        } else {
+            format!("change {PIECE_STIFFNESS} or {PIECE_DISSIPATION}")
+        };
+        refuse(format!("{error}: {remedy}"))
+    })?;
     let material = ModelledTissue::new(tissue).map_err(|error| refuse(error.to_string()))?;
     Ok(TissuePiece {
         material: Box::new(material),
