@@ -73,7 +73,7 @@ def test_every_value_fits_on_a_screen(name: str) -> None:
         (lambda: analysis.Device(0.065, 3.5), ["mass", "65 g", "3.5 N·s/m"]),
         (lambda: analysis.Loop(analysis.Device(0.065, 3.5), 1000.0, 3.0, 0.5, T), ["1 kN/m", "sample time", "1 ms"]),
         (lambda: analysis.Loop(analysis.Device(0.065, 3.5), 1000.0, 3.0, 0.5, T).margins(), ["gain up", "rad/s)"]),
-        (ANSWERS["identify"], ["fractional-maxwell", "Pa·s^α", "low 95", "candidates", "spring-pot"]),
+        (ANSWERS["identify"], ["least 20 ms, largest 900 s", "kPa  (200 values)", "fractional-maxwell", "Pa·s^α", "low 95", "candidates", "spring-pot"]),
         (ANSWERS["relax"], ["prostate-cancerous", "peak force", "mN"]),
         (ANSWERS["pid"], ["proportional", "2", "1 ms"]),
         (lambda: control.plant("0.55exp(-s)/(62s+1)"), ["0.55exp(-s)/(62s+1)", "delay", "1 s"]),

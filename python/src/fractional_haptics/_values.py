@@ -263,7 +263,7 @@ def _html(lines: list[dict[str, Any]]) -> str:
     """Lines as a table of HTML, a screen of them."""
     rows = []
     for line in lines[:_SCREEN]:
-        label = f'<th style="text-align:left;padding-left:{line["level"] + 0.5}em">{escape(line["label"])}</th>'
+        label = f'<th style="text-align:left;white-space:nowrap;padding-left:{line["level"] + 0.5}em">{escape(line["label"])}</th>'
         if "rows" in line:
             heading = "".join(f"<th>{escape(column)}</th>" for column in line["columns"])
             body = "".join(
@@ -274,7 +274,7 @@ def _html(lines: list[dict[str, Any]]) -> str:
             reason = f" <small>({escape(line['reason'])})</small>" if line["reason"] else ""
             rows.append(f'<tr>{label}<td style="text-align:left">{escape(line["value"])}{reason}</td></tr>')
     if len(lines) > _SCREEN:
-        rows.append(f"<tr><td>… and {len(lines) - _SCREEN} more lines</td></tr>")
+        rows.append(f'<tr><td colspan="2">… and {len(lines) - _SCREEN} more lines</td></tr>')
     return f"<table>{''.join(rows)}</table>"
 
 

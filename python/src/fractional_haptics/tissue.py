@@ -179,6 +179,15 @@ class Fit(HoldsArrays, Shown):
         }
 
 
+_COLUMNS = {
+    "relaxation": ("time_s", "modulus_pa"),
+    "creep": ("time_s", "compliance"),
+    "oscillation": ("angular_frequency_rad_s", "moduli_pa"),
+    "record": ("time_s", "stress_pa"),
+}
+"""What is in each kind of record, as keys of a report."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Identification(HoldsArrays, Shown):
     """Models fitted to a record, the best first."""
@@ -201,7 +210,8 @@ class Identification(HoldsArrays, Shown):
 
     def _shown(self) -> dict[str, Any]:
         candidates = [{"model": fit.kind, "rms": fit.rms, "bic": fit.bic, "settled": fit.is_settled} for fit in self.fits]
-        record = {"record": self.kind, "samples": len(self.x), "x": self.x, "measured": self.measured}
+        record = {"record": self.kind, **dict(zip(_COLUMNS[self.kind], (self.x, self.measured), strict=True))}
+        record["compliance_unit"] = "1/Pa"
         return {**record, **self.best._shown(), "candidates": candidates, "warnings": list(self.warnings)}
 
 
