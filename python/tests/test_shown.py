@@ -274,3 +274,13 @@ def test_quantiles_of_a_sweep_are_drawn_as_bands() -> None:
     ):
         with pytest.raises(ValueError, match=text):
             call()
+
+
+def test_what_is_longer_than_a_screen_is_cut_and_says_so() -> None:
+    long = experiment.Answer({f"key_{number}": number for number in range(100)})
+    lines = str(long).split("\n")
+    assert (len(lines), lines[0].split(), lines[-1]) == (41, ["key", "0", "0"], "… and 60 more lines")
+    assert long._repr_html_().count("<tr>") == 41
+    wide = experiment.Answer({"rows": [{"a": "x" * 200, "b": 1}], "text": "word " * 100})
+    assert max(map(len, str(wide).split("\n"))) == 140
+    assert str(wide).count("word") == 100
