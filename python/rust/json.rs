@@ -1,6 +1,8 @@
 //! Values of the libraries as Python's, and back, by JSON: the names and units are those of the command's output.
 
 use crate::refused::OrRefused as _;
+use haptic_quantity::{did_you_mean, is_meant, parse_for_key};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -16,6 +18,33 @@ pub(crate) fn to_python<'py>(
 /// The same of their text.
 pub(crate) fn read_json<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyAny>> {
     py.import("json")?.call_method1("loads", (text,))
+}
+
+/// The rows of a report, as the command prints them.
+#[pyfunction]
+pub(crate) fn lines<'py>(report: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    let rows: serde_json::Value = from_python("report", report)?;
+    to_python(report.py(), &haptic_experiment::lines(&rows))
+}
+
+/// The number in SI units of a text with a unit, or of a number, for a key among these that is named with its unit or without; with its key.
+#[pyfunction]
+pub(crate) fn quantity(
+    keys: Vec<String>,
+    name: &str,
+    value: &Bound<'_, PyAny>,
+) -> PyResult<(String, f64)> {
+    let Some(key) = keys.iter().find(|key| is_meant(key, name)) else {
+        let advice = did_you_mean(name, keys.iter().map(String::as_str));
+        let unknown = format!("unexpected keyword {name}: {advice}");
+        return Err(PyTypeError::new_err(unknown));
+    };
+    let number = match value.extract::<String>() {
+        Ok(text) => parse_for_key(key, &text)
+            .map_err(|error| crate::refused::refused(format_args!("{key}: {error}")))?,
+        Err(_) => value.extract()?,
+    };
+    Ok((key.clone(), number))
 }
 
 /// A value of a library from dictionaries, lists and numbers.

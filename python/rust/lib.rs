@@ -11,7 +11,6 @@ mod log;
 mod operators;
 mod refused;
 mod tissue;
-mod value;
 
 /// The native module; use the modules of `fractional_haptics` beside it.
 #[pyo3::pymodule]
@@ -31,6 +30,8 @@ mod _native {
     use super::driving::{forked, let_go};
     #[pymodule_export]
     use super::experiment::{answer, experiment_parameters, run_experiment, table};
+    #[pymodule_export]
+    use super::json::{lines, quantity};
     #[pymodule_export]
     use super::log::read_log;
     #[pymodule_export]

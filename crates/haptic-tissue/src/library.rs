@@ -5,7 +5,7 @@ use crate::text_file::read_text;
 use std::path::{Path, PathBuf};
 
 /// The files that come with the program.
-const BUILT_IN: [&str; 13] = [
+const BUILT_IN: [&str; 16] = [
     include_str!("../materials/prostate-cancerous.toml"),
     include_str!("../materials/prostate-healthy.toml"),
     include_str!("../materials/fish-muscle.toml"),
@@ -19,6 +19,9 @@ const BUILT_IN: [&str; 13] = [
     include_str!("../materials/spleen.toml"),
     include_str!("../materials/kidney.toml"),
     include_str!("../materials/pancreas.toml"),
+    include_str!("../materials/spring.toml"),
+    include_str!("../materials/dashpot.toml"),
+    include_str!("../materials/spring-pot.toml"),
 ];
 
 /// The materials that are known by name.
@@ -166,6 +169,9 @@ mod tests {
             "spleen",
             "kidney",
             "pancreas",
+            "spring",
+            "dashpot",
+            "spring-pot",
         ];
         assert_eq!(names, built_in);
         let checked = library.materials().iter().filter(|m| m.source.checked);
@@ -293,7 +299,7 @@ mod tests {
         let library = Library::load(Some(folder.path())).expect("valid");
         assert_eq!(library.find("gel").expect("known").order(), Some(0.3));
         let unknown = library.find("jelly").expect_err("unknown").to_string();
-        assert!(unknown.contains("pancreas, gel"), "{unknown}");
+        assert!(unknown.contains("spring-pot, gel"), "{unknown}");
         // A second of the same name.
         std::fs::write(folder.path().join("too.toml"), GOOD).expect("writes");
         let library = Library::load(Some(folder.path())).expect("valid");

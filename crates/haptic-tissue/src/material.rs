@@ -1,6 +1,8 @@
 //! Tissues: a model, where its parameters come from, and where they hold; and their files, TOML with units in the names.
 
-use crate::model::{Form, Joint, Model, ModelKind, Parameter, TWO_ELEMENTS, out_of_range};
+use crate::model::{
+    Form, Joint, Model, ModelError, ModelKind, Parameter, TWO_ELEMENTS, out_of_range,
+};
 use crate::text_file::read_text;
 use fracdiff::parameter::Shown;
 use haptic_loop::{INCOMPRESSIBLE, LoadingKind, Modulus, Specimen};
@@ -196,6 +198,15 @@ pub enum MaterialError {
     /// A name that is not in the library, and all that are.
     #[error("tissue \"{0}\" is not in the library: {known}; a TOML file is taken too", known = did_you_mean(.0, .1.iter().map(String::as_str)))]
     Unknown(String, Vec<String>),
+    /// A tissue that is not one spring-pot beside a spring.
+    #[error("tissue \"{0}\" is a {1}, which has no single order")]
+    Elements(String, ModelKind),
+    /// A tissue without a spring-pot, of which one number alone was to be changed.
+    #[error("tissue \"{0}\" has no spring-pot")]
+    NoSpringPot(String),
+    /// Numbers that a model refuses.
+    #[error(transparent)]
+    Model(#[from] ModelError),
     /// A name that is not made of lower-case letters, digits and hyphens.
     #[error("name \"{0}\" is not made of lower-case letters, digits and hyphens")]
     Name(String),
@@ -255,6 +266,48 @@ impl Material {
             }
             Form::Two(_) | Form::Branches(..) => None,
         })
+    }
+
+    /// The same with other numbers of its spring and its spring-pot, E₀ in Pa, η in Pa·s^α and α, as far as they are given. That is no
+    /// longer what was measured: its name and description say so, and it has no range.
+    ///
+    /// # Errors
+    /// A model of other elements, an order or a size of a spring-pot that has only the one, a number outside its range.
+    pub fn with_elements(&self, given: [Option<f64>; 3]) -> Result<Self, MaterialError> {
+        let spring = match self.model.form() {
+            Form::One(one) if one.is_spring() => Some([one.size, 0.0, 0.0]),
+            Form::One(_) | Form::Two(_) | Form::Branches(..) => None,
+        };
+        let known = self.two_elements.or(spring).or(self.kelvin_voigt());
+        let known =
+            known.ok_or_else(|| MaterialError::Elements(self.name.clone(), self.model.kind()))?;
+        let elements: [f64; 3] = std::array::from_fn(|n| given[n].unwrap_or(known[n]));
+        if elements == known {
+            return Ok(self.clone());
+        }
+        if known[1] == 0.0 && given[1].is_some() != given[2].is_some()
+            || elements[1] == 0.0 && given[2].is_some()
+        {
+            return Err(MaterialError::NoSpringPot(self.name.clone()));
+        }
+        let (kind, values) = two_elements(elements);
+        let words =
+            TWO_ELEMENTS
+                .iter()
+                .zip(elements)
+                .zip(given)
+                .filter_map(|((one, value), given)| {
+                    given.map(|_| format!("{} = {}", one.name, Shown(value)))
+                });
+        let words: Vec<String> = words.collect();
+        let changed = Self {
+            name: format!("{}-changed", self.name),
+            description: format!("{}, changed to {}", self.description, words.join(", ")),
+            model: Model::from_parameters(kind, &values)?,
+            two_elements: Some(elements),
+            ..self.clone()
+        };
+        Ok(changed.with_range(ValidRange::default()))
     }
 
     /// A sentence that says how far these times, s, lie outside the record; `None` if they do not.

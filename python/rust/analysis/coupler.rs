@@ -4,7 +4,6 @@ use super::operator;
 use super::plant::{PyDevice, path};
 use crate::conducted::{heard, heard_by};
 use crate::refused::OrRefused as _;
-use crate::value;
 use fracdiff::Order;
 use haptic_analysis::{CoupledLoop, CoupledObject, Coupler, LeastDamping};
 use pyo3::prelude::*;
@@ -143,14 +142,6 @@ impl PyCoupler {
         report.set_item("unstable_poles", unstable)?;
         report.set_item("gain_up", margin)?;
         Ok(report)
-    }
-
-    fn __eq__(slf: &Bound<'_, Self>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
-        value::equal(slf, other)
-    }
-
-    fn __hash__(slf: &Bound<'_, Self>) -> PyResult<isize> {
-        value::hash(slf)
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, (f64, f64, f64, f64)) {

@@ -2,50 +2,18 @@
 
 use crate::arrays::{matrix, vector};
 use crate::refused::{OrRefused as _, refused};
-use crate::value;
 use haptic_analysis::{Dynamics, ForcePath, SampledPlant};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-/// A device as every analysis takes it: mass, damper, hand, delay and lag of the force.
-///
-/// ::
-///
-///     m x'' + b x' + k x = f,    tau f' = u(t - delay) - f
-///
-/// Parameters
-/// ----------
-/// mass_kg : float
-///     m of device and hand, above 0.
-/// damping_n_s_per_m : float
-///     b of device and hand, at least 0.
-/// hand_stiffness_n_per_m : float, default 0
-///     k of the hand.
-/// delay_s : float, default 0
-///     From a measurement to the force that answers it, beside the hold of one sample; not necessarily whole samples.
-/// current_lag_s : float, default 0
-///     tau, time constant of the motor current.
-///
-/// Notes
-/// -----
-/// The longest delay and lag, 10 000 and 1e6 sample times, are checked where it is used.
-///
-/// Raises
-/// ------
-/// ValueError
-///     A parameter outside its range.
-///
-/// Examples
-/// --------
-/// >>> from fractional_haptics.analysis import Device
-/// >>> Device(0.065, 3.5).mass_kg
-/// 0.065
+/// A device as every analysis takes it; `fractional_haptics.analysis.Device` says what is what.
 #[pyclass(
     name = "Device",
     module = "fractional_haptics.analysis",
     frozen,
-    get_all
+    get_all,
+    subclass
 )]
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PyDevice {
@@ -93,25 +61,6 @@ impl PyDevice {
         };
         own.dynamics().checked().or_refused()?;
         Ok(own)
-    }
-
-    fn __eq__(slf: &Bound<'_, Self>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
-        value::equal(slf, other)
-    }
-
-    fn __hash__(slf: &Bound<'_, Self>) -> PyResult<isize> {
-        value::hash(slf)
-    }
-
-    fn __repr__(&self) -> String {
-        format!(
-            "Device(mass_kg={}, damping_n_s_per_m={}, hand_stiffness_n_per_m={}, delay_s={}, current_lag_s={})",
-            self.mass_kg,
-            self.damping_n_s_per_m,
-            self.hand_stiffness_n_per_m,
-            self.delay_s,
-            self.current_lag_s
-        )
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, (f64, f64, f64, f64, f64)) {
@@ -201,14 +150,6 @@ impl PyLinearPlant {
         })
     }
 
-    fn __eq__(slf: &Bound<'_, Self>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
-        value::equal(slf, other)
-    }
-
-    fn __hash__(slf: &Bound<'_, Self>) -> PyResult<isize> {
-        value::hash(slf)
-    }
-
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, own) = (slf.py(), slf.get());
         let rows = own.a.chunks(own.b.len().max(1));
@@ -242,15 +183,6 @@ impl PyLinearPlant {
     #[getter]
     fn _c<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, &self.c)
-    }
-
-    fn __repr__(&self) -> String {
-        format!(
-            "<LinearPlant of {} states, delay_s={}, current_lag_s={}>",
-            self.b.len(),
-            self.delay_s,
-            self.current_lag_s
-        )
     }
 }
 

@@ -4,7 +4,6 @@ use super::plant::path;
 use super::{operator, scheme_of};
 use crate::conducted::{heard, heard_by};
 use crate::refused::OrRefused as _;
-use crate::value;
 use fracdiff::Seconds;
 use haptic_analysis::{ForcePath, Largest, LoopOperator, OnePort};
 use pyo3::prelude::*;
@@ -173,14 +172,6 @@ impl PyPort {
             let largest = port.largest_dissipation(t, damping_n_s_per_m, stiffness_n_per_m);
             largest.map(number).or_refused()
         })
-    }
-
-    fn __eq__(slf: &Bound<'_, Self>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
-        value::equal(slf, other)
-    }
-
-    fn __hash__(slf: &Bound<'_, Self>) -> PyResult<isize> {
-        value::hash(slf)
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, Made) {

@@ -5,7 +5,6 @@ use super::{operator, scheme_of};
 use crate::arrays::{Whole, any_shape, unmasked};
 use crate::conducted::{heard, heard_by};
 use crate::refused::{OrRefused as _, refused};
-use crate::value;
 use haptic_analysis::{BoundaryPoint, Nondimensional, Polygon, StabilityRegion, StableArea};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray as _, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods as _};
@@ -175,27 +174,10 @@ impl PyRegion {
         inside.into_pyarray(py).reshape(shape)
     }
 
-    fn __eq__(slf: &Bound<'_, Self>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
-        value::equal(slf, other)
-    }
-
-    fn __hash__(slf: &Bound<'_, Self>) -> PyResult<isize> {
-        value::hash(slf)
-    }
-
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, own) = (slf.py(), slf.get());
         let native = py.import("fractional_haptics._native")?;
         let made = (native.getattr("stability_region")?, &own.made);
         Ok(made.into_pyobject(py)?.into_any())
-    }
-
-    fn __repr__(&self) -> String {
-        format!(
-            "<Region of {} polygons, K up to {} N/m, B up to {} N·s^μ/m>",
-            self.area().map_or(0, |area| area.polygons.len()),
-            self.stiffness_max_n_per_m(),
-            self.dissipation_max_n_s_mu_per_m()
-        )
     }
 }

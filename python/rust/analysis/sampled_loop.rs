@@ -5,7 +5,6 @@ use super::{at, environment, operator, scheme_of};
 use crate::arrays::frequencies;
 use crate::conducted::{heard, heard_by};
 use crate::refused::OrRefused as _;
-use crate::value;
 use haptic_analysis::{Dynamics, LoopOperator, SampledLoop, SampledPlant};
 use numpy::{Complex64, Element, IntoPyArray as _, PyArray1, PyArrayDyn, PyArrayMethods as _};
 use pyo3::prelude::*;
@@ -234,14 +233,6 @@ impl PyLoop {
     #[getter]
     fn sample_time(&self) -> f64 {
         self.sample_time
-    }
-
-    fn __eq__(slf: &Bound<'_, Self>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
-        value::equal(slf, other)
-    }
-
-    fn __hash__(slf: &Bound<'_, Self>) -> PyResult<isize> {
-        value::hash(slf)
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {

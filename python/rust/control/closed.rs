@@ -1,6 +1,6 @@
 //! Closed loops of a controller and a plant: tuning, verdict, simulation.
 
-use super::controller::PyPid;
+use super::controller::{PyPid, gains};
 use super::rule;
 use super::transfer::PyControlPlant;
 use crate::arrays::vector;
@@ -68,15 +68,9 @@ pub(crate) fn tune_controller<'py>(
 }
 
 fn report<'py>(py: Python<'py>, tuned: &Tuned) -> PyResult<Bound<'py, PyDict>> {
-    let (gains, measures) = (&tuned.parameters, &tuned.measures);
-    let parameters = PyDict::new(py);
-    parameters.set_item("proportional", gains.proportional)?;
-    parameters.set_item("integral", gains.integral)?;
-    parameters.set_item("integral_order", gains.integral_order)?;
-    parameters.set_item("derivative", gains.derivative)?;
-    parameters.set_item("derivative_order", gains.derivative_order)?;
+    let measures = &tuned.measures;
     let report = PyDict::new(py);
-    report.set_item("parameters", parameters)?;
+    report.set_item("parameters", gains(py, &tuned.parameters)?)?;
     report.set_item("gain_at_crossover", tuned.gain_at_crossover)?;
     report.set_item("phase_margin_rad", tuned.phase_margin_rad)?;
     report.set_item("phase_slope_rad", tuned.phase_slope_rad)?;

@@ -8,6 +8,7 @@ use fracdiff::Seconds;
 use fracdiff::parameter::range;
 use fractional_control::{Actuator, FractionalPid, Memory, PidParameters, SetPoint, Station};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use std::time::Duration;
 
 /// The controller and the history of its loop.
@@ -68,13 +69,24 @@ pub(super) const MODES: usize = 64;
 /// 0.0
 /// >>> pid.step(20.0, 20.0)
 /// 0.0
-#[pyclass(name = "Pid", module = "fractional_haptics.control")]
+#[pyclass(name = "Pid", module = "fractional_haptics.control", subclass)]
 #[derive(Debug)]
 pub(crate) struct PyPid {
     pub(super) running: Running,
     pub(super) parameters: PidParameters,
     pub(super) memory: Memory,
     pub(super) sample_time: Seconds,
+}
+
+/// Gains and orders by the keywords of [`PyPid::new`].
+pub(super) fn gains<'py>(py: Python<'py>, of: &PidParameters) -> PyResult<Bound<'py, PyDict>> {
+    let gains = PyDict::new(py);
+    gains.set_item("proportional", of.proportional)?;
+    gains.set_item("integral", of.integral)?;
+    gains.set_item("integral_order", of.integral_order)?;
+    gains.set_item("derivative", of.derivative)?;
+    gains.set_item("derivative_order", of.derivative_order)?;
+    Ok(gains)
 }
 
 #[pymethods]
@@ -189,6 +201,12 @@ impl PyPid {
     fn response<'py>(&self, omega: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let parameters = self.parameters;
         responses(omega, move |omega| parameters.response(omega))
+    }
+
+    /// Gains and orders: the keywords that make it.
+    #[getter]
+    fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        gains(py, &self.parameters)
     }
 
     /// T in s.

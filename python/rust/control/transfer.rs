@@ -4,7 +4,6 @@ use super::memory;
 use crate::arrays::{Whole, complex_vector, matrix, vector};
 use crate::conducted::{each, heard_by};
 use crate::refused::{OrRefused as _, refused};
-use crate::value;
 use fracdiff::Seconds;
 use fractional_control::{
     ControlError, FractionalTransferFunction, Memory, Plant, Term, impulse_response, respond,
@@ -237,14 +236,6 @@ impl PyTransferFunction {
         self.0.to_string()
     }
 
-    fn __eq__(slf: &Bound<'_, Self>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
-        value::equal(slf, other)
-    }
-
-    fn __hash__(slf: &Bound<'_, Self>) -> PyResult<isize> {
-        value::hash(slf)
-    }
-
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Terms<'py>)> {
         let py = slf.py();
         let own = slf.get();
@@ -375,14 +366,6 @@ impl PyControlPlant {
     #[getter]
     fn delay_s(&self) -> f64 {
         self.plant.delay_s()
-    }
-
-    fn __eq__(slf: &Bound<'_, Self>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
-        value::equal(slf, other)
-    }
-
-    fn __hash__(slf: &Bound<'_, Self>) -> PyResult<isize> {
-        value::hash(slf)
     }
 
     fn __reduce__<'py>(

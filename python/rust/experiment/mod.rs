@@ -9,10 +9,13 @@ pub(crate) use run::{experiment_parameters, run_experiment, table};
 use crate::refused::{OrRefused as _, refused, unread};
 use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
+use haptic_experiment::parameters::{Value, is_path, of_kind};
+use haptic_quantity::{is_meant, parse_for_key};
 use pyo3::PyErr;
-use pyo3::exceptions::PyRuntimeError;
+use pyo3::exceptions::{PyFileNotFoundError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};
+use std::path::Path;
 
 /// Bad input is a `ValueError`; a run, device or disk that failed a `RuntimeError`.
 fn failed(failure: &Failure) -> PyErr {
@@ -27,16 +30,28 @@ fn failed(failure: &Failure) -> PyErr {
 /// The document of a kind with these parameters.
 fn document(kind: &str, parameters: &Bound<'_, PyDict>) -> PyResult<Document> {
     let mut document = Document::new(kind);
-    for (key, value) in parameters.iter() {
-        let key: String = key.extract()?;
-        let value = toml_value(&key, &value)?;
+    let tables = of_kind(kind);
+    for (written, value) in parameters.iter() {
+        let written: String = written.extract()?;
+        let mut known = tables.iter().flat_map(|(_, table)| *table);
+        let meant = known.find(|known| is_meant(known.key, &written));
+        let key = meant.map_or(&*written, |known| known.key);
+        let is_number =
+            meant.is_some_and(|known| matches!(known.value, Value::Number(..) | Value::List(_)));
+        let value = toml_value(key, &value, is_number)?;
+        let file = value.as_str().filter(|text| is_path(key, text));
+        if let Some(missing) = file.filter(|file| !Path::new(file).exists()) {
+            let missing = format!("{key} = \"{missing}\": there is no such file or folder");
+            return Err(PyFileNotFoundError::new_err(missing));
+        }
         // The keyword is in the message.
-        document.set(kind, &key, value, "").or_refused()?;
+        document.set(kind, key, value, "").or_refused()?;
     }
     Ok(document)
 }
 
-fn toml_value(key: &str, value: &Bound<'_, PyAny>) -> PyResult<toml::Value> {
+/// A value as TOML has it; a text is a number with its unit where a number is wanted.
+fn toml_value(key: &str, value: &Bound<'_, PyAny>, is_number: bool) -> PyResult<toml::Value> {
     if value.cast::<PyBool>().is_ok() {
         return Ok(toml::Value::Boolean(value.extract()?));
     }
@@ -47,10 +62,15 @@ fn toml_value(key: &str, value: &Bound<'_, PyAny>) -> PyResult<toml::Value> {
         return Ok(toml::Value::Float(number));
     }
     if let Ok(text) = value.extract::<String>() {
+        if is_number {
+            let number = parse_for_key(key, &text);
+            let number = number.map_err(|error| refused(format_args!("{key}: {error}")));
+            return number.map(toml::Value::Float);
+        }
         return Ok(toml::Value::String(text));
     }
     if let Ok(items) = value.try_iter() {
-        let items = items.map(|item| toml_value(key, &item?));
+        let items = items.map(|item| toml_value(key, &item?, is_number));
         return items.collect::<PyResult<_>>().map(toml::Value::Array);
     }
     let text = value

@@ -4,7 +4,6 @@ use super::model::PyModel;
 use crate::conducted::heard;
 use crate::json::{from_python, to_python};
 use crate::refused::{OrRefused as _, unread};
-use crate::value;
 use haptic_tissue::{Library, Material};
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
@@ -131,14 +130,6 @@ impl PyMaterial {
     #[getter]
     fn range<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         to_python(py, &self.0.range)
-    }
-
-    fn __eq__(slf: &Bound<'_, Self>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
-        value::equal(slf, other)
-    }
-
-    fn __hash__(slf: &Bound<'_, Self>) -> PyResult<isize> {
-        value::hash(slf)
     }
 
     fn __repr__(&self) -> String {

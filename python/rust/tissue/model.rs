@@ -4,7 +4,6 @@ use super::{checked_history, kind_of, values_of};
 use crate::arrays::{Whole, vector};
 use crate::conducted::{each, heard};
 use crate::refused::{OrRefused as _, refused};
-use crate::value;
 use haptic_tissue::{ExportFormat, MeasuredLoading, Model, PronyFit};
 use numpy::{Complex64, IntoPyArray as _, PyArray1};
 use pyo3::prelude::*;
@@ -306,10 +305,6 @@ impl PyModel {
         other
             .cast::<Self>()
             .is_ok_and(|other| other.get().0 == self.0)
-    }
-
-    fn __hash__(slf: &Bound<'_, Self>) -> PyResult<isize> {
-        value::hash(slf)
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

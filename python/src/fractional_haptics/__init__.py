@@ -25,6 +25,7 @@ sweep
 from importlib import import_module as _import_module
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 
+from fractional_haptics import _values as _values
 from fractional_haptics._native import __version__
 
 if _TYPE_CHECKING:  # editors and type checkers see them all

@@ -1,4 +1,4 @@
-"""Operators as matrices: ``s[n+1] = A s[n] + B x[n]``, ``y[n] = C s[n] + D x[n]``."""
+"""Operators and controllers as matrices: ``s[n+1] = A s[n] + B x[n]``, ``y[n] = C s[n] + D x[n]``."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
     from fractional_haptics._native import Operator
@@ -69,3 +71,34 @@ def _recursion(values: NDArray[np.float64]) -> _Matrices:
     c = np.zeros(len(forward))
     c[:1] = 1.0
     return a, forward - backward * gain, c, gain
+
+
+def pid(parameters: Mapping[str, float], low: float, high: float, sections: int) -> _Matrices:
+    """A, B, C and D of ``Kp + Ki s^-lambda + Kd s^mu`` in continuous time: ``s' = A s + B e``, ``u = C s + D e``."""
+    nothing: _Matrices = (np.zeros((0, 0)), np.zeros(0), np.zeros(0), parameters["proportional"])
+    integrator = (np.zeros((1, 1)), np.ones(1), np.ones(1), 0.0)
+    slope = (np.array([[-high]]), np.ones(1), np.array([-high * high]), high)
+    total = nothing
+    for gain, order, one in (
+        (parameters["integral"], -parameters["integral_order"], integrator),
+        (parameters["derivative"], parameters["derivative_order"], slope),
+    ):
+        if gain == 0:
+            continue
+        # Of s^-0.4 an integrator and s^0.6, of s^1.6 a slope and s^0.6.
+        whole = int(np.ceil(-order) if order < 0 else np.floor(order))
+        part = _power(order + whole if order < 0 else order - whole, low, high, sections)
+        for _ in range(whole):
+            part = _series(part, one)
+        a, b, c, d = part
+        total = _beside(total, (a, b, gain * c, gain * d))
+    return total
+
+
+def _power(order: float, low: float, high: float, sections: int) -> _Matrices:
+    """``s^order`` between two frequencies, for 0 <= order < 1; 0 is exact."""
+    power: _Matrices = (np.zeros((0, 0)), np.zeros(0), np.zeros(0), high**order)
+    for k in range(1, sections + 1) if order > 0 else ():
+        zero, pole = (low * (high / low) ** ((2 * k - 1 + sign * order) / (2 * sections)) for sign in (-1, 1))
+        power = _series(power, (np.array([[-pole]]), np.ones(1), np.array([zero - pole]), 1.0))
+    return power

@@ -2,10 +2,12 @@
 
 import os
 from collections.abc import Callable
-from typing import Any, final
+from typing import Any, Self, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from fractional_haptics._values import Shown
 
 _Floats = NDArray[np.float64]
 _Complexes = NDArray[np.complex128]
@@ -17,7 +19,7 @@ GRID: str
 INK: str
 
 @final
-class Operator:
+class Operator(Shown):
     @property
     def order(self) -> float: ...
     @property
@@ -49,7 +51,7 @@ def frequency_response(
 ) -> _Complexes: ...
 
 @final
-class Model:
+class Model(Shown):
     @property
     def kind(self) -> str: ...
     @property
@@ -70,7 +72,7 @@ class Model:
     ) -> str: ...
 
 @final
-class Material:
+class Material(Shown):
     @property
     def name(self) -> str: ...
     @property
@@ -112,8 +114,7 @@ def identify_record(
     progress: _Progress | None,
 ) -> dict[str, Any]: ...
 
-@final
-class Device:
+class Device(Shown):
     @property
     def mass_kg(self) -> float: ...
     @property
@@ -131,10 +132,10 @@ class Device:
         hand_stiffness_n_per_m: float = 0.0,
         delay_s: float = 0.0,
         current_lag_s: float = 0.0,
-    ) -> Device: ...
+    ) -> Self: ...
 
 @final
-class LinearPlant:
+class LinearPlant(Shown):
     _a: _Floats
     _b: _Floats
     _c: _Floats
@@ -148,7 +149,7 @@ class LinearPlant:
         mass_kg: float = 1.0,
     ) -> LinearPlant: ...
 
-class Loop:
+class Loop(Shown):
     @property
     def sample_time(self) -> float: ...
     def __new__(
@@ -170,7 +171,7 @@ class Loop:
     def poles(self) -> _Complexes | None: ...
 
 @final
-class Region:
+class Region(Shown):
     @property
     def is_empty(self) -> bool: ...
     @property
@@ -192,7 +193,7 @@ def stability_region(
 ) -> Region: ...
 
 @final
-class Port:
+class Port(Shown):
     def __new__(
         cls,
         order: float,
@@ -207,7 +208,7 @@ class Port:
     def largest_dissipation(self, damping_n_s_per_m: float, stiffness_n_per_m: float = 0.0) -> float: ...
 
 @final
-class Coupler:
+class Coupler(Shown):
     def __new__(
         cls, order: float, sample_time: float, damping_n_s_per_m: float, spring_n_s_1_minus_mu_per_m: float
     ) -> Coupler: ...
@@ -226,6 +227,8 @@ def transparency(
     operator: tuple[float, str, float],
 ) -> tuple[_Floats, _Floats]: ...
 def numbers(name: str, x: ArrayLike) -> _Floats: ...
+def lines(report: Any) -> list[dict[str, Any]]: ...
+def quantity(keys: list[str], name: str, value: float | str) -> tuple[str, float]: ...
 def read_log(path: str | os.PathLike[str]) -> dict[str, Any]: ...
 def experiment_parameters(kind: str) -> list[tuple[str, str, Any, bool, str, str]]: ...
 def run_experiment(
@@ -241,7 +244,7 @@ def let_go() -> None: ...
 def forked() -> None: ...
 def answer(kind: str, parameters: dict[str, Any], progress: _Progress | None) -> dict[str, Any]: ...
 
-class _TransferFunction:
+class _TransferFunction(Shown):
     @property
     def numerator(self) -> list[tuple[float, float]]: ...
     @property
@@ -261,7 +264,7 @@ class _TransferFunction:
     def respond(self, u: ArrayLike, sample_time: float, rule: str = "bdf2", tolerance: float = 1e-9) -> _Floats: ...
 
 @final
-class Plant:
+class Plant(Shown):
     @property
     def delay_s(self) -> float: ...
     @staticmethod
@@ -274,12 +277,13 @@ class Plant:
     def _from_response(omega: ArrayLike, response: ArrayLike) -> Plant: ...
     def response(self, omega: ArrayLike) -> Any: ...
 
-@final
-class Pid:
+class Pid(Shown):
     @property
     def sample_time(self) -> float: ...
     @property
     def missed(self) -> int: ...
+    @property
+    def parameters(self) -> dict[str, float]: ...
     def __new__(
         cls,
         sample_time: float,
@@ -296,7 +300,7 @@ class Pid:
         rule: str = "bdf2",
         tolerance: float = 1e-6,
         horizon: float = 3600.0,
-    ) -> Pid: ...
+    ) -> Self: ...
     def output(self, reference: float, measured: float, /) -> float: ...
     def advance(self, reference: float, measured: float, applied: float, /) -> None: ...
     def step(self, reference: float, measured: float, /) -> float: ...

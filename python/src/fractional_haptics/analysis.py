@@ -12,15 +12,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 import numpy as np
 
 from fractional_haptics import _native
-from fractional_haptics._native import Coupler, Device, LinearPlant, Port, Region
-from fractional_haptics._values import HoldsArrays
+from fractional_haptics._native import Coupler, LinearPlant, Port, Region
+from fractional_haptics._values import HoldsArrays, Shown, needed, which
 
 if TYPE_CHECKING:
     import control
     from numpy.typing import ArrayLike, NDArray
     from typing import TypeAlias
 
-    Plant: TypeAlias = Device | LinearPlant | control.StateSpace
+    from fractional_haptics._values import Quantity
+
+    Plant: TypeAlias = "Device | LinearPlant | control.StateSpace"
 
 __all__ = [
     "AtFrequency",
@@ -49,8 +51,75 @@ class AtFrequency(NamedTuple):
     omega_rad_s: float
 
 
+class Device(_native.Device):
+    """A device as every analysis takes it: mass, damper, hand, delay and lag of the force.
+
+    ::
+
+        m x'' + b x' + k x = f,    tau f' = u(t - delay) - f
+
+    Parameters
+    ----------
+    mass_kg : float or str
+        m of device and hand, above 0. Each of these may be a text with a unit, ``"65 g"``, and be named without its unit, ``mass=``.
+    damping_n_s_per_m : float or str, default 0
+        b of device and hand, at least 0.
+    hand_stiffness_n_per_m : float or str, default 0
+        k of the hand.
+    delay_s : float or str, default 0
+        From a measurement to the force that answers it, beside the hold of one sample; not necessarily whole samples.
+    current_lag_s : float or str, default 0
+        tau, time constant of the motor current.
+
+    Notes
+    -----
+    The longest delay and lag, 10 000 and 1e6 sample times, are checked where it is used.
+
+    Raises
+    ------
+    ValueError
+        A parameter outside its range, a text that is no such quantity.
+    TypeError
+        No mass, a name that is none of these or is given twice.
+
+    Examples
+    --------
+    >>> Device(0.065, 3.5).mass_kg
+    0.065
+    >>> Device("65 g", damping="3.5 N.s/m") == Device(0.065, 3.5)
+    True
+    """
+
+    def __new__(
+        cls,
+        mass_kg: Quantity | None = None,
+        damping_n_s_per_m: Quantity | None = None,
+        hand_stiffness_n_per_m: Quantity | None = None,
+        delay_s: Quantity | None = None,
+        current_lag_s: Quantity | None = None,
+        **named: Quantity,
+    ) -> Device:
+        given = {
+            "mass_kg": mass_kg,
+            "damping_n_s_per_m": damping_n_s_per_m,
+            "hand_stiffness_n_per_m": hand_stiffness_n_per_m,
+            "delay_s": delay_s,
+            "current_lag_s": current_lag_s,
+        }
+        numbers: dict[str, float] = {}
+        for name, value in [*given.items(), *named.items()]:
+            if value is not None:
+                key, number = _native.quantity([*given], name, value)
+                if key in numbers:
+                    raise TypeError(f"{key} is given twice: leave one out")
+                numbers[key] = number
+        if "mass_kg" not in numbers:
+            raise TypeError('a Device needs its mass: Device("65 g")')
+        return super().__new__(cls, *(numbers.get(key, 0.0) for key in given))
+
+
 @dataclass(frozen=True)
-class Verdict:
+class Verdict(Shown):
     """The certified verdict on a loop."""
 
     stable: bool
@@ -68,7 +137,7 @@ class Verdict:
 
 
 @dataclass(frozen=True)
-class Margins:
+class Margins(Shown):
     """The margins of a stable loop."""
 
     gain_up: AtFrequency | None
@@ -82,7 +151,7 @@ class Margins:
 
 
 @dataclass(frozen=True)
-class SlopeLimit:
+class SlopeLimit(Shown):
     """How steep contact may be, as factors on the wall."""
 
     linear: float
@@ -95,8 +164,8 @@ class SlopeLimit:
     """Lags and weights of the Zames-Falb multiplier that proves it."""
 
 
-@dataclass(frozen=True, eq=False)
-class Felt(HoldsArrays):
+@dataclass(frozen=True, eq=False, repr=False)
+class Felt(HoldsArrays, Shown):
     """The closed loop as a hand feels it."""
 
     omega_rad_s: NDArray[np.float64]
@@ -107,7 +176,7 @@ class Felt(HoldsArrays):
 
 
 @dataclass(frozen=True)
-class Coupled:
+class Coupled(Shown):
     """A device, a coupler and an object, really sampled."""
 
     stable: bool
@@ -154,7 +223,9 @@ def _plant(plant: Plant) -> Device | LinearPlant:
         return plant
     if all(hasattr(plant, name) for name in ("A", "B", "C", "D", "ninputs")):
         return plant_from_control(plant)
-    raise ValueError(f"a {type(plant).__name__} is no plant: give a Device, a LinearPlant or a control.StateSpace")
+    raise ValueError(
+        f"a {type(plant).__name__} is no plant here: give a Device, a LinearPlant or a control.StateSpace{which(plant)}"
+    )
 
 
 def _impedance(plant: Device | LinearPlant, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
@@ -250,8 +321,7 @@ class Loop(_native.Loop):
         control.FrequencyResponseData
             GH, without unit; without a time base, so that it combines with systems of any sample time. Data have no step response.
         """
-        import control
-
+        control = needed("control")
         nyquist = np.pi / self.sample_time
         grid = np.geomspace(1e-5 * nyquist, nyquist, 1000) if omega is None else _native.numbers("omega", omega)
         # Its figures of data want a name, and have no frequencies of a sampled system.

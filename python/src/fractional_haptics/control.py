@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 import numpy as np
 
 from fractional_haptics import _native
-from fractional_haptics._native import Pid, Plant
-from fractional_haptics._values import same
+from fractional_haptics._native import Plant
+from fractional_haptics._values import Shown, needed, same, which
 
 if TYPE_CHECKING:
     import control
@@ -85,8 +85,7 @@ class TransferFunction(_native._TransferFunction):
         control.TransferFunction or control.FrequencyResponseData
             Data have no step response: `step_response` has that of any function.
         """
-        import control
-
+        control = needed("control")
         parts = (self.numerator, self.denominator)
         if omega is None and all(order == int(order) for part in parts for _coefficient, order in part):
 
@@ -102,6 +101,65 @@ class TransferFunction(_native._TransferFunction):
 
     def __repr__(self) -> str:
         return f"TransferFunction({str(self)!r})"
+
+
+class Pid(_native.Pid):
+    __doc__ = _native.Pid.__doc__
+
+    def to_control(
+        self, band_rad_s: tuple[float, float] | None = None, sections: int | None = None
+    ) -> control.StateSpace:
+        """The controller for python-control, from the error to the command, in continuous time.
+
+        Parameters
+        ----------
+        band_rad_s : (low, high), optional
+            Frequencies between which it holds, rad/s; without it four decades up to half the sample rate.
+        sections : int, optional
+            Sections of each fractional order, 1 to 100; without it two for each decade from w to W.
+
+        Returns
+        -------
+        control.StateSpace
+            Proportional part and integral of whole order are exact.
+
+        Raises
+        ------
+        ImportError
+            python-control is missing.
+        ValueError
+            A band that does not rise, a number of sections outside its range.
+
+        Notes
+        -----
+        A fractional order is Oustaloup's: for 0 < ν < 1, with N sections between w = low/100 and W = 100 high,
+
+        ::
+
+            s^ν = W^ν ∏ (s + z_k)/(s + p_k),   z_k, p_k = w (W/w)^((2k - 1 ∓ ν)/(2N)),   k = 1 … N
+
+        An integral is 1/s or 1/s² of such a part, so that it holds at rest; a derivative from order 1 on has a pole at W for each
+        whole order. Two sections a decade keep each of these within 1 % in the band. Set-point weights, limits and the sampling
+        are not in it.
+
+        References
+        ----------
+        A. Oustaloup, F. Levron, B. Mathieu, F. M. Nanot, *Frequency-band complex noninteger differentiator: characterization and
+        synthesis*, IEEE Trans. Circuits and Systems I 47(1), 2000.
+        """
+        control = needed("control")
+        from fractional_haptics import _matrices
+
+        nyquist = np.pi / self.sample_time
+        low, high = (1e-4 * nyquist, nyquist) if band_rad_s is None else map(float, band_rad_s)
+        if not 0 < low < high < np.inf:
+            raise ValueError(f"band_rad_s = ({low}, {high}) does not rise from above 0: give (low, high) in rad/s")
+        low, high = low / 100, 100 * high
+        count = int(np.ceil(2 * np.log10(high / low))) if sections is None else sections
+        if not 1 <= count <= 100:
+            raise ValueError(f"sections {count} is not in [1, 100]")
+        a, b, c, d = _matrices.pid(self.parameters, low, high, count)
+        return control.StateSpace(a, b[:, None], c[None, :], [[d]], 0, remove_useless_states=False, name="controller")
 
 
 def plant(
@@ -150,11 +208,13 @@ def plant(
         if delay_s:
             raise ValueError("a dead time beside a measured response, which has its own: leave delay_s out")
         return Plant._from_response(model.omega, np.ravel(model.complex))
-    raise ValueError(f"a {type(model).__name__} is no plant: give a text, a function, or a system of python-control")
+    raise ValueError(
+        f"a {type(model).__name__} is no plant here: give a text, a function, or a system of python-control{which(model)}"
+    )
 
 
 @dataclass(frozen=True)
-class Tuned:
+class Tuned(Shown):
     """A controller that was tuned, and what it reaches."""
 
     parameters: dict[str, float]
@@ -252,7 +312,7 @@ def tune(
 
 
 @dataclass(frozen=True)
-class ClosedLoop:
+class ClosedLoop(Shown):
     """The verdict on a sampled loop, and its margins."""
 
     stable: bool
@@ -295,11 +355,15 @@ def closed_loop(controller: Pid, plant: Plant, gain: float = 1.0) -> ClosedLoop:
     return ClosedLoop(**cast("dict[str, Any]", known))
 
 
-class Response(NamedTuple):
-    """A simulated loop."""
-
+class _Response(NamedTuple):
     measured: NDArray[np.float64]
     command: NDArray[np.float64]
+
+
+class Response(_Response, Shown):
+    """A simulated loop: measurement and command."""
+
+    __slots__ = ()
 
     def __hash__(self) -> int:
         raise TypeError("unhashable type: 'Response' holds arrays")

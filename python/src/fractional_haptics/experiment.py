@@ -1,6 +1,7 @@
 """Experiments on simulated or serial devices: the crate ``haptic-experiment``, what ``host-cli`` runs.
 
-All take the keys of experiment files, with their defaults and ranges; keys carry their SI unit.
+All take the keys of experiment files, with their defaults and ranges; keys carry their SI unit. A text with a unit is taken
+too, and the key without its unit: ``wall(mass="65 g", …)`` is ``wall(mass_kg=0.065, …)``.
 
 Every one releases the interpreter, reports progress, and stops on Ctrl-C: the force ramps to zero, the log is closed, then
 ``KeyboardInterrupt`` is raised.
@@ -22,7 +23,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from fractional_haptics import _native
-from fractional_haptics._values import HoldsArrays
+from fractional_haptics._values import HoldsArrays, Shown
 
 if TYPE_CHECKING:
     import numpy as np
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 
     from fractional_haptics.tissue import Material
 
-__all__ = ["Run", "coupler", "creep", "design", "relax", "touch", "wall", "zwidth"]
+__all__ = ["Answer", "Run", "coupler", "creep", "design", "relax", "touch", "wall", "zwidth"]
 
 Progress = Callable[[int], object]
 
@@ -47,11 +48,8 @@ def _told(progress: Any) -> Progress | None:
     return cast("Progress | None", progress)
 
 
-"""Of a tissue and its rendering."""
-
-
-@dataclass(frozen=True, eq=False)
-class Run(HoldsArrays):
+@dataclass(frozen=True, eq=False, repr=False)
+class Run(HoldsArrays, Shown):
     """A finished run."""
 
     kind: str
@@ -80,8 +78,17 @@ class Run(HoldsArrays):
         table.attrs["report"] = dict(self.report)
         return table
 
+    def _shown(self) -> Mapping[str, Any]:
+        return {"kind": self.kind, **self.report}
+
     def __repr__(self) -> str:
         return f"<Run '{self.kind}' of {self.report['samples']} samples: {', '.join(self.columns)}>"
+
+
+class Answer(dict[str, Any], Shown):
+    """The answer to a question: a dict, with the keys of ``host-cli --json``, that shows itself on one screen."""
+
+    __str__ = Shown.__str__
 
 
 def _tables(report: dict[str, Any]) -> list[dict[str, NDArray[np.float64]]]:
@@ -171,6 +178,8 @@ Raises
 ------
 ValueError
     A parameter that is unknown, missing or outside its range.
+FileNotFoundError
+    A file or folder that a parameter names.
 RuntimeError
     A device or a disk that failed.
 KeyboardInterrupt
@@ -221,9 +230,9 @@ touch = _experiment(
 )
 
 
-def _answer(kind: str, parameters: dict[str, Any], progress: Progress | None) -> dict[str, Any]:
+def _answer(kind: str, parameters: dict[str, Any], progress: Progress | None) -> Answer:
     given = {key: value for key, value in parameters.items() if value is not None}
-    return _native.answer(kind, given, _told(progress))
+    return Answer(_native.answer(kind, given, _told(progress)))
 
 
 def zwidth(
@@ -232,7 +241,7 @@ def zwidth(
     points: int = 21,
     progress: Progress | None = None,
     **parameters: Any,
-) -> dict[str, Any]:
+) -> Answer:
     """Z-width: the stiffest walls that a device renders, by trying.
 
     Parameters
@@ -247,8 +256,8 @@ def zwidth(
 
     Returns
     -------
-    dict
-        As ``host-cli zwidth --json``: ``orders[i]["boundary"][k]`` has ``dissipation``, ``stiffness_max`` (N/m),
+    Answer
+        A dict as ``host-cli zwidth --json``: ``orders[i]["boundary"][k]`` has ``dissipation``, ``stiffness_max`` (N/m),
         ``analysis_stiffness_n_per_m`` and more. After Ctrl-C ``KeyboardInterrupt``.
 
     Raises
@@ -273,7 +282,7 @@ def design(
     force_noise_limit_n: float | None = None,
     progress: Progress | None = None,
     **parameters: Any,
-) -> dict[str, Any]:
+) -> Answer:
     """The best wall for a device, and the order that does it: computed, then tried.
 
     Parameters
@@ -298,8 +307,8 @@ def design(
 
     Returns
     -------
-    dict
-        As ``host-cli design --json``: ``candidates``, ``best`` (None without any), ``simulated``, ``experiment_text`` and more.
+    Answer
+        A dict as ``host-cli design --json``: ``candidates``, ``best`` (None without any), ``simulated``, ``experiment_text`` and more.
 
     Raises
     ------

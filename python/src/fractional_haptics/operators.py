@@ -197,6 +197,10 @@ def state_space(operator: Operator) -> tuple[NDArray[np.float64], NDArray[np.flo
     """
     from fractional_haptics import _matrices
 
+    if not isinstance(operator, Operator):
+        from fractional_haptics._values import which
+
+        raise ValueError(f"a {type(operator).__name__} is no operator: give an Operator of order and sample time{which(operator)}")
     return _matrices.of(operator)
 
 
@@ -218,7 +222,8 @@ def to_control(operator: Operator) -> control.StateSpace:
     ValueError
         As `state_space`.
     """
-    import control
+    from fractional_haptics._values import needed
 
+    control = needed("control")
     a, b, c, d = state_space(operator)
     return control.StateSpace(a, b[:, None], c[None, :], [[d]], operator.sample_time, remove_useless_states=False)

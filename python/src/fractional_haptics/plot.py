@@ -5,7 +5,7 @@ Every function draws into `ax` or into a new figure, and returns the axes.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import matplotlib.pyplot as plt
@@ -15,13 +15,14 @@ from cycler import cycler
 from fractional_haptics._native import COLOURS, GRID, INK
 
 if TYPE_CHECKING:
+    import xarray
     from matplotlib.axes import Axes
 
     from fractional_haptics.analysis import Region
     from fractional_haptics.experiment import Run
     from fractional_haptics.tissue import Identification
 
-__all__ = ["STYLE", "identification", "regions", "relaxation"]
+__all__ = ["STYLE", "identification", "quantiles", "regions", "relaxation"]
 
 STYLE: dict[Any, Any] = {
     "axes.prop_cycle": cycler(color=COLOURS),
@@ -152,3 +153,68 @@ def identification(found: Identification, ax: Axes | None = None, fits: int = 3)
     ax.set(xlabel=xlabel, ylabel=ylabel)
     ax.legend()
     return ax
+
+
+def quantiles(
+    result: xarray.DataArray,
+    over: str = "sample",
+    ax: Axes | None = None,
+    *,
+    shares: Sequence[float] = (0.05, 0.25, 0.5, 0.75, 0.95),
+    label: str | None = None,
+) -> Axes:
+    """The spread of a result of a sweep: its median as a line, bands between the quantiles that belong together.
+
+    Parameters
+    ----------
+    result : xarray.DataArray
+        One result of a sweep, as ``result["stiffness"]``, with `over` and one more dimension; choose of others with ``sel``.
+        Points that failed, NaN, are left out.
+    over : str, default "sample"
+        The dimension along which it spreads.
+    ax : Axes, optional
+        Where to draw; several results share it, each in the next colour.
+    shares : sequence of float
+        Quantiles from 0 to 1, the same from either end, with 0.5 in the middle or without.
+    label : str, optional
+        In the legend, before the bands.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    ValueError
+        Other dimensions, shares that do not mirror each other.
+    """
+    along = [name for name in map(str, result.dims) if name != over]
+    if over not in result.dims or len(along) != 1:
+        raise ValueError(
+            f"a result of the dimensions {', '.join(map(str, result.dims))} has no single one beside {over}: "
+            "choose with result.sel(…), or name another one in over"
+        )
+    rising = sorted(shares)
+    if not rising or not np.allclose(np.add(rising, rising[::-1]), 1.0) or not 0 <= rising[0] <= rising[-1] <= 1:
+        raise ValueError(f"shares {tuple(shares)} do not mirror each other about 0.5, as 0.05, 0.5, 0.95 do")
+    ax = _axes(ax)
+    found = result.quantile(rising, dim=over, skipna=True).transpose("quantile", along[0])
+    place = result.coords[along[0]]
+    x = np.asarray(place)
+    colour = COLOURS[len(ax.lines) % len(COLOURS)]
+    middle = rising.index(0.5) if 0.5 in rising else None
+    for low in range(len(rising) // 2):
+        between = f"{100 * (rising[-1 - low] - rising[low]):.4g} % of {over}s"
+        ends = np.asarray(found[low]), np.asarray(found[len(rising) - 1 - low])
+        ax.fill_between(x, *ends, color=colour, alpha=0.15 + 0.1 * low, linewidth=0, label=f"{label}, {between}" if label else between)
+    if middle is not None:
+        ax.plot(x, np.asarray(found[middle]), color=colour, marker=".", label=f"{label}, median" if label else "median")
+    ax.set(xlabel=_named(place), ylabel=_named(result))
+    ax.legend()
+    return ax
+
+
+def _named(array: xarray.DataArray) -> str:
+    """Name and unit of an axis."""
+    name, unit = str(array.attrs.get("long_name", array.name)), str(array.attrs.get("units", ""))
+    return name if unit in ("", "1") else f"{name} / {unit if '/' not in unit else f'({unit})'}"

@@ -14,7 +14,7 @@ import numpy as np
 
 from fractional_haptics import _native
 from fractional_haptics._native import Material, Model
-from fractional_haptics._values import HoldsArrays
+from fractional_haptics._values import HoldsArrays, Shown
 
 if TYPE_CHECKING:
     import os
@@ -38,7 +38,7 @@ __all__ = [
 
 
 @dataclass(frozen=True)
-class Parameter:
+class Parameter(Shown):
     """A parameter of a model."""
 
     name: str
@@ -54,7 +54,7 @@ class Parameter:
 
 
 @dataclass(frozen=True)
-class ModelDescription:
+class ModelDescription(Shown):
     """A kind of model."""
 
     description: str
@@ -127,7 +127,7 @@ def find(name: str | os.PathLike[str], folder: str | os.PathLike[str] | None = N
 
 
 @dataclass(frozen=True)
-class Estimate:
+class Estimate(Shown):
     """A parameter of a fit with its errors; None where the record does not settle it."""
 
     name: str
@@ -144,8 +144,8 @@ class Estimate:
     """High end, likewise."""
 
 
-@dataclass(frozen=True, eq=False)
-class Fit(HoldsArrays):
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit(HoldsArrays, Shown):
     """A model fitted to a record."""
 
     kind: str
@@ -167,9 +167,29 @@ class Fit(HoldsArrays):
     is_settled: bool
     """False if a standard error is many times its value."""
 
+    def _shown(self) -> dict[str, Any]:
+        rows = ("name", "value", "unit", "low_95", "high_95")
+        estimates = [{row: getattr(one, row) for row in rows} for one in self.estimates]
+        return {
+            "model": self.kind,
+            "estimates": estimates,
+            "rms": self.rms,
+            "bic": self.bic,
+            "is_settled": self.is_settled,
+        }
 
-@dataclass(frozen=True, eq=False)
-class Identification(HoldsArrays):
+
+_COLUMNS = {
+    "relaxation": ("time_s", "modulus_pa"),
+    "creep": ("time_s", "compliance"),
+    "oscillation": ("angular_frequency_rad_s", "moduli_pa"),
+    "record": ("time_s", "stress_pa"),
+}
+"""What is in each kind of record, as keys of a report."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Identification(HoldsArrays, Shown):
     """Models fitted to a record, the best first."""
 
     kind: str
@@ -187,6 +207,12 @@ class Identification(HoldsArrays):
     def best(self) -> Fit:
         """The fit that was chosen."""
         return self.fits[0]
+
+    def _shown(self) -> dict[str, Any]:
+        candidates = [{"model": fit.kind, "rms": fit.rms, "bic": fit.bic, "settled": fit.is_settled} for fit in self.fits]
+        record = {"record": self.kind, **dict(zip(_COLUMNS[self.kind], (self.x, self.measured), strict=True))}
+        record["compliance_unit"] = "1/Pa"
+        return {**record, **self.best._shown(), "candidates": candidates, "warnings": list(self.warnings)}
 
 
 def identify(

@@ -17,8 +17,9 @@ use super::reading::{
     device_model, metadata, piece, remote, samples_fit, scheme, sensors, without,
 };
 use super::rendering::{
-    CREEP_CONTACT, CREEP_DURATION, Contact, DEPTH, FORCE, PRECISION, Precision, RAMP_TIME,
-    RELAX_DURATION, RIG_DAMPING, RIG_MASS, STRAIN, STRESS,
+    CHANGES, CREEP_CONTACT, CREEP_DURATION, Contact, DEPTH, FORCE, PIECE_DISSIPATION, PIECE_ORDER,
+    PIECE_STIFFNESS, PRECISION, Precision, RAMP_TIME, RELAX_DURATION, RIG_DAMPING, RIG_MASS,
+    STRAIN, STRESS,
 };
 use super::trial::safe_chain;
 use crate::document::error::FileError;
@@ -32,7 +33,7 @@ use crate::document::reader::Table;
 use crate::document::{CONTROLLER_IN_LOG, TISSUE_IN_LOG};
 use crate::experiment::drive::{self, Drive, DriveDevice, SimulatedRig, TissueLaw};
 use crate::judge::against::Measured;
-use crate::judge::modelled_tissue::TissuePiece;
+use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece};
 use crate::judge::preflight::{Preflight, WallContact};
 use crate::judge::{Published, Report};
 use crate::run::advice::parameter;
@@ -61,6 +62,7 @@ use haptic_loop::plant::{
 };
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{Contact as OneSided, Controller, Limits, SafetyChain, SpringDamper};
+use haptic_tissue::{Library, MaterialError};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
@@ -669,7 +671,7 @@ fn rendering(
     let (safety, dynamics) = guarded(table, remote.is_some())?;
     let sample_time_s = table.number(&p::SAMPLE_TIME)?;
     samples_fit(table, sample_time_s, duration_s, &SAMPLES)?;
-    let piece = piece(table)?;
+    let piece = changed(table, piece(table)?)?;
     let (model, order) = (piece.material.composed(), piece.material.order());
     let scheme = scheme(table, model, order, sample_time_s, duration_s)?;
     let load = load(&piece)?;
@@ -701,6 +703,55 @@ fn rendering(
         safety,
         conduct: Conduct::on(remote),
     })
+}
+
+/// The piece with K, B and μ as far as they are given, instead of those of its tissue: E₀ = K/γ, η = B/γ.
+fn changed(table: &Table<'_>, piece: TissuePiece) -> Result<TissuePiece, FileError> {
+    let mut given = [None; 3];
+    for (number, parameter) in given.iter_mut().zip(CHANGES) {
+        *number = table.number_if(parameter)?;
+    }
+    let [stiffness, dissipation, order] = given;
+    let per_shape = |number: Option<f64>| number.map(|number| number / piece.shape_m());
+    let [is_given, is_sized] = [&given[..], &given[..2]].map(|of| of.iter().any(Option::is_some));
+    let refuse = |reason: String| {
+        let key = CHANGES.iter().rev().find(|key| table.has(key));
+        table.fail_at(key.map_or("", |key| key.key), reason)
+    };
+    if !is_given {
+        return Ok(piece);
+    }
+    if is_sized && !piece.is_linear() {
+        return Err(refuse(TissuePiece::NOT_LINEAR.to_owned()));
+    }
+    let elements = [per_shape(stiffness), per_shape(dissipation), order];
+    let tissue = piece.material.with_elements(elements).map_err(|error| {
+        let remedy = if matches!(error, MaterialError::Elements(..)) {
+            with_one_order(table)
+        } else if matches!(error, MaterialError::NoSpringPot(_)) {
+            format!(
+                "give {PIECE_DISSIPATION} and {PIECE_ORDER} together, or take the tissue spring-pot"
+            )
+        } else {
+            format!("change {PIECE_STIFFNESS} or {PIECE_DISSIPATION}")
+        };
+        refuse(format!("{error}: {remedy}"))
+    })?;
+    let material = ModelledTissue::new(tissue).map_err(|error| refuse(error.to_string()))?;
+    Ok(TissuePiece {
+        material: Box::new(material),
+        ..piece
+    })
+}
+
+/// The tissues of the library whose model has one order.
+fn with_one_order(table: &Table<'_>) -> String {
+    let folder = table.file(&p::LIBRARY).ok().flatten();
+    let library = Library::load(folder.as_deref());
+    let all = library.iter().flat_map(Library::materials);
+    let names = all.filter(|one| one.with_elements([None, None, Some(0.5)]).is_ok());
+    let names: Vec<&str> = names.map(|one| one.name.as_str()).collect();
+    format!("{} have one", names.join(", "))
 }
 
 /// `[relax]`, with the table of a controller that holds the indenter.

@@ -4,7 +4,8 @@ use crate::document::named::Named;
 use crate::document::parameters as p;
 use crate::document::parameters::kind::{Parameter, joined, parameters};
 use crate::document::parameters::range::{
-    DAMPINGS, DURATIONS, FORCES_ABOVE_0, MASSES, REACHES_ABOVE_0, STRAINS, STRESSES,
+    DAMPINGS, DISSIPATIONS, DURATIONS, FORCES_ABOVE_0, MASSES, REACHES_ABOVE_0, SHARES,
+    STIFFNESSES, STRAINS, STRESSES,
 };
 use serde::Serialize;
 
@@ -26,6 +27,13 @@ parameters! {
     /// Contact of the rig of a creep test: what has a mass shows itself before the tissue.
     CREEP_CONTACT = text(p::CONTACT.key, "ideal",
         "Contact between indenter and tissue; with a controller or a device it is compliant");
+    /// Stiffness of the spring of the tissue, N/m.
+    PIECE_STIFFNESS = optional("stiffness_n_per_m", STIFFNESSES, "Stiffness K of the piece's spring, instead of the tissue's");
+    /// Dissipation of the spring-pot of the tissue, N·s^μ/m.
+    PIECE_DISSIPATION = optional("dissipation_n_s_mu_per_m", DISSIPATIONS,
+        "Dissipation B of the piece's spring-pot, N·s^μ/m, instead of the tissue's");
+    /// Order of the spring-pot of the tissue.
+    PIECE_ORDER = optional("order", SHARES, "Order of the tissue's spring-pot, instead of its own: 0 a spring, 1 a damper");
     /// Mass of each of the two actuators of the rig, kg.
     RIG_MASS = number("rig_mass_kg", 0.065, "65g", MASSES, "Mass of each of the rig's two actuators");
     RIG_DAMPING = number("rig_damping_n_s_per_m", 3.5, "3.5", DAMPINGS, "Viscous damping of each actuator");
@@ -39,9 +47,13 @@ pub(crate) const RELAX: &[Parameter] = &[STRAIN, DEPTH, RAMP_TIME, RELAX_DURATIO
 /// Of `[creep]`, beside [`RENDERING`].
 pub(crate) const CREEP: &[Parameter] = &[STRESS, FORCE, CREEP_DURATION, CREEP_CONTACT];
 
+/// Of the piece, beside its tissue: K, B and μ.
+pub(crate) const CHANGES: &[Parameter] = &[PIECE_STIFFNESS, PIECE_DISSIPATION, PIECE_ORDER];
+
 /// Of the rendering: the tissue, and how it is rendered.
-pub(crate) const RENDERING: &[Parameter] = &joined::<20>(&[
+pub(crate) const RENDERING: &[Parameter] = &joined::<23>(&[
     p::PIECE,
+    CHANGES,
     &[p::SCHEME, PRECISION, p::SAMPLE_TIME, RIG_MASS, RIG_DAMPING],
     &[p::ENCODER_RESOLUTION, p::SENSOR_NOISE, p::SEED],
     &[

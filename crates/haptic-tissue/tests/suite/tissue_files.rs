@@ -1,6 +1,6 @@
 //! Tissue files of every model: read, written, read back; refused with line and reason.
 
-use haptic_tissue::{Material, Model, ModelKind, ParameterRange, Source, ValidRange};
+use haptic_tissue::{Library, Material, Model, ModelKind, ParameterRange, Source, ValidRange};
 use std::path::Path;
 
 /// Values that are no round numbers.
@@ -156,4 +156,89 @@ fn a_name_that_is_none_is_refused() {
     let error = Material::new("Gel 1", "", spring, Source::default());
     let said = error.expect_err("a name").to_string();
     assert!(said.starts_with("name \"Gel 1\""), "{said}");
+}
+
+/// A tissue of the library.
+fn known(name: &str) -> Material {
+    let library = Library::load(None).expect("valid");
+    library.find(name).expect("known")
+}
+
+#[test]
+fn other_numbers_of_the_two_elements_are_those_of_the_closed_form_and_are_named() {
+    let prostate = known("prostate-cancerous");
+    let other = prostate.with_elements([Some(300.0), None, Some(0.5)]);
+    let other = other.expect("one order");
+    // E + V·t^(−1/2)/Γ(1/2), with Γ(1/2)² = π.
+    for time_s in [0.01, 1.0, 40.0] {
+        let have = other.model.relaxation_moduli(&[time_s])[0];
+        let want = 300.0 + 8650.0 / (core::f64::consts::PI * time_s).sqrt();
+        assert!((have / want - 1.0).abs() < 1e-12, "{have} {want}");
+    }
+    assert_eq!(other.name, "prostate-cancerous-changed");
+    let words = "changed to elastic_modulus_pa = 300, order = 0.5";
+    assert!(other.description.ends_with(words), "{}", other.description);
+    // A log repeats the change on what was changed already.
+    let again = other.with_elements([Some(300.0), None, Some(0.5)]);
+    assert_eq!(again.expect("the same"), other);
+    let read = Material::parse(Path::new("log"), &other.to_toml());
+    assert_eq!(read.expect("a file").model, other.model);
+    let range = known("zebrafish-gray-matter");
+    assert_ne!(range.range, ValidRange::default());
+    let range = range.with_elements([None, None, Some(0.9)]);
+    assert_eq!(range.expect("one order").range, ValidRange::default());
+}
+
+#[test]
+fn a_tissue_without_a_single_order_has_none_to_change() {
+    for (name, given, why) in [
+        (
+            "fish-muscle",
+            [None, None, Some(0.5)],
+            "is a fractional-maxwell, which has no single order",
+        ),
+        (
+            "mucus",
+            [Some(5.0), None, None],
+            "is a fractional-kelvin-voigt, which has no single order",
+        ),
+        (
+            "spring",
+            [None, None, Some(0.5)],
+            "tissue \"spring\" has no spring-pot",
+        ),
+        (
+            "liver",
+            [None, Some(20.0), None],
+            "tissue \"liver\" has no spring-pot",
+        ),
+        (
+            "dashpot",
+            [None, Some(0.0), None],
+            "elastic_modulus_pa = 0 Pa is not above 0",
+        ),
+        (
+            "spring",
+            [Some(-1.0), None, None],
+            "elastic_modulus_pa = -1 Pa is not above 0",
+        ),
+    ] {
+        let error = known(name)
+            .with_elements(given)
+            .expect_err(name)
+            .to_string();
+        assert!(error.contains(why), "{name}: {error}");
+    }
+    let all = Library::load(None).expect("valid");
+    let with_one = all.materials().iter();
+    let with_one = with_one.filter(|one| one.with_elements([None, None, Some(0.3)]).is_ok());
+    let names: Vec<&str> = with_one.map(|one| one.name.as_str()).collect();
+    let prostates = ["prostate-cancerous", "prostate-healthy"];
+    let others = [
+        "passive-muscle",
+        "zebrafish-gray-matter",
+        "dashpot",
+        "spring-pot",
+    ];
+    assert_eq!(names, [&prostates[..], &others].concat());
 }

@@ -1,6 +1,7 @@
 //! Every model is rendered: relaxation and creep on the simulated rig against their closed forms.
 
 use super::Indentation;
+use crate::document::Document;
 use crate::experiment::bounded_tests::defaults;
 use crate::experiment::rendering::{Contact, Precision};
 use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece};
@@ -14,6 +15,7 @@ use haptic_tissue::{
     Material, MeasuredLoading, Model, ModelKind, SampledModel, Source, ValidRange,
 };
 use std::ops::ControlFlow;
+use std::path::Path;
 use testkit::Random;
 use testkit::device::{DAMPING, MASS, plant, read, with_hand, write};
 use testkit::tissue::{KINDS, models, of_two};
@@ -362,4 +364,67 @@ fn random_models_are_stable_as_the_analysis_says() {
         }
     }
     assert!(5 * stable > cases && 5 * unstable > cases);
+}
+
+/// The force of `[relax]` with these keys, N, by its closed form.
+fn force_of(keys: &str, time_s: f64) -> Result<f64, String> {
+    let text = format!("[relax]\n{keys}");
+    let document = Document::of_text(Path::new("relax.toml"), &text);
+    let parsed = document.parse().map_err(|error| error.to_string())?;
+    let (_, table, _) = (parsed.one_of(&["relax"], &[], "", "")).map_err(|e| e.to_string())?;
+    let relaxation = super::relax(&table, None).map_err(|error| error.to_string())?;
+    Ok(relaxation.closed_form(time_s))
+}
+
+/// K·x + B·D^μ x of a ramp to 1 mm in 1 s, held until t: D^μ t = t^(1−μ)/Γ(2−μ).
+fn held(stiffness: f64, dissipation: f64, order: f64, time_s: f64) -> f64 {
+    let slope = |t: f64| libm::pow(t, 1.0 - order) / libm::tgamma(2.0 - order);
+    1e-3 * (stiffness + dissipation * (slope(time_s) - slope(time_s - 1.0)))
+}
+
+#[test]
+fn a_piece_has_the_stiffness_dissipation_and_order_that_are_given() {
+    for (keys, want) in [
+        ("tissue = 'spring'", held(1000.0, 0.0, 0.0, 5.0)),
+        ("tissue = 'spring-pot'", held(0.0, 400.0, 0.5, 5.0)),
+        (
+            "tissue = 'spring'\nstiffness_n_per_m = 70",
+            held(70.0, 0.0, 0.0, 5.0),
+        ),
+        (
+            "tissue = 'spring-pot'\ndissipation_n_s_mu_per_m = 60\norder = 0.3",
+            held(0.0, 60.0, 0.3, 5.0),
+        ),
+        ("order = 0.5", held(0.0, 8650.0 * 0.02, 0.5, 5.0)),
+        (
+            "tissue = 'dashpot'\nstiffness_n_per_m = 500\norder = 0.7",
+            held(500.0, 100.0, 0.7, 5.0),
+        ),
+        // Young's modulus of the file against sheared plates: γ = A/(3h).
+        (
+            "tissue = 'spring'\nloading = 'shear'\nstiffness_n_per_m = 70",
+            held(70.0, 0.0, 0.0, 5.0),
+        ),
+    ] {
+        let have = force_of(keys, 5.0).expect(keys);
+        assert!((have / want - 1.0).abs() < 1e-9, "{keys}: {have} {want}");
+    }
+    for (keys, refused) in [
+        (
+            "tissue = 'fish-muscle'\norder = 0.5",
+            "relax.toml:3: tissue \"fish-muscle\" is a fractional-maxwell, which has no single order: prostate-cancerous, prostate-healthy,",
+        ),
+        (
+            "tissue = 'spring'\norder = 0.5",
+            "give `dissipation_n_s_mu_per_m` and `order` together, or take the tissue spring-pot",
+        ),
+        (
+            "tissue = 'passive-muscle'\nstiffness_n_per_m = 5",
+            "not linear in its depth",
+        ),
+        ("order = 1.2", "order = 1.2 is not from 0 to 1: change it"),
+    ] {
+        let error = force_of(keys, 5.0).expect_err(keys);
+        assert!(error.contains(refused), "{keys}: {error}");
+    }
 }
