@@ -120,6 +120,10 @@ export class FeelView implements ViewPart {
     this.scene.show({ position, force: Math.max(0, force), hand, surface: this.surface.at(newest.time, position, force) });
   }
 
+  besideField(why: string): boolean {
+    return this.controls.refused(why);
+  }
+
   key(event: KeyboardEvent, down: boolean): boolean {
     const onControl = event.target instanceof HTMLElement && event.target.matches("input, select, textarea");
     if (!onControl && this.scene.key(event, down)) return true;
