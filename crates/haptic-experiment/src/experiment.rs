@@ -17,7 +17,6 @@ use crate::document::parameters::ON_DEVICE;
 use crate::run::safety::keys::SAFETY;
 use kind::{Beside, Keys, Kind};
 pub use teleoperation::{End, FarReport, Terms};
-pub use wall::WallOnDevice;
 
 const RELAXATION: Keys = ("relaxation", rendering::RELAX);
 const CREEP: Keys = ("creep", rendering::CREEP);

@@ -31,7 +31,6 @@ use crate::experiment::indentation::Indentation;
 use crate::experiment::kind::{Beside, Experiment, Watched};
 use crate::experiment::reading::{DEVICE_FILES, device_text, with_devices};
 use crate::experiment::teleoperation::{End, FarReport, TeleoperationExperiment, Terms};
-use crate::experiment::wall::{WallExperiment, WallOnDevice};
 use crate::judge::modelled_tissue::TissuePiece;
 use crate::judge::{Published, Report};
 use crate::run::Supervisor;
@@ -170,12 +169,6 @@ impl ExperimentFile {
     #[must_use]
     pub fn indentation(&self) -> Option<&Indentation> {
         self.of()
-    }
-
-    /// The wall that a device hits, and the device.
-    #[must_use]
-    pub fn wall(&self) -> Option<WallOnDevice> {
-        self.of::<WallExperiment>().map(WallExperiment::on_device)
     }
 
     /// Runs a side of a teleoperation for `duration_s` of its device, once the other is there; log

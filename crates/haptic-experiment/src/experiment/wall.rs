@@ -19,7 +19,6 @@ use crate::judge::Reference;
 use crate::judge::preflight::{Preflight, WallContact};
 use crate::judge::settling::Settling;
 use crate::run::Ran;
-use crate::run::plant_file::DeviceValues;
 use crate::run::preflight::PreflightVerdict;
 use crate::run::remote::{RemoteDevice, RemoteLaw, portable};
 use crate::run::safety::GuardChoice;
@@ -75,25 +74,6 @@ pub(crate) struct WallExperiment {
     pub dissipation_n_s_mu_per_m: f64,
     /// It pulls, or only pushes.
     pub contact: WallContact,
-}
-
-/// A wall and the device that it is for, as a file says them.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WallOnDevice {
-    /// μ, 0 to 2.
-    pub order: Order,
-    /// The operator that runs.
-    pub scheme: Scheme,
-    /// K, N/m.
-    pub stiffness_n_per_m: f64,
-    /// B, N·s^μ/m.
-    pub dissipation_n_s_mu_per_m: f64,
-    /// How it meets the device.
-    pub contact: WallContact,
-    /// The device with its hand, simulated or known of a real one.
-    pub device: DeviceValues,
-    /// T of the loop, s.
-    pub sample_time_s: f64,
 }
 
 impl Named for WallContact {
@@ -174,30 +154,6 @@ impl WallExperiment {
             stiffness_n_per_m,
             dissipation_n_s_mu_per_m,
             contact: WallContact::Linear,
-        }
-    }
-
-    pub(crate) const fn on_device(&self) -> WallOnDevice {
-        let TrialSetup {
-            device, sensors, ..
-        } = &self.setup;
-        WallOnDevice {
-            order: self.order,
-            scheme: self.scheme,
-            stiffness_n_per_m: self.stiffness_n_per_m,
-            dissipation_n_s_mu_per_m: self.dissipation_n_s_mu_per_m,
-            contact: self.contact,
-            device: DeviceValues {
-                mass_kg: device.mass.0,
-                damping_n_s_per_m: device.damping.0,
-                hand_stiffness_n_per_m: device.stiffness.0,
-                delay_s: device.delay.0,
-                current_lag_s: device.lag.0,
-                friction_n: device.friction.0,
-                encoder_resolution_m: sensors.encoder_resolution_m,
-                sensor_noise_m: sensors.noise_m,
-            },
-            sample_time_s: device.sample_time.0,
         }
     }
 

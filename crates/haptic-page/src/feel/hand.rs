@@ -5,7 +5,7 @@
 //! Spring and damper are part of the plant, so they are exact between samples and stable whatever their values. Without a hand
 //! the device is a mass on its own damper.
 
-use super::settings::{DeviceNumbers, SLIDERS};
+use super::settings::{DeviceNumbers, HAND_M};
 use haptic_experiment::Failure;
 use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
@@ -50,7 +50,7 @@ impl Pointer {
     fn aim(&mut self, target_m: f64) {
         // A pointer that is not a number stays where it is.
         if target_m.is_finite() {
-            self.target_m = SLIDERS.hand_m.nearest(target_m);
+            self.target_m = HAND_M.nearest(target_m);
         }
     }
 
@@ -80,8 +80,12 @@ impl Device<f64, 1> for Place {
 }
 
 fn ideal(device: DeviceNumbers) -> MassDamperConfig {
-    let damping = NewtonSecondsPerMetre(device.damping_n_s_per_m);
-    MassDamperConfig::ideal(Kilograms(device.mass_kg), damping, device.sample_time())
+    let damping = NewtonSecondsPerMetre(device.values.damping_n_s_per_m);
+    MassDamperConfig::ideal(
+        Kilograms(device.values.mass_kg),
+        damping,
+        device.sample_time(),
+    )
 }
 
 /// A simulated device with a hand that holds it or not. Both plants are given each force, so that what is on its way arrives whatever
@@ -100,7 +104,7 @@ pub(crate) struct HeldDevice {
 impl HeldDevice {
     /// A device in front of the surface, no hand on it.
     pub(crate) fn new(device: DeviceNumbers) -> Result<Self, Failure> {
-        let imperfections = device.imperfections();
+        let imperfections = device.values.imperfections();
         let sample_time_s = device.sample_time_s;
         let free = imperfections.on(ideal(device));
         let place = Place(Reading {
@@ -219,6 +223,7 @@ impl Device<f64, 1> for HeldDevice {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use haptic_experiment::run::DeviceValues;
     use haptic_loop::units::{Newtons, NewtonsPerSecond};
     use haptic_loop::{SafetyChain, SafetyState};
 
@@ -228,14 +233,14 @@ mod tests {
 
     #[test]
     fn the_device_of_a_file_has_its_delay_friction_and_encoder() {
-        let late = DeviceNumbers {
+        let late = DeviceNumbers::from(DeviceValues {
             friction_n: 0.1,
             delay_s: 3e-3,
             current_lag_s: 1e-3,
             encoder_resolution_m: 1e-4,
-            ..DeviceNumbers::default()
-        };
-        let config = late.imperfections().on(ideal(late));
+            ..DeviceNumbers::default().values
+        });
+        let config = late.values.imperfections().on(ideal(late));
         let t = late.sample_time();
         let chain = SafetyChain::<f64>::new(Newtons(5.0), NewtonsPerSecond(1e4), t);
         let chain = chain.expect("limits");
@@ -308,7 +313,7 @@ mod tests {
             device.hand(wild, true);
             let Ok(()) = device.write(SafeForce::zero());
             fastest = fastest.max(device.held.velocity()[0].abs());
-            assert!(device.position_m().abs() < 1.2 * SLIDERS.hand_m.most);
+            assert!(device.position_m().abs() < 1.2 * HAND_M.most);
         }
         assert!(fastest < 1.05 * HAND_SPEED_M_PER_S, "{fastest}");
     }

@@ -23,6 +23,7 @@ pub(crate) use keeper::{CHANNELS, FeelPlace, FeelState, Kept, locked};
 pub(crate) use law::JudgedFeel;
 pub(crate) use opened::{Opened, opened};
 pub use settings::DeviceNumbers;
+use settings::HAND_M;
 pub(crate) use settings::{FeelChange, FeelSettings, FeltThing, SLIDERS};
 
 use crate::pyramid::PyramidSize;
@@ -157,7 +158,7 @@ impl Feel {
 
     /// The pointer; the place that the hand goes to, m: that of the pointer, or the end of the hand's range before it.
     pub(crate) fn hand(&self, position_m: f64, held: bool) -> Result<f64, Failure> {
-        let goes_to_m = SLIDERS.hand_m.nearest(position_m);
+        let goes_to_m = HAND_M.nearest(position_m);
         self.order(LoopOrder::Hand(goes_to_m, held))?;
         Ok(goes_to_m)
     }
@@ -255,19 +256,14 @@ impl Drop for Feel {
 }
 
 impl FeelSettings {
-    /// T of the loop.
-    pub(crate) const fn sample_time(&self) -> Seconds {
-        self.device.sample_time()
-    }
-
     /// Limits of the safety chain; a lag of the actuator counts as delay.
     fn limits(&self) -> Limits {
         let (late_s, t) = (
-            self.device.delay_s + self.device.current_lag_s,
+            self.device.values.delay_s + self.device.values.current_lag_s,
             self.device.sample_time(),
         );
         let samples = (late_s / t.0 - 1e-9).ceil().max(1.0);
-        limits(Kilograms(self.device.mass_kg), samples as u32, t)
+        limits(Kilograms(self.device.values.mass_kg), samples as u32, t)
     }
 
     fn metadata(&self) -> BTreeMap<String, String> {
@@ -275,7 +271,9 @@ impl FeelSettings {
             FeltThing::Tissue(name) => name,
             FeltThing::Wall(_) | FeltThing::File(_) | FeltThing::Run(_) => "wall",
         };
-        let (limits, device) = (self.limits(), &self.device);
+        let limits = self.limits();
+        let device = self.device.values.named();
+        let device = device.map(|(parameter, number)| (parameter.key, number));
         let (stiffness, dissipation) = self.gains();
         let contact = if self.law.signed { "signed" } else { "depth" };
         let words = [
@@ -292,20 +290,15 @@ impl FeelSettings {
             ("stiffness_n_per_m", stiffness),
             ("dissipation_n_s_mu_per_m", dissipation),
             ("scale", self.scale),
-            ("mass_kg", device.mass_kg),
-            ("damping_n_s_per_m", device.damping_n_s_per_m),
-            ("friction_n", device.friction_n),
-            ("delay_s", device.delay_s),
-            ("current_lag_s", device.current_lag_s),
-            ("encoder_resolution_m", device.encoder_resolution_m),
-            ("sensor_noise_m", device.sensor_noise_m),
-            ("sample_time_s", device.sample_time_s),
+            ("sample_time_s", self.device.sample_time_s),
             ("hand_stiffness_n_per_m", HAND_STIFFNESS.0),
             ("hand_damping_n_s_per_m", HAND_DAMPING.0),
             ("force_limit_n", limits.force.0),
             ("force_rate_limit_n_per_s", limits.rate.0),
         ];
         let words = words.map(|(key, word)| (key.to_owned(), word.to_owned()));
+        // The hand here is behind that of the device.
+        let numbers = device.into_iter().chain(numbers);
         let numbers = numbers.map(|(key, number)| (key.to_owned(), number.to_string()));
         words.into_iter().chain(numbers).collect()
     }

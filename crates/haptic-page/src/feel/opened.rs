@@ -5,10 +5,11 @@
 //! Whatever else is run has no wall or tissue behind a single device, and is refused with what can be done instead.
 
 use super::settings::{DeviceNumbers, FeltFile, WallNumbers};
+use crate::Number;
 use haptic_experiment::document::Document;
-use haptic_experiment::judge::WallContact;
-use haptic_experiment::{ExperimentFile, Failure};
+use haptic_experiment::{ExperimentFile, Failure, parameters};
 use haptic_tissue::Material;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 #[derive(Debug)]
@@ -41,20 +42,21 @@ pub(crate) fn opened(document: &Document) -> Result<Opened, Failure> {
             path.display()
         )));
     }
-    let file = ExperimentFile::open(document)?;
-    let wall = file.wall();
-    let wall =
-        wall.ok_or_else(|| Failure::bad_input("the file describes no wall: give another"))?;
+    ExperimentFile::open(document)?;
+    // All of its keys with their values, given or by default, those of its device file too.
+    let mut said = BTreeMap::new();
+    document.keep_in(&mut said)?;
+    let word = |key: &str| said.get(key).cloned().unwrap_or_default();
+    let number = |key: &str| word(key).parse().unwrap_or(f64::NAN);
     let numbers = WallNumbers {
-        order: wall.order.get(),
-        stiffness_n_per_m: wall.stiffness_n_per_m,
-        dissipation_n_s_mu_per_m: wall.dissipation_n_s_mu_per_m,
-        scheme: wall.scheme.to_string(),
-        signed: wall.contact == WallContact::Signed,
+        order: number(parameters::ORDER.key),
+        stiffness_n_per_m: number(parameters::STIFFNESS.key),
+        dissipation_n_s_mu_per_m: number(parameters::DISSIPATION.key),
+        scheme: word(parameters::SCHEME.key),
+        signed: word(parameters::WALL_CONTACT.key) == "signed",
     };
-    let device = DeviceNumbers {
-        sample_time_s: wall.sample_time_s,
-        ..DeviceNumbers::from(wall.device)
-    };
-    Ok(Opened::Wall(numbers, device))
+    let device = DeviceNumbers::names().map(|name| (name.to_owned(), Number(number(name))));
+    let device = DeviceNumbers::default().with(&device.collect());
+    let of_file = |error| Failure::bad_input(format_args!("{}: {error}", path.display()));
+    Ok(Opened::Wall(numbers, device.map_err(of_file)?))
 }

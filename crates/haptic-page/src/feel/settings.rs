@@ -4,9 +4,9 @@ use crate::Number;
 use crate::wall::judged_scheme;
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
-use haptic_experiment::parameters::{self, Parameter, Range};
+use haptic_experiment::parameters::{self, Range};
 use haptic_experiment::run::DeviceValues;
-use haptic_experiment::{Failure, Imperfections, ModelledTissue, Sensors, TissuePiece};
+use haptic_experiment::{Failure, ModelledTissue, TissuePiece};
 use haptic_loop::DepthMap;
 use haptic_tissue::{Library, Material, Model};
 use serde::{Deserialize, Serialize};
@@ -15,9 +15,9 @@ use std::collections::BTreeMap;
 /// Ends of a slider, and where it begins. What is typed may lie beyond them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Slider {
-    pub(super) least: f64,
+    least: f64,
     pub(super) most: f64,
-    pub(super) default: f64,
+    default: f64,
 }
 
 const fn slider(least: f64, most: f64, default: f64) -> Slider {
@@ -28,36 +28,20 @@ const fn slider(least: f64, most: f64, default: f64) -> Slider {
     }
 }
 
-/// Sliders by the names of their numbers; order and gains begin with those of a wall.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct Sliders {
-    order: Slider,
-    stiffness_n_per_m: Slider,
-    dissipation_n_s_mu_per_m: Slider,
-    /// Factor on K and B.
-    scale: Slider,
-    mass_kg: Slider,
-    damping_n_s_per_m: Slider,
-    delay_s: Slider,
-    current_lag_s: Slider,
-    encoder_resolution_m: Slider,
-    sensor_noise_m: Slider,
-    pub(super) hand_m: Slider,
-}
+/// Places that the hand goes to, m.
+pub(super) const HAND_M: Slider = slider(-0.03, 0.03, 0.0);
+const ORDER: Slider = slider(0.0, 2.0, 0.5);
+const STIFFNESS: Slider = slider(0.0, 20e3, 300.0);
+const DISSIPATION: Slider = slider(0.0, 2000.0, 10.0);
 
-pub(crate) const SLIDERS: Sliders = Sliders {
-    order: slider(0.0, 2.0, 0.5),
-    stiffness_n_per_m: slider(0.0, 20e3, 300.0),
-    dissipation_n_s_mu_per_m: slider(0.0, 2000.0, 10.0),
-    scale: slider(0.01, 100.0, 1.0),
-    mass_kg: slider(0.005, 2.0, parameters::MASS.default_number()),
-    damping_n_s_per_m: slider(0.0, 50.0, parameters::DAMPING.default_number()),
-    delay_s: slider(0.0, 0.01, 0.0),
-    current_lag_s: slider(0.0, 0.01, 0.0),
-    encoder_resolution_m: slider(0.0, 1e-3, 0.0),
-    sensor_noise_m: slider(0.0, 1e-3, 0.0),
-    hand_m: slider(-0.03, 0.03, 0.0),
-};
+/// Sliders by the names of their numbers; `scale` is a factor on K and B.
+pub(crate) const SLIDERS: [(&str, Slider); 5] = [
+    (parameters::ORDER.key, ORDER),
+    (parameters::STIFFNESS.key, STIFFNESS),
+    (parameters::DISSIPATION.key, DISSIPATION),
+    ("scale", slider(0.01, 100.0, 1.0)),
+    ("hand_m", HAND_M),
+];
 
 /// A tissue at a billionth of its size gives nothing that a hand feels.
 const SCALES: Range = Range::Within(1e-9, 100.0);
@@ -118,32 +102,21 @@ pub(crate) struct WallNumbers {
 impl Default for WallNumbers {
     fn default() -> Self {
         Self {
-            order: SLIDERS.order.default,
-            stiffness_n_per_m: SLIDERS.stiffness_n_per_m.default,
-            dissipation_n_s_mu_per_m: SLIDERS.dissipation_n_s_mu_per_m.default,
+            order: ORDER.default,
+            stiffness_n_per_m: STIFFNESS.default,
+            dissipation_n_s_mu_per_m: DISSIPATION.default,
             scheme: parameters::SCHEME.shown.to_owned(),
             signed: false,
         }
     }
 }
 
-/// A simulated device and the sample time of its loop. A hand is none of it, because the pointer is the hand.
+/// A simulated device and the sample time of its loop. The hand of the values has no effect, because the pointer is the hand.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DeviceNumbers {
-    /// m, kg.
-    pub mass_kg: f64,
-    /// b, N·s/m: what stability requires depends on the law.
-    pub damping_n_s_per_m: f64,
-    /// From a measurement to the force that answers it, beyond the hold, s.
-    pub delay_s: f64,
-    /// Time constant of the motor current, s.
-    pub current_lag_s: f64,
-    /// Coulomb friction, N.
-    pub friction_n: f64,
-    /// Steps of the encoder, m; 0 for none.
-    pub encoder_resolution_m: f64,
-    /// Standard deviation of the sensor, m; 0 for none.
-    pub sensor_noise_m: f64,
+    /// Mass, damping, and what is less than ideal.
+    #[serde(flatten)]
+    pub values: DeviceValues,
     /// T of the loop, s, in [0.0001, 0.01].
     pub sample_time_s: f64,
 }
@@ -161,78 +134,45 @@ impl Default for DeviceNumbers {
 impl From<DeviceValues> for DeviceNumbers {
     fn from(values: DeviceValues) -> Self {
         Self {
-            mass_kg: values.mass_kg,
-            damping_n_s_per_m: values.damping_n_s_per_m,
-            delay_s: values.delay_s,
-            current_lag_s: values.current_lag_s,
-            friction_n: values.friction_n,
-            encoder_resolution_m: values.encoder_resolution_m,
-            sensor_noise_m: values.sensor_noise_m,
+            values,
             sample_time_s: parameters::SAMPLE_TIME.default_number(),
         }
     }
 }
 
-type Field = fn(&mut DeviceNumbers) -> &mut f64;
-
 impl DeviceNumbers {
-    const FIELDS: [(&'static Parameter, Field); 8] = [
-        (&parameters::MASS, |device| &mut device.mass_kg),
-        (&parameters::DAMPING, |device| &mut device.damping_n_s_per_m),
-        (&parameters::DELAY, |device| &mut device.delay_s),
-        (&parameters::CURRENT_LAG, |device| &mut device.current_lag_s),
-        (&parameters::FRICTION, |device| &mut device.friction_n),
-        (&parameters::ENCODER_RESOLUTION, |device| {
-            &mut device.encoder_resolution_m
-        }),
-        (&parameters::SENSOR_NOISE, |device| {
-            &mut device.sensor_noise_m
-        }),
-        (&parameters::SAMPLE_TIME, |device| &mut device.sample_time_s),
-    ];
+    /// Names of all of its numbers.
+    pub(super) fn names() -> impl Iterator<Item = &'static str> {
+        let values = DeviceValues::default().named().map(|(known, _)| known.key);
+        let all = values.into_iter().chain([parameters::SAMPLE_TIME.key]);
+        all.filter(|name| *name != parameters::HAND_STIFFNESS.key)
+    }
 
     /// The same with these of its numbers.
-    fn with(mut self, numbers: &BTreeMap<String, Number>) -> Result<Self, Failure> {
-        for (name, number) in numbers {
-            let mut fields = Self::FIELDS.iter();
-            let Some((_, field)) = fields.find(|(known, _)| known.key == name) else {
-                let known = Self::FIELDS.map(|(known, _)| known.key).join(", ");
+    pub(super) fn with(mut self, numbers: &BTreeMap<String, Number>) -> Result<Self, Failure> {
+        for (name, Number(number)) in numbers {
+            if !Self::names().any(|known| known == name) {
+                let known: Vec<&str> = Self::names().collect();
                 return Err(Failure::bad_input(format_args!(
-                    "`device` has no number `{name}`: give some of {known}"
+                    "`device` has no number `{name}`: give some of {}",
+                    known.join(", ")
                 )));
-            };
-            *field(&mut self) = number.0;
+            }
+            let values = self.values.named().into_iter();
+            for (parameter, _) in values.filter(|(known, _)| known.key == name) {
+                check(name, parameter.range(), *number)?;
+                self.values.set(parameter, *number);
+            }
+            if name == parameters::SAMPLE_TIME.key {
+                check(name, SAMPLE_TIMES, *number)?;
+                self.sample_time_s = *number;
+            }
         }
         Ok(self)
     }
 
-    fn checked(mut self) -> Result<Self, Failure> {
-        for (parameter, field) in Self::FIELDS {
-            let range = match parameter.key {
-                key if key == parameters::SAMPLE_TIME.key => SAMPLE_TIMES,
-                _ => parameter.range(),
-            };
-            check(parameter.key, range, *field(&mut self))?;
-        }
-        Ok(self)
-    }
-
-    /// T of its loop.
     pub(crate) const fn sample_time(&self) -> Seconds {
         Seconds(self.sample_time_s)
-    }
-
-    pub(super) const fn imperfections(&self) -> Imperfections {
-        Imperfections {
-            friction_n: self.friction_n,
-            delay_s: self.delay_s,
-            current_lag_s: self.current_lag_s,
-            sensors: Sensors {
-                encoder_resolution_m: self.encoder_resolution_m,
-                noise_m: self.sensor_noise_m,
-                ..Imperfections::NONE.sensors
-            },
-        }
     }
 }
 
@@ -280,7 +220,7 @@ pub(crate) struct FeelSettings {
     #[serde(skip)]
     pub(super) may_scale: bool,
     #[serde(flatten)]
-    pub(super) device: DeviceNumbers,
+    pub(crate) device: DeviceNumbers,
     pub(super) ghosts: Vec<Ghost>,
     /// The model of a tissue with more elements, whose memory is felt; `None` for D^μ.
     #[serde(skip)]
@@ -302,7 +242,7 @@ impl FeelSettings {
             Failure::bad_input("`environment` is missing: name a tissue or a wall")
         })?;
         let ghosts = start.ghosts.take().unwrap_or_else(|| Ghost::ALL.to_vec());
-        Self::of(library, environment, device.checked()?, ghosts)?.changed(library, &start)
+        Self::of(library, environment, device, ghosts)?.changed(library, &start)
     }
 
     fn of(
@@ -343,7 +283,7 @@ impl FeelSettings {
             note: None,
             order_free: model.is_none(),
             law,
-            scale: SLIDERS.scale.default,
+            scale: 1.0,
             device,
             ghosts,
             model,
@@ -387,7 +327,7 @@ impl FeelSettings {
         Ok(self)
     }
 
-    /// The operator that runs.
+    /// The operator that makes the force, as its scheme names it.
     pub(super) fn scheme(&self) -> Result<Scheme, Failure> {
         judged_scheme(&self.law.scheme)
     }

@@ -4,6 +4,7 @@ use super::settings::WallNumbers;
 use super::*;
 use fracdiff::Order;
 use haptic_experiment::judge::operator;
+use haptic_experiment::run::DeviceValues;
 use haptic_loop::{Environment as _, Pushing, Sample, Wall};
 use haptic_tissue::Library;
 use nalgebra::Vector1;
@@ -31,7 +32,7 @@ fn ticked(
     pointer: &Pointer,
     ticks: u32,
 ) -> Vec<Sample<f64, 1>> {
-    let t = settings.sample_time();
+    let t = settings.device.sample_time();
     let chain = SafetyChain::from_limits(limits, t).expect("valid");
     let law = settings.law().expect("made");
     let mut controller = Controller::<_, 1, _>::new(fading(&law.environment, t), chain);
@@ -51,9 +52,9 @@ fn ticked(
 fn felt(wall: WallNumbers, pointer: &Pointer, rise_time: Option<Seconds>) -> Vec<Felt> {
     let settings = settings(wall, DeviceNumbers::default());
     let own = limits(
-        Kilograms(settings.device.mass_kg),
+        Kilograms(settings.device.values.mass_kg),
         0,
-        settings.sample_time(),
+        settings.device.sample_time(),
     );
     let limits = Limits {
         rise_time: rise_time.or(own.rise_time),
@@ -159,22 +160,21 @@ fn any(random: &mut Random) -> (WallNumbers, DeviceNumbers) {
         stiffness_n_per_m: random.log_between(10.0, 1e6),
         // As much at 100 rad/s as 1 N/m to 10 kN/m.
         dissipation_n_s_mu_per_m: random.log_between(1.0, 1e4) * 100_f64.powf(-order),
-        scheme: schemes[random.between(0.0, 6.0) as usize].to_owned(),
-        signed: random.share() < 0.3,
+        scheme: random.one_of(&schemes).to_owned(),
+        signed: random.chance(0.3),
     };
-    let sometimes = |random: &mut Random, most: f64| match random.share() < 0.5 {
-        true => 0.0,
-        false => random.between(0.0, most),
-    };
-    let device = DeviceNumbers {
+    let values = DeviceValues {
         mass_kg: random.log_between(0.02, 2.0),
         damping_n_s_per_m: random.between(0.1, 10.0),
-        delay_s: sometimes(random, 3e-3),
-        current_lag_s: sometimes(random, 2e-3),
-        encoder_resolution_m: sometimes(random, 1e-4),
-        sensor_noise_m: sometimes(random, 1e-5),
-        sample_time_s: [1e-3, 2e-3, 5e-4][random.between(0.0, 3.0) as usize],
-        ..DeviceNumbers::default()
+        delay_s: random.or_nothing(3e-3),
+        current_lag_s: random.or_nothing(2e-3),
+        encoder_resolution_m: random.or_nothing(1e-4),
+        sensor_noise_m: random.or_nothing(1e-5),
+        ..DeviceValues::default()
+    };
+    let device = DeviceNumbers {
+        values,
+        sample_time_s: random.one_of(&[1e-3, 2e-3, 5e-4]),
     };
     (wall, device)
 }
@@ -210,7 +210,7 @@ fn the_force_of_any_wall_is_that_of_the_command_and_of_the_sum() {
         let samples = ticked(&settings, &settings.limits(), &pointer, MANY);
         let ended = samples.iter().position(|sample| sample.fault.is_some());
         let samples = &samples[..ended.unwrap_or(samples.len())];
-        let t = settings.sample_time();
+        let t = settings.device.sample_time();
         let (order, scheme) = (Order::new(wall.order).expect("valid"), settings.scheme());
         let built = operator(None, scheme.expect("a scheme"), order, t, 5001.0);
         let (k, b) = (wall.stiffness_n_per_m, wall.dissipation_n_s_mu_per_m);

@@ -13,6 +13,7 @@ use haptic_loop::Limiters;
 use haptic_quantity::{is_bare, parse_for_key};
 use haptic_tissue::Material;
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use tokio_tungstenite::tungstenite::Message;
 
@@ -99,7 +100,7 @@ fn hello(version: u32, hub: &Hub, page: &Page) -> Result<Value, Failure> {
         "channels": CHANNELS,
         "limiters": Limiters::NAMES,
         "tissues": tissues,
-        "ranges": SLIDERS,
+        "ranges": SLIDERS.into_iter().collect::<BTreeMap<_, _>>(),
         "feel": hub.feel().map(|feel| felt(&feel)["feel"].take()),
         "opens": hub.opens,
         "device": options.device,

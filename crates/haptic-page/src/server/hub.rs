@@ -134,7 +134,6 @@ impl Hub {
         Ok(hub)
     }
 
-    /// The tissues.
     pub(super) fn library(&self) -> Library {
         locked(&self.library).clone()
     }
@@ -349,7 +348,7 @@ pub(super) fn felt(feel: &Feel) -> Value {
     feel["hand_damping_n_s_per_m"] = HAND_DAMPING.0.into();
     feel["force_limit_n"] = limits.force.0.into();
     feel["force_rate_limit_n_per_s"] = limits.rate.0.into();
-    feel["memory_s"] = (pyramid_size().samples as f64 * felt.settings.sample_time().0).into();
+    feel["memory_s"] = (pyramid_size().samples as f64 * felt.settings.device.sample_time_s).into();
     verdict["line"] = felt.verdict.line().into();
     verdict["mass_kg"] = felt.dynamics.mass_kg.into();
     verdict["damping_n_s_per_m"] = felt.dynamics.damping_n_s_per_m.into();

@@ -35,8 +35,8 @@ fn the_verdict_stands_beside_what_it_is_of_wherever_that_is_told() {
 fn the_verdict_is_of_the_device_that_runs() {
     let runs = tempfile::tempdir().expect("a folder");
     let mut options = crate::options(runs.path(), OnClose::Stop, 0);
-    options.device.delay_s = 1.5e-3;
-    options.device.current_lag_s = 0.4e-3;
+    options.device.values.delay_s = 1.5e-3;
+    options.device.values.current_lag_s = 0.4e-3;
     let late = PageServer::start(options).expect("starts");
     let (_runs, _server, mut ideal) = opened();
     let mut page = Page::open(late.address());

@@ -1,6 +1,7 @@
 //! Every wall and every tissue can be felt, with the verdict of the command: from the numbers of a page, a file, a log.
 
 use crate::{has, opened, options, ran};
+use fracdiff::Order;
 use haptic_experiment::judge::{Preflight, WallContact};
 use haptic_experiment::{Dynamics, ExperimentFile, PreflightVerdict};
 use haptic_page::{OnClose, PageServer};
@@ -39,25 +40,27 @@ fn any(random: &mut Random) -> String {
 /// The pre-flight of `host-cli run`, of the free device and of one that the page's hand holds.
 fn preflight(text: &str) -> [PreflightVerdict; 2] {
     let file = ExperimentFile::parse(Path::new("wall.toml"), text).expect("a wall");
-    let wall = file.wall().expect("a wall");
+    let table: toml::Table = text.parse().expect("TOML");
+    let number = |key: &str| table["wall"][key].as_float().expect("a number");
+    let scheme = table["wall"]["scheme"].as_str().expect("a text");
     let preflight = Preflight {
-        stiffness_n_per_m: wall.stiffness_n_per_m,
-        dissipation_n_s_mu_per_m: wall.dissipation_n_s_mu_per_m,
-        order: wall.order,
+        stiffness_n_per_m: number("stiffness_n_per_m"),
+        dissipation_n_s_mu_per_m: number("dissipation_n_s_mu_per_m"),
+        order: Order::new(number("order")).expect("valid"),
         model: None,
-        scheme: wall.scheme,
-        sample_time_s: wall.sample_time_s,
+        scheme: scheme.parse().expect("a scheme"),
+        sample_time_s: number("sample_time_s"),
         samples: file.samples().expect("in range"),
         map: None,
         contact: WallContact::OneSided,
         guarded: false,
     };
     let free = Dynamics {
-        mass_kg: wall.device.mass_kg,
-        damping_n_s_per_m: wall.device.damping_n_s_per_m,
+        mass_kg: number("mass_kg"),
+        damping_n_s_per_m: number("damping_n_s_per_m"),
         hand_stiffness_n_per_m: 0.0,
-        delay_s: wall.device.delay_s,
-        current_lag_s: wall.device.current_lag_s,
+        delay_s: number("delay_s"),
+        current_lag_s: number("current_lag_s"),
     };
     let held = Dynamics {
         damping_n_s_per_m: free.damping_n_s_per_m + 5.5,
@@ -154,8 +157,8 @@ fn every_tissue_is_felt_and_one_that_is_too_stiff_is_made_smaller_and_says_so() 
 fn the_device_of_a_start_is_that_of_the_server_but_for_what_is_said() {
     let runs = tempfile::tempdir().expect("a folder");
     let mut options = options(runs.path(), OnClose::Stop, 0);
-    options.device.delay_s = 1e-3;
-    options.device.mass_kg = 0.1;
+    options.device.values.delay_s = 1e-3;
+    options.device.values.mass_kg = 0.1;
     let server = PageServer::start(options).expect("starts");
     let mut page = Page::open(server.address());
     let device = json!({"current_lag_s": 5e-4, "sensor_noise_m": 2e-6, "sample_time_s": 2e-3});
