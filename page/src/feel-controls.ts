@@ -88,10 +88,6 @@ export class FeelControls {
     this.tissue.replaceChildren(...hello.tissues.map((tissue) => el("option", { value: tissue.name }, `${tissue.title} · ${tissue.model}`)), el("option", { value: "", hidden: true }, "own wall"));
     const { stiffness_n_per_m: stiffness } = hello.ranges;
     if (stiffness) this.stiffness.change({ least: stiffness.least, most: stiffness.most });
-    for (const [key, knob] of this.device) {
-      const range = hello.ranges[key];
-      if (range) knob.change({ least: range.least, most: range.most });
-    }
   }
 
   show(feel: Feel, hello: Hello | null): void {
