@@ -75,9 +75,9 @@ export class Knob {
     this.show(this.current);
   }
 
-  /** Says why a value was refused. */
+  /** Says why the server refused a value, with the unit that its range is in. */
   refuse(why: string): void {
-    this.trouble.textContent = why;
+    this.trouble.textContent = why.replace(/: change it$/, ` ${this.options.unit}`);
   }
 
   set disabled(disabled: boolean) {

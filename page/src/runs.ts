@@ -229,8 +229,9 @@ export class RunsView implements ViewPart {
   }
 
   /** The wall of a run can be felt. */
-  private feelIt({ name, running }: OpenRun): Node[] {
-    if (running || this.entries.find((entry) => entry.name === name)?.kind !== "wall") return [];
+  private feelIt({ name, running, metadata }: OpenRun): Node[] {
+    const { document } = (metadata["experiment"] ?? {}) as { document?: string };
+    if (running || !document?.includes("[wall]")) return [];
     const feel = el("button", { type: "button", class: "small" }, "Feel its wall");
     feel.addEventListener("click", () => this.app.dispatch({ do: "open", what: { run: name } }));
     return [feel];

@@ -106,9 +106,9 @@ impl FeelSettings {
         let most = edges.fold(f64::INFINITY, f64::min);
         self.scale = rounded_down(self.scale * most / FITTED_MARGIN);
         self.note = Some(format!(
-            "felt at {} of its stiffness: in full it is unstable on this device, which bears {} of it",
-            digits(self.scale, 2),
-            digits(most, 2)
+            "Felt at {} % of its stiffness: on this device more than {} % is unstable.",
+            digits(100.0 * self.scale, 2),
+            digits(100.0 * most, 2)
         ));
     }
 

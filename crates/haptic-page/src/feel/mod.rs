@@ -29,6 +29,9 @@ pub(crate) use settings::{FeelChange, FeelSettings, FeltThing, SLIDERS};
 use crate::pyramid::PyramidSize;
 use hand::HeldDevice;
 use haptic_experiment::Failure;
+use haptic_experiment::parameters::{
+    DISSIPATION, ONE_SIDED, ORDER, SCHEME, STIFFNESS, WALL_CONTACT,
+};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
 use haptic_loop::{Controller, Limits, SafetyChain, Workspace};
 use keeper::{Keeper, KeeperTask, POSITION, Work};
@@ -90,8 +93,12 @@ fn limits(mass: Kilograms, delay: u32, t: Seconds) -> Limits {
 }
 
 impl Feel {
-    /// Starts the loop, the tissue untouched.
-    pub(crate) fn start(place: FeelPlace, felt: JudgedFeel) -> Result<Self, Failure> {
+    /// Starts the loop, the tissue untouched. One that was there ends as soon as nothing can be refused any more.
+    pub(crate) fn start(
+        place: FeelPlace,
+        felt: JudgedFeel,
+        old: Option<&Self>,
+    ) -> Result<Self, Failure> {
         let settings = &felt.settings;
         let t = settings.device.sample_time();
         let chain = SafetyChain::from_limits(&settings.limits(), t).map_err(Failure::input)?;
@@ -100,6 +107,9 @@ impl Feel {
         let mut device = HeldDevice::new(settings.device)?;
         let ghosts = settings.ghost_laws()?;
         let work = Work::new(t)?;
+        if let Some(old) = old {
+            old.end();
+        }
 
         let (orders, orders_end) = RingBuffer::new(ORDERS);
         let (samples, from_loop) = RingBuffer::new(SAMPLES);
@@ -266,6 +276,7 @@ impl FeelSettings {
         limits(Kilograms(self.device.values.mass_kg), samples as u32, t)
     }
 
+    /// What a log holds of it; of a wall also the experiment file, so that it can be run and felt again.
     fn metadata(&self) -> BTreeMap<String, String> {
         let thing = match &self.environment {
             FeltThing::Tissue(name) => name,
@@ -300,6 +311,27 @@ impl FeelSettings {
         // The hand here is behind that of the device.
         let numbers = device.into_iter().chain(numbers);
         let numbers = numbers.map(|(key, number)| (key.to_owned(), number.to_string()));
-        words.into_iter().chain(numbers).collect()
+        let mut metadata: BTreeMap<String, String> = words.into_iter().chain(numbers).collect();
+        if thing == "wall" {
+            metadata.insert("document".to_owned(), wall_file(&metadata));
+        }
+        metadata
     }
+}
+
+/// The experiment file of a wall with these values.
+fn wall_file(values: &BTreeMap<String, String>) -> String {
+    let law = [ORDER, STIFFNESS, DISSIPATION].map(|known| known.key);
+    let words = [SCHEME, WALL_CONTACT].map(|known| known.key);
+    let line = |key: &str, quote| {
+        let value = values.get(key).map_or("", String::as_str);
+        format!("{key} = {quote}{value}{quote}\n")
+    };
+    let lines = (law
+        .into_iter()
+        .chain(DeviceNumbers::names())
+        .map(|key| line(key, "")))
+    .chain(words.map(|key| line(key, "\"")))
+    .chain([line(ONE_SIDED.key, "")]);
+    format!("[wall]\n{}", lines.collect::<String>())
 }

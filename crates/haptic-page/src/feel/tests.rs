@@ -5,8 +5,9 @@ use super::*;
 use fracdiff::Order;
 use haptic_experiment::judge::operator;
 use haptic_experiment::run::DeviceValues;
+use haptic_experiment::{ModelledTissue, TissuePiece};
 use haptic_loop::{Environment as _, Pushing, Sample, Wall};
-use haptic_tissue::Library;
+use haptic_tissue::{FullHistory, Library, SampledModel};
 use nalgebra::Vector1;
 use testkit::Random;
 
@@ -193,12 +194,11 @@ fn weights(order: f64, many: usize) -> Vec<f64> {
 
 /// Of every wall the force of the page's loop is that of the law of `host-cli run` for the positions that were read, which has
 /// an operator for the run alone; and that of the defining sum, where the operator remembers all.
-#[test]
-fn the_force_of_any_wall_is_that_of_the_command_and_of_the_sum() {
+fn forces_agree(cases: u32) {
     const MANY: u32 = 400;
     let mut random = Random(60);
     let (mut pressed, mut summed) = (0, 0);
-    for case in 0..30 {
+    for case in 0..cases {
         let (wall, device) = any(&mut random);
         let settings = settings(wall.clone(), device);
         let deep = random.between(1e-3, 10e-3);
@@ -259,5 +259,69 @@ fn the_force_of_any_wall_is_that_of_the_command_and_of_the_sum() {
             }
         }
     }
-    assert!(pressed > 2000 && summed > 500, "{pressed} {summed}");
+    let enough = pressed > 60 * cases && summed > 15 * cases;
+    assert!(enough, "{pressed} {summed}");
+}
+
+#[test]
+fn the_force_of_ten_walls_is_that_of_the_command_and_of_the_sum() {
+    forces_agree(10);
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn the_force_of_a_hundred_walls_is_that_of_the_command_and_of_the_sum() {
+    forces_agree(100);
+}
+
+/// Of each tissue of the library the force is that of the sums of all elements of its model, which know nothing of modes.
+#[test]
+fn the_force_of_every_tissue_is_that_of_its_sums() {
+    let library = Library::load(None).expect("built in");
+    let mut pressed = 0;
+    for material in library.materials() {
+        let start = FeelChange {
+            environment: Some(FeltThing::Tissue(material.name.clone())),
+            ..FeelChange::default()
+        };
+        let settings = FeelSettings::new(&library, DeviceNumbers::default(), start);
+        let settings = settings.and_then(FeelSettings::judged).expect("felt");
+        let settings = settings.settings;
+        let pointer: Pointer = Box::new(|n| match n / 150 {
+            0 | 2 => 2e-3,
+            _ => -2e-3,
+        });
+        let samples = ticked(&settings, &settings.limits(), &pointer, 400);
+        let tissue = ModelledTissue::new(material.clone()).expect("modelled");
+        let piece = TissuePiece::usual(tissue).expect("a piece");
+        let model = SampledModel::new(&material.model, settings.device.sample_time());
+        let mut sums = FullHistory::new(&model.expect("sampled"), 400).expect("short");
+        let map = piece.specimen.depth_map();
+        let shape = settings.scale * piece.shape_m();
+        let (k, b) = settings.gains();
+        let rate = settings.device.sample_time_s.powf(-settings.law.order);
+        let largest = 2e-3 * (k + b * rate);
+        for (n, sample) in samples.iter().enumerate() {
+            let depth = sample.reading.position_m[0].max(0.0);
+            let stress = sums.step(map.map_or(depth, |map| map.at(depth)));
+            let want = if depth > 0.0 {
+                (shape * stress).max(0.0)
+            } else {
+                0.0
+            };
+            let have = -sample.environment_force_n[0];
+            assert!(
+                (have - want).abs() <= 2e-6 * largest,
+                "{}, tick {n}: {have} for {want}",
+                material.name
+            );
+            pressed += u32::from(have > 0.01);
+        }
+        assert!(
+            samples.iter().all(|sample| sample.fault.is_none()),
+            "{}",
+            material.name
+        );
+    }
+    assert!(pressed > 1000, "{pressed}");
 }

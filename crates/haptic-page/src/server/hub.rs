@@ -258,13 +258,7 @@ impl Hub {
         // What was there goes on if the new one is refused.
         let old = self.feel();
         let place = self.place.clone();
-        let made = blocking(move || {
-            let judged = settings.judged()?;
-            if let Some(old) = old {
-                old.end();
-            }
-            Feel::start(place, judged)
-        });
+        let made = blocking(move || Feel::start(place, settings.judged()?, old.as_deref()));
         let feel = made.await?;
         locked(&self.wanted).settings = None;
         let answer = felt(&feel);

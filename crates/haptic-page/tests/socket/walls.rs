@@ -247,6 +247,34 @@ fn the_device_of_a_start_is_that_of_the_server_but_for_what_is_said() {
             "{refused}"
         );
     }
+    // The ends of all ranges are felt or refused in a line.
+    for device in [
+        json!({"mass_kg": 100, "damping_n_s_per_m": 1e6, "sample_time_s": 0.01}),
+        json!({"mass_kg": 1e-12, "damping_n_s_per_m": 0}),
+        json!({"delay_s": 1, "current_lag_s": 1, "sample_time_s": 1e-4}),
+        json!({"friction_n": 1e4, "encoder_resolution_m": 1e-3, "sensor_noise_m": 1e-3}),
+    ] {
+        for wall in [
+            json!({"order": 2, "stiffness_n_per_m": 0, "dissipation_n_s_mu_per_m": 1e-9, "scheme": "oustaloup:5:1:100"}),
+            json!({"order": 0, "stiffness_n_per_m": 1e8, "dissipation_n_s_mu_per_m": 1e8}),
+            json!({"order": 2, "stiffness_n_per_m": 1e-300, "dissipation_n_s_mu_per_m": 0, "signed": true}),
+        ] {
+            let start = json!({"environment": {"wall": wall}, "device": device});
+            let number = page.post("feel.start", start);
+            let answer = page.answer(&json!(number));
+            let error = answer["error"].as_str().unwrap_or_default();
+            assert!(
+                answer["ok"] == true || (!error.is_empty() && !error.contains('\n')),
+                "{answer}"
+            );
+        }
+    }
+    let start = json!({"environment": {"tissue": "liver"}, "device": {"sample_time_s": 2e-3}});
+    page.ask("feel.start", start);
+    page.refused(
+        "feel.start",
+        json!({"environment": {"wall": {"stiffness_n_per_m": 1e8}}}),
+    );
     // What ran before goes on.
     assert_eq!(
         page.ask("hello", json!({"version": 1}))["feel"]["sample_time_s"],
@@ -318,6 +346,12 @@ fn a_wall_that_ran_is_felt_from_its_log() {
         assert_eq!(felt[key].as_f64(), value.as_f64(), "{key} of {felt}");
         assert_eq!(felt["environment"]["wall"][key], felt[key]);
     }
+    // So is what was felt and recorded, as the same.
+    let name = page.ask("feel.record", json!({"on": true}))["name"].take();
+    page.status(|status| status["recorded"].as_u64() > Some(20));
+    page.ask("feel.record", json!({"on": false}));
+    let again = page.ask("feel.start", json!({"environment": {"run": name}}))["feel"].take();
+    assert_eq!(again, felt);
     page.refuses(
         "feel.start",
         json!({"environment": {"run": "nothing"}}),
