@@ -94,13 +94,9 @@ impl WallQuestion {
             },
             operator: LoopOperator::new(scheme, order, t, HORIZON)?,
         };
-        let Rendered {
-            dynamics,
-            wall,
-            operator,
-        } = &rendered;
+        let (dynamics, operator) = (&rendered.dynamics, &rendered.operator);
         // Without any spring the device drifts, which is no instability.
-        let closed = dynamics.closed(wall, operator)?.beside_rest();
+        let closed = dynamics.closed(&rendered.wall, operator)?.beside_rest();
         let margins = closed.is_stable().then(|| closed.margins()).transpose()?;
         let proved = closed.slope_limit().proved;
         let required = dynamics.port(t.0, operator)?.required_damping(t, k, b)?;

@@ -126,10 +126,8 @@ impl FeelSettings {
             sample_time_s: self.device.sample_time_s,
             samples: HORIZON,
             map: None,
-            contact: match self.law.signed {
-                true => WallContact::Signed,
-                false => WallContact::OneSided,
-            },
+            // Of a signed wall no less is said without the proof for every motion, which takes too long here.
+            contact: WallContact::OneSided,
             guarded: false,
         };
         let preflight = preflight.at_depth(self.map, deep_m);

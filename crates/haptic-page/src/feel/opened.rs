@@ -4,24 +4,17 @@
 //! ```
 //! Whatever else is run has no wall or tissue behind a single device, and is refused with what can be done instead.
 
-use super::settings::{DeviceNumbers, FeltFile, WallNumbers};
+use super::settings::{DeviceNumbers, WallNumbers};
 use crate::Number;
 use haptic_experiment::document::Document;
 use haptic_experiment::{ExperimentFile, Failure, parameters};
 use haptic_tissue::Material;
 use std::collections::BTreeMap;
-use std::path::Path;
 
 #[derive(Debug)]
 pub(crate) enum Opened {
     Wall(WallNumbers, DeviceNumbers),
     Tissue(Box<Material>),
-}
-
-impl FeltFile {
-    pub(crate) fn document(&self) -> Document {
-        Document::of_text(Path::new(&self.name), &self.text)
-    }
 }
 
 /// What a document says is to be felt.

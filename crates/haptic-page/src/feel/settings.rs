@@ -73,17 +73,12 @@ pub(crate) enum FeltThing {
     Tissue(String),
     Wall(WallNumbers),
     /// An experiment or tissue file that a page was given.
-    File(FeltFile),
+    File {
+        name: String,
+        text: String,
+    },
     /// A log of the folder of the runs.
     Run(String),
-}
-
-/// A file as a page has it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct FeltFile {
-    pub(crate) name: String,
-    pub(crate) text: String,
 }
 
 /// The law K + B·D^μ of a wall, and how it is rendered.
@@ -152,21 +147,19 @@ impl DeviceNumbers {
     pub(super) fn with(mut self, numbers: &BTreeMap<String, Number>) -> Result<Self, Failure> {
         for (name, Number(number)) in numbers {
             if !Self::names().any(|known| known == name) {
-                let known: Vec<&str> = Self::names().collect();
+                let known = Self::names().collect::<Vec<_>>().join(", ");
                 return Err(Failure::bad_input(format_args!(
-                    "`device` has no number `{name}`: give some of {}",
-                    known.join(", ")
+                    "`device` has no number `{name}`: give some of {known}"
                 )));
             }
-            let values = self.values.named().into_iter();
-            for (parameter, _) in values.filter(|(known, _)| known.key == name) {
-                check(name, parameter.range(), *number)?;
-                self.values.set(parameter, *number);
-            }
-            if name == parameters::SAMPLE_TIME.key {
+            let values = self.values.named();
+            let Some((known, _)) = values.iter().find(|(known, _)| known.key == name) else {
                 check(name, SAMPLE_TIMES, *number)?;
                 self.sample_time_s = *number;
-            }
+                continue;
+            };
+            check(name, known.range(), *number)?;
+            self.values.set(known, *number);
         }
         Ok(self)
     }
@@ -194,12 +187,12 @@ impl Ghost {
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct FeelChange {
     pub(crate) environment: Option<FeltThing>,
-    pub(super) device: Option<BTreeMap<String, Number>>,
+    pub(crate) device: Option<BTreeMap<String, Number>>,
     pub(crate) order: Option<f64>,
-    pub(super) stiffness_n_per_m: Option<f64>,
-    pub(super) dissipation_n_s_mu_per_m: Option<f64>,
-    pub(super) scale: Option<f64>,
-    pub(super) ghosts: Option<Vec<Ghost>>,
+    pub(crate) stiffness_n_per_m: Option<f64>,
+    pub(crate) dissipation_n_s_mu_per_m: Option<f64>,
+    pub(crate) scale: Option<f64>,
+    pub(crate) ghosts: Option<Vec<Ghost>>,
 }
 
 /// What is felt, checked but for its stability.
@@ -270,7 +263,7 @@ impl FeelSettings {
                 (title, law, model)
             }
             FeltThing::Wall(wall) => ("a wall".to_owned(), wall.clone(), None),
-            FeltThing::File(_) | FeltThing::Run(_) => {
+            FeltThing::File { .. } | FeltThing::Run(_) => {
                 return Err(Failure::bad_input(
                     "`environment` is a file or a run, which only `feel.start` opens",
                 ));

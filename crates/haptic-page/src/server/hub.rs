@@ -15,7 +15,7 @@ use haptic_loop::Limits;
 use haptic_tissue::Library;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex};
@@ -124,8 +124,11 @@ impl Hub {
             stops: AtomicU64::new(0),
         };
         if let Some(path) = &hub.options.opens {
-            let (mut start, mut device) = (FeelChange::default(), hub.options.device);
-            hub.open(&Document::read(path)?, &mut start, &mut device)?;
+            let (environment, device) = hub.open(&Document::read(path)?)?;
+            let start = FeelChange {
+                environment: Some(environment),
+                ..FeelChange::default()
+            };
             let settings = FeelSettings::new(&hub.library(), device, start);
             let judged = settings.and_then(FeelSettings::judged);
             let of_file = |error| Failure::bad_input(format_args!("{}: {error}", path.display()));
@@ -138,26 +141,17 @@ impl Hub {
         locked(&self.library).clone()
     }
 
-    /// Puts the wall or the tissue of a document into a start, and the device that it is for.
-    fn open(
-        &self,
-        document: &Document,
-        start: &mut FeelChange,
-        device: &mut DeviceNumbers,
-    ) -> Result<(), Failure> {
-        start.environment = Some(match opened(document)? {
-            Opened::Wall(wall, its) => {
-                *device = its;
-                FeltThing::Wall(wall)
-            }
+    /// The wall of a document, and the device that it is for; or its tissue, which is known from now on.
+    fn open(&self, document: &Document) -> Result<(FeltThing, DeviceNumbers), Failure> {
+        Ok(match opened(document)? {
+            Opened::Wall(wall, device) => (FeltThing::Wall(wall), device),
             Opened::Tissue(material) => {
                 let name = material.name.clone();
                 let mut library = locked(&self.library);
                 *library = library.clone().with(*material);
-                FeltThing::Tissue(name)
+                (FeltThing::Tissue(name), self.options.device)
             }
-        });
-        Ok(())
+        })
     }
 
     /// What is said to all pages from now on.
@@ -246,12 +240,14 @@ impl Hub {
         let stops = self.stops.load(Ordering::Relaxed);
         let mut device = self.options.device;
         let document = match &start.environment {
-            Some(FeltThing::File(file)) => Some(file.document()),
-            Some(FeltThing::Run(name)) => Some(self.runs.document(name)?),
+            Some(FeltThing::File { name, text }) => Document::of_text(Path::new(name), text).into(),
+            Some(FeltThing::Run(name)) => self.runs.document(name)?.into(),
             Some(FeltThing::Tissue(_) | FeltThing::Wall(_)) | None => None,
         };
         if let Some(document) = document {
-            self.open(&document, &mut start, &mut device)?;
+            let environment;
+            (environment, device) = self.open(&document)?;
+            start.environment = Some(environment);
         }
         let settings = FeelSettings::new(&self.library(), device, start)?;
         let _making = self.making.lock().await;

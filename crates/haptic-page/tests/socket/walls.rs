@@ -108,7 +108,7 @@ fn verdicts_agree(cases: u32) {
         let margin = verdict["margin"].as_f64().unwrap_or(f64::INFINITY);
         let off = margin / edge(&nearest) - 1.0;
         assert!(
-            margin == edge(&nearest) || off.abs() < 2e-3,
+            off.abs() < 2e-3 || margin.is_infinite() && edge(&nearest).is_infinite(),
             "{verdict} for {nearest:?} of {text}"
         );
         stable += 1;
@@ -139,7 +139,7 @@ fn every_tissue_is_felt_and_one_that_is_too_stiff_is_made_smaller_and_says_so() 
         assert_eq!(felt["verdict"]["stable"], true, "{felt}");
         let scale = felt["scale"].as_f64().expect("a number");
         println!("{}: {scale}, {}", material.name, felt["note"]);
-        assert_eq!(felt["note"].is_null(), scale == 1.0, "{felt}");
+        assert_eq!(felt["note"].is_null(), scale >= 1.0, "{felt}");
         if scale < 1.0 {
             // Twice as much is still stable, as hits on contact that only pushes ask for.
             assert!(felt["verdict"]["margin"].as_f64() >= Some(2.0), "{felt}");
@@ -177,7 +177,8 @@ fn the_device_of_a_start_is_that_of_the_server_but_for_what_is_said() {
         "view",
         json!({"source": "live", "last_s": 1, "columns": 100}),
     );
-    assert_eq!(page.frame(|_| true).sample_time_s, 2e-3);
+    let shown = page.frame(|_| true).sample_time_s;
+    assert!((shown - 2e-3).abs() < 1e-12, "{shown}");
     for (device, words) in [
         (
             json!({"mass_kg": 0}),

@@ -75,15 +75,14 @@ impl Arguments {
             )));
         }
         let stop = stop_on_interrupt()?;
-        let device = self.device.read()?;
-        let device = device.map(|file| DeviceNumbers::from(file.values));
         let mut server = PageServer::start(ServerOptions {
             port: self.port,
             runs: self.runs,
             on_close: self.on_close,
             realtime: self.thread.options(None)?,
             library: self.tissues.load()?,
-            device: device.unwrap_or_default(),
+            device: (self.device.read()?)
+                .map_or_else(DeviceNumbers::default, |file| file.values.into()),
             opens: self.file,
             provenance: provenance(),
         })?;

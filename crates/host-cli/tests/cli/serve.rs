@@ -154,7 +154,7 @@ fn a_file_is_felt_first_and_one_that_cannot_be_is_a_line_and_an_exit_code() {
     );
     // Its log holds the same.
     place.run("run wall.toml --out ran");
-    assert_eq!(opens("ran/ran.mcap"), felt);
+    assert_eq!(opens("ran/wall.mcap"), felt);
     for (file, words) in [
         ("stiff.toml", "stiff.toml: this would be unstable"),
         (
