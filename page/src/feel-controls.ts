@@ -29,7 +29,7 @@ export class FeelControls {
   readonly root: HTMLElement;
   private readonly tissue = el("select", { "aria-label": "Tissue" });
   private readonly compare = el("select", { "aria-label": "Compare with" }, ...GHOSTS.map(([value, text]) => el("option", { value }, text)));
-  private readonly operator = el("select", { "aria-label": "Operator" }, ...OPERATORS.map(([value, text]) => el("option", { value }, text)));
+  private readonly operator = el("select", { "aria-label": "Operator of the wall" }, ...OPERATORS.map(([value, text]) => el("option", { value }, text)));
   private readonly operators = el("label", { class: "choice" }, "Operator", this.operator);
   private readonly note = el("p", { class: "hint", role: "status", hidden: true });
   private readonly said = el("span");
