@@ -21,7 +21,7 @@ export class AnswerPanel {
   private readonly body = el("div", { class: "answer-body" });
   private chart: Chart | null = null;
 
-  constructor(private readonly tryOut: (kind: string, parameters: Values) => void) {
+  constructor(private readonly tryOut: (kind: string, parameters: Values) => void, private readonly feelIt: (text: string) => void) {
     this.root = el("section", { class: "card answer" }, el("h2", {}, "Answer", this.name), this.verdict, this.bar, this.holder, this.body);
   }
 
@@ -109,7 +109,9 @@ export class AnswerPanel {
     const keep = el("button", { type: "button" }, "Save as experiment file");
     keep.addEventListener("click", () => save(new Blob([experiment.text], { type: "application/toml" }), "design.toml"));
     const text = el("details", {}, el("summary", {}, "The file"), el("pre", {}, experiment.text));
-    return [el("div", { class: "buttons" }, run, keep), text];
+    const feel = el("button", { type: "button", hidden: experiment.kind !== "wall" }, "Feel it");
+    feel.addEventListener("click", () => this.feelIt(experiment.text));
+    return [el("div", { class: "buttons" }, run, feel, keep), text];
   }
 
   private files(answer: Answer): HTMLElement {

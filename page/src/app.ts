@@ -26,4 +26,6 @@ export interface ViewPart {
   themed(): void;
   /** A key that is no command of the whole page; true if it meant something. */
   key(event: KeyboardEvent, down: boolean): boolean;
+  /** What was asked of the loop is refused; true if it is said beside the field that it is about. */
+  besideField?(why: string): boolean;
 }

@@ -76,7 +76,7 @@ export class ControlView implements ViewPart {
     const [low, high] = CONTROL_ENDS.crossover;
     this.crossover = new Knob({ label: "crossover", unit: "rad/s", ending: "_rad_s", log: true, least: low, most: high, value: control.crossover, help: "about 1.3 over the rise time", parse, changed: (crossover) => this.change({ crossover }) });
     const [least, most] = CONTROL_ENDS.margin;
-    this.margin = new Knob({ label: "phase margin", unit: "°", ending: "", least, most, value: control.margin, help: "more makes less overshoot", parse, changed: (margin) => this.change({ margin }) });
+    this.margin = new Knob({ label: "phase margin", unit: "°", ending: "_deg", least, most, value: control.margin, help: "more makes less overshoot", parse, changed: (margin) => this.change({ margin }) });
     this.step = new Chart({ name: "Step of the reference", lines: LINES, xTexts: (ticks) => ticks.map((tick) => quantity(tick, "s")) });
     const bode = { lines: LINES, logX: true, group: "bode", xTexts: (ticks: number[]): string[] => ticks.map((tick) => number(tick, 2)) };
     this.gain = new Chart({ ...bode, name: "Gain of the open loop over frequency" });

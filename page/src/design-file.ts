@@ -16,6 +16,7 @@ export function wallFile(design: Design): string {
   ];
   if (design.delay > 0) lines.push(["delay_s", design.delay]);
   if (design.lag > 0) lines.push(["current_lag_s", design.lag]);
+  if (design.noise > 0) lines.push(["sensor_noise_m", design.noise]);
   const written = lines.map(([key, value]) => `${key} = ${typeof value === "string" ? JSON.stringify(value) : toml(value)}`);
   return `# From the page's Design view: host-cli run wall.toml\n[wall]\n${written.join("\n")}\n`;
 }

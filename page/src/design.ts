@@ -4,7 +4,7 @@ import type { App, ViewPart } from "./app";
 import { Chart, legend, type Line } from "./chart";
 import { latest, type Panel } from "./connection";
 import { wallFile } from "./design-file";
-import { el, say } from "./dom";
+import { chosen, el, say } from "./dom";
 import { everyMotion, number, plain, quantity } from "./format";
 import { Knob, type KnobOptions } from "./knob";
 import { POINTS, RegionMap } from "./map";
@@ -107,7 +107,7 @@ export class DesignView implements ViewPart {
     const shown = before.view === "design" && before.hello !== null;
     if (state.view !== "design" || (design === before.design && shown)) return;
     for (const [key, knob] of this.knobs) knob.show(design[key]);
-    this.operator.value = design.operator;
+    chosen(this.operator, design.operator);
     // It is asked for as soon as there is a server, or again.
     if (state.hello === null) return;
     this.ask(design, DRAGGED_POINTS);
@@ -156,11 +156,8 @@ export class DesignView implements ViewPart {
   }
 
   private use(): void {
-    const { K, B, mu, T, m, b, delay, lag } = this.app.state.design;
-    const sample = this.app.state.hello?.sample_time_s;
-    if (sample !== undefined && sample !== T) this.app.notify(`The loop runs at T = ${quantity(sample, "s")}, not at ${quantity(T, "s")}.`);
-    if (delay > 0 || lag > 0) this.app.notify("The loop has the delay and the lag of the server's device, not these.");
-    const values = Object.entries({ order: mu, K, B, m, b }).map(([key, value]): [string, string] => [key, String(value)]);
+    const { mu, operator, ...rest } = this.app.state.design;
+    const values = Object.entries({ order: mu, scheme: operator, ...rest, encoder: 0, friction: 0 }).map(([key, value]): [string, string] => [key, String(value)]);
     this.app.dispatch({ do: "start", values: new Map(values) });
   }
 

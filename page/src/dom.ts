@@ -40,6 +40,12 @@ export function say(element: Element, text: string): void {
   if (element.textContent !== text) element.textContent = text;
 }
 
+/** Chooses a value in a list, which is added where it is not known, by this name. */
+export function chosen(list: HTMLSelectElement, value: string, name = value): void {
+  if (![...list.options].some((option) => option.value === value)) list.append(el("option", { value }, name));
+  list.value = value;
+}
+
 /** A colour or length of the style sheet. */
 export function style(name: string): string {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();

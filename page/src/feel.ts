@@ -20,6 +20,7 @@ export class FeelView implements ViewPart {
   private readonly safety: Safety;
   private readonly demonstration: Demonstration;
   private readonly surface: Surface;
+  private readonly hint = el("p", { class: "hint" }, "It relaxes while you hold, and remembers when you come back.");
   private readonly sendHand: (hand: { position_m: number; held: boolean }) => void;
   private lastHand = { position_m: 0, held: false, at: 0 };
   private lastStep = 0;
@@ -35,12 +36,11 @@ export class FeelView implements ViewPart {
     this.charts = new FeelCharts(app);
     this.controls = new FeelControls(app);
     this.safety = new Safety(app);
-    const hint = el("p", { class: "hint" }, "It relaxes while you hold, and remembers when you come back.");
     const heading = el("h2", {}, "Push the tissue: drag the probe, or use the arrow keys");
     this.root = el(
       "div",
       { class: "view feel" },
-      el("div", { class: "left" }, el("section", { class: "card" }, heading, this.scene.root, hint), el("section", { class: "card", "aria-label": "Tissue" }, this.controls.root)),
+      el("div", { class: "left" }, el("section", { class: "card" }, heading, this.scene.root, this.hint), el("section", { class: "card", "aria-label": "Tissue" }, this.controls.root)),
       el("div", { class: "right" }, this.charts.force, this.charts.motion, this.safety.root),
     );
     requestAnimationFrame((now) => this.tick(now));
@@ -57,6 +57,8 @@ export class FeelView implements ViewPart {
       this.surface.follows(felt);
       this.charts.showGhosts(felt.ghosts);
       this.safety.show(felt);
+      // A spring does not, nor does what resists motion alone.
+      this.hint.hidden = felt.dissipation_n_s_mu_per_m === 0 || felt.order === 0 || felt.order >= 1;
     }
     const feel = edited(state);
     if (feel !== null && (felt !== before.felt || state.sent !== before.sent || state.edits !== before.edits)) this.controls.show(feel, hello);
@@ -118,6 +120,10 @@ export class FeelView implements ViewPart {
     if (newest === null || Number.isNaN(newest.position)) return;
     const { position, force, hand } = newest;
     this.scene.show({ position, force: Math.max(0, force), hand, surface: this.surface.at(newest.time, position, force) });
+  }
+
+  besideField(why: string): boolean {
+    return this.controls.refused(why);
   }
 
   key(event: KeyboardEvent, down: boolean): boolean {

@@ -14,6 +14,10 @@ export interface KnobOptions {
   /** Equal factors rather than equal steps. With a least of 0 the first step is a millionth of the most. */
   log?: boolean;
   value: number;
+  /** What is typed may lie beyond the slider: the server says how far. */
+  beyond?: boolean;
+  /** A slider that is dragged changes nothing before it is let go. */
+  late?: boolean;
   help?: string;
   changed: (value: number) => void;
   parse: (key: string, text: string) => Promise<number>;
@@ -37,7 +41,9 @@ export class Knob {
     this.range = el("input", { id, type: "range", min: 0, max: STEPS, step: 1 });
     this.field = el("input", { type: "text", class: "value", "aria-label": `${options.label}, with unit`, spellcheck: "false", autocomplete: "off" });
     this.root = el("div", { class: "knob" }, el("div", { class: "line" }, this.label, this.field), this.range, this.trouble);
-    this.range.addEventListener("input", () => this.take(this.fromStep(Number(this.range.value))));
+    const slid = (): number => this.fromStep(Number(this.range.value));
+    this.range.addEventListener("input", () => (options.late ? this.show(slid()) : this.take(slid())));
+    if (options.late) this.range.addEventListener("change", () => this.take(slid()));
     this.field.addEventListener("change", () => void this.typed());
     this.field.addEventListener("keydown", (event) => {
       if (event.key === "Escape") this.trouble.textContent = "";
@@ -69,6 +75,11 @@ export class Knob {
     this.show(this.current);
   }
 
+  /** Says why the server refused a value, with the unit that its range is in. */
+  refuse(why: string): void {
+    this.trouble.textContent = why.replace(/: change it$/, ` ${this.options.unit}`);
+  }
+
   set disabled(disabled: boolean) {
     this.range.disabled = this.field.disabled = disabled;
   }
@@ -79,13 +90,13 @@ export class Knob {
   }
 
   private async typed(): Promise<void> {
-    const { ending, least, most, unit, parse } = this.options;
+    const { ending, least, most, unit, beyond, parse } = this.options;
     try {
       // The unit that stands there already is not asked for again.
       const text = this.field.value.replace(/[\u202f\u00a0]/g, " ").replace("−", "-").trim();
       const bare = ending === "" && text.endsWith(unit) ? text.slice(0, text.length - unit.length) : text;
       const value = await parse(ending, bare);
-      if (value < least || value > most) {
+      if (!beyond && (value < least || value > most)) {
         this.trouble.textContent = `from ${quantity(least, unit)} to ${quantity(most, unit)}`;
         return;
       }

@@ -59,8 +59,8 @@ class Page implements App {
     this.connection.ask<{ feel: Feel }>(next.do, next.keys).then(
       ({ feel }) => this.dispatch({ do: "felt", feel, answers: true }),
       (error: Error) => {
-        if (this.state.hello !== null) this.notify(error.message);
         this.dispatch({ do: "refused" });
+        if (this.state.hello !== null) this.screen?.refused(error.message);
       },
     );
   }

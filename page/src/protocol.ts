@@ -19,20 +19,45 @@ export interface Tissue {
   dissipation_n_s_mu_per_m: number;
 }
 
-export type Environment =
-  | { tissue: string }
-  | { wall: { order: number; stiffness_n_per_m: number; dissipation_n_s_mu_per_m: number } };
+export interface Wall {
+  order: number;
+  stiffness_n_per_m: number;
+  dissipation_n_s_mu_per_m: number;
+  scheme?: string;
+  /** Its memory is fed with the position in front of the surface too. */
+  signed?: boolean;
+}
 
-export interface Feel {
+/** What is felt. */
+export type Environment = { tissue: string } | { wall: Wall };
+
+/** Where it is written: the server opens it. */
+export type Opened = { file: { name: string; text: string } } | { run: string };
+
+/** The simulated device, and the sample time of its loop. */
+export interface Device {
+  mass_kg: number;
+  damping_n_s_per_m: number;
+  delay_s: number;
+  current_lag_s: number;
+  friction_n: number;
+  encoder_resolution_m: number;
+  sensor_noise_m: number;
+  sample_time_s: number;
+}
+
+export interface Feel extends Device {
   environment: Environment;
   title: string;
+  /** Why a tissue is not felt in its full size. */
+  note: string | null;
+  scheme: string;
+  signed: boolean;
   order: number;
   order_free: boolean;
   stiffness_n_per_m: number;
   dissipation_n_s_mu_per_m: number;
   scale: number;
-  mass_kg: number;
-  damping_n_s_per_m: number;
   hand_stiffness_n_per_m: number;
   hand_damping_n_s_per_m: number;
   ghosts: string[];
@@ -89,12 +114,17 @@ export interface Hello {
   tissues: Tissue[];
   ranges: Record<string, Range>;
   feel: Feel | null;
+  /** The file that the server was started with. */
+  opens?: Feel | null;
+  /** The device, but for what a start says. */
+  device?: Device;
   view_columns_most: number;
   runs_folder: string;
 }
 
 /** Without a loop there is only what a socket knows. */
 export interface Status {
+  sample_time_s?: number;
   tick?: number;
   time_s?: number;
   tick_p50_us?: number | null;

@@ -46,7 +46,7 @@ export class RunsView implements ViewPart {
   constructor(private readonly app: App) {
     this.overlay = new Overlay(app);
     this.form = new FormPanel(app, (name, kind) => this.started(name, kind));
-    this.answer = new AnswerPanel((kind, parameters) => void this.tryOut(kind, parameters));
+    this.answer = new AnswerPanel((kind, parameters) => void this.tryOut(kind, parameters), (text) => app.dispatch({ do: "open", what: { file: { name: "design.toml", text } } }));
     this.identify = new IdentifyPanel(app);
     this.panels = {
       curves: el("div", { class: "panel curves-panel" }, this.overlay.root, el("div", { class: "side" }, this.overlay.plane.root, el("section", { class: "card facts-card" }, el("h2", {}, "Report"), this.facts))),
@@ -222,10 +222,19 @@ export class RunsView implements ViewPart {
         ...(run.end ? [["end", run.end] as [string, string]] : []),
         ...run.events.slice(0, 50).map((event): [string, string] => [`${number(event.time_s)} s`, event.text || event.kind]),
       ];
-      parts.push(el("h3", {}, run.name), el("dl", {}, ...rows.flatMap(([name, value]) => [el("dt", {}, name), el("dd", {}, value)])));
+      parts.push(el("h3", {}, run.name), ...this.feelIt(run), el("dl", {}, ...rows.flatMap(([name, value]) => [el("dt", {}, name), el("dd", {}, value)])));
     }
     if (parts.length === 0) parts.push(el("p", { class: "hint" }, "Choose runs on the left: several are drawn over each other. The file of device selftest --json is shown where it is dropped."));
     this.facts.replaceChildren(...parts);
+  }
+
+  /** The wall of a run can be felt. */
+  private feelIt({ name, running, metadata }: OpenRun): Node[] {
+    const { document } = (metadata["experiment"] ?? {}) as { document?: string };
+    if (running || !document?.includes("[wall]")) return [];
+    const feel = el("button", { type: "button", class: "small" }, "Feel its wall");
+    feel.addEventListener("click", () => this.app.dispatch({ do: "open", what: { run: name } }));
+    return [feel];
   }
 
   // Runs that go on.

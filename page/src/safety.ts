@@ -41,7 +41,7 @@ export class Safety {
     const { verdict, scale } = feel;
     const [stiffness, dissipation] = [feel.stiffness_n_per_m * scale, feel.dissipation_n_s_mu_per_m * scale];
     const device = {
-      scheme: "exact", order: feel.order, sample_time_s: this.app.state.hello?.sample_time_s ?? 1e-3,
+      scheme: feel.scheme === "full" ? "exact" : feel.scheme, order: feel.order, sample_time_s: feel.sample_time_s,
       mass_kg: verdict.mass_kg, damping_n_s_per_m: verdict.damping_n_s_per_m, hand_stiffness_n_per_m: verdict.hand_stiffness_n_per_m,
       delay_s: verdict.delay_s, current_lag_s: verdict.current_lag_s,
     };

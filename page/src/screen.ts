@@ -69,6 +69,11 @@ export class Screen {
     this.shell.notify(text);
   }
 
+  /** Says why the loop does not do what was asked: beside the field, if that is shown. */
+  refused(why: string): void {
+    if (!this.views.get(this.app.state.view)?.besideField?.(why)) this.notify(why);
+  }
+
   private stop(): void {
     this.arming += 1;
     void this.app.tell("stop");

@@ -79,7 +79,6 @@ export class Shell {
   connected(hello: Hello): void {
     this.hello = hello;
     this.say("");
-    say(this.foot.period, ` of ${number(hello.sample_time_s * 1e6)}`);
   }
 
   lost(reason: string): void {
@@ -90,7 +89,9 @@ export class Shell {
   }
 
   status(status: Status): void {
-    const hertz = this.hello ? 1 / this.hello.sample_time_s : NaN;
+    const period = status.sample_time_s ?? this.hello?.sample_time_s ?? NaN;
+    say(this.foot.period, ` of ${number(period * 1e6)}`);
+    const hertz = Number((1 / period).toPrecision(6));
     const state = status.fault ? "fault" : status.stopped ? "stopped" : status.paused ? "paused" : status.running ? "running" : "idle";
     this.device.className = `device ${state}`;
     say(this.device, `simulated device · ${state === "running" ? rate(hertz) : state}`);

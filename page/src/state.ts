@@ -1,7 +1,7 @@
 // The state of the page: answers, edits and the address go through one reducer. Nothing here knows the document or the socket.
 
 import { numberOf, readFragment, writeFragment, type View } from "./fragment";
-import type { Environment, Feel, Hello, Status, Tissue } from "./protocol";
+import type { Device, Environment, Feel, Hello, Opened, Status, Tissue, Wall } from "./protocol";
 
 /** A change of what is felt; what is not named stays. */
 export interface FeelChange {
@@ -13,9 +13,9 @@ export interface FeelChange {
   ghosts?: string[];
 }
 
-export interface FeelStart extends FeelChange {
-  environment: Environment;
-  device?: { mass_kg: number; damping_n_s_per_m: number };
+export interface FeelStart extends Omit<FeelChange, "environment"> {
+  environment: Environment | Opened;
+  device?: Partial<Device>;
 }
 
 /** A request that changes what is felt. */
@@ -68,6 +68,8 @@ export interface State {
   readonly felt: Feel | null;
   /** A start that waits, as an address. */
   readonly asked: ReadonlyMap<string, string> | null;
+  /** A file or a run that waits to be felt. */
+  readonly opening: Opened | null;
   /** The request that is on its way, and the edits after it. */
   readonly sent: Outgoing | null;
   readonly edits: FeelChange | null;
@@ -92,6 +94,8 @@ export type PageEvent =
   | { do: "sent" }
   | { do: "change"; change: FeelChange }
   | { do: "start"; values: ReadonlyMap<string, string> }
+  /** Feel what is written in a file or a log. */
+  | { do: "open"; what: Opened }
   | { do: "design"; part: Partial<Design> }
   | { do: "runs"; part: Partial<Shown> }
   | { do: "control"; part: Partial<Control> };
@@ -99,6 +103,18 @@ export type PageEvent =
 export const OPERATORS: readonly [string, string][] = [
   ["exact", "full memory"],
   ["muir:3", "A₃, dissertation ch. 4"],
+  ["tustin-muir:3", "Tustin, degree 3"],
+  ["grunwald:100", "last 100 samples"],
+  ["piecewise-linear", "full memory, piecewise linear"],
+];
+
+/** Operators as an address may name them. */
+const SCHEME = /^(exact|full|full-bdf2|piecewise-linear|grunwald|muir|tustin-muir|oustaloup)(:[\w.+-]+)*$/;
+
+/** Numbers of a device in an address. */
+const DEVICE: readonly [string, keyof Device][] = [
+  ["m", "mass_kg"], ["b", "damping_n_s_per_m"], ["delay", "delay_s"], ["lag", "current_lag_s"], ["friction", "friction_n"],
+  ["encoder", "encoder_resolution_m"], ["noise", "sensor_noise_m"], ["T", "sample_time_s"],
 ];
 
 /** Least and most of the numbers of Design. */
@@ -120,6 +136,7 @@ export const START: State = {
   status: null,
   felt: null,
   asked: null,
+  opening: null,
   sent: null,
   edits: null,
   starts: 0,
@@ -153,7 +170,9 @@ export function reduce(state: State, event: PageEvent): State {
     case "change":
       return { ...state, edits: merged(state.edits ?? {}, event.change) };
     case "start":
-      return { ...state, view: "feel", asked: event.values, edits: null };
+      return { ...state, view: "feel", asked: event.values, opening: null, edits: null };
+    case "open":
+      return { ...state, view: "feel", asked: null, opening: event.what, edits: null };
     case "design":
       return { ...state, design: { ...state.design, ...event.part } };
     case "runs":
@@ -179,16 +198,18 @@ export function edited(state: State): Feel | null {
 
 function changed(feel: Feel, change: FeelChange, tissues: Tissue[]): Feel {
   const { environment } = change;
+  if (environment && "wall" in environment) return { ...feel, title: "a wall", note: null, order_free: true, scale: 1, ...environment.wall, ...change };
   const tissue = environment && "tissue" in environment ? tissues.find(({ name }) => name === environment.tissue) : undefined;
   if (tissue === undefined) return { ...feel, ...change };
   const { title, order, order_free, stiffness_n_per_m, dissipation_n_s_mu_per_m } = tissue;
-  return { ...feel, title, order, order_free, stiffness_n_per_m, dissipation_n_s_mu_per_m, scale: 1, ...change };
+  return { ...feel, title, note: null, order, order_free, stiffness_n_per_m, dissipation_n_s_mu_per_m, scale: 1, ...change };
 }
 
 /** The request that is next; null while one is on its way or there is nothing to ask. */
 export function outgoing(state: State): Outgoing | null {
-  const { hello, sent, asked, edits } = state;
+  const { hello, sent, asked, opening, edits } = state;
   if (hello === null || sent !== null) return null;
+  if (opening !== null) return { do: "feel.start", keys: { environment: opening } };
   if (asked !== null) return { do: "feel.start", keys: startOf(asked, hello.tissues) };
   return edits === null ? null : { do: "feel.set", keys: edits };
 }
@@ -196,17 +217,17 @@ export function outgoing(state: State): Outgoing | null {
 function sent(state: State): State {
   const next = outgoing(state);
   if (next === null) return state;
-  return next.do === "feel.start" ? { ...state, sent: next, asked: null } : { ...state, sent: next, edits: null };
+  return next.do === "feel.start" ? { ...state, sent: next, asked: null, opening: null } : { ...state, sent: next, edits: null };
 }
 
 /** The server answers: first time or after it was lost. */
 function greeted(state: State, hello: Hello): State {
   const next: State = { ...state, hello, lost: null, felt: hello.feel, met: true, sent: null, edits: null };
-  if (!hello.controls) return { ...next, asked: null };
+  if (!hello.controls) return { ...next, asked: null, opening: null };
   // Whoever opens the page finds a tissue that moves; who was only cut off for a while finds what there is.
-  if (state.asked !== null || (hello.feel !== null && state.met)) return next;
-  const before = hello.feel ?? state.felt;
-  return { ...next, asked: before === null ? new Map() : feelValues(before) };
+  if (state.asked !== null || state.opening !== null || (hello.feel !== null && state.met)) return next;
+  const before = hello.feel ?? state.felt ?? hello.opens ?? null;
+  return { ...next, asked: before === null ? new Map() : feelValues(before, hello.device) };
 }
 
 // The address.
@@ -241,35 +262,54 @@ export function address(state: State): string {
 
 function feelAddress(state: State): ReadonlyMap<string, string> {
   const feel = edited(state);
-  return state.asked ?? (feel === null ? new Map() : feelValues(feel));
+  return state.asked ?? (feel === null ? new Map() : feelValues(feel, state.hello?.device));
 }
 
-function feelValues(feel: Feel): ReadonlyMap<string, string> {
+/** What is felt, as an address says it; of the device mass, damping, and what is not as the server has it. */
+export function feelValues(feel: Feel, usual?: Device): ReadonlyMap<string, string> {
+  const wall = "wall" in feel.environment;
+  const device = DEVICE.filter(([short, key]) => ["m", "b"].includes(short) || (feel[key] !== undefined && feel[key] !== usual?.[key]));
   return new Map([
     ...("tissue" in feel.environment ? [["tissue", feel.environment.tissue] as const] : []),
     ["order", String(feel.order)],
     ["K", String(feel.stiffness_n_per_m)],
     ["B", String(feel.dissipation_n_s_mu_per_m)],
+    ...(wall && feel.scheme !== undefined && feel.scheme !== "full" ? [["scheme", feel.scheme] as const] : []),
+    ...(wall && feel.signed ? [["signed", "true"] as const] : []),
     ["scale", String(feel.scale)],
-    ["m", String(feel.mass_kg)],
-    ["b", String(feel.damping_n_s_per_m)],
+    ...device.map(([short, key]) => [short, String(feel[key])] as const),
     ["ghosts", feel.ghosts.join(",") || "none"],
   ]);
 }
 
+/** What is felt, on a device of which one number is another. */
+export function onDevice(state: State, key: keyof Device, value: number): ReadonlyMap<string, string> {
+  const feel = edited(state);
+  return feel === null ? new Map() : feelValues({ ...feel, [key]: value }, state.hello?.device);
+}
+
 /** The start that an address asks for; the first tissue where it says none. */
 export function startOf(values: ReadonlyMap<string, string>, tissues: Tissue[]): FeelStart {
-  const [order, stiffness, dissipation, scale, mass, damping] = ["order", "K", "B", "scale", "m", "b"].map((key) => numberOf(values, key));
+  const [order, stiffness, dissipation, scale] = ["order", "K", "B", "scale"].map((key) => numberOf(values, key));
+  const device = DEVICE.flatMap(([short, key]) => {
+    const value = numberOf(values, short);
+    return value === undefined ? [] : [[key, value] as const];
+  });
   const named = tissues.find(({ name }) => name === values.get("tissue"));
   const isWall = named === undefined && order !== undefined && dissipation !== undefined;
   const tissue = named ?? tissues.find(({ name }) => name === FIRST) ?? tissues[0];
   const ghosts = values.get("ghosts") ?? GHOSTS;
+  const wall = (order: number, dissipation: number): Wall => {
+    const [scheme, signed] = [values.get("scheme"), values.get("signed") === "true"];
+    return { order, stiffness_n_per_m: stiffness ?? 0, dissipation_n_s_mu_per_m: dissipation, ...(scheme === undefined ? {} : { scheme }), ...(signed ? { signed } : {}) };
+  };
   const start: FeelStart = {
-    environment: isWall ? { wall: { order, stiffness_n_per_m: stiffness ?? 0, dissipation_n_s_mu_per_m: dissipation } } : { tissue: tissue?.name ?? "" },
+    environment: isWall ? { wall: wall(order, dissipation) } : { tissue: tissue?.name ?? "" },
     ghosts: ghosts.split(",").filter((name) => ["short", "a3"].includes(name)),
   };
-  if (scale !== undefined) start.scale = scale;
-  if (mass !== undefined && damping !== undefined) start.device = { mass_kg: mass, damping_n_s_per_m: damping };
+  // In its full size a tissue is felt as large as it can be.
+  if (scale !== undefined && (isWall || scale !== 1)) start.scale = scale;
+  if (device.length > 0) start.device = Object.fromEntries(device);
   if (isWall || named === undefined || !named.order_free) return start;
   // Its own numbers are left to the library.
   if (order !== undefined && order !== named.order) start.order = order;
@@ -299,7 +339,7 @@ function designOf(values: ReadonlyMap<string, string>, design: Design): Design {
     const value = numberOf(values, key);
     if (value !== undefined) next[key] = Math.min(most, Math.max(least, value));
   }
-  const operator = values.get("operator");
-  if (OPERATORS.some(([name]) => name === operator)) next.operator = operator ?? next.operator;
+  const operator = values.get("operator") ?? "";
+  if (SCHEME.test(operator)) next.operator = operator;
   return next;
 }

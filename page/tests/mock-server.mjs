@@ -236,7 +236,7 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
           version: 1, controls: holder === page, watching: pages.size - 1, sample_time_s: T, channels: CHANNELS,
           limiters: ["magnitude", "rate", "fault", "stopping", "start-up", "workspace", "velocity", "guard"], tissues: TISSUES,
           ranges: { order: range(0, 1, 0.2247, 0.01), stiffness_n_per_m: range(0, 2000, 0), dissipation_n_s_mu_per_m: range(0, 2000, 173), scale: range(0.1, 10, 1), mass_kg: range(0.01, 1, 0.065), damping_n_s_per_m: range(0, 20, 3.5), hand_m: range(-0.02, 0.02, 0) },
-          feel: loop ? judged(loop.feel) : null, view_columns_most: 8192, runs_folder: "results",
+          feel: loop ? judged(loop.feel) : null, opens: null, device: DEVICE, view_columns_most: 8192, runs_folder: "results",
         };
       case "controls.take":
         if (holder !== null && holder !== page && !message.force) throw new Error("another page holds the controls");
@@ -457,13 +457,16 @@ function judgedWall({ order, stiffness_n_per_m: K, dissipation_n_s_mu_per_m: B, 
   };
 }
 
+const DEVICE = { mass_kg: 0.065, damping_n_s_per_m: 3.5, delay_s: 0, current_lag_s: 0, friction_n: 0, encoder_resolution_m: 0, sensor_noise_m: 0, sample_time_s: T };
+
 function feelOf({ environment, device, ghosts }) {
   const tissue = TISSUES.find(({ name }) => name === environment.tissue);
   if (!tissue && !environment.wall) throw new Error(`there is no tissue ${environment.tissue}`);
-  const { order, stiffness_n_per_m, dissipation_n_s_mu_per_m } = tissue ?? environment.wall;
+  const { order, stiffness_n_per_m, dissipation_n_s_mu_per_m, scheme = "full", signed = false } = tissue ?? environment.wall;
+  if (device?.mass_kg === 0) throw new Error("`mass_kg` = 0 is not above 0 and at most 100: change it");
   return {
     environment, title: tissue?.title ?? "own wall", order, order_free: true, stiffness_n_per_m, dissipation_n_s_mu_per_m, scale: 1,
-    mass_kg: device?.mass_kg ?? 0.065, damping_n_s_per_m: device?.damping_n_s_per_m ?? 3.5, hand_stiffness_n_per_m: 300, hand_damping_n_s_per_m: 6,
+    note: null, scheme: scheme === "exact" ? "full" : scheme, signed, ...DEVICE, ...device, hand_stiffness_n_per_m: 300, hand_damping_n_s_per_m: 6,
     ghosts: ghosts ?? [], force_limit_n: 10, force_rate_limit_n_per_s: 1000, memory_s: 500, paused: false,
   };
 }

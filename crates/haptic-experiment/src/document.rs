@@ -126,6 +126,18 @@ impl Document {
         }
     }
 
+    /// Where the file is, for messages.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The text of the file, without what was given over it.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
     /// Gives a value, which overrides the file; `said` is how the user wrote it, as in `--strain
     /// 3%`.
     ///

@@ -6,10 +6,13 @@ use haptic_analysis::{
     AnalysisError, BoundaryPoint, ClosedLoop, Dynamics, Environment, Largest, LoopOperator,
     NoiseGain, StabilityRegion,
 };
+use haptic_experiment::Failure;
+use haptic_experiment::document::short;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::error::Error;
 use std::f64::consts::PI;
+use std::fmt::Display;
 use std::ops::RangeInclusive;
 
 /// Points on the boundary of the map: few while a slider is dragged, all at rest. Each lies on the boundary, and with 500 a
@@ -45,6 +48,19 @@ pub(crate) struct WallQuestion {
     points: usize,
 }
 
+/// A scheme that is read, and judged within the time that a person waits for.
+pub(crate) fn judged_scheme(text: &str) -> Result<Scheme, Failure> {
+    let refused =
+        |why: &dyn Display| Failure::bad_input(format_args!("`scheme` = {}: {why}", short(text)));
+    let scheme: Scheme = text.parse().map_err(|error| refused(&error))?;
+    if matches!(scheme, Scheme::Grunwald { length } if length > RING_MOST) {
+        return Err(refused(&format_args!(
+            "the page judges at most {RING_MOST} samples: use the command line for more"
+        )));
+    }
+    Ok(scheme)
+}
+
 /// B in N·s^μ/m and K in N/m.
 type Point = [f32; 2];
 
@@ -61,13 +77,7 @@ impl WallQuestion {
         }
         let (order, t) = (Order::new(self.order.0)?, Seconds(self.sample_time_s.0));
         let (k, b) = (self.stiffness_n_per_m.0, self.dissipation_n_s_mu_per_m.0);
-        let scheme: Scheme = self.scheme.parse()?;
-        if matches!(scheme, Scheme::Grunwald { length } if length > RING_MOST) {
-            let advice = format!(
-                "the page judges at most {RING_MOST} samples: use the command line for more"
-            );
-            return Err(format!("`scheme` = {}: {advice}", self.scheme).into());
-        }
+        let scheme = judged_scheme(&self.scheme)?;
         let rendered = Rendered {
             dynamics: Dynamics {
                 mass_kg: self.mass_kg.0,
@@ -84,13 +94,9 @@ impl WallQuestion {
             },
             operator: LoopOperator::new(scheme, order, t, HORIZON)?,
         };
-        let Rendered {
-            dynamics,
-            wall,
-            operator,
-        } = &rendered;
+        let (dynamics, operator) = (&rendered.dynamics, &rendered.operator);
         // Without any spring the device drifts, which is no instability.
-        let closed = dynamics.closed(wall, operator)?.beside_rest();
+        let closed = dynamics.closed(&rendered.wall, operator)?.beside_rest();
         let margins = closed.is_stable().then(|| closed.margins()).transpose()?;
         let proved = closed.slope_limit().proved;
         let required = dynamics.port(t.0, operator)?.required_damping(t, k, b)?;

@@ -25,6 +25,7 @@ use haptic_tissue::identify::table::{TABLE_MOST, read_chosen, rows_named};
 use haptic_tissue::read_bytes;
 use nalgebra::{DMatrix, DVector, RowDVector};
 use num_complex::Complex;
+use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 use std::str::FromStr;
@@ -140,7 +141,7 @@ pub(crate) struct Interval {
 
 /// A device with a hand: force in, position out. The linear plant excludes friction, encoder and
 /// noise.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct DeviceValues {
     /// The mass that moves, with whatever is fixed to it.
     pub mass_kg: f64,
@@ -264,6 +265,21 @@ impl PlantModel {
 }
 
 impl DeviceValues {
+    /// Friction, delay, lag and sensors, for a simulation.
+    #[must_use]
+    pub const fn imperfections(&self) -> Imperfections {
+        Imperfections {
+            friction_n: self.friction_n,
+            delay_s: self.delay_s,
+            current_lag_s: self.current_lag_s,
+            sensors: Sensors {
+                encoder_resolution_m: self.encoder_resolution_m,
+                noise_m: self.sensor_noise_m,
+                ..Imperfections::NONE.sensors
+            },
+        }
+    }
+
     pub(crate) fn plant(&self) -> Result<Plant, ControlError> {
         let (m, b, k) = (
             self.mass_kg,
@@ -322,11 +338,14 @@ impl DeviceValues {
         (&p::SENSOR_NOISE, |values| &mut values.sensor_noise_m),
     ];
 
-    pub(crate) fn named(mut self) -> [(&'static Parameter, f64); 8] {
+    /// The values with their parameters.
+    #[must_use]
+    pub fn named(mut self) -> [(&'static Parameter, f64); 8] {
         Self::FIELDS.map(|(parameter, value)| (parameter, *value(&mut self)))
     }
 
-    pub(crate) fn set(&mut self, parameter: &Parameter, number: f64) {
+    /// Sets the value of a parameter, if it has one.
+    pub fn set(&mut self, parameter: &Parameter, number: f64) {
         for (_, value) in Self::FIELDS.iter().filter(|(known, _)| *known == parameter) {
             *value(self) = number;
         }
@@ -381,22 +400,6 @@ impl DeviceModel {
         }
         text + &made_by(program, note)
     }
-
-    /// Friction, delay, lag and sensors, for a simulation.
-    #[must_use]
-    pub const fn imperfections(&self) -> Imperfections {
-        Imperfections {
-            friction_n: self.values.friction_n,
-            delay_s: self.values.delay_s,
-            current_lag_s: self.values.current_lag_s,
-            sensors: Sensors {
-                encoder_resolution_m: self.values.encoder_resolution_m,
-                noise_m: self.values.sensor_noise_m,
-                ..Imperfections::NONE.sensors
-            },
-        }
-    }
-
     /// Mass, damping, hand, delay and lag, for an analysis.
     pub(crate) const fn dynamics(&self) -> Dynamics {
         Dynamics {
@@ -406,6 +409,12 @@ impl DeviceModel {
             delay_s: self.values.delay_s,
             current_lag_s: self.values.current_lag_s,
         }
+    }
+
+    /// The same of the values alone.
+    #[must_use]
+    pub const fn imperfections(&self) -> Imperfections {
+        self.values.imperfections()
     }
 
     /// The least of mass and damping and the whole interval of the delay, for a guard, which must hold for what is certain.
@@ -420,7 +429,7 @@ impl DeviceModel {
             damping_n_s_per_m: Some(ends(p::DAMPING.key, values.damping_n_s_per_m).0),
             delay_s: Some(ends(p::DELAY.key, values.delay_s)),
             lag_s: Some(values.current_lag_s),
-            noise_m: Some(self.imperfections().sensors.deviation_m()),
+            noise_m: Some(self.values.imperfections().sensors.deviation_m()),
         }
     }
 }

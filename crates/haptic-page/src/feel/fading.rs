@@ -12,6 +12,7 @@
 //! ```
 //!   Inwards c comes back, by as much a tick as s. Out of contact A and c begin anew, and a change is done. Without a change c is 1, to the bit.
 
+use super::hand::START_M;
 use haptic_loop::Environment;
 use nalgebra::Vector1;
 use std::mem;
@@ -88,9 +89,16 @@ pub(crate) struct Law<E: Environment<f64, 1>> {
     pub(crate) next: u64,
 }
 
+/// A history of a device that always stood in front of the surface, where it begins.
+fn at_start<E: Environment<f64, 1>>(law: &E) -> E::History {
+    let mut history = law.at_rest();
+    law.settle(&mut history, &Vector1::new(START_M));
+    history
+}
+
 impl<E: Environment<f64, 1>> Law<E> {
     pub(crate) fn at_rest(environment: E) -> Self {
-        let history = environment.at_rest();
+        let history = at_start(&environment);
         Self {
             environment,
             history,
@@ -195,8 +203,8 @@ impl<E: Environment<f64, 1>> Environment<f64, 1> for Fading<E> {
 
     fn at_rest(&self) -> Self::History {
         FadingHistory {
-            old: self.old.at_rest(),
-            new: self.new.at_rest(),
+            old: at_start(&self.old),
+            new: at_start(&self.new),
             share: 1.0,
             touch: Touch::NONE,
         }

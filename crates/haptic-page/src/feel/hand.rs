@@ -5,8 +5,8 @@
 //! Spring and damper are part of the plant, so they are exact between samples and stable whatever their values. Without a hand
 //! the device is a mass on its own damper.
 
-use super::settings::{DeviceNumbers, RANGES, SAMPLE_TIME};
-use haptic_experiment::{Failure, Imperfections};
+use super::settings::{DeviceNumbers, HAND_M};
+use haptic_experiment::Failure;
 use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{Device, Reading, SafeForce};
@@ -22,7 +22,7 @@ const HAND_SPEED_M_PER_S: f64 = 0.5;
 /// Time constant of each of the two smoothings, s: a pointer tells its position 60 times a second.
 const SMOOTHING_S: f64 = 0.006;
 /// Place of the device before it is touched, m: in front of the surface.
-const START_M: f64 = -5e-3;
+pub(super) const START_M: f64 = -5e-3;
 
 #[derive(Clone, Copy, Debug)]
 struct Pointer {
@@ -32,33 +32,35 @@ struct Pointer {
     velocity_m_per_s: f64,
     /// 1 − e^(−T/τ).
     gain: f64,
+    sample_time_s: f64,
 }
 
 impl Pointer {
-    fn at(position_m: f64) -> Self {
+    fn at(position_m: f64, sample_time_s: f64) -> Self {
         Self {
             target_m: position_m,
             smoothed_m: position_m,
             position_m,
             velocity_m_per_s: 0.0,
-            gain: -libm::expm1(-SAMPLE_TIME.0 / SMOOTHING_S),
+            gain: -libm::expm1(-sample_time_s / SMOOTHING_S),
+            sample_time_s,
         }
     }
 
     fn aim(&mut self, target_m: f64) {
         // A pointer that is not a number stays where it is.
         if target_m.is_finite() {
-            self.target_m = RANGES.hand_m.nearest(target_m);
+            self.target_m = HAND_M.nearest(target_m);
         }
     }
 
     fn step(&mut self) {
-        let furthest = HAND_SPEED_M_PER_S * SAMPLE_TIME.0;
+        let furthest = HAND_SPEED_M_PER_S * self.sample_time_s;
         self.smoothed_m += self.gain * (self.target_m - self.smoothed_m);
         let moved = self.gain * (self.smoothed_m - self.position_m);
         let moved = moved.clamp(-furthest, furthest);
         self.position_m += moved;
-        self.velocity_m_per_s = moved / SAMPLE_TIME.0;
+        self.velocity_m_per_s = moved / self.sample_time_s;
     }
 }
 
@@ -78,8 +80,12 @@ impl Device<f64, 1> for Place {
 }
 
 fn ideal(device: DeviceNumbers) -> MassDamperConfig {
-    let damping = NewtonSecondsPerMetre(device.damping_n_s_per_m);
-    MassDamperConfig::ideal(Kilograms(device.mass_kg), damping, SAMPLE_TIME)
+    let damping = NewtonSecondsPerMetre(device.values.damping_n_s_per_m);
+    MassDamperConfig::ideal(
+        Kilograms(device.values.mass_kg),
+        damping,
+        device.sample_time(),
+    )
 }
 
 /// A simulated device with a hand that holds it or not. Both plants are given each force, so that what is on its way arrives whatever
@@ -96,11 +102,10 @@ pub(crate) struct HeldDevice {
 }
 
 impl HeldDevice {
-    /// A device of this mass and damping with these imperfections, in front of the surface, no hand on it.
-    pub(crate) fn new(
-        device: DeviceNumbers,
-        imperfections: &Imperfections,
-    ) -> Result<Self, Failure> {
+    /// A device in front of the surface, no hand on it.
+    pub(crate) fn new(device: DeviceNumbers) -> Result<Self, Failure> {
+        let imperfections = device.values.imperfections();
+        let sample_time_s = device.sample_time_s;
         let free = imperfections.on(ideal(device));
         let place = Place(Reading {
             tick: 0,
@@ -117,7 +122,7 @@ impl HeldDevice {
             held: MassDamper::new(held).map_err(Failure::input)?,
             sensors: imperfections.sensors.before(place)?,
             is_held: false,
-            pointer: Pointer::at(START_M),
+            pointer: Pointer::at(START_M, sample_time_s),
             hand_force_n: 0.0,
             tick: 0,
         };
@@ -153,7 +158,7 @@ impl HeldDevice {
             self.follow();
             self.is_held = held;
             if held {
-                self.pointer = Pointer::at(self.position_m());
+                self.pointer = Pointer::at(self.position_m(), self.pointer.sample_time_s);
             }
         }
         self.pointer.aim(position_m);
@@ -196,7 +201,7 @@ impl Device<f64, 1> for HeldDevice {
     fn read(&mut self) -> Result<Reading<f64, 1>, Infallible> {
         self.sensors.device_mut().0 = Reading {
             tick: self.tick,
-            time_s: self.tick as f64 * SAMPLE_TIME.0,
+            time_s: self.tick as f64 * self.pointer.sample_time_s,
             position_m: self.plant().position(),
         };
         self.sensors.read()
@@ -218,35 +223,29 @@ impl Device<f64, 1> for HeldDevice {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use haptic_experiment::Sensors;
+    use haptic_experiment::run::DeviceValues;
     use haptic_loop::units::{Newtons, NewtonsPerSecond};
     use haptic_loop::{SafetyChain, SafetyState};
 
-    const DEVICE: DeviceNumbers = DeviceNumbers {
-        mass_kg: 0.065,
-        damping_n_s_per_m: 3.5,
-    };
-
     fn device() -> HeldDevice {
-        HeldDevice::new(DEVICE, &Imperfections::NONE).expect("valid")
+        HeldDevice::new(DeviceNumbers::default()).expect("valid")
     }
 
     #[test]
     fn the_device_of_a_file_has_its_delay_friction_and_encoder() {
-        let imperfections = Imperfections {
+        let late = DeviceNumbers::from(DeviceValues {
             friction_n: 0.1,
             delay_s: 3e-3,
             current_lag_s: 1e-3,
-            sensors: Sensors {
-                encoder_resolution_m: 1e-4,
-                ..Imperfections::NONE.sensors
-            },
-        };
-        let config = imperfections.on(ideal(DEVICE));
-        let chain = SafetyChain::<f64>::new(Newtons(5.0), NewtonsPerSecond(1e4), SAMPLE_TIME);
+            encoder_resolution_m: 1e-4,
+            ..DeviceNumbers::default().values
+        });
+        let config = late.values.imperfections().on(ideal(late));
+        let t = late.sample_time();
+        let chain = SafetyChain::<f64>::new(Newtons(5.0), NewtonsPerSecond(1e4), t);
         let chain = chain.expect("limits");
         let mut safety = SafetyState::default();
-        let mut device = HeldDevice::new(DEVICE, &imperfections);
+        let mut device = HeldDevice::new(late);
         let device = device.as_mut().expect("valid");
         let mut alone = MassDamper::<1>::new(config).expect("valid");
         alone.set_state(Vector1::new(START_M), Vector1::new(0.0));
@@ -314,7 +313,7 @@ mod tests {
             device.hand(wild, true);
             let Ok(()) = device.write(SafeForce::zero());
             fastest = fastest.max(device.held.velocity()[0].abs());
-            assert!(device.position_m().abs() < 1.2 * RANGES.hand_m.most);
+            assert!(device.position_m().abs() < 1.2 * HAND_M.most);
         }
         assert!(fastest < 1.05 * HAND_SPEED_M_PER_S, "{fastest}");
     }

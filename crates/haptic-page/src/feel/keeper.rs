@@ -8,6 +8,7 @@ use crate::Announce;
 use crate::pyramid::Pyramid;
 use haptic_experiment::{Failure, RealtimeOptions};
 use haptic_loop::realtime::Moment;
+use haptic_loop::units::Seconds;
 use haptic_loop::{Environment, Fault};
 use hdrhistogram::Histogram;
 use nalgebra::Vector1;
@@ -50,6 +51,7 @@ pub(super) enum KeeperTask {
 /// The newest of the loop, as `status` tells it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct FeelState {
+    pub(crate) sample_time_s: f64,
     tick: u64,
     time_s: f64,
     position_m: f64,
@@ -69,6 +71,16 @@ pub(crate) struct FeelState {
     late_p999_us: f64,
     recording: Option<String>,
     recorded: u64,
+}
+
+impl FeelState {
+    /// Of a loop before its first tick.
+    pub(crate) fn of(sample_time: Seconds) -> Self {
+        Self {
+            sample_time_s: sample_time.0,
+            ..Self::default()
+        }
+    }
 }
 
 /// What the keeper shares with those who watch.
@@ -104,8 +116,8 @@ struct Ghosting {
 
 impl Ghosting {
     /// Of a law, after what it has missed.
-    fn new(mut ready: Law<Felt>, pyramid: &Pyramid) -> Self {
-        let mut law = fading(&ready.environment);
+    fn new(mut ready: Law<Felt>, pyramid: &Pyramid, sample_time_s: f64) -> Self {
+        let mut law = fading(&ready.environment, Seconds(sample_time_s));
         let mut history = law.at_rest();
         hear_missed(&mut ready, pyramid);
         law.replace(&mut history, &mut ready);
@@ -208,7 +220,9 @@ impl Keeper {
                     match (ghost.as_mut(), ready) {
                         (Some(ghost), Some(ready)) => ghost.pending = Some(ready),
                         (_, ready) => {
-                            *ghost = ready.map(|ready| Ghosting::new(ready, &pyramid));
+                            *ghost = ready.map(|ready| {
+                                Ghosting::new(ready, &pyramid, work.state.sample_time_s)
+                            });
                         }
                     }
                 }
@@ -325,14 +339,14 @@ impl Keeper {
 }
 
 impl Work {
-    pub(super) fn new() -> Result<Self, Failure> {
+    pub(super) fn new(sample_time: Seconds) -> Result<Self, Failure> {
         // To 10 s, three digits.
         let histogram = || Histogram::new_with_bounds(1, 10_000_000_000, 3).map_err(Failure::input);
         Ok(Self {
             next: 0,
             ghosts: [None, None],
             recording: None,
-            state: FeelState::default(),
+            state: FeelState::of(sample_time),
             before: None,
             took_ns: histogram()?,
             late_ns: histogram()?,

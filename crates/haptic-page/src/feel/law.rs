@@ -2,23 +2,27 @@
 
 use super::fading::{Fading, Law};
 use super::hand::{HAND_DAMPING, HAND_STIFFNESS};
-use super::settings::{FeelSettings, Ghost, SAMPLE_TIME};
-use fracdiff::{Operator, Order, Scheme};
+use super::settings::{FeelSettings, Ghost};
+use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_experiment::judge::{Preflight, WallContact, operator};
 use haptic_experiment::{Dynamics, Failure, PreflightVerdict, parameters};
 use haptic_loop::units::Metres;
-use haptic_loop::{Contact, Specimen, SpringDamper};
+use haptic_loop::{Pushing, Specimen, Wall, WallShape};
+use haptic_quantity::digits;
 
 /// Samples for which the memory is made: 2.8 hours.
 const HORIZON: u64 = 10_000_000;
-/// Ticks in which one law goes over into the next: 0.2 s.
-const FADE_TICKS: u32 = 200;
-/// Ticks that the short memory keeps: 1 s.
-const SHORT_TICKS: usize = 1000;
+/// Time in which one law goes over into the next, s.
+const FADE_S: f64 = 0.2;
+/// Time that the short memory keeps, s.
+pub(super) const SHORT_S: f64 = 1.0;
 const A3_DEGREE: usize = 3;
 
-/// A tissue or wall behind a surface at 0.
-pub(crate) type Felt = Contact<f64, SpringDamper<f64, Operator<f64>>, 1>;
+/// Margin at which a tissue is felt that would be unstable in its full size: hits on contact that only pushes grow at less.
+const FITTED_MARGIN: f64 = 2.0;
+
+/// A tissue or wall behind a surface at 0: the law of `[wall]`.
+pub(crate) type Felt = Pushing<Wall<f64, Operator<f64>>>;
 /// It, while it may change.
 pub(crate) type FadingFelt = Fading<Felt>;
 
@@ -45,23 +49,25 @@ impl FeelSettings {
 
     fn felt_by(&self, scheme: Scheme) -> Result<Law<Felt>, Failure> {
         let (model, order) = (self.model.as_ref(), self.fractional_order()?);
-        let operator = operator(model, scheme, order, SAMPLE_TIME, HORIZON as f64)?;
+        let t = self.device.sample_time();
+        let operator = operator(model, scheme, order, t, HORIZON as f64)?;
         let (stiffness, dissipation) = self.gains();
-        let inner = SpringDamper::new(stiffness, dissipation, operator).map_err(Failure::input)?;
-        let felt = Contact::at(Metres(0.0), inner).map_err(Failure::input)?;
-        Ok(Law::at_rest(felt.with_depth_map(self.map)))
+        let surface = (!self.law.signed).then_some(Metres(0.0));
+        let shape = WallShape::new(stiffness, dissipation, surface).map_err(Failure::input)?;
+        let wall = Wall::of(shape.with_depth_map(self.map), operator);
+        Ok(Law::at_rest(Pushing::new(wall, false)))
     }
 
     /// The law at rest, with all of its memory.
     pub(crate) fn law(&self) -> Result<Law<Felt>, Failure> {
-        self.felt_by(full_memory()?)
+        self.felt_by(self.scheme()?)
     }
 
     pub(crate) fn ghost_laws(&self) -> Result<[Option<Law<Felt>>; 2], Failure> {
         let law = |ghost: Ghost| {
             let scheme = match ghost {
                 Ghost::Short => Scheme::Grunwald {
-                    length: SHORT_TICKS,
+                    length: ticks(SHORT_S, self.device.sample_time()),
                 },
                 Ghost::A3 => Scheme::Muir { degree: A3_DEGREE },
             };
@@ -72,42 +78,18 @@ impl FeelSettings {
         Ok([law(short)?, law(a3)?])
     }
 
-    /// Itself with the pre-flight of the loop with the hand and without, whichever is nearer to the edge.
-    pub(crate) fn judged(self) -> Result<JudgedFeel, Failure> {
-        let (stiffness, dissipation) = self.gains();
-        // As steep as a tissue that stiffens is where small strain ends.
-        let deep_m = Specimen::SMALL_STRAIN * parameters::THICKNESS.default_number();
-        let preflight = Preflight {
-            stiffness_n_per_m: stiffness,
-            dissipation_n_s_mu_per_m: dissipation,
-            order: self.fractional_order()?,
-            model: self.model.as_ref(),
-            scheme: full_memory()?,
-            sample_time_s: SAMPLE_TIME.0,
-            samples: HORIZON,
-            map: None,
-            contact: WallContact::OneSided,
-            guarded: false,
-        };
-        let preflight = preflight.at_depth(self.map, deep_m);
-        let free = Dynamics {
-            mass_kg: self.device.mass_kg,
-            damping_n_s_per_m: self.device.damping_n_s_per_m,
-            hand_stiffness_n_per_m: 0.0,
-            delay_s: self.imperfections.delay_s,
-            current_lag_s: self.imperfections.current_lag_s,
-        };
-        let held = Dynamics {
-            damping_n_s_per_m: free.damping_n_s_per_m + HAND_DAMPING.0,
-            hand_stiffness_n_per_m: HAND_STIFFNESS.0,
-            ..free
-        };
-        let judge = |dynamics| {
-            let verdict = preflight.verdict(dynamics, 0)?;
-            refuse_unstable(&verdict)?;
-            Ok::<_, Failure>((verdict, dynamics))
-        };
-        let (free, held) = (judge(free)?, judge(held)?);
+    /// Itself with the pre-flight of the loop with the hand and without, whichever is nearer to the edge. A tissue whose size
+    /// nobody asked for is made as small as it has to be.
+    pub(crate) fn judged(mut self) -> Result<JudgedFeel, Failure> {
+        let mut both = self.verdicts()?;
+        if self.may_scale && both.iter().any(|(verdict, _)| !verdict.stable) {
+            self.fit(&both);
+            both = self.verdicts()?;
+        }
+        for (verdict, _) in &both {
+            refuse_unstable(verdict)?;
+        }
+        let [free, held] = both;
         let edge = |(verdict, _): &(PreflightVerdict, _)| verdict.margin.unwrap_or(f64::INFINITY);
         let is_held = edge(&held) < edge(&free);
         let (verdict, dynamics) = if is_held { held } else { free };
@@ -117,6 +99,54 @@ impl FeelSettings {
             dynamics,
         })
     }
+
+    /// Takes the factor at which the nearest edge is [`FITTED_MARGIN`] away, to two digits and rounded down, and says so.
+    fn fit(&mut self, both: &[(PreflightVerdict, Dynamics)]) {
+        let edges = both.iter().filter_map(|(verdict, _)| verdict.margin);
+        let most = edges.fold(f64::INFINITY, f64::min);
+        self.scale = rounded_down(self.scale * most / FITTED_MARGIN);
+        self.note = Some(format!(
+            "Felt at {} % of its stiffness: on this device more than {} % is unstable.",
+            digits(100.0 * self.scale, 2),
+            digits(100.0 * most, 2)
+        ));
+    }
+
+    /// The pre-flight without the hand and with it.
+    fn verdicts(&self) -> Result<[(PreflightVerdict, Dynamics); 2], Failure> {
+        let (stiffness, dissipation) = self.gains();
+        // As steep as a tissue that stiffens is where small strain ends.
+        let deep_m = Specimen::SMALL_STRAIN * parameters::THICKNESS.default_number();
+        let preflight = Preflight {
+            stiffness_n_per_m: stiffness,
+            dissipation_n_s_mu_per_m: dissipation,
+            order: self.fractional_order()?,
+            model: self.model.as_ref(),
+            scheme: self.scheme()?,
+            sample_time_s: self.device.sample_time_s,
+            samples: HORIZON,
+            map: None,
+            // Of a signed wall no less is said without the proof for every motion, which takes too long here.
+            contact: WallContact::OneSided,
+            guarded: false,
+        };
+        let preflight = preflight.at_depth(self.map, deep_m);
+        let device = self.device.values;
+        let free = Dynamics {
+            mass_kg: device.mass_kg,
+            damping_n_s_per_m: device.damping_n_s_per_m,
+            hand_stiffness_n_per_m: 0.0,
+            delay_s: device.delay_s,
+            current_lag_s: device.current_lag_s,
+        };
+        let held = Dynamics {
+            damping_n_s_per_m: free.damping_n_s_per_m + HAND_DAMPING.0,
+            hand_stiffness_n_per_m: HAND_STIFFNESS.0,
+            ..free
+        };
+        let judge = |dynamics| Ok::<_, Failure>((preflight.verdict(dynamics, 0)?, dynamics));
+        Ok([judge(free)?, judge(held)?])
+    }
 }
 
 fn refuse_unstable(verdict: &PreflightVerdict) -> Result<(), Failure> {
@@ -125,7 +155,10 @@ fn refuse_unstable(verdict: &PreflightVerdict) -> Result<(), Failure> {
     }
     let advice = match verdict.margin {
         // Rounded down, so that what is proposed is accepted.
-        Some(factor) => format!("take at most {} of K and B", (factor * 1e2).floor() / 1e2),
+        Some(factor) => format!(
+            "take at most {} of K and B",
+            digits(rounded_down(factor), 2)
+        ),
         None => "take another order, or a heavier or more damped device".to_owned(),
     };
     Err(Failure::bad_input(format_args!(
@@ -134,11 +167,17 @@ fn refuse_unstable(verdict: &PreflightVerdict) -> Result<(), Failure> {
     )))
 }
 
-fn full_memory() -> Result<Scheme, Failure> {
-    parameters::SCHEME.shown.parse().map_err(Failure::input)
+/// The largest number of two digits that is not above this one.
+fn rounded_down(number: f64) -> f64 {
+    let digit = 10_f64.powf(number.log10().floor() - 1.0);
+    (number / digit).floor() * digit
+}
+
+pub(super) fn ticks(time_s: f64, sample_time: Seconds) -> usize {
+    (time_s / sample_time.0).round() as usize
 }
 
 /// Two laws that become one another: the first is felt alone.
-pub(crate) fn fading(law: &Felt) -> FadingFelt {
-    Fading::new(law.clone(), FADE_TICKS)
+pub(crate) fn fading(law: &Felt, sample_time: Seconds) -> FadingFelt {
+    Fading::new(law.clone(), ticks(FADE_S, sample_time) as u32)
 }

@@ -11,6 +11,7 @@ mod fading;
 mod hand;
 mod keeper;
 mod law;
+mod opened;
 mod recording;
 mod settings;
 #[cfg(test)]
@@ -18,20 +19,24 @@ mod tests;
 mod ticking;
 
 pub(crate) use hand::{HAND_DAMPING, HAND_STIFFNESS};
-pub(crate) use keeper::{CHANNELS, FeelPlace, Kept, locked};
+pub(crate) use keeper::{CHANNELS, FeelPlace, FeelState, Kept, locked};
 pub(crate) use law::JudgedFeel;
+pub(crate) use opened::{Opened, opened};
 pub use settings::DeviceNumbers;
-pub(crate) use settings::{FeelChange, FeelSettings, RANGES, SAMPLE_TIME};
+use settings::HAND_M;
+pub(crate) use settings::{FeelChange, FeelSettings, FeltThing, SLIDERS};
 
 use crate::pyramid::PyramidSize;
 use hand::HeldDevice;
 use haptic_experiment::Failure;
-use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre};
+use haptic_experiment::parameters::{
+    DISSIPATION, ONE_SIDED, ORDER, SCHEME, STIFFNESS, WALL_CONTACT,
+};
+use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
 use haptic_loop::{Controller, Limits, SafetyChain, Workspace};
-use keeper::{FeelState, Keeper, KeeperTask, POSITION, Work};
-use law::fading;
+use keeper::{Keeper, KeeperTask, POSITION, Work};
+use law::{SHORT_S, fading, ticks};
 use rtrb::{Producer, RingBuffer};
-use settings::FeltThing;
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Sender, channel};
@@ -44,8 +49,8 @@ const ORDERS: usize = 1024;
 const SAMPLES: usize = 8192;
 /// Ends of the workspace, m, and where braking begins before them.
 const WORKSPACE_M: (f64, f64, f64) = (-0.06, 0.06, 0.01);
-/// Positions that a ghost hears of the past: more than it remembers.
-const GHOST_PAST: usize = 1100;
+/// Time of the past that a ghost hears, s: more than it remembers.
+const GHOST_PAST_S: f64 = 1.1 * SHORT_S;
 
 pub(crate) const fn pyramid_size() -> PyramidSize {
     PyramidSize::usual(CHANNELS.len())
@@ -65,7 +70,7 @@ pub(crate) struct Feel {
 /// Limits of the safety chain: the usual ones of a desktop device, with its workspace, mass and samples of delay, but no start-up ramp. The
 /// device begins in front of the surface, where no force acts, so none can jump; and a wall that grows stiffer while it is pressed would
 /// give the hand more than the hand put in.
-fn limits(mass: Kilograms, delay: u32) -> Limits {
+fn limits(mass: Kilograms, delay: u32, t: Seconds) -> Limits {
     let (low, high, soft) = WORKSPACE_M;
     let limits = Limits {
         workspace: Some(Workspace {
@@ -79,7 +84,7 @@ fn limits(mass: Kilograms, delay: u32) -> Limits {
         ..Limits::default()
     };
     // A light device bears less braking.
-    let most = limits.braking_max(SAMPLE_TIME).0;
+    let most = limits.braking_max(t).0;
     let usual = limits.braking.map(|usual| usual.0.min(most));
     Limits {
         braking: usual.map(NewtonSecondsPerMetre),
@@ -88,23 +93,30 @@ fn limits(mass: Kilograms, delay: u32) -> Limits {
 }
 
 impl Feel {
-    /// Starts the loop, the tissue untouched.
-    pub(crate) fn start(place: FeelPlace, felt: JudgedFeel) -> Result<Self, Failure> {
+    /// Starts the loop, the tissue untouched. One that was there ends as soon as nothing can be refused any more.
+    pub(crate) fn start(
+        place: FeelPlace,
+        felt: JudgedFeel,
+        old: Option<&Self>,
+    ) -> Result<Self, Failure> {
         let settings = &felt.settings;
-        let chain =
-            SafetyChain::from_limits(&settings.limits(), SAMPLE_TIME).map_err(Failure::input)?;
+        let t = settings.device.sample_time();
+        let chain = SafetyChain::from_limits(&settings.limits(), t).map_err(Failure::input)?;
         let law = settings.law()?;
-        let mut controller = Controller::<_, 1, _>::new(fading(&law.environment), chain);
-        let mut device = HeldDevice::new(settings.device, &settings.imperfections)?;
+        let mut controller = Controller::<_, 1, _>::new(fading(&law.environment, t), chain);
+        let mut device = HeldDevice::new(settings.device)?;
         let ghosts = settings.ghost_laws()?;
-        let work = Work::new()?;
+        let work = Work::new(t)?;
+        if let Some(old) = old {
+            old.end();
+        }
 
         let (orders, orders_end) = RingBuffer::new(ORDERS);
         let (samples, from_loop) = RingBuffer::new(SAMPLES);
         let (tasks, tasks_end) = channel();
         let counts = Arc::new(LoopCounts::default());
         locked(&place.kept.pyramid).clear();
-        *locked(&place.kept.state) = FeelState::default();
+        *locked(&place.kept.state) = FeelState::of(t);
         // The keeper holds the other end.
         let _ = tasks.send(KeeperTask::Ghosts(Box::new(ghosts)));
         let keeper = Keeper {
@@ -119,7 +131,7 @@ impl Feel {
         let (thread, counted) = (place.realtime, Arc::clone(&counts));
         let threads = Mutex::new(vec![
             std::thread::spawn(move || {
-                ticking::run(&mut controller, &mut device, ends, &counted, thread);
+                ticking::run(&mut controller, &mut device, ends, &counted, thread, t);
             }),
             std::thread::spawn(move || keeper.run(work)),
         ]);
@@ -156,7 +168,7 @@ impl Feel {
 
     /// The pointer; the place that the hand goes to, m: that of the pointer, or the end of the hand's range before it.
     pub(crate) fn hand(&self, position_m: f64, held: bool) -> Result<f64, Failure> {
-        let goes_to_m = RANGES.hand_m.nearest(position_m);
+        let goes_to_m = HAND_M.nearest(position_m);
         self.order(LoopOrder::Hand(goes_to_m, held))?;
         Ok(goes_to_m)
     }
@@ -195,7 +207,8 @@ impl Feel {
         let pyramid = &self.place.kept.pyramid;
         let first = locked(pyramid).samples_from(remembers_from, POSITION, &mut past);
         law.hear_from(first, &past);
-        let recent = past.len().saturating_sub(GHOST_PAST);
+        let heard = ticks(GHOST_PAST_S, next.settings.device.sample_time());
+        let recent = past.len().saturating_sub(heard);
         for law in ghosts.iter_mut().flatten() {
             law.hear_from(first + recent as u64, &past[recent..]);
         }
@@ -255,24 +268,32 @@ impl Drop for Feel {
 impl FeelSettings {
     /// Limits of the safety chain; a lag of the actuator counts as delay.
     fn limits(&self) -> Limits {
-        let late_s = self.imperfections.delay_s + self.imperfections.current_lag_s;
-        let samples = (late_s / SAMPLE_TIME.0 - 1e-9).ceil().max(1.0);
-        limits(Kilograms(self.device.mass_kg), samples as u32)
+        let (late_s, t) = (
+            self.device.values.delay_s + self.device.values.current_lag_s,
+            self.device.sample_time(),
+        );
+        let samples = (late_s / t.0 - 1e-9).ceil().max(1.0);
+        limits(Kilograms(self.device.values.mass_kg), samples as u32, t)
     }
 
+    /// What a log holds of it; of a wall also the experiment file, so that it can be run and felt again.
     fn metadata(&self) -> BTreeMap<String, String> {
         let thing = match &self.environment {
             FeltThing::Tissue(name) => name,
-            FeltThing::Wall(_) => "wall",
+            FeltThing::Wall(_) | FeltThing::File { .. } | FeltThing::Run(_) => "wall",
         };
-        let (limits, imperfections) = (self.limits(), &self.imperfections);
-        let sensors = imperfections.sensors;
+        let limits = self.limits();
+        let device = self.device.values.named();
+        let device = device.map(|(parameter, number)| (parameter.key, number));
         let (stiffness, dissipation) = self.gains();
+        let contact = if self.law.signed { "signed" } else { "depth" };
         let words = [
             ("experiment", "feel"),
             ("device", "sim"),
             ("environment", thing),
+            ("scheme", &self.law.scheme),
             ("one_sided", "true"),
+            ("contact", contact),
             ("pace", "realtime"),
         ];
         let numbers = [
@@ -280,21 +301,37 @@ impl FeelSettings {
             ("stiffness_n_per_m", stiffness),
             ("dissipation_n_s_mu_per_m", dissipation),
             ("scale", self.scale),
-            ("mass_kg", self.device.mass_kg),
-            ("damping_n_s_per_m", self.device.damping_n_s_per_m),
-            ("friction_n", imperfections.friction_n),
-            ("delay_s", imperfections.delay_s),
-            ("current_lag_s", imperfections.current_lag_s),
-            ("encoder_resolution_m", sensors.encoder_resolution_m),
-            ("sensor_noise_m", sensors.noise_m),
-            ("sample_time_s", SAMPLE_TIME.0),
+            ("sample_time_s", self.device.sample_time_s),
             ("hand_stiffness_n_per_m", HAND_STIFFNESS.0),
             ("hand_damping_n_s_per_m", HAND_DAMPING.0),
             ("force_limit_n", limits.force.0),
             ("force_rate_limit_n_per_s", limits.rate.0),
         ];
         let words = words.map(|(key, word)| (key.to_owned(), word.to_owned()));
+        // The hand here is behind that of the device.
+        let numbers = device.into_iter().chain(numbers);
         let numbers = numbers.map(|(key, number)| (key.to_owned(), number.to_string()));
-        words.into_iter().chain(numbers).collect()
+        let mut metadata: BTreeMap<String, String> = words.into_iter().chain(numbers).collect();
+        if thing == "wall" {
+            metadata.insert("document".to_owned(), wall_file(&metadata));
+        }
+        metadata
     }
+}
+
+/// The experiment file of a wall with these values.
+fn wall_file(values: &BTreeMap<String, String>) -> String {
+    let law = [ORDER, STIFFNESS, DISSIPATION].map(|known| known.key);
+    let words = [SCHEME, WALL_CONTACT].map(|known| known.key);
+    let line = |key: &str, quote| {
+        let value = values.get(key).map_or("", String::as_str);
+        format!("{key} = {quote}{value}{quote}\n")
+    };
+    let lines = (law
+        .into_iter()
+        .chain(DeviceNumbers::names())
+        .map(|key| line(key, "")))
+    .chain(words.map(|key| line(key, "\"")))
+    .chain([line(ONE_SIDED.key, "")]);
+    format!("[wall]\n{}", lines.collect::<String>())
 }

@@ -1,126 +1,171 @@
 //! What is felt: a tissue or a wall, a device, ghosts; changes of it, and the ranges of its numbers.
 
-use fracdiff::Seconds;
+use crate::Number;
+use crate::wall::judged_scheme;
 use fracdiff::parameter::Shown;
-use haptic_experiment::parameters;
-use haptic_experiment::{Failure, Imperfections, ModelledTissue, TissuePiece};
+use fracdiff::{Scheme, Seconds};
+use haptic_experiment::parameters::{self, Range};
+use haptic_experiment::run::DeviceValues;
+use haptic_experiment::{Failure, ModelledTissue, TissuePiece};
 use haptic_loop::DepthMap;
 use haptic_tissue::{Library, Material, Model};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
-/// T of the loop, s.
-pub(crate) const SAMPLE_TIME: Seconds = Seconds(parameters::SAMPLE_TIME.default_number());
-
-/// Range of a number, what it is where nothing is said, and a step of its slider.
+/// Ends of a slider, and where it begins. What is typed may lie beyond them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(crate) struct NumberRange {
-    pub(super) least: f64,
+pub(crate) struct Slider {
+    least: f64,
     pub(super) most: f64,
-    pub(super) default: f64,
-    step: f64,
+    default: f64,
 }
 
-const fn range(least: f64, most: f64, default: f64, step: f64) -> NumberRange {
-    NumberRange {
+const fn slider(least: f64, most: f64, default: f64) -> Slider {
+    Slider {
         least,
         most,
         default,
-        step,
     }
 }
 
-/// Ranges by the names of the numbers; order and gains default to those of a wall.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct Ranges {
-    order: NumberRange,
-    stiffness_n_per_m: NumberRange,
-    dissipation_n_s_mu_per_m: NumberRange,
-    /// Factor on K and B.
-    scale: NumberRange,
-    mass_kg: NumberRange,
-    pub(super) damping_n_s_per_m: NumberRange,
-    pub(super) hand_m: NumberRange,
-}
+/// Places that the hand goes to, m.
+pub(super) const HAND_M: Slider = slider(-0.03, 0.03, 0.0);
+const ORDER: Slider = slider(0.0, 2.0, 0.5);
+const STIFFNESS: Slider = slider(0.0, 20e3, 300.0);
+const DISSIPATION: Slider = slider(0.0, 2000.0, 10.0);
 
-pub(crate) const RANGES: Ranges = Ranges {
-    order: range(0.0, 1.0, 0.5, 0.001),
-    stiffness_n_per_m: range(0.0, 5000.0, 300.0, 1.0),
-    dissipation_n_s_mu_per_m: range(0.0, 2000.0, 10.0, 0.1),
-    scale: range(0.01, 100.0, 1.0, 0.01),
-    mass_kg: range(0.005, 2.0, parameters::MASS.default_number(), 0.001),
-    damping_n_s_per_m: range(0.0, 50.0, parameters::DAMPING.default_number(), 0.1),
-    hand_m: range(-0.03, 0.03, 0.0, 1e-4),
-};
+/// Sliders by the names of their numbers; `scale` is a factor on K and B.
+pub(crate) const SLIDERS: [(&str, Slider); 5] = [
+    (parameters::ORDER.key, ORDER),
+    (parameters::STIFFNESS.key, STIFFNESS),
+    (parameters::DISSIPATION.key, DISSIPATION),
+    ("scale", slider(0.01, 100.0, 1.0)),
+    ("hand_m", HAND_M),
+];
 
-impl Ranges {
-    pub(crate) const fn with_device(mut self, device: DeviceNumbers) -> Self {
-        self.mass_kg.default = device.mass_kg;
-        self.damping_n_s_per_m.default = device.damping_n_s_per_m;
-        self
-    }
-}
+/// A tissue at a billionth of its size gives nothing that a hand feels.
+const SCALES: Range = Range::Within(1e-9, 100.0);
+/// Sample times that a loop by the clock of a computer keeps, s.
+const SAMPLE_TIMES: Range = Range::Within(1e-4, 1e-2);
 
-impl NumberRange {
-    fn check(self, name: &str, value: f64) -> Result<(), Failure> {
-        let Self { least, most, .. } = self;
-        if (least..=most).contains(&value) {
-            return Ok(());
-        }
-        Err(Failure::bad_input(format_args!(
-            "`{name}` = {} is not in [{least}, {most}]: change it",
-            Shown(value)
-        )))
-    }
-
-    /// The number, or the end of the range that is nearest to it.
+impl Slider {
+    /// The number, or the end that is nearest to it.
     pub(super) const fn nearest(self, value: f64) -> f64 {
         value.clamp(self.least, self.most)
     }
 }
 
-/// A tissue of the library, or a one-sided wall of three numbers.
+/// Refuses a number outside its range. The name comes first, so that a page finds the field.
+fn check(name: &str, range: Range, value: f64) -> Result<(), Failure> {
+    if range.contains(value) {
+        return Ok(());
+    }
+    Err(Failure::bad_input(format_args!(
+        "`{name}` = {} is not {range}: change it",
+        Shown(value)
+    )))
+}
+
+/// A tissue of the library, or a wall that only pushes; or where such a thing is written.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 pub(crate) enum FeltThing {
     Tissue(String),
     Wall(WallNumbers),
+    /// An experiment or tissue file that a page was given.
+    File {
+        name: String,
+        text: String,
+    },
+    /// A log of the folder of the runs.
+    Run(String),
 }
 
-/// The numbers of a law, K + B·D^μ.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// The law K + B·D^μ of a wall, and how it is rendered.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct WallNumbers {
     pub(super) order: f64,
     pub(super) stiffness_n_per_m: f64,
     pub(super) dissipation_n_s_mu_per_m: f64,
+    /// As on the command line; `exact` stands for `full`.
+    pub(super) scheme: String,
+    /// True if its memory is fed with the position in front of the surface too.
+    pub(super) signed: bool,
 }
 
 impl Default for WallNumbers {
     fn default() -> Self {
         Self {
-            order: RANGES.order.default,
-            stiffness_n_per_m: RANGES.stiffness_n_per_m.default,
-            dissipation_n_s_mu_per_m: RANGES.dissipation_n_s_mu_per_m.default,
+            order: ORDER.default,
+            stiffness_n_per_m: STIFFNESS.default,
+            dissipation_n_s_mu_per_m: DISSIPATION.default,
+            scheme: parameters::SCHEME.shown.to_owned(),
+            signed: false,
         }
     }
 }
 
-/// Mass and damping of the simulated device; its other numbers come from the server's device file.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+/// A simulated device and the sample time of its loop. The hand of the values has no effect, because the pointer is the hand.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DeviceNumbers {
-    /// m, kg, in [0.005, 2].
-    pub mass_kg: f64,
-    /// b, N·s/m, in [0, 50]: what stability requires depends on the law.
-    pub damping_n_s_per_m: f64,
+    /// Mass, damping, and what is less than ideal.
+    #[serde(flatten)]
+    pub values: DeviceValues,
+    /// T of the loop, s, in [0.0001, 0.01].
+    pub sample_time_s: f64,
 }
 
 impl Default for DeviceNumbers {
     fn default() -> Self {
+        Self::from(DeviceValues {
+            mass_kg: parameters::MASS.default_number(),
+            damping_n_s_per_m: parameters::DAMPING.default_number(),
+            ..DeviceValues::default()
+        })
+    }
+}
+
+impl From<DeviceValues> for DeviceNumbers {
+    fn from(values: DeviceValues) -> Self {
         Self {
-            mass_kg: RANGES.mass_kg.default,
-            damping_n_s_per_m: RANGES.damping_n_s_per_m.default,
+            values,
+            sample_time_s: parameters::SAMPLE_TIME.default_number(),
         }
+    }
+}
+
+impl DeviceNumbers {
+    /// Names of all of its numbers.
+    pub(super) fn names() -> impl Iterator<Item = &'static str> {
+        let values = DeviceValues::default().named().map(|(known, _)| known.key);
+        let all = values.into_iter().chain([parameters::SAMPLE_TIME.key]);
+        all.filter(|name| *name != parameters::HAND_STIFFNESS.key)
+    }
+
+    /// The same with these of its numbers.
+    pub(super) fn with(mut self, numbers: &BTreeMap<String, Number>) -> Result<Self, Failure> {
+        for (name, Number(number)) in numbers {
+            if !Self::names().any(|known| known == name) {
+                let known = Self::names().collect::<Vec<_>>().join(", ");
+                return Err(Failure::bad_input(format_args!(
+                    "`device` has no number `{name}`: give some of {known}"
+                )));
+            }
+            let values = self.values.named();
+            let Some((known, _)) = values.iter().find(|(known, _)| known.key == name) else {
+                check(name, SAMPLE_TIMES, *number)?;
+                self.sample_time_s = *number;
+                continue;
+            };
+            check(name, known.range(), *number)?;
+            self.values.set(known, *number);
+        }
+        Ok(self)
+    }
+
+    pub(crate) const fn sample_time(&self) -> Seconds {
+        Seconds(self.sample_time_s)
     }
 }
 
@@ -138,16 +183,16 @@ impl Ghost {
 }
 
 /// What `feel.start` and `feel.set` say. What is not named stays, or is that of the environment.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct FeelChange {
-    pub(super) environment: Option<FeltThing>,
-    pub(super) device: Option<DeviceNumbers>,
+    pub(crate) environment: Option<FeltThing>,
+    pub(crate) device: Option<BTreeMap<String, Number>>,
     pub(crate) order: Option<f64>,
-    pub(super) stiffness_n_per_m: Option<f64>,
-    pub(super) dissipation_n_s_mu_per_m: Option<f64>,
-    pub(super) scale: Option<f64>,
-    pub(super) ghosts: Option<Vec<Ghost>>,
+    pub(crate) stiffness_n_per_m: Option<f64>,
+    pub(crate) dissipation_n_s_mu_per_m: Option<f64>,
+    pub(crate) scale: Option<f64>,
+    pub(crate) ghosts: Option<Vec<Ghost>>,
 }
 
 /// What is felt, checked but for its stability.
@@ -156,14 +201,19 @@ pub(crate) struct FeelSettings {
     pub(super) environment: FeltThing,
     /// A few words for people.
     title: String,
+    /// Why a tissue is not felt in its full size.
+    pub(super) note: Option<String>,
     /// True if the order can be changed: of one spring-pot beside a spring, not of a model with more elements.
     order_free: bool,
     /// Order, and K and B before the factor.
     #[serde(flatten)]
     pub(super) law: WallNumbers,
     pub(super) scale: f64,
+    /// True if nobody asked for this factor, so that it may become one that is stable.
+    #[serde(skip)]
+    pub(super) may_scale: bool,
     #[serde(flatten)]
-    pub(super) device: DeviceNumbers,
+    pub(crate) device: DeviceNumbers,
     pub(super) ghosts: Vec<Ghost>,
     /// The model of a tissue with more elements, whose memory is felt; `None` for D^μ.
     #[serde(skip)]
@@ -171,35 +221,27 @@ pub(crate) struct FeelSettings {
     /// The map of depth of a tissue that stiffens.
     #[serde(skip)]
     pub(super) map: Option<DepthMap<f64>>,
-    /// Friction, delay, lag and sensors of the device: those of the server's device file.
-    #[serde(skip)]
-    pub(super) imperfections: Imperfections,
 }
 
 impl FeelSettings {
-    /// What `feel.start` asks for, on a device with these imperfections; the device is `usual` if none is named.
+    /// What `feel.start` asks for; what is not said of the device is `usual`.
     pub(crate) fn new(
         library: &Library,
         usual: DeviceNumbers,
-        imperfections: Imperfections,
         mut start: FeelChange,
     ) -> Result<Self, Failure> {
-        let device = start.device.take().unwrap_or(usual);
-        RANGES.mass_kg.check("mass_kg", device.mass_kg)?;
-        let (range, damping) = (RANGES.damping_n_s_per_m, device.damping_n_s_per_m);
-        range.check("damping_n_s_per_m", damping)?;
+        let device = usual.with(&start.device.take().unwrap_or_default())?;
         let environment = start.environment.take().ok_or_else(|| {
             Failure::bad_input("`environment` is missing: name a tissue or a wall")
         })?;
         let ghosts = start.ghosts.take().unwrap_or_else(|| Ghost::ALL.to_vec());
-        Self::of(library, environment, device, imperfections, ghosts)?.changed(library, &start)
+        Self::of(library, environment, device, ghosts)?.changed(library, &start)
     }
 
     fn of(
         library: &Library,
         environment: FeltThing,
         device: DeviceNumbers,
-        imperfections: Imperfections,
         ghosts: Vec<Ghost>,
     ) -> Result<Self, Failure> {
         let mut map = None;
@@ -216,22 +258,29 @@ impl FeelSettings {
                     order: piece.material.order().get(),
                     stiffness_n_per_m,
                     dissipation_n_s_mu_per_m,
+                    ..WallNumbers::default()
                 };
                 (title, law, model)
             }
-            FeltThing::Wall(wall) => ("a wall".to_owned(), *wall, None),
+            FeltThing::Wall(wall) => ("a wall".to_owned(), wall.clone(), None),
+            FeltThing::File { .. } | FeltThing::Run(_) => {
+                return Err(Failure::bad_input(
+                    "`environment` is a file or a run, which only `feel.start` opens",
+                ));
+            }
         };
         Self {
+            may_scale: matches!(environment, FeltThing::Tissue(_)),
             environment,
             title,
+            note: None,
             order_free: model.is_none(),
             law,
-            scale: RANGES.scale.default,
+            scale: 1.0,
             device,
             ghosts,
             model,
             map,
-            imperfections,
         }
         .checked()
     }
@@ -239,20 +288,41 @@ impl FeelSettings {
     /// Itself, if its numbers are in their ranges; without the ghosts that a model with more elements has not.
     fn checked(mut self) -> Result<Self, Failure> {
         if self.model.is_none() {
-            let (ranges, law) = (RANGES, self.law);
-            let (k, b) = (law.stiffness_n_per_m, law.dissipation_n_s_mu_per_m);
-            ranges.order.check("order", law.order)?;
-            ranges.stiffness_n_per_m.check("stiffness_n_per_m", k)?;
-            let range = ranges.dissipation_n_s_mu_per_m;
-            range.check("dissipation_n_s_mu_per_m", b)?;
+            let law = &self.law;
+            for (parameter, value) in [
+                (parameters::ORDER, law.order),
+                (parameters::STIFFNESS, law.stiffness_n_per_m),
+                (parameters::DISSIPATION, law.dissipation_n_s_mu_per_m),
+            ] {
+                check(parameter.key, parameter.range(), value)?;
+            }
         } else {
             self.ghosts.clear();
         }
-        RANGES.scale.check("scale", self.scale)?;
+        if self.law.signed && self.gains().0 <= 0.0 {
+            return Err(Failure::bad_input(
+                "`stiffness_n_per_m` = 0 of a signed wall would push anywhere in front of it: give it above 0",
+            ));
+        }
+        let (scheme, usual) = (self.scheme()?, parameters::SCHEME.shown);
+        // `exact` is of the analysis alone.
+        if scheme == Scheme::Exact || scheme == judged_scheme(usual)? {
+            usual.clone_into(&mut self.law.scheme);
+        }
+        check("scale", SCALES, self.scale)?;
+        // A wall is its numbers.
+        if let FeltThing::Wall(wall) = &mut self.environment {
+            wall.clone_from(&self.law);
+        }
         let mut ghosts = Ghost::ALL.to_vec();
         ghosts.retain(|ghost| self.ghosts.contains(ghost));
         self.ghosts = ghosts;
         Ok(self)
+    }
+
+    /// The operator that makes the force, as its scheme names it.
+    pub(super) fn scheme(&self) -> Result<Scheme, Failure> {
+        judged_scheme(&self.law.scheme)
     }
 
     /// The same with a change; another environment brings its own numbers.
@@ -264,16 +334,7 @@ impl FeelSettings {
         }
         let ghosts = change.ghosts.clone().unwrap_or_else(|| self.ghosts.clone());
         let mut next = match &change.environment {
-            Some(environment) => {
-                let environment = environment.clone();
-                Self::of(
-                    library,
-                    environment,
-                    self.device,
-                    self.imperfections,
-                    ghosts,
-                )?
-            }
+            Some(environment) => Self::of(library, environment.clone(), self.device, ghosts)?,
             None => Self {
                 ghosts,
                 ..self.clone()
@@ -299,10 +360,8 @@ impl FeelSettings {
             }
             *changed = number;
         }
-        next.scale = change.scale.unwrap_or(next.scale);
-        // A wall is its three numbers.
-        if let FeltThing::Wall(wall) = &mut next.environment {
-            *wall = next.law;
+        if let Some(scale) = change.scale {
+            (next.scale, next.may_scale, next.note) = (scale, false, None);
         }
         next.checked()
     }
@@ -334,7 +393,7 @@ mod tests {
 
     fn started(start: FeelChange) -> Result<FeelSettings, Failure> {
         let device = DeviceNumbers::default();
-        FeelSettings::new(&library(), device, Imperfections::NONE, start)
+        FeelSettings::new(&library(), device, start)
     }
 
     fn library() -> Library {
@@ -378,11 +437,11 @@ mod tests {
         refused(secret, "take one of prostate-cancerous");
         refused(started(order(0.5)), "`environment` is missing");
         let felt = started(tissue("prostate-cancerous")).expect("known");
-        for wrong in [-0.1, 1.1, f64::NAN, f64::INFINITY] {
-            refused(felt.changed(&library(), &order(wrong)), "not in [0, 1]");
+        for wrong in [-0.1, 2.1, f64::NAN, f64::INFINITY] {
+            refused(felt.changed(&library(), &order(wrong)), "not from 0 to 2");
         }
         let device = FeelChange {
-            device: Some(DeviceNumbers::default()),
+            device: Some(BTreeMap::new()),
             ..FeelChange::default()
         };
         refused(felt.changed(&library(), &device), "`feel.start`");

@@ -2,9 +2,13 @@
 
 use super::settings::WallNumbers;
 use super::*;
-use haptic_experiment::Imperfections;
-use haptic_loop::units::Seconds;
-use haptic_tissue::Library;
+use fracdiff::Order;
+use haptic_experiment::judge::operator;
+use haptic_experiment::run::DeviceValues;
+use haptic_experiment::{ModelledTissue, TissuePiece};
+use haptic_loop::{Environment as _, Pushing, Sample, Wall};
+use haptic_tissue::{FullHistory, Library, SampledModel};
+use nalgebra::Vector1;
 use testkit::Random;
 
 /// A pointer: where it is at a tick, m.
@@ -13,35 +17,54 @@ type Pointer = Box<dyn Fn(u32) -> f64>;
 /// A tick of the loop: position, m, and force, N.
 type Felt = (f64, f64);
 
-/// The loop with a hand at this pointer, as the thread runs it; with a start-up ramp, if one is given.
-fn felt(wall: WallNumbers, pointer: &Pointer, rise_time: Option<Seconds>) -> Vec<Felt> {
+fn settings(wall: WallNumbers, device: DeviceNumbers) -> FeelSettings {
     let library = Library::load(None).expect("built in");
     let start = FeelChange {
         environment: Some(FeltThing::Wall(wall)),
         ..FeelChange::default()
     };
-    let numbers = DeviceNumbers::default();
-    let settings = FeelSettings::new(&library, numbers, Imperfections::NONE, start);
-    let settings = settings.expect("in range");
-    let mass = Kilograms(numbers.mass_kg);
-    let own = limits(mass, 0);
-    let limits = Limits {
-        rise_time: rise_time.or(own.rise_time),
-        ..own
-    };
-    let chain = SafetyChain::from_limits(&limits, SAMPLE_TIME).expect("valid");
+    FeelSettings::new(&library, device, start).expect("in range")
+}
+
+/// The loop with a hand at this pointer, as the thread runs it.
+fn ticked(
+    settings: &FeelSettings,
+    limits: &Limits,
+    pointer: &Pointer,
+    ticks: u32,
+) -> Vec<Sample<f64, 1>> {
+    let t = settings.device.sample_time();
+    let chain = SafetyChain::from_limits(limits, t).expect("valid");
     let law = settings.law().expect("made");
-    let mut controller = Controller::<_, 1, _>::new(fading(&law.environment), chain);
-    let mut device = HeldDevice::new(numbers, &Imperfections::NONE).expect("valid");
+    let mut controller = Controller::<_, 1, _>::new(fading(&law.environment, t), chain);
+    let mut device = HeldDevice::new(settings.device).expect("valid");
     let mut engaged = controller.engage(&mut device);
     let tick = |n| {
         engaged.device_mut().hand(pointer(n), true);
         let Ok(sample) = engaged.tick();
         let force_n = sample.force.newtons()[0];
         engaged.controller_mut().law_mut().1.sent(force_n);
-        (sample.reading.position_m[0], force_n)
+        sample
     };
-    (0..TICKS).map(tick).collect()
+    (0..ticks).map(tick).collect()
+}
+
+/// The same in short; with a start-up ramp, if one is given.
+fn felt(wall: WallNumbers, pointer: &Pointer, rise_time: Option<Seconds>) -> Vec<Felt> {
+    let settings = settings(wall, DeviceNumbers::default());
+    let own = limits(
+        Kilograms(settings.device.values.mass_kg),
+        0,
+        settings.device.sample_time(),
+    );
+    let limits = Limits {
+        rise_time: rise_time.or(own.rise_time),
+        ..own
+    };
+    let samples = ticked(&settings, &limits, pointer, TICKS).into_iter();
+    samples
+        .map(|sample| (sample.reading.position_m[0], sample.force.newtons()[0]))
+        .collect()
 }
 
 /// The most that a touch gave at any time, J.
@@ -60,7 +83,7 @@ fn given(ticks: &[Felt]) -> Given {
         let [(before_m, held_n), (now_m, force_n)] = [pair[0], pair[1]];
         let moved = now_m - before_m;
         law_j += force_n * moved;
-        net_j += held_n * moved - DAMPING * moved * moved / SAMPLE_TIME.0;
+        net_j += held_n * moved - DAMPING * moved * moved * 1e3;
         if now_m <= 0.0 {
             (law_j, net_j) = (0.0, 0.0);
         }
@@ -70,7 +93,7 @@ fn given(ticks: &[Felt]) -> Given {
     most
 }
 
-const DAMPING: f64 = RANGES.damping_n_s_per_m.default;
+const DAMPING: f64 = haptic_experiment::parameters::DAMPING.default_number();
 const TICKS: u32 = 6000;
 
 #[test]
@@ -84,6 +107,7 @@ fn a_wall_that_is_pressed_from_the_start_gives_nothing_back_that_it_did_not_take
             order: share(),
             stiffness_n_per_m: 900.0 * share(),
             dissipation_n_s_mu_per_m: 40.0 * share(),
+            ..WallNumbers::default()
         };
         // In at any time, a hold of any length, out and in again within the touch.
         let (into, hold) = ((400.0 * share()) as u32, (1200.0 * share()) as u32 + 300);
@@ -98,7 +122,7 @@ fn a_wall_that_is_pressed_from_the_start_gives_nothing_back_that_it_did_not_take
                 _ => -5e-3,
             }
         });
-        let ticks = felt(wall, &pointer, None);
+        let ticks = felt(wall.clone(), &pointer, None);
         let most = given(&ticks);
         // Rounding.
         assert!(most.law_j < 1e-12, "case {case}, {wall:?}: {most:?}");
@@ -119,4 +143,185 @@ fn the_device_begins_where_no_force_acts() {
         .iter()
         .all(|&(place, force)| place < 0.0 && force == 0.0);
     assert!(clear);
+}
+
+/// A wall of any order and scheme, and a device that is late and reads noise.
+fn any(random: &mut Random) -> (WallNumbers, DeviceNumbers) {
+    let schemes = [
+        "full",
+        "full",
+        "muir:3",
+        "tustin-muir:3",
+        "grunwald:80",
+        "piecewise-linear",
+    ];
+    let order = random.between(0.0, 2.0);
+    let wall = WallNumbers {
+        order,
+        stiffness_n_per_m: random.log_between(10.0, 1e6),
+        // As much at 100 rad/s as 1 N/m to 10 kN/m.
+        dissipation_n_s_mu_per_m: random.log_between(1.0, 1e4) * 100_f64.powf(-order),
+        scheme: random.one_of(&schemes).to_owned(),
+        signed: random.chance(0.3),
+    };
+    let values = DeviceValues {
+        mass_kg: random.log_between(0.02, 2.0),
+        damping_n_s_per_m: random.between(0.1, 10.0),
+        delay_s: random.or_nothing(3e-3),
+        current_lag_s: random.or_nothing(2e-3),
+        encoder_resolution_m: random.or_nothing(1e-4),
+        sensor_noise_m: random.or_nothing(1e-5),
+        ..DeviceValues::default()
+    };
+    let device = DeviceNumbers {
+        values,
+        sample_time_s: random.one_of(&[1e-3, 2e-3, 5e-4]),
+    };
+    (wall, device)
+}
+
+/// c of Σ c·x that is D^μ x·T^μ of all the past, by their recurrence.
+fn weights(order: f64, many: usize) -> Vec<f64> {
+    let mut weight = 1.0;
+    let all = (0..many).map(|n| {
+        if n > 0 {
+            weight *= 1.0 - (order + 1.0) / n as f64;
+        }
+        weight
+    });
+    all.collect()
+}
+
+/// Of every wall the force of the page's loop is that of the law of `host-cli run` for the positions that were read, which has
+/// an operator for the run alone; and that of the defining sum, where the operator remembers all.
+fn forces_agree(cases: u32) {
+    const MANY: u32 = 400;
+    let mut random = Random(60);
+    let (mut pressed, mut summed) = (0, 0);
+    for case in 0..cases {
+        let (wall, device) = any(&mut random);
+        let settings = settings(wall.clone(), device);
+        let deep = random.between(1e-3, 10e-3);
+        let pointer: Pointer = Box::new(move |n| match n / 150 {
+            0 | 2 => deep,
+            _ => -2e-3,
+        });
+        // What the law wants, whatever the chain makes of it: no force ends the loop.
+        let samples = ticked(&settings, &settings.limits(), &pointer, MANY);
+        let ended = samples.iter().position(|sample| sample.fault.is_some());
+        let samples = &samples[..ended.unwrap_or(samples.len())];
+        let t = settings.device.sample_time();
+        let (order, scheme) = (Order::new(wall.order).expect("valid"), settings.scheme());
+        let built = operator(None, scheme.expect("a scheme"), order, t, 5001.0);
+        let (k, b) = (wall.stiffness_n_per_m, wall.dissipation_n_s_mu_per_m);
+        let surface = (!wall.signed).then_some(Metres(0.0));
+        let law = Wall::new(k, b, built.expect("made"), surface).expect("valid");
+        let law = Pushing::new(law, false);
+        let mut history = law.at_rest();
+        law.settle(&mut history, &Vector1::new(-5e-3));
+        let weights = weights(wall.order, samples.len());
+        let mut heard: Vec<f64> = Vec::new();
+        let rate = t.0.powf(-wall.order);
+        // What a step of the largest depth would make: the errors of an operator are shares of it.
+        let largest = 0.03 * (k + b * rate);
+        for (n, sample) in samples.iter().enumerate() {
+            let x = sample.reading.position_m;
+            let (have, want) = (sample.environment_force_n[0], law.force(&history, &x)[0]);
+            law.advance(&mut history, &x);
+            assert!(
+                (have - want).abs() < 2e-6 * largest,
+                "case {case}, {wall:?}, tick {n}: {have} for {want}"
+            );
+            pressed += u32::from(have < -0.1);
+            // A device that always stood where it begins had no derivative.
+            heard.push(if wall.signed {
+                x[0] + 5e-3
+            } else {
+                x[0].max(0.0)
+            });
+            if wall.scheme == "full" {
+                let sum: f64 = weights
+                    .iter()
+                    .zip(heard.iter().rev())
+                    .map(|(c, x)| c * x)
+                    .sum();
+                let outside = x[0] <= 0.0 && !wall.signed;
+                let push = if outside {
+                    0.0
+                } else {
+                    (k * x[0] + b * rate * sum).max(0.0)
+                };
+                assert!(
+                    (have + push).abs() < 2e-6 * largest,
+                    "case {case}, {wall:?}, tick {n}: {have} for {push}"
+                );
+                summed += u32::from(push > 0.1);
+            }
+        }
+    }
+    let enough = pressed > 60 * cases && summed > 15 * cases;
+    assert!(enough, "{pressed} {summed}");
+}
+
+#[test]
+fn the_force_of_ten_walls_is_that_of_the_command_and_of_the_sum() {
+    forces_agree(10);
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn the_force_of_a_hundred_walls_is_that_of_the_command_and_of_the_sum() {
+    forces_agree(100);
+}
+
+/// Of each tissue of the library the force is that of the sums of all elements of its model, which know nothing of modes.
+#[test]
+fn the_force_of_every_tissue_is_that_of_its_sums() {
+    let library = Library::load(None).expect("built in");
+    let mut pressed = 0;
+    for material in library.materials() {
+        let start = FeelChange {
+            environment: Some(FeltThing::Tissue(material.name.clone())),
+            ..FeelChange::default()
+        };
+        let settings = FeelSettings::new(&library, DeviceNumbers::default(), start);
+        let settings = settings.and_then(FeelSettings::judged).expect("felt");
+        let settings = settings.settings;
+        let pointer: Pointer = Box::new(|n| match n / 150 {
+            0 | 2 => 2e-3,
+            _ => -2e-3,
+        });
+        let samples = ticked(&settings, &settings.limits(), &pointer, 400);
+        let tissue = ModelledTissue::new(material.clone()).expect("modelled");
+        let piece = TissuePiece::usual(tissue).expect("a piece");
+        let model = SampledModel::new(&material.model, settings.device.sample_time());
+        let mut sums = FullHistory::new(&model.expect("sampled"), 400).expect("short");
+        let map = piece.specimen.depth_map();
+        let shape = settings.scale * piece.shape_m();
+        let (k, b) = settings.gains();
+        let rate = settings.device.sample_time_s.powf(-settings.law.order);
+        let largest = 2e-3 * (k + b * rate);
+        for (n, sample) in samples.iter().enumerate() {
+            let depth = sample.reading.position_m[0].max(0.0);
+            let stress = sums.step(map.map_or(depth, |map| map.at(depth)));
+            let want = if depth > 0.0 {
+                (shape * stress).max(0.0)
+            } else {
+                0.0
+            };
+            let have = -sample.environment_force_n[0];
+            assert!(
+                (have - want).abs() <= 2e-6 * largest,
+                "{}, tick {n}: {have} for {want}",
+                material.name
+            );
+            pressed += u32::from(have > 0.01);
+        }
+        assert!(
+            samples.iter().all(|sample| sample.fault.is_none()),
+            "{}",
+            material.name
+        );
+    }
+    assert!(pressed > 1000, "{pressed}");
 }

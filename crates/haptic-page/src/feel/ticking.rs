@@ -5,6 +5,7 @@ use super::fading::Law;
 use super::hand::HeldDevice;
 use super::law::{FadingFelt, Felt};
 use haptic_loop::realtime::{Moment, Periodic, PeriodicConfig, SpinMargin, ThreadConfig};
+use haptic_loop::units::Seconds;
 use haptic_loop::{Controller, Engaged, Sample};
 use rtrb::{Consumer, Producer};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -96,14 +97,15 @@ pub(super) fn run(
     ends: LoopEnds,
     counts: &LoopCounts,
     thread: ThreadConfig,
+    sample_time: Seconds,
 ) {
     let config = PeriodicConfig {
         thread,
         // A simulated device does not mind some 50 µs, and who watches wants the processor.
         spin_margin: SpinMargin::Fixed(Duration::ZERO),
-        ..PeriodicConfig::new(Duration::from_secs_f64(super::settings::SAMPLE_TIME.0))
+        ..PeriodicConfig::new(Duration::from_secs_f64(sample_time.0))
     };
-    // The period is a constant within the range.
+    // The period was checked with the device.
     let Ok(mut periodic) = Periodic::new(config) else {
         return;
     };

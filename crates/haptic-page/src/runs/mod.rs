@@ -22,6 +22,7 @@ use crate::feel::locked;
 use crate::pyramid::{Columns, Pyramid, Span};
 use channels::Channels;
 use going::{Going, Watched, Work};
+use haptic_experiment::document::Document;
 use haptic_experiment::{Failure, RealtimeOptions};
 use list::{Listing, is_answer, read_answer};
 use opened::Opened;
@@ -161,6 +162,12 @@ impl Runs {
         }
         let opened = self.opened(name)?;
         shown(&opened.channels, &opened.pyramid, opened.sample_time_s)
+    }
+
+    /// The experiment of a log.
+    pub(crate) fn document(&self, name: &str) -> Result<Document, Failure> {
+        let (path, _) = locked(&self.listing).find(&self.folder, name)?;
+        Ok(Document::read(&path)?)
     }
 
     /// The samples of a log as a table.

@@ -4,15 +4,16 @@ use super::hub::{Hub, blocking, felt};
 use super::live::{LiveView, frame};
 use super::page::{Outgoing, Page};
 use super::request::{LIVE, Request, ViewRequest};
-use crate::feel::{CHANNELS, RANGES, SAMPLE_TIME, locked};
+use crate::feel::{CHANNELS, SLIDERS, locked};
 use crate::pyramid::Span;
 use crate::runs::places;
 use crate::surface::pushed;
 use haptic_experiment::{Failure, ModelledTissue, TissuePiece};
 use haptic_loop::Limiters;
-use haptic_quantity::parse_for_key;
+use haptic_quantity::{is_bare, parse_for_key};
 use haptic_tissue::Material;
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use tokio_tungstenite::tungstenite::Message;
 
@@ -73,7 +74,7 @@ pub(super) async fn answer(
             turn,
         } => page.panels.ask(panel, question, turn).await?,
         Request::Quantity { key, text } => {
-            json!({"value": parse_for_key(&key, &text).map_err(Failure::bad_input)?})
+            json!({"value": quantity(&key, &text)?})
         }
         Request::Surface(told) => {
             json!({"surface_m": pushed(&mut locked(&page.panels.surface), told)?})
@@ -88,21 +89,39 @@ fn hello(version: u32, hub: &Hub, page: &Page) -> Result<Value, Failure> {
         )));
     }
     let options = &hub.options;
-    let tissues = options.library.materials().iter().map(tissue);
+    let library = hub.library();
+    let tissues = library.materials().iter().map(tissue);
     let tissues: Vec<Value> = tissues.collect::<Result<_, Failure>>()?;
     Ok(json!({
         "version": VERSION,
         "controls": hub.has_controls(page.number),
         "watching": hub.watching(),
-        "sample_time_s": SAMPLE_TIME.0,
+        "sample_time_s": locked(&hub.place.kept.state).sample_time_s,
         "channels": CHANNELS,
         "limiters": Limiters::NAMES,
         "tissues": tissues,
-        "ranges": RANGES.with_device(options.device),
+        "ranges": SLIDERS.into_iter().collect::<BTreeMap<_, _>>(),
         "feel": hub.feel().map(|feel| felt(&feel)["feel"].take()),
+        "opens": hub.opens,
+        "device": options.device,
         "view_columns_most": COLUMNS_MOST,
         "runs_folder": options.runs.display().to_string(),
     }))
+}
+
+/// A number with its unit, in SI; for a key in degrees in those.
+fn quantity(key: &str, text: &str) -> Result<f64, Failure> {
+    if !key.ends_with("_deg") {
+        return parse_for_key(key, text).map_err(Failure::bad_input);
+    }
+    let text = text.trim();
+    let degrees = text.strip_suffix("deg").or_else(|| text.strip_suffix('°'));
+    let degrees = degrees.unwrap_or(text).trim_end();
+    match is_bare(degrees) {
+        true => parse_for_key(key, degrees),
+        false => parse_for_key("_rad", text).map(f64::to_degrees),
+    }
+    .map_err(Failure::bad_input)
 }
 
 fn tissue(material: &Material) -> Result<Value, Failure> {
@@ -171,7 +190,7 @@ fn live(request: u32, view: &ViewRequest, hub: &Hub, page: &Page) -> Result<Valu
             "a live view has all channels: omit `channels`",
         ));
     }
-    let t = SAMPLE_TIME.0;
+    let t = locked(&hub.place.kept.state).sample_time_s;
     page.send(match view.last_s {
         None => {
             let pyramid = locked(&hub.place.kept.pyramid);
@@ -187,7 +206,7 @@ fn live(request: u32, view: &ViewRequest, hub: &Hub, page: &Page) -> Result<Valu
         {
             Outgoing::Live(Some(LiveView {
                 request,
-                last: (last_s / t).ceil().min(1e15) as u64,
+                last_s,
                 columns: view.columns,
             }))
         }

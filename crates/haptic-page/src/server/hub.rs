@@ -3,18 +3,19 @@
 use super::request::RunStart;
 use super::tables::Tables;
 use crate::feel::{
-    DeviceNumbers, Feel, FeelChange, FeelPlace, FeelSettings, HAND_DAMPING, HAND_STIFFNESS, Kept,
-    SAMPLE_TIME, locked, pyramid_size,
+    DeviceNumbers, Feel, FeelChange, FeelPlace, FeelSettings, FeelState, FeltThing, HAND_DAMPING,
+    HAND_STIFFNESS, Kept, Opened, locked, opened, pyramid_size,
 };
 use crate::pyramid::Pyramid;
 use crate::runs::Runs;
 use crate::{Announce, OnClose};
-use haptic_experiment::{Failure, Imperfections, RealtimeOptions};
+use haptic_experiment::document::Document;
+use haptic_experiment::{Failure, RealtimeOptions};
 use haptic_loop::Limits;
 use haptic_tissue::Library;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex};
@@ -42,10 +43,10 @@ pub struct ServerOptions {
     pub realtime: RealtimeOptions,
     /// The tissues that can be felt.
     pub library: Library,
-    /// The simulated device where a page asks for none.
+    /// The simulated device, but for the numbers that a page asks for.
     pub device: DeviceNumbers,
-    /// Its friction, delay, lag and sensors, whatever mass and damping a page asks for.
-    pub imperfections: Imperfections,
+    /// The experiment file, log or tissue file whose wall or tissue a page that comes first feels.
+    pub opens: Option<PathBuf>,
     /// Maker of the logs, for their metadata: program, command line.
     pub provenance: BTreeMap<String, String>,
 }
@@ -53,6 +54,10 @@ pub struct ServerOptions {
 #[derive(Debug)]
 pub(super) struct Hub {
     pub(super) options: ServerOptions,
+    /// What is felt first, unless a page asks for something else.
+    pub(super) opens: Option<FeelSettings>,
+    /// The tissues, with those of files that were opened.
+    library: Mutex<Library>,
     /// Of the loop that is felt, and of the next.
     pub(super) place: FeelPlace,
     pub(super) runs: Runs,
@@ -88,7 +93,7 @@ impl Hub {
         options: ServerOptions,
         terminal: SyncSender<String>,
         ending: watch::Receiver<Option<&'static str>>,
-    ) -> Self {
+    ) -> Result<Self, Failure> {
         let (pages, _) = broadcast::channel(SAID);
         let announce = Announce { pages, terminal };
         let (folder, provenance) = (options.runs.clone(), options.provenance.clone());
@@ -96,14 +101,16 @@ impl Hub {
         let place = FeelPlace {
             kept: Arc::new(Kept {
                 pyramid: Mutex::new(Pyramid::new(pyramid_size())),
-                state: Mutex::default(),
+                state: Mutex::new(FeelState::of(options.device.sample_time())),
             }),
             runs: options.runs.clone(),
             provenance: Arc::new(options.provenance.clone()),
             announce,
             realtime: options.realtime,
         };
-        Self {
+        let mut hub = Self {
+            opens: None,
+            library: Mutex::new(options.library.clone()),
             place,
             runs,
             tables: Tables::default(),
@@ -115,7 +122,36 @@ impl Hub {
             wanted: Mutex::default(),
             pages: Mutex::default(),
             stops: AtomicU64::new(0),
+        };
+        if let Some(path) = &hub.options.opens {
+            let (environment, device) = hub.open(&Document::read(path)?)?;
+            let start = FeelChange {
+                environment: Some(environment),
+                ..FeelChange::default()
+            };
+            let settings = FeelSettings::new(&hub.library(), device, start);
+            let judged = settings.and_then(FeelSettings::judged);
+            let of_file = |error| Failure::bad_input(format_args!("{}: {error}", path.display()));
+            hub.opens = Some(judged.map_err(of_file)?.settings);
         }
+        Ok(hub)
+    }
+
+    pub(super) fn library(&self) -> Library {
+        locked(&self.library).clone()
+    }
+
+    /// The wall of a document, and the device that it is for; or its tissue, which is known from now on.
+    fn open(&self, document: &Document) -> Result<(FeltThing, DeviceNumbers), Failure> {
+        Ok(match opened(document)? {
+            Opened::Wall(wall, device) => (FeltThing::Wall(wall), device),
+            Opened::Tissue(material) => {
+                let name = material.name.clone();
+                let mut library = locked(&self.library);
+                *library = library.clone().with(*material);
+                (FeltThing::Tissue(name), self.options.device)
+            }
+        })
     }
 
     /// What is said to all pages from now on.
@@ -200,26 +236,25 @@ impl Hub {
     }
 
     /// Starts a loop; one that was there is stopped.
-    pub(super) async fn start_feel(&self, start: FeelChange) -> Result<Value, Failure> {
+    pub(super) async fn start_feel(&self, mut start: FeelChange) -> Result<Value, Failure> {
         let stops = self.stops.load(Ordering::Relaxed);
-        let options = &self.options;
-        let settings = FeelSettings::new(
-            &options.library,
-            options.device,
-            options.imperfections,
-            start,
-        )?;
+        let mut device = self.options.device;
+        let document = match &start.environment {
+            Some(FeltThing::File { name, text }) => Document::of_text(Path::new(name), text).into(),
+            Some(FeltThing::Run(name)) => self.runs.document(name)?.into(),
+            Some(FeltThing::Tissue(_) | FeltThing::Wall(_)) | None => None,
+        };
+        if let Some(document) = document {
+            let environment;
+            (environment, device) = self.open(&document)?;
+            start.environment = Some(environment);
+        }
+        let settings = FeelSettings::new(&self.library(), device, start)?;
         let _making = self.making.lock().await;
         // What was there goes on if the new one is refused.
         let old = self.feel();
         let place = self.place.clone();
-        let made = blocking(move || {
-            let judged = settings.judged()?;
-            if let Some(old) = old {
-                old.end();
-            }
-            Feel::start(place, judged)
-        });
+        let made = blocking(move || Feel::start(place, settings.judged()?, old.as_deref()));
         let feel = made.await?;
         locked(&self.wanted).settings = None;
         let answer = felt(&feel);
@@ -240,7 +275,7 @@ impl Hub {
                 .settings
                 .clone()
                 .unwrap_or_else(|| feel.felt().settings);
-            let next = base.changed(&self.options.library, &change)?;
+            let next = base.changed(&self.library(), &change)?;
             wanted.settings = Some(next.clone());
             wanted.number += 1;
             (next, wanted.number)
@@ -303,7 +338,7 @@ pub(super) fn felt(feel: &Feel) -> Value {
     feel["hand_damping_n_s_per_m"] = HAND_DAMPING.0.into();
     feel["force_limit_n"] = limits.force.0.into();
     feel["force_rate_limit_n_per_s"] = limits.rate.0.into();
-    feel["memory_s"] = (pyramid_size().samples as f64 * SAMPLE_TIME.0).into();
+    feel["memory_s"] = (pyramid_size().samples as f64 * felt.settings.device.sample_time_s).into();
     verdict["line"] = felt.verdict.line().into();
     verdict["mass_kg"] = felt.dynamics.mass_kg.into();
     verdict["damping_n_s_per_m"] = felt.dynamics.damping_n_s_per_m.into();

@@ -4,7 +4,7 @@
 //! saw is made up for by the next, and a page far behind gets all that it has missed at once, at the width of the picture.
 
 use super::hub::Hub;
-use crate::feel::{Kept, SAMPLE_TIME, locked};
+use crate::feel::{Kept, locked};
 use crate::pyramid::{Columns, Span};
 use haptic_loop::Limiters;
 use serde_json::{Value, json};
@@ -25,7 +25,8 @@ const ON_THE_WAY: usize = 32 << 10;
 pub(super) struct LiveView {
     /// The number of its request, which its frames carry.
     pub(super) request: u32,
-    pub(super) last: u64,
+    /// Length of the picture, s.
+    pub(super) last_s: f64,
     pub(super) columns: u32,
 }
 
@@ -117,6 +118,8 @@ impl Live {
         {
             return None;
         }
+        let sample_time_s = locked(&kept.state).sample_time_s;
+        let last = (view.last_s / sample_time_s - 1e-9).ceil().min(1e15) as u64;
         let pyramid = locked(&kept.pyramid);
         let (made, begun) = (pyramid.made(), pyramid.begun());
         let of_this_loop = |frame: &SentFrame| frame.begun == begun;
@@ -124,9 +127,9 @@ impl Live {
         if made == 0 || until == Some(made) {
             return None;
         }
-        let start = made.saturating_sub(view.last);
+        let start = made.saturating_sub(last);
         // As wide in the first second of a loop as later, so that increments fit.
-        let span = Span::new(start, start + view.last, view.columns);
+        let span = Span::new(start, start + last, view.columns);
         let increment = self.seen.filter(of_this_loop).and_then(|seen| {
             let columns = pyramid.columns(span.since(seen.end));
             (columns.width == seen.width).then_some(columns)
@@ -148,7 +151,7 @@ impl Live {
         self.missed += start.saturating_sub(until);
         self.sent += made - until.max(start);
         let number = self.newest.map_or(1, |frame| frame.number + 1);
-        let bytes = framed(view.request, number, picture, &columns, SAMPLE_TIME.0);
+        let bytes = framed(view.request, number, picture, &columns, sample_time_s);
         let frame = SentFrame {
             number,
             bytes: bytes.len(),
@@ -171,7 +174,8 @@ impl Live {
         };
         let seen = self.seen.filter(|seen| seen.begun == waiting.begun);
         let made = locked(&kept.pyramid).made();
-        made.saturating_sub(seen.unwrap_or(*waiting).end) as f64 * SAMPLE_TIME.0
+        let behind = made.saturating_sub(seen.unwrap_or(*waiting).end);
+        behind as f64 * locked(&kept.state).sample_time_s
     }
 }
 
@@ -221,7 +225,6 @@ pub(super) fn status(hub: &Hub, page: u64, live: &mut Live) -> Value {
         let limiters: Vec<&str> = limiters.map(|bit| Limiters::NAMES[bit]).collect();
         status = json!(state);
         status["running"] = true.into();
-        status["sample_time_s"] = SAMPLE_TIME.0.into();
         status["lost"] = lost.into();
         status["limiters"] = json!(limiters);
         status["fault"] = json!(state.fault.map(|fault| fault.to_string()));
@@ -247,7 +250,7 @@ mod tests {
 
     const VIEW: LiveView = LiveView {
         request: 7,
-        last: 30_000,
+        last_s: 30.0,
         columns: 600,
     };
 
@@ -389,7 +392,8 @@ mod tests {
             last in 1_u64..3000,
             columns in 1_u32..300,
         ) {
-            let view = LiveView { last, columns, ..VIEW };
+            let last_s = last as f64 * 1e-3;
+            let view = LiveView { last_s, columns, ..VIEW };
             let (kept, (mut live, acknowledged)) = (kept(), live(view));
             let (mut line, mut seen) = (VecDeque::new(), Picture::new());
             for (ticks, arrive, anew) in steps {
@@ -419,7 +423,10 @@ mod tests {
 
     #[test]
     fn every_sample_was_shown_or_missed() {
-        let view = LiveView { last: 50, ..VIEW };
+        let view = LiveView {
+            last_s: 0.05,
+            ..VIEW
+        };
         let (kept, (mut live, acknowledged)) = (kept(), live(view));
         let mut shown = |anew: bool, ticks: u64| {
             let mut pyramid = locked(&kept.pyramid);

@@ -65,7 +65,7 @@ impl PageServer {
     /// Starts the server in a thread of its own.
     ///
     /// # Errors
-    /// A port that is taken; a system that gives no random numbers or threads.
+    /// A port that is taken; a system that gives no random numbers or threads; a file whose wall cannot be felt.
     pub fn start(options: ServerOptions) -> Result<Self, Failure> {
         let listener = listener(options.port)?;
         let port = listener
@@ -76,7 +76,7 @@ impl PageServer {
         let address = format!("http://127.0.0.1:{port}/{token}/");
         let (ending, ended) = watch::channel(None);
         let (terminal, notices) = sync_channel(NOTICES);
-        let hub = Arc::new(Hub::new(options, terminal, ended));
+        let hub = Arc::new(Hub::new(options, terminal, ended)?);
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(WORKERS)
             .thread_name("page")

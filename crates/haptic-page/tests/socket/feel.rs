@@ -35,8 +35,8 @@ fn the_verdict_stands_beside_what_it_is_of_wherever_that_is_told() {
 fn the_verdict_is_of_the_device_that_runs() {
     let runs = tempfile::tempdir().expect("a folder");
     let mut options = crate::options(runs.path(), OnClose::Stop, 0);
-    options.imperfections.delay_s = 1.5e-3;
-    options.imperfections.current_lag_s = 0.4e-3;
+    options.device.values.delay_s = 1.5e-3;
+    options.device.values.current_lag_s = 0.4e-3;
     let late = PageServer::start(options).expect("starts");
     let (_runs, _server, mut ideal) = opened();
     let mut page = Page::open(late.address());
@@ -109,7 +109,10 @@ fn a_pointer_beyond_the_reach_of_the_hand_is_told_where_the_hand_goes() {
         assert_documented("feel.hand", &answer);
     }
     let refused = page.refused("feel.set", json!({"scale": 1e300}));
-    assert_eq!(refused, "`scale` = 1e300 is not in [0.01, 100]: change it");
+    assert_eq!(
+        refused,
+        "`scale` = 1e300 is not from 1e-9 to 100: change it"
+    );
 }
 
 #[test]
@@ -125,7 +128,7 @@ fn what_is_felt_changes_while_it_runs_without_a_bump_and_only_to_what_is_stable(
         json!({"order": 0.7, "stiffness_n_per_m": 200.0, "dissipation_n_s_mu_per_m": 20.0}),
     );
     // A wall is its numbers, so what is told of it has the new ones.
-    let wall = json!({"order": 0.7, "stiffness_n_per_m": 200.0, "dissipation_n_s_mu_per_m": 20.0});
+    let wall = json!({"order": 0.7, "stiffness_n_per_m": 200.0, "dissipation_n_s_mu_per_m": 20.0, "scheme": "full", "signed": false});
     assert_eq!(set["feel"]["environment"]["wall"], wall);
     // Too stiff for 65 g at 1 kHz: refused with the numbers and a factor that helps.
     let much = json!({"scale": 100, "dissipation_n_s_mu_per_m": 2000});
@@ -134,7 +137,7 @@ fn what_is_felt_changes_while_it_runs_without_a_bump_and_only_to_what_is_stable(
         assert!(refused.contains(words), "{refused}");
     }
     for wrong in [
-        json!({"order": 2}),
+        json!({"order": 2.5}),
         json!({"order": "x"}),
         json!({"environment": {"tissue": "nothing"}}),
         json!({"colour": 1}),

@@ -8,6 +8,7 @@ mod pages;
 mod panels;
 mod questions;
 mod runs;
+mod walls;
 
 use haptic_experiment::RealtimeOptions;
 use haptic_page::{OnClose, PageServer, ServerOptions};
@@ -37,7 +38,7 @@ fn opened() -> (TempDir, PageServer, Page) {
 fn options(runs: &Path, on_close: OnClose, port: u16) -> ServerOptions {
     ServerOptions {
         device: haptic_page::DeviceNumbers::default(),
-        imperfections: haptic_experiment::Imperfections::NONE,
+        opens: None,
         port,
         runs: runs.to_owned(),
         on_close,

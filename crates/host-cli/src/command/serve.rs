@@ -7,7 +7,7 @@ use crate::options::DeviceModelArguments;
 use crate::output::{Output, note, warn};
 use crate::parse::{choice, whole};
 use clap::Args;
-use haptic_experiment::{Failure, Imperfections};
+use haptic_experiment::Failure;
 use haptic_page::{DeviceNumbers, OnClose, PageServer, ServerOptions};
 use serde_json::json;
 use std::path::PathBuf;
@@ -30,17 +30,22 @@ const LOOK: Duration = Duration::from_millis(100);
 /// each start. The page loads nothing from elsewhere. From another computer: ssh -L
 /// 8765:127.0.0.1:8765 HOST, then open the same address.
 ///
-/// --device-model sets friction, delay, lag, encoder and noise of the simulated device, and its
-/// mass and damping unless the page sets them. A hand in the file has no effect, because the
-/// pointer is the hand.
+/// FILE is felt when the page opens: the wall of an experiment file, such as `design` writes, or of
+/// its log, on the device that it names; or a tissue. What is unstable is refused.
+///
+/// --device-model sets the simulated device, but for the numbers that the page or FILE set. A hand
+/// in the file has no effect, because the pointer is the hand.
 ///
 /// One page has the controls, the others watch. The space bar stops: the force falls to zero, then
 /// the run ends. Ctrl-C in the terminal does the same and ends the server.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  host-cli serve\n  host-cli serve --port 0 --no-browser --runs my-results"
+    after_help = "Examples:\n  host-cli serve\n  host-cli serve experiments/wall.toml\n  host-cli serve --port 0 --no-browser --runs my-results"
 )]
 pub(crate) struct Arguments {
+    /// Experiment file with [wall], its log, or a tissue file: felt when the page opens
+    #[arg(value_name = "FILE")]
+    file: Option<PathBuf>,
     /// Port; 0 for any free one
     #[arg(long, default_value_t = PORT, value_parser = whole::<u16>(0..=u16::MAX))]
     port: u16,
@@ -70,19 +75,15 @@ impl Arguments {
             )));
         }
         let stop = stop_on_interrupt()?;
-        let file = self.device.read()?;
-        let device = file.as_ref().map(|file| DeviceNumbers {
-            mass_kg: file.values.mass_kg,
-            damping_n_s_per_m: file.values.damping_n_s_per_m,
-        });
         let mut server = PageServer::start(ServerOptions {
             port: self.port,
             runs: self.runs,
             on_close: self.on_close,
             realtime: self.thread.options(None)?,
             library: self.tissues.load()?,
-            device: device.unwrap_or_default(),
-            imperfections: file.map_or(Imperfections::NONE, |file| file.imperfections()),
+            device: (self.device.read()?)
+                .map_or_else(DeviceNumbers::default, |file| file.values.into()),
+            opens: self.file,
             provenance: provenance(),
         })?;
         let address = server.address();
