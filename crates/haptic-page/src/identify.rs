@@ -1,15 +1,18 @@
 //! A tissue from a record that was dropped on the page: the same reading and the same fits as on the command line.
 
 use haptic_experiment::Failure;
+use haptic_experiment::document::short;
+use haptic_log::record::StartTime;
 use haptic_loop::{Loading, LoadingKind};
-use haptic_tissue::identify::table::{Reader, Reading, Understood, read_table};
+use haptic_tissue::identify::table::{Column, Reader, Reading, Understood, read_table};
 use haptic_tissue::identify::{
-    CANDIDATES, Fit, Identification, Options, RecordKind, identify_unless,
+    CANDIDATES, Fit, Identification, Options, Provenance, RecordKind, identify_unless,
 };
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::fmt::Display;
 use std::sync::atomic::AtomicBool;
+use std::time::SystemTime;
 
 /// Points of a curve that is sent, at most.
 const POINTS: usize = 2000;
@@ -21,6 +24,9 @@ pub(crate) struct IdentifyRequest {
     name: String,
     /// The table: CSV or TSV.
     text: String,
+    /// As `--columns` and `--units`: `time=1,modulus=3`.
+    columns: String,
+    units: String,
     kind: Option<String>,
     strain: Option<f64>,
     stress_pa: Option<f64>,
@@ -35,7 +41,23 @@ pub(crate) struct IdentifyRequest {
     model: Option<String>,
 }
 
-pub(crate) fn identified(request: &IdentifyRequest, stop: &AtomicBool) -> Result<Value, Failure> {
+/// The parts of a list such as `time=1,modulus=3`.
+fn parts<T>(key: &str, text: &str, read: fn(&str) -> Result<T, String>) -> Result<Vec<T>, Failure> {
+    let parts = text.split(',').map(str::trim);
+    let parts = parts.filter(|part| !part.is_empty());
+    let refused =
+        |part: &str, why| Failure::bad_input(format_args!("`{key}`: \"{}\" {why}", short(part)));
+    parts
+        .map(|part| read(part).map_err(|why| refused(part, why)))
+        .collect()
+}
+
+/// The answer to a record; a tissue that is made of it says that `program` did.
+pub(crate) fn identified(
+    request: &IdentifyRequest,
+    program: &str,
+    stop: &AtomicBool,
+) -> Result<Value, Failure> {
     let name = match request.name.as_str() {
         "" => "the record",
         name => name,
@@ -62,9 +84,14 @@ pub(crate) fn identified(request: &IdentifyRequest, stop: &AtomicBool) -> Result
         poisson_ratio: request.poisson_ratio,
         ..Reading::default()
     };
+    let reader = Reader {
+        columns: parts("columns", &request.columns, Column::chosen)?,
+        units: parts("units", &request.units, Column::with_unit)?,
+        ..Reader::default()
+    };
     let table = read_table(request.text.as_bytes());
     let understood = table
-        .and_then(|table| Reader::default().read(table)?.record(&reading))
+        .and_then(|table| reader.read(table)?.record(&reading))
         .map_err(|error| refused(&error))?;
     let options = Options {
         candidates: chosen.map_or_else(|| CANDIDATES.to_vec(), |kind| vec![kind]),
@@ -74,7 +101,32 @@ pub(crate) fn identified(request: &IdentifyRequest, stop: &AtomicBool) -> Result
     };
     let found = identify_unless(&understood.record, &options, stop, &|_| {});
     let found = found.map_err(|error| refused(&error))?;
-    Ok(answer(&found, &understood))
+    let date = StartTime::at(SystemTime::now()).rfc3339();
+    let told = Provenance {
+        program,
+        record: name,
+        conditions: None,
+        date: date.split('T').next().unwrap_or_default(),
+    };
+    let tissue = found.tissue(&tissue_name(&request.name), &understood, told);
+    let mut answer = answer(&found, &understood);
+    match tissue {
+        Ok(tissue) => answer["tissue"] = json!({"name": tissue.name, "text": tissue.text}),
+        Err(why) => answer["tissue_reason"] = why.to_string().into(),
+    }
+    Ok(answer)
+}
+
+/// A name for the tissue of a file: lower-case letters, digits and hyphens.
+fn tissue_name(file: &str) -> String {
+    let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
+    let stem = stem.to_lowercase();
+    let words = stem.split(|c: char| !(c.is_ascii_lowercase() || c.is_ascii_digit()));
+    let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
+    match words.is_empty() {
+        true => "tissue".to_owned(),
+        false => words.join("-"),
+    }
 }
 
 fn named<T: Copy>(
@@ -105,6 +157,8 @@ fn answer(found: &Identification, understood: &Understood) -> Value {
                 "unit": estimate.unit,
                 "value": estimate.value,
                 "standard_error": estimate.standard_error,
+                "low_95": estimate.low_95,
+                "high_95": estimate.high_95,
             })
         });
         json!({

@@ -4,6 +4,7 @@ use super::hub::{Hub, blocking, felt};
 use super::live::{LiveView, frame};
 use super::page::{Outgoing, Page};
 use super::request::{LIVE, Request, ViewRequest};
+use crate::dropped::{keep_tissue, looked_at};
 use crate::feel::{CHANNELS, RANGES, SAMPLE_TIME, locked};
 use crate::pyramid::Span;
 use crate::runs::places;
@@ -71,7 +72,19 @@ pub(super) async fn answer(
             panel,
             question,
             turn,
-        } => page.panels.ask(panel, question, turn).await?,
+        } => {
+            let program = hub.options.provenance.get("program");
+            let program = program.map_or("", String::as_str);
+            page.panels.ask(panel, question, turn, program).await?
+        }
+        Request::TissueKeep { name, text } => {
+            let keep = move || {
+                let library = &mut *locked(&hub.library);
+                keep_tissue(library, &hub.options.runs, &name, &text)
+            };
+            json!({"path": blocking(keep).await?.display().to_string()})
+        }
+        Request::File(file) => looked_at(&file)?,
         Request::Quantity { key, text } => {
             json!({"value": parse_for_key(&key, &text).map_err(Failure::bad_input)?})
         }
@@ -88,8 +101,10 @@ fn hello(version: u32, hub: &Hub, page: &Page) -> Result<Value, Failure> {
         )));
     }
     let options = &hub.options;
-    let tissues = options.library.materials().iter().map(tissue);
+    let library = locked(&hub.library);
+    let tissues = library.materials().iter().map(tissue);
     let tissues: Vec<Value> = tissues.collect::<Result<_, Failure>>()?;
+    drop(library);
     Ok(json!({
         "version": VERSION,
         "controls": hub.has_controls(page.number),

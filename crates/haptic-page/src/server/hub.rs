@@ -2,6 +2,7 @@
 
 use super::request::RunStart;
 use super::tables::Tables;
+use crate::dropped::with_kept;
 use crate::feel::{
     DeviceNumbers, Feel, FeelChange, FeelPlace, FeelSettings, HAND_DAMPING, HAND_STIFFNESS, Kept,
     SAMPLE_TIME, locked, pyramid_size,
@@ -57,6 +58,8 @@ pub(super) struct Hub {
     pub(super) place: FeelPlace,
     pub(super) runs: Runs,
     pub(super) tables: Tables,
+    /// The tissues that can be felt, with those that were kept since the start.
+    pub(super) library: Mutex<Library>,
     /// A place for each request that is worked on, of whatever page.
     pub(super) work: Arc<Semaphore>,
     /// Set to the reason when the server ends.
@@ -107,6 +110,7 @@ impl Hub {
             place,
             runs,
             tables: Tables::default(),
+            library: Mutex::new(with_kept(options.library.clone(), &options.runs)),
             work: Arc::new(Semaphore::new(AT_ONCE)),
             options,
             ending,
@@ -204,7 +208,7 @@ impl Hub {
         let stops = self.stops.load(Ordering::Relaxed);
         let options = &self.options;
         let settings = FeelSettings::new(
-            &options.library,
+            &locked(&self.library),
             options.device,
             options.imperfections,
             start,
@@ -240,7 +244,7 @@ impl Hub {
                 .settings
                 .clone()
                 .unwrap_or_else(|| feel.felt().settings);
-            let next = base.changed(&self.options.library, &change)?;
+            let next = base.changed(&locked(&self.library), &change)?;
             wanted.settings = Some(next.clone());
             wanted.number += 1;
             (next, wanted.number)

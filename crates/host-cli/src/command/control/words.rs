@@ -1,6 +1,6 @@
 //! Controllers, margins and refusals as a report has them.
 
-use fractional_control::{ControlError, Crossing, Margins, PidParameters, Shape};
+use fractional_control::{ControlError, Crossing, Margins, Shape};
 use haptic_experiment::Failure;
 use haptic_experiment::control::in_degrees;
 use serde_json::{Value, json};
@@ -39,15 +39,5 @@ pub(super) fn shape(shape: &Shape, sample_time_s: f64) -> Value {
         "rise_time_s": shape.rise.map(|samples| samples * sample_time_s),
         "settling_time_s": shape.settled.map(|samples| samples as f64 * sample_time_s),
         "final_error": shape.final_error,
-    })
-}
-
-pub(super) fn pid(gains: PidParameters) -> Value {
-    json!({
-        "proportional_gain": gains.proportional,
-        "integral_gain_per_s_lambda": gains.integral,
-        "integral_order": gains.integral_order,
-        "derivative_gain_s_mu": gains.derivative,
-        "derivative_order": gains.derivative_order,
     })
 }
