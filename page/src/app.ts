@@ -1,6 +1,7 @@
 // What the views share.
 
 import type { Connection } from "./connection";
+import type { Dropped } from "./drop";
 import type { Unasked } from "./protocol";
 import type { PageEvent, State } from "./state";
 
@@ -11,6 +12,8 @@ export interface App {
   dispatch(event: PageEvent): void;
   /** A sentence for the person. */
   notify(text: string): void;
+  /** A file was dropped or chosen: the view that it is for takes it. */
+  given(file: File): Promise<void>;
   /** Asks, and says so if it is refused. */
   tell(what: string, keys?: object): Promise<void>;
 }
@@ -26,4 +29,6 @@ export interface ViewPart {
   themed(): void;
   /** A key that is no command of the whole page; true if it meant something. */
   key(event: KeyboardEvent, down: boolean): boolean;
+  /** A file that fell on the page and is for this view. */
+  take?(dropped: Dropped): void;
 }

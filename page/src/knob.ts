@@ -73,6 +73,11 @@ export class Knob {
     this.range.disabled = this.field.disabled = disabled;
   }
 
+  /** Says beside it why its value is refused. */
+  refuse(text: string): void {
+    this.trouble.textContent = text;
+  }
+
   private take(value: number): void {
     this.show(value);
     this.options.changed(value);
