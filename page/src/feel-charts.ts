@@ -12,6 +12,7 @@ import type { Mark, Status } from "./protocol";
 const SPAN_S = 30;
 /** A picture that is older is said to be late, s. */
 const LATE_S = 0.3;
+const DEPTH_MS = 100;
 const FORCES: Line[] = [
   { label: "full memory", colour: "--blue", width: 2 },
   { label: "last second only", colour: "--verm", dash: [7, 5], width: 2 },
@@ -40,6 +41,7 @@ export class FeelCharts {
   private readonly forces: Chart;
   private readonly motions: Chart;
   private readonly depths = new DepthPlot();
+  private depthDrawn = 0;
   private readonly marks: Mark[] = [];
   private live: Frame | null = null;
   private still: Frame | null = null;
@@ -161,6 +163,9 @@ export class FeelCharts {
     // A force is positive along the position; the tissue pushes back.
     this.forces.draw(x, CHANNELS.map((name) => line(name, -1)), range);
     this.motions.draw(x, [line("position_m", 1000)], range);
+    // Ten pictures a second are enough for the eye, and for a slow machine.
+    if (performance.now() - this.depthDrawn < DEPTH_MS && this.zoom === null) return;
+    this.depthDrawn = performance.now();
     const ends = (name: string): [Float32Array | undefined, Float32Array | undefined] => [frame.least[this.channel(name)], frame.most[this.channel(name)]];
     this.depths.draw(CHANNELS.map((name, n) => ({ ...(DRAWN[n] ?? { colour: "--blue" }), depth: ends("position_m"), force: ends(name) })));
   }
