@@ -17,14 +17,9 @@ interface Candidate {
   gains: Record<string, number> | null;
   stable?: boolean;
   verdict?: string;
-  phase_margin_rad?: number | null;
-  crossover_rad_s?: number | null;
-  gain_margin?: number | null;
-  gain_margin_down?: number | null;
-  delay_margin_s?: number | null;
-  sensitivity_peak?: number | null;
-  overshoot?: number | null;
-  settling_time_s?: number | null;
+  /** As the command's report has them; null where nothing is proved. */
+  margins?: { crossover_rad_s: number | null; phase_margin_deg: number | null; gain_up: number | null; gain_down: number | null; delay_margin_s: number | null; sensitivity_peak: number } | null;
+  shape?: { overshoot: number; settling_time_s: number | null } | null;
   time_s?: number[];
   step?: number[];
   command?: number[];
@@ -274,20 +269,21 @@ export class ControlView implements ViewPart {
   }
 
   private drawFigures({ fractional, integer, integer_reason: reason, own, sample_time_s: sample }: Designed): void {
+    type Margins = NonNullable<Candidate["margins"]>;
     // Nothing is said of a loop that is not proved stable: "none" would be the best of margins.
-    const margin = (of: (one: Candidate) => string) => (one: Candidate): string => (one.sensitivity_peak == null ? "–" : of(one));
-    const value = (given: number | null | undefined, unit: string): string => (given == null ? "none" : quantity(given, unit));
+    const margin = (of: (margins: Margins) => string) => (one: Candidate): string => (one.margins ? of(one.margins) : "–");
+    const value = (given: number | null, unit: string): string => (given === null ? "none" : quantity(given, unit));
     const rows: [string, (one: Candidate) => string][] = [
       ["verdict", (one) => one.verdict ?? "–"],
       ...Object.entries(GAINS).map(([key, name]): [string, (one: Candidate) => string] => [name, (one) => (one.gains === null ? "–" : number(one.gains[key] ?? 0, 4))]),
-      ["crossover", (one) => quantity(one.crossover_rad_s ?? NaN, "rad/s")],
-      ["phase margin", margin((one) => (one.phase_margin_rad == null ? "none" : `${number(one.phase_margin_rad * DEGREES)}°`))],
-      ["gain margin", margin((one) => value(one.gain_margin, ""))],
-      ["lower gain margin", margin((one) => value(one.gain_margin_down, ""))],
-      ["delay margin", margin((one) => value(one.delay_margin_s, "s"))],
-      ["largest |S|", margin((one) => number(one.sensitivity_peak ?? NaN))],
-      ["overshoot", (one) => (one.overshoot == null ? "–" : `${number(100 * one.overshoot)}\u202f%`)],
-      ["settled within 2 % at", (one) => (one.settling_time_s == null ? "–" : quantity(one.settling_time_s, "s"))],
+      ["crossover", margin((of) => value(of.crossover_rad_s, "rad/s"))],
+      ["phase margin", margin((of) => (of.phase_margin_deg === null ? "none" : `${number(of.phase_margin_deg)}°`))],
+      ["gain margin", margin((of) => value(of.gain_up, ""))],
+      ["lower gain margin", margin((of) => value(of.gain_down, ""))],
+      ["delay margin", margin((of) => value(of.delay_margin_s, "s"))],
+      ["largest |S|", margin((of) => number(of.sensitivity_peak))],
+      ["overshoot", (one) => (one.shape ? `${number(100 * one.shape.overshoot)}\u202f%` : "–")],
+      ["settled within 2 % at", (one) => (one.shape && one.shape.settling_time_s !== null ? quantity(one.shape.settling_time_s, "s") : "–")],
     ];
     const shown = own === null ? [fractional, integer] : [fractional, integer, own];
     const cells = (of: (one: Candidate) => string): HTMLElement[] => shown.map((one) => el("td", {}, one === null ? "–" : of(one)));

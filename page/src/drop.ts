@@ -3,7 +3,7 @@
 import type { App } from "./app";
 import { certificate } from "./certificate";
 import type { View } from "./fragment";
-import { VERSION, type Answer, type Hello } from "./protocol";
+import { VERSION, type Answer, type Hello, type RunEntry } from "./protocol";
 
 export interface TextFile {
   name: string;
@@ -39,7 +39,7 @@ export function listenForFiles(taken: (file: File) => void): void {
 /** What a file is and where it belongs; null if it was dealt with. Fails with a sentence for a file that the page cannot use. */
 export async function look(app: App, file: File): Promise<{ view: View; dropped: Dropped } | null> {
   const { name } = file;
-  if (/\.mcap$/i.test(name)) return { view: "runs", dropped: { is: "log", name: await laid(file) } };
+  if (/\.mcap$/i.test(name)) return { view: "runs", dropped: { is: "log", name: await runOf(app, file) } };
   if (file.size > SIZE_MOST) throw new Error(`${name} is larger than 15 MB: cut it into pieces.`);
   if (/\.(csv|tsv|txt|tab|dat)$/i.test(name)) {
     // Beside a plant a table is a measured response, anywhere else a record.
@@ -61,13 +61,13 @@ export async function look(app: App, file: File): Promise<{ view: View; dropped:
   return null;
 }
 
-/** Lays a log into the folder of the runs; its name there. */
-async function laid(file: File): Promise<string> {
-  const name = file.name.replace(/[^\w.-]+/g, "-");
-  const answer = await fetch(`log/${name}`, { method: "PUT", body: file });
-  const said = await answer.text();
-  if (!answer.ok) throw new Error(said);
-  return (JSON.parse(said) as { name: string }).name;
+/** The run that a log is, by its name and size: a browser does not say where it lies. */
+async function runOf(app: App, file: File): Promise<string> {
+  const { runs } = await app.connection.ask<{ runs: RunEntry[] }>("runs.list");
+  const stem = file.name.replace(/\.mcap$/i, "");
+  const run = runs.find(({ name, size_bytes }) => size_bytes === file.size && name.split("/").at(-1) === stem);
+  if (run !== undefined) return run.name;
+  throw new Error(`${file.name} is not in the folder of the runs, ${app.state.hello?.runs_folder}: copy it there, or give its folder to host-cli serve --runs.`);
 }
 
 /** Keeps a tissue in the library under a name; where its file is. */

@@ -117,6 +117,8 @@ export class IdentifyPanel {
 
   /** Reads a file and asks what it is. */
   read(file: File): void {
+    // What was found of another record is not that of this.
+    this.clear();
     this.record = { name: file.name, text: file.text() };
     void this.ask();
   }

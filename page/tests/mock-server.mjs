@@ -171,15 +171,6 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
 
   const server = createServer((request, response) => {
     const { pathname } = new URL(request.url, "http://127.0.0.1");
-    const [, put] = /\/log\/([\w.-]+)\.mcap$/.exec(pathname) ?? [];
-    if (request.method === "PUT" && put !== undefined) {
-      const run = makeRun(`dropped/${put}`, "wall", 0.5);
-      request.resume();
-      return void request.on("end", () => {
-        runs.unshift(run);
-        response.writeHead(200).end(JSON.stringify({ name: run.entry.name }));
-      });
-    }
     const asked = tables[/\/table\/(\d+)\.csv$/.exec(pathname)?.[1]];
     if (asked) return void table(response, asked);
     const name = pathname === `/${token}/` ? "index.html" : pathname.startsWith(`/${token}/`) ? pathname.slice(token.length + 2) : null;
@@ -474,7 +465,7 @@ function designedControl({ plant, plant_file: file, controller_file: own, crosso
     const step = time.map((t) => 1 - Math.exp(-crossover * t) * Math.cos(0.5 * order * crossover * t));
     return {
       controller, gains: { proportional_gain: 1, integral_gain_per_s_lambda: 0.1, integral_order: order, derivative_gain_s_mu: 0, derivative_order: 1 }, stable: true, verdict: "stable, proved",
-      phase_margin_rad: margin, crossover_rad_s: crossover, gain_margin: 3, gain_margin_down: null, delay_margin_s: 2, sensitivity_peak: 1.4, overshoot: 0.1, settling_time_s: 30,
+      margins: { phase_margin_deg: (180 / Math.PI) * margin, crossover_rad_s: crossover, gain_up: 3, gain_down: null, delay_margin_s: 2, sensitivity_peak: 1.4 }, shape: { overshoot: 0.1, settling_time_s: 30 },
       time_s: time, step, command: step.map((y, n) => (n === 0 ? 40 : 2 - y)), loaded: step.map((y) => 0.3 * (1 - y)), robustness: [0.5, 1, 2].map((gain) => ({ gain, stable: true, step: step.map((y) => y ** (1 / gain)) })),
       omega_rad_s: omega, open_real: omega.map(() => 0), open_imaginary: omega.map((w) => -crossover / w), phase_rad: omega.map(() => -Math.PI / 2),
     };

@@ -36,7 +36,7 @@ use crate::judge::{Published, Report};
 use crate::run::Supervisor;
 use crate::run::folder::FolderRequest;
 use crate::run::schedule::Pace;
-use haptic_log::record::{VERDICT, append};
+use haptic_log::record::add_verdict;
 use parameters::{
     DEVICE_MODEL, DEVICE_PLANT, DRIVE_TABLE, KINDS, MEASUREMENT, QUESTIONS, of_kind, takes_device,
 };
@@ -154,8 +154,7 @@ impl ExperimentFile {
         })?;
         let Report { run, verdict, .. } = &mut published.report;
         if let (Some(verdict), Some(log)) = (verdict, run.logs.last()) {
-            let values = [(VERDICT.to_owned(), verdict.clone())].into();
-            if let Err(error) = append(Path::new(log), VERDICT, &values) {
+            if let Err(error) = add_verdict(Path::new(log), verdict) {
                 let lost = format!("the log is whole, but lacks its verdict: {error}");
                 run.warnings.push(lost);
             }

@@ -6,12 +6,13 @@ use fracdiff::Seconds;
 use fractional_control::design::{Candidate, ControlDesign, Trial};
 use fractional_control::run::samples_for;
 use fractional_control::tuning::Specification;
-use fractional_control::{ControlError, ControllerSetup, Crossing, Margins, Plant};
+use fractional_control::{ControlError, ControllerSetup, Plant};
 use haptic_experiment::Failure;
 use haptic_experiment::control::{
-    DesignWords, check_gain, gains, in_degrees, in_short, in_words, loose_factor, sample_time_for,
+    DesignWords, check_gain, gains, in_degrees, in_short, loose_factor, margins, sample_time_for,
+    shape,
 };
-use haptic_experiment::document::{ControllerFile, ControllerOrigin, short};
+use haptic_experiment::document::{ControllerFile, short};
 use haptic_experiment::parameters::CONTROLLER_SCHEME;
 use haptic_experiment::run::PlantModel;
 use serde::Deserialize;
@@ -89,31 +90,22 @@ pub(crate) fn designed(request: &ControlRequest) -> Result<Value, Failure> {
     };
     let sample_time = sample_time_for(request.crossover_rad_s.0)?;
     check_gain(&plant, request.crossover_rad_s.0)?;
-    let runs = !plant.band().1.is_finite();
-    let own = request.own(&plant).map_err(|error| match runs {
-        true => error,
-        false => error.and("a measured plant does not run: omit the controller file"),
-    })?;
+    let own = request.own(&plant)?;
     let design = design(plant, wishes, sample_time)?;
     let answer = design.answer().map_err(failure)?;
     let (fractional, integer) = (&answer.fractional, answer.integer.as_ref());
     let words = DesignWords(&answer);
-    let file = ControllerFile {
-        setup: fractional.setup.clone(),
-        origin: ControllerOrigin {
-            plant: model.in_words(),
-            wishes: in_words(&wishes),
-            note: words.note(),
-            ..ControllerOrigin::default()
-        },
-    };
     let notation = request.plant_file.is_none().then_some(&request.plant);
     let reading = notation.and_then(|text| loose_factor("plant", text));
     let reading = reading.map(|said| format!("Warning: {said}."));
     let unmet = Some(words.unmet()).filter(|unmet| !unmet.is_empty());
     let unmet = unmet.map(|unmet| format!("Warning: not met: {unmet}."));
     let seen = |candidate: &Candidate| match &candidate.trial {
-        Some(trial) => seen(&candidate.setup, trial),
+        Some(trial) => {
+            let mut seen = seen(&candidate.setup, trial);
+            seen["phase_slope_rad"] = candidate.tuned.phase_slope_rad.into();
+            seen
+        }
         // A measured response is tuned for, not run.
         None => json!({
             "controller": candidate.setup.law.to_string(),
@@ -128,17 +120,12 @@ pub(crate) fn designed(request: &ControlRequest) -> Result<Value, Failure> {
         "integer_reason": integer.err().map(in_degrees),
         "own": own,
         "notes": reading.into_iter().chain(unmet).chain(words.sentences()).collect::<Vec<_>>(),
-        "file": file.to_toml(),
+        "file": words.file(&model.in_words(), &wishes, "").to_toml(),
     }))
 }
 
 fn seen(setup: &ControllerSetup, trial: &Trial) -> Value {
     let t = setup.sample_time_s;
-    let value = |crossing: fn(&Margins) -> Option<Crossing>| {
-        trial.margins().and_then(crossing).map(|at| at.value)
-    };
-    let phase = trial.margins().and_then(|margins| margins.phase);
-    let shape = trial.analysis.verdict.stable.then_some(&trial.shape);
     let samples = trial.step.measured.len();
     let every = samples.div_ceil(POINTS).max(1);
     let thinned = |values: &[f64]| -> Vec<f64> { values.iter().copied().step_by(every).collect() };
@@ -155,14 +142,8 @@ fn seen(setup: &ControllerSetup, trial: &Trial) -> Value {
         "gains": setup.pid().as_ref().map(gains),
         "stable": trial.analysis.verdict.stable,
         "verdict": in_short(&trial.analysis),
-        "phase_margin_rad": value(|margins| margins.phase),
-        "crossover_rad_s": phase.map(|phase| phase.omega_rad_s),
-        "gain_margin": value(|margins| margins.gain_up),
-        "gain_margin_down": value(|margins| margins.gain_down),
-        "delay_margin_s": value(|margins| margins.delay_s),
-        "sensitivity_peak": value(|margins| Some(margins.sensitivity)),
-        "overshoot": shape.map(|shape| shape.overshoot),
-        "settling_time_s": shape.and_then(|shape| shape.settled).map(|n| n as f64 * t),
+        "margins": trial.margins().map(margins),
+        "shape": trial.analysis.verdict.stable.then(|| shape(&trial.shape, t)),
         "time_s": (0..samples).step_by(every).map(|n| n as f64 * t).collect::<Vec<_>>(),
         "step": thinned(&trial.step.measured),
         "command": thinned(&trial.step.command),

@@ -1,33 +1,21 @@
-//! Files that fall on the page: what a TOML file is, tissues that are kept in the folder of the runs, and logs that are laid there.
-//! ```text
-//! NAME.toml ─▶ an experiment or question, a plant, a controller, a tissue          NAME.mcap ─▶ dropped/NAME.mcap
-//! tissue    ─▶ tissues/NAME.toml, and the library that is felt
-//! ```
-//! Nothing is overwritten.
+//! TOML files that fall on the page: an experiment or question, a plant, a controller, or a tissue, which is kept in the folder of the
+//! runs as `tissues/NAME.toml`, never over another, and in the library that is felt.
 
 use crate::TextFile;
 use crate::runs::of_file;
 use haptic_experiment::document::Document;
 use haptic_experiment::run::write_text;
 use haptic_experiment::{Failure, ModelledTissue, TissuePiece};
-use haptic_log::record::{Leftover, LogFiles, NewFile};
 use haptic_tissue::{Library, Material};
 use serde_json::{Value, json};
-use std::fs::{File, create_dir_all};
+use std::fs::create_dir_all;
 use std::path::{Path, PathBuf};
 
 /// Folder of tissues in that of the runs.
-const TISSUES: &str = "tissues";
-/// Folder of logs that were dropped.
-const LOGS: &str = "dropped";
+pub(crate) const TISSUES: &str = "tissues";
 /// Tables of a controller file; that of a function is a plant unless a loop is beside it.
-const CONTROLLERS: [&str; 5] = ["pid", "tid", "crone", "lead_lag", "loop"];
-const PLANTS: [&str; 4] = [
-    "transfer_function",
-    "device",
-    "state_space",
-    "measured_response",
-];
+const CONTROLLERS: &str = "pid tid crone lead_lag loop";
+const PLANTS: &str = "transfer_function device state_space measured_response";
 
 /// What a TOML file is: its kind, and of an experiment the form that it fills.
 pub(crate) fn looked_at(file: &TextFile) -> Result<Value, Failure> {
@@ -36,14 +24,13 @@ pub(crate) fn looked_at(file: &TextFile) -> Result<Value, Failure> {
         let why = error.message();
         Failure::bad_input(format_args!("{}: not TOML: {why}", file.name))
     })?;
-    let has = |names: &[&str]| names.iter().any(|name| table.contains_key(*name));
-    if has(&CONTROLLERS) {
-        return Ok(json!({"is": "controller"}));
+    let has = |names: &str| names.split(' ').any(|name| table.contains_key(name));
+    for (names, is) in [(CONTROLLERS, "controller"), (PLANTS, "plant")] {
+        if has(names) {
+            return Ok(json!({"is": is}));
+        }
     }
-    if has(&PLANTS) {
-        return Ok(json!({"is": "plant"}));
-    }
-    if has(&["parameters"]) {
+    if has("parameters") {
         let tissue = Material::parse(path, &file.text).map_err(Failure::input)?;
         return Ok(json!({"is": "tissue", "name": tissue.name}));
     }
@@ -52,13 +39,6 @@ pub(crate) fn looked_at(file: &TextFile) -> Result<Value, Failure> {
         Failure::from(error).and("nor a tissue, plant or controller file: drop one of these")
     })?;
     Ok(json!({"is": "experiment", "experiment": of_file(&file.text)}))
-}
-
-/// The library, with the tissues that were kept in this folder of runs.
-pub(crate) fn with_kept(mut library: Library, runs: &Path) -> Library {
-    // What cannot be read is no tissue of the page; the folder is there for people too.
-    let _ = library.add_folder(&runs.join(TISSUES));
-    library
 }
 
 /// Keeps a tissue under a name of its own, in the folder and in the library; where it is.
@@ -79,54 +59,10 @@ pub(crate) fn keep_tissue(
     TissuePiece::usual(felt).map_err(Failure::input)?;
     let mut with = library.clone();
     with.add(&path, tissue).map_err(Failure::input)?;
-    make(&folder)?;
+    create_dir_all(&folder).map_err(Failure::input)?;
     write_text(&path, &text, false)?;
     *library = with;
     Ok(path)
-}
-
-/// A log that is being laid into the folder of the runs.
-#[derive(Debug)]
-pub(crate) struct DroppedLog {
-    new: NewFile,
-    /// As the list of runs has it.
-    name: String,
-    pub(crate) file: File,
-}
-
-impl DroppedLog {
-    /// Begins one; `None` for a name that is not of letters, digits, `-`, `_` and `.`, with `.mcap` at its end.
-    pub(crate) fn begin(runs: &Path, name: &str) -> Result<Option<Self>, Failure> {
-        let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
-        let stem = name.strip_suffix(".mcap").filter(|stem| !stem.is_empty());
-        let Some(stem) = stem.filter(|stem| stem.chars().all(plain) && !stem.starts_with('.'))
-        else {
-            return Ok(None);
-        };
-        let folder = runs.join(LOGS);
-        make(&folder)?;
-        let (new, file) = NewFile::create(&folder.join(name), Leftover::Discard, false)?;
-        Ok(Some(Self {
-            new,
-            name: format!("{LOGS}/{stem}"),
-            file,
-        }))
-    }
-
-    /// Gives it its name, if it is a log: the name by which the page opens it.
-    pub(crate) fn end(self) -> Result<String, Failure> {
-        LogFiles::open(self.new.part())
-            .map_err(|_| Failure::bad_input(format_args!("{} is not an MCAP log", self.name)))?;
-        self.new.publish()?;
-        Ok(self.name)
-    }
-}
-
-fn make(folder: &Path) -> Result<(), Failure> {
-    create_dir_all(folder).map_err(|error| {
-        let folder = folder.display();
-        Failure::bad_input(format_args!("cannot make the folder {folder}: {error}"))
-    })
 }
 
 #[cfg(test)]
@@ -189,34 +125,7 @@ mod tests {
         let files = std::fs::read_dir(place.path().join(TISSUES)).expect("read");
         assert_eq!(files.count(), 1);
         assert!(library.find("soft-gel").is_ok());
-        let later = with_kept(Library::load(None).expect("built in"), place.path());
+        let later = Library::load(Some(&place.path().join(TISSUES))).expect("read");
         assert_eq!(later.find("soft-gel").expect("found").name, "soft-gel");
-    }
-
-    #[test]
-    fn only_a_log_gets_a_name_and_none_leaves_the_folder() {
-        use haptic_log::record::{LogWriter, TickMessage};
-        use std::io::Write as _;
-        let place = tempfile::tempdir().expect("a folder");
-        let source = place.path().join("source.mcap");
-        let mut log = LogWriter::create(&source).expect("made");
-        log.tick(&TickMessage::default()).expect("written");
-        log.finish().expect("finished");
-        let bytes = std::fs::read(&source).expect("read");
-        let runs = place.path().join("runs");
-        let drop_it = |name: &str, bytes: &[u8]| {
-            let begun = DroppedLog::begin(&runs, name).map_err(|error| error.to_string())?;
-            let mut begun = begun.ok_or("no name")?;
-            begun.file.write_all(bytes).expect("written");
-            begun.end().map_err(|error| error.to_string())
-        };
-        assert_eq!(drop_it("a.mcap", &bytes).as_deref(), Ok("dropped/a"));
-        assert!(drop_it("a.mcap", &bytes).is_err_and(|why| why.contains("already exists")));
-        assert!(drop_it("b.mcap", b"no log").is_err_and(|why| why.contains("not an MCAP")));
-        for name in ["../c.mcap", "c.txt", ".mcap", "c/d.mcap", "", "é.mcap"] {
-            assert_eq!(drop_it(name, &bytes), Err("no name".to_owned()), "{name}");
-        }
-        let left = std::fs::read_dir(runs.join(LOGS)).expect("read");
-        assert_eq!(left.count(), 1);
     }
 }

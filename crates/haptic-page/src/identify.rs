@@ -151,19 +151,9 @@ fn answer(found: &Identification, understood: &Understood) -> Value {
     let thinned =
         |numbers: &[f64]| -> Vec<f64> { numbers.iter().copied().step_by(every).collect() };
     let model = |fit: &Fit| {
-        let parameters = fit.parameters.iter().map(|estimate| {
-            json!({
-                "name": estimate.name,
-                "unit": estimate.unit,
-                "value": estimate.value,
-                "standard_error": estimate.standard_error,
-                "low_95": estimate.low_95,
-                "high_95": estimate.high_95,
-            })
-        });
         json!({
             "model": fit.kind.name(),
-            "parameters": parameters.collect::<Vec<_>>(),
+            "parameters": fit.parameters,
             "rms": fit.rms,
             "aic": fit.aic,
             "bic": fit.bic,

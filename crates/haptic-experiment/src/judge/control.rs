@@ -1,7 +1,7 @@
 //! A designed controller in sentences, for the command and the page.
 
 use crate::document::failure::Failure;
-use crate::document::short;
+use crate::document::{ControllerFile, ControllerOrigin, short};
 use crate::parameters::{DELAY, OUTPUT_HIGH, SAMPLE_TIME};
 use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
@@ -10,7 +10,9 @@ use fractional_control::design::{
     ControlAnswer, ROBUST_GAINS, SAMPLES_A_RADIAN, Trial, WishName, usual_sample_time,
 };
 use fractional_control::tuning::Specification;
-use fractional_control::{ControlError, PidParameters, Plant, factor_after_division};
+use fractional_control::{
+    ControlError, Crossing, Margins, PidParameters, Plant, Shape, factor_after_division,
+};
 use haptic_quantity::{Key, digits, written};
 use serde_json::{Value, json};
 use std::f64::consts::LN_10;
@@ -127,8 +129,7 @@ pub fn check_gain(plant: &Plant, crossover_rad_s: f64) -> Result<(), Failure> {
 }
 
 /// The wishes of a design in words, for its controller file.
-#[must_use]
-pub fn in_words(wishes: &Specification) -> String {
+fn in_words(wishes: &Specification) -> String {
     let mut words = vec![
         format!("crossover {} rad/s", digits(wishes.crossover_rad_s, 4)),
         format!(
@@ -166,6 +167,38 @@ pub fn gains(of: &PidParameters) -> Value {
         "integral_order": of.integral_order,
         "derivative_gain_s_mu": of.derivative,
         "derivative_order": of.derivative_order,
+    })
+}
+
+/// The margins of a loop as a report has them.
+#[must_use]
+pub fn margins(margins: &Margins) -> Value {
+    let value = |crossing: Option<Crossing>| crossing.map(|crossing| crossing.value);
+    let frequency = |crossing: Option<Crossing>| crossing.map(|crossing| crossing.omega_rad_s);
+    json!({
+        "crossover_rad_s": frequency(margins.phase),
+        "crossovers": margins.crossovers,
+        "phase_margin_deg": value(margins.phase).map(f64::to_degrees),
+        "gain_up": value(margins.gain_up),
+        "gain_up_rad_s": frequency(margins.gain_up),
+        "gain_down": value(margins.gain_down),
+        "gain_down_rad_s": frequency(margins.gain_down),
+        "delay_margin_s": value(margins.delay_s),
+        "sensitivity_peak": margins.sensitivity.value,
+        "sensitivity_peak_rad_s": margins.sensitivity.omega_rad_s,
+        "complementary_peak": margins.complementary.value,
+        "complementary_peak_rad_s": margins.complementary.omega_rad_s,
+    })
+}
+
+/// The shape of a step as a report has it.
+#[must_use]
+pub fn shape(shape: &Shape, sample_time_s: f64) -> Value {
+    json!({
+        "overshoot": shape.overshoot,
+        "rise_time_s": shape.rise.map(|samples| samples * sample_time_s),
+        "settling_time_s": shape.settled.map(|samples| samples as f64 * sample_time_s),
+        "final_error": shape.final_error,
     })
 }
 
@@ -219,12 +252,25 @@ pub struct DesignWords<'a>(pub &'a ControlAnswer);
 
 impl DesignWords<'_> {
     /// Wishes that are not met, and a loop that is not robust, for the controller file.
-    #[must_use]
-    pub fn note(&self) -> String {
+    fn note(&self) -> String {
         let unmet = Some(self.unmet()).filter(|unmet| !unmet.is_empty());
         let parts = unmet.map(|unmet| format!("not met: {unmet}"));
         let parts: Vec<String> = parts.into_iter().chain(self.fragile()).collect();
         parts.join("; ")
+    }
+
+    /// The controller file of the design, for this plant and these wishes.
+    #[must_use]
+    pub fn file(&self, plant: &str, wishes: &Specification, program: &str) -> ControllerFile {
+        ControllerFile {
+            setup: self.0.fractional.setup.clone(),
+            origin: ControllerOrigin {
+                plant: plant.to_owned(),
+                wishes: in_words(wishes),
+                program: program.to_owned(),
+                note: self.note(),
+            },
+        }
     }
 
     /// The wishes that are not met, and by how much; empty if all are.

@@ -1,11 +1,10 @@
-//! A metadata record behind the others of a finished log: what is known only once its run was judged.
+//! The verdict on a run, as a metadata record behind the others of its finished log: it is known only once the log is whole.
 //! ```text
 //! … chunks │ DataEnd │ summary │ offsets │ footer     becomes     … chunks │ Metadata │ DataEnd │ summary, one index more │ footer
 //! ```
 //! Everything behind the chunks is written anew, so it costs the size of the index, not of the log. No sample is touched: a power cut in
 //! between leaves a log that ends behind its last chunk. The checksum of the whole data section is dropped, those of the chunks stay.
 
-use std::collections::BTreeMap;
 use std::fs::OpenOptions;
 use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
@@ -22,107 +21,94 @@ const DATA_END: usize = HEAD + 4;
 const FOOTER: usize = HEAD + 20;
 /// Footer and magic bytes.
 const TAIL: usize = FOOTER + 8;
-/// Place of the number of metadata records in the statistics.
-const METADATA_COUNT: usize = 18;
+/// Place of the number of metadata records in the record of the statistics.
+const METADATA_COUNT: usize = HEAD + 18;
 
-/// Adds a metadata record to a finished log, or to the last file of one in several.
+/// Adds the verdict to a finished log, or to the last file of one in several.
 ///
 /// # Errors
 /// A file that is no finished log, or cannot be written.
-pub fn append(
-    path: &Path,
-    name: &str,
-    values: &BTreeMap<String, String>,
-) -> Result<(), RecordError> {
-    appended(path, name, values).map_err(|source| RecordError::Write {
+pub fn add_verdict(path: &Path, verdict: &str) -> Result<(), RecordError> {
+    appended(path, verdict).map_err(|source| RecordError::Write {
         path: path.to_owned(),
         samples_safe: 0,
         source,
     })
 }
 
-fn appended(path: &Path, name: &str, values: &BTreeMap<String, String>) -> io::Result<()> {
+fn appended(path: &Path, verdict: &str) -> io::Result<()> {
     let mut file = OpenOptions::new().read(true).write(true).open(path)?;
-    let length = file.seek(SeekFrom::End(0))?;
-    let mut tail = vec![0; TAIL];
-    file.seek(SeekFrom::Start(length.saturating_sub(TAIL as u64)))?;
+    let mut tail = [0; TAIL];
+    file.seek(SeekFrom::End(-(TAIL as i64)))?;
     file.read_exact(&mut tail)?;
-    let summary = number(&tail, HEAD);
+    let [summary, offsets] = [HEAD, HEAD + 8].map(|at| number(&tail, at));
     let data_end = summary.saturating_sub(DATA_END as u64);
-    let whole = tail[0] == op::FOOTER && tail.ends_with(mcap::MAGIC) && summary < length;
-    file.seek(SeekFrom::Start(data_end))?;
     let mut rest = Vec::new();
+    file.seek(SeekFrom::Start(data_end))?;
     file.read_to_end(&mut rest)?;
-    if !whole || rest.first() != Some(&op::DATA_END) {
+    // The offsets at its end are optional, and would all have moved.
+    let length = match offsets {
+        0 => rest.len().saturating_sub(TAIL),
+        _ => offsets.saturating_sub(data_end) as usize,
+    };
+    let is_log = tail[0] == op::FOOTER && tail.ends_with(mcap::MAGIC);
+    let index = rest.get_mut(DATA_END..length);
+    let Some(index) = index.filter(|_| is_log) else {
         return Err(io::Error::other("it is not a finished log"));
-    }
-    let mut pairs = Vec::new();
-    for text in values.iter().flat_map(|(key, value)| [key, value]) {
-        push_text(&mut pairs, text);
-    }
-    let mut content = Vec::new();
-    push_text(&mut content, name);
-    content.extend((pairs.len() as u32).to_le_bytes());
-    content.extend(pairs);
-    let mut new = record(op::METADATA, &content);
-    let metadata_length = new.len() as u64;
-    new.extend(record(op::DATA_END, &[0; 4]));
-    let summary = data_end + new.len() as u64;
-    let mut records = &rest[DATA_END..rest.len() - TAIL];
-    while records.len() >= HEAD {
-        let end = usize::try_from(number(records, 1)).unwrap_or(usize::MAX);
-        let Some((one, others)) = records.split_at_checked(HEAD.saturating_add(end)) else {
-            return Err(io::Error::other("its index is damaged"));
-        };
-        records = others;
-        let start = new.len();
-        match one[0] {
-            // They are optional, and would all have moved.
-            op::SUMMARY_OFFSET => {}
-            _ => new.extend(one),
-        }
-        if one[0] == op::STATISTICS && one.len() >= HEAD + METADATA_COUNT + 4 {
-            let count = &mut new[start + HEAD + METADATA_COUNT..][..4];
-            let more = u32::from_le_bytes([count[0], count[1], count[2], count[3]]) + 1;
-            count.copy_from_slice(&more.to_le_bytes());
-        }
-    }
-    let mut index = [data_end, metadata_length].map(u64::to_le_bytes).concat();
-    push_text(&mut index, name);
-    new.extend(record(op::METADATA_INDEX, &index));
-    let mut footer = [summary, 0].map(u64::to_le_bytes).concat();
-    footer.extend([0; 4]);
-    new.extend(record(op::FOOTER, &footer));
-    new.extend(mcap::MAGIC);
+    };
+    count_one_more(index);
+    let name = text(VERDICT);
+    let pair = [&name[..], &text(verdict)].concat();
+    let length = (pair.len() as u32).to_le_bytes();
+    let metadata = record(op::METADATA, &[&name, &length, &pair]);
+    let length = (metadata.len() as u64).to_le_bytes();
+    let place = record(
+        op::METADATA_INDEX,
+        &[&data_end.to_le_bytes(), &length, &name],
+    );
+    let before = [metadata, record(op::DATA_END, &[&[0; 4]])].concat();
+    let summary = data_end + before.len() as u64;
+    let footer = record(op::FOOTER, &[&summary.to_le_bytes(), &[0; 12]]);
+    let new = [&before, &*index, &place, &footer, mcap::MAGIC].concat();
     file.seek(SeekFrom::Start(data_end))?;
     file.write_all(&new)?;
     file.set_len(data_end + new.len() as u64)?;
     file.sync_data()
 }
 
+/// Counts a metadata record more in the statistics of an index.
+fn count_one_more(mut index: &mut [u8]) {
+    while index.len() >= HEAD {
+        let end = HEAD.saturating_add(number(index, 1) as usize);
+        if index[0] == op::STATISTICS && index.len() > METADATA_COUNT {
+            // More than 255 are nobody's.
+            index[METADATA_COUNT] = index[METADATA_COUNT].saturating_add(1);
+        }
+        index = index.get_mut(end..).unwrap_or_default();
+    }
+}
+
 /// The eight bytes at this place of a record.
 fn number(bytes: &[u8], at: usize) -> u64 {
-    let mut number = [0; 8];
-    number.copy_from_slice(&bytes[at..at + 8]);
-    u64::from_le_bytes(number)
+    let number = bytes[at..].first_chunk();
+    number.map_or(0, |bytes| u64::from_le_bytes(*bytes))
 }
 
-fn push_text(bytes: &mut Vec<u8>, text: &str) {
-    bytes.extend((text.len() as u32).to_le_bytes());
-    bytes.extend(text.as_bytes());
+fn text(text: &str) -> Vec<u8> {
+    [&(text.len() as u32).to_le_bytes(), text.as_bytes()].concat()
 }
 
-fn record(opcode: u8, content: &[u8]) -> Vec<u8> {
-    let mut bytes = vec![opcode];
-    bytes.extend((content.len() as u64).to_le_bytes());
-    bytes.extend(content);
-    bytes
+fn record(opcode: u8, content: &[&[u8]]) -> Vec<u8> {
+    let content = content.concat();
+    let length = (content.len() as u64).to_le_bytes();
+    [&[opcode], &length[..], &content].concat()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::record::{LogWriter, TickMessage, inspect};
+    use std::collections::BTreeMap;
     use std::fs;
 
     #[test]
@@ -144,8 +130,8 @@ mod tests {
         log.finish().expect("finished");
         let before = inspect(&path).expect("read");
         for (number, verdict) in ["stable", "µ = 0.2 %: passive"].into_iter().enumerate() {
-            let values = [(VERDICT.to_owned(), verdict.to_owned())].into();
-            append(&path, VERDICT, &values).expect("appended");
+            let values = BTreeMap::from([(VERDICT.to_owned(), verdict.to_owned())]);
+            add_verdict(&path, verdict).expect("appended");
             let summary = inspect(&path).expect("read");
             assert!(summary.complete && summary.damage.is_empty(), "{summary:?}");
             assert_eq!((summary.samples, &summary.gaps), (500, &before.gaps));
@@ -175,7 +161,7 @@ mod tests {
         let whole = fs::read(&path).expect("read");
         for cut in [0, 7, 40, whole.len() / 2, whole.len() - 1] {
             fs::write(&path, &whole[..cut]).expect("written");
-            let refused = append(&path, VERDICT, &BTreeMap::new());
+            let refused = add_verdict(&path, "stable");
             assert!(refused.is_err(), "{cut}");
             assert_eq!(fs::read(&path).expect("read"), &whole[..cut]);
         }

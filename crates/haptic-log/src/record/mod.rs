@@ -42,7 +42,7 @@ mod topic;
 mod topics;
 mod writer;
 
-pub use append::{VERDICT, append};
+pub use append::{VERDICT, add_verdict};
 pub use error::RecordError;
 pub use export::{ExportSummary, export_csv, export_csv_to};
 #[cfg(feature = "foxglove")]

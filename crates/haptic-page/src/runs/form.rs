@@ -125,22 +125,6 @@ fn parameter(form: &str, given: &Parameter, required: bool) -> Value {
     })
 }
 
-/// What the table of a record does not say, in the words of the command.
-const TABLE: [Parameter; 2] = [
-    Parameter {
-        key: "columns",
-        value: Default::Text(""),
-        shown: "",
-        help: "Columns by number or header, as time=1,modulus=3; force, position, strain, stress, omega, storage, loss",
-    },
-    Parameter {
-        key: "units",
-        value: Default::Text(""),
-        shown: "",
-        help: "Units that headers lack, as time=ms,stress=kPa",
-    },
-];
-
 /// Of a record that is to be identified, with the loadings that it is for.
 fn record_parameter(given: &Parameter) -> Value {
     let size = label(given.key);
@@ -170,8 +154,7 @@ pub(super) fn forms() -> Value {
         });
         json!({"kind": kind, "tables": tables.collect::<Vec<_>>()})
     };
-    let record = parameters::RECORD.iter().chain(&TABLE);
-    let record = record.map(record_parameter);
+    let record = parameters::RECORD.iter().map(record_parameter);
     json!({"forms": kinds().map(form).collect::<Vec<_>>(), "record": record.collect::<Vec<_>>()})
 }
 

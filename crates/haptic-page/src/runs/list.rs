@@ -198,10 +198,11 @@ impl Listed {
         };
         self.about(of("experiment"));
         let verdict = of(VERDICT).and_then(|values| values.get(VERDICT));
-        self.verdict = verdict.cloned().or(self.verdict.take());
         if self.running {
-            self.verdict = None;
-        } else if !summary.complete {
+            return Ok(());
+        }
+        self.verdict = verdict.cloned();
+        if !summary.complete {
             self.verdict = Some("cut off or damaged".to_owned());
         } else if let Some(end) = &summary.end
             && !end.reason.is_empty()
@@ -232,17 +233,6 @@ impl Listed {
         self.kind = values.get("experiment").cloned();
         let planned = || values.get("duration_s").and_then(|text| text.parse().ok());
         self.duration_s = self.duration_s.or_else(planned);
-        // Of a teleoperation the analysis knows the slave in its place, not the line.
-        let is_teleoperation = self.kind.as_deref() == Some("teleoperation");
-        let of = if is_teleoperation {
-            "the slave in its place is "
-        } else {
-            ""
-        };
-        self.verdict = values.get("preflight.stable").map(|stable| {
-            let un = if stable == "true" { "" } else { "un" };
-            format!("{of}{un}stable by the analysis")
-        });
     }
 }
 

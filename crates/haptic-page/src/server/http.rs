@@ -68,17 +68,8 @@ impl Door {
         host.is_some_and(|host| self.hosts.iter().any(|known| known == host))
     }
 
-    /// Why what only the page itself may ask for is refused to another web site.
-    pub(super) fn refusal_of_others(&self, headers: &HeaderMap) -> Option<Answer> {
-        if self.knows_host(headers) && self.knows_origin(headers) {
-            return None;
-        }
-        let text = "Refused for another web site: open the address from the terminal.";
-        Some(sentence(StatusCode::FORBIDDEN, text))
-    }
-
     /// What comes behind the token; `None` without it.
-    pub(super) fn behind<'a>(&self, path: &'a str) -> Option<&'a str> {
+    fn behind<'a>(&self, path: &'a str) -> Option<&'a str> {
         let (token, rest) = path.strip_prefix('/')?.split_once('/')?;
         same(token, &self.token).then_some(rest)
     }
@@ -120,7 +111,7 @@ pub(super) fn answer(
         return sentence(StatusCode::FORBIDDEN, text);
     }
     if request.method() != Method::GET && request.method() != Method::HEAD {
-        let text = "Only GET and HEAD are allowed, and PUT for a log.";
+        let text = "Only GET and HEAD are allowed.";
         return sentence(StatusCode::METHOD_NOT_ALLOWED, text);
     }
     let Some(name) = door.behind(request.uri().path()) else {
@@ -132,8 +123,9 @@ pub(super) fn answer(
             asset(name, headers).or_else(|| tables::fetched(&hub.tables, name, &hub.work, BUSY));
         return file.unwrap_or_else(|| sentence(StatusCode::NOT_FOUND, "No such file."));
     }
-    if let Some(refusal) = door.refusal_of_others(headers) {
-        return refusal;
+    if !door.knows_origin(headers) {
+        let text = "Refused for another web site: open the address from the terminal.";
+        return sentence(StatusCode::FORBIDDEN, text);
     }
     let Ok(response) = create_response_with_body(&request, || whole(&[])) else {
         return sentence(StatusCode::UPGRADE_REQUIRED, "This is a WebSocket.");

@@ -2,7 +2,7 @@
 
 use super::request::RunStart;
 use super::tables::Tables;
-use crate::dropped::with_kept;
+use crate::dropped::TISSUES;
 use crate::feel::{
     DeviceNumbers, Feel, FeelChange, FeelPlace, FeelSettings, HAND_DAMPING, HAND_STIFFNESS, Kept,
     SAMPLE_TIME, locked, pyramid_size,
@@ -96,6 +96,9 @@ impl Hub {
         let announce = Announce { pages, terminal };
         let (folder, provenance) = (options.runs.clone(), options.provenance.clone());
         let runs = Runs::new(folder, provenance, options.realtime, announce.clone());
+        let mut library = options.library.clone();
+        // None was kept yet if the folder is not there.
+        let _ = library.add_folder(&options.runs.join(TISSUES));
         let place = FeelPlace {
             kept: Arc::new(Kept {
                 pyramid: Mutex::new(Pyramid::new(pyramid_size())),
@@ -110,7 +113,7 @@ impl Hub {
             place,
             runs,
             tables: Tables::default(),
-            library: Mutex::new(with_kept(options.library.clone(), &options.runs)),
+            library: Mutex::new(library),
             work: Arc::new(Semaphore::new(AT_ONCE)),
             options,
             ending,

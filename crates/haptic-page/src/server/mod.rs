@@ -10,7 +10,6 @@ mod request;
 mod response;
 mod socket;
 mod tables;
-mod upload;
 
 pub use hub::ServerOptions;
 
@@ -18,7 +17,6 @@ use haptic_experiment::Failure;
 use haptic_quantity::Key;
 use http::Door;
 use hub::Hub;
-use hyper::Method;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
@@ -218,14 +216,8 @@ async fn connections<E>(
         };
         let (door, hub, open) = (Arc::clone(&door), Arc::clone(hub), open.clone());
         let service = service_fn(move |request| {
-            let (door, hub, open) = (Arc::clone(&door), Arc::clone(&hub), open.clone());
-            async move {
-                let answer = match *request.method() {
-                    Method::PUT => upload::kept(&door, &hub, request).await,
-                    _ => http::answer(&door, &hub, &open, request),
-                };
-                Ok::<_, Infallible>(http::with_headers(answer))
-            }
+            let answer = http::answer(&door, &hub, &open, request);
+            async { Ok::<_, Infallible>(http::with_headers(answer)) }
         });
         let connection = http1::Builder::new()
             .timer(TokioTimer::new())

@@ -22,14 +22,6 @@ pub(super) fn whole(bytes: &'static [u8]) -> UnsyncBoxBody<Bytes, io::Error> {
     body.map_err(|never| match never {}).boxed_unsync()
 }
 
-/// A text that is made for this answer.
-pub(super) fn said(status: StatusCode, text: String) -> Answer {
-    let text = Full::new(Bytes::from(text)).map_err(|never| match never {});
-    let mut response = body("text/plain; charset=utf-8", text.boxed_unsync());
-    *response.status_mut() = status;
-    response
-}
-
 pub(super) fn sentence(status: StatusCode, text: &'static str) -> Answer {
     let mut response = body("text/plain; charset=utf-8", whole(text.as_bytes()));
     *response.status_mut() = status;

@@ -1,13 +1,10 @@
-//! Files that a person gives the page: plants, controllers, tissues, experiments, logs; and logs that another program writes.
+//! Files that a person gives the page: plants, controllers, tissues, experiments; and logs that another program writes.
 
 use crate::{assert_documented, has, opened, prostate, question, ran};
 use haptic_log::record::{LogWriter, TickMessage};
 use serde_json::{Value, json};
 use std::fs;
-use std::io::{Read as _, Write as _};
-use std::net::TcpStream;
 use testkit::assert_relative;
-use testkit::browser::parts;
 
 fn control(more: &Value) -> Value {
     let mut asked = json!({"plant": "0.55exp(-s)/(62s+1)", "crossover_rad_s": 0.1,
@@ -184,21 +181,6 @@ fn a_file_is_said_to_be_what_it_is() {
     page.refuses("file", file("d.toml", "[["), "d.toml: not TOML");
 }
 
-/// What a server answers to a PUT of these bytes.
-fn put(address: &str, name: &str, headers: &str, bytes: &[u8]) -> String {
-    let (host, path) = parts(address);
-    let mut line = TcpStream::connect(host).expect("there");
-    let head = format!(
-        "PUT {path}log/{name} HTTP/1.1\r\nHost: {host}\r\n{headers}Content-Length: {}\r\nConnection: close\r\n\r\n",
-        bytes.len()
-    );
-    line.write_all(head.as_bytes()).expect("sent");
-    line.write_all(bytes).expect("sent");
-    let mut answer = String::new();
-    line.read_to_string(&mut answer).expect("answered");
-    answer
-}
-
 fn log_of(path: &std::path::Path, ticks: u64) -> LogWriter<std::io::BufWriter<fs::File>> {
     fs::create_dir_all(path.parent().expect("a folder")).expect("made");
     let mut log = LogWriter::create(path).expect("made");
@@ -212,50 +194,6 @@ fn log_of(path: &std::path::Path, ticks: u64) -> LogWriter<std::io::BufWriter<fs
         log.tick(&message).expect("written");
     }
     log
-}
-
-#[test]
-fn a_log_is_laid_into_the_folder_by_the_page_alone() {
-    let (runs, server, mut page) = opened();
-    let source = runs.path().join("elsewhere/run.mcap");
-    log_of(&source, 500).finish().expect("finished");
-    let bytes = fs::read(&source).expect("read");
-    let (host, _) = parts(server.address());
-    let own = format!("Origin: http://{host}\r\n");
-    let answer = put(server.address(), "run.mcap", &own, &bytes);
-    assert!(
-        answer.starts_with("HTTP/1.1 200") && answer.ends_with("{\"name\":\"dropped/run\"}"),
-        "{answer}"
-    );
-    let opened = page.ask("runs.open", json!({"name": "dropped/run"}));
-    has(
-        &opened,
-        json!({"samples": 500, "complete": true, "running": false}),
-    );
-    let evil = "Origin: http://evil.example\r\n".to_owned();
-    for (name, headers, bytes, status, words) in [
-        ("run.mcap", &own, &bytes[..], "400", "already exists"),
-        ("no.mcap", &own, b"no log", "400", "not an MCAP log"),
-        ("a.txt", &own, &bytes[..], "400", "cannot name a log"),
-        ("..%2Fx.mcap", &own, &bytes[..], "400", "cannot name a log"),
-        ("b.mcap", &evil, &bytes[..], "403", "another web site"),
-        (
-            "b.mcap",
-            &String::new(),
-            &bytes[..],
-            "403",
-            "another web site",
-        ),
-    ] {
-        let answer = put(server.address(), name, headers, bytes);
-        let status = format!("HTTP/1.1 {status}");
-        assert!(
-            answer.starts_with(&status) && answer.contains(words),
-            "{name}: {answer}"
-        );
-    }
-    let left = fs::read_dir(runs.path().join("dropped")).expect("read");
-    assert_eq!(left.count(), 1);
 }
 
 #[test]

@@ -19,8 +19,7 @@ use fractional_control::design::{ControlAnswer, ControlDesign};
 use fractional_control::run::samples_for;
 use fractional_control::tuning::{Bound, Specification};
 use haptic_experiment::Failure;
-use haptic_experiment::control::{check_gain, in_words, sample_time_for};
-use haptic_experiment::document::{ControllerFile, ControllerOrigin};
+use haptic_experiment::control::{check_gain, sample_time_for};
 use haptic_experiment::parameters::{self, Range};
 use haptic_quantity::parse_for_key;
 
@@ -120,15 +119,7 @@ impl Arguments {
         })?;
         let design = &design;
         let report = Report { design, answer };
-        let file = ControllerFile {
-            setup: answer.fractional.setup.clone(),
-            origin: ControllerOrigin {
-                plant: plant.words.clone(),
-                wishes: in_words(&design.wishes),
-                program: PROGRAM.to_owned(),
-                note: report.words().note(),
-            },
-        };
+        let file = report.words().file(&plant.words, &design.wishes, PROGRAM);
         let controller = outputs.text("toml", &file.to_toml());
         let files = write(&plant, answer, &mut outputs);
         output.summary(&report.value(&plant.words, controller.as_deref(), &files))?;

@@ -1,11 +1,10 @@
 //! The report of a design: its numbers, and what they mean in sentences.
 
 use crate::command::analyze::resolved::decibel;
-use crate::command::control::words::{margins, shape};
 use crate::output::joined;
 use fractional_control::design::{Candidate, ControlAnswer, ControlDesign, Wish};
 use haptic_experiment::Failure;
-use haptic_experiment::control::{DesignWords, gains, in_degrees, row_of_wish};
+use haptic_experiment::control::{DesignWords, gains, in_degrees, margins, row_of_wish, shape};
 use serde_json::{Value, json};
 
 pub(super) struct Report<'a> {
