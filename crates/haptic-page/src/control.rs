@@ -2,11 +2,10 @@
 //! one's own.
 
 use crate::{Number, TextFile};
-use fracdiff::Seconds;
 use fractional_control::design::{Candidate, ControlDesign, Trial};
 use fractional_control::run::samples_for;
 use fractional_control::tuning::Specification;
-use fractional_control::{ControlError, ControllerSetup, Plant};
+use fractional_control::{ControlError, ControllerSetup};
 use haptic_experiment::Failure;
 use haptic_experiment::control::{
     DesignWords, check_gain, gains, in_degrees, in_short, loose_factor, margins, sample_time_for,
@@ -46,38 +45,19 @@ impl ControlRequest {
             Failure::bad_input(format_args!("plant \"{text}\": {error}"))
         })
     }
-
-    /// The controller of one's own, in a loop with this plant.
-    fn own(&self, plant: &Plant) -> Result<Option<Value>, Failure> {
-        let Some(TextFile { name, text }) = &self.controller_file else {
-            return Ok(None);
-        };
-        let setup = ControllerFile::parse(Path::new(name), text)?.setup;
-        let wishes = Specification::new(self.crossover_rad_s.0, self.phase_margin_rad.0);
-        let refused = |error: ControlError| {
-            Failure::bad_input(format_args!("{name}: {}", in_degrees(&error)))
-        };
-        let design = design(plant.clone(), wishes, setup.sample_time())?;
-        let trial = design.trial(&setup).map_err(refused)?;
-        Ok(Some(seen(&setup, &trial)))
-    }
 }
 
-fn design(
-    plant: Plant,
-    wishes: Specification,
-    sample_time: Seconds,
-) -> Result<ControlDesign, Failure> {
-    Ok(ControlDesign {
-        samples: samples_for(Some(wishes.crossover_rad_s), sample_time.0) as usize,
-        plant,
-        wishes,
-        sample_time,
-        scheme: CONTROLLER_SCHEME.shown.parse().map_err(Failure::input)?,
-        output_low: None,
-        output_high: None,
-        step: 1.0,
-    })
+/// The controller of a file, in the loop of a design.
+fn own(TextFile { name, text }: &TextFile, design: &ControlDesign) -> Result<Value, Failure> {
+    let setup = ControllerFile::parse(Path::new(name), text)?.setup;
+    let crossover = Some(design.wishes.crossover_rad_s);
+    let design = ControlDesign {
+        samples: samples_for(crossover, setup.sample_time_s) as usize,
+        ..design.clone()
+    };
+    let refused =
+        |error: ControlError| Failure::bad_input(format_args!("{name}: {}", in_degrees(&error)));
+    Ok(seen(&setup, &design.trial(&setup).map_err(refused)?))
 }
 
 pub(crate) fn designed(request: &ControlRequest) -> Result<Value, Failure> {
@@ -90,8 +70,21 @@ pub(crate) fn designed(request: &ControlRequest) -> Result<Value, Failure> {
     };
     let sample_time = sample_time_for(request.crossover_rad_s.0)?;
     check_gain(&plant, request.crossover_rad_s.0)?;
-    let own = request.own(&plant)?;
-    let design = design(plant, wishes, sample_time)?;
+    let design = ControlDesign {
+        samples: samples_for(Some(wishes.crossover_rad_s), sample_time.0) as usize,
+        plant,
+        wishes,
+        sample_time,
+        scheme: CONTROLLER_SCHEME.shown.parse().map_err(Failure::input)?,
+        output_low: None,
+        output_high: None,
+        step: 1.0,
+    };
+    let own = request
+        .controller_file
+        .as_ref()
+        .map(|file| own(file, &design))
+        .transpose()?;
     let answer = design.answer().map_err(failure)?;
     let (fractional, integer) = (&answer.fractional, answer.integer.as_ref());
     let words = DesignWords(&answer);
@@ -101,11 +94,7 @@ pub(crate) fn designed(request: &ControlRequest) -> Result<Value, Failure> {
     let unmet = Some(words.unmet()).filter(|unmet| !unmet.is_empty());
     let unmet = unmet.map(|unmet| format!("Warning: not met: {unmet}."));
     let seen = |candidate: &Candidate| match &candidate.trial {
-        Some(trial) => {
-            let mut seen = seen(&candidate.setup, trial);
-            seen["phase_slope_rad"] = candidate.tuned.phase_slope_rad.into();
-            seen
-        }
+        Some(trial) => seen(&candidate.setup, trial),
         // A measured response is tuned for, not run.
         None => json!({
             "controller": candidate.setup.law.to_string(),

@@ -6,7 +6,7 @@ use haptic_log::record::StartTime;
 use haptic_loop::{Loading, LoadingKind};
 use haptic_tissue::identify::table::{Column, Reader, Reading, Understood, read_table};
 use haptic_tissue::identify::{
-    CANDIDATES, Fit, Identification, Options, Provenance, RecordKind, identify_unless,
+    CANDIDATES, Fit, Identification, Options, Provenance, identify_unless,
 };
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -27,7 +27,6 @@ pub(crate) struct IdentifyRequest {
     /// As `--columns` and `--units`: `time=1,modulus=3`.
     columns: String,
     units: String,
-    kind: Option<String>,
     strain: Option<f64>,
     stress_pa: Option<f64>,
     area_m2: Option<f64>,
@@ -63,13 +62,10 @@ pub(crate) fn identified(
         name => name,
     };
     let refused = |error: &dyn Display| Failure::bad_input(format_args!("{name}: {error}"));
-    let kinds = RecordKind::ALL.map(|kind| (kind, kind.name()));
-    let kind = named("kind", request.kind.as_ref(), &kinds)?;
     let loading = named("loading", request.loading.as_ref(), &LoadingKind::ALL)?;
     let models = CANDIDATES.map(|kind| (kind, kind.name()));
     let chosen = named("model", request.model.as_ref(), &models)?;
     let reading = Reading {
-        kind,
         strain: request.strain,
         stress_pa: request.stress_pa,
         loading: Loading {
@@ -120,13 +116,10 @@ pub(crate) fn identified(
 /// A name for the tissue of a file: lower-case letters, digits and hyphens.
 fn tissue_name(file: &str) -> String {
     let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
-    let stem = stem.to_lowercase();
-    let words = stem.split(|c: char| !(c.is_ascii_lowercase() || c.is_ascii_digit()));
-    let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
-    match words.is_empty() {
-        true => "tissue".to_owned(),
-        false => words.join("-"),
-    }
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
+    let name: String = stem.to_lowercase().chars().map(plain).collect();
+    let name = name.trim_matches('-');
+    if name.is_empty() { "tissue" } else { name }.to_owned()
 }
 
 fn named<T: Copy>(

@@ -197,12 +197,10 @@ impl Listed {
             record.map(|record| &record.values)
         };
         self.about(of("experiment"));
-        let verdict = of(VERDICT).and_then(|values| values.get(VERDICT));
+        self.verdict = of(VERDICT).and_then(|values| values.get(VERDICT)).cloned();
         if self.running {
-            return Ok(());
-        }
-        self.verdict = verdict.cloned();
-        if !summary.complete {
+            // Nobody knows yet.
+        } else if !summary.complete {
             self.verdict = Some("cut off or damaged".to_owned());
         } else if let Some(end) = &summary.end
             && !end.reason.is_empty()

@@ -15,6 +15,7 @@ mod opened;
 mod question;
 
 pub(crate) use channels::places;
+pub(crate) use form::forms;
 pub(crate) use opened::{Table, TableRequest};
 pub(crate) use question::of_file;
 
@@ -169,11 +170,6 @@ impl Runs {
         let opened = self.opened(name)?;
         let (path, _) = locked(&self.listing).find(&self.folder, name)?;
         Table::new(path, opened.channels.clone(), request)
-    }
-
-    /// The forms of the experiments.
-    pub(crate) fn forms(&self) -> Value {
-        form::forms()
     }
 
     /// Starts an experiment or a question in a thread.

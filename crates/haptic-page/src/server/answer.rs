@@ -7,7 +7,7 @@ use super::request::{LIVE, Request, ViewRequest};
 use crate::dropped::{keep_tissue, looked_at};
 use crate::feel::{CHANNELS, RANGES, SAMPLE_TIME, locked};
 use crate::pyramid::Span;
-use crate::runs::places;
+use crate::runs::{forms, places};
 use crate::surface::pushed;
 use haptic_experiment::{Failure, ModelledTissue, TissuePiece};
 use haptic_loop::Limiters;
@@ -65,7 +65,7 @@ pub(super) async fn answer(
             let offered = move || Ok(hub.tables.offer(hub.runs.table(&table)?));
             json!({"address": blocking(offered).await?})
         }
-        Request::RunsForms {} => hub.runs.forms(),
+        Request::RunsForms {} => forms(),
         Request::RunsStart(run) => blocking(move || hub.start_run(&run)).await?,
         Request::RunsStop {} => json!(hub.runs.stop()),
         Request::Ask {
@@ -73,9 +73,9 @@ pub(super) async fn answer(
             question,
             turn,
         } => {
-            let program = hub.options.provenance.get("program");
-            let program = program.map_or("", String::as_str);
-            page.panels.ask(panel, question, turn, program).await?
+            let program = hub.options.provenance.get("program").cloned();
+            let asked = page.panels.ask(panel, question, turn, program);
+            asked.await?
         }
         Request::TissueKeep { name, text } => {
             let keep = move || {
@@ -101,10 +101,8 @@ fn hello(version: u32, hub: &Hub, page: &Page) -> Result<Value, Failure> {
         )));
     }
     let options = &hub.options;
-    let library = locked(&hub.library);
-    let tissues = library.materials().iter().map(tissue);
-    let tissues: Vec<Value> = tissues.collect::<Result<_, Failure>>()?;
-    drop(library);
+    let tissues = locked(&hub.library).clone();
+    let tissues: Result<Vec<Value>, Failure> = tissues.materials().iter().map(tissue).collect();
     Ok(json!({
         "version": VERSION,
         "controls": hub.has_controls(page.number),
@@ -112,7 +110,7 @@ fn hello(version: u32, hub: &Hub, page: &Page) -> Result<Value, Failure> {
         "sample_time_s": SAMPLE_TIME.0,
         "channels": CHANNELS,
         "limiters": Limiters::NAMES,
-        "tissues": tissues,
+        "tissues": tissues?,
         "ranges": RANGES.with_device(options.device),
         "feel": hub.feel().map(|feel| felt(&feel)["feel"].take()),
         "view_columns_most": COLUMNS_MOST,

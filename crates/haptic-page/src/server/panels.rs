@@ -51,7 +51,7 @@ impl Panels {
         panel: Panel,
         question: Question,
         turn: Arc<Turn>,
-        program: &str,
+        program: Option<String>,
     ) -> Result<Value, Failure> {
         let queue = &self.queues[panel as usize];
         // Asked after `give_up` has seen the one before it: nobody waits for this one either.
@@ -65,7 +65,7 @@ impl Panels {
             }
             work = queue.work.lock() => work,
         };
-        let program = program.to_owned();
+        let program = program.unwrap_or_default();
         blocking(move || question.answer(&program, &turn.given_up)).await
     }
 

@@ -126,8 +126,6 @@ fn a_controller_is_designed_and_a_plant_without_one_is_refused() {
             0.02,
         );
     }
-    let slope = |which: &str| found[which]["phase_slope_rad"].as_f64().expect("a number");
-    assert!(slope("fractional").abs() < 1e-9 && slope("integer").abs() > 1e-3);
     assert!(
         found["file"]
             .as_str()
