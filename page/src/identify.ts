@@ -41,8 +41,8 @@ interface Identified {
   x: number[];
   measured: number[];
   /** The tissue of the best model, or why it is none. */
-  tissue?: { name: string; text: string };
-  tissue_reason?: string;
+  tissue: { name: string; text: string } | null;
+  tissue_reason: string | null;
 }
 
 const COLOURS: Omit<Line, "label">[] = [
@@ -175,7 +175,7 @@ export class IdentifyPanel {
     this.result.replaceChildren(el("table", {}, el("thead", {}, head), el("tbody", {}, ...models)), ...said);
     this.drawCurves(found);
     this.tissue.hidden = false;
-    for (const part of this.tissue.querySelectorAll("input, button")) part.toggleAttribute("disabled", found.tissue === undefined);
+    for (const part of this.tissue.querySelectorAll("input, button")) part.toggleAttribute("disabled", found.tissue === null);
     this.name.value = found.tissue?.name ?? "";
     this.saved = "";
     say(this.kept, found.tissue_reason ?? "");
@@ -185,7 +185,7 @@ export class IdentifyPanel {
   private async keep(): Promise<string> {
     const { found } = this;
     const name = this.name.value.trim();
-    if (found?.tissue === undefined) return "";
+    if (!found?.tissue) return "";
     if (this.saved === name) return name;
     try {
       say(this.kept, `Saved in ${await keepTissue(this.app, name, found.tissue.text)}`);

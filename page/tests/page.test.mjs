@@ -167,7 +167,8 @@ test("what is drawn is what was sent, to a pixel's worth", async () => {
   await page.goto(server.address);
   await moving(page);
   await page.selectOption("select[aria-label='Compare with']", "");
-  await page.waitForTimeout(9000);
+  // A busy machine takes longer.
+  await until(() => Promise.resolve(sent.size > 70), "no columns", 120_000);
   await page.keyboard.press("p");
   await until(() => page.locator(".device.paused").count(), "it does not pause");
   await page.waitForTimeout(500);

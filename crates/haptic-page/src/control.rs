@@ -88,9 +88,10 @@ pub(crate) fn designed(request: &ControlRequest) -> Result<Value, Failure> {
     let answer = design.answer().map_err(failure)?;
     let (fractional, integer) = (&answer.fractional, answer.integer.as_ref());
     let words = DesignWords(&answer);
+    // Of a file the notation is not read.
     let notation = request.plant_file.is_none().then_some(&request.plant);
-    let reading = notation.and_then(|text| loose_factor("plant", text));
-    let reading = reading.map(|said| format!("Warning: {said}."));
+    let reading =
+        notation.and_then(|text| Some(format!("Warning: {}.", loose_factor("plant", text)?)));
     let unmet = Some(words.unmet()).filter(|unmet| !unmet.is_empty());
     let unmet = unmet.map(|unmet| format!("Warning: not met: {unmet}."));
     let seen = |candidate: &Candidate| match &candidate.trial {

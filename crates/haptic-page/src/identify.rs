@@ -42,8 +42,10 @@ pub(crate) struct IdentifyRequest {
 
 /// The parts of a list such as `time=1,modulus=3`.
 fn parts<T>(key: &str, text: &str, read: fn(&str) -> Result<T, String>) -> Result<Vec<T>, Failure> {
-    let parts = text.split(',').map(str::trim);
-    let parts = parts.filter(|part| !part.is_empty());
+    let parts = text
+        .split(',')
+        .map(str::trim)
+        .filter(|part| !part.is_empty());
     let refused =
         |part: &str, why| Failure::bad_input(format_args!("`{key}`: \"{}\" {why}", short(part)));
     parts
@@ -106,10 +108,12 @@ pub(crate) fn identified(
     };
     let tissue = found.tissue(&tissue_name(&request.name), &understood, told);
     let mut answer = answer(&found, &understood);
-    match tissue {
-        Ok(tissue) => answer["tissue"] = json!({"name": tissue.name, "text": tissue.text}),
-        Err(why) => answer["tissue_reason"] = why.to_string().into(),
-    }
+    answer["tissue_reason"] = json!(tissue.as_ref().err().map(ToString::to_string));
+    answer["tissue"] = json!(
+        tissue
+            .ok()
+            .map(|of| json!({"name": of.name, "text": of.text}))
+    );
     Ok(answer)
 }
 

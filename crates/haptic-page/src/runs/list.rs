@@ -191,16 +191,11 @@ impl Listed {
         let ends = summary.first_s.zip(summary.last_s);
         self.duration_s = ends.map(|(first, last)| last - first);
         self.started_utc = summary.started_utc;
-        let of = |name: &str| {
-            let mut records = summary.metadata.iter();
-            let record = records.find(|record| record.name == name);
-            record.map(|record| &record.values)
-        };
+        let records = &summary.metadata;
+        let of = |name| Some(&records.iter().find(|record| record.name == name)?.values);
         self.about(of("experiment"));
         self.verdict = of(VERDICT).and_then(|values| values.get(VERDICT)).cloned();
-        if self.running {
-            // Nobody knows yet.
-        } else if !summary.complete {
+        if !summary.complete && !self.running {
             self.verdict = Some("cut off or damaged".to_owned());
         } else if let Some(end) = &summary.end
             && !end.reason.is_empty()

@@ -74,8 +74,7 @@ pub(super) async fn answer(
             turn,
         } => {
             let program = hub.options.provenance.get("program").cloned();
-            let asked = page.panels.ask(panel, question, turn, program);
-            asked.await?
+            page.panels.ask(panel, question, turn, program).await?
         }
         Request::TissueKeep { name, text } => {
             let keep = move || {

@@ -65,8 +65,8 @@ impl Panels {
             }
             work = queue.work.lock() => work,
         };
-        let program = program.unwrap_or_default();
-        blocking(move || question.answer(&program, &turn.given_up)).await
+        blocking(move || question.answer(program.as_deref().unwrap_or_default(), &turn.given_up))
+            .await
     }
 
     /// The page is gone: nobody waits for what it asked.
