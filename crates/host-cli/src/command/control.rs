@@ -6,13 +6,13 @@ mod draw;
 mod identify;
 mod loops;
 mod simulate;
+mod words;
 
 use crate::output::Output;
 use clap::Subcommand;
-use fractional_control::ControlError;
 use haptic_experiment::Failure;
-use haptic_experiment::control::in_degrees;
 pub(crate) use loops::ControllerOption;
+pub(crate) use words::refused;
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -31,13 +31,4 @@ impl Command {
             Self::Identify(arguments) => arguments.run(output),
         }
     }
-}
-
-/// A refusal of the library: bad input, or a search that ended with nothing.
-pub(crate) fn refused(error: ControlError) -> Failure {
-    let text = in_degrees(&error);
-    if matches!(error, ControlError::NotFound { .. }) {
-        return Failure::run(format_args!("{text}"));
-    }
-    Failure::bad_input(text)
 }

@@ -7,7 +7,7 @@ use super::draw::{design_columns, draw_design};
 use super::loops::{
     Limits, NamedPlant, PlantArguments, check_step, controller_scheme, parse_limits, samples,
 };
-use super::refused;
+use super::words::refused;
 use crate::files::{Files, PROGRAM, Place, save_picture};
 use crate::output::Output;
 use crate::parse::{in_range, quantity};

@@ -1,7 +1,7 @@
 //! `control identify`: a fractional transfer function from a record of input and output.
 
 use super::draw::draw_identified;
-use super::refused;
+use super::words::refused;
 use crate::command::conduct::progress_bar;
 use crate::files::{File, PROGRAM, PlaceOfFile};
 use crate::output::{Output, note, warn};

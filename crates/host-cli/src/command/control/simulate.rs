@@ -2,7 +2,7 @@
 
 use super::draw::draw_run;
 use super::loops::{ControllerArguments, NamedPlant, PlantArguments, check_step, samples};
-use super::refused;
+use super::words::refused;
 use crate::files::Files;
 use crate::output::{Output, warn};
 use crate::parse::quantity;
