@@ -1,7 +1,7 @@
 // An answer: how stiff a wall can be on a device, or the wall or coupler that suits it best.
 
 import { Chart, legend, type Line as Curve } from "./chart";
-import type { Points } from "./columns";
+import { joined } from "./columns";
 import { el, say } from "./dom";
 import { number, plain } from "./format";
 import type { Answer, Line } from "./protocol";
@@ -84,13 +84,7 @@ export class AnswerPanel {
     });
     const drawn = curves.filter(({ at }) => at.length > 0);
     if (drawn.length === 0) return;
-    const x = [...new Set(drawn.flatMap(({ at }) => at.map(([beta]) => beta)))].sort((a, b) => a - b);
-    const place = new Map(x.map((beta, index) => [beta, index]));
-    const points = drawn.map(({ at }) => {
-      const line = new Array<number | undefined>(x.length);
-      for (const [beta, alpha] of at) line[place.get(beta) ?? 0] = alpha;
-      return line as Points;
-    });
+    const { x, points } = joined(drawn.map(({ at }) => ({ time: at.map(([beta]) => beta), value: at.map(([, alpha]) => alpha) })));
     const lines = drawn.map(({ line }) => line);
     this.chart = new Chart({ name: "Largest stiffness over dissipation", lines, yLeast: 0 });
     const caption = el("p", { class: "hint" }, "Largest stiffness α = K·T²/m over dissipation β = B·T^(2−μ)/m: dots were tried, lines are of the analysis.");

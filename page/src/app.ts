@@ -1,6 +1,7 @@
 // What the views share.
 
 import type { Connection } from "./connection";
+import type { Dropped } from "./drop";
 import type { Unasked } from "./protocol";
 import type { PageEvent, State } from "./state";
 
@@ -11,6 +12,8 @@ export interface App {
   dispatch(event: PageEvent): void;
   /** A sentence for the person. */
   notify(text: string): void;
+  /** A file was dropped or chosen: the view that it is for takes it. */
+  given(file: File): Promise<void>;
   /** Asks, and says so if it is refused. */
   tell(what: string, keys?: object): Promise<void>;
 }
@@ -28,4 +31,6 @@ export interface ViewPart {
   key(event: KeyboardEvent, down: boolean): boolean;
   /** What was asked of the loop is refused; true if it is said beside the field that it is about. */
   besideField?(why: string): boolean;
+  /** A file that fell on the page and is for this view. */
+  take?(dropped: Dropped): void;
 }

@@ -62,6 +62,18 @@ export function decimate(time: ArrayLike<number>, value: ArrayLike<number>, colu
   return result;
 }
 
+/** Curves with points of their own, over the times of all of them. undefined joins, null is a gap. */
+export function joined(curves: { time: number[]; value: Points }[]): { x: number[]; points: Points[] } {
+  const x = [...new Set(curves.flatMap(({ time }) => time))].sort((a, b) => a - b);
+  const place = new Map(x.map((at, index) => [at, index]));
+  const points = curves.map(({ time, value }) => {
+    const line = new Array<number | null | undefined>(x.length);
+    time.forEach((at, index) => (line[place.get(at) ?? 0] = value[index] ?? null));
+    return line as Points;
+  });
+  return { x, points };
+}
+
 /** Smallest and largest of all points, null left out; null if there is none. */
 export function extent(series: Points[]): [number, number] | null {
   let low = Infinity;

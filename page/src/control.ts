@@ -1,40 +1,46 @@
-// Control: a controller for a plant, by its wishes, with the best PID of order 1 beside it.
+// Control: a controller for a plant, by its wishes, with the best PID of order 1 beside it, and a controller of one's own.
 
 import type { App, ViewPart } from "./app";
 import { Chart, legend, type Line } from "./chart";
+import { joined } from "./columns";
 import { latest, type Panel } from "./connection";
 import { el, onSize, say, set, svg } from "./dom";
+import type { Dropped, TextFile } from "./drop";
 import { number, plain, quantity } from "./format";
 import { Knob } from "./knob";
 import { save } from "./save";
 import { CONTROL_ENDS, type Control, type State } from "./state";
 
-/** A controller in its loop. */
+/** A controller in its loop; of a measured plant, which does not run, only the controller. */
 interface Candidate {
   controller: string;
-  stable: boolean;
-  verdict: string;
-  phase_margin_rad: number | null;
-  crossover_rad_s: number | null;
-  gain_margin: number | null;
-  gain_margin_down: number | null;
-  delay_margin_s: number | null;
-  sensitivity_peak: number | null;
-  overshoot: number | null;
-  settling_time_s: number | null;
-  time_s: number[];
-  step: number[];
-  omega_rad_s: number[];
-  open_real: number[];
-  open_imaginary: number[];
-  phase_rad: number[];
+  gains: Record<string, number> | null;
+  stable?: boolean;
+  verdict?: string;
+  /** As the command's report has them; null where nothing is proved. */
+  margins?: { crossover_rad_s: number | null; phase_margin_deg: number | null; gain_up: number | null; gain_down: number | null; delay_margin_s: number | null; sensitivity_peak: number } | null;
+  shape?: { overshoot: number; settling_time_s: number | null } | null;
+  time_s?: number[];
+  step?: number[];
+  command?: number[];
+  /** The output with a load of 1 on the command. */
+  loaded?: number[];
+  /** Steps at other gains of the plant. */
+  robustness?: { gain: number; stable: boolean; step: number[] }[];
+  omega_rad_s?: number[];
+  open_real?: number[];
+  open_imaginary?: number[];
+  phase_rad?: number[];
 }
 
 interface Designed {
+  /** The plant as it was read. */
+  plant: string;
   sample_time_s: number;
   fractional: Candidate;
   integer: Candidate | null;
   integer_reason: string | null;
+  own: Candidate | null;
   /** What `control design` says of it: readings, warnings, the gains for which it is proved. */
   notes: string[];
   file: string;
@@ -43,7 +49,19 @@ interface Designed {
 const LINES: Line[] = [
   { label: "PI^λD^μ", colour: "--blue", width: 2 },
   { label: "PID", colour: "--verm", dash: [7, 5], width: 2 },
+  { label: "yours", colour: "--green", dash: [2, 4], width: 2 },
 ];
+/** The gains of a PI^λD^μ by the keys of its file. */
+const GAINS: Record<string, string> = {
+  proportional_gain: "proportional gain",
+  integral_gain_per_s_lambda: "integral gain, s^−λ",
+  integral_order: "order λ",
+  derivative_gain_s_mu: "derivative gain, s^μ",
+  derivative_order: "order μ",
+};
+/** What can be seen over time, and how it is called. */
+const SEEN = { step: "Step of the reference", command: "Command in that step", loaded: "Step of a load on the command", gains: "Steps at half to double the plant's gain" };
+type Seen = keyof typeof SEEN;
 /** Part of the step that is shown. */
 const STEP_SHARE = 0.4;
 /** Lowest phase that is shown, °. */
@@ -51,24 +69,39 @@ const PHASE_LEAST = -540;
 const DEGREES = 180 / Math.PI;
 /** Half the width of the Nyquist plot: −1 and the unit circle are well inside. */
 const NYQUIST = 2.2;
+/** The first samples of a command: a kick many times the rest. */
+const KICK = 5;
 
 export class ControlView implements ViewPart {
   readonly root: HTMLElement;
   private readonly plant = el("input", { type: "text", "aria-label": "Plant, a transfer function", spellcheck: "false", autocomplete: "off" });
   private readonly flat = el("input", { type: "checkbox", id: "flat" });
+  private readonly choose = el("input", { type: "file", accept: ".toml,.csv,.tsv", "aria-label": "File of a plant or a controller" });
+  private readonly files = el("p", { class: "hint" });
+  private readonly trouble = el("span", { class: "trouble", role: "alert" });
   private readonly crossover: Knob;
   private readonly margin: Knob;
   private readonly verdict = el("p", { class: "verdict", role: "status" });
+  private readonly read = el("p", { class: "hint" });
   private readonly notes = el("div");
   private readonly figures = el("table", { class: "result" });
   private readonly file = el("button", { type: "button", class: "primary", disabled: true }, "Save the controller");
-  private readonly step: Chart;
+  private readonly seen = el("select", { "aria-label": "Over time" }, ...Object.entries(SEEN).map(([value, text]) => el("option", { value }, text)));
+  private readonly said = el("p", { class: "hint" });
+  private readonly legend = legend(LINES).root;
+  private readonly steps = el("div", { class: "chart-holder" });
+  private step: Chart | null = null;
+  /** What it is made for. */
+  private stepKey = "";
   private readonly gain: Chart;
   private readonly phase: Chart;
   private readonly nyquist = svg("svg", { class: "nyquist", role: "img", "aria-label": "Nyquist plot of the open loop" });
   private readonly panel: Panel;
   private readonly ask: (control: Control) => void;
   private designed: Designed | null = null;
+  /** Files that were dropped or chosen: they are not in the address. */
+  private plantFile: TextFile | null = null;
+  private controllerFile: TextFile | null = null;
 
   constructor(private readonly app: App) {
     const parse = (key: string, text: string): Promise<number> => app.connection.quantity(key, text);
@@ -77,7 +110,6 @@ export class ControlView implements ViewPart {
     this.crossover = new Knob({ label: "crossover", unit: "rad/s", ending: "_rad_s", log: true, least: low, most: high, value: control.crossover, help: "about 1.3 over the rise time", parse, changed: (crossover) => this.change({ crossover }) });
     const [least, most] = CONTROL_ENDS.margin;
     this.margin = new Knob({ label: "phase margin", unit: "°", ending: "_deg", least, most, value: control.margin, help: "more makes less overshoot", parse, changed: (margin) => this.change({ margin }) });
-    this.step = new Chart({ name: "Step of the reference", lines: LINES, xTexts: (ticks) => ticks.map((tick) => quantity(tick, "s")) });
     const bode = { lines: LINES, logX: true, group: "bode", xTexts: (ticks: number[]): string[] => ticks.map((tick) => number(tick, 2)) };
     this.gain = new Chart({ ...bode, name: "Gain of the open loop over frequency" });
     this.phase = new Chart({ ...bode, name: "Phase of the open loop over frequency" });
@@ -86,8 +118,17 @@ export class ControlView implements ViewPart {
       (wishes) => this.design(wishes),
       (error) => this.refused(error),
     );
-    this.plant.addEventListener("change", () => this.change({ plant: this.plant.value.trim() }));
+    this.plant.addEventListener("change", () => {
+      this.plantFile = null;
+      this.change({ plant: this.plant.value.trim() });
+    });
     this.flat.addEventListener("change", () => this.change({ flat: this.flat.checked }));
+    this.seen.addEventListener("change", () => this.draw());
+    this.choose.addEventListener("change", () => {
+      const file = this.choose.files?.[0];
+      if (file) void app.given(file);
+      this.choose.value = "";
+    });
     this.root = this.layout();
   }
 
@@ -104,13 +145,24 @@ export class ControlView implements ViewPart {
         "section",
         { class: "card settings" },
         el("h2", {}, "Plant and wishes"),
-        el("div", { class: "knobs single" }, el("label", { class: "choice" }, "Plant", this.plant), this.crossover.root, this.margin.root, el("label", { class: "check", for: "flat" }, this.flat, "flat phase: the overshoot stays when the gain of the plant changes")),
+        el(
+          "div",
+          { class: "knobs single" },
+          el("label", { class: "choice" }, "Plant", this.plant),
+          el("label", { class: "choice" }, "or a file of a plant or of your controller", this.choose),
+          this.files,
+          this.trouble,
+          this.crossover.root,
+          this.margin.root,
+          el("label", { class: "check", for: "flat" }, this.flat, "flat phase: the overshoot stays when the gain of the plant changes"),
+        ),
         this.verdict,
+        this.read,
         this.notes,
-        this.figures,
         el("div", { class: "buttons" }, this.file),
+        this.figures,
       ),
-      el("section", { class: "card steps" }, el("h2", {}, "Step"), legend(LINES).root, this.step.root),
+      el("section", { class: "card steps" }, el("h2", {}, this.seen), this.legend, this.said, this.steps),
       el("section", { class: "card loci" }, el("h2", {}, "Nyquist"), holder),
       el("section", { class: "card curves" }, el("h2", {}, "Gain, dB"), this.gain.root, el("h2", {}, "Phase, °"), this.phase.root),
     );
@@ -118,6 +170,29 @@ export class ControlView implements ViewPart {
 
   private change(part: Partial<Control>): void {
     this.app.dispatch({ do: "control", part });
+  }
+
+  /** A file of a plant or a controller. */
+  take(dropped: Dropped): void {
+    if (dropped.is === "plant") this.plantFile = dropped.file;
+    else if (dropped.is === "controller") this.controllerFile = dropped.file;
+    else return;
+    this.ask(this.app.state.control);
+  }
+
+  /** The files that count, each with a way to leave it out. */
+  private drawFiles(): void {
+    const of = (file: TextFile | null, what: string, forget: () => void): Node[] => {
+      if (file === null) return [];
+      const away = el("button", { type: "button", class: "small" }, "leave out");
+      away.addEventListener("click", () => {
+        forget();
+        this.ask(this.app.state.control);
+      });
+      return [el("span", {}, `${what}: ${file.name}`, away)];
+    };
+    this.files.replaceChildren(...of(this.plantFile, "plant", () => (this.plantFile = null)), ...of(this.controllerFile, "your controller", () => (this.controllerFile = null)));
+    this.plant.disabled = this.plantFile !== null;
   }
 
   render(state: State, before: State): void {
@@ -132,10 +207,13 @@ export class ControlView implements ViewPart {
   }
 
   private async design({ plant, crossover, margin, flat }: Control): Promise<void> {
-    const wishes = { plant, crossover_rad_s: crossover, phase_margin_rad: margin / DEGREES, flat_phase: flat };
+    this.drawFiles();
+    const files = { ...(this.plantFile === null ? {} : { plant_file: this.plantFile }), ...(this.controllerFile === null ? {} : { controller_file: this.controllerFile }) };
+    const wishes = { plant, ...files, crossover_rad_s: crossover, phase_margin_rad: margin / DEGREES, flat_phase: flat };
     const designed = await this.panel.ask<Designed>({ control: wishes });
     if (designed === null) return;
     this.designed = designed;
+    this.beside("");
     this.draw();
     // For those who time it.
     this.root.dataset["drawn"] = String(Number(this.root.dataset["drawn"] ?? 0) + 1);
@@ -144,62 +222,116 @@ export class ControlView implements ViewPart {
   private refused(error: Error): void {
     this.designed = null;
     this.verdict.classList.add("bad");
-    say(this.verdict, error.message);
+    say(this.verdict, this.beside(error.message) ? "No controller: see beside the field." : error.message);
     this.root.dataset["drawn"] = "0";
     this.draw();
   }
 
-  private draw(): void {
+  /** Says a sentence beside the field that it is about; false if it is about none. */
+  private beside(text: string): boolean {
+    const files = [this.plantFile?.name, this.controllerFile?.name].filter((name) => name !== undefined);
+    const of = { plant: /^plant /.test(text) || files.some((name) => text.includes(name)), margin: /^`?phase[ _]margin/.test(text), crossover: /crossover/.test(text) };
+    say(this.trouble, of.plant ? text : "");
+    this.margin.refuse(!of.plant && of.margin ? text : "");
+    this.crossover.refuse(!of.plant && !of.margin && of.crossover ? text : "");
+    return of.plant || of.margin || of.crossover;
+  }
+
+  /** The three, of which each may be absent. */
+  private get candidates(): (Candidate | null)[] {
     const { designed } = this;
+    return designed === null ? [] : [designed.fractional, designed.integer, designed.own];
+  }
+
+  private draw(): void {
+    const { designed, candidates } = this;
     this.file.disabled = designed === null;
-    const both = designed === null ? [] : [designed.fractional, designed.integer];
-    const lines = (of: (one: Candidate) => number[]): number[][] => LINES.map((_, n) => (both[n] ? of(both[n]) : []));
-    const drawn = (chart: Chart, x: number[], y: number[][], share = 1, within?: [number, number]): void => {
-      chart.draw(x, y.map((line) => (line.length === x.length ? line : x.map(() => null))), [x[0] ?? 0, share * (x.at(-1) ?? 1)], within);
+    this.legend.lastElementChild?.toggleAttribute("hidden", designed?.own == null);
+    this.drawSteps();
+    const over = (chart: Chart, of: (one: Candidate) => number[], within?: (all: number[]) => [number, number]): void => {
+      const { x, points } = joined(LINES.map((_, n) => ({ time: candidates[n]?.omega_rad_s ?? [], value: candidates[n] ? of(candidates[n]) : [] })));
+      chart.draw(x, points, [x[0] ?? 1, x.at(-1) ?? 10], within?.(candidates.flatMap((one) => (one === null ? [] : of(one)))));
     };
-    const { time_s: time = [], omega_rad_s: omega = [], step = [] } = both[0] ?? {};
-    // An unstable PID does not press the other to the ground.
-    const most = Math.max(1.2, ...step.map((y) => Math.min(y, 3)));
-    drawn(this.step, time, lines((one) => one.step), STEP_SHARE, [Math.min(0, ...step.map((y) => Math.max(y, -1))), most]);
-    drawn(this.gain, omega, lines((one) => one.open_real.map((re, n) => 20 * Math.log10(Math.hypot(re, one.open_imaginary[n] ?? 0)))));
-    const phases = lines((one) => one.phase_rad.map((phase) => phase * DEGREES));
+    over(this.gain, (one) => (one.open_real ?? []).map((re, n) => 20 * Math.log10(Math.hypot(re, one.open_imaginary?.[n] ?? 0))));
     // A dead time turns for ever.
-    drawn(this.phase, omega, phases, 1, [Math.max(PHASE_LEAST, Math.min(0, ...phases.flat())), Math.max(0, ...phases.flat())]);
-    this.drawNyquist(both);
+    over(this.phase, (one) => (one.phase_rad ?? []).map((phase) => phase * DEGREES), (phases) => [Math.max(PHASE_LEAST, Math.min(0, ...phases)), Math.max(0, ...phases)]);
+    this.drawNyquist();
     this.notes.replaceChildren(...(designed?.notes ?? []).map((text) => el("p", { class: text.startsWith("Warning") ? "hint trouble" : "hint" }, text)));
+    say(this.read, designed === null ? "" : `Plant as read: ${designed.plant}`);
     if (designed === null) {
       this.figures.replaceChildren();
       return;
     }
-    const { fractional, integer } = designed;
-    this.verdict.classList.toggle("bad", !fractional.stable);
-    say(this.verdict, `C(s) = ${fractional.controller.replace(/\d+\.\d+(e-?\d+)?/g, (text) => String(Number(Number(text).toPrecision(4))))}: ${fractional.verdict}.`);
+    const { fractional } = designed;
+    this.verdict.classList.toggle("bad", fractional.stable === false);
+    say(this.verdict, `C(s) = ${fractional.controller.replace(/\d+\.\d+(e-?\d+)?/g, (text) => String(Number(Number(text).toPrecision(4))))}: ${fractional.verdict ?? "tuned for a measured plant"}.`);
+    this.drawFigures(designed);
+  }
+
+  private drawFigures({ fractional, integer, integer_reason: reason, own, sample_time_s: sample }: Designed): void {
+    type Margins = NonNullable<Candidate["margins"]>;
     // Nothing is said of a loop that is not proved stable: "none" would be the best of margins.
-    const margin = (of: (one: Candidate) => string) => (one: Candidate): string => (one.sensitivity_peak === null ? "–" : of(one));
+    const margin = (of: (margins: Margins) => string) => (one: Candidate): string => (one.margins ? of(one.margins) : "–");
+    const value = (given: number | null, unit: string): string => (given === null ? "none" : quantity(given, unit));
     const rows: [string, (one: Candidate) => string][] = [
-      ["verdict", (one) => one.verdict],
-      ["crossover", (one) => quantity(one.crossover_rad_s, "rad/s")],
-      ["phase margin", margin((one) => (one.phase_margin_rad === null ? "none" : `${number(one.phase_margin_rad * DEGREES)}°`))],
-      ["gain margin", margin((one) => (one.gain_margin === null ? "none" : number(one.gain_margin)))],
-      ["lower gain margin", margin((one) => (one.gain_margin_down === null ? "none" : number(one.gain_margin_down)))],
-      ["delay margin", margin((one) => (one.delay_margin_s === null ? "none" : quantity(one.delay_margin_s, "s")))],
-      ["largest |S|", margin((one) => number(one.sensitivity_peak ?? NaN))],
-      ["overshoot", (one) => (one.overshoot === null ? "–" : `${number(100 * one.overshoot)}\u202f%`)],
-      ["settled within 2 % at", (one) => (one.settling_time_s === null ? "–" : quantity(one.settling_time_s, "s"))],
+      ["verdict", (one) => one.verdict ?? "–"],
+      ...Object.entries(GAINS).map(([key, name]): [string, (one: Candidate) => string] => [name, (one) => (one.gains === null ? "–" : number(one.gains[key] ?? 0, 4))]),
+      ["crossover", margin((of) => value(of.crossover_rad_s, "rad/s"))],
+      ["phase margin", margin((of) => (of.phase_margin_deg === null ? "none" : `${number(of.phase_margin_deg)}°`))],
+      ["gain margin", margin((of) => value(of.gain_up, ""))],
+      ["lower gain margin", margin((of) => value(of.gain_down, ""))],
+      ["delay margin", margin((of) => value(of.delay_margin_s, "s"))],
+      ["largest |S|", margin((of) => number(of.sensitivity_peak))],
+      ["overshoot", (one) => (one.shape ? `${number(100 * one.shape.overshoot)}\u202f%` : "–")],
+      ["settled within 2 % at", (one) => (one.shape && one.shape.settling_time_s !== null ? quantity(one.shape.settling_time_s, "s") : "–")],
     ];
-    const cells = (of: (one: Candidate) => string): HTMLElement[] => [fractional, integer].map((one) => el("td", {}, one === null ? "–" : of(one)));
-    const head = el("tr", {}, el("th", {}), ...LINES.map(({ label }) => el("th", { scope: "col" }, label)));
-    const said = designed.integer_reason === null ? [] : [el("caption", { class: "hint" }, `No PID: ${designed.integer_reason}`)];
-    const sampled = el("tr", {}, el("th", { scope: "row" }, "sample time"), el("td", { colspan: 2 }, quantity(designed.sample_time_s, "s")));
+    const shown = own === null ? [fractional, integer] : [fractional, integer, own];
+    const cells = (of: (one: Candidate) => string): HTMLElement[] => shown.map((one) => el("td", {}, one === null ? "–" : of(one)));
+    const head = el("tr", {}, el("th", {}), ...shown.map((_, n) => el("th", { scope: "col" }, LINES[n]?.label ?? "")));
+    const said = reason === null ? [] : [el("caption", { class: "hint" }, `No PID: ${reason}`)];
+    const sampled = el("tr", {}, el("th", { scope: "row" }, "sample time"), el("td", { colspan: shown.length }, quantity(sample, "s")));
     this.figures.replaceChildren(...said, el("tbody", {}, head, ...rows.map(([name, of]) => el("tr", {}, el("th", { scope: "row" }, name), ...cells(of))), sampled));
   }
 
+  /** What is chosen over time: a curve of each controller, or one for each gain of the plant. */
+  private drawSteps(): void {
+    const seen = this.seen.value as Seen;
+    const curves = this.candidates.flatMap((one, n) => {
+      const time = one?.time_s ?? [];
+      const line = LINES[n] ?? { label: "", colour: "--ink" };
+      if (one === null || time.length === 0) return [];
+      if (seen !== "gains") return [{ line, time, value: one[seen] ?? [] }];
+      return (one.robustness ?? []).map(({ gain, step }) => ({ line: { ...line, width: gain === 1 ? 2.5 : 1 }, time, value: step }));
+    });
+    const lines = curves.map(({ line }) => line);
+    // A slider that is dragged keeps its chart.
+    const key = JSON.stringify([seen, lines]);
+    if (key !== this.stepKey || this.step === null) {
+      this.step?.destroy();
+      this.step = new Chart({ name: SEEN[seen], lines, xTexts: (ticks) => ticks.map((tick) => quantity(tick, "s")) });
+      this.steps.replaceChildren(this.step.root);
+      this.stepKey = key;
+    }
+    const unstable = this.candidates.some((one) => one?.robustness?.some(({ stable }) => !stable));
+    const whole = curves.flatMap(({ value }) => value);
+    const first = curves[0]?.value ?? [];
+    // An unstable loop does not press the others to the ground, nor a kick the rest of a command.
+    const calm = seen === "command" ? curves.flatMap(({ value }) => value.slice(KICK)) : seen === "gains" ? whole : first;
+    const [low, high] = [Math.min(0, ...calm), Math.max(seen === "loaded" || seen === "command" ? 1e-9 : 1.2, ...calm)];
+    const [least, most] = seen === "step" || seen === "gains" ? [Math.max(low, -1), Math.min(high, 3)] : [low, high];
+    const highest = whole.reduce((most, value) => Math.max(most, value), 0);
+    const cut = seen === "command" && highest > 3 * most ? `The first samples reach ${number(highest)}.` : "";
+    say(this.said, seen === "gains" && unstable ? "Not stable at all of these gains." : cut);
+    const { x, points } = joined(curves);
+    this.step.draw(x, points, [x[0] ?? 0, STEP_SHARE * (this.candidates[0]?.time_s?.at(-1) ?? x.at(-1) ?? 1)], [least, most]);
+  }
+
   /** L from low frequencies on, in the circle that counts; +1 on both axes is a quarter of the picture. */
-  private drawNyquist(both: (Candidate | null)[]): void {
+  private drawNyquist(): void {
     const size = 100 / NYQUIST;
     const far = (value: number): number => Math.max(-1e4, Math.min(1e4, value));
-    const path = (one: Candidate): string => `M${one.open_real.map((re, n) => `${far(re * size).toFixed(2)} ${far(-(one.open_imaginary[n] ?? 0) * size).toFixed(2)}`).join("L")}`;
-    const curves = both.map((one, n) => {
+    const path = (one: Candidate): string => (one.open_real === undefined ? "" : `M${one.open_real.map((re, n) => `${far(re * size).toFixed(2)} ${far(-(one.open_imaginary?.[n] ?? 0) * size).toFixed(2)}`).join("L")}`);
+    const curves = this.candidates.map((one, n) => {
       const curve = svg("path", { d: one === null ? "" : path(one) });
       set(curve, { stroke: `var(${LINES[n]?.colour ?? "--ink"})`, "stroke-dasharray": (LINES[n]?.dash ?? []).map((length) => length / 4).join(" ") });
       return curve;
@@ -224,7 +356,7 @@ export class ControlView implements ViewPart {
   }
 
   themed(): void {
-    for (const chart of [this.step, this.gain, this.phase]) chart.redraw();
+    for (const chart of [this.step, this.gain, this.phase]) chart?.redraw();
   }
 
   key(): boolean {

@@ -3,6 +3,7 @@
 import type { App } from "./app";
 import { Chart, legend, type Line } from "./chart";
 import { times, values, type Points } from "./columns";
+import { DepthPlot } from "./depth";
 import { el, say } from "./dom";
 import { plain, steady, tickTexts } from "./format";
 import { newestValue, type Frame } from "./frame";
@@ -11,6 +12,7 @@ import type { Mark, Status } from "./protocol";
 const SPAN_S = 30;
 /** A picture that is older is said to be late, s. */
 const LATE_S = 0.3;
+const DEPTH_MS = 100;
 const FORCES: Line[] = [
   { label: "full memory", colour: "--blue", width: 2 },
   { label: "last second only", colour: "--verm", dash: [7, 5], width: 2 },
@@ -38,6 +40,8 @@ export class FeelCharts {
   private readonly legend = legend(FORCES);
   private readonly forces: Chart;
   private readonly motions: Chart;
+  private readonly depths = new DepthPlot();
+  private depthDrawn = 0;
   private readonly marks: Mark[] = [];
   private live: Frame | null = null;
   private still: Frame | null = null;
@@ -55,7 +59,7 @@ export class FeelCharts {
     };
     this.forces = new Chart({ ...common, name: "Force over time", lines: DRAWN, yLeast: 0, ySpan: 0.05, cursor: (x, at) => this.sayForce(x, at) });
     this.motions = new Chart({ ...common, name: "Indentation over time", lines: PROBE, yLeast: 0, ySpan: 0.5, cursor: (x, at) => this.sayMotion(x, at) });
-    this.force = el("section", { class: "card" }, el("h2", {}, "Force ", this.said.force, this.late, this.back), this.legend.root, this.forces.root);
+    this.force = el("section", { class: "card" }, el("h2", {}, "Force ", this.said.force, this.late, this.back), this.legend.root, el("div", { class: "beside" }, this.forces.root, this.depths.root));
     this.motion = el("section", { class: "card" }, el("h2", {}, "Indentation ", this.said.motion), this.motions.root);
     this.back.addEventListener("click", () => this.zoomTo(null));
   }
@@ -159,6 +163,11 @@ export class FeelCharts {
     // A force is positive along the position; the tissue pushes back.
     this.forces.draw(x, CHANNELS.map((name) => line(name, -1)), range);
     this.motions.draw(x, [line("position_m", 1000)], range);
+    // Ten pictures a second are enough for the eye, and for a slow machine.
+    if (performance.now() - this.depthDrawn < DEPTH_MS && this.zoom === null) return;
+    this.depthDrawn = performance.now();
+    const ends = (name: string): [Float32Array | undefined, Float32Array | undefined] => [frame.least[this.channel(name)], frame.most[this.channel(name)]];
+    this.depths.draw(CHANNELS.map((name, n) => ({ ...(DRAWN[n] ?? { colour: "--blue" }), depth: ends("position_m"), force: ends(name) })));
   }
 
   /** Time that is 0 on the axis. */

@@ -26,6 +26,7 @@ interface Field {
   parameter: Parameter;
   input: HTMLInputElement | HTMLSelectElement;
   row: HTMLElement;
+  trouble: HTMLElement;
 }
 
 /** Fields for parameters, and the values that people give them. */
@@ -38,9 +39,30 @@ export class Fields {
     const shown = parameter.default === null || parameter.default === undefined ? "" : String(parameter.default);
     const input = inputFor(parameter, shown);
     const help = [parameter.help, parameter.range ?? ""].filter((text) => text !== "").join("; ");
-    const row = el("label", { title: help }, el("span", {}, readable(parameter.key) + (parameter.required ? " *" : "")), input, el("small", {}, help));
-    this.all.push({ parameter, input, row });
+    const trouble = el("small", { class: "trouble", role: "alert" });
+    const row = el("label", { title: help }, el("span", {}, readable(parameter.key) + (parameter.required ? " *" : "")), input, trouble, el("small", {}, help));
+    this.all.push({ parameter, input, row, trouble });
     return row;
+  }
+
+  /** Says a sentence beside the field that it is about, and nothing beside the others; the name of the field, or null if it is about none. */
+  refuse(text: string): string | null {
+    const field = this.all.find(({ parameter, row }) => !row.hidden && parameter.key === keyOf(text, this.all.map((one) => one.parameter.key)));
+    for (const one of this.all) say(one.trouble, one === field ? text : "");
+    if (field === undefined) return null;
+    field.row.closest("details")?.setAttribute("open", "");
+    field.input.focus();
+    return readable(field.parameter.key);
+  }
+
+  /** Fills the fields with the values of a file, in SI units. */
+  fill(values: Record<string, unknown>): void {
+    for (const { parameter, input } of this.all) {
+      const value = values[parameter.key];
+      if (value === undefined) continue;
+      if (input instanceof HTMLInputElement && input.type === "checkbox") input.checked = value === true;
+      else input.value = Array.isArray(value) ? value.map((part: unknown) => (Array.isArray(part) ? part.join(", ") : String(part))).join(value.some(Array.isArray) ? "; " : ", ") : String(value);
+    }
   }
 
   /** What is given, by its keys, in SI units. */
@@ -60,25 +82,24 @@ export class Fields {
     const asDefault = text === String(parameter.default ?? "");
     if (text === "" || (asDefault && !parameter.required)) return undefined;
     if (asDefault) return parameter.default;
-    if (parameter.kind === "list") return this.list(parameter, text, input);
+    if (parameter.kind === "list") return this.list(parameter, text);
     if (isText(parameter)) return text;
-    return this.number(parameter, text, input);
+    return this.number(parameter, text);
   }
 
-  private async number(parameter: Parameter, text: string, input: HTMLElement): Promise<number> {
+  private async number(parameter: Parameter, text: string): Promise<number> {
     try {
       return await this.app.connection.quantity(parameter.key, text);
     } catch (error) {
-      input.focus();
-      throw new Error(`${readable(parameter.key)}: ${error instanceof Error ? error.message : String(error)}`);
+      throw new Error(`\`${parameter.key}\`: ${error instanceof Error ? error.message : String(error)}`);
     }
   }
 
   /** Numbers with commas between them; rows of them with semicolons. */
-  private async list(parameter: Parameter, text: string, input: HTMLElement): Promise<number[] | number[][]> {
+  private async list(parameter: Parameter, text: string): Promise<number[] | number[][]> {
     const row = (text: string): Promise<number[]> => {
       const parts = text.split(",").map((part) => part.trim());
-      return Promise.all(parts.filter((part) => part !== "").map((part) => this.number(parameter, part, input)));
+      return Promise.all(parts.filter((part) => part !== "").map((part) => this.number(parameter, part)));
     };
     if (!text.includes(";")) return row(text);
     return Promise.all(text.split(";").map((part) => part.trim()).filter((part) => part !== "").map(row));
@@ -121,6 +142,14 @@ export class FormPanel {
     this.draw();
   }
 
+  /** The form of an experiment file, filled. */
+  fill(kind: string, parameters: Record<string, unknown>): void {
+    this.kind.value = kind;
+    this.draw();
+    this.fields.fill(parameters);
+    for (const details of this.tables.querySelectorAll("details")) details.open = true;
+  }
+
   private draw(): void {
     this.fields = new Fields(this.app);
     const form = this.forms.find(({ kind }) => kind === this.kind.value);
@@ -135,6 +164,7 @@ export class FormPanel {
 
   private async start(): Promise<void> {
     say(this.trouble, "");
+    this.fields.refuse("");
     try {
       const parameters = await this.fields.values();
       const kind = this.kind.value;
@@ -142,9 +172,21 @@ export class FormPanel {
       const { name } = await this.app.connection.ask<{ name: string }>("runs.start", { kind, parameters, ...realtime });
       this.started(name, kind);
     } catch (error) {
-      say(this.trouble, error instanceof Error ? error.message : String(error));
+      const text = error instanceof Error ? error.message : String(error);
+      if (this.fields.refuse(text) === null) say(this.trouble, text);
     }
   }
+}
+
+/** The key that a sentence is about: the first that it names as `key`, key = or key:, else the first of several words. */
+export function keyOf(text: string, keys: string[]): string | undefined {
+  const places = keys.map((key) => {
+    const named = new RegExp(`\`${key}\`|\\b${key}(?= =|:)`).exec(text)?.index;
+    const word = key.includes("_") ? new RegExp(`\\b${key}\\b`).exec(text)?.index : undefined;
+    return { key, at: named ?? (word === undefined ? undefined : word + text.length) };
+  });
+  const found = places.filter((place): place is { key: string; at: number } => place.at !== undefined);
+  return found.sort((a, b) => a.at - b.at)[0]?.key;
 }
 
 function isText(parameter: Parameter): boolean {

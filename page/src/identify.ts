@@ -1,10 +1,11 @@
-// A record that someone measured: which tissue is it?
+// A record that someone measured: which tissue is it? Then it is kept, and felt.
 
 import type { App } from "./app";
 import { Chart, legend, type Line } from "./chart";
-import { decimate } from "./columns";
+import { decimate, joined } from "./columns";
 import type { Panel } from "./connection";
 import { el, say } from "./dom";
+import { feelTissue, keepTissue } from "./drop";
 import { Fields } from "./forms";
 import { number } from "./format";
 import type { Parameter } from "./protocol";
@@ -14,6 +15,8 @@ interface Estimate {
   unit: string;
   value: number;
   standard_error?: number | null;
+  low_95: number | null;
+  high_95: number | null;
 }
 
 interface Model {
@@ -37,6 +40,9 @@ interface Identified {
   /** Time or frequency, and what was measured there. */
   x: number[];
   measured: number[];
+  /** The tissue of the best model, or why it is none. */
+  tissue: { name: string; text: string } | null;
+  tissue_reason: string | null;
 }
 
 const COLOURS: Omit<Line, "label">[] = [
@@ -47,21 +53,33 @@ const COLOURS: Omit<Line, "label">[] = [
   { colour: "--rose", dash: [11, 3, 2.2, 3] },
 ];
 const MODULI: Record<string, string> = { shear: "shear modulus", young: "Young's modulus" };
-const SIZE_MOST = 15e6;
+/** What stands on the axes of a record. */
+const AXES: Record<string, [string, string]> = {
+  relaxation: ["time, s", "relaxation modulus, Pa"],
+  creep: ["time, s", "creep compliance, 1/Pa"],
+  oscillation: ["angular frequency, rad/s", "storage, then loss modulus, Pa"],
+  history: ["time, s", "stress, Pa"],
+};
 
 export class IdentifyPanel {
   readonly root: HTMLElement;
   private readonly file = el("input", { type: "file", accept: ".csv,.tsv,.txt,text/csv", "aria-label": "CSV file" });
-  private readonly state = el("p", { class: "hint", role: "status" }, "Drop a CSV of a relaxation, a creep, a modulus over frequency, or force and depth anywhere on this view.");
+  private readonly state = el("p", { class: "hint", role: "status" }, "Drop a CSV of a relaxation, a creep, a modulus over frequency, or force and depth anywhere on the page.");
   private readonly result = el("div", { class: "result" });
-  private readonly holder = el("div", { class: "chart-holder" });
+  private readonly holder = el("div", { class: "chart-holder", hidden: true });
   private readonly rows = el("div", { class: "fields" });
+  private readonly name = el("input", { type: "text", "aria-label": "Name of the tissue", spellcheck: "false", autocomplete: "off" });
+  private readonly kept = el("span", { role: "status" });
+  private readonly tissue = el("div", { class: "keep", hidden: true });
   private readonly fields: Fields;
   private chart: Chart | null = null;
   private readonly panel: Panel;
   private record: { name: string; text: Promise<string> } | null = null;
+  private found: Identified | null = null;
+  /** The name under which what is shown was kept. */
+  private saved = "";
 
-  constructor(app: App) {
+  constructor(private readonly app: App) {
     this.fields = new Fields(app);
     this.panel = app.connection.panel("identify");
     this.file.addEventListener("change", () => {
@@ -72,7 +90,18 @@ export class IdentifyPanel {
       this.fit();
       void this.ask();
     });
-    this.root = el("section", { class: "card identify" }, el("h2", {}, "Identify a record"), this.file, this.rows, this.state, this.holder, this.result);
+    const keep = el("button", { type: "button" }, "Save as tissue");
+    const feel = el("button", { type: "button", class: "primary" }, "Feel it");
+    keep.addEventListener("click", () => void this.keep());
+    feel.addEventListener("click", () => void this.keep().then((name) => name !== "" && feelTissue(app, name)));
+    this.tissue.append(el("label", {}, "Tissue ", this.name), keep, feel, this.kept);
+    this.root = el(
+      "section",
+      { class: "card identify" },
+      el("h2", {}, "Identify a record"),
+      el("div", { class: "measured" }, this.file, this.rows),
+      el("div", { class: "found" }, this.state, this.holder, this.tissue, this.result),
+    );
   }
 
   /** What a table does not say. */
@@ -88,12 +117,8 @@ export class IdentifyPanel {
 
   /** Reads a file and asks what it is. */
   read(file: File): void {
-    if (file.size > SIZE_MOST) {
-      this.panel.forget();
-      this.record = null;
-      this.refuse(`${file.name} is larger than 15 MB: cut it into pieces.`);
-      return;
-    }
+    // What was found of another record is not that of this.
+    this.clear();
     this.record = { name: file.name, text: file.text() };
     void this.ask();
   }
@@ -103,12 +128,20 @@ export class IdentifyPanel {
   }
 
   private refuse(text: string): void {
+    this.clear();
+    // What is about a field stands there.
+    const beside = this.fields.refuse(text);
     this.state.classList.add("trouble");
-    say(this.state, text);
+    say(this.state, beside === null ? text : `Not understood yet: see ${beside}.`);
+  }
+
+  private clear(): void {
+    this.found = null;
     this.result.replaceChildren();
     this.chart?.destroy();
     this.chart = null;
     this.holder.replaceChildren();
+    this.holder.hidden = this.tissue.hidden = true;
   }
 
   private async ask(): Promise<void> {
@@ -116,6 +149,7 @@ export class IdentifyPanel {
     if (!record) return;
     const { name } = record;
     this.state.classList.remove("trouble");
+    this.fields.refuse("");
     say(this.state, `${name} is looked at …`);
     const question = async (): Promise<object> => ({ record: { name, text: await record.text, ...(await this.fields.values()) } });
     try {
@@ -127,36 +161,60 @@ export class IdentifyPanel {
   }
 
   private show(name: string, found: Identified): void {
+    this.found = found;
     const { modulus } = found.loading;
     const measured = [found.kind, `${found.samples} samples`, ...(modulus === null ? [] : [MODULI[modulus] ?? modulus])];
     say(this.state, `${name}: ${measured.join(", ")}.${found.best ? ` Best: ${found.best}.` : " No model fits."}`);
     const models = found.models.map((model) => {
-      const cells = model.parameters.map(({ name, unit, value, standard_error: error }) =>
-        el("div", {}, `${name.replace(/_pa(_s_\w+)?$/, "").replace(/_/g, " ")} ${number(value, 4)}${typeof error === "number" ? ` ± ${number(error, 2)}` : ""} ${unit}`),
-      );
+      const cells = model.parameters.map((estimate) => el("div", {}, sentence(estimate)));
       const figures = `rms ${number(model.rms)}, AIC ${number(model.aic, 4)}`;
       return el("tr", { class: model.model === found.best ? "best" : undefined }, el("th", { scope: "row" }, model.model), el("td", {}, ...cells), el("td", {}, figures));
     });
     const said = [...found.warnings, ...found.notes].map((text) => el("p", { class: "hint" }, text));
-    this.result.replaceChildren(el("table", {}, el("tbody", {}, ...models)), ...said);
+    const head = el("tr", {}, ...["model", "numbers, with 95 % intervals", "fit"].map((text) => el("th", { scope: "col" }, text)));
+    this.result.replaceChildren(el("table", {}, el("thead", {}, head), el("tbody", {}, ...models)), ...said);
     this.drawCurves(found);
+    this.tissue.hidden = false;
+    for (const part of this.tissue.querySelectorAll("input, button")) part.toggleAttribute("disabled", found.tissue === null);
+    this.name.value = found.tissue?.name ?? "";
+    this.saved = "";
+    say(this.kept, found.tissue_reason ?? "");
+  }
+
+  /** Keeps the tissue under the name in the field, once; the name, or nothing if it was refused. */
+  private async keep(): Promise<string> {
+    const { found } = this;
+    const name = this.name.value.trim();
+    if (!found?.tissue) return "";
+    if (this.saved === name) return name;
+    try {
+      say(this.kept, `Saved in ${await keepTissue(this.app, name, found.tissue.text)}`);
+      this.kept.classList.remove("trouble");
+      this.saved = name;
+      return name;
+    } catch (error) {
+      this.kept.classList.add("trouble");
+      say(this.kept, error instanceof Error ? error.message : String(error));
+      return "";
+    }
   }
 
   private drawCurves(found: Identified): void {
     const curves = [{ name: "measured", y: found.measured }, ...found.models.slice(0, COLOURS.length - 1).map(({ model, predicted }) => ({ name: model, y: predicted }))];
     const lines = curves.map(({ name }, index): Line => ({ label: name, ...(COLOURS[index % COLOURS.length] ?? { colour: "--ink" }) }));
     const positive = found.x.every((x) => x > 0);
+    const [across, up] = AXES[found.kind] ?? ["", ""];
     this.chart?.destroy();
     this.chart = new Chart({ name: "The record and its models", lines, logX: positive, ...(positive ? { xTexts: (ticks: number[]) => ticks.map((tick) => number(tick, 2)) } : {}) });
-    this.holder.replaceChildren(legend(lines).root, this.chart.root);
-    const thin = curves.map((curve) => decimate(found.x, curve.y, 800));
-    const x = [...new Set(thin.flatMap(({ time }) => time))].sort((a, b) => a - b);
-    const place = new Map(x.map((at, index) => [at, index]));
-    const points = thin.map(({ time, value }) => {
-      const line = new Array<number | null | undefined>(x.length);
-      time.forEach((at, index) => (line[place.get(at) ?? 0] = value[index] ?? null));
-      return line as (number | null)[];
-    });
+    this.holder.hidden = false;
+    this.holder.replaceChildren(legend(lines).root, el("p", { class: "hint" }, up === "" ? "" : `${up}, over ${across}`), this.chart.root);
+    const { x, points } = joined(curves.map((curve) => decimate(found.x, curve.y, 800)));
     this.chart.draw(x, points, [x[0] ?? 0, x.at(-1) ?? 1]);
   }
+}
+
+/** A number with its interval; with its standard error where there is none. */
+function sentence({ name, unit, value, standard_error: error, low_95: low, high_95: high }: Estimate): string {
+  const between = low !== null || high !== null ? ` (${number(low, 4)} to ${number(high, 4)})` : typeof error === "number" ? ` ± ${number(error, 2)}` : " (not bounded)";
+  return `${name.replace(/_pa(_s_\w+)?$/, "").replace(/_/g, " ")} ${number(value, 4)}${between} ${unit}`;
 }

@@ -78,6 +78,10 @@ class Page implements App {
     this.screen?.notify(text);
   }
 
+  async given(file: File): Promise<void> {
+    await this.screen?.take(file);
+  }
+
   async tell(what: string, keys: object = {}): Promise<void> {
     try {
       await this.connection.ask(what, keys);

@@ -2,7 +2,8 @@
 
 import type { App } from "./app";
 import { Chart, legend, type Line } from "./chart";
-import { decimate, times, values, type Points } from "./columns";
+import { decimate, joined, times, values, type Points } from "./columns";
+import { DepthPlot } from "./depth";
 import { el, say } from "./dom";
 import { csvOf, pngOf, svgOf, type Picture } from "./export";
 import { number, plain, tickTexts } from "./format";
@@ -28,6 +29,10 @@ const THEORY = { colour: "--theory", width: 6 };
 /** A measured record lies between theory and run. */
 const RECORD = "measured record";
 const MEASURED = { colour: "--rose", width: 4 };
+
+/** Channels of force over depth, and how many columns of time are asked for. */
+const DEPTH = ["position_m", "commanded_force_n"];
+const DEPTH_COLUMNS = 1500;
 
 /** The experiment's own curve over its closed form, which no log holds. */
 const JUDGED = "over its closed form";
@@ -64,6 +69,9 @@ export class Overlay {
   readonly root: HTMLElement;
   /** Of runs with several axes. */
   readonly plane: PlaneView;
+  /** Of runs with one. */
+  readonly depth: HTMLElement;
+  private readonly depths = new DepthPlot();
   private readonly parts = [new Part("above", ["commanded_force_n", "contact_force_n"]), new Part("below", ["position_m", "indenter_position_m"])];
   private readonly all_ = el("button", { type: "button", class: "small", hidden: true }, "show all");
   private runs: OpenRun[] = [];
@@ -90,6 +98,7 @@ export class Overlay {
     });
     this.root = el("section", { class: "card overlay" }, el("h2", {}, "Curves", this.moment, this.all_, files), ...parts);
     this.plane = new PlaneView(app);
+    this.depth = el("section", { class: "card depth-card", hidden: true }, el("h2", {}, "Force over depth"), this.depths.root);
     this.all_.addEventListener("click", () => this.all());
   }
 
@@ -139,6 +148,26 @@ export class Overlay {
     const round = ++this.round;
     this.all_.hidden = this.zoom === null;
     for (const part of this.parts) void this.loadPart(part, round);
+    void this.loadDepth(round);
+  }
+
+  /** Force over depth of each run with one axis, of the same span. */
+  private async loadDepth(round: number): Promise<void> {
+    const runs = this.runs.filter((run) => DEPTH.every((channel) => run.channels.includes(channel)));
+    this.depth.hidden = runs.length === 0;
+    try {
+      const frames = await Promise.all(runs.map((run) => this.frameOf(run, DEPTH, DEPTH_COLUMNS)));
+      if (round !== this.round) return;
+      const curves = frames.map((frame, n) => ({ ...this.strokeOf(runs[n]), depth: [frame.least[0], frame.most[0]] as const, force: [frame.least[1], frame.most[1]] as const }));
+      this.depths.draw(curves.reverse());
+    } catch (error) {
+      this.app.notify(error instanceof Error ? error.message : String(error));
+    }
+  }
+
+  /** The stroke of a run among those that are open. */
+  private strokeOf(run: OpenRun | undefined): Omit<Line, "label"> {
+    return STROKES[(run === undefined ? 0 : this.runs.indexOf(run)) % STROKES.length] ?? { colour: "--blue" };
   }
 
   private async loadPart(part: Part, round: number): Promise<void> {
@@ -219,24 +248,17 @@ export class Overlay {
   /** Runs are told apart by colour and dashes; components of vectors by colour, and of several runs by the dashes of the run. */
   private stroke({ run, channel, theory }: Curve): Omit<Line, "label"> {
     if (theory) return channel === RECORD ? MEASURED : THEORY;
-    const own = STROKES[this.runs.indexOf(run) % STROKES.length] ?? { colour: "--blue" };
+    const own = this.strokeOf(run);
     const several = this.runs.length > 1 ? (own.dash ?? []) : undefined;
     return strokeOf(channel, several) ?? { width: 2, ...own };
   }
 
   /** All curves on the times of all of them: where another has none, it has a gap that is not drawn. */
   private draw(part: Part, chart: Chart, curves: Curve[], columns: Sampled[]): void {
-    const x = [...new Set(columns.flatMap(({ time }) => time))].sort((a, b) => a - b);
-    const place = new Map(x.map((time, index) => [time, index]));
-    const drawn = columns.map(({ time, value }) => {
-      // undefined joins, null is a gap.
-      const points = new Array<number | null | undefined>(x.length);
-      time.forEach((at, index) => (points[place.get(at) ?? 0] = value[index] ?? null));
-      return points as Points;
-    });
-    part.drawn = { curves, x, points: drawn };
+    const { x, points } = joined(columns);
+    part.drawn = { curves, x, points };
     const range: readonly [number, number] = this.zoom ?? [Math.min(...this.runs.map((run) => run.first_s)), Math.max(...this.runs.map((run) => run.last_s))];
-    chart.draw(x, drawn, range[0] < range[1] ? range : [0, 1]);
+    chart.draw(x, points, range[0] < range[1] ? range : [0, 1]);
   }
 
   private pictures(): Picture[] {

@@ -2,8 +2,8 @@
 
 import { AnswerPanel } from "./answer";
 import type { App, ViewPart } from "./app";
-import { certificate } from "./certificate";
 import { el, say } from "./dom";
+import type { Dropped } from "./drop";
 import { bytes, duration, number } from "./format";
 import { FormPanel } from "./forms";
 import { IdentifyPanel } from "./identify";
@@ -13,6 +13,9 @@ import type { Shown, State } from "./state";
 
 /** Runs that can be told apart over each other. */
 const OPEN_MOST = 6;
+
+/** Time between two looks at the folder, ms. */
+const LOOK_MS = 2000;
 
 /** Time between two pictures of a run that goes on, ms. */
 const WATCH_MS = 300;
@@ -49,7 +52,7 @@ export class RunsView implements ViewPart {
     this.answer = new AnswerPanel((kind, parameters) => void this.tryOut(kind, parameters), (text) => app.dispatch({ do: "open", what: { file: { name: "design.toml", text } } }));
     this.identify = new IdentifyPanel(app);
     this.panels = {
-      curves: el("div", { class: "panel curves-panel" }, this.overlay.root, el("div", { class: "side" }, this.overlay.plane.root, el("section", { class: "card facts-card" }, el("h2", {}, "Report"), this.facts))),
+      curves: el("div", { class: "panel curves-panel" }, this.overlay.root, el("div", { class: "side" }, this.overlay.plane.root, this.overlay.depth, el("section", { class: "card facts-card" }, el("h2", {}, "Report"), this.facts))),
       answer: el("div", { class: "panel" }, this.answer.root),
       form: el("div", { class: "panel" }, this.form.root),
       identify: el("div", { class: "panel" }, this.identify.root),
@@ -65,7 +68,18 @@ export class RunsView implements ViewPart {
     this.stop.addEventListener("click", () => void app.tell("runs.stop"));
     this.show("curves");
     this.drawFacts([]);
-    this.listenForFiles();
+    setInterval(() => void this.look(), LOOK_MS);
+  }
+
+  /** Runs that a command beside the server writes are seen by looking. */
+  private async look(): Promise<void> {
+    if (!this.visible || document.hidden || !this.app.connection.ready) return;
+    const before = JSON.stringify(this.entries);
+    await this.refresh();
+    if (JSON.stringify(this.entries) === before) return;
+    const others = this.app.state.runs.open.filter((name) => this.loaded.get(name)?.running && this.going?.name !== name);
+    for (const name of others) this.loaded.delete(name);
+    if (others.length > 0) void this.load();
   }
 
   render(state: State, before: State): void {
@@ -113,8 +127,9 @@ export class RunsView implements ViewPart {
     if (!this.app.connection.ready || !this.visible) return;
     try {
       const { runs } = await this.app.connection.ask<{ runs: RunEntry[] }>("runs.list");
+      const same = JSON.stringify(runs) === JSON.stringify(this.entries) && this.list.childElementCount > 0;
       this.entries = runs;
-      this.drawList();
+      if (!same) this.drawList();
     } catch (error) {
       this.app.notify(error instanceof Error ? error.message : String(error));
     }
@@ -306,32 +321,26 @@ export class RunsView implements ViewPart {
 
   // Files.
 
-  private listenForFiles(): void {
-    this.root.addEventListener("dragover", (event) => {
-      event.preventDefault();
-      this.root.classList.add("dropping");
-    });
-    this.root.addEventListener("dragleave", () => this.root.classList.remove("dropping"));
-    this.root.addEventListener("drop", (event) => {
-      event.preventDefault();
-      this.root.classList.remove("dropping");
-      const file = event.dataTransfer?.files[0];
-      if (file) void this.take(file);
-    });
-  }
-
-  /** A certificate is shown; every other file is a record. */
-  private async take(file: File): Promise<void> {
-    const shown = file.name.endsWith(".json") ? certificate(file.name, await file.text()) : null;
-    if (shown === null) {
+  /** A file that fell on the page. */
+  take(dropped: Dropped): void {
+    if (dropped.is === "record") {
       this.show("identify");
-      void this.identify.read(file);
-      return;
+      this.identify.read(dropped.file);
+    } else if (dropped.is === "log") {
+      void this.refresh();
+      this.change({ open: [dropped.name], answer: "", span: null });
+      this.show("curves");
+    } else if (dropped.is === "experiment") {
+      void this.askForms().then(() => {
+        this.form.fill(dropped.kind, dropped.parameters);
+        this.show("form");
+      });
+    } else if (dropped.is === "certificate") {
+      // The answer that was there is asked for anew when it is chosen again.
+      this.answered = "";
+      this.answer.show(dropped.answer);
+      this.show("answer");
     }
-    // The answer that was there is asked for anew when it is chosen again.
-    this.answered = "";
-    this.answer.show(shown);
-    this.show("answer");
   }
 
   // The page.

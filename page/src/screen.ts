@@ -4,6 +4,7 @@ import type { App, ViewPart } from "./app";
 import { ControlView } from "./control";
 import { DesignView } from "./design";
 import { isTextField } from "./dom";
+import { listenForFiles, look } from "./drop";
 import { FeelView } from "./feel";
 import type { View } from "./fragment";
 import type { Unasked } from "./protocol";
@@ -101,7 +102,20 @@ export class Screen {
     this.app.dispatch({ do: "go", view });
   }
 
+  /** Gives a file to the view that it is for. */
+  async take(file: File): Promise<void> {
+    try {
+      const found = await look(this.app, file);
+      if (found === null) return;
+      if (found.view !== this.app.state.view) this.go(found.view);
+      this.views.get(found.view)?.take?.(found.dropped);
+    } catch (error) {
+      this.notify(error instanceof Error ? error.message : String(error));
+    }
+  }
+
   private listen(): void {
+    listenForFiles((file) => void this.take(file));
     addEventListener("keydown", (event) => this.key(event));
     addEventListener("keyup", (event) => {
       if (isTextField(event.target)) return;

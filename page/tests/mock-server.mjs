@@ -339,6 +339,19 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
         running = { run, done: 0, samples: run.samples[0].length };
         return { name: run.entry.name, samples: running.samples };
       }
+      case "tissue.keep":
+        if (!/^[a-z0-9-]+$/.test(message.name)) throw new Error(`name "${message.name}" is not made of lower-case letters, digits and hyphens`);
+        if (TISSUES.some(({ name }) => name === message.name)) throw new Error(`the library has a material "${message.name}" already; choose another name`);
+        TISSUES.push({ ...TISSUES[0], name: message.name, title: `the tissue of ${message.name}` });
+        return { path: `results/tissues/${message.name}.toml` };
+      case "file": {
+        const [, table] = /^\[(\w+)\]/m.exec(message.text) ?? [];
+        if (table === "parameters") return { is: "tissue", name: /^name = "(.*)"/m.exec(message.text)[1] };
+        if (table === "pid") return { is: "controller" };
+        if (table === "transfer_function") return { is: "plant" };
+        if (table !== "wall") throw new Error(`${message.name}: no experiment: [wall]`);
+        return { is: "experiment", experiment: { kind: table, text: message.text, parameters: Object.fromEntries([...message.text.matchAll(/^(\w+) = (.*)$/gm)].map(([, key, value]) => [key, JSON.parse(value)])) } };
+      }
       case "runs.stop":
         controls(page);
         if (running) finish("stopped");
@@ -351,9 +364,9 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
         for (const depth of message.depths_m) page.surface = Math.max(depth, page.surface * Math.exp(-0.02 / 3));
         return { surface_m: page.surface };
       case "ask": {
-        const { wall, record } = message.question;
+        const { wall, record, control } = message.question;
+        if (control) return designedControl(control);
         if (wall) return judgedWall(wall);
-        if (!record) throw new Error("the mock designs no controller");
         const rows = record.text.trim().split("\n").map((row) => row.split(",").map(Number));
         if (rows.length < 5) throw new Error("the CSV has no table: give a header and two columns of numbers");
         const { loading = null, indenter_radius_m: radius, half_angle_rad: angle } = record;
@@ -361,7 +374,7 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
         if (rows.slice(1).some((row) => row.length < 2 || row.some(Number.isNaN))) throw new Error("line 2 of the CSV is not two numbers: give time_s,force_n");
         const time = rows.slice(1).map(([t]) => t);
         const data = rows.slice(1).map(([, value]) => value);
-        return { kind: loading ? "record" : "relaxation", loading: { kind: loading, modulus: "young" }, samples: time.length, notes: ["a note"], warnings: [], best: "spring-pot", models: [{ model: "spring-pot", rms: 0.01, aic: 1, bic: 2, parameters: [{ name: "order", unit: "", value: 0.2, standard_error: 0.01 }], predicted: data.map((v) => v * 1.01) }], x: time, measured: data };
+        return { kind: loading ? "record" : "relaxation", loading: { kind: loading, modulus: "young" }, samples: time.length, notes: ["a note"], warnings: [], best: "spring-pot", models: [{ model: "spring-pot", rms: 0.01, aic: 1, bic: 2, parameters: [{ name: "order", unit: "", value: 0.2, standard_error: 0.01, low_95: 0.18, high_95: 0.22 }], predicted: data.map((v) => v * 1.01) }], x: time, measured: data, tissue: { name: record.name.replace(/\.\w+$/, ""), text: "name = \"mock\"\n[parameters]\n" }, tissue_reason: null };
       }
       default:
         throw new Error(`there is no request ${message.do}`);
@@ -441,6 +454,23 @@ function quantity(key, text) {
   if (number === undefined || Number.isNaN(Number(number))) throw new Error(`"${text}" is not a number`);
   if (!(unit in UNITS)) throw new Error(`"${text}" is not ${key.endsWith("_kg") ? "a mass" : "a value"}`);
   return Number(number) * UNITS[unit];
+}
+
+/** First order for the reference, the more overshoot the smaller the margin. */
+function designedControl({ plant, plant_file: file, controller_file: own, crossover_rad_s: crossover, phase_margin_rad: margin }) {
+  if (!file && plant.endsWith("(s+")) throw new Error(`plant "${plant}": character 5: a term is missing`);
+  const time = Array.from({ length: 300 }, (_, n) => (n * 60) / 300 / crossover);
+  const omega = Array.from({ length: 200 }, (_, n) => crossover * 10 ** (n / 50 - 2));
+  const of = (controller, order) => {
+    const step = time.map((t) => 1 - Math.exp(-crossover * t) * Math.cos(0.5 * order * crossover * t));
+    return {
+      controller, gains: { proportional_gain: 1, integral_gain_per_s_lambda: 0.1, integral_order: order, derivative_gain_s_mu: 0, derivative_order: 1 }, stable: true, verdict: "stable, proved",
+      margins: { phase_margin_deg: (180 / Math.PI) * margin, crossover_rad_s: crossover, gain_up: 3, gain_down: null, delay_margin_s: 2, sensitivity_peak: 1.4 }, shape: { overshoot: 0.1, settling_time_s: 30 },
+      time_s: time, step, command: step.map((y, n) => (n === 0 ? 40 : 2 - y)), loaded: step.map((y) => 0.3 * (1 - y)), robustness: [0.5, 1, 2].map((gain) => ({ gain, stable: true, step: step.map((y) => y ** (1 / gain)) })),
+      omega_rad_s: omega, open_real: omega.map(() => 0), open_imaginary: omega.map((w) => -crossover / w), phase_rad: omega.map(() => -Math.PI / 2),
+    };
+  };
+  return { plant: file ? "1/(2s+1)" : plant, sample_time_s: 0.02 / crossover, fractional: of("1+0.1/s^0.9", 0.9), integer: of("1+0.1/s", 1), integer_reason: null, own: own ? of("2+1/s", 1) : null, notes: ["Every wish is met within 1 %."], file: "[pid]\nintegral_order = 0.9\n" };
 }
 
 /** A wall among those of a quarter of an ellipse, smaller for a larger order. */

@@ -96,6 +96,8 @@ pub struct Trial {
     pub shape: Shape,
     /// Share of its samples with the command at a limit.
     pub limited_share: f64,
+    /// A load as high as that step, added to the command before the plant, with the reference at rest.
+    pub loaded: Response,
 }
 
 /// A step at another gain of the plant.
@@ -196,7 +198,7 @@ impl ControlDesign {
         let setup = self.with(&tuned);
         // A measured response can be tuned for, not run.
         let runs = self.plant.band().1 == f64::INFINITY;
-        let trial = runs.then(|| self.trial(&setup, &tuned)).transpose()?;
+        let trial = runs.then(|| self.trial(&setup)).transpose()?;
         let wishes = self.wishes(&tuned, trial.as_ref().map(|trial| &trial.analysis.margins));
         Ok(Candidate {
             setup,
@@ -206,19 +208,21 @@ impl ControlDesign {
         })
     }
 
-    fn trial(&self, setup: &ControllerSetup, tuned: &Tuned) -> Result<Trial, ControlError> {
+    /// Runs and judges a controller of any kind; only a PID is tried at other gains of the plant.
+    ///
+    /// # Errors
+    /// A plant that does not run, parameters outside their range.
+    pub fn trial(&self, setup: &ControllerSetup) -> Result<Trial, ControlError> {
         let plant = setup.sampled(&self.plant)?;
         let closed: SampledLoop = setup.closed_with(&plant)?;
-        let runs = steps(
-            &tuned.parameters,
-            &self.plant,
-            setup.memory()?,
-            self.sample_time,
-            self.samples,
-        )?;
+        let (memory, t) = (setup.memory()?, setup.sample_time());
+        let runs = setup
+            .pid()
+            .map(|pid| steps(&pid, &self.plant, memory, t, self.samples))
+            .transpose()?;
         let robustness = GAINS
             .into_iter()
-            .zip(runs)
+            .zip(runs.unwrap_or_default())
             .map(|(gain, response)| GainStep {
                 gain,
                 shape: response.shape(),
@@ -245,6 +249,7 @@ impl ControlDesign {
             robustness: robustness.collect(),
             shape: run.response.shape_of_step(self.step),
             limited_share: run.limited_share,
+            loaded: setup.simulate_loaded(&plant, &vec![0.0; self.samples], self.step)?,
             step: run.response,
         })
     }

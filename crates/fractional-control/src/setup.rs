@@ -1,11 +1,13 @@
 //! A controller with all that its loop needs to know of it.
 
 use crate::records::MODES;
+use crate::simulate::simulate_loaded;
 use crate::{
     Actuator, ControlError, Controller, ControllerParameters, FractionalPid,
     FractionalTransferFunction, FunctionController, LeadController, Memory, PidParameters, Plant,
-    Response, Rule, SampledLoop, SampledPlant, SetPoint, Term, simulate,
+    Response, Rule, SampledLoop, SampledPlant, SetPoint, Term,
 };
+
 use core::fmt::Debug;
 use fracdiff::full_memory::Kernel;
 use fracdiff::parameter::RangeError;
@@ -140,9 +142,23 @@ impl ControllerSetup {
         plant: &SampledPlant,
         reference: &[f64],
     ) -> Result<Response, ControlError> {
+        self.simulate_loaded(plant, reference, 0.0)
+    }
+
+    /// The same with a load that is added to the command before the plant, from the first sample on.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    pub fn simulate_loaded(
+        &self,
+        plant: &SampledPlant,
+        reference: &[f64],
+        load: f64,
+    ) -> Result<Response, ControlError> {
         let mut run = Run {
             plant,
             reference,
+            load,
             response: Response::default(),
         };
         self.with_controller(&mut run)?;
@@ -257,12 +273,14 @@ impl UseController for Nothing {
 struct Run<'a> {
     plant: &'a SampledPlant,
     reference: &'a [f64],
+    load: f64,
     response: Response,
 }
 
 impl UseController for Run<'_> {
     fn have<C: Controller<f64> + Clone + Debug + 'static>(&mut self, controller: &C) {
         let at = |n: usize| self.reference.get(n).copied().unwrap_or(0.0);
-        self.response = simulate(controller, self.plant, at, self.reference.len());
+        let samples = self.reference.len();
+        self.response = simulate_loaded(controller, self.plant, at, self.load, samples);
     }
 }

@@ -41,12 +41,23 @@ pub fn simulate<C: Controller<f64>>(
     reference: impl Fn(usize) -> f64,
     samples: usize,
 ) -> Response {
+    simulate_loaded(controller, plant, reference, 0.0, samples)
+}
+
+/// The same with a load d that is added to the command before the plant: y = S + G·(u + d).
+pub(crate) fn simulate_loaded<C: Controller<f64>>(
+    controller: &C,
+    plant: &SampledPlant,
+    reference: impl Fn(usize) -> f64,
+    load: f64,
+    samples: usize,
+) -> Response {
     let (mut history, mut state) = (controller.at_rest(), plant.at_rest());
     let mut run = Response::default();
     let loop_gain = 1.0 + controller.feedback_gain() * plant.direct_gain();
     for n in 0..samples {
         let r = reference(n);
-        let past = plant.past(&state);
+        let past = plant.past(&state) + plant.direct_gain() * load;
         let free = controller.wanted(&history, r, past) / loop_gain;
         let measured = past + plant.direct_gain() * free;
         let command = controller.output(&history, r, measured);
@@ -54,7 +65,7 @@ pub fn simulate<C: Controller<f64>>(
         let measured = past + plant.direct_gain() * command;
         let command = controller.output(&history, r, measured);
         controller.advance(&mut history, r, measured, command);
-        plant.advance(&mut state, command);
+        plant.advance(&mut state, command + load);
         run.reference.push(r);
         run.measured.push(measured);
         run.command.push(command);

@@ -36,6 +36,7 @@ use crate::judge::{Published, Report};
 use crate::run::Supervisor;
 use crate::run::folder::FolderRequest;
 use crate::run::schedule::Pace;
+use haptic_log::record::add_verdict;
 use parameters::{
     DEVICE_MODEL, DEVICE_PLANT, DRIVE_TABLE, KINDS, MEASUREMENT, QUESTIONS, of_kind, takes_device,
 };
@@ -138,7 +139,7 @@ impl ExperimentFile {
         self.0.metadata()
     }
 
-    /// Runs the experiment; log and CSV go into the folder.
+    /// Runs the experiment; log and CSV go into the folder. The log keeps the verdict.
     ///
     /// # Errors
     /// Bad parameters, before any file is made; a log or CSV that cannot be written; a device that cannot be used.
@@ -147,10 +148,18 @@ impl ExperimentFile {
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
     ) -> Result<Published<Report>, Failure> {
-        self.0.run(Watched {
+        let mut published = self.0.run(Watched {
             request,
             supervisor,
-        })
+        })?;
+        let Report { run, verdict, .. } = &mut published.report;
+        if let (Some(verdict), Some(log)) = (verdict, run.logs.last()) {
+            if let Err(error) = add_verdict(Path::new(log), verdict) {
+                let lost = format!("the log is whole, but lacks its verdict: {error}");
+                run.warnings.push(lost);
+            }
+        }
+        Ok(published)
     }
 
     /// True if it runs on the simulated device.

@@ -1,18 +1,22 @@
-//! A controller for a plant that was typed on the page: the answer of `control design`.
+//! A controller for a plant that was typed or dropped on the page: the answer of `control design`, and beside it a controller of
+//! one's own.
 
-use crate::Number;
-use fracdiff::parameter::Shown;
-use fractional_control::design::{Candidate, ControlDesign, SAMPLES_A_RADIAN, usual_sample_time};
+use crate::{Number, TextFile};
+use fractional_control::design::{Candidate, ControlDesign, Trial};
 use fractional_control::run::samples_for;
 use fractional_control::tuning::Specification;
-use fractional_control::{ControlError, Crossing, Margins, Plant};
+use fractional_control::{ControlError, ControllerSetup};
 use haptic_experiment::Failure;
-use haptic_experiment::control::{DesignWords, in_degrees, in_short, loose_factor};
-use haptic_experiment::document::{ControllerFile, ControllerOrigin, short};
-use haptic_experiment::parameters::{CONTROLLER_SCHEME, SAMPLE_TIME};
-use haptic_quantity::digits;
+use haptic_experiment::control::{
+    DesignWords, check_gain, gains, in_degrees, in_short, loose_factor, margins, sample_time_for,
+    shape,
+};
+use haptic_experiment::document::{ControllerFile, short};
+use haptic_experiment::parameters::CONTROLLER_SCHEME;
+use haptic_experiment::run::PlantModel;
 use serde::Deserialize;
 use serde_json::{Value, json};
+use std::path::Path;
 
 /// Points of a curve that is sent, at most.
 const POINTS: usize = 600;
@@ -22,107 +26,119 @@ const POINTS: usize = 600;
 #[serde(deny_unknown_fields)]
 pub(crate) struct ControlRequest {
     plant: String,
+    /// A plant file, or the table of a measured response, in place of the notation.
+    plant_file: Option<TextFile>,
+    /// A controller file, to be compared.
+    controller_file: Option<TextFile>,
     crossover_rad_s: Number,
     phase_margin_rad: Number,
     flat_phase: bool,
 }
 
+impl ControlRequest {
+    fn model(&self) -> Result<PlantModel, Failure> {
+        if let Some(TextFile { name, text }) = &self.plant_file {
+            return PlantModel::parse(Path::new(name), text);
+        }
+        self.plant.parse().map_err(|error: ControlError| {
+            let (text, error) = (short(&self.plant), in_degrees(&error));
+            Failure::bad_input(format_args!("plant \"{text}\": {error}"))
+        })
+    }
+}
+
+/// The controller of a file, in the loop of a design.
+fn own(TextFile { name, text }: &TextFile, design: &ControlDesign) -> Result<Value, Failure> {
+    let setup = ControllerFile::parse(Path::new(name), text)?.setup;
+    let crossover = Some(design.wishes.crossover_rad_s);
+    let design = ControlDesign {
+        samples: samples_for(crossover, setup.sample_time_s) as usize,
+        ..design.clone()
+    };
+    let refused =
+        |error: ControlError| Failure::bad_input(format_args!("{name}: {}", in_degrees(&error)));
+    Ok(seen(&setup, &design.trial(&setup).map_err(refused)?))
+}
+
 pub(crate) fn designed(request: &ControlRequest) -> Result<Value, Failure> {
     let failure = |error: ControlError| Failure::bad_input(in_degrees(&error));
-    let text = short(&request.plant);
-    let refused = |error| Failure::bad_input(format_args!("plant \"{text}\": {error}"));
-    let plant = request.plant.parse::<Plant>().map_err(refused)?;
+    let model = request.model()?;
+    let plant = model.plant().map_err(failure)?;
     let wishes = Specification {
         iso_damping: request.flat_phase,
         ..Specification::new(request.crossover_rad_s.0, request.phase_margin_rad.0)
     };
-    let crossover = |sample_time_s: f64| 1.0 / (SAMPLES_A_RADIAN * sample_time_s);
-    let [high, low] = SAMPLE_TIME.range().ends().map(crossover);
-    if !(low..=high).contains(&request.crossover_rad_s.0) {
-        return Err(Failure::bad_input(format_args!(
-            "crossover {} rad/s is not from {} to {} rad/s",
-            Shown(request.crossover_rad_s.0),
-            Shown(low),
-            Shown(high)
-        )));
-    }
-    let sample_time = usual_sample_time(request.crossover_rad_s.0);
-    let scheme = CONTROLLER_SCHEME.shown.parse();
+    let sample_time = sample_time_for(request.crossover_rad_s.0)?;
+    check_gain(&plant, request.crossover_rad_s.0)?;
     let design = ControlDesign {
-        samples: samples_for(Some(request.crossover_rad_s.0), sample_time.0) as usize,
+        samples: samples_for(Some(wishes.crossover_rad_s), sample_time.0) as usize,
         plant,
         wishes,
         sample_time,
-        scheme: scheme.map_err(Failure::input)?,
+        scheme: CONTROLLER_SCHEME.shown.parse().map_err(Failure::input)?,
         output_low: None,
         output_high: None,
         step: 1.0,
     };
+    let own = request
+        .controller_file
+        .as_ref()
+        .map(|file| own(file, &design))
+        .transpose()?;
     let answer = design.answer().map_err(failure)?;
     let (fractional, integer) = (&answer.fractional, answer.integer.as_ref());
     let words = DesignWords(&answer);
-    let file = ControllerFile {
-        setup: fractional.setup.clone(),
-        origin: ControllerOrigin {
-            plant: request.plant.clone(),
-            wishes: wishes_of(request),
-            note: words.note(),
-            ..ControllerOrigin::default()
-        },
+    // Of a file the notation is not read.
+    let notation = request.plant_file.is_none().then_some(&request.plant);
+    let reading =
+        notation.and_then(|text| Some(format!("Warning: {}.", loose_factor("plant", text)?)));
+    let unmet = Some(words.unmet()).filter(|unmet| !unmet.is_empty());
+    let unmet = unmet.map(|unmet| format!("Warning: not met: {unmet}."));
+    let seen = |candidate: &Candidate| match &candidate.trial {
+        Some(trial) => seen(&candidate.setup, trial),
+        // A measured response is tuned for, not run.
+        None => json!({
+            "controller": candidate.setup.law.to_string(),
+            "gains": gains(&candidate.tuned.parameters),
+        }),
     };
-    let reading = loose_factor("plant", &request.plant).map(|said| format!("Warning: {said}."));
     Ok(json!({
+        "plant": model.in_words(),
         "sample_time_s": sample_time.0,
         "fractional": seen(fractional),
         "integer": integer.ok().map(seen),
         "integer_reason": integer.err().map(in_degrees),
-        "notes": reading.into_iter().chain(words.sentences()).collect::<Vec<_>>(),
-        "file": file.to_toml(),
+        "own": own,
+        "notes": reading.into_iter().chain(unmet).chain(words.sentences()).collect::<Vec<_>>(),
+        "file": words.file(&model.in_words(), &wishes, "").to_toml(),
     }))
 }
 
-fn wishes_of(request: &ControlRequest) -> String {
-    format!(
-        "crossover {} rad/s, phase margin {}°{}",
-        digits(request.crossover_rad_s.0, 4),
-        digits(request.phase_margin_rad.0.to_degrees(), 4),
-        if request.flat_phase {
-            ", flat phase"
-        } else {
-            ""
-        }
-    )
-}
-
-fn seen(candidate: &Candidate) -> Value {
-    // A plant in notation runs.
-    let Some(trial) = &candidate.trial else {
-        return Value::Null;
-    };
-    let t = candidate.setup.sample_time_s;
-    let value = |crossing: fn(&Margins) -> Option<Crossing>| {
-        trial.margins().and_then(crossing).map(|at| at.value)
-    };
-    let phase = trial.margins().and_then(|margins| margins.phase);
-    let shape = trial.analysis.verdict.stable.then_some(&trial.shape);
-    let step = &trial.step.measured;
-    let every = step.len().div_ceil(POINTS).max(1);
+fn seen(setup: &ControllerSetup, trial: &Trial) -> Value {
+    let t = setup.sample_time_s;
+    let samples = trial.step.measured.len();
+    let every = samples.div_ceil(POINTS).max(1);
+    let thinned = |values: &[f64]| -> Vec<f64> { values.iter().copied().step_by(every).collect() };
+    let gains_tried = trial.robustness.iter().map(|row| {
+        json!({
+            "gain": row.gain,
+            "stable": row.stable,
+            "step": thinned(&row.response.measured),
+        })
+    });
     let curve = &trial.analysis.curve;
     json!({
-        "controller": candidate.setup.law.to_string(),
+        "controller": setup.law.to_string(),
+        "gains": setup.pid().as_ref().map(gains),
         "stable": trial.analysis.verdict.stable,
         "verdict": in_short(&trial.analysis),
-        "phase_margin_rad": value(|margins| margins.phase),
-        "crossover_rad_s": phase.map(|phase| phase.omega_rad_s),
-        "gain_margin": value(|margins| margins.gain_up),
-        "gain_margin_down": value(|margins| margins.gain_down),
-        "delay_margin_s": value(|margins| margins.delay_s),
-        "sensitivity_peak": value(|margins| Some(margins.sensitivity)),
-        "overshoot": shape.map(|shape| shape.overshoot),
-        "settling_time_s": shape.and_then(|shape| shape.settled).map(|n| n as f64 * t),
-        "phase_slope_rad": candidate.tuned.phase_slope_rad,
-        "time_s": (0..step.len()).step_by(every).map(|n| n as f64 * t).collect::<Vec<_>>(),
-        "step": step.iter().step_by(every).collect::<Vec<_>>(),
+        "margins": trial.margins().map(margins),
+        "shape": trial.analysis.verdict.stable.then(|| shape(&trial.shape, t)),
+        "time_s": (0..samples).step_by(every).map(|n| n as f64 * t).collect::<Vec<_>>(),
+        "step": thinned(&trial.step.measured),
+        "command": thinned(&trial.step.command),
+        "loaded": thinned(&trial.loaded.measured),
+        "robustness": gains_tried.collect::<Vec<_>>(),
         "omega_rad_s": curve.iter().map(|point| point.omega_rad_s).collect::<Vec<_>>(),
         "open_real": curve.iter().map(|point| point.open.re).collect::<Vec<_>>(),
         "open_imaginary": curve.iter().map(|point| point.open.im).collect::<Vec<_>>(),

@@ -1,15 +1,18 @@
 //! A tissue from a record that was dropped on the page: the same reading and the same fits as on the command line.
 
 use haptic_experiment::Failure;
+use haptic_experiment::document::short;
+use haptic_log::record::StartTime;
 use haptic_loop::{Loading, LoadingKind};
-use haptic_tissue::identify::table::{Reader, Reading, Understood, read_table};
+use haptic_tissue::identify::table::{Column, Reader, Reading, Understood, read_table};
 use haptic_tissue::identify::{
-    CANDIDATES, Fit, Identification, Options, RecordKind, identify_unless,
+    CANDIDATES, Fit, Identification, Options, Provenance, identify_unless,
 };
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::fmt::Display;
 use std::sync::atomic::AtomicBool;
+use std::time::SystemTime;
 
 /// Points of a curve that is sent, at most.
 const POINTS: usize = 2000;
@@ -21,7 +24,9 @@ pub(crate) struct IdentifyRequest {
     name: String,
     /// The table: CSV or TSV.
     text: String,
-    kind: Option<String>,
+    /// As `--columns` and `--units`: `time=1,modulus=3`.
+    columns: String,
+    units: String,
     strain: Option<f64>,
     stress_pa: Option<f64>,
     area_m2: Option<f64>,
@@ -35,19 +40,34 @@ pub(crate) struct IdentifyRequest {
     model: Option<String>,
 }
 
-pub(crate) fn identified(request: &IdentifyRequest, stop: &AtomicBool) -> Result<Value, Failure> {
+/// The parts of a list such as `time=1,modulus=3`.
+fn parts<T>(key: &str, text: &str, read: fn(&str) -> Result<T, String>) -> Result<Vec<T>, Failure> {
+    let parts = text
+        .split(',')
+        .map(str::trim)
+        .filter(|part| !part.is_empty());
+    let refused =
+        |part: &str, why| Failure::bad_input(format_args!("`{key}`: \"{}\" {why}", short(part)));
+    parts
+        .map(|part| read(part).map_err(|why| refused(part, why)))
+        .collect()
+}
+
+/// The answer to a record; a tissue that is made of it says that `program` did.
+pub(crate) fn identified(
+    request: &IdentifyRequest,
+    program: &str,
+    stop: &AtomicBool,
+) -> Result<Value, Failure> {
     let name = match request.name.as_str() {
         "" => "the record",
         name => name,
     };
     let refused = |error: &dyn Display| Failure::bad_input(format_args!("{name}: {error}"));
-    let kinds = RecordKind::ALL.map(|kind| (kind, kind.name()));
-    let kind = named("kind", request.kind.as_ref(), &kinds)?;
     let loading = named("loading", request.loading.as_ref(), &LoadingKind::ALL)?;
     let models = CANDIDATES.map(|kind| (kind, kind.name()));
     let chosen = named("model", request.model.as_ref(), &models)?;
     let reading = Reading {
-        kind,
         strain: request.strain,
         stress_pa: request.stress_pa,
         loading: Loading {
@@ -62,9 +82,14 @@ pub(crate) fn identified(request: &IdentifyRequest, stop: &AtomicBool) -> Result
         poisson_ratio: request.poisson_ratio,
         ..Reading::default()
     };
+    let reader = Reader {
+        columns: parts("columns", &request.columns, Column::chosen)?,
+        units: parts("units", &request.units, Column::with_unit)?,
+        ..Reader::default()
+    };
     let table = read_table(request.text.as_bytes());
     let understood = table
-        .and_then(|table| Reader::default().read(table)?.record(&reading))
+        .and_then(|table| reader.read(table)?.record(&reading))
         .map_err(|error| refused(&error))?;
     let options = Options {
         candidates: chosen.map_or_else(|| CANDIDATES.to_vec(), |kind| vec![kind]),
@@ -74,7 +99,31 @@ pub(crate) fn identified(request: &IdentifyRequest, stop: &AtomicBool) -> Result
     };
     let found = identify_unless(&understood.record, &options, stop, &|_| {});
     let found = found.map_err(|error| refused(&error))?;
-    Ok(answer(&found, &understood))
+    let date = StartTime::at(SystemTime::now()).rfc3339();
+    let told = Provenance {
+        program,
+        record: name,
+        conditions: None,
+        date: date.split('T').next().unwrap_or_default(),
+    };
+    let tissue = found.tissue(&tissue_name(&request.name), &understood, told);
+    let mut answer = answer(&found, &understood);
+    answer["tissue_reason"] = json!(tissue.as_ref().err().map(ToString::to_string));
+    answer["tissue"] = json!(
+        tissue
+            .ok()
+            .map(|of| json!({"name": of.name, "text": of.text}))
+    );
+    Ok(answer)
+}
+
+/// A name for the tissue of a file: lower-case letters, digits and hyphens.
+fn tissue_name(file: &str) -> String {
+    let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
+    let name: String = stem.to_lowercase().chars().map(plain).collect();
+    let name = name.trim_matches('-');
+    if name.is_empty() { "tissue" } else { name }.to_owned()
 }
 
 fn named<T: Copy>(
@@ -99,17 +148,9 @@ fn answer(found: &Identification, understood: &Understood) -> Value {
     let thinned =
         |numbers: &[f64]| -> Vec<f64> { numbers.iter().copied().step_by(every).collect() };
     let model = |fit: &Fit| {
-        let parameters = fit.parameters.iter().map(|estimate| {
-            json!({
-                "name": estimate.name,
-                "unit": estimate.unit,
-                "value": estimate.value,
-                "standard_error": estimate.standard_error,
-            })
-        });
         json!({
             "model": fit.kind.name(),
-            "parameters": parameters.collect::<Vec<_>>(),
+            "parameters": fit.parameters,
             "rms": fit.rms,
             "aic": fit.aic,
             "bic": fit.bic,

@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod control;
+mod dropped;
 mod feel;
 mod folder;
 mod identify;
@@ -30,6 +31,14 @@ impl From<Option<f64>> for Number {
     fn from(number: Option<f64>) -> Self {
         Self(number.unwrap_or(f64::NAN))
     }
+}
+
+/// A file that a person gave the page: its name is for messages.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TextFile {
+    pub(crate) name: String,
+    pub(crate) text: String,
 }
 
 /// Says something to all pages; to none if there is none. May be called in any thread, and never waits.

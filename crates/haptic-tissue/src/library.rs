@@ -47,20 +47,27 @@ impl Library {
     /// # Errors
     /// If the folder cannot be read.
     pub fn load(folder: Option<&Path>) -> Result<Self, MaterialError> {
-        let (mut materials, mut skipped) = (Vec::new(), Vec::new());
+        let mut library = Self {
+            materials: Vec::new(),
+            skipped: Vec::new(),
+        };
         for text in BUILT_IN {
-            materials.push(Material::parse(Path::new("built-in"), text)?);
+            let material = Material::parse(Path::new("built-in"), text)?;
+            library.materials.push(material);
         }
-        for path in folder.map(toml_files).transpose()?.unwrap_or_default() {
-            let read = Material::read(&path).and_then(|material| {
-                let is_taken = materials.iter().any(|known| known.name == material.name);
-                let taken =
-                    is_taken.then(|| MaterialError::Twice(material.name.clone(), path.clone()));
-                taken.map_or(Ok(material), Err)
-            });
-            match read {
-                Ok(material) => materials.push(material),
-                Err(error) => skipped.push(Skipped {
+        folder.map_or(Ok(()), |folder| library.add_folder(folder))?;
+        Ok(library)
+    }
+
+    /// Takes in all `*.toml` files of a folder, as [`load`](Self::load) does.
+    ///
+    /// # Errors
+    /// If the folder cannot be read.
+    pub fn add_folder(&mut self, folder: &Path) -> Result<(), MaterialError> {
+        for path in toml_files(folder)? {
+            let read = Material::read(&path);
+            if let Err(error) = read.and_then(|material| self.add(&path, material)) {
+                self.skipped.push(Skipped {
                     path,
                     why: error.to_string(),
                     taken: if let MaterialError::Twice(name, _) = error {
@@ -68,10 +75,22 @@ impl Library {
                     } else {
                         None
                     },
-                }),
+                });
             }
         }
-        Ok(Self { materials, skipped })
+        Ok(())
+    }
+
+    /// Takes in a tissue; `path` is its file, for messages.
+    ///
+    /// # Errors
+    /// If its name is taken.
+    pub fn add(&mut self, path: &Path, material: Material) -> Result<(), MaterialError> {
+        if self.materials.iter().any(|m| m.name == material.name) {
+            return Err(MaterialError::Twice(material.name, path.to_owned()));
+        }
+        self.materials.push(material);
+        Ok(())
     }
 
     /// The same with this tissue, instead of one of its name.

@@ -1,5 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { joined } from "../../src/columns";
+import { keyOf } from "../../src/forms";
 import { certificate } from "../../src/certificate";
 import { wallFile } from "../../src/design-file";
 import { demonstrated } from "../../src/demonstration";
@@ -58,4 +60,20 @@ test("a self-test is shown as a certificate, and nothing else is one", () => {
   for (const other of ["", "time_s,force_n", "[]", "null", JSON.stringify({ ...report, checks: [{}] }), JSON.stringify({ ...report, board: 1 })]) {
     assert.equal(certificate("x.json", other), null, other);
   }
+});
+
+test("a sentence is said beside the field that it is about", () => {
+  const keys = ["order", "stiffness_n_per_m", "strain", "loading", "columns"];
+  assert.equal(keyOf("strain = 5 is not above 0 and at most 1", keys), "strain");
+  assert.equal(keyOf("`order` is missing: give a number", keys), "order");
+  assert.equal(keyOf("wall.toml:3: stiffness_n_per_m = -1 is below 0; change it, in order to go on", keys), "stiffness_n_per_m");
+  assert.equal(keyOf("the columns make no record: give `loading` and an area", keys), "loading");
+  assert.equal(keyOf("in order to go on, wait", keys), undefined);
+  assert.equal(keyOf("", keys), undefined);
+});
+
+test("curves at other times are drawn over each other without joining their gaps", () => {
+  const { x, points } = joined([{ time: [0, 2], value: [1, 2] }, { time: [0, 1, 2], value: [3, null, 5] }]);
+  assert.deepEqual(x, [0, 1, 2]);
+  assert.deepEqual(points.map((line) => [...line]), [[1, undefined, 2], [3, null, 5]]);
 });

@@ -93,7 +93,10 @@ impl ControllerFile {
     }
 
     /// Reads and checks the text of a file; `path` is for messages.
-    pub(crate) fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
+    ///
+    /// # Errors
+    /// If it is wrong: in one line, with file and line.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
         let document = Parsed::of(path, text)?;
         let laws = LAWS.map(|(name, _)| name);
         let (name, law, mut beside) =

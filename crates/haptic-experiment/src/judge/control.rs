@@ -1,11 +1,20 @@
 //! A designed controller in sentences, for the command and the page.
 
-use crate::document::short;
-use crate::parameters::{DELAY, SAMPLE_TIME};
+use crate::document::failure::Failure;
+use crate::document::{ControllerFile, ControllerOrigin, short};
+use crate::parameters::{DELAY, OUTPUT_HIGH, SAMPLE_TIME};
+use fracdiff::Seconds;
+use fracdiff::parameter::Shown;
 use fractional_control::analysis::{Cause, LoopAnalysis};
-use fractional_control::design::{ControlAnswer, ROBUST_GAINS, Trial, WishName};
-use fractional_control::{ControlError, factor_after_division};
+use fractional_control::design::{
+    ControlAnswer, ROBUST_GAINS, SAMPLES_A_RADIAN, Trial, WishName, usual_sample_time,
+};
+use fractional_control::tuning::Specification;
+use fractional_control::{
+    ControlError, Crossing, Margins, PidParameters, Plant, Shape, factor_after_division,
+};
 use haptic_quantity::{Key, digits, written};
+use serde_json::{Value, json};
 use std::f64::consts::LN_10;
 
 /// What the tuning is asked for.
@@ -53,6 +62,144 @@ fn with_unit(key: &str, value: f64) -> String {
         true => format!("{}°", digits(value.to_degrees(), 4)),
         false => written(key, value),
     }
+}
+
+/// The sample time of a design that is given none.
+///
+/// # Errors
+/// A crossover for which it would be outside its range.
+pub fn sample_time_for(crossover_rad_s: f64) -> Result<Seconds, Failure> {
+    let sample_time = usual_sample_time(crossover_rad_s);
+    if SAMPLE_TIME.range().contains(sample_time.0) {
+        return Ok(sample_time);
+    }
+    let crossover = |sample_time_s: f64| 1.0 / (SAMPLES_A_RADIAN * sample_time_s);
+    let [low, high] = SAMPLE_TIME.range().ends().map(crossover);
+    Err(Failure::bad_input(format_args!(
+        "crossover {} rad/s is not from {} to {} rad/s: change {CROSSOVER}, or give {SAMPLE_TIME}",
+        Shown(crossover_rad_s),
+        Shown(high),
+        Shown(low)
+    )))
+}
+
+/// Next to the crossover, and how far apart gains are there only because of a zero or a pole between.
+const BESIDE: f64 = 1.1;
+const APART: f64 = 1e6;
+
+/// Refuses a crossover outside a measured band, or at which the plant's gain is no number that a controller can have: about one over it.
+///
+/// # Errors
+/// As said, with the reason.
+pub fn check_gain(plant: &Plant, crossover_rad_s: f64) -> Result<(), Failure> {
+    let (low, high) = plant.band();
+    let omega = Shown(crossover_rad_s);
+    if high.is_finite() && !(low < crossover_rad_s && crossover_rad_s < high) {
+        return Err(Failure::bad_input(format_args!(
+            "crossover {omega} rad/s is outside the measured band, {} to {} rad/s: change {CROSSOVER}",
+            digits(low, 4),
+            digits(high, 4)
+        )));
+    }
+    let [_, most] = OUTPUT_HIGH.range().ends();
+    let gain_at = |omega: f64| plant.response(omega).map(|g| g.norm());
+    let gain = gain_at(crossover_rad_s);
+    let Some(gain) = gain.filter(|gain| gain.is_nan() || !(1.0 / most..=most).contains(gain))
+    else {
+        return Ok(());
+    };
+    // What is far from its neighbours is that in any units.
+    let near = gain_at(BESIDE * crossover_rad_s).unwrap_or(gain);
+    Err(if gain < near / APART {
+        Failure::bad_input(format_args!(
+            "the plant has a zero at {CROSSOVER} {omega} rad/s: no controller gives the loop a gain there; move {CROSSOVER}"
+        ))
+    } else if gain > near * APART {
+        Failure::bad_input(format_args!(
+            "the plant has an undamped pole at {CROSSOVER} {omega} rad/s: no controller bounds the loop's gain there; move {CROSSOVER}"
+        ))
+    } else {
+        Failure::bad_input(format_args!(
+            "the plant's gain {} at {CROSSOVER} {omega} rad/s is not from {} to {}: change its units",
+            Shown(gain),
+            Shown(1.0 / most),
+            Shown(most)
+        ))
+    })
+}
+
+/// The wishes of a design in words, for its controller file.
+fn in_words(wishes: &Specification) -> String {
+    let mut words = vec![
+        format!("crossover {} rad/s", digits(wishes.crossover_rad_s, 4)),
+        format!(
+            "phase margin {}°",
+            digits(wishes.phase_margin_rad.to_degrees(), 4)
+        ),
+    ];
+    if wishes.iso_damping {
+        words.push("flat phase".to_owned());
+    }
+    for (name, most) in [
+        ("|S|", wishes.sensitivity_peak),
+        ("|T|", wishes.complementary_peak),
+    ] {
+        words.extend(most.map(|most| format!("{name} ≤ {}", digits(most, 4))));
+    }
+    for (name, side, bound) in [
+        ("|T|", "from", wishes.noise),
+        ("|S|", "up to", wishes.disturbance),
+    ] {
+        words.extend(bound.map(|bound| {
+            let (most, omega) = (digits(bound.at_most, 4), digits(bound.omega_rad_s, 4));
+            format!("{name} ≤ {most} {side} {omega} rad/s")
+        }));
+    }
+    words.join(", ")
+}
+
+/// The gains of a PI^λD^μ by the keys of its file.
+#[must_use]
+pub fn gains(of: &PidParameters) -> Value {
+    json!({
+        "proportional_gain": of.proportional,
+        "integral_gain_per_s_lambda": of.integral,
+        "integral_order": of.integral_order,
+        "derivative_gain_s_mu": of.derivative,
+        "derivative_order": of.derivative_order,
+    })
+}
+
+/// The margins of a loop as a report has them.
+#[must_use]
+pub fn margins(margins: &Margins) -> Value {
+    let value = |crossing: Option<Crossing>| crossing.map(|crossing| crossing.value);
+    let frequency = |crossing: Option<Crossing>| crossing.map(|crossing| crossing.omega_rad_s);
+    json!({
+        "crossover_rad_s": frequency(margins.phase),
+        "crossovers": margins.crossovers,
+        "phase_margin_deg": value(margins.phase).map(f64::to_degrees),
+        "gain_up": value(margins.gain_up),
+        "gain_up_rad_s": frequency(margins.gain_up),
+        "gain_down": value(margins.gain_down),
+        "gain_down_rad_s": frequency(margins.gain_down),
+        "delay_margin_s": value(margins.delay_s),
+        "sensitivity_peak": margins.sensitivity.value,
+        "sensitivity_peak_rad_s": margins.sensitivity.omega_rad_s,
+        "complementary_peak": margins.complementary.value,
+        "complementary_peak_rad_s": margins.complementary.omega_rad_s,
+    })
+}
+
+/// The shape of a step as a report has it.
+#[must_use]
+pub fn shape(shape: &Shape, sample_time_s: f64) -> Value {
+    json!({
+        "overshoot": shape.overshoot,
+        "rise_time_s": shape.rise.map(|samples| samples * sample_time_s),
+        "settling_time_s": shape.settled.map(|samples| samples as f64 * sample_time_s),
+        "final_error": shape.final_error,
+    })
 }
 
 /// The verdict in a few words.
@@ -105,12 +252,25 @@ pub struct DesignWords<'a>(pub &'a ControlAnswer);
 
 impl DesignWords<'_> {
     /// Wishes that are not met, and a loop that is not robust, for the controller file.
-    #[must_use]
-    pub fn note(&self) -> String {
+    fn note(&self) -> String {
         let unmet = Some(self.unmet()).filter(|unmet| !unmet.is_empty());
         let parts = unmet.map(|unmet| format!("not met: {unmet}"));
         let parts: Vec<String> = parts.into_iter().chain(self.fragile()).collect();
         parts.join("; ")
+    }
+
+    /// The controller file of the design, for this plant and these wishes.
+    #[must_use]
+    pub fn file(&self, plant: &str, wishes: &Specification, program: &str) -> ControllerFile {
+        ControllerFile {
+            setup: self.0.fractional.setup.clone(),
+            origin: ControllerOrigin {
+                plant: plant.to_owned(),
+                wishes: in_words(wishes),
+                program: program.to_owned(),
+                note: self.note(),
+            },
+        }
     }
 
     /// The wishes that are not met, and by how much; empty if all are.

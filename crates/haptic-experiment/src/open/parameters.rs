@@ -30,6 +30,7 @@ pub use crate::question::zwidth::{ZWIDTH_ORDERS, ZWIDTH_POINTS};
 pub use crate::question::{QUESTIONS, analysis};
 pub use crate::run::safety::keys::*;
 
+use crate::document::parameters::kind::parameters;
 use crate::experiment::kind::{Beside, Keys};
 use crate::experiment::rendering::Contact;
 use crate::experiment::teleoperation::PlaceName;
@@ -77,8 +78,18 @@ const PLANT_TABLES: &[Keys] = &[
     ("[source], optional", PLANT_SOURCE),
 ];
 
+parameters! {
+    /// The columns of a record by number or header.
+    COLUMNS = text("columns", "",
+        "Columns by number or header, as time=1,modulus=3; strain, stress, force, position, omega, storage, loss");
+    /// The units of a record that its headers lack.
+    UNITS = text("units", "", "Units that headers lack, as time=ms,stress=kPa");
+}
+
 /// Parameters for a record of a tissue: the values that its table omits.
 pub const RECORD: &[Parameter] = &[
+    COLUMNS,
+    UNITS,
     LOADING.without_default(),
     INDENTER_RADIUS,
     HALF_ANGLE,

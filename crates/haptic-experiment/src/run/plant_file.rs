@@ -175,18 +175,35 @@ impl FromStr for PlantModel {
     }
 }
 
+/// True of the table of a measured response.
+fn is_table(path: &Path) -> bool {
+    let extension = path.extension();
+    extension.is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
+}
+
 impl PlantModel {
     /// Reads a plant file, or the table of a measured response, `.csv`.
     ///
     /// # Errors
     /// If it cannot be read or is wrong: in one line, with file and line.
     pub fn read(path: &Path) -> Result<Self, Failure> {
-        let extension = path.extension();
-        if extension.is_some_and(|ending| ending.eq_ignore_ascii_case("csv")) {
+        if is_table(path) {
             let points = read_response(path).map_err(Failure::bad_input)?;
             return Ok(Self::Measured(points));
         }
         Ok(parse(path, &text_of(path, "plant")?)?.0)
+    }
+
+    /// The same of the text of such a file; the ending of `path` says which.
+    ///
+    /// # Errors
+    /// If it is wrong: in one line, with file and line.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, Failure> {
+        if is_table(path) {
+            let points = response_of(path, text.as_bytes()).map_err(Failure::bad_input)?;
+            return Ok(Self::Measured(points));
+        }
+        Ok(parse(path, text)?.0)
     }
 
     /// The text of a file of a transfer function or of a device, made by this program; `None` of anything else, which people write.
@@ -508,13 +525,19 @@ const COLUMNS: &str = "omega_rad_s or frequency_hz; gain or gain_db, with phase_
 /// ω in rad/s and G(jω), from a table with a header: `omega_rad_s` or `frequency_hz`, and `gain` or `gain_db` with `phase_deg` or
 /// `phase_rad`, or `real` and `imaginary`. Rows whose `coherence` is below [`COHERENT`] are left out; other columns are passed over.
 pub(crate) fn read_response(path: &Path) -> Result<MeasuredPoints, String> {
-    let shown = path.display();
     let bytes = read_bytes(path, TABLE_MOST).map_err(|error| {
+        let shown = path.display();
         format!("cannot read the measured response `{shown}`: {error}; give the path of a CSV file")
     })?;
+    response_of(path, &bytes)
+}
+
+/// The same of the bytes of a table; `path` is for messages.
+fn response_of(path: &Path, bytes: &[u8]) -> Result<MeasuredPoints, String> {
+    let shown = path.display();
     // The units of frequency and phase; none of a phase where there are two parts.
     let (mut turn, mut in_db, mut angle, mut told) = (1.0, false, None, false);
-    let columns = read_chosen(&bytes, |header| {
+    let columns = read_chosen(bytes, |header| {
         let position = |name: &str| header.iter().position(|cell| *cell == name);
         // The first of these columns that is there, and whether it is the second.
         let column = |what: &str, [one, other]: [&str; 2]| {

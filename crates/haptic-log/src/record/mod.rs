@@ -25,6 +25,7 @@
 //! Every [`SYNC_INTERVAL`] a thread of its own brings what was handed over to the disk: a power failure
 //! costs that much, one chunk, and as long as the disk takes. No topics but these survive [`recover()`].
 
+mod append;
 mod error;
 mod export;
 pub mod flaw;
@@ -42,6 +43,7 @@ mod topic;
 mod topics;
 mod writer;
 
+pub use append::{VERDICT, add_verdict};
 pub use error::RecordError;
 pub use export::{ExportSummary, export_csv, export_csv_to};
 #[cfg(feature = "foxglove")]

@@ -143,7 +143,8 @@ fn record_parameter(given: &Parameter) -> Value {
     field
 }
 
-pub(super) fn forms() -> Value {
+/// The forms of the experiments.
+pub(crate) fn forms() -> Value {
     let form = |kind: &str| {
         let tables = parameters::of_kind(kind).into_iter().map(|(title, table)| {
             // The others have defaults.

@@ -121,11 +121,11 @@ impl Watched {
 }
 
 impl Going {
-    /// Starts it. `keep` takes its curves and its verdict.
+    /// Starts it. `keep` takes its curves.
     pub(super) fn start(
         work: Work,
         announce: Announce,
-        keep: impl FnOnce(&str, Value, Option<String>) + Send + 'static,
+        keep: impl FnOnce(&str, Value) + Send + 'static,
     ) -> Arc<Self> {
         let (drawn, run) = (work.drawn, work.run);
         let going = Arc::new(Self {
@@ -147,7 +147,7 @@ impl Going {
         &self,
         work: impl FnOnce(Attendant<'_>) -> Result<Finished, Failure>,
         announce: &Announce,
-        keep: impl FnOnce(&str, Value, Option<String>),
+        keep: impl FnOnce(&str, Value),
     ) {
         let say = |state: &str, more: Value| {
             let mut run = json!({
@@ -200,12 +200,8 @@ impl Going {
     }
 
     /// The last word of a run.
-    fn end_of(
-        &self,
-        finished: Finished,
-        keep: impl FnOnce(&str, Value, Option<String>),
-    ) -> (&'static str, Value) {
-        keep(&self.name, finished.curves, finished.verdict.clone());
+    fn end_of(&self, finished: Finished, keep: impl FnOnce(&str, Value)) -> (&'static str, Value) {
+        keep(&self.name, finished.curves);
         let state = match &finished.ended_early {
             None => "done",
             Some(_) if self.is_stopped() => "stopped",

@@ -1,7 +1,7 @@
 //! The logs and answers of a folder: names, and what they say of themselves.
 
 use haptic_experiment::{Failure, lines};
-use haptic_log::record::{Entry, LogFiles, StartTime, inspect};
+use haptic_log::record::{Entry, LogFiles, NewFileError, StartTime, VERDICT, inspect, leftover_at};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, HashMap};
@@ -35,13 +35,13 @@ impl Seen {
 /// A line of the list.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct Listed {
-    pub(super) name: String,
+    name: String,
     kind: Option<String>,
     started_utc: Option<String>,
     duration_s: Option<f64>,
     samples: Option<u64>,
     size_bytes: u64,
-    pub(super) verdict: Option<String>,
+    verdict: Option<String>,
     running: bool,
 }
 
@@ -64,14 +64,15 @@ impl Listing {
         for (name, (path, seen)) in logs {
             let known = self.known.get(&path).filter(|(then, _)| *then == seen);
             let mut listed = match known {
-                Some((_, listed)) => listed.clone(),
-                None => {
+                // Nothing says when a writer has died.
+                Some((_, listed)) if !listed.running => listed.clone(),
+                _ => {
                     let listed = listed(&name, &path, seen);
                     self.known.insert(path, (seen, listed.clone()));
                     listed
                 }
             };
-            listed.running = going == Some(name.as_str());
+            listed.running |= going == Some(name.as_str());
             list.push((seen.changed, listed));
         }
         list.sort_by(|(a, one), (b, other)| b.cmp(a).then_with(|| one.name.cmp(&other.name)));
@@ -124,7 +125,10 @@ fn look(
                 let _ = look(&path, &format!("{prefix}{file}/"), depth - 1, found);
             }
         } else if about.is_file() {
-            let log = file.strip_suffix(".mcap");
+            let log = file.strip_suffix(".mcap").or_else(|| {
+                let stem = file.strip_suffix(UNFINISHED)?;
+                (!folder.join(format!("{stem}.mcap")).exists()).then_some(stem)
+            });
             let log = log.filter(|stem| !goes_on_with(stem, folder));
             if let Some(stem) = log.or_else(|| file.strip_suffix(SUFFIX)) {
                 found.insert(format!("{prefix}{stem}"), (path, Seen::of(&about)));
@@ -142,11 +146,21 @@ fn goes_on_with(stem: &str, folder: &Path) -> bool {
     })
 }
 
+/// Behind the name of a log that is not finished.
+const UNFINISHED: &str = ".mcap.part";
+
+/// True of a log that some program writes just now, this one or a command beside it.
+pub(super) fn is_being_written(path: &Path) -> bool {
+    let unfinished = path.to_str().is_some_and(|path| path.ends_with(UNFINISHED));
+    unfinished && matches!(leftover_at(path), NewFileError::BeingWritten(_))
+}
+
 /// What a log says of itself; a log that cannot be read says that.
 fn listed(name: &str, path: &Path, seen: Seen) -> Listed {
     let mut listed = Listed {
         name: name.to_owned(),
         size_bytes: seen.bytes,
+        running: is_being_written(path),
         ..Listed::default()
     };
     let said = if is_answer(path) {
@@ -177,10 +191,11 @@ impl Listed {
         let ends = summary.first_s.zip(summary.last_s);
         self.duration_s = ends.map(|(first, last)| last - first);
         self.started_utc = summary.started_utc;
-        let mut records = summary.metadata.iter();
-        let experiment = records.find(|record| record.name == "experiment");
-        self.about(experiment.map(|record| &record.values));
-        if !summary.complete {
+        let records = &summary.metadata;
+        let of = |name| Some(&records.iter().find(|record| record.name == name)?.values);
+        self.about(of("experiment"));
+        self.verdict = of(VERDICT).and_then(|values| values.get(VERDICT)).cloned();
+        if !summary.complete && !self.running {
             self.verdict = Some("cut off or damaged".to_owned());
         } else if let Some(end) = &summary.end
             && !end.reason.is_empty()
@@ -211,17 +226,6 @@ impl Listed {
         self.kind = values.get("experiment").cloned();
         let planned = || values.get("duration_s").and_then(|text| text.parse().ok());
         self.duration_s = self.duration_s.or_else(planned);
-        // Of a teleoperation the analysis knows the slave in its place, not the line.
-        let is_teleoperation = self.kind.as_deref() == Some("teleoperation");
-        let of = if is_teleoperation {
-            "the slave in its place is "
-        } else {
-            ""
-        };
-        self.verdict = values.get("preflight.stable").map(|stable| {
-            let un = if stable == "true" { "" } else { "un" };
-            format!("{of}{un}stable by the analysis")
-        });
     }
 }
 

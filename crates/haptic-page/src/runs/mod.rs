@@ -15,7 +15,9 @@ mod opened;
 mod question;
 
 pub(crate) use channels::places;
+pub(crate) use form::forms;
 pub(crate) use opened::{Table, TableRequest};
+pub(crate) use question::of_file;
 
 use crate::Announce;
 use crate::feel::locked;
@@ -24,7 +26,7 @@ use channels::Channels;
 use going::{Going, Watched, Work};
 use haptic_experiment::document::Document;
 use haptic_experiment::{Failure, RealtimeOptions};
-use list::{Listing, is_answer, read_answer};
+use list::{Listing, is_answer, is_being_written, read_answer};
 use opened::Opened;
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, VecDeque};
@@ -33,7 +35,7 @@ use std::sync::{Arc, Mutex};
 
 /// Logs that are kept open; each is some tens of megabytes.
 const OPEN: usize = 2;
-/// Runs whose curves and verdict are remembered.
+/// Runs whose curves are remembered.
 const TOLD: usize = 8;
 
 /// The runs of a folder.
@@ -50,12 +52,11 @@ pub(crate) struct Runs {
     told: Arc<Mutex<VecDeque<Told>>>,
 }
 
-/// What a run said of itself at its end, which its log does not hold.
+/// Curves that a run gave at its end, which its log does not hold.
 #[derive(Debug)]
 struct Told {
     name: String,
     curves: Value,
-    verdict: Option<String>,
 }
 
 pub(crate) struct ShownRun {
@@ -90,13 +91,7 @@ impl Runs {
     pub(crate) fn list(&self) -> Result<Value, Failure> {
         let going = self.going();
         let name = going.as_ref().map(|going| going.name());
-        let mut runs = locked(&self.listing).list(&self.folder, name)?;
-        for told in locked(&self.told).iter() {
-            if let Some(listed) = runs.iter_mut().find(|listed| listed.name == told.name) {
-                // The run itself knows more than its log.
-                listed.verdict = told.verdict.clone().or(listed.verdict.take());
-            }
-        }
+        let runs = locked(&self.listing).list(&self.folder, name)?;
         Ok(json!({"runs": runs}))
     }
 
@@ -113,6 +108,7 @@ impl Runs {
         }
         let opened = self.opened(name)?;
         let mut answer = opened.answer();
+        answer["running"] = is_being_written(&path).into();
         let told = locked(&self.told);
         let found = told.iter().find(|told| told.name == name);
         answer["curves"] = found.map_or(Value::Null, |told| told.curves.clone());
@@ -183,11 +179,6 @@ impl Runs {
         Table::new(path, opened.channels.clone(), request)
     }
 
-    /// The forms of the experiments.
-    pub(crate) fn forms(&self) -> Value {
-        form::forms()
-    }
-
     /// Starts an experiment or a question in a thread.
     pub(crate) fn start(
         &self,
@@ -205,12 +196,11 @@ impl Runs {
         }
         let (name, samples) = (work.name.clone(), work.steps);
         let told = Arc::clone(&self.told);
-        let keep = move |name: &str, curves: Value, verdict: Option<String>| {
+        let keep = move |name: &str, curves: Value| {
             let mut told = locked(&told);
             told.push_back(Told {
                 name: name.to_owned(),
                 curves,
-                verdict,
             });
             while told.len() > TOLD {
                 told.pop_front();

@@ -84,7 +84,7 @@ fn written(
 }
 
 /// The experiment of a file as the page has it: kind, text, and the parameters of its form.
-fn of_file(text: &str) -> Value {
+pub(crate) fn of_file(text: &str) -> Value {
     let table: toml::Table = toml::from_str(text).unwrap_or_default();
     let Some((kind, parameters)) = table.into_iter().next() else {
         return Value::Null;

@@ -4,9 +4,10 @@ use super::hub::{Hub, blocking, felt};
 use super::live::{LiveView, frame};
 use super::page::{Outgoing, Page};
 use super::request::{LIVE, Request, ViewRequest};
+use crate::dropped::{keep_tissue, looked_at};
 use crate::feel::{CHANNELS, SLIDERS, locked};
 use crate::pyramid::Span;
-use crate::runs::places;
+use crate::runs::{forms, places};
 use crate::surface::pushed;
 use haptic_experiment::{Failure, ModelledTissue, TissuePiece};
 use haptic_loop::Limiters;
@@ -65,14 +66,25 @@ pub(super) async fn answer(
             let offered = move || Ok(hub.tables.offer(hub.runs.table(&table)?));
             json!({"address": blocking(offered).await?})
         }
-        Request::RunsForms {} => hub.runs.forms(),
+        Request::RunsForms {} => forms(),
         Request::RunsStart(run) => blocking(move || hub.start_run(&run)).await?,
         Request::RunsStop {} => json!(hub.runs.stop()),
         Request::Ask {
             panel,
             question,
             turn,
-        } => page.panels.ask(panel, question, turn).await?,
+        } => {
+            let program = hub.options.provenance.get("program").cloned();
+            page.panels.ask(panel, question, turn, program).await?
+        }
+        Request::TissueKeep { name, text } => {
+            let keep = move || {
+                let library = &mut *locked(&hub.library);
+                keep_tissue(library, &hub.options.runs, &name, &text)
+            };
+            json!({"path": blocking(keep).await?.display().to_string()})
+        }
+        Request::File(file) => looked_at(&file)?,
         Request::Quantity { key, text } => {
             json!({"value": quantity(&key, &text)?})
         }
@@ -90,8 +102,7 @@ fn hello(version: u32, hub: &Hub, page: &Page) -> Result<Value, Failure> {
     }
     let options = &hub.options;
     let library = hub.library();
-    let tissues = library.materials().iter().map(tissue);
-    let tissues: Vec<Value> = tissues.collect::<Result<_, Failure>>()?;
+    let tissues: Result<Vec<Value>, Failure> = library.materials().iter().map(tissue).collect();
     Ok(json!({
         "version": VERSION,
         "controls": hub.has_controls(page.number),
@@ -99,7 +110,7 @@ fn hello(version: u32, hub: &Hub, page: &Page) -> Result<Value, Failure> {
         "sample_time_s": locked(&hub.place.kept.state).sample_time_s,
         "channels": CHANNELS,
         "limiters": Limiters::NAMES,
-        "tissues": tissues,
+        "tissues": tissues?,
         "ranges": SLIDERS.into_iter().collect::<BTreeMap<_, _>>(),
         "feel": hub.feel().map(|feel| felt(&feel)["feel"].take()),
         "opens": hub.opens,

@@ -2,6 +2,7 @@
 
 use super::request::RunStart;
 use super::tables::Tables;
+use crate::dropped::TISSUES;
 use crate::feel::{
     DeviceNumbers, Feel, FeelChange, FeelPlace, FeelSettings, FeelState, FeltThing, HAND_DAMPING,
     HAND_STIFFNESS, Kept, Opened, locked, opened, pyramid_size,
@@ -56,12 +57,12 @@ pub(super) struct Hub {
     pub(super) options: ServerOptions,
     /// What is felt first, unless a page asks for something else.
     pub(super) opens: Option<FeelSettings>,
-    /// The tissues, with those of files that were opened.
-    library: Mutex<Library>,
     /// Of the loop that is felt, and of the next.
     pub(super) place: FeelPlace,
     pub(super) runs: Runs,
     pub(super) tables: Tables,
+    /// The tissues that can be felt, with those of files that were opened and those that were kept.
+    pub(super) library: Mutex<Library>,
     /// A place for each request that is worked on, of whatever page.
     pub(super) work: Arc<Semaphore>,
     /// Set to the reason when the server ends.
@@ -98,6 +99,9 @@ impl Hub {
         let announce = Announce { pages, terminal };
         let (folder, provenance) = (options.runs.clone(), options.provenance.clone());
         let runs = Runs::new(folder, provenance, options.realtime, announce.clone());
+        let mut library = options.library.clone();
+        // None was kept yet if the folder is not there.
+        let _ = library.add_folder(&options.runs.join(TISSUES));
         let place = FeelPlace {
             kept: Arc::new(Kept {
                 pyramid: Mutex::new(Pyramid::new(pyramid_size())),
@@ -110,10 +114,10 @@ impl Hub {
         };
         let mut hub = Self {
             opens: None,
-            library: Mutex::new(options.library.clone()),
             place,
             runs,
             tables: Tables::default(),
+            library: Mutex::new(library),
             work: Arc::new(Semaphore::new(AT_ONCE)),
             options,
             ending,

@@ -15,11 +15,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 impl Question {
-    fn answer(&self, given_up: &AtomicBool) -> Result<Value, Failure> {
+    fn answer(&self, program: &str, given_up: &AtomicBool) -> Result<Value, Failure> {
         match self {
             Self::Wall(wall) => wall.answer().map_err(Failure::bad_input),
             Self::Control(plant) => designed(plant),
-            Self::Record(record) => identified(record, given_up),
+            Self::Record(record) => identified(record, program, given_up),
         }
     }
 }
@@ -51,6 +51,7 @@ impl Panels {
         panel: Panel,
         question: Question,
         turn: Arc<Turn>,
+        program: Option<String>,
     ) -> Result<Value, Failure> {
         let queue = &self.queues[panel as usize];
         // Asked after `give_up` has seen the one before it: nobody waits for this one either.
@@ -64,7 +65,8 @@ impl Panels {
             }
             work = queue.work.lock() => work,
         };
-        blocking(move || question.answer(&turn.given_up)).await
+        blocking(move || question.answer(program.as_deref().unwrap_or_default(), &turn.given_up))
+            .await
     }
 
     /// The page is gone: nobody waits for what it asked.

@@ -1,5 +1,6 @@
 //! Requests of a page: see `docs/page-protocol.md`.
 
+use crate::TextFile;
 use crate::control::ControlRequest;
 use crate::feel::FeelChange;
 use crate::identify::IdentifyRequest;
@@ -58,6 +59,10 @@ pub(super) enum Request {
     RunsStart(RunStart),
     #[serde(rename = "runs.stop")]
     RunsStop {},
+    #[serde(rename = "tissue.keep")]
+    TissueKeep { name: String, text: String },
+    #[serde(rename = "file")]
+    File(TextFile),
     #[serde(rename = "ask")]
     Ask {
         panel: Panel,
@@ -160,6 +165,7 @@ impl Request {
                     | Self::RunsOpen { .. }
                     | Self::RunsTable(_)
                     | Self::RunsStart(_)
+                    | Self::TissueKeep { .. }
                     | Self::Ask { .. }
             )
     }

@@ -4,6 +4,7 @@
 
 mod door;
 mod feel;
+mod files;
 mod pages;
 mod panels;
 mod questions;

@@ -7,6 +7,7 @@ use super::target::{EXACT, Target};
 use crate::model::{Model, ModelError, ModelKind};
 use core::cmp::Ordering;
 use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
 
 /// A model with no more BIC than the best and this is as good: odds of less than 3 to 1 (R. Kass, A. Raftery, *Bayes factors*, 1995).
 pub(super) const AS_GOOD: f64 = 2.0;
@@ -186,7 +187,7 @@ pub(super) fn criteria(n: usize, sum: f64, parameters: usize) -> [f64; 2] {
 }
 
 /// A parameter with its errors.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Estimate {
     /// Its name, as in a tissue file.
     pub name: &'static str,

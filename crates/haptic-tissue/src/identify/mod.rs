@@ -43,6 +43,7 @@ mod search;
 mod stiffening;
 pub mod table;
 mod target;
+mod tissue;
 
 pub use crate::model::CANDIDATES;
 use candidates::identified;
@@ -55,6 +56,7 @@ pub use record::{Baseline, ContactPoint, Record, RecordKind, SAMPLES_MOST};
 pub use replicates::{Replicates, Spread, replicates};
 use std::sync::atomic::{AtomicBool, Ordering};
 pub use target::Weighting;
+pub use tissue::Provenance;
 
 /// Fits the candidates to a record. The chosen one has the least BIC; one with fewer parameters and
 /// a BIC within 2 of it goes first. `progress` is called from any thread with the number of

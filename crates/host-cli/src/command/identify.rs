@@ -15,12 +15,12 @@ use haptic_experiment::parameters::Range;
 use haptic_experiment::{Failure, parameters};
 use haptic_log::record::StartTime;
 use haptic_loop::{Loading, LoadingKind};
-use haptic_quantity::{digits, is_meant, parse_for_key};
-use haptic_tissue::identify::table::{Reading, Understood};
+use haptic_quantity::{is_meant, parse_for_key};
+use haptic_tissue::ModelKind;
+use haptic_tissue::identify::table::Reading;
 use haptic_tissue::identify::{
-    Baseline, CANDIDATES, ContactPoint, Fit, Held, Identification, Options, RecordKind, Weighting,
+    Baseline, CANDIDATES, ContactPoint, Fit, Held, Options, Provenance, RecordKind, Weighting,
 };
-use haptic_tissue::{Material, ModelKind, Source, ValidRange};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::SystemTime;
@@ -280,7 +280,15 @@ impl Arguments {
         let source = names.join(", ");
         let (tissue, figure) = match name {
             Some(name) => {
-                let text = self.tissue(name, &understood, &found, &source)?;
+                let date = StartTime::at(SystemTime::now()).rfc3339();
+                let told = Provenance {
+                    program: PROGRAM,
+                    record: &source,
+                    conditions: self.conditions.as_deref(),
+                    date: date.split('T').next().unwrap_or_default(),
+                };
+                let tissue = found.tissue(name, &understood, told);
+                let text = tissue.map_err(Failure::input)?.to_toml();
                 place.write(|| text, || draw::draw(&found, understood.loading, &source))
             }
             None => (None, None),
@@ -335,65 +343,6 @@ impl Arguments {
             ))
         })
     }
-
-    /// The tissue file, with what it was made of.
-    fn tissue(
-        &self,
-        name: &str,
-        understood: &Understood,
-        found: &Identification,
-        record: &str,
-    ) -> Result<String, Failure> {
-        let fit = &found.fits[0];
-        if !fit.is_settled() {
-            return Err(Failure::bad_input(format_args!(
-                "the record does not determine the parameters of {}: give another --model",
-                fit.kind
-            )));
-        }
-        let model = fit.to_model().map_err(|error| {
-            Failure::input_with_advice(
-                format_args!("the fit of {} is not a tissue: {error}", fit.kind),
-                "give another --model",
-            )
-        })?;
-        let (unit, of) = match found.kind {
-            RecordKind::History => (" Pa", "stress"),
-            RecordKind::Creep => ("", "log compliance"),
-            RecordKind::Relaxation | RecordKind::Oscillation => ("", "log modulus"),
-        };
-        let date = StartTime::at(SystemTime::now()).rfc3339();
-        let source = Source {
-            citation: format!(
-                "fit by {PROGRAM} to the {} of {record}",
-                match found.kind == RecordKind::History {
-                    true => "motion",
-                    false => found.kind.name(),
-                }
-            ),
-            conditions: self
-                .conditions
-                .clone()
-                .unwrap_or_else(|| "not given".to_owned()),
-            checked: false,
-            date: date.split('T').next().unwrap_or_default().to_owned(),
-            residual: format!(
-                "rms {}{unit} in {of}, {} samples",
-                digits(fit.rms, 4),
-                found.samples
-            ),
-            ..Source::default()
-        };
-        let description = format!("the tissue of {record}");
-        let material = Material::new(name, &description, model, source).map_err(Failure::input)?;
-        let range = ValidRange {
-            strain_to: understood.record.strain_to(),
-            ..range(found)
-        };
-        let stiffening = fit.stiffening().map_or(0.0, |b| b.value);
-        let material = material.with_loading(understood.loading, stiffening);
-        Ok(material.with_range(range).to_toml())
-    }
 }
 
 fn quality(kind: RecordKind, fit: &Fit) -> Value {
@@ -402,25 +351,4 @@ fn quality(kind: RecordKind, fit: &Fit) -> Value {
         false => json!({"rms_log_residual": fit.rms}),
     };
     joined([rms, json!({"aic": fit.aic, "bic": fit.bic})])
-}
-
-fn range(found: &Identification) -> ValidRange {
-    let ends = |values: &[f64]| {
-        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-        (Some(low), Some(values.iter().copied().fold(low, f64::max)))
-    };
-    let (from, to) = ends(&found.x);
-    let mut range = ValidRange::default();
-    match found.kind {
-        RecordKind::Oscillation => (range.omega_from_rad_s, range.omega_to_rad_s) = (from, to),
-        // A motion begins somewhere on its clock; its length is what counts.
-        RecordKind::History if found.is_timed => {
-            range.time_to_s = to.zip(from).map(|(to, from)| to - from);
-        }
-        RecordKind::History => {}
-        RecordKind::Relaxation | RecordKind::Creep => {
-            (range.time_from_s, range.time_to_s) = (from, to);
-        }
-    }
-    range
 }

@@ -76,6 +76,32 @@ impl Column {
         Self::ALL.into_iter().find(|column| column.name() == name)
     }
 
+    /// The quantity and the place of `modulus=3` or `modulus=G' (Pa)`.
+    ///
+    /// # Errors
+    /// Another form, or another quantity, with those that there are.
+    pub fn chosen(text: &str) -> Result<(Self, Choice), String> {
+        let (column, place) = Self::with_unit(text)?;
+        Ok((
+            column,
+            place.parse().map_or(Choice::Name(place), Choice::Number),
+        ))
+    }
+
+    /// The quantity and the unit of `stress=kPa`.
+    ///
+    /// # Errors
+    /// As [`chosen`](Self::chosen).
+    pub fn with_unit(text: &str) -> Result<(Self, String), String> {
+        let split = text
+            .split_once('=')
+            .and_then(|(name, value)| Some((Self::named(name.trim())?, value.trim().to_owned())));
+        split.ok_or_else(|| {
+            let names = Self::ALL.map(Self::name).join(", ");
+            format!("is not NAME=VALUE with a name of {names}")
+        })
+    }
+
     /// Its header in SI units, as this project writes it.
     #[must_use]
     pub fn header(self) -> &'static str {

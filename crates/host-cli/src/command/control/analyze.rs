@@ -2,7 +2,7 @@
 
 use super::draw::{draw_loop, draw_plant};
 use super::loops::{ControllerArguments, NamedPlant, PlantArguments};
-use super::words::{margins, refused};
+use super::words::refused;
 use crate::command::analyze::resolved::decibel;
 use crate::files::Files;
 use crate::output::Output;
@@ -14,7 +14,7 @@ use fractional_control::analysis::{
 use fractional_control::num_complex::Complex;
 use fractional_control::{ControllerSetup, Crossing, Margins};
 use haptic_experiment::Failure;
-use haptic_experiment::control::in_short;
+use haptic_experiment::control::{in_short, margins};
 use haptic_quantity::{digits, written};
 use serde_json::{Value, json};
 

@@ -15,15 +15,13 @@ use clap::Args;
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
 use fractional_control::ControlError;
-use fractional_control::design::{
-    ControlAnswer, ControlDesign, SAMPLES_A_RADIAN, usual_sample_time,
-};
+use fractional_control::design::{ControlAnswer, ControlDesign};
 use fractional_control::run::samples_for;
 use fractional_control::tuning::{Bound, Specification};
 use haptic_experiment::Failure;
-use haptic_experiment::document::{ControllerFile, ControllerOrigin};
+use haptic_experiment::control::{check_gain, sample_time_for};
 use haptic_experiment::parameters::{self, Range};
-use haptic_quantity::{digits, parse_for_key};
+use haptic_quantity::parse_for_key;
 
 /// Bounds of an amplitude ratio, -300 to 120 dB: a smaller ratio is lost in the rounding of a loop.
 const BOUNDS: Range = Range::Within(1e-15, 1e6);
@@ -106,94 +104,7 @@ impl WishArguments {
             ..Specification::new(self.crossover, self.phase_margin)
         }
     }
-
-    fn words(&self) -> String {
-        let mut words = vec![
-            format!("crossover {} rad/s", digits(self.crossover, 4)),
-            format!(
-                "phase margin {}°",
-                digits(self.phase_margin.to_degrees(), 4)
-            ),
-        ];
-        if !self.not_flat {
-            words.push("flat phase".to_owned());
-        }
-        for (name, most) in [
-            ("|S|", self.sensitivity_peak),
-            ("|T|", self.complementary_peak),
-        ] {
-            words.extend(most.map(|most| format!("{name} ≤ {}", digits(most, 4))));
-        }
-        for (name, side, bound) in [
-            ("|T|", "from", self.noise),
-            ("|S|", "up to", self.disturbance),
-        ] {
-            words.extend(bound.map(|bound| {
-                let (most, omega) = (digits(bound.at_most, 4), digits(bound.omega_rad_s, 4));
-                format!("{name} ≤ {most} {side} {omega} rad/s")
-            }));
-        }
-        words.join(", ")
-    }
 }
-
-fn sample_time_for(crossover_rad_s: f64) -> Result<f64, Failure> {
-    let crossover = |sample_time_s: f64| 1.0 / (SAMPLES_A_RADIAN * sample_time_s);
-    let [low, high] = parameters::SAMPLE_TIME.range().ends().map(crossover);
-    let sample_time_s = usual_sample_time(crossover_rad_s).0;
-    if parameters::SAMPLE_TIME.range().contains(sample_time_s) {
-        return Ok(sample_time_s);
-    }
-    Err(Failure::bad_input(format_args!(
-        "crossover {} rad/s is not from {} to {} rad/s: change --crossover, or give --sample-time",
-        Shown(crossover_rad_s),
-        Shown(high),
-        Shown(low)
-    )))
-}
-
-/// The gain of a controller is about one over that of the plant at the crossover, and may be no more than other numbers.
-fn check_gain(plant: &NamedPlant, crossover_rad_s: f64) -> Result<(), Failure> {
-    let (low, high) = plant.plant.band();
-    if plant.is_measured() && !(low < crossover_rad_s && crossover_rad_s < high) {
-        return Err(Failure::bad_input(format_args!(
-            "crossover {} rad/s is outside the measured band, {} to {} rad/s: change --crossover",
-            Shown(crossover_rad_s),
-            digits(low, 4),
-            digits(high, 4)
-        )));
-    }
-    let [_, most] = parameters::OUTPUT_HIGH.range().ends();
-    let gain_at = |omega: f64| plant.plant.response(omega).map(|g| g.norm());
-    let gain = gain_at(crossover_rad_s);
-    let Some(gain) = gain.filter(|gain| gain.is_nan() || !(1.0 / most..=most).contains(gain))
-    else {
-        return Ok(());
-    };
-    let omega = Shown(crossover_rad_s);
-    // What is far from its neighbours is that in any units.
-    let near = gain_at(BESIDE * crossover_rad_s).unwrap_or(gain);
-    Err(if gain < near / APART {
-        Failure::bad_input(format_args!(
-            "the plant has a zero at --crossover {omega} rad/s: no controller gives the loop a gain there; move --crossover"
-        ))
-    } else if gain > near * APART {
-        Failure::bad_input(format_args!(
-            "the plant has an undamped pole at --crossover {omega} rad/s: no controller bounds the loop's gain there; move --crossover"
-        ))
-    } else {
-        Failure::bad_input(format_args!(
-            "the plant's gain {} at --crossover {omega} rad/s is not from {} to {}: change its units",
-            Shown(gain),
-            Shown(1.0 / most),
-            Shown(most)
-        ))
-    })
-}
-
-/// Next to the crossover, and how far apart gains are there only because of a zero or a pole between.
-const BESIDE: f64 = 1.1;
-const APART: f64 = 1e6;
 
 impl Arguments {
     pub(super) fn run(self, output: Output) -> Result<(), Failure> {
@@ -208,15 +119,7 @@ impl Arguments {
         })?;
         let design = &design;
         let report = Report { design, answer };
-        let file = ControllerFile {
-            setup: answer.fractional.setup.clone(),
-            origin: ControllerOrigin {
-                plant: plant.words.clone(),
-                wishes: self.wishes.words(),
-                program: PROGRAM.to_owned(),
-                note: report.words().note(),
-            },
-        };
+        let file = report.words().file(&plant.words, &design.wishes, PROGRAM);
         let controller = outputs.text("toml", &file.to_toml());
         let files = write(&plant, answer, &mut outputs);
         output.summary(&report.value(&plant.words, controller.as_deref(), &files))?;
@@ -228,9 +131,9 @@ impl Arguments {
         let crossover = self.wishes.crossover;
         let sample_time_s = match self.sample_time {
             Some(sample_time_s) => sample_time_s,
-            None => sample_time_for(crossover)?,
+            None => sample_time_for(crossover)?.0,
         };
-        check_gain(plant, crossover)?;
+        check_gain(&plant.plant, crossover)?;
         Ok(ControlDesign {
             plant: plant.plant.clone(),
             wishes: self.wishes.specification(),

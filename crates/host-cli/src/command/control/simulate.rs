@@ -2,7 +2,7 @@
 
 use super::draw::draw_run;
 use super::loops::{ControllerArguments, NamedPlant, PlantArguments, check_step, samples};
-use super::words::{refused, shape};
+use super::words::refused;
 use crate::files::Files;
 use crate::output::{Output, warn};
 use crate::parse::quantity;
@@ -12,7 +12,7 @@ use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
 use fractional_control::run::{LoopRun, integer_baseline, run, run_plant, samples_for};
 use fractional_control::{ControlError, ControllerSetup, Response};
-use haptic_experiment::control::in_degrees;
+use haptic_experiment::control::{in_degrees, shape};
 use haptic_experiment::{Failure, parameters};
 use haptic_quantity::digits;
 use serde::Serialize;

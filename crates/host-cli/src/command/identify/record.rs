@@ -25,10 +25,10 @@ const RECORD_TIMES: Range = Range::Within(-1e12, 1e12);
 pub(super) struct TableArguments {
     /// Columns by number or header, as in time=1,modulus=3: time, modulus, compliance, strain, stress,
     /// force, position, omega, storage, loss
-    #[arg(long, value_name = "QUANTITY=COLUMN", value_delimiter = ',', value_parser = parse_column)]
+    #[arg(long, value_name = "QUANTITY=COLUMN", value_delimiter = ',', value_parser = Column::chosen)]
     columns: Vec<(Column, Choice)>,
     /// Units that headers lack, as in time=ms,stress=kPa
-    #[arg(long, value_name = "QUANTITY=UNIT", value_delimiter = ',', value_parser = parse_unit)]
+    #[arg(long, value_name = "QUANTITY=UNIT", value_delimiter = ',', value_parser = Column::with_unit)]
     units: Vec<(Column, String)>,
     /// Segments of a file with several, by number or name, as in 1,3; `all` of them
     #[arg(long, value_name = "SEGMENT", value_delimiter = ',')]
@@ -234,28 +234,4 @@ impl LogColumns {
             ..Columns::default()
         }
     }
-}
-
-fn pair(text: &str) -> Result<(Column, &str), String> {
-    let split = text
-        .split_once('=')
-        .and_then(|(name, value)| Some((Column::named(name.trim())?, value.trim())));
-    split.ok_or_else(|| {
-        let names: Vec<&str> = Column::ALL.iter().map(|column| column.name()).collect();
-        format!("is not NAME=VALUE with a name of {}", names.join(", "))
-    })
-}
-
-fn parse_column(text: &str) -> Result<(Column, Choice), String> {
-    let (column, value) = pair(text)?;
-    let choice = match value.parse() {
-        Ok(number) => Choice::Number(number),
-        Err(_) => Choice::Name(value.to_owned()),
-    };
-    Ok((column, choice))
-}
-
-fn parse_unit(text: &str) -> Result<(Column, String), String> {
-    let (column, value) = pair(text)?;
-    Ok((column, value.to_owned()))
 }

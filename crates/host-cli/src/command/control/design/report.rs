@@ -1,11 +1,10 @@
 //! The report of a design: its numbers, and what they mean in sentences.
 
 use crate::command::analyze::resolved::decibel;
-use crate::command::control::words::{margins, pid, shape};
 use crate::output::joined;
 use fractional_control::design::{Candidate, ControlAnswer, ControlDesign, Wish};
 use haptic_experiment::Failure;
-use haptic_experiment::control::{DesignWords, in_degrees, row_of_wish};
+use haptic_experiment::control::{DesignWords, gains, in_degrees, margins, row_of_wish, shape};
 use serde_json::{Value, json};
 
 pub(super) struct Report<'a> {
@@ -26,7 +25,7 @@ fn trial(candidate: &Candidate, t: f64) -> Value {
         return json!({});
     };
     let proved = trial.coarse.is_none();
-    let gains = trial.stable_gains.filter(|_| proved);
+    let between = trial.stable_gains.filter(|_| proved);
     let robustness = trial.robustness.iter().map(|row| {
         let gain_db = decibel(row.gain);
         let shape = row.stable.then(|| shape(&row.shape, t));
@@ -37,8 +36,8 @@ fn trial(candidate: &Candidate, t: f64) -> Value {
         "margins": trial.margins().map(margins),
         "coarse": trial.coarse,
         // Over the nominal gain of the plant.
-        "stable_gain_low": gains.map(|[low, _]| low),
-        "stable_gain_high": gains.map(|[_, high]| high),
+        "stable_gain_low": between.map(|[low, _]| low),
+        "stable_gain_high": between.map(|[_, high]| high),
         "robust": proved && trial.is_robust(),
         "overshoot_spread": trial.overshoot_spread(),
         "robustness": robustness.collect::<Vec<_>>(),
@@ -77,14 +76,14 @@ impl Report<'_> {
             "plant": plant,
             "sample_time_s": t,
             "scheme": self.design.scheme.to_string(),
-            "controller": pid(fractional.tuned.parameters),
+            "controller": gains(&fractional.tuned.parameters),
             "specification": fractional.wishes.iter().map(wish).collect::<Vec<_>>(),
             "stable": stable(fractional),
             "notes": self.words().sentences(),
         });
         let beside = json!({
             "integer": integer.map(|other| {
-                let controller = pid(other.tuned.parameters);
+                let controller = gains(&other.tuned.parameters);
                 let verdict = json!({"controller": controller, "stable": stable(other)});
                 joined([verdict, trial(other, t)])
             }),

@@ -1,0 +1,169 @@
+//! The verdict on a run, as a metadata record behind the others of its finished log: it is known only once the log is whole.
+//! ```text
+//! … chunks │ DataEnd │ summary │ offsets │ footer     becomes     … chunks │ Metadata │ DataEnd │ summary, one index more │ footer
+//! ```
+//! Everything behind the chunks is written anew, so it costs the size of the index, not of the log. No sample is touched: a power cut in
+//! between leaves a log that ends behind its last chunk. The checksum of the whole data section is dropped, those of the chunks stay.
+
+use std::fs::OpenOptions;
+use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
+use std::path::Path;
+
+use super::RecordError;
+use mcap::records::op;
+
+/// Name of the metadata record with the verdict on a run, under the key of the same name.
+pub const VERDICT: &str = "verdict";
+
+/// Opcode and length of a record.
+const HEAD: usize = 9;
+const DATA_END: usize = HEAD + 4;
+const FOOTER: usize = HEAD + 20;
+/// Footer and magic bytes.
+const TAIL: usize = FOOTER + 8;
+/// Place of the number of metadata records in the record of the statistics.
+const METADATA_COUNT: usize = HEAD + 18;
+
+/// Adds the verdict to a finished log, or to the last file of one in several.
+///
+/// # Errors
+/// A file that is no finished log, or cannot be written.
+pub fn add_verdict(path: &Path, verdict: &str) -> Result<(), RecordError> {
+    appended(path, verdict).map_err(|source| RecordError::Write {
+        path: path.to_owned(),
+        samples_safe: 0,
+        source,
+    })
+}
+
+fn appended(path: &Path, verdict: &str) -> io::Result<()> {
+    let mut file = OpenOptions::new().read(true).write(true).open(path)?;
+    let mut tail = [0; TAIL];
+    file.seek(SeekFrom::End(-(TAIL as i64)))?;
+    file.read_exact(&mut tail)?;
+    let [summary, offsets] = [HEAD, HEAD + 8].map(|at| number(&tail, at));
+    let data_end = summary.saturating_sub(DATA_END as u64);
+    let mut rest = Vec::new();
+    file.seek(SeekFrom::Start(data_end))?;
+    file.read_to_end(&mut rest)?;
+    // The offsets at its end are optional, and would all have moved.
+    let length = match offsets {
+        0 => rest.len().saturating_sub(TAIL),
+        _ => offsets.saturating_sub(data_end) as usize,
+    };
+    let is_log = tail[0] == op::FOOTER && tail.ends_with(mcap::MAGIC);
+    let index = rest.get_mut(DATA_END..length);
+    let Some(index) = index.filter(|_| is_log) else {
+        return Err(io::Error::other("it is not a finished log"));
+    };
+    count_one_more(index);
+    let name = text(VERDICT);
+    let pair = [&name[..], &text(verdict)].concat();
+    let length = (pair.len() as u32).to_le_bytes();
+    let metadata = record(op::METADATA, &[&name, &length, &pair]);
+    let length = (metadata.len() as u64).to_le_bytes();
+    let place = record(
+        op::METADATA_INDEX,
+        &[&data_end.to_le_bytes(), &length, &name],
+    );
+    let before = [metadata, record(op::DATA_END, &[&[0; 4]])].concat();
+    let summary = data_end + before.len() as u64;
+    let footer = record(op::FOOTER, &[&summary.to_le_bytes(), &[0; 12]]);
+    let new = [&before, &*index, &place, &footer, mcap::MAGIC].concat();
+    file.seek(SeekFrom::Start(data_end))?;
+    file.write_all(&new)?;
+    file.set_len(data_end + new.len() as u64)?;
+    file.sync_data()
+}
+
+/// Counts a metadata record more in the statistics of an index.
+fn count_one_more(mut index: &mut [u8]) {
+    while index.len() >= HEAD {
+        let end = HEAD.saturating_add(number(index, 1) as usize);
+        if index[0] == op::STATISTICS && index.len() > METADATA_COUNT {
+            // More than 255 are nobody's.
+            index[METADATA_COUNT] = index[METADATA_COUNT].saturating_add(1);
+        }
+        index = index.get_mut(end..).unwrap_or_default();
+    }
+}
+
+/// The eight bytes at this place of a record.
+fn number(bytes: &[u8], at: usize) -> u64 {
+    let number = bytes[at..].first_chunk();
+    number.map_or(0, |bytes| u64::from_le_bytes(*bytes))
+}
+
+fn text(text: &str) -> Vec<u8> {
+    [&(text.len() as u32).to_le_bytes(), text.as_bytes()].concat()
+}
+
+fn record(opcode: u8, content: &[&[u8]]) -> Vec<u8> {
+    let content = content.concat();
+    let length = (content.len() as u64).to_le_bytes();
+    [&[opcode], &length[..], &content].concat()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::{LogWriter, TickMessage, inspect};
+    use std::collections::BTreeMap;
+    use std::fs;
+
+    #[test]
+    fn a_record_is_appended_and_the_log_stays_whole_for_every_reader() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("run.mcap");
+        let mut log = LogWriter::create(&path).expect("made");
+        let asked = [("mu".to_owned(), "0.5".to_owned())].into();
+        log.metadata("experiment", asked).expect("written");
+        for tick in 0..500 {
+            let time_s = 1e-3 * tick as f64;
+            let message = TickMessage {
+                tick,
+                time_s,
+                ..TickMessage::default()
+            };
+            log.tick(&message).expect("written");
+        }
+        log.finish().expect("finished");
+        let before = inspect(&path).expect("read");
+        for (number, verdict) in ["stable", "µ = 0.2 %: passive"].into_iter().enumerate() {
+            let values = BTreeMap::from([(VERDICT.to_owned(), verdict.to_owned())]);
+            add_verdict(&path, verdict).expect("appended");
+            let summary = inspect(&path).expect("read");
+            assert!(summary.complete && summary.damage.is_empty(), "{summary:?}");
+            assert_eq!((summary.samples, &summary.gaps), (500, &before.gaps));
+            let last = summary.metadata.last().expect("there");
+            assert_eq!((last.name.as_str(), &last.values), (VERDICT, &values));
+            // The library's own reader, by the index.
+            let bytes = fs::read(&path).expect("read");
+            let index = mcap::Summary::read(&bytes).expect("whole").expect("there");
+            let statistics = index.stats.expect("there");
+            assert_eq!(statistics.metadata_count as usize, 2 + number);
+            assert_eq!(index.metadata_indexes.len(), 2 + number);
+            let at = index.metadata_indexes.last().expect("there");
+            let found = mcap::read::metadata(&bytes, at).expect("where it is said to be");
+            assert_eq!(found.metadata["verdict"], verdict);
+            let samples = mcap::MessageStream::new(&bytes).expect("whole");
+            assert_eq!(samples.filter(Result::is_ok).count(), 500);
+        }
+    }
+
+    #[test]
+    fn what_is_no_finished_log_is_refused_and_left_as_it_is() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("run.mcap");
+        let mut log = LogWriter::create(&path).expect("made");
+        log.tick(&TickMessage::default()).expect("written");
+        log.finish().expect("finished");
+        let whole = fs::read(&path).expect("read");
+        for cut in [0, 7, 40, whole.len() / 2, whole.len() - 1] {
+            fs::write(&path, &whole[..cut]).expect("written");
+            let refused = add_verdict(&path, "stable");
+            assert!(refused.is_err(), "{cut}");
+            assert_eq!(fs::read(&path).expect("read"), &whole[..cut]);
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! TOML files that fall on the page: an experiment or question, a plant, a controller, or a tissue, which is kept in the folder of the
+//! runs as `tissues/NAME.toml`, never over another, and in the library that is felt.
+
+use crate::TextFile;
+use crate::runs::of_file;
+use haptic_experiment::document::Document;
+use haptic_experiment::run::write_text;
+use haptic_experiment::{Failure, ModelledTissue, TissuePiece};
+use haptic_tissue::{Library, Material};
+use serde_json::{Value, json};
+use std::fs::create_dir_all;
+use std::path::{Path, PathBuf};
+
+/// Folder of tissues in that of the runs.
+pub(crate) const TISSUES: &str = "tissues";
+/// Tables of a controller file; that of a function is a plant unless a loop is beside it.
+const CONTROLLERS: &str = "pid tid crone lead_lag loop";
+const PLANTS: &str = "transfer_function device state_space measured_response";
+
+/// What a TOML file is: its kind, and of an experiment the form that it fills.
+pub(crate) fn looked_at(file: &TextFile) -> Result<Value, Failure> {
+    let path = Path::new(&file.name);
+    let table: toml::Table = toml::from_str(&file.text).map_err(|error| {
+        let why = error.message();
+        Failure::bad_input(format_args!("{}: not TOML: {why}", file.name))
+    })?;
+    let has = |names: &str| names.split(' ').any(|name| table.contains_key(name));
+    for (names, is) in [(CONTROLLERS, "controller"), (PLANTS, "plant")] {
+        if has(names) {
+            return Ok(json!({"is": is}));
+        }
+    }
+    if has("parameters") {
+        let tissue = Material::parse(path, &file.text).map_err(Failure::input)?;
+        return Ok(json!({"is": "tissue", "name": tissue.name}));
+    }
+    let document = Document::of_text(path, &file.text);
+    document.kind().map_err(|error| {
+        Failure::from(error).and("nor a tissue, plant or controller file: drop one of these")
+    })?;
+    Ok(json!({"is": "experiment", "experiment": of_file(&file.text)}))
+}
+
+/// Keeps a tissue under a name of its own, in the folder and in the library; where it is.
+pub(crate) fn keep_tissue(
+    library: &mut Library,
+    runs: &Path,
+    name: &str,
+    text: &str,
+) -> Result<PathBuf, Failure> {
+    let mut tissue = Material::parse(Path::new("the tissue"), text).map_err(Failure::input)?;
+    name.clone_into(&mut tissue.name);
+    let folder = runs.join(TISSUES);
+    let path = folder.join(format!("{name}.toml"));
+    let text = tissue.to_toml();
+    let tissue = Material::parse(&path, &text).map_err(Failure::input)?;
+    // Whoever asks for the library gets it as something to be felt.
+    let felt = ModelledTissue::new(tissue.clone())?;
+    TissuePiece::usual(felt).map_err(Failure::input)?;
+    let mut with = library.clone();
+    with.add(&path, tissue).map_err(Failure::input)?;
+    create_dir_all(&folder).map_err(Failure::input)?;
+    write_text(&path, &text, false)?;
+    *library = with;
+    Ok(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn is(text: &str) -> Result<String, String> {
+        let (name, text) = ("x.toml".to_owned(), text.to_owned());
+        let looked = looked_at(&TextFile { name, text });
+        looked
+            .map(|value| value["is"].as_str().unwrap_or_default().to_owned())
+            .map_err(|error| error.to_string())
+    }
+
+    const GEL: &str = "name = \"gel\"\ndescription = \"a gel\"\n\n[parameters]\n\
+        elastic_modulus_pa = 100\nviscosity_pa_s_alpha = 5.0\norder = 0.3\n\n[source]\n\
+        citation = \"me, 2026\"\nconditions = \"21 °C\"\nchecked = true\n";
+
+    #[test]
+    fn a_file_is_what_its_tables_say() {
+        for (text, want) in [
+            ("[wall]\norder = 0.5\n", "experiment"),
+            ("[zwidth]\n", "experiment"),
+            ("[pid]\n[loop]\nsample_time_s = 0.01\n", "controller"),
+            (
+                "[transfer_function]\nfunction = \"1/s\"\n[loop]\n",
+                "controller",
+            ),
+            ("[transfer_function]\nfunction = \"1/s\"\n", "plant"),
+            ("[device]\nmass_kg = 0.1\n", "plant"),
+            (GEL, "tissue"),
+        ] {
+            assert_eq!(is(text).as_deref(), Ok(want), "{text}");
+        }
+        for text in ["", "[dance]\n", "a = ", "\u{0}", "[parameters]\n"] {
+            let error = is(text).expect_err(text);
+            assert!(
+                error.contains("x.toml") && !error.contains('\n'),
+                "{error:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_tissue_is_kept_once_and_found_again() {
+        let place = tempfile::tempdir().expect("a folder");
+        let mut library = Library::load(None).expect("built in");
+        let mut keep = |name: &str| keep_tissue(&mut library, place.path(), name, GEL);
+        let path = keep("soft-gel").expect("kept");
+        assert!(path.ends_with("tissues/soft-gel.toml"));
+        for (name, why) in [
+            ("soft-gel", "already"),
+            ("liver", "already"),
+            ("../evil", "lower-case"),
+            ("", "lower-case"),
+        ] {
+            let error = keep(name).expect_err(name).to_string();
+            assert!(error.contains(why), "{error}");
+        }
+        let files = std::fs::read_dir(place.path().join(TISSUES)).expect("read");
+        assert_eq!(files.count(), 1);
+        assert!(library.find("soft-gel").is_ok());
+        let later = Library::load(Some(&place.path().join(TISSUES))).expect("read");
+        assert_eq!(later.find("soft-gel").expect("found").name, "soft-gel");
+    }
+}

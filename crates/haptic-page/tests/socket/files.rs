@@ -1,0 +1,250 @@
+//! Files that a person gives the page: plants, controllers, tissues, experiments; and logs that another program writes.
+
+use crate::{assert_documented, has, opened, prostate, question, ran};
+use haptic_log::record::{LogWriter, TickMessage};
+use serde_json::{Value, json};
+use std::fs;
+use testkit::assert_relative;
+
+fn control(more: &Value) -> Value {
+    let mut asked = json!({"plant": "0.55exp(-s)/(62s+1)", "crossover_rad_s": 0.1,
+        "phase_margin_rad": 65_f64.to_radians(), "flat_phase": true});
+    for (key, value) in more.as_object().expect("an object") {
+        asked[key] = value.clone();
+    }
+    question("control", "control", asked)
+}
+
+fn file(name: &str, text: &str) -> Value {
+    json!({"name": name, "text": text})
+}
+
+const PID: &str = "[pid]\nproportional_gain = 5.0\nintegral_gain_per_s_lambda = 0.1\nintegral_order = 1.0\n\
+    derivative_gain_s_mu = 0.0\nderivative_order = 1.0\n\n[loop]\nsample_time_s = 0.5\n";
+
+#[test]
+fn a_plant_and_a_controller_may_be_files() {
+    let (_runs, _server, mut page) = opened();
+    let typed = page.ask("ask", control(&json!({})));
+    assert_documented("control", &typed);
+    let plant = "[transfer_function]\nfunction = \"0.55/(62s+1)\"\ndelay_s = 1.0\n";
+    let both = json!({"plant": "", "plant_file": file("tank.toml", plant), "controller_file": file("my.toml", PID)});
+    let read = page.ask("ask", control(&both));
+    assert_eq!(read["plant"], typed["plant"]);
+    assert_eq!(read["fractional"], typed["fractional"]);
+    // A load moves the output by what the integral takes away again: −1 on the command of a PI in the end.
+    let own = &read["own"];
+    has(own, json!({"stable": true}));
+    assert_eq!(own["gains"]["proportional_gain"], 5.0);
+    let loaded = own["loaded"].as_array().expect("a curve");
+    let most = loaded.iter().filter_map(Value::as_f64);
+    let most = most.fold(0.0_f64, f64::max);
+    assert!(most > 0.01 && most < 0.55, "{most}");
+    let last = loaded.last().and_then(Value::as_f64).expect("a number");
+    assert!(last.abs() < 0.05 * most, "{last} of {most}");
+    let gains = typed["fractional"]["robustness"]
+        .as_array()
+        .expect("a family");
+    let stable = |one: &Value| one["stable"] == true;
+    assert!(gains.len() == 5 && gains.iter().all(stable), "{gains:?}");
+    for (wrong, words) in [
+        (
+            json!({"plant_file": file("tank.toml", "[dance]")}),
+            "tank.toml",
+        ),
+        (
+            json!({"plant_file": file("tank.csv", "a,b\n1,2\n")}),
+            "tank.csv",
+        ),
+        (
+            json!({"controller_file": file("my.toml", "[pid]")}),
+            "my.toml",
+        ),
+        (json!({"plant": "1/(s+"}), "plant \"1/(s+\": "),
+        (json!({"plant": "1e30/(s+1)"}), "is not from"),
+        (json!({"crossover_rad_s": 1e9}), "`crossover_rad_s`"),
+        (json!({"phase_margin_rad": 4}), "phase margin 229"),
+    ] {
+        let said = page.refused("ask", control(&wrong));
+        assert!(
+            said.contains(words) && !said.contains('\n'),
+            "{wrong}: {said}"
+        );
+    }
+}
+
+/// Rows of a spring-pot's relaxation, 1000·t^(−0.2)/Γ(0.8), its time in ms and its modulus in kPa, under a header that says nothing.
+fn unnamed() -> String {
+    let rows = (0..60).map(|n| {
+        let t = 10.0_f64.powf(-1.0 + f64::from(n) / 20.0);
+        format!("{},{}\n", 1e3 * t, t.powf(-0.2) / 1.164_229_713_725_303)
+    });
+    format!("a,b\n{}", rows.collect::<String>())
+}
+
+#[test]
+fn columns_and_units_are_chosen_and_the_tissue_is_kept_and_felt() {
+    let (runs, _server, mut page) = opened();
+    let asked = |columns: &str, units: &str| {
+        let record = json!({"name": "My gel.csv", "text": unnamed(), "model": "spring-pot", "columns": columns, "units": units});
+        question("identify", "record", record)
+    };
+    let found = page.ask("ask", asked("time=1, modulus=b", "time=ms,modulus=kPa"));
+    assert_documented("record", &found);
+    let [modulus, order] = [0, 1].map(|n| found["models"][0]["parameters"][n].clone());
+    assert_relative(
+        "order",
+        order["value"].as_f64().expect("a number"),
+        0.2,
+        1e-6,
+    );
+    assert_relative(
+        "modulus",
+        modulus["value"].as_f64().expect("a number"),
+        1000.0,
+        1e-6,
+    );
+    let [low, high] = ["low_95", "high_95"].map(|end| order[end].as_f64().expect("an end"));
+    assert!(low <= 0.2 + 1e-9 && high >= 0.2 - 1e-9, "{order}");
+    for (columns, units, words) in [
+        ("", "", "My gel.csv: "),
+        ("time=1,modulus=9", "", "My gel.csv: "),
+        (
+            "time=1,colour=2",
+            "",
+            "`columns`: \"colour=2\" is not NAME=VALUE",
+        ),
+        (
+            "time=1,modulus=2",
+            "ms",
+            "`units`: \"ms\" is not NAME=VALUE",
+        ),
+        ("time=1,modulus=2", "time=parsec", "My gel.csv: "),
+    ] {
+        let said = page.refused("ask", asked(columns, units));
+        assert!(said.starts_with(words) && !said.contains('\n'), "{said}");
+    }
+    let tissue = &found["tissue"];
+    assert_eq!(tissue["name"], "my-gel");
+    let text = tissue["text"].as_str().expect("a file");
+    assert!(
+        text.contains("fit by a test to the relaxation of My gel.csv"),
+        "{text}"
+    );
+    let kept = page.ask("tissue.keep", json!({"name": "my-gel", "text": text}));
+    assert_documented("tissue.keep", &kept);
+    let path = runs.path().join("tissues/my-gel.toml");
+    assert_eq!(kept["path"], path.display().to_string());
+    page.refuses(
+        "tissue.keep",
+        json!({"name": "my-gel", "text": text}),
+        "already",
+    );
+    page.refuses(
+        "tissue.keep",
+        json!({"name": "My gel", "text": text}),
+        "lower-case",
+    );
+    page.refuses(
+        "tissue.keep",
+        json!({"name": "other", "text": "no tissue"}),
+        "the tissue:1",
+    );
+    let tissues = page.ask("hello", json!({"version": 1}))["tissues"].take();
+    let tissues = tissues.as_array().expect("a list");
+    assert!(tissues.iter().any(|tissue| tissue["name"] == "my-gel"));
+    let felt = page.ask("feel.start", json!({"environment": {"tissue": "my-gel"}}));
+    assert_relative(
+        "order",
+        felt["feel"]["order"].as_f64().expect("a number"),
+        0.2,
+        1e-6,
+    );
+    page.ask("feel.start", prostate());
+}
+
+#[test]
+fn a_file_is_said_to_be_what_it_is() {
+    let (_runs, _server, mut page) = opened();
+    let wall = page.ask("file", file("w.toml", "[wall]\norder = 0.5\n"));
+    assert_documented("file", &wall);
+    has(&wall, json!({"is": "experiment"}));
+    has(
+        &wall["experiment"],
+        json!({"kind": "wall", "parameters": {"order": 0.5}}),
+    );
+    has(
+        &page.ask("file", file("c.toml", PID)),
+        json!({"is": "controller"}),
+    );
+    page.refuses("file", file("d.toml", "[dance]\n"), "d.toml");
+    page.refuses("file", file("d.toml", "[["), "d.toml: not TOML");
+}
+
+fn log_of(path: &std::path::Path, ticks: u64) -> LogWriter<std::io::BufWriter<fs::File>> {
+    fs::create_dir_all(path.parent().expect("a folder")).expect("made");
+    let mut log = LogWriter::create(path).expect("made");
+    for tick in 0..ticks {
+        let time_s = tick as f64 * 1e-3;
+        let message = TickMessage {
+            tick,
+            time_s,
+            ..TickMessage::default()
+        };
+        log.tick(&message).expect("written");
+    }
+    log
+}
+
+#[test]
+fn the_list_has_what_another_program_writes_and_the_verdict_of_every_run() {
+    let (runs, _server, mut page) = opened();
+    let done = ran(&mut page, "relax", json!({"duration_s": 2}));
+    let verdict = done["verdict"].as_str().expect("a verdict").to_owned();
+    let mut writing = log_of(&runs.path().join("beside/wall.mcap"), 300);
+    // Closes a chunk.
+    writing
+        .metadata(
+            "experiment",
+            [("experiment".to_owned(), "wall".to_owned())].into(),
+        )
+        .expect("written");
+    let cut = log_of(&runs.path().join("cut/wall.mcap"), 300);
+    drop(cut);
+    let listed = |page: &mut crate::Page, name: &str| -> Value {
+        let runs = page.ask("runs.list", json!({}))["runs"].take();
+        let runs = runs.as_array().expect("a list").clone();
+        runs.into_iter()
+            .find(|run| run["name"] == name)
+            .expect(name)
+    };
+    has(
+        &listed(&mut page, "beside/wall"),
+        json!({"running": true, "kind": "wall", "verdict": null}),
+    );
+    has(
+        &listed(&mut page, "cut/wall"),
+        json!({"running": false, "verdict": "cut off or damaged"}),
+    );
+    has(
+        &page.ask("runs.open", json!({"name": "beside/wall"})),
+        json!({"running": true, "samples": 300}),
+    );
+    writing.finish().expect("finished");
+    has(&listed(&mut page, "beside/wall"), json!({"running": false}));
+    // The verdict is in the log: a server that has not run it says it too.
+    has(
+        &listed(&mut page, "relax-0001/relax"),
+        json!({"verdict": verdict}),
+    );
+    let (other, _server, mut later) = opened();
+    fs::create_dir(other.path().join("old")).expect("made");
+    let log = runs.path().join("relax-0001/relax.mcap");
+    fs::copy(log, other.path().join("old/relax.mcap")).expect("copied");
+    has(
+        &listed(&mut later, "old/relax"),
+        json!({"verdict": verdict}),
+    );
+    let opened = later.ask("runs.open", json!({"name": "old/relax"}));
+    assert_eq!(opened["metadata"]["verdict"]["verdict"], verdict);
+}

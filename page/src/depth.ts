@@ -1,0 +1,97 @@
+// Force over depth: the same columns as over time, drawn against each other.
+
+import { values, type Points } from "./columns";
+import { el, onSize, set, svg } from "./dom";
+import { niceStep, tickTexts } from "./format";
+import type { Line } from "./chart";
+
+/** Room for the numbers of the axes, px. */
+const EDGE = { left: 46, right: 12, top: 8, bottom: 34 };
+
+/** Least and most of depth and force in each column of time; forces are negative against the motion, as a frame has them. */
+export interface DepthCurve extends Omit<Line, "label"> {
+  depth: readonly [Float32Array | undefined, Float32Array | undefined];
+  force: readonly [Float32Array | undefined, Float32Array | undefined];
+}
+
+interface Track extends Omit<Line, "label"> {
+  depth: Points;
+  force: Points;
+}
+
+export class DepthPlot {
+  readonly root: HTMLElement;
+  private readonly picture = svg("svg", { role: "img", "aria-label": "Force over depth" });
+  private readonly grid = svg("g", { class: "ticks" });
+  private readonly lines = svg("g");
+  private tracks: Track[] = [];
+  private width = 0;
+  private height = 0;
+
+  constructor() {
+    this.picture.append(this.grid, this.lines);
+    this.root = el("div", { class: "depth-holder plane" }, this.picture as unknown as HTMLElement);
+    onSize(this.root, (width, height) => {
+      [this.width, this.height] = [width, height];
+      this.show();
+    });
+  }
+
+  /** Draws curves, the last on top. */
+  draw(curves: DepthCurve[]): void {
+    const none = new Float32Array();
+    this.tracks = curves.map(({ depth, force, ...stroke }) => ({ ...stroke, depth: values(depth[0] ?? none, depth[1] ?? none, 1000), force: values(force[0] ?? none, force[1] ?? none, -1) }));
+    this.show();
+  }
+
+  private show(): void {
+    const [width, height] = [this.width - EDGE.left - EDGE.right, this.height - EDGE.top - EDGE.bottom];
+    if (width <= 0 || height <= 0) return;
+    set(this.picture, { viewBox: `0 0 ${this.width} ${this.height}` });
+    const [x0, x1] = span(this.tracks.map(({ depth }) => depth));
+    const [y0, y1] = span(this.tracks.map(({ force }) => force));
+    const x = (depth: number): number => EDGE.left + ((depth - x0) / (x1 - x0)) * width;
+    const y = (force: number): number => EDGE.top + ((y1 - force) / (y1 - y0)) * height;
+    const parts: SVGElement[] = [];
+    const across = ticks(x0, x1, width / 60);
+    tickTexts(across).forEach((text, n) => parts.push(svg("text", { x: x(across[n] ?? 0), y: this.height - 18, "text-anchor": "middle" }, text)));
+    const up = ticks(y0, y1, height / 40);
+    tickTexts(up).forEach((text, n) => {
+      const at = y(up[n] ?? 0);
+      parts.push(svg("line", { x1: EDGE.left, x2: this.width - EDGE.right, y1: at, y2: at }), svg("text", { x: EDGE.left - 6, y: at + 4, "text-anchor": "end" }, text));
+    });
+    parts.push(svg("text", { x: this.width - EDGE.right, y: this.height - 3, "text-anchor": "end" }, "force in N over depth in mm"));
+    this.grid.replaceChildren(...parts);
+    const paths = this.tracks.map(({ depth, force, colour, dash, width: thick }) => {
+      let [path, open] = ["", false];
+      depth.forEach((at, n) => {
+        const value = force[n] ?? null;
+        if (at !== null && value !== null) path += `${open ? "L" : "M"}${x(at).toFixed(1)},${y(value).toFixed(1)}`;
+        open = at !== null && value !== null;
+      });
+      const line = svg("path", { class: "track", d: path, "stroke-dasharray": (dash ?? []).join(" ") });
+      line.style.stroke = `var(${colour})`;
+      line.style.strokeWidth = String(thick ?? 2);
+      return line;
+    });
+    this.lines.replaceChildren(...paths);
+  }
+}
+
+/** From the least to the most of all points, 0 included. */
+function span(lines: Points[]): [number, number] {
+  let [low, high] = [0, 0];
+  for (const line of lines) {
+    for (const value of line) {
+      if (value !== null && value < low) low = value;
+      if (value !== null && value > high) high = value;
+    }
+  }
+  return low < high ? [low, high] : [0, 1];
+}
+
+function ticks(low: number, high: number, count: number): number[] {
+  const step = niceStep(high - low, Math.max(1, count));
+  const first = Math.ceil(low / step - 1e-9);
+  return Array.from({ length: Math.max(0, Math.floor(high / step + 1e-9) - first + 1) }, (_, n) => (first + n) * step);
+}

@@ -1,0 +1,84 @@
+// Files that fall on the page: what they are, and which view takes them.
+
+import type { App } from "./app";
+import { certificate } from "./certificate";
+import type { View } from "./fragment";
+import { VERSION, type Answer, type Hello, type RunEntry } from "./protocol";
+
+export interface TextFile {
+  name: string;
+  text: string;
+}
+
+/** What a view may be given. */
+export type Dropped =
+  | { is: "record"; file: File }
+  | { is: "certificate"; answer: Answer }
+  | { is: "plant" | "controller"; file: TextFile }
+  | { is: "experiment"; kind: string; parameters: Record<string, unknown> }
+  | { is: "log"; name: string };
+
+/** A text larger than this does not fit into a message. */
+const SIZE_MOST = 15e6;
+
+/** Hears of files anywhere on the page. */
+export function listenForFiles(taken: (file: File) => void): void {
+  const marked = (on: boolean): void => void document.body.classList.toggle("dropping", on);
+  addEventListener("dragover", (event) => {
+    event.preventDefault();
+    marked(true);
+  });
+  addEventListener("dragleave", () => marked(false));
+  addEventListener("drop", (event) => {
+    event.preventDefault();
+    marked(false);
+    for (const file of [...(event.dataTransfer?.files ?? [])].slice(0, 1)) taken(file);
+  });
+}
+
+/** What a file is and where it belongs; null if it was dealt with. Fails with a sentence for a file that the page cannot use. */
+export async function look(app: App, file: File): Promise<{ view: View; dropped: Dropped } | null> {
+  const { name } = file;
+  if (/\.mcap$/i.test(name)) return { view: "runs", dropped: { is: "log", name: await runOf(app, file) } };
+  if (file.size > SIZE_MOST) throw new Error(`${name} is larger than 15 MB: cut it into pieces.`);
+  if (/\.(csv|tsv|txt|tab|dat)$/i.test(name)) {
+    // Beside a plant a table is a measured response, anywhere else a record.
+    if (app.state.view === "control") return { view: "control", dropped: { is: "plant", file: { name, text: await file.text() } } };
+    return { view: "runs", dropped: { is: "record", file } };
+  }
+  const text = await file.text();
+  if (/\.json$/i.test(name)) {
+    const answer = certificate(name, text);
+    if (answer !== null) return { view: "runs", dropped: { is: "certificate", answer } };
+    throw new Error(`${name} is not the certificate of a self-test: drop what device selftest --json has written.`);
+  }
+  if (!/\.toml$/i.test(name)) throw new Error(`${name} is no file for this page: drop a CSV of a measurement, a TOML file of host-cli, or an MCAP log.`);
+  const found = await app.connection.ask<{ is: string; name?: string; experiment?: { kind: string; parameters: Record<string, unknown> } }>("file", { name, text });
+  if (found.is === "plant" || found.is === "controller") return { view: "control", dropped: { is: found.is, file: { name, text } } };
+  if (found.experiment) return { view: "runs", dropped: { is: "experiment", ...found.experiment } };
+  await keepTissue(app, found.name ?? "", text);
+  feelTissue(app, found.name ?? "");
+  return null;
+}
+
+/** The run that a log is, by its name and size: a browser does not say where it lies. */
+async function runOf(app: App, file: File): Promise<string> {
+  const { runs } = await app.connection.ask<{ runs: RunEntry[] }>("runs.list");
+  const stem = file.name.replace(/\.mcap$/i, "");
+  const run = runs.find(({ name, size_bytes }) => size_bytes === file.size && name.split("/").at(-1) === stem);
+  if (run !== undefined) return run.name;
+  throw new Error(`${file.name} is not in the folder of the runs, ${app.state.hello?.runs_folder}: copy it there, or give its folder to host-cli serve --runs.`);
+}
+
+/** Keeps a tissue in the library under a name; where its file is. */
+export async function keepTissue(app: App, name: string, text: string): Promise<string> {
+  const { path } = await app.connection.ask<{ path: string }>("tissue.keep", { name, text });
+  // The library has one more.
+  app.dispatch({ do: "hello", hello: await app.connection.ask<Hello>("hello", { version: VERSION }) });
+  return path;
+}
+
+/** Opens Feel with a tissue of the library. */
+export function feelTissue(app: App, name: string): void {
+  app.dispatch({ do: "start", values: new Map([["tissue", name]]) });
+}
