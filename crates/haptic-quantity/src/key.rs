@@ -2,7 +2,7 @@
 
 use crate::without_unit;
 use std::fmt;
-use strsim::levenshtein;
+use strsim::osa_distance;
 
 /// A key of a document or an argument of a function, as a sentence names it: `` `sample_time_s` ``. A program that calls it
 /// otherwise has it [`renamed`].
@@ -74,15 +74,54 @@ pub fn renamed(sentence: &str, names: impl Fn(&str) -> Option<String>) -> String
 /// assert_eq!(did_you_mean("foo", ["loop", "order"]), "known are loop, order");
 /// ```
 pub fn did_you_mean<'n>(written: &str, names: impl IntoIterator<Item = &'n str>) -> String {
-    let plain = |name: &str| without_unit(name).to_lowercase().replace(['-', ' '], "_");
-    let wanted = plain(written);
-    let far = |name: &str| levenshtein(&plain(name), &wanted);
     let names: Vec<&str> = names.into_iter().collect();
-    // Half of the letters may be wrong, and three at most.
-    let most = wanted.chars().count() / 2;
-    let near = names.iter().filter(|name| far(name) <= most.min(3));
-    match near.min_by_key(|name| far(name)) {
+    match nearest(written, &names) {
         Some(nearest) => format!("did you mean `{nearest}`?"),
         None => format!("known are {}", names.join(", ")),
     }
+}
+
+/// Names, and words for them in the guide's formulas and in other programs.
+const ALSO: [(&str, &[&str]); 14] = [
+    ("stiffness", &["K", "k"]),
+    ("dissipation", &["B"]),
+    ("damping", &["b"]),
+    ("mass", &["m"]),
+    ("sample_time", &["T", "dt", "fs", "rate"]),
+    ("order", &["mu", "μ", "alpha"]),
+    ("out", &["o"]),
+    ("device", &["port"]),
+    ("pin", &["cpu"]),
+    ("crossover", &["bandwidth"]),
+    ("design", &["tune"]),
+    ("stability", &["wall"]),
+    ("strain", &["stress"]),
+    ("stress", &["strain"]),
+];
+
+/// The name that somebody meant who wrote another: one that is called so too, one that is a few letters off, or one with this
+/// word in it.
+pub fn nearest<'n>(written: &str, names: &[&'n str]) -> Option<&'n str> {
+    let plain = |name: &str| {
+        let name = without_unit(name.trim_start_matches('-'));
+        name.to_lowercase().replace(['-', ' '], "_")
+    };
+    // The heading of a table stands before a point.
+    let written = written.trim_start_matches('-');
+    let written = written.rsplit_once('.').map_or(written, |(_, key)| key);
+    let wanted = plain(written);
+    let is_also = |name: &&&str| {
+        let mut all = ALSO.iter();
+        all.any(|(same, words)| plain(name) == *same && words.contains(&written))
+    };
+    let far = |name: &str| osa_distance(&plain(name), &wanted);
+    // A third of the letters may be wrong.
+    let most = (wanted.chars().count() + 1) / 3;
+    let near = names.iter().filter(|name| far(name) <= most.min(3));
+    let is_word = |word: &str| wanted.len() > 2 && word.starts_with(&wanted);
+    let with_it = |name: &&&str| plain(name).split('_').any(is_word);
+    let also = names.iter().find(is_also);
+    also.or_else(|| near.min_by_key(|name| far(name)))
+        .or_else(|| names.iter().find(with_it))
+        .copied()
 }

@@ -2,10 +2,11 @@
 #![forbid(unsafe_code)]
 
 mod key;
+mod meant;
 mod number;
 mod written;
 
-pub use key::{Key, did_you_mean, renamed};
+pub use key::{Key, did_you_mean, nearest, renamed};
 pub use number::{DecimalSign, number, number_with, sign_of};
 pub use written::{WrittenUnit, digits, label, written, written_between};
 
@@ -175,7 +176,7 @@ pub fn kind_of_key(key: &str) -> &'static str {
 pub fn parse_for_key(key: &str, text: &str) -> Result<f64, QuantityError> {
     let &(what, units) = parts_of_key(key).1.quantity;
     read(units, text).ok_or_else(|| QuantityError {
-        meant: meant(units, text),
+        meant: meant::meant(units, text),
         text: text.to_owned(),
         what,
         units,
@@ -193,27 +194,6 @@ fn read(units: &[Unit], text: &str) -> Option<f64> {
         let value = number_with(number, DecimalSign::Point).filter(|_| !number.contains(','))?;
         Some(scale(value, *factor)).filter(|value| value.is_finite())
     })
-}
-
-/// What somebody meant who wrote a comma, or a unit in other capitals; of 1,234 both numbers that it may be.
-fn meant(units: &[Unit], text: &str) -> Option<String> {
-    let mut ends = (0..=text.len()).rev();
-    let end = ends.find(|&end| text.get(..end).is_some_and(|text| number(text).is_some()))?;
-    let (figures, unit) = (&text[..end], text[end..].trim());
-    let mut units_alike = units.iter().map(|(known, _)| *known);
-    let unit = units_alike.find(|known| known.eq_ignore_ascii_case(unit));
-    let unit = unit.or(Some("").filter(|_| end == text.len()))?;
-    let spelt = |sign| Some(format!("{}{unit}", number_with(figures, sign)?));
-    let signs = match sign_of(figures) {
-        Some(sign) => vec![sign],
-        None if figures.contains(',') => vec![DecimalSign::Comma, DecimalSign::Point],
-        None => vec![DecimalSign::Point],
-    };
-    let readings: Vec<String> = signs.into_iter().filter_map(spelt).collect();
-    let comma = Some(", without a comma").filter(|_| figures.contains(','));
-    let is_read = |text: &String| read(units, text).is_some();
-    let all = readings.iter().all(is_read);
-    all.then(|| format!("{}{}", readings.join(" or "), comma.unwrap_or_default()))
 }
 
 /// True of a number that has no unit.
