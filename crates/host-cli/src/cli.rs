@@ -6,16 +6,18 @@ use crate::command::run::Experiment;
 use crate::names::{Names, option_of};
 use crate::options::{self, WithFiles, keys};
 use crate::output::{Output, note, refused};
-use clap::error::{ContextKind, ErrorKind};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::now_called;
-use haptic_quantity::{is_bare, is_unit};
+use haptic_experiment::run::DeviceName;
+use haptic_quantity::{is_bare, is_unit, nearest};
 use std::any::TypeId;
 use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::str::FromStr as _;
 
 const LONG_ABOUT: &str = "\
 Runs fractional-order haptic experiments, keeps their logs and draws their figures.
@@ -213,8 +215,8 @@ pub fn parser() -> clap::Command {
 /// The parser's message in one line, as all our errors are, without its pointer to `--help`.
 fn one_line(message: &str) -> String {
     let lines = message.lines().map(str::trim);
-    // What is not an option is not KEY=VALUE either.
-    let useless = ["For more information", "tip: to pass"];
+    // What is not an option is not KEY=VALUE either; the parser's guesses may be far off, so `meant` makes them.
+    let useless = ["For more information", "tip: "];
     let lines: Vec<&str> = lines
         .filter(|line| !line.is_empty() && !useless.iter().any(|start| line.starts_with(start)))
         .collect();
@@ -293,21 +295,59 @@ fn not_an_option(error: &clap::Error) -> Option<String> {
     ))
 }
 
-/// How to write two words that a blank has torn apart: `60 s`, and `0.5 1` behind an option.
+/// What was meant by an option, a command or a name that there is not.
+fn meant(error: &clap::Error) -> Option<String> {
+    let (command, words) = asked();
+    let (kind, known): (_, Vec<String>) = if error.kind() == ErrorKind::UnknownArgument {
+        let options = command.get_arguments().filter_map(clap::Arg::get_long);
+        let options = options.map(|option| format!("--{option}"));
+        (ContextKind::InvalidArg, options.collect())
+    } else if error.kind() == ErrorKind::InvalidSubcommand {
+        let known = command.get_subcommands().map(clap::Command::get_name);
+        let known = known.map(str::to_owned).collect();
+        (ContextKind::InvalidSubcommand, known)
+    } else if let Some(ContextValue::Strings(known)) = error.get(ContextKind::ValidValue) {
+        (ContextKind::InvalidValue, known.clone())
+    } else {
+        return None;
+    };
+    let typed = error.get(kind)?.to_string();
+    if let Err(said) = DeviceName::from_str(&typed)
+        && said.contains("is a port")
+    {
+        return Some(said);
+    }
+    // Of -tissue the parser reads -t alone.
+    let mut words = words.iter().filter_map(|word| word.to_str());
+    let is_whole = |word: &&str| !word.starts_with("--") && word.starts_with(&typed);
+    let typed = words.find(is_whole).unwrap_or(&typed);
+    let known: Vec<&str> = known.iter().map(String::as_str).collect();
+    nearest(typed, &known).map(|name| format!("did you mean `{name}`?"))
+}
+
+/// How to write words that a blank has torn apart: `60 s`, `mass = 65g`, `0.5 1` behind an option.
 fn torn() -> Option<String> {
     let words: Vec<String> = std::env::args_os()
         .map(|word| word.to_string_lossy().into_owned())
         .collect();
     words.windows(3).find_map(|words| {
-        let [option, number, next] = words else {
+        let [before, word, next] = words else {
             return None;
         };
-        let is_value = option.starts_with("--") && !option.contains('=') && is_bare(number);
-        match is_value {
-            true if is_unit(next) => Some(format!("{number}{next}, without a blank")),
-            true if is_bare(next) => Some(format!("{number},{next}, if both are of {option}")),
-            true | false => None,
-        }
+        let number = word
+            .rsplit_once('=')
+            .map_or(word.as_str(), |(_, text)| text);
+        let is_option = before.starts_with("--") && !before.contains('=');
+        let written = if word == "=" {
+            format!("{before}={next}")
+        } else if is_bare(number) && is_unit(next) {
+            format!("{word}{next}")
+        } else if is_option && is_bare(word) && is_bare(next) {
+            return Some(format!("write {word},{next}, if both are of {before}"));
+        } else {
+            return None;
+        };
+        Some(format!("write {written}, without a blank"))
     })
 }
 
@@ -319,9 +359,16 @@ fn not_understood(error: &clap::Error, names: &Names) -> ExitCode {
             let _ = error.print();
         } else {
             let instead = not_an_option(error);
-            let said = instead.unwrap_or_else(|| one_line(&error.to_string()));
-            let torn = torn().map_or_else(String::new, |meant| format!("; write {meant}"));
-            note("error", format_args!("{said}{torn}"));
+            let said =
+                instead.unwrap_or_else(|| match (one_line(&error.to_string()), meant(error)) {
+                    (said, Some(meant)) => {
+                        let said = said.split("; Usage").next().unwrap_or(&said);
+                        format!("{said}; {meant}")
+                    }
+                    (said, None) => said,
+                });
+            let said = torn().unwrap_or(said);
+            note("error", format_args!("{said}"));
         }
         return ExitCode::from(2);
     }
@@ -345,7 +392,7 @@ fn ended(result: Result<(), Failure>, names: &Names) -> ExitCode {
         return ExitCode::SUCCESS;
     };
     if let (Failure::Input(_), Some(meant)) = (&failure, torn()) {
-        failure = failure.and(&format!("write {meant}"));
+        failure = Failure::bad_input(format_args!("{meant}"));
     }
     refused(&failure, names);
     ExitCode::from(match failure {

@@ -5,7 +5,7 @@
 use self::keys::Named;
 use crate::files::Files;
 use crate::names::option_of;
-use crate::parse::doubt;
+use crate::parse::{doubt, read_whole};
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
 use fracdiff::parameter::Shown;
@@ -19,6 +19,7 @@ use haptic_experiment::parameters::{
 };
 use haptic_experiment::run::DeviceModel;
 use haptic_quantity::{did_you_mean, is_meant, kind_of_key, parse_for_key, without_unit};
+use haptic_tissue::Library;
 use std::collections::BTreeMap;
 use std::marker::PhantomData;
 use std::ops::RangeInclusive;
@@ -71,15 +72,12 @@ fn value_of(written: &str, parameter: &Parameter, text: &str) -> Result<Value, S
     let number = |text: &str| parse_for_key(key, text).map_err(|error| error.to_string());
     match parameter.value {
         Kind::Number(..) => number(text).map(Value::from),
-        // 1e3 too.
-        Kind::Count(_) => match (text.trim().parse::<i64>(), text.trim().parse::<f64>()) {
-            (Ok(count), _) if count >= 0 => Ok(Value::from(count)),
-            (_, Ok(count)) if count.fract() == 0.0 && (0.0..=9e15).contains(&count) => {
-                Ok(Value::from(count as i64))
-            }
-            _ => Err(format!("\"{text}\" is not a whole number, 0 or more")),
-        },
-        Kind::Flag(_) => match text {
+        Kind::Count(_) => {
+            let count = read_whole(text).and_then(|count| i64::try_from(count).ok());
+            let none = || format!("\"{text}\" is not a whole number, 0 or more");
+            count.map(Value::from).ok_or_else(none)
+        }
+        Kind::Flag(_) => match text.to_lowercase().as_str() {
             "true" | "yes" | "on" => Ok(Value::from(true)),
             "false" | "no" | "off" => Ok(Value::from(false)),
             _ => Err(format!("\"{text}\" is not true or false")),
@@ -227,8 +225,7 @@ impl<N: Named> Options<N> {
                 .split_once('=')
                 .filter(|(key, _)| !key.trim().is_empty())
             else {
-                let error = "is not KEY=VALUE, as sample_time=1ms".to_owned();
-                return Err(refused(said, error));
+                return Err(refused(said, not_a_value(kind, text)));
             };
             let (written, parameter) = (written.trim(), found(kind, written.trim()));
             let (table, key, value) = match &parameter {
@@ -244,6 +241,20 @@ impl<N: Named> Options<N> {
         }
         Ok(document)
     }
+}
+
+/// Why a word that has no `=` is none of a document, and what it would have to be.
+fn not_a_value(kind: &str, text: &str) -> String {
+    let name = text.split(':').next().unwrap_or(text);
+    let instead = match found(kind, name) {
+        Some(known) if matches!(known.value, Kind::Flag(_)) => format!("{name}=true"),
+        Some(_) => format!("{name}=VALUE"),
+        None if Library::load(None).is_ok_and(|all| all.find(text).is_ok()) => {
+            format!("--tissue {text}")
+        }
+        None => "KEY=VALUE, as sample_time=1ms, or an option, as --sample-time 1ms".to_owned(),
+    };
+    format!("write {instead}")
 }
 
 /// What was said, and what is wrong with it.

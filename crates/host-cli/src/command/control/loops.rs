@@ -90,6 +90,18 @@ impl PlantArguments {
     }
 }
 
+/// Signs that other programs have for a plant, and what to write here.
+const ELSEWHERE: [(&str, &str); 5] = [
+    ("**", "write ^ for a power, as s^2"),
+    ("²", "write s^2"),
+    ("[", "write the function itself, as 1/(s+1)"),
+    ("z", "write a function of s, of continuous time"),
+    (
+        "",
+        "give numbers for all letters but s, or a file that ends in .toml or .csv",
+    ),
+];
+
 /// A plant by notation, or in a file.
 fn named(text: &str) -> Result<PlantModel, Failure> {
     let path = Path::new(text);
@@ -102,7 +114,13 @@ fn named(text: &str) -> Result<PlantModel, Failure> {
     }
     let model = text.parse().map_err(|error| {
         let (text, error) = (short(text), in_degrees(&error));
-        Failure::bad_input(format_args!("plant \"{text}\": {error}; change --plant"))
+        if text.starts_with("s^") && !text.contains('/') {
+            let why = "an operator alone is no plant: give it to --controller";
+            return Failure::bad_input(format_args!("plant \"{text}\": {why}"));
+        }
+        let mut signs = ELSEWHERE.iter().filter(|(sign, _)| text.contains(sign));
+        let advice = signs.next().map_or("", |found| found.1);
+        Failure::bad_input(format_args!("plant \"{text}\": {error}; {advice}"))
     })?;
     loose_factor("plant", text)
         .iter()
