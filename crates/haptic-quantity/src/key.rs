@@ -108,7 +108,8 @@ pub fn nearest<'n>(written: &str, names: &[&'n str]) -> Option<&'n str> {
     };
     // The heading of a table stands before a point.
     let written = written.trim_start_matches('-');
-    let written = written.rsplit_once('.').map_or(written, |(_, key)| key);
+    let key = written.rsplit('.').next().filter(|key| !key.is_empty());
+    let written = key.unwrap_or(written);
     let wanted = plain(written);
     let is_also = |name: &&&str| {
         let mut all = ALSO.iter();
