@@ -92,8 +92,8 @@ fn the_answers_of_the_lesson_follow_from_its_formulas() {
         let late_s = 0.5 + 0.5e-3;
         agree(
             &said["margins"],
-            "phase_margin_rad",
-            PI / 2.0 - gain * late_s,
+            "phase_margin_deg",
+            (PI / 2.0 - gain * late_s).to_degrees(),
             1e-4,
         );
         agree(&said["margins"], "gain_up", PI / 2.0 / late_s / gain, 1e-4);
