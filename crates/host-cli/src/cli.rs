@@ -6,7 +6,7 @@ use crate::command::run::Experiment;
 use crate::names::{Names, option_of};
 use crate::options::{self, WithFiles, keys};
 use crate::output::{Output, note, refused};
-use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::error::{ContextKind, ErrorKind};
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::now_called;
@@ -295,21 +295,11 @@ fn not_an_option(error: &clap::Error) -> Option<String> {
     ))
 }
 
-/// What was meant by an option, a command or a name that there is not.
+/// What was meant by an option or a command that there is not.
 fn meant(error: &clap::Error) -> Option<String> {
-    let (command, words) = asked();
-    let (kind, known): (_, Vec<String>) = if error.kind() == ErrorKind::UnknownArgument {
-        let options = command.get_arguments().filter_map(clap::Arg::get_long);
-        let options = options.map(|option| format!("--{option}"));
-        (ContextKind::InvalidArg, options.collect())
-    } else if error.kind() == ErrorKind::InvalidSubcommand {
-        let known = command.get_subcommands().map(clap::Command::get_name);
-        let known = known.map(str::to_owned).collect();
-        (ContextKind::InvalidSubcommand, known)
-    } else if let Some(ContextValue::Strings(known)) = error.get(ContextKind::ValidValue) {
-        (ContextKind::InvalidValue, known.clone())
-    } else {
-        return None;
+    let kind = match error.kind() == ErrorKind::UnknownArgument {
+        true => ContextKind::InvalidArg,
+        false => ContextKind::InvalidSubcommand,
     };
     let typed = error.get(kind)?.to_string();
     if let Err(said) = DeviceName::from_str(&typed)
@@ -317,10 +307,15 @@ fn meant(error: &clap::Error) -> Option<String> {
     {
         return Some(said);
     }
+    let (command, words) = asked();
     // Of -tissue the parser reads -t alone.
     let mut words = words.iter().filter_map(|word| word.to_str());
     let is_whole = |word: &&str| !word.starts_with("--") && word.starts_with(&typed);
     let typed = words.find(is_whole).unwrap_or(&typed);
+    let options = command.get_arguments().filter_map(clap::Arg::get_long);
+    let below = command.get_subcommands().map(clap::Command::get_name);
+    let known = options.map(|option| format!("--{option}"));
+    let known: Vec<String> = known.chain(below.map(str::to_owned)).collect();
     let known: Vec<&str> = known.iter().map(String::as_str).collect();
     nearest(typed, &known).map(|name| format!("did you mean `{name}`?"))
 }

@@ -72,11 +72,6 @@ impl FromStr for DeviceName {
             if ["/dev/", "COM", "tty"].iter().any(is_port) {
                 return Err(format!("device \"{text}\" is a port: write serial:{text}"));
             }
-            if ["serial", "serial:", "usb"].contains(&text) {
-                return Err(format!(
-                    "device \"{text}\" names no port: write serial:auto"
-                ));
-            }
             let foreign = ForeignName::KINDS.iter().map(|(_, form)| *form);
             let foreign: Vec<&str> = foreign.collect();
             return Err(format!(

@@ -42,20 +42,20 @@ const MISTAKES: &str = r#"
     relax --rate 1000 => did you mean `--sample-time`? ! --write
     creep --strain 5% => did you mean `--stress`? ! --duration
     relax --device ttyACM0 => write serial:ttyACM0
-    relax --device usb => write serial:auto
+    relax --device serial => serial:auto
+    device emulate drop=5 => drop=5 is not from 0 to 1
     device info COM3 => write serial:COM3
     device info /dev/ttyACM0 => write serial:/dev/ttyACM0
     device info --port COM3 => did you mean `--device`?
     device measre => did you mean `measure`?
     device set workspace=-20:20 => write -20mm, or -20m if it is that
     device set mass=65 => write 65g
-    design --wish stiff => did you mean `stiffest-wall`?
     device set force_limit 0.5N => KEY=VALUE, as force_limit=0.5N
     analyze wall => did you mean `stability`?
     run experiments/coupler.toml --coupler-stiffness 1 => coupler_damping=VALUE, or coupler_stiffness=VALUE of two hands
     control tune => did you mean `design`?
     control analyze --plant 1/(s**2+1) => write ^ for a power
-    control analyze --plant 1/(z+1) => a function of s
+    control analyze --plant 1/(z+1) => numbers for all letters but s
     control analyze --plant tf([1],[1,1]) => write the function itself, as 1/(s+1)
     control analyze --plant K/(s+1) => numbers for all letters but s
     control analyze --plant oven => a file that ends in .toml

@@ -91,11 +91,9 @@ impl PlantArguments {
 }
 
 /// Signs that other programs have for a plant, and what to write here.
-const ELSEWHERE: [(&str, &str); 5] = [
+const ELSEWHERE: [(&str, &str); 3] = [
     ("**", "write ^ for a power, as s^2"),
-    ("²", "write s^2"),
     ("[", "write the function itself, as 1/(s+1)"),
-    ("z", "write a function of s, of continuous time"),
     (
         "",
         "give numbers for all letters but s, or a file that ends in .toml or .csv",

@@ -230,12 +230,12 @@ impl Details {
         let (faults, contact) = (&mut self.faults[side], &mut self.contact);
         let number = |range| in_range(key, range, text);
         match key {
-            "drop" => faults.drop = chance(text)?,
-            "corrupt" => faults.corrupt = chance(text)?,
-            "duplicate" => faults.duplicate = chance(text)?,
-            "reorder" => faults.reorder = chance(text)?,
+            "drop" => faults.drop = number(CHANCES)?,
+            "corrupt" => faults.corrupt = number(CHANCES)?,
+            "duplicate" => faults.duplicate = number(CHANCES)?,
+            "reorder" => faults.reorder = number(CHANCES)?,
             "delay_s" => faults.delay_s = number(parameters::LINE_DELAY.range())?,
-            "stall" => faults.stall = chance(text)?,
+            "stall" => faults.stall = number(CHANCES)?,
             "stall_time_s" => faults.stall_s = number(parameters::LINE_DELAY.range())?,
             "line_seed" => self.seeds[side] = count(text, 0, u64::MAX)?,
             "hardware" => self.hardware = version(text)?,
@@ -268,16 +268,8 @@ const CONTACT_STIFFNESSES: Range = Range::AboveUpTo(0.0, 1e7);
 const CONTACT_DAMPINGS: Range = Range::Within(0.0, 1e5);
 const CONTACT_FRICTIONS: Range = Range::Within(0.0, 1e3);
 const GAPS: Range = Range::Within(0.0, 1.0);
-
-/// A chance: a number in [0, 1], or per cent.
-fn chance(text: &str) -> Result<f64, String> {
-    let value = match text.strip_suffix('%') {
-        Some(percent) => percent.trim().parse().map(|percent: f64| percent / 100.0),
-        None => text.parse(),
-    };
-    let chance = value.ok().filter(|value| (0.0..=1.0).contains(value));
-    chance.ok_or_else(|| "is not a chance: give 0 to 1, or 0% to 100%".to_owned())
-}
+/// That the line spoils a frame.
+const CHANCES: Range = Range::Within(0.0, 1.0);
 
 impl Arguments {
     pub(super) fn run(self, output: Output) -> Result<(), Failure> {
