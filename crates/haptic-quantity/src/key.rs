@@ -82,7 +82,7 @@ pub fn did_you_mean<'n>(written: &str, names: impl IntoIterator<Item = &'n str>)
 }
 
 /// Names, and words for them in the guide's formulas and in other programs.
-const ALSO: [(&str, &[&str]); 14] = [
+const ALSO: [(&str, &[&str]); 11] = [
     ("stiffness", &["K", "k"]),
     ("dissipation", &["B"]),
     ("damping", &["b"]),
@@ -91,10 +91,7 @@ const ALSO: [(&str, &[&str]); 14] = [
     ("order", &["mu", "μ", "alpha"]),
     ("out", &["o"]),
     ("device", &["port"]),
-    ("pin", &["cpu"]),
     ("crossover", &["bandwidth"]),
-    ("design", &["tune"]),
-    ("stability", &["wall"]),
     ("strain", &["stress"]),
     ("stress", &["strain"]),
 ];
@@ -103,26 +100,22 @@ const ALSO: [(&str, &[&str]); 14] = [
 /// word in it.
 pub fn nearest<'n>(written: &str, names: &[&'n str]) -> Option<&'n str> {
     let plain = |name: &str| {
-        let name = without_unit(name.trim_start_matches('-'));
-        name.to_lowercase().replace(['-', ' '], "_")
+        let name = name.trim_start_matches('-').trim_end_matches("=VALUE");
+        without_unit(name).to_lowercase().replace(['-', ' '], "_")
     };
     // The heading of a table stands before a point.
     let written = written.trim_start_matches('-');
     let key = written.rsplit('.').next().filter(|key| !key.is_empty());
     let written = key.unwrap_or(written);
-    let wanted = plain(written);
-    let is_also = |name: &&&str| {
-        let mut all = ALSO.iter();
-        all.any(|(same, words)| plain(name) == *same && words.contains(&written))
-    };
+    let also = ALSO.iter().find(|(_, words)| words.contains(&written));
+    let wanted = also.map_or_else(|| plain(written), |of| of.0.to_owned());
     let far = |name: &str| osa_distance(&plain(name), &wanted);
     // A third of the letters may be wrong.
     let most = (wanted.chars().count() + 1) / 3;
     let near = names.iter().filter(|name| far(name) <= most.min(3));
     let is_word = |word: &str| wanted.len() > 2 && word.starts_with(&wanted);
     let with_it = |name: &&&str| plain(name).split('_').any(is_word);
-    let also = names.iter().find(is_also);
-    also.or_else(|| near.min_by_key(|name| far(name)))
+    near.min_by_key(|name| far(name))
         .or_else(|| names.iter().find(with_it))
         .copied()
 }

@@ -11,7 +11,7 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::now_called;
 use haptic_experiment::run::DeviceName;
-use haptic_quantity::{is_bare, is_unit, nearest};
+use haptic_quantity::{is_bare, is_unit, nearest, without_unit};
 use std::any::TypeId;
 use std::collections::BTreeSet;
 use std::ffi::OsString;
@@ -267,35 +267,7 @@ fn print_long_help() -> std::io::Result<()> {
     command.after_help(after).print_help()
 }
 
-/// What to write in place of an option that is a key without one.
-fn not_an_option(error: &clap::Error) -> Option<String> {
-    let argument = error.get(ContextKind::InvalidArg)?.to_string();
-    if error.kind() != ErrorKind::UnknownArgument {
-        return None;
-    }
-    let (wanted, command) = (argument.trim_start_matches('-'), asked().0);
-    if let Some(now) = now_called(wanted).map(option_of)
-        && command
-            .get_arguments()
-            .any(|known| known.get_long() == Some(&now))
-    {
-        return Some(format!("{argument} is now called --{now}"));
-    }
-    let of_device = match command.get_name() {
-        "set" => changes::key_like(wanted),
-        "emulate" => emulate::key_like(wanted),
-        _ => None,
-    };
-    let instead = match of_device {
-        Some(key) => format!("{key}=VALUE"),
-        None => options::instead_of(&argument, command.get_name())?,
-    };
-    Some(format!(
-        "{argument} is not an option of this command: write {instead}"
-    ))
-}
-
-/// What was meant by an option or a command that there is not.
+/// What was meant by an option or a command that there is not: one of these, or a key.
 fn meant(error: &clap::Error) -> Option<String> {
     let kind = match error.kind() == ErrorKind::UnknownArgument {
         true => ContextKind::InvalidArg,
@@ -311,13 +283,31 @@ fn meant(error: &clap::Error) -> Option<String> {
     // Of -tissue the parser reads -t alone.
     let mut words = words.iter().filter_map(|word| word.to_str());
     let is_whole = |word: &&str| !word.starts_with("--") && word.starts_with(&typed);
-    let typed = words.find(is_whole).unwrap_or(&typed);
+    let wanted = words.find(is_whole).unwrap_or(&typed);
     let options = command.get_arguments().filter_map(clap::Arg::get_long);
+    let options: Vec<String> = options.map(|option| format!("--{option}")).collect();
+    let former = now_called(wanted.trim_start_matches('-'));
+    if let Some(now) = former.map(|now| format!("--{}", option_of(now)))
+        && options.contains(&now)
+    {
+        return Some(format!("{typed} is now called {now}"));
+    }
+    let keys = match command.get_name() {
+        "set" => changes::names(),
+        "emulate" => emulate::names(),
+        name => options::names(name),
+    };
     let below = command.get_subcommands().map(clap::Command::get_name);
-    let known = options.map(|option| format!("--{option}"));
-    let known: Vec<String> = known.chain(below.map(str::to_owned)).collect();
+    let below = below.map(str::to_owned);
+    let keys = keys.into_iter().map(|key| format!("{key}=VALUE"));
+    let known: Vec<String> = options.into_iter().chain(below).chain(keys).collect();
     let known: Vec<&str> = known.iter().map(String::as_str).collect();
-    nearest(typed, &known).map(|name| format!("did you mean `{name}`?"))
+    let name = nearest(wanted, &known)?;
+    // In a document of another kind it was the name of another key.
+    Some(match former.filter(|_| name.contains('=')) {
+        Some(now) => format!("write {}=VALUE, or {name} of two hands", without_unit(now)),
+        None => format!("did you mean `{name}`?"),
+    })
 }
 
 /// How to write words that a blank has torn apart: `60 s`, `mass = 65g`, `0.5 1` behind an option.
@@ -353,16 +343,15 @@ fn not_understood(error: &clap::Error, names: &Names) -> ExitCode {
         if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
             let _ = error.print();
         } else {
-            let instead = not_an_option(error);
-            let said =
-                instead.unwrap_or_else(|| match (one_line(&error.to_string()), meant(error)) {
-                    (said, Some(meant)) => {
-                        let said = said.split("; Usage").next().unwrap_or(&said);
-                        format!("{said}; {meant}")
-                    }
-                    (said, None) => said,
-                });
-            let said = torn().unwrap_or(said);
+            let said = one_line(&error.to_string());
+            let said = match (torn(), meant(error)) {
+                (Some(torn), _) => torn,
+                (None, Some(meant)) => {
+                    let said = said.split("; Usage").next().unwrap_or(&said);
+                    format!("{said}; {meant}")
+                }
+                (None, None) => said,
+            };
             note("error", format_args!("{said}"));
         }
         return ExitCode::from(2);

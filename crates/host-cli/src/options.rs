@@ -38,9 +38,8 @@ pub(crate) struct Options<N> {
 /// What stands in the usage of a command that takes any key.
 pub(crate) const VALUES: &str = "KEY=VALUE";
 
-/// What to write in place of an option that a command does not have, if it takes its key: `stop_time=VALUE`.
-pub(crate) fn instead_of(option: &str, command: &str) -> Option<String> {
-    let wanted = option.trim_start_matches('-');
+/// The keys of the documents of a command, without their units.
+pub(crate) fn names(command: &str) -> Vec<&'static str> {
     let all = KINDS.into_iter().chain(QUESTIONS).chain([MEASUREMENT]);
     let mut kinds: Vec<&str> = match command {
         "run" => KINDS.to_vec(),
@@ -51,16 +50,10 @@ pub(crate) fn instead_of(option: &str, command: &str) -> Option<String> {
         kinds.push(DRIVE_TABLE);
     }
     let tables = kinds.into_iter().flat_map(of_kind);
-    let mut parameters = tables.flat_map(|(_, table)| table);
-    let known = parameters.find(|parameter| option_of(parameter.key) == wanted)?;
-    let is_flag = matches!(known.value, Kind::Flag(_));
-    let value = if is_flag { "true" } else { "VALUE" };
-    let instead = format!("{}={value}", without_unit(known.key));
-    // In a document of another kind it was the name of another key.
-    Some(match now_called(wanted).filter(|_| command == "run") {
-        Some(now) => format!("{}=VALUE, or {instead} of two hands", without_unit(now)),
-        None => instead,
-    })
+    let parameters = tables.flat_map(|(_, table)| table);
+    parameters
+        .map(|parameter| without_unit(parameter.key))
+        .collect()
 }
 
 /// A text as the value of a parameter, in SI units, for a key that was written so; without its unit it says nothing of that of a number.
@@ -247,7 +240,6 @@ impl<N: Named> Options<N> {
 fn not_a_value(kind: &str, text: &str) -> String {
     let name = text.split(':').next().unwrap_or(text);
     let instead = match found(kind, name) {
-        Some(known) if matches!(known.value, Kind::Flag(_)) => format!("{name}=true"),
         Some(_) => format!("{name}=VALUE"),
         None if Library::load(None).is_ok_and(|all| all.find(text).is_ok()) => {
             format!("--tissue {text}")

@@ -155,10 +155,7 @@ pub(crate) fn choice<T: Named + Send + Sync>() -> impl TypedValueParser<Value = 
 pub(crate) fn order() -> impl TypedValueParser<Value = Order> {
     Judged(|text: &str| {
         let range = Range::Within(Order::MIN, Order::MAX);
-        let number = parse_for_key("", text).map_err(|error| match text.contains('s') {
-            true => format!("\"{text}\" is a function: give the power of s alone, as 0.5"),
-            false => error.to_string(),
-        });
+        let number = parse_for_key("", text);
         number.map(|mu| Order::new(in_range("", mu, range)?).map_err(|error| error.to_string()))
     })
 }

@@ -41,13 +41,8 @@ pub struct Excerpt {
 /// The text of a file; `kind` is that of the file, as in `experiment`.
 pub(crate) fn text_of(path: &Path, kind: &str) -> Result<String, FileError> {
     read_text(path).map_err(|error| {
-        let full = path.with_extension("toml");
-        let instead = match full != path && full.is_file() {
-            true => format!("did you mean `{}`?", full.display()),
-            false => "give the path of a TOML file".to_owned(),
-        };
         let reason = format!(
-            "cannot read the {kind} file `{}`: {error}; {instead}",
+            "cannot read the {kind} file `{}`: {error}; give the path of a TOML file",
             path.display()
         );
         FileError::said("", reason)

@@ -22,18 +22,23 @@ const MISTAKES: &str = r#"
     run experiments/wall.toml force_limit=3.3 N => write force_limit=3.3N, without a blank ! KEY=VALUE
     run experiments/wall.toml stiffness = 3 => write stiffness=3, without a blank ! KEY=VALUE
     run experiments/wall.toml stiffness:3 => write stiffness=VALUE
-    run experiments/wall.toml one_sided => write one_sided=true
+    run experiments/wall.toml one_sided => write one_sided=VALUE
     run experiments/wall.toml order=1/2 => write 0.5
     run experiments/wall.toml K=3000 => did you mean `stiffness_n_per_m`? ! known are
     run experiments/wall.toml B=30 => did you mean `dissipation_n_s_mu_per_m`? ! known are
     run experiments/wall.toml mu=0.5 => did you mean `order`? ! known are
     run experiments/wall.toml encoder=20um => did you mean `encoder_resolution_m`? ! known are
     run experiments/wall.toml wal.stiffness=3 => did you mean `stiffness_n_per_m`? ! known are
-    run experiments/wall => did you mean `experiments/wall.toml`?
+    run experiments/wall => give the path of a TOML file
     run record.csv => record.csv:1 ! a point
     run units.toml => the unit is in the key: write mass_kg = 0.065 ! quoted
     run quoted.toml => the unit is in the key: write sample_time_s = 0.001
     design --gain-margin 6dB => write 1.995
+    design --encoder 20um => did you mean `encoder_resolution=VALUE`?
+    design --friction 0.3 => did you mean `friction=VALUE`?
+    device set --force-limit 0.5N => did you mean `force_limit=VALUE`?
+    device emulate --delay 3ms => did you mean `delay=VALUE`?
+    device emulate drop=1,5% => write 1.5%
     design --force-noise-limit 50mn => write 50mN
     design encoder=20um => did you mean `encoder_resolution_m`? ! known are
     relax liver => write --tissue liver
@@ -51,19 +56,16 @@ const MISTAKES: &str = r#"
     device set workspace=-20:20 => write -20mm, or -20m if it is that
     device set mass=65 => write 65g
     device set force_limit 0.5N => KEY=VALUE, as force_limit=0.5N
-    analyze wall => did you mean `stability`?
     run experiments/coupler.toml --coupler-stiffness 1 => coupler_damping=VALUE, or coupler_stiffness=VALUE of two hands
-    control tune => did you mean `design`?
-    control analyze --plant 1/(s**2+1) => write ^ for a power
-    control analyze --plant 1/(z+1) => numbers for all letters but s
-    control analyze --plant tf([1],[1,1]) => write the function itself, as 1/(s+1)
-    control analyze --plant K/(s+1) => numbers for all letters but s
+    control analyze --plant 1/(s**2+1) => write a power as s^2
+    control analyze --plant 1/(z+1) => a number for any letter but s
+    control analyze --plant tf([1],[1,1]) => as in 1/(0.8s
+    control analyze --plant K/(s+1) => a number for any letter but s
     control analyze --plant oven => a file that ends in .toml
     control analyze --plant s^0.5 => an operator alone is no plant ! faster pole
     control design --plant 1/(s+1) --crossover 1rad/s --phase-margin 60degrees => write 60deg
     control design --plant 1/(s+1) --bandwidth 1rad/s --phase-margin 60deg => did you mean `--crossover`?
-    weights --order s^0.5 => the power of s alone, as 0.5
-    rt-check --cpu 1 => did you mean `--pin`?
+    weights --order s^0.5 => give a finite number
     rt-check --duration 1 min => write 1min, without a blank ! unexpected
     identify loaded.csv => the strain begins at 0.03, not at 0 | --subtract-start
     identify relax.csv --subtract-start => --subtract-start has no effect

@@ -90,16 +90,6 @@ impl PlantArguments {
     }
 }
 
-/// Signs that other programs have for a plant, and what to write here.
-const ELSEWHERE: [(&str, &str); 3] = [
-    ("**", "write ^ for a power, as s^2"),
-    ("[", "write the function itself, as 1/(s+1)"),
-    (
-        "",
-        "give numbers for all letters but s, or a file that ends in .toml or .csv",
-    ),
-];
-
 /// A plant by notation, or in a file.
 fn named(text: &str) -> Result<PlantModel, Failure> {
     let path = Path::new(text);
@@ -116,9 +106,9 @@ fn named(text: &str) -> Result<PlantModel, Failure> {
             let why = "an operator alone is no plant: give it to --controller";
             return Failure::bad_input(format_args!("plant \"{text}\": {why}"));
         }
-        let mut signs = ELSEWHERE.iter().filter(|(sign, _)| text.contains(sign));
-        let advice = signs.next().map_or("", |found| found.1);
-        Failure::bad_input(format_args!("plant \"{text}\": {error}; {advice}"))
+        Failure::bad_input(format_args!(
+            "plant \"{text}\": {error}; write a power as s^2, a number for any letter but s, or a file that ends in .toml or .csv"
+        ))
     })?;
     loose_factor("plant", text)
         .iter()

@@ -2,7 +2,7 @@
 
 mod inverse3;
 
-use super::key_value::{self, count, in_range, key_and_value, keys_help, refused};
+use super::key_value::{count, in_range, key_and_value, keys_help, refused};
 use crate::command::conduct::stop_on_interrupt;
 use crate::options::DeviceModelArguments;
 use crate::output::{Output, note, warn};
@@ -18,6 +18,7 @@ use haptic_experiment::run::DeviceModel;
 use haptic_experiment::{Failure, Named};
 use haptic_loop::plant::{FacingContact, MassDamperConfig};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
+use haptic_quantity::without_unit;
 use haptic_remote::serial::tcp_address;
 use serde_json::json;
 use std::collections::BTreeSet;
@@ -174,9 +175,9 @@ fn all_keys() -> impl Iterator<Item = (&'static str, &'static str)> {
 /// Before a key of the line: that of the second board.
 const FACING: &str = "facing_";
 
-/// The key that is called like an option.
-pub(crate) fn key_like(option: &str) -> Option<&'static str> {
-    key_value::key_like(option, all_keys().map(|(key, _)| key))
+/// The names of all keys, without their units.
+pub(crate) fn names() -> Vec<&'static str> {
+    all_keys().map(|of| without_unit(of.0)).collect()
 }
 
 #[derive(Debug, Default)]

@@ -31,15 +31,6 @@ pub(super) fn refused(word: &str, why: &str) -> Failure {
     Failure::bad_input(format_args!("{}{gap}{why}", short(word)))
 }
 
-/// The key that is called like an option: of `force-limit` `force_limit`.
-pub(super) fn key_like(
-    option: &str,
-    keys: impl IntoIterator<Item = &'static str>,
-) -> Option<&'static str> {
-    let name = option.replace('-', "_");
-    keys.into_iter().map(without_unit).find(|key| *key == name)
-}
-
 pub(super) fn keys_help(keys: impl IntoIterator<Item = (&'static str, &'static str)>) -> String {
     let lines = keys
         .into_iter()
