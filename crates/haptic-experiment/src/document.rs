@@ -239,17 +239,12 @@ pub(crate) fn choice(kinds: &[&str]) -> String {
     format!("an experiment file has one of {}", names.join(", "))
 }
 
-/// How to write `mass_kg = 65g`, whose line begins before this character.
+/// How to write `mass_kg = 65g`, in whose line this character is: the unit is in the key.
 fn with_unit(text: &str, at: usize) -> Option<String> {
     let start = text[..at].rfind('\n').map_or(0, |end| end + 1);
     let (key, value) = text[start..].lines().next()?.split_once('=')?;
-    in_si(key.trim(), value.trim())
-}
-
-/// A number of a file, where its unit was written with it: the key has it.
-pub(crate) fn in_si(key: &str, value: &str) -> Option<String> {
-    let number = parse_for_key(key, value).ok()?;
-    Some(format!("the unit is in the key: write {key} = {number}"))
+    let number = parse_for_key(key.trim(), value).ok()?;
+    Some(format!("the unit is in the key: write {key}= {number}"))
 }
 
 #[derive(Debug)]

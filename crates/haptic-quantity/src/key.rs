@@ -119,3 +119,37 @@ pub fn nearest<'n>(written: &str, names: &[&'n str]) -> Option<&'n str> {
         .or_else(|| names.iter().find(with_it))
         .copied()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_letter_of_a_formula_a_part_and_a_slip_are_the_name_and_another_word_is_not() {
+        let names = [
+            "mass_kg",
+            "damping_n_s_per_m",
+            "stiffness_n_per_m",
+            "order",
+            "encoder_resolution_m",
+            "--sample-time",
+            "design",
+        ];
+        for (written, meant) in [
+            ("K", Some("stiffness_n_per_m")),
+            ("b", Some("damping_n_s_per_m")),
+            ("mu", Some("order")),
+            ("--rate", Some("--sample-time")),
+            ("encoder", Some("encoder_resolution_m")),
+            ("wal.stiffness", Some("stiffness_n_per_m")),
+            ("damipng", Some("damping_n_s_per_m")),
+            ("dseign", Some("design")),
+            ("version", None),
+            ("liver.", None),
+            ("", None),
+            ("-", None),
+        ] {
+            assert_eq!(nearest(written, &names), meant, "{written}");
+        }
+    }
+}

@@ -329,8 +329,19 @@ mod tests {
             ("_n", "1,234", "write 1.234 or 1234, without a comma"),
             ("_m2", "4,5cm2", "write 4.5cm2, without a comma"),
             ("", "0,2", "write 0.2, without a comma"),
+            ("_s", "2mins", "write 2min"),
+            ("_m2", "4 cm^2", "write 4cm2"),
+            ("_kg", "0.065 KGs", "write 0.065kg"),
+            ("", "1/2", "write 0.5"),
+            ("", "6dB", "write 1.995"),
+            ("_s", "1kHz", "write 1ms"),
+            ("_s", "0.4Hz", "write 2.5s"),
             // Neither of these is told.
             ("_s", "1,5kg", "give a finite number"),
+            ("_s", "0Hz", "give a finite number"),
+            ("_n", "1/2", "give a finite number"),
+            ("", "1/0", "give a finite number"),
+            ("", "5kg", "give a finite number"),
             ("_s", "1,2,3", "give a finite number"),
         ] {
             let error = parse_for_key(key, text).expect_err(text).to_string();

@@ -1,21 +1,12 @@
 //! Values that are not read, and how their writers would have had to write them.
 //! ```text
-//! 0,05 → 0.05     10sec → 10s     4cm^2 → 4cm2     1/2 → 0.5     6dB → 1.995     1kHz, where a time is asked → 1ms
+//! 0,05 → 0.05     2mins → 2min     4cm^2 → 4cm2     1/2 → 0.5     6dB → 1.995     1kHz, where a time is asked → 1ms
 //! ```
 //! - *Errors*: `None` where nobody can tell; of `1,234` both numbers that it may be.
 
 use crate::{
     DecimalSign, FREQUENCY, NUMBER, TIME, Unit, digits, number, number_with, read, sign_of, written,
 };
-
-/// Units, and words for them without the `s` of the plural.
-const WORDS: [(&str, &[&str]); 5] = [
-    ("s", &["sec", "second"]),
-    ("min", &["minute"]),
-    ("h", &["hour", "hr"]),
-    ("g", &["gr", "gram"]),
-    ("deg", &["degree"]),
-];
 
 pub(crate) fn meant(units: &[Unit], text: &str) -> Option<String> {
     otherwise_spelt(units, text).or_else(|| of_another_kind(units, text))
@@ -43,14 +34,9 @@ fn otherwise_spelt(units: &[Unit], text: &str) -> Option<String> {
 fn known_unit(units: &[Unit], written: &str) -> Option<&'static str> {
     let plain = written.to_lowercase().replace('^', "");
     let single = plain.strip_suffix('s').unwrap_or(&plain);
-    let word = WORDS.iter().find(|(_, words)| words.contains(&single));
-    let forms = [
-        plain.as_str(),
-        single,
-        word.map_or(single, |(unit, _)| unit),
-    ];
+    let alike = |unit: &str| unit.eq_ignore_ascii_case(&plain) || unit.eq_ignore_ascii_case(single);
     let mut known = units.iter().map(|(unit, _)| *unit);
-    known.find(|unit| !unit.is_empty() && forms.iter().any(|form| unit.eq_ignore_ascii_case(form)))
+    known.find(|unit| !unit.is_empty() && alike(unit))
 }
 
 /// A quotient or decibels where a number is asked, a rate where a time is.

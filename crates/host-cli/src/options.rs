@@ -19,7 +19,6 @@ use haptic_experiment::parameters::{
 };
 use haptic_experiment::run::DeviceModel;
 use haptic_quantity::{did_you_mean, is_meant, kind_of_key, parse_for_key, without_unit};
-use haptic_tissue::Library;
 use std::collections::BTreeMap;
 use std::marker::PhantomData;
 use std::ops::RangeInclusive;
@@ -218,7 +217,8 @@ impl<N: Named> Options<N> {
                 .split_once('=')
                 .filter(|(key, _)| !key.trim().is_empty())
             else {
-                return Err(refused(said, not_a_value(kind, text)));
+                let error = "is not KEY=VALUE, as sample_time=1ms; a name goes with its option, as --tissue liver";
+                return Err(refused(said, error.to_owned()));
             };
             let (written, parameter) = (written.trim(), found(kind, written.trim()));
             let (table, key, value) = match &parameter {
@@ -234,19 +234,6 @@ impl<N: Named> Options<N> {
         }
         Ok(document)
     }
-}
-
-/// Why a word that has no `=` is none of a document, and what it would have to be.
-fn not_a_value(kind: &str, text: &str) -> String {
-    let name = text.split(':').next().unwrap_or(text);
-    let instead = match found(kind, name) {
-        Some(_) => format!("{name}=VALUE"),
-        None if Library::load(None).is_ok_and(|all| all.find(text).is_ok()) => {
-            format!("--tissue {text}")
-        }
-        None => "KEY=VALUE, as sample_time=1ms, or an option, as --sample-time 1ms".to_owned(),
-    };
-    format!("write {instead}")
 }
 
 /// What was said, and what is wrong with it.

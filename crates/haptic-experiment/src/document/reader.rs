@@ -1,7 +1,6 @@
 //! A table of a document, read key by key, so that every refusal names the place of its value.
 
 use super::error::{FileError, Source};
-use crate::document::in_si;
 use crate::document::input::short;
 use crate::document::named::Named;
 use crate::document::parameters::{Parameter, Range, Value, in_degrees, is_path, now_called};
@@ -115,12 +114,7 @@ impl<'a> Found<'a> {
             (None, Some(_)) => {
                 return Err(self.fail(format!("{key} is not written as a decimal number")));
             }
-            (None, None) => {
-                let text = self.value.as_str();
-                let si = text.and_then(|text| in_si(key, text));
-                let plain = || self.wrong_kind(key, "a number");
-                return Err(si.map_or_else(plain, |instead| self.fail(instead)));
-            }
+            (None, None) => return Err(self.wrong_kind(key, "a number")),
         };
         // TOML's numbers are all numbers of Rust, inf and nan included.
         let number: f64 = text.parse().unwrap_or(f64::NAN);

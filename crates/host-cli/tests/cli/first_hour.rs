@@ -5,9 +5,9 @@ use crate::process::{Place, cases};
 
 /// A line as it is typed, what its answer says, and behind `!` what it must not say.
 const MISTAKES: &str = r#"
-    relax --duration 10sec => write 10s
+    relax --duration 10sec => with one of the units s, ms
     relax --duration 2mins => write 2min
-    relax --duration 200seconds => write 200s
+    relax --duration 200seconds => with one of the units s, ms
     relax --sample-time 1kHz => write 1ms
     relax --sample-time 500Hz => write 2ms
     relax --area 4cm^2 => write 4cm2
@@ -16,13 +16,13 @@ const MISTAKES: &str = r#"
     relax --thickness 20 mm => write 20mm, without a blank ! if it is that
     creep --stress 5 kPa => write 5kPa, without a blank ! KEY=VALUE
     creep --stress 5kpa => write 5kPa
-    run experiments/wall.toml mass=65gr => write 65g
-    run experiments/wall.toml mass=65grams => write 65g
+    run experiments/wall.toml mass=65gr => with one of the units kg, g
+    run experiments/wall.toml mass=65grams => with one of the units kg, g
     run experiments/wall.toml mass=0.065kgs => write 0.065kg
     run experiments/wall.toml force_limit=3.3 N => write force_limit=3.3N, without a blank ! KEY=VALUE
     run experiments/wall.toml stiffness = 3 => write stiffness=3, without a blank ! KEY=VALUE
-    run experiments/wall.toml stiffness:3 => write stiffness=VALUE
-    run experiments/wall.toml one_sided => write one_sided=VALUE
+    run experiments/wall.toml stiffness:3 => is not KEY=VALUE, as sample_time=1ms
+    run experiments/wall.toml one_sided => is not KEY=VALUE, as sample_time=1ms
     run experiments/wall.toml order=1/2 => write 0.5
     run experiments/wall.toml K=3000 => did you mean `stiffness_n_per_m`? ! known are
     run experiments/wall.toml B=30 => did you mean `dissipation_n_s_mu_per_m`? ! known are
@@ -32,7 +32,7 @@ const MISTAKES: &str = r#"
     run experiments/wall => give the path of a TOML file
     run record.csv => record.csv:1 ! a point
     run units.toml => the unit is in the key: write mass_kg = 0.065 ! quoted
-    run quoted.toml => the unit is in the key: write sample_time_s = 0.001
+    run quoted.toml => is a string, not a number
     design --gain-margin 6dB => write 1.995
     design --encoder 20um => did you mean `encoder_resolution=VALUE`?
     design --friction 0.3 => did you mean `friction=VALUE`?
@@ -41,7 +41,7 @@ const MISTAKES: &str = r#"
     device emulate drop=1,5% => write 1.5%
     design --force-noise-limit 50mn => write 50mN
     design encoder=20um => did you mean `encoder_resolution_m`? ! known are
-    relax liver => write --tissue liver
+    relax liver => as --tissue liver
     relax -tissue liver => did you mean `--tissue`?
     relax -o results => did you mean `--out`?
     relax --rate 1000 => did you mean `--sample-time`? ! --write
@@ -63,7 +63,7 @@ const MISTAKES: &str = r#"
     control analyze --plant K/(s+1) => a number for any letter but s
     control analyze --plant oven => a file that ends in .toml
     control analyze --plant s^0.5 => an operator alone is no plant ! faster pole
-    control design --plant 1/(s+1) --crossover 1rad/s --phase-margin 60degrees => write 60deg
+    control design --plant 1/(s+1) --crossover 1rad/s --phase-margin 60degrees => with one of the units rad, deg
     control design --plant 1/(s+1) --bandwidth 1rad/s --phase-margin 60deg => did you mean `--crossover`?
     weights --order s^0.5 => give a finite number
     rt-check --duration 1 min => write 1min, without a blank ! unexpected

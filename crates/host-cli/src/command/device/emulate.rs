@@ -239,7 +239,11 @@ impl Details {
             "stall" => faults.stall = number(CHANCES)?,
             "stall_time_s" => faults.stall_s = number(parameters::LINE_DELAY.range())?,
             "line_seed" => self.seeds[side] = count(text, 0, u64::MAX)?,
-            "hardware" => self.hardware = version(text)?,
+            "hardware" => {
+                let mut all = Version::ALL.into_iter();
+                let found = all.find(|version| version.number().to_string() == text);
+                self.hardware = found.ok_or("is not a version of a 2DIY: give 2 or 3")?;
+            }
             "hand" => self.hand = hand(text)?,
             "servo_id" => self.servo_id = Some(count(text, 0, u8::MAX)?),
             "turn" => self.turn = Some(turn(text)?),
@@ -459,13 +463,6 @@ fn words_of_own(done: &Emulated) -> String {
 
 /// What a stroking hand does: from here, this far, in this time.
 const STROKES: (f64, f64, f64) = (0.085, 0.015, 4.0);
-
-fn version(text: &str) -> Result<Version, String> {
-    let found = Version::ALL
-        .into_iter()
-        .find(|version| version.number().to_string() == text);
-    found.ok_or_else(|| "is not a version of a 2DIY: give 2 or 3".to_owned())
-}
 
 fn hand(text: &str) -> Result<Option<haply::Hand>, String> {
     const KNOWN: &str =
