@@ -13,6 +13,7 @@ pub use controller_file::{ControllerFile, ControllerOrigin};
 pub use error::{Excerpt, FileError};
 use error::{Source, text_of};
 use haptic_log::record::inspect;
+use haptic_quantity::parse_for_key;
 pub use input::short;
 use parameters::{Parameter, Value as Kind};
 use reader::{Part, Table, in_order};
@@ -250,6 +251,14 @@ pub(crate) fn choice(kinds: &[&str]) -> String {
     format!("an experiment file has one of {}", names.join(", "))
 }
 
+/// How to write `mass_kg = 65g`, in whose line this character is: the unit is in the key.
+fn with_unit(text: &str, at: usize) -> Option<String> {
+    let start = text[..at].rfind('\n').map_or(0, |end| end + 1);
+    let (key, value) = text[start..].lines().next()?.split_once('=')?;
+    let number = parse_for_key(key.trim(), value).ok()?;
+    Some(format!("the unit is in the key: write {key}= {number}"))
+}
+
 #[derive(Debug)]
 struct Layer<'a> {
     source: Source<'a>,
@@ -267,10 +276,12 @@ impl<'a> Layer<'a> {
                 (["duplicate key"], Some(key)) => {
                     format!("duplicate key `{}`: omit all but one of them", short(key))
                 }
-                _ if text[span.start..].starts_with(',') => {
+                _ if text[span.start..].starts_with(',')
+                    && text[..span.start].ends_with(|before: char| before.is_ascii_digit()) =>
+                {
                     "decimals have a point, not a comma".to_owned()
                 }
-                _ => lines.join("; "),
+                _ => with_unit(text, span.start).unwrap_or_else(|| lines.join("; ")),
             };
             source.fail(span.start, reason).of_file(String::new())
         })?;

@@ -2,7 +2,7 @@
 
 use crate::without_unit;
 use std::fmt;
-use strsim::levenshtein;
+use strsim::osa_distance;
 
 /// A key of a document or an argument of a function, as a sentence names it: `` `sample_time_s` ``. A program that calls it
 /// otherwise has it [`renamed`].
@@ -74,15 +74,82 @@ pub fn renamed(sentence: &str, names: impl Fn(&str) -> Option<String>) -> String
 /// assert_eq!(did_you_mean("foo", ["loop", "order"]), "known are loop, order");
 /// ```
 pub fn did_you_mean<'n>(written: &str, names: impl IntoIterator<Item = &'n str>) -> String {
-    let plain = |name: &str| without_unit(name).to_lowercase().replace(['-', ' '], "_");
-    let wanted = plain(written);
-    let far = |name: &str| levenshtein(&plain(name), &wanted);
     let names: Vec<&str> = names.into_iter().collect();
-    // Half of the letters may be wrong, and three at most.
-    let most = wanted.chars().count() / 2;
-    let near = names.iter().filter(|name| far(name) <= most.min(3));
-    match near.min_by_key(|name| far(name)) {
+    match nearest(written, &names) {
         Some(nearest) => format!("did you mean `{nearest}`?"),
         None => format!("known are {}", names.join(", ")),
+    }
+}
+
+/// Names, and words for them in the guide's formulas and in other programs.
+const ALSO: [(&str, &[&str]); 11] = [
+    ("stiffness", &["K", "k"]),
+    ("dissipation", &["B"]),
+    ("damping", &["b"]),
+    ("mass", &["m"]),
+    ("sample_time", &["T", "dt", "fs", "rate"]),
+    ("order", &["mu", "μ", "alpha"]),
+    ("out", &["o"]),
+    ("device", &["port"]),
+    ("crossover", &["bandwidth"]),
+    ("strain", &["stress"]),
+    ("stress", &["strain"]),
+];
+
+/// The name that somebody meant who wrote another: one that is called so too, one that is a few letters off, or one with this
+/// word in it.
+pub fn nearest<'n>(written: &str, names: &[&'n str]) -> Option<&'n str> {
+    let plain = |name: &str| {
+        let name = name.trim_start_matches('-').trim_end_matches("=VALUE");
+        without_unit(name).to_lowercase().replace(['-', ' '], "_")
+    };
+    // The heading of a table stands before a point.
+    let written = written.trim_start_matches('-');
+    let key = written.rsplit('.').next().filter(|key| !key.is_empty());
+    let written = key.unwrap_or(written);
+    let also = ALSO.iter().find(|(_, words)| words.contains(&written));
+    let wanted = also.map_or_else(|| plain(written), |of| of.0.to_owned());
+    let far = |name: &str| osa_distance(&plain(name), &wanted);
+    // A third of the letters may be wrong.
+    let most = (wanted.chars().count() + 1) / 3;
+    let near = names.iter().filter(|name| far(name) <= most.min(3));
+    let is_word = |word: &str| wanted.len() > 2 && word.starts_with(&wanted);
+    let with_it = |name: &&&str| plain(name).split('_').any(is_word);
+    near.min_by_key(|name| far(name))
+        .or_else(|| names.iter().find(with_it))
+        .copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_letter_of_a_formula_a_part_and_a_slip_are_the_name_and_another_word_is_not() {
+        let names = [
+            "mass_kg",
+            "damping_n_s_per_m",
+            "stiffness_n_per_m",
+            "order",
+            "encoder_resolution_m",
+            "--sample-time",
+            "design",
+        ];
+        for (written, meant) in [
+            ("K", Some("stiffness_n_per_m")),
+            ("b", Some("damping_n_s_per_m")),
+            ("mu", Some("order")),
+            ("--rate", Some("--sample-time")),
+            ("encoder", Some("encoder_resolution_m")),
+            ("wal.stiffness", Some("stiffness_n_per_m")),
+            ("damipng", Some("damping_n_s_per_m")),
+            ("dseign", Some("design")),
+            ("version", None),
+            ("liver.", None),
+            ("", None),
+            ("-", None),
+        ] {
+            assert_eq!(nearest(written, &names), meant, "{written}");
+        }
     }
 }

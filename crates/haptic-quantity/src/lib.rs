@@ -5,7 +5,7 @@ mod key;
 mod number;
 mod written;
 
-pub use key::{Key, did_you_mean, renamed};
+pub use key::{Key, did_you_mean, nearest, renamed};
 pub use number::{DecimalSign, number, number_with, sign_of};
 pub use written::{WrittenUnit, digits, label, written, written_between};
 
@@ -195,14 +195,18 @@ fn read(units: &[Unit], text: &str) -> Option<f64> {
     })
 }
 
-/// What somebody meant who wrote a comma, or a unit in other capitals; of 1,234 both numbers that it may be.
+/// How a text that is not read would have had to be written: `2mins → 2min`, `4cm^2 → 4cm2`, `1/2 → 0.5`, `6dB → 1.995`, and
+/// `1kHz → 1ms` where a time is asked.
 fn meant(units: &[Unit], text: &str) -> Option<String> {
+    otherwise_spelt(units, text).or_else(|| of_another_kind(units, text))
+}
+
+/// The same quantity with a point for its comma, and its unit as it is read; of 1,234 both numbers that it may be.
+fn otherwise_spelt(units: &[Unit], text: &str) -> Option<String> {
     let mut ends = (0..=text.len()).rev();
     let end = ends.find(|&end| text.get(..end).is_some_and(|text| number(text).is_some()))?;
     let (figures, unit) = (&text[..end], text[end..].trim());
-    let mut units_alike = units.iter().map(|(known, _)| *known);
-    let unit = units_alike.find(|known| known.eq_ignore_ascii_case(unit));
-    let unit = unit.or(Some("").filter(|_| end == text.len()))?;
+    let unit = known_unit(units, unit).or(Some("").filter(|_| end == text.len()))?;
     let spelt = |sign| Some(format!("{}{unit}", number_with(figures, sign)?));
     let signs = match sign_of(figures) {
         Some(sign) => vec![sign],
@@ -214,6 +218,32 @@ fn meant(units: &[Unit], text: &str) -> Option<String> {
     let is_read = |text: &String| read(units, text).is_some();
     let all = readings.iter().all(is_read);
     all.then(|| format!("{}{}", readings.join(" or "), comma.unwrap_or_default()))
+}
+
+fn known_unit(units: &[Unit], written: &str) -> Option<&'static str> {
+    let plain = written.to_lowercase().replace('^', "");
+    let single = plain.strip_suffix('s').unwrap_or(&plain);
+    let alike = |unit: &str| unit.eq_ignore_ascii_case(&plain) || unit.eq_ignore_ascii_case(single);
+    let mut known = units.iter().map(|(unit, _)| *unit);
+    known.find(|unit| !unit.is_empty() && alike(unit))
+}
+
+/// A quotient or decibels where a number is asked, a rate where a time is.
+fn of_another_kind(units: &[Unit], text: &str) -> Option<String> {
+    if units == TIME.1 {
+        let rate_hz = read(FREQUENCY.1, text).filter(|rate| *rate > 0.0)?;
+        return Some(format!("{}ms", rounded(1e3 / rate_hz)));
+    }
+    let value = match text.split_once('/') {
+        Some((above, below)) => number(above)? / number(below)?,
+        None => 10_f64.powf(number(text.trim().strip_suffix("dB")?)? / 20.0),
+    };
+    let is_one = units == NUMBER.1 && value.is_finite();
+    is_one.then(|| rounded(value).to_string())
+}
+
+fn rounded(value: f64) -> f64 {
+    (1e3 * value).round() / 1e3
 }
 
 /// True of a number that has no unit.
@@ -349,8 +379,19 @@ mod tests {
             ("_n", "1,234", "write 1.234 or 1234, without a comma"),
             ("_m2", "4,5cm2", "write 4.5cm2, without a comma"),
             ("", "0,2", "write 0.2, without a comma"),
+            ("_s", "2mins", "write 2min"),
+            ("_m2", "4 cm^2", "write 4cm2"),
+            ("_kg", "0.065 KGs", "write 0.065kg"),
+            ("", "1/2", "write 0.5"),
+            ("", "6dB", "write 1.995"),
+            ("_s", "1kHz", "write 1ms"),
+            ("_s", "300Hz", "write 3.333ms"),
             // Neither of these is told.
             ("_s", "1,5kg", "give a finite number"),
+            ("_s", "0Hz", "give a finite number"),
+            ("_n", "1/2", "give a finite number"),
+            ("", "1/0", "give a finite number"),
+            ("", "5kg", "give a finite number"),
             ("_s", "1,2,3", "give a finite number"),
         ] {
             let error = parse_for_key(key, text).expect_err(text).to_string();

@@ -173,7 +173,7 @@ impl fmt::Display for Explained<'_> {
                     }
                     (false, false) => f.write_str("a finite number"),
                 }?;
-                f.write_str(" on this device")
+                f.write_str(" on this device: change it")
             }
             Refusal::Digest => f.write_str("the parameters were damaged on the way; try again"),
             Refusal::Incomplete => f.write_str("some of the parameters did not arrive; try again"),

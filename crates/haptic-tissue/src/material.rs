@@ -196,7 +196,7 @@ pub enum MaterialError {
     #[error("cannot read the library folder `{folder}`: {1}; give a folder of TOML files", folder = .0.display())]
     Folder(PathBuf, #[source] std::io::Error),
     /// A name that is not in the library, and all that are.
-    #[error("tissue \"{0}\" is not in the library: {known}; a TOML file is taken too", known = did_you_mean(.0, .1.iter().map(String::as_str)))]
+    #[error("tissue \"{0}\" is not in the library, nor a TOML file: {known}", known = did_you_mean(.0, .1.iter().map(String::as_str)))]
     Unknown(String, Vec<String>),
     /// A tissue that is not one spring-pot beside a spring.
     #[error("tissue \"{0}\" is a {1}, which has no single order")]

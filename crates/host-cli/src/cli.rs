@@ -10,12 +10,14 @@ use clap::error::{ContextKind, ErrorKind};
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::now_called;
-use haptic_quantity::{is_bare, is_unit};
+use haptic_experiment::run::DeviceName;
+use haptic_quantity::{is_bare, is_unit, nearest, without_unit};
 use std::any::TypeId;
 use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::str::FromStr as _;
 
 const LONG_ABOUT: &str = "\
 Runs fractional-order haptic experiments, keeps their logs and draws their figures.
@@ -213,8 +215,8 @@ pub fn parser() -> clap::Command {
 /// The parser's message in one line, as all our errors are, without its pointer to `--help`.
 fn one_line(message: &str) -> String {
     let lines = message.lines().map(str::trim);
-    // What is not an option is not KEY=VALUE either.
-    let useless = ["For more information", "tip: to pass"];
+    // What is not an option is not KEY=VALUE either; the parser's guesses may be far off, so `meant` makes them.
+    let useless = ["For more information", "tip: "];
     let lines: Vec<&str> = lines
         .filter(|line| !line.is_empty() && !useless.iter().any(|start| line.starts_with(start)))
         .collect();
@@ -265,49 +267,72 @@ fn print_long_help() -> std::io::Result<()> {
     command.after_help(after).print_help()
 }
 
-/// What to write in place of an option that is a key without one.
-fn not_an_option(error: &clap::Error) -> Option<String> {
-    let argument = error.get(ContextKind::InvalidArg)?.to_string();
-    if error.kind() != ErrorKind::UnknownArgument {
-        return None;
-    }
-    let (wanted, command) = (argument.trim_start_matches('-'), asked().0);
-    if let Some(now) = now_called(wanted).map(option_of)
-        && command
-            .get_arguments()
-            .any(|known| known.get_long() == Some(&now))
+/// What was meant by an option or a command that there is not: one of these, or a key.
+fn meant(error: &clap::Error) -> Option<String> {
+    let kind = match error.kind() == ErrorKind::UnknownArgument {
+        true => ContextKind::InvalidArg,
+        false => ContextKind::InvalidSubcommand,
+    };
+    let typed = error.get(kind)?.to_string();
+    if let Err(said) = DeviceName::from_str(&typed)
+        && said.contains("is a port")
     {
-        return Some(format!("{argument} is now called --{now}"));
+        return Some(said);
     }
-    let of_device = match command.get_name() {
-        "set" => changes::key_like(wanted),
-        "emulate" => emulate::key_like(wanted),
-        _ => None,
+    let (command, words) = asked();
+    // Of -tissue the parser reads -t alone.
+    let mut words = words.iter().filter_map(|word| word.to_str());
+    let is_whole = |word: &&str| !word.starts_with("--") && word.starts_with(&typed);
+    let wanted = words.find(is_whole).unwrap_or(&typed);
+    let options = command.get_arguments().filter_map(clap::Arg::get_long);
+    let options: Vec<String> = options.map(|option| format!("--{option}")).collect();
+    let former = now_called(wanted.trim_start_matches('-'));
+    if let Some(now) = former.map(|now| format!("--{}", option_of(now)))
+        && options.contains(&now)
+    {
+        return Some(format!("{typed} is now called {now}"));
+    }
+    let keys = match command.get_name() {
+        "set" => changes::names(),
+        "emulate" => emulate::names(),
+        name => options::names(name),
     };
-    let instead = match of_device {
-        Some(key) => format!("{key}=VALUE"),
-        None => options::instead_of(&argument, command.get_name())?,
-    };
-    Some(format!(
-        "{argument} is not an option of this command: write {instead}"
-    ))
+    let below = command.get_subcommands().map(clap::Command::get_name);
+    let below = below.map(str::to_owned);
+    let keys = keys.into_iter().map(|key| format!("{key}=VALUE"));
+    let known: Vec<String> = options.into_iter().chain(below).chain(keys).collect();
+    let known: Vec<&str> = known.iter().map(String::as_str).collect();
+    let name = nearest(wanted, &known)?;
+    // In a document of another kind it was the name of another key.
+    Some(match former.filter(|_| name.contains('=')) {
+        Some(now) => format!("write {}=VALUE, or {name} of two hands", without_unit(now)),
+        None => format!("did you mean `{name}`?"),
+    })
 }
 
-/// How to write two words that a blank has torn apart: `60 s`, and `0.5 1` behind an option.
+/// How to write words that a blank has torn apart: `60 s`, `mass = 65g`, `0.5 1` behind an option.
 fn torn() -> Option<String> {
     let words: Vec<String> = std::env::args_os()
         .map(|word| word.to_string_lossy().into_owned())
         .collect();
     words.windows(3).find_map(|words| {
-        let [option, number, next] = words else {
+        let [before, word, next] = words else {
             return None;
         };
-        let is_value = option.starts_with("--") && !option.contains('=') && is_bare(number);
-        match is_value {
-            true if is_unit(next) => Some(format!("{number}{next}, without a blank")),
-            true if is_bare(next) => Some(format!("{number},{next}, if both are of {option}")),
-            true | false => None,
-        }
+        let number = word
+            .rsplit_once('=')
+            .map_or(word.as_str(), |(_, text)| text);
+        let is_option = before.starts_with("--") && !before.contains('=');
+        let written = if word == "=" {
+            format!("{before}={next}")
+        } else if is_bare(number) && is_unit(next) {
+            format!("{word}{next}")
+        } else if is_option && is_bare(word) && is_bare(next) {
+            return Some(format!("write {word},{next}, if both are of {before}"));
+        } else {
+            return None;
+        };
+        Some(format!("write {written}, without a blank"))
     })
 }
 
@@ -318,10 +343,16 @@ fn not_understood(error: &clap::Error, names: &Names) -> ExitCode {
         if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
             let _ = error.print();
         } else {
-            let instead = not_an_option(error);
-            let said = instead.unwrap_or_else(|| one_line(&error.to_string()));
-            let torn = torn().map_or_else(String::new, |meant| format!("; write {meant}"));
-            note("error", format_args!("{said}{torn}"));
+            let said = one_line(&error.to_string());
+            let said = match (torn(), meant(error)) {
+                (Some(torn), _) => torn,
+                (None, Some(meant)) => {
+                    let said = said.split("; Usage").next().unwrap_or(&said);
+                    format!("{said}; {meant}")
+                }
+                (None, None) => said,
+            };
+            note("error", format_args!("{said}"));
         }
         return ExitCode::from(2);
     }
@@ -345,7 +376,7 @@ fn ended(result: Result<(), Failure>, names: &Names) -> ExitCode {
         return ExitCode::SUCCESS;
     };
     if let (Failure::Input(_), Some(meant)) = (&failure, torn()) {
-        failure = failure.and(&format!("write {meant}"));
+        failure = Failure::bad_input(format_args!("{meant}"));
     }
     refused(&failure, names);
     ExitCode::from(match failure {

@@ -5,7 +5,7 @@
 use self::keys::Named;
 use crate::files::Files;
 use crate::names::option_of;
-use crate::parse::doubt;
+use crate::parse::{doubt, read_whole};
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
 use fracdiff::parameter::Shown;
@@ -37,9 +37,8 @@ pub(crate) struct Options<N> {
 /// What stands in the usage of a command that takes any key.
 pub(crate) const VALUES: &str = "KEY=VALUE";
 
-/// What to write in place of an option that a command does not have, if it takes its key: `stop_time=VALUE`.
-pub(crate) fn instead_of(option: &str, command: &str) -> Option<String> {
-    let wanted = option.trim_start_matches('-');
+/// The keys of the documents of a command, without their units.
+pub(crate) fn names(command: &str) -> Vec<&'static str> {
     let all = KINDS.into_iter().chain(QUESTIONS).chain([MEASUREMENT]);
     let mut kinds: Vec<&str> = match command {
         "run" => KINDS.to_vec(),
@@ -50,16 +49,10 @@ pub(crate) fn instead_of(option: &str, command: &str) -> Option<String> {
         kinds.push(DRIVE_TABLE);
     }
     let tables = kinds.into_iter().flat_map(of_kind);
-    let mut parameters = tables.flat_map(|(_, table)| table);
-    let known = parameters.find(|parameter| option_of(parameter.key) == wanted)?;
-    let is_flag = matches!(known.value, Kind::Flag(_));
-    let value = if is_flag { "true" } else { "VALUE" };
-    let instead = format!("{}={value}", without_unit(known.key));
-    // In a document of another kind it was the name of another key.
-    Some(match now_called(wanted).filter(|_| command == "run") {
-        Some(now) => format!("{}=VALUE, or {instead} of two hands", without_unit(now)),
-        None => instead,
-    })
+    let parameters = tables.flat_map(|(_, table)| table);
+    parameters
+        .map(|parameter| without_unit(parameter.key))
+        .collect()
 }
 
 /// A text as the value of a parameter, in SI units, for a key that was written so; without its unit it says nothing of that of a number.
@@ -71,15 +64,12 @@ fn value_of(written: &str, parameter: &Parameter, text: &str) -> Result<Value, S
     let number = |text: &str| parse_for_key(key, text).map_err(|error| error.to_string());
     match parameter.value {
         Kind::Number(..) => number(text).map(Value::from),
-        // 1e3 too.
-        Kind::Count(_) => match (text.trim().parse::<i64>(), text.trim().parse::<f64>()) {
-            (Ok(count), _) if count >= 0 => Ok(Value::from(count)),
-            (_, Ok(count)) if count.fract() == 0.0 && (0.0..=9e15).contains(&count) => {
-                Ok(Value::from(count as i64))
-            }
-            _ => Err(format!("\"{text}\" is not a whole number, 0 or more")),
-        },
-        Kind::Flag(_) => match text {
+        Kind::Count(_) => {
+            let count = read_whole(text).and_then(|count| i64::try_from(count).ok());
+            let none = || format!("\"{text}\" is not a whole number, 0 or more");
+            count.map(Value::from).ok_or_else(none)
+        }
+        Kind::Flag(_) => match text.to_lowercase().as_str() {
             "true" | "yes" | "on" => Ok(Value::from(true)),
             "false" | "no" | "off" => Ok(Value::from(false)),
             _ => Err(format!("\"{text}\" is not true or false")),
@@ -227,8 +217,8 @@ impl<N: Named> Options<N> {
                 .split_once('=')
                 .filter(|(key, _)| !key.trim().is_empty())
             else {
-                let error = "is not KEY=VALUE, as sample_time=1ms".to_owned();
-                return Err(refused(said, error));
+                let error = "is not KEY=VALUE, as sample_time=1ms; a name goes with its option, as --tissue liver";
+                return Err(refused(said, error.to_owned()));
             };
             let (written, parameter) = (written.trim(), found(kind, written.trim()));
             let (table, key, value) = match &parameter {

@@ -62,13 +62,14 @@ where
 
 /// Kinds of keys or their names, numbers above which nobody means the SI unit who writes none, that unit, and the one that may be
 /// meant.
-const DOUBTFUL: [(&str, f64, &str, &str); 6] = [
+const DOUBTFUL: [(&str, f64, &str, &str); 7] = [
     ("MASS", 5.0, "kg", "g"),
     ("ANGLE", 6.3, "rad", "deg"),
     ("AREA", 1.0, "m2", "mm2"),
     ("LENGTH", 1.0, "m", "mm"),
     ("sample_time", 0.1, "s", "ms"),
     ("delay", 1.0, "s", "ms"),
+    ("strain", 1.0, "", "%"),
 ];
 
 /// Refuses a number without a unit that no device has in the SI unit, but in another.
@@ -83,6 +84,7 @@ pub(crate) fn doubt(key: &str, text: &str) -> Result<(), String> {
         is_it && !is_most(si) && is_most(other)
     });
     match found {
+        Some((.., "", other)) => Err(format!("{text} has no unit: write {text}{other}")),
         Some((.., si, other)) => Err(format!(
             "{text} has no unit: write {text}{other}, or {text}{si} if it is that"
         )),
@@ -119,7 +121,7 @@ where
 }
 
 /// A whole number, however it is written.
-fn read_whole(text: &str) -> Option<u64> {
+pub(crate) fn read_whole(text: &str) -> Option<u64> {
     /// Whole numbers up to this one are exact as an `f64`.
     const EXACT: f64 = 9_007_199_254_740_992.0;
     let text = text.trim();

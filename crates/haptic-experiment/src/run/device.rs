@@ -68,7 +68,8 @@ impl FromStr for DeviceName {
         }
         let Some(name) = named else {
             // A port as the system calls it.
-            if text.starts_with("/dev/") || text.starts_with("COM") {
+            let is_port = |start: &&str| text.starts_with(*start);
+            if ["/dev/", "COM", "tty"].iter().any(is_port) {
                 return Err(format!("device \"{text}\" is a port: write serial:{text}"));
             }
             let foreign = ForeignName::KINDS.iter().map(|(_, form)| *form);

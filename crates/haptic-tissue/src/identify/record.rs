@@ -3,7 +3,8 @@
 use super::error::IdentifyError;
 use super::history::chosen;
 use crate::identify::keys::{
-    CONTACT_POINT, FROM, KIND, MASTER_CURVE, RAMP_TIME, REPLICATES, STRAIN, THICKNESS,
+    CONTACT_POINT, FROM, KIND, MASTER_CURVE, RAMP_TIME, REPLICATES, STRAIN, SUBTRACT_START,
+    THICKNESS,
 };
 use crate::indentation::{NOISE, begin_s, growing};
 use fracdiff::parameter::Shown;
@@ -277,7 +278,7 @@ impl Record {
         }
         if strain[0].abs() > rest * range {
             return Err(IdentifyError::Record(format!(
-                "the strain begins at {}, not at rest: begin the record earlier, or subtract it",
+                "the strain begins at {}, not at 0: begin the record earlier, or give {SUBTRACT_START} if the tissue was at rest there",
                 strain[0]
             )));
         }

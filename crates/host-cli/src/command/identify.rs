@@ -178,6 +178,9 @@ struct SpecimenArguments {
     /// Time of the ramp to the held strain of a relaxation, if its record begins with the ramp
     #[arg(long, value_parser = quantity("ramp_time_s", RAMPS))]
     ramp_time: Option<f64>,
+    /// Subtract the first row of strain and stress: a motion that begins at rest, but not at 0
+    #[arg(long)]
+    subtract_start: bool,
 }
 
 impl SpecimenArguments {
@@ -198,6 +201,7 @@ impl SpecimenArguments {
             poisson_ratio: self.poisson_ratio,
             contact: self.contact_point.unwrap_or_default(),
             ramp_time_s: self.ramp_time,
+            subtract_start: self.subtract_start,
         }
     }
 }

@@ -26,8 +26,8 @@ pub(crate) struct Weights {
     #[arg(long, value_parser = parse_scheme, default_value = "exact")]
     scheme: Scheme,
     /// Number of weights, from the newest sample backwards
-    #[arg(long, default_value_t = 10, value_parser = whole::<u64>(1..=10_000_000))]
-    count: u64,
+    #[arg(long, default_value_t = 10, value_parser = whole::<usize>(1..=10_000_000))]
+    count: usize,
     /// Sample time, for a scheme with frequencies in Hz
     #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::SAMPLE_TIME.range()))]
     sample_time: Option<f64>,
@@ -36,9 +36,8 @@ pub(crate) struct Weights {
 impl Weights {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let mu = self.order;
-        let count = usize::try_from(self.count).map_err(Failure::input)?;
         let weights: Vec<f64> = if self.scheme == Scheme::Exact {
-            grunwald_weights(mu).take(count).collect()
+            grunwald_weights(mu).take(self.count).collect()
         } else {
             let t = sample_time_of(self.scheme, self.sample_time)?;
             let rate = rate(t, mu)?;
@@ -49,7 +48,7 @@ impl Weights {
             let mut channel = Channel::new(operator);
             let impulse = std::iter::once(1.0).chain(std::iter::repeat(0.0));
             impulse
-                .take(count)
+                .take(self.count)
                 .map(|x| channel.step(x) / rate)
                 .collect()
         };
@@ -138,12 +137,10 @@ impl Differintegrate {
                     return Err(table::wrong(path, what));
                 }
                 if !is_lines || mu.get() >= 1.0 {
-                    return Err(table::wrong(
-                        path,
-                        format_args!(
-                            "the times are uneven, most of all at line {line}, and {scheme} of order {mu} needs even ones: give --scheme piecewise-linear, for an order below 1, or resample the table"
-                        ),
-                    ));
+                    let what = format_args!(
+                        "the times are uneven, most of all at line {line}, and {scheme} of order {mu} needs even ones: give --scheme piecewise-linear, for an order below 1, or resample the table"
+                    );
+                    return Err(table::wrong(path, what));
                 }
                 if self.scheme.is_none() {
                     let what = format!(

@@ -105,7 +105,7 @@ fn parameters_are_set_as_a_whole_and_read_back() {
             .refused(2, &[words]);
     };
     refused("watchdog=1ms", "watchdog=1ms is not from 5 ms to 1 s");
-    refused("--watchdog 50ms", "write watchdog=VALUE");
+    refused("--watchdog 50ms", "did you mean `watchdog=VALUE`?");
     assert_eq!(device.json(&format!("device get {on}")), after);
 }
 

@@ -2,6 +2,7 @@
 //! keys is made from the tables.
 
 mod keys;
+mod lesson;
 mod reader;
 
 use reader::{follows, runs_something};
@@ -25,6 +26,7 @@ chapters! {
         "oven.toml", "oven.png", "design/controller.toml", "design/controller.png", "run/response.png", "loop/loop.png",
     ];
     a_hand_that_moves_over_a_shape: "touch.md" ["disc/touch.png", "disc/touch.mcap"];
+    a_lesson_of_45_minutes: "lesson.md" ["one/wall.png", "hundred/relax.png", "remembered/wall.csv"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     an_emulated_device: "emulated-device.md" ["form.md", "emulated-wall/wall.csv"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]

@@ -12,6 +12,7 @@ mod devices;
 mod emulated;
 mod experiments;
 mod faults;
+mod first_hour;
 mod guide;
 mod identify;
 mod interrupted;

@@ -5,10 +5,10 @@ use crate::board::nucleo_f446re::{
     MISMATCH_A, MISMATCH_US, NAME, NEWTONS_PER_AMPERE,
 };
 use cortex_m::peripheral::DWT;
-use haptic_link::{Capabilities, Refusal, Simulation};
-use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_remote::{Hardware, abilities, only_real};
-use nalgebra::SVector;
+use haptic_board::haptic_link::{Capabilities, Refusal, Simulation};
+use haptic_board::haptic_loop::{Device, Fault, Reading, SafeForce};
+use haptic_board::haptic_remote::{Hardware, abilities, only_real};
+use haptic_board::nalgebra::SVector;
 use stm32f4xx_hal::adc::Adc;
 use stm32f4xx_hal::gpio::{Input, Output, PC7, PC8};
 use stm32f4xx_hal::pac::{ADC1, TIM1, TIM2};

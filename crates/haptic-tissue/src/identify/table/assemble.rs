@@ -8,7 +8,7 @@ use super::header::told;
 use crate::MeasuredLoading;
 use crate::identify::keys::{
     AREA, BONDED, COLUMNS, CONTACT_POINT, FROM, HALF_ANGLE, KIND, LOADING, MASTER_CURVE,
-    POISSON_RATIO, RADIUS, RAMP_TIME, STRAIN, STRESS, THICKNESS,
+    POISSON_RATIO, RADIUS, RAMP_TIME, STRAIN, STRESS, SUBTRACT_START, THICKNESS,
 };
 use fracdiff::parameter::Shown;
 use haptic_loop::{INCOMPRESSIBLE, Loading, LoadingKind, Modulus, ParameterError, Specimen};
@@ -126,6 +126,8 @@ pub struct Reading {
     pub contact: ContactPoint,
     /// Length of the ramp to the held strain of a relaxation, from the time 0 on, s.
     pub ramp_time_s: Option<f64>,
+    /// True to count strain and stress of a motion from their first row: at rest, but not at 0.
+    pub subtract_start: bool,
 }
 
 impl Default for Reading {
@@ -140,6 +142,7 @@ impl Default for Reading {
             poisson_ratio: None,
             contact: ContactPoint::Zero,
             ramp_time_s: None,
+            subtract_start: false,
         }
     }
 }
@@ -201,6 +204,11 @@ impl Columns {
         if kind != RecordKind::Relaxation {
             no_effect(reading.ramp_time_s, RAMP_TIME, " s")?;
         }
+        if reading.subtract_start && (indented || kind != RecordKind::History) {
+            return Err(IdentifyError::Record(format!(
+                "{SUBTRACT_START} has no effect on this record: omit it"
+            )));
+        }
         let record = match kind {
             RecordKind::Relaxation => self.relaxation(reading),
             RecordKind::Creep => self.creep(reading),
@@ -208,7 +216,7 @@ impl Columns {
             RecordKind::History if indented => {
                 self.pressed(loading, poisson_ratio, reading.contact)
             }
-            RecordKind::History => self.history(),
+            RecordKind::History => self.history(reading.subtract_start),
         };
         self.is_clear()?;
         let lines = &self.lines;
@@ -665,11 +673,18 @@ impl Columns {
             .unwrap_or_else(|| vec![0.0; samples])
     }
 
-    fn history(&mut self) -> Result<Record, IdentifyError> {
+    fn history(&mut self, subtract_start: bool) -> Result<Record, IdentifyError> {
         let kind = RecordKind::History;
         let time = self.times();
-        let strain = self.need(Column::Strain, kind)?;
+        let mut strain = self.need(Column::Strain, kind)?;
         let mut stress = self.need(Column::Stress, kind)?;
+        for values in [&mut strain, &mut stress]
+            .into_iter()
+            .filter(|_| subtract_start)
+        {
+            let first = values.first().copied().unwrap_or_default();
+            values.iter_mut().for_each(|value| *value -= first);
+        }
         let pairs = strain.iter().zip(&stress);
         let work = pairs.map(|(strain, stress)| strain * stress).sum();
         self.upright(work, &mut stress, "stress");

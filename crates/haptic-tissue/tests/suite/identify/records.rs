@@ -65,7 +65,7 @@ fn a_bad_history_is_refused_with_what_is_wrong() {
     );
     refused(
         history(&[0.5, 0.5, 1.0], &[0.0, 1.0, 2.0]),
-        "begins at 0.5, not at rest",
+        "begins at 0.5, not at 0",
     );
     refused(
         history(&[0.0, 0.5, 1.0], &[1.0, 1.0, 1.0]),

@@ -83,25 +83,20 @@ pub(super) fn resolve(given: &Given, wall: Wall) -> Result<ResolvedLoop, Failure
         given.number(parameter).or(file.as_ref().map(of_file))
     };
     let sample_time_s = given.number(&ANALYSED_SAMPLE_TIME);
-    let mut asked = json!({
-        "mass_kg": null,
-        "damping_n_s_per_m": null,
-        "hand_stiffness_n_per_m": null,
+    let mass = or(&ANALYSED_MASS, |file| file.mass_kg);
+    let damping = or(&ANALYSED_DAMPING, |file| file.damping_n_s_per_m).unwrap_or(0.0);
+    let hand = or(&ANALYSED_HAND, |file| file.hand_stiffness_n_per_m).unwrap_or(0.0);
+    let asked = json!({
+        "mass_kg": mass,
+        "damping_n_s_per_m": with_units.then_some(damping),
+        "hand_stiffness_n_per_m": with_units.then_some(hand),
         "sample_time_s": sample_time_s,
-        "stiffness_n_per_m": null,
-        "dissipation_n_s_mu_per_m": null,
+        "stiffness_n_per_m": given.number(&STIFFNESS),
+        "dissipation_n_s_mu_per_m": given.number(&DISSIPATION),
     });
     let (parameters, units) = if with_units {
-        let mass = or(&ANALYSED_MASS, |file| file.mass_kg);
         let mass = mass.ok_or_else(|| missing(&ANALYSED_MASS))?;
         let t = sample_time_s.ok_or_else(|| missing(&ANALYSED_SAMPLE_TIME))?;
-        let damping = or(&ANALYSED_DAMPING, |file| file.damping_n_s_per_m).unwrap_or(0.0);
-        let hand = or(&ANALYSED_HAND, |file| file.hand_stiffness_n_per_m).unwrap_or(0.0);
-        asked["mass_kg"] = mass.into();
-        asked["damping_n_s_per_m"] = damping.into();
-        asked["hand_stiffness_n_per_m"] = hand.into();
-        asked["stiffness_n_per_m"] = json!(given.number(&STIFFNESS));
-        asked["dissipation_n_s_mu_per_m"] = json!(given.number(&DISSIPATION));
         let device = Dynamics {
             hand_stiffness_n_per_m: hand,
             ..Dynamics::ideal(mass, damping)

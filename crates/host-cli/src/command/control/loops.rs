@@ -102,7 +102,13 @@ fn named(text: &str) -> Result<PlantModel, Failure> {
     }
     let model = text.parse().map_err(|error| {
         let (text, error) = (short(text), in_degrees(&error));
-        Failure::bad_input(format_args!("plant \"{text}\": {error}; change --plant"))
+        if text.starts_with("s^") && !text.contains('/') {
+            let why = "an operator alone is no plant: give it to --controller";
+            return Failure::bad_input(format_args!("plant \"{text}\": {why}"));
+        }
+        Failure::bad_input(format_args!(
+            "plant \"{text}\": {error}; write a power as s^2, a number for any letter but s, or a file that ends in .toml or .csv"
+        ))
     })?;
     loose_factor("plant", text)
         .iter()

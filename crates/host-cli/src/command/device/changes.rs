@@ -1,6 +1,6 @@
 //! What `device set` changes: `KEY=VALUE`, read before the device is asked.
 
-use super::key_value::{self, count, in_range, key_and_value, keys_help, refused};
+use super::key_value::{count, in_range, key_and_value, keys_help, refused};
 use crate::output::warn;
 use crate::parse::parse_scheme;
 use fracdiff::{Operator, Order, Scheme, Seconds};
@@ -104,9 +104,9 @@ pub(super) fn help() -> String {
     keys_help(keys().map(|key| (key.key, key.help)))
 }
 
-/// The key that is called like an option: of `force-limit` `force_limit`.
-pub(crate) fn key_like(option: &str) -> Option<&'static str> {
-    key_value::key_like(option, keys().map(|key| key.key))
+/// The names of all keys, without their units.
+pub(crate) fn names() -> Vec<&'static str> {
+    keys().map(|key| without_unit(key.key)).collect()
 }
 
 /// What is set, in SI units.

@@ -2,7 +2,7 @@
 
 mod inverse3;
 
-use super::key_value::{self, count, in_range, key_and_value, keys_help, refused};
+use super::key_value::{count, in_range, key_and_value, keys_help, refused};
 use crate::command::conduct::stop_on_interrupt;
 use crate::options::DeviceModelArguments;
 use crate::output::{Output, note, warn};
@@ -18,6 +18,7 @@ use haptic_experiment::run::DeviceModel;
 use haptic_experiment::{Failure, Named};
 use haptic_loop::plant::{FacingContact, MassDamperConfig};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
+use haptic_quantity::without_unit;
 use haptic_remote::serial::tcp_address;
 use serde_json::json;
 use std::collections::BTreeSet;
@@ -174,9 +175,9 @@ fn all_keys() -> impl Iterator<Item = (&'static str, &'static str)> {
 /// Before a key of the line: that of the second board.
 const FACING: &str = "facing_";
 
-/// The key that is called like an option.
-pub(crate) fn key_like(option: &str) -> Option<&'static str> {
-    key_value::key_like(option, all_keys().map(|(key, _)| key))
+/// The names of all keys, without their units.
+pub(crate) fn names() -> Vec<&'static str> {
+    all_keys().map(|of| without_unit(of.0)).collect()
 }
 
 #[derive(Debug, Default)]
@@ -230,15 +231,19 @@ impl Details {
         let (faults, contact) = (&mut self.faults[side], &mut self.contact);
         let number = |range| in_range(key, range, text);
         match key {
-            "drop" => faults.drop = chance(text)?,
-            "corrupt" => faults.corrupt = chance(text)?,
-            "duplicate" => faults.duplicate = chance(text)?,
-            "reorder" => faults.reorder = chance(text)?,
+            "drop" => faults.drop = number(CHANCES)?,
+            "corrupt" => faults.corrupt = number(CHANCES)?,
+            "duplicate" => faults.duplicate = number(CHANCES)?,
+            "reorder" => faults.reorder = number(CHANCES)?,
             "delay_s" => faults.delay_s = number(parameters::LINE_DELAY.range())?,
-            "stall" => faults.stall = chance(text)?,
+            "stall" => faults.stall = number(CHANCES)?,
             "stall_time_s" => faults.stall_s = number(parameters::LINE_DELAY.range())?,
             "line_seed" => self.seeds[side] = count(text, 0, u64::MAX)?,
-            "hardware" => self.hardware = version(text)?,
+            "hardware" => {
+                let mut all = Version::ALL.into_iter();
+                let found = all.find(|version| version.number().to_string() == text);
+                self.hardware = found.ok_or("is not a version of a 2DIY: give 2 or 3")?;
+            }
             "hand" => self.hand = hand(text)?,
             "servo_id" => self.servo_id = Some(count(text, 0, u8::MAX)?),
             "turn" => self.turn = Some(turn(text)?),
@@ -268,16 +273,8 @@ const CONTACT_STIFFNESSES: Range = Range::AboveUpTo(0.0, 1e7);
 const CONTACT_DAMPINGS: Range = Range::Within(0.0, 1e5);
 const CONTACT_FRICTIONS: Range = Range::Within(0.0, 1e3);
 const GAPS: Range = Range::Within(0.0, 1.0);
-
-/// A chance: a number in [0, 1], or per cent.
-fn chance(text: &str) -> Result<f64, String> {
-    let value = match text.strip_suffix('%') {
-        Some(percent) => percent.trim().parse().map(|percent: f64| percent / 100.0),
-        None => text.parse(),
-    };
-    let chance = value.ok().filter(|value| (0.0..=1.0).contains(value));
-    chance.ok_or_else(|| "is not a chance: give 0 to 1, or 0% to 100%".to_owned())
-}
+/// That the line spoils a frame.
+const CHANCES: Range = Range::Within(0.0, 1.0);
 
 impl Arguments {
     pub(super) fn run(self, output: Output) -> Result<(), Failure> {
@@ -466,13 +463,6 @@ fn words_of_own(done: &Emulated) -> String {
 
 /// What a stroking hand does: from here, this far, in this time.
 const STROKES: (f64, f64, f64) = (0.085, 0.015, 4.0);
-
-fn version(text: &str) -> Result<Version, String> {
-    let found = Version::ALL
-        .into_iter()
-        .find(|version| version.number().to_string() == text);
-    found.ok_or_else(|| "is not a version of a 2DIY: give 2 or 3".to_owned())
-}
 
 fn hand(text: &str) -> Result<Option<haply::Hand>, String> {
     const KNOWN: &str =

@@ -1,12 +1,11 @@
 //! `KEY=VALUE`, as `device set` and `device emulate` take it.
 
-use crate::parse::outside;
+use crate::parse::{doubt, outside, read_whole};
 use haptic_experiment::Failure;
 use haptic_experiment::document::short;
 use haptic_experiment::parameters::Range;
 use haptic_quantity::{did_you_mean, is_meant, parse_for_key, without_unit};
 use std::fmt::Display;
-use std::str::FromStr;
 
 /// The key that is meant, with its unit or without, and its value.
 ///
@@ -18,7 +17,7 @@ pub(super) fn key_and_value(
 ) -> Result<(&'static str, &str), Failure> {
     let (name, text) = word
         .split_once('=')
-        .ok_or_else(|| refused(word, "is not KEY=VALUE"))?;
+        .ok_or_else(|| refused(word, "is not KEY=VALUE, as force_limit=0.5N"))?;
     let keys: Vec<&str> = keys.into_iter().collect();
     let key = keys.iter().find(|key| is_meant(key, name));
     let known = keys.iter().map(|key| without_unit(key));
@@ -32,15 +31,6 @@ pub(super) fn refused(word: &str, why: &str) -> Failure {
     Failure::bad_input(format_args!("{}{gap}{why}", short(word)))
 }
 
-/// The key that is called like an option: of `force-limit` `force_limit`.
-pub(super) fn key_like(
-    option: &str,
-    keys: impl IntoIterator<Item = &'static str>,
-) -> Option<&'static str> {
-    let name = option.replace('-', "_");
-    keys.into_iter().map(without_unit).find(|key| *key == name)
-}
-
 pub(super) fn keys_help(keys: impl IntoIterator<Item = (&'static str, &'static str)>) -> String {
     let lines = keys
         .into_iter()
@@ -49,6 +39,7 @@ pub(super) fn keys_help(keys: impl IntoIterator<Item = (&'static str, &'static s
 }
 
 pub(super) fn in_range(key: &str, range: Range, text: &str) -> Result<f64, String> {
+    doubt(key, text).map_err(|why| format!(": {why}"))?;
     let value = parse_for_key(key, text).map_err(|error| format!(": {error}"))?;
     match range.contains(value) {
         true => Ok(value),
@@ -56,12 +47,12 @@ pub(super) fn in_range(key: &str, range: Range, text: &str) -> Result<f64, Strin
     }
 }
 
-pub(super) fn count<T: FromStr + PartialOrd + Display>(
+pub(super) fn count<T: TryFrom<u64> + PartialOrd + Display>(
     text: &str,
     least: T,
     most: T,
 ) -> Result<T, String> {
-    let count = text.parse().ok();
+    let count = read_whole(text).and_then(|count| T::try_from(count).ok());
     let count = count.filter(|count| (&least..=&most).contains(&count));
     count.ok_or_else(|| format!("is not a whole number from {least} to {most}"))
 }

@@ -65,7 +65,7 @@ fn what_no_pair_can_be_is_refused_in_a_line() {
         device emulate --link blue --facing pale contact_stiffness=0 => contact_stiffness=0 | above 0
         device emulate --link blue --facing pale contact_damping=-1 => contact_damping=-1 | from 0
         device emulate --link blue --facing pale contact_friction=1km => contact_friction=1km | is not a force
-        device emulate --link blue --facing pale facing_drop=2 => facing_drop=2 | chance
+        device emulate --link blue --facing pale facing_drop=2 => facing_drop=2 | from 0 to 1
         device emulate --link blue --facing pale gap=1mm gap=2mm => gap=2mm | twice
         device emulate --link blue --facing pale facing_gap=1mm => facing_gap=1mm | does not name
         device emulate --link blue --facing pale facing_model=none.toml => none.toml
