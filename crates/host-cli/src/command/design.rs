@@ -5,19 +5,50 @@ use crate::files::save_picture;
 use crate::options::{WithFiles, keys};
 use crate::output::Output;
 use crate::picture::{Panel, linear, page};
+use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
 use haptic_experiment::question::{Answer, Candidate, DesignReport, Question};
 use haptic_figure::{AxisSpec, FigureError, Look, Picture, Scale};
 use haptic_quantity::written;
 use serde::Serialize;
+use serde_json::{Value, json};
 use std::sync::atomic::AtomicBool;
 
 pub(crate) const EXAMPLES: &str = "Examples:\n  host-cli design --delay 1ms --out design\n  \
                   host-cli design --wish most-damping --frequency 5Hz --require passive\n  \
                   host-cli design --wish tissue --tissue prostate-cancerous encoder_resolution=30um";
 
-pub(crate) fn run(asked: WithFiles<keys::Design>, output: Output) -> Result<(), Failure> {
+/// What is asked, and how much of the answer is shown.
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    asked: WithFiles<keys::Design>,
+    /// Print the whole report, as --json has it
+    #[arg(long)]
+    all: bool,
+}
+
+/// What a screen leaves out: numbers behind the verdicts, and what of them a candidate that is not the best does not need.
+const BEHIND: &[&str] = &[
+    "alpha",
+    "beta",
+    "criterion",
+    "expected_deflection_m",
+    "force_range_limit_n",
+    "force_range_n",
+    "force_std_limit_n",
+    "position_std_limit_m",
+    "position_std_m",
+    "required_damping_n_s_per_m",
+    "saturated_share",
+    "seed",
+];
+
+const BEHIND_CANDIDATES: &[&str] = &["passive", "pulling_contact_margin"];
+
+pub(crate) fn run(arguments: Arguments, output: Output) -> Result<(), Failure> {
+    let Arguments { asked, all } = arguments;
     let mut outputs = asked.files.look("design", &["toml"])?;
     let document = asked.options.over(Document::new("design"))?;
     let question = Question::open(&document)?;
@@ -39,12 +70,34 @@ pub(crate) fn run(asked: WithFiles<keys::Design>, output: Output) -> Result<(), 
         Answer::Design(_) => outputs.without(&["svg", "png"]),
         Answer::ZWidth(_) | Answer::Coupler(_) => {}
     }
-    output.summary(&Shown {
+    let report = json!(Shown {
         answer: &answer,
         experiment,
         files,
-    })?;
+    });
+    let mut shown = report.clone();
+    if !all {
+        shorten(&mut shown, BEHIND);
+        shorten(&mut shown["candidates"], BEHIND_CANDIDATES);
+        // A device that is ideal in this is one that need not be described.
+        if let Some(imperfections) = shown["imperfections"].as_object_mut() {
+            imperfections.retain(|_, value| value.as_f64() != Some(0.0));
+        }
+    }
+    if !output.quiet || output.json {
+        output.report_as(&report, &shown)?;
+    }
     outputs.close(answer.require(&warn))
+}
+
+/// Leaves keys out, however deep.
+fn shorten(value: &mut Value, keys: &[&str]) {
+    if let Some(object) = value.as_object_mut() {
+        object.retain(|key, _| !keys.contains(&key.as_str()));
+        object.values_mut().for_each(|inner| shorten(inner, keys));
+    }
+    let items = value.as_array_mut().into_iter().flatten();
+    items.for_each(|inner| shorten(inner, keys));
 }
 
 /// The result, and where it was written.
@@ -64,7 +117,7 @@ fn draw(report: &DesignReport) -> Result<Picture, FigureError> {
             c.effective_damping_n_s_per_m
         }),
         "tissue" => ("largest scale of the specimen", |c| c.largest_scale),
-        _ => ("largest stiffness K / N·m⁻¹", |c| c.stiffness),
+        _ => ("largest stiffness K / N·m⁻¹", |c| c.stiffness_n_per_m),
     };
     let panel = |y, value: fn(&Candidate) -> Option<f64>| {
         let all = points(value, &report.candidates);
@@ -83,7 +136,10 @@ fn draw(report: &DesignReport) -> Result<Picture, FigureError> {
         report.scheme
     );
     // B falls by decades with the order, as its unit does not stay; where no wall has any it is 0.
-    let mut dissipations = report.candidates.iter().filter_map(|c| c.dissipation);
+    let mut dissipations = report
+        .candidates
+        .iter()
+        .filter_map(|c| c.dissipation_n_s_mu_per_m);
     let scale = match dissipations.any(|dissipation| dissipation > 0.0) {
         true => Scale::Log,
         false => Scale::Linear,
@@ -91,7 +147,7 @@ fn draw(report: &DesignReport) -> Result<Picture, FigureError> {
     let dissipation = AxisSpec::new("dissipation B / N·s^μ·m⁻¹", scale);
     let panels = [
         panel(linear(label), value),
-        panel(dissipation, |c| c.dissipation),
+        panel(dissipation, |c| c.dissipation_n_s_mu_per_m),
     ];
     let title = format!("Design: {}, {}", report.wish, report.requirement);
     page(&title, &subtitle, 2, &panels)
