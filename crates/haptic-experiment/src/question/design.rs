@@ -27,6 +27,8 @@
 
 mod answer;
 mod bench;
+#[cfg(test)]
+mod campaign_tests;
 pub(crate) mod coupler;
 pub(crate) mod reading;
 mod search;

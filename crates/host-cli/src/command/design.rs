@@ -42,10 +42,26 @@ const BEHIND: &[&str] = &[
     "position_std_m",
     "required_damping_n_s_per_m",
     "saturated_share",
+    "scheme",
     "seed",
+    "stable",
 ];
-
-const BEHIND_CANDIDATES: &[&str] = &["passive", "pulling_contact_margin"];
+const BEHIND_CANDIDATES: &[&str] = &[
+    "passive",
+    "pulling_contact_margin",
+    "sampled_damping_n_s_per_m",
+    "share",
+];
+const BEHIND_REALISTIC: &[&str] = &[
+    "current_lag_s",
+    "deflection_m",
+    "delay_s",
+    "encoder_resolution_m",
+    "force_std_n",
+    "friction_n",
+    "impact_m_per_s",
+    "sensor_noise_m",
+];
 
 pub(crate) fn run(arguments: Arguments, output: Output) -> Result<(), Failure> {
     let Arguments { asked, all } = arguments;
@@ -79,7 +95,8 @@ pub(crate) fn run(arguments: Arguments, output: Output) -> Result<(), Failure> {
     if !all {
         shorten(&mut shown, BEHIND);
         shorten(&mut shown["candidates"], BEHIND_CANDIDATES);
-        // A device that is ideal in this is one that need not be described.
+        shorten(&mut shown["realistic"], BEHIND_REALISTIC);
+        // What an imperfection is not need not be said.
         if let Some(imperfections) = shown["imperfections"].as_object_mut() {
             imperfections.retain(|_, value| value.as_f64() != Some(0.0));
         }

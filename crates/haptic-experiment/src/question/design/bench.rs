@@ -149,11 +149,12 @@ impl<'a> Bench<'a> {
         let alpha = shape * material.rest_modulus_pa() / self.units.0;
         let dissipation = material.dissipation_at(shape, self.order, 2.0 * PI * frequency_hz);
         let beta = dissipation / self.units.1;
+        let proved = self.proved(alpha, beta)?;
         let scale = self.largest_scale(alpha, beta)?;
-        Ok(scale.map(|scale| (alpha, beta, Some(scale))))
+        Ok(scale.map(|scale| (alpha, beta, Some(scale.min(proved * INSIDE)))))
     }
 
-    /// The factor that takes a wall to the strongest that the requirement allows; `None` if no factor does.
+    /// The factor that takes a wall to the strongest that the requirement allows, but for the proof; `None` if no factor does.
     pub(super) fn largest_scale(
         &self,
         alpha: f64,
@@ -165,12 +166,16 @@ impl<'a> Bench<'a> {
                 (self.largest_stable_scale(alpha, beta)?).map(|scale| scale / gain_margin)
             }
         };
-        let proved = match self.design.every_motion {
+        let scale = scale.map(|scale| scale.min(self.largest_quiet_scale(alpha, beta)));
+        Ok((scale.filter(|scale| *scale > 0.0)).map(|scale| scale * INSIDE))
+    }
+
+    /// The factor up to which a wall is proved for every motion, if that is required.
+    pub(super) fn proved(&self, alpha: f64, beta: f64) -> Result<f64, AnalysisError> {
+        Ok(match self.design.every_motion {
             true => self.closed(alpha, beta)?.slope_limit().proved,
             false => f64::INFINITY,
-        };
-        let scale = scale.map(|scale| scale.min(proved).min(self.largest_quiet_scale(alpha, beta)));
-        Ok((scale.filter(|scale| *scale > 0.0)).map(|scale| scale * INSIDE))
+        })
     }
 
     /// True if the requirement allows a wall that is weaker than an allowed one: the passive ones and those proved for every motion

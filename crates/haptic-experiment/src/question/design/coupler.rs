@@ -134,8 +134,7 @@ impl CouplerDesign {
         if damping <= 0.0 {
             return none("the device has no damping, so no coupler is passive on it");
         }
-        const ACTIVE: &str =
-            "a coupler of this order is active by itself: no damping makes the port passive";
+        const ACTIVE: &str = "active by itself, whatever the damping";
         if !(0.0..=1.0).contains(&mu) {
             return none(ACTIVE);
         }

@@ -30,8 +30,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 const STRETCHES: [f64; 3] = [1.0, 2.0, 4.0];
 /// Share of a wall that failed which is tried next.
 const WEAKER: f64 = 0.85;
-/// The largest such share, of one that is only too noisy.
-const QUIETER: f64 = 0.95;
+/// The same of one that is only too noisy, at least and at most.
+const QUIETER: [f64; 2] = [0.6, 0.95];
+/// A force that varies by this share of what it did in a trial half as long does not come to rest.
+const STILL: f64 = 0.9;
 /// Share of its limit at which the noise is aimed.
 const AIM: f64 = 0.97;
 /// Halvings of the way to the least share that failed.
@@ -54,18 +56,37 @@ type Found = (Candidate, Tried<WallExperiment>);
 /// Walls of one ratio of an order.
 #[derive(Clone, Copy, Debug)]
 struct Ray {
-    /// Its order as an index of the candidates.
+    /// Index of the candidate of its order.
     order: usize,
     alpha: f64,
     beta: f64,
-    /// Merit of the strongest wall.
     merit: f64,
     /// Share that is tried next, and the least of those that failed.
     share: f64,
     failed: f64,
+    /// True of the ray of the candidate itself.
+    is_first: bool,
+    /// True if its strongest wall is known to be proved, as far as that is required.
+    proved: bool,
 }
 
-/// The first of the best.
+impl Ray {
+    /// That of a candidate.
+    const fn new(order: usize, alpha: f64, beta: f64, merit: f64) -> Self {
+        Self {
+            order,
+            alpha,
+            beta,
+            merit,
+            share: 1.0,
+            failed: 1.0,
+            is_first: true,
+            proved: true,
+        }
+    }
+}
+
+/// The first of those that are best by their number.
 pub(super) fn best<T>(all: impl IntoIterator<Item = (f64, T)>) -> Option<T> {
     let better = |best: Option<(f64, T)>, next: (f64, T)| match best {
         Some(best) if next.0 <= best.0 + BETTER * best.0.abs() => Some(best),
@@ -78,9 +99,7 @@ pub(super) fn best<T>(all: impl IntoIterator<Item = (f64, T)>) -> Option<T> {
 struct Search<'a> {
     design: &'a Design,
     candidates: &'a mut [Candidate],
-    benches: Vec<Option<Bench<'a>>>,
     rays: Vec<Ray>,
-    /// Walls that were tried.
     tried: usize,
 }
 
@@ -91,20 +110,14 @@ impl Design {
         candidates: &mut [Candidate],
         stop: &AtomicBool,
     ) -> Result<(Option<Found>, usize), Failure> {
-        let ray = |(order, candidate): (usize, &Candidate)| {
-            Some(Ray {
-                order,
-                alpha: candidate.alpha?,
-                beta: candidate.beta?,
-                merit: self.merit(candidate)?,
-                share: 1.0,
-                failed: 1.0,
-            })
+        let ray = |order: usize| {
+            let candidate = &candidates[order];
+            let merit = self.merit(candidate)?;
+            Some(Ray::new(order, candidate.alpha?, candidate.beta?, merit))
         };
         let mut search = Search {
             design: self,
-            rays: candidates.iter().enumerate().filter_map(ray).collect(),
-            benches: candidates.iter().map(|_| None).collect(),
+            rays: (0..candidates.len()).filter_map(ray).collect(),
             candidates,
             tried: 0,
         };
@@ -112,7 +125,7 @@ impl Design {
         Ok((found, search.tried))
     }
 
-    /// Tries a wall.
+    /// Tries a wall of an order: K in N/m, B in N·s^μ/m.
     pub(super) fn tried(
         &self,
         order: Order,
@@ -136,7 +149,7 @@ impl Design {
     }
 
     /// True if it is at rest and quiet.
-    fn passes(&self, settling: &Settling) -> bool {
+    pub(super) fn passes(&self, settling: &Settling) -> bool {
         let limit = self.force_noise_limit_n;
         settling.stable && limit.is_none_or(|limit| settling.noise_n <= Some(limit))
     }
@@ -158,10 +171,13 @@ impl<T: Trial> Tried<T> {
         };
         let [usual, longer, longest] = STRETCHES;
         let mut tried = hit(usual)?;
+        let mut most = f64::INFINITY;
         for stretch in [longer, longest] {
-            if passes(&tried.settling) || !tried.may_settle() {
+            let varies = tried.settling.noise_n.filter(|_| tried.may_settle());
+            if passes(&tried.settling) || varies.is_none_or(|varies| varies > most) {
                 break;
             }
+            most = STILL * varies.unwrap_or(0.0);
             tried = hit(stretch)?;
         }
         if passes(&tried.settling) {
@@ -177,29 +193,23 @@ impl<T: Trial> Tried<T> {
 
     /// A device that left or beats against the force limit does not settle later.
     fn may_settle(&self) -> bool {
-        use TrialVerdict as V;
-        matches!(
-            self.settling.verdict,
-            V::Stable | V::Unstable | V::HeldByFriction
-        )
+        self.settling.verdict <= TrialVerdict::Unstable
     }
-}
 
-impl Tried<WallExperiment> {
-    /// Why it does not pass.
+    /// Why it does not pass, in a column's width.
     fn reason(&self) -> String {
-        let settling = &self.settling;
-        let (verdict, impact) = (settling.verdict, settling.impact_m_per_s);
-        match (settling.stable, verdict, self.experiment.hits().is_empty()) {
-            (true, _, _) => "too noisy when tried".to_owned(),
-            (false, TrialVerdict::Stable, _) => "unstable by its analysis".to_owned(),
-            (false, _, true) => format!("{} when tried", verdict.words()),
-            (false, _, false) => format!("{} when hit at {impact} m/s", verdict.words()),
+        match self.settling.verdict {
+            TrialVerdict::Stable => "too noisy when tried".to_owned(),
+            TrialVerdict::HeldByFriction => "held by friction alone".to_owned(),
+            other => {
+                let (said, impact) = (other.words(), self.settling.impact_m_per_s);
+                format!("{said} when hit at {impact} m/s")
+            }
         }
     }
 }
 
-impl<'a> Search<'a> {
+impl Search<'_> {
     fn run(&mut self, stop: &AtomicBool) -> Result<Option<Found>, Failure> {
         let mut rings = None;
         loop {
@@ -211,7 +221,19 @@ impl<'a> Search<'a> {
             if stop.load(Ordering::Relaxed) {
                 return Err(Failure::interrupted());
             }
-            let ray = self.rays.remove(index);
+            let mut ray = self.rays.remove(index);
+            if !ray.proved {
+                // It takes longer than a trial, so it is asked for when it matters.
+                let proved = self
+                    .bench(ray.order)?
+                    .proved(ray.alpha, ray.beta)
+                    .map_err(Failure::run)?;
+                ray.proved = true;
+                ray.share = proved.min(1.0);
+                ray.failed = ray.share;
+                self.rays.push(ray);
+                continue;
+            }
             let Some(tried) = self.try_wall(&ray, ray.share)? else {
                 continue;
             };
@@ -219,7 +241,7 @@ impl<'a> Search<'a> {
                 return self.at_the_edge(ray, tried).map(Some);
             }
             let candidate = &mut self.candidates[ray.order];
-            let is_first = ray.share >= 1.0 && Some(ray.alpha) == candidate.alpha;
+            let is_first = ray.share >= 1.0 && ray.is_first;
             if is_first {
                 rings.get_or_insert_with(|| (candidate.clone(), tried.clone()));
                 candidate.reason = Some(tried.reason());
@@ -231,8 +253,16 @@ impl<'a> Search<'a> {
             if is_first {
                 self.turn(ray.order)?;
             }
+            let limit = self
+                .design
+                .force_noise_limit_n
+                .filter(|_| tried.settling.stable);
+            let share = limit
+                .zip(tried.settling.noise_n)
+                .map(|(limit, noise)| AIM * limit / noise);
             self.rays.push(Ray {
-                share: ray.share * self.weaker(&tried),
+                share: ray.share
+                    * share.map_or(WEAKER, |share| share.clamp(QUIETER[0], QUIETER[1])),
                 failed: ray.share,
                 ..ray
             });
@@ -240,28 +270,16 @@ impl<'a> Search<'a> {
         // Proved by its passivity, and without steps that could keep it alive.
         let design = self.design;
         let is_proved = design.gain_margin.is_none() && design.device.sensors.are_ideal();
-        Ok(rings
-            .filter(|(_, tried)| is_proved && tried.may_settle())
-            .map(|(candidate, mut tried)| {
-                tried.experiment.setup.must_be_stable = false;
-                (candidate, tried)
-            }))
-    }
-
-    /// Share of a wall that failed which is tried next.
-    fn weaker(&self, tried: &Tried<WallExperiment>) -> f64 {
-        let limit = self.design.force_noise_limit_n.zip(tried.settling.noise_n);
-        match limit.filter(|_| tried.settling.stable) {
-            Some((limit, noise)) => (AIM * limit / noise).clamp(WEAKER, QUIETER),
-            None => WEAKER,
+        let mut rings = rings.filter(|(_, tried)| is_proved && tried.may_settle());
+        if let Some((_, tried)) = &mut rings {
+            tried.experiment.setup.must_be_stable = false;
         }
+        Ok(rings)
     }
 
-    fn bench(&mut self, order: usize) -> Result<&Bench<'a>, Failure> {
-        let mu = Order::new(self.candidates[order].order).map_err(Failure::input)?;
-        let bench = &mut self.benches[order];
-        let known = bench.take().map_or_else(|| Bench::new(self.design, mu), Ok);
-        Ok(bench.insert(known?))
+    fn bench(&self, order: usize) -> Result<Bench<'_>, Failure> {
+        let order = Order::new(self.candidates[order].order).map_err(Failure::input)?;
+        Bench::new(self.design, order)
     }
 
     /// Tries a share of a ray; `None` if the requirement does not allow it, or it could not hold the push.
@@ -270,59 +288,60 @@ impl<'a> Search<'a> {
         ray: &Ray,
         share: f64,
     ) -> Result<Option<Tried<WallExperiment>>, Failure> {
+        let design = self.design;
         let (alpha, beta) = (share * ray.alpha, share * ray.beta);
-        let bench = self.bench(ray.order)?;
-        let (order, (k, b)) = (bench.order, bench.law(alpha, beta));
-        let allowed = share >= 1.0 || bench.allows(alpha, beta).map_err(Failure::run)?;
-        let device = &self.design.device;
+        let order = Order::new(self.candidates[ray.order].order).map_err(Failure::input)?;
+        let bench = Bench::new(design, order)?;
+        let (k, b) = bench.law(alpha, beta);
+        let device = &design.device;
         let push_n = plan(device.plant.sample_time, device.force_limit_n, 1.0).push_n;
-        let holds = share >= 1.0 || (k + device.plant.stiffness.0) * GONE_M > push_n;
-        if !(allowed && holds) {
+        let holds = k > 0.0 && (k + device.plant.stiffness.0) * GONE_M > push_n;
+        let is_known = ray.is_first && share >= 1.0;
+        if !is_known && !(holds && bench.allows(alpha, beta).map_err(Failure::run)?) {
             return Ok(None);
         }
         self.tried += 1;
-        let mut tried = self.design.tried(order, k, b)?;
+        let mut tried = design.tried(order, k, b)?;
         if self.design.passes(&tried.settling) {
             // The memory of a run is as long as the run.
             let wall = &tried.experiment;
             let samples = wall.parts()?.samples;
-            let analysis = wall.judge(samples, dynamics(&device.plant), 0)?;
-            tried.settling.stable = analysis.stable;
+            let analysis = wall.look(samples).verdict(dynamics(&device.plant), 0)?;
+            if !analysis.stable {
+                tried.settling.stable = false;
+                tried.settling.verdict = TrialVerdict::Unstable;
+            }
+        }
+        if device.sensors.are_ideal() {
+            tried.settling.noise_n = None;
         }
         Ok(Some(tried))
     }
 
-    /// Further rays of an order.
+    /// Adds the rays of an order at other ratios.
     fn turn(&mut self, order: usize) -> Result<(), Failure> {
         let first = &self.candidates[order];
         let (alpha, beta) = (first.alpha.unwrap_or(0.0), first.beta.unwrap_or(0.0));
-        let ratio = if alpha > 0.0 && beta > 0.0 {
-            beta / alpha
-        } else {
-            1.0
-        };
+        let has_both = alpha > 0.0 && beta > 0.0;
+        let ratio = if has_both { beta / alpha } else { 1.0 };
         let bench = self.bench(order)?;
         // A spring beside a spring is one.
         if bench.order.get() <= 0.0 {
             return Ok(());
         }
-        let mut rays = Vec::new();
-        for times in RATIOS {
-            let scale = bench.largest_scale(1.0, times * ratio);
-            let Some(alpha) = scale.map_err(Failure::run)? else {
-                continue;
-            };
+        let rays = RATIOS.into_iter().filter_map(|times| {
+            // A ratio that cannot be analysed is no ray.
+            let alpha = bench.largest_scale(1.0, times * ratio).ok()??;
             let beta = alpha * times * ratio;
-            let damping = bench.effective_damping(alpha, beta).map_err(Failure::run)?;
-            rays.push(Ray {
-                order,
-                alpha,
-                beta,
-                merit: damping.unwrap_or_else(|| bench.law(alpha, beta).0),
-                share: 1.0,
-                failed: 1.0,
-            });
-        }
+            let damping = bench.effective_damping(alpha, beta).ok()?;
+            let merit = damping.unwrap_or_else(|| bench.law(alpha, beta).0);
+            Some(Ray {
+                is_first: false,
+                proved: !self.design.every_motion,
+                ..Ray::new(order, alpha, beta, merit)
+            })
+        });
+        let rays: Vec<Ray> = rays.collect();
         self.rays.extend(rays);
         Ok(())
     }
@@ -343,18 +362,12 @@ impl<'a> Search<'a> {
                 None => failed = middle,
             }
         }
-        let (alpha, beta) = (share * ray.alpha, share * ray.beta);
-        let found = self.candidates[ray.order].clone();
-        let mut found = match found.alpha == Some(alpha) && found.beta == Some(beta) {
-            true => found,
-            false => {
-                let bench = self.bench(ray.order)?;
-                bench.judged((alpha, beta, None)).map_err(Failure::run)?
-            }
-        };
-        found.tried_force_noise_rms_n = (!self.design.device.sensors.are_ideal())
-            .then_some(tried.settling.noise_n)
-            .flatten();
+        let mut found = self.candidates[ray.order].clone();
+        if share < 1.0 || !ray.is_first {
+            let wall = (share * ray.alpha, share * ray.beta, None);
+            found = (self.bench(ray.order)?.judged(wall)).map_err(Failure::run)?;
+        }
+        found.tried_force_noise_rms_n = tried.settling.noise_n;
         Ok((found, tried))
     }
 }
