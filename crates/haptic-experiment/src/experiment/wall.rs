@@ -157,7 +157,7 @@ impl WallExperiment {
         }
     }
 
-    pub(crate) fn look(&self, samples: u64) -> Preflight<'_> {
+    fn look(&self, samples: u64) -> Preflight<'_> {
         Preflight {
             stiffness_n_per_m: self.stiffness_n_per_m,
             dissipation_n_s_mu_per_m: self.dissipation_n_s_mu_per_m,

@@ -38,12 +38,12 @@ use crate::document::named::Named;
 use crate::document::parameters::kind::{Parameter, joined, parameters};
 use crate::document::parameters::range::Range;
 use crate::document::parameters::{DEVICE_MODEL, ENCODER_RESOLUTION, SCHEME, UNNAMED_PIECE, range};
-use crate::experiment::trial::{TRIAL_FORCE_LIMIT, dynamics};
+use crate::experiment::trial::dynamics;
 use crate::experiment::wall::{ONE_SIDED, WALL_CONTACT};
 use crate::judge::modelled_tissue::ModelledTissue;
 use crate::judge::preflight::WallContact;
 use crate::question::bench::{AskedDevice, Device, check_orders};
-use crate::run::advice::{check, parameter};
+use crate::run::advice::parameter;
 use crate::run::device::Warn;
 use crate::{Imperfections, Settling};
 use fracdiff::parameter::Shown;
@@ -219,24 +219,12 @@ impl Design {
     }
 
     fn check(&self) -> Result<(), Failure> {
-        let Device {
-            plant,
-            sensors,
-            force_limit_n,
-        } = &self.device;
+        let Device { plant, sensors, .. } = &self.device;
         (dynamics(plant).plant(plant.sample_time.0)).map_err(Failure::input)?;
         // The device on which the best is tried.
         MassDamper::<1>::new(*plant).map_err(parameter)?;
-        if self.scheme == Scheme::Exact {
-            return Err(Failure::input(fracdiff::SchemeError::AnalysisOnly));
-        }
         check_orders(&self.orders, &DESIGN_ORDERS)?;
-        check(&TRIAL_FORCE_LIMIT, *force_limit_n)?;
-        if let Some(gain_margin) = self.gain_margin {
-            check(&GAIN_MARGIN, gain_margin)?;
-        }
         if let Some(limit) = self.force_noise_limit_n {
-            check(&FORCE_NOISE_LIMIT, limit)?;
             if sensors.are_ideal() {
                 return Err(Failure::bad_input(format_args!(
                     "limit {} N on force noise has no effect without encoder steps or sensor noise: give {ENCODER_RESOLUTION}",
@@ -284,8 +272,8 @@ fn nothing_found(why: Option<&str>) -> Failure {
 }
 
 impl DesignReport {
-    /// Refuses a design without a candidate that passes its trial. One that is passive and rings for longer than it was tried is only
-    /// warned of, and so is one that only an ideal device bears, and one of which little is proved.
+    /// Refuses a design without a candidate that passes its trial. One that only an ideal device bears is warned of, and one of which
+    /// little is proved.
     pub(crate) fn require(&self, warn: Warn<'_>) -> Result<(), Failure> {
         if let Some(real) = self.realistic.filter(|real| !real.simulated.stable) {
             warn(&format!(
@@ -297,12 +285,6 @@ impl DesignReport {
         let Some(best) = &self.best else {
             return Err(nothing_found(self.notes.last().map(String::as_str)));
         };
-        if self.simulated.is_some_and(|simulated| !simulated.stable) {
-            warn(&format!(
-                "the best candidate, order {}, is passive but still rings at the end of its trial: the device has little damping",
-                best.order
-            ));
-        }
         let pulling = best.pulling_contact_margin.unwrap_or(0.0);
         if self.contact == WallContact::OneSided && pulling < 1.0 {
             warn(&format!(

@@ -29,38 +29,15 @@ pub(crate) struct Arguments {
     all: bool,
 }
 
-/// What a screen leaves out: numbers behind the verdicts, and what of them a candidate that is not the best does not need.
-const BEHIND: &[&str] = &[
+/// What a screen leaves out of the candidates; all of it stands with the best.
+const BEHIND: [&str; 7] = [
     "alpha",
     "beta",
-    "criterion",
-    "expected_deflection_m",
-    "force_range_limit_n",
-    "force_range_n",
-    "force_std_limit_n",
-    "position_std_limit_m",
-    "position_std_m",
-    "required_damping_n_s_per_m",
-    "saturated_share",
-    "scheme",
-    "seed",
-    "stable",
-];
-const BEHIND_CANDIDATES: &[&str] = &[
     "passive",
     "pulling_contact_margin",
+    "required_damping_n_s_per_m",
     "sampled_damping_n_s_per_m",
     "share",
-];
-const BEHIND_REALISTIC: &[&str] = &[
-    "current_lag_s",
-    "deflection_m",
-    "delay_s",
-    "encoder_resolution_m",
-    "force_std_n",
-    "friction_n",
-    "impact_m_per_s",
-    "sensor_noise_m",
 ];
 
 pub(crate) fn run(arguments: Arguments, output: Output) -> Result<(), Failure> {
@@ -93,28 +70,20 @@ pub(crate) fn run(arguments: Arguments, output: Output) -> Result<(), Failure> {
     });
     let mut shown = report.clone();
     if !all {
-        shorten(&mut shown, BEHIND);
-        shorten(&mut shown["candidates"], BEHIND_CANDIDATES);
-        shorten(&mut shown["realistic"], BEHIND_REALISTIC);
-        // What an imperfection is not need not be said.
-        if let Some(imperfections) = shown["imperfections"].as_object_mut() {
-            imperfections.retain(|_, value| value.as_f64() != Some(0.0));
+        // Nothing is shown of what is null.
+        shown["simulated"] = report["simulated"]["verdict"].clone();
+        shown["realistic"] = report["realistic"]["simulated"]["verdict"].clone();
+        let candidates = shown["candidates"].as_array_mut();
+        for candidate in candidates.into_iter().flatten() {
+            for key in BEHIND {
+                candidate[key] = Value::Null;
+            }
         }
     }
     if !output.quiet || output.json {
         output.report_as(&report, &shown)?;
     }
     outputs.close(answer.require(&warn))
-}
-
-/// Leaves keys out, however deep.
-fn shorten(value: &mut Value, keys: &[&str]) {
-    if let Some(object) = value.as_object_mut() {
-        object.retain(|key, _| !keys.contains(&key.as_str()));
-        object.values_mut().for_each(|inner| shorten(inner, keys));
-    }
-    let items = value.as_array_mut().into_iter().flatten();
-    items.for_each(|inner| shorten(inner, keys));
 }
 
 /// The result, and where it was written.

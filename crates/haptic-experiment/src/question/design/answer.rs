@@ -30,7 +30,6 @@ impl Design {
         stop: &AtomicBool,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<DesignReport, Failure> {
-        self.check()?;
         let mut candidates = self.candidates(stop, progress)?;
         let (found, tried) = self.best_that_passes(&mut candidates, stop)?;
         let (best, trial) = found.unzip();
@@ -212,14 +211,10 @@ impl Design {
     fn experiment_file(&self, wall: &WallExperiment) -> String {
         let head = format!(
             "# Written by host-cli design: {}, {}.\n\
-             # host-cli run FILE tries the wall{}.\n\
+             # host-cli run FILE tries the wall; it ends with 0 only if trial and analysis call it stable.\n\
              [wall]\n{}",
             self.wish.name(),
             self.requirement(),
-            match wall.setup.must_be_stable {
-                true => "; it ends with 0 only if trial and analysis call it stable",
-                false => ", which is passive but rings for longer than the trial lasts",
-            },
             match self.contact {
                 WallContact::Linear => "",
                 WallContact::OneSided => "one_sided = true\n",

@@ -149,7 +149,10 @@ impl<'a> Bench<'a> {
         let alpha = shape * material.rest_modulus_pa() / self.units.0;
         let dissipation = material.dissipation_at(shape, self.order, 2.0 * PI * frequency_hz);
         let beta = dissipation / self.units.1;
-        let proved = self.proved(alpha, beta)?;
+        let proved = match self.design.every_motion {
+            true => self.closed(alpha, beta)?.slope_limit().proved,
+            false => f64::INFINITY,
+        };
         let scale = self.largest_scale(alpha, beta)?;
         Ok(scale.map(|scale| (alpha, beta, Some(scale.min(proved * INSIDE)))))
     }
@@ -168,14 +171,6 @@ impl<'a> Bench<'a> {
         };
         let scale = scale.map(|scale| scale.min(self.largest_quiet_scale(alpha, beta)));
         Ok((scale.filter(|scale| *scale > 0.0)).map(|scale| scale * INSIDE))
-    }
-
-    /// The factor up to which a wall is proved for every motion, if that is required.
-    pub(super) fn proved(&self, alpha: f64, beta: f64) -> Result<f64, AnalysisError> {
-        Ok(match self.design.every_motion {
-            true => self.closed(alpha, beta)?.slope_limit().proved,
-            false => f64::INFINITY,
-        })
     }
 
     /// True if the requirement allows a wall that is weaker than an allowed one: the passive ones and those proved for every motion

@@ -8,7 +8,6 @@ use crate::ExperimentFile;
 use crate::experiment::trial::{Trial as _, dynamics};
 use crate::experiment::wall::WallExperiment;
 use crate::question::{Asked, Question};
-use fracdiff::Order;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use testkit::Random;
@@ -102,9 +101,7 @@ fn campaign(cases: std::ops::Range<u64>) {
         let wall = for_long(text);
         let settling = wall.settled().expect("runs");
         let samples = wall.parts().expect("valid").samples;
-        let analysis = wall
-            .look(samples)
-            .verdict(dynamics(&design.device.plant), 0);
+        let analysis = wall.judge(samples, dynamics(&design.device.plant), 0);
         let over = settling.noise_n.unwrap_or(f64::INFINITY)
             / design.force_noise_limit_n.unwrap_or(f64::INFINITY);
         most = most.max(over);

@@ -16,8 +16,8 @@
 //! - *The operator* is the one that runs: of order 1 − μ, on the deflection of the coupler.
 
 use super::answer::{keys, plan};
+use super::nothing_found;
 use super::search::{Tried, best};
-use super::{WISH_FREQUENCY, nothing_found};
 use crate::document::failure::Failure;
 use crate::document::parameters::{COUPLER_DAMPING, COUPLER_SPRING};
 use crate::experiment::coupler::{
@@ -26,7 +26,6 @@ use crate::experiment::coupler::{
 use crate::experiment::trial::{TrialSetup, dynamics};
 use crate::judge::preflight::softer;
 use crate::question::bench::{AskedDevice, for_each_order};
-use crate::run::advice::check;
 use crate::{Imperfections, Settling, TrialPlan};
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{
@@ -114,7 +113,6 @@ impl CouplerDesign {
         stop: &AtomicBool,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<Vec<CouplerCandidate>, Failure> {
-        check(&WISH_FREQUENCY, self.frequency_hz)?;
         for_each_order(&self.orders, stop, progress, |order| {
             self.stiffest(order).map_err(Failure::input)
         })
@@ -287,26 +285,20 @@ impl CouplerDesign {
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<CouplerAnswer, Failure> {
         let mut candidates = self.candidates(stop, progress)?;
-        let mut trial = None;
-        let best = loop {
+        let found = loop {
             let merit =
                 |c: &CouplerCandidate| c.felt_stiffness_n_per_m.filter(|_| c.reason.is_none());
             let merits = candidates.iter().enumerate();
             let Some(index) = best(merits.filter_map(|(index, c)| Some((merit(c)?, index)))) else {
                 break None;
             };
-            // What can only be analysed cannot be tried.
-            if self.scheme != Scheme::Exact {
-                let tried = self.trial(&candidates[index])?;
-                if !tried.settling.stable {
-                    let verdict = tried.settling.verdict.words();
-                    candidates[index].reason = Some(format!("tried it is {verdict}"));
-                    continue;
-                }
-                trial = Some(tried);
+            let tried = self.trial(&candidates[index])?;
+            if tried.settling.stable {
+                break Some((candidates[index].clone(), tried));
             }
-            break Some(candidates[index].clone());
+            candidates[index].reason = Some(tried.reason());
         };
+        let (best, trial) = found.unzip();
         Ok(CouplerAnswer {
             asked: AskedDevice::of(&self.device),
             wish: "coupler",

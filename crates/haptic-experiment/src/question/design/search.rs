@@ -5,12 +5,12 @@
 //!          first the one that the wish likes best, then those at other ratios β/α
 //! next     of all orders and rays the wall that the wish likes best; where it fails, s falls by 15 %, or as far as
 //!          its noise says
-//! passes   it comes to rest in 5, 10 or 20 s, it is at rest after 20 s, the force varies by no more than the limit of
-//!          its noise at the end of each of these trials, and the analysis of the run calls it stable
+//! passes   it comes to rest in 5, 10 or 20 s, it is at rest after 20 s, and the force varies by no more than the limit
+//!          of its noise at the end of both trials
 //! ```
 //! - *The analysis proposes, the trial decides.* Steps of an encoder are no white noise: the loop keeps them alive, and friction, the limit
 //!   of the force and a contact that never pulls are in no analysis.
-//! - *The share s* of the wall that is taken is halved to its edge some times.
+//! - *At the end* the steps of all rays that may hold a better wall are halved, until none can be better by 2 %.
 //! - *No wall is given up early*: a ray ends where its wall could not hold the push within the reach of a trial.
 //! - *Cost*: one wall where the first passes; a hundred or more where walls of all orders fail. A wall is 25 to 35 s of simulation, six
 //!   times that where it never pulls.
@@ -20,7 +20,7 @@ use super::bench::Bench;
 use super::{Candidate, Design, Wish};
 use crate::Settling;
 use crate::document::failure::Failure;
-use crate::experiment::trial::{Trial, TrialSetup, dynamics};
+use crate::experiment::trial::{Trial, TrialSetup};
 use crate::experiment::wall::WallExperiment;
 use crate::judge::settling::{GONE_M, TrialVerdict};
 use fracdiff::Order;
@@ -30,14 +30,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 const STRETCHES: [f64; 3] = [1.0, 2.0, 4.0];
 /// Share of a wall that failed which is tried next.
 const WEAKER: f64 = 0.85;
-/// The same of one that is only too noisy, at least and at most.
-const QUIETER: [f64; 2] = [0.6, 0.95];
+/// The least such share, of one that is only too noisy.
+const WEAKEST: f64 = 0.5;
 /// A force that varies by this share of what it did in a trial half as long does not come to rest.
 const STILL: f64 = 0.9;
-/// Share of its limit at which the noise is aimed.
-const AIM: f64 = 0.97;
-/// Halvings of the way to the least share that failed.
-const HALVINGS: usize = 4;
+/// A wall that may be better by less than this share is not looked for.
+const NEAR: f64 = 0.02;
 /// Ratios β/α of the rays, in those of the first wall of the order.
 const RATIOS: [f64; 6] = [1.0 / 16.0, 0.25, 4.0, 16.0, 64.0, 256.0];
 /// A candidate must be better by this share to win over one of lower order.
@@ -66,8 +64,6 @@ struct Ray {
     failed: f64,
     /// True of the ray of the candidate itself.
     is_first: bool,
-    /// True if its strongest wall is known to be proved, as far as that is required.
-    proved: bool,
 }
 
 impl Ray {
@@ -81,7 +77,6 @@ impl Ray {
             share: 1.0,
             failed: 1.0,
             is_first: true,
-            proved: true,
         }
     }
 }
@@ -173,7 +168,9 @@ impl<T: Trial> Tried<T> {
         let mut tried = hit(usual)?;
         let mut most = f64::INFINITY;
         for stretch in [longer, longest] {
-            let varies = tried.settling.noise_n.filter(|_| tried.may_settle());
+            // A device that left or beats against the force limit does not settle later.
+            let may_settle = tried.settling.verdict <= TrialVerdict::Unstable;
+            let varies = tried.settling.noise_n.filter(|_| may_settle);
             if passes(&tried.settling) || varies.is_none_or(|varies| varies > most) {
                 break;
             }
@@ -191,93 +188,60 @@ impl<T: Trial> Tried<T> {
         Ok(tried)
     }
 
-    /// A device that left or beats against the force limit does not settle later.
-    fn may_settle(&self) -> bool {
-        self.settling.verdict <= TrialVerdict::Unstable
-    }
-
     /// Why it does not pass, in a column's width.
-    fn reason(&self) -> String {
+    pub(super) fn reason(&self) -> String {
         match self.settling.verdict {
             TrialVerdict::Stable => "too noisy when tried".to_owned(),
             TrialVerdict::HeldByFriction => "held by friction alone".to_owned(),
-            other => {
-                let (said, impact) = (other.words(), self.settling.impact_m_per_s);
-                format!("{said} when hit at {impact} m/s")
-            }
+            TrialVerdict::Unstable => "not at rest when tried".to_owned(),
+            other => format!("{} when tried", other.words()),
         }
     }
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
     fn run(&mut self, stop: &AtomicBool) -> Result<Option<Found>, Failure> {
-        let mut rings = None;
-        loop {
-            let merits = self.rays.iter().enumerate();
-            let merits = merits.map(|(index, ray)| (ray.share * ray.merit, index));
-            let Some(index) = best(merits) else {
-                break;
-            };
+        let design = self.design;
+        while let Some(index) = best(
+            (0..)
+                .zip(&self.rays)
+                .map(|(n, ray)| (ray.share * ray.merit, n)),
+        ) {
             if stop.load(Ordering::Relaxed) {
                 return Err(Failure::interrupted());
             }
-            let mut ray = self.rays.remove(index);
-            if !ray.proved {
-                // It takes longer than a trial, so it is asked for when it matters.
-                let proved = self
-                    .bench(ray.order)?
-                    .proved(ray.alpha, ray.beta)
-                    .map_err(Failure::run)?;
-                ray.proved = true;
-                ray.share = proved.min(1.0);
-                ray.failed = ray.share;
-                self.rays.push(ray);
-                continue;
-            }
+            let ray = self.rays.remove(index);
             let Some(tried) = self.try_wall(&ray, ray.share)? else {
                 continue;
             };
-            if self.design.passes(&tried.settling) {
+            if design.passes(&tried.settling) {
                 return self.at_the_edge(ray, tried).map(Some);
             }
             let candidate = &mut self.candidates[ray.order];
             let is_first = ray.share >= 1.0 && ray.is_first;
             if is_first {
-                rings.get_or_insert_with(|| (candidate.clone(), tried.clone()));
                 candidate.reason = Some(tried.reason());
                 candidate.tried_force_noise_rms_n = tried.settling.noise_n;
             }
-            if matches!(self.design.wish, Wish::Tissue { .. }) {
+            if matches!(design.wish, Wish::Tissue { .. }) {
                 continue;
             }
             if is_first {
                 self.turn(ray.order)?;
             }
-            let limit = self
-                .design
-                .force_noise_limit_n
-                .filter(|_| tried.settling.stable);
-            let share = limit
-                .zip(tried.settling.noise_n)
-                .map(|(limit, noise)| AIM * limit / noise);
+            let limit = design.force_noise_limit_n.filter(|_| tried.settling.stable);
+            let quieter = limit.zip(tried.settling.noise_n);
+            let weaker = quieter.map_or(WEAKER, |(limit, noise)| (limit / noise).max(WEAKEST));
             self.rays.push(Ray {
-                share: ray.share
-                    * share.map_or(WEAKER, |share| share.clamp(QUIETER[0], QUIETER[1])),
+                share: ray.share * weaker.min(WEAKER),
                 failed: ray.share,
                 ..ray
             });
         }
-        // Proved by its passivity, and without steps that could keep it alive.
-        let design = self.design;
-        let is_proved = design.gain_margin.is_none() && design.device.sensors.are_ideal();
-        let mut rings = rings.filter(|(_, tried)| is_proved && tried.may_settle());
-        if let Some((_, tried)) = &mut rings {
-            tried.experiment.setup.must_be_stable = false;
-        }
-        Ok(rings)
+        Ok(None)
     }
 
-    fn bench(&self, order: usize) -> Result<Bench<'_>, Failure> {
+    fn bench(&self, order: usize) -> Result<Bench<'a>, Failure> {
         let order = Order::new(self.candidates[order].order).map_err(Failure::input)?;
         Bench::new(self.design, order)
     }
@@ -290,8 +254,7 @@ impl Search<'_> {
     ) -> Result<Option<Tried<WallExperiment>>, Failure> {
         let design = self.design;
         let (alpha, beta) = (share * ray.alpha, share * ray.beta);
-        let order = Order::new(self.candidates[ray.order].order).map_err(Failure::input)?;
-        let bench = Bench::new(design, order)?;
+        let bench = self.bench(ray.order)?;
         let (k, b) = bench.law(alpha, beta);
         let device = &design.device;
         let push_n = plan(device.plant.sample_time, device.force_limit_n, 1.0).push_n;
@@ -301,17 +264,7 @@ impl Search<'_> {
             return Ok(None);
         }
         self.tried += 1;
-        let mut tried = design.tried(order, k, b)?;
-        if self.design.passes(&tried.settling) {
-            // The memory of a run is as long as the run.
-            let wall = &tried.experiment;
-            let samples = wall.parts()?.samples;
-            let analysis = wall.look(samples).verdict(dynamics(&device.plant), 0)?;
-            if !analysis.stable {
-                tried.settling.stable = false;
-                tried.settling.verdict = TrialVerdict::Unstable;
-            }
-        }
+        let mut tried = design.tried(bench.order, k, b)?;
         if device.sensors.are_ideal() {
             tried.settling.noise_n = None;
         }
@@ -321,12 +274,11 @@ impl Search<'_> {
     /// Adds the rays of an order at other ratios.
     fn turn(&mut self, order: usize) -> Result<(), Failure> {
         let first = &self.candidates[order];
-        let (alpha, beta) = (first.alpha.unwrap_or(0.0), first.beta.unwrap_or(0.0));
-        let has_both = alpha > 0.0 && beta > 0.0;
-        let ratio = if has_both { beta / alpha } else { 1.0 };
+        let ratio = (first.alpha.zip(first.beta)).map(|(alpha, beta)| beta / alpha);
+        let ratio = ratio.filter(|ratio| ratio.is_normal()).unwrap_or(1.0);
         let bench = self.bench(order)?;
-        // A spring beside a spring is one.
-        if bench.order.get() <= 0.0 {
+        // A spring beside a spring is one; a proof takes longer than many trials.
+        if bench.order.get() <= 0.0 || self.design.every_motion {
             return Ok(());
         }
         let rays = RATIOS.into_iter().filter_map(|times| {
@@ -337,7 +289,6 @@ impl Search<'_> {
             let merit = damping.unwrap_or_else(|| bench.law(alpha, beta).0);
             Some(Ray {
                 is_first: false,
-                proved: !self.design.every_motion,
                 ..Ray::new(order, alpha, beta, merit)
             })
         });
@@ -346,25 +297,32 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// The largest share of the ray that passes, from one that does.
+    /// The best wall between those that passed or were not tried and those that failed, from one that passes.
     fn at_the_edge(
         &mut self,
-        ray: Ray,
+        mut ray: Ray,
         mut tried: Tried<WallExperiment>,
     ) -> Result<Found, Failure> {
-        let (mut share, mut failed) = (ray.share, ray.failed);
-        let halvings = if share < failed { HALVINGS } else { 0 };
-        for _ in 0..halvings {
-            let middle = 0.5 * (share + failed);
-            let next = self.try_wall(&ray, middle)?;
+        self.rays.push(ray);
+        loop {
+            let merit = ray.share * ray.merit;
+            let near = |other: &Ray| other.failed * other.merit > merit + NEAR * merit.abs();
+            let rays = (0..).zip(&self.rays).filter(|(_, other)| near(other));
+            let Some(n) = best(rays.map(|(n, other)| (other.failed * other.merit, n))) else {
+                break;
+            };
+            let mut other = self.rays[n];
+            other.share = 0.5 * (merit / other.merit + other.failed);
+            let next = self.try_wall(&other, other.share)?;
             match next.filter(|next| self.design.passes(&next.settling)) {
-                Some(next) => (share, tried) = (middle, next),
-                None => failed = middle,
+                Some(next) => (ray, tried) = (other, next),
+                None => other.failed = other.share,
             }
+            self.rays[n] = other;
         }
         let mut found = self.candidates[ray.order].clone();
-        if share < 1.0 || !ray.is_first {
-            let wall = (share * ray.alpha, share * ray.beta, None);
+        if ray.share < 1.0 || !ray.is_first {
+            let wall = (ray.share * ray.alpha, ray.share * ray.beta, None);
             found = (self.bench(ray.order)?.judged(wall)).map_err(Failure::run)?;
         }
         found.tried_force_noise_rms_n = tried.settling.noise_n;
