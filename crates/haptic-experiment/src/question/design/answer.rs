@@ -31,8 +31,7 @@ impl Design {
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<DesignReport, Failure> {
         let mut candidates = self.candidates(stop, progress)?;
-        let (found, tried) = self.best_that_passes(&mut candidates, stop)?;
-        let (best, trial) = found.unzip();
+        let (best, trial) = self.best_that_passes(&mut candidates, stop)?.unzip();
         let imperfections = self.device.imperfections();
         let realistic = match &best {
             Some(best) if imperfections.is_ideal() => Some(self.beside(best)?),
@@ -40,7 +39,7 @@ impl Design {
         };
         Ok(DesignReport {
             asked: AskedDevice::of(&self.device.plant),
-            notes: self.notes(&candidates, best.as_ref(), tried),
+            notes: self.notes(&candidates, best.as_ref()),
             tissue: self.tissue_verdict(&candidates),
             wish: self.wish.name(),
             require: match self.gain_margin {
@@ -139,22 +138,15 @@ impl Design {
     }
 
     /// Notes for the designer beside the numbers.
-    fn notes(
-        &self,
-        candidates: &[Candidate],
-        best: Option<&Candidate>,
-        tried: usize,
-    ) -> Vec<String> {
+    fn notes(&self, candidates: &[Candidate], best: Option<&Candidate>) -> Vec<String> {
         let mut notes = Vec::new();
         let plant = &self.device.plant;
         let acts_at_once = plant.delay.0 + plant.lag.0 <= 0.0;
         if best.is_none() {
             let first = candidates.iter().find_map(|found| found.reason.as_deref());
             notes.push(first.unwrap_or("nothing does it").to_owned());
-        } else if tried > 1 {
-            notes.push(format!(
-                "stronger walls fail when they are tried: this is the best that passes, of {tried} that were tried"
-            ));
+        } else if (candidates.iter()).any(|one| one.alpha.is_some() && one.reason.is_some()) {
+            notes.push("stronger walls fail: this is the best that passes its trial".to_owned());
         } else if self.gain_margin.is_none() && self.wish == Wish::StiffestWall && acts_at_once {
             notes.push(
                 "without delay no dissipation makes a passive wall stiffer: K is 2b/T for every order"

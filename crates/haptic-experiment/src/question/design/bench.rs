@@ -4,7 +4,7 @@ use super::{Candidate, Design, Wish};
 use crate::document::failure::Failure;
 use crate::experiment::trial::dynamics;
 use crate::judge::modelled_tissue::{loop_operator, operator};
-use crate::question::bench::{crossings, last, units};
+use crate::question::bench::{crossings, last, minimum_of, units};
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{
     AnalysisError, Dynamics, Environment, Largest, LoopOperator, NoiseGain, OnePort, SampledLoop,
@@ -398,26 +398,10 @@ impl<'a> Bench<'a> {
 fn minimum(
     function: impl Fn(f64) -> Result<f64, AnalysisError>,
 ) -> Result<(f64, f64), AnalysisError> {
-    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
     // t = tan φ; a convex function of t falls and rises at most once in φ too.
     let at = |phi: f64| function(phi.tan());
-    let (mut low, mut high) = (0.0, 0.5 * std::f64::consts::PI);
-    let (mut a, mut b) = (high - golden * (high - low), low + golden * (high - low));
-    let (mut at_a, mut at_b) = (at(a)?, at(b)?);
-    for _ in 0..SECTIONS {
-        if at_a <= at_b {
-            high = b;
-            (b, at_b) = (a, at_a);
-            a = high - golden * (high - low);
-            at_a = at(a)?;
-        } else {
-            low = a;
-            (a, at_a) = (b, at_b);
-            b = low + golden * (high - low);
-            at_b = at(b)?;
-        }
-    }
-    let (phi, least) = if at_a <= at_b { (a, at_a) } else { (b, at_b) };
+    let phi = minimum_of(0.0, 0.5 * PI, SECTIONS, at)?;
+    let least = at(phi)?;
     let alone = function(0.0)?;
     if alone <= least * (1.0 + 1e-9) {
         Ok((0.0, alone))

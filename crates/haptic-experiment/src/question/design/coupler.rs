@@ -25,7 +25,7 @@ use crate::experiment::coupler::{
 };
 use crate::experiment::trial::{TrialSetup, dynamics};
 use crate::judge::preflight::softer;
-use crate::question::bench::{AskedDevice, for_each_order};
+use crate::question::bench::{AskedDevice, for_each_order, minimum_of};
 use crate::{Imperfections, Settling, TrialPlan};
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{
@@ -223,17 +223,7 @@ fn cheapest(
         }
     }
     if let Some(step) = best_step {
-        let (mut low, mut high) = (step - 1.0, step + 1.0);
-        let golden = 0.5 * (5f64.sqrt() - 1.0);
-        for _ in 0..40 {
-            let (a, b) = (high - golden * (high - low), low + golden * (high - low));
-            if needed(a)? <= needed(b)? {
-                high = b;
-            } else {
-                low = a;
-            }
-        }
-        let middle = 0.5 * (low + high);
+        let middle = minimum_of(step - 1.0, step + 1.0, 40, needed)?;
         best = (ratio_at(middle), needed(middle)?);
     }
     Ok(best)

@@ -12,7 +12,7 @@
 //!   of the force and a contact that never pulls are in no analysis.
 //! - *At the end* the steps of all rays that may hold a better wall are halved, until none can be better by 2 %.
 //! - *No wall is given up early*: a ray ends where its wall could not hold the push within the reach of a trial.
-//! - *Cost*: one wall where the first passes; a hundred or more where walls of all orders fail. A wall is 25 to 35 s of simulation, six
+//! - *Cost*: one wall where the first passes; a hundred or more where walls of all orders fail. A wall is 25 to 55 s of simulation, six
 //!   times that where it never pulls.
 
 use super::answer::plan;
@@ -32,8 +32,6 @@ const STRETCHES: [f64; 3] = [1.0, 2.0, 4.0];
 const WEAKER: f64 = 0.85;
 /// The least such share, of one that is only too noisy.
 const WEAKEST: f64 = 0.5;
-/// A force that varies by this share of what it did in a trial half as long does not come to rest.
-const STILL: f64 = 0.9;
 /// A wall that may be better by less than this share is not looked for.
 const NEAR: f64 = 0.02;
 /// Ratios β/α of the rays, in those of the first wall of the order.
@@ -95,16 +93,15 @@ struct Search<'a> {
     design: &'a Design,
     candidates: &'a mut [Candidate],
     rays: Vec<Ray>,
-    tried: usize,
 }
 
 impl Design {
-    /// The best wall that passes, how it did, and how many were tried; candidates whose wall failed say so.
+    /// The best wall that passes, and how it did; candidates whose wall failed say so.
     pub(super) fn best_that_passes(
         &self,
         candidates: &mut [Candidate],
         stop: &AtomicBool,
-    ) -> Result<(Option<Found>, usize), Failure> {
+    ) -> Result<Option<Found>, Failure> {
         let ray = |order: usize| {
             let candidate = &candidates[order];
             let merit = self.merit(candidate)?;
@@ -114,10 +111,8 @@ impl Design {
             design: self,
             rays: (0..candidates.len()).filter_map(ray).collect(),
             candidates,
-            tried: 0,
         };
-        let found = search.run(stop)?;
-        Ok((found, search.tried))
+        search.run(stop)
     }
 
     /// Tries a wall of an order: K in N/m, B in N·s^μ/m.
@@ -166,15 +161,11 @@ impl<T: Trial> Tried<T> {
         };
         let [usual, longer, longest] = STRETCHES;
         let mut tried = hit(usual)?;
-        let mut most = f64::INFINITY;
         for stretch in [longer, longest] {
             // A device that left or beats against the force limit does not settle later.
-            let may_settle = tried.settling.verdict <= TrialVerdict::Unstable;
-            let varies = tried.settling.noise_n.filter(|_| may_settle);
-            if passes(&tried.settling) || varies.is_none_or(|varies| varies > most) {
+            if passes(&tried.settling) || tried.settling.verdict > TrialVerdict::Unstable {
                 break;
             }
-            most = STILL * varies.unwrap_or(0.0);
             tried = hit(stretch)?;
         }
         if passes(&tried.settling) {
@@ -263,7 +254,6 @@ impl<'a> Search<'a> {
         if !is_known && !(holds && bench.allows(alpha, beta).map_err(Failure::run)?) {
             return Ok(None);
         }
-        self.tried += 1;
         let mut tried = design.tried(bench.order, k, b)?;
         if device.sensors.are_ideal() {
             tried.settling.noise_n = None;
