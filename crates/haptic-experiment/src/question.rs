@@ -55,7 +55,7 @@ pub(crate) fn tables(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
 /// assert_eq!(question.steps(), 1);
 /// let answer = question.answer(&|_| {}, &AtomicBool::new(false), &|_| {})?;
 /// // Theorem 1 without delay: K up to 2b/T.
-/// let stiffness = serde_json::to_value(&answer)?["best"]["stiffness"].as_f64().expect("a wall");
+/// let stiffness = serde_json::to_value(&answer)?["best"]["stiffness_n_per_m"].as_f64().expect("a wall");
 /// assert!((stiffness / 3500.0 - 1.0).abs() < 1e-3);
 /// let wrong = Question::parse(Path::new("form"), "[design]\nwish = \"peace\"");
 /// assert_eq!(

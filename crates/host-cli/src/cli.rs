@@ -113,7 +113,7 @@ enum Command {
     /// --out writes design.toml for `host-cli run`, design.csv and a picture. The exit code is 1 if no
     /// candidate is found, or if the best does not come to rest or is too noisy in its trial.
     #[command(verbatim_doc_comment, after_help = command::design::EXAMPLES)]
-    Design(WithFiles<keys::Design>),
+    Design(command::design::Arguments),
     Run(command::run::Arguments),
     Teleoperate(command::teleoperate::Arguments),
     /// Find the stiffest wall that a device can render, by trials

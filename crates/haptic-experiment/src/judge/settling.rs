@@ -121,7 +121,7 @@ impl Tolerance {
 }
 
 /// A device this far away has left, m: it will not come to rest.
-const GONE_M: f64 = 1.0;
+pub(crate) const GONE_M: f64 = 1.0;
 
 /// The outcome of a trial, from the best to the worst.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -186,6 +186,9 @@ pub struct Settling {
     /// Largest magnitude of the force, N.
     #[serde(skip)]
     pub(crate) peak_force_n: f64,
+    /// Largest standard deviation of the force over the window of all hits, N.
+    #[serde(skip)]
+    pub(crate) noise_n: Option<f64>,
     /// Largest force into the wall, N, and the position there, m.
     #[serde(skip)]
     pub(crate) largest_pull: (f64, f64),
@@ -369,6 +372,7 @@ impl Judge {
             deflection_m: seen.then_some(self.position.mean),
             expected_deflection_m,
             peak_force_n: self.peak_force_n,
+            noise_n: deviations.map(|(_, force)| force),
             largest_pull: self.largest_pull,
         }
     }

@@ -127,6 +127,25 @@ pub(super) fn last(mut from: f64, mut to: f64, halvings: u32, holds: impl Fn(f64
     from
 }
 
+/// The place of the one minimum of a function between two places, by so many golden sections.
+pub(super) fn minimum_of<E>(
+    mut low: f64,
+    mut high: f64,
+    sections: usize,
+    function: impl Fn(f64) -> Result<f64, E>,
+) -> Result<f64, E> {
+    let golden = 0.5 * (5f64.sqrt() - 1.0);
+    for _ in 0..sections {
+        let (a, b) = (high - golden * (high - low), low + golden * (high - low));
+        if function(a)? <= function(b)? {
+            high = b;
+        } else {
+            low = a;
+        }
+    }
+    Ok(0.5 * (low + high))
+}
+
 /// Values of α at which the boundary has this β, the least first.
 pub(super) fn crossings(area: &StableArea, beta: f64) -> Vec<f64> {
     let mut crossings: Vec<f64> = Vec::new();

@@ -57,13 +57,13 @@ fn a_stable_design_is_the_anchor_over_the_margin() {
     // 1e-4 inside, and the full memory is exact at whole orders.
     assert_relative(
         "design",
-        number(best, "stiffness"),
+        number(best, "stiffness_n_per_m"),
         (12.0 - 8.0 * root) * 1e6 / 4.0,
         2e-4,
     );
     assert_relative(
         "design",
-        number(best, "dissipation"),
+        number(best, "dissipation_n_s_mu_per_m"),
         (2.0 * root - 2.0) * 1e3 / 4.0,
         2e-4,
     );
@@ -83,22 +83,41 @@ fn each_wall_says_what_is_proved_for_every_motion() {
     }
 }
 
-/// A noise limit of 0.1 N, and the force of the wall in its own trial has 0.154 N rms: encoder steps that the loop keeps alive.
+/// The strongest wall by the analysis has a force of 0.154 N rms in its trial: encoder steps that the loop keeps alive.
 #[test]
-fn a_wall_that_is_noisier_when_it_is_tried_than_it_may_be_is_no_success() {
+fn a_wall_is_as_quiet_in_its_trial_as_it_has_to_be() {
     let answer = ask("encoder_resolution_m = 55e-6\nforce_noise_limit_n = 0.1");
     let report = serde_json::to_value(&answer).expect("JSON");
+    let best = &report["best"];
+    for key in ["force_noise_rms_n", "tried_force_noise_rms_n"] {
+        assert!(number(best, key) <= 0.1, "{key}: {best}");
+    }
+    assert!(number(&report["simulated"], "force_std_n") <= 0.1);
+    let strongest = report["candidates"].as_array().expect("a list").iter();
+    let noisy = strongest.filter(|one| one["reason"] == "too noisy when tried");
+    let noises: Vec<f64> = noisy
+        .map(|one| number(one, "tried_force_noise_rms_n"))
+        .collect();
     assert!(
-        number(&report["simulated"], "force_std_n") > 0.13,
-        "{report}"
+        !noises.is_empty() && noises.iter().all(|noise| *noise > 0.1),
+        "{noises:?}"
     );
-    let refused = answer.require(&|_| ()).expect_err("refused");
-    assert!(matches!(refused, haptic_experiment::Failure::Run(_)));
-    let said = refused.to_string();
-    assert!(said.contains("N of force noise when it is tried"), "{said}");
-    ask("force_limit_n = 50")
-        .require(&|_| ())
-        .expect("no limit was asked for");
+    answer.require(&|_| ()).expect("a wall");
+}
+
+/// 15.2 kN/m of order 1.63 would be the most by the analysis, and shakes by the steps of the encoder.
+#[test]
+fn where_the_strongest_walls_shake_the_best_that_passes_is_taken() {
+    let answer = ask("delay_s = 1e-3\nencoder_resolution_m = 20e-6");
+    answer.require(&|_| ()).expect("a wall");
+    let report = serde_json::to_value(&answer).expect("JSON");
+    let (best, first) = (&report["best"], of_order(&report, 1.63));
+    assert_eq!(first["reason"], "not at rest when tried");
+    assert_eq!(report["simulated"]["verdict"], "stable");
+    assert!(number(best, "stiffness_n_per_m") < number(first, "stiffness_n_per_m"));
+    // No order whose strongest wall passes is stiffer.
+    let passed = of_order(&report, 1.0);
+    assert!(number(best, "stiffness_n_per_m") > number(passed, "stiffness_n_per_m"));
 }
 
 #[test]
@@ -109,11 +128,16 @@ fn the_stiffest_passive_wall_without_delay_is_colgates() {
         // b = KT/2
         assert_relative(
             "design",
-            number(candidate, "stiffness"),
+            number(candidate, "stiffness_n_per_m"),
             2.0 * 3.5 / 2e-3,
             1.1e-4,
         );
-        assert_relative("design", 1.0 + number(candidate, "dissipation"), 1.0, 0.0);
+        assert_relative(
+            "design",
+            1.0 + number(candidate, "dissipation_n_s_mu_per_m"),
+            1.0,
+            0.0,
+        );
         assert_eq!(candidate["passive"], true);
         assert!(number(candidate, "required_damping_n_s_per_m") < 3.5);
     }
@@ -134,13 +158,16 @@ fn with_a_delay_the_right_order_makes_a_passive_wall_stiffer() {
     let spring = 2.0 * 3.5 / 2e-3 / 3.0;
     assert_relative(
         "design",
-        number(of_order(&report, 0.0), "stiffness"),
+        number(of_order(&report, 0.0), "stiffness_n_per_m"),
         spring,
         1.1e-4,
     );
     let best = &report["best"];
     assert_relative("design", number(best, "order"), 1.0, 0.0);
-    let (k, b) = (number(best, "stiffness"), number(best, "dissipation"));
+    let (k, b) = (
+        number(best, "stiffness_n_per_m"),
+        number(best, "dissipation_n_s_mu_per_m"),
+    );
     let own = needed(k, b);
     assert!(own < 3.5 && own > 3.499, "{own}");
     // No other ratio of B to K is better: both neighbours need more for the same K.
@@ -157,7 +184,10 @@ fn the_most_damping_is_found_and_depends_on_the_order() {
         ));
         let best = &report["best"];
         // theory.md, 3: ED = (B/ω)(2 sin(θ/2)/T)^μ sin(μ(π − θ)/2)
-        let (mu, b) = (number(best, "order"), number(best, "dissipation"));
+        let (mu, b) = (
+            number(best, "order"),
+            number(best, "dissipation_n_s_mu_per_m"),
+        );
         let omega = 10.0 * PI;
         let theta = omega * 2e-3;
         let ed = b / omega
@@ -172,7 +202,7 @@ fn the_most_damping_is_found_and_depends_on_the_order() {
         assert!(ed > number(of_order(&report, 1.0), "effective_damping_n_s_per_m"));
         if require == "passive" {
             // Corollary 1 at its edge: b > KT/2 + B(T/2)^(1−μ)
-            let needed = number(best, "stiffness") * 1e-3 + b * 1e-3_f64.powf(1.0 - mu);
+            let needed = number(best, "stiffness_n_per_m") * 1e-3 + b * 1e-3_f64.powf(1.0 - mu);
             assert_relative("design", needed, 3.5, 6e-3);
             assert!(needed < 3.5, "{needed}");
         }
@@ -199,8 +229,8 @@ fn the_noise_of_the_force_can_be_limited() {
             if noise(any) <= 0.02 {
                 assert_relative(
                     "design",
-                    number(quiet, "stiffness"),
-                    number(any, "stiffness"),
+                    number(quiet, "stiffness_n_per_m"),
+                    number(any, "stiffness_n_per_m"),
                     1e-6,
                 );
             } else {
@@ -219,7 +249,10 @@ fn the_best_order_is_that_of_a_fine_grid() {
         orders.collect()
     };
     let damping = "wish = \"most-damping\"\nfrequency_hz = 5";
-    for (wish, merit) in [("", "stiffness"), (damping, "effective_damping_n_s_per_m")] {
+    for (wish, merit) in [
+        ("", "stiffness_n_per_m"),
+        (damping, "effective_damping_n_s_per_m"),
+    ] {
         let found = design(&[device, wish].concat());
         let tried = orders(&found);
         assert!(tried.is_sorted() && tried.len() <= 9 + 10, "{tried:?}");
@@ -280,11 +313,11 @@ fn a_tissue_fits_or_its_closest_order_is_named() {
     // B = A·η/ℓ
     assert_relative(
         "design",
-        number(best, "dissipation"),
+        number(best, "dissipation_n_s_mu_per_m"),
         8650.0 * 4e-4 / 0.02,
         1e-12,
     );
-    assert_relative("design", 1.0 + number(best, "stiffness"), 1.0, 0.0);
+    assert_relative("design", 1.0 + number(best, "stiffness_n_per_m"), 1.0, 0.0);
     assert_eq!(report["simulated"]["stable"], true);
     // A specimen that is larger by more than that does not fit, one that is a little smaller does.
     let scale = number(&report["tissue"], "largest_scale");
@@ -324,9 +357,9 @@ fn a_tissue_with_elements_in_series_is_designed_for_by_its_own_operator() {
 }
 
 #[test]
-fn a_wall_that_rings_for_long_is_tried_for_long() {
+fn a_wall_that_rings_for_minutes_gives_way_to_one_that_rests_in_seconds() {
     // δ = 0.0308, α = 0.0615: |z|² = e^(−δ) + n₀α = 0.99984, so the ringing of push and impact, 0.9 mm (standard
-    // deviation), falls to a hundredth of the deflection of 1 mm in 112 s, and 5 s are doubled until 160 s.
+    // deviation), falls to a hundredth of the deflection of 1 mm in 112 s.
     let found =
         ask("require = \"passive\"\nsample_time_s = 2e-3\ndamping_n_s_per_m = 1\norders = [1]");
     assert!(
@@ -334,8 +367,15 @@ fn a_wall_that_rings_for_long_is_tried_for_long() {
         "{}",
         found.verdict()
     );
+    let report = serde_json::to_value(&found).expect("JSON");
+    let strongest = of_order(&report, 1.0);
+    assert_eq!(strongest["reason"], "not at rest when tried");
+    let share =
+        number(&report["best"], "stiffness_n_per_m") / number(strongest, "stiffness_n_per_m");
+    // δ − α·n₀ is 2e-4·α of the wall itself and grows in proportion to what is left out of it: (1 − share)·α/2 = 6 e-foldings in 20 s.
+    assert!((0.95..1.0).contains(&share), "{share}");
     let text = found.experiment_text().expect("a wall");
-    assert!(text.contains("duration_s = 160.0"), "{text}");
+    assert!(text.contains("duration_s = 20.0"), "{text}");
 }
 
 #[test]
@@ -345,8 +385,8 @@ fn the_noise_of_a_wall_is_its_closed_form() {
         design("encoder_resolution_m = 1e-6\nsample_time_s = 1e-3\norders = [0.5, 1, 1.5]");
     for (mu, squares) in [(0.5, 4.0 / PI), (1.0, 2.0), (1.5, 32.0 / (3.0 * PI))] {
         let one = of_order(&report, mu);
-        let k = number(one, "stiffness");
-        let b = number(one, "dissipation") * 1e-3_f64.powf(-mu);
+        let k = number(one, "stiffness_n_per_m");
+        let b = number(one, "dissipation_n_s_mu_per_m") * 1e-3_f64.powf(-mu);
         let want = 1e-6 / 12_f64.sqrt() * f64::sqrt(k * k + 2.0 * k * b + b * b * squares);
         assert_relative("noise", number(one, "force_noise_rms_n"), want, 1e-4);
     }

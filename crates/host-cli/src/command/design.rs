@@ -4,19 +4,43 @@ use crate::command::conduct::progress_bar;
 use crate::options::{WithFiles, keys};
 use crate::output::Output;
 use crate::picture::{Panel, linear, page};
+use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
 use haptic_experiment::question::{Answer, Candidate, DesignReport, Question};
 use haptic_figure::{AxisSpec, FigureError, Look, Picture, Scale};
 use haptic_quantity::written;
 use serde::Serialize;
+use serde_json::{Value, json};
 use std::sync::atomic::AtomicBool;
 
 pub(crate) const EXAMPLES: &str = "Examples:\n  host-cli design --delay 1ms --out design\n  \
                   host-cli design --wish most-damping --frequency 5Hz --require passive\n  \
                   host-cli design --wish tissue --tissue prostate-cancerous encoder_resolution=30um";
 
-pub(crate) fn run(asked: WithFiles<keys::Design>, output: Output) -> Result<(), Failure> {
+/// What is asked, and how much of the answer is shown.
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    asked: WithFiles<keys::Design>,
+    /// Print the whole report, as --json has it
+    #[arg(long)]
+    all: bool,
+}
+
+/// What a screen leaves out of the candidates; all of it stands with the best.
+const BEHIND: [&str; 7] = [
+    "alpha",
+    "beta",
+    "passive",
+    "pulling_contact_margin",
+    "required_damping_n_s_per_m",
+    "sampled_damping_n_s_per_m",
+    "share",
+];
+
+pub(crate) fn run(arguments: Arguments, output: Output) -> Result<(), Failure> {
+    let Arguments { asked, all } = arguments;
     let mut outputs = asked.files.look("design", &["toml"])?;
     let document = asked.options.over(Document::new("design"))?;
     let question = Question::open(&document)?;
@@ -38,11 +62,26 @@ pub(crate) fn run(asked: WithFiles<keys::Design>, output: Output) -> Result<(), 
         Answer::Design(_) => outputs.without(&["svg", "png", "pdf"]),
         Answer::ZWidth(_) | Answer::Coupler(_) => {}
     }
-    output.summary(&Shown {
+    let report = json!(Shown {
         answer: &answer,
         experiment,
         files,
-    })?;
+    });
+    let mut shown = report.clone();
+    if !all {
+        // Nothing is shown of what is null.
+        shown["simulated"] = report["simulated"]["verdict"].clone();
+        shown["realistic"] = report["realistic"]["simulated"]["verdict"].clone();
+        let candidates = shown["candidates"].as_array_mut();
+        for candidate in candidates.into_iter().flatten() {
+            for key in BEHIND {
+                candidate[key] = Value::Null;
+            }
+        }
+    }
+    if !output.quiet || output.json {
+        output.report_as(&report, &shown)?;
+    }
     outputs.close(answer.require(&warn))
 }
 
@@ -63,7 +102,7 @@ fn draw(report: &DesignReport) -> Result<Picture, FigureError> {
             c.effective_damping_n_s_per_m
         }),
         "tissue" => ("largest scale of the specimen", |c| c.largest_scale),
-        _ => ("largest stiffness K / N·m⁻¹", |c| c.stiffness),
+        _ => ("largest stiffness K / N·m⁻¹", |c| c.stiffness_n_per_m),
     };
     let panel = |y, value: fn(&Candidate) -> Option<f64>| {
         let all = points(value, &report.candidates);
@@ -82,7 +121,10 @@ fn draw(report: &DesignReport) -> Result<Picture, FigureError> {
         report.scheme
     );
     // B falls by decades with the order, as its unit does not stay; where no wall has any it is 0.
-    let mut dissipations = report.candidates.iter().filter_map(|c| c.dissipation);
+    let mut dissipations = report
+        .candidates
+        .iter()
+        .filter_map(|c| c.dissipation_n_s_mu_per_m);
     let scale = match dissipations.any(|dissipation| dissipation > 0.0) {
         true => Scale::Log,
         false => Scale::Linear,
@@ -90,7 +132,7 @@ fn draw(report: &DesignReport) -> Result<Picture, FigureError> {
     let dissipation = AxisSpec::new("dissipation B / N·s^μ·m⁻¹", scale);
     let panels = [
         panel(linear(label), value),
-        panel(dissipation, |c| c.dissipation),
+        panel(dissipation, |c| c.dissipation_n_s_mu_per_m),
     ];
     let title = format!("Design: {}, {}", report.wish, report.requirement);
     page(&title, &subtitle, 2, &panels)

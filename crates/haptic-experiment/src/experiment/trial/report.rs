@@ -156,7 +156,13 @@ pub(crate) trait Trial: Experiment + Clone {
             all.push(other.named(other.tried()?)?);
         }
         let worse = |a: Settling, b: &Settling| if b.verdict > a.verdict { *b } else { a };
-        let worst = all.iter().fold(recorded, worse);
+        let worst = Settling {
+            noise_n: all
+                .iter()
+                .filter_map(|settling| settling.noise_n)
+                .reduce(f64::max),
+            ..all.iter().fold(recorded, worse)
+        };
         let hits = all.iter().filter(|_| all.len() > 1).map(|settling| Hit {
             impact_m_per_s: settling.impact_m_per_s,
             verdict: settling.verdict,

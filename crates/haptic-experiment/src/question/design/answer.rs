@@ -1,38 +1,27 @@
 //! The answer: each order, the best of them tried, and its experiment file.
 
 use super::bench::Bench;
-use super::{
-    Candidate, DISSIPATION_UNIT, Design, DesignReport, RealisticTrial, TissueVerdict, Wish,
-};
+use super::search::best;
+use super::{Candidate, Design, DesignReport, RealisticTrial, TissueVerdict, Wish};
+use crate::TrialPlan;
 use crate::document::failure::Failure;
 use crate::document::lines_of;
 use crate::document::parameters as p;
 use crate::document::parameters::Parameter;
-use crate::experiment::trial::{IMPACT, PUSH, TRIAL_FORCE_LIMIT, Trial as _, TrialSetup, WINDOW};
+use crate::experiment::trial::{PUSH, TRIAL_FORCE_LIMIT, TrialSetup, WINDOW};
 use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS, WallExperiment};
 use crate::judge::preflight::WallContact;
-use crate::judge::settling::TrialVerdict;
 use crate::question::bench::{AskedDevice, for_each_order};
 use crate::run::plant_file::DeviceModel;
-use crate::{Settling, TrialPlan};
 use fracdiff::{Order, Scheme, Seconds};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-/// A wall, and how it settled.
-type Tried = (WallExperiment, Settling);
-
-/// A candidate must be better by this share to win over one of lower order.
-const BETTER: f64 = 1e-6;
 /// Push, N, as long as the device can hold four times as much.
 const PUSH_N: f64 = 1.0;
 /// Length of a run and of its window, s and samples: the larger of the two.
 const DURATION: (f64, f64) = (5.0, 2500.0);
 const WINDOW_LENGTH: (f64, f64) = (0.4, 200.0);
-/// Doublings of the length for a wall that is stable but rings on: up to 256 times as long.
-const DOUBLINGS: usize = 8;
-/// The same where it is without friction that it has not settled: it may shake for ever.
-const HELD_DOUBLINGS: usize = 4;
 
 impl Design {
     /// Answers it; `progress` hears of each order that is done, `stop` ends it before the next.
@@ -41,9 +30,8 @@ impl Design {
         stop: &AtomicBool,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<DesignReport, Failure> {
-        self.check()?;
         let mut candidates = self.candidates(stop, progress)?;
-        let (best, trial) = self.best_that_settles(&mut candidates)?;
+        let (best, trial) = self.best_that_passes(&mut candidates, stop)?.unzip();
         let imperfections = self.device.imperfections();
         let realistic = match &best {
             Some(best) if imperfections.is_ideal() => Some(self.beside(best)?),
@@ -63,8 +51,6 @@ impl Design {
             gain_margin: self.gain_margin,
             frequency_hz: self.wish.frequency_hz(),
             scheme: self.scheme.to_string(),
-            stiffness_unit: "N/m",
-            dissipation_unit: DISSIPATION_UNIT,
             contact: self.contact,
             force_noise_limit_n: self.force_noise_limit_n,
             ideal_device_assumed: imperfections.is_ideal(),
@@ -72,11 +58,11 @@ impl Design {
             realistic,
             candidates,
             best,
-            simulated: trial.as_ref().map(|(_, settling)| *settling),
+            simulated: trial.as_ref().map(|tried| tried.settling),
             // A wall file knows no models.
             experiment_text: trial
-                .filter(|(wall, _)| wall.model.is_none())
-                .map(|(wall, _)| self.experiment_file(&wall)),
+                .filter(|tried| tried.experiment.model.is_none())
+                .map(|tried| self.experiment_file(&tried.experiment)),
         })
     }
 
@@ -111,20 +97,21 @@ impl Design {
     }
 
     /// Merit of a candidate, as the wish measures it.
-    fn merit(&self, candidate: &Candidate) -> Option<f64> {
-        candidate.stiffness?;
+    pub(super) fn merit(&self, candidate: &Candidate) -> Option<f64> {
+        candidate.stiffness_n_per_m?;
         let is_taken = match self.contact {
             WallContact::Linear => true,
             WallContact::OneSided => candidate.reason.is_none(),
             WallContact::Signed => {
-                candidate.pulling_contact_margin >= Some(1.0) && candidate.stiffness > Some(0.0)
+                candidate.pulling_contact_margin >= Some(1.0)
+                    && candidate.stiffness_n_per_m > Some(0.0)
             }
         };
         if !is_taken {
             return None;
         }
         match &self.wish {
-            Wish::StiffestWall => candidate.stiffness,
+            Wish::StiffestWall => candidate.stiffness_n_per_m,
             Wish::MostDamping { .. } => candidate.effective_damping_n_s_per_m,
             Wish::Tissue { material, .. } => candidate
                 .largest_scale
@@ -133,34 +120,8 @@ impl Design {
         }
     }
 
-    /// The best candidate, tried. One-sided the next best is taken where that does not settle, since no analysis covers such a wall.
-    fn best_that_settles(
-        &self,
-        candidates: &mut [Candidate],
-    ) -> Result<(Option<Candidate>, Option<Tried>), Failure> {
-        while let Some(best) = self.best(candidates).cloned() {
-            let tried = self.trial(&best)?;
-            if tried.1.stable || self.contact != WallContact::OneSided {
-                return Ok((Some(best), Some(tried)));
-            }
-            let (impact, verdict) = (tried.1.impact_m_per_s, tried.1.verdict.words());
-            for candidate in candidates.iter_mut().filter(|found| **found == best) {
-                candidate.reason = Some(format!("hit at {impact} m/s it is {verdict}"));
-            }
-        }
-        Ok((None, None))
-    }
-
     fn best<'c>(&self, candidates: &'c [Candidate]) -> Option<&'c Candidate> {
-        let mut best: Option<(f64, &Candidate)> = None;
-        for candidate in candidates {
-            if let Some(merit) = self.merit(candidate)
-                && best.is_none_or(|(most, _)| merit > most + BETTER * most.abs())
-            {
-                best = Some((merit, candidate));
-            }
-        }
-        best.map(|(_, candidate)| candidate)
+        best((candidates.iter()).filter_map(|candidate| Some((self.merit(candidate)?, candidate))))
     }
 
     fn tissue_verdict(&self, candidates: &[Candidate]) -> Option<TissueVerdict> {
@@ -183,10 +144,9 @@ impl Design {
         let acts_at_once = plant.delay.0 + plant.lag.0 <= 0.0;
         if best.is_none() {
             let first = candidates.iter().find_map(|found| found.reason.as_deref());
-            notes.push(format!(
-                "no wall that was tried meets the wish: {}",
-                first.unwrap_or_default()
-            ));
+            notes.push(first.unwrap_or("nothing does it").to_owned());
+        } else if (candidates.iter()).any(|one| one.alpha.is_some() && one.reason.is_some()) {
+            notes.push("stronger walls fail: this is the best that passes its trial".to_owned());
         } else if self.gain_margin.is_none() && self.wish == Wish::StiffestWall && acts_at_once {
             notes.push(
                 "without delay no dissipation makes a passive wall stiffer: K is 2b/T for every order"
@@ -212,6 +172,7 @@ impl Design {
         real.device.sensors = imperfections.sensors;
         let bench = Bench::new(&real, Order::new(best.order).map_err(Failure::input)?)?;
         let (alpha, beta) = (best.alpha.unwrap_or(0.0), best.beta.unwrap_or(0.0));
+        let (k, b) = bench.law(alpha, beta);
         let (analysis_stable, margin) =
             bench.stable_and_margin(alpha, beta).map_err(Failure::run)?;
         Ok(RealisticTrial {
@@ -219,29 +180,8 @@ impl Design {
             analysis_stable,
             margin,
             force_noise_rms_n: bench.force_noise_n(alpha, beta),
-            simulated: real.trial(best)?.1,
+            simulated: real.tried(bench.order, k, b)?.settling,
         })
-    }
-
-    /// A push into a candidate, long enough for it to settle, and how it settled.
-    fn trial(&self, best: &Candidate) -> Result<Tried, Failure> {
-        let device = &self.device;
-        let order = Order::new(best.order).map_err(Failure::input)?;
-        let make = |stretch| {
-            let plan = plan(device.plant.sample_time, device.force_limit_n, stretch);
-            let setup = TrialSetup {
-                must_be_stable: true,
-                ..TrialSetup::new(device.plant, device.sensors, plan)
-            };
-            let [k, b] = [best.stiffness, best.dissipation].map(Option::unwrap_or_default);
-            WallExperiment {
-                model: self.model(order).cloned(),
-                contact: self.contact,
-                ..WallExperiment::linear(setup, order, self.scheme, k, b)
-            }
-        };
-        let bounces = self.contact == WallContact::OneSided;
-        until_settled(make, bounces, WallExperiment::settled)
     }
 
     /// What is asked of a wall, in words.
@@ -295,32 +235,6 @@ fn half_way(order: f64, candidates: &[Candidate]) -> Vec<Order> {
         .collect()
 }
 
-/// Tries an experiment, and makes it longer until it has settled: close to the edge it rings for long. An unstable one ends in a
-/// vibration against the force limit, which no length makes settle.
-pub(super) fn until_settled<E>(
-    make: impl Fn(f64) -> E,
-    bounces: bool,
-    try_out: impl Fn(&E) -> Result<Settling, Failure>,
-) -> Result<(E, Settling), Failure> {
-    let mut stretch = 1.0;
-    let mut experiment = make(stretch);
-    let mut settling = try_out(&experiment)?;
-    for doubling in 0..DOUBLINGS {
-        // A device that left or beats against the force limit does not settle later.
-        let rings = settling.verdict == TrialVerdict::Unstable;
-        let is_held = settling.verdict == TrialVerdict::HeldByFriction;
-        // What only pushes may bounce for ever, and no analysis tells.
-        let is_tried_for_long = doubling >= HELD_DOUBLINGS && (is_held || bounces);
-        if !(rings || is_held) || is_tried_for_long {
-            break;
-        }
-        stretch *= 2.0;
-        experiment = make(stretch);
-        settling = try_out(&experiment)?;
-    }
-    Ok((experiment, settling))
-}
-
 /// A push and how long it is looked at, so many times as long as usual.
 pub(super) fn plan(sample_time: Seconds, force_limit_n: f64, stretch: f64) -> TrialPlan {
     let larger = |least: (f64, f64)| least.0.max(least.1 * sample_time.0);
@@ -352,7 +266,6 @@ pub(super) fn keys(setup: &TrialSetup, scheme: Scheme, law: &[(Parameter, f64)])
         (PUSH, plan.push_n),
         (p::TRIAL_DURATION, plan.duration_s),
         (WINDOW, plan.window_s),
-        (IMPACT, plan.impact_m_per_s),
     ]);
     format!(
         "{device}seed = {}\n\nscheme = \"{scheme}\"\n{}\n{trial}must_be_stable = {}\n",

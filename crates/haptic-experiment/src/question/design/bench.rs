@@ -4,7 +4,7 @@ use super::{Candidate, Design, Wish};
 use crate::document::failure::Failure;
 use crate::experiment::trial::dynamics;
 use crate::judge::modelled_tissue::{loop_operator, operator};
-use crate::question::bench::{crossings, last, units};
+use crate::question::bench::{crossings, last, minimum_of, units};
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{
     AnalysisError, Dynamics, Environment, Largest, LoopOperator, NoiseGain, OnePort, SampledLoop,
@@ -37,7 +37,7 @@ const HALVINGS: usize = 40;
 /// One order on the device.
 pub(super) struct Bench<'a> {
     design: &'a Design,
-    order: Order,
+    pub(super) order: Order,
     operator: LoopOperator,
     dynamics: Dynamics,
     plant: SampledPlant,
@@ -50,7 +50,7 @@ pub(super) struct Bench<'a> {
 }
 
 /// α, β, and of a tissue the factor by which its specimen may grow.
-type Wall = (f64, f64, Option<f64>);
+pub(super) type Wall = (f64, f64, Option<f64>);
 
 /// Of the operator that runs.
 fn noise_gain(
@@ -113,7 +113,7 @@ impl<'a> Bench<'a> {
 
     /// Noise of the force of a wall, rms N.
     pub(super) fn force_noise_n(&self, alpha: f64, beta: f64) -> f64 {
-        let (stiffness, dissipation) = (alpha * self.units.0, beta * self.units.1);
+        let (stiffness, dissipation) = self.law(alpha, beta);
         self.noise_m * self.noise.of_wall(stiffness, dissipation)
     }
 
@@ -149,19 +149,61 @@ impl<'a> Bench<'a> {
         let alpha = shape * material.rest_modulus_pa() / self.units.0;
         let dissipation = material.dissipation_at(shape, self.order, 2.0 * PI * frequency_hz);
         let beta = dissipation / self.units.1;
+        let proved = match self.design.every_motion {
+            true => self.closed(alpha, beta)?.slope_limit().proved,
+            false => f64::INFINITY,
+        };
+        let scale = self.largest_scale(alpha, beta)?;
+        Ok(scale.map(|scale| (alpha, beta, Some(scale.min(proved * INSIDE)))))
+    }
+
+    /// The factor that takes a wall to the strongest that the requirement allows, but for the proof; `None` if no factor does.
+    pub(super) fn largest_scale(
+        &self,
+        alpha: f64,
+        beta: f64,
+    ) -> Result<Option<f64>, AnalysisError> {
         let scale = match self.design.gain_margin {
             None => self.largest_passive_scale(alpha, beta)?,
             Some(gain_margin) => {
                 (self.largest_stable_scale(alpha, beta)?).map(|scale| scale / gain_margin)
             }
         };
-        let proved = match self.design.every_motion {
-            true => self.closed(alpha, beta)?.slope_limit().proved,
-            false => f64::INFINITY,
+        let scale = scale.map(|scale| scale.min(self.largest_quiet_scale(alpha, beta)));
+        Ok((scale.filter(|scale| *scale > 0.0)).map(|scale| scale * INSIDE))
+    }
+
+    /// True if the requirement allows a wall that is weaker than an allowed one: the passive ones and those proved for every motion
+    /// all are.
+    pub(super) fn allows(&self, alpha: f64, beta: f64) -> Result<bool, AnalysisError> {
+        let margin = self
+            .design
+            .gain_margin
+            .filter(|_| !self.design.every_motion);
+        margin.map_or(Ok(true), |margin| self.has_margin(alpha, beta, margin))
+    }
+
+    /// K and B of a wall, N/m and N·s^μ/m.
+    pub(super) fn law(&self, alpha: f64, beta: f64) -> (f64, f64) {
+        (alpha * self.units.0, beta * self.units.1)
+    }
+
+    /// The damping that a wall seems to have at the wish's frequency, N·s/m; `None` without a frequency.
+    pub(super) fn effective_damping(
+        &self,
+        alpha: f64,
+        beta: f64,
+    ) -> Result<Option<f64>, AnalysisError> {
+        let (stiffness_n_per_m, dissipation_n_s_mu_per_m) = self.law(alpha, beta);
+        let environment = Environment {
+            stiffness_n_per_m,
+            dissipation_n_s_mu_per_m,
+            order: self.order,
+            sample_time_s: self.design.device.plant.sample_time.0,
         };
-        let scale = scale.map(|scale| scale.min(proved).min(self.largest_quiet_scale(alpha, beta)));
-        let scale = scale.filter(|scale| *scale > 0.0);
-        Ok(scale.map(|scale| (alpha, beta, Some(scale * INSIDE))))
+        let at = self.design.wish.frequency_hz().map(|hz| 2.0 * PI * hz);
+        let felt = at.map(|omega| environment.effective(&self.operator, omega));
+        Ok(felt.transpose()?.map(|felt| felt.damping_n_s_per_m))
     }
 
     /// Stability of a wall, and the factor that takes it to the edge.
@@ -178,27 +220,19 @@ impl<'a> Bench<'a> {
     }
 
     /// Margin, passivity and units of a wall.
-    fn judged(&self, (alpha, beta, scale): Wall) -> Result<Candidate, AnalysisError> {
+    pub(super) fn judged(&self, (alpha, beta, scale): Wall) -> Result<Candidate, AnalysisError> {
         let device = &self.design.device;
         let (_, margin) = self.stable_and_margin(alpha, beta)?;
         let proved = self.closed(alpha, beta)?.slope_limit().proved;
-        let (stiffness, dissipation) = (alpha * self.units.0, beta * self.units.1);
+        let (stiffness, dissipation) = self.law(alpha, beta);
         let required = self.port()?.required_delta(alpha, beta)?;
-        let environment = Environment {
-            stiffness_n_per_m: stiffness,
-            dissipation_n_s_mu_per_m: dissipation,
-            order: self.order,
-            sample_time_s: device.plant.sample_time.0,
-        };
-        let effective = (self.design.wish.frequency_hz())
-            .map(|frequency| environment.effective(&self.operator, 2.0 * PI * frequency));
         let reason = scale
             .filter(|scale| *scale < 1.0)
-            .map(|scale| format!("the specimen is too large for it: {scale:.4} of it would do"));
+            .map(|_| "the specimen is too large".to_owned());
         Ok(Candidate {
             order: self.order.get(),
-            stiffness: Some(stiffness),
-            dissipation: Some(dissipation),
+            stiffness_n_per_m: Some(stiffness),
+            dissipation_n_s_mu_per_m: Some(dissipation),
             margin,
             pulling_contact_margin: (proved > 0.0).then_some(proved),
             alpha: Some(alpha),
@@ -207,11 +241,10 @@ impl<'a> Bench<'a> {
             required_damping_n_s_per_m: Some(
                 required.delta * device.plant.mass.0 / device.plant.sample_time.0,
             ),
-            effective_damping_n_s_per_m: effective
-                .transpose()?
-                .map(|effective| effective.damping_n_s_per_m),
+            effective_damping_n_s_per_m: self.effective_damping(alpha, beta)?,
             force_noise_rms_n: (!device.sensors.are_ideal())
                 .then(|| self.force_noise_n(alpha, beta)),
+            tried_force_noise_rms_n: None,
             largest_scale: scale,
             reason,
         })
@@ -220,17 +253,12 @@ impl<'a> Bench<'a> {
     /// Why there is no wall at all.
     fn nothing(&self) -> String {
         match self.design.gain_margin {
-            None if self.delta <= 0.0 => {
-                "no passive wall of this order on this device: it has no damping".to_owned()
-            }
-            None => "no passive wall of this order on this device".to_owned(),
-            Some(_) if self.design.every_motion => {
-                "no wall of this order is proved for every motion on this device".to_owned()
-            }
-            Some(gain_margin) => format!(
-                "no wall of this order is stable on this device with a gain margin of {gain_margin}"
-            ),
+            None if self.delta <= 0.0 => "none is passive: the device has no damping",
+            None => "none is passive",
+            Some(_) if self.design.every_motion => "none is proved for every motion",
+            Some(_) => "none is stable with the gain margin",
         }
+        .to_owned()
     }
 
     /// The largest passive wall, by Theorem 1. The set of passive walls is convex, so the middle of two is passive, and where the best ratio is
@@ -370,26 +398,10 @@ impl<'a> Bench<'a> {
 fn minimum(
     function: impl Fn(f64) -> Result<f64, AnalysisError>,
 ) -> Result<(f64, f64), AnalysisError> {
-    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
     // t = tan φ; a convex function of t falls and rises at most once in φ too.
     let at = |phi: f64| function(phi.tan());
-    let (mut low, mut high) = (0.0, 0.5 * std::f64::consts::PI);
-    let (mut a, mut b) = (high - golden * (high - low), low + golden * (high - low));
-    let (mut at_a, mut at_b) = (at(a)?, at(b)?);
-    for _ in 0..SECTIONS {
-        if at_a <= at_b {
-            high = b;
-            (b, at_b) = (a, at_a);
-            a = high - golden * (high - low);
-            at_a = at(a)?;
-        } else {
-            low = a;
-            (a, at_a) = (b, at_b);
-            b = low + golden * (high - low);
-            at_b = at(b)?;
-        }
-    }
-    let (phi, least) = if at_a <= at_b { (a, at_a) } else { (b, at_b) };
+    let phi = minimum_of(0.0, 0.5 * PI, SECTIONS, at)?;
+    let least = at(phi)?;
     let alone = function(0.0)?;
     if alone <= least * (1.0 + 1e-9) {
         Ok((0.0, alone))

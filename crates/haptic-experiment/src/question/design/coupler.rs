@@ -15,17 +15,17 @@
 //!   too, also with a coupler twice as large: where it is not, both parts are made smaller by the share that is left.
 //! - *The operator* is the one that runs: of order 1 − μ, on the deflection of the coupler.
 
-use super::answer::{keys, plan, until_settled};
-use super::{DESIGN_ORDERS, WISH_FREQUENCY, not_at_rest, nothing_found};
+use super::answer::{keys, plan};
+use super::nothing_found;
+use super::search::{Tried, best};
 use crate::document::failure::Failure;
 use crate::document::parameters::{COUPLER_DAMPING, COUPLER_SPRING};
 use crate::experiment::coupler::{
     COUPLER_ORDER, CouplerExperiment, OBJECT_DAMPING, OBJECT_MASS, OBJECT_STIFFNESS,
 };
-use crate::experiment::trial::{Trial as _, TrialSetup, dynamics};
+use crate::experiment::trial::{TrialSetup, dynamics};
 use crate::judge::preflight::softer;
-use crate::question::bench::{AskedDevice, for_each_order};
-use crate::run::advice::check;
+use crate::question::bench::{AskedDevice, for_each_order, minimum_of};
 use crate::{Imperfections, Settling, TrialPlan};
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{
@@ -113,7 +113,6 @@ impl CouplerDesign {
         stop: &AtomicBool,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<Vec<CouplerCandidate>, Failure> {
-        check(&WISH_FREQUENCY, self.frequency_hz)?;
         for_each_order(&self.orders, stop, progress, |order| {
             self.stiffest(order).map_err(Failure::input)
         })
@@ -133,8 +132,7 @@ impl CouplerDesign {
         if damping <= 0.0 {
             return none("the device has no damping, so no coupler is passive on it");
         }
-        const ACTIVE: &str =
-            "a coupler of this order is active by itself: no damping makes the port passive";
+        const ACTIVE: &str = "active by itself, whatever the damping";
         if !(0.0..=1.0).contains(&mu) {
             return none(ACTIVE);
         }
@@ -225,17 +223,7 @@ fn cheapest(
         }
     }
     if let Some(step) = best_step {
-        let (mut low, mut high) = (step - 1.0, step + 1.0);
-        let golden = 0.5 * (5f64.sqrt() - 1.0);
-        for _ in 0..40 {
-            let (a, b) = (high - golden * (high - low), low + golden * (high - low));
-            if needed(a)? <= needed(b)? {
-                high = b;
-            } else {
-                low = a;
-            }
-        }
-        let middle = 0.5 * (low + high);
+        let middle = minimum_of(step - 1.0, step + 1.0, 40, needed)?;
         best = (ratio_at(middle), needed(middle)?);
     }
     Ok(best)
@@ -268,20 +256,13 @@ pub struct CouplerAnswer {
 }
 
 impl CouplerAnswer {
-    /// Refuses a design without a coupler, or one that is not stable when it is tried.
+    /// Refuses a design without a coupler that is stable when it is tried.
     pub(crate) fn require(&self) -> Result<(), Failure> {
-        match (&self.best, &self.simulated) {
-            (None, _) => {
-                let mut reasons = self.candidates.iter().filter_map(|c| c.reason.as_deref());
-                Err(nothing_found(reasons.next()))
-            }
-            (Some(best), Some(simulated)) if !simulated.stable => Err(not_at_rest(
-                best.order,
-                simulated,
-                &format!("take a device with more damping, or other {DESIGN_ORDERS}"),
-            )),
-            _ => Ok(()),
+        if self.best.is_none() {
+            let mut reasons = self.candidates.iter().filter_map(|c| c.reason.as_deref());
+            return Err(nothing_found(reasons.next()));
         }
+        Ok(())
     }
 }
 
@@ -293,16 +274,21 @@ impl CouplerDesign {
         stop: &AtomicBool,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<CouplerAnswer, Failure> {
-        let candidates = self.candidates(stop, progress)?;
-        let felt = |c: &CouplerCandidate| c.felt_stiffness_n_per_m.unwrap_or(0.0);
-        let best = candidates
-            .iter()
-            .filter(|c| c.coupler_spring_n_s_1_minus_mu_per_m.is_some())
-            .max_by(|a, b| felt(a).total_cmp(&felt(b)))
-            .cloned();
-        // What can only be analysed cannot be tried.
-        let tried = best.as_ref().filter(|_| self.scheme != Scheme::Exact);
-        let trial = tried.map(|best| self.trial(best)).transpose()?;
+        let mut candidates = self.candidates(stop, progress)?;
+        let found = loop {
+            let merit =
+                |c: &CouplerCandidate| c.felt_stiffness_n_per_m.filter(|_| c.reason.is_none());
+            let merits = candidates.iter().enumerate();
+            let Some(index) = best(merits.filter_map(|(index, c)| Some((merit(c)?, index)))) else {
+                break None;
+            };
+            let tried = self.trial(&candidates[index])?;
+            if tried.settling.stable {
+                break Some((candidates[index].clone(), tried));
+            }
+            candidates[index].reason = Some(tried.reason());
+        };
+        let (best, trial) = found.unzip();
         Ok(CouplerAnswer {
             asked: AskedDevice::of(&self.device),
             wish: "coupler",
@@ -311,8 +297,8 @@ impl CouplerDesign {
             scheme: self.scheme.to_string(),
             candidates,
             best,
-            simulated: trial.as_ref().map(|(_, settling)| *settling),
-            experiment_text: trial.map(|(coupler, _)| self.experiment_file(&coupler)),
+            simulated: trial.as_ref().map(|tried| tried.settling),
+            experiment_text: trial.map(|tried| self.experiment_file(&tried.experiment)),
         })
     }
 
@@ -327,7 +313,7 @@ impl CouplerDesign {
         plan(self.device.sample_time, limit, stretch)
     }
 
-    fn trial(&self, best: &CouplerCandidate) -> Result<(CouplerExperiment, Settling), Failure> {
+    fn trial(&self, best: &CouplerCandidate) -> Result<Tried<CouplerExperiment>, Failure> {
         let order = Order::new(best.order).map_err(Failure::input)?;
         let sensors = Imperfections::NONE.sensors;
         let make = |stretch| CouplerExperiment {
@@ -343,7 +329,7 @@ impl CouplerDesign {
                 .unwrap_or(0.0),
             object: self.object,
         };
-        until_settled(make, false, CouplerExperiment::settled)
+        Tried::of(make, |settling| settling.stable)
     }
 
     /// The experiment file of a coupler that was tried.
@@ -369,6 +355,7 @@ impl CouplerDesign {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::experiment::trial::Trial as _;
     use crate::question::bench::tests::dissertation_device;
     use fracdiff::Seconds;
     use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
