@@ -152,7 +152,7 @@ impl Plot {
             _ => page(
                 &names.join(", "),
                 "",
-                panels.len().min(3).max(2) - 1,
+                panels.len().clamp(2, 3) - 1,
                 &panels,
             ),
         };
