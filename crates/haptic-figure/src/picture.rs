@@ -1,5 +1,6 @@
 //! A finished picture.
 
+#[cfg(feature = "png")]
 use crate::drawing::Drawing;
 use crate::page::Page;
 use crate::{FigureError, Sheet, svg};

@@ -189,7 +189,10 @@ impl<T: Trial> Tried<T> {
             TrialVerdict::Stable => "too noisy when tried".to_owned(),
             TrialVerdict::HeldByFriction => "held by friction alone".to_owned(),
             TrialVerdict::Unstable => "not at rest when tried".to_owned(),
-            other => format!("{} when tried", other.words()),
+            other @ (TrialVerdict::Saturated
+            | TrialVerdict::Untouched
+            | TrialVerdict::Gone
+            | TrialVerdict::Unfinished) => format!("{} when tried", other.words()),
         }
     }
 }
@@ -255,7 +258,7 @@ impl<'a> Search<'a> {
         let push_n = plan(device.plant.sample_time, device.force_limit_n, 1.0).push_n;
         let holds = k > 0.0 && (k + device.plant.stiffness.0) * GONE_M > push_n;
         let is_known = ray.is_first && share >= 1.0;
-        if !is_known && !(holds && bench.allows(alpha, beta).map_err(Failure::run)?) {
+        if !(is_known || holds && bench.allows(alpha, beta).map_err(Failure::run)?) {
             return Ok(None);
         }
         let mut tried = design.tried(bench.order, k, b)?;
