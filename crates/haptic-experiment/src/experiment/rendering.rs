@@ -33,7 +33,7 @@ parameters! {
     PIECE_DISSIPATION = optional("dissipation_n_s_mu_per_m", DISSIPATIONS,
         "Dissipation B of the piece's spring-pot, N·s^μ/m, instead of the tissue's");
     /// Order of the spring-pot of the tissue.
-    PIECE_ORDER = optional("order", SHARES, "Order of the tissue's spring-pot, instead of its own: 0 a spring, 1 a damper");
+    PIECE_ORDER = optional("order", SHARES, "Order of the spring-pot instead of its own: 0 spring, 1 damper");
     /// Mass of each of the two actuators of the rig, kg.
     RIG_MASS = number("rig_mass_kg", 0.065, "65g", MASSES, "Mass of each of the rig's two actuators");
     RIG_DAMPING = number("rig_damping_n_s_per_m", 3.5, "3.5", DAMPINGS, "Viscous damping of each actuator");

@@ -3,7 +3,7 @@
 //! … chunks │ DataEnd │ summary │ offsets │ footer     becomes     … chunks │ Metadata │ DataEnd │ summary, one index more │ footer
 //! ```
 //! Everything behind the chunks is written anew, so it costs the size of the index, not of the log. No sample is touched: a power cut in
-//! between leaves a log that ends behind its last chunk. The checksum of the whole data section is dropped, those of the chunks stay.
+//! between leaves a log that ends behind its last chunk. The checksum of the data section, where there is one, goes on over the new record.
 
 use std::fs::OpenOptions;
 use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
@@ -51,6 +51,8 @@ fn appended(path: &Path, verdict: &str) -> io::Result<()> {
         0 => rest.len().saturating_sub(TAIL),
         _ => offsets.saturating_sub(data_end) as usize,
     };
+    let sum = rest.get(HEAD..DATA_END).and_then(<[u8]>::first_chunk);
+    let sum = sum.map_or(0, |sum| u32::from_le_bytes(*sum));
     let is_log = tail[0] == op::FOOTER && tail.ends_with(mcap::MAGIC);
     let index = rest.get_mut(DATA_END..length);
     let Some(index) = index.filter(|_| is_log) else {
@@ -66,10 +68,18 @@ fn appended(path: &Path, verdict: &str) -> io::Result<()> {
         op::METADATA_INDEX,
         &[&data_end.to_le_bytes(), &length, &name],
     );
-    let before = [metadata, record(op::DATA_END, &[&[0; 4]])].concat();
+    // None is written as 0.
+    let sum = match sum {
+        0 => 0,
+        sum => checksum(sum, &metadata),
+    };
+    let before = [metadata, record(op::DATA_END, &[&sum.to_le_bytes()])].concat();
     let summary = data_end + before.len() as u64;
     let footer = record(op::FOOTER, &[&summary.to_le_bytes(), &[0; 12]]);
-    let new = [&before, &*index, &place, &footer, mcap::MAGIC].concat();
+    let (footer, _) = footer.split_at(FOOTER - 4);
+    let index = [&*index, &place, footer].concat();
+    let sum = checksum(0, &index).to_le_bytes();
+    let new = [&before, &index, &sum[..], mcap::MAGIC].concat();
     file.seek(SeekFrom::Start(data_end))?;
     file.write_all(&new)?;
     file.set_len(data_end + new.len() as u64)?;
@@ -86,6 +96,13 @@ fn count_one_more(mut index: &mut [u8]) {
         }
         index = index.get_mut(end..).unwrap_or_default();
     }
+}
+
+/// The checksum of what had this one, with more behind it.
+fn checksum(before: u32, more: &[u8]) -> u32 {
+    let mut sum = crc32fast::Hasher::new_with_initial(before);
+    sum.update(more);
+    sum.finalize()
 }
 
 /// The eight bytes at this place of a record.

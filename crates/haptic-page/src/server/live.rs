@@ -244,7 +244,9 @@ pub(super) fn status(hub: &Hub, page: u64, live: &mut Live) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::feel::FeelState;
     use crate::pyramid::{Pyramid, PyramidSize};
+    use fracdiff::Seconds;
     use proptest::prelude::*;
     use std::sync::Mutex;
 
@@ -262,7 +264,7 @@ mod tests {
                 entries: 1 << 14,
                 coarser: 2,
             })),
-            state: Mutex::default(),
+            state: Mutex::new(FeelState::of(Seconds(1e-3))),
         }
     }
 

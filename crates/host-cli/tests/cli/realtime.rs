@@ -115,10 +115,10 @@ fn in_virtual_time_there_is_no_clock_to_report() {
     let report = place.run(line).succeeded().json();
     assert_eq!(report["realtime"], Value::Null);
     let info = place.json("log info run/relax.mcap");
-    // Parameters, when it began, and how it ended.
+    // Parameters, when it began, how it ended, and what is to be thought of it.
     let records = info["metadata"].as_array().expect("records");
     let names: Vec<&Value> = records.iter().map(|record| &record["name"]).collect();
-    assert_eq!(names, ["experiment", "clock", "end"]);
+    assert_eq!(names, ["experiment", "clock", "end", "verdict"]);
 }
 
 /// Without the privileges of a superuser, whoever runs this.
