@@ -67,9 +67,7 @@ struct Cli {
 enum Command {
     /// Stress relaxation: indent a virtual tissue, hold, record the force
     ///
-    /// Draws the force beside its closed form, and writes relax.mcap (for PlotJuggler or Foxglove),
-    /// relax.csv, relax.svg and relax.png. In the log the tissue pushes back with a negative force;
-    /// in the CSV, the picture and the report reaction forces are positive.
+    /// Draws the force beside its closed form. Reaction forces are positive, but negative in the log.
     #[command(after_help = command::run::RELAX_EXAMPLES)]
     Relax(Experiment<keys::Relax>),
     /// Creep: push a virtual tissue with a constant force, record the strain

@@ -45,7 +45,7 @@ impl Files {
 /// The folder of a run, which is always kept.
 #[derive(Debug, Args)]
 pub(crate) struct RunFiles {
-    /// Folder for log, CSV and pictures [default: the next free results/NAME-0001]
+    /// Folder for log, CSV and pictures [default: results/NAME-0001]
     #[arg(long, value_name = "DIR", help_heading = "Run")]
     out: Option<PathBuf>,
     /// Replace the files of an earlier run

@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 /// How pictures are drawn, of every command that draws.
 #[derive(Clone, Debug, Args)]
 pub struct Pictures {
-    /// Width on paper, as in 85mm for one column of a journal, at which text has 6 points or more
-    #[arg(long, value_name = "LENGTH", value_parser = quantity("_m", WIDTHS), hide_short_help = true, help_heading = "Pictures")]
+    /// Width of pictures on paper, as in 85mm for a column of a journal
+    #[arg(long, value_name = "LENGTH", value_parser = quantity("_m", WIDTHS), hide_short_help = true, help_heading = "Run")]
     figure_width: Option<f64>,
     /// Formats to write: svg, png, pdf
     #[arg(
@@ -21,20 +21,21 @@ pub struct Pictures {
         value_name = "FORMATS",
         value_delimiter = ',',
         default_value = FORMATS,
+        hide_possible_values = true,
         hide_short_help = true,
-        help_heading = "Pictures"
+        help_heading = "Run"
     )]
     figure_format: Vec<Format>,
-    /// Draw one panel alone: its letter, its number, or how its caption begins
+    /// Draw one panel alone: its letter, number or caption
     #[arg(
         long,
         value_name = "PANEL",
         hide_short_help = true,
-        help_heading = "Pictures"
+        help_heading = "Run"
     )]
     panel: Option<String>,
     /// Draw neither title nor conditions
-    #[arg(long, hide_short_help = true, help_heading = "Pictures")]
+    #[arg(long, hide_short_help = true, help_heading = "Run")]
     no_title: bool,
 }
 

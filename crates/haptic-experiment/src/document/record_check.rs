@@ -8,7 +8,7 @@ const MOST: f64 = 1e100;
 /// Least and largest ratio of output to input: so far a function has coefficients.
 const RATIOS: [f64; 2] = [1e-50, 1e50];
 
-/// Keeps the first of rows that have one time; the lines of the others.
+/// Keeps one of the rows that have one time, with the first output and the last input, which acts from then on; the lines of the others.
 ///
 /// # Errors
 /// With the line of a row whose time falls, or if all are at one time.
@@ -21,6 +21,12 @@ pub fn keep_first(record: &mut InputOutput, lines: &mut Vec<u64>) -> Result<Vec<
             Shown(record.time_s[row + 1]),
             Shown(record.time_s[row])
         ));
+    }
+    for row in (1..record.time_s.len()).rev() {
+        let (last, first) = (record.input[row], &mut record.input[row - 1]);
+        if record.time_s[row] <= record.time_s[row - 1] && last.is_finite() {
+            *first = last;
+        }
     }
     let time_s = &record.time_s;
     let is_new: Vec<bool> = (0..time_s.len())
@@ -159,18 +165,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_row_of_a_time_counts_and_a_time_that_falls_is_named_with_its_line() {
+    fn the_first_output_and_the_last_input_of_a_time_count_and_a_time_that_falls_is_named_with_its_line()
+     {
         let of = |time_s: &[f64]| InputOutput {
             time_s: time_s.to_vec(),
             input: (0..time_s.len()).map(|n| n as f64).collect(),
-            output: vec![1.0; time_s.len()],
+            output: (10..10 + time_s.len()).map(|n| n as f64).collect(),
             ..InputOutput::default()
         };
         let mut lines: Vec<u64> = (2..7).collect();
         let mut record = of(&[0.0, 0.0, 1.0, 2.5, 2.5]);
         assert_eq!(keep_first(&mut record, &mut lines), Ok(vec![3, 6]));
         assert_eq!(record.time_s, [0.0, 1.0, 2.5]);
-        assert_eq!(record.input, [0.0, 2.0, 3.0]);
+        assert_eq!(record.input, [1.0, 2.0, 4.0]);
+        assert_eq!(record.output, [10.0, 12.0, 13.0]);
         assert_eq!(lines, [2, 4, 5]);
         let said = keep_first(&mut of(&[0.0, 1.0, 0.5]), &mut lines).expect_err("falls");
         assert!(said.starts_with("line 5: 0.5 s comes after 1 s"), "{said}");

@@ -28,10 +28,10 @@ parameters! {
     CREEP_CONTACT = text(p::CONTACT.key, "ideal",
         "Contact between indenter and tissue; with a controller or a device it is compliant");
     /// Stiffness of the spring of the tissue, N/m.
-    PIECE_STIFFNESS = optional("stiffness_n_per_m", STIFFNESSES, "Stiffness K of the piece's spring, instead of the tissue's");
+    PIECE_STIFFNESS = optional("stiffness_n_per_m", STIFFNESSES, "Stiffness of the spring instead of the tissue's");
     /// Dissipation of the spring-pot of the tissue, N·s^μ/m.
     PIECE_DISSIPATION = optional("dissipation_n_s_mu_per_m", DISSIPATIONS,
-        "Dissipation B of the piece's spring-pot, N·s^μ/m, instead of the tissue's");
+        "Dissipation of the spring-pot, N·s^μ/m, instead of the tissue's");
     /// Order of the spring-pot of the tissue.
     PIECE_ORDER = optional("order", SHARES, "Order of the spring-pot instead of its own: 0 spring, 1 damper");
     /// Mass of each of the two actuators of the rig, kg.

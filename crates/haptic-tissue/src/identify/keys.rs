@@ -25,4 +25,5 @@ pub(in crate::identify) const STIFFENING: Key = Key(crate::material::STIFFENING)
 pub(in crate::identify) const STRAIN: Key = Key("strain");
 pub(in crate::identify) const STRESS: Key = Key("stress_pa");
 pub(in crate::identify) const THICKNESS: Key = Key("thickness_m");
+pub(in crate::identify) const TO: Key = Key("to");
 pub(in crate::identify) const UNITS: Key = Key("units");

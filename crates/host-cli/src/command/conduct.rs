@@ -231,7 +231,7 @@ fn left(done: u64, estimate: Duration) -> String {
 /// Live viewers of a run.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct LiveArguments {
-    /// Stream the samples to Foxglove or PlotJuggler, at 127.0.0.1:8765 by default (feature `foxglove`)
+    /// Stream to Foxglove or PlotJuggler at 127.0.0.1:8765 (feature `foxglove`)
     #[arg(long, hide_short_help = true, help_heading = "Run", value_name = "IP:PORT", value_parser = parse_address)]
     #[arg(num_args = 0..=1, require_equals = true, default_missing_value = "127.0.0.1:8765")]
     foxglove: Option<SocketAddr>,
@@ -282,7 +282,7 @@ fn open_foxglove(_: SocketAddr, _: Output) -> Result<Box<dyn Live>, Failure> {
 /// How the thread of a loop is raised above the others of the machine.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct ThreadArguments {
-    /// Real-time priority of the loop, 1 to 99, or `off` [default: 80 where permitted]
+    /// Real-time priority, 1 to 99, or `off` [default: 80 where permitted]
     #[arg(long, value_name = "N|off", value_parser = parse_priority, hide_short_help = true, help_heading = "Run")]
     priority: Option<Priority>,
     /// Run the loop on this core, counted from 0

@@ -42,7 +42,7 @@ parameters! {
     STIFFENING = flag("stiffening", "Find how much the tissue stiffens too, by a motion or by motions to several depths");
     /// True if the specimen is bonded.
     BONDED = flag("bonded", "The slab cannot slide on its plates, or the layer under a sphere cannot slide on its base");
-    SCHEME = text("scheme", "full", "Fractional operator: full, grunwald:1000, tustin-muir:3…");
+    SCHEME = text("scheme", "full", "Scheme of D^μ: full, grunwald:1000, tustin-muir:3…");
     /// Sample time of any loop, s.
     SAMPLE_TIME = number("sample_time_s", 1e-3, "1ms", SAMPLE_TIMES, "Sample time of the loop");
     CONTACT = text("contact", "compliant", "Contact between indenter and tissue");

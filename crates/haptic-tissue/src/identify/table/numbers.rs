@@ -10,7 +10,8 @@ use super::lines::{brief, passed, rows_named, wrong};
 use super::segments::{between, changes, jumps, restarts};
 use super::text::TextTable;
 use super::unit::celsius;
-use crate::identify::keys::{COLUMNS, SEGMENT, SEGMENTS, UNITS};
+use crate::identify::keys::{COLUMNS, FROM, SEGMENT, SEGMENTS, TO, UNITS};
+use fracdiff::parameter::Shown;
 use serde::Serialize;
 use std::ops::Range;
 
@@ -368,6 +369,13 @@ impl Reader {
             let factor = self.factor(f, &mut notes)?;
             column.iter_mut().for_each(|value| *value *= factor);
         }
+        let is_read = |column| part.found.iter().any(|found| found.column == column);
+        if let Some((column, unit)) = self.units.iter().find(|unit| !is_read(unit.0)) {
+            return Err(IdentifyError::Record(format!(
+                "{}={unit} of {UNITS} has no effect on this record, of which no such column is read: omit it",
+                column.name()
+            )));
+        }
         let clock = part.found.iter().position(|found| is_clock(found.column));
         let at = |n: usize| clock.map_or(0.0, |column| numbers[column][n]);
         let is_outside =
@@ -384,6 +392,15 @@ impl Reader {
         }
         notes.extend(passed(&empty, "a cell without a number"));
         notes.extend(passed(&outside, "outside the range asked for"));
+        if let (Some(from), Some(to)) = (self.from, self.to)
+            && from > to
+        {
+            return Err(IdentifyError::Record(format!(
+                "{FROM} {} is above {TO} {}: exchange them",
+                Shown(from),
+                Shown(to)
+            )));
+        }
         if kept.is_empty() {
             return Err(IdentifyError::Record(
                 "no row with numbers is left: give at least one more than the model has parameters"

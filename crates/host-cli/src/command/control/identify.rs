@@ -267,7 +267,7 @@ impl Arguments {
             .map_err(|error| wrong(format!("{error}; the time is column {}", short(time))))?;
         let repeated = rows_named(&repeated);
         notes.extend(repeated.map(|rows| {
-            format!("{rows} at the time of the row before: only the first of a time counts")
+            format!("{rows} at the time of the row before: of one time the first output counts and the last input, which acts from then on")
         }));
         fill_gaps(&mut record, &lines, [input, output]).map_err(wrong)?;
         if self.subtract_start {
