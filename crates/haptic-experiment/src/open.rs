@@ -153,11 +153,11 @@ impl ExperimentFile {
             supervisor,
         })?;
         let Report { run, verdict, .. } = &mut published.report;
-        if let (Some(verdict), Some(log)) = (verdict, run.logs.last()) {
-            if let Err(error) = add_verdict(Path::new(log), verdict) {
-                let lost = format!("the log is whole, but lacks its verdict: {error}");
-                run.warnings.push(lost);
-            }
+        if let (Some(verdict), Some(log)) = (verdict, run.logs.last())
+            && let Err(error) = add_verdict(Path::new(log), verdict)
+        {
+            let lost = format!("the log is whole, but lacks its verdict: {error}");
+            run.warnings.push(lost);
         }
         Ok(published)
     }

@@ -364,7 +364,8 @@ fn prefixed(label: &str, largest: f64) -> Option<(String, f64)> {
 /// A value of an axis in four digits, with its minus sign.
 pub(crate) fn four_digits(value: f64) -> String {
     let decimals = (3 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
-    format!("{value:.decimals$}").replace('-', "−")
+    let text = format!("{value:.decimals$}");
+    text.replace('-', "−")
 }
 
 /// The nearest of 1, 2, 5, 10 times a power of ten, for ticks about this far apart.

@@ -169,7 +169,7 @@ impl ChartPage<'_> {
             width: PAGE_WIDTH,
             printed_m: None,
         };
-        page.draw()
+        Picture::of(page)
     }
 
     /// The curves of each chart. The form of a name is no other name's, as long as there are forms.

@@ -17,6 +17,7 @@ mod picture;
 #[cfg(feature = "png")]
 mod pixels;
 mod plane;
+mod sheet;
 mod style;
 mod superscript;
 mod svg;
@@ -25,7 +26,8 @@ mod thin;
 pub use axis::Scale;
 pub use chart::{AxisSpec, Chart, ChartPage, Look, Series};
 pub use error::FigureError;
-pub use picture::{Picture, Sheet};
+pub use picture::Picture;
 pub use plane::PlaneFigure;
+pub use sheet::Sheet;
 pub use style::{GRID, INK, SERIES_COLOURS};
 pub use thin::envelope;

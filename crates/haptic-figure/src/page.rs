@@ -11,7 +11,7 @@ use crate::style::{
     INK, LABEL_SIZE, MUTED_INK, PAGE_EDGE, PAGE_WIDTH, SMALLEST_SIZE, SMALLEST_SUBTITLE_SIZE,
     SMALLEST_TITLE_SIZE, SUBTITLE_SIZE, Sizes, TITLE_SIZE, fit, text_width, wrapped,
 };
-use crate::{FigureError, Picture, Sheet};
+use crate::{FigureError, Sheet};
 
 const TITLE_BASELINE: f64 = 34.0;
 /// From one line of the title and of the subtitle to the next.
@@ -109,7 +109,7 @@ pub(crate) struct Page {
 
 impl Page {
     /// The page as it is printed on a sheet.
-    pub(crate) fn on(mut self, sheet: &Sheet) -> Result<Picture, FigureError> {
+    pub(crate) fn on(mut self, sheet: &Sheet) -> Result<Self, FigureError> {
         let before = self.width;
         if sheet.untitled {
             self.title.clear();
@@ -126,7 +126,7 @@ impl Page {
             self.printed_m = Some(width_m);
         }
         self.reflow(self.width / before);
-        self.draw()
+        Ok(self)
     }
 
     /// Keeps one panel, and of the legend what is in it.
@@ -163,7 +163,7 @@ impl Page {
         self.rows = rows.collect();
     }
 
-    pub(crate) fn draw(mut self) -> Result<Picture, FigureError> {
+    pub(crate) fn draw(&mut self) -> Drawing {
         self.share_labels();
         let (legend, (title, title_end)) = (self.legend_lines(), self.header());
         let header = match legend.len() {
@@ -184,7 +184,7 @@ impl Page {
         let frames = self.place();
         self.draw_shared_labels(&mut drawing, &frames, panels_top, rows_height);
         self.draw_panels(&mut drawing, &frames, panels_top);
-        Picture::new(drawing, self)
+        drawing
     }
 
     /// Leaves a label that all panels of a row or column share to the outer one alone. If all panels

@@ -1,26 +1,9 @@
 //! A finished picture.
 
+#[cfg(feature = "png")]
 use crate::drawing::Drawing;
 use crate::page::Page;
-use crate::{FigureError, svg};
-use std::ops::RangeInclusive;
-
-/// How a picture is printed; the default is all of it, 880 CSS pixels wide.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Sheet {
-    /// Width on paper, m. Panels then stand below each other where they have no room beside, and no text but a superscript is
-    /// smaller than 6 points.
-    pub width_m: Option<f64>,
-    /// The one panel to print: its letter, its number, or how its caption begins.
-    pub panel: Option<String>,
-    /// True for a picture without its title and conditions, as beside a caption of their own.
-    pub untitled: bool,
-}
-
-impl Sheet {
-    /// The widths that a picture can have, m.
-    pub const WIDTHS_M: RangeInclusive<f64> = 0.06..=0.5;
-}
+use crate::{FigureError, Sheet, svg};
 
 /// A finished picture: an SVG. Two pictures are equal if their SVGs are.
 /// ```
@@ -53,7 +36,8 @@ pub struct Picture {
 }
 
 impl Picture {
-    pub(crate) fn new(drawing: Drawing, page: Page) -> Result<Self, FigureError> {
+    pub(crate) fn of(mut page: Page) -> Result<Self, FigureError> {
+        let drawing = page.draw();
         Ok(Self {
             svg: svg::write(&drawing)?,
             #[cfg(feature = "png")]
@@ -70,7 +54,7 @@ impl Picture {
         if *sheet == Sheet::default() {
             return Ok(self);
         }
-        self.page.on(sheet)
+        Self::of(self.page.on(sheet)?)
     }
 
     /// The drawing as SVG text; lengths in it are CSS pixels, 96 to the inch.

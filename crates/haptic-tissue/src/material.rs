@@ -282,7 +282,7 @@ impl Material {
         let known =
             known.ok_or_else(|| MaterialError::Elements(self.name.clone(), self.model.kind()))?;
         let elements: [f64; 3] = std::array::from_fn(|n| given[n].unwrap_or(known[n]));
-        if elements == known {
+        if elements.map(f64::to_bits) == known.map(f64::to_bits) {
             return Ok(self.clone());
         }
         if known[1] == 0.0 && given[1].is_some() != given[2].is_some()

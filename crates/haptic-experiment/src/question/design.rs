@@ -224,13 +224,13 @@ impl Design {
         // The device on which the best is tried.
         MassDamper::<1>::new(*plant).map_err(parameter)?;
         check_orders(&self.orders, &DESIGN_ORDERS)?;
-        if let Some(limit) = self.force_noise_limit_n {
-            if sensors.are_ideal() {
-                return Err(Failure::bad_input(format_args!(
-                    "limit {} N on force noise has no effect without encoder steps or sensor noise: give {ENCODER_RESOLUTION}",
-                    Shown(limit)
-                )));
-            }
+        if let Some(limit) = self.force_noise_limit_n
+            && sensors.are_ideal()
+        {
+            return Err(Failure::bad_input(format_args!(
+                "limit {} N on force noise has no effect without encoder steps or sensor noise: give {ENCODER_RESOLUTION}",
+                Shown(limit)
+            )));
         }
         let highest = 0.5 / plant.sample_time.0;
         match self.wish.frequency_hz() {

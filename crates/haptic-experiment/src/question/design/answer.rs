@@ -3,7 +3,6 @@
 use super::bench::Bench;
 use super::search::best;
 use super::{Candidate, Design, DesignReport, RealisticTrial, TissueVerdict, Wish};
-use crate::TrialPlan;
 use crate::document::failure::Failure;
 use crate::document::lines_of;
 use crate::document::parameters as p;
@@ -13,15 +12,9 @@ use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS, WallExperiment};
 use crate::judge::preflight::WallContact;
 use crate::question::bench::{AskedDevice, for_each_order};
 use crate::run::plant_file::DeviceModel;
-use fracdiff::{Order, Scheme, Seconds};
+use fracdiff::{Order, Scheme};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
-
-/// Push, N, as long as the device can hold four times as much.
-const PUSH_N: f64 = 1.0;
-/// Length of a run and of its window, s and samples: the larger of the two.
-const DURATION: (f64, f64) = (5.0, 2500.0);
-const WINDOW_LENGTH: (f64, f64) = (0.4, 200.0);
 
 impl Design {
     /// Answers it; `progress` hears of each order that is done, `stop` ends it before the next.
@@ -233,18 +226,6 @@ fn half_way(order: f64, candidates: &[Candidate]) -> Vec<Order> {
         .flat_map(|other| Order::new((50.0 * (order + other)).round() / 100.0))
         .filter(|middle| !tried.contains(middle))
         .collect()
-}
-
-/// A push and how long it is looked at, so many times as long as usual.
-pub(super) fn plan(sample_time: Seconds, force_limit_n: f64, stretch: f64) -> TrialPlan {
-    let larger = |least: (f64, f64)| least.0.max(least.1 * sample_time.0);
-    TrialPlan {
-        push_n: PUSH_N.min(0.25 * force_limit_n),
-        duration_s: stretch * larger(DURATION),
-        window_s: larger(WINDOW_LENGTH),
-        force_limit_n,
-        ..TrialPlan::DEFAULT
-    }
 }
 
 /// An experiment that was tried as keys of its file: the device, the law, the trial.

@@ -86,7 +86,6 @@ fn campaign(cases: std::ops::Range<u64>) {
     let (mut walls, mut none, mut weaker, mut bad, mut most) = (0, 0, 0, Vec::new(), 0.0_f64);
     for (case, is_limited) in cases.flat_map(|case| [(case, false), (case, true)]) {
         let design = question(case, is_limited);
-        let began = std::time::Instant::now();
         let answer = design
             .answer(&AtomicBool::new(false), &|_| ())
             .expect("an answer");
@@ -108,11 +107,7 @@ fn campaign(cases: std::ops::Range<u64>) {
         if !settling.stable || over > 1.0 || !analysis.expect("analysed").stable {
             bad.push(format!("{case} {is_limited}: {over} {settling:?}\n{text}"));
         }
-        println!(
-            "case {case} {is_limited}: {over:.3} {:?} {:?}",
-            began.elapsed(),
-            answer.notes
-        );
+        println!("case {case} {is_limited}: {over:.3} {:?}", answer.notes);
     }
     println!(
         "{walls} walls, {weaker} not the first, noise at most {most:.4} of its limit, {none} without a wall, {} bad",

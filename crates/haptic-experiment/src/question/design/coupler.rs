@@ -15,9 +15,9 @@
 //!   too, also with a coupler twice as large: where it is not, both parts are made smaller by the share that is left.
 //! - *The operator* is the one that runs: of order 1 − μ, on the deflection of the coupler.
 
-use super::answer::{keys, plan};
+use super::answer::keys;
 use super::nothing_found;
-use super::search::{Tried, best};
+use super::search::{Tried, best, plan};
 use crate::document::failure::Failure;
 use crate::document::parameters::{COUPLER_DAMPING, COUPLER_SPRING};
 use crate::experiment::coupler::{

@@ -15,17 +15,21 @@
 //! - *Cost*: one wall where the first passes; a hundred or more where walls of all orders fail. A wall is 25 to 55 s of simulation, six
 //!   times that where it never pulls.
 
-use super::answer::plan;
 use super::bench::Bench;
 use super::{Candidate, Design, Wish};
-use crate::Settling;
 use crate::document::failure::Failure;
 use crate::experiment::trial::{Trial, TrialSetup};
 use crate::experiment::wall::WallExperiment;
 use crate::judge::settling::{GONE_M, TrialVerdict};
-use fracdiff::Order;
+use crate::{Settling, TrialPlan};
+use fracdiff::{Order, Seconds};
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// Push, N, as long as the device can hold four times as much.
+const PUSH_N: f64 = 1.0;
+/// Length of a run and of its window, s and samples: the larger of the two.
+const DURATION: (f64, f64) = (5.0, 2500.0);
+const WINDOW_LENGTH: (f64, f64) = (0.4, 200.0);
 /// Lengths of a trial, in those of the usual one: of the last every wall is tried.
 const STRETCHES: [f64; 3] = [1.0, 2.0, 4.0];
 /// Share of a wall that failed which is tried next.
@@ -185,7 +189,10 @@ impl<T: Trial> Tried<T> {
             TrialVerdict::Stable => "too noisy when tried".to_owned(),
             TrialVerdict::HeldByFriction => "held by friction alone".to_owned(),
             TrialVerdict::Unstable => "not at rest when tried".to_owned(),
-            other => format!("{} when tried", other.words()),
+            other @ (TrialVerdict::Saturated
+            | TrialVerdict::Untouched
+            | TrialVerdict::Gone
+            | TrialVerdict::Unfinished) => format!("{} when tried", other.words()),
         }
     }
 }
@@ -251,7 +258,7 @@ impl<'a> Search<'a> {
         let push_n = plan(device.plant.sample_time, device.force_limit_n, 1.0).push_n;
         let holds = k > 0.0 && (k + device.plant.stiffness.0) * GONE_M > push_n;
         let is_known = ray.is_first && share >= 1.0;
-        if !is_known && !(holds && bench.allows(alpha, beta).map_err(Failure::run)?) {
+        if !(is_known || holds && bench.allows(alpha, beta).map_err(Failure::run)?) {
             return Ok(None);
         }
         let mut tried = design.tried(bench.order, k, b)?;
@@ -317,5 +324,17 @@ impl<'a> Search<'a> {
         }
         found.tried_force_noise_rms_n = tried.settling.noise_n;
         Ok((found, tried))
+    }
+}
+
+/// A push and how long it is looked at, so many times as long as usual.
+pub(super) fn plan(sample_time: Seconds, force_limit_n: f64, stretch: f64) -> TrialPlan {
+    let larger = |least: (f64, f64)| least.0.max(least.1 * sample_time.0);
+    TrialPlan {
+        push_n: PUSH_N.min(0.25 * force_limit_n),
+        duration_s: stretch * larger(DURATION),
+        window_s: larger(WINDOW_LENGTH),
+        force_limit_n,
+        ..TrialPlan::DEFAULT
     }
 }

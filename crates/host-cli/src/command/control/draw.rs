@@ -292,7 +292,8 @@ impl Curves {
     fn new(trial: &Trial, samples: usize, t: f64) -> Self {
         let seen = |values: &[f64]| over_time(&values[..samples.min(values.len())], t);
         let gains = trial.robustness.iter().map(|row| {
-            let name = format!("gain {:+.0} dB", decibel(row.gain)).replace('-', "−");
+            let name = format!("gain {:+.0} dB", decibel(row.gain));
+            let name = name.replace('-', "−");
             let y = &row.response.measured;
             let grown = y.iter().position(|y| !row.stable && y.abs() > HIGHEST);
             (name, seen(&y[..grown.map_or(y.len(), |end| end + 1)]))
