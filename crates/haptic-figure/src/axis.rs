@@ -4,6 +4,8 @@
 const MOST_THINNED: u32 = 60;
 /// Room beyond the values, as a share of a linear axis or a factor on a logarithmic one.
 const LINEAR_ROOM: f64 = 0.06;
+/// A tight axis begins with 0 if that is nearer to its values than this share of them.
+const NEAR: f64 = 0.05;
 const LOG_ROOM: f64 = 1.15;
 
 /// Beyond any quantity of this project; sums and differences of what lies within are finite.
@@ -91,12 +93,13 @@ impl Axis {
         (ends && span > narrowest(largest)).then(|| Self::new(label, scale, low, high))
     }
 
-    /// An axis that begins and ends with the values, or with 0 if that is near.
+    /// An axis that begins and ends with the values, or with 0 if that is very near.
     pub(crate) fn tight(label: &str, scale: Scale, low: f64, high: f64) -> Self {
         let (wide_low, wide_high) = scale.range_around(low, high);
-        // Zero is the only edge that is much nearer to zero than the values.
+        // Zero is the only edge that is much nearer to zero than the values; from afar it would leave a part of the box empty.
         let end = |edge: f64, value: f64| {
-            if edge.abs() < 0.5 * value.abs() {
+            let is_zero = edge.abs() < 0.5 * value.abs();
+            if is_zero && value.abs() < NEAR * (high - low) {
                 edge
             } else {
                 value
@@ -460,6 +463,9 @@ mod tests {
         };
         assert_eq!(ends(Scale::Linear, 0.1, 3.0), (0.0, 3.0));
         assert_eq!(ends(Scale::Linear, 2.0, 3.0), (2.0, 3.0));
+        // A part of a run, from 0.5 s on.
+        assert_eq!(ends(Scale::Linear, 0.5, 2.0), (0.5, 2.0));
+        assert_eq!(ends(Scale::Linear, -2.0, -0.5), (-2.0, -0.5));
         assert_eq!(ends(Scale::Log, 0.003, 3.0), (0.003, 3.0));
         assert_eq!(ends(Scale::Log, 3.0, 6.0), (2.0, 10.0));
         for value in [-2.0, 0.0, 2.0] {

@@ -255,8 +255,9 @@ fn of_pair(stiffnesses: &[(&str, Points)], curves: &Curves) -> Result<Picture, F
         .with("slave", Look::Line, 1, column("far_position_m", 1e3));
     // In compression both are positive, so equal curves are a line that nobody feels.
     let forces = over_time("force on the hand, and of the slave on the place", FORCE)
-        .with("master", Look::Line, 0, column("force_n", -1.0))
-        .with("slave", Look::Line, 1, column("far_force_n", 1.0));
+        // That of the slave switches from tick to tick where the line takes energy: it is beneath.
+        .with("slave", Look::Line, 1, column("far_force_n", 1.0))
+        .with("master", Look::Line, 0, column("force_n", -1.0));
     let energy = over_time("energy taken by the line", "energy / mJ");
     let energy = energy.with("line", Look::Line, 3, column("taken_j", 1e3));
     let points = |name: &str| {
@@ -303,7 +304,9 @@ fn of_trial(rest_m: Option<f64>, trial: &Curves) -> Result<Picture, FigureError>
         true => (run.to_owned(), "wall"),
         false => (format!("device, {run}"), "coupler"),
     };
-    let ends = [trial.time_s.first(), trial.time_s.last()];
+    // There is no 0 on log t, and the line is seen from the first sample behind it.
+    let begins = trial.time_s.iter().find(|t| **t > 0.0);
+    let ends = [begins, trial.time_s.last()];
     let rest = rest_m.map(|x| ends.map(|t| Some((*t?, 1e3 * x))));
     let rest: Points = rest.into_iter().flatten().flatten().collect();
     let positions = |caption: &str, time| {

@@ -104,10 +104,10 @@ fn draw(report: &DesignReport) -> Result<Picture, FigureError> {
         "tissue" => ("largest scale of the specimen", |c| c.largest_scale),
         _ => ("largest stiffness K / N·m⁻¹", |c| c.stiffness_n_per_m),
     };
-    let panel = |y, value: fn(&Candidate) -> Option<f64>| {
+    let panel = |caption, y, value: fn(&Candidate) -> Option<f64>| {
         let all = points(value, &report.candidates);
         let best = points(value, report.best.as_slice());
-        Panel::new("", linear("order μ"), y)
+        Panel::new(caption, linear("order μ"), y)
             .with("each order", Look::Line, 0, all)
             .with("best", Look::Markers, 1, best)
     };
@@ -131,8 +131,10 @@ fn draw(report: &DesignReport) -> Result<Picture, FigureError> {
     };
     let dissipation = AxisSpec::new("dissipation B / N·s^μ·m⁻¹", scale);
     let panels = [
-        panel(linear(label), value),
-        panel(dissipation, |c| c.dissipation_n_s_mu_per_m),
+        panel("what is wished, at its most", linear(label), value),
+        panel("dissipation that allows it", dissipation, |c| {
+            c.dissipation_n_s_mu_per_m
+        }),
     ];
     let title = format!("Design: {}, {}", report.wish, report.requirement);
     page(&title, &subtitle, 2, &panels)

@@ -340,13 +340,16 @@ impl Curves {
         })
     }
 
-    fn highest(&self) -> f64 {
+    /// The least and the largest value that is drawn; at least those of the step itself.
+    fn ends(&self) -> (f64, f64) {
         let drawn = self
             .gains
             .iter()
             .filter(|(_, points)| !Self::is_ink(points));
         let points = drawn.flat_map(|(_, points)| points);
-        points.map(|point| point.1).fold(1.0, f64::max)
+        points.fold((0.0, 1.0), |(low, high): (f64, f64), point| {
+            (low.min(point.1), high.max(point.1))
+        })
     }
 }
 
@@ -394,9 +397,11 @@ pub(super) fn draw_design(
         other.map(|other| Curves::new(other, samples, t)),
     );
     let time = linear("time / s").between(0.0, samples as f64 * t);
-    let highest = other.as_ref().map_or(1.0, Curves::highest);
-    let highest = highest.max(flat.highest()).min(HIGHEST);
-    let steps = linear("output").focused(0.0, 1.1 * highest);
+    let ends = [Some(&flat), other.as_ref()].into_iter().flatten();
+    let (lowest, highest) = ends
+        .map(Curves::ends)
+        .fold((0.0, 1.0), |a, b| (f64::min(a.0, b.0), f64::max(a.1, b.1)));
+    let steps = linear("output").focused(1.1 * lowest.max(-HIGHEST), 1.1 * highest.min(HIGHEST));
     let (law, pid) = ("PI^λD^μ", "integer-order PID");
     let of_gains = |name| Panel::new(format!("{name}, half to double the gain"), time, steps);
     let (fractional, mut integer) = (flat.on(of_gains(law)), of_gains(pid));

@@ -155,7 +155,12 @@ impl Plot {
             [run] => page(&run.name, &run.subtitle, 1, &panels),
             _ => {
                 let columns = 1 + usize::from(panels.len() > 2);
-                page(&names.join(", "), "", columns, &panels)
+                // The legend has their names.
+                let title = format!("{} runs", runs.len());
+                let first = runs[0].subtitle.as_str();
+                let is_common = runs.iter().all(|run| run.subtitle == first);
+                let subtitle = if is_common { first } else { "" };
+                page(&title, subtitle, columns, &panels)
             }
         };
         let cut = runs.iter().find(|run| !run.complete);
@@ -353,11 +358,13 @@ impl Run {
 /// all that its log has beside.
 fn panels(runs: &[Run], over_depth: bool) -> Vec<Panel<'static>> {
     let is_alone = runs.len() == 1 && !over_depth;
-    // Without a rig, which has an indenter, it is the force that the motors made.
-    let has_rig = runs[0].curves[8].iter().any(|place| place.is_finite());
-    let (contact, sign) = match has_rig {
-        true => ("contact force", 1.0),
-        false => ("force of the motors", -1.0),
+    // A rig measures what answers the force of the device. Without one this is the force that the motors made, as negative as the command.
+    let forces = zip(&runs[0].curves[1], &runs[0].curves[9]);
+    let product = forces.map(|(hand, contact)| hand * contact);
+    let agreement: f64 = product.filter(|product| product.is_finite()).sum();
+    let (contact, sign) = match agreement < 0.0 {
+        true => ("force of the motors", -1.0),
+        false => ("contact force", 1.0),
     };
     let panel = |n: usize| {
         let (key, y, scale) = QUANTITIES[n % 2];

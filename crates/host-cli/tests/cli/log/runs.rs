@@ -46,6 +46,7 @@ fn two_runs_are_laid_over_each_other_under_their_names() {
     for text in [
         ">before<",
         ">after<",
+        ">2 runs<",
         "position / mm",
         "force on the hand / N",
     ] {
