@@ -337,7 +337,7 @@ export class ControlView implements ViewPart {
       return curve;
     });
     const texts = [-2, -1, 1, 2].map((at) => {
-      const text = svg("text", { x: at * size, y: 6 });
+      const text = svg("text", { x: at * size, y: 10 });
       text.textContent = plain(at);
       return text;
     });
