@@ -164,7 +164,7 @@ export class ControlView implements ViewPart {
       ),
       el("section", { class: "card steps" }, el("h2", {}, this.seen), this.legend, this.said, this.steps),
       el("section", { class: "card loci" }, el("h2", {}, "Nyquist"), holder),
-      el("section", { class: "card curves" }, el("h2", {}, "Gain, dB"), this.gain.root, el("h2", {}, "Phase, °"), this.phase.root),
+      el("section", { class: "card curves" }, el("h2", {}, "Gain, dB, over rad/s"), this.gain.root, el("h2", {}, "Phase, °, over rad/s"), this.phase.root),
     );
   }
 
@@ -337,7 +337,7 @@ export class ControlView implements ViewPart {
       return curve;
     });
     const texts = [-2, -1, 1, 2].map((at) => {
-      const text = svg("text", { x: at * size, y: 6 });
+      const text = svg("text", { x: at * size, y: 10 });
       text.textContent = plain(at);
       return text;
     });

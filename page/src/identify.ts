@@ -119,6 +119,10 @@ export class IdentifyPanel {
   read(file: File): void {
     // What was found of another record is not that of this.
     this.clear();
+    // One that was dropped is named as one that was chosen.
+    const chosen = new DataTransfer();
+    chosen.items.add(file);
+    this.file.files = chosen.files;
     this.record = { name: file.name, text: file.text() };
     void this.ask();
   }

@@ -133,7 +133,7 @@ export class RegionMap {
   }
 
   private edges(): { left: number; right: number; top: number; bottom: number } {
-    return this.options.axes ? { left: 52, right: 14, top: 28, bottom: 44 } : { left: 46, right: 14, top: 8, bottom: 20 };
+    return this.options.axes ? { left: 52, right: 14, top: 28, bottom: 44 } : { left: 46, right: 14, top: 18, bottom: 20 };
   }
 
   private coordinates(dissipation: number, stiffness: number): [number, number] {

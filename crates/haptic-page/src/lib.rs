@@ -16,7 +16,7 @@ pub use feel::DeviceNumbers;
 pub use server::{PageServer, ServerOptions};
 
 use haptic_experiment::Named;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
@@ -34,7 +34,7 @@ impl From<Option<f64>> for Number {
 }
 
 /// A file that a person gave the page: its name is for messages.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TextFile {
     pub(crate) name: String,

@@ -93,14 +93,6 @@ impl Library {
         Ok(())
     }
 
-    /// The same with this tissue, instead of one of its name.
-    #[must_use]
-    pub fn with(mut self, material: Material) -> Self {
-        self.materials.retain(|known| known.name != material.name);
-        self.materials.push(material);
-        self
-    }
-
     /// One line for each file of the user's folder that is not a tissue: which, and why.
     pub fn skipped(&self) -> impl Iterator<Item = String> {
         let each = self.skipped.iter();

@@ -280,7 +280,7 @@ impl FeelSettings {
     fn metadata(&self) -> BTreeMap<String, String> {
         let thing = match &self.environment {
             FeltThing::Tissue(name) => name,
-            FeltThing::Wall(_) | FeltThing::File { .. } | FeltThing::Run(_) => "wall",
+            FeltThing::Wall(_) | FeltThing::File(_) | FeltThing::Run(_) => "wall",
         };
         let limits = self.limits();
         let device = self.device.values.named();

@@ -1,7 +1,7 @@
 //! What is felt: a tissue or a wall, a device, ghosts; changes of it, and the ranges of its numbers.
 
-use crate::Number;
 use crate::wall::judged_scheme;
+use crate::{Number, TextFile};
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
 use haptic_experiment::parameters::{self, Range};
@@ -73,10 +73,7 @@ pub(crate) enum FeltThing {
     Tissue(String),
     Wall(WallNumbers),
     /// An experiment or tissue file that a page was given.
-    File {
-        name: String,
-        text: String,
-    },
+    File(TextFile),
     /// A log of the folder of the runs.
     Run(String),
 }
@@ -263,7 +260,7 @@ impl FeelSettings {
                 (title, law, model)
             }
             FeltThing::Wall(wall) => ("a wall".to_owned(), wall.clone(), None),
-            FeltThing::File { .. } | FeltThing::Run(_) => {
+            FeltThing::File(_) | FeltThing::Run(_) => {
                 return Err(Failure::bad_input(
                     "`environment` is a file or a run, which only `feel.start` opens",
                 ));

@@ -9,7 +9,7 @@ use crate::feel::{
 };
 use crate::pyramid::Pyramid;
 use crate::runs::Runs;
-use crate::{Announce, OnClose};
+use crate::{Announce, OnClose, TextFile};
 use haptic_experiment::document::Document;
 use haptic_experiment::{Failure, RealtimeOptions};
 use haptic_loop::Limits;
@@ -152,7 +152,11 @@ impl Hub {
             Opened::Tissue(material) => {
                 let name = material.name.clone();
                 let mut library = locked(&self.library);
-                *library = library.clone().with(*material);
+                // It may be a file of the library, or be opened again.
+                if !library.materials().contains(&material) {
+                    let added = library.add(document.path(), *material);
+                    added.map_err(Failure::input)?;
+                }
                 (FeltThing::Tissue(name), self.options.device)
             }
         })
@@ -244,7 +248,9 @@ impl Hub {
         let stops = self.stops.load(Ordering::Relaxed);
         let mut device = self.options.device;
         let document = match &start.environment {
-            Some(FeltThing::File { name, text }) => Document::of_text(Path::new(name), text).into(),
+            Some(FeltThing::File(TextFile { name, text })) => {
+                Document::of_text(Path::new(name), text).into()
+            }
             Some(FeltThing::Run(name)) => self.runs.document(name)?.into(),
             Some(FeltThing::Tissue(_) | FeltThing::Wall(_)) | None => None,
         };

@@ -301,6 +301,11 @@ fn a_tissue_file_is_felt_and_what_is_not_felt_says_what_to_do() {
     let tissues = page.ask("hello", json!({"version": 1}))["tissues"].take();
     let named = tissues.as_array().expect("a list").iter();
     assert_eq!(named.filter(|tissue| tissue["name"] == "gel").count(), 1);
+    // Opened again it is the same; a name stands for one tissue.
+    page.ask("feel.start", file("gel.toml", gel));
+    let liver = gel.replace("\"gel\"", "\"liver\"");
+    let taken = "liver.toml: the library has a material \"liver\" already; choose another name";
+    page.refuses("feel.start", file("liver.toml", &liver), taken);
     for (name, text, words) in [
         (
             "relax.toml",
