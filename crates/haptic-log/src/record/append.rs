@@ -53,7 +53,9 @@ fn appended(path: &Path, verdict: &str) -> io::Result<()> {
     };
     let sum = rest.get(HEAD..DATA_END).and_then(<[u8]>::first_chunk);
     let sum = sum.map_or(0, |sum| u32::from_le_bytes(*sum));
-    let is_log = tail[0] == op::FOOTER && tail.ends_with(mcap::MAGIC);
+    // The footer of a log without a summary leads to the beginning of the file, which must stay.
+    let is_log =
+        rest.first() == Some(&op::DATA_END) && tail[0] == op::FOOTER && tail.ends_with(mcap::MAGIC);
     let index = rest.get_mut(DATA_END..length);
     let Some(index) = index.filter(|_| is_log) else {
         return Err(io::Error::other("it is not a finished log"));
@@ -124,7 +126,7 @@ fn record(opcode: u8, content: &[&[u8]]) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::{LogWriter, TickMessage, inspect};
+    use crate::record::{LogWriter, TickMessage, inspect, recover};
     use std::collections::BTreeMap;
     use std::fs;
 
@@ -176,11 +178,58 @@ mod tests {
         log.tick(&TickMessage::default()).expect("written");
         log.finish().expect("finished");
         let whole = fs::read(&path).expect("read");
-        for cut in [0, 7, 40, whole.len() / 2, whole.len() - 1] {
-            fs::write(&path, &whole[..cut]).expect("written");
+        let mut others: Vec<Vec<u8>> = [0, 7, 40, whole.len() / 2, whole.len() - 1]
+            .map(|cut| whole[..cut].to_vec())
+            .into();
+        // Logs of other programs that have no summary, or whose footer leads elsewhere.
+        let footer = whole.len() - TAIL + HEAD;
+        for place in [0_u64, 8, 13, 40, whole.len() as u64, u64::MAX] {
+            for offsets in [0, whole.len() as u64 - TAIL as u64] {
+                let mut other = whole.clone();
+                other[footer..footer + 8].copy_from_slice(&place.to_le_bytes());
+                other[footer + 8..footer + 16].copy_from_slice(&offsets.to_le_bytes());
+                others.push(other);
+            }
+        }
+        for (number, other) in others.iter().enumerate() {
+            fs::write(&path, other).expect("written");
             let refused = add_verdict(&path, "stable");
-            assert!(refused.is_err(), "{cut}");
-            assert_eq!(fs::read(&path).expect("read"), &whole[..cut]);
+            assert!(refused.is_err(), "{number}");
+            assert_eq!(&fs::read(&path).expect("read"), other, "{number}");
+        }
+    }
+
+    #[test]
+    fn power_that_is_cut_while_a_verdict_is_added_costs_no_sample() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("run.mcap");
+        let mut log = LogWriter::create(&path).expect("made");
+        for tick in 0..500 {
+            let time_s = 1e-3 * tick as f64;
+            let message = TickMessage {
+                tick,
+                time_s,
+                ..TickMessage::default()
+            };
+            log.tick(&message).expect("written");
+        }
+        log.finish().expect("finished");
+        let before = fs::read(&path).expect("read");
+        add_verdict(&path, "stable").expect("appended");
+        let after = fs::read(&path).expect("read");
+        let same = before.iter().zip(&after).take_while(|(a, b)| a == b);
+        let (cut, saved) = (
+            folder.path().join("cut.mcap"),
+            folder.path().join("saved.mcap"),
+        );
+        // What was written until then, before what was there; or before nothing.
+        for done in (same.count()..after.len()).step_by(41) {
+            let rest = before.get(done..).unwrap_or_default();
+            for rest in [rest, &[]] {
+                fs::write(&cut, [&after[..done], rest].concat()).expect("written");
+                let summary = recover(&cut, &saved, true).expect("recovered");
+                assert_eq!(summary.samples, 500, "{done}");
+            }
         }
     }
 }
