@@ -54,15 +54,20 @@ pub(crate) fn keep_tissue(
     let path = folder.join(format!("{name}.toml"));
     let text = tissue.to_toml();
     let tissue = Material::parse(&path, &text).map_err(Failure::input)?;
-    // Whoever asks for the library gets it as something to be felt.
-    let felt = ModelledTissue::new(tissue.clone())?;
-    TissuePiece::usual(felt).map_err(Failure::input)?;
+    can_be_felt(&tissue)?;
     let mut with = library.clone();
     with.add(&path, tissue).map_err(Failure::input)?;
     create_dir_all(&folder).map_err(Failure::input)?;
     write_text(&path, &text, false)?;
     *library = with;
     Ok(path)
+}
+
+/// Refuses a tissue that nobody could feel: it is not taken in.
+pub(crate) fn can_be_felt(tissue: &Material) -> Result<(), Failure> {
+    let felt = ModelledTissue::new(tissue.clone())?;
+    TissuePiece::usual(felt).map_err(Failure::input)?;
+    Ok(())
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::request::RunStart;
 use super::tables::Tables;
-use crate::dropped::TISSUES;
+use crate::dropped::{TISSUES, can_be_felt};
 use crate::feel::{
     DeviceNumbers, Feel, FeelChange, FeelPlace, FeelSettings, FeelState, FeltThing, HAND_DAMPING,
     HAND_STIFFNESS, Kept, Opened, locked, opened, pyramid_size,
@@ -151,6 +151,7 @@ impl Hub {
             Opened::Wall(wall, device) => (FeltThing::Wall(wall), device),
             Opened::Tissue(material) => {
                 let name = material.name.clone();
+                can_be_felt(&material)?;
                 let mut library = locked(&self.library);
                 // It may be a file of the library, or be opened again.
                 if !library.materials().contains(&material) {
@@ -244,22 +245,11 @@ impl Hub {
     }
 
     /// Starts a loop; one that was there is stopped.
-    pub(super) async fn start_feel(&self, mut start: FeelChange) -> Result<Value, Failure> {
+    pub(super) async fn start_feel(self: &Arc<Self>, start: FeelChange) -> Result<Value, Failure> {
         let stops = self.stops.load(Ordering::Relaxed);
-        let mut device = self.options.device;
-        let document = match &start.environment {
-            Some(FeltThing::File(TextFile { name, text })) => {
-                Document::of_text(Path::new(name), text).into()
-            }
-            Some(FeltThing::Run(name)) => self.runs.document(name)?.into(),
-            Some(FeltThing::Tissue(_) | FeltThing::Wall(_)) | None => None,
-        };
-        if let Some(document) = document {
-            let environment;
-            (environment, device) = self.open(&document)?;
-            start.environment = Some(environment);
-        }
-        let settings = FeelSettings::new(&self.library(), device, start)?;
+        let hub = Arc::clone(self);
+        // A log is read whole, which would keep other pages from their stop.
+        let settings = blocking(move || hub.settings(start)).await?;
         let _making = self.making.lock().await;
         // What was there goes on if the new one is refused.
         let old = self.feel();
@@ -274,6 +264,24 @@ impl Hub {
         }
         self.place.announce.say(&answer);
         Ok(answer)
+    }
+
+    /// What a start asks for; of a file or a log the wall or tissue in it.
+    fn settings(&self, mut start: FeelChange) -> Result<FeelSettings, Failure> {
+        let mut device = self.options.device;
+        let document = match &start.environment {
+            Some(FeltThing::File(TextFile { name, text })) => {
+                Document::of_text(Path::new(name), text).into()
+            }
+            Some(FeltThing::Run(name)) => self.runs.document(name)?.into(),
+            Some(FeltThing::Tissue(_) | FeltThing::Wall(_)) | None => None,
+        };
+        if let Some(document) = document {
+            let environment;
+            (environment, device) = self.open(&document)?;
+            start.environment = Some(environment);
+        }
+        FeelSettings::new(&self.library(), device, start)
     }
 
     /// Changes what is felt. While one change is made, later ones add up, and the last of them is made next.

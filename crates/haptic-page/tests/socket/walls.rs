@@ -150,7 +150,7 @@ fn every_tissue_is_felt_and_one_that_is_too_stiff_is_made_smaller_and_says_so() 
         }
     }
     assert_eq!(made_smaller, ["rat-tail-tendon"]);
-    assert_eq!(library.materials().len(), 13);
+    assert_eq!(library.materials().len(), 16);
 }
 
 #[test]
@@ -285,7 +285,7 @@ fn the_device_of_a_start_is_that_of_the_server_but_for_what_is_said() {
 
 #[test]
 fn a_tissue_file_is_felt_and_what_is_not_felt_says_what_to_do() {
-    let (_runs, _server, mut page) = opened();
+    let (runs, _server, mut page) = opened();
     let gel = "name = \"gel\"\ndescription = \"a gel\"\n[parameters]\nelastic_modulus_pa = 2000.0\nviscosity_pa_s_alpha = 500.0\n\
                order = 0.3\n[source]\ncitation = \"x\"\nconditions = \"y\"\nchecked = false\n";
     let file =
@@ -331,6 +331,27 @@ fn a_tissue_file_is_felt_and_what_is_not_felt_says_what_to_do() {
         );
     }
     page.refuses("feel.set", file("gel.toml", gel), "only `feel.start` opens");
+    // A tissue that nobody could feel is not taken in, from a page or from the folder of those that were kept.
+    let odd = "name = \"odd\"\ndescription = \"odd\"\nmodel = \"fractional-kelvin-voigt\"\n[parameters]\nviscosity_pa_s_alpha = 1e3\n\
+               order = 0.5\nsecond_viscosity_pa_s_beta = 500.0\nsecond_order = 1e-8\n[source]\ncitation = \"x\"\nconditions = \"y\"\n\
+               checked = false\n";
+    let known = page.ask("hello", json!({"version": 1}))["tissues"].take();
+    page.refuses("feel.start", file("odd.toml", odd), "at least 1e-6");
+    let after = page.ask("hello", json!({"version": 1}))["tissues"].take();
+    assert_eq!(after, known);
+    let folder = runs.path().join("tissues");
+    std::fs::create_dir_all(&folder).expect("made");
+    std::fs::write(folder.join("odd.toml"), odd).expect("written");
+    let server = PageServer::start(options(runs.path(), OnClose::Stop, 0)).expect("starts");
+    let mut page = Page::open(server.address());
+    let built_in = Library::load(None).expect("built in").materials().len();
+    let tissues = page.ask("hello", json!({"version": 1}))["tissues"].take();
+    assert_eq!(tissues.as_array().map(Vec::len), Some(built_in));
+    page.refuses(
+        "feel.start",
+        json!({"environment": {"tissue": "odd"}}),
+        "at least 1e-6",
+    );
 }
 
 /// The wall of a log, on its device.

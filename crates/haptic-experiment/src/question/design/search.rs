@@ -145,7 +145,8 @@ impl Design {
     /// True if it is at rest and quiet.
     pub(super) fn passes(&self, settling: &Settling) -> bool {
         let limit = self.force_noise_limit_n;
-        settling.stable && limit.is_none_or(|limit| settling.noise_n <= Some(limit))
+        let is_quiet = |limit| settling.noise_n.is_some_and(|noise| noise <= limit);
+        settling.stable && limit.is_none_or(is_quiet)
     }
 }
 
