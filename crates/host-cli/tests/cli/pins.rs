@@ -49,7 +49,6 @@ const RESULTS: &[&str] = &[
     "required_delta",
     "robust",
     "stable",
-    "stiffness",
     "stiffness_n_per_m",
     "stiffness_max",
     "value",
