@@ -1,9 +1,7 @@
 //! A picture of each kind, with all that can be on one but `ff`, `fi` and `fl`: resvg sets them as ligatures, we do
 //! not, and what follows stands up to 0.3 px elsewhere.
 
-use haptic_figure::{
-    AxisSpec, Chart, ChartPage, Look, Picture, PlaneFigure, Scale, Series,
-};
+use haptic_figure::{AxisSpec, Chart, ChartPage, Look, Picture, PlaneFigure, Scale, Series};
 
 type Points = Vec<(f64, f64)>;
 
