@@ -222,7 +222,10 @@ function sent(state: State): State {
 
 /** The server answers: first time or after it was lost. */
 function greeted(state: State, hello: Hello): State {
-  const next: State = { ...state, hello, lost: null, felt: hello.feel, met: true, sent: null, edits: null };
+  const { opens } = hello;
+  // The wall of a file is that of Design too, unless an address said another.
+  const design = opens && state.design === START.design && "wall" in opens.environment ? designOfWall(opens) : state.design;
+  const next: State = { ...state, hello, design, lost: null, felt: hello.feel, met: true, sent: null, edits: null };
   if (!hello.controls) return { ...next, asked: null, opening: null };
   // Whoever opens the page finds a tissue that moves; who was only cut off for a while finds what there is.
   if (state.asked !== null || state.opening !== null || (hello.feel !== null && state.met)) return next;
@@ -331,6 +334,15 @@ function controlOf(values: ReadonlyMap<string, string>, control: Control): Contr
     return Math.min(most, Math.max(least, numberOf(values, key) ?? control[key]));
   };
   return { plant: values.get("plant") ?? control.plant, crossover: within("crossover"), margin: within("margin"), flat: (values.get("flat") ?? String(control.flat)) !== "false" };
+}
+
+function designOfWall(feel: Feel): Design {
+  const numbers = {
+    K: feel.stiffness_n_per_m, B: feel.dissipation_n_s_mu_per_m, mu: feel.order, T: feel.sample_time_s, m: feel.mass_kg, b: feel.damping_n_s_per_m,
+    delay: feel.delay_s, lag: feel.current_lag_s, noise: feel.sensor_noise_m,
+  };
+  const values = Object.entries(numbers).map(([key, value]) => [key, String(value)] as const);
+  return designOf(new Map([...values, ["operator", feel.scheme === "full" ? "exact" : feel.scheme]]), START.design);
 }
 
 function designOf(values: ReadonlyMap<string, string>, design: Design): Design {

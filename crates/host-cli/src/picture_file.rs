@@ -125,15 +125,14 @@ impl Pictures {
         let picture = picture.and_then(|picture| picture.on(&sheet));
         let picture = picture.map_err(undrawn)?;
         // All are staged before one gets its name.
-        let mut staged = Vec::new();
+        let (mut staged, mut stale) = (Vec::new(), Vec::new());
         for format in [Format::Pdf, Format::Svg, Format::Png] {
             let file = format.file(stem);
             if self.figure_format.contains(&format) {
                 let bytes = format.bytes(&picture).map_err(undrawn)?;
                 staged.push(NewFile::filled(&file, &bytes, overwrite)?);
             } else if overwrite {
-                // One of an earlier run would pass for that of this one.
-                let _ = std::fs::remove_file(file);
+                stale.push(file);
             } else if file.exists() {
                 return Err(NewFileError::Exists(file).into());
             }
@@ -142,6 +141,10 @@ impl Pictures {
             .last()
             .map(|file| file.target().display().to_string());
         staged.into_iter().try_for_each(NewFile::publish)?;
+        // One of an earlier run would pass for that of this one.
+        stale.into_iter().for_each(|file| {
+            let _ = std::fs::remove_file(file);
+        });
         Ok(shown.unwrap_or_default())
     }
 }

@@ -56,3 +56,13 @@ test("another operator is shown at once", () => {
   const shown = edited(reduce(running, { do: "change", change: { environment: { wall } } }));
   assert.deepEqual([shown?.scheme, shown?.order, shown?.mass_kg], ["full", 0.5, 0.065]);
 });
+
+test("the wall of the file that the server was given is that of Design, unless the address has another", () => {
+  const wall = { order: 1.2, stiffness_n_per_m: 2600, dissipation_n_s_mu_per_m: 0.5 };
+  const opens = { ...FELT, ...wall, environment: { wall }, scheme: "full", delay_s: 1e-3 };
+  const greeting = { ...hello, opens } as Hello;
+  const { design } = reduce(START, { do: "hello", hello: greeting });
+  assert.deepEqual([design.mu, design.K, design.B, design.delay, design.operator], [1.2, 2600, 0.5, 1e-3, "exact"]);
+  const addressed = reduce(START, { do: "address", fragment: "#design?K=5000" });
+  assert.equal(reduce(addressed, { do: "hello", hello: greeting }).design.K, 5000);
+});

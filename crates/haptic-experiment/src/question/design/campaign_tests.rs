@@ -105,6 +105,7 @@ fn campaign(cases: std::ops::Range<u64>) {
             / design.force_noise_limit_n.unwrap_or(f64::INFINITY);
         most = most.max(over);
         if !settling.stable || over > 1.0 || !analysis.expect("analysed").stable {
+            println!("case {case} {is_limited}: not as promised");
             bad.push(format!("{case} {is_limited}: {over} {settling:?}\n{text}"));
         }
         println!("case {case} {is_limited}: {over:.3} {:?}", answer.notes);

@@ -257,7 +257,8 @@ impl<'a> Search<'a> {
         let (k, b) = bench.law(alpha, beta);
         let device = &design.device;
         let push_n = plan(device.plant.sample_time, device.force_limit_n, 1.0).push_n;
-        let holds = k > 0.0 && (k + device.plant.stiffness.0) * GONE_M > push_n;
+        // Beside a hand that could hold it too, so that a ray ends.
+        let holds = k * GONE_M > push_n;
         let is_known = ray.is_first && share >= 1.0;
         if !(is_known || holds && bench.allows(alpha, beta).map_err(Failure::run)?) {
             return Ok(None);
