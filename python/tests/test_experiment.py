@@ -110,7 +110,7 @@ def test_zwidth_finds_what_the_analysis_says() -> None:
 
 def test_a_design_comes_to_rest_when_it_is_tried() -> None:
     report = experiment.design(orders=[0.5, 1.0], gain_margin=2.0)
-    assert report["best"]["stiffness"] == max(c["stiffness"] for c in report["candidates"])
+    assert report["best"]["stiffness_n_per_m"] == max(c["stiffness_n_per_m"] for c in report["candidates"])
     assert report["simulated"]["verdict"] == "stable"
     damped = experiment.design(orders=[1.0], wish="most-damping", frequency_hz=5.0, gain_margin=None)
     assert damped["best"]["passive"] is True
