@@ -52,7 +52,7 @@ pub use message::{EventMessage, MessageError, MetadataRecord, Value};
 pub use new_file::{Leftover, NewFile, NewFileError, leftover_at, part_of};
 pub use reader::{Condition, Damage, Entry, LogReader};
 pub use recover::{CUT, RecoverySummary, cut, recover};
-pub use roll::{CONTINUES, LogFiles, NEXT, ROLL_LEAST, RollingLog, nth_file};
+pub use roll::{CONTINUES, LogFiles, NEXT, ROLL_LEAST, RollingLog, first_file, nth_file};
 pub use span::{SAME_TIME, Span, SpanError};
 pub use start_time::{CLOCK, StartTime};
 pub use summary::{BUDGET, DRIVE_END, END, EndKind, Gap, LogSummary, RECOVERED, RunEnd, inspect};

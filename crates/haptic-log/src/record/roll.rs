@@ -206,6 +206,15 @@ pub fn nth_file(first: &Path, number: usize) -> PathBuf {
     first.with_file_name(format!("{stem}-{number:04}.mcap"))
 }
 
+/// NAME.mcap for NAME-0002.mcap, as [`nth_file`] names it; `None` for a name that goes on from no other.
+#[must_use]
+pub fn first_file(file: &Path) -> Option<PathBuf> {
+    let stem = file.file_stem()?.to_str()?;
+    let (first, number) = stem.rsplit_once('-')?;
+    let is_number = number.len() == 4 && number.bytes().all(|byte| byte.is_ascii_digit());
+    is_number.then(|| file.with_file_name(format!("{first}.mcap")))
+}
+
 /// Iterates over the [entries](Entry) of a log and of the files that follow it.
 #[derive(Debug)]
 pub struct LogFiles {

@@ -1,7 +1,9 @@
 //! The logs and answers of a folder: names, and what they say of themselves.
 
 use haptic_experiment::{Failure, lines};
-use haptic_log::record::{Entry, LogFiles, NewFileError, StartTime, VERDICT, inspect, leftover_at};
+use haptic_log::record::{
+    Entry, LogFiles, NewFileError, StartTime, VERDICT, first_file, inspect, leftover_at,
+};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, HashMap};
@@ -129,21 +131,17 @@ fn look(
                 let stem = file.strip_suffix(UNFINISHED)?;
                 (!folder.join(format!("{stem}.mcap")).exists()).then_some(stem)
             });
-            let log = log.filter(|stem| !goes_on_with(stem, folder));
+            let goes_on = |stem: &&str| {
+                let first = first_file(&folder.join(format!("{stem}.mcap")));
+                first.is_some_and(|first| first.exists())
+            };
+            let log = log.filter(|stem| !goes_on(stem));
             if let Some(stem) = log.or_else(|| file.strip_suffix(SUFFIX)) {
                 found.insert(format!("{prefix}{stem}"), (path, Seen::of(&about)));
             }
         }
     }
     Ok(())
-}
-
-/// True for the second and later files of a log in several.
-fn goes_on_with(stem: &str, folder: &Path) -> bool {
-    stem.rsplit_once('-').is_some_and(|(first, number)| {
-        let is_number = number.len() == 4 && number.bytes().all(|byte| byte.is_ascii_digit());
-        is_number && folder.join(format!("{first}.mcap")).exists()
-    })
 }
 
 /// Behind the name of a log that is not finished.

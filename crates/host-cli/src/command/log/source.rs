@@ -5,7 +5,7 @@ use crate::parse::quantity;
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::Range;
-use haptic_log::record::{Span, Topic};
+use haptic_log::record::{Span, Topic, first_file};
 use std::path::{Path, PathBuf};
 
 /// Times that a log can hold, s.
@@ -65,7 +65,8 @@ pub(super) fn log_at(path: &Path) -> Result<PathBuf, Failure> {
     if logs.is_empty() {
         logs = of("part");
     }
-    let mut firsts: Vec<&PathBuf> = logs.iter().filter(|log| !follows(log, &logs)).collect();
+    let goes_on = |log: &&PathBuf| first_file(log).is_some_and(|first| logs.contains(&first));
+    let mut firsts: Vec<&PathBuf> = logs.iter().filter(|log| !goes_on(log)).collect();
     firsts.sort();
     let names = firsts.iter().map(|log| log.display().to_string());
     let remedy = match &firsts[..] {
@@ -77,16 +78,6 @@ pub(super) fn log_at(path: &Path) -> Result<PathBuf, Failure> {
     Err(Failure::bad_input(format_args!(
         "`{folder}` is a folder: give {remedy}"
     )))
-}
-
-/// True of `NAME-0002.mcap` beside `NAME.mcap`.
-fn follows(log: &Path, all: &[PathBuf]) -> bool {
-    let stem = log.file_stem().unwrap_or_default().to_string_lossy();
-    let is_number = |number: &str| number.len() == 4 && number.parse::<u16>().is_ok();
-    let first = stem
-        .rsplit_once('-')
-        .filter(|(_, number)| is_number(number));
-    first.is_some_and(|(first, _)| all.contains(&log.with_file_name(format!("{first}.mcap"))))
 }
 
 /// The named target, or NAME.ENDING of NAME.mcap or NAME.mcap.part, in the given folder or beside the log.
