@@ -45,6 +45,8 @@ const FREQUENCY: Quantity = ("a frequency", &[("Hz", 1.0), ("kHz", 1e3)]);
 const ANGULAR_FREQUENCY: Quantity = ("an angular frequency",
     &[("rad/s", 1.0), ("mrad/s", 1e-3), ("krad/s", 1e3), ("Hz", TURN), ("mHz", 1e-3 * TURN), ("kHz", 1e3 * TURN)]);
 const ANGLE: Quantity = ("an angle", &[("rad", 1.0), ("deg", DEGREE), ("°", DEGREE)]);
+#[rustfmt::skip]
+const DEGREES: Quantity = ("an angle", &[("deg", 1.0), ("°", 1.0), ("rad", 1.0 / DEGREE)]);
 const SPEED: Quantity = ("a speed", &[("m/s", 1.0), ("cm/s", 1e-2), ("mm/s", 1e-3)]);
 #[rustfmt::skip]
 const SIZE: Quantity = ("a size",
@@ -135,7 +137,7 @@ const ENDS: &[End] = &[
     written_end("_ns", "s", 1e-9, (-9, 0)),
     written_end("_j", "J", 1.0, (-9, 3)),
     written_end("_db", "dB", 1.0, (0, 0)),
-    written_end("_deg", "°", 1.0, (0, 0)),
+    end("_deg", "ANGLE", &DEGREES, "°", (0, 0)),
     written_end("_degrees", "°", 1.0, (0, 0)),
     end("_bytes", "SIZE", &SIZE, "B", (0, 9)),
     written_end("", "", 1.0, (0, 0)),
@@ -242,8 +244,9 @@ fn of_another_kind(units: &[Unit], text: &str) -> Option<String> {
     is_one.then(|| rounded(value).to_string())
 }
 
+/// In four digits.
 fn rounded(value: f64) -> f64 {
-    (1e3 * value).round() / 1e3
+    format!("{value:.3e}").parse().unwrap_or(value)
 }
 
 /// True of a number that has no unit.
@@ -383,6 +386,7 @@ mod tests {
             ("_m2", "4 cm^2", "write 4cm2"),
             ("_kg", "0.065 KGs", "write 0.065kg"),
             ("", "1/2", "write 0.5"),
+            ("", "1/5000", "write 0.0002"),
             ("", "6dB", "write 1.995"),
             ("_s", "1kHz", "write 1ms"),
             ("_s", "300Hz", "write 3.333ms"),

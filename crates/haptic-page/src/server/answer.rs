@@ -11,7 +11,7 @@ use crate::runs::{forms, places};
 use crate::surface::pushed;
 use haptic_experiment::{Failure, ModelledTissue, TissuePiece};
 use haptic_loop::Limiters;
-use haptic_quantity::{is_bare, parse_for_key};
+use haptic_quantity::parse_for_key;
 use haptic_tissue::Material;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -86,7 +86,7 @@ pub(super) async fn answer(
         }
         Request::File(file) => looked_at(&file)?,
         Request::Quantity { key, text } => {
-            json!({"value": quantity(&key, &text)?})
+            json!({"value": parse_for_key(&key, &text).map_err(Failure::bad_input)?})
         }
         Request::Surface(told) => {
             json!({"surface_m": pushed(&mut locked(&page.panels.surface), told)?})
@@ -101,9 +101,10 @@ fn hello(version: u32, hub: &Hub, page: &Page) -> Result<Value, Failure> {
         )));
     }
     let options = &hub.options;
-    let library = hub.library();
     // One of a folder that cannot be felt takes the others from nobody; who asks for it is told why.
-    let tissues: Vec<Value> = library.materials().iter().flat_map(tissue).collect();
+    let tissues: Vec<Value> = (locked(&hub.library).materials().iter())
+        .flat_map(tissue)
+        .collect();
     Ok(json!({
         "version": VERSION,
         "controls": hub.has_controls(page.number),
@@ -119,21 +120,6 @@ fn hello(version: u32, hub: &Hub, page: &Page) -> Result<Value, Failure> {
         "view_columns_most": COLUMNS_MOST,
         "runs_folder": options.runs.display().to_string(),
     }))
-}
-
-/// A number with its unit, in SI; for a key in degrees in those.
-fn quantity(key: &str, text: &str) -> Result<f64, Failure> {
-    if !key.ends_with("_deg") {
-        return parse_for_key(key, text).map_err(Failure::bad_input);
-    }
-    let text = text.trim();
-    let degrees = text.strip_suffix("deg").or_else(|| text.strip_suffix('°'));
-    let degrees = degrees.unwrap_or(text).trim_end();
-    match is_bare(degrees) {
-        true => parse_for_key(key, degrees),
-        false => parse_for_key("_rad", text).map(f64::to_degrees),
-    }
-    .map_err(Failure::bad_input)
 }
 
 fn tissue(material: &Material) -> Result<Value, Failure> {

@@ -133,16 +133,12 @@ impl Hub {
                 environment: Some(environment),
                 ..FeelChange::default()
             };
-            let settings = FeelSettings::new(&hub.library(), device, start);
+            let settings = FeelSettings::new(&locked(&hub.library), device, start);
             let judged = settings.and_then(FeelSettings::judged);
             let of_file = |error| Failure::bad_input(format_args!("{}: {error}", path.display()));
             hub.opens = Some(judged.map_err(of_file)?.settings);
         }
         Ok(hub)
-    }
-
-    pub(super) fn library(&self) -> Library {
-        locked(&self.library).clone()
     }
 
     /// The wall of a document, and the device that it is for; or its tissue, which is known from now on.
@@ -281,7 +277,7 @@ impl Hub {
             (environment, device) = self.open(&document)?;
             start.environment = Some(environment);
         }
-        FeelSettings::new(&self.library(), device, start)
+        FeelSettings::new(&locked(&self.library), device, start)
     }
 
     /// Changes what is felt. While one change is made, later ones add up, and the last of them is made next.
@@ -293,7 +289,7 @@ impl Hub {
                 .settings
                 .clone()
                 .unwrap_or_else(|| feel.felt().settings);
-            let next = base.changed(&self.library(), &change)?;
+            let next = base.changed(&locked(&self.library), &change)?;
             wanted.settings = Some(next.clone());
             wanted.number += 1;
             (next, wanted.number)
