@@ -3,8 +3,8 @@
 
 use crate::TextFile;
 use crate::runs::of_file;
-use haptic_experiment::document::Document;
-use haptic_experiment::run::write_text;
+use haptic_experiment::document::{ControllerFile, Document};
+use haptic_experiment::run::{PlantModel, write_text};
 use haptic_experiment::{Failure, ModelledTissue, TissuePiece};
 use haptic_tissue::{Library, Material};
 use serde_json::{Value, json};
@@ -13,9 +13,6 @@ use std::path::{Path, PathBuf};
 
 /// Folder of tissues in that of the runs.
 pub(crate) const TISSUES: &str = "tissues";
-/// Tables of a controller file; that of a function is a plant unless a loop is beside it.
-const CONTROLLERS: &str = "pid tid crone lead_lag loop";
-const PLANTS: &str = "transfer_function device state_space measured_response";
 
 /// What a TOML file is: its kind, and of an experiment the form that it fills.
 pub(crate) fn looked_at(file: &TextFile) -> Result<Value, Failure> {
@@ -24,13 +21,16 @@ pub(crate) fn looked_at(file: &TextFile) -> Result<Value, Failure> {
         let why = error.message();
         Failure::bad_input(format_args!("{}: not TOML: {why}", file.name))
     })?;
-    let has = |names: &str| names.split(' ').any(|name| table.contains_key(name));
-    for (names, is) in [(CONTROLLERS, "controller"), (PLANTS, "plant")] {
-        if has(names) {
-            return Ok(json!({"is": is}));
-        }
+    // A function is a plant unless a loop is beside it.
+    let is_law = |name: &str| PlantModel::tables().all(|plant| plant != name);
+    let mut laws = ControllerFile::laws().filter(|name| is_law(name));
+    if table.contains_key("loop") || laws.any(|name| table.contains_key(name)) {
+        return Ok(json!({"is": "controller"}));
     }
-    if has("parameters") {
+    if PlantModel::tables().any(|name| table.contains_key(name)) {
+        return Ok(json!({"is": "plant"}));
+    }
+    if table.contains_key("parameters") {
         let tissue = Material::parse(path, &file.text).map_err(Failure::input)?;
         return Ok(json!({"is": "tissue", "name": tissue.name}));
     }

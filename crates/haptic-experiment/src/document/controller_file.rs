@@ -84,6 +84,11 @@ const LAWS: [(&str, &[Parameter]); 5] = [
 const CHOICE: &str = "a controller file has [loop] and one of [pid], [tid], [crone], [lead_lag], [transfer_function]";
 
 impl ControllerFile {
+    /// The tables of laws, of which a file has one beside `[loop]`.
+    pub fn laws() -> impl Iterator<Item = &'static str> {
+        LAWS.iter().map(|law| law.0)
+    }
+
     /// Reads and checks a file.
     ///
     /// # Errors

@@ -182,6 +182,11 @@ fn is_table(path: &Path) -> bool {
 }
 
 impl PlantModel {
+    /// The tables of plants, of which a file has one.
+    pub fn tables() -> impl Iterator<Item = &'static str> {
+        MODELS.iter().map(|model| model.0)
+    }
+
     /// Reads a plant file, or the table of a measured response, `.csv`.
     ///
     /// # Errors
@@ -417,6 +422,7 @@ impl DeviceModel {
         }
         text + &made_by(program, note)
     }
+
     /// Mass, damping, hand, delay and lag, for an analysis.
     pub(crate) const fn dynamics(&self) -> Dynamics {
         Dynamics {
@@ -426,12 +432,6 @@ impl DeviceModel {
             delay_s: self.values.delay_s,
             current_lag_s: self.values.current_lag_s,
         }
-    }
-
-    /// The same of the values alone.
-    #[must_use]
-    pub const fn imperfections(&self) -> Imperfections {
-        self.values.imperfections()
     }
 
     /// The least of mass and damping and the whole interval of the delay, for a guard, which must hold for what is certain.

@@ -160,7 +160,7 @@ impl Design {
     fn beside(&self, best: &Candidate) -> Result<RealisticTrial, Failure> {
         let mut real = self.clone();
         let laboratory = DeviceModel::find(Path::new(p::LABORATORY));
-        let imperfections = laboratory?.imperfections();
+        let imperfections = laboratory?.values.imperfections();
         real.device.plant = imperfections.on(self.device.plant);
         real.device.sensors = imperfections.sensors;
         let bench = Bench::new(&real, Order::new(best.order).map_err(Failure::input)?)?;

@@ -404,7 +404,7 @@ impl Arguments {
 }
 
 fn body(model: &DeviceModel) -> Body {
-    let (values, imperfections) = (&model.values, model.imperfections());
+    let (values, imperfections) = (&model.values, model.values.imperfections());
     // The tick is that of a run.
     let ideal = MassDamperConfig::ideal(
         Kilograms(values.mass_kg),
