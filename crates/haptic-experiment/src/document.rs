@@ -17,7 +17,7 @@ use haptic_quantity::parse_for_key;
 pub use input::short;
 use parameters::{Parameter, Value as Kind};
 use reader::{Part, Table, in_order};
-pub use record_check::{check_signals, fill_gaps, keep_first};
+pub use record_check::{check_signals, fill_gaps, one_row_a_time};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf, absolute};
 use toml::Value;

@@ -99,12 +99,12 @@ pub(crate) fn identified(
     };
     let found = identify_unless(&understood.record, &options, stop, &|_| {});
     let found = found.map_err(|error| refused(&error))?;
-    let date = StartTime::at(SystemTime::now()).rfc3339();
+    let date = StartTime::at(SystemTime::now()).day();
     let told = Provenance {
         program,
         record: name,
         conditions: None,
-        date: date.split('T').next().unwrap_or_default(),
+        date: &date,
     };
     let tissue = found.tissue(&tissue_name(&request.name), &understood, told);
     let mut answer = answer(&found, &understood);

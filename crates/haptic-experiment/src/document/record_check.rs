@@ -12,7 +12,7 @@ const RATIOS: [f64; 2] = [1e-50, 1e50];
 ///
 /// # Errors
 /// With the line of a row whose time falls, or if all are at one time.
-pub fn keep_first(record: &mut InputOutput, lines: &mut Vec<u64>) -> Result<Vec<u64>, String> {
+pub fn one_row_a_time(record: &mut InputOutput, lines: &mut Vec<u64>) -> Result<Vec<u64>, String> {
     let pairs = record.time_s.windows(2);
     if let Some(row) = pairs.into_iter().position(|pair| pair[1] < pair[0]) {
         return Err(format!(
@@ -175,14 +175,14 @@ mod tests {
         };
         let mut lines: Vec<u64> = (2..7).collect();
         let mut record = of(&[0.0, 0.0, 1.0, 2.5, 2.5]);
-        assert_eq!(keep_first(&mut record, &mut lines), Ok(vec![3, 6]));
+        assert_eq!(one_row_a_time(&mut record, &mut lines), Ok(vec![3, 6]));
         assert_eq!(record.time_s, [0.0, 1.0, 2.5]);
         assert_eq!(record.input, [1.0, 2.0, 4.0]);
         assert_eq!(record.output, [10.0, 12.0, 13.0]);
         assert_eq!(lines, [2, 4, 5]);
-        let said = keep_first(&mut of(&[0.0, 1.0, 0.5]), &mut lines).expect_err("falls");
+        let said = one_row_a_time(&mut of(&[0.0, 1.0, 0.5]), &mut lines).expect_err("falls");
         assert!(said.starts_with("line 5: 0.5 s comes after 1 s"), "{said}");
-        let said = keep_first(&mut of(&[1.0, 1.0]), &mut lines).expect_err("one time");
+        let said = one_row_a_time(&mut of(&[1.0, 1.0]), &mut lines).expect_err("one time");
         assert!(said.contains("does not increase"), "{said}");
     }
 

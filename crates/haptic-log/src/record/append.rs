@@ -92,9 +92,12 @@ fn appended(path: &Path, verdict: &str) -> io::Result<()> {
 fn count_one_more(mut index: &mut [u8]) {
     while index.len() >= HEAD {
         let end = HEAD.saturating_add(number(index, 1) as usize);
-        if index[0] == op::STATISTICS && index.len() > METADATA_COUNT {
-            // More than 255 are nobody's.
-            index[METADATA_COUNT] = index[METADATA_COUNT].saturating_add(1);
+        let is_statistics = index[0] == op::STATISTICS;
+        let count = index
+            .get_mut(METADATA_COUNT..)
+            .and_then(<[u8]>::first_chunk_mut);
+        if let Some(count) = count.filter(|_| is_statistics) {
+            *count = u32::from_le_bytes(*count).saturating_add(1).to_le_bytes();
         }
         index = index.get_mut(end..).unwrap_or_default();
     }
@@ -129,10 +132,10 @@ mod tests {
     use crate::record::{LogWriter, TickMessage, inspect, recover};
     use std::collections::BTreeMap;
     use std::fs;
+    use std::path::PathBuf;
 
-    #[test]
-    fn a_record_is_appended_and_the_log_stays_whole_for_every_reader() {
-        let folder = tempfile::tempdir().expect("a folder");
+    /// A log of 500 ticks.
+    fn log_of(folder: &tempfile::TempDir) -> PathBuf {
         let path = folder.path().join("run.mcap");
         let mut log = LogWriter::create(&path).expect("made");
         let asked = [("mu".to_owned(), "0.5".to_owned())].into();
@@ -147,6 +150,13 @@ mod tests {
             log.tick(&message).expect("written");
         }
         log.finish().expect("finished");
+        path
+    }
+
+    #[test]
+    fn a_record_is_appended_and_the_log_stays_whole_for_every_reader() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = log_of(&folder);
         let before = inspect(&path).expect("read");
         for (number, verdict) in ["stable", "µ = 0.2 %: passive"].into_iter().enumerate() {
             let values = BTreeMap::from([(VERDICT.to_owned(), verdict.to_owned())]);
@@ -202,18 +212,7 @@ mod tests {
     #[test]
     fn power_that_is_cut_while_a_verdict_is_added_costs_no_sample() {
         let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("run.mcap");
-        let mut log = LogWriter::create(&path).expect("made");
-        for tick in 0..500 {
-            let time_s = 1e-3 * tick as f64;
-            let message = TickMessage {
-                tick,
-                time_s,
-                ..TickMessage::default()
-            };
-            log.tick(&message).expect("written");
-        }
-        log.finish().expect("finished");
+        let path = log_of(&folder);
         let before = fs::read(&path).expect("read");
         add_verdict(&path, "stable").expect("appended");
         let after = fs::read(&path).expect("read");

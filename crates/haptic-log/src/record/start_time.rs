@@ -73,6 +73,14 @@ impl StartTime {
         DateTime::<Utc>::from_timestamp_nanos(at_ns).to_rfc3339_opts(SecondsFormat::Nanos, true)
     }
 
+    /// The day in UTC: `2026-11-20`.
+    #[must_use]
+    pub fn day(self) -> String {
+        let mut day = self.rfc3339();
+        day.truncate("2026-11-20".len());
+        day
+    }
+
     /// The metadata record [`CLOCK`].
     pub(crate) fn metadata(self) -> BTreeMap<String, String> {
         let uncertainty_s = self.uncertainty.as_secs_f64();

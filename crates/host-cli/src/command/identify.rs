@@ -284,12 +284,12 @@ impl Arguments {
         let source = names.join(", ");
         let (tissue, figure) = match name {
             Some(name) => {
-                let date = StartTime::at(SystemTime::now()).rfc3339();
+                let date = StartTime::at(SystemTime::now()).day();
                 let told = Provenance {
                     program: PROGRAM,
                     record: &source,
                     conditions: self.conditions.as_deref(),
-                    date: date.split('T').next().unwrap_or_default(),
+                    date: &date,
                 };
                 let tissue = found.tissue(name, &understood, told);
                 let text = tissue.map_err(Failure::input)?.to_toml();

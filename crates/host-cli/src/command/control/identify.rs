@@ -19,7 +19,7 @@ use fractional_control::{
     Identified, Start, Term,
 };
 use haptic_experiment::document::short;
-use haptic_experiment::document::{check_signals, fill_gaps, keep_first};
+use haptic_experiment::document::{check_signals, fill_gaps, one_row_a_time};
 use haptic_experiment::run::PlantModel;
 use haptic_experiment::{Failure, parameters};
 use haptic_quantity::{digits, written};
@@ -263,7 +263,7 @@ impl Arguments {
             output: output_values,
             ..InputOutput::default()
         };
-        let repeated = keep_first(&mut record, &mut lines)
+        let repeated = one_row_a_time(&mut record, &mut lines)
             .map_err(|error| wrong(format!("{error}; the time is column {}", short(time))))?;
         let repeated = rows_named(&repeated);
         notes.extend(repeated.map(|rows| {
