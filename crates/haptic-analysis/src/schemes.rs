@@ -144,6 +144,19 @@ fn taps_and_modes<const TAPS: usize, const MODES: usize>(design: &Design<TAPS, M
 }
 
 impl LoopOperator {
+    /// The operator P(w) = Σ pₙ·wⁿ, n from 0. Its order μ only sets the unit of the gain B.
+    ///
+    /// # Errors
+    /// A coefficient that is not finite; unless p₀ > 0: the newest sample must count.
+    pub fn from_polynomial(order: Order, coefficients: Vec<f64>) -> Result<Self, AnalysisError> {
+        let first = coefficients.first().copied().unwrap_or(0.0);
+        range("first coefficient", first, first > 0.0, "above 0", "")?;
+        for &value in &coefficients {
+            range("coefficient", value, value.is_finite(), "finite", "")?;
+        }
+        Ok(Self::polynomial(order, coefficients))
+    }
+
     /// A custom full memory, as [`FullMemory`](fracdiff::FullMemory) runs its design: of a tempered
     /// kernel, or of all elements of a tissue at once.
     ///

@@ -43,7 +43,11 @@ const COLUMNS: [&str; 5] = [
 /// A claim in these columns, fit for the page.
 fn cells(claim: &Claim, fit: impl Fn(&str) -> String) -> [String; 5] {
     let evidence = |one: &Evidence| {
-        let holds = if one.holds { "yes" } else { "no" };
+        let holds = match one.holds {
+            Some(true) => "yes",
+            Some(false) => "no",
+            None => "not judged",
+        };
         format!("{}: {holds}; {}", one.operator, fit(&one.numbers))
     };
     let evidence: Vec<String> = claim.evidence.iter().map(evidence).collect();
@@ -152,7 +156,7 @@ mod tests {
     fn the_report_names_every_claim_and_figure_and_escapes_what_it_must() {
         let evidence = |operator, holds, numbers: &str| Evidence {
             operator,
-            holds,
+            holds: Some(holds),
             numbers: numbers.to_owned(),
         };
         let claims = [Claim {

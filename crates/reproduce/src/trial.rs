@@ -6,9 +6,12 @@ use haptic_experiment::question::{Answer, Question};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-/// What makes the ideal device a realistic one, as lines of a document.
-pub(super) const REALISTIC: &str =
-    "friction_n = 0.05\ndelay_s = 1e-3\ncurrent_lag_s = 1e-3\nencoder_resolution_m = 1e-6\n";
+/// Lines of a document that make the ideal device a realistic one, with a delay and a current lag in ms.
+pub(super) fn realistic(delay_ms: f64, lag_ms: f64) -> String {
+    format!(
+        "friction_n = 0.05\ndelay_s = {delay_ms}e-3\ncurrent_lag_s = {lag_ms}e-3\nencoder_resolution_m = 1e-6\n"
+    )
+}
 
 /// The largest stable walls, as β and α, that the experiment of section 4.4 finds for each order on a simulated device.
 pub(super) fn simulated(

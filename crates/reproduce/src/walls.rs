@@ -2,7 +2,7 @@
 
 use super::evidence::{passive_boundary, region, varied};
 use super::figure::{Axis, Curve, Figure, Panel, per_order, refused, share_axes};
-use super::trial::{REALISTIC, simulated};
+use super::trial::{realistic, simulated};
 use super::{DELTA, Kind, ORDERS};
 use haptic_analysis::AnalysisError;
 use haptic_experiment::Failure;
@@ -127,7 +127,7 @@ pub(super) fn passivity() -> Result<Figure, Failure> {
 pub(super) fn zwidth(stop: &AtomicBool) -> Result<Figure, Failure> {
     let mut panels = vec![
         zwidth_panel("ideal device", "", stop)?,
-        zwidth_panel("realistic device", REALISTIC, stop)?,
+        zwidth_panel("realistic device", &realistic(1.0, 1.0), stop)?,
     ];
     share_axes(&mut panels);
     let enlarged = enlarged(&panels);

@@ -119,6 +119,16 @@ impl Differintegrate {
         };
         let tolerance = DEFAULT_TOLERANCE;
         let scheme = self.scheme.unwrap_or(Scheme::Full { kernel, tolerance });
+        let duration_s = t.0 * x.len() as f64;
+        // A whole derivative needs no more than its last samples.
+        let forgets = mu.get() < 0.0 || mu.get().fract() > 0.0;
+        let short = scheme.memory_s(t).filter(|memory_s| *memory_s < duration_s);
+        if let Some(memory_s) = short.filter(|_| forgets) {
+            let memory_s = (memory_s * 1e6).round() / 1e6;
+            output.warn(&format!(
+                "{scheme} remembers {memory_s} s, the table lasts {duration_s} s: --scheme full remembers everything"
+            ));
+        }
         let y = match &times {
             None => differintegrate(scheme, mu, t, &x, reference).map_err(Failure::input)?,
             Some((row, time_s)) => {

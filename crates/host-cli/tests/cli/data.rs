@@ -68,6 +68,23 @@ fn any_column_can_be_taken() {
 }
 
 #[test]
+fn a_scheme_that_forgets_says_for_how_long_it_remembers() {
+    let rows: String = (0..8).map(|n| format!("{n}\n")).collect();
+    let warned = |options: &str| {
+        let line = format!("differintegrate --sample-time 1ms {options}");
+        let run = Place::new().run_with(&line, format!("x\n{rows}").as_bytes());
+        run.succeeded()
+            .stderr
+            .contains("remembers 0.004 s, the table lasts 0.008 s")
+    };
+    assert!(warned("--order 0.5 --scheme muir:3"));
+    assert!(warned("--order=-1 --scheme grunwald:4"));
+    // The last two samples are all that a difference needs; full memory forgets nothing.
+    assert!(!warned("--order 1 --scheme muir:3"));
+    assert!(!warned("--order 0.5"));
+}
+
+#[test]
 fn a_sample_time_other_than_that_of_the_table_is_refused() {
     let place = Place::new();
     let line = "differintegrate --order 0.5 in.csv --sample-time";

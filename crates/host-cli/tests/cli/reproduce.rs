@@ -37,7 +37,8 @@ fn assert_claims(claims: &[Value]) {
         holds(judged, &claim);
         let operators = ["muir", "exact", "continuous", "oustaloup"].map(|key| &claim[key]);
         for one in operators.iter().filter(|one| !one.is_null()) {
-            assert!(one["numbers"].is_string() && one["holds"].is_boolean());
+            let open = claim["verdict"] == "not judged" && one["holds"].is_null();
+            assert!(one["numbers"].is_string() && (open || one["holds"].is_boolean()));
         }
         let polynomial = !claim["muir"].is_null();
         let chapter_4 = claim["section"].to_string().contains('4');
