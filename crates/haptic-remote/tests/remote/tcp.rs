@@ -49,6 +49,16 @@ fn a_device_at_an_address_is_as_one_at_a_port_and_serves_one_host_after_the_othe
     });
 }
 
+#[test]
+fn strangers_at_an_address_keep_no_host_out() {
+    with_device(|listening| {
+        let come = |_| TcpStream::connect(listening.address()).expect("listens");
+        let strangers: Vec<TcpStream> = (0..150).map(come).collect();
+        connect(&listening.path()).expect("answers within one greeting");
+        drop(strangers);
+    });
+}
+
 /// Something else than a device, that says this to whoever comes and then lets go.
 fn answered_by(words: &'static [u8]) -> SerialError {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
@@ -158,7 +168,7 @@ fn an_address_is_a_host_and_a_port() {
 
 #[test]
 fn a_host_that_breaks_off_makes_room_for_the_next() {
-    let listening = TcpListening::open("127.0.0.1:0").expect("a port is free");
+    let listening = TcpListening::for_any_protocol("127.0.0.1:0").expect("a port is free");
     let mut device = listening.line();
     let mut bytes = [0; 64];
     let error = device.write(b"to nobody").expect_err("nobody");
