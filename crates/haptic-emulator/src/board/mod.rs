@@ -12,6 +12,8 @@ mod facing;
 mod port;
 #[cfg(unix)]
 mod terminal;
+#[cfg(test)]
+mod tests;
 
 pub use error::EmulatorError;
 pub use facing::emulate_facing;

@@ -261,7 +261,7 @@ fn a_device_that_answers_and_sends_no_samples_is_held_up() {
 }
 
 #[test]
-#[ignore = "by night: `.ci/nightly clock` does it"]
+#[ignore = "by night: `.ci/nightly` does it"]
 fn by_night_a_silence_of_two_seconds_is_told_within_two_and_a_half() {
     with_board(false, |link| {
         let mut link = link;
