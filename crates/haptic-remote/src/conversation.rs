@@ -11,6 +11,9 @@ use haptic_link::{
 /// Tries of a request before the device counts as gone.
 const TRIES: u8 = 10;
 
+/// Between two looks at a request whose answer is due, µs.
+const LOOK_US: u64 = 1000;
+
 /// Keep-alives whose answers are known, the newest last: one that comes after the next was sent still tells its round trip.
 const TOKENS: usize = 32;
 
@@ -265,7 +268,13 @@ impl Conversation {
     pub fn next_due_us(&self, now_us: u64) -> Option<u64> {
         let try_us = self.try_us(now_us);
         let retry = self.outstanding.as_ref();
-        let retry = retry.map(|o| now_us + (o.sent_us + self.retry_us).saturating_sub(try_us));
+        let retry = retry.map(
+            |o| match (o.sent_us + self.retry_us).saturating_sub(try_us) {
+                0 => now_us,
+                // Whoever listens counts in steps: no need to look for the rest of one at once.
+                left => now_us + left.max(LOOK_US),
+            },
+        );
         let keep = (self.keep_alive_us).map(|interval| self.sent_us(self.token) + interval);
         match (retry, keep) {
             (Some(a), Some(b)) => Some(a.min(b)),

@@ -188,9 +188,9 @@ impl SerialLink {
         let resting = || matches!(self.status().state, State::Idle | State::Fault);
         // The last status is from before the request.
         loop {
-            patience.listened_for(self.shared.listened());
+            let is_over = self.is_over(&mut patience);
             drop(self.measure_round_trip(Duration::from_millis(20)));
-            if resting() || patience.is_over() {
+            if resting() || is_over {
                 return resting();
             }
         }
@@ -239,10 +239,12 @@ fn check_numbers(capabilities: &Capabilities) -> Result<(), LinkError> {
 fn shared(conversation: Conversation, status: Status) -> Result<Shared, SerialError> {
     // 1 µs to 10 s, two digits: these bounds are good, so there is always a histogram.
     let histogram = Histogram::new_with_bounds(1, 10_000_000, 2);
+    let listened_us = conversation.listened().listened().as_micros() as u64;
     Ok(Shared {
         conversation: Mutex::new(conversation),
         began: Moment::now(),
         over: AtomicBool::new(false),
+        listened_us: AtomicU64::new(listened_us),
         deaf: AtomicBool::new(false),
         samples_dropped: AtomicU64::new(0),
         forces_dropped: AtomicU64::new(0),

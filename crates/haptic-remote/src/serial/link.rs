@@ -249,11 +249,18 @@ impl SerialLink {
     /// True if this patience is over though nothing has come that was not heard. Another thread listens: its time is read before
     /// the queue is.
     pub fn is_silent(&mut self, patience: &mut Patience) -> bool {
-        patience.listened_for(self.shared.listened());
-        if patience.is_over() && self.ahead.is_none() {
+        let is_silent = self.is_over(patience);
+        if is_silent && self.ahead.is_none() {
             self.ahead = self.heard.try_recv().ok();
         }
-        patience.is_over() && self.ahead.is_none()
+        is_silent && self.ahead.is_none()
+    }
+
+    /// True if this patience is over, or nobody listens any more.
+    pub(super) fn is_over(&self, patience: &mut Patience) -> bool {
+        let is_over = self.shared.over.load(Ordering::Relaxed);
+        patience.listened_for(self.shared.listened());
+        is_over || patience.is_over()
     }
 
     /// All counters of this end.
@@ -307,6 +314,8 @@ pub(super) struct Shared {
     pub(super) conversation: Mutex<Conversation>,
     pub(super) began: Moment,
     pub(super) over: AtomicBool,
+    /// Time for which the reader has listened, µs.
+    pub(super) listened_us: AtomicU64,
     /// It did not answer after a silence: it is still told what it should do, and no answer is waited for.
     pub(super) deaf: AtomicBool,
     pub(super) samples_dropped: AtomicU64,
@@ -334,9 +343,9 @@ impl Shared {
         lock(&self.conversation)
     }
 
-    /// For how long the reader has listened.
+    /// For how long the reader has listened. No lock: the loop of a host asks at each tick.
     pub(super) fn listened(&self) -> Duration {
-        self.conversation().listened().listened()
+        Duration::from_micros(self.listened_us.load(Ordering::Acquire))
     }
 }
 
@@ -367,8 +376,14 @@ impl Ends {
                     self.pass_on(incoming);
                 }
             }
+            let mut conversation = self.shared.conversation();
+            conversation.waited(LISTENS, took);
+            let listened_us = conversation.listened().listened().as_micros() as u64;
+            drop(conversation);
             // Behind what came: whoever reads this count finds it in the queue.
-            self.shared.conversation().waited(LISTENS, took);
+            self.shared
+                .listened_us
+                .store(listened_us, Ordering::Release);
         }
     }
 

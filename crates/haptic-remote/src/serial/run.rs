@@ -105,8 +105,7 @@ impl SerialLink {
                 }
                 answer => return answer.is_ok(),
             }
-            patience.listened_for(self.shared.listened());
-            if patience.is_over() {
+            if self.is_over(&mut patience) {
                 return false;
             }
         }

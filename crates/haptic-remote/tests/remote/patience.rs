@@ -1,50 +1,20 @@
 //! Patience in virtual time, and what a device that falls silent costs.
 
-use haptic_link::{LineCounters, Request};
-use haptic_remote::serial::{Heard, Line as _, Pipe, SerialLink};
-use haptic_remote::{Conversation, DeviceSession, LinkError, Patience, SimulatedPlant, TickSide};
+use crate::tcp::IDEAL;
+use haptic_emulator::board::emulate;
+use haptic_link::{Direction, LineCounters, Receiver, Request};
+use haptic_loop::Reading;
+use haptic_loop::realtime::Moment;
+use haptic_remote::serial::{Heard, Pipe, SerialError, SerialLink};
+use haptic_remote::{Conversation, LinkError, Patience};
+use std::io::Read as _;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use testkit::Random;
 
 /// Milliseconds of virtual time.
 const fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)
-}
-
-/// A host that waits for a device, and is held up at times: all in virtual ms.
-struct Host {
-    now: u64,
-    patience: Patience,
-    /// Time in which it ran: of each wait so much as was asked.
-    ran: u64,
-}
-
-impl Host {
-    fn new(most: u64) -> Self {
-        Self {
-            now: 0,
-            patience: Patience::new(ms(most)),
-            ran: 0,
-        }
-    }
-
-    /// Waits for the next sign of the device, at most so long, and wakes so much later; what it has taken by then.
-    fn waits(&mut self, asked: u64, late: u64, signs: &mut std::vec::IntoIter<u64>) -> usize {
-        let began = self.now;
-        let next = signs.as_slice().first().copied().unwrap_or(u64::MAX);
-        self.now = next.clamp(began, began + asked) + late;
-        let taken = signs.as_slice().partition_point(|sign| *sign <= self.now);
-        signs.by_ref().take(taken).for_each(drop);
-        if taken > 0 {
-            self.patience.heard();
-        }
-        self.patience.waited(ms(asked), ms(self.now - began));
-        if taken > 0 {
-            self.patience.heard();
-        }
-        self.ran += asked.min(self.now - began);
-        taken
-    }
 }
 
 /// Rows of: the most that a device may be silent | waits asked and taken, ms | silent by listening | over.
@@ -76,39 +46,41 @@ fn only_what_was_asked_of_a_wait_counts() {
     }
 }
 
+/// A host that is held up by chance, for up to 20 s at a time, and a device that says something at least every `most` less 1 ms, and
+/// then nothing any more: it is given up after its last word, when what the host listened since is `most`.
 #[test]
 fn a_device_that_answers_in_time_is_never_given_up_and_a_silent_one_is() {
     let mut random = Random(83);
     for case in 0..testkit::cases(2000) {
         let most = 50 + random.bits() % 2000;
-        // It says something at least every `most` less 1, and then nothing any more.
         let mut signs = vec![0];
         for _ in 0..random.bits() % 40 {
-            let last = signs[signs.len() - 1];
-            signs.push(last + 1 + random.bits() % (most - 1));
+            signs.push(signs[signs.len() - 1] + 1 + random.bits() % (most - 1));
         }
-        let last = signs[signs.len() - 1];
-        let mut signs = signs.into_iter();
-        let mut host = Host::new(most);
-        let held_up = random.share();
-        let (mut since, mut waits) = (0, 0);
-        while !host.patience.is_over() {
+        let (held_up, mut heard) = (random.share(), 0);
+        let (mut patience, mut now, mut listened) = (Patience::new(ms(most)), 0, 0);
+        while !patience.is_over() {
             let asked = 1 + random.bits() % 50;
             let late = match random.chance(held_up) {
                 true => random.log_between(1.0, 20_000.0) as u64,
                 false => 0,
             };
-            if host.waits(asked, late, &mut signs) > 0 {
-                (since, waits) = (host.ran, 0);
+            let next = signs.get(heard).copied().unwrap_or(u64::MAX);
+            let took = next.clamp(now, now + asked) - now + late;
+            now += took;
+            patience.waited(ms(asked), ms(took));
+            listened += asked.min(took);
+            let taken = signs[heard..].partition_point(|sign| *sign <= now);
+            if taken > 0 {
+                heard += taken;
+                listened = 0;
+                patience.heard();
             }
-            waits += 1;
-            assert!(waits <= most + 1, "case {case}: it waits for ever");
+            assert!(listened < most + 50, "case {case}: waited for too long");
         }
-        assert!(host.now >= last + most, "case {case}: given up too early");
-        assert_eq!(signs.len(), 0, "case {case}: given up while it spoke");
-        // The last wait may go beyond it.
-        let listened = host.ran - since;
-        assert!((most..most + 50).contains(&listened), "case {case}");
+        assert_eq!(heard, signs.len(), "case {case}: given up while it spoke");
+        assert!(now >= signs[heard - 1] + most, "case {case}: too early");
+        assert!(listened >= most, "case {case}");
     }
 }
 
@@ -138,87 +110,27 @@ fn an_answer_that_nobody_took_is_not_missing() {
     assert_eq!((error, listened_ms), (silent, 10 * 160));
 }
 
-/// The far end of a pipe with a board on it, until it is dropped.
-struct Board {
-    line: Pipe,
-    device: std::cell::RefCell<TickSide<SimulatedPlant>>,
-    session: DeviceSession,
-    now_us: u64,
-}
-
-impl Board {
-    fn new(line: Pipe) -> Self {
-        let device = TickSide::new(SimulatedPlant::new("board", || 0)).expect("works");
-        Self {
-            line,
-            device: std::cell::RefCell::new(device),
-            session: DeviceSession::within_this_process(),
-            now_us: 0,
-        }
-    }
-
-    /// Answers what has come, for so long as this is true.
-    fn serves(&mut self, goes_on: impl Fn() -> bool) {
-        use std::io::{Read as _, Write as _};
-        let mut bytes = [0; 512];
-        let mut frame = [0; haptic_link::FRAME_MAX];
-        self.line.set_patience(ms(1)).expect("a pipe can");
-        while goes_on() {
-            let count = self.line.read(&mut bytes).unwrap_or(0);
-            for &byte in &bytes[..count] {
-                let length = (self.session).receive(byte, self.now_us, &self.device, &mut frame);
-                let _ = self.line.write(&frame[..length]);
-            }
-            self.now_us += 1000;
-            self.device.borrow_mut().tick(self.now_us);
-            loop {
-                let length = self.session.poll(&self.device, &mut frame);
-                if length == 0 {
-                    break;
-                }
-                let _ = self.line.write(&frame[..length]);
-            }
-        }
-    }
-}
-
-/// A link to a board that is served until something is done with the link, and what the board's end has heard since it stopped.
-fn with_board(served_meanwhile: bool, done: impl FnOnce(SerialLink)) -> Vec<Request> {
-    use std::sync::atomic::{AtomicBool, Ordering};
-    let (here, there) = Pipe::pair();
-    let mut board = Board::new(there);
-    let served = AtomicBool::new(true);
+/// A link to an emulated board that goes on, or falls silent before something is done; what its end has not read.
+fn with_board(goes_on: bool, done: impl FnOnce(SerialLink)) -> Vec<Request> {
+    let (here, mut there) = Pipe::pair();
+    let (line, stop) = (Box::new(there.clone()), AtomicBool::new(false));
     std::thread::scope(|scope| {
-        let serving = scope.spawn(|| {
-            board.serves(|| served.load(Ordering::Relaxed));
-            board
-        });
+        let board = scope.spawn(|| emulate(line, &IDEAL, &stop));
         let link = SerialLink::to_line(Box::new(here), "board").expect("answers");
         link.arm(ms(1000)).expect("arms");
-        let stop = || served.store(false, Ordering::Relaxed);
-        if served_meanwhile {
-            done(link);
-            stop();
-            return Vec::new();
+        if !goes_on {
+            stop.store(true, Ordering::Relaxed);
+            board.join().expect("no panic").expect("a good device");
         }
-        stop();
-        let mut board = serving.join().expect("no panic");
         done(link);
-        board.heard()
-    })
-}
-
-impl Board {
-    /// Requests that have come and were not read.
-    fn heard(&mut self) -> Vec<Request> {
-        use std::io::Read as _;
-        let mut receiver = haptic_link::Receiver::<Request>::new(haptic_link::Direction::FromHost);
-        let mut bytes = vec![0; 1 << 16];
-        let count = self.line.read(&mut bytes).unwrap_or(0);
-        let frames = bytes[..count].iter();
-        let frames = frames.filter_map(|byte| receiver.push(*byte));
-        frames.map(|(_, request)| request).collect()
-    }
+        stop.store(true, Ordering::Relaxed);
+    });
+    let mut receiver = Receiver::<Request>::new(Direction::FromHost);
+    let mut bytes = vec![0; 1 << 16];
+    let count = there.read(&mut bytes).unwrap_or(0);
+    let frames = bytes[..count].iter();
+    let frames = frames.filter_map(|byte| receiver.push(*byte));
+    frames.map(|(_, request)| request).collect()
 }
 
 /// Hears until the device says nothing for so long.
@@ -263,15 +175,31 @@ fn a_device_that_answers_and_sends_no_samples_is_held_up() {
 #[test]
 #[ignore = "by night: `.ci/nightly` does it"]
 fn by_night_a_silence_of_two_seconds_is_told_within_two_and_a_half() {
-    with_board(false, |link| {
-        let mut link = link;
-        let began = haptic_loop::realtime::Moment::now();
-        let none = std::sync::atomic::AtomicBool::new(false);
-        let read: Result<haptic_loop::Reading<f64, 1>, _> = link.read_or_stop(&none);
+    with_board(false, |mut link| {
+        let began = Moment::now();
+        let read: Result<Reading<f64, 1>, SerialError> = link.read_or_stop(&AtomicBool::new(false));
         let silent = LinkError::NoSamples { waited_ms: 2000 };
         assert_eq!(read.expect_err("silent"), silent.into());
         drop(link);
         let took = began.elapsed();
         assert!((ms(2000)..ms(2500)).contains(&took), "{took:?}");
+    });
+}
+
+#[test]
+fn a_line_that_has_ended_is_listened_to_no_more() {
+    let (here, there) = Pipe::pair();
+    let stop = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let board = scope.spawn(|| emulate(Box::new(there), &IDEAL, &stop));
+        let mut link = SerialLink::to_line(Box::new(here), "board").expect("answers");
+        stop.store(true, Ordering::Relaxed);
+        board.join().expect("no panic").expect("a good device");
+        let over = std::iter::repeat_with(|| link.hear(testkit::PATIENCE));
+        let over = over.flatten().find(|heard| matches!(heard, Heard::Over(_)));
+        assert_eq!(over, Some(Heard::Over(LinkError::Gone)));
+        // Nobody listens: it would be waited for without end.
+        assert_eq!(link.hear(testkit::PATIENCE), None);
+        assert!(link.wait_for_rest() && !link.answers_again());
     });
 }
