@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 /// Longest wait for anything; an emulator on a busy machine may stand still for a while.
-const PATIENCE: Duration = Duration::from_secs(20);
+const PATIENCE: Duration = testkit::PATIENCE;
 /// Where the stack ends.
 const STACK_END: u32 = 0x2000_0000;
 /// What the start-up code paints an unused stack with.

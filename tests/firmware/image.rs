@@ -179,7 +179,7 @@ impl Images {
             .expect("QEMU starts");
         let mut qemu = Qemu(child);
         let said = || std::fs::read_to_string(output.path()).expect("text");
-        let deadline = Instant::now() + Duration::from_secs(120);
+        let deadline = Instant::now() + testkit::PATIENCE;
         let status = loop {
             if let Some(status) = qemu.0.try_wait().expect("a child") {
                 break status;

@@ -19,7 +19,7 @@ use std::time::Duration;
 fn connected() -> SerialLink {
     let line = std::env::var("PICO_LINE").expect("tests/pico/run night sets PICO_LINE");
     let options = ConnectOptions {
-        patience: Duration::from_secs(20),
+        patience: testkit::PATIENCE,
         ..ConnectOptions::default()
     };
     SerialLink::connect(&line, options).expect("answers")

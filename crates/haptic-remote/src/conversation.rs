@@ -1,6 +1,8 @@
 //! The host's half of the conversation: numbers, answers, retries, keep-alives, counters.
 
+use crate::Patience;
 use crate::link_error::LinkError;
+use core::time::Duration;
 use haptic_link::{
     Alive, Direction, EventKind, Header, LineCounters, OutOfOrder, Outcome, Receiver, Refusal,
     Report, Request, SequenceTracker, Status, encode,
@@ -8,6 +10,9 @@ use haptic_link::{
 
 /// Tries of a request before the device counts as gone.
 const TRIES: u8 = 10;
+
+/// Between two looks at a request whose answer is due, µs.
+const LOOK_US: u64 = 1000;
 
 /// Keep-alives whose answers are known, the newest last: one that comes after the next was sent still tells its round trip.
 const TOKENS: usize = 32;
@@ -82,6 +87,8 @@ pub struct Conversation {
     retries: u32,
     outstanding: Option<Outstanding>,
     retry_us: u64,
+    /// The time of tries where a thread tells how long it listened; `None` where they go by the clock. Without end: only counted.
+    listening: Option<Patience>,
     /// Time from one keep-alive to the next; `None` for none.
     keep_alive_us: Option<u64>,
     token: u32,
@@ -104,11 +111,38 @@ impl Conversation {
             retries: 0,
             outstanding: None,
             retry_us,
+            listening: None,
             keep_alive_us: None,
             token: 0,
             newest_tick: None,
             tokens_us: [0; TOKENS],
         }
+    }
+
+    /// Tries count the time that [`waited`](Self::waited) tells, not the clock: an answer that nobody took is not missing.
+    #[must_use]
+    pub const fn by_listening(mut self) -> Self {
+        self.listening = Some(Patience::new(Duration::MAX));
+        self
+    }
+
+    /// A wait for the device has ended, and what came meanwhile was [received](Self::receive).
+    pub fn waited(&mut self, asked: Duration, took: Duration) {
+        if let Some(listening) = &mut self.listening {
+            listening.waited(asked, took);
+        }
+    }
+
+    /// Time that was listened, as [`waited`](Self::waited) told; and for how long of it no good frame has come.
+    #[must_use]
+    pub fn listened(&self) -> Patience {
+        self.listening.unwrap_or(Patience::new(Duration::MAX))
+    }
+
+    /// The time by which tries are counted, µs.
+    fn try_us(&self, now_us: u64) -> u64 {
+        let listened = |patience: Patience| patience.listened().as_micros() as u64;
+        self.listening.map_or(now_us, listened)
     }
 
     /// Sends a keep-alive at these intervals from now on, µs; `None` for none.
@@ -143,7 +177,7 @@ impl Conversation {
         self.outstanding = Some(Outstanding {
             request,
             sequences,
-            sent_us: now_us,
+            sent_us: self.try_us(now_us),
             before: again.map(|o| o.before.unwrap_or_else(|| self.receiver.counters())),
         });
         length
@@ -160,11 +194,12 @@ impl Conversation {
     /// # Errors
     /// [`LinkError::NoAnswer`] after the last try; an echo or another version once it has answered a hello.
     pub fn due(&mut self, now_us: u64, line: &mut [u8]) -> Result<usize, LinkError> {
+        let try_us = self.try_us(now_us);
         if let Some(mut outstanding) = self.outstanding.take() {
             if let Some(stranger) = self.stranger(&outstanding.request) {
                 return Err(stranger);
             }
-            if now_us.saturating_sub(outstanding.sent_us) < self.retry_us {
+            if try_us.saturating_sub(outstanding.sent_us) < self.retry_us {
                 self.outstanding = Some(outstanding);
             } else if outstanding.sequences.push(self.sequence).is_err() {
                 return Err(self.unanswered(&outstanding));
@@ -173,7 +208,7 @@ impl Conversation {
                 outstanding.before.get_or_insert(before);
                 self.retries = self.retries.wrapping_add(1);
                 let length = self.tell(&outstanding.request, line);
-                outstanding.sent_us = now_us;
+                outstanding.sent_us = try_us;
                 self.outstanding = Some(outstanding);
                 return Ok(length);
             }
@@ -228,10 +263,18 @@ impl Conversation {
         }
     }
 
-    /// When [`due`](Self::due) has something to do next, µs.
+    /// When [`due`](Self::due) has something to do next, µs: not before, if tries go by listening.
     #[must_use]
-    pub fn next_due_us(&self) -> Option<u64> {
-        let retry = self.outstanding.as_ref().map(|o| o.sent_us + self.retry_us);
+    pub fn next_due_us(&self, now_us: u64) -> Option<u64> {
+        let try_us = self.try_us(now_us);
+        let retry = self.outstanding.as_ref();
+        let retry = retry.map(
+            |o| match (o.sent_us + self.retry_us).saturating_sub(try_us) {
+                0 => now_us,
+                // Whoever listens counts in steps: no need to look for the rest of one at once.
+                left => now_us + left.max(LOOK_US),
+            },
+        );
         let keep = (self.keep_alive_us).map(|interval| self.sent_us(self.token) + interval);
         match (retry, keep) {
             (Some(a), Some(b)) => Some(a.min(b)),
@@ -242,6 +285,7 @@ impl Conversation {
     /// Takes a byte. Damaged, repeated and late frames are counted and not passed on.
     pub fn receive(&mut self, byte: u8, now_us: u64) -> Option<Incoming> {
         let (header, report) = self.receiver.push(byte)?;
+        self.listening.iter_mut().for_each(Patience::heard);
         let answers = self.is_answer(&report);
         if let (true, Report::Hello(hello)) = (answers, &report) {
             self.tracker.restart();

@@ -47,10 +47,10 @@ impl HeldClock {
         Duration::from_secs_f64(ahead as f64 * 1e-6 / self.speed)
     }
 
-    /// Waits for a device that is too far behind.
-    pub fn catch_up(&mut self, now_us: u64) {
+    /// Holds the clock back to a few milliseconds after this device time, at which the device was due.
+    pub fn catch_up(&mut self, due_us: u64) {
         let most = (BEHIND_MOST.as_micros() as f64 * self.speed) as u64;
-        let behind = now_us.saturating_sub(self.ticked_us);
+        let behind = self.now_us().saturating_sub(due_us);
         self.held_us += behind.saturating_sub(most);
     }
 }

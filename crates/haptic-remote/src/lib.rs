@@ -17,6 +17,7 @@ mod holding;
 mod impossible;
 mod limits;
 mod link_error;
+mod patience;
 mod prepared;
 mod records;
 mod rendered;
@@ -42,6 +43,7 @@ pub use holding::controller_law;
 pub use impossible::Impossible;
 pub use limits::{wire_guard, wire_limits};
 pub use link_error::{LinkError, check_keys};
+pub use patience::Patience;
 pub use prepared::{
     COEFFICIENTS_MAX, DEGREE_MAX, DeviceOperator, DeviceWall, MODES_MAX, Prepared, abilities,
     only_real, prepare,

@@ -6,7 +6,6 @@ use super::promise::Check;
 use haptic_loop::Fault;
 use haptic_remote::LinkError;
 use haptic_remote::serial::{SerialError, TroubleCause};
-use std::time::Duration;
 
 const ATTEMPTS: u32 = 5;
 
@@ -73,10 +72,7 @@ impl Bench<'_> {
         if !matches!(error, SerialError::Link(LinkError::NoAnswer { .. })) {
             return Ok(false);
         }
-        let held_up = matches!(
-            self.link()?.silent(Duration::ZERO),
-            LinkError::HeldUp { .. }
-        );
+        let held_up = self.link_mut()?.answers_again();
         if held_up {
             self.calm()?;
             self.late = None;

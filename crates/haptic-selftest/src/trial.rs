@@ -111,13 +111,13 @@ impl Bench<'_> {
         say: impl Fn(&Tick, usize) -> Option<f32>,
         until: impl Fn(&Followed) -> bool,
     ) -> Result<Followed, Broken> {
-        let mut last = Moment::now();
+        let mut patience = self.link()?.patience(SILENCE);
         let (mut rest, mut asked) = (Rest::Awaited, Moment::now());
         loop {
             self.goes_on()?;
             match self.link_mut()?.hear(LOOK) {
                 Some(heard) => {
-                    last = Moment::now();
+                    patience = self.link()?.patience(SILENCE);
                     let mut newest = followed.take(heard)?;
                     while let Some(heard) = self.link_mut()?.try_hear() {
                         newest = followed.take(heard)?.or(newest);
@@ -129,7 +129,7 @@ impl Bench<'_> {
                         followed.sent.push((sample.tick, force_n));
                     }
                 }
-                None if last.elapsed() >= SILENCE && !followed.is_over() => {
+                None if self.link_mut()?.is_silent(&mut patience) && !followed.is_over() => {
                     let error = self.link()?.silent(SILENCE);
                     if !matches!(error, LinkError::HeldUp { .. }) {
                         return Err(Broken::Link(error.into()));

@@ -19,6 +19,28 @@ pub mod tissue;
 use std::fmt::Debug;
 use std::io::Write as _;
 use std::str::FromStr;
+use std::time::{Duration, Instant};
+
+/// A test that waits for longer than this hangs. The longest wait takes 30 s on an idle machine, and five times that beside eight
+/// busy loops on two cores.
+pub const PATIENCE: Duration = Duration::from_secs(600);
+
+/// Waits until there is something, and returns it. This is how a test waits for another process or thread: a sleep of a second
+/// is a guess about a machine that it does not know.
+///
+/// # Panics
+/// If it has not come within [`PATIENCE`].
+#[track_caller]
+pub fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    let began = Instant::now();
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        assert!(began.elapsed() < PATIENCE, "waited in vain for {what}");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
 
 /// Cases to try: `CAMPAIGN_CASES`, or so many.
 ///

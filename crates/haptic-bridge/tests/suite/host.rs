@@ -33,7 +33,7 @@ impl Host {
             .expect("starts");
         let (mut heard, mut largest_n) = (0, 0.0_f32);
         while heard < ticks && self.fault.is_none() {
-            match self.link.hear(Duration::from_secs(1)) {
+            match self.link.hear(testkit::PATIENCE) {
                 Some(Heard::Sample(sample)) => {
                     heard += 1;
                     let forces = sample.axes.iter().map(|axis| axis.force_n.abs());

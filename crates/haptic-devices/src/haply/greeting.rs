@@ -4,6 +4,7 @@ use super::hardware::Haply2Diy;
 use super::model::{HaplyName, Home};
 use super::protocol::{ANSWER_BYTES, Trouble, configuration, judged, resynchronise, torques};
 use haptic_loop::realtime::Moment;
+use haptic_remote::Patience;
 use haptic_remote::serial::{Line, SerialError};
 use std::io::ErrorKind;
 use std::time::Duration;
@@ -14,6 +15,8 @@ const BAUD: u32 = 115_200;
 
 /// The board takes some milliseconds to be configured; more than this is silence.
 const FIRST_ANSWER: Duration = Duration::from_millis(500);
+/// A read of a first answer waits so long.
+const FIRST_READ: Duration = Duration::from_millis(1);
 /// Nothing for so long is quiet: several times what the board takes for an answer.
 const QUIET: Duration = Duration::from_millis(20);
 /// More bytes than a board ever has on its way: it speaks unasked.
@@ -130,7 +133,7 @@ fn quiet(line: &mut impl Line) -> Result<(), HaplyOpenError> {
             Ok(0) => return Err(HaplyOpenError::First(Trouble::Gone)),
             Ok(count) => thrown += count,
             Err(error) if error.kind() == ErrorKind::TimedOut => {
-                return line.set_patience(Duration::from_millis(1)).map_err(gone);
+                return line.set_patience(FIRST_READ).map_err(gone);
             }
             Err(error) if error.kind() == ErrorKind::Interrupted => {}
             Err(_) => return Err(HaplyOpenError::First(Trouble::Gone)),
@@ -141,17 +144,19 @@ fn quiet(line: &mut impl Line) -> Result<(), HaplyOpenError> {
 
 /// Waits for the whole answer to a first frame, and not more.
 fn first_answer(line: &mut impl Line) -> Result<[u8; ANSWER_BYTES], HaplyOpenError> {
-    let began = Moment::now();
+    let mut patience = Patience::new(FIRST_ANSWER);
     let mut bytes = [0; 64];
     let mut filled = 0;
     while filled < ANSWER_BYTES {
+        let began = Moment::now();
         match line.read(&mut bytes[filled..]) {
             Ok(0) => return Err(HaplyOpenError::First(Trouble::Gone)),
             Ok(count) => filled += count,
             Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
             Err(_) => return Err(HaplyOpenError::First(Trouble::Gone)),
         }
-        if filled < ANSWER_BYTES && began.elapsed() > FIRST_ANSWER {
+        patience.waited(FIRST_READ, began.elapsed());
+        if filled < ANSWER_BYTES && patience.is_over() {
             return Err(HaplyOpenError::Mute { bytes: filled });
         }
     }

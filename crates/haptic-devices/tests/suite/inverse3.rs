@@ -354,7 +354,7 @@ fn a_ball_is_felt_with_the_bits_of_its_law_at_the_positions_that_are_told() {
         let mut history = Environment::<f32, 3>::at_rest(&contact);
         let (mut next, mut largest_n) = (0, 0.0_f32);
         while next < ticks {
-            let heard = link.hear(Duration::from_secs(60)).expect("something");
+            let heard = link.hear(testkit::PATIENCE).expect("something");
             let Heard::Sample(sample) = heard else {
                 assert!(matches!(heard, Heard::Event(_)), "{heard:?}");
                 continue;

@@ -12,6 +12,8 @@ mod facing;
 mod port;
 #[cfg(unix)]
 mod terminal;
+#[cfg(test)]
+mod tests;
 
 pub use error::EmulatorError;
 pub use facing::emulate_facing;
@@ -184,6 +186,8 @@ impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
             Err(RecvTimeoutError::Timeout) => None,
             Err(RecvTimeoutError::Disconnected) => return false,
         };
+        // A machine that was held up is so in the device's past: what it does from now on is no later than what it would have done.
+        self.clock.catch_up(next_us);
         let now_us = self.clock.now_us();
         for (index, bytes) in first.into_iter().chain(self.arriving.try_iter()) {
             self.boards[index].take(bytes, now_us);
@@ -197,7 +201,7 @@ impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
             self.clock.ticked_us = next_us;
             now.set(next_us);
             self.boards[next].tick(self.speed > 1.0);
-            self.clock.catch_up(now_us);
+            self.clock.catch_up(next_us);
         }
         for board in &mut self.boards {
             board.speak(now_us);

@@ -14,6 +14,8 @@ pub enum PortKind {
     Terminal,
     /// A TCP address `HOST:PORT`; port 0 takes a free one.
     Address,
+    /// The same for a device of another maker, whose protocol knows no greeting.
+    ForeignAddress,
 }
 
 /// A port that a host can open. Its name goes with it.
@@ -45,6 +47,10 @@ impl Port {
             PortKind::Address => {
                 let name = name.map_or(Self::ADDRESS.into(), Path::to_string_lossy);
                 Ok(Self::Address(TcpListening::open(&name)?))
+            }
+            PortKind::ForeignAddress => {
+                let name = name.map_or(Self::ADDRESS.into(), Path::to_string_lossy);
+                Ok(Self::Address(TcpListening::for_any_protocol(&name)?))
             }
         }
     }

@@ -104,7 +104,7 @@ fn a_half_open_request_and_an_idle_connection_are_closed() {
     let whole = format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n");
     for sent in ["", "GET /", &whole[..whole.len() - 2], &whole] {
         let mut stream = TcpStream::connect(host).expect("connected");
-        let most = Some(Duration::from_secs(20));
+        let most = Some(testkit::PATIENCE);
         stream.set_read_timeout(most).expect("a time limit");
         stream.write_all(sent.as_bytes()).expect("sent");
         // It ends, after an answer where there is one; a time limit would be an error.

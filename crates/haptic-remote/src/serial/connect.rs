@@ -4,12 +4,12 @@ use super::error::SerialError;
 use super::line::Line;
 use super::link::SerialLink;
 use super::link::Shared;
-use super::link::{Ends, write};
+use super::link::{Ends, LISTENS, is_nothing, write};
 use super::port;
 use super::run::IN_TIME;
 use super::served::Served;
 use crate::impossible::Plausible;
-use crate::{Conversation, Incoming, LinkError, abilities, check_keys};
+use crate::{Conversation, Incoming, LinkError, Patience, abilities, check_keys};
 use core::fmt::Display;
 use haptic_link::{Capabilities, FRAME_MAX, Hello, Report, Request, Sample, State, Status};
 use haptic_loop::realtime::Moment;
@@ -18,7 +18,6 @@ use std::boxed::Box;
 use std::collections::VecDeque;
 use std::collections::hash_map::RandomState;
 use std::hash::{BuildHasher as _, Hasher as _};
-use std::io::ErrorKind;
 use std::string::ToString;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::sync_channel;
@@ -53,17 +52,20 @@ impl SerialLink {
     /// A port that is not there, is in use or may not be opened; no answer, garbage, an echo, another protocol
     /// version.
     pub fn connect(path: &str, options: ConnectOptions<'_>) -> Result<Self, SerialError> {
-        let began = Moment::now();
+        let mut patience = Patience::new(options.patience);
         let mut pause = Duration::from_millis(50);
         loop {
+            let began = Moment::now();
             let error = match Self::connect_once(path, options.baud) {
                 Ok(link) => return Ok(link),
                 Err(error) => error,
             };
-            let over = began.elapsed() + pause > options.patience;
+            patience.waited(GREETING, began.elapsed());
+            let over = pause > patience.left();
             if over || error.is_hopeless() || !sleep(pause, options.stop) {
                 return Err(error);
             }
+            patience.waited(pause, pause);
             pause = (2 * pause).min(Duration::from_secs(1));
         }
     }
@@ -99,7 +101,7 @@ impl SerialLink {
     /// Greets whoever is at the other end of a line.
     fn over(line: Box<dyn Line>, bauds: &[u32], path: &str) -> Result<Self, SerialError> {
         let mut port = line;
-        let mut conversation = Conversation::new(RETRY.as_micros() as u64);
+        let mut conversation = Conversation::new(RETRY.as_micros() as u64).by_listening();
         let mut said = Vec::new();
         let greeted = greet(port.as_mut(), &mut conversation, bauds, &mut said);
         let (hello, baud) = greeted.map_err(|error| port::unanswered(path, &said, error))?;
@@ -182,12 +184,13 @@ impl SerialLink {
     pub fn wait_for_rest(&self) -> bool {
         /// Longer than a force takes to fall.
         const PATIENCE: Duration = Duration::from_secs(2);
-        let began = Moment::now();
+        let mut patience = self.patience(PATIENCE);
         let resting = || matches!(self.status().state, State::Idle | State::Fault);
         // The last status is from before the request.
         loop {
+            let is_over = self.is_over(&mut patience);
             drop(self.measure_round_trip(Duration::from_millis(20)));
-            if resting() || began.elapsed() >= PATIENCE {
+            if resting() || is_over {
                 return resting();
             }
         }
@@ -236,10 +239,13 @@ fn check_numbers(capabilities: &Capabilities) -> Result<(), LinkError> {
 fn shared(conversation: Conversation, status: Status) -> Result<Shared, SerialError> {
     // 1 µs to 10 s, two digits: these bounds are good, so there is always a histogram.
     let histogram = Histogram::new_with_bounds(1, 10_000_000, 2);
+    let listened_us = conversation.listened().listened().as_micros() as u64;
     Ok(Shared {
         conversation: Mutex::new(conversation),
         began: Moment::now(),
         over: AtomicBool::new(false),
+        listened_us: AtomicU64::new(listened_us),
+        deaf: AtomicBool::new(false),
         samples_dropped: AtomicU64::new(0),
         forces_dropped: AtomicU64::new(0),
         round_trip_us: Mutex::new(histogram.map_err(thread_error)?),
@@ -283,10 +289,11 @@ fn greet(
     bauds: &[u32],
     said: &mut Vec<u8>,
 ) -> Result<(Hello, u32), SerialError> {
-    let began = Moment::now();
+    // A line that keeps its own patience is heard all the same.
+    let _ = port.set_patience(LISTENS);
     let nonce = RandomState::new().build_hasher().finish() as u32;
     for &baud in bauds.iter().cycle() {
-        if began.elapsed() >= GREETING {
+        if conversation.listened().listened() >= GREETING {
             break;
         }
         // A port without speeds, as a pseudo-terminal may be, has the only one.
@@ -313,13 +320,16 @@ fn take_turn(
     let length = conversation.ask(Request::Hello { nonce }, now_us(began), &mut line[1..]);
     send(port, &line[..=length])?;
     let mut bytes = [0; 1024];
-    while began.elapsed() < TURN {
+    let mut patience = Patience::new(TURN);
+    while !patience.is_over() {
+        let waits = Moment::now();
         let count = match port.read(&mut bytes) {
             Ok(0) => return Err(LinkError::Gone),
             Ok(count) => count,
-            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => 0,
+            Err(error) if is_nothing(&error) => 0,
             Err(_) => return Err(LinkError::Gone),
         };
+        let took = waits.elapsed();
         let room = SAID_MOST - said.len();
         said.extend_from_slice(&bytes[..count.min(room)]);
         for &byte in &bytes[..count] {
@@ -329,6 +339,8 @@ fn take_turn(
                 return Ok(Some(hello));
             }
         }
+        patience.waited(LISTENS, took);
+        conversation.waited(LISTENS, took);
         let length = conversation.due(now_us(began), &mut line)?;
         send(port, &line[..length])?;
     }

@@ -6,7 +6,7 @@ use super::line::{Line, lock};
 use super::served::Served;
 use super::tcp::tcp_address;
 use crate::impossible::Plausible;
-use crate::{Conversation, HostCounters, Incoming, LinkError};
+use crate::{Conversation, HostCounters, Incoming, LinkError, Patience};
 use haptic_link::{
     AXES_MAX, Capabilities, Event, FRAME_MAX, FaultReport, Hello, Report, Request, Sample, Status,
 };
@@ -15,7 +15,7 @@ use haptic_loop::realtime::{self, Moment, raise_thread};
 use hdrhistogram::Histogram;
 use std::boxed::Box;
 use std::collections::VecDeque;
-use std::io::ErrorKind;
+use std::io::{Error, ErrorKind};
 use std::string::String;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError};
@@ -240,6 +240,29 @@ impl SerialLink {
         self.shared.alives.load(Ordering::Acquire)
     }
 
+    /// Patience with this device from now on: what its reader listens counts, so that nobody who was held up takes it for silent.
+    #[must_use]
+    pub fn patience(&self, most: Duration) -> Patience {
+        Patience::since(most, self.shared.listened())
+    }
+
+    /// True if this patience is over though nothing has come that was not heard. Another thread listens: its time is read before
+    /// the queue is.
+    pub fn is_silent(&mut self, patience: &mut Patience) -> bool {
+        let is_silent = self.is_over(patience);
+        if is_silent && self.ahead.is_none() {
+            self.ahead = self.heard.try_recv().ok();
+        }
+        is_silent && self.ahead.is_none()
+    }
+
+    /// True if this patience is over, or nobody listens any more.
+    pub(super) fn is_over(&self, patience: &mut Patience) -> bool {
+        let is_over = self.shared.over.load(Ordering::Relaxed);
+        patience.listened_for(self.shared.listened());
+        is_over || patience.is_over()
+    }
+
     /// All counters of this end.
     #[must_use]
     pub fn report(&self) -> LinkReport {
@@ -259,12 +282,11 @@ impl Drop for SerialLink {
         if !self.shared.over.load(Ordering::Relaxed) {
             let _ = self.disarm();
         }
-        self.shared.over.store(true, Ordering::Relaxed);
         self.commands = None;
-        for thread in self.threads.drain(..) {
-            // A panic in there has been printed; there is nothing left to save.
-            let _ = thread.join();
-        }
+        // The writer, which first sends what it was given, ends before the reader. A panic in there has been printed.
+        let _ = self.threads.pop().map(JoinHandle::join);
+        self.shared.over.store(true, Ordering::Relaxed);
+        let _ = self.threads.pop().map(JoinHandle::join);
     }
 }
 
@@ -292,6 +314,10 @@ pub(super) struct Shared {
     pub(super) conversation: Mutex<Conversation>,
     pub(super) began: Moment,
     pub(super) over: AtomicBool,
+    /// Time for which the reader has listened, µs.
+    pub(super) listened_us: AtomicU64,
+    /// It did not answer after a silence: it is still told what it should do, and no answer is waited for.
+    pub(super) deaf: AtomicBool,
     pub(super) samples_dropped: AtomicU64,
     pub(super) forces_dropped: AtomicU64,
     pub(super) round_trip_us: Mutex<Histogram<u64>>,
@@ -316,6 +342,11 @@ impl Shared {
     pub(super) fn conversation(&self) -> MutexGuard<'_, Conversation> {
         lock(&self.conversation)
     }
+
+    /// For how long the reader has listened. No lock: the loop of a host asks at each tick.
+    pub(super) fn listened(&self) -> Duration {
+        Duration::from_micros(self.listened_us.load(Ordering::Acquire))
+    }
 }
 
 #[derive(Clone)]
@@ -327,25 +358,32 @@ pub(super) struct Ends {
 
 impl Ends {
     pub(super) fn listen(self, mut port: Box<dyn Line>) {
+        // A line that keeps its own patience is heard all the same.
+        let _ = port.set_patience(LISTENS);
         let mut bytes = [0; 1024];
         while !self.shared.over.load(Ordering::Relaxed) {
+            let began = Moment::now();
             let count = match port.read(&mut bytes) {
                 Ok(0) => return self.end(LinkError::Gone),
                 Ok(count) => count,
-                Err(error)
-                    if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) =>
-                {
-                    continue;
-                }
+                Err(error) if is_nothing(&error) => 0,
                 Err(_) => return self.end(LinkError::Gone),
             };
-            let now_us = self.shared.now_us();
+            let (took, now_us) = (began.elapsed(), self.shared.now_us());
             for &byte in &bytes[..count] {
                 let incoming = self.shared.conversation().receive(byte, now_us);
                 if let Some(incoming) = incoming {
                     self.pass_on(incoming);
                 }
             }
+            let mut conversation = self.shared.conversation();
+            conversation.waited(LISTENS, took);
+            let listened_us = conversation.listened().listened().as_micros() as u64;
+            drop(conversation);
+            // Behind what came: whoever reads this count finds it in the queue.
+            self.shared
+                .listened_us
+                .store(listened_us, Ordering::Release);
         }
     }
 
@@ -421,9 +459,10 @@ impl Ends {
         let mut line = [0; FRAME_MAX];
         let mut broken = false;
         while !broken {
-            let due = self.shared.conversation().next_due_us();
+            let now_us = self.shared.now_us();
+            let due = self.shared.conversation().next_due_us(now_us);
             let wait = due.map_or(IDLE, |due| {
-                Duration::from_micros(due.saturating_sub(self.shared.now_us()))
+                Duration::from_micros(due.saturating_sub(now_us))
             });
             let command = commands.recv_timeout(wait.min(IDLE));
             let now_us = self.shared.now_us();
@@ -460,23 +499,33 @@ impl Ends {
     }
 }
 
+/// A read of the device waits so long.
+pub(super) const LISTENS: Duration = Duration::from_millis(20);
+
+/// A line that takes nothing for so long is gone.
+const TAKES_NOTHING: Duration = Duration::from_secs(1);
+
+/// A read in which nothing came.
+pub(super) fn is_nothing(error: &Error) -> bool {
+    matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted)
+}
+
 /// Writes it all, and says whether the line took it: a slow line is waited for, one that takes nothing for a second
 /// is gone.
 pub(super) fn write(port: &mut dyn Line, mut bytes: &[u8]) -> bool {
-    let mut moved = Moment::now();
+    let mut patience = Patience::new(TAKES_NOTHING);
     while !bytes.is_empty() {
+        let began = Moment::now();
         match port.write(bytes) {
             Ok(0) => return false,
             Ok(count) => {
                 bytes = &bytes[count..];
-                moved = Moment::now();
+                patience.heard();
             }
             Err(error) => {
-                let busy = matches!(
-                    error.kind(),
-                    ErrorKind::TimedOut | ErrorKind::Interrupted | ErrorKind::WouldBlock
-                );
-                if !busy || moved.elapsed() > Duration::from_secs(1) {
+                patience.waited(LISTENS, began.elapsed());
+                let busy = is_nothing(&error) || error.kind() == ErrorKind::WouldBlock;
+                if !busy || patience.is_over() {
                     return false;
                 }
             }

@@ -1,14 +1,25 @@
 //! The listening side of a line: one host at a time, the others are told so.
+//!
+//! ```text
+//! comes ─▶ stranger ─ greets ─▶ waiting ─▶ present ─▶ gone
+//!              └ one of too many, or speaks of something else: dropped      └ refused while the present one speaks
+//! ```
+//! A stranger keeps nobody out: all of them are listened to, and the first that greets is served, with every byte that it
+//! has said.
 
 use super::line::{Line, lock};
 use super::socket::{Stream as _, prompt, set_patience};
+use crate::Patience;
+use haptic_link::{Direction, FRAME_MAX, Receiver, Request};
 use haptic_loop::realtime::Moment;
 use std::boxed::Box;
+use std::collections::VecDeque;
 use std::format;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
+use std::vec::Vec;
 
 /// Longest wait of a read or a write, so that the threads notice the end.
 const PATIENCE: Duration = Duration::from_millis(20);
@@ -18,18 +29,35 @@ const NOBODY: Duration = Duration::from_millis(5);
 const SILENCE: Duration = Duration::from_secs(2);
 /// Time between two looks at the door while a host is served.
 const LOOK: Duration = Duration::from_millis(100);
+/// Strangers that are listened to; with more of them the oldest goes.
+const STRANGERS_MOST: usize = 64;
+/// Strangers who come in at one look: each is listened to several times before others take its place.
+const AT_A_LOOK: usize = 16;
+/// Bytes in which a host has greeted: what a line before it may have left over, and some frames.
+const GREETING_MOST: usize = 4 * FRAME_MAX;
+
+/// How a host shows that it is one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Greeting {
+    /// By `hello`, the first message of our protocol.
+    Hello,
+    /// By saying anything, in a protocol that this door does not know.
+    Anything,
+}
 
 /// A place at which hosts come in, one at a time.
 #[derive(Debug)]
 pub(super) struct Door {
     listener: TcpListener,
     hosts: Mutex<Hosts>,
+    greeting: Greeting,
     silence: Duration,
 }
 
 #[derive(Debug)]
 struct Hosts {
     present: Option<Host>,
+    strangers: VecDeque<Stranger>,
     waiting: Option<Host>,
     /// All that the present one had said before the other came is read.
     caught_up: bool,
@@ -42,20 +70,80 @@ struct Hosts {
 struct Host {
     stream: Arc<TcpStream>,
     address: SocketAddr,
-    heard: Moment,
+    patience: Patience,
+    read: Moment,
+    /// Said before it was let in, and not read yet.
+    said: VecDeque<u8>,
+}
+
+/// Somebody who has come and has not greeted.
+#[derive(Debug)]
+struct Stranger {
+    stream: TcpStream,
+    address: SocketAddr,
+    receiver: Receiver<Request>,
+    said: Vec<u8>,
+}
+
+/// A stranger after a look at it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Seen {
+    Stranger,
+    Greeted,
+    Dropped,
+}
+
+impl Stranger {
+    /// Takes what it has said. Does not wait.
+    fn look(&mut self, greeting: Greeting) -> Seen {
+        let mut bytes = [0; FRAME_MAX];
+        while self.said.len() < GREETING_MOST {
+            let count = match self.stream.receive(&mut bytes) {
+                Ok(count @ 1..) => count,
+                Err(error) if error.kind() == ErrorKind::TimedOut => return Seen::Stranger,
+                Err(error) if error.kind() == ErrorKind::Interrupted => continue,
+                Ok(0) | Err(_) => return Seen::Dropped,
+            };
+            self.said.extend_from_slice(&bytes[..count]);
+            if self.greets(&bytes[..count], greeting) {
+                return Seen::Greeted;
+            }
+        }
+        Seen::Dropped
+    }
+
+    fn greets(&mut self, bytes: &[u8], greeting: Greeting) -> bool {
+        let mut frames = bytes.iter().filter_map(|byte| self.receiver.push(*byte));
+        match greeting {
+            Greeting::Hello => frames.any(|(_, request)| matches!(request, Request::Hello { .. })),
+            Greeting::Anything => true,
+        }
+    }
+
+    fn host(self, silence: Duration) -> Host {
+        Host {
+            stream: Arc::new(self.stream),
+            address: self.address,
+            patience: Patience::new(silence),
+            read: Moment::now(),
+            said: self.said.into(),
+        }
+    }
 }
 
 impl Door {
-    pub(super) fn new(listener: TcpListener) -> Self {
+    pub(super) fn new(listener: TcpListener, greeting: Greeting) -> Self {
         Self {
             listener,
             hosts: Mutex::new(Hosts {
                 present: None,
+                strangers: VecDeque::new(),
                 waiting: None,
                 caught_up: false,
                 refused: None,
                 looked: Moment::now(),
             }),
+            greeting,
             silence: SILENCE,
         }
     }
@@ -67,7 +155,7 @@ impl Door {
         if hosts.waiting.is_none() && (nobody || hosts.looked.elapsed() >= LOOK) {
             hosts.looked = Moment::now();
             hosts.caught_up = false;
-            hosts.waiting = self.next().ok();
+            self.look_at_strangers(hosts);
         }
         if nobody {
             hosts.let_in(patience);
@@ -75,13 +163,41 @@ impl Door {
         hosts.stream()
     }
 
-    /// The next host that waits. Does not wait itself.
-    fn next(&self) -> io::Result<Host> {
+    /// Lets in who has come, and listens to each until one greets. Does not wait itself.
+    fn look_at_strangers(&self, hosts: &mut Hosts) {
+        for _ in 0..AT_A_LOOK {
+            let Ok(stranger) = self.next() else {
+                break;
+            };
+            if hosts.strangers.len() == STRANGERS_MOST {
+                hosts.strangers.pop_front();
+            }
+            hosts.strangers.push_back(stranger);
+        }
+        let mut index = 0;
+        while let Some(stranger) = hosts.strangers.get_mut(index) {
+            match stranger.look(self.greeting) {
+                Seen::Stranger => index += 1,
+                Seen::Dropped => drop(hosts.strangers.remove(index)),
+                Seen::Greeted => {
+                    let greeted = hosts.strangers.remove(index);
+                    hosts.waiting = greeted.map(|stranger| stranger.host(self.silence));
+                    return;
+                }
+            }
+        }
+    }
+
+    /// The next stranger that has come. Does not wait itself.
+    fn next(&self) -> io::Result<Stranger> {
         let (stream, address) = self.listener.accept()?;
-        Ok(Host {
-            stream: Arc::new(prompt(stream)?),
+        let stream = prompt(stream)?;
+        stream.set_nonblocking(true)?;
+        Ok(Stranger {
+            stream,
             address,
-            heard: Moment::now(),
+            receiver: Receiver::new(Direction::FromHost),
+            said: Vec::new(),
         })
     }
 
@@ -92,8 +208,12 @@ impl Door {
         let Some(present) = hosts.present.as_mut().filter(speaks) else {
             return;
         };
+        // Whoever reads may do other things between two reads, but not be held up for longer.
+        let now = Moment::now();
+        let took = now.saturating_duration_since(core::mem::replace(&mut present.read, now));
+        present.patience.waited(PATIENCE, took);
         if count > 0 {
-            present.heard = Moment::now();
+            present.patience.heard();
             // It speaks though another waits, and so has not just left: the other is refused.
             if hosts.caught_up
                 && let Some(waiting) = hosts.waiting.take()
@@ -101,7 +221,7 @@ impl Door {
                 waiting.refuse(present.address);
                 hosts.refused = Some(waiting);
             }
-        } else if all && hosts.waiting.is_some() && present.heard.elapsed() >= self.silence {
+        } else if all && hosts.waiting.is_some() && present.patience.is_over() {
             hosts.let_in(patience);
         }
         hosts.caught_up |= all;
@@ -137,6 +257,12 @@ impl Hosts {
         self.present = self.waiting.take().filter(ready);
     }
 
+    /// Hands over what the present one said before it was let in.
+    fn first_words(&mut self, into: &mut [u8]) -> usize {
+        let said = self.present.as_mut().map(|present| &mut present.said);
+        said.and_then(|said| said.read(into).ok()).unwrap_or(0)
+    }
+
     fn stream(&self) -> Option<Arc<TcpStream>> {
         let present = self.present.as_ref();
         present.map(|present| Arc::clone(&present.stream))
@@ -165,6 +291,10 @@ impl Read for Listening {
             std::thread::sleep(NOBODY.min(self.patience));
             return Err(ErrorKind::TimedOut.into());
         };
+        let before = lock(&self.door.hosts).first_words(into);
+        if before > 0 {
+            return Ok(before);
+        }
         match host.receive(into) {
             Ok(count @ 1..) => {
                 let all = count < into.len();
@@ -227,15 +357,68 @@ mod tests {
         }
     }
 
+    /// A door with a silence, and the device's end of it.
+    fn door(greeting: Greeting, silence: Duration) -> (Listening, SocketAddr) {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
+        listener.set_nonblocking(true).expect("it can");
+        let address = listener.local_addr().expect("bound");
+        let mut door = Door::new(listener, greeting);
+        door.silence = silence;
+        (Listening::new(&Arc::new(door)), address)
+    }
+
+    /// The first words of a host.
+    fn hello(nonce: u32) -> Vec<u8> {
+        let mut frame = [0; FRAME_MAX];
+        let header = haptic_link::Header::from_host(0, 0);
+        let length = haptic_link::encode(&Request::Hello { nonce }, header, &mut frame);
+        let mut words = std::vec![0];
+        words.extend_from_slice(&frame[..length.expect("fits")]);
+        words
+    }
+
+    #[test]
+    fn whoever_has_not_greeted_keeps_nobody_out() {
+        // A host that never falls silent, so that nothing here is a matter of time.
+        let (mut device, address) = door(Greeting::Hello, Duration::MAX);
+        let come = || TcpStream::connect(address).expect("listens");
+        let mut strangers: Vec<TcpStream> = (0..150).map(|_| come()).collect();
+        for stranger in strangers.iter_mut().step_by(3) {
+            stranger
+                .write_all(b"GET / HTTP/1.1\r\n\r\n")
+                .expect("takes it");
+        }
+        // Another is cut off in its greeting, and one says too much.
+        strangers[1].write_all(&hello(1)[..5]).expect("takes it");
+        let much = [7; GREETING_MOST];
+        strangers[2].write_all(&much).expect("takes it");
+        let mut host = come();
+        host.write_all(&hello(2)).expect("takes it");
+        assert_eq!(heard(&mut device), hello(2));
+        // Those of them that are left, and who comes now, do not disturb it.
+        let words = b"and then";
+        let _late = come();
+        host.write_all(words).expect("takes it");
+        assert_eq!(heard(&mut device), words);
+        device.write_all(b"hello").expect("it is there");
+        let mut bytes = [0; 5];
+        host.read_exact(&mut bytes).expect("comes");
+        assert_eq!(&bytes, b"hello");
+    }
+
+    #[test]
+    fn at_a_door_of_another_protocol_the_first_word_is_a_greeting() {
+        let (mut device, address) = door(Greeting::Anything, Duration::MAX);
+        let _silent = TcpStream::connect(address).expect("listens");
+        let mut host = TcpStream::connect(address).expect("listens");
+        host.write_all(b"can send 8001").expect("takes it");
+        assert_eq!(heard(&mut device), b"can send 8001");
+    }
+
     #[test]
     fn a_host_that_has_vanished_gives_way_and_one_that_speaks_does_not() {
         for (silence, let_in) in [(Duration::ZERO, true), (Duration::MAX, false)] {
-            let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
-            listener.set_nonblocking(true).expect("it can");
-            let address = listener.local_addr().expect("bound");
-            let mut door = Door::new(listener);
-            door.silence = silence;
-            let mut device = Listening::new(&Arc::new(door));
+            let (mut device, address) = door(Greeting::Anything, silence);
             let mut first = TcpStream::connect(address).expect("listens");
             first.write_all(b"first").expect("takes it");
             assert_eq!(heard(&mut device), b"first");

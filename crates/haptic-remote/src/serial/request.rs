@@ -2,16 +2,16 @@
 
 use super::error::SerialError;
 use super::line::lock;
-use super::link::Command;
-use super::link::SerialLink;
+use super::link::{Command, LISTENS, SerialLink};
 use crate::LinkError;
 use haptic_link::{
     AXES_MAX, Alive, CoefficientBlock, Configuration, ControllerCost, ControllerLaw, DigestBuilder,
-    FaultReport, Field, Refusal, Report, Request, Scope, Start, State, Statistics, SurfaceShape,
-    WorkspaceBox, block_count,
+    FaultReport, Field, LineCounters, Refusal, Report, Request, Scope, Start, State, Statistics,
+    SurfaceShape, WorkspaceBox, block_count,
 };
 use hdrhistogram::Histogram;
 use std::sync::atomic::Ordering;
+use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
 use std::vec::Vec;
 
@@ -32,14 +32,37 @@ impl SerialLink {
     /// # Errors
     /// No answer, a refusal, a line that is gone.
     pub fn ask(&self, request: Request) -> Result<Report, SerialError> {
+        self.ask_for(request, Duration::MAX)
+    }
+
+    /// As [`ask`](Self::ask), but listens no longer than this for the answer.
+    pub(super) fn ask_for(&self, request: Request, most: Duration) -> Result<Report, SerialError> {
         let commands = self.commands.as_ref().ok_or(LinkError::Gone)?;
-        // An answer that nobody waited for is none of this request.
+        let unanswered = || LinkError::NoAnswer {
+            request: request.name(),
+            line: LineCounters::default(),
+        };
+        if self.shared.deaf.load(Ordering::Relaxed) {
+            // Best effort: it may hear though it does not answer.
+            let _ = commands.try_send(Command::Tell(request.clone()));
+            return Err(unanswered().into());
+        }
+        // An answer that nobody waited for belongs to another request.
         while self.answers.try_recv().is_ok() {}
-        commands
-            .send(Command::Ask(request))
-            .map_err(|_| LinkError::Gone)?;
-        let answer = self.answers.recv().map_err(|_| LinkError::Gone)?;
-        answer.map_err(SerialError::Link)
+        let asked = commands.send(Command::Ask(request.clone()));
+        asked.map_err(|_| LinkError::Gone)?;
+        let mut patience = self.patience(most);
+        loop {
+            let listened = self.shared.listened();
+            match self.answers.recv_timeout(patience.left().min(LISTENS)) {
+                Ok(answer) => return answer.map_err(SerialError::Link),
+                Err(RecvTimeoutError::Disconnected) => return Err(LinkError::Gone.into()),
+                Err(RecvTimeoutError::Timeout) => patience.listened_for(listened),
+            }
+            if patience.is_over() {
+                return Err(unanswered().into());
+            }
+        }
     }
 
     /// Sets the whole configuration in one transaction, until it is replaced.

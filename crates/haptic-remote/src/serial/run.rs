@@ -9,7 +9,6 @@ use haptic_link::{
     AXES_MAX, BatchItem, Event, EventKind, FaultReport, IMPOSSIBLE, Limits, Refusal, Request,
     Sample, State,
 };
-use haptic_loop::realtime::Moment;
 use haptic_loop::{Device, Limiters, Reading, SafeForce};
 use nalgebra::SVector;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,20 +19,23 @@ use std::time::Duration;
 const SAMPLE_TIMEOUT: Duration = Duration::from_millis(2000);
 /// A pause in which a missing end is looked for, or somebody who stops the reading.
 const PAUSE: Duration = Duration::from_millis(50);
+/// Between two looks at what another thread has listened.
+const LEAST_PAUSE: Duration = Duration::from_millis(1);
 /// Forces of which a device has one if they come in time.
 pub(super) const IN_TIME: usize = Limits::DEFAULT.max_age_ticks as usize;
 
 impl SerialLink {
-    /// The next thing the device says unasked; `None` after the time, without pauses of this
-    /// process. The end of a run and a fault are reported even if their frames were lost: answers
-    /// to keep-alives say so too.
-    pub fn hear(&mut self, patience: Duration) -> Option<Heard> {
-        let mut left = patience;
+    /// The next thing the device says unasked; `None` after the time, by what this machine
+    /// [listened](Patience). The end of a run and a fault are reported even if their frames were
+    /// lost: answers to keep-alives say so too.
+    pub fn hear(&mut self, most: Duration) -> Option<Heard> {
+        let mut patience = self.patience(most);
         loop {
             if let Some(heard) = self.ahead.take() {
                 return Some(self.noted(heard));
             }
-            let pause = left.min(PAUSE);
+            // The reader counts in steps of its own: the rest of one may be short.
+            let pause = patience.left().clamp(LEAST_PAUSE, PAUSE);
             match self.heard.recv_timeout(pause) {
                 Ok(heard) => return Some(self.noted(heard)),
                 Err(RecvTimeoutError::Disconnected) => return Some(Heard::Over(LinkError::Gone)),
@@ -42,51 +44,70 @@ impl SerialLink {
             if let Some(heard) = self.missed() {
                 return Some(heard);
             }
-            left -= pause;
-            if left.is_zero() {
+            if self.is_silent(&mut patience) {
                 return None;
             }
         }
     }
 
-    /// Finds out why the device has been silent for this long during a run. It first makes the
-    /// device let go, then keeps asking for some seconds, which a busy machine or a bad line may
-    /// need.
+    /// Finds out why the device has been silent for this long during a run. It makes the device let go, and listens a little
+    /// longer for its answer; after that, a device that does not answer is not waited for any more.
     #[must_use]
     pub fn silent(&self, waited: Duration) -> LinkError {
-        /// Time for its answer, of several questions.
-        const PATIENCE: Duration = Duration::from_secs(4);
-        self.answers_after(waited, &Request::Disarm, PATIENCE)
+        self.answer_after(waited, Request::Disarm)
     }
 
     /// The same for a device that is only watched: it is asked once and not otherwise affected.
     #[must_use]
     pub fn unheard(&self, waited: Duration) -> LinkError {
-        self.answers_after(waited, &Request::GetStatistics, Duration::ZERO)
+        self.answer_after(waited, Request::GetStatistics)
     }
 
-    fn answers_after(&self, waited: Duration, request: &Request, patience: Duration) -> LinkError {
+    fn answer_after(&self, waited: Duration, request: Request) -> LinkError {
+        /// Two tries. The answers to keep-alives have told before, unless the line lost them all.
+        const MORE: Duration = Duration::from_millis(200);
         let waited_ms = waited.as_millis() as u64;
-        let began = Moment::now();
+        let held_up = match self.ask_for(request, MORE) {
+            Err(SerialError::Link(LinkError::NoAnswer { .. })) => {
+                let silent = self.shared.conversation().listened().silent();
+                silent < waited / 2
+            }
+            Err(SerialError::Link(LinkError::Refused { refusal, .. })) => {
+                if refusal == Refusal::Connection {
+                    return LinkError::Rebooted;
+                }
+                true
+            }
+            Err(SerialError::Link(error)) => return error,
+            Err(_) => return LinkError::Gone,
+            Ok(_) => true,
+        };
+        if held_up {
+            return LinkError::HeldUp { waited_ms };
+        }
+        self.shared.deaf.store(true, Ordering::Relaxed);
+        // Whoever has given it up does not feed its watchdog.
+        self.shared.conversation().set_keep_alive(None);
+        LinkError::NoSamples { waited_ms }
+    }
+
+    /// Makes a device let go that has not answered a question, and asks on for some seconds, which a busy machine or a bad line
+    /// may need; true if it answers then.
+    #[must_use]
+    pub fn answers_again(&mut self) -> bool {
+        const MOST: Duration = Duration::from_secs(4);
+        let mut patience = self.patience(MOST);
         loop {
-            return match self.ask(request.clone()) {
-                Err(SerialError::Link(LinkError::NoAnswer { .. }))
-                    if began.elapsed() < patience =>
-                {
-                    continue;
+            match self.ask(Request::Disarm) {
+                Err(SerialError::Link(LinkError::NoAnswer { .. })) => {}
+                Err(SerialError::Link(LinkError::Refused { refusal, .. })) => {
+                    return refusal != Refusal::Connection;
                 }
-                Err(SerialError::Link(LinkError::NoAnswer { .. })) => {
-                    LinkError::NoSamples { waited_ms }
-                }
-                Ok(_) => LinkError::HeldUp { waited_ms },
-                Err(SerialError::Link(LinkError::Refused { refusal, .. }))
-                    if refusal != Refusal::Connection =>
-                {
-                    LinkError::HeldUp { waited_ms }
-                }
-                Err(SerialError::Link(error)) => error,
-                Err(_) => LinkError::Gone,
-            };
+                answer => return answer.is_ok(),
+            }
+            if self.is_over(&mut patience) {
+                return false;
+            }
         }
     }
 
@@ -220,10 +241,9 @@ impl SerialLink {
         &mut self,
         stop: &AtomicBool,
     ) -> Result<Reading<F, D>, SerialError> {
-        let mut left = SAMPLE_TIMEOUT;
+        let mut patience = self.patience(SAMPLE_TIMEOUT);
         loop {
-            let began = Moment::now();
-            match self.hear(left.min(PAUSE)) {
+            match self.hear(patience.left().min(PAUSE)) {
                 Some(Heard::Sample(sample)) => {
                     if let Some((tick, position_m)) = self.noted_sample::<D>(sample) {
                         return Ok(Reading {
@@ -238,9 +258,7 @@ impl SerialLink {
                 None if stop.load(Ordering::Relaxed) => return Err(LinkError::Stopped.into()),
                 Some(Heard::Event(_)) | None => {}
             }
-            // A pause of this process itself is no part of the time.
-            left = left.saturating_sub(began.elapsed().min(PAUSE));
-            if left.is_zero() {
+            if self.is_silent(&mut patience) {
                 return Err(self.silent(SAMPLE_TIMEOUT).into());
             }
         }

@@ -188,7 +188,7 @@ impl<H: ServedHardware<D>, const D: usize> Serving<H, D> {
                     time.pass(period_us);
                     self.clock.ticked_us = due_us;
                     self.device.borrow_mut().tick(due_us);
-                    self.clock.catch_up(self.clock.now_us());
+                    self.clock.catch_up(self.clock.ticked_us);
                 }
             }
             self.tell_trouble();

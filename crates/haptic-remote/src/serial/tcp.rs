@@ -5,7 +5,7 @@
 
 use super::error::SerialError;
 use super::line::Line;
-use super::listening::{Door, Listening};
+use super::listening::{Door, Greeting, Listening};
 use super::socket::{Socket, prompt};
 use std::boxed::Box;
 use std::format;
@@ -77,13 +77,14 @@ pub(super) fn connect(
     Err(unreachable(tried.join(", ")))
 }
 
-/// The listening side of a TCP line, for a device. Who connects first is served; see [`line`](Self::line).
+/// The listening side of a TCP line, for a device. Who greets first is served; see [`line`](Self::line).
 ///
 /// ```
 /// use haptic_remote::serial::TcpListening;
 /// use std::io::{Read as _, Write as _};
 ///
-/// let listening = TcpListening::open("127.0.0.1:0")?;
+/// // A protocol of another maker, whose greeting is any byte.
+/// let listening = TcpListening::for_any_protocol("127.0.0.1:0")?;
 /// let mut device = listening.line();
 /// let mut host = haptic_remote::serial::open(&listening.path(), 460_800)?;
 /// host.write_all(b"hello")?;
@@ -104,11 +105,23 @@ pub struct TcpListening {
 }
 
 impl TcpListening {
-    /// Listens at `HOST:PORT`; with port 0 at a free one.
+    /// Listens at `HOST:PORT`; with port 0 at a free one. A host greets with `hello`.
     ///
     /// # Errors
     /// [`SerialError::Address`], [`SerialError::Listen`].
     pub fn open(address: &str) -> Result<Self, SerialError> {
+        Self::with(address, Greeting::Hello)
+    }
+
+    /// Listens for hosts of a protocol that it does not know, who greet with any byte.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn for_any_protocol(address: &str) -> Result<Self, SerialError> {
+        Self::with(address, Greeting::Anything)
+    }
+
+    fn with(address: &str, greeting: Greeting) -> Result<Self, SerialError> {
         let (host, port) = host_and_port(address)?;
         let refused = |reason| SerialError::Listen {
             address: address.to_string(),
@@ -120,7 +133,7 @@ impl TcpListening {
         listener.set_nonblocking(true).map_err(listened)?;
         Ok(Self {
             address: listener.local_addr().map_err(listened)?,
-            door: Arc::new(Door::new(listener)),
+            door: Arc::new(Door::new(listener, greeting)),
         })
     }
 
@@ -138,6 +151,7 @@ impl TcpListening {
 
     /// The device's end. It serves one host at a time, who may come and go:
     ///
+    /// - *A stranger*, who has not greeted, keeps nobody out, not even among a hundred others: who greets first is served.
     /// - *A second one* is told that the device is busy and with whom, then let go. If the first has said nothing for
     ///   2 s, it has vanished, as our own hosts speak several times a second; then the second takes its place.
     /// - *Nobody there*: a read fails with [`TimedOut`](io::ErrorKind::TimedOut) within 5 ms, a write with

@@ -8,6 +8,7 @@ mod holding;
 mod limits;
 mod line;
 mod mirror;
+mod patience;
 mod plane;
 mod runs;
 mod schedules;

@@ -143,7 +143,7 @@ fn running_by(
 /// The fault that ends it, and its news.
 fn fault(link: &mut SerialLink) -> (Fault, FaultReport) {
     loop {
-        match link.hear(Duration::from_secs(60)).expect("something") {
+        match link.hear(testkit::PATIENCE).expect("something") {
             Heard::Fault(report) => {
                 let fault = Fault::from_code(report.status.fault).expect("known");
                 return (fault, report);
@@ -158,7 +158,7 @@ fn fault(link: &mut SerialLink) -> (Fault, FaultReport) {
 fn samples(link: &mut SerialLink, count: usize) -> Vec<Sample> {
     let mut samples = Vec::new();
     while samples.len() < count {
-        match link.hear(Duration::from_secs(60)).expect("something") {
+        match link.hear(testkit::PATIENCE).expect("something") {
             Heard::Sample(sample) => samples.push(sample),
             Heard::Event(_) => {}
             over @ (Heard::Fault(_) | Heard::Over(_)) => panic!("{over:?}"),
@@ -338,13 +338,17 @@ fn a_fault_between_arm_and_start_ends_the_run_by_its_name() {
         other => panic!("{other:?}"),
     };
     // The host has heard of it before it starts, or not yet.
-    for pause_ms in [200, 0] {
+    for hears_of_it in [true, false] {
         link.arm(WATCHDOG).expect("arms");
         done.breaks.store(true, Ordering::Relaxed);
         while done.breaks.load(Ordering::Relaxed) {
             std::thread::yield_now();
         }
-        std::thread::sleep(Duration::from_millis(pause_ms));
+        if hears_of_it {
+            testkit::until("the news", || {
+                (link.status().state == State::Fault).then_some(())
+            });
+        }
         let LinkError::Faulted(report) = refused(&mut link) else {
             panic!("not by its name");
         };

@@ -8,20 +8,30 @@ use std::io::{ErrorKind, Read as _, Write as _};
 use std::net::{TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// An ideal board on a line without faults.
+pub(crate) const IDEAL: Emulation = Emulation {
+    axes: 1,
+    body: None,
+    speed: 1.0,
+    faults: LineFaults {
+        drop: 0.0,
+        corrupt: 0.0,
+        duplicate: 0.0,
+        reorder: 0.0,
+        delay_s: 0.0,
+        stall: 0.0,
+        stall_s: 0.0,
+    },
+    seed: 1,
+    duration: None,
+};
+
 /// Runs a device at a free port of this machine while something is done with its path.
 fn with_device(done: impl FnOnce(&TcpListening)) {
     let listening = TcpListening::open("127.0.0.1:0").expect("a port is free");
-    let emulation = Emulation {
-        axes: 1,
-        body: None,
-        speed: 1.0,
-        faults: LineFaults::default(),
-        seed: 1,
-        duration: None,
-    };
     let (line, stop) = (listening.line(), AtomicBool::new(false));
     std::thread::scope(|scope| {
-        let device = scope.spawn(|| emulate(line, &emulation, &stop));
+        let device = scope.spawn(|| emulate(line, &IDEAL, &stop));
         done(&listening);
         stop.store(true, Ordering::Relaxed);
         device.join().expect("no panic").expect("a good device");
@@ -46,6 +56,16 @@ fn a_device_at_an_address_is_as_one_at_a_port_and_serves_one_host_after_the_othe
         // By a name with several addresses, of which one answers at least.
         let port = listening.address().port();
         connect(&format!("tcp:localhost:{port}")).expect("the name has this address too");
+    });
+}
+
+#[test]
+fn strangers_at_an_address_keep_no_host_out() {
+    with_device(|listening| {
+        let come = |_| TcpStream::connect(listening.address()).expect("listens");
+        let strangers: Vec<TcpStream> = (0..150).map(come).collect();
+        connect(&listening.path()).expect("answers within one greeting");
+        drop(strangers);
     });
 }
 
@@ -158,7 +178,7 @@ fn an_address_is_a_host_and_a_port() {
 
 #[test]
 fn a_host_that_breaks_off_makes_room_for_the_next() {
-    let listening = TcpListening::open("127.0.0.1:0").expect("a port is free");
+    let listening = TcpListening::for_any_protocol("127.0.0.1:0").expect("a port is free");
     let mut device = listening.line();
     let mut bytes = [0; 64];
     let error = device.write(b"to nobody").expect_err("nobody");

@@ -1,10 +1,10 @@
 //! Faults and what is kept of them, and the pre-flight that is to prevent some.
 
 use crate::devices::Emulated;
-use crate::process::{PATIENCE, Place, holds, number, says, signal};
+use crate::process::{Place, holds, number, says, signal};
 use serde_json::Value;
 use std::process::Stdio;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use testkit::{assert_close, skip};
 
 /// The metadata record of this name in what `log info` or `log check` tells.
@@ -86,15 +86,9 @@ fn stop_in_the_middle(device: &Emulated, options: &str) -> Option<Value> {
     let mut command = device.place().command(&format!("{line} {options}"));
     command.stdout(Stdio::piped()).stderr(Stdio::null());
     let mut child = command.spawn().expect("runs");
-    let began = Instant::now();
-    let part = device.place().path("run/relax.mcap.part");
-    // Some 600 samples.
-    while std::fs::metadata(&part).map_or(0, |file| file.len()) < 40_000 {
-        assert!(began.elapsed() < PATIENCE, "no log");
-        if child.try_wait().expect("can be asked").is_some() {
-            return None;
-        }
-        std::thread::sleep(Duration::from_millis(5));
+    let log = "run/relax.mcap.part";
+    if !device.place().grows(log, 40_000, &mut child) {
+        return None;
     }
     signal(&child, "STOP");
     std::thread::sleep(Duration::from_millis(600));

@@ -2,11 +2,10 @@
 
 use crate::devices::Emulated;
 use crate::experiments::SHORT;
-use crate::process::{Ended, PATIENCE, Place, column, number, says};
+use crate::process::{Ended, Place, column, number, says, until};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use std::process::{Child, Stdio};
-use std::time::{Duration, Instant};
 use testkit::{assert_close, skip};
 
 /// A limiter bit of the log: the loop is stopping.
@@ -21,13 +20,15 @@ fn start_and_signal(
     meanwhile: impl FnOnce(),
 ) -> Ended {
     let mut child = place.start(line);
-    let start = Instant::now();
-    while !ready(&child) {
+    until("it to be ready", || {
+        let is_ready = ready(&child);
         let gone = child.try_wait().expect("can be waited for");
-        assert!(gone.is_none(), "ended before the signal: {gone:?}");
-        assert!(start.elapsed() < PATIENCE, "it is never ready");
-        std::thread::sleep(Duration::from_millis(5));
-    }
+        assert!(
+            is_ready || gone.is_none(),
+            "ended before the signal: {gone:?}"
+        );
+        is_ready.then_some(())
+    });
     meanwhile();
     crate::process::signal(&child, signal);
     let output = child.wait_with_output().expect("ends");
@@ -370,10 +371,10 @@ pub(crate) const SIGNALS: [&str; 20] = [
 /// What `nohup` does: the run goes on to its end. Without it, it is ended in order.
 #[test]
 fn a_hangup_that_was_ignored_from_the_start_stays_ignored() {
-    for (before, code) in [("", 1), ("trap '' HUP && ", 0)] {
+    for (before, duration, code) in [("", "300s", 1), ("trap '' HUP && ", "800ms", 0)] {
         let place = Place::new();
         let script = format!(
-            "{before} \"$0\" relax --realtime --duration 1500ms --out run --quiet & \
+            "{before} \"$0\" relax --realtime --duration {duration} --ramp-time 100ms --out run --quiet & \
              while ! [ -s run/relax.mcap.part ]; do sleep 0.05; done; kill -HUP $!; wait $!"
         );
         let ended = place.shell(&script);
@@ -410,15 +411,15 @@ fn a_folder_that_is_removed_under_a_run_is_lost_data() {
     }
 }
 
-/// Latest kill, ms after the start of the process.
-const LATEST_MS: u64 = 1200;
+/// Latest kill, by the bytes of the log: some 1000 samples.
+const LATEST_BYTES: u64 = 80_000;
 /// Runs at the same time: they wait for the clock for the most part.
 const AT_ONCE: usize = 3;
 
 /// A kill and what it left.
 #[derive(Debug)]
 struct Kill {
-    after_ms: u64,
+    after_bytes: u64,
     /// True if the log had been begun.
     begun: bool,
     /// Ticks saved.
@@ -426,11 +427,14 @@ struct Kill {
 }
 
 /// Starts `host-cli LINE` in a place, kills it, and saves its log.
-fn kill_once(place: &Place, line: &str, after_ms: u64) -> Kill {
+fn kill_once(place: &Place, line: &str, after_bytes: u64) -> Kill {
     let mut command = place.command(line);
     command.stdout(Stdio::null()).stderr(Stdio::null());
     let mut child = command.spawn().expect("the binary starts");
-    std::thread::sleep(Duration::from_millis(after_ms));
+    // Some before there is a log.
+    if after_bytes > 0 {
+        place.grows("run/relax.mcap.part", after_bytes, &mut child);
+    }
     // SIGKILL on Unix: nothing of the process runs after it.
     child.kill().expect("can be killed");
     let status = child.wait().expect("ends");
@@ -438,7 +442,7 @@ fn kill_once(place: &Place, line: &str, after_ms: u64) -> Kill {
     let begun = place.path("run/relax.mcap.part").exists();
     if !begun {
         return Kill {
-            after_ms,
+            after_bytes,
             begun,
             saved: 0.0,
         };
@@ -458,7 +462,7 @@ fn kill_once(place: &Place, line: &str, after_ms: u64) -> Kill {
         assert!(missing.contains("whatever came after tick"), "{missing}");
     }
     Kill {
-        after_ms,
+        after_bytes,
         begun,
         saved,
     }
@@ -470,15 +474,18 @@ fn kill_many(few: usize, seed: u64, place: impl Fn() -> (Place, Option<Emulated>
     let kills = from_environment("KILLS").map_or(few, |kills| kills as usize);
     let seed = from_environment("KILL_SEED").unwrap_or(0) + seed;
     let mut random = Pcg64::seed_from_u64(seed);
-    let moments: Vec<u64> = (0..kills).map(|_| random.next_u64() % LATEST_MS).collect();
-    let kill = |after_ms| {
+    // A fifth of them before there is a log.
+    let moments =
+        (0..kills).map(|_| (random.next_u64() % LATEST_BYTES).saturating_sub(LATEST_BYTES / 5));
+    let moments: Vec<u64> = moments.collect();
+    let kill = |after_bytes| {
         let (place, device, line) = place();
         let place = device.as_ref().map_or(&place, Emulated::place);
-        kill_once(place, &line, after_ms)
+        kill_once(place, &line, after_bytes)
     };
     let together = |moments: &[u64]| -> Vec<Kill> {
         std::thread::scope(|scope| {
-            let start = |&after_ms| scope.spawn(move || kill(after_ms));
+            let start = |&after_bytes| scope.spawn(move || kill(after_bytes));
             let threads: Vec<_> = moments.iter().map(start).collect();
             let ends = threads.into_iter().map(|thread| thread.join());
             ends.map(|kill| kill.expect("is right")).collect()
@@ -487,7 +494,7 @@ fn kill_many(few: usize, seed: u64, place: impl Fn() -> (Place, Option<Emulated>
     let kills: Vec<Kill> = moments.chunks(AT_ONCE).flat_map(together).collect();
     let begun = kills.iter().filter(|kill| kill.begun).count();
     let saved: f64 = kills.iter().map(|kill| kill.saved).sum();
-    let latest = kills.iter().max_by_key(|kill| kill.after_ms);
+    let latest = kills.iter().max_by_key(|kill| kill.after_bytes);
     println!(
         "{} kills, seed {seed}: {begun} after the log was begun, all recovered, {saved} samples; latest {latest:?}",
         kills.len(),

@@ -145,7 +145,8 @@ fn reaches(pair: &Emulated, duration_s: u64) {
 }
 
 #[test]
-fn a_tissue_on_one_device_is_pressed_by_another() {
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_a_tissue_on_one_device_is_pressed_by_another() {
     // Settled by its end even if a busy machine lets the drive begin a second late.
     reaches(&facing(""), 4);
 }

@@ -5,11 +5,8 @@ use std::fmt;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
 
-/// A command that takes longer hangs. The longest takes 30 s on an idle machine, and five times that beside eight
-/// busy loops on two cores.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(600);
+pub(crate) use testkit::{PATIENCE, until};
 
 /// A fresh folder that commands run in; gone when dropped.
 pub(crate) struct Place(tempfile::TempDir);
@@ -116,19 +113,23 @@ impl Place {
 
     /// Waits until this process has made this file, not longer than it lives.
     pub(crate) fn wait_for(&self, name: &str, maker: &mut Child) {
-        let began = Instant::now();
-        while !self.path(name).exists() {
-            let ended = maker.try_wait().expect("can be asked");
-            if let Some(status) = ended.filter(|_| !self.path(name).exists()) {
-                let mut said = String::new();
-                if let Some(stderr) = &mut maker.stderr {
-                    stderr.read_to_string(&mut said).expect("is text");
-                }
-                panic!("nobody made {name}, {status}: {said}");
+        if !self.grows(name, 0, maker) {
+            let mut said = String::new();
+            if let Some(stderr) = &mut maker.stderr {
+                stderr.read_to_string(&mut said).expect("is text");
             }
-            assert!(began.elapsed() < PATIENCE, "nobody made {name}");
-            std::thread::sleep(Duration::from_millis(5));
+            panic!("nobody made {name}: {said}");
         }
+    }
+
+    /// Waits until a file has so many bytes; false if its maker has ended before. Of a log 8 kB are 100 samples.
+    pub(crate) fn grows(&self, name: &str, bytes: u64, maker: &mut Child) -> bool {
+        let path = self.path(name);
+        let is_there = || std::fs::metadata(&path).is_ok_and(|file| file.len() >= bytes);
+        until(name, || {
+            let ended = maker.try_wait().expect("can be asked").is_some();
+            (is_there() || ended).then(is_there)
+        })
     }
 
     pub(crate) fn write(&self, name: &str, content: impl AsRef<[u8]>) {

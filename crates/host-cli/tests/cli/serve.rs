@@ -5,7 +5,8 @@ use serde_json::json;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::process::{Child, Command};
 use std::time::{Duration, Instant};
-use testkit::browser::{PATIENCE, Page, parts};
+use testkit::browser::{Page, parts};
+use testkit::until;
 
 /// A server in a process of its own, killed when dropped.
 struct Served {
@@ -29,14 +30,7 @@ impl Served {
     /// Sends a signal, and waits: the exit code and what it said.
     fn signal(mut self, name: &str) -> (Option<i32>, String) {
         signal(&self.child, name);
-        let until = Instant::now() + PATIENCE;
-        let status = loop {
-            if let Some(status) = self.child.try_wait().expect("waits") {
-                break status;
-            }
-            assert!(Instant::now() < until, "it does not end");
-            std::thread::sleep(Duration::from_millis(10));
-        };
+        let status = until("its end", || self.child.try_wait().expect("waits"));
         let mut said = String::new();
         let stderr = self.child.stderr.as_mut().expect("piped");
         stderr.read_to_string(&mut said).expect("text");

@@ -251,7 +251,7 @@ impl<'a> Trials<'a> {
                 break;
             };
             if is_unanswered(&error) {
-                return unanswered(&state.link, &path, error);
+                return unanswered(&mut state.link, &path, error);
             }
             let refusal = refusal(&error);
             // In the wall, where a person has to pull it out.
@@ -271,7 +271,7 @@ impl<'a> Trials<'a> {
         }
         let trial = followed(&mut state.link, &path, samples, SILENCE)?;
         match state.link.disarm() {
-            Err(error) if is_unanswered(&error) => unanswered(&state.link, &path, error),
+            Err(error) if is_unanswered(&error) => unanswered(&mut state.link, &path, error),
             disarmed => disarmed.map_err(problem).map(|()| trial),
         }
     }
@@ -341,8 +341,8 @@ fn followed(
 
 /// Lets go of a device that did not answer. This machine, an emulator on it or a bad line may have been held up: if it answers now, nothing
 /// is known of the law.
-fn unanswered(link: &SerialLink, path: &str, error: SerialError) -> Result<Trial, Failure> {
-    if let LinkError::HeldUp { .. } = link.silent(SILENCE) {
+fn unanswered(link: &mut SerialLink, path: &str, error: SerialError) -> Result<Trial, Failure> {
+    if link.answers_again() {
         return Ok(held_up(path, &error));
     }
     Err(refused_at_port(path, error))

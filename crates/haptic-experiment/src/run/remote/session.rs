@@ -240,7 +240,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     ) -> Result<Option<Heard>, SerialError> {
         /// A pause in which a stop is looked for.
         const PAUSE: Duration = Duration::from_millis(20);
-        let mut left = patience;
+        let mut patience = self.ready.link.patience(patience);
         loop {
             if self.record.ended.is_none() && supervisor.stop.load(Ordering::Relaxed) {
                 self.ends(Ending::Interrupted);
@@ -250,13 +250,12 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
                 self.ends(left);
                 self.ready.link.ask(Request::Stop)?;
             }
-            let pause = left.min(PAUSE);
+            let pause = patience.left().min(PAUSE);
             if let Some(heard) = self.ready.link.hear(pause) {
                 self.partner.iter().for_each(Partner::hears);
                 return Ok(Some(heard));
             }
-            left -= pause;
-            if left.is_zero() {
+            if self.ready.link.is_silent(&mut patience) {
                 return Ok(None);
             }
         }
@@ -755,8 +754,9 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
 
     /// Takes what the device says of a run until that is over, or it is silent.
     fn hear_out(&mut self) -> Last {
-        let until = Moment::now() + self.ready.device.watchdog() + FALLEN;
-        while Moment::now() < until {
+        let most = self.ready.device.watchdog() + FALLEN;
+        let mut patience = self.ready.link.patience(most);
+        while !self.ready.link.is_silent(&mut patience) {
             match self.ready.link.hear(AFTER_FAULT) {
                 Some(Heard::Sample(sample)) => {
                     self.take_sample(&sample);

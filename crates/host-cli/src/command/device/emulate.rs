@@ -296,6 +296,11 @@ impl Arguments {
         }
         let failed = |error| self.failed(error);
         let (kind_of_port, first) = self.first();
+        // Only our own protocol begins with a greeting.
+        let kind_of_port = match kind_of_port == PortKind::Address && kind != Kind::Own {
+            true => PortKind::ForeignAddress,
+            false => kind_of_port,
+        };
         let port = Port::open(kind_of_port, first).map_err(failed)?;
         let facing = self.facing.as_deref();
         let facing = facing.map(|path| Port::open(kind_of_port, Some(path)));

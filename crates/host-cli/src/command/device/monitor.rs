@@ -228,7 +228,7 @@ impl Watch<'_> {
         let period_s = link.period_s();
         let mut next_tick = None;
         let silence = SILENCE + Duration::from_secs_f64(2.0 * period_s * f64::from(self.every));
-        let mut quiet = Duration::ZERO;
+        let mut patience = link.patience(silence);
         let over = loop {
             if self.is_over() {
                 break None;
@@ -241,12 +241,10 @@ impl Watch<'_> {
                 break Some(trouble);
             }
             let heard = link.hear(PAUSE);
-            quiet = match heard {
-                Some(_) => Duration::ZERO,
-                None => quiet + PAUSE,
-            };
-            if quiet >= silence {
-                break Some(link.unheard(quiet).to_string());
+            if heard.is_some() {
+                patience = link.patience(silence);
+            } else if link.is_silent(&mut patience) {
+                break Some(link.unheard(silence).to_string());
             }
             match heard {
                 Some(Heard::Sample(sample)) => {

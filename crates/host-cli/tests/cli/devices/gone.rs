@@ -1,10 +1,11 @@
 //! A device that goes away in the middle of a run or while it is watched: the same exit code whatever its kind.
 
 use super::Emulated;
-use crate::process::{Ended, PATIENCE, Place, binary, holds, number, says, signal};
+use crate::process::{Ended, Place, binary, holds, number, says, signal, until};
+use haptic_log::record::{Entry, LogFiles};
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Each kind of device: how it is emulated, and its name.
 const KINDS: [(&str, &str); 3] = [
@@ -37,8 +38,12 @@ fn a_run_is_not_usable(kind: &str, device: &str) {
     let line = format!(
         "relax --device {device} watchdog=1s late_ticks=0 --contact rigid --duration 300s --sample-time 5ms --out run --quiet"
     );
-    let mut run = emulated.place.start(&line);
-    (emulated.place).wait_for("run/relax.mcap.part", &mut run);
+    // A busy machine may lose the device before there is a log: then anew.
+    let run = until("a log", || {
+        let mut run = emulated.place.start(&line);
+        let begun = emulated.place.grows("run/relax.mcap.part", 0, &mut run);
+        begun.then_some(run)
+    });
     emulated.kill();
     let ended = Ended::new(line, &run.wait_with_output().expect("ends")).failed(3);
     says(ended.error(), &["the log is run/relax.mcap"]);
@@ -115,11 +120,7 @@ fn a_touch_keeps_its_log(kind: &str, name: &str) {
     );
     let mut run = device.place.start(&line);
     // Or it has ended: a busy machine may lose the board before its first tick.
-    while !device.place.path("run/touch.mcap.part").exists()
-        && run.try_wait().expect("can be asked").is_none()
-    {
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    device.place.grows("run/touch.mcap.part", 0, &mut run);
     std::thread::sleep(Duration::from_millis(200));
     device.kill();
     let ended = run.wait_with_output().expect("ends");
@@ -139,14 +140,16 @@ fn logs(place: &Place) -> (usize, usize) {
     let count = |end: &str| files.iter().filter(|name| name.ends_with(end)).count();
     (count(".mcap.part"), count(".mcap"))
 }
-/// Waits for that.
-fn logs_become(place: &Place, wanted: impl Fn(usize, usize) -> bool) {
-    let began = Instant::now();
-    let as_wanted = |(open, whole)| wanted(open, whole);
-    while !as_wanted(logs(place)) {
-        assert!(began.elapsed() < PATIENCE, "{:?}", logs(place));
-        std::thread::sleep(Duration::from_millis(5));
-    }
+/// Those of its logs that hold a sample, also while they are written to.
+fn sampled(place: &Place) -> Vec<String> {
+    let mut files = place.files();
+    files.retain(|name| {
+        let samples = LogFiles::open(&place.path(name));
+        // It may have got its final name meanwhile, or end in the middle of a chunk.
+        let mut samples = samples.into_iter().flatten();
+        name.contains(".mcap") && samples.any(|entry| matches!(entry, Ok(Entry::Tick(_))))
+    });
+    files
 }
 
 #[test]
@@ -184,15 +187,19 @@ fn a_monitor_goes_on(kind: &str, name: &str) {
     let line = format!("device monitor --device {name} --out watch --json");
     let mut monitor = device.place.start(&line);
     // A busy machine may have lost the device before, and has its second log open then.
-    logs_become(&device.place, |open, _| open > 0);
-    std::thread::sleep(Duration::from_millis(200));
+    until("samples", || sampled(&device.place).pop());
     device.kill();
     // Nothing is written any more while it is away.
-    logs_become(&device.place, |open, _| open == 0);
-    let (_, before) = logs(&device.place);
+    let before = until("the end of the log", || {
+        let (open, _) = logs(&device.place);
+        (open == 0).then(|| sampled(&device.place))
+    });
     device.plug_in(kind);
-    logs_become(&device.place, |open, whole| open + whole > before);
-    std::thread::sleep(Duration::from_secs(1));
+    until("samples of it when it is back", || {
+        let mut since = sampled(&device.place);
+        since.retain(|name| !before.contains(name));
+        since.pop()
+    });
     signal(&monitor, "INT");
     let mut said = String::new();
     let stderr = monitor.stderr.as_mut().expect("piped");
@@ -249,12 +256,10 @@ fn watched(kind: &str, name: &str, away: fn(&mut Emulated)) {
     let mut monitor = device.place.start(&line);
     let mut stderr = BufReader::new(monitor.stderr.take().expect("piped"));
     // A machine that is too busy to hold the line has closed it already, or could not open it.
-    let logs = ["watch/monitor.mcap.part", "watch/monitor.mcap"];
-    while !logs.iter().any(|log| device.place.path(log).exists())
-        && monitor.try_wait().expect("can be asked").is_none()
-    {
-        std::thread::sleep(std::time::Duration::from_millis(5));
-    }
+    until("a log", || {
+        let ended = monitor.try_wait().expect("can be asked").is_some();
+        (ended || logs(&device.place) != (0, 0)).then_some(())
+    });
     away(&mut device);
     let mut said = String::new();
     while !said.contains("link: ") {

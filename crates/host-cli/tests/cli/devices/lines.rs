@@ -74,13 +74,13 @@ fn a_run_and_the_check_of_its_log_count_the_same_samples_missing() {
     assert!(lost_first, "no line lost the first sample");
 }
 
-/// A relaxation that has run for half a second.
+/// A relaxation that has some hundred samples.
 fn under_way(device: &Emulated, line: &str, stderr: Stdio) -> Child {
     let mut run = device.place.command(line);
     let run = run.stderr(stderr).stdout(Stdio::null()).spawn();
     let mut run = run.expect("runs");
-    device.place.wait_for("run/relax.mcap.part", &mut run);
-    std::thread::sleep(Duration::from_millis(500));
+    let grew = device.place.grows("run/relax.mcap.part", 40_000, &mut run);
+    assert!(grew, "ended before its end");
     run
 }
 

@@ -49,7 +49,7 @@ impl Drop for Listening {
 
 #[test]
 fn a_relaxation_over_tcp_loses_nothing() {
-    let device = Listening::new("");
+    let device = Listening::new("--speed 4");
     let line = RELAX.replace("serial:device", device.name());
     let report = device.json(&line.replace("--duration 4s", "--duration 1s"));
     for count in [

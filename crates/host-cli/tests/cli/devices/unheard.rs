@@ -11,7 +11,7 @@ use std::process::Child;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// A wall that the device is pushed through, out of its workspace.
 pub(super) const LEAVES: &str = "[wall]
@@ -31,14 +31,9 @@ workspace_high_m = 0.01
 /// A relaxation that has some hundred samples.
 pub(super) fn under_way(device: &Emulated, line: &str) -> Child {
     let mut child = device.place.start(line);
-    let log = device.place.path("run/relax.mcap.part");
-    let began = Instant::now();
-    while std::fs::metadata(&log).map_or(0, |file| file.len()) < 40_000 {
-        let gone = child.try_wait().expect("can be waited for");
-        assert!(gone.is_none(), "ended before the signal: {gone:?}");
-        assert!(began.elapsed() < PATIENCE, "no log");
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    let log = "run/relax.mcap.part";
+    let grew = device.place.grows(log, 40_000, &mut child);
+    assert!(grew, "ended before the signal");
     child
 }
 

@@ -12,11 +12,11 @@
 //! On a page with output each code span that begins with a digit must stand in one of its blocks too, so no number is
 //! typed by hand.
 
-use crate::process::{Ended, PATIENCE, Place, binary};
+use crate::process::{Ended, PATIENCE, Place, binary, until};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use testkit::{
     book::{self, Block, Markdown},
     skip,
@@ -187,19 +187,13 @@ impl Reader<'_> {
                 .expect("starts");
             let mut words = command.split_whitespace();
             let link = words.find(|word| *word == "--link").and(words.next());
-            let ready = |began: Instant| match link {
-                Some(link) => self.place.path(link).exists(),
+            until(&command, || match link {
+                Some(link) => self.place.path(link).exists().then_some(()),
                 None => {
-                    let said = std::fs::metadata(&stdout).is_ok_and(|file| file.len() > 0);
-                    let tells = command.contains("--listen");
-                    said || !tells && began.elapsed() > Duration::from_secs(1)
+                    let said = |path| std::fs::metadata(path).is_ok_and(|file| file.len() > 0);
+                    (said(&stdout) || said(&stderr)).then_some(())
                 }
-            };
-            let began = Instant::now();
-            while !ready(began) {
-                assert!(began.elapsed() < PATIENCE, "{}: {command}", self.file);
-                std::thread::sleep(Duration::from_millis(5));
-            }
+            });
             self.behind.push(Behind {
                 command,
                 child,
@@ -218,16 +212,7 @@ impl Reader<'_> {
                 let sent = Command::new("sh").args(["-c", &kill]).status();
                 assert!(sent.expect("sh runs").success(), "{}", behind.command);
             }
-            let began = Instant::now();
-            let status = loop {
-                if let Some(status) = child.try_wait().expect("waits") {
-                    break status;
-                }
-                if began.elapsed() > PATIENCE {
-                    child.kill().expect("ends it");
-                }
-                std::thread::sleep(Duration::from_millis(5));
-            };
+            let status = until(&behind.command, || child.try_wait().expect("waits"));
             let read = |path: &Path| std::fs::read(path).expect("reads");
             let output = std::process::Output {
                 status,

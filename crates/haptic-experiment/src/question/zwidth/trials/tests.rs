@@ -40,7 +40,6 @@ fn a_silence_of_a_device_that_answers_is_no_end_of_the_search() {
 }
 
 #[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_device_that_does_not_answer_ends_it_with_what_to_look_at() {
     let (mut link, adapter) = running_without_samples();
     let stuck = adapter.lock().expect("nobody panicked with it");
