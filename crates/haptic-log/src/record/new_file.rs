@@ -404,7 +404,9 @@ mod tests {
         let _socket = std::os::unix::net::UnixListener::bind(name("socket")).expect("binds");
         fs::create_dir(name("folder")).expect("a folder");
         fs::write(name("theirs"), "theirs").expect("writes");
-        let made = std::process::Command::new("mkfifo").arg(name("fifo")).status();
+        let made = std::process::Command::new("mkfifo")
+            .arg(name("fifo"))
+            .status();
         assert!(made.expect("runs").success());
         for special in [
             name("socket"),
@@ -414,7 +416,11 @@ mod tests {
             link(&name("theirs"), "to a file"),
             link(&name("gone"), "dangling"),
         ] {
-            let kind = || fs::symlink_metadata(&special).expect("is there").file_type();
+            let kind = || {
+                fs::symlink_metadata(&special)
+                    .expect("is there")
+                    .file_type()
+            };
             let before = kind();
             for leftover in [Leftover::Keep, Leftover::Discard] {
                 let error = NewFile::create(&special, leftover, true).expect_err("refused");

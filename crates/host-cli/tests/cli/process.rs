@@ -1,5 +1,6 @@
 //! Runs the binary in a folder of its own and judges how it ended.
 
+use haptic_experiment::run::Remembered;
 use std::ffi::OsStr;
 use std::fmt;
 use std::io::Read as _;
@@ -76,6 +77,7 @@ impl Place {
     pub(crate) fn run_arguments(&self, arguments: &[impl AsRef<OsStr>], input: &[u8]) -> Ended {
         let mut command = assert_cmd::Command::new(binary());
         let command = command.args(arguments).current_dir(self.0.path());
+        let command = command.env(Remembered::VARIABLE, self.path("state"));
         let output = command.write_stdin(input).timeout(PATIENCE).output();
         Ended::new(
             format!("{command:?}"),
@@ -96,6 +98,7 @@ impl Place {
     pub(crate) fn command(&self, line: &str) -> Command {
         let mut command = Command::new(binary());
         command.args(words(line)).current_dir(&self.0);
+        command.env(Remembered::VARIABLE, self.path("state"));
         command.stdin(Stdio::null());
         command
     }

@@ -48,7 +48,12 @@ impl Arguments {
         // What is wrong with a file is said before anything has to be plugged in.
         let board = match self.board {
             Some(board) => board,
-            None => Board::at(&drive::mounted().iter().filter_map(|at| drive::board_id(at)).collect::<Vec<_>>())?,
+            None => Board::at(
+                &drive::mounted()
+                    .iter()
+                    .filter_map(|at| drive::board_id(at))
+                    .collect::<Vec<_>>(),
+            )?,
         };
         let given = self.image.as_deref();
         let given = given.map(|file| Image::read(board, file));

@@ -94,7 +94,11 @@ mod tests {
                 .map_or_else(|error| error.to_string(), |board| board.name.to_owned());
             assert!(said.contains(chosen), "{drives:?}: {said}");
         }
-        for (name, meant) in [("pico", "rp2040"), ("pico2", "rp2350"), ("rp2350", "rp2350")] {
+        for (name, meant) in [
+            ("pico", "rp2040"),
+            ("pico2", "rp2350"),
+            ("rp2350", "rp2350"),
+        ] {
             let found = boards().into_iter().find(|(_, known, _)| *known == name);
             assert_eq!(found.expect(name).0.name, meant);
         }
