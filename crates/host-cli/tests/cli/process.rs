@@ -89,6 +89,7 @@ impl Place {
     pub(crate) fn shell(&self, script: &str) -> Ended {
         let mut command = assert_cmd::Command::new("sh");
         let command = command.args(["-c", script]).arg(binary());
+        let command = command.env(Remembered::VARIABLE, self.path("state"));
         let command = command.current_dir(self.0.path()).timeout(PATIENCE);
         let output = command.output().expect("sh runs and ends in time");
         Ended::new(script.to_owned(), &output)

@@ -17,10 +17,7 @@ fn restarted(device: &mut Emulated) {
 
 /// The largest force that the device made in a run.
 fn most_n(device: &Emulated, ran: &Ended) -> f64 {
-    let export = device
-        .place
-        .run("log export run/relax.mcap -")
-        .stdout;
+    let export = device.place.run("log export run/relax.mcap -").stdout;
     let forces = column(&export, "applied_force_n").into_iter();
     let most = forces.fold(0.0, |most: f64, force| most.max(force.abs()));
     assert!(most > 0.4, "{ran}");
