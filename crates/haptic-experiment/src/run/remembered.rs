@@ -12,7 +12,7 @@ use haptic_link::{Configuration, GuardKind, Limits, Tighter};
 use haptic_log::record::NewFile;
 use haptic_quantity::{digits, label, written};
 use haptic_remote::serial::{SerialLink, port_of, ports};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use serde_json::Value;
 use std::env::{home_dir, var_os};
 use std::fmt::Display;
@@ -29,11 +29,11 @@ pub struct Remembered {
 }
 
 /// The content of a file.
-#[derive(Serialize, Deserialize)]
-struct Kept {
-    device: String,
+#[derive(Serialize)]
+struct Kept<'a> {
+    device: &'a str,
     tick_period_us: u32,
-    limits: Value,
+    limits: Limits,
 }
 
 impl Remembered {
@@ -75,9 +75,35 @@ impl Remembered {
             Err(error) => Err(error),
         };
         let text = text.map_err(|error| self.unreadable(&error))?;
-        let set = read(&text).map_err(|error| self.unreadable(&error))?;
+        let set = self.read(&text).map_err(|error| self.unreadable(&error))?;
         let (limits, looser) = present.tightened(&set);
         Ok(looser.map(|_| limits))
+    }
+
+    fn text(&self, set: &Configuration) -> Result<String, serde_json::Error> {
+        serde_json::to_string_pretty(&Kept {
+            device: &self.device,
+            tick_period_us: set.tick_period_us,
+            limits: set.limits,
+        })
+    }
+
+    /// The limits of a file, with the tick for which they were set.
+    fn read(&self, text: &str) -> Result<Configuration, serde_json::Error> {
+        let kept: Value = serde_json::from_str(text)?;
+        let set = Configuration {
+            tick_period_us: serde_json::from_value(kept["tick_period_us"].clone())?,
+            limits: serde_json::from_value(in_order(kept["limits"].clone()))?,
+            ..Configuration::PASSIVE
+        };
+        // Of another order, version or spelling a number could be that of another limit.
+        let again: Value = serde_json::from_str(&self.text(&set)?)?;
+        match again == kept {
+            true => Ok(set),
+            false => Err(serde::de::Error::custom(
+                "other limits than this program has",
+            )),
+        }
     }
 
     fn unreadable(&self, why: &dyn Display) -> Failure {
@@ -96,12 +122,7 @@ impl Remembered {
         let Some(file) = &self.file else {
             return Ok(false);
         };
-        let kept = Kept {
-            device: self.device.clone(),
-            tick_period_us: set.tick_period_us,
-            limits: serde_json::to_value(set.limits).map_err(Failure::input)?,
-        };
-        let text = serde_json::to_string_pretty(&kept).map_err(Failure::input)?;
+        let text = self.text(set).map_err(Failure::input)?;
         file.parent()
             .map_or(Ok(()), fs::create_dir_all)
             .map_err(|error| self.unwritten(&error))?;
@@ -192,23 +213,6 @@ fn folder() -> Option<PathBuf> {
     Some(states.join("fractional-haptics"))
 }
 
-/// The limits of a file, with the tick for which they were set.
-fn read(text: &str) -> Result<Configuration, serde_json::Error> {
-    let kept: Kept = serde_json::from_str(text)?;
-    let limits: Limits = serde_json::from_value(in_order(kept.limits.clone()))?;
-    // Of another order, version or spelling a number could be that of another limit.
-    if serde_json::to_value(limits)? != kept.limits {
-        return Err(serde::de::Error::custom(
-            "other limits than this program has",
-        ));
-    }
-    Ok(Configuration {
-        tick_period_us: kept.tick_period_us,
-        limits,
-        ..Configuration::PASSIVE
-    })
-}
-
 /// The values of objects without their names: limits are read in order only.
 fn in_order(value: Value) -> Value {
     match value {
@@ -286,4 +290,54 @@ pub fn loosened(before: &Limits, after: &Limits) -> Vec<String> {
         words.push(format!("braking from {before} to {after}"));
     }
     words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_link::Guard;
+    use testkit::Random;
+
+    #[test]
+    fn whatever_was_set_is_read_again_bit_for_bit_and_nothing_else_is() {
+        let place = Remembered {
+            device: "a \"board\"".to_owned(),
+            file: None,
+        };
+        let mut random = Random(84);
+        for _ in 0..500 {
+            let mut limits = Limits {
+                guard: Guard {
+                    kind: GuardKind::Observer,
+                    lag_s: random.log_between(1e-6, 1.0) as f32,
+                    ..Guard::OFF
+                },
+                workspace_low_m: -random.log_between(1e-6, 100.0) as f32,
+                ..Limits::DEFAULT
+            };
+            for limit in Limits::TABLE {
+                *(limit.of)(&mut limits) = random.log_between(1e-37, 1e37) as f32;
+            }
+            let set = Configuration {
+                tick_period_us: 250,
+                limits,
+                ..Configuration::PASSIVE
+            };
+            let text = place.text(&set).expect("text");
+            assert_eq!(place.read(&text).expect("reads"), set);
+            let other = text.replace("\"stop_time_s\"", "\"stop_s\"");
+            let swapped = text
+                .replace("workspace_low_m", "x")
+                .replace("workspace_high_m", "workspace_low_m");
+            for broken in [
+                &other,
+                &swapped.replace("\"x\"", "\"workspace_high_m\""),
+                &text[1..],
+                "{}",
+                "null",
+            ] {
+                place.read(broken).expect_err(broken);
+            }
+        }
+    }
 }
