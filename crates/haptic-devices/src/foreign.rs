@@ -71,6 +71,15 @@ impl ForeignName {
         Ok(SerialLink::to_served(served, &self.to_string())?)
     }
 
+    /// Its number among those at its port; `None` for a device that is alone there.
+    #[must_use]
+    pub const fn number(&self) -> Option<u8> {
+        match self {
+            Self::Moteus(name) => Some(name.settings.id),
+            Self::Haply(_) | Self::Inverse3(_) => None,
+        }
+    }
+
     /// The plane of a device that moves in a plane; `None` for others.
     #[must_use]
     pub const fn plane(&self) -> Option<Plane> {

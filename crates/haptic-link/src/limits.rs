@@ -23,7 +23,7 @@ in_order! {
         /// older force latches a fault.
         #[serde(with = "postcard::fixint::le")]
         pub max_age_ticks: u16 as Fixed,
-        /// Largest wanted force with which a device loop may start, N, at least 0; 0 allows any
+        /// Largest wanted force with which a device loop may start, N, 0 to 1e6; 0 allows any
         /// finite force.
         pub start_force_n: f32,
         /// Time from the start in which the applied share of the wanted force rises from 0 to 1, s,
@@ -39,7 +39,7 @@ in_order! {
         pub workspace_soft_m: f32,
         /// Speed from which on the motion is braked, m/s, from 0 to 1e-6 below `speed_hard_m_per_s`.
         pub speed_soft_m_per_s: f32,
-        /// Speed above which a fault latches, m/s, at most 1000; 0 for none.
+        /// Speed above which a fault latches, m/s, 1e-6 to 100; 0 for none.
         pub speed_hard_m_per_s: f32,
         /// Bandwidth of the velocity that is estimated from positions, Hz, 0.1 to 10 000.
         pub velocity_bandwidth_hz: f32,
@@ -51,12 +51,12 @@ in_order! {
         /// Largest braking force after a fault or stop, N, 0 to 10, unless the force at that moment
         /// was larger; it falls with the rest.
         pub brake_force_n: f32,
-        /// m, least mass that moves with the device, kg, 1e-6 to 1000; 0 for unknown.
+        /// m, least mass that moves with the device, kg, 1e-6 to 100; 0 for unknown.
         pub device_mass_kg: f32,
         /// d, ticks from a force to its effect, rounded up.
         pub device_delay_ticks: u8,
         /// A reading that stands still for `stuck_time_s` and goes on while the wanted force grows by more than this
-        /// latches a fault, N, at least 0; 0 for never.
+        /// latches a fault, N, 0 to 1e4; 0 for never.
         pub stuck_force_n: f32,
         /// Time for which a reading must stand still, s, 0.001 to 10: see `stuck_force_n`.
         pub stuck_time_s: f32,
@@ -115,6 +115,10 @@ impl Limits {
     pub const WATCHDOG_MIN_MS: u16 = 5;
     /// Longest watchdog time, ms: an older force belongs to a position that the hand has left.
     pub const WATCHDOG_MAX_MS: u16 = 1000;
+    /// Furthest end of a workspace from zero, m.
+    pub const PLACE_MOST_M: f32 = 100.0;
+    /// Least and most of [`stuck_time_s`](Self::stuck_time_s), s.
+    pub const STUCK_TIME_S: [f64; 2] = [1e-3, 10.0];
     /// Largest [`max_age_ticks`](Self::max_age_ticks).
     pub const MAX_AGE_TICKS: u16 = 1000;
 }
@@ -167,30 +171,37 @@ impl Limit {
     }
 }
 
-macro_rules! rows {
-    ($($field:ident $number:ident [$least:expr, $most:expr] $tighter:ident;)*) => { [$(Limit {
-        field: Field::$field,
-        of: |limits| &mut limits.$number,
-        least: $least,
-        most: $most,
-        tighter: Tighter::$tighter,
-    }),*] };
+macro_rules! table {
+    ($($field:ident $number:ident [$least:expr, $most:expr] $tighter:ident;)*) => {
+        /// Once in memory, whoever reads it.
+        static TABLE: [Limit; 11] = [$(Limit {
+            field: Field::$field,
+            of: |limits| &mut limits.$number,
+            least: $least as f32,
+            most: $most as f32,
+            tighter: Tighter::$tighter,
+        }),*];
+
+        impl Limits {
+            /// Least and most of each row of [`TABLE`](Self::TABLE) as they are written, for whoever asks a person.
+            pub const RANGES: [[f64; 2]; 11] = [$([$least as f64, $most as f64]),*];
+        }
+    };
 }
 
-/// Once in memory, whoever reads it.
-static TABLE: [Limit; 11] = rows! {
-    ForceLimit force_n [f32::MIN_POSITIVE, f32::MAX] Less;
-    ForceRateLimit force_rate_n_per_s [f32::MIN_POSITIVE, f32::MAX] Less;
-    StartForce start_force_n [0.0, f32::MAX] LessUnlessOff;
+table! {
+    ForceLimit force_n [f32::MIN_POSITIVE, 1e6] Less;
+    ForceRateLimit force_rate_n_per_s [f32::MIN_POSITIVE, 1e10] Less;
+    StartForce start_force_n [0.0, 1e6] LessUnlessOff;
     RiseTime rise_time_s [0.0, 60.0] More;
-    SpeedHard speed_hard_m_per_s [1e-6, 1e3] LessUnlessOff;
+    SpeedHard speed_hard_m_per_s [1e-6, 100.0] LessUnlessOff;
     VelocityBandwidth velocity_bandwidth_hz [0.1, 1e4] More;
     StopTime stop_time_s [1e-3, 1.0] Less;
     BrakeForce brake_force_n [0.0, 10.0] Less;
-    DeviceMass device_mass_kg [1e-6, 1e3] LessUnlessOff;
-    StuckForce stuck_force_n [0.0, f32::MAX] LessUnlessOff;
+    DeviceMass device_mass_kg [1e-6, 100.0] LessUnlessOff;
+    StuckForce stuck_force_n [0.0, 1e4] LessUnlessOff;
     Jump jump_m [1e-6, 1.0] LessUnlessOff;
-};
+}
 
 impl Limits {
     /// The limits that do not depend on one another. Workspace, speed zone, braking, stuck time and

@@ -9,11 +9,10 @@ use haptic_loop::{MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES};
 
 /// Narrowest zone of braking, m or m/s: a share of a narrower one would have no digits.
 const ZONE_MIN: f32 = 1e-6;
+/// Furthest place, m.
+pub(super) const FAR: f32 = haptic_link::Limits::PLACE_MOST_M;
 /// Most noise of a position, m: with more of it nothing can be guarded.
 const NOISE_MAX: f32 = 0.01;
-
-/// Furthest place, m.
-pub(super) const FAR: f32 = 100.0;
 
 /// The fields of a configuration; the first refusal is kept and told at the end: each way out in between costs 20 B
 /// of flash.
@@ -74,7 +73,8 @@ pub(super) fn chain_limits(
         fields.within(limit.field, value, limit.least_for(value), most);
         set(&mut chain, (value > 0.0).then_some(f64::from(value)));
     }
-    let time = fields.within(Field::StuckTime, limits.stuck_time_s, 1e-3, 10.0);
+    let [least, most] = haptic_link::Limits::STUCK_TIME_S.map(|time| time as f32);
+    let time = fields.within(Field::StuckTime, limits.stuck_time_s, least, most);
     if let Some(stuck) = &mut chain.stuck {
         stuck.time = Seconds(f64::from(time));
     }

@@ -14,8 +14,8 @@ use std::time::Duration;
 
 /// Ticks in which the limit of the rate lets the force rise from zero to its limit.
 const RISE_TICKS: f32 = 10.0;
-/// Watchdog of trials in which nobody is silent on purpose, ms.
-pub(super) const LONG_WATCHDOG_MS: u16 = Limits::WATCHDOG_MAX_MS;
+/// Watchdog of trials in which nobody is silent on purpose, ms: as long as a host that is killed may leave a force anywhere.
+pub(super) const LONG_WATCHDOG_MS: u16 = LoopMode::Device.watchdog_ms();
 /// A run ends by itself after so many ticks, whatever becomes of the host.
 const TICKS_MOST: u32 = 100_000;
 

@@ -10,7 +10,9 @@ use haptic_experiment::Failure;
 use haptic_experiment::parameters::Range;
 use haptic_experiment::run::{FolderRequest, OutputFolder, write_text};
 use haptic_figure::{FigureError, Picture};
-use haptic_log::record::{Leftover, NewFile, NewFileError, ROLL_LEAST};
+use haptic_log::record::{
+    Leftover, NewFile, NewFileError, ROLL_LEAST, refuse_taken, remove_earlier,
+};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -178,10 +180,7 @@ impl Unwritten {
 
 /// Looks whether files of these names can be made; another program that writes the same names is not disturbed.
 fn look(names: &[PathBuf], target: &Path, overwrite: bool) -> Result<(), NewFileError> {
-    let taken = names.iter().find(|name| name.symlink_metadata().is_ok());
-    if let (Some(taken), false) = (taken, overwrite) {
-        return Err(NewFileError::Exists(taken.clone()));
-    }
+    (names.iter()).try_for_each(|name| refuse_taken(name, overwrite))?;
     let mut name = target.as_os_str().to_owned();
     name.push(format!("-{}", std::process::id()));
     match NewFile::create(Path::new(&name), Leftover::Discard, false) {
@@ -251,7 +250,7 @@ impl Place {
     pub(crate) fn without(&mut self, extensions: &[&str]) {
         self.write(|folder| {
             for extension in extensions.iter().filter(|_| folder.overwrite()) {
-                let _ = std::fs::remove_file(folder.file(extension));
+                remove_earlier(&folder.file(extension));
             }
             Ok(())
         });
@@ -383,7 +382,7 @@ impl PlaceOfFile {
         let path = self.path.as_ref()?.with_extension(extension);
         let Some(text) = text else {
             if self.overwrite {
-                let _ = std::fs::remove_file(path);
+                remove_earlier(&path);
             }
             return None;
         };

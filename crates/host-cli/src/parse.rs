@@ -16,7 +16,8 @@ pub(crate) const WAITS: Range = Range::Within(0.0, 86_400.0);
 
 /// That a value is outside a range, in the units of its key.
 pub(crate) fn outside(key: &str, range: Range) -> String {
-    let [low, high] = range.ends().map(|end| match end {
+    let (Range::Within(low, high) | Range::AboveUpTo(low, high) | Range::ZeroOr(low, high)) = range;
+    let [low, high] = [low, high].map(|end| match end {
         0.0 => "0".to_owned(),
         end => written(key, end),
     });
@@ -24,6 +25,7 @@ pub(crate) fn outside(key: &str, range: Range) -> String {
     match range {
         Range::Within(..) => format!("is not from {low} to {high}{degrees}"),
         Range::AboveUpTo(..) => format!("is not above {low} and at most {high}"),
+        Range::ZeroOr(..) => format!("is not 0, or from {low} to {high}"),
     }
 }
 

@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::Range;
 use haptic_figure::{FigureError, Picture, Sheet};
-use haptic_log::record::{NewFile, NewFileError};
+use haptic_log::record::{NewFile, NewFileError, remove_earlier};
 use std::path::{Path, PathBuf};
 
 /// How pictures are drawn, of every command that draws.
@@ -142,9 +142,7 @@ impl Pictures {
             .map(|file| file.target().display().to_string());
         staged.into_iter().try_for_each(NewFile::publish)?;
         // One of an earlier run would pass for that of this one.
-        stale.into_iter().for_each(|file| {
-            let _ = std::fs::remove_file(file);
-        });
+        stale.iter().for_each(|file| remove_earlier(file));
         Ok(shown.unwrap_or_default())
     }
 }

@@ -122,7 +122,7 @@ impl MoteusSettings {
 #[derive(Clone, Debug, PartialEq)]
 pub struct MoteusName {
     pub(super) path: String,
-    pub(super) settings: MoteusSettings,
+    pub(crate) settings: MoteusSettings,
 }
 
 impl MoteusName {

@@ -24,6 +24,7 @@ use crate::document::parameters::{
 use crate::document::reader::Table;
 use crate::experiment::reading::{DEVICE_FILES, device_model_by, without};
 use crate::judge::modelled_tissue::Sampled;
+use crate::run::DeviceModel;
 use crate::run::advice::single;
 use crate::run::device::DeviceName;
 use crate::run::remote::RemoteDevice;
@@ -40,6 +41,7 @@ use haptic_loop::plant::{
 };
 use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{DepthMap, Device, Environment, Reading, SafeForce};
+use haptic_quantity::written;
 pub(crate) use judge::DriveReport;
 pub(crate) use judge::{DriveJudge, drive_columns};
 pub(crate) use preflight::{TissueLaw, device};
@@ -52,7 +54,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 parameters! {
     crate;
     /// Force limit of the drive, N.
-    DRIVE_FORCE_LIMIT = number("drive_force_limit_n", 10.0, "10N", FORCE_LIMITS, "Largest force of the drive on the indenter");
+    DRIVE_FORCE_LIMIT = optional("drive_force_limit_n", FORCE_LIMITS,
+        "Largest force of the drive on the indenter [default: four times the peak that the tissue predicts, and twice the friction of the device]");
     /// Spring of the contact of two devices, N/m.
     CONTACT_STIFFNESS = number("contact_stiffness_n_per_m", 1e5, "100kN/m", STIFFNESSES, "Stiffness of the contact of two devices, for the analysis");
     /// Damper of that contact, N·s/m.
@@ -70,13 +73,29 @@ pub(crate) const DRIVE: &[Parameter] = &[
     CONTACT_DAMPING,
 ];
 
-/// `[drive]`, beside an experiment on this device.
-pub(crate) fn drive(table: &Table<'_>, tissue: Option<&RemoteDevice>) -> Result<Drive, FileError> {
+/// `[drive]`, beside an experiment on this device, of which a file may say more; its tissue resists with this peak, N.
+pub(crate) fn drive(
+    table: &Table<'_>,
+    tissue: Option<&RemoteDevice>,
+    model: Option<DeviceModel>,
+    peak_n: f64,
+) -> Result<Drive, FileError> {
     table.required_text(&CONTROLLER)?;
     let path = table.file(&CONTROLLER)?.unwrap_or_default();
+    let moved = match table.has(&DRIVE_DEVICE) {
+        true => device_model_by(table, DEVICE_FILES[1])?,
+        false => model,
+    };
+    let friction_n = moved.map_or(0.0, |model| model.values.friction_n);
+    let given = table.number_if(&DRIVE_FORCE_LIMIT)?;
+    let [.., most] = FORCE_LIMITS.ends();
     Ok(Drive {
         name: path.display().to_string(),
-        force_limit_n: table.number(&DRIVE_FORCE_LIMIT)?,
+        force_limit_n: given.unwrap_or((4.0 * peak_n + 2.0 * friction_n).min(most)),
+        force_limit_reason: given.is_none().then(|| {
+            let [peak, friction] = [peak_n, friction_n].map(|force| written("force_n", force));
+            format!("four times the predicted peak of {peak}, twice the friction of {friction}")
+        }),
         controller: match table.logged(&CONTROLLER, CONTROLLER_IN_LOG) {
             Some(text) => ControllerFile::parse(&path, text)?,
             None => ControllerFile::read(&path)?,
@@ -148,6 +167,8 @@ pub(crate) struct Drive {
     pub controller: ControllerFile,
     /// Largest force on the indenter, N, above 0. The limits of the controller hold beside it.
     pub force_limit_n: f64,
+    /// Words for a limit that nobody gave.
+    pub force_limit_reason: Option<String>,
     /// The device that it moves, if that is another one than the tissue's.
     pub device: Option<DriveDevice>,
 }

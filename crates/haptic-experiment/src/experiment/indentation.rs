@@ -679,6 +679,17 @@ fn rendering(
         let read = Measured::read(&record, &piece, load, duration_s);
         read.map_err(|reason| table.fail_at(p::AGAINST.key, reason))
     });
+    let held = held.map(|held| {
+        let peak_n = match load {
+            // It relaxes from the end of the ramp on.
+            RigDrive::Position(profile) => {
+                let ramp_s = profile.ramp_time().0;
+                piece.relaxed(profile.depth().0, ramp_s, &[ramp_s])[0]
+            }
+            RigDrive::Force(push) => push.0,
+        };
+        drive::drive(held, remote.as_ref(), device_model(table)?, peak_n)
+    });
     Ok(Indentation {
         load,
         against: against.transpose()?,
@@ -696,7 +707,7 @@ fn rendering(
         },
         mass_kg: table.number(&RIG_MASS)?,
         damping_n_s_per_m: table.number(&RIG_DAMPING)?,
-        drive: (held.map(|held| drive::drive(held, remote.as_ref()))).transpose()?,
+        drive: held.transpose()?,
         sensors,
         force_limit_n: table.number(&p::FORCE_LIMIT)?,
         force_rate_limit_n_per_s: table.number(&p::FORCE_RATE_LIMIT)?,

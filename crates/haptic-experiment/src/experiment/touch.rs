@@ -23,7 +23,7 @@ use crate::document::failure::Failure;
 use crate::document::parameters::kind::{Parameter, joined, parameters};
 use crate::document::parameters::range::{
     DAMPINGS, DISSIPATIONS, DURATIONS, MASSES, NUMBERS, PLACES, RADII, Range, STIFFNESSES,
-    STIFFNESSES_ABOVE_0, WALL_ORDERS,
+    STIFFNESSES_ABOVE_0, WALL_ORDERS, WORKSPACES,
 };
 use crate::document::parameters::{
     CURRENT_LAG, DELAY, FORCE_LIMIT, FRICTION, LESS_THAN_IDEAL, SAMPLE_TIME, SCHEME, TOUCH_AXES,
@@ -85,9 +85,9 @@ parameters! {
     /// Length of a run, s.
     TOUCH_DURATION = number("duration_s", 5.0, "5s", DURATIONS, "Length of a run, at most a million samples");
     /// Low corner of the workspace, m.
-    TOUCH_BOX_LOW = list("box_low_m", PLACES, "Low corner of a box, one number per axis; outside it a fault ends the run");
+    TOUCH_BOX_LOW = list("box_low_m", WORKSPACES, "Low corner of a box, one number per axis; outside it a fault ends the run");
     /// High corner of the workspace, m.
-    TOUCH_BOX_HIGH = list("box_high_m", PLACES, "High corner of that box");
+    TOUCH_BOX_HIGH = list("box_high_m", WORKSPACES, "High corner of that box");
     /// True if energy for the hand is a failure.
     TOUCH_MUST_BE_PASSIVE = flag("must_be_passive", "Fail if the hand gets energy or a force reaches its limit");
 }

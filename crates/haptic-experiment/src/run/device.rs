@@ -4,6 +4,7 @@ use crate::document::failure::Failure;
 use crate::document::named::Named;
 use crate::document::parameters::{DEVICE, TOUCH_AXES};
 use crate::run::ending::LetGo;
+use crate::run::remembered::Remembered;
 use haptic_devices::ForeignName;
 use haptic_link::{Capabilities, Hello, LoopMode};
 use haptic_loop::Fault;
@@ -112,8 +113,26 @@ impl fmt::Display for LinkedName {
 }
 
 impl DeviceName {
+    /// The limits that `device set` gave the connected device from this computer.
+    ///
+    /// # Errors
+    /// The simulated device, which has none.
+    pub fn remembered(&self, link: &SerialLink) -> Result<Remembered, Failure> {
+        Ok(Remembered::of(self.at_port()?, link))
+    }
+
+    fn at_port(&self) -> Result<&LinkedName, Failure> {
+        self.0.as_ref().ok_or_else(|| {
+            Failure::bad_input(format_args!(
+                "device \"sim\" has no port: give {}, such as that of an emulated device",
+                DEVICE.set_to("serial:PATH")
+            ))
+        })
+    }
+
     /// Connects to a device with this many axes, or with any number, and passes warnings about the
-    /// port to `warn`. Setting `stop` ends the wait.
+    /// port to `warn`. With a number of axes the device is to be armed: it gets the limits back that it has
+    /// [forgotten](Remembered). Setting `stop` ends the wait.
     ///
     /// # Errors
     /// The simulated device, or one with another number of axes; exit code 3: no port, no device, no answer.
@@ -124,13 +143,10 @@ impl DeviceName {
         warn: Warn<'_>,
         stop: Option<&AtomicBool>,
     ) -> Result<SerialLink, Failure> {
-        match (&self.0, axes) {
-            (Some(name), Some(axes)) => name.connect_with(axes, patience, warn, stop),
-            (Some(name), None) => name.open(1, warn, patience, stop),
-            (None, _) => Err(Failure::bad_input(format_args!(
-                "device \"sim\" has no port: give {}, such as that of an emulated device",
-                DEVICE.set_to("serial:PATH")
-            ))),
+        let name = self.at_port()?;
+        match axes {
+            Some(axes) => name.connect_with(axes, patience, warn, stop),
+            None => name.open(1, warn, patience, stop),
         }
     }
 }
@@ -144,7 +160,7 @@ impl LinkedName {
         here == there || ports.iter().any(|port| port == "auto")
     }
 
-    fn port(&self) -> String {
+    pub(crate) fn port(&self) -> String {
         match self {
             Self::Serial(name) => name.path.clone(),
             // KIND:PATH,KEY=VALUE
@@ -156,7 +172,7 @@ impl LinkedName {
         }
     }
 
-    /// Connects for an experiment of so many axes.
+    /// Connects for an experiment of so many axes, within the limits that were set on the device though it has forgotten them.
     pub(crate) fn connect_with(
         &self,
         axes: usize,
@@ -164,10 +180,13 @@ impl LinkedName {
         warn: Warn<'_>,
         stop: Option<&AtomicBool>,
     ) -> Result<SerialLink, Failure> {
-        let link = self.open(axes, warn, patience, stop)?;
+        let mut link = self.open(axes, warn, patience, stop)?;
         let has = usize::from(link.capabilities().axes);
         match (has, axes) {
-            _ if has == axes => Ok(link),
+            _ if has == axes => {
+                Remembered::of(self, &link).restore(&mut link, warn)?;
+                Ok(link)
+            }
             (_, 1) => Err(Failure::bad_input(format_args!(
                 "{self} has {has} axes, but this experiment needs one: so far only a [touch] with {} runs on several; name another {DEVICE}",
                 TOUCH_AXES.set_to(has)

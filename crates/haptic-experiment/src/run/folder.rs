@@ -2,7 +2,9 @@
 
 use crate::document::failure::Failure;
 use crate::document::parameters::{OUT, OVERWRITE};
-use haptic_log::record::{Leftover, NewFile, leftover_at, nth_file, part_of};
+use haptic_log::record::{
+    Leftover, NewFile, leftover_at, nth_file, part_of, refuse_taken, remove_earlier,
+};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -150,13 +152,14 @@ impl OutputFolder {
             }
         }
         let taken = EXTENSIONS.map(|extension| self.file(extension));
-        match taken.into_iter().chain(others).find(|file| file.exists()) {
-            Some(taken) if !self.request.overwrite => {
-                let advice = format!("choose another folder with {OUT}, or give {OVERWRITE}");
-                Err(Failure::exists(&taken, advice))
-            }
-            _ => Ok(()),
+        let mut taken = taken.into_iter().chain(others);
+        if self.request.overwrite {
+            return Ok(taken.try_for_each(|file| refuse_taken(&file, true))?);
         }
+        taken.find(|file| file.exists()).map_or(Ok(()), |taken| {
+            let advice = format!("choose another folder with {OUT}, or give {OVERWRITE}");
+            Err(Failure::exists(&taken, advice))
+        })
     }
 
     /// Takes back what was made, for a run that never began: folders that are still empty.
@@ -175,8 +178,7 @@ impl OutputFolder {
     }
 
     pub(crate) fn remove_stale(&self, extension: &str) {
-        // Nothing there is as good.
-        let _ = fs::remove_file(self.file(extension));
+        remove_earlier(&self.file(extension));
     }
 
     /// Path of the files of a picture, without their extensions.

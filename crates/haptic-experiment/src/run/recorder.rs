@@ -9,6 +9,7 @@ use crate::run::folder::fault_log_of;
 use haptic_log::live::Live;
 use haptic_log::record::{
     BUDGET, EventMessage, FinishedLog, RecordError, RollingLog, StartTime, TickMessage,
+    remove_earlier,
 };
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use std::collections::BTreeMap;
@@ -261,7 +262,7 @@ impl Recorder {
             }
         } else if self.overwrite {
             // That of an earlier run would pass for one of this.
-            let _ = std::fs::remove_file(path);
+            remove_earlier(&path);
         }
         let mut recorded = result?;
         recorded.fault_log = fault_log;

@@ -6,8 +6,9 @@ pub(crate) mod keys {
     use crate::document::parameters::Parameter;
     use crate::document::parameters::kind::{joined, parameters};
     use crate::document::parameters::range::{
-        DAMPINGS_ABOVE_0, DEVICE_TIMES, PLACES, Range, SENSOR_STEPS,
+        DAMPINGS_ABOVE_0, DEVICE_TIMES, Range, SENSOR_STEPS, WORKSPACES,
     };
+    use haptic_link::Limits as Wire;
     use haptic_loop::Limits;
 
     parameters! {
@@ -15,9 +16,9 @@ pub(crate) mod keys {
         all BEFORE;
         GUARD = text("guard", "off", "Keep the loop from feeding the device energy");
         /// Low end of the workspace, m.
-        WORKSPACE_LOW = optional("workspace_low_m", PLACES, "Lowest position; below it a fault ends the run");
+        WORKSPACE_LOW = optional("workspace_low_m", WORKSPACES, "Lowest position; below it a fault ends the run");
         /// High end of the workspace, m.
-        WORKSPACE_HIGH = optional("workspace_high_m", PLACES, "Highest position; above it a fault ends the run");
+        WORKSPACE_HIGH = optional("workspace_high_m", WORKSPACES, "Highest position; above it a fault ends the run");
     }
 
     parameters! {
@@ -56,16 +57,29 @@ pub(crate) mod keys {
     pub(crate) const SAFETY: &[Parameter] =
         &joined::<{ BEFORE.len() + LIMITS.len() + BEHIND.len() }>(&[BEFORE, &LIMITS, BEHIND]);
 
-    /// The parameter of a limit of the chain's table.
+    /// The parameter of a limit of the chain's table, in the range that a device has for it.
     const fn limit(key: &str) -> Parameter {
         let limit = &Limits::TABLE[Limits::row(key)];
-        let [least, most] = limit.range;
-        let range = if least > 0.0 && least <= f64::MIN_POSITIVE {
-            Range::AboveUpTo(0.0, most)
-        } else {
-            Range::Within(least, most)
-        };
-        Parameter::optional(limit.key, range, limit.help)
+        Parameter::optional(limit.key, range(Limits::row(key)), limit.help)
+    }
+
+    const fn range(row: usize) -> Range {
+        let mut on_wire = 0;
+        while on_wire < Wire::RANGES.len() {
+            let [least, most] = Wire::RANGES[on_wire];
+            if Limits::row(Wire::TABLE[on_wire].field.key()) == row {
+                let range = Range::Within(least, most);
+                let is_jump = row == Limits::row("jump_m");
+                return if is_jump { range.or_0() } else { range };
+            }
+            on_wire += 1;
+        }
+        let [least, most] = Wire::STUCK_TIME_S;
+        match row == Limits::row("stuck_time_s") {
+            true => Range::Within(least, most),
+            // Of braking: the mass and the tick of the device bound it further.
+            false => DAMPINGS_ABOVE_0,
+        }
     }
 
     /// Ends a run that goes faster.
@@ -457,6 +471,61 @@ mod tests {
                 let refused = prepare::<SimulatedPlant, 1>(configuration, &[0.0], &abilities).err();
                 assert_eq!(refused, None, "{hard} m/s, braking {braking:?}");
             }
+        }
+    }
+
+    #[test]
+    fn document_and_device_take_the_same_numbers_for_every_limit() {
+        use crate::document::parameters::{FORCE_LIMIT, FORCE_RATE_LIMIT};
+        use haptic_link::{Capabilities, Configuration, Limits as Wire, Simulation};
+        use haptic_remote::{Hardware as _, SimulatedPlant, prepare};
+        let abilities = Capabilities {
+            force_max_n: 1e6,
+            force_rate_max_n_per_s: 1e10,
+            ..SimulatedPlant::new("plain", || 0).capabilities()
+        };
+        let takes = |change: &dyn Fn(&mut Wire)| {
+            let mut limits = Wire {
+                speed_soft_m_per_s: 0.0,
+                ..Wire::DEFAULT
+            };
+            change(&mut limits);
+            let configuration = Configuration {
+                limits,
+                simulation: Simulation::TESTBED,
+                ..Configuration::PASSIVE
+            };
+            prepare::<SimulatedPlant, 1>(configuration, &[0.0], &abilities).is_ok()
+        };
+        let known = [&[FORCE_LIMIT, FORCE_RATE_LIMIT], &p::LIMITS[..]].concat();
+        let decades = |least| (least..=110).map(|tenths| 10_f64.powf(f64::from(tenths) / 10.0));
+        let mut walked = 0;
+        for limit in Wire::TABLE {
+            let key = limit.field.key();
+            let Some(parameter) = known.iter().find(|known| known.key == key) else {
+                continue;
+            };
+            // 0 is asked for where it switches off what is on unless somebody says so.
+            let ends = parameter.range().ends();
+            let beside = ends.map(|end| [0.999 * end, end, 1.001 * end]).concat();
+            for x in decades(-90).chain(beside).filter(|x| *x > 0.0) {
+                let taken = takes(&|limits| *(limit.of)(limits) = x as f32);
+                assert_eq!(parameter.range().contains(x), taken, "{key} = {x}");
+            }
+            walked += 1;
+        }
+        assert_eq!(walked, 9);
+        for x in decades(-60) {
+            let range = p::WORKSPACE_HIGH.range();
+            let high = takes(&|limits| limits.workspace_high_m = x as f32);
+            let low = takes(&|limits| limits.workspace_low_m = -x as f32);
+            assert_eq!(
+                [high, low],
+                [range.contains(x), range.contains(-x)],
+                "{x} m"
+            );
+            let time = takes(&|limits| limits.stuck_time_s = x as f32);
+            assert_eq!(STUCK_TIME.range().contains(x), time, "{x} s");
         }
     }
 

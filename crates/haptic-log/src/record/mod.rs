@@ -49,7 +49,9 @@ pub use export::{ExportSummary, export_csv, export_csv_to};
 #[cfg(feature = "foxglove")]
 pub(crate) use message::LogMessage;
 pub use message::{EventMessage, MessageError, MetadataRecord, Value};
-pub use new_file::{Leftover, NewFile, NewFileError, leftover_at, part_of};
+pub use new_file::{
+    Leftover, NewFile, NewFileError, leftover_at, part_of, refuse_taken, remove_earlier,
+};
 pub use reader::{Condition, Damage, Entry, LogReader};
 pub use recover::{CUT, RecoverySummary, cut, recover};
 pub use roll::{CONTINUES, LogFiles, NEXT, ROLL_LEAST, RollingLog, first_file, nth_file};

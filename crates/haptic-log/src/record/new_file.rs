@@ -13,6 +13,9 @@ pub enum NewFileError {
     /// Another file has the name, and nobody asked to replace it.
     #[error("`{}` already exists and is not overwritten; choose another name or move it away", .0.display())]
     Exists(PathBuf),
+    /// A folder, a device, a pipe, a socket or a link has the name.
+    #[error("`{}` is not a regular file and is not replaced; choose another name", .0.display())]
+    NotRegular(PathBuf),
     /// An earlier log under this name was never finished.
     #[error(
         "`{}` is left from a run that was cut off; save what it holds with `host-cli log recover`, then remove it",
@@ -103,7 +106,7 @@ impl NewFile {
     /// [`publish`](Self::publish) replaces it.
     ///
     /// # Errors
-    /// [`NewFileError::Exists`] if the name is taken; [`NewFileError::Leftover`] or
+    /// As [`refuse_taken`]; [`NewFileError::Leftover`] or
     /// [`NewFileError::BeingWritten`] if a kept unfinished file is in the way; [`NewFileError::Io`]
     /// if the file cannot be written to the folder.
     pub fn create(
@@ -111,10 +114,7 @@ impl NewFile {
         leftover: Leftover,
         overwrite: bool,
     ) -> Result<(Self, File), NewFileError> {
-        // A dangling link counts as taken too, so the link itself is asked.
-        if !overwrite && target.symlink_metadata().is_ok() {
-            return Err(NewFileError::Exists(target.to_owned()));
-        }
+        refuse_taken(target, overwrite)?;
         let part = with_suffix(target, &leftover.suffix());
         // Appended to, so that what somebody else cuts from it shows in its length. A link under that name is not followed.
         let opened = OpenOptions::new().append(true).create_new(true).open(&part);
@@ -183,6 +183,7 @@ impl NewFile {
     /// The name is taken, or the folder does not accept the file.
     pub fn publish(mut self) -> Result<(), NewFileError> {
         let moved = if self.overwrite {
+            refuse_taken(&self.target, true)?;
             fs::rename(&self.part, &self.target)
         } else {
             rename_to_free_name(&self.part, &self.target)
@@ -205,6 +206,27 @@ impl Drop for NewFile {
             // Nothing useful can be done about a failure here.
             let _ = fs::remove_file(&self.part);
         }
+    }
+}
+
+/// Refuses a name that is taken: by anything, or with `overwrite` by anything but a regular file.
+///
+/// # Errors
+/// [`NewFileError::Exists`]; [`NewFileError::NotRegular`].
+pub fn refuse_taken(target: &Path, overwrite: bool) -> Result<(), NewFileError> {
+    // The link itself is asked: a dangling one is there too, and one to a device is not to become a file.
+    match target.symlink_metadata() {
+        Ok(_) if !overwrite => Err(NewFileError::Exists(target.to_owned())),
+        Ok(taken) if !taken.is_file() => Err(NewFileError::NotRegular(target.to_owned())),
+        Ok(_) | Err(_) => Ok(()),
+    }
+}
+
+/// Removes a file of an earlier run, which would pass for one of this: a regular one, if it is there.
+pub fn remove_earlier(file: &Path) {
+    if refuse_taken(file, true).is_ok() {
+        // Nothing there is as good.
+        let _ = fs::remove_file(file);
     }
 }
 
@@ -368,6 +390,53 @@ mod tests {
         new_file.publish().expect("publishes");
         assert_eq!(fs::read(name("a.csv")).expect("reads"), b"ours");
         assert_eq!(fs::read(name("theirs")).expect("reads"), b"theirs");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn only_a_regular_file_is_replaced_or_removed() {
+        let folder = tempfile::tempdir().expect("folder");
+        let name = |name: &str| folder.path().join(name);
+        let link = |to: &Path, from: &str| {
+            std::os::unix::fs::symlink(to, name(from)).expect("links");
+            name(from)
+        };
+        let _socket = std::os::unix::net::UnixListener::bind(name("socket")).expect("binds");
+        fs::create_dir(name("folder")).expect("a folder");
+        fs::write(name("theirs"), "theirs").expect("writes");
+        let made = std::process::Command::new("mkfifo")
+            .arg(name("fifo"))
+            .status();
+        assert!(made.expect("runs").success());
+        for special in [
+            name("socket"),
+            name("fifo"),
+            name("folder"),
+            link(Path::new("/dev/null"), "to a device"),
+            link(&name("theirs"), "to a file"),
+            link(&name("gone"), "dangling"),
+        ] {
+            let kind = || {
+                fs::symlink_metadata(&special)
+                    .expect("is there")
+                    .file_type()
+            };
+            let before = kind();
+            for leftover in [Leftover::Keep, Leftover::Discard] {
+                let error = NewFile::create(&special, leftover, true).expect_err("refused");
+                let words = error.to_string();
+                assert!(words.contains("is not a regular file"), "{words}");
+            }
+            remove_earlier(&special);
+            assert_eq!(kind(), before, "{}", special.display());
+        }
+        // One that was put there meanwhile.
+        let new_file = NewFile::filled(&name("late"), b"ours", true).expect("creates");
+        link(Path::new("/dev/null"), "late");
+        let error = new_file.publish().expect_err("refused");
+        assert!(matches!(error, NewFileError::NotRegular(_)), "{error}");
+        remove_earlier(&name("theirs"));
+        assert!(!name("theirs").exists());
     }
 
     #[test]

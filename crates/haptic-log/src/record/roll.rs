@@ -12,7 +12,7 @@ use std::fs::File;
 use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
 
-use super::new_file::drawn_number;
+use super::new_file::{drawn_number, remove_earlier};
 use super::{
     CLOCK, Condition, Damage, Entry, EventMessage, FinishedLog, Leftover, LogReader, LogWriter,
     RecordError, SYNC_INTERVAL, StartTime, TickMessage, part_of,
@@ -157,7 +157,7 @@ impl RollingLog {
         if self.overwrite && self.done.is_empty() {
             let further = (2..=FILES_MOST).map(|n| nth_file(&self.first, n));
             for stale in further.take_while(|file| file.exists()) {
-                let _ = std::fs::remove_file(stale);
+                remove_earlier(&stale);
             }
         }
     }

@@ -164,8 +164,6 @@ impl Limits {
 pub struct Limit {
     /// Names the limit in files, options and reports, with its unit.
     pub key: &'static str,
-    /// Least and most that a person may ask for; a least of [`f64::MIN_POSITIVE`] stands for *above 0*.
-    pub range: [f64; 2],
     /// One line for people; empty for a limit that has a parameter of its own elsewhere.
     pub help: &'static str,
     /// Reads the number; `None` is off.
@@ -189,12 +187,11 @@ macro_rules! number {
 }
 
 macro_rules! table {
-    ($($key:literal $range:expr, $number:expr, $help:literal;)*) => {
+    ($($key:literal $number:expr, $help:literal;)*) => {
         impl Limits {
             /// Every limit that is one number. A new one needs its field, a row here, what enforces it, and its place on the wire.
             pub const TABLE: &'static [Limit] = &[$(Limit {
                 key: $key,
-                range: $range,
                 help: $help,
                 get: { let number: (fn(&Self) -> Option<f64>, fn(&mut Self, Option<f64>)) = $number; number.0 },
             }),*];
@@ -208,35 +205,28 @@ macro_rules! table {
     };
 }
 
-const ANY: [f64; 2] = [0.0, f64::MAX];
-
-/// Above 0, and at most this.
-const fn above_0(most: f64) -> [f64; 2] {
-    [f64::MIN_POSITIVE, most]
-}
-
 table! {
-    "force_limit_n" ANY, number!(force: Newtons), "";
-    "force_rate_limit_n_per_s" ANY, number!(rate: NewtonsPerSecond), "";
-    "start_force_n" ANY, number!(start_force: Option<Newtons>), "";
-    "velocity_bandwidth_hz" ANY, number!(velocity_bandwidth: Hertz), "";
-    "speed_limit_m_per_s" above_0(100.0), (|limits| limits.speed.map(|speed| speed.hard.0), SpeedLimit::set),
+    "force_limit_n" number!(force: Newtons), "";
+    "force_rate_limit_n_per_s" number!(rate: NewtonsPerSecond), "";
+    "start_force_n" number!(start_force: Option<Newtons>), "";
+    "velocity_bandwidth_hz" number!(velocity_bandwidth: Hertz), "";
+    "speed_limit_m_per_s" (|limits| limits.speed.map(|speed| speed.hard.0), SpeedLimit::set),
         "Largest speed; above it a fault ends the run";
-    "rise_time_s" above_0(60.0), number!(rise_time: Option<Seconds>), "Ramp the force up over this time at the start";
-    "braking_n_s_per_m" above_0(1e6), number!(braking: Option<NewtonSecondsPerMetre>),
+    "rise_time_s" number!(rise_time: Option<Seconds>), "Ramp the force up over this time at the start";
+    "braking_n_s_per_m" number!(braking: Option<NewtonSecondsPerMetre>),
         "Damping that brakes near workspace and speed limits, and after a fault or stop";
-    "stop_time_s" Limits::STOP_TIME_S, number!(stop_time: Seconds),
+    "stop_time_s" number!(stop_time: Seconds),
         "Time to zero force after a fault, a stop or the end, 1ms to 1s [default: 0.1s]";
-    "brake_force_n" [0.0, Limits::BRAKE_FORCE_MAX_N], number!(brake_force: Newtons),
+    "brake_force_n" number!(brake_force: Newtons),
         "Largest braking force during that time, 0N to 10N [default: 2N]";
-    "stuck_force_n" [0.0, 1e4], (|limits| limits.stuck.map(|stuck| stuck.force.0), Stuck::set_force),
+    "stuck_force_n" (|limits| limits.stuck.map(|stuck| stuck.force.0), Stuck::set_force),
         "Fault if the force rises by this much while the position is frozen; 0 = off [default: 3N on a serial device, else never]";
-    "stuck_time_s" [1e-3, 10.0], (|limits| limits.stuck.map(|stuck| stuck.time.0), Stuck::set_time),
+    "stuck_time_s" (|limits| limits.stuck.map(|stuck| stuck.time.0), Stuck::set_time),
         "Time for which the position must be frozen [default: 0.1s]";
-    "jump_m" [0.0, 1.0], number!(jump: Option<Metres>),
+    "jump_m" number!(jump: Option<Metres>),
         "Fault if the position moves in one sample by this much more than the speed limit allows; 0 = off \
          [default: 1mm on a serial device, else never]";
-    "device_mass_kg" above_0(100.0), number!(device_mass: Option<Kilograms>),
+    "device_mass_kg" number!(device_mass: Option<Kilograms>),
         "Mass of a real device, for guard observer, braking and the stability check before a run";
 }
 

@@ -309,6 +309,11 @@ impl Running {
         self.now_us += period_us;
         let now_us = self.now_us;
         let mut device = self.device.borrow_mut();
+        let silence_ms = device.configuration().0.limits.watchdog_ms;
+        assert!(
+            silence_ms <= 500,
+            "a host that is killed leaves its force for {silence_ms} ms"
+        );
         if self.flaw == Flaw::DeafWatchdog {
             device.heard(now_us, true);
         }

@@ -29,6 +29,11 @@ pub(crate) enum Command {
     Get(PortArguments),
     /// Set parameters, all or none
     Set(settings::Set),
+    /// End the limits that `device set` gave a device from this computer
+    ///
+    /// Whoever arms a device that was switched off since sets them again, until this command ends them.
+    #[command(after_help = "Example: host-cli device forget --device serial:/dev/ttyACM0")]
+    Forget(PortArguments),
     Measure(Box<measure::Arguments>),
     Emulate(emulate::Arguments),
     Flash(flash::Arguments),
@@ -43,6 +48,7 @@ impl Command {
             Self::Info(port) => info::info(&port, output),
             Self::Get(port) => settings::get(&port, output),
             Self::Set(arguments) => arguments.run(output),
+            Self::Forget(port) => settings::forget(&port, output),
             Self::Measure(arguments) => arguments.run(output),
             Self::Emulate(arguments) => arguments.run(output),
             Self::Flash(arguments) => arguments.run(output),

@@ -8,6 +8,7 @@ mod lines;
 mod makers;
 mod middle;
 mod promises;
+mod remembered;
 mod tcp;
 mod unheard;
 

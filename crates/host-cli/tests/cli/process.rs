@@ -1,5 +1,6 @@
 //! Runs the binary in a folder of its own and judges how it ended.
 
+use haptic_experiment::run::Remembered;
 use std::ffi::OsStr;
 use std::fmt;
 use std::io::Read as _;
@@ -73,6 +74,7 @@ impl Place {
     pub(crate) fn run_arguments(&self, arguments: &[impl AsRef<OsStr>], input: &[u8]) -> Ended {
         let mut command = assert_cmd::Command::new(binary());
         let command = command.args(arguments).current_dir(self.0.path());
+        let command = command.env(Remembered::VARIABLE, self.path("state"));
         let output = command.write_stdin(input).timeout(PATIENCE).output();
         Ended::new(
             format!("{command:?}"),
@@ -84,6 +86,7 @@ impl Place {
     pub(crate) fn shell(&self, script: &str) -> Ended {
         let mut command = assert_cmd::Command::new("sh");
         let command = command.args(["-c", script]).arg(binary());
+        let command = command.env(Remembered::VARIABLE, self.path("state"));
         let command = command.current_dir(self.0.path()).timeout(PATIENCE);
         let output = command.output().expect("sh runs and ends in time");
         Ended::new(script.to_owned(), &output)
@@ -93,6 +96,7 @@ impl Place {
     pub(crate) fn command(&self, line: &str) -> Command {
         let mut command = Command::new(binary());
         command.args(words(line)).current_dir(&self.0);
+        command.env(Remembered::VARIABLE, self.path("state"));
         command.stdin(Stdio::null());
         command
     }

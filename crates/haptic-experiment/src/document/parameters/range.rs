@@ -16,6 +16,8 @@ pub enum Range {
     Within(f64, f64),
     /// low < x ≤ high.
     AboveUpTo(f64, f64),
+    /// 0, or low ≤ x ≤ high with low above 0.
+    ZeroOr(f64, f64),
 }
 
 impl Range {
@@ -27,16 +29,18 @@ impl Range {
         match self {
             Self::Within(low, high) => (low..=high).contains(&x),
             Self::AboveUpTo(low, high) => x > low && x <= high,
+            Self::ZeroOr(low, high) => x == 0.0 || (low..=high).contains(&x),
         }
     }
 
     /// The same range and 0, where 0 switches something off.
     #[must_use]
     pub const fn or_0(self) -> Self {
-        if let Self::AboveUpTo(0.0, high) = self {
-            return up_to(high);
+        match self {
+            Self::AboveUpTo(0.0, high) => up_to(high),
+            Self::Within(low, high) if low > 0.0 => Self::ZeroOr(low, high),
+            Self::Within(..) | Self::AboveUpTo(..) | Self::ZeroOr(..) => self,
         }
-        self
     }
 
     /// Both ends, for messages: they include an excluded bound.
@@ -44,6 +48,7 @@ impl Range {
     pub const fn ends(self) -> [f64; 2] {
         match self {
             Self::Within(low, high) | Self::AboveUpTo(low, high) => [low, high],
+            Self::ZeroOr(_, high) => [0.0, high],
         }
     }
 }
@@ -51,10 +56,13 @@ impl Range {
 /// As in `from 0 to 1000`, or `above 0 and at most 1000`.
 impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [low, high] = self.ends().map(Shown);
+        let (Self::Within(low, high) | Self::AboveUpTo(low, high) | Self::ZeroOr(low, high)) =
+            *self;
+        let (low, high) = (Shown(low), Shown(high));
         match self {
             Self::Within(..) => write!(f, "from {low} to {high}"),
             Self::AboveUpTo(..) => write!(f, "above {low} and at most {high}"),
+            Self::ZeroOr(..) => write!(f, "0, or from {low} to {high}"),
         }
     }
 }
@@ -126,6 +134,8 @@ pub(crate) const REACHES_ABOVE_0: Range = above_0(1.0);
 pub(crate) const ARM_PLACES: Range = either_sign(1.0);
 /// Sizes of a specimen, m or m²: it stands on a table.
 pub(crate) const SPECIMENS: Range = above_0(10.0);
+/// Ends of a workspace, m.
+pub(crate) const WORKSPACES: Range = either_sign(haptic_link::Limits::PLACE_MOST_M as f64);
 /// Places, m: where no hand comes any more.
 pub(crate) const PLACES: Range = either_sign(1e3);
 /// Radii, m: from a grain of dust to what is a plane to a hand.
@@ -176,6 +186,9 @@ mod tests {
         }
         assert!(upper.or_0().contains(0.0) && !upper.or_0().contains(-1e-300));
         assert_eq!((both.or_0(), upper.or_0().ends()), (both, upper.ends()));
+        let off = Range::Within(1e-6, 1.0).or_0();
+        assert!(off.contains(0.0) && off.contains(1e-6) && !off.contains(1e-7));
+        assert_eq!(off.to_string(), "0, or from 0.000001 to 1");
         assert_eq!(both.to_string(), "from -1 to 2");
         assert_eq!(upper.to_string(), "above 0 and at most 1e6");
     }

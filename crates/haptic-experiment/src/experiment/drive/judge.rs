@@ -24,6 +24,7 @@ pub(crate) struct DriveReport {
     /// Largest force on the indenter, N.
     pub drive_force_peak_n: f64,
     pub drive_force_limit_n: f64,
+    pub drive_force_limit_reason: Option<String>,
     /// Samples in which the limit acted.
     pub saturated_samples: u64,
     /// The verdict before the run; null if it was skipped.
@@ -102,6 +103,7 @@ impl DriveJudge {
                     RigDrive::Force(_) => "force",
                 },
                 drive_force_limit_n: drive.force_limit_n,
+                drive_force_limit_reason: drive.force_limit_reason.clone(),
                 preflight,
                 ..DriveReport::default()
             },

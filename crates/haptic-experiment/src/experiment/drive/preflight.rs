@@ -341,6 +341,7 @@ mod tests {
             )
             .into(),
             force_limit_n: 10.0,
+            force_limit_reason: None,
             device: None,
         };
         let set_point = if of_force {

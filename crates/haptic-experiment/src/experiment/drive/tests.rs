@@ -1,6 +1,7 @@
 //! A controller holds the indenter: how close it keeps to its way, the tissue judged over the motion that was made, the verdict before.
 
 use super::{Drive, DriveJudge, SimulatedRig};
+use crate::ExperimentFile;
 use crate::document::failure::Failure;
 use crate::experiment::bounded_tests::{conducted, defaults};
 use crate::experiment::indentation::Indentation;
@@ -20,6 +21,7 @@ use haptic_loop::units::{Metres, Newtons};
 use nalgebra::Vector1;
 use std::ops::ControlFlow;
 use std::path::Path;
+use testkit::assert_close;
 
 /// Tuned for 1/(0.092s²+4.95s): free, the indenter is 65 g on 3.5 N·s/m; in contact with the renderer twice that; between the two lie
 /// 6 dB. 200 rad/s, 60°, flat, 0.003 of a disturbance at 3 rad/s.
@@ -49,6 +51,7 @@ fn drive(gains: PidParameters) -> Drive {
         }
         .into(),
         force_limit_n: 10.0,
+        force_limit_reason: None,
         device: None,
     }
 }
@@ -155,6 +158,7 @@ fn the_verdict_before_the_run_is_what_the_run_shows_at_either_side_of_the_edge()
         // The limit would hide the growth.
         let free = |factor| Drive {
             force_limit_n: 1e6,
+            force_limit_reason: None,
             ..times(factor)
         };
         let (below, above) = (free(0.97 * edge), free(1.03 * edge));
@@ -256,6 +260,76 @@ fn a_drive_that_cannot_act_is_refused_with_the_remedy() {
 }
 
 #[test]
+fn a_drive_without_a_limit_has_room_for_four_peaks_and_twice_the_friction() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).expect("writes");
+    };
+    write(
+        "servo.toml",
+        "[pid]\nproportional_gain = 8000\n[loop]\nsample_time_s = 0.001\n",
+    );
+    write(
+        "body.toml",
+        "[device]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nfriction_n = 0.3\n",
+    );
+    // A spring of 500 N/m, pressed by 5 % of 20 mm: 0.5 N.
+    let relax = "[relax]\ntissue = \"spring\"\nstiffness_n_per_m = 500\nstrain = 0.05\n";
+    let on_two = "device = \"serial:x\"\n[drive]\ndrive_device = \"serial:y\"\n";
+    let (model, beside) = (
+        "device_model = \"body.toml\"\n",
+        "drive_device_model = \"body.toml\"\n",
+    );
+    for (text, limit_n, reason) in [
+        (format!("{relax}[drive]\n"), 2.0, Some("friction of 0 N")),
+        (
+            format!("{relax}{on_two}{beside}"),
+            2.6,
+            Some("peak of 500 mN, twice the friction of 300 mN"),
+        ),
+        // The friction of the other device is not that of the drive.
+        (
+            format!("{relax}{model}{on_two}"),
+            2.0,
+            Some("friction of 0 N"),
+        ),
+        (
+            format!("{relax}{model}device = \"serial:x\"\n[drive]\n"),
+            2.6,
+            Some("friction of 300 mN"),
+        ),
+        (
+            format!("{relax}{on_two}drive_force_limit_n = 7\n"),
+            7.0,
+            None,
+        ),
+    ] {
+        let text = format!("{text}controller = \"servo.toml\"\n");
+        let path = folder.path().join("bench.toml");
+        let file = ExperimentFile::parse(&path, &text).expect("valid");
+        let drive = file
+            .indentation()
+            .and_then(|pressed| pressed.drive.as_ref());
+        let drive = drive.expect("a drive");
+        assert_close("limit", drive.force_limit_n, limit_n, 1e-9);
+        let told = drive.force_limit_reason.as_deref();
+        assert_eq!(told.is_some(), reason.is_some(), "{told:?}");
+        assert!(
+            told.unwrap_or_default()
+                .contains(reason.unwrap_or_default()),
+            "{told:?}"
+        );
+    }
+    let creep = "[creep]\nstress_pa = 1000\n[drive]\ncontroller = \"servo.toml\"\n";
+    let file = ExperimentFile::parse(&folder.path().join("creep.toml"), creep).expect("valid");
+    let drive = file
+        .indentation()
+        .and_then(|pressed| pressed.drive.as_ref());
+    // 1 kPa on 4 cm².
+    assert_close("limit", drive.expect("a drive").force_limit_n, 1.6, 1e-9);
+}
+
+#[test]
 fn the_commands_that_are_judged_are_those_that_were_given_bit_for_bit() {
     let t = 1e-3;
     let gains: PidParameters = "900+9000/s^0.9+25s^0.9".parse().expect("a controller");
@@ -263,6 +337,7 @@ fn the_commands_that_are_judged_are_those_that_were_given_bit_for_bit() {
         name: "own".to_owned(),
         controller: ControllerSetup::new(gains, Seconds(t)).into(),
         force_limit_n: 0.2,
+        force_limit_reason: None,
         device: None,
     };
     let stable = LoopVerdict {

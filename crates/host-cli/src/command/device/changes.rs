@@ -395,7 +395,7 @@ mod tests {
             ("late_ticks=-1", "is not a whole number from 0 to 65535"),
             ("loop=here", "is not one of device, host"),
             ("workspace=2mm:1mm", "low end"),
-            ("workspace=-1mm:1e300", "is not from -1000 m to 1000 m"),
+            ("workspace=-1mm:1e300", "is not from -100 m to 100 m"),
             ("surface=1e300", "is not from"),
             ("device_delay=1ms:0.2ms guard=off", "lowest first"),
             ("order=3", "order=3: order 3"),

@@ -8,7 +8,7 @@ mod uf2;
 use crate::command::device::port::PortArguments;
 use crate::output::{Output, joined, note, warn};
 use crate::parse::one_of;
-use board::{BOARDS, Board, Way, boards};
+use board::{Board, Way, boards};
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::run::{at_port, firmware_digest, firmware_version};
@@ -30,9 +30,9 @@ use std::time::Duration;
     after_help = "Example: host-cli device flash --board nucleo-f446re --device serial:/dev/ttyACM0"
 )]
 pub(crate) struct Arguments {
-    /// Board to program, which the image must be for
-    #[arg(long, value_parser = one_of(boards()), default_value = BOARDS[0].name)]
-    board: &'static Board,
+    /// Board to program, which the image must be for [default: the one whose boot drive is mounted, else nucleo-f446re]
+    #[arg(long, value_parser = one_of(boards()))]
+    board: Option<&'static Board>,
     /// Image to program, ELF or UF2 [default: build it from --source]
     #[arg(long, value_name = "FILE")]
     image: Option<PathBuf>,
@@ -46,13 +46,22 @@ pub(crate) struct Arguments {
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         // What is wrong with a file is said before anything has to be plugged in.
+        let board = match self.board {
+            Some(board) => board,
+            None => Board::at(
+                &drive::mounted()
+                    .iter()
+                    .filter_map(|at| drive::board_id(at))
+                    .collect::<Vec<_>>(),
+            )?,
+        };
         let given = self.image.as_deref();
-        let given = given.map(|file| Image::read(self.board, file));
+        let given = given.map(|file| Image::read(board, file));
         let given = given.transpose()?;
-        let programmer = Programmer::ready(self.board)?;
+        let programmer = Programmer::ready(board)?;
         let image = match given {
             Some(image) => image,
-            None => Image::read(self.board, &self.build(output)?)?,
+            None => Image::read(board, &self.build(board, output)?)?,
         };
         let began = Moment::now();
         let doubt = programmer.program(&image)?;
@@ -91,8 +100,8 @@ impl Arguments {
         output.summary(&joined([written, proved.unwrap_or_default()]))
     }
 
-    fn build(&self, output: Output) -> Result<PathBuf, Failure> {
-        let folder = self.source.join(self.board.folder);
+    fn build(&self, board: &Board, output: Output) -> Result<PathBuf, Failure> {
+        let folder = self.source.join(board.folder);
         let manifest = folder.join("Cargo.toml");
         if !manifest.is_file() {
             return Err(Failure::bad_input(format_args!(
@@ -102,7 +111,7 @@ impl Arguments {
         }
         let mut cargo = Command::new("cargo");
         cargo
-            .arg(format!("image-{}", self.board.name))
+            .arg(format!("image-{}", board.name))
             .args(["--message-format", "json-render-diagnostics"])
             .current_dir(&folder);
         if output.quiet {
@@ -135,7 +144,9 @@ impl Programmer {
             Way::Probe(chip) => match Command::new("probe-rs").arg("--version").output() {
                 Ok(_) => Ok(Self::Probe(chip)),
                 Err(error) => Err(Failure::device(format_args!(
-                    "probe-rs is not installed ({error}): run `cargo install probe-rs-tools --locked`"
+                    "probe-rs, which programs a {}, is not installed ({error}): run `cargo install probe-rs-tools --locked`; for a Pico {}",
+                    board.name,
+                    drive::REMEDY
                 ))),
             },
             Way::Drive(id, family) => {

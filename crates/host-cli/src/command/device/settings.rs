@@ -5,17 +5,24 @@ use super::port::PortArguments;
 use crate::output::{Output, joined, warn};
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::run::{at_port, refused_at_port};
+use haptic_experiment::run::{Remembered, at_port, loosened, refused_at_port};
 use haptic_link::{
     Configuration, Field, GuardKind, Limits, LoopMode, OperatorForm, SimulationKind, Tighter,
 };
-use haptic_quantity::{digits, label, without_unit, written};
+use haptic_quantity::without_unit;
 use serde_json::{Value, json};
 
 pub(super) fn get(port: &PortArguments, output: Output) -> Result<(), Failure> {
     let link = port.connect_any()?;
     let configuration = link.configuration();
     let (configuration, values) = configuration.map_err(|error| at_port(link.path(), &error))?;
+    let tighter = port.device.remembered(&link)?.tightened(&configuration)?;
+    if let Some(tight) = tighter {
+        let lost = loosened(&tight, &configuration.limits).join(", ");
+        warn(&format!(
+            "it has forgotten limits, which it gets again before it is armed: {lost}"
+        ));
+    }
     output.report(&parameters(&link.name(), &configuration, &values))
 }
 
@@ -34,23 +41,39 @@ pub(crate) struct Set {
 }
 
 impl Set {
-    /// Reads what is set, changes what was given, sets it, and reads it back.
+    /// Reads what is set, or was set before the device forgot it; changes what was given, sets it, reads it back and remembers it.
     pub(super) fn run(self, output: Output) -> Result<(), Failure> {
         let changes = Changes::read(&self.values)?;
         let mut link = self.port.connect_any()?;
         let path = link.path().to_owned();
         let problem = |error| at_port(&path, &error);
+        let remembered = self.port.device.remembered(&link)?;
         let (mut configuration, mut values) = link.configuration().map_err(problem)?;
+        let tightened = remembered.tightened(&configuration)?;
+        configuration.limits = tightened.unwrap_or(configuration.limits);
         let before = configuration.limits;
         changes.apply(&mut configuration, &mut values)?;
         let set = link.set(configuration, &values);
         set.map_err(|error| refused_at_port(&path, error))?;
         let (configuration, values) = link.configuration().map_err(problem)?;
+        if !remembered.keep(&configuration)? {
+            warn(&format!(
+                "nothing remembers these limits: they hold until the device is switched off; set {} to a folder",
+                Remembered::VARIABLE
+            ));
+        }
         for limit in loosened(&before, &configuration.limits) {
             warn(&format!("loosened: {limit}"));
         }
         output.summary(&parameters(&link.name(), &configuration, &values))
     }
+}
+
+/// Ends what `device set` set; what the device has set now stays until it is switched off.
+pub(super) fn forget(port: &PortArguments, output: Output) -> Result<(), Failure> {
+    let link = port.connect_any()?;
+    let forgotten = port.device.remembered(&link)?.forget()?;
+    output.summary(&json!({"device": link.name(), "forgotten": forgotten}))
 }
 
 /// A number of a device in its shortest form: 0.1, not 0.10000000149.
@@ -174,71 +197,4 @@ fn simulation(configuration: &Configuration) -> Value {
         "depth_m": n(plant.depth_m),
         "ramp_time_s": n(plant.ramp_time_s),
     })
-}
-
-/// The limits that are looser than before, a sentence each.
-fn loosened(before: &Limits, after: &Limits) -> Vec<String> {
-    let (mut then, mut now) = (*before, *after);
-    let numbers = Limits::TABLE.iter().filter_map(|limit| {
-        let (before, after) = (*(limit.of)(&mut then), *(limit.of)(&mut now));
-        let off = |value: f32| limit.tighter == Tighter::LessUnlessOff && value <= 0.0;
-        let told = |value: f32| if off(value) { f32::INFINITY } else { value };
-        (!limit.is_tight(after, before)).then(|| (limit.field.key(), told(before), told(after)))
-    });
-    let of_run = |limits: &Limits| -> [(&str, f32); 4] {
-        // 0 is no limit.
-        let late_ticks = match limits.late_ticks {
-            0 => f32::INFINITY,
-            ticks => ticks.into(),
-        };
-        [
-            ("stuck_time_s", limits.stuck_time_s),
-            ("watchdog_ms", limits.watchdog_ms.into()),
-            ("late_ticks", late_ticks),
-            ("max_age_ticks", limits.max_age_ticks.into()),
-        ]
-    };
-    let of_run = of_run(before).into_iter().zip(of_run(after));
-    let of_run = of_run.map(|((key, before), (_, after))| (key, before, after));
-    let of_run = of_run.filter(|(_, before, after)| after > before);
-    let in_words = |key, value: f32| match value {
-        value if value.is_infinite() => "none".to_owned(),
-        value => written(key, value.into()),
-    };
-    let mut words: Vec<String> = numbers
-        .chain(of_run)
-        .map(|(key, before, after)| {
-            let (before, after) = (in_words(key, before), in_words(key, after));
-            format!("{} from {before} to {after}", label(key))
-        })
-        .collect();
-    let (low, high) = (after.workspace_low_m, after.workspace_high_m);
-    let had = before.workspace_low_m < before.workspace_high_m;
-    if had && (low >= high || low < before.workspace_low_m || high > before.workspace_high_m) {
-        let ends = |low: f32, high: f32| match low < high {
-            true => format!(
-                "{}:{} mm",
-                digits(1e3 * f64::from(low), 4),
-                digits(1e3 * f64::from(high), 4)
-            ),
-            false => "none".to_owned(),
-        };
-        let before = ends(before.workspace_low_m, before.workspace_high_m);
-        words.push(format!("workspace from {before} to {}", ends(low, high)));
-    }
-    if before.guard.kind != GuardKind::Off && after.guard != before.guard {
-        words.push(match after.guard.kind {
-            GuardKind::Off => "the passivity guard is off".to_owned(),
-            GuardKind::Observer | GuardKind::EnergyBounding => {
-                "the passivity guard is another one".to_owned()
-            }
-        });
-    }
-    let braking = |limits: &Limits| limits.braking_n_s_per_m.to_bits();
-    if before.braking_n_s_per_m > 0.0 && braking(after) != braking(before) {
-        let [before, after] = [before, after].map(|limits| limits.braking_n_s_per_m);
-        let [before, after] = [before, after].map(|b| written("braking_n_s_per_m", b.into()));
-        words.push(format!("braking from {before} to {after}"));
-    }
-    words
 }

@@ -41,10 +41,12 @@ fn default(parameter: &Parameter, required: bool) -> String {
 
 /// An interval, as in `[0, 1e6]` or `(0, 1e6]`.
 fn interval(range: Range) -> String {
-    let [low, high] = range.ends().map(Shown);
+    let (Range::Within(low, high) | Range::AboveUpTo(low, high) | Range::ZeroOr(low, high)) = range;
+    let [low, high] = [low, high].map(Shown);
     match range {
         Range::Within(..) => format!("[{low}, {high}]"),
         Range::AboveUpTo(..) => format!("({low}, {high}]"),
+        Range::ZeroOr(..) => format!("0, [{low}, {high}]"),
     }
 }
 

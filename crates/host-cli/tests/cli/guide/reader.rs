@@ -13,6 +13,7 @@
 //! typed by hand.
 
 use crate::process::{Ended, PATIENCE, Place, binary, until};
+use haptic_experiment::run::Remembered;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -150,6 +151,7 @@ impl Reader<'_> {
         let free = self.behind.iter().find_map(Behind::address);
         let command = command.replace(ADDRESS, free.as_deref().unwrap_or("127.0.0.1:0"));
         shell.args(["-c", &command]).env("PATH", search_path());
+        shell.env(Remembered::VARIABLE, self.place.path("state"));
         shell.current_dir(self.place.path("")).stdin(Stdio::null());
         shell
     }

@@ -19,8 +19,8 @@ pub(super) fn mounted() -> Vec<PathBuf> {
     fat.map(|disk| disk.mount_point().to_owned()).collect()
 }
 
-/// What the boot loader at a place calls its board.
-fn board_id(mount: &Path) -> Option<String> {
+/// As the boot loader at a place calls its board.
+pub(super) fn board_id(mount: &Path) -> Option<String> {
     let mut info = String::new();
     let file = File::open(mount.join("INFO_UF2.TXT")).ok()?;
     file.take(4096).read_to_string(&mut info).ok()?;

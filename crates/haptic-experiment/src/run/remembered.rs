@@ -1,0 +1,343 @@
+//! Limits that `device set` gave a device, kept on this computer: a board forgets them when it is switched off, a device that
+//! is served from here with every command. Before it is armed it gets those that are tighter than what it has.
+//!
+//! *Identity*: the serial number of its USB port, else the name of its board and its port. *Place*: a file for each device in
+//! `limits` below the folder of [`Remembered::VARIABLE`], else below `fractional-haptics` in the user's folder of states. A
+//! file is replaced as a whole, so the last of two writers counts. *Errors*: a file that is there and cannot be read keeps
+//! the device from being armed.
+
+use crate::document::failure::Failure;
+use crate::run::device::{LinkedName, Warn, at_port};
+use haptic_link::{Configuration, GuardKind, Limits, Tighter};
+use haptic_log::record::NewFile;
+use haptic_quantity::{digits, label, written};
+use haptic_remote::serial::{SerialLink, port_of, ports};
+use serde::Serialize;
+use serde_json::Value;
+use std::env::{home_dir, var_os};
+use std::fmt::Display;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::PathBuf;
+
+/// The place where the limits of a device are remembered.
+#[derive(Debug)]
+pub struct Remembered {
+    device: String,
+    /// `None` where nothing is to be remembered.
+    file: Option<PathBuf>,
+}
+
+/// The content of a file.
+#[derive(Serialize)]
+struct Kept<'a> {
+    device: &'a str,
+    tick_period_us: u32,
+    limits: Limits,
+}
+
+impl Remembered {
+    /// Names the folder in which limits are remembered; empty, nothing is.
+    pub const VARIABLE: &'static str = "FRACTIONAL_HAPTICS_STATE";
+
+    pub(crate) fn of(name: &LinkedName, link: &SerialLink) -> Self {
+        let device = identity(name, link);
+        let encoded = device.chars().map(|c| match c {
+            'a'..='z' | '0'..='9' | '.' => c.to_string(),
+            // Two devices are two files, also where a file system does not tell capitals from small letters.
+            c => format!("-{:x}-", u32::from(c)),
+        });
+        let name = format!("{}.json", encoded.collect::<String>());
+        let file = folder().map(|folder| folder.join("limits").join(name));
+        Self { device, file }
+    }
+
+    /// The limits of a configuration, each replaced by a tighter one that is remembered; `None` if none is.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is not one of these.
+    pub fn tightened(&self, present: &Configuration) -> Result<Option<Limits>, Failure> {
+        let Some(file) = &self.file else {
+            return Ok(None);
+        };
+        let text = match file.symlink_metadata() {
+            Ok(found) if found.is_file() => fs::read_to_string(file),
+            Ok(_) => Err(ErrorKind::InvalidInput.into()),
+            // No limit was ever remembered under a name that is too long.
+            Err(error)
+                if matches!(
+                    error.kind(),
+                    ErrorKind::NotFound | ErrorKind::InvalidFilename
+                ) =>
+            {
+                return Ok(None);
+            }
+            Err(error) => Err(error),
+        };
+        let text = text.map_err(|error| self.unreadable(&error))?;
+        let set = self.read(&text).map_err(|error| self.unreadable(&error))?;
+        let (limits, looser) = present.tightened(&set);
+        Ok(looser.map(|_| limits))
+    }
+
+    fn text(&self, set: &Configuration) -> Result<String, serde_json::Error> {
+        serde_json::to_string_pretty(&Kept {
+            device: &self.device,
+            tick_period_us: set.tick_period_us,
+            limits: set.limits,
+        })
+    }
+
+    /// The limits of a file, with the tick for which they were set.
+    fn read(&self, text: &str) -> Result<Configuration, serde_json::Error> {
+        let kept: Value = serde_json::from_str(text)?;
+        let set = Configuration {
+            tick_period_us: serde_json::from_value(kept["tick_period_us"].clone())?,
+            limits: serde_json::from_value(in_order(kept["limits"].clone()))?,
+            ..Configuration::PASSIVE
+        };
+        // Of another order, version or spelling a number could be that of another limit.
+        let again: Value = serde_json::from_str(&self.text(&set)?)?;
+        match again == kept {
+            true => Ok(set),
+            false => Err(serde::de::Error::custom(
+                "other limits than this program has",
+            )),
+        }
+    }
+
+    fn unreadable(&self, why: &dyn Display) -> Failure {
+        Failure::device(format_args!(
+            "the limits that were set on {} cannot be read from `{}` ({why}): end them with host-cli device forget, then set them anew",
+            self.device,
+            self.file.as_deref().unwrap_or("".as_ref()).display()
+        ))
+    }
+
+    /// Remembers what was set; false if nothing is to be remembered.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn keep(&self, set: &Configuration) -> Result<bool, Failure> {
+        let Some(file) = &self.file else {
+            return Ok(false);
+        };
+        let text = self.text(set).map_err(Failure::input)?;
+        file.parent()
+            .map_or(Ok(()), fs::create_dir_all)
+            .map_err(|error| self.unwritten(&error))?;
+        let written = NewFile::filled(file, text.as_bytes(), true).and_then(NewFile::publish);
+        written.map_err(|error| self.unwritten(&error))?;
+        Ok(true)
+    }
+
+    fn unwritten(&self, why: &dyn Display) -> Failure {
+        Failure::device(format_args!(
+            "the limits hold until {} is switched off, and cannot be remembered ({why}): set {} to another folder",
+            self.device,
+            Self::VARIABLE
+        ))
+    }
+
+    /// Ends what is remembered; false if nothing is.
+    ///
+    /// # Errors
+    /// A file that cannot be removed.
+    pub fn forget(&self) -> Result<bool, Failure> {
+        match self.file.as_ref().map(fs::remove_file) {
+            None => Ok(false),
+            Some(Ok(())) => Ok(true),
+            Some(Err(error)) if error.kind() == ErrorKind::NotFound => Ok(false),
+            Some(Err(error)) => Err(self.unreadable(&error)),
+        }
+    }
+
+    /// Sets anew what the device has forgotten.
+    pub(crate) fn restore(&self, link: &mut SerialLink, warn: Warn<'_>) -> Result<(), Failure> {
+        let problem = |error| at_port(link.path(), &error);
+        let (present, values) = link.configuration().map_err(problem)?;
+        let Some(limits) = self.tightened(&present)? else {
+            return Ok(());
+        };
+        let lost = loosened(&limits, &present.limits).join(", ");
+        link.set(Configuration { limits, ..present }, &values).map_err(|error| {
+            Failure::device(format_args!(
+                "{} does not take the limits again that were set on it ({error}): set others with host-cli device set, or end \
+                 them with host-cli device forget",
+                self.device
+            ))
+        })?;
+        warn(&format!(
+            "{} had forgotten limits that host-cli device set gave it, and has them again ({lost}); host-cli device forget ends them",
+            self.device
+        ));
+        Ok(())
+    }
+}
+
+/// The serial number of the device's USB port, else its board's name and its port; of several at one port its number there.
+fn identity(name: &LinkedName, link: &SerialLink) -> String {
+    let (port, number) = match name {
+        LinkedName::Serial(_) => (link.path().to_owned(), None),
+        LinkedName::Foreign(foreign) => (name.port(), foreign.number()),
+    };
+    let port = port_of(&port).unwrap_or(port);
+    let known = ports()
+        .into_iter()
+        .find(|known| known.path.eq_ignore_ascii_case(&port));
+    let serial = known.and_then(|known| known.serial_number);
+    let device = match serial.filter(|serial| !serial.trim().is_empty()) {
+        Some(serial) => format!("USB {serial}"),
+        None => format!("{} at {port}", link.capabilities().board()),
+    };
+    number.map_or(device.clone(), |number| format!("{device} number {number}"))
+}
+
+/// The folder for states of this program, if there is one.
+fn folder() -> Option<PathBuf> {
+    if let Some(given) = var_os(Remembered::VARIABLE) {
+        return Some(PathBuf::from(given)).filter(|given| !given.as_os_str().is_empty());
+    }
+    let states = if cfg!(windows) {
+        PathBuf::from(var_os("LOCALAPPDATA")?)
+    } else if cfg!(target_os = "macos") {
+        home_dir()?.join("Library/Application Support")
+    } else {
+        let given = var_os("XDG_STATE_HOME").map(PathBuf::from);
+        // A path that is not absolute is to be ignored.
+        match given.filter(|given| given.is_absolute()) {
+            Some(given) => given,
+            None => home_dir()?.join(".local/state"),
+        }
+    };
+    Some(states.join("fractional-haptics"))
+}
+
+/// The values of objects without their names: limits are read in order only.
+fn in_order(value: Value) -> Value {
+    match value {
+        Value::Object(fields) => fields
+            .into_iter()
+            .map(|(_, value)| in_order(value))
+            .collect(),
+        other => other,
+    }
+}
+
+/// The limits that are looser than before, a sentence each.
+#[must_use]
+pub fn loosened(before: &Limits, after: &Limits) -> Vec<String> {
+    let (mut then, mut now) = (*before, *after);
+    let numbers = Limits::TABLE.iter().filter_map(|limit| {
+        let (before, after) = (*(limit.of)(&mut then), *(limit.of)(&mut now));
+        let off = |value: f32| limit.tighter == Tighter::LessUnlessOff && value <= 0.0;
+        let told = |value: f32| if off(value) { f32::INFINITY } else { value };
+        (!limit.is_tight(after, before)).then(|| (limit.field.key(), told(before), told(after)))
+    });
+    let of_run = |limits: &Limits| -> [(&str, f32); 4] {
+        // 0 is no limit.
+        let late_ticks = match limits.late_ticks {
+            0 => f32::INFINITY,
+            ticks => ticks.into(),
+        };
+        [
+            ("stuck_time_s", limits.stuck_time_s),
+            ("watchdog_ms", limits.watchdog_ms.into()),
+            ("late_ticks", late_ticks),
+            ("max_age_ticks", limits.max_age_ticks.into()),
+        ]
+    };
+    let of_run = of_run(before).into_iter().zip(of_run(after));
+    let of_run = of_run.map(|((key, before), (_, after))| (key, before, after));
+    let of_run = of_run.filter(|(_, before, after)| after > before);
+    let in_words = |key, value: f32| match value {
+        value if value.is_infinite() => "none".to_owned(),
+        value => written(key, value.into()),
+    };
+    let mut words: Vec<String> = numbers
+        .chain(of_run)
+        .map(|(key, before, after)| {
+            let (before, after) = (in_words(key, before), in_words(key, after));
+            format!("{} from {before} to {after}", label(key))
+        })
+        .collect();
+    let (low, high) = (after.workspace_low_m, after.workspace_high_m);
+    let had = before.workspace_low_m < before.workspace_high_m;
+    if had && (low >= high || low < before.workspace_low_m || high > before.workspace_high_m) {
+        let ends = |low: f32, high: f32| match low < high {
+            true => format!(
+                "{}:{} mm",
+                digits(1e3 * f64::from(low), 4),
+                digits(1e3 * f64::from(high), 4)
+            ),
+            false => "none".to_owned(),
+        };
+        let before = ends(before.workspace_low_m, before.workspace_high_m);
+        words.push(format!("workspace from {before} to {}", ends(low, high)));
+    }
+    if before.guard.kind != GuardKind::Off && after.guard != before.guard {
+        words.push(match after.guard.kind {
+            GuardKind::Off => "the passivity guard is off".to_owned(),
+            GuardKind::Observer | GuardKind::EnergyBounding => {
+                "the passivity guard is another one".to_owned()
+            }
+        });
+    }
+    let braking = |limits: &Limits| limits.braking_n_s_per_m.to_bits();
+    if before.braking_n_s_per_m > 0.0 && braking(after) != braking(before) {
+        let [before, after] = [before, after].map(|limits| limits.braking_n_s_per_m);
+        let [before, after] = [before, after].map(|b| written("braking_n_s_per_m", b.into()));
+        words.push(format!("braking from {before} to {after}"));
+    }
+    words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_link::Guard;
+    use testkit::Random;
+
+    #[test]
+    fn whatever_was_set_is_read_again_bit_for_bit_and_nothing_else_is() {
+        let place = Remembered {
+            device: "a \"board\"".to_owned(),
+            file: None,
+        };
+        let mut random = Random(84);
+        for _ in 0..500 {
+            let mut limits = Limits {
+                guard: Guard {
+                    kind: GuardKind::Observer,
+                    lag_s: random.log_between(1e-6, 1.0) as f32,
+                    ..Guard::OFF
+                },
+                workspace_low_m: -random.log_between(1e-6, 100.0) as f32,
+                ..Limits::DEFAULT
+            };
+            for limit in Limits::TABLE {
+                *(limit.of)(&mut limits) = random.log_between(1e-37, 1e37) as f32;
+            }
+            let set = Configuration {
+                tick_period_us: 250,
+                limits,
+                ..Configuration::PASSIVE
+            };
+            let text = place.text(&set).expect("text");
+            assert_eq!(place.read(&text).expect("reads"), set);
+            let other = text.replace("\"stop_time_s\"", "\"stop_s\"");
+            let swapped = text
+                .replace("workspace_low_m", "x")
+                .replace("workspace_high_m", "workspace_low_m");
+            for broken in [
+                &other,
+                &swapped.replace("\"x\"", "\"workspace_high_m\""),
+                &text[1..],
+                "{}",
+                "null",
+            ] {
+                place.read(broken).expect_err(broken);
+            }
+        }
+    }
+}
