@@ -73,7 +73,7 @@ fn a_device_that_cannot_be_is_refused_with_value_range_and_remedy() {
                 sample_time_us: 1,
                 ..good
             },
-            &["sample_time_us", "100 to 10000"],
+            &["sample_time_us", "100 to 10000, or 0"],
         ),
         (
             HbDevice {
