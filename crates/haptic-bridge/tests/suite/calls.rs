@@ -191,13 +191,13 @@ fn between_ticks_a_place_beyond_a_limit_leaves_no_force_at_once() {
             bench.configure(&configuration, &values);
             bench.arm();
             bench.start();
-            bench.tick_after(250);
+            bench.tick_after(200);
             assert!(
                 bench.norm_n() > 0.5 && bench.handle.fault().is_none(),
                 "{what}"
             );
             bench.position_m[axes as usize - 1] = at_m;
-            bench.tick_after(250);
+            bench.tick_after(200);
             assert_eq!(
                 (bench.force_n, bench.handle.fault()),
                 ([0.0; 3], Some(fault)),
@@ -205,7 +205,7 @@ fn between_ticks_a_place_beyond_a_limit_leaves_no_force_at_once() {
             );
             bench.position_m = [0.01; 3];
             for _ in 0..200 {
-                bench.tick_after(250);
+                bench.tick_after(200);
                 assert_eq!(bench.force_n, [0.0; 3], "{what}");
             }
             assert_eq!(bench.allocations, 0);

@@ -61,13 +61,14 @@ impl Bench {
 #[test]
 fn a_damper_is_what_it_was_declared_or_there_is_a_fault() {
     // Of a thread that becomes slow in a run: the largest force before the fault, N, and the time of that, s.
+    // A position in single precision is off by 4 nm at 50 mm, which is 0.04 mN each way.
     for (apart_us, most_n, within_s) in [
-        (1000, 0.1001, f64::INFINITY),
+        (1000, 0.1005, f64::INFINITY),
         (1060, 0.1065, 0.4),
         (1100, 0.1105, 0.4),
         (1400, 0.1405, 0.4),
-        (1900, 0.1001, 0.4),
-        (3000, 0.1001, 0.1),
+        (1900, 0.1005, 0.4),
+        (3000, 0.1005, 0.1),
     ] {
         let mut bench = Bench::damped(TICK_US);
         bench.arm();
@@ -79,17 +80,17 @@ fn a_damper_is_what_it_was_declared_or_there_is_a_fault() {
         while passed_s < 5.0 && bench.slow().is_none() {
             let force_n = bench.moves(apart_us);
             passed_s += 1e-6 * apart_us as f64;
-            assert!(
-                (0.094..most_n).contains(&force_n),
-                "{apart_us} µs: {force_n} N"
-            );
+            let good = (0.094..most_n).contains(&force_n);
+            let falls = bench.slow().is_some() && force_n < most_n;
+            assert!(good || falls, "{apart_us} µs: {force_n} N");
         }
         match bench.slow() {
             None => assert_eq!(apart_us, 1000),
             Some(reason) => {
                 assert!(passed_s <= within_s, "{apart_us} µs: {passed_s} s");
-                let off = f64::from(reason.measured_us) / apart_us as f64;
-                assert!(off <= 1.001 && off > 0.7, "{reason}");
+                // Of a window that may have begun before.
+                let measured_us = u64::from(reason.measured_us);
+                assert!((1050..=apart_us).contains(&measured_us), "{reason}");
                 let mut before_n = bench.norm_n();
                 for _ in 0..STOP_TICKS {
                     bench.moves(apart_us);
@@ -184,7 +185,7 @@ fn twenty_missed_samples_go_on_and_more_are_a_fault() {
             bench.moves(TICK_US);
         }
         let force_n = bench.moves(TICK_US * (missed + 1));
-        assert!(force_n <= 0.1001, "{force_n} N");
+        assert!(force_n <= 0.1005, "{force_n} N");
         assert_eq!(bench.handle.fault(), fault, "{missed}");
         if fault.is_some() {
             assert_eq!(bench.slow().map(|slow| slow.measured_us), Some(22_000));
