@@ -28,8 +28,6 @@ const LOOK_US: u64 = 250_000;
 const CALLS_LEAST: u32 = 20;
 /// A time that passes so many times too slowly is in ms or in s; no machine is so slow.
 const UNIT: u64 = 100;
-/// The answer to a host that greets a program without calls. No frame begins so.
-const SILENT: &[u8] = b"waiting: the program does not call hb_tick: start its haptic thread\n\0";
 
 /// The host's end of a bridge: bytes in, bytes out, without a line.
 #[derive(Debug)]
@@ -88,8 +86,8 @@ impl LineSide {
     pub fn take(&mut self, bytes: &[u8]) {
         for &byte in bytes {
             if let Some(heard) = self.receiver.push(byte) {
-                if self.is_silent() && matches!(heard.1, Request::Hello { .. }) {
-                    self.waiting.extend_from_slice(SILENT);
+                if matches!(heard.1, Request::Hello { .. }) {
+                    self.excuse();
                 }
                 // A host that says more than is acted on loses it, as on a line that is too slow.
                 let _ = self.requests.push(heard);
@@ -122,9 +120,16 @@ impl LineSide {
         statistics.foreign = line.foreign;
     }
 
-    /// True as long as the program makes no calls, as far as this thread has looked.
-    fn is_silent(&self) -> bool {
-        self.looked.was_silent && self.looked.calls == self.handle.calls().0
+    /// Tells a host that greets a device why that cannot answer. A zero ends the text, as no frame begins so.
+    fn excuse(&mut self) {
+        let unit = self.handle.wrong_unit().filter(|_| self.period_us == 0);
+        if self.looked.was_silent && self.looked.calls == self.handle.calls().0 {
+            let text = b"waiting: the program does not call hb_tick: start its haptic thread\n\0";
+            self.waiting.extend_from_slice(text);
+        } else if let Some(reason) = unit {
+            let text = format!("waiting: {reason}\n\0");
+            self.waiting.extend_from_slice(text.as_bytes());
+        }
     }
 
     /// Looks at the calls of the program, at this time of a clock of the machine, µs: they may have ceased, or give the time in

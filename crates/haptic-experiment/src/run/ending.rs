@@ -325,6 +325,7 @@ pub(crate) mod tests {
             state: haptic_link::State::Fault,
             fault: fault.code(),
             faults: 1,
+            ..Default::default()
         };
         FaultReport {
             status,
