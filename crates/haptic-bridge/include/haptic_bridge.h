@@ -70,8 +70,6 @@ typedef struct hb_device {
   uint32_t watchdog_ms;
 } hb_device;
 
-
-
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
