@@ -30,8 +30,8 @@ FROM_HOST, FROM_DEVICE = 0x02, 0x82
 REQUEST_KEYS = {0: 0xEA059449, 1: 0xAF5AAF58, 2: 0x39EB4171, 3: 0xD64D3415, 4: 0xFE3E4473, 5: 0x5F950ADB, 6:
                 0x49AD326F, 7: 0x80892389, 8: 0x6DB3EADF, 9: 0x34E32396, 12: 0x54DE2568, 13: 0xE4D4C71D, 16:
                 0xB7C92CEF}
-REPORT_KEYS = {0: 0xB6E04C30, 1: 0x788BE0BD, 2: 0x8B91BA6B, 3: 0x6184F38B, 4: 0x21201806, 5: 0x9B76B7E6, 6:
-               0x3F59AB0B, 8: 0x2C73B464, 9: 0x46E189BD, 10: 0x41617E27, 12: 0x65196196}
+REPORT_KEYS = {0: 0x82D95623, 1: 0x3728DA33, 2: 0x8B91BA6B, 3: 0x6184F38B, 4: 0x21201806, 5: 0x9B76B7E6, 6:
+               0x3F59AB0B, 8: 0x66BD3387, 9: 0xA4362A23, 10: 0x1B05F339, 12: 0x65196196}
 RETRY_S, TRIES = 0.15, 10
 HELLO_TRIES = 24  # 3.5 s, for ports that notice late that somebody listens
 FRAME_MAX = 256
@@ -44,7 +44,7 @@ ACK, SAMPLE, BATCH, EVENT, FAULT, ALIVE, KEYS = 2, 5, 6, 7, 8, 10, 12
 # The report that answers a request; an ack answers all others.
 ANSWERS = {HELLO: 0, GET_CAPABILITIES: 1, GET_CONFIGURATION: 3, GET_COEFFICIENTS: 4, GET_STATISTICS: 9,
            READ_FLIGHT: 11, GET_KEYS: KEYS}
-LENGTHS = {0: 20, 1: 51, 4: 67, 5: 24, 7: 14, 8: 17, 9: 73, 10: 21, 11: 28}  # with one axis
+LENGTHS = {0: 29, 1: 52, 4: 67, 5: 24, 7: 14, 8: 26, 9: 77, 10: 30, 11: 28}  # with one axis
 REFUSALS = (("State", "<B"), ("Range", "<Bfff"), ("Digest", "<"), ("Incomplete", "<"), ("Unsupported", "<B"),
             ("UnknownFault", "<"), ("ForceNotZero", "<"), ("ForceNotSmall", "<ff"), ("FaultPersists", "<B"),
             ("Connection", "<"), ("Looser", "<B"))
@@ -61,10 +61,13 @@ CONFIGURATION_FIELDS = (
     "guard_lag_s guard_noise_m simulation mass_kg "
     "damping_n_s_per_m hand_stiffness_n_per_m push_n depth_m ramp_time_s start_ticks maps").split()
 DEPTH_MAP = struct.Struct("<8f")  # follows if maps is 1
-CAPABILITIES = struct.Struct("<16sB?IIfffHHHHI")
+CAPABILITIES = struct.Struct("<16sB?IIfffHHHHI?")
 STATISTICS = ("ticks overruns tick_cycles_max tick_cycles_last stale_forces samples_dropped sent received corrupt "
-              "oversize foreign lost duplicate late bytes_overrun strangers unanswered forces_not_taken").split()
+              "oversize foreign lost duplicate late bytes_overrun strangers unanswered forces_not_taken "
+              "period_ns").split()
 Sample = collections.namedtuple("Sample", "tick time_us position_m environment_force_n force_n limiters flaws")
+# Of the reason of a fault, in a program that is a device, only the room is used here.
+STATUS = "BBH9x"
 Status = collections.namedtuple("Status", "state fault faults")
 
 
@@ -215,9 +218,9 @@ class Device:
                 # Times of a batch follow from its first; here only the ticks are used.
                 self.samples.append(Sample(tick + n * every, time_us, *item))
         elif report == FAULT:
-            self.status = Status._make(struct.unpack_from("<BBH", message, 1))
+            self.status = Status._make(struct.unpack_from("<" + STATUS, message, 1))
         elif report == ALIVE:
-            _, time_us, *status = struct.unpack_from("<IQBBH", message, 1)  # then the energy that the guard observed
+            _, time_us, *status = struct.unpack_from("<IQ" + STATUS, message, 1)  # then the energy that the guard observed
             self.device_time_us, self.status = time_us, Status._make(status)
         elif report == ACK and message[4] and REFUSALS[message[5]][0] == "Connection":
             raise LinkError("the device does not know this connection any more: it was reset, or another host came")
@@ -258,7 +261,7 @@ class Device:
     def hello(self):
         """Begins a session, and brings a device that was left running to rest."""
         answer = self.ask(HELLO, struct.pack("<I", random.getrandbits(32)))
-        _, self.connection, *version, boot, state, fault, faults = struct.unpack_from("<IIBBBIBBH", answer, 1)
+        _, self.connection, *version, boot, state, fault, faults = struct.unpack_from("<IIBBBI" + STATUS, answer, 1)
         version = ".".join(map(str, version))
         answer = self.ask(GET_KEYS)
         requests = struct.unpack_from(f"<{answer[1]}I", answer, 2)
@@ -332,7 +335,7 @@ class Device:
             self.poll(time.monotonic() + 0.05)
 
     def statistics(self):
-        return dict(zip(STATISTICS, struct.unpack_from("<16I", self.ask(GET_STATISTICS), 1)))
+        return dict(zip(STATISTICS, struct.unpack_from("<19I", self.ask(GET_STATISTICS), 1)))
 
 
 def float32(number):

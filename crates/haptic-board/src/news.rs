@@ -1,6 +1,6 @@
 //! What a developer with a probe sees: changes of state and faults, told from the main loop.
 
-use haptic_link::{State, Status};
+use haptic_link::{Reason, State, Status, Trouble};
 use haptic_loop::Fault;
 
 #[derive(Debug)]
@@ -15,6 +15,7 @@ impl News {
                 state: State::Idle,
                 fault: 0,
                 faults: 0,
+                reason: Reason::of(Trouble::Nothing),
             },
         }
     }

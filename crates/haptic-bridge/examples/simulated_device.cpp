@@ -59,16 +59,14 @@ struct Close {
     void operator()(hb_bridge *bridge) const { hb_close(bridge); }
 };
 
-/// The haptic thread. This arm lives in the time of its ticks, so that a busy machine makes it slow and never late; a
-/// device of metal takes std::chrono::steady_clock.
+/// The haptic thread. This arm lives in the time of its ticks, so that a busy machine makes it slow and never late; for a
+/// device of metal the time is the one that hb_wait returns.
 void haptic_thread(hb_bridge *bridge, const std::atomic<bool> &ended, double &largest_n) {
     Arm arm;
-    auto next = std::chrono::steady_clock::now();
     std::uint64_t time_us = 0;
     int known = 0;
     while (!ended) {
-        next = std::max(next + std::chrono::milliseconds(1), std::chrono::steady_clock::now());
-        std::this_thread::sleep_until(next);
+        hb_wait(bridge);
         time_us += 1000;
         Vector force_n{};
         const int fault = hb_tick(bridge, time_us, arm.position_m().data(), force_n.data());

@@ -40,7 +40,8 @@ typedef struct hb_device {
    */
   uint32_t axes;
   /**
-   * Time from one tick to the next, microseconds, 100 to 10000. Calls of `hb_tick` in between hold the last force.
+   * Time from one tick to the next, microseconds, 100 to 10000; 0 takes the mean of the first second, in which there is no force.
+   * Calls of `hb_tick` in between hold the last force.
    */
   uint32_t sample_time_us;
   /**
@@ -69,8 +70,6 @@ typedef struct hb_device {
   uint32_t watchdog_ms;
 } hb_device;
 
-
-
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -96,9 +95,10 @@ struct hb_bridge *hb_open(const struct hb_device *what,
  * One tick of the haptic thread: takes the position, m, gives the force until the next call, N, behind the safety chain.
  * Elements beyond the device's axes are ignored, and zero. Both may be the same array. Never waits, allocates or locks.
  *
- * `time_us` is from a clock that only goes on, microseconds, as `std::chrono::steady_clock`; the watchdog counts by it, and
- * would take a thousand times as long in milliseconds. Call it once a sample time or more often. When the calls cease, the
- * host is told nothing more and ends its run; the force is then the program's to take away.
+ * `time_us` is from a clock that only goes on, microseconds, as `hb_wait` returns it or as `std::chrono::steady_clock` has it; the
+ * watchdog counts by it. One that is plainly in milliseconds or seconds is fault 12. Call it once a sample time or more often: a
+ * thread that is slower than was declared, by more than 5 % over 0.2 s or 2 % over 2 s, is fault 3. When the calls cease, the host
+ * is told nothing more and ends its run; the force is then the program's to take away.
  *
  * Returns 0, or the code of the latched fault, as in `hb_fault`: the force falls to zero, and is zero at once where no
  * position can be used. `HB_NULL`: no bridge. `HB_ENDED`: close it.
@@ -110,6 +110,16 @@ int hb_tick(struct hb_bridge *bridge,
             uint64_t time_us,
             const double *position_m,
             double *force_n);
+
+/**
+ * Sleeps until the next sample is due, by an absolute clock, so that a loop runs at the sample time that it declared; returns the
+ * time then, microseconds, for `hb_tick`. A loop that is late goes on at once, and periods that have passed are not made up for.
+ * For the haptic thread alone; a thread that a driver calls at its own rate has no need of it. 0 without a bridge.
+ *
+ * # Safety
+ * `bridge` is null or from `hb_open` and not closed; one thread at a time.
+ */
+uint64_t hb_wait(struct hb_bridge *bridge);
 
 /**
  * From the next tick on the force falls to zero within the stop time, and the device is disarmed: the host has to arm it

@@ -2,10 +2,12 @@
 
 use crate::description::{Description, DescriptionError};
 use crate::line::LineSide;
-use crate::status::{Handle, Trouble};
+use crate::pace::Pace;
+use crate::status::Handle;
 use crate::ticking::{Ticking, Ticks};
-use haptic_link::Refusal;
+use haptic_link::{Reason, Refusal, Status, Trouble};
 use haptic_loop::Fault;
+use haptic_loop::realtime::{SystemWaiter, Waiter};
 use haptic_remote::serial::{SerialError, TcpListening};
 use std::io::Error;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -21,6 +23,7 @@ pub struct Ticker {
     ticks: Box<dyn Ticks>,
     handle: Handle,
     ended: bool,
+    pace: Pace,
 }
 
 impl Ticker {
@@ -39,10 +42,28 @@ impl Ticker {
             // Dropping it could panic once more.
             std::mem::forget(panic);
             self.ended = true;
-            let fault = Fault::BoardFailed.code();
-            self.handle.tell(fault, Some(Trouble::Panicked));
+            self.handle.tell(Status {
+                fault: Fault::BoardFailed.code(),
+                reason: Reason::of(Trouble::Library),
+                ..Status::default()
+            });
             [0.0; 3]
         })
+    }
+
+    /// Sleeps until the next sample is due, by an absolute clock, and returns the time then, µs, for [`tick`](Self::tick). While the
+    /// sample time is being measured that is 1 ms.
+    pub fn wait(&mut self) -> u64 {
+        self.wait_by(&mut SystemWaiter::default())
+    }
+
+    /// The same by another clock.
+    pub fn wait_by(&mut self, waiter: &mut impl Waiter) -> u64 {
+        let period_us = match self.ticks.period_us() {
+            0 => 1000,
+            period_us => period_us.into(),
+        };
+        self.pace.wait(waiter, Duration::from_micros(period_us))
     }
 
     /// What other threads may ask of it.
@@ -75,7 +96,11 @@ impl Bridge {
         hosts
             .set_patience(Duration::ZERO)
             .map_err(BridgeError::Thread)?;
-        let pause = Duration::from_micros(u64::from(description.sample_time_us) / 2);
+        let pause_us = match description.sample_time_us {
+            0 => 500,
+            period_us => u64::from(period_us) / 2,
+        };
+        let pause = Duration::from_micros(pause_us);
         let ended = Arc::new(AtomicBool::new(false));
         let ending = Arc::clone(&ended);
         let thread = std::thread::Builder::new().name("haptic-bridge".into());
@@ -97,8 +122,8 @@ impl Bridge {
     /// A device that cannot be.
     pub fn apart(description: &Description) -> Result<(Ticker, LineSide), BridgeError> {
         let capabilities = description.capabilities()?;
-        let (line, ends) = LineSide::new();
         let handle = Handle::default();
+        let (line, ends) = LineSide::new(handle.clone(), description.sample_time_us.into());
         let shared = handle.clone();
         let ticks: Box<dyn Ticks> = match capabilities.axes {
             1 => Box::new(Ticking::<1>::new(description, capabilities, ends, shared)?),
@@ -109,6 +134,7 @@ impl Bridge {
             ticks,
             handle,
             ended: false,
+            pace: Pace::default(),
         };
         Ok((ticker, line))
     }

@@ -4,11 +4,12 @@
 
 use crate::bridge::{Bridge, BridgeError};
 use crate::description::Description;
-use crate::status::{Handle, Trouble};
-use haptic_loop::Fault;
+use crate::status::Handle;
+use haptic_link::Trouble;
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::panic::catch_unwind;
 use std::ptr;
+use std::sync::{Mutex, PoisonError};
 use thiserror::Error;
 
 /// Where a bridge listens unless told: this machine alone.
@@ -30,7 +31,8 @@ pub struct HbDevice {
     pub name: *const c_char,
     /// Number of axes, 1 to 3.
     pub axes: u32,
-    /// Time from one tick to the next, microseconds, 100 to 10000. Calls of `hb_tick` in between hold the last force.
+    /// Time from one tick to the next, microseconds, 100 to 10000; 0 takes the mean of the first second, in which there is no force.
+    /// Calls of `hb_tick` in between hold the last force.
     pub sample_time_us: u32,
     /// Largest force on an axis, and of several axes the largest magnitude, N, above 0.
     pub force_max_n: f64,
@@ -50,8 +52,8 @@ pub struct HbDevice {
 #[derive(Debug)]
 pub struct HbBridge {
     bridge: Bridge,
-    /// Texts for `hb_reason`: of each fault, then of each trouble.
-    reasons: Vec<CString>,
+    /// Texts that `hb_reason` has given away.
+    reasons: Mutex<Vec<CString>>,
 }
 
 /// Opens a bridge: from now on a host can connect, as with `host-cli device info --device tcp:127.0.0.1:4250`.
@@ -136,14 +138,9 @@ unsafe fn open(what: *const HbDevice, listen: *const c_char) -> Result<HbBridge,
         watchdog_ms: what.watchdog_ms,
     };
     let bridge = Bridge::open(&description, listen.unwrap_or(ADDRESS))?;
-    let faults = Fault::ALL.map(|fault| fault.to_string());
-    let troubles = Trouble::ALL.map(|trouble| trouble.words().to_owned());
-    let reasons = faults.into_iter().chain(troubles);
-    // No text of ours has a zero in it.
-    let reasons = reasons.map(|reason| CString::new(reason).unwrap_or_default());
     Ok(HbBridge {
         bridge,
-        reasons: reasons.collect(),
+        reasons: Mutex::default(),
     })
 }
 
@@ -164,9 +161,10 @@ unsafe fn text<'a>(text: *const c_char) -> Result<Option<&'a str>, OpenError> {
 /// One tick of the haptic thread: takes the position, m, gives the force until the next call, N, behind the safety chain.
 /// Elements beyond the device's axes are ignored, and zero. Both may be the same array. Never waits, allocates or locks.
 ///
-/// `time_us` is from a clock that only goes on, microseconds, as `std::chrono::steady_clock`; the watchdog counts by it, and
-/// would take a thousand times as long in milliseconds. Call it once a sample time or more often. When the calls cease, the
-/// host is told nothing more and ends its run; the force is then the program's to take away.
+/// `time_us` is from a clock that only goes on, microseconds, as `hb_wait` returns it or as `std::chrono::steady_clock` has it; the
+/// watchdog counts by it. One that is plainly in milliseconds or seconds is fault 12. Call it once a sample time or more often: a
+/// thread that is slower than was declared, by more than 5 % over 0.2 s or 2 % over 2 s, is fault 3. When the calls cease, the host
+/// is told nothing more and ends its run; the force is then the program's to take away.
 ///
 /// Returns 0, or the code of the latched fault, as in `hb_fault`: the force falls to zero, and is zero at once where no
 /// position can be used. `HB_NULL`: no bridge. `HB_ENDED`: close it.
@@ -207,8 +205,25 @@ pub unsafe extern "C" fn hb_tick(
     code(unsafe { &(*bridge).bridge.handle })
 }
 
+/// Sleeps until the next sample is due, by an absolute clock, so that a loop runs at the sample time that it declared; returns the
+/// time then, microseconds, for `hb_tick`. A loop that is late goes on at once, and periods that have passed are not made up for.
+/// For the haptic thread alone; a thread that a driver calls at its own rate has no need of it. 0 without a bridge.
+///
+/// # Safety
+/// `bridge` is null or from `hb_open` and not closed; one thread at a time.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hb_wait(bridge: *mut HbBridge) -> u64 {
+    if bridge.is_null() {
+        return 0;
+    }
+    // SAFETY: only this thread touches the ticker, and other fields are borrowed apart from it.
+    let ticker = unsafe { &mut (*bridge).bridge.ticker };
+    ticker.wait()
+}
+
 fn code(handle: &Handle) -> c_int {
-    if handle.trouble() == Some(Trouble::Panicked) {
+    let reason = handle.reason();
+    if reason.is_some_and(|reason| reason.trouble == Trouble::Library) {
         return HB_ENDED;
     }
     handle.fault().map_or(0, |fault| fault.code().into())
@@ -252,12 +267,20 @@ pub unsafe extern "C" fn hb_reason(bridge: *const HbBridge) -> *const c_char {
     }
     // SAFETY: shared by all threads, and only read.
     let (handle, reasons) = unsafe { (&(*bridge).bridge.handle, &(*bridge).reasons) };
-    let number = match (handle.trouble(), handle.fault()) {
-        (Some(trouble), _) => Fault::ALL.len() + trouble as usize,
-        (None, Some(fault)) => usize::from(fault.code()),
+    let said = match (handle.reason(), handle.fault()) {
+        (Some(reason), _) => reason.to_string(),
+        (None, Some(fault)) => fault.to_string(),
         (None, None) => return c"".as_ptr(),
     };
-    (reasons.get(number - 1)).map_or(c"".as_ptr(), |reason| reason.as_ptr())
+    // No text of ours has a zero in it.
+    let said = CString::new(said).unwrap_or_default();
+    let mut reasons = reasons.lock().unwrap_or_else(PoisonError::into_inner);
+    let known = reasons.iter().position(|reason| *reason == said);
+    let at = known.unwrap_or_else(|| {
+        reasons.push(said);
+        reasons.len() - 1
+    });
+    reasons[at].as_ptr()
 }
 
 /// The port that the bridge listens at; 0 without a bridge.

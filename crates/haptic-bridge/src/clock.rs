@@ -1,11 +1,12 @@
 //! The program's clock as the loop takes it: always forward, one tick a sample time.
 //!
 //! ```text
-//! a call is a tick if  now + T/2 ≥ due;   due ← max(due, now − T/2) + T
+//! a call is a tick if  now + T/2 ≥ due;   due ← (due, no further than T/2 from now) + T
 //! ```
 //! - *Called more often* than the sample time T, the calls between two ticks hold the last force: a law is made for its T.
 //!   *Called at T*, each call is a tick, whatever the jitter below T/2 and whichever clock is the faster.
-//! - *Whole periods without a call* are skipped: they count as time and have no samples.
+//! - *A pause of more than 1.5·T between two calls* ends in a tick and skips as many ticks as are nearest to it, less one: they count as time and have
+//!   no samples, and the law takes them in on the line to the next.
 //! - *Time that does not go on* is a trouble; the loop's own time then goes on by T, so that its watchdog never waits for
 //!   a clock that was set back.
 //! - *Units*: µs. *Cost*: a few comparisons.
@@ -18,6 +19,7 @@ pub(crate) struct ProgramClock {
     period_us: u64,
     told_us: Option<u64>,
     now_us: u64,
+    ticked_us: u64,
     due_us: u64,
 }
 
@@ -26,7 +28,9 @@ pub(crate) struct ProgramClock {
 pub(crate) struct Call {
     pub(crate) now_us: u64,
     pub(crate) is_tick: bool,
-    /// Whole periods before it that had no call.
+    /// Time since the tick before, µs.
+    pub(crate) stood_us: u64,
+    /// Ticks before it that had no call.
     pub(crate) skipped: u32,
     /// The time given is later than that of the call before.
     pub(crate) goes_on: bool,
@@ -38,6 +42,7 @@ impl ProgramClock {
             period_us,
             told_us: None,
             now_us: 0,
+            ticked_us: 0,
             due_us: 0,
         }
     }
@@ -52,21 +57,24 @@ impl ProgramClock {
         };
         self.now_us += step_us;
         let half_us = self.period_us / 2;
-        let is_tick = self.now_us + half_us >= self.due_us;
+        let stood_us = self.now_us - self.ticked_us;
+        let pauses = step_us > self.period_us + half_us;
+        let is_tick = pauses || self.now_us + half_us >= self.due_us;
         let mut skipped = 0;
         if is_tick {
-            let late_us = self.now_us.saturating_sub(self.due_us);
             // A division takes as long as a force, and is seldom needed.
-            if late_us >= self.period_us {
-                skipped = late_us / self.period_us;
+            if pauses {
+                skipped = (stood_us + half_us - 1) / self.period_us - 1;
                 self.due_us += skipped * self.period_us;
             }
+            self.ticked_us = self.now_us;
             let earliest_us = self.now_us.saturating_sub(half_us);
-            self.due_us = self.due_us.max(earliest_us) + self.period_us;
+            self.due_us = self.due_us.clamp(earliest_us, self.now_us + half_us) + self.period_us;
         }
         Call {
             now_us: self.now_us,
             is_tick,
+            stood_us,
             skipped: skipped as u32,
             goes_on,
         }

@@ -12,7 +12,8 @@ pub struct Description {
     pub name: String,
     /// Number of axes, 1 to 3.
     pub axes: u32,
-    /// T, the time from one tick to the next, µs, 100 to 10 000. Calls in between hold the last force.
+    /// T, the time from one tick to the next, µs, 100 to 10 000; 0 takes the mean time between the calls of the first second, which
+    /// has no force. Calls in between hold the last force.
     pub sample_time_us: u32,
     /// Largest force on an axis, and of several axes the largest magnitude, N, above 0.
     pub force_max_n: f64,
@@ -28,6 +29,9 @@ pub struct Description {
     /// to the host.
     pub watchdog_ms: u32,
 }
+
+/// Sample times that a device can have, µs.
+pub(crate) const PERIODS_US: std::ops::RangeInclusive<u32> = 100..=10_000;
 
 /// A device that cannot be.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -73,12 +77,18 @@ impl Description {
         let (above, silence) = ("above 0 and finite", "5 to 1000, or 0 for the host's alone");
         let (few, short) = (
             (1..=3).contains(&self.axes),
-            (100..=10_000).contains(&period_us),
+            period_us == 0 || PERIODS_US.contains(&period_us),
         );
         let fine = (0.0..=0.1).contains(&count_m);
         for (good, what, value, allowed, unit) in [
             (few, "axes", axes, "1, 2 or 3", ""),
-            (short, "sample_time_us", period, "100 to 10000", "µs"),
+            (
+                short,
+                "sample_time_us",
+                period,
+                "100 to 10000, or 0 to have it measured",
+                "µs",
+            ),
             (watched, "watchdog_ms", watchdog, silence, "ms"),
             (positive(force_n), "force_max_n", force_n, above, "N"),
             (positive(rate), "force_rate_max_n_per_s", rate, above, "N/s"),
@@ -96,11 +106,13 @@ impl Description {
             }
         }
         Ok(Capabilities {
-            tick_period_min_us: period_us,
-            tick_period_max_us: period_us,
+            tick_period_min_us: period_us.max(*PERIODS_US.start()),
+            tick_period_max_us: period_us.max(*PERIODS_US.start()),
             force_max_n: force_n as f32,
             force_rate_max_n_per_s: rate as f32,
             position_resolution_m: count_m as f32,
+            // The program may stand still, and its driver hold the last force.
+            lets_go_alone: false,
             ..abilities(&self.name, self.axes as u8)
         })
     }

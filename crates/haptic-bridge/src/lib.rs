@@ -6,6 +6,8 @@ mod c;
 mod clock;
 mod description;
 mod line;
+mod meter;
+mod pace;
 mod program;
 mod status;
 mod ticking;
@@ -13,8 +15,9 @@ mod ticking;
 pub use bridge::{Bridge, BridgeError, Ticker};
 pub use c::{
     HB_ENDED, HB_NULL, HbBridge, HbDevice, hb_close, hb_fault, hb_open, hb_port, hb_reason,
-    hb_stop, hb_tick,
+    hb_stop, hb_tick, hb_wait,
 };
 pub use description::{Description, DescriptionError};
+pub use haptic_link::{Reason, Trouble};
 pub use line::LineSide;
-pub use status::{Handle, Trouble};
+pub use status::Handle;

@@ -1,7 +1,11 @@
 //! The line to the host, on a thread of its own: bytes to requests, reports to bytes.
 
+use crate::status::Handle;
 use crate::ticking::Heard;
-use haptic_link::{Direction, FRAME_MAX, Header, Receiver, Report, Request, Statistics, encode};
+use haptic_link::{
+    Direction, FRAME_MAX, Header, Reason, Receiver, Report, Request, Statistics, Trouble, encode,
+};
+use haptic_loop::realtime::Moment;
 use rtrb::{Consumer, Producer, RingBuffer};
 use std::io::{ErrorKind, Read, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,6 +22,13 @@ const NOBODY: Duration = Duration::from_millis(5);
 /// Rounds without a byte that are long.
 const QUIET_ROUNDS: u32 = 4000;
 
+/// Time from one look at the program to the next, µs.
+const LOOK_US: u64 = 250_000;
+/// Fewer calls in that time tell nothing of their unit.
+const CALLS_LEAST: u32 = 20;
+/// A time that passes so many times too slowly is in ms or in s; no machine is so slow.
+const UNIT: u64 = 100;
+
 /// The host's end of a bridge: bytes in, bytes out, without a line.
 #[derive(Debug)]
 pub struct LineSide {
@@ -28,11 +39,30 @@ pub struct LineSide {
     sent: u32,
     /// Frames that the line has not taken yet.
     waiting: Vec<u8>,
+    handle: Handle,
+    /// T as it was declared, µs; 0 if it is measured.
+    period_us: u64,
+    looked: Looked,
+}
+
+/// The program's calls as they were when this thread last looked.
+#[derive(Debug, Default)]
+struct Looked {
+    at_us: u64,
+    calls: u32,
+    told_us: u64,
+    /// It had made none since the look before.
+    was_silent: bool,
+    /// The time that was given had hardly gone on.
+    was_wrong: bool,
 }
 
 impl LineSide {
     /// With the ends of the thread that ticks.
-    pub(crate) fn new() -> (Self, (Consumer<Heard>, Producer<Report>)) {
+    pub(crate) fn new(
+        handle: Handle,
+        period_us: u64,
+    ) -> (Self, (Consumer<Heard>, Producer<Report>)) {
         let (requests, hearing) = RingBuffer::new(REQUESTS_WAITING);
         let (speaking, reports) = RingBuffer::new(REPORTS_WAITING);
         let this = Self {
@@ -42,6 +72,12 @@ impl LineSide {
             sequence: 0,
             sent: 0,
             waiting: Vec::with_capacity(AT_ONCE + FRAME_MAX),
+            handle,
+            period_us,
+            looked: Looked {
+                was_silent: true,
+                ..Looked::default()
+            },
         };
         (this, (hearing, speaking))
     }
@@ -50,6 +86,9 @@ impl LineSide {
     pub fn take(&mut self, bytes: &[u8]) {
         for &byte in bytes {
             if let Some(heard) = self.receiver.push(byte) {
+                if matches!(heard.1, Request::Hello { .. }) {
+                    self.excuse();
+                }
                 // A host that says more than is acted on loses it, as on a line that is too slow.
                 let _ = self.requests.push(heard);
             }
@@ -79,6 +118,49 @@ impl LineSide {
         statistics.corrupt = line.corrupt;
         statistics.oversize = line.oversize;
         statistics.foreign = line.foreign;
+    }
+
+    /// Tells a host that greets a device why that cannot answer. A zero ends the text, as no frame begins so.
+    fn excuse(&mut self) {
+        let unit = self.handle.wrong_unit().filter(|_| self.period_us == 0);
+        if self.looked.was_silent && self.looked.calls == self.handle.calls().0 {
+            let text = b"waiting: the program does not call hb_tick: start its haptic thread\n\0";
+            self.waiting.extend_from_slice(text);
+        } else if let Some(reason) = unit {
+            let text = format!("waiting: {reason}\n\0");
+            self.waiting.extend_from_slice(text.as_bytes());
+        }
+    }
+
+    /// Looks at the calls of the program, at this time of a clock of the machine, µs: they may have ceased, or give the time in
+    /// another unit.
+    pub fn watch(&mut self, now_us: u64) {
+        let passed_us = now_us.saturating_sub(self.looked.at_us);
+        if passed_us < LOOK_US {
+            return;
+        }
+        let (calls, told_us) = self.handle.calls();
+        let made = calls.wrapping_sub(self.looked.calls);
+        let told = told_us.saturating_sub(self.looked.told_us);
+        // The first call gives any time. A program that calls more often than it has to lives in a time of its own.
+        let is_wrong = made >= CALLS_LEAST
+            && self.looked.calls > 0
+            && passed_us >= u64::from(made) * self.period_us / 2
+            && told < passed_us / UNIT;
+        // Twice in a row, as a busy machine may hold a program up.
+        let is_known = is_wrong && self.looked.was_wrong;
+        self.handle.judge_unit(is_known.then(|| Reason {
+            trouble: Trouble::Unit,
+            measured_us: u32::try_from(passed_us).unwrap_or(u32::MAX),
+            told_us: told as u32,
+        }));
+        self.looked = Looked {
+            at_us: now_us,
+            calls,
+            told_us,
+            was_wrong: is_wrong,
+            was_silent: made == 0,
+        };
     }
 
     /// Takes what is there and gives what the line takes, without waiting. Whether anything moved.
@@ -120,7 +202,9 @@ impl LineSide {
         ended: &AtomicBool,
     ) {
         let mut quiet = 0_u32;
+        let began = Moment::now();
         while !ended.load(Ordering::Relaxed) {
+            self.watch(began.elapsed().as_micros() as u64);
             quiet = if self.exchange(&mut line) {
                 0
             } else {

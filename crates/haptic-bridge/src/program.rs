@@ -33,6 +33,12 @@ impl<const D: usize> Program<D> {
         self.position_m.is_some()
     }
 
+    /// The time from one tick to the next, µs, as it was measured.
+    pub(crate) const fn declare(&mut self, period_us: u32) {
+        self.capabilities.tick_period_min_us = period_us;
+        self.capabilities.tick_period_max_us = period_us;
+    }
+
     /// The position of this call is not to be believed.
     pub(crate) const fn forget(&mut self) {
         self.position_m = None;

@@ -1,56 +1,26 @@
-//! The state of a bridge for other threads than the one that ticks: an atomic word each way.
+//! The state of a bridge for other threads than the one that ticks: atomic words each way.
 
+use haptic_link::{Reason, Status, Trouble};
 use haptic_loop::Fault;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
-
-/// Something wrong with a call of the program. Each latches [`Fault::BoardFailed`], and this says why.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Trouble {
-    /// A position that is NaN, infinite, or beyond single precision.
-    Position = 1,
-    /// A time that is not later than that of the call before.
-    Time = 2,
-    /// No position was given, or no room for the force.
-    Nothing = 3,
-    /// The library itself failed, which is a defect of it: it does not tick again.
-    Panicked = 4,
-}
-
-impl Trouble {
-    /// Every trouble, in the order of the numbers.
-    pub const ALL: [Self; 4] = [Self::Position, Self::Time, Self::Nothing, Self::Panicked];
-
-    /// One line with the remedy.
-    #[must_use]
-    pub const fn words(self) -> &'static str {
-        match self {
-            Self::Position => {
-                "a position was not a finite number: check the sensor, then arm again"
-            }
-            Self::Time => {
-                "the time stood still or went back: give the microseconds of a clock that only goes on"
-            }
-            Self::Nothing => {
-                "a tick had no position or no room for its force: pass arrays of three numbers"
-            }
-            Self::Panicked => {
-                "the library failed and has let go for good: close it, open it again, and report this"
-            }
-        }
-    }
-}
+use std::sync::atomic::{AtomicBool, AtomicU16, AtomicU32, AtomicU64, Ordering};
 
 /// Stops a bridge, or sees its fault, from any thread.
 #[derive(Clone, Debug, Default)]
-pub struct Handle(Arc<Status>);
+pub struct Handle(Arc<Shared>);
 
 #[derive(Debug, Default)]
-struct Status {
+struct Shared {
     stop: AtomicBool,
-    /// Code of the fault, and above it that of the trouble.
+    /// Code of the fault, and above it the number of the trouble.
     fault: AtomicU16,
+    /// Its times.
+    times: AtomicU64,
+    /// Calls so far, and the time that the last one gave, µs.
+    calls: AtomicU32,
+    told_us: AtomicU64,
+    /// Times of a unit that is wrong, as the thread of the line has found it; 0 for a good one.
+    unit: AtomicU64,
 }
 
 impl Handle {
@@ -67,11 +37,10 @@ impl Handle {
 
     /// The program's part in that fault.
     #[must_use]
-    pub fn trouble(&self) -> Option<Trouble> {
-        let code = (self.0.fault.load(Ordering::Acquire) >> 8) as u8;
-        Trouble::ALL
-            .into_iter()
-            .find(|trouble| *trouble as u8 == code)
+    pub fn reason(&self) -> Option<Reason> {
+        let number = self.0.fault.load(Ordering::Acquire) >> 8;
+        let trouble = *Trouble::ALL.get(usize::from(number))?;
+        reason(trouble, self.0.times.load(Ordering::Relaxed)).some()
     }
 
     /// True once for each stop. Read before it is written: a tick in which nobody stops costs no exchange between cores.
@@ -79,9 +48,46 @@ impl Handle {
         self.0.stop.load(Ordering::Relaxed) && self.0.stop.swap(false, Ordering::Acquire)
     }
 
-    pub(crate) fn tell(&self, fault: u8, trouble: Option<Trouble>) {
-        let trouble = trouble.map_or(0, |trouble| trouble as u8);
-        let word = u16::from_le_bytes([fault, trouble]);
-        self.0.fault.store(word, Ordering::Release);
+    pub(crate) fn tell(&self, status: Status) {
+        let word = u16::from_le_bytes([status.fault, status.reason.trouble as u8]);
+        if self.0.fault.load(Ordering::Relaxed) != word {
+            self.0.times.store(times(status.reason), Ordering::Relaxed);
+            self.0.fault.store(word, Ordering::Release);
+        }
     }
+
+    /// A call of the program, for the thread of the line.
+    pub(crate) fn called(&self, time_us: u64) {
+        let calls = self.0.calls.load(Ordering::Relaxed).wrapping_add(1);
+        self.0.told_us.store(time_us, Ordering::Relaxed);
+        self.0.calls.store(calls, Ordering::Relaxed);
+    }
+
+    /// Calls so far, modulo 2³², and the time that the last one gave, µs.
+    pub(crate) fn calls(&self) -> (u32, u64) {
+        let calls = self.0.calls.load(Ordering::Relaxed);
+        (calls, self.0.told_us.load(Ordering::Relaxed))
+    }
+
+    /// The time that is given is in another unit, or in none.
+    pub(crate) fn judge_unit(&self, wrong: Option<Reason>) {
+        self.0.unit.store(wrong.map_or(0, times), Ordering::Relaxed);
+    }
+
+    pub(crate) fn wrong_unit(&self) -> Option<Reason> {
+        let unit = self.0.unit.load(Ordering::Relaxed);
+        (unit != 0).then(|| reason(Trouble::Unit, unit))
+    }
+}
+
+const fn reason(trouble: Trouble, times: u64) -> Reason {
+    Reason {
+        trouble,
+        measured_us: (times >> 32) as u32,
+        told_us: times as u32,
+    }
+}
+
+fn times(reason: Reason) -> u64 {
+    u64::from(reason.measured_us) << 32 | u64::from(reason.told_us)
 }

@@ -7,13 +7,14 @@
 //! *Cost*: that of [`TickSide::tick`], some 30 comparisons and stores, and at most [`REQUESTS_MOST`] requests and
 //! [`REPORTS_MOST`] reports. No allocation, no lock, no system call.
 
-use crate::clock::ProgramClock;
-use crate::description::Description;
+use crate::clock::{Call, ProgramClock};
+use crate::description::{Description, PERIODS_US};
+use crate::meter::Meter;
 use crate::program::Program;
-use crate::status::{Handle, Trouble};
-use haptic_link::{Capabilities, Header, Refusal, Report, Request, State};
+use crate::status::Handle;
+use haptic_link::{Capabilities, Header, Reason, Refusal, Report, Request, State, Trouble};
 use haptic_loop::Fault;
-use haptic_remote::{DeviceSession, TickSide};
+use haptic_remote::{DeviceSession, Hardware as _, TickSide};
 use rtrb::{Consumer, Producer};
 use std::cell::RefCell;
 
@@ -31,6 +32,9 @@ pub(crate) type Heard = (Header, Request);
 pub(crate) trait Ticks: std::fmt::Debug + Send {
     /// One call: the force until the next, N.
     fn call(&mut self, time_us: u64, position_m: Option<&[f64; 3]>) -> [f64; 3];
+
+    /// T, µs; 0 as long as it is being measured.
+    fn period_us(&self) -> u32;
 }
 
 #[derive(Debug)]
@@ -41,10 +45,18 @@ pub(crate) struct Ticking<const D: usize> {
     reports: Producer<Report>,
     handle: Handle,
     clock: ProgramClock,
-    ticked_us: u64,
+    meter: Meter,
+    /// The calls by which T is measured, if nobody has declared it.
+    first: Option<First>,
     /// Longest silence that the program allows, µs.
     silence_most_us: u64,
-    trouble: Option<Trouble>,
+}
+
+/// Calls of the first second.
+#[derive(Debug)]
+struct First {
+    since_us: u64,
+    calls: u64,
 }
 
 impl<const D: usize> Ticking<D> {
@@ -59,16 +71,20 @@ impl<const D: usize> Ticking<D> {
             0 => u64::MAX,
             watchdog_ms => 1000 * u64::from(watchdog_ms),
         };
+        let period_us = capabilities.tick_period_min_us.into();
         Ok(Self {
             device: RefCell::new(device),
             session: DeviceSession::within_this_process(),
             requests: ends.0,
             reports: ends.1,
             handle,
-            clock: ProgramClock::new(capabilities.tick_period_min_us.into()),
-            ticked_us: 0,
+            clock: ProgramClock::new(period_us),
+            meter: Meter::new(period_us),
+            first: (description.sample_time_us == 0).then_some(First {
+                since_us: u64::MAX,
+                calls: 0,
+            }),
             silence_most_us,
-            trouble: None,
         })
     }
 
@@ -82,7 +98,10 @@ impl<const D: usize> Ticking<D> {
                 return;
             };
             let report = (self.session).respond(header, request, now_us, &self.device);
-            if let Some(report) = report {
+            if let Some(mut report) = report {
+                if let Report::Statistics(statistics) = &mut report {
+                    statistics.period_ns = self.meter.mean_ns();
+                }
                 // There is room.
                 let _ = self.reports.push(report);
             }
@@ -110,50 +129,107 @@ impl<const D: usize> Ticking<D> {
             device.trip(Fault::HostSilent);
         }
     }
+
+    /// Counts a call of the first second; true once T is known, which takes effect with it. A time that does not go on begins anew.
+    fn is_declared(&mut self, time_us: u64) -> bool {
+        const LONG_US: u64 = 1_000_000;
+        let Some(first) = &mut self.first else {
+            return true;
+        };
+        let passed_us = time_us.saturating_sub(first.since_us);
+        if passed_us == 0 {
+            (first.since_us, first.calls) = (time_us, 0);
+            return false;
+        }
+        first.calls += 1;
+        if passed_us < LONG_US {
+            return false;
+        }
+        let mean_us = (passed_us + first.calls / 2) / first.calls;
+        let period_us = mean_us.clamp((*PERIODS_US.start()).into(), (*PERIODS_US.end()).into());
+        let device = self.device.get_mut();
+        device.hardware_mut().declare(period_us as u32);
+        let Ok(passive) = TickSide::<_, D>::passive(device.hardware()) else {
+            return false;
+        };
+        device.wake(passive, &TickSide::<Program<D>, D>::PASSIVE);
+        self.clock = ProgramClock::new(period_us);
+        self.meter = Meter::new(period_us);
+        self.first = None;
+        true
+    }
+
+    /// A tick of the device; a thread that is too slow for it is a fault while somebody relies on it.
+    fn tick(&mut self, call: &Call) {
+        let slow = if call.is_tick {
+            self.meter.tick(call)
+        } else {
+            None
+        };
+        let device = self.device.get_mut();
+        let closed = matches!(device.status().state, State::Armed | State::Running);
+        if let Some(slow) = slow.filter(|_| closed) {
+            device.trip_because(Fault::TickOverrun, slow);
+        }
+        if call.skipped > 0 {
+            device.skip(call.skipped);
+        }
+        device.tick(call.now_us);
+    }
 }
 
 impl<const D: usize> Ticks for Ticking<D> {
     fn call(&mut self, time_us: u64, position_m: Option<&[f64; 3]>) -> [f64; 3] {
+        self.handle.called(time_us);
+        if !self.is_declared(time_us) {
+            return [0.0; 3];
+        }
         let call = self.clock.call(time_us);
+        let wrong_unit = self.handle.wrong_unit();
         let device = self.device.get_mut();
         let measured = device.hardware_mut().take(position_m);
         let trouble = match position_m {
-            None => Some(Trouble::Nothing),
-            Some(_) if !measured => Some(Trouble::Position),
-            Some(_) if !call.goes_on => Some(Trouble::Time),
-            Some(_) => None,
+            None => Some(Reason::of(Trouble::Missing)),
+            Some(_) if !measured => Some(Reason::of(Trouble::Position)),
+            Some(_) if !call.goes_on => Some(Reason::of(Trouble::Time)),
+            Some(_) => wrong_unit,
         };
-        if trouble.is_some() {
+        if let Some(reason) = trouble {
             device.hardware_mut().forget();
+            device.trip_because(Fault::BoardFailed, reason);
         }
         if self.handle.take_stop() {
-            device.disarm();
+            device.withdraw();
         }
         let watchdog_ms = u64::from(device.configuration().0.limits.watchdog_ms);
-        let stood_us = call.now_us - self.ticked_us;
-        if stood_us > (1000 * watchdog_ms).min(self.silence_most_us) {
+        if call.stood_us > (1000 * watchdog_ms).min(self.silence_most_us) {
             device.stood_still();
         }
         self.hear(call.now_us);
         self.watch(call.now_us);
-        let device = self.device.get_mut();
-        // Trouble does not wait until a tick is due.
+        // Trouble does not wait until a tick is due, nor does a place beyond a limit.
         if call.is_tick || trouble.is_some() {
-            if call.skipped > 0 {
-                device.skip(call.skipped);
-            }
-            device.tick(call.now_us);
-            self.ticked_us = call.now_us;
+            self.tick(&call);
+        } else {
+            self.device.get_mut().look();
         }
+        let device = self.device.get_mut();
         let force_n = device.hardware().force_n();
-        let fault = device.status().fault;
-        if trouble.is_some() && fault == Fault::BoardFailed.code() {
-            self.trouble = self.trouble.or(trouble);
-        } else if fault == 0 {
-            self.trouble = None;
-        }
-        self.handle.tell(fault, self.trouble);
+        self.handle.tell(device.status());
         self.speak();
         force_n
+    }
+
+    fn period_us(&self) -> u32 {
+        match self.first {
+            Some(_) => 0,
+            None => {
+                self.device
+                    .borrow()
+                    .hardware()
+                    .capabilities()
+                    .tick_period_min_us
+            }
+        }
     }
 }

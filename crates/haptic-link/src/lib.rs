@@ -39,7 +39,7 @@ pub use keys::{REPORT_KEYS, REQUEST_KEYS};
 pub use limits::{Field, Guard, GuardKind, Limit, Limits, LoopMode, Tighter};
 pub use report::{
     Ack, Alive, Capabilities, Event, EventKind, FaultReport, Hello, KEYS_MAX, Keys, MessageKey,
-    Outcome, Refusal, Report, State, Statistics, Status,
+    Outcome, Reason, Refusal, Report, State, Statistics, Status, Trouble,
 };
 pub use request::{Request, Scope, Start};
 pub use sample::{

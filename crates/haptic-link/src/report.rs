@@ -127,6 +127,9 @@ pub struct Capabilities {
     /// not report it.
     #[serde(with = "postcard::fixint::le")]
     pub image_digest: u32,
+    /// True if the force falls without a further order once the program or the host that commands it falls silent: by a watchdog
+    /// of the device itself. False where a driver may hold the last force.
+    pub lets_go_alone: bool,
 }
 
 impl Capabilities {
@@ -188,6 +191,109 @@ pub struct Status {
     /// Faults since power-up, modulo 2¹⁶.
     #[serde(with = "postcard::fixint::le")]
     pub faults: u16,
+    /// The part that the device's own program had in the latched fault.
+    pub reason: Reason,
+}
+
+/// The part of a device's own program in a fault, where it has one: of a [bridge](Trouble). It displays as one line with the remedy.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Reason {
+    /// Kind of the trouble.
+    pub trouble: Trouble,
+    /// Time between calls as it was measured, µs; 0 where no time is in question.
+    #[serde(with = "postcard::fixint::le")]
+    pub measured_us: u32,
+    /// The same as the program declared or gave it, µs.
+    #[serde(with = "postcard::fixint::le")]
+    pub told_us: u32,
+}
+
+/// Trouble with the calls of a program that is a device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum Trouble {
+    /// No trouble, or a device without such a program.
+    #[default]
+    Nothing,
+    /// A position that is NaN, infinite, or beyond single precision.
+    Position,
+    /// A time that is not later than that of the call before.
+    Time,
+    /// No position was given, or no room for the force.
+    Missing,
+    /// The library itself failed, which is a defect of it: it does not tick again.
+    Library,
+    /// Calls are further apart than was declared.
+    Slow,
+    /// The time that is given passes much more slowly than that of the machine: it is in another unit.
+    Unit,
+}
+
+impl Trouble {
+    /// All of them, by number.
+    pub const ALL: [Self; 7] = [
+        Self::Nothing,
+        Self::Position,
+        Self::Time,
+        Self::Missing,
+        Self::Library,
+        Self::Slow,
+        Self::Unit,
+    ];
+}
+
+impl Reason {
+    /// A trouble without times.
+    #[must_use]
+    pub const fn of(trouble: Trouble) -> Self {
+        Self {
+            trouble,
+            measured_us: 0,
+            told_us: 0,
+        }
+    }
+
+    /// Itself, unless there is no trouble.
+    #[must_use]
+    pub fn some(self) -> Option<Self> {
+        (self.trouble != Trouble::Nothing).then_some(self)
+    }
+}
+
+impl core::fmt::Display for Reason {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self {
+            trouble,
+            measured_us,
+            told_us,
+        } = self;
+        f.write_str(match trouble {
+            Trouble::Nothing => "",
+            Trouble::Position => {
+                "a position was not a finite number: check the sensor, then arm again"
+            }
+            Trouble::Time => {
+                "the time stood still or went back: give the microseconds of a clock that only goes on"
+            }
+            Trouble::Missing => {
+                "a tick had no position or no room for its force: pass arrays of three numbers"
+            }
+            Trouble::Library => {
+                "the library failed and has let go for good: close it, open it again, and report this"
+            }
+            Trouble::Slow => {
+                return write!(
+                    f,
+                    "calls of hb_tick were {measured_us} µs apart, and {told_us} µs were declared: call hb_wait before each, or declare the true sample_time_us"
+                );
+            }
+            Trouble::Unit => {
+                return write!(
+                    f,
+                    "the time given to hb_tick went on by {told_us} in {measured_us} µs: give it in microseconds, as hb_wait returns it"
+                );
+            }
+        })
+    }
 }
 
 /// A change of state, with its moment.
@@ -218,6 +324,8 @@ pub enum EventKind {
     Stopped,
     /// Disarmed, and the force has fallen to zero.
     Disarmed,
+    /// Disarmed by the device's own program, and the force has fallen to zero.
+    Withdrawn,
 }
 
 /// A fault that has latched, with its moment.
@@ -306,11 +414,14 @@ pub struct Statistics {
     /// Forces that such a board did not confirm.
     #[serde(with = "postcard::fixint::le")]
     pub forces_not_taken: u32,
+    /// Mean period of the ticks over the last 2 s, ns; 0 where it is not measured.
+    #[serde(with = "postcard::fixint::le")]
+    pub period_ns: u32,
 }
 
 impl Statistics {
     /// The counts since `before`. Counters wrap at 2³², so a reset in between gives large numbers,
-    /// never a failure. The longest and last tick are taken from `self`.
+    /// never a failure. The longest and last tick and the period are taken from `self`.
     #[must_use]
     pub const fn since(&self, before: &Self) -> Self {
         Self {
@@ -332,6 +443,7 @@ impl Statistics {
             strangers: self.strangers.wrapping_sub(before.strangers),
             unanswered: self.unanswered.wrapping_sub(before.unanswered),
             forces_not_taken: self.forces_not_taken.wrapping_sub(before.forces_not_taken),
+            period_ns: self.period_ns,
         }
     }
 }

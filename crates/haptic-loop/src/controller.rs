@@ -121,6 +121,19 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         (self.environment).advance_applied(&mut self.history, input, applied);
     }
 
+    /// The environment takes in ticks that did not come, evenly on the line from the last position, m, to this reading.
+    #[inline(never)]
+    pub(crate) fn pass(&mut self, ticks: u32, last_m: &SVector<F, D>, reading: &Reading<F, D>) {
+        let held = *self.safety.force();
+        for tick in 1..=ticks {
+            let share = F::from_f64(f64::from(tick) / (f64::from(ticks) + 1.0));
+            let on_line = |axis| last_m[axis] + (reading.position_m[axis] - last_m[axis]) * share;
+            let position_m = SVector::from_fn(|axis, _| on_line(axis));
+            let (_, input) = (self.environment).force_and_input(&self.history, &position_m);
+            (self.environment).advance_applied(&mut self.history, &input, &held);
+        }
+    }
+
     /// Starts at this reading, after a [`reset`](Self::reset): see [`Environment::settle`].
     pub fn settle(&mut self, reading: &Reading<F, D>) {
         (self.environment).settle(&mut self.history, &reading.position_m);
@@ -148,6 +161,14 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         self.chain
             .has_guard()
             .then(|| self.safety.observed_energy_j())
+    }
+
+    /// Checks a position between two ticks, m, by the limits that need no velocity: workspace and jump. Changes nothing.
+    ///
+    /// # Errors
+    /// The fault that the next tick would find here.
+    pub fn strays(&self, position_m: &SVector<F, D>) -> Result<(), Fault> {
+        self.chain.strays(&self.safety, position_m)
     }
 
     /// Latches a fault detected elsewhere: the force falls to zero within

@@ -115,6 +115,25 @@ where
         self.close(reading, commanded)
     }
 
+    /// One tick after so many that did not come since the device was at this position, m. The law takes those in on the straight
+    /// line from there to where the device is now, as if the whole motion had not been made in one sample time.
+    ///
+    /// # Errors
+    /// As [`tick`](Self::tick).
+    #[inline]
+    pub fn tick_after(
+        &mut self,
+        missed: u32,
+        last_m: &SVector<F, D>,
+        commanded: Option<&SVector<F, D>>,
+    ) -> Result<Sample<F, D>, V::Error> {
+        let reading = self.read()?;
+        if missed > 0 && commanded.is_none() {
+            self.controller_mut().pass(missed, last_m, &reading);
+        }
+        self.close(reading, commanded)
+    }
+
     /// Runs up to `ticks` ticks, until `see` returns false or a fault is latched; `true` if it reached the end without a fault.
     ///
     /// # Errors

@@ -73,6 +73,12 @@ pub enum LinkError {
         /// Time that was waited in vain, ms.
         waited_ms: u64,
     },
+    /// The device's own program ended the run: it called `hb_stop`.
+    #[error("stopped by the program of the device")]
+    Withdrawn,
+    /// Somebody else ended the run.
+    #[error("another program stopped the device")]
+    Disarmed,
     /// Stopped before any sample came.
     #[error("stopped without a sample: check the device, then start again")]
     Stopped,
@@ -137,12 +143,16 @@ impl fmt::Display for Latched<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let FaultReport { status, tick, .. } = self.0;
         match Fault::from_code(status.fault) {
-            Some(fault) => write!(f, "a fault at tick {tick}: {fault}"),
+            Some(fault) => write!(f, "a fault at tick {tick}: {fault}")?,
             None => write!(
                 f,
                 "fault {}, which this program does not know, at tick {tick}",
                 status.fault
-            ),
+            )?,
+        }
+        match status.reason.some() {
+            Some(reason) => write!(f, "; {reason}"),
+            None => Ok(()),
         }
     }
 }

@@ -20,7 +20,7 @@ pub const MODES_MAX: usize = 48;
 pub const DEGREE_MAX: usize = 16;
 
 /// Abilities of a real board of so many axes, as far as this crate knows them. The board adds its own: forces, in N and
-/// N/s, the sensor's resolution, in m, and other periods than 100 µs to 10 ms.
+/// N/s, the sensor's resolution, in m, other periods than 100 µs to 10 ms, and that it holds the last force where nothing lets go.
 #[must_use]
 pub const fn abilities(board: &str, axes: u8) -> Capabilities {
     Capabilities {
@@ -37,6 +37,7 @@ pub const fn abilities(board: &str, axes: u8) -> Capabilities {
         degree_max: DEGREE_MAX as u16,
         flight_samples: FLIGHT_SAMPLES as u16,
         image_digest: 0,
+        lets_go_alone: true,
     }
 }
 

@@ -174,6 +174,7 @@ mod tests {
                     state: State::Fault,
                     fault: Fault::HostSilent.code(),
                     faults: 1,
+                    ..Status::default()
                 },
                 tick: fault,
                 time_us: 1,

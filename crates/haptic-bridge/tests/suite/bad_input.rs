@@ -73,7 +73,7 @@ fn a_device_that_cannot_be_is_refused_with_value_range_and_remedy() {
                 sample_time_us: 1,
                 ..good
             },
-            &["sample_time_us", "100 to 10000"],
+            &["sample_time_us", "100 to 10000, or 0"],
         ),
         (
             HbDevice {
@@ -209,6 +209,7 @@ fn null_is_never_followed_and_never_a_force() {
             HB_NULL
         );
         assert_eq!((hb_fault(ptr::null()), hb_port(ptr::null())), (HB_NULL, 0));
+        assert_eq!(hb_wait(ptr::null_mut()), 0);
         assert!(
             CStr::from_ptr(hb_reason(ptr::null()))
                 .to_bytes()

@@ -112,15 +112,20 @@ impl Bench {
     /// The same with this watchdog, ms.
     pub(crate) fn armed_for(description: &Description, watchdog_ms: u16) -> Self {
         let mut bench = Self::new(description);
-        bench.done(Request::Hello { nonce: 1 });
         let (mut configuration, values) = wall();
         configuration.tick_period_us = description.sample_time_us;
         configuration.limits.watchdog_ms = watchdog_ms;
-        for request in transaction(&configuration, &values) {
-            bench.done(request);
-        }
+        bench.configure(&configuration, &values);
         bench.arm();
         bench
+    }
+
+    /// Greets it and puts this in force.
+    pub(crate) fn configure(&mut self, configuration: &Configuration, values: &[f32]) {
+        self.done(Request::Hello { nonce: 1 });
+        for request in transaction(configuration, values) {
+            self.done(request);
+        }
     }
 
     /// And pushed against a wall, with a force on each axis.

@@ -1,26 +1,26 @@
 //! Calls of the program that are late, early, too many, and wrong.
 
 use crate::bench::{Bench, TICK_US, description};
-use haptic_bridge::{Description, Trouble};
-use haptic_link::{Report, Request};
+use haptic_bridge::{Description, Reason, Trouble};
+use haptic_link::{EventKind, Report, Request};
 use haptic_loop::Fault;
 
 /// Forces on the device in a tick of trouble are none at once, and stay none.
 fn is_at_rest_at_once(bench: &mut Bench, trouble: Trouble) {
     assert_eq!(bench.force_n, [0.0; 3]);
     assert_eq!(bench.handle.fault(), Some(Fault::BoardFailed));
-    assert_eq!(bench.handle.trouble(), Some(trouble));
+    assert_eq!(bench.handle.reason(), Some(Reason::of(trouble)));
     for _ in 0..50 {
         bench.step();
         assert_eq!(bench.force_n, [0.0; 3]);
     }
     // The host hears of it, and the device can be armed again.
     let told = bench.told.iter().any(|told| {
-        matches!(told, Report::Fault(fault) if fault.status.fault == Fault::BoardFailed.code())
+        matches!(told, Report::Fault(fault) if (fault.status.fault, fault.status.reason) == (Fault::BoardFailed.code(), Reason::of(trouble)))
     });
     assert!(told);
     bench.arm();
-    assert_eq!((bench.handle.fault(), bench.handle.trouble()), (None, None));
+    assert_eq!((bench.handle.fault(), bench.handle.reason()), (None, None));
     bench.start();
 }
 
@@ -70,7 +70,7 @@ fn a_call_without_a_position_leaves_no_force_at_once() {
     let mut bench = Bench::running(&description(2));
     bench.time_us += TICK_US;
     bench.force_n = bench.ticker.tick(bench.time_us, None);
-    is_at_rest_at_once(&mut bench, Trouble::Nothing);
+    is_at_rest_at_once(&mut bench, Trouble::Missing);
 }
 
 #[test]
@@ -160,13 +160,57 @@ fn calls_at_the_sample_time_are_a_tick_each_whatever_their_jitter_and_clock() {
 fn between_ticks_the_force_is_held() {
     let mut bench = Bench::running(&description(3));
     let held = bench.force_n;
-    bench.position_m = [0.02; 3];
+    bench.position_m = [0.0101; 3];
     for _ in 0..4 {
         bench.tick_after(100);
         assert_eq!(bench.force_n, held);
     }
     bench.tick_after(600);
     assert_ne!(bench.force_n, held);
+}
+
+/// Each is found in the call that sees it, and no force comes back, wherever the next calls are.
+#[test]
+fn between_ticks_a_place_beyond_a_limit_leaves_no_force_at_once() {
+    for (what, at_m, fault) in [
+        (
+            "outside the workspace of the program",
+            0.11,
+            Fault::Workspace,
+        ),
+        ("outside that of the host", 0.0105, Fault::Workspace),
+        ("a jump", 0.0099 - 0.0028, Fault::PositionJump),
+        ("no number", f64::NAN, Fault::BoardFailed),
+        ("infinite", f64::NEG_INFINITY, Fault::BoardFailed),
+    ] {
+        for axes in 1..=3 {
+            let mut bench = Bench::new(&description(axes));
+            let (mut configuration, values) = crate::bench::wall();
+            let limits = &mut configuration.limits;
+            (limits.workspace_low_m, limits.workspace_high_m) = (-0.1, 0.0102);
+            bench.configure(&configuration, &values);
+            bench.arm();
+            bench.start();
+            bench.tick_after(200);
+            assert!(
+                bench.norm_n() > 0.5 && bench.handle.fault().is_none(),
+                "{what}"
+            );
+            bench.position_m[axes as usize - 1] = at_m;
+            bench.tick_after(200);
+            assert_eq!(
+                (bench.force_n, bench.handle.fault()),
+                ([0.0; 3], Some(fault)),
+                "{what}"
+            );
+            bench.position_m = [0.01; 3];
+            for _ in 0..200 {
+                bench.tick_after(200);
+                assert_eq!(bench.force_n, [0.0; 3], "{what}");
+            }
+            assert_eq!(bench.allocations, 0);
+        }
+    }
 }
 
 #[test]
@@ -195,6 +239,9 @@ fn a_stop_brings_the_force_to_zero_and_disarms() {
     }
     assert_eq!(bench.force_n, [0.0; 3]);
     assert_eq!(bench.handle.fault(), None);
+    let withdrawn =
+        |told: &Report| matches!(told, Report::Event(event) if event.kind == EventKind::Withdrawn);
+    assert_eq!(bench.told.iter().filter(|told| withdrawn(told)).count(), 1);
     bench
         .answered(Request::Start(haptic_link::Start::ENDLESS))
         .expect_err("disarmed");

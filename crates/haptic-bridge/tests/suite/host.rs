@@ -3,6 +3,7 @@
 use crate::bench::wall;
 use haptic_link::Start;
 use haptic_loop::Fault;
+use haptic_remote::LinkError;
 use haptic_remote::serial::{ConnectOptions, Heard, SerialLink};
 use std::time::Duration;
 
@@ -16,6 +17,15 @@ impl Host {
         let path = format!("tcp:127.0.0.1:{port}");
         let link = SerialLink::connect(&path, ConnectOptions::default()).expect("answers");
         Self { link, fault: None }
+    }
+
+    /// Hears out a run until it is over, for a reason that nobody here knows.
+    pub(crate) fn over(&mut self) -> LinkError {
+        loop {
+            if let Some(Heard::Over(error)) = self.link.hear(Duration::from_secs(1)) {
+                return error;
+            }
+        }
     }
 
     /// Runs the wall for so many ticks; the largest force that the samples tell, N.

@@ -13,6 +13,7 @@ mod enemies;
 mod host;
 mod mutants;
 mod over_tcp;
+mod period;
 mod same_force;
 
 use std::alloc::{GlobalAlloc, Layout, System};

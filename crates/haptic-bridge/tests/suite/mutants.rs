@@ -1,7 +1,7 @@
 //! Hosts whose frames are whole and whose messages are not what anybody would send.
 
 use crate::bench::{Bench, description, transaction, wall};
-use haptic_bridge::Trouble;
+use haptic_bridge::{Reason, Trouble};
 use haptic_link::{
     AxisWorkspace, ControllerForm, ControllerLaw, Direction, FRAME_MAX, Receiver, Report, Request,
     Start, SurfaceKind, SurfaceShape, WorkspaceBox,
@@ -179,8 +179,8 @@ fn campaign(rounds: u32) {
                 }
             }
             assert_ne!(
-                bench.handle.trouble(),
-                Some(Trouble::Panicked),
+                bench.handle.reason(),
+                Some(Reason::of(Trouble::Library)),
                 "{round}: {heard:?}"
             );
             let norm_n = bench.norm_n();

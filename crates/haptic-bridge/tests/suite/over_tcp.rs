@@ -168,6 +168,20 @@ fn a_host_arms_pushes_and_is_killed_and_the_next_one_finds_a_device() {
 }
 
 #[test]
+fn a_program_that_does_not_call_hb_tick_is_named_at_once() {
+    let program = Program::open();
+    let path = format!("tcp:127.0.0.1:{}", program.port());
+    let began = haptic_loop::realtime::Moment::now();
+    let options = haptic_remote::serial::ConnectOptions::default();
+    let refused = haptic_remote::serial::SerialLink::connect(&path, options);
+    let said = refused.expect_err("nobody answers").to_string();
+    let words = "answers \"waiting: the program does not call hb_tick: start its haptic thread\"";
+    assert_eq!(said, format!("{path} {words}"));
+    // Not after all the time in which a device may be found.
+    assert!(began.elapsed() < haptic_remote::serial::GREETING);
+}
+
+#[test]
 fn other_threads_stop_it_and_see_its_fault() {
     struct Shared(*const HbBridge);
     // SAFETY: `hb_stop` and `hb_fault` are for any thread.

@@ -289,6 +289,8 @@ impl<L: Line, const D: usize> Hardware<D> for Haply2Diy<L, D> {
             // From one end to the other in a tick.
             force_rate_max_n_per_s: 2000.0 * FORCE_MAX_N,
             position_resolution_m: self.model.resolution_m(),
+            // It keeps the last torque until it receives another one.
+            lets_go_alone: false,
             ..abilities(board, D as u8)
         }
     }

@@ -387,10 +387,12 @@ pub fn lost_board(link: &SerialLink) -> Option<String> {
     link.lost_board().map(|words| feared(&words))
 }
 
-/// Words of a board about its last fault; for a board that failed, with the danger that remains.
+/// Words of a board, or of a program that is a device, about the last fault; for a board that failed, with the danger that remains.
 #[must_use]
 pub fn trouble(link: &SerialLink) -> Option<String> {
-    let BoardTrouble { words, cause } = link.trouble()?;
+    let Some(BoardTrouble { words, cause }) = link.trouble() else {
+        return (link.status().reason.some()).map(|reason| reason.to_string());
+    };
     // A fault that nobody has heard of yet is no fault of the status.
     let failed = link.status().fault == Fault::BoardFailed.code() || cause == TroubleCause::Gone;
     Some(match failed {

@@ -19,12 +19,32 @@ pub(crate) enum Ending {
     Impossible(Impossible),
     /// The link to the device cannot be used any more.
     LinkLost(LinkError),
+    /// The device's own program, or another host, has stopped it.
+    Stopped(LinkError),
     /// The other side of a line between two hands was silent for too long.
     Silent,
     /// The other side of such a line said goodbye.
     OtherLeft,
     /// The log could not be written.
     LogStopped,
+}
+
+/// Who takes the force away from a device that hears nothing more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Keeper {
+    /// This program itself, which serves it.
+    pub served: bool,
+    /// A watchdog of the device.
+    pub alone: bool,
+}
+
+impl Default for Keeper {
+    fn default() -> Self {
+        Self {
+            served: false,
+            alone: true,
+        }
+    }
 }
 
 /// What became of the force of a run that ended before its time.
@@ -40,8 +60,8 @@ pub(crate) enum LetGo {
     /// It was zero in the next sample that there is, after others that are missing.
     AfterGap {
         zero_s: f64,
-        /// The board has perhaps no watchdog of its own, as this program serves it.
-        served: bool,
+        /// The device has a watchdog of its own.
+        alone: bool,
     },
     /// The device did not hear that it was to stop, and had a force up to this time, s; that was its last where it has fallen.
     PushedOn {
@@ -49,6 +69,8 @@ pub(crate) enum LetGo {
         until_s: f64,
         /// A sample without one came after it.
         fallen: bool,
+        /// The device has a watchdog of its own.
+        alone: bool,
     },
     /// No sample tells: the device lets it fall.
     Unseen,
@@ -56,6 +78,8 @@ pub(crate) enum LetGo {
     NeverBegan,
     /// The link is gone: the device lets go when its watchdog has run out.
     ByItself,
+    /// The link is gone to a driver that may hold its last force.
+    Held,
     /// The link is gone to a device that this program serves: it has taken the force away.
     TakenAway,
     /// The board of another maker failed; it was told to let go if it still could be, and nobody knows for sure if it has heard that.
@@ -102,8 +126,8 @@ impl Fall {
 }
 
 impl LetGo {
-    /// Of a run that ended for this reason, on a device that this program serves or on one with a watchdog of its own.
-    pub(crate) fn of(ended: Ending, fall: Fall, served: bool) -> Self {
+    /// Of a run that ended for this reason, on a device with this keeper.
+    pub(crate) fn of(ended: Ending, fall: Fall, keeper: Keeper) -> Self {
         match (ended, fall.zero_after_gap_s) {
             (
                 Ending::LinkLost(LinkError::Refused {
@@ -112,8 +136,9 @@ impl LetGo {
                 }),
                 _,
             ) => Self::NeverBegan,
-            (Ending::LinkLost(_), _) if served => Self::TakenAway,
-            (Ending::LinkLost(_), _) => Self::ByItself,
+            (Ending::LinkLost(_), _) if keeper.served => Self::TakenAway,
+            (Ending::LinkLost(_), _) if keeper.alone => Self::ByItself,
+            (Ending::LinkLost(_), _) => Self::Held,
             (Ending::DeviceFault(report), _)
                 if report.status.fault == Fault::BoardFailed.code() =>
             {
@@ -121,7 +146,10 @@ impl LetGo {
             }
             _ if !fall.has_fallen() => Self::Unseen,
             (Ending::DeviceFault(_), _) if !fall.seen => Self::Unseen,
-            (_, Some(zero_s)) => Self::AfterGap { zero_s, served },
+            (_, Some(zero_s)) => Self::AfterGap {
+                zero_s,
+                alone: keeper.alone,
+            },
             _ if fall.acting > 0 => Self::Ramped {
                 until_s: fall.acting_until_s,
             },
@@ -130,12 +158,13 @@ impl LetGo {
     }
 
     /// The same of a run whose stop the device did not hear.
-    pub(crate) fn unheard(ended: Ending, fall: Fall, served: bool) -> Self {
+    pub(crate) fn unheard(ended: Ending, fall: Fall, keeper: Keeper) -> Self {
         match fall.acting {
-            0 => Self::of(ended, fall, served),
+            0 => Self::of(ended, fall, keeper),
             _ => Self::PushedOn {
                 until_s: fall.acting_until_s,
                 fallen: fall.has_fallen(),
+                alone: keeper.alone,
             },
         }
     }
@@ -145,30 +174,38 @@ impl LetGo {
         match self {
             Self::Ramped { until_s } => format!("the force ramped to zero until {}", at(until_s)),
             Self::InOneSample => "the force was zero one sample later".to_owned(),
-            Self::AfterGap { zero_s, served } => format!(
+            Self::AfterGap { zero_s, alone } => format!(
                 "the force was zero at {}; no sample tells of the time before{}",
                 at(zero_s),
-                match served {
-                    true => ", in which a device keeps its last force unless its own watchdog lets go",
-                    false => "",
+                match alone {
+                    true => "",
+                    false => ", in which a device without a watchdog keeps its last force",
                 }
             ),
-            Self::PushedOn { until_s, fallen: true } => {
+            Self::PushedOn { until_s, fallen: true, .. } => {
                 format!("the device pushed on until {}, and then let go", at(until_s))
             }
-            Self::PushedOn { until_s, fallen: false } => format!(
-                "the device still pushed at {}, and lets go by itself when its watchdog time is over",
-                at(until_s)
+            Self::PushedOn { until_s, fallen: false, alone } => format!(
+                "the device still pushed at {}, and {}",
+                at(until_s),
+                match alone {
+                    true => "lets go by itself when its watchdog time is over",
+                    false => HELD,
+                }
             ),
             Self::Unseen => "no sample tells how the force fell: the device lets it fall by itself, within its stop time".to_owned(),
             Self::NeverBegan => "before there was any force".to_owned(),
             Self::ByItself => "the device lets go by itself".to_owned(),
+            Self::Held => HELD.to_owned(),
             Self::TakenAway => "this program has taken the force away".to_owned(),
             Self::Told => "if the board did not hear the stop, it may still push: switch its supply off before you touch it"
                 .to_owned(),
         }
     }
 }
+
+/// The danger of a device without a watchdog that cannot be told any more.
+const HELD: &str = "its driver may still push: switch it off";
 
 impl Ending {
     /// True if a fault ended the run.
@@ -187,7 +224,7 @@ impl Ending {
             // It is a fault of the device, though it says of none.
             Self::Impossible(_) => Some(Fault::BoardFailed.code()),
             Self::Interrupted | Self::Silent | Self::LinkLost(_) => None,
-            Self::OtherLeft | Self::LogStopped => None,
+            Self::OtherLeft | Self::LogStopped | Self::Stopped(_) => None,
         }
     }
 
@@ -198,7 +235,7 @@ impl Ending {
             Self::Interrupted => "interrupted",
             Self::Silent => "silent",
             Self::LinkLost(_) => "link",
-            Self::OtherLeft | Self::LogStopped => "ended",
+            Self::OtherLeft | Self::LogStopped | Self::Stopped(_) => "ended",
         }
     }
 
@@ -218,7 +255,7 @@ impl Ending {
                 )
             }
             Self::Impossible(impossible) => LinkError::Impossible(impossible).to_string(),
-            Self::LinkLost(error) => error.to_string(),
+            Self::LinkLost(error) | Self::Stopped(error) => error.to_string(),
             Self::Silent => "the other side was silent for too long".to_owned(),
             Self::OtherLeft => "the other side left".to_owned(),
             Self::LogStopped => "the log could not be written".to_owned(),
@@ -288,6 +325,7 @@ pub(crate) mod tests {
             state: haptic_link::State::Fault,
             fault: fault.code(),
             faults: 1,
+            ..Default::default()
         };
         FaultReport {
             status,
@@ -295,6 +333,17 @@ pub(crate) mod tests {
             time_us: 7000,
         }
     }
+
+    const fn keeper(served: bool, alone: bool) -> Keeper {
+        Keeper { served, alone }
+    }
+
+    const KEEPERS: [Keeper; 4] = [
+        keeper(true, false),
+        keeper(true, true),
+        keeper(false, true),
+        keeper(false, false),
+    ];
 
     #[test]
     fn what_became_of_a_force_is_seen_in_the_log_or_nobody_knows() {
@@ -331,20 +380,28 @@ pub(crate) mod tests {
             (fault(Fault::BoardFailed), none, LetGo::Told),
             (Ending::LinkLost(refused), none, LetGo::NeverBegan),
         ] {
-            for served in [true, false] {
-                assert_eq!(LetGo::of(ended, fall, served), let_go, "{ended:?} {fall:?}");
+            for keeper in KEEPERS {
+                assert_eq!(LetGo::of(ended, fall, keeper), let_go, "{ended:?} {fall:?}");
             }
         }
-        for served in [true, false] {
-            let let_go = LetGo::of(fault(Fault::HostSilent), gap, served);
-            let zero_s = 4.735;
-            assert_eq!(let_go, LetGo::AfterGap { zero_s, served });
-            // A device at the other end of a line has its own watchdog.
-            assert_eq!(let_go.words().contains("unless its own watchdog"), served);
-        }
         let gone = Ending::LinkLost(LinkError::Gone);
-        assert_eq!(LetGo::of(gone, none, false), LetGo::ByItself);
-        assert_eq!(LetGo::of(gone, none, true), LetGo::TakenAway);
+        let lost = [
+            LetGo::TakenAway,
+            LetGo::TakenAway,
+            LetGo::ByItself,
+            LetGo::Held,
+        ];
+        for (keeper, lost) in KEEPERS.into_iter().zip(lost) {
+            let let_go = LetGo::of(fault(Fault::HostSilent), gap, keeper);
+            let (zero_s, alone) = (4.735, keeper.alone);
+            assert_eq!(let_go, LetGo::AfterGap { zero_s, alone });
+            assert_eq!(let_go.words().contains("without a watchdog"), !alone);
+            assert_eq!(LetGo::of(gone, none, keeper), lost);
+        }
+        assert_eq!(
+            LetGo::Held.words(),
+            "its driver may still push: switch it off"
+        );
     }
 
     #[test]
@@ -356,17 +413,28 @@ pub(crate) mod tests {
             acting_until_s: 0.5,
             ..Fall::default()
         };
-        for (fall, words) in [
-            (fell, "the device pushed on until 500 ms, and then let go"),
+        let still = Fall {
+            last_acting: Some(500),
+            ..fell
+        };
+        for (fall, keeper, words) in [
             (
-                Fall {
-                    last_acting: Some(500),
-                    ..fell
-                },
+                fell,
+                KEEPERS[2],
+                "the device pushed on until 500 ms, and then let go",
+            ),
+            (
+                still,
+                KEEPERS[2],
                 "the device still pushed at 500 ms, and lets go by itself when its watchdog time is over",
             ),
+            (
+                still,
+                KEEPERS[3],
+                "the device still pushed at 500 ms, and its driver may still push: switch it off",
+            ),
         ] {
-            let let_go = LetGo::unheard(silent, fall, false);
+            let let_go = LetGo::unheard(silent, fall, keeper);
             assert_eq!(let_go.words(), words);
         }
     }

@@ -7,7 +7,7 @@
 //! So memory does not grow with the length of a run.
 
 use super::ending::Lateness;
-use super::ending::{Ending, Fall, LetGo};
+use super::ending::{Ending, Fall, Keeper, LetGo};
 use super::realtime::RealtimeSummary;
 use super::remote::LinkSummary;
 use super::tick::{KeptSample, TickRecord};
@@ -108,8 +108,8 @@ pub(crate) struct Record {
     pub link: Option<LinkSummary>,
     /// How late this host may be before the device at the other end trips.
     pub lateness: Option<Lateness>,
-    /// True if this program itself serves the device at the other end.
-    pub served: bool,
+    /// Who takes the force away when the link is lost.
+    pub keeper: Keeper,
     /// Words of a served device whose board said nothing any more.
     pub board_lost: Option<String>,
     largest_force_n: f64,
@@ -149,7 +149,7 @@ impl Record {
             stop_unheard: false,
             link: None,
             lateness: None,
-            served: false,
+            keeper: Keeper::default(),
             board_lost: None,
             largest_force_n: 0.0,
             farthest_m: 0.0,
@@ -182,8 +182,8 @@ impl Record {
         let ended = self.ended?;
         Some(match self.lost() {
             Some(_) => LetGo::Told,
-            None if self.stop_unheard => LetGo::unheard(ended, self.after.fall, self.served),
-            None => LetGo::of(ended, self.after.fall, self.served),
+            None if self.stop_unheard => LetGo::unheard(ended, self.after.fall, self.keeper),
+            None => LetGo::of(ended, self.after.fall, self.keeper),
         })
     }
 
@@ -229,9 +229,9 @@ impl Record {
         let ended = match self.ended {
             None => EndKind::Finished,
             // The log of a run that could not be written is cut: this does not reach it.
-            Some(Ending::Interrupted | Ending::OtherLeft | Ending::LogStopped) => {
-                EndKind::Interrupted
-            }
+            Some(
+                Ending::Interrupted | Ending::OtherLeft | Ending::LogStopped | Ending::Stopped(_),
+            ) => EndKind::Interrupted,
             Some(Ending::Fault(_) | Ending::DeviceFault(_) | Ending::Impossible(_)) => {
                 EndKind::Fault
             }

@@ -12,7 +12,7 @@ use crate::messages::{ack, batch, refusals, reports, requests};
 use haptic_link::{
     BATCH_MAX, ControllerForm, Direction, EventKind, FRAME_MAX, Field, GuardKind, Header, Limits,
     LoopMode, OperatorForm, Outcome, PROTOCOL_VERSION, REPORT_KEYS, REQUEST_KEYS, Report, Request,
-    Scope, SequenceTracker, SimulationKind, State, SurfaceKind,
+    Scope, SequenceTracker, SimulationKind, State, SurfaceKind, Trouble,
 };
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -163,6 +163,7 @@ fn every_enumeration_is_as_its_table_says() {
     check_enumeration::<SimulationKind>(&document, "SimulationKind");
     check_enumeration::<Field>(&document, "Field");
     check_enumeration::<EventKind>(&document, "EventKind");
+    check_enumeration::<Trouble>(&document, "Trouble");
     check_enumeration::<ControllerForm>(&document, "ControllerForm");
     check_enumeration::<SurfaceKind>(&document, "SurfaceKind");
     // One of its variants has content, so serde knows it by another form than its name.
@@ -170,7 +171,7 @@ fn every_enumeration_is_as_its_table_says() {
     assert_eq!(outcome[&0], "Done");
     assert_eq!(outcome[&1], "Refused");
     // Codes of faults are compared where they are defined.
-    assert_eq!(document.enumerations.len(), 12);
+    assert_eq!(document.enumerations.len(), 13);
 }
 
 #[test]

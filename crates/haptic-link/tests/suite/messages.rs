@@ -4,8 +4,9 @@ use haptic_link::{
     Ack, Alive, AxisWorkspace, BATCH_MAX, Batch, BatchItem, Capabilities, CoefficientBlock,
     Configuration, ControllerCost, ControllerForm, ControllerLaw, ControllerPart, Event, EventKind,
     FaultReport, Field, Flight, Guard, GuardKind, Hello, Keys, Limits, LoopMode, OperatorForm,
-    OperatorShape, Outcome, Refusal, Report, Request, Sample, Scope, Simulation, SimulationKind,
-    Start, State, Statistics, Status, SurfaceKind, SurfaceShape, WorkspaceBox,
+    OperatorShape, Outcome, Reason, Refusal, Report, Request, Sample, Scope, Simulation,
+    SimulationKind, Start, State, Statistics, Status, SurfaceKind, SurfaceShape, Trouble,
+    WorkspaceBox,
 };
 
 pub(crate) fn status() -> Status {
@@ -13,6 +14,11 @@ pub(crate) fn status() -> Status {
         state: State::Stopping,
         fault: 2,
         faults: 0x0403,
+        reason: Reason {
+            trouble: Trouble::Slow,
+            measured_us: 0x0807_0605,
+            told_us: 0x0c0b_0a09,
+        },
     }
 }
 
@@ -222,6 +228,7 @@ pub(crate) fn statistics() -> Statistics {
         strangers: 16,
         unanswered: 17,
         forces_not_taken: 18,
+        period_ns: 19,
     }
 }
 
@@ -257,6 +264,7 @@ pub(crate) fn reports() -> Vec<Report> {
             degree_max: 0x0605,
             flight_samples: 0x0807,
             image_digest: 0x0c0b_0a09,
+            lets_go_alone: true,
         }),
         ack(Outcome::Done),
         Report::Configuration {

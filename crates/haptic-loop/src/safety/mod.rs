@@ -123,6 +123,11 @@ impl<F: Real, const D: usize> SafetyState<F, D> {
         self.fault.is_some() || self.stopping
     }
 
+    /// The force of the last tick, N.
+    pub(crate) const fn force(&self) -> &SVector<F, D> {
+        &self.force
+    }
+
     /// True if the force has reached zero on every axis.
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
@@ -247,6 +252,16 @@ impl<F: Real> SafetyChain<F> {
                 allowed_n: self.start_force,
             })
         }
+    }
+
+    /// Checks a position between two ticks, m: see [`Controller::strays`](crate::Controller::strays).
+    pub(crate) fn strays<const D: usize>(
+        &self,
+        state: &SafetyState<F, D>,
+        position_m: &SVector<F, D>,
+    ) -> Result<(), Fault> {
+        let strays = |limits: &MotionLimits<F>| limits.strays(&state.motion, position_m);
+        self.motion.as_ref().map_or(Ok(()), strays)
     }
 
     /// Makes the force wanted at a position (m) safe, and says which limiters acted.

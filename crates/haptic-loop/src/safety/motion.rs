@@ -245,24 +245,48 @@ impl<F: Real> MotionLimits<F> {
         motion: &Motion<F, D>,
         position_m: &SVector<F, D>,
     ) -> Result<(), Fault> {
-        if let Some(jump) = &self.jump {
-            let jumped = |moved: &F| (moved.abs() - jump.allowance) * motion.share > jump.step;
-            if motion.moved.iter().any(jumped) {
-                return Err(Fault::PositionJump);
-            }
-        }
+        self.jumped(&motion.moved, motion.share)?;
         for axis in 0..D {
-            let (x, v) = (position_m[axis], motion.velocity[axis]);
-            if let Some([high, low]) = self.ends::<D>(axis)
-                && (x > high.hard || -x > low.hard)
-            {
-                return Err(Fault::Workspace);
-            }
+            self.left(axis, position_m)?;
+            let v = motion.velocity[axis];
             if self.speed.is_some_and(|speed| v.abs() > speed.hard) {
                 return Err(Fault::Velocity);
             }
         }
         Ok(())
+    }
+
+    /// Beyond which limit of a position alone the device is between two ticks.
+    pub(super) fn strays<const D: usize>(
+        &self,
+        motion: &Motion<F, D>,
+        position_m: &SVector<F, D>,
+    ) -> Result<(), Fault> {
+        let last = motion.last.unwrap_or(*position_m);
+        let moved = SVector::from_fn(|axis, _| position_m[axis] - last[axis]);
+        self.jumped::<D>(&moved, F::ONE)?;
+        (0..D).try_for_each(|axis| self.left(axis, position_m))
+    }
+
+    #[inline]
+    fn jumped<const D: usize>(&self, moved: &SVector<F, D>, share: F) -> Result<(), Fault> {
+        if let Some(jump) = &self.jump {
+            let jumped = |moved: &F| (moved.abs() - jump.allowance) * share > jump.step;
+            if moved.iter().any(jumped) {
+                return Err(Fault::PositionJump);
+            }
+        }
+        Ok(())
+    }
+
+    /// The workspace, if the device has left it on this axis.
+    #[inline]
+    fn left<const D: usize>(&self, axis: usize, position_m: &SVector<F, D>) -> Result<(), Fault> {
+        let x = position_m[axis];
+        match self.ends::<D>(axis) {
+            Some([high, low]) if x > high.hard || -x > low.hard => Err(Fault::Workspace),
+            Some(_) | None => Ok(()),
+        }
     }
 
     /// Adds −p·b·v to a force, p the deeper of the zones that an axis is in.

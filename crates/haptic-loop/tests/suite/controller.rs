@@ -101,6 +101,35 @@ fn the_force_of_a_tick_is_that_of_its_own_position() {
 }
 
 #[test]
+fn ticks_that_did_not_come_reach_the_law_on_the_line_to_the_next() {
+    let line_m: Vec<f64> = (0..60).map(|tick| 1e-4 * f64::from(tick)).collect();
+    let mut controller = Controller::new(damper(), chain());
+    let mut all = controller.engage(Scripted::new(line_m.clone()));
+    let force_n = |_| all.tick().expect("infallible").environment_force_n[0];
+    let want: Vec<f64> = (0..60).map(force_n).collect();
+    for missed in [1, 2, 20] {
+        let come = line_m.iter().step_by(missed + 1).copied().collect();
+        let mut controller = Controller::new(damper(), chain());
+        let mut engaged = controller.engage(Scripted::new(come));
+        for (tick, want) in want.iter().enumerate().step_by(missed + 1) {
+            let before = tick
+                .checked_sub(missed + 1)
+                .map(|before| vector![line_m[before]]);
+            let done = match before {
+                None => engaged.tick(),
+                Some(last_m) => engaged.tick_after(missed as u32, &last_m, None),
+            };
+            let force_n = done.expect("infallible").environment_force_n[0];
+            // Rounding of positions on the line, 1e-18 m, times B·T^(−μ) and K.
+            assert!(
+                (force_n - want).abs() < 1e-13,
+                "{missed}, {tick}: {force_n} {want}"
+            );
+        }
+    }
+}
+
+#[test]
 fn a_sensor_that_reads_nan_and_a_stop_end_in_zero_force() {
     for stops in [false, true] {
         let mut positions = vec![5e-3; 20];

@@ -1,6 +1,6 @@
 //! Connecting: the port is opened, the device greeted and brought to rest, two threads are started.
 
-use super::error::SerialError;
+use super::error::{SerialError, WAITING};
 use super::line::Line;
 use super::link::SerialLink;
 use super::link::Shared;
@@ -343,6 +343,10 @@ fn take_turn(
         conversation.waited(LISTENS, took);
         let length = conversation.due(now_us(began), &mut line)?;
         send(port, &line[..length])?;
+    }
+    // It is there, and cannot answer: nothing changes by asking on.
+    if said.starts_with(WAITING.as_bytes()) {
+        return Err(LinkError::Gone);
     }
     Ok(None)
 }

@@ -60,7 +60,7 @@ pub enum SerialError {
         why: String,
     },
     /// Something answers in words: a device that serves another host, or no device, such as a web server.
-    #[error("{path} answers \"{answer}\": close the other program, or correct the address")]
+    #[error("{path} answers \"{answer}\"{}", remedy(answer))]
     Words {
         /// Path of the line, as it was given.
         path: String,
@@ -138,6 +138,17 @@ impl SerialError {
         matches!(self, Self::Link(LinkError::Refused { .. }))
     }
 }
+
+/// What to do about an answer in words; a device that only waits says so itself.
+fn remedy(answer: &str) -> &'static str {
+    match answer.starts_with(WAITING) {
+        true => "",
+        false => ": close the other program, or correct the address",
+    }
+}
+
+/// Beginning of the words of a device whose program is not ready. No frame begins so.
+pub(super) const WAITING: &str = "waiting: ";
 
 /// The ports that are there instead.
 fn in_its_place(others: &str) -> String {

@@ -149,6 +149,11 @@ impl SerialLink {
             ),
             Heard::Fault(_) | Heard::Over(_) => true,
         };
+        let withdrawn = |event: &Event| event.kind == EventKind::Withdrawn;
+        if self.running.is_some() && matches!(&heard, Heard::Event(event) if withdrawn(event)) {
+            self.running = None;
+            return Heard::Over(LinkError::Withdrawn);
+        }
         self.running = match self.running {
             Some(_) if !over => Some(self.alives()),
             _ => None,

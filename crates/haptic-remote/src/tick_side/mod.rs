@@ -20,14 +20,15 @@ use crate::records::{Records, Stream, Tick};
 use crate::rendered::Rendered;
 use core::borrow::BorrowMut;
 use haptic_link::{
-    Configuration, EventKind, Refusal, Report, Simulation, State, Statistics, Status,
+    Configuration, EventKind, Reason, Refusal, Report, Simulation, State, Statistics, Status,
+    Trouble,
 };
 use haptic_loop::{Controller, Engaged, Fault, SafetyChain, SafetyState};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum After {
     Armed(EventKind),
-    Idle,
+    Idle(EventKind),
 }
 
 /// The loop of a device with D axes, one unless said: controller, states, watchdog, flight recorder, samples to be sent.
@@ -61,6 +62,8 @@ pub struct TickSide<H: Hardware<D>, const D: usize = 1, R = Records<D>> {
     after: After,
     fault: Option<Fault>,
     faults: u16,
+    /// Of the latched fault.
+    reason: Reason,
     /// The last one started since it was armed, whether it has ended or not.
     run: Option<u32>,
     ticks_left: Option<u32>,
@@ -68,6 +71,9 @@ pub struct TickSide<H: Hardware<D>, const D: usize = 1, R = Records<D>> {
     now_us: u64,
     heard_us: u64,
     late_in_row: u16,
+    /// Periods without a tick before the next one.
+    #[cfg(feature = "std")]
+    missed: u32,
     /// The interval up to the next tick is not to be judged: it has been, or its period has changed.
     judged: bool,
     commanded_n: [f32; D],
@@ -133,15 +139,18 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
             configuration: Configuration::PASSIVE,
             digest: 0,
             state: State::Idle,
-            after: After::Idle,
+            after: After::Idle(EventKind::Disarmed),
             fault: None,
             faults: 0,
+            reason: Reason::of(Trouble::Nothing),
             run: None,
             ticks_left: None,
             tick: 0,
             now_us: 0,
             heard_us: 0,
             late_in_row: 0,
+            #[cfg(feature = "std")]
+            missed: 0,
             judged: true,
             commanded_n: [0.0; D],
             commanded_new: false,
@@ -200,6 +209,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
             state: self.state,
             fault: self.fault.map_or(0, Fault::code),
             faults: self.faults,
+            reason: self.reason,
         }
     }
 

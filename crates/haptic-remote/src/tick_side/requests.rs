@@ -6,7 +6,7 @@ use crate::prepared::Prepared;
 use crate::records::Records;
 use crate::records::Stream;
 use core::borrow::BorrowMut;
-use haptic_link::{EventKind, Field, LoopMode, Refusal, Start, State};
+use haptic_link::{EventKind, Field, LoopMode, Reason, Refusal, Start, State, Trouble};
 use haptic_loop::Fault;
 
 impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R> {
@@ -41,6 +41,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         }
         self.engaged.controller_mut().reset();
         self.fault = None;
+        self.reason = Reason::of(Trouble::Nothing);
         self.run = None;
         self.records.borrow_mut().flight.clear();
         self.late_in_row = 0;
@@ -51,13 +52,22 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
 
     /// See [`Request::Disarm`](haptic_link::Request::Disarm). A latched fault stays.
     pub fn disarm(&mut self) {
+        self.end_idle(EventKind::Disarmed);
+    }
+
+    /// As [`disarm`](Self::disarm), by the device's own program and not by its host.
+    pub fn withdraw(&mut self) {
+        self.end_idle(EventKind::Withdrawn);
+    }
+
+    fn end_idle(&mut self, kind: EventKind) {
         match self.state {
             State::Armed => {
                 self.state = State::Idle;
-                self.event(EventKind::Disarmed);
+                self.event(kind);
             }
-            State::Running => self.end(After::Idle),
-            State::Stopping => self.after = After::Idle,
+            State::Running => self.end(After::Idle(kind)),
+            State::Stopping => self.after = After::Idle(kind),
             State::Idle | State::Fault => {}
         }
     }

@@ -6,7 +6,7 @@ use crate::records::Records;
 use crate::records::Tick;
 use crate::records::{Notice, Stream};
 use core::borrow::BorrowMut;
-use haptic_link::{Event, EventKind, FaultReport, LoopMode, NOT_TAKEN, State, UNANSWERED};
+use haptic_link::{Event, EventKind, FaultReport, LoopMode, NOT_TAKEN, Reason, State, UNANSWERED};
 use haptic_loop::{Fault, Limiters};
 use nalgebra::SVector;
 
@@ -42,15 +42,33 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
 
     /// Reports that periods have passed without a tick; call before the next [`tick`](Self::tick).
     /// They are numbered and part of a run, but have no samples, so a tick's number still gives its
-    /// time.
+    /// time. The law takes them in on the straight line from the last position to the next.
     pub fn skip(&mut self, periods: u32) {
         if let Some(exchange) = self.hardware_mut().exchange() {
             exchange.skip(periods);
         }
         self.engaged.controller_mut().skip(u64::from(periods));
         self.tick = self.tick.wrapping_add(periods);
+        #[cfg(feature = "std")]
+        {
+            self.missed = periods;
+        }
         if let Some(left) = &mut self.ticks_left {
             *left = left.saturating_sub(periods);
+        }
+    }
+
+    /// Looks at the position between two ticks, for a program that measures more often: beyond a limit of it there is no force at
+    /// once, not from the next tick on.
+    pub fn look(&mut self) {
+        let looked = self.hardware_mut().read();
+        let closed = matches!(self.state, State::Running | State::Stopping);
+        let looked = looked.and_then(|reading| match closed {
+            true => self.engaged.controller().strays(&reading.position_m),
+            false => Ok(()),
+        });
+        if let Err(fault) = looked {
+            self.give_way(fault);
         }
     }
 
@@ -67,6 +85,14 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
     pub fn overrun(&mut self) {
         self.judged = true;
         self.late();
+    }
+
+    /// A [fault](Self::trip) in which the device's own program has a part.
+    pub fn trip_because(&mut self, fault: Fault, reason: Reason) {
+        if self.fault.is_none() {
+            self.reason = reason;
+        }
+        self.trip(fault);
     }
 
     /// A fault that something else has found. Not inlined: it happens once, and the tick would have a copy at each place.
@@ -137,6 +163,8 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
 
     /// Reads, and applies a force if there may be one. What the engaged loop refuses has let go already.
     fn act(&mut self) -> Result<Tick<D>, Fault> {
+        #[cfg(feature = "std")]
+        let missed = core::mem::take(&mut self.missed);
         let forced = match self.state {
             State::Running | State::Stopping => true,
             State::Fault => !self.safety().is_at_rest(),
@@ -160,6 +188,13 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         if unmeasured > 0 {
             self.engaged.controller_mut().unmeasured(unmeasured);
         }
+        #[cfg(feature = "std")]
+        let done = {
+            let last_m = SVector::from(self.newest.position_m);
+            (self.engaged).tick_after(missed, &last_m, commanded.as_ref())?
+        };
+        // A timer of a board misses none that it would not count as late.
+        #[cfg(not(feature = "std"))]
         let done = self.engaged.tick_commanded(commanded.as_ref())?;
         let (tick, time_us) = (self.tick, self.now_us as u32);
         Ok(Tick::of(&done, tick, time_us, self.flaws()))
@@ -231,7 +266,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         if self.state == State::Stopping && self.safety().is_at_rest() {
             let (state, kind) = match self.after {
                 After::Armed(kind) => (State::Armed, kind),
-                After::Idle => (State::Idle, EventKind::Disarmed),
+                After::Idle(kind) => (State::Idle, kind),
             };
             self.state = state;
             self.event(kind);

@@ -282,11 +282,7 @@ fn a_round_trip_longer_than_the_time_between_two_keep_alives_is_measured() {
         let alive = Report::Alive(Alive {
             token: answered / 5,
             time_us: 1000 * u64::from(answered),
-            status: Status {
-                state: State::Idle,
-                fault: 0,
-                faults: 0,
-            },
+            status: Status::default(),
             observed_energy_j: 0.0,
         });
         let header = Header::from_device(answered as u16);

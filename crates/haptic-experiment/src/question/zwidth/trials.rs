@@ -403,7 +403,9 @@ fn faulted(link: &SerialLink, report: FaultReport) -> Result<Trial, Failure> {
 
 /// The end of a search by a fault in these words, and what its board says of it: the device is to be mended first.
 fn ended_by(link: &SerialLink, words: &str) -> Failure {
-    let board = trouble(link).map_or_else(String::new, |trouble| format!(": {trouble}"));
+    // A fault of a program that is a device has its words already.
+    let board = trouble(link).filter(|trouble| !words.contains(trouble));
+    let board = board.map_or_else(String::new, |trouble| format!(": {trouble}"));
     Failure::device(format_args!(
         "{}: {words}, so no more trials are made{board}",
         link.path()

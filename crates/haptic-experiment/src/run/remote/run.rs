@@ -6,6 +6,7 @@ use crate::document::named::Named;
 use crate::document::parameters::{CONTACT, CONTROLLER, LOOP, MEMORY, SAMPLE_TIME};
 use crate::run::device::{Warn, firmware_version, refused_at_port};
 use crate::run::drive_verdict::DriveVerdict;
+use crate::run::ending::Keeper;
 use crate::run::folder::FolderRequest;
 use crate::run::preflight::{
     Found, Look, MEASURED, PreflightRequest, delay_samples, note_findings,
@@ -172,7 +173,10 @@ impl<'a, M: TickRecord> Ready<'a, M> {
         let mut record = Record::with_room_for(self.schedule.samples)?;
         record.start = self.start;
         record.lateness = Some(self.device.lateness());
-        record.served = self.link.is_served();
+        record.keeper = Keeper {
+            served: self.link.is_served(),
+            alone: self.link.capabilities().lets_go_alone,
+        };
         record.not_realtime = raised(&self.link, self.schedule);
         if partner.as_ref().is_some_and(|partner| !partner.is_drive()) {
             // Until its drive has told when it begins.

@@ -206,9 +206,19 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
                         {
                             partner.done();
                         }
+                        let asked = self.partner.as_ref().is_some_and(Partner::is_done);
+                        if event.kind != EventKind::Finished
+                            && self.record.ended.is_none()
+                            && !asked
+                        {
+                            return Err(LinkError::Disarmed.into());
+                        }
                         break;
                     }
-                    EventKind::Configured | EventKind::Armed | EventKind::Started => {}
+                    EventKind::Configured
+                    | EventKind::Armed
+                    | EventKind::Started
+                    | EventKind::Withdrawn => {}
                 },
                 Some(Heard::Fault(report)) => {
                     self.ends(Ending::DeviceFault(report));
@@ -699,6 +709,11 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             let _ = self.hear_out();
             return;
         }
+        if matches!(error, LinkError::Withdrawn | LinkError::Disarmed) {
+            self.over = true;
+            self.ends(Ending::Stopped(error));
+            return;
+        }
         self.deaf |= matches!(error, LinkError::NoAnswer { .. });
         let unheard = matches!(
             error,
@@ -762,9 +777,10 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
                     self.take_sample(&sample);
                 }
                 Some(Heard::Event(event)) => match event.kind {
-                    EventKind::Finished | EventKind::Stopped | EventKind::Disarmed => {
-                        return Last::Over;
-                    }
+                    EventKind::Finished
+                    | EventKind::Stopped
+                    | EventKind::Disarmed
+                    | EventKind::Withdrawn => return Last::Over,
                     EventKind::Configured | EventKind::Armed | EventKind::Started => {}
                 },
                 Some(Heard::Fault(report)) => return Last::Fault(report),

@@ -85,6 +85,13 @@ pub(super) fn info(port: &PortArguments, output: Output) -> Result<(), Failure> 
             "controller_coefficient_s": f64::from(cost.coefficient_ns) * 1e-9,
         })
     });
+    // Of a program that is a device: its own time between ticks.
+    let paced = (statistics.period_ns > 0).then(|| {
+        json!({
+            "sample_time_declared_s": f64::from(can.tick_period_min_us) * 1e-6,
+            "sample_time_measured_s": f64::from(statistics.period_ns) * 1e-9,
+        })
+    });
     let does = json!({
         "simulated": can.simulated,
         "axes": can.axes,
@@ -100,9 +107,11 @@ pub(super) fn info(port: &PortArguments, output: Output) -> Result<(), Failure> 
         "modes_max": can.modes_max,
         "degree_max": can.degree_max,
         "flight_samples": can.flight_samples,
+        // False where a driver may hold the last force.
+        "lets_go_alone": can.lets_go_alone,
         "state": status.state.to_string(),
         "fault": fault_in_words(status),
-        // Words of a board of another maker.
+        // Words of a board of another maker, or of a program that is a device.
         "fault_reason": trouble(&link).filter(|_| status.fault > 0),
         "faults": status.faults,
         "latency_ms": link.latency_ms(),
@@ -114,6 +123,7 @@ pub(super) fn info(port: &PortArguments, output: Output) -> Result<(), Failure> 
         is,
         digest.unwrap_or_default(),
         does,
+        paced.unwrap_or_default(),
         controllers.unwrap_or_default(),
     ]))
 }
