@@ -18,9 +18,9 @@ pub struct Sample {
     pub theta: f64,
     /// F there, off by no more than `noise`.
     pub value: Complex<f64>,
-    /// |F| relative to what it is judged by.
+    /// |F| relative to what its closeness is told in.
     pub size: f64,
-    /// An estimate of the rounding error of the value.
+    /// |F| up to which it counts as 0: at least the rounding error of the value.
     pub noise: f64,
 }
 
@@ -45,7 +45,7 @@ pub struct Sample {
 ///     }
 ///     fn sample(&self, node: &Place) -> Sample {
 ///         let value = 1.0 - node.w * self.0;
-///         Sample { theta: node.theta, value, size: value.norm(), noise: 1e-15 }
+///         Sample { theta: node.theta, value, size: value.norm(), noise: 1e-9 }
 ///     }
 ///     fn path(&self, _: &Place, _: &Place, width: &f64) -> f64 {
 ///         self.0.abs() * width
@@ -54,7 +54,7 @@ pub struct Sample {
 ///
 /// let zeros = |c: f64| {
 ///     let (curve, [begin, end]) = (Linear(c), [0.0, std::f64::consts::PI].map(Place::new));
-///     curve.count(&begin, 0.0, [(&curve.span(&begin, &end), &end)], 1e-9).zeros
+///     curve.count(&begin, 0.0, [(&curve.span(&begin, &end), &end)]).zeros
 /// };
 /// assert_eq!((zeros(2.0), zeros(0.5), zeros(1.0)), (Some(1), Some(0), None));
 /// ```
@@ -77,13 +77,12 @@ pub trait Curve {
     fn path(&self, a: &Self::Node, b: &Self::Node, span: &Self::Span) -> f64;
 
     /// Counts the zeros in |w| < 1 from the turn of F up to a first node, rad, and the ways from there to π, each with the node at its end. Halves
-    /// a way where it has to. None if some size is at most `least`, or |F| is no more than rounding error.
+    /// a way where it has to. None if some |F| is no more than its noise.
     fn count<'a>(
         &self,
         begin: &'a Self::Node,
         turned: f64,
         ways: impl IntoIterator<Item = (&'a Self::Span, &'a Self::Node)>,
-        least: f64,
     ) -> Count
     where
         Self: Sized,
@@ -92,7 +91,6 @@ pub trait Curve {
     {
         let mut walk = Walk {
             curve: self,
-            least,
             winding: Winding::new(turned),
             touched: false,
         };
@@ -111,7 +109,6 @@ pub trait Curve {
 
 struct Walk<'a, C> {
     curve: &'a C,
-    least: f64,
     winding: Winding,
     /// F was 0, or too near to it to tell.
     touched: bool,
@@ -122,7 +119,7 @@ impl<C: Curve> Walk<'_, C> {
         let sample = self.curve.sample(node);
         self.winding.meets(sample.size, sample.theta);
         // A NaN touches too.
-        self.touched |= !(sample.size > self.least && sample.value.norm() > sample.noise);
+        self.touched |= !(sample.value.norm() > sample.noise);
         sample
     }
 

@@ -26,7 +26,7 @@ impl Factors {
     fn between_samples(&self) -> Option<usize> {
         let (begin, end) = (Place::new(0.0), Place::new(core::f64::consts::PI));
         let whole = self.span(&begin, &end);
-        Curve::count(self, &begin, 0.0, [(&whole, &end)], 1e-9).zeros
+        Curve::count(self, &begin, 0.0, [(&whole, &end)]).zeros
     }
 }
 

@@ -7,8 +7,8 @@ use crate::header::{Header, Operator};
 use crate::number::{CNumber, filled, literal};
 use fracdiff::OperatorList;
 use fractional_control::{
-    BranchList, ControllerList, LawList, LeadList, MISSED_MOST, ORDERS_APART, ParallelList,
-    SHARE_LEAST,
+    AVERAGED, BranchList, ControllerList, DEAD_ZONE, LawList, LeadList, MISSED_MOST, ParallelList,
+    RANGE_MOST,
 };
 
 /// A controller in C, in the parts that differ from law to law.
@@ -27,7 +27,7 @@ struct Law {
     /// Functions that the others call.
     functions: String,
     terms: Vec<String>,
-    /// A start beside a running plant, and what the integral makes of a command.
+    /// The histories of a start beside a running plant.
     settle: String,
     /// What the history takes in, by the controller and by hand.
     advance: String,
@@ -50,10 +50,11 @@ impl Header {
     /// ```text
     /// NAME_t                                                 the controller and the history of its loop
     /// void NAME_init(NAME_t *self)                           at rest, with the parameters of the list
-    /// real NAME_settle(NAME_t *self, real r, real y, real u) as if all three had stood for ever, of a lead r = y; the bump that is left
+    /// real NAME_settle(NAME_t *self, real r, real y, real u) as if all three had stood for ever, of a lead r = y; the bump that is left,
+    ///                                                        or not finite, as r or y, and nothing done
     /// real NAME_output(const NAME_t *self, real r, real y)   the command, within its limits
     /// void NAME_advance(NAME_t *self, real r, real y, real applied)   history, by what was really applied
-    /// void NAME_follow(NAME_t *self, real r, real y, real applied)    the same while somebody else commands
+    /// void NAME_follow(NAME_t *self, real r, real y, real applied)    history, while somebody else commands
     /// real NAME_step(NAME_t *self, real r, real y)           output and advance
     /// int NAME_change(NAME_t *self, const NAME_parameters_t *to, real r, real y)   other gains, no bump
     /// ```
@@ -62,6 +63,7 @@ impl Header {
     ///   elsewhere.
     /// - *Readings*: while r − y is not a finite number the last command that was applied is held, `advance` and `follow` take nothing
     ///   in, and the member `missed` counts them; the tenth in a row and all that follow give 0.
+    /// - *Applied*: what is not finite counts as the output, by hand as what was applied last.
     /// - *Other orders*: another header, whose controller follows the commands of the first before it takes over.
     ///
     /// # Errors
@@ -83,7 +85,8 @@ impl Header {
 const USE: &str = " *
  * @_t is a controller with the history of its loop. @_init(&c) first, then for each sample u = @_output(&c, r, y), which is
  * cheap, for reference r and measurement y, and @_advance(&c, r, y, applied) with what the actuator really did when u has
- * been sent; or both as @_step(&c, r, y). By hand: @_follow(&c, r, y, applied) in its place. @_change takes other gains.
+ * been sent, or NaN if that is unknown; or both as @_step(&c, r, y). By hand: @_follow(&c, r, y, applied) in its place.
+ * @_change takes other gains.
  * Beside a plant that runs already: @_settle(&c, y, y, 0) after @_init, with the first reading y and the command that is sent.
  * A reading that is no number: the last command is held and c.missed counts; the tenth in a row and all that follow give 0.
  * The same bits as in Rust: compile with -ffp-contract=off.
@@ -110,6 +113,7 @@ typedef struct {
 MEMBERS    real low;
     real high;
     real bias;
+    real average;
     real applied;
     uint32_t missed;
 HISTORIES} @_t;
@@ -143,18 +147,55 @@ static inline int @_is_number(real r, real y)
 static inline real @_output(const @_t *self, real r, real y)
 {
     if (!@_is_number(r, y)) {
-        return (self->missed < MISSED) ? self->applied : ZERO;
+        return (self->missed < MISSED) ? @_limited(self, self->applied) : ZERO;
     }
     return @_limited(self, @_wanted(self, r, y));
 }
 
+/* What was applied, as far as that was told: the command where it was not. */
+static inline real @_told(const @_t *self, real wanted, real applied)
+{
+    return ((applied - applied) == ZERO) ? applied : @_limited(self, wanted);
+}
+
+/* What was applied where that is a limit which nobody told, or the command. */
+static inline real @_given(const @_t *self, real wanted, real applied)
+{
+AS_WRITTEN    const real command = @_limited(self, wanted);
+    const real range = self->high - self->low;
+    const real size = (command < ZERO) ? -command : command;
+    const real zone = OF_COMMAND * size + OF_RANGE * ((range < FARTHEST) ? range : ZERO);
+    const real off = @_told(self, wanted, applied) - command;
+    return ((off > zone) || (off < -zone)) ? applied : command;
+}
+
+/* True if the clock of an integral stands while its error pushes this way. */
+static inline int @_stands(const @_t *self, real wanted, real applied, real push)
+{
+    const real command = @_limited(self, wanted);
+    const real given = @_given(self, wanted, applied);
+    const int is_low = (wanted < self->low) && (self->average < self->low);
+    const int is_high = (wanted > self->high) && (self->average > self->high);
+    return ((push < ZERO) && ((given > command) || is_low)) || ((push > ZERO) && ((given < command) || is_high));
+}
+
 /* Starts as if reference, measurement and command had stood for ever. The bump that is left: the next command less this one,
- * where nothing keeps it. */
+ * where a limit takes it. */
 static inline real @_settle(@_t *self, real r, real y, real u)
 {
-SETTLE    self->applied = u;
+AS_WRITTEN    real wanted;
+    real output;
+    if (!@_is_number(r, y)) {
+        return r - y;
+    }
+SETTLE    self->bias = ZERO;
+    self->average = ZERO;
+    wanted = @_wanted(self, r, y);
+    self->bias = @_limited(self, @_told(self, wanted, u)) - wanted;
+    output = @_output(self, r, y);
+    self->applied = @_told(self, output, u);
     self->missed = 0U;
-    return @_output(self, r, y) - u;
+    return output - self->applied;
 }
 
 /* Counts what is no number, or keeps what was applied. */
@@ -169,28 +210,31 @@ static inline int @_takes(@_t *self, real r, real y, real applied)
     return 1;
 }
 
-/* A bump that was held fades. */
-static inline real @_faded(real bias)
+/* A state that fades, or 0 where little is left of it or where it is not finite. */
+static inline real @_settled(real state)
 {
-AS_WRITTEN    const real left = bias * KEEP;
-    return ((left < TINY) && (left > -TINY)) ? ZERO : left;
+    return (((state - state) == ZERO) && ((state >= TINY) || (state <= -TINY))) ? state : ZERO;
 }
 
 /* Takes the sample into the history, with what was applied: no wind-up at a limit. */
 static inline void @_advance(@_t *self, real r, real y, real applied)
 {
-AS_WRITTEN    if (!@_takes(self, r, y, applied)) {
+AS_WRITTEN    const real wanted = @_wanted(self, r, y);
+    if (!@_takes(self, r, y, @_told(self, wanted, applied))) {
         return;
     }
-ADVANCE}
+    self->average = @_settled(self->average + (wanted - self->average) * SHARE);
+ADVANCE    self->bias = @_settled(self->bias * KEEP);
+}
 
-/* The same while somebody else commands: the next output goes on from there. */
+/* Tracks a command applied by somebody else: the next output continues from it. The clock of an integral stands. */
 static inline void @_follow(@_t *self, real r, real y, real applied)
 {
-AS_WRITTEN    const real excess = applied - @_wanted(self, r, y);
-    if (!@_takes(self, r, y, applied)) {
+AS_WRITTEN    const real wanted = @_wanted(self, r, y);
+    if (!@_takes(self, r, y, ((applied - applied) == ZERO) ? applied : self->applied)) {
         return;
     }
+    self->bias = self->bias + (self->applied - wanted);
 FOLLOW}
 
 /* Output and advance, where the command is applied as it is. */
@@ -251,7 +295,7 @@ impl Law {
                 format!("    self->{name} = {};\n", literal(F::from_f64(limit)))
             }))
             .chain([
-                "    self->bias = ZERO;\n    self->applied = ZERO;\n    self->missed = 0U;\n"
+                "    self->bias = ZERO;\n    self->average = ZERO;\n    self->applied = ZERO;\n    self->missed = 0U;\n"
                     .to_owned(),
             ])
             .chain(
@@ -259,7 +303,8 @@ impl Law {
             );
         let histories = (self.histories.iter()).map(|name| format!("    @_{name}_t {name};\n"));
         let terms = self.terms.iter().map(|term| format!("    u = {term};\n"));
-        let words: [(&str, String); 15] = [
+        let [of_command, of_range] = DEAD_ZONE.map(F::from_f64).map(literal);
+        let words: [(&str, String); 19] = [
             ("PARAMETERS", parameters.collect()),
             ("NUMBERS", numbers.join(", ")),
             ("MEMBERS", members.collect()),
@@ -267,7 +312,11 @@ impl Law {
             ("STARTS", starts.collect()),
             ("FUNCTIONS", self.functions.clone()),
             ("TERMS", terms.collect()),
-            ("SETTLE", format!("AS_WRITTEN{}", self.settle)),
+            ("SETTLE", self.settle.clone()),
+            ("OF_COMMAND", of_command),
+            ("OF_RANGE", of_range),
+            ("FARTHEST", literal(F::from_f64(RANGE_MOST))),
+            ("SHARE", literal(F::from_f64(1.0 / AVERAGED))),
             ("MISSED", format!("{}U", MISSED_MOST - 1)),
             ("KEEP", literal(list.keep)),
             ("TINY", literal(F::NEGLIGIBLE)),
@@ -310,17 +359,17 @@ fn is_weighted<F>(branch: &BranchList<F>) -> bool {
     branch.order >= 0.0
 }
 
-/// What a branch sees of this reference.
-fn error<F>(branch: &BranchList<F>, reference: &str) -> String {
+/// What a branch sees.
+fn error<F>(branch: &BranchList<F>) -> String {
     match is_weighted(branch) {
-        true => format!("self->{}_weight * {reference} - y", branch.name),
-        false => format!("{reference} - y"),
+        true => format!("self->{}_weight * r - y", branch.name),
+        false => "r - y".to_owned(),
     }
 }
 
 /// The history of a derivative becomes that of an input which has always been what it sees now.
 fn settled<F>(branch: &BranchList<F>, power: &OperatorList<F>) -> String {
-    let (name, error) = (branch.name, error(branch, "r"));
+    let (name, error) = (branch.name, error(branch));
     // A filter stands behind the memory, in a struct around both.
     let memory = if power.filter.is_empty() {
         ""
@@ -333,7 +382,6 @@ fn settled<F>(branch: &BranchList<F>, power: &OperatorList<F>) -> String {
 }
 
 fn parallel<F: CNumber>(list: &ParallelList<F>) -> Result<Law, HeaderError> {
-    let has_integral = list.branches.iter().any(|branch| branch.order < 0.0);
     let mut law = Law {
         words: "a fractional controller, powers of s side by side.".to_owned(),
         ..Law::default()
@@ -344,9 +392,8 @@ fn parallel<F: CNumber>(list: &ParallelList<F>) -> Result<Law, HeaderError> {
     for branch in list.branches.iter().filter(|branch| is_weighted(branch)) {
         law.keeps::<F>(format!("{}_weight", branch.name), branch.weight, false);
     }
-    for (index, branch) in list.branches.iter().enumerate() {
-        let (name, instead) = (branch.name, error(branch, "instead"));
-        let error = error(branch, "r");
+    for branch in &list.branches {
+        let (name, error) = (branch.name, error(branch));
         let Some(power) = &branch.power else {
             law.terms.push(format!("u + self->{name} * ({error})"));
             continue;
@@ -356,83 +403,27 @@ fn parallel<F: CNumber>(list: &ParallelList<F>) -> Result<Law, HeaderError> {
         law.terms.push(format!(
             "u + self->{name} * @_{history}_output(&self->{history}, {error})"
         ));
-        let advance = format!("    @_{history}_advance(&self->{history}");
-        law.advance.push_str(&if is_weighted(branch) {
-            law.settle.push_str(&format!("    {}\n", settled(branch, power)));
-            format!("{advance}, {instead});\n")
+        let advance = format!("    @_{history}_advance(&self->{history}, {error});\n");
+        if is_weighted(branch) {
+            law.settle
+                .push_str(&format!("    {}\n", settled(branch, power)));
+            law.follow.push_str(&advance);
+            law.advance.push_str(&advance);
         } else {
             let init = format!("    @_{history}_init(&self->{history});\n");
             law.settle.push_str(&init);
             // Its clock stands while it pushes on.
-            let on = format!("excess * (self->{name} * ({instead}))");
-            format!("    if ((self->inverse != ZERO) || !({on} < ZERO)) {{\n    {advance}, {instead});\n    }}\n")
-        });
-        let by_hand = match list.integral {
-            // The error with whose integral the command is what was applied.
-            Some((integral, _)) if integral == index => {
-                format!("({error}) + excess * self->integral_inverse")
-            }
-            _ => error,
-        };
-        law.follow.push_str(&format!("{advance}, {by_hand});\n"));
+            let stands = format!("@_stands(self, wanted, applied, self->{name} * ({error}))");
+            law.advance
+                .push_str(&format!("    if (!{stands}) {{\n    {advance}    }}\n"));
+        }
     }
-    if !law.advance.is_empty() {
-        law.advance.insert_str(0, INSTEAD);
-    }
-    law.settle.push_str("    self->bias = ZERO;\n");
-    if has_integral {
-        law.settle
-            .push_str("    self->bias = @_limited(self, u) - @_wanted(self, r, y);\n");
-    }
-    law.advance
-        .push_str("    self->bias = @_faded(self->bias);\n");
-    law.follow.push_str(match has_integral {
-        true => "    self->bias = @_faded(self->bias);\n",
-        false => "    self->bias = self->bias + excess;\n",
-    });
-    inverses(&mut law, list);
+    changes(&mut law, &list.branches);
     Ok(law)
 }
 
-/// The reference that would have given what was applied, where the path from it may be inverted.
-const INSTEAD: &str = "    const real excess = applied - @_wanted(self, r, y);
-    const real moved = r + excess * self->inverse;
-    const real instead = ((excess != ZERO) && (self->inverse != ZERO)) ? moved : r;
-";
-
-/// The numbers that follow from the gains, and how they follow from others: in `double`, as in Rust.
-fn inverses<F: CNumber>(law: &mut Law, list: &ParallelList<F>) {
-    let branches = &list.branches;
-    law.members
-        .push(("inverse".to_owned(), literal(list.inverse)));
-    let orders = || branches.iter().map(|branch| branch.order).chain([0.0]);
-    let apart = orders().fold(0.0, f64::max) - orders().fold(0.0, f64::min);
-    if apart <= ORDERS_APART {
-        law.changes("double above = 0e0;");
-        law.changes("double below = 0e0;");
-        law.changes("double feedback = 0e0;");
-        for branch in branches {
-            let (name, direct) = (branch.name, literal(branch.direct.to_f64()));
-            law.changes(&format!("const double {name} = to->{name} * {direct};"));
-            let share = match is_weighted(branch) {
-                true => format!("to->{name}_weight * {name}"),
-                false => name.to_owned(),
-            };
-            law.changes(&format!("above += ({share} > 0e0) ? {share} : 0e0;"));
-            law.changes(&format!("below += ({share} > 0e0) ? 0e0 : {share};"));
-            law.changes(&format!("feedback += {name};"));
-        }
-        law.changes(&filled(INVERSE, &[("SHARE", literal(SHARE_LEAST))]));
-    }
-    if let Some((index, inverse)) = list.integral {
-        law.members
-            .push(("integral_inverse".to_owned(), literal(inverse)));
-        let (name, direct) = (branches[index].name, branches[index].direct.to_f64());
-        let direct = literal(direct);
-        law.changes(&format!(
-            "self->integral_inverse = (real)(1e0 / (to->{name} * {direct}));"
-        ));
-    }
+/// Gains and weights that are taken while it runs.
+fn changes<F: CNumber>(law: &mut Law, branches: &[BranchList<F>]) {
     for branch in branches {
         let name = branch.name;
         law.changes(&format!("self->{name} = (real)to->{name};"));
@@ -453,15 +444,6 @@ fn inverses<F: CNumber>(law: &mut Law, list: &ParallelList<F>) {
     }
 }
 
-/// As in Rust: parts of one sign, with a share of the gain that a derivative's noise does not drown.
-const INVERSE: &str = "const double forward = above + below;
-    const double size = (forward < 0e0) ? -forward : forward;
-    const double least = SHARE * ((feedback < 0e0) ? -feedback : feedback);
-    self->inverse = ZERO;
-    if (((above == 0e0) || (below == 0e0)) && (size > least)) {
-        self->inverse = (real)(1e0 / forward);
-    }";
-
 fn lead<F: CNumber>(list: &LeadList<F>) -> Result<Law, HeaderError> {
     let mut law = Law {
         words: "a fractional controller, a power of a lead.".to_owned(),
@@ -476,8 +458,6 @@ fn lead<F: CNumber>(list: &LeadList<F>) -> Result<Law, HeaderError> {
     });
     law.members
         .push(("gain".to_owned(), literal(F::from_f64(gain))));
-    law.members
-        .push(("inverse".to_owned(), literal(F::from_f64(1.0 / gain))));
     let (zero, pole) = (literal(list.zero), literal(list.pole));
     let (mut output, mut advance) = (String::new(), String::new());
     for section in 0..list.sections {
@@ -513,20 +493,17 @@ fn lead<F: CNumber>(list: &LeadList<F>) -> Result<Law, HeaderError> {
         }
     }
     law.functions = filled(SHAPED, &[("OUTPUT", output), ("ADVANCED", advance)]);
-    law.settle.push_str("    self->bias = ZERO;\n");
     // The bias comes last here.
     law.terms = vec!["self->gain * @_shaped(self, r - y) + u".to_owned()];
-    law.advance = "    const real excess = applied - @_wanted(self, r, y);\n    \
-                   @_take(self, (r - y) + excess * self->inverse);\n    \
-                   self->bias = @_faded(self->bias);\n"
-        .to_owned();
-    law.follow = "    self->bias = self->bias + excess;\n    @_take(self, r - y);\n".to_owned();
+    law.advance =
+        "    @_take(self, (r - y) + (@_given(self, wanted, applied) - wanted) / self->gain);\n"
+            .to_owned();
+    law.follow = "    @_take(self, r - y);\n".to_owned();
     let [first, second] = list.factors.map(literal);
     law.changes(&format!(
         "const double gain = to->gain * {first} * {second};"
     ));
     law.changes("self->gain = (real)gain;");
-    law.changes("self->inverse = (real)(1e0 / gain);");
     Ok(law)
 }
 

@@ -54,34 +54,83 @@ impl Actuator {
         [self.low, self.high]
     }
 
-    /// An integral of order 1 and more holds a bias for ever: to it that is a sum that it has. `lowest` is the order of the lowest part.
-    pub(crate) fn stage<F: Real>(&self, sample_time: Seconds, lowest: f64) -> Stage<F> {
-        let fade_s = if lowest <= -1.0 {
+    /// With an integral a bias stays for ever: it is a sum that the integral has.
+    pub(crate) fn stage<F: Real>(&self, sample_time: Seconds, integrates: bool) -> Stage<F> {
+        let fade_s = if integrates {
             f64::INFINITY
         } else {
             self.fade_s
         };
-        Stage {
-            low: F::from_f64(self.low),
-            high: F::from_f64(self.high),
-            keep: F::from_f64(libm::exp(-sample_time.0 / fade_s)),
-        }
+        let keep = F::from_f64(libm::exp(-sample_time.0 / fade_s));
+        Stage::between([self.low, self.high].map(F::from_f64), keep)
     }
 }
+
+/// Samples over which a command is averaged: noise alone does not stop the clock of an integral.
+pub const AVERAGED: f64 = 20.0;
+/// The dead zone of what an actuator does: shares of the command and of its range.
+pub const DEAD_ZONE: [f64; 2] = [0.2, 0.05];
+/// Limits farther apart than this are none: the range counts as 0.
+pub const RANGE_MOST: f64 = 1e30;
 
 /// [`Actuator`] as it is run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stage<F> {
     low: F,
     high: F,
+    /// Of the command, or 0 where that has no end.
+    range: F,
     /// The share of a bias that is left after a sample.
     pub(crate) keep: F,
 }
 
 impl<F: Real> Stage<F> {
     /// Between two limits, with the share of a bias that is left after a sample.
-    pub(crate) const fn between([low, high]: [F; 2], keep: F) -> Self {
-        Self { low, high, keep }
+    pub(crate) fn between([low, high]: [F; 2], keep: F) -> Self {
+        let range = high - low;
+        Self {
+            low,
+            high,
+            range: if range < F::from_f64(RANGE_MOST) {
+                range
+            } else {
+                F::ZERO
+            },
+            keep,
+        }
+    }
+
+    /// What was applied, as far as that was told: the command where it was not.
+    #[inline]
+    pub(crate) fn told(&self, wanted: F, applied: F) -> F {
+        if applied.is_finite() {
+            applied
+        } else {
+            self.limit(wanted)
+        }
+    }
+
+    /// What was applied where that is a limit which nobody told, or the command.
+    #[inline]
+    pub(crate) fn given(&self, wanted: F, applied: F) -> F {
+        let (command, applied) = (self.limit(wanted), self.told(wanted, applied));
+        let [own, range] = DEAD_ZONE.map(F::from_f64);
+        if (applied - command).abs() > own * command.abs() + range * self.range {
+            applied
+        } else {
+            command
+        }
+    }
+
+    /// True if the clock of an integral stands while its error pushes down, and while it pushes up. `average` is that of what was wanted.
+    #[inline]
+    pub(crate) fn stops(&self, average: &mut F, wanted: F, applied: F) -> [bool; 2] {
+        let (command, given) = (self.limit(wanted), self.given(wanted, applied));
+        *average = settled(*average + (wanted - *average) * F::from_f64(1.0 / AVERAGED));
+        [
+            given > command || (wanted < self.low && *average < self.low),
+            given < command || (wanted > self.high && *average > self.high),
+        ]
     }
 
     #[inline]
@@ -98,12 +147,17 @@ impl<F: Real> Stage<F> {
     /// What is left of a bias after a sample.
     #[inline]
     pub(crate) fn faded(&self, bias: F) -> F {
-        let bias = bias * self.keep;
-        if bias.abs() < F::NEGLIGIBLE {
-            F::ZERO
-        } else {
-            bias
-        }
+        settled(bias * self.keep)
+    }
+}
+
+/// A state that fades, or 0 where little is left of it or where it is not finite.
+#[inline]
+fn settled<F: Real>(state: F) -> F {
+    if state.is_finite() && state.abs() >= F::NEGLIGIBLE {
+        state
+    } else {
+        F::ZERO
     }
 }
 
@@ -112,13 +166,14 @@ impl<F: Real> Stage<F> {
 /// u[n] = limit(g_r·r[n] − g_y·y[n] + S[n])      output: before the command leaves
 /// S[n+1] from r[n], y[n] and what was applied   advance: after it has left
 /// ```
-/// - *Anti-windup*: without a gain to choose. Where what was applied differs from what was wanted, [`advance`](Self::advance) takes
-///   that reference into the history which would have given it (R. Hanus, M. Kinnaert, J.-L. Henrotte, *Conditioning technique, a
-///   general anti-windup and bumpless transfer method*, Automatica 23, 1987). Pass what the actuator really did, if it says so.
-/// - *Where that would not hold*, the clock of an integral stands while its error would push the command further beyond its limit:
-///   the path from the reference to the command has to be one that runs backwards without growing, so its parts have one sign and
-///   orders at most 2 apart; and a tenth of the gain over a sample has to be on it, as else the noise of a derivative that
-///   saturates single samples goes into the integral.
+/// - *Anti-windup*: without a gain to choose. The clock of an integral stands while its error would push the command further beyond a
+///   limit, if its average over 20 samples is beyond it too: the noise of a derivative, which saturates single samples, leaves the
+///   integral alone.
+/// - *What the actuator did*: pass it to [`advance`](Self::advance), if it says so. Up to a fifth of the command and a twentieth of its
+///   range away it counts as the command: the integral corrects the counts of a PWM or a weak drive by the error, as any load.
+///   Farther away it is a limit that nobody told, and the clock stands as at one. NaN and infinite count as the command.
+/// - *A function of the error* takes in the error that would have given what was left of its command (R. Hanus, M. Kinnaert,
+///   J.-L. Henrotte, *Conditioning technique, a general anti-windup and bumpless transfer method*, Automatica 23, 1987).
 /// - *Start*: [`at_rest`](Self::at_rest) if reference and measurement begin at zero, otherwise [`settled`](Self::settled).
 /// - *Not finite*: in r or y, no command is finite until reset: the safety chain behind has to look, or a [`Station`] in front.
 pub trait Controller<F: Real> {
@@ -133,10 +188,10 @@ pub trait Controller<F: Real> {
     /// ```text
     /// proportional   its own          derivative   settled at c·r − y: 0          integral   what is left of the command
     /// ```
-    /// - *The integral's share* is a bias: one of order 1 and more holds it for ever. One below 1 fades, so its bias fades too, with
-    ///   the time of the [`Actuator`], while the integral takes over.
-    /// - *Without an integral* nothing holds a command: it is ignored, and the first output is the parts' own. Compare, if you want to
-    ///   know the bump. A function of the error starts at its gain at rest times that error.
+    /// - *What is left of the command* is a bias, which an integral of any order holds for ever: nothing moves.
+    /// - *Without an integral* the bias fades with the time of the [`Actuator`]; ten times 1/crossover moves the loop by little.
+    ///   A function of the error starts at its gain at rest times that error, and the bias.
+    /// - *A command that is not finite* counts as the parts' own.
     ///
     /// `None` for a function that does not rest at such an error, as with a pole at s = 0.
     fn settled(&self, reference: F, measured: F, command: F) -> Option<Self::History>;
@@ -147,10 +202,13 @@ pub trait Controller<F: Real> {
     /// The command, within its limits.
     fn output(&self, history: &Self::History, reference: F, measured: F) -> F;
 
-    /// Takes the sample into the history, with the command that was applied.
+    /// A command within the limits.
+    fn limited(&self, command: F) -> F;
+
+    /// Takes the sample into the history, with the command that was applied; one that is not finite counts as the output.
     fn advance(&self, history: &mut Self::History, reference: F, measured: F, applied: F);
 
-    /// The same where somebody else commands: so that the next output continues what was applied.
+    /// Tracks a command applied by somebody else, so that the next output continues from it without a bump. The clock of an integral stands.
     fn follow(&self, history: &mut Self::History, reference: F, measured: F, applied: F);
 
     /// `g_y`: how much the command falls at once when the measurement rises by one.
@@ -159,7 +217,7 @@ pub trait Controller<F: Real> {
     /// The history with which this controller goes on where another one of its kind stood: its next output is that of the other.
     /// Histories are of signals, not of products with gains, so what has the same order keeps its past; another integral starts
     /// at rest, another derivative as if its input always had been what it is now. A difference in the command is held; it fades with the
-    /// time of the [`Actuator`], or stays where an integral of order 1 and more takes it for its own.
+    /// time of the [`Actuator`], or stays where an integral takes it for its own.
     fn take_over(
         &self,
         other: &Self,
@@ -174,14 +232,14 @@ pub trait Controller<F: Real> {
 pub enum Mode<F> {
     /// The controller commands.
     Automatic,
-    /// Somebody, this command; the controller follows.
+    /// Somebody, this command; the controller follows. If it is not finite, the controller commands.
     Manual(F),
 }
 
 /// A controller with the history of its one loop: automatic or manual, parameters changed without a bump, bad readings held off.
 ///
 /// - *Start* beside a running plant: [`settle`](Self::settle) first.
-/// - *A reference or measurement that is not a finite number*: the last command is held for this sample, the history does not see it,
+/// - *A reference or measurement that is not a finite number*: the last command, within its limits, is held for this sample, the history does not see it,
 ///   and [`missed`](Self::missed) counts it. The tenth in a row, [`MISSED_MOST`], and all that follow give 0.
 /// ```
 /// use fracdiff::Seconds;
@@ -231,12 +289,14 @@ impl<F: Real, C: Controller<F>> Station<F, C> {
     /// [`Controller::settled`]. Returns the remaining bump, by which the next command differs from
     /// this one. Returns `None` and does nothing if the controller cannot rest there.
     pub fn settle(&mut self, reference: F, measured: F, command: F) -> Option<F> {
-        if !(reference - measured + command).is_finite() {
+        if !(reference - measured).is_finite() {
             return None;
         }
         self.history = (self.controller).settled(reference, measured, command)?;
-        (self.applied, self.missed) = (command, 0);
-        Some(self.controller.output(&self.history, reference, measured) - command)
+        let output = self.controller.output(&self.history, reference, measured);
+        self.applied = if command.is_finite() { command } else { output };
+        self.missed = 0;
+        Some(output - self.applied)
     }
 
     /// Number of readings in a row, up to now, that were not numbers.
@@ -248,22 +308,29 @@ impl<F: Real, C: Controller<F>> Station<F, C> {
     #[inline]
     pub fn output(&self, reference: F, measured: F) -> F {
         match self.mode {
-            Mode::Manual(command) => command,
-            Mode::Automatic if (reference - measured).is_finite() => {
+            Mode::Manual(command) if command.is_finite() => command,
+            Mode::Manual(_) | Mode::Automatic if (reference - measured).is_finite() => {
                 self.controller.output(&self.history, reference, measured)
             }
-            Mode::Automatic if self.missed + 1 < MISSED_MOST => self.applied,
-            Mode::Automatic => F::ZERO,
+            Mode::Manual(_) | Mode::Automatic if self.missed + 1 < MISSED_MOST => {
+                self.controller.limited(self.applied)
+            }
+            Mode::Manual(_) | Mode::Automatic => F::ZERO,
         }
     }
 
-    /// Adds the sample to the history, with the command that was applied.
+    /// Adds the sample to the history, with the command that was applied; one that is not finite counts as [`output`](Self::output).
     #[inline]
     pub fn advance(&mut self, reference: F, measured: F, applied: F) {
         if !(reference - measured).is_finite() {
             self.missed = (self.missed + 1).min(MISSED_MOST);
             return;
         }
+        let applied = if applied.is_finite() {
+            applied
+        } else {
+            self.output(reference, measured)
+        };
         (self.applied, self.missed) = (applied, 0);
         let history = &mut self.history;
         match self.mode {

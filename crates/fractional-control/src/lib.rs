@@ -65,11 +65,13 @@ mod verdict;
 #[cfg(feature = "std")]
 mod wide;
 
-pub use controller::{Actuator, Controller, MISSED_MOST, Mode, Station};
+pub use controller::{
+    AVERAGED, Actuator, Controller, DEAD_ZONE, MISSED_MOST, Mode, RANGE_MOST, Station,
+};
 pub use error::ControlError;
 pub use memory::{Memory, Rule};
 pub use notation::factor_after_division;
-pub use parallel::{FractionalPid, ORDERS_APART, ParallelHistory, SHARE_LEAST};
+pub use parallel::{FractionalPid, ParallelHistory};
 pub use pid::{PidParameters, SetPoint, TidParameters};
 pub use portable::{
     CONTROLLER_PARTS, ControllerForm, ControllerPart, PortableController, PortableControllerHistory,

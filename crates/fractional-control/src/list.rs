@@ -52,11 +52,6 @@ pub enum LawList<F> {
 pub struct ParallelList<F> {
     /// The branches whose gain is not 0, in the order in which they are added.
     pub branches: Vec<BranchList<F>>,
-    /// Factor on the excess of the command for back-calculation; 0 if the integrals are stopped
-    /// instead.
-    pub inverse: F,
-    /// The branch that follows a command by hand, and what the excess is multiplied with for its error.
-    pub integral: Option<(usize, F)>,
 }
 
 /// A branch of a [`ParallelList`].
@@ -71,8 +66,6 @@ pub struct BranchList<F> {
     pub weight: f64,
     /// μ, below 0 of an integral.
     pub order: f64,
-    /// The factor of the newest sample in the power.
-    pub direct: F,
     /// The power; `None` for order 0.
     pub power: Option<OperatorList<F>>,
 }
@@ -123,15 +116,15 @@ impl<F: Real> ControllerList<F> {
                 });
             }
         };
-        let lowest = match &law {
-            LawList::Parallel(law) => law.branches.iter().map(|own| own.order).fold(0.0, f64::min),
-            LawList::Lead(_) => 0.0,
+        let integrates = match &law {
+            LawList::Parallel(law) => law.branches.iter().any(|own| own.order < 0.0),
+            LawList::Lead(_) => false,
         };
         let actuator = setup.actuator()?;
         Ok(Self {
             law,
             limits: actuator.limits(),
-            keep: actuator.stage(t, lowest).keep,
+            keep: actuator.stage(t, integrates).keep,
         })
     }
 }
@@ -148,7 +141,7 @@ impl<F: Real> ControllerList<F> {
         let numbers = |power: &OperatorList<F>| [&power.values[..], &power.filter].concat();
         match &self.law {
             LawList::Parallel(law) => {
-                let mut values = [law.inverse, self.keep].to_vec();
+                let mut values = [self.keep].to_vec();
                 for own in &law.branches {
                     values.extend([own.gain, own.weight].map(F::from_f64));
                     values.extend(own.power.iter().flat_map(numbers));
@@ -160,8 +153,7 @@ impl<F: Real> ControllerList<F> {
             LawList::Lead(law) => {
                 let [first, second] = law.factors;
                 let gain = law.gain * first * second;
-                let mut values = [1.0 / gain, gain].map(F::from_f64).to_vec();
-                values.extend([law.zero, law.pole]);
+                let mut values = [self.keep, F::from_f64(gain), law.zero, law.pole].to_vec();
                 let memories = law.memories.iter().flatten();
                 values.extend(memories.clone().flat_map(numbers));
                 let parts = memories.map(|power| part(Some(power))).collect();
@@ -204,14 +196,11 @@ where
             gain: own.gain,
             weight: own.weight,
             order: own.order,
-            direct: power.map_or(F::ONE, Differintegrator::direct_gain),
             power: power.map(OperatorList::from),
         }
     });
     ParallelList {
         branches: branches.collect(),
-        inverse: running.inverse,
-        integral: running.integral,
     }
 }
 

@@ -13,11 +13,6 @@ use fracdiff::{
 };
 use num_complex::Complex;
 
-/// The least share of the gain over a sample that the reference has where back-calculation goes by it.
-pub const SHARE_LEAST: f64 = 0.1;
-/// The largest difference of two orders where it does.
-pub const ORDERS_APART: f64 = 2.0;
-
 /// Powers side by side at most.
 pub(crate) const BRANCHES: usize = 3;
 
@@ -87,11 +82,7 @@ pub(crate) struct Parallel<F, O> {
     /// Gain and weight of the part without a power, which is added first.
     pub(crate) proportional: Option<[F; 2]>,
     pub(crate) branches: [Option<Branch<F, O>>; BRANCHES],
-    /// `1/g_r` where back-calculation may run the path from the reference backwards, or 0.
-    pub(crate) inverse: F,
     pub(crate) feedback: F,
-    /// The branch of the lowest order, if that is below 0, and 1/(gain·g) of it.
-    pub(crate) integral: Option<(usize, F)>,
     pub(crate) stage: Stage<F>,
     pub(crate) sample_time: f64,
 }
@@ -101,8 +92,10 @@ pub(crate) struct Parallel<F, O> {
 struct Past<F, H> {
     /// Of each branch, and any in the place of one that is not there: what is looked at once a tick is the law. `None` without branches.
     powers: Option<[H; BRANCHES]>,
-    /// Held over a change; fades.
+    /// Held over a change or a start; fades where nothing integrates.
     bias: F,
+    /// Of the command before its limits, over the last samples.
+    average: F,
 }
 
 impl<F: Real, O> Branch<F, O> {
@@ -113,8 +106,6 @@ impl<F: Real, O> Branch<F, O> {
     }
 }
 
-const INVERSE: &str = "inverse of the gain over a sample";
-
 impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
     /// `Σ k_i·D^(μ_i)(w_i·r − y)`; parts with a gain of 0 are left out.
     fn new(
@@ -124,13 +115,11 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
         make: impl Fn(Order) -> Result<O, ControlError>,
     ) -> Result<Self, ControlError> {
         let mut branches: [Option<Branch<F, O>>; BRANCHES] = [const { None }; BRANCHES];
-        let (mut above, mut below, mut feedback) = (0.0, 0.0, 0.0);
-        let (mut integral, mut proportional) = (None, None);
-        let (mut lowest, mut highest) = (0.0, 0.0);
+        let (mut feedback, mut proportional) = (0.0, None);
         // Also where no branch has a power.
         sample_time.rate_to_the(Order::new(0.0)?)?;
         let used = parameters.iter().filter(|p| p.gain != 0.0);
-        for (index, (slot, own)) in branches.iter_mut().zip(used).enumerate() {
+        for (slot, own) in branches.iter_mut().zip(used) {
             let gain = in_samples("gain", own.gain)?;
             let weight = in_samples("set-point weight", own.weight)?;
             let mut direct = own.gain;
@@ -147,25 +136,14 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
                     integrates: own.order < 0.0,
                 });
             }
-            let share = own.weight * direct;
-            *(if share > 0.0 { &mut above } else { &mut below }) += share;
             feedback += direct;
-            highest = libm::fmax(highest, own.order);
-            if own.order < lowest {
-                lowest = own.order;
-                integral = Some((index, in_samples(INVERSE, 1.0 / direct)?));
-            }
         }
-        let forward = above + below;
-        let bounded = (above == 0.0 || below == 0.0) && highest - lowest <= ORDERS_APART;
-        let inverts = bounded && forward.abs() > SHARE_LEAST * feedback.abs();
+        let integrates = branches.iter().flatten().any(|branch| branch.integrates);
         Ok(Self {
             proportional,
             branches,
-            inverse: in_samples(INVERSE, if inverts { 1.0 / forward } else { 0.0 })?,
             feedback: in_samples("gain over a sample", feedback)?,
-            integral,
-            stage: actuator.stage(sample_time, lowest),
+            stage: actuator.stage(sample_time, integrates),
             sample_time: sample_time.0,
         })
     }
@@ -179,6 +157,7 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
         Past {
             powers: any.map(rest),
             bias: F::ZERO,
+            average: F::ZERO,
         }
     }
 
@@ -214,22 +193,8 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
 
     #[inline]
     fn advance(&self, past: &mut Past<F, O::History>, r: F, y: F, applied: F) {
-        let (wanted, mut errors) = self.wanted_and_errors(past, r, y);
-        let excess = applied - wanted;
-        let mut held_back = F::ZERO;
-        // A branch that is foreseen: the memories need not wait for the sum.
-        if excess != F::ZERO {
-            if self.inverse == F::ZERO {
-                held_back = excess;
-            } else {
-                let instead = conditioned(r, excess, self.inverse);
-                for (branch, error) in self.branches.iter().zip(&mut errors) {
-                    if let Some(branch) = branch {
-                        *error = branch.error(instead, y);
-                    }
-                }
-            }
-        }
+        let (wanted, errors) = self.wanted_and_errors(past, r, y);
+        let [down, up] = self.stage.stops(&mut past.average, wanted, applied);
         if past.bias != F::ZERO {
             past.bias = self.stage.faded(past.bias);
         }
@@ -239,7 +204,8 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
         for ((branch, own), error) in self.branches.iter().zip(powers).zip(errors) {
             if let Some(branch) = branch {
                 // The clock of an integral stands while it pushes on.
-                if branch.integrates && held_back * (branch.gain * error) < F::ZERO {
+                let push = branch.gain * error;
+                if branch.integrates && ((down && push < F::ZERO) || (up && push > F::ZERO)) {
                     continue;
                 }
                 advance_apart(&branch.power, own, error);
@@ -248,32 +214,20 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
     }
 
     fn follow(&self, past: &mut Past<F, O::History>, r: F, y: F, applied: F) {
-        let excess = applied - self.wanted(past, r, y);
+        let wanted = self.wanted(past, r, y);
+        past.bias += self.stage.told(wanted, applied) - wanted;
         let powers = past.powers.iter_mut().flatten();
-        for (index, (branch, own)) in self.branches.iter().zip(powers).enumerate() {
-            if let Some(branch) = branch {
-                let mut error = branch.error(r, y);
-                if let Some((integral, inverse)) = self.integral
-                    && integral == index
-                {
-                    // The error with whose integral the command is what was applied.
-                    error += excess * inverse;
-                }
-                branch.power.advance(own, error);
+        for (branch, own) in self.branches.iter().zip(powers) {
+            if let Some(branch) = branch.as_ref().filter(|branch| !branch.integrates) {
+                branch.power.advance(own, branch.error(r, y));
             }
-        }
-        if self.integral.is_none() {
-            past.bias += excess;
-        } else {
-            past.bias = self.stage.faded(past.bias);
         }
     }
 
     fn settled(&self, r: F, y: F, command: F) -> Past<F, O::History> {
         let mut past = self.keep(None, r, y);
-        if self.integral.is_some() {
-            past.bias = self.stage.limit(command) - self.wanted(&past, r, y);
-        }
+        let wanted = self.wanted(&past, r, y);
+        past.bias = self.stage.limit(self.stage.told(wanted, command)) - wanted;
         past
     }
 
@@ -286,6 +240,7 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
         y: F,
     ) -> Past<F, O::History> {
         let mut kept = self.at_rest();
+        kept.average = other.map_or(F::ZERO, |(_, past)| past.average);
         for (own, slot) in self.branches.iter().zip(kept.powers.iter_mut().flatten()) {
             let Some(own) = own else { continue };
             let theirs = other.into_iter().flat_map(|(other, past)| {
@@ -307,14 +262,6 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
         }
         kept
     }
-}
-
-/// The reference that would have given what was applied, to the branches that take part. A call costs more than it on a core that waits
-/// for no memories.
-#[cfg_attr(target_arch = "arm", inline(always))]
-#[cfg_attr(not(target_arch = "arm"), cold, inline(never))]
-fn conditioned<F: Real>(r: F, excess: F, inverse: F) -> F {
-    r + excess * inverse
 }
 
 /// A memory in a function of its own keeps the registers that it needs; on a small core the call costs more.
@@ -410,6 +357,14 @@ impl<F: Real, const MODES: usize> Controller<F> for FractionalPid<F, MODES> {
             (Kind::First(own), KindHistory::First(past)) => own.output(past, r, y),
             (Kind::Second(own), KindHistory::Second(past)) => own.output(past, r, y),
             _ => F::from_f64(f64::NAN),
+        }
+    }
+
+    #[inline]
+    fn limited(&self, command: F) -> F {
+        match &self.0 {
+            Kind::First(own) => own.stage.limit(command),
+            Kind::Second(own) => own.stage.limit(command),
         }
     }
 

@@ -1,8 +1,8 @@
 //! A controller as a list of numbers: designed where there is room, run where there is not.
 //! ```text
 //! form       numbers
-//! Parallel   1/g_r or 0, what a sample leaves of a bias, then k, w and the power of each: PI^λD^μ, TID
-//! Lead       1/g, g, p, q, then the power of each part: CRONE, lead–lag
+//! Parallel   what a sample leaves of a bias, then k, w and the power of each: PI^λD^μ, TID
+//! Lead       that too, g, p, q, then the power of each part: CRONE, lead–lag
 //! power      the values of Form::Modes, then the coefficients of a filter
 //! ```
 //! A part of order 0 has no power. The filter is that of [`Rule::Bdf2`](crate::Rule::Bdf2), behind all powers of a list or none.
@@ -95,15 +95,13 @@ impl<F: Real, const MODES: usize> PortableController<F, MODES> {
         limits: [F; 2],
     ) -> Result<Self, ListError> {
         let mut numbers = Numbers::of(form, parts, values)?;
+        let stage = Stage::between(limits, numbers.next());
         Ok(Self(match form {
             ControllerForm::Parallel => {
-                let inverse = numbers.next();
-                let stage = Stage::between(limits, numbers.next());
                 Law::Parallel(FractionalPid(if parts.iter().any(|part| part.filter > 0) {
                     Kind::Second(Parallel::of_list(
                         parts,
                         &mut numbers,
-                        inverse,
                         stage,
                         |part, power, filter| Bdf2Memory::from_list(part.integer, power, filter),
                     )?)
@@ -111,19 +109,17 @@ impl<F: Real, const MODES: usize> PortableController<F, MODES> {
                     Kind::First(Parallel::of_list(
                         parts,
                         &mut numbers,
-                        inverse,
                         stage,
                         |part, power, _| FullMemory::from_list(part.integer, power),
                     )?)
                 }))
             }
             ControllerForm::Lead { sections } => {
-                let (inverse, gain) = (numbers.next(), numbers.next());
+                let gain = numbers.next();
                 Law::Lead(OnError {
                     operator: LeadPower::of_list(sections, parts, &mut numbers)?,
                     gain,
-                    inverse,
-                    stage: Stage::between(limits, F::ZERO),
+                    stage,
                 })
             }
         }))
@@ -198,7 +194,7 @@ impl<'a, F: Real> Numbers<'a, F> {
     ) -> Result<Self, ListError> {
         // In front of all parts, and of each.
         let (fits, first, each) = match form {
-            ControllerForm::Parallel => ((1..=BRANCHES).contains(&parts.len()), 2, 2),
+            ControllerForm::Parallel => ((1..=BRANCHES).contains(&parts.len()), 1, 2),
             ControllerForm::Lead { sections } => {
                 let fits = sections <= SECTIONS_MAX && parts.len() <= 2;
                 (fits, 4, 0)
@@ -233,20 +229,17 @@ impl<F: Real, O: Differintegrator<F>> Parallel<F, O> {
     fn of_list(
         parts: &[ControllerPart],
         numbers: &mut Numbers<'_, F>,
-        inverse: F,
         stage: Stage<F>,
         make: impl Fn(&ControllerPart, &[F], &[F]) -> Result<O, ListError>,
     ) -> Result<Self, ListError> {
         let mut law = Self {
             proportional: None,
             branches: [const { None }; BRANCHES],
-            inverse,
             feedback: F::ZERO,
-            integral: None,
             stage,
             sample_time: 1.0,
         };
-        for (index, (slot, part)) in law.branches.iter_mut().zip(parts).enumerate() {
+        for (slot, part) in law.branches.iter_mut().zip(parts) {
             let (gain, weight) = (numbers.next(), numbers.next());
             let (power, filter) = (numbers.take(part.values), numbers.take(part.filter));
             if power.is_empty() && filter.is_empty() {
@@ -255,17 +248,13 @@ impl<F: Real, O: Differintegrator<F>> Parallel<F, O> {
                 continue;
             }
             let power = make(part, power, filter)?;
-            let direct = gain * power.direct_gain();
-            law.feedback += direct;
-            // Of a fractional integral it is 0, of a derivative at least 1.
-            if part.integer <= 0 {
-                law.integral = Some((index, F::ONE / direct));
-            }
+            law.feedback += gain * power.direct_gain();
             *slot = Some(Branch {
                 gain,
                 weight,
                 order: f64::from(part.integer),
                 power,
+                // Of a fractional integral it is 0, of a derivative at least 1.
                 integrates: part.integer <= 0,
             });
         }

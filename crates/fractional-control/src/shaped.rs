@@ -12,14 +12,13 @@ use num_complex::Complex;
 
 /// k·P of the error r − y, limited, P an operator.
 ///
-/// - *Limits*: back-calculation runs the operator backwards, so with limits its zeros must be stable.
+/// - *Limits*: it takes in the error that would have given its limited command, which runs the operator backwards: with limits its
+///   zeros must be stable.
 /// - *Start-up*: zero for ever before. *Cost*: `output` a few multiply-adds, `advance` as the operator.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OnError<F, O> {
     pub(crate) operator: O,
     pub(crate) gain: F,
-    /// 1 over the direct gain of both.
-    pub(crate) inverse: F,
     pub(crate) stage: Stage<F>,
 }
 
@@ -27,7 +26,7 @@ pub struct OnError<F, O> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct OnErrorHistory<F, H> {
     operator: H,
-    /// Held over a change; fades.
+    /// Held over a change or a start; fades where nothing integrates.
     bias: F,
 }
 
@@ -65,16 +64,22 @@ where
     }
 
     #[inline]
+    fn limited(&self, command: F) -> F {
+        self.stage.limit(command)
+    }
+
+    #[inline]
     fn advance(&self, history: &mut Self::History, r: F, y: F, applied: F) {
-        let excess = applied - self.wanted(history, r, y);
-        // The error that would have given what was applied.
-        let error = (r - y) + excess * self.inverse;
+        let wanted = self.wanted(history, r, y);
+        // The error that would have given what was left of the command.
+        let error = (r - y) + (self.stage.given(wanted, applied) - wanted) / self.feedback_gain();
         self.operator.advance(&mut history.operator, error);
         history.bias = self.stage.faded(history.bias);
     }
 
     fn follow(&self, history: &mut Self::History, r: F, y: F, applied: F) {
-        history.bias += applied - self.wanted(history, r, y);
+        let wanted = self.wanted(history, r, y);
+        history.bias += self.stage.told(wanted, applied) - wanted;
         self.operator.advance(&mut history.operator, r - y);
     }
 
@@ -83,10 +88,12 @@ where
         self.gain * self.operator.direct_gain()
     }
 
-    fn settled(&self, r: F, y: F, _: F) -> Option<Self::History> {
-        let operator = self.operator.settled(r - y)?;
-        let bias = F::ZERO;
-        Some(OnErrorHistory { operator, bias })
+    fn settled(&self, r: F, y: F, command: F) -> Option<Self::History> {
+        let mut history = self.at_rest();
+        history.operator = self.operator.settled(r - y)?;
+        let wanted = self.wanted(&history, r, y);
+        history.bias = self.stage.limit(self.stage.told(wanted, command)) - wanted;
+        Some(history)
     }
 
     fn take_over(&self, other: &Self, history: &Self::History, r: F, y: F) -> Self::History {
@@ -241,11 +248,11 @@ impl<F: Real, const MODES: usize> LeadController<F, MODES> {
         let gain = shape.gain * shape.factor;
         range("gain", gain, gain != 0.0, "finite and not 0", "")?;
         let (operator, own) = LeadPower::new(&shape, &memory, sample_time)?;
+        in_samples::<F>("inverse of the gain", 1.0 / (gain * own))?;
         Ok(Self {
             operator,
             gain: in_samples("gain", gain * own)?,
-            inverse: in_samples("inverse of the gain", 1.0 / (gain * own))?,
-            stage: actuator.stage(sample_time, 0.0),
+            stage: actuator.stage(sample_time, false),
         })
     }
 }
@@ -277,11 +284,11 @@ impl<F: Real, const MODES: usize> FunctionController<F, MODES> {
         let well = gain != 0.0 && (1.0 / gain).is_finite();
         let allowed = "finite and not 0";
         range("gain of the newest error", gain, well, allowed, "")?;
+        let integrates = function.numerator().lowest() < function.denominator().lowest();
         Ok(Self {
             operator,
             gain: F::ONE,
-            inverse: in_samples("inverse of the gain", 1.0 / gain)?,
-            stage: actuator.stage(sample_time, 0.0),
+            stage: actuator.stage(sample_time, integrates),
         })
     }
 }

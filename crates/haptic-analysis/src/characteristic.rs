@@ -209,6 +209,12 @@ impl Node {
         if rate.is_nan() { f64::INFINITY } else { rate }
     }
 
+    /// The sizes of the terms, added up.
+    pub(crate) fn size(&self, [alpha, beta]: [f64; 2]) -> f64 {
+        let [one, stiff, fractional] = self.terms.map(|term| term.value.norm());
+        one + alpha * stiff + beta * fractional
+    }
+
     /// An estimate of the rounding error of the value.
     pub(crate) fn noise(&self, [alpha, beta]: [f64; 2]) -> f64 {
         let [one, stiff, fractional] = self.rough;

@@ -105,8 +105,8 @@ pub struct SampledLoop<'a> {
 pub struct StabilityVerdict {
     /// No zero of F in |w| ≤ 1. Not so on the boundary, where `unstable_poles` is `None`.
     pub stable: bool,
-    /// Zeros of F in |w| < 1, each a pole with |z| > 1; `None` on the boundary, that is where
-    /// |F| ≤ 1e-9·(n₁ + n₀) was met on the circle: a change of α by 1e-9 could take it there.
+    /// Zeros of F in |w| < 1, each a pole with |z| > 1; `None` on the boundary, that is where |F| ≤ 1e-9 of the sizes of its
+    /// terms was met on the circle, and of n₁ + n₀: changing α, β and the plant by that share could take it there.
     pub unstable_poles: Option<usize>,
     /// The least |F|/(n₁ + n₀) met on the circle. It would take about this change of α, as a complex
     /// number, to reach the boundary. The margins proper are in [`Margins`](crate::Margins). Of a loop that
@@ -121,7 +121,7 @@ pub struct StabilityVerdict {
 
 /// Largest degree for which a verdict takes the trouble to find all poles.
 const EIGENVALUE_DEGREE: usize = 64;
-/// |F|/(n₁ + n₀) at which a loop is on the boundary.
+/// |F| over the sizes of its terms, and over n₁ + n₀, at which a loop is on the boundary.
 pub(crate) const BOUNDARY: f64 = 1e-9;
 
 /// A stiffness or dissipation too small for its products to be normal numbers is none.
@@ -213,12 +213,13 @@ impl<'a> SampledLoop<'a> {
         self.count().zeros == Some(0)
     }
 
-    /// Nothing holds the device at rest: α + γ + βP(1) = 0, to what the boundary is known. F has a zero at w = 1 then,
-    /// the pole of a position that stays where it is left, as behind a tissue that only dissipates.
+    /// Nothing holds the device at rest: no spring, however weak, so α = γ = 0, and βP(1) = 0 to what the boundary is known. F has a
+    /// zero at w = 1 then, the pole of a position that stays where it is left, as behind a tissue that only dissipates.
     #[must_use]
     pub fn drifts(&self) -> bool {
         let scale = self.characteristic.plant.numerator_sum();
-        self.characteristic(0.0).norm() <= BOUNDARY * scale
+        let springs = self.characteristic.node(0.0).value([self.alpha, 0.0]);
+        springs.norm() == 0.0 && self.characteristic(0.0).norm() <= BOUNDARY * scale
     }
 
     /// The same, judged beside the pole at rest if it [drifts](Self::drifts); any other loop as it is. The drift is no instability.
@@ -309,8 +310,8 @@ const ARCS: [f64; 5] = [1e-9, 1e-8, 1e-7, 1e-6, 1e-5];
 const ABOVE: f64 = 1e3;
 
 impl Circle<'_> {
-    /// Zeros of F in |w| < 1 with these α and β. On the circle if some |F| ≤ `tolerance`·(n₁ + n₀), or is no more than
-    /// rounding error. `beside_rest`: those at w = 1 are left out.
+    /// Zeros of F in |w| < 1 with these α and β. On the circle if some |F| is at most this share of its terms and of n₁ + n₀, or no
+    /// more than rounding error. `beside_rest`: those at w = 1 are left out.
     ///
     /// Cost: about 80 evaluations of three multiply-adds, and a full node wherever F is so small that
     /// an interval has to be halved: some ten for each decade.
@@ -318,6 +319,7 @@ impl Circle<'_> {
         let mut curve = Weighed {
             circle: self,
             gains,
+            tolerance,
             fall: 0.0,
         };
         let arc = beside_rest.then(|| {
@@ -329,19 +331,14 @@ impl Circle<'_> {
             .as_ref()
             .map_or(whole, |(end, span, turned)| (end, span, *turned));
         let spans = core::iter::once(span).chain(&self.spans[1..]);
-        let scale = self.characteristic.plant.numerator_sum();
-        let ways = spans.zip(&self.nodes[1..]);
-        let count = curve.count(begin, turned, ways, tolerance * scale);
-        Count {
-            closest: count.closest / scale,
-            ..count
-        }
+        curve.count(begin, turned, spans.zip(&self.nodes[1..]))
     }
 }
 
 struct Weighed<'a, 'b> {
     circle: &'a Circle<'b>,
     gains: [f64; 2],
+    tolerance: f64,
     fall: f64,
 }
 
@@ -380,11 +377,13 @@ impl Curve for Weighed<'_, '_> {
             0.0 => 1.0,
             fall => libm::pow(node.place.size_v.min(1.0), fall),
         };
+        let scale = self.circle.characteristic.plant.numerator_sum()
+            * node.operator.denominator.value.norm();
         Sample {
             theta: node.theta(),
             value,
-            size: value.norm() / (node.operator.denominator.value.norm() * fallen),
-            noise: node.noise(self.gains),
+            size: value.norm() / (scale * fallen),
+            noise: node.noise(self.gains) + self.tolerance * node.size(self.gains).min(scale),
         }
     }
 

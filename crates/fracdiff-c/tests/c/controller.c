@@ -1,5 +1,6 @@
 /* Runs the controller of a header in a loop of 100000 samples and leaves a hash of the bits of all commands: at its limits,
- * with an actuator that does half, by hand, with other parameters, started beside a plant that runs, and with a sensor that fails. */
+ * with an actuator that does half or reports nothing, by hand, with other parameters, started beside a plant that runs, and with a
+ * sensor that fails. */
 #include <stdint.h>
 
 static op_t op;
@@ -21,6 +22,7 @@ uint64_t run(uint32_t samples)
         REAL read;
         REAL u;
         REAL applied;
+        REAL told;
         unsigned char bytes[sizeof u];
         uint32_t i;
         if (n % 20000U == 10000U) {
@@ -35,15 +37,16 @@ uint64_t run(uint32_t samples)
             }
         }
         if (n % 20000U == 15000U) {
-            y += op_settle(&op, y, y, (REAL)0.4) / (REAL)1024;
+            y += op_settle(&op, y, y, (n % 40000U == 15000U) ? (REAL)0.4 : zero / zero) / (REAL)1024;
         }
         read = fails ? zero / zero : y;
         u = (manner == 3U) ? (REAL)0.25 : op_output(&op, r, read);
         applied = (manner == 2U) ? (REAL)0.5 * u : u;
+        told = (n % 100U == 49U) ? zero / zero : ((n % 100U == 99U) ? -1 / zero : applied);
         if (manner == 3U) {
-            op_follow(&op, r, read, applied);
+            op_follow(&op, r, read, told);
         } else {
-            op_advance(&op, r, read, applied);
+            op_advance(&op, r, read, told);
         }
         state = state * 1664525U + 1013904223U;
         y += (applied - y) / (REAL)128 + ((REAL)(int32_t)(state >> 16) - (REAL)32768) / (REAL)16777216;

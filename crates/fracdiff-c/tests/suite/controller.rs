@@ -246,7 +246,8 @@ fn commands<F: Real, C: Controller<F> + Clone>(controllers: [C; 2]) -> String {
             station.set_controller(next.clone(), r, y);
         }
         if n % 20_000 == 15_000 {
-            y += station.settle(y, y, number(0.4)).expect("settles") / number(1024.0);
+            let command = if n % 40_000 == 15_000 { 0.4 } else { f64::NAN };
+            y += station.settle(y, y, number(command)).expect("settles") / number(1024.0);
         }
         let manner = (n / 3000) % 4;
         station.set_mode(match manner {
@@ -257,13 +258,56 @@ fn commands<F: Real, C: Controller<F> + Clone>(controllers: [C; 2]) -> String {
         let read = if fails { number(f64::NAN) } else { y };
         let u = station.output(r, read);
         let applied = if manner == 2 { number(0.5) * u } else { u };
-        station.advance(r, read, applied);
+        let lost = match n % 100 {
+            49 => Some(f64::NAN),
+            99 => Some(f64::NEG_INFINITY),
+            _ => None,
+        };
+        station.advance(r, read, lost.map_or(applied, number));
         assert!(u.is_finite(), "{n}");
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         let noise = number(f64::from(state >> 16) - 32768.0) / number(16_777_216.0);
         y += (applied - y) / number(128.0) + noise;
         u
     }))
+}
+
+/// 0.55exp(-s)/(62s+1) with the controller of the guide, whatever its actuator makes of a command.
+#[test]
+fn the_oven_of_the_guide_rests_at_its_reference_in_c() {
+    let gains = "9.8+0.607/s^0.9-2.84s^0.606".parse::<PidParameters>();
+    let setup = ControllerSetup {
+        output_low: Some(0.0),
+        output_high: Some(10.0),
+        ..ControllerSetup::new(gains.expect("a controller"), Seconds(0.2))
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let header = header_of::<f32>(&setup, folder.path());
+    let program = folder.path().join("oven");
+    if !is_here("cc") {
+        return;
+    }
+    let mut compile = Command::new("cc");
+    compile.args(COMPILERS[0].1).args(WARNINGS);
+    compile.arg("-include").arg(header).arg(source("oven.c"));
+    output(compile.arg("-o").arg(&program));
+    for drive in [
+        "1 0",
+        "1 -1",
+        "0.98 0",
+        "0.85 0",
+        "1 255",
+        "1 1023",
+        "0.98 4095",
+    ] {
+        let said = output(Command::new(&program).args(drive.split(' ')));
+        let numbers: Vec<f64> = said
+            .split(' ')
+            .map(|n| n.parse().expect("a number"))
+            .collect();
+        assert!((numbers[0] - 3.0).abs() < 0.025 * 3.0, "{drive}: {said}");
+        assert!(numbers[1] < 1e-6 * 3.0, "{drive}: {said}");
+    }
 }
 
 /// The header of a controller in a folder.

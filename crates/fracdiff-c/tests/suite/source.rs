@@ -107,11 +107,9 @@ fn a_list_that_is_none_is_refused() {
 
 #[test]
 fn a_controller_is_written_in_numbers_that_every_compiler_takes() {
-    let setup = |law: &str| {
-        let law: PidParameters = law.parse().expect("a controller");
-        ControllerSetup::new(law, Seconds(1e-3))
-    };
-    let list = ControllerList::<f32>::new(&setup("2+1/s^0.9")).expect("a list");
+    let law: PidParameters = "2+1/s^0.9".parse().expect("a controller");
+    let setup = ControllerSetup::new(law, Seconds(1e-3));
+    let list = ControllerList::<f32>::new(&setup).expect("a list");
     let header = Header::of_controller("oven", &list, &[]).expect("a header");
     let header = header.to_string();
     assert!(header.contains("self->high = 3.4028235e38f;"), "{header}");
@@ -119,14 +117,4 @@ fn a_controller_is_written_in_numbers_that_every_compiler_takes() {
         !header.contains("/ 0e0") && !header.contains("inf"),
         "{header}"
     );
-    // 1/K_i is beyond the numbers of `float`, not of `double`.
-    let small = setup("1e-40/s^0.9");
-    let error = ControllerList::<f32>::new(&small)
-        .expect_err("no number")
-        .to_string();
-    assert!(
-        error.starts_with("inverse of the gain over a sample"),
-        "{error}"
-    );
-    assert!(ControllerList::<f64>::new(&small).is_ok());
 }

@@ -1,11 +1,10 @@
 //! A start beside a running plant, and readings that are no numbers.
 
-use crate::fixture::plant;
 use fracdiff::{Real, Seconds};
 use fractional_control::{
     Actuator, Controller, ControllerList, ControllerSetup, CroneParameters, FractionalPid,
-    FunctionController, LeadController, MISSED_MOST, Memory, PidParameters, PortableController,
-    Rule, SampledPlant, SetPoint, Station, TidParameters,
+    FunctionController, LeadController, MISSED_MOST, Memory, Mode, PidParameters,
+    PortableController, Rule, SetPoint, Station, TidParameters,
 };
 
 const T: Seconds = Seconds(1e-2);
@@ -58,6 +57,8 @@ fn the_command_goes_on_where_an_integral_keeps_it() {
         "-0.5+2/s+0.1s^0.4",
         "2+1/s^1.3+0.1s^1.2",
         "3/s^2+5s",
+        "2+1.5/s^0.8+0.1s^0.6",
+        "1/s^0.4",
     ] {
         for rule in RULES {
             for (b, c) in [(1.0, 0.0), (0.3, 0.0), (0.0, 1.0)] {
@@ -89,40 +90,64 @@ fn the_command_goes_on_where_an_integral_keeps_it() {
     }
 }
 
-/// I^λ of an order below 1 fades, so the command is a bias that fades too, with 1 s: the loop takes it over without a jump.
+/// Without an integral the bias fades in a second.
 #[test]
-fn a_fractional_integral_takes_the_command_over() {
-    let gains = "2+1.5/s^0.8+0.1s^0.6";
-    let sampled = SampledPlant::new(&plant("1/(s+1)"), memory(Rule::Bdf2), T).expect("runs");
-    let pid = pid::<f64>(gains, SetPoint::DEFAULT, Rule::Bdf2);
-    let mut history = pid.settled(4.0, 4.0, 4.0).expect("settles");
-    // The plant has stood at 4 for a command of 4.
-    let mut state = sampled.at_rest();
-    for _ in 0..4000 {
-        sampled.advance(&mut state, 4.0);
-    }
-    let (mut last, mut most, mut away) = (4.0, 0.0_f64, 0.0_f64);
-    for _ in 0..6000 {
-        let y = sampled.past(&state);
-        let u = pid.output(&history, 4.0, y);
-        pid.advance(&mut history, 4.0, y, u);
-        sampled.advance(&mut state, u);
-        (most, away) = (most.max((u - last).abs()), away.max((y - 4.0).abs()));
-        last = u;
-    }
-    let end = (sampled.past(&state) - 4.0).abs();
-    assert!(
-        most < 0.05 && away < 1.2 && end < 0.05,
-        "{most} {away} {end}"
-    );
+fn without_an_integral_the_command_fades_into_that_of_the_parts() {
+    let mut station = Station::new(pid::<f64>("2+0.5s^0.5", SetPoint::DEFAULT, Rule::Bdf2));
+    assert_eq!(station.settle(4.0, 3.0, 1.5), Some(0.0));
+    let mut u = (0..200).map(|_| station.step(4.0, 3.0));
+    // P of an error of 1, in place of 1.5.
+    let want = |n: f64| 2.0 - 0.5 * (-n * T.0).exp();
+    assert!((0..200).all(|n| (u.next().expect("a command") - want(f64::from(n))).abs() < 1e-9));
 }
 
+/// What is not finite, told as applied or as the command that stood, is what the controller itself commands: lost telemetry moves nothing.
 #[test]
-fn without_an_integral_the_bump_is_said() {
-    let mut station = Station::new(pid::<f64>("2+0.5s^0.5", SetPoint::DEFAULT, Rule::Bdf2));
-    // P of an error of 1, in place of 1.5.
-    assert_eq!(station.settle(4.0, 3.0, 1.5), Some(0.5));
-    assert_eq!(station.step(4.0, 3.0), 2.0);
+fn what_is_not_finite_counts_as_the_command() {
+    let crone = || {
+        let shape = CroneParameters {
+            gain: 2.0,
+            order: 0.6,
+            low_rad_s: 1.0,
+            high_rad_s: 50.0,
+        };
+        let actuator = Actuator::new(-10.0, 10.0).expect("valid");
+        LeadController::<f64>::crone(shape, actuator, memory(Rule::Bdf2), T).expect("valid")
+    };
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        ignores(
+            || pid::<f64>("2+8/s^0.8+0.5s^0.6", SetPoint::DEFAULT, Rule::Bdf2),
+            bad,
+        );
+        ignores(crone, bad);
+    }
+}
+
+fn ignores<C: Controller<f64>>(make: impl Fn() -> C, bad: f64) {
+    let (mut told, mut lost) = (Station::new(make()), Station::new(make()));
+    for n in 0..600 {
+        let y = 0.01 * f64::from(n);
+        if n % 200 == 150 {
+            assert_eq!(lost.settle(y, y, bad), Some(0.0));
+            let own = lost.output(y, y);
+            assert_eq!(told.settle(y, y, own), Some(0.0));
+        }
+        told.set_mode(Mode::Automatic);
+        let own = told.output(4.0, y);
+        let (by_hand, unknown) = match n % 100 {
+            80.. => (Mode::Manual(3.0), Mode::Manual(3.0)),
+            60..80 => (Mode::Manual(own), Mode::Manual(bad)),
+            _ => (Mode::Automatic, Mode::Automatic),
+        };
+        told.set_mode(by_hand);
+        lost.set_mode(unknown);
+        let u = told.output(4.0, y);
+        assert_eq!(lost.output(4.0, y), u, "{n}");
+        assert!(u.abs() <= 10.0, "{n}: {u}");
+        told.advance(4.0, y, u);
+        lost.advance(4.0, y, bad);
+        assert_eq!(lost.step(4.0, f64::NAN), told.step(4.0, f64::NAN), "{n}");
+    }
 }
 
 #[test]
@@ -136,7 +161,7 @@ fn functions_of_the_error_settle_at_their_gain_or_are_refused() {
     let free = Actuator::UNLIMITED;
     let crone =
         LeadController::<f64>::crone(crone, free, memory(Rule::Grunwald), T).expect("valid");
-    let mut history = crone.settled(5.0, 4.0, 7.0).expect("settles");
+    let mut history = crone.settled(5.0, 4.0, f64::NAN).expect("settles");
     for _ in 0..100 {
         // The gain at rest of the weights that run.
         let u = crone.output(&history, 5.0, 4.0);
@@ -154,7 +179,7 @@ fn functions_of_the_error_settle_at_their_gain_or_are_refused() {
             ("1.5", 1.5),
         ] {
             let own = function(text, rule);
-            let mut history = own.settled(5.0, 3.0, 0.0).expect(text);
+            let mut history = own.settled(5.0, 3.0, f64::NAN).expect(text);
             for n in 0..500 {
                 let u = own.output(&history, 5.0, 3.0);
                 assert!((u - 2.0 * gain).abs() < 1e-9, "{text} {n}: {u}");
@@ -164,7 +189,13 @@ fn functions_of_the_error_settle_at_their_gain_or_are_refused() {
         for text in ["(s+1)/s", "(s^0.5+2)/(s^0.5+1)"] {
             let own = function(text, rule);
             assert!(own.settled(5.0, 3.0, 0.0).is_none(), "{text}");
-            assert!(own.settled(5.0, 5.0, 0.0).is_some(), "{text}");
+            // Of these two the first holds the command that stood.
+            let mut history = own.settled(5.0, 5.0, 4.5).expect(text);
+            for _ in 0..1000 {
+                own.advance(&mut history, 5.0, 5.0, f64::NAN);
+            }
+            let kept = own.output(&history, 5.0, 5.0) == 4.5;
+            assert_eq!(kept, text == "(s+1)/s", "{text}");
         }
     }
 }

@@ -63,6 +63,78 @@ fn a_tissue_without_a_spring_drifts_and_beside_that_it_is_stable() {
     }
 }
 
+/// Without a hand F is c₀ + c₁v + c₂v² + c₃v³ in v = 1 − w. With v = 2s/(1 + s) the circle is the imaginary axis, its inside Re s > 0, and
+/// nothing cancels however near to v = 0 the zeros are: Hurwitz's criterion decides.
+fn by_hurwitz(alpha: f64, [beta, order]: [f64; 2], delta: f64) -> bool {
+    let plant = SampledPlant::new(delta, 0.0).expect("in range");
+    let [n1, n0, p] = coefficients(&plant);
+    // w(n₁ + n₀w) and α + βP, P = 1 or v.
+    let gain = [n1 + n0, -(n1 + 2.0 * n0), n0];
+    let law = if order == 0.0 {
+        [alpha + beta, 0.0]
+    } else {
+        [alpha, beta]
+    };
+    let c0 = gain[0] * law[0];
+    let c1 = -(-delta).exp_m1() + gain[1] * law[0] + gain[0] * law[1];
+    let c2 = p + gain[2] * law[0] + gain[1] * law[1];
+    let c3 = gain[2] * law[1];
+    let a = [
+        c0,
+        3.0 * c0 + 2.0 * c1,
+        3.0 * c0 + 4.0 * c1 + 4.0 * c2,
+        c0 + 2.0 * c1 + 4.0 * c2 + 8.0 * c3,
+    ];
+    a.iter().all(|a| *a > 0.0) && a[2] * a[1] > a[3] * a[0]
+}
+
+#[test]
+fn weak_springs_over_decades_are_decided_by_hurwitz() {
+    let mut stable = 0;
+    for order in [0.0, 1.0] {
+        let operator = operator("exact", order);
+        let of = |alpha, beta, delta| {
+            SampledLoop::new(wall(alpha, beta, delta, 0.0), &operator, 0).expect("in range")
+        };
+        for decade in 0..14 {
+            let alpha = 0.7 * 10_f64.powi(-decade);
+            for beta in [0.0, 1e-8, 1e-4, 0.025, 0.3, 3.0] {
+                for delta in [1e-7, 1e-4, 5e-3, 0.2] {
+                    let closed = of(alpha, beta, delta);
+                    let (verdict, want) =
+                        (closed.verdict(), by_hurwitz(alpha, [beta, order], delta));
+                    let name = format!("μ {order}, α {alpha:e}, β {beta}, δ {delta}");
+                    assert!(
+                        !closed.drifts() && verdict.unstable_poles.is_some(),
+                        "{name}: {verdict:?}"
+                    );
+                    assert_eq!(verdict.stable, want, "{name}: {verdict:?}");
+                    stable += i32::from(want);
+                }
+            }
+        }
+    }
+    assert!((200..600).contains(&stable), "{stable}");
+}
+
+/// α = 2β(2 − β)/(2 + β), β over decades: there the zeros are on the circle, a thousandth beside they are not.
+#[test]
+fn the_edge_is_one_at_any_scale() {
+    let operator = operator("exact", 1.0);
+    for decade in 0..9 {
+        let beta = 10_f64.powi(-decade);
+        let edge = 2.0 * beta * (2.0 - beta) / (2.0 + beta);
+        for (factor, zeros) in [(0.999, Some(0)), (1.0, None), (1.001, Some(2))] {
+            let closed = SampledLoop::new(wall(factor * edge, beta, 0.0, 0.0), &operator, 0);
+            let verdict = closed.expect("in range").verdict();
+            assert_eq!(
+                verdict.unstable_poles, zeros,
+                "{beta} {factor}: {verdict:?}"
+            );
+        }
+    }
+}
+
 /// n₁, n₀ and the product of the poles.
 fn coefficients(plant: &SampledPlant) -> [f64; 3] {
     let n = plant.numerator();
