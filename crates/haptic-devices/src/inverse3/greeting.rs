@@ -29,7 +29,9 @@ const SAID_MOST: usize = 200;
 /// What a service said, in one line that a terminal can show.
 fn cut(said: &str) -> String {
     let shown = said.chars().take(SAID_MOST);
-    shown.map(|c| if c.is_control() { ' ' } else { c }).collect()
+    shown
+        .map(|c| if c.is_control() { ' ' } else { c })
+        .collect()
 }
 
 impl Inverse3Name {

@@ -522,6 +522,45 @@ fn an_emulated_force_ends_with_silence_and_with_the_session() {
 }
 
 #[test]
+fn an_emulated_service_makes_the_force_of_a_command_or_counts_that_it_cannot_read_it() {
+    let wire = Wire::held_by(Hand::Free);
+    let (mut socket, _) = tungstenite::client("ws://localhost/", wire.clone()).expect("opens");
+    let (some, none) = (Vector3::new(0.25, -0.5, 1.5), Vector3::zeros());
+    let mut unreadable = 0;
+    for (command, force_n) in [
+        (r#"{"vector":{"x":0.25,"y":-0.5,"z":1.5}}"#, Some(some)),
+        (r#"{"vector":{"x":0,"y":0,"z":0}}"#, Some(none)),
+        (r#"{"values":{"x":0.25,"y":-0.5,"z":1.5}}"#, Some(some)),
+        (
+            r#"{"vector":{"x":0,"y":0,"z":0},"values":{"x":9,"y":9,"z":9}}"#,
+            Some(none),
+        ),
+        (r#"{"force":{"x":0.25,"y":-0.5,"z":1.5}}"#, None),
+        (r#"{"vector":{"x":0.25,"y":-0.5}}"#, None),
+        (r#"{"vector":[0.25,-0.5,1.5]}"#, None),
+        (r#"{"values":{"x":"1","y":0,"z":0}}"#, None),
+        ("7", None),
+    ] {
+        let before = (wire.force_n(), lock(&wire.service).counted().forces);
+        let message = format!(
+            r#"{{"inverse3":[{{"device_id":"04BA","commands":{{"set_cursor_force":{command}}}}}]}}"#
+        );
+        socket
+            .send(tungstenite::Message::text(message))
+            .expect("taken");
+        let counted = lock(&wire.service).counted();
+        unreadable += u64::from(force_n.is_none());
+        assert_eq!(wire.force_n(), force_n.unwrap_or(before.0), "{command}");
+        assert_eq!(
+            counted.forces,
+            before.1 + u64::from(force_n.is_some()),
+            "{command}"
+        );
+        assert_eq!(counted.unreadable, unreadable, "{command}");
+    }
+}
+
+#[test]
 fn a_device_is_chosen_by_its_number_and_looked_at_before_it_counts() {
     let refused = |service: Service, name: &str| {
         let error = Wire::to(service).open::<1>(name).expect_err("refused");
@@ -606,7 +645,9 @@ fn a_greeting_that_drips_or_is_repeated_ends_after_its_time() {
             if !answers {
                 answer.clear();
             }
-            let damping = answer.windows(12).position(|some| some == b"\"scalar\":0.0");
+            let damping = answer
+                .windows(12)
+                .position(|some| some == b"\"scalar\":0.0");
             if let Some(at) = damping {
                 answer[at + 9] = b'7';
             }
@@ -628,7 +669,10 @@ fn a_greeting_that_drips_or_is_repeated_ends_after_its_time() {
         let wanted = "localhost:10001 did not finish its greeting within 5 s: restart";
         assert!(error.starts_with(wanted), "{error}");
         let took_ms = clock_ms.load(Ordering::Relaxed);
-        assert!((LIMIT_MS..LIMIT_MS + read_ms).contains(&took_ms), "{took_ms}");
+        assert!(
+            (LIMIT_MS..LIMIT_MS + read_ms).contains(&took_ms),
+            "{took_ms}"
+        );
     }
 }
 
