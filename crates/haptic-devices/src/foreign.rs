@@ -172,7 +172,11 @@ impl OpenError {
                 NotFound { .. } | InUse { .. } | Unreachable { .. }
             )) | Self::Moteus(MoteusOpenError::Port(
                 NotFound { .. } | InUse { .. } | Unreachable { .. }
-            )) | Self::Inverse3(Inverse3OpenError::NoService { .. } | Inverse3OpenError::NoDevice)
+            )) | Self::Inverse3(
+                Inverse3OpenError::NoService { .. }
+                    | Inverse3OpenError::Slow { .. }
+                    | Inverse3OpenError::NoDevice
+            )
         )
     }
 }

@@ -1,6 +1,7 @@
 //! Force as it should have been, the largest error beside it, and what a run leaves for whoever draws it.
 
 pub(crate) mod against;
+pub(crate) mod beginning;
 pub mod control;
 pub(crate) mod decimated;
 pub(crate) mod modelled_tissue;

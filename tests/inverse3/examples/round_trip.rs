@@ -93,7 +93,7 @@ fn by_the_driver(period: Duration) {
     stream.set_nodelay(true).expect("set");
     let waits = stream.try_clone().expect("shared");
     let name = Inverse3Name::parse(",lost=1000").expect("a name");
-    let (mut device, _) = Inverse3::<_, 3>::greet(stream, &name).expect("opens");
+    let (mut device, _) = Inverse3::<_, 3>::greet(stream, &name, || false).expect("opens");
     waits.set_nonblocking(true).expect("set");
     let mut took = Vec::with_capacity(TICKS as usize);
     let (mut due, before) = (Instant::now(), ALLOCATED.load(Ordering::Relaxed));

@@ -44,10 +44,11 @@ async fn over_http_it_reads_version_and_devices() {
     let version = client.get_version().await.expect("a version");
     assert_eq!(version.project_version, "3.5.0");
     let devices = client.get_devices().await.expect("devices");
-    let [Config::DeviceConfig(config)] = devices.as_slice() else {
+    let [Config::DeviceConfig(config), Config::WVGConfig(grip)] = devices.as_slice() else {
         panic!("{devices:?}");
     };
     assert_eq!(config.id, ID);
+    assert_eq!(grip.id, "1102");
     let filters = config.filters.as_ref().expect("filters");
     assert_eq!(filters.damping.expect("damping").scalar, 5.0);
     assert_eq!(filters.force_gate.expect("gate").gain, 0.3);
@@ -124,6 +125,25 @@ async fn a_force_of_it_arrives_moves_the_cursor_and_ends_with_it() {
     while running.service().first().expect("there").1 != [0.0; 3] {
         tokio::time::sleep(Duration::from_millis(5)).await;
     }
+}
+
+#[tokio::test]
+async fn it_reads_a_grip_that_points_somewhere_and_has_buttons() {
+    let running = Running::start();
+    let mut device = connected(&running).await;
+    let grip = loop {
+        device.send_force_full_render().await.expect("sent");
+        let state = device.read_state().await.expect("a state");
+        if let Some(grip) = state.wireless_verse_grip.into_iter().next() {
+            break grip;
+        }
+        tokio::time::sleep(Duration::from_millis(5)).await;
+    };
+    assert_eq!(grip.device_id, "1102");
+    assert_eq!(grip.state.orientation.expect("an orientation").w, 1.0);
+    let buttons = grip.state.buttons.expect("buttons");
+    assert!(!buttons.a && !buttons.b && !buttons.c);
+    assert!(grip.status.ready && grip.status.connected);
 }
 
 #[tokio::test]

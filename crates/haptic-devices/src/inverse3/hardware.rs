@@ -7,6 +7,7 @@
 //! message goes out before it, so that no force waits in a queue and acts later. A position is one tick old at least. *Cost* of a
 //! tick: a message each way, two calls of the system; `tungstenite` and the text of the force allocate, nothing else does.
 
+use super::in_time::InTime;
 use super::name::Inverse3Name;
 use super::trouble::Trouble;
 use super::wire::{before_force, force, position};
@@ -19,7 +20,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 use std::io::{Read, Write};
 use tungstenite::{Message, WebSocket};
 
-pub(super) type Socket<S> = WebSocket<S>;
+pub(super) type Socket<S> = WebSocket<InTime<S>>;
 
 /// Largest force, N. The maker's is in no message; this one a hand bears.
 pub const FORCE_MAX_N: f32 = 3.0;
@@ -78,7 +79,7 @@ impl<S: Read + Write, const D: usize> Inverse3<S, D> {
 
     /// The stream, so that its reads can be set not to wait.
     pub(super) fn stream(&self) -> &S {
-        self.socket.get_ref()
+        self.socket.get_ref().stream()
     }
 
     fn hear(&mut self) -> Result<(), Trouble> {

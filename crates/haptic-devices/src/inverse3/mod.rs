@@ -23,10 +23,12 @@
 
 mod greeting;
 mod hardware;
+mod in_time;
 mod name;
 mod trouble;
 mod wire;
 
 pub use hardware::{FORCE_MAX_N, Inverse3};
+pub use in_time::InTime;
 pub use name::Inverse3Name;
 pub use trouble::{Inverse3OpenError, Trouble};

@@ -1,5 +1,6 @@
 //! Names of what an Inverse Service and its devices can do wrong, and what helps.
 
+use super::greeting::PATIENCE;
 use haptic_remote::serial::TroubleCause;
 use std::io::Error;
 use thiserror::Error;
@@ -17,6 +18,15 @@ pub enum Inverse3OpenError {
         address: String,
         /// Reason in the words of the system.
         error: Error,
+    },
+    /// Whoever is there has not said in time what a service says.
+    #[error(
+        "{address} did not finish its greeting within {} s: restart the Inverse Service, or name another machine or port as inverse3:HOST:PORT",
+        PATIENCE.as_secs()
+    )]
+    Slow {
+        /// Host and port that were tried.
+        address: String,
     },
     /// Another program is at that port.
     #[error(

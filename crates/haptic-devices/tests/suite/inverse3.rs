@@ -3,7 +3,7 @@
 
 use fracdiff::{Scheme, Seconds};
 use haptic_devices::ForeignName;
-use haptic_devices::inverse3::{Inverse3, Inverse3Name, Inverse3OpenError, Trouble};
+use haptic_devices::inverse3::{InTime, Inverse3, Inverse3Name, Inverse3OpenError, Trouble};
 use haptic_emulator::inverse3::{Body, Connection, Hand, SILENCE_US, Service, serve};
 use haptic_emulator::{AtLine as _, NearLine};
 use haptic_link::{
@@ -17,7 +17,7 @@ use nalgebra::{SVector, Vector3};
 use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Result, Write};
 use std::net::TcpListener;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 use testkit::operator::order;
@@ -71,7 +71,7 @@ impl Wire {
 
     fn open<const D: usize>(&self, name: &str) -> core::result::Result<Axes<D>, Inverse3OpenError> {
         let name = Inverse3Name::parse(name).expect("a name");
-        let (device, told) = Inverse3::greet(self.clone(), &name)?;
+        let (device, told) = Inverse3::greet(self.clone(), &name, || false)?;
         assert!(told.contains("gain 0.3"), "{told}");
         Ok(device)
     }
@@ -323,7 +323,7 @@ fn a_ball_is_felt_with_the_bits_of_its_law_at_the_positions_that_are_told() {
         let time = DeviceTime::default();
         let line = NearLine::new(Arc::new(Mutex::new(connection)), time.clone());
         let name = Inverse3Name::parse("").expect("a name");
-        let (device, _) = Inverse3::<_, 3>::greet(line, &name).expect("opens");
+        let (device, _) = Inverse3::<_, 3>::greet(line, &name, || false).expect("opens");
         let served = Served::in_its_own_time(device, time).expect("serves");
         let mut link = SerialLink::to_served(served, "inverse3:emulated").expect("answers");
         // The limits last, so that the run has them.
@@ -522,6 +522,45 @@ fn an_emulated_force_ends_with_silence_and_with_the_session() {
 }
 
 #[test]
+fn an_emulated_service_makes_the_force_of_a_command_or_counts_that_it_cannot_read_it() {
+    let wire = Wire::held_by(Hand::Free);
+    let (mut socket, _) = tungstenite::client("ws://localhost/", wire.clone()).expect("opens");
+    let (some, none) = (Vector3::new(0.25, -0.5, 1.5), Vector3::zeros());
+    let mut unreadable = 0;
+    for (command, force_n) in [
+        (r#"{"vector":{"x":0.25,"y":-0.5,"z":1.5}}"#, Some(some)),
+        (r#"{"vector":{"x":0,"y":0,"z":0}}"#, Some(none)),
+        (r#"{"values":{"x":0.25,"y":-0.5,"z":1.5}}"#, Some(some)),
+        (
+            r#"{"vector":{"x":0,"y":0,"z":0},"values":{"x":9,"y":9,"z":9}}"#,
+            Some(none),
+        ),
+        (r#"{"force":{"x":0.25,"y":-0.5,"z":1.5}}"#, None),
+        (r#"{"vector":{"x":0.25,"y":-0.5}}"#, None),
+        (r#"{"vector":[0.25,-0.5,1.5]}"#, None),
+        (r#"{"values":{"x":"1","y":0,"z":0}}"#, None),
+        ("7", None),
+    ] {
+        let before = (wire.force_n(), lock(&wire.service).counted().forces);
+        let message = format!(
+            r#"{{"inverse3":[{{"device_id":"04BA","commands":{{"set_cursor_force":{command}}}}}]}}"#
+        );
+        socket
+            .send(tungstenite::Message::text(message))
+            .expect("taken");
+        let counted = lock(&wire.service).counted();
+        unreadable += u64::from(force_n.is_none());
+        assert_eq!(wire.force_n(), force_n.unwrap_or(before.0), "{command}");
+        assert_eq!(
+            counted.forces,
+            before.1 + u64::from(force_n.is_some()),
+            "{command}"
+        );
+        assert_eq!(counted.unreadable, unreadable, "{command}");
+    }
+}
+
+#[test]
 fn a_device_is_chosen_by_its_number_and_looked_at_before_it_counts() {
     let refused = |service: Service, name: &str| {
         let error = Wire::to(service).open::<1>(name).expect_err("refused");
@@ -561,6 +600,99 @@ fn damping_that_another_program_left_is_set_to_none_and_read_back() {
         error.contains("has damping = 5.0 after it was told another"),
         "{error}"
     );
+}
+
+/// A line on which each read takes this time by a clock of its own, and gives so many bytes at most.
+struct Slow {
+    wire: Wire,
+    read_ms: u64,
+    bytes: usize,
+    clock_ms: Arc<AtomicU64>,
+}
+
+impl Read for Slow {
+    fn read(&mut self, into: &mut [u8]) -> Result<usize> {
+        self.clock_ms.fetch_add(self.read_ms, Ordering::Relaxed);
+        let most = self.bytes.min(into.len());
+        self.wire.read(&mut into[..most])
+    }
+}
+
+impl Write for Slow {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize> {
+        self.wire.write(bytes)
+    }
+
+    fn flush(&mut self) -> Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_greeting_that_drips_or_is_repeated_ends_after_its_time() {
+    const LIMIT_MS: u64 = 5000;
+    let name = Inverse3Name::parse("").expect("a name");
+    // Over HTTP, then over the WebSocket: byte by byte, nothing at all, and whole answers that never have what was asked for.
+    for (over_http, read_ms, bytes, answers) in [
+        (true, 100, 1, true),
+        (true, 20, 1, false),
+        (false, 100, 1, true),
+        (false, 20, 1, false),
+        (false, 900, 4096, true),
+    ] {
+        let wire = Wire::held_by(Hand::Free);
+        lock(&wire.world).harm = Some(Box::new(move |answer| {
+            if !answers {
+                answer.clear();
+            }
+            let damping = answer
+                .windows(12)
+                .position(|some| some == b"\"scalar\":0.0");
+            if let Some(at) = damping {
+                answer[at + 9] = b'7';
+            }
+        }));
+        let clock_ms = Arc::new(AtomicU64::new(0));
+        let slow = Slow {
+            wire,
+            read_ms,
+            bytes,
+            clock_ms: Arc::clone(&clock_ms),
+        };
+        let clock = Arc::clone(&clock_ms);
+        let is_late = move || clock.load(Ordering::Relaxed) >= LIMIT_MS;
+        let error = match over_http {
+            true => name.check_version(InTime::new(slow, is_late)),
+            false => Inverse3::<_, 3>::greet(slow, &name, is_late).map(drop),
+        };
+        let error = error.expect_err("too slow").to_string();
+        let wanted = "localhost:10001 did not finish its greeting within 5 s: restart";
+        assert!(error.starts_with(wanted), "{error}");
+        let took_ms = clock_ms.load(Ordering::Relaxed);
+        assert!(
+            (LIMIT_MS..LIMIT_MS + read_ms).contains(&took_ms),
+            "{took_ms}"
+        );
+    }
+}
+
+#[test]
+fn of_what_a_service_says_an_error_repeats_200_characters_in_one_line() {
+    let long = |before: &str| format!("{before}\u{1b}[2J\n{}", "9".repeat(100_000));
+    for version in [long("3.1"), long("99.0")] {
+        let wire = Wire::to(Service::new(&version, []));
+        let name = Inverse3Name::parse("").expect("a name");
+        let error = name.check_version(InTime::new(wire, || false));
+        let error = error.expect_err("another version").to_string();
+        assert!(error.contains(&version[..3]) && error.contains("install one"));
+        assert!(error.chars().count() < 320, "{} characters", error.len());
+        assert!(!error.contains(char::is_control), "{error}");
+    }
+    let ids = ["a", "b"].map(|id| (long(id), Body::held_by(Hand::Free)));
+    let error = Wire::to(Service::new("3.5.0", ids)).open::<1>("");
+    let error = error.expect_err("two").to_string();
+    assert!(error.contains("knows a [2J") && error.chars().count() < 320);
+    assert!(!error.contains(char::is_control), "{error}");
 }
 
 /// What comes of opening a name at a port where a thread answers in this way.

@@ -4,6 +4,8 @@ use super::body::{Body, CENTRE_M};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
+/// Number of the grip.
+const GRIP_ID: &str = "1102";
 /// Silence after which a force ends, µs.
 pub const SILENCE_US: u64 = 100_000;
 
@@ -16,6 +18,8 @@ pub struct Counted {
     pub messages: u64,
     /// Commands of a force that were executed.
     pub forces: u64,
+    /// Commands of a force that name no vector of three numbers: they are not executed.
+    pub unreadable: u64,
     /// Norm of the largest force that was commanded, N.
     pub largest_n: f64,
 }
@@ -134,9 +138,13 @@ impl Service {
             if let Some(unit) = unit.into_iter().find(|unit| asked["device_id"] == unit.id) {
                 unit.configure(&asked["configure"]);
                 let command = &asked["commands"]["set_cursor_force"];
-                if command["execute"] != false && command.is_object() {
+                if command["execute"] != false && !command.is_null() {
+                    let Some(force_n) = force(command) else {
+                        self.counted.unreadable += 1;
+                        continue;
+                    };
                     unit.body.begin();
-                    unit.force_n = vector(&command["vector"]);
+                    unit.force_n = force_n;
                     (unit.until_us, unit.by) = (now_us + SILENCE_US, session);
                     self.counted.forces += 1;
                     let largest_n = &mut self.counted.largest_n;
@@ -152,7 +160,7 @@ impl Service {
     pub(super) fn told(&self, session: u64, full: bool) -> Value {
         let units = self.units.iter().map(|unit| unit.told(full));
         let units: Vec<Value> = units.collect();
-        json!({"session_id": session, "inverse3": units})
+        json!({"session_id": session, "inverse3": units, "wireless_verse_grip": [grip(full)]})
     }
 }
 
@@ -207,6 +215,30 @@ fn xyz(vector: Vector3<f64>) -> Value {
     json!({"x": x, "y": y, "z": z})
 }
 
-fn vector(told: &Value) -> Vector3<f64> {
-    Vector3::from(["x", "y", "z"].map(|axis| told[axis].as_f64().unwrap_or(0.0)))
+/// The force that a command asks for, N: as `vector` since 3.5, and as `values` in the messages before, which programs still send.
+fn force(command: &Value) -> Option<Vector3<f64>> {
+    let asked = command.get("vector").or_else(|| command.get("values"))?;
+    let axis = |name: &str| asked[name].as_f64();
+    Some(Vector3::new(axis("x")?, axis("y")?, axis("z")?))
+}
+
+/// A grip that points along the third axis, with no button pressed.
+fn grip(full: bool) -> Value {
+    let still = json!({"w": 1.0, "x": 0.0, "y": 0.0, "z": 0.0});
+    let mut told = json!({
+        "device_id": GRIP_ID,
+        "state": {
+            "battery_level": 1.0, "battery_voltage": 4.1, "hall": 16, "orientation": still,
+            "buttons": {"a": false, "b": false, "c": false},
+            "transform": {"position": xyz(Vector3::zeros()), "rotation": still, "scale": xyz(Vector3::repeat(1.0))},
+        },
+        "status": {"awake": true, "connected": true, "ready": true},
+    });
+    if full {
+        told["config"] = json!({
+            "type": "wireless_verse_grip", "port": "emulated", "major_version": 0, "minor_version": 0,
+            "hardware_version": 0, "streaming_mode": "Radio", "basis": {"permutation": "XYZ"},
+        });
+    }
+    told
 }

@@ -8,6 +8,8 @@
 //!
 //! A slab is held at a strain or under a stress, δ₀ = ε₀·h and F₀ = σ₀·A; any other piece at a depth or under a force.
 
+#[cfg(test)]
+mod pair_tests;
 mod report;
 #[cfg(test)]
 mod tests;

@@ -19,6 +19,7 @@
 //! - *Cost*: 64 interpolations a sample of a modulus before the run, a few sums a sample after it.
 //! - *Source*: linear superposition (L. Boltzmann, Sitzungsber. Akad. Wiss. Wien 70, 1874); indenters as in [`TissuePiece`].
 
+use super::beginning::Beginning;
 use super::decimated::Decimated;
 use super::modelled_tissue::TissuePiece;
 use super::report::{Files, compared};
@@ -416,6 +417,7 @@ impl<'a> Comparison<'a> {
         ran: &Ran,
         column: &str,
         from_s: f64,
+        beginning: &mut Beginning,
     ) -> (Vec<Value>, Overlay, Option<String>) {
         let mut table = ran.record.ended.is_none().then(|| {
             let [record, run, difference] = ["record", origin(&ran.record), "difference"]
@@ -446,6 +448,8 @@ impl<'a> Comparison<'a> {
                 Compared::of_window(rms, span_s, self.pairs.len() as u64)
             }
         };
+        let error = beginning.error("against_error", error);
+        let largest = beginning.error("against_largest_error", largest.get());
         let files = Files::finished(table);
         let against = json!({
             "record": self.measured.path.display().to_string(),
@@ -458,7 +462,7 @@ impl<'a> Comparison<'a> {
             // The rms of run less record over that of the record.
             compared("against_error", &error),
             // The largest difference over the record's value at that time.
-            compared("against_largest_error", &largest.get()),
+            compared("against_largest_error", &largest),
             json!({ "against": against }),
         ];
         let (_, time_s, [values, relative_error]) = curves.curves();

@@ -21,6 +21,7 @@ use crate::judge::modelled_tissue::{TissuePiece, loop_operator, memory, operator
 use crate::judge::reference::{self, Reference, ReferenceSeries};
 use crate::run::advice::analysed;
 use crate::run::preflight::{EVERY_MOTION, NO_ENERGY, NOT_PROVED, PreflightVerdict};
+use crate::run::record::Before;
 use crate::run::samples::Samples;
 use crate::run::schedule::horizon;
 use fracdiff::num_complex::Complex;
@@ -226,6 +227,7 @@ impl Preflight<'_> {
         let (t, planned) = (Seconds(self.sample_time_s), self.samples);
         ReferenceSeries::new(
             samples,
+            Before::default(),
             |x| self.felt(x),
             || {
                 Ok(match self.model {

@@ -4,6 +4,7 @@
 //! with full memory whose weights are right to a tolerance of [`TOLERANCE`].
 
 use crate::document::failure::Failure;
+use crate::run::record::Before;
 use crate::run::samples::Samples;
 use crate::run::tick::KeptSample;
 use fracdiff::batch::Batch;
@@ -62,37 +63,62 @@ pub(crate) struct ReferenceSeries<'a>(Source<'a>);
 
 enum Source<'a> {
     Whole(std::vec::IntoIter<f64>),
-    /// Made as it is asked for.
-    Streamed {
-        next_tick: u64,
-        last_m: f64,
-        step: Step<'a>,
-    },
+    Streamed(Stream<'a>),
 }
 
-impl<'a> Source<'a> {
-    fn streamed(step: Step<'a>) -> Self {
-        Self::Streamed {
-            next_tick: 0,
-            last_m: f64::NAN,
-            step,
-        }
-    }
+/// Made as it is asked for.
+struct Stream<'a> {
+    next_tick: u64,
+    last_m: f64,
+    /// Ticks before the run.
+    before: u64,
+    step: Step<'a>,
 }
 
 /// The next value of every tick, given its number and the position.
 pub(crate) type Step<'a> = Box<dyn FnMut(u64, f64) -> f64 + 'a>;
 
+impl<'a> Stream<'a> {
+    fn new(step: Step<'a>, before: Before<'_>) -> Self {
+        let mut stream = Self {
+            next_tick: 0,
+            last_m: f64::NAN,
+            before: before.ticks,
+            step,
+        };
+        for sample in before.samples {
+            stream.at(sample.tick, sample.position_m);
+        }
+        stream
+    }
+
+    /// The value of a tick; those that were lost before it lie on a straight line.
+    fn at(&mut self, tick: u64, x: f64) -> f64 {
+        let from = if self.next_tick == 0 { x } else { self.last_m };
+        let missing = tick.saturating_sub(self.next_tick);
+        let slope = (x - from) / (missing + 1) as f64;
+        for n in 1..=missing {
+            let _ = (self.step)(self.next_tick + n - 1, from + n as f64 * slope);
+        }
+        self.next_tick = tick + 1;
+        self.last_m = x;
+        (self.step)(tick, x)
+    }
+}
+
 impl<'a> ReferenceSeries<'a> {
-    /// By `whole` from the positions of all ticks of a run that is in memory, or by `step`, tick by tick.
+    /// By `whole` from the positions of all ticks of a run that is in memory, or by `step`, tick by tick; both begin with the ticks before it.
     pub(crate) fn new(
         samples: Samples<'_>,
+        before: Before<'_>,
         whole: impl FnOnce(&[f64]) -> Result<Vec<f64>, Failure>,
         step: impl FnOnce() -> Result<Step<'a>, Failure>,
     ) -> Result<Self, Failure> {
         Ok(Self(match samples {
-            Samples::Whole(samples) => Source::Whole(of_every_tick(samples, whole)?.into_iter()),
-            Samples::Logged(..) => Source::streamed(step()?),
+            Samples::Whole(samples) => {
+                Source::Whole(of_every_tick(samples, before, whole)?.into_iter())
+            }
+            Samples::Logged(..) => Source::Streamed(Stream::new(step()?, before)),
         }))
     }
 
@@ -101,12 +127,15 @@ impl<'a> ReferenceSeries<'a> {
         samples: Samples<'_>,
         mut step: impl FnMut(f64) -> f64 + 'a,
     ) -> Result<Self, Failure> {
+        let before = Before::default();
         Ok(Self(match samples {
             Samples::Whole(samples) => {
                 let all = |x: &[f64]| Ok(x.iter().map(|x| step(*x)).collect());
-                Source::Whole(of_every_tick(samples, all)?.into_iter())
+                Source::Whole(of_every_tick(samples, before, all)?.into_iter())
             }
-            Samples::Logged(..) => Source::streamed(Box::new(move |_, x| step(x))),
+            Samples::Logged(..) => {
+                Source::Streamed(Stream::new(Box::new(move |_, x| step(x)), before))
+            }
         }))
     }
 
@@ -114,37 +143,26 @@ impl<'a> ReferenceSeries<'a> {
     pub(crate) fn at(&mut self, sample: &KeptSample) -> f64 {
         match &mut self.0 {
             Source::Whole(values) => values.next().unwrap_or(f64::NAN),
-            Source::Streamed {
-                next_tick,
-                last_m,
-                step,
-            } => {
-                let x = sample.position_m;
-                let from = if *next_tick == 0 { x } else { *last_m };
-                let missing = sample.tick.saturating_sub(*next_tick);
-                let slope = (x - from) / (missing + 1) as f64;
-                for n in 1..=missing {
-                    let _ = step(*next_tick + n - 1, from + n as f64 * slope);
-                }
-                *next_tick = sample.tick + 1;
-                *last_m = x;
-                step(sample.tick, x)
-            }
+            Source::Streamed(stream) => stream.at(sample.tick + stream.before, sample.position_m),
         }
     }
 }
 
-/// A function of the whole motion, where it was recorded. Positions of ticks that a link lost are
+/// A function of the whole motion, where it was recorded, the ticks before the run included. Positions of ticks that a link lost are
 /// taken from a straight line between their neighbours.
 fn of_every_tick(
     samples: &[KeptSample],
+    before: Before<'_>,
     function: impl FnOnce(&[f64]) -> Result<Vec<f64>, Failure>,
 ) -> Result<Vec<f64>, Failure> {
-    let mut position_m: Vec<f64> = Vec::with_capacity(samples.len());
-    for sample in samples {
+    let ticks = samples.iter().map(|sample| sample.tick + before.ticks);
+    let ticks = before.samples.iter().map(|sample| sample.tick).chain(ticks);
+    let all = before.samples.iter().chain(samples);
+    let mut position_m: Vec<f64> = Vec::with_capacity(before.samples.len() + samples.len());
+    for (tick, sample) in ticks.zip(all) {
         let x = sample.position_m;
         let from = position_m.last().copied().unwrap_or(x);
-        let missing = (sample.tick as usize).saturating_sub(position_m.len());
+        let missing = (tick as usize).saturating_sub(position_m.len());
         let step = (x - from) / (missing + 1) as f64;
         position_m.extend((1..=missing).map(|n| from + n as f64 * step));
         position_m.push(x);
@@ -153,7 +171,9 @@ fn of_every_tick(
     if values.len() == samples.len() {
         return Ok(values);
     }
-    let ticks = samples.iter().map(|sample| sample.tick as usize);
+    let ticks = samples
+        .iter()
+        .map(|sample| (sample.tick + before.ticks) as usize);
     Ok(ticks.filter_map(|tick| values.get(tick).copied()).collect())
 }
 

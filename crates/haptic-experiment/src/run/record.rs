@@ -58,6 +58,11 @@ impl Start {
         self.tick as f64 * self.sample_time_s
     }
 
+    /// Time in the log from which the run counts, between two ticks or at one, s.
+    pub(crate) fn begun_s(self) -> f64 {
+        self.time_s() - self.lead_s
+    }
+
     /// The sample counted from here on; `None` before.
     pub(crate) fn counted(self, sample: KeptSample) -> Option<KeptSample> {
         if self.tick == 0 {
@@ -80,8 +85,8 @@ pub(crate) struct Record {
     pub start: Start,
     /// The samples; `None` for a run of more than [`WHOLE_MOST`], whose samples are in its log.
     pub whole: Option<Vec<KeptSample>>,
-    /// Positions of all ticks before it begins, m, where the device could move: its tissue remembers them.
-    pub approach_m: Vec<f64>,
+    /// Samples of the device from its first tick to the beginning of a run with a partner: its tissue remembers where it was.
+    pub approach: Vec<KeptSample>,
     /// Number of samples that count.
     pub samples: u64,
     pub last: Option<KeptSample>,
@@ -117,6 +122,15 @@ pub(crate) struct Record {
     after: After,
 }
 
+/// Ticks of a device before its run counts, of which its law remembers the motion.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Before<'a> {
+    /// Those that came, by the tick of the device.
+    pub samples: &'a [KeptSample],
+    /// Number of them, lost ones included.
+    pub ticks: u64,
+}
+
 /// Forces in the log after the last sample that counts: on their way to zero.
 #[derive(Clone, Copy, Debug, Default)]
 struct After {
@@ -134,7 +148,7 @@ impl Record {
         Ok(Self {
             start: Start::default(),
             whole,
-            approach_m: Vec::new(),
+            approach: Vec::new(),
             samples: 0,
             last: None,
             // 1 ns to 10 s, three digits.
@@ -278,10 +292,15 @@ impl Record {
         self.farthest_m = self.farthest_m.max(sample.position_m);
     }
 
-    /// Adds the position of a tick before it begins; one that was lost stood where the next did.
-    pub(crate) fn approaches(&mut self, sample: &KeptSample) {
-        self.approach_m
-            .resize(sample.tick as usize + 1, sample.position_m);
+    /// From where a full history has to be summed: the first tick at which the device was engaged, not that from which the run counts.
+    pub(crate) fn before(&self) -> Before<'_> {
+        Before {
+            samples: &self.approach,
+            ticks: match self.approach.is_empty() {
+                true => 0,
+                false => self.start.tick,
+            },
+        }
     }
 
     /// True if the newest sample has no force.

@@ -6,6 +6,8 @@
 //! ```
 //! Time is the device's, n·T. Samples that the line loses are counted, never made up.
 
+#[cfg(test)]
+pub(crate) mod bad_line_tests;
 mod pair;
 mod partner;
 mod run;

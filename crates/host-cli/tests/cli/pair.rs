@@ -64,19 +64,18 @@ fn reaches(pair: &Emulated, duration_s: u64) {
     // start, so that a drive which a busy machine lets begin later has relaxed for less: d ln σ = −μ dt/t.
     let apart_s = number(drive, "clock_drive_tick_0_s") - number(drive, "clock_tick_0_s");
     let late = number(&report, "order") * apart_s.max(0.0) / 1.1;
-    assert!(
-        number(&report, "closed_form_error") < 0.005 + late,
-        "{report}"
-    );
-    assert!(
-        number(&report, "closed_form_error_from_s") < 1.1011,
-        "{report}"
-    );
-    for key in [
-        "max_relative_error",
-        "closed_form_error",
-        "closed_form_error_from_s",
-    ] {
+    match report["closed_form_error"].as_f64() {
+        Some(error) => {
+            assert!(error < 0.005 + late, "{report}");
+            assert!(number(&report, "closed_form_error_from_s") < 1.1011);
+        }
+        // A busy machine hears keep-alives so late that the clocks leave more open than a tenth of that.
+        None => says(
+            &report["closed_form_error_reason"].to_string(),
+            &["the clocks of both devices tell within"],
+        ),
+    }
+    for key in ["max_relative_error", "closed_form_error"] {
         println!("{key}: {}", report[key]);
     }
     for key in ["tracking_error_final", "clock_drift", "clock_residual_s"] {

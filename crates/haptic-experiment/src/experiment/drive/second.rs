@@ -43,7 +43,7 @@ impl DriveSamples {
         first: &Record,
         sample_time_s: f64,
     ) -> Self {
-        let begun_s = first.start.time_s() - first.start.lead_s;
+        let begun_s = first.start.begun_s();
         let samples = second.record.whole.as_deref().unwrap_or_default();
         let mut points = Vec::new();
         let of_tissue = first.whole.as_deref().unwrap_or_default();

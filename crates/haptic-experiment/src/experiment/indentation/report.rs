@@ -10,6 +10,7 @@ use crate::experiment::kind::Experiment as _;
 use crate::experiment::rendering::{DEPTH, FORCE, STRESS};
 use crate::judge;
 use crate::judge::against::Comparison;
+use crate::judge::beginning::Beginning;
 use crate::judge::decimated::Decimated;
 use crate::judge::modelled_tissue::Sampled;
 use crate::judge::reference::{ReferenceSeries, TOLERANCE};
@@ -18,6 +19,7 @@ use crate::judge::warnings::Warnings;
 use crate::judge::{Curves, Drawing, LargestError, Reference, origin, percent, relative_error};
 use crate::run::Ran;
 use crate::run::folder::Table;
+use crate::run::record::Before;
 use crate::run::remote::device_name;
 use crate::run::samples::Samples;
 use crate::run::tick::KeptSample;
@@ -138,9 +140,11 @@ impl Indentation {
         let mut against = self.against.as_ref().map(Comparison::new);
         let (mut last, mut unseen_until_s, mut deepest_m) = (None, None, 0.0);
         let mut ends_limited = false;
+        let mut beginning = Beginning::of(ran, from_s);
         Samples::of(record, &ran.log.paths).for_each(|sample| {
             let judged = theory(sample);
             let (value, closed_form) = (judged.value, judged.closed_form);
+            beginning.add(sample.time_s, closed_form);
             let pairs = [
                 (self.opposed_n(sample), judged.full_history_force_n),
                 (value, closed_form),
@@ -198,7 +202,7 @@ impl Indentation {
             ran.folder.remove_stale("against.csv");
         }
         let column = quantity.moved.map_or("force_n", |moved| moved.column);
-        let against = against.map(|against| against.finish(ran, column, from_s));
+        let against = against.map(|against| against.finish(ran, column, from_s, &mut beginning));
         let (against, overlay, unwritten) = match against {
             Some((rows, overlay, unwritten)) => (rows, Some(overlay), unwritten),
             None => (Vec::new(), None, None),
@@ -208,6 +212,7 @@ impl Indentation {
         let unrendered = self.is_ideal() && ends_limited;
         let final_over_theory = (last.map(|last| last.value / last.closed_form))
             .filter(|ratio: &f64| ratio.is_finite() && !unrendered);
+        let final_over_theory = beginning.ratio("final_over_theory", final_over_theory);
         let drive = drive.map(|drive| match drive {
             Driven::Here(judge) => judge.finish(),
             Driven::Beside(samples) => samples.finish(),
@@ -232,7 +237,7 @@ impl Indentation {
             memory_s,
             duration_s,
             // No operator of this program makes the force of a drive.
-            final_over_theory.filter(|_| !self.holds_device()),
+            final_over_theory.filter(|ratio| !self.holds_device() && !beginning.explains(*ratio)),
             quantity.name,
         );
         warnings.limited(record);
@@ -243,6 +248,9 @@ impl Indentation {
         }
         (warnings.0).extend(drive.iter().flat_map(DriveReport::warnings));
         let [full_history, closed_form, discretisation, rig] = errors.map(LargestError::get);
+        let closed_form = beginning.error("closed_form_error", closed_form);
+        let rig = beginning.error("rig_error", rig);
+        (warnings.0).extend(beginning.warning());
         if self.holds_device() && record.link.as_ref().is_some_and(|link| link.simulated) {
             warnings.0.push(
                 "the simulated device has no tissue before it: the force is that of its own mass and damping"
@@ -403,19 +411,20 @@ impl Indentation {
     /// Each sample of a relaxation.
     fn relaxed(&self, profile: RampHold, ran: &Ran) -> Result<Theory<'_>, Failure> {
         let samples = Samples::of(&ran.record, &ran.log.paths);
-        let mut history = self.full_history(samples, &ran.record.approach_m)?;
+        let mut history = self.full_history(samples, ran.record.before())?;
         let (t, lead_s) = (self.sample_time_s, ran.record.start.lead_s);
         let mut ideal = ReferenceSeries::new(
             samples,
+            Before::default(),
             |x| {
                 let time = (0..x.len()).map(|n| n as f64 * t + lead_s);
                 let imposed: Vec<f64> = time.map(|time| profile.position(time)).collect();
                 self.full_history_force(&imposed)
             },
             || {
-                let mut force = self.full_history_step()?;
+                let mut force = self.full_history_step(0)?;
                 Ok(Box::new(move |tick, _| {
-                    force(profile.position(tick as f64 * t))
+                    force(profile.position(tick as f64 * t + lead_s))
                 }))
             },
         )?;
@@ -438,7 +447,7 @@ impl Indentation {
     fn crept(&self, push: Newtons, ran: &Ran) -> Result<Theory<'_>, Failure> {
         let length_m = self.quantity().moved.map_or(1.0, |moved| moved.length_m);
         let samples = Samples::of(&ran.record, &ran.log.paths);
-        let mut history = self.full_history(samples, &ran.record.approach_m)?;
+        let mut history = self.full_history(samples, ran.record.before())?;
         let mut alone = self.massless(push, self.check()?)?;
         let mut ideal = ReferenceSeries::stepped(samples, move |_| alone.next())?;
         let mut depth = (self.piece).creep(push.0, Seconds(self.sample_time_s));
@@ -495,9 +504,9 @@ impl Indentation {
             .collect())
     }
 
-    /// The same tick by tick, for a run too long to keep: from each position the force.
-    fn full_history_step(&self) -> Result<impl FnMut(f64) -> f64 + use<>, Failure> {
-        let mut tissue = self.sampled(self.check()?)?;
+    /// The same tick by tick, for a run too long to keep and so many ticks before it: from each position the force.
+    fn full_history_step(&self, before: u64) -> Result<impl FnMut(f64) -> f64 + use<>, Failure> {
+        let mut tissue = self.sampled(self.check()? + before)?;
         let effective = self.piece.effective();
         Ok(move |x: f64| {
             let depth = effective(x.max(0.0));
@@ -507,20 +516,18 @@ impl Indentation {
         })
     }
 
-    /// Of the samples of a run, which come after these positions.
+    /// Of the samples of a run and those before them.
     fn full_history(
         &self,
         samples: Samples<'_>,
-        approach_m: &[f64],
+        before: Before<'_>,
     ) -> Result<ReferenceSeries<'static>, Failure> {
         ReferenceSeries::new(
             samples,
-            |x| {
-                let force_n = self.full_history_force(&[approach_m, x].concat())?;
-                Ok(force_n[approach_m.len()..].to_vec())
-            },
+            before,
+            |x| self.full_history_force(x),
             || {
-                let mut force = self.full_history_step()?;
+                let mut force = self.full_history_step(before.ticks)?;
                 Ok(Box::new(move |_, x| force(x)))
             },
         )

@@ -469,7 +469,7 @@ pub(crate) fn blank(reference_m: f64) -> TickMessage {
 impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     /// Takes a sample of the device. One of another number of axes is none, and its tick is missing. False for one behind all that a
     /// device tells of a run that its fault has ended: it came because it was asked for.
-    fn take_sample(&mut self, sample: &Sample) -> bool {
+    pub(super) fn take_sample(&mut self, sample: &Sample) -> bool {
         let tick = u64::from(sample.tick);
         if self.next_tick <= tick {
             self.dated(tick, sample.time_us);
@@ -530,11 +530,20 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
                 crate::run::record::Start::from(begun_s, self.ready.schedule.sample_time_s);
             self.ready.schedule.samples = self.record.start.tick + samples;
             for message in std::mem::take(&mut self.pending) {
-                match message.kept().tick < self.record.start.tick {
-                    true => self.record.approaches(&message.kept()),
-                    false => self.record.push(&message),
-                }
+                self.place(&message);
             }
+        }
+    }
+
+    /// Puts a sample where its tick belongs, however late it came: before the beginning of a run with a partner, in the run, or behind it.
+    fn place(&mut self, message: &M) {
+        let sample = message.kept();
+        if sample.tick < self.record.start.tick && self.partner.is_some() {
+            self.record.approach.push(sample);
+        } else if sample.tick < self.ready.schedule.samples {
+            self.record.push(message);
+        } else {
+            self.record.falls(message);
         }
     }
 
@@ -651,7 +660,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         if counted && !self.has_begun() {
             self.pending.push(message);
         } else if counted {
-            self.record.push(&message);
+            self.place(&message);
         } else if self.record.ended.is_some() || self.has_faulted(message.kept().tick) {
             self.record.push_after(&message);
         } else {

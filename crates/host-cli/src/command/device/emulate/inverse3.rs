@@ -80,8 +80,12 @@ fn words(service: &Service) -> String {
     let (place_m, force_n) = service.first().unwrap_or_default();
     let [x, y, z] = place_m.map(|axis| 1e3 * axis);
     let [f_x, f_y, f_z] = force_n;
+    let unreadable = match counted.unreadable {
+        0 => String::new(),
+        many => format!(" ({many} more had neither vector nor values of three numbers: no force)"),
+    };
     format!(
-        "{} sessions, {} messages, {} forces; cursor at {x:.3} mm, {y:.3} mm, {z:.3} mm; force {f_x:.6} N, {f_y:.6} N, \
+        "{} sessions, {} messages, {} forces{unreadable}; cursor at {x:.3} mm, {y:.3} mm, {z:.3} mm; force {f_x:.6} N, {f_y:.6} N, \
          {f_z:.6} N, largest {:.6} N",
         counted.sessions, counted.messages, counted.forces, counted.largest_n
     )

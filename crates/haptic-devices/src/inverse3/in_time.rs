@@ -1,0 +1,70 @@
+//! A stream whose other end has only so much time, however slowly it speaks.
+
+use std::fmt;
+use std::io::{ErrorKind, Read, Result, Write};
+
+/// A stream that fails once its time is over, though a byte may come now and then: a limit on each read would be none on a
+/// sentence.
+pub struct InTime<S> {
+    stream: S,
+    /// Says that the time is over; `None` once it does not matter any more.
+    is_late: Option<Box<dyn Fn() -> bool + Send>>,
+}
+
+impl<S> InTime<S> {
+    /// A stream whose reads may wait for a while, and are asked again until `is_late` says so.
+    pub fn new(stream: S, is_late: impl Fn() -> bool + Send + 'static) -> Self {
+        Self {
+            stream,
+            is_late: Some(Box::new(is_late)),
+        }
+    }
+
+    /// From now on it is the stream alone, with whatever its reads say.
+    pub(super) fn no_longer_limited(&mut self) {
+        self.is_late = None;
+    }
+
+    pub(super) const fn stream(&self) -> &S {
+        &self.stream
+    }
+
+    fn in_time(&self) -> Result<()> {
+        match &self.is_late {
+            Some(is_late) if is_late() => Err(ErrorKind::TimedOut.into()),
+            Some(_) | None => Ok(()),
+        }
+    }
+}
+
+impl<S: Read> Read for InTime<S> {
+    fn read(&mut self, into: &mut [u8]) -> Result<usize> {
+        loop {
+            self.in_time()?;
+            match self.stream.read(into) {
+                // By the system, a read that waited for nothing is the one or the other.
+                Err(error)
+                    if self.is_late.is_some()
+                        && matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
+                read => return read,
+            }
+        }
+    }
+}
+
+impl<S: Write> Write for InTime<S> {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize> {
+        self.in_time()?;
+        self.stream.write(bytes)
+    }
+
+    fn flush(&mut self) -> Result<()> {
+        self.stream.flush()
+    }
+}
+
+impl<S: fmt::Debug> fmt::Debug for InTime<S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.stream.fmt(f)
+    }
+}

@@ -1,0 +1,238 @@
+//! Both sessions of a pair in virtual time: samples and keep-alives over lines that stand still, the devices' clocks, and a host that takes what
+//! arrives, by the code of a run. Only the links behind the sessions are quiet ones.
+
+use super::RemoteDevice;
+use super::partner::{Both, Clock, DriveRan, Partner, Side, aligned};
+use super::session::{HostSession, Ready, blank};
+use crate::run::Ran;
+use crate::run::device::{LinkedName, SerialName};
+use crate::run::folder::FolderRequest;
+use crate::run::record::{Record, Start};
+use crate::run::recorder::Recorder;
+use crate::run::schedule::{Pace, Schedule};
+use haptic_devices::moteus::{MoteusAxis, MoteusSettings};
+use haptic_emulator::moteus::{EmulatedAdapter, EmulatedServo, Shaft};
+use haptic_emulator::{FaultyLine, LineFaults, NearLine};
+use haptic_link::{BatchItem, Sample};
+use haptic_log::record::TickMessage;
+use haptic_loop::realtime::Moment;
+use haptic_remote::serial::{DeviceTime, Ping, Pings, SerialLink, Served};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+use testkit::Random;
+
+const TICK_US: u64 = 1000;
+const T: f64 = 1e-3;
+/// Time from one keep-alive to the next, as on a link.
+const ALIVE_US: u64 = 100_000;
+
+/// A run of a pair whose devices speak over bad lines.
+pub(crate) struct BadPair<'a> {
+    pub faults: [LineFaults; 2],
+    pub seed: u64,
+    /// Samples from the drive's beginning on.
+    pub samples: u64,
+    /// Where the tissue is so long after the true beginning of the drive, m.
+    pub place_m: &'a dyn Fn(f64) -> f64,
+    /// The force that the tissue's device makes at its next place, N.
+    pub force_n: &'a mut dyn FnMut(f64) -> f64,
+}
+
+/// A device's end of a line, and what is on the way.
+struct Device {
+    /// By its own clock when the host's is 0, µs, and its rate.
+    offset_us: u64,
+    rate: f64,
+    /// Time of tick 0 by the host's clock, µs.
+    begins_us: u64,
+    next_tick: u64,
+    to_host: FaultyLine,
+    to_device: FaultyLine,
+    pings: Arc<Mutex<Pings>>,
+    made: Vec<Sample>,
+    asked_us: Vec<u64>,
+}
+
+impl Device {
+    fn at(&self, host_us: u64) -> u64 {
+        self.offset_us + (self.rate * host_us as f64) as u64
+    }
+
+    /// When a tick is due by the host's clock, µs.
+    fn due_us(&self, tick: u64) -> u64 {
+        self.begins_us + ((tick * TICK_US) as f64 / self.rate) as u64
+    }
+
+    fn makes(&mut self, until_us: u64, mut axis: impl FnMut(u64) -> BatchItem) {
+        while self.due_us(self.next_tick) <= until_us {
+            let (tick, due_us) = (self.next_tick, self.due_us(self.next_tick));
+            let mut sample = Sample {
+                tick: tick as u32,
+                time_us: self.at(due_us) as u32,
+                ..Sample::default()
+            };
+            sample.axes.push(axis(due_us)).expect("one");
+            self.made.push(sample);
+            self.to_host
+                .send(&[&[0], &tick.to_le_bytes()[..]].concat(), due_us);
+            self.next_tick += 1;
+        }
+    }
+
+    /// What has arrived at the host by now; keep-alives go to its clock.
+    fn arrived(&mut self, now_us: u64) -> Vec<Sample> {
+        if now_us.is_multiple_of(ALIVE_US) {
+            self.asked_us.push(now_us);
+            let n = self.asked_us.len() as u64 - 1;
+            self.to_device.send(&n.to_le_bytes(), now_us);
+        }
+        while let Some(frame) = self.to_device.receive(now_us) {
+            let told = [&[1], &frame[..], &self.at(now_us).to_le_bytes()[..]].concat();
+            self.to_host.send(&told, now_us);
+        }
+        let number = |bytes: &[u8]| u64::from_le_bytes(bytes.try_into().expect("eight"));
+        let mut samples = Vec::new();
+        while let Some(frame) = self.to_host.receive(now_us) {
+            match frame[0] {
+                0 => samples.push(self.made[number(&frame[1..]) as usize].clone()),
+                _ => self.pings.lock().expect("one thread").add(Ping {
+                    sent_us: self.asked_us[number(&frame[1..9]) as usize],
+                    heard_us: now_us,
+                    device_us: number(&frame[9..]),
+                }),
+            }
+        }
+        samples
+    }
+}
+
+/// A link that answers, for a session that asks it nothing of its run.
+fn quiet() -> SerialLink {
+    let servo = EmulatedServo::new(1, Shaft::LEVER).expect("a servo");
+    let adapter = Arc::new(Mutex::new(EmulatedAdapter::new(servo)));
+    let time = DeviceTime::default();
+    let line = NearLine::new(adapter, time.clone());
+    let axis = MoteusAxis::open(line, MoteusSettings::DEFAULT, true).expect("opens");
+    let served = Served::in_its_own_time(axis, time).expect("serves");
+    SerialLink::to_served(served, "moteus:emulated").expect("answers")
+}
+
+impl BadPair<'_> {
+    fn device(&self, side: Side, random: &mut Random) -> Device {
+        let faults = self.faults[side as usize];
+        let mut line = || FaultyLine::new(faults, random.bits()).expect("good faults");
+        let (to_host, to_device) = (line(), line());
+        Device {
+            offset_us: (1e9 * random.share()) as u64,
+            rate: 1.0 + 1e-4 * (random.share() - 0.5),
+            begins_us: 250_137,
+            next_tick: 0,
+            to_host,
+            to_device,
+            pings: Arc::default(),
+            made: Vec::new(),
+            asked_us: Vec::new(),
+        }
+    }
+
+    /// The run as it is judged, and how much later than the truth the record of the tissue begins to count, s.
+    pub(crate) fn run(self, folder: &Path) -> (Ran, f64) {
+        let random = &mut Random(self.seed);
+        let mut devices = [Side::Tissue, Side::Drive].map(|side| self.device(side, random));
+        // The drive waits until the tissue's force has risen.
+        devices[1].begins_us += 300_000 + (400_000.0 * random.share()) as u64;
+        let epoch = Moment::now();
+        let clocks = devices.each_ref().map(|device| {
+            let pings = Arc::clone(&device.pings);
+            let clock: Clock = Arc::new(move || pings.lock().expect("one thread").clock(epoch));
+            clock
+        });
+        let (both, remote) = (Both::default(), RemoteDevice::new(name()));
+        let schedule = |samples| Schedule {
+            samples,
+            sample_time_s: T,
+            pace: Pace::Virtual,
+        };
+        let blank = |_: f64| blank(0.0);
+        let ready = || Ready {
+            link: quiet(),
+            before: Default::default(),
+            device: &remote,
+            schedule: schedule(self.samples),
+            start: Start::default(),
+            rise_ticks: 10,
+            blank: &blank,
+            metadata: BTreeMap::new(),
+            found: None,
+        };
+        let request = FolderRequest {
+            out: Some(folder.to_owned()),
+            stem: "pair".to_owned(),
+            overwrite: true,
+            roll_bytes: None,
+            provenance: BTreeMap::new(),
+        };
+        let made = request.prepare().expect("a folder");
+        let log = made.file("mcap");
+        let log = Recorder::start(&log, BTreeMap::new(), true, true, None, Vec::new());
+        let mut first_log = log.expect("a log");
+        let second_log = first_log.beside();
+        let partner = |side| {
+            let watchdog = Duration::from_secs(1);
+            let mut partner = Partner::new(&both, side, clocks.clone(), watchdog, Arc::default());
+            (partner.rise_ticks, partner.samples) = (10, self.samples);
+            partner
+        };
+        let sessions = [(Side::Tissue, first_log), (Side::Drive, second_log)];
+        let sessions = sessions.map(|(side, log)| ready().session::<1>(log, Some(partner(side))));
+        let [mut tissue, mut drive]: [HostSession<'_, TickMessage, 1>; 2] =
+            sessions.map(|session| session.expect("a session"));
+        let begins_us = devices[1].begins_us;
+        let end_us = begins_us + self.samples * TICK_US;
+        // Whatever stood still comes in the end.
+        for now_us in (0..end_us + 20_000_000).step_by(TICK_US as usize / 2) {
+            let [first, second] = &mut devices;
+            first.makes(now_us.min(end_us + 3_000_000), |due_us| {
+                let since_s = 1e-6 * (due_us as f64 - begins_us as f64);
+                let position_m = (self.place_m)(since_s) as f32;
+                let force_n = -(self.force_n)(position_m.into()) as f32;
+                BatchItem {
+                    position_m,
+                    environment_force_n: force_n,
+                    force_n,
+                    ..BatchItem::default()
+                }
+            });
+            second.makes(now_us.min(end_us - TICK_US), |_| BatchItem::default());
+            for (device, session) in [(first, &mut tissue), (second, &mut drive)] {
+                for sample in device.arrived(now_us) {
+                    session.take_sample(&sample);
+                }
+            }
+        }
+        let aligned = aligned(&both, &clocks);
+        let (record, recorded): (Record, _) = drive.finish_drive();
+        let fault_log = recorded.expect("a log").fault_log;
+        let ran = tissue.finish(made).expect("a log");
+        // As the tissue's clock counts from its tick 0.
+        let [first, _] = &devices;
+        let truth_s = 1e-6 * first.rate * (begins_us - first.begins_us) as f64;
+        let late_s = ran.record.start.begun_s() - truth_s;
+        let second = Some(DriveRan {
+            device: "serial:white".to_owned(),
+            record,
+            aligned,
+            fault_log,
+        });
+        (Ran { second, ..ran }, late_s)
+    }
+}
+
+fn name() -> LinkedName {
+    LinkedName::Serial(SerialName {
+        path: "device".to_owned(),
+        baud: None,
+    })
+}
