@@ -95,7 +95,11 @@ fn refusal(id: &Value, error: &str) -> Value {
 /// A line of so many characters at most, its middle left out: what is wrong stands before it, what is right behind it.
 pub(super) fn within(text: &str, most: usize) -> String {
     let length = text.chars().count();
-    let half = if length <= most { length } else { (most - 1) / 2 };
+    let half = if length <= most {
+        length
+    } else {
+        (most - 1) / 2
+    };
     let first = text.chars().take(half);
     let mark = (half < length).then_some('…');
     let last = text.chars().skip(half.max(length - half));
