@@ -4,6 +4,7 @@ use super::hardware::{Inverse3, Socket};
 use super::name::Inverse3Name;
 use super::trouble::{Inverse3OpenError, Trouble};
 use super::wire::{PRESET, opening, position};
+use haptic_quantity::short;
 use serde_json::Value;
 use std::io::{Error, ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs as _};
@@ -108,7 +109,7 @@ impl Inverse3Name {
         let mut found = devices.iter().zip(&known);
         let found = found.find(|(_, id)| Some(**id) == wanted);
         found.map(|(device, _)| device).ok_or_else(|| {
-            let known = known.join(", ");
+            let known = short(&known.join(", ")).into_owned();
             Inverse3OpenError::Which { said, known }
         })
     }
@@ -125,7 +126,7 @@ fn check_version(found: &str) -> Result<(), Inverse3OpenError> {
     if ((3, 5)..(4, 0)).contains(&version) {
         return Ok(());
     }
-    let found = found.to_owned();
+    let found = short(found).into_owned();
     Err(Inverse3OpenError::Version { found })
 }
 
@@ -168,6 +169,7 @@ impl<S: Read + Write, const D: usize> Inverse3<S, D> {
             ),
         ] {
             if device["status"][key] == false {
+                let id = short(&id).into_owned();
                 return Err(Inverse3OpenError::NotReady { id, why });
             }
         }
@@ -203,11 +205,13 @@ fn not_taken(config: &Value) -> Option<Inverse3OpenError> {
     } else {
         return None;
     };
-    let value = value.to_string();
+    let value = short(&value.to_string()).into_owned();
     Some(Inverse3OpenError::NotTaken { setting, value })
 }
 
 fn words_of_gate(gain: &Value) -> String {
+    let gain = gain.to_string();
+    let gain = short(&gain);
     format!(
         "the Inverse Service's force gate has gain {gain}: while it sees an oscillation it lowers the force, which no log shows; \
          this program leaves it, and has set the service's damping to 0"
