@@ -5,7 +5,7 @@ import { Chart, legend, type Line } from "./chart";
 import { latest, type Panel } from "./connection";
 import { wallFile } from "./design-file";
 import { chosen, el, say } from "./dom";
-import { everyMotion, number, plain, quantity } from "./format";
+import { number, plain, quantity } from "./format";
 import { Knob, type KnobOptions } from "./knob";
 import { POINTS, RegionMap } from "./map";
 import type { Judged } from "./protocol";
@@ -128,7 +128,7 @@ export class DesignView implements ViewPart {
     this.map.show(judged, JSON.stringify(device), B, K, said);
     this.verdict.classList.toggle("bad", !judged.stable);
     say(this.verdict, said);
-    this.say(judged, design);
+    this.say(judged);
     const [hertz, stiffness, damping, feltStiffness, feltDamping] = ([0, 1, 2, 3, 4] as const).map((column) => judged.curves.map((row) => row[column])) as [number[], number[], number[], number[], number[]];
     const range: [number, number] = [hertz[0] ?? 0, hertz.at(-1) ?? 1];
     this.stiffness.draw(hertz, [stiffness, feltStiffness], range, around(stiffness));
@@ -142,14 +142,14 @@ export class DesignView implements ViewPart {
     say(this.verdict, error.message);
   }
 
-  private say(judged: Judged, { K, B }: Design): void {
+  private say(judged: Judged): void {
     const rows: [string, string, string][] = [
       ["gain margin", judged.gain_margin === null ? "none" : number(judged.gain_margin), "factor on the whole wall that takes it to the edge"],
       ["lower gain margin", judged.gain_margin_down === null ? "none" : number(judged.gain_margin_down), "factor below 1 that does"],
-      ["every motion", everyMotion(judged, K, B), "contact that may pull, acts on one side or stiffens, and is nowhere steeper; a wall that never pulls is not proved"],
+      ["every motion", judged.pulling_contact, "contact that may pull, acts on one side or stiffens, and is nowhere steeper; a wall that never pulls is not proved"],
       ["delay margin", judged.delay_margin_s === null ? "none" : quantity(judged.delay_margin_s, "s"), "additional delay that does"],
       ["sensitivity", judged.sensitivity_peak === null ? "–" : `${number(judged.sensitivity_peak)} at ${quantity(judged.sensitivity_peak_hz, "Hz")}`, "largest, 1 is neutral"],
-      ["passive from b =", quantity(judged.required_damping_n_s_per_m, "N·s/m"), "damping of the device that passivity asks for"],
+      ["passive from b =", judged.required_damping, "damping of the device that passivity asks for"],
       ["force noise", quantity(judged.force_noise_n, "N"), "rms"],
     ];
     this.figures.replaceChildren(...rows.flatMap(([name, value, help]) => [el("dt", { title: help }, name), el("dd", {}, value)]));
@@ -176,9 +176,9 @@ export class DesignView implements ViewPart {
 }
 
 /** The verdict in a sentence. */
-function sentence({ stable, gain_margin: margin, passive, negative_at_rest: pulls, required_damping_n_s_per_m: least }: Judged): string {
+function sentence({ stable, gain_margin: margin, passive, negative_at_rest: pulls, required_damping: least }: Judged): string {
   const loop = !stable ? "unstable" : margin === null ? "stable at any gain" : `stable, gain margin ${number(margin)}`;
-  return `${loop} · ${passive ? "passive" : pulls ? "not passive: it pulls at rest" : `not passive: that takes a damping of ${quantity(least, "N·s/m")}`}`;
+  return `${loop} · ${passive ? "passive" : pulls ? "not passive: it pulls at rest" : `not passive: that takes a damping of ${least}`}`;
 }
 
 /** A span that shows the wall: what is felt beyond, as the mass at high frequencies, leaves the picture. */

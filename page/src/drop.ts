@@ -18,6 +18,23 @@ export type Dropped =
   | { is: "experiment"; kind: string; parameters: Record<string, unknown> }
   | { is: "log"; name: string };
 
+/** The text of a file as the command reads it: UTF-8, UTF-16 with its mark or without, else Windows-1252. */
+export async function textOf(file: Blob): Promise<string> {
+  const bytes = new Uint8Array(await file.arrayBuffer());
+  const [a, b, c, d] = bytes;
+  const little = (a === 0xff && b === 0xfe) || (a && b === 0 && c && d === 0);
+  if (little || (a === 0xfe && b === 0xff) || (a === 0 && b && c === 0 && d)) {
+    // Some programs end the text with a byte of its own.
+    const whole = bytes.length % 2 === 1 && bytes.at(-1) === 10 ? bytes.subarray(0, -1) : bytes;
+    return new TextDecoder(little ? "utf-16le" : "utf-16be").decode(whole);
+  }
+  try {
+    return new TextDecoder("utf-8", { fatal: true }).decode(bytes);
+  } catch {
+    return new TextDecoder("windows-1252").decode(bytes);
+  }
+}
+
 /** A text larger than this does not fit into a message. */
 const SIZE_MOST = 15e6;
 
@@ -43,10 +60,10 @@ export async function look(app: App, file: File): Promise<{ view: View; dropped:
   if (file.size > SIZE_MOST) throw new Error(`${name} is larger than 15 MB: cut it into pieces.`);
   if (/\.(csv|tsv|txt|tab|dat)$/i.test(name)) {
     // Beside a plant a table is a measured response, anywhere else a record.
-    if (app.state.view === "control") return { view: "control", dropped: { is: "plant", file: { name, text: await file.text() } } };
+    if (app.state.view === "control") return { view: "control", dropped: { is: "plant", file: { name, text: await textOf(file) } } };
     return { view: "runs", dropped: { is: "record", file } };
   }
-  const text = await file.text();
+  const text = await textOf(file);
   if (/\.json$/i.test(name)) {
     const answer = certificate(name, text);
     if (answer !== null) return { view: "runs", dropped: { is: "certificate", answer } };

@@ -1,9 +1,5 @@
 // Numbers for people: three significant digits, a unit always. Exports have all digits.
 
-import type { Judged } from "./protocol";
-
-type Proved = Pick<Judged, "stable" | "every_motion_margin">;
-
 const MINUS = "−";
 const NARROW = "\u202f";
 
@@ -50,14 +46,6 @@ export function quantity(value: number | null | undefined, unit: string): string
   const size = Math.abs(value);
   const [factor, prefix] = PREFIXES.find(([least]) => size >= least * 0.9995) ?? (size === 0 ? [1, ""] : [1e-9, "n"]);
   return `${number(value / factor)}${NARROW}${prefix}${unit}`;
-}
-
-/** Up to which K (or B, without a spring) contact that may pull, acts on one side or stiffens is proved stable, whatever the motion. */
-export function everyMotion({ stable, every_motion_margin: margin }: Proved, K: number, B: number): string {
-  if (!stable) return "unstable";
-  if (margin === null) return "not proved";
-  const limit = K > 0 ? `K = ${quantity(margin * K, "N/m")}` : `B = ${quantity(margin * B, "N·s^μ/m")}`;
-  return margin < 1 ? `not proved, only up to ${limit}` : `proved up to ${limit}`;
 }
 
 /** A number without digits that say nothing, as on an axis. */

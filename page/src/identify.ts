@@ -5,7 +5,7 @@ import { Chart, legend, type Line } from "./chart";
 import { decimate, joined } from "./columns";
 import type { Panel } from "./connection";
 import { el, say } from "./dom";
-import { feelTissue, keepTissue } from "./drop";
+import { feelTissue, keepTissue, textOf } from "./drop";
 import { Fields } from "./forms";
 import { number } from "./format";
 import type { Parameter } from "./protocol";
@@ -123,7 +123,7 @@ export class IdentifyPanel {
     const chosen = new DataTransfer();
     chosen.items.add(file);
     this.file.files = chosen.files;
-    this.record = { name: file.name, text: file.text() };
+    this.record = { name: file.name, text: textOf(file) };
     void this.ask();
   }
 

@@ -92,7 +92,9 @@ export interface Judged extends Walls {
   gain_margin: number | null;
   gain_margin_down: number | null;
   /** Factor up to which every motion of contact that may pull is proved. */
-  every_motion_margin: number | null;
+  pulling_contact_margin: number | null;
+  /** In words, rounded down. */
+  pulling_contact: string;
   delay_margin_s: number | null;
   sensitivity_peak: number | null;
   sensitivity_peak_hz: number | null;
@@ -100,6 +102,8 @@ export interface Judged extends Walls {
   /** It pulls at rest, which no damping makes passive. */
   negative_at_rest: boolean;
   required_damping_n_s_per_m: number;
+  /** With its unit, rounded up. */
+  required_damping: string;
   force_noise_n: number;
   /** Frequency, effective stiffness and damping of the wall alone, and both as felt through the device. */
   curves: [number, number, number, number, number][];

@@ -3,7 +3,7 @@
 import type { App } from "./app";
 import { latest, type Panel } from "./connection";
 import { el, say } from "./dom";
-import { everyMotion, number } from "./format";
+import { number } from "./format";
 import { POINTS, RegionMap } from "./map";
 import type { Feel, Judged, Verdict } from "./protocol";
 
@@ -50,6 +50,6 @@ export class Safety {
     // Another law may have come meanwhile.
     if (judged === null || this.app.state.felt !== feel) return;
     this.map.show(judged, JSON.stringify(device), dissipation, stiffness, sentence(verdict));
-    say(this.hint, `Contact that never pulls, as here, is not proved. Every motion of contact that may pull: ${everyMotion(judged, stiffness, dissipation)}`);
+    say(this.hint, `Contact that never pulls, as here, is not proved. Every motion of contact that may pull: ${judged.pulling_contact}`);
   }
 }

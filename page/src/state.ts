@@ -157,7 +157,7 @@ export function reduce(state: State, event: PageEvent): State {
     case "hello":
       return greeted(state, event.hello);
     case "lost":
-      return { ...state, hello: null, lost: event.reason, sent: null, edits: null };
+      return { ...state, hello: null, lost: event.reason || (state.lost ?? ""), sent: null, edits: null };
     case "status":
       return { ...state, status: event.status };
     case "felt":

@@ -527,6 +527,16 @@ test("Runs: one is started from a form, watched, opened, laid over another, and 
       await field(/^order/).fill("");
       await page.locator(".form button[type=submit]").click();
       await until(async () => (await page.locator(".form .trouble").allTextContents()).join("").length > 10, "a form that lacks something is not refused");
+      const seen = await page.evaluate(() => {
+        const trouble = [...document.querySelectorAll(".fields .trouble")].find((one) => one.textContent !== "");
+        const field = trouble.parentElement.querySelector("input");
+        const { outlineOffset, outlineWidth } = getComputedStyle(field);
+        const ring = field.getBoundingClientRect().bottom + parseFloat(outlineOffset) + parseFloat(outlineWidth);
+        return { focused: document.activeElement === field, red: getComputedStyle(trouble).color, bad: getComputedStyle(document.documentElement).getPropertyValue("--bad"), room: trouble.getBoundingClientRect().top - ring };
+      });
+      assert.ok(seen.focused && seen.room >= 0, JSON.stringify(seen));
+      const [red, green, blue] = /#(..)(..)(..)/.exec(seen.bad).slice(1).map((part) => parseInt(part, 16));
+      assert.equal(seen.red, `rgb(${red}, ${green}, ${blue})`);
     }
     await page.evaluate(() => document.querySelectorAll(".form details").forEach((each) => (each.open = true)));
     await field(/^order/).fill(round === 0 ? "0.5" : "1");

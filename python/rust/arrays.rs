@@ -52,7 +52,7 @@ pub(crate) fn unmasked(name: &str, x: &Bound<'_, PyAny>) -> PyResult<()> {
         return Ok(());
     }
     Err(refused(format_args!(
-        "{name} is a masked array, and masked samples have no value: give {name}.filled(numpy.nan), or {name}.compressed() without them"
+        "{name} is a masked array, and masked samples have no value: give {name}.filled(value), or {name}.compressed() without them"
     )))
 }
 

@@ -1,7 +1,7 @@
 //! Values of the libraries as Python's, and back, by JSON: the names and units are those of the command's output.
 
 use crate::refused::OrRefused as _;
-use haptic_quantity::{did_you_mean, is_meant, parse_for_key};
+use haptic_quantity::{did_you_mean, doubt, is_meant, parse_for_key};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use serde::Serialize;
@@ -27,24 +27,41 @@ pub(crate) fn lines<'py>(report: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAn
     to_python(report.py(), &haptic_experiment::lines(&rows))
 }
 
-/// The number in SI units of a text with a unit, or of a number, for a key among these that is named with its unit or without; with its key.
+/// The number in SI units of a text with a unit, or of a number, for a key among these that is named with its unit or without, or
+/// found by its place; with its key.
 #[pyfunction]
 pub(crate) fn quantity(
     keys: Vec<String>,
     name: &str,
     value: &Bound<'_, PyAny>,
+    by_place: bool,
 ) -> PyResult<(String, f64)> {
     let Some(key) = keys.iter().find(|key| is_meant(key, name)) else {
         let advice = did_you_mean(name, keys.iter().map(String::as_str));
         let unknown = format!("unexpected keyword {name}: {advice}");
         return Err(PyTypeError::new_err(unknown));
     };
-    let number = match value.extract::<String>() {
-        Ok(text) => parse_for_key(key, &text)
-            .map_err(|error| crate::refused::refused(format_args!("{key}: {error}")))?,
-        Err(_) => value.extract()?,
+    let says_unit = name == key && !by_place;
+    Ok((key.clone(), number_for(key, says_unit, value)?))
+}
+
+/// A number for a key: of a text with a unit; without one it is asked for where no device has such a number and nobody has said the unit.
+pub(crate) fn number_for(key: &str, says_unit: bool, value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    let refused = |error: String| crate::refused::refused(format_args!("{key}: {error}"));
+    let (number, text) = match value.extract::<String>() {
+        Ok(text) => {
+            let number = parse_for_key(key, &text).map_err(|error| refused(error.to_string()))?;
+            (number, text)
+        }
+        Err(_) => {
+            let number: f64 = value.extract()?;
+            (number, number.to_string())
+        }
     };
-    Ok((key.clone(), number))
+    if !says_unit {
+        doubt(key, &text).map_err(refused)?;
+    }
+    Ok(number)
 }
 
 /// A value of a library from dictionaries, lists and numbers.

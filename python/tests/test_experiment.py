@@ -2,6 +2,7 @@
 
 import inspect
 import os
+import pickle
 import signal
 import threading
 import time
@@ -82,6 +83,19 @@ def test_a_wall_is_stable_where_the_analysis_says_so() -> None:
         assert (run.report["verdict"] == "stable") is stable
         assert run.report["analysis_agrees"] is True
         assert Loop(device, stiffness, 30.0, 0.5, 2e-3, "full").verdict().stable is stable
+
+
+def test_a_run_that_a_fault_ends_raises_with_its_report(tmp_path: Path) -> None:
+    fast = {**WALL, "speed_limit_m_per_s": 1e-3, "duration_s": 1.0}
+    with pytest.raises(experiment.RunFault, match="faster than its limit: the run ended at") as caught:
+        experiment.wall(**fast, out=tmp_path)
+    run = caught.value.run
+    assert run.report["ended_early"] in str(caught.value)
+    assert log.read_log(run.report["log"]).attrs["complete"] is True
+    assert pickle.loads(pickle.dumps(caught.value)).run.report == run.report
+    kept = experiment.wall(**fast, raise_on_fault=False)
+    assert kept.report["ended_early"] == run.report["ended_early"]
+    assert experiment.wall(**{**fast, "speed_limit_m_per_s": 10.0}).report["ended_early"] is None
 
 
 def test_a_coupler_runs() -> None:

@@ -187,11 +187,17 @@ def test_weights_are_those_of_the_recurrence() -> None:
     np.testing.assert_allclose(grunwald_weights(0.3, 1000), weights_by_recurrence(0.3, 1000).astype(float), rtol=1e-14)
 
 
-def test_a_nan_reaches_what_it_reaches() -> None:
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_a_sample_of_a_record_that_is_not_finite_is_refused_with_its_index(bad: float) -> None:
+    for scheme in ("exact", "grunwald:5", "muir:3"):
+        for x, place in (([0.0, 1.0, bad], "sample 2 of channel 0"), (np.array([[0.0, 1.0], [bad, 1.0]]), "sample 0 of channel 1")):
+            with pytest.raises(ValueError, match=f"{place} of x is .*: fill the gap"):
+                differintegrate(x, 0.5, T, scheme)
+
+
+def test_a_nan_stays_in_a_stream_until_it_is_reset() -> None:
     x = np.ones(50)
     x[20] = np.nan
-    y = differintegrate(x, 0.5, T, "grunwald:5")
-    assert np.array_equal(np.flatnonzero(np.isnan(y)), np.arange(20, 25))
     operator = Operator(0.5, T)
     assert np.isnan(operator.process(x)[20:]).all()
     operator.reset()

@@ -137,6 +137,11 @@ def test_every_part_of_a_device_is_read() -> None:
         (lambda: analysis.Device("0,065 kg"), ValueError, "write 0.065kg, without a comma"),
         (lambda: analysis.Device("-65 g"), ValueError, "mass -0.065 kg is not above 0"),
         (lambda: analysis.Device("heavy"), ValueError, '"heavy" is not a mass'),
+        (lambda: analysis.Device(65), ValueError, "mass_kg: 65 has no unit: write 65g, or 65kg if it is that"),
+        (lambda: analysis.Device("65"), ValueError, "mass_kg: 65 has no unit"),
+        (lambda: analysis.Device(mass=65.0), ValueError, "mass_kg: 65 has no unit"),
+        (lambda: analysis.Device(0.065, delay=20), ValueError, "delay_s: 20 has no unit: write 20ms, or 20s"),
+        (lambda: analysis.Device(*[0.1] * 6), TypeError, "has 5 numbers"),
         (lambda: analysis.Device(), TypeError, r'needs its mass: Device\("65 g"\)'),
         (lambda: analysis.Device("65 g", mas="65 g"), TypeError, "did you mean `mass_kg`"),
         (lambda: analysis.Device("65 g", mass="65 g"), TypeError, "mass_kg is given twice"),
@@ -155,6 +160,12 @@ def test_experiments_take_texts_with_units_and_keys_without() -> None:
     plain = experiment.wall(mass_kg=0.065, sample_time_s=1e-3, stiffness_n_per_m=1000.0, **wall)
     typed = experiment.wall(mass="65 g", sample_time="1ms", stiffness="1 kN/m", **wall)
     assert typed["position_m"].tolist() == plain["position_m"].tolist()
+    loop = {**wall, "sample_time_s": 1e-3, "stiffness_n_per_m": 1000.0}
+    for mass in ("65", 65, 65.0):
+        with pytest.raises(ValueError, match="mass_kg: 65 has no unit: write 65g, or 65kg if it is that"):
+            experiment.wall(mass=mass, **loop)
+    heavy = experiment.wall(mass_kg=65, **loop)["position_m"].tolist()
+    assert heavy == experiment.wall(mass="65 kg", **loop)["position_m"].tolist()
     with pytest.raises(ValueError, match='sample_time_s: "1 kg" is not a time'):
         experiment.relax(sample_time="1 kg")
     with pytest.raises(ValueError, match="strain: .*write 0.05, without a comma"):

@@ -1,5 +1,6 @@
 //! Names of devices: `KIND:PATH[,key=value]…`.
 
+use haptic_quantity::{QuantityError, parse_for_key};
 use haptic_remote::serial::{SerialError, host_and_port, tcp_address};
 use std::ops::RangeInclusive;
 use thiserror::Error;
@@ -57,6 +58,14 @@ pub enum NameError {
         value: String,
         /// Every name that the key takes, with commas between.
         choices: String,
+    },
+    /// A value that is no quantity of its kind.
+    #[error("{key}: {error}")]
+    Quantity {
+        /// Key to which the value belongs.
+        key: &'static str,
+        /// Its kind and units.
+        error: QuantityError,
     },
     /// A value that is no number in its range.
     #[error("{key} = \"{value}\" is not in [{least}, {most}]{unit}")]
@@ -127,7 +136,7 @@ impl<'a> Settings<'a> {
         })
     }
 
-    /// A length in m, given as `20mm`, `0.02m` or `0.02`; `default` if it is not given.
+    /// A length in m; `default` if it is not given.
     pub(crate) fn metres(
         &self,
         key: &'static str,
@@ -137,48 +146,28 @@ impl<'a> Settings<'a> {
         let Some(value) = self.text(key) else {
             return Ok(default);
         };
-        let number = with_unit(value, "m").filter(|number| range.contains(number));
-        number.ok_or_else(|| NameError::Number {
-            key,
-            value: value.to_owned(),
-            least: *range.start(),
-            most: *range.end(),
-            unit: " m",
-        })
+        let number = quantity(key, "_m", value)?;
+        match range.contains(&number) {
+            true => Ok(number),
+            false => Err(NameError::Number {
+                key,
+                value: value.to_owned(),
+                least: *range.start(),
+                most: *range.end(),
+                unit: " m",
+            }),
+        }
     }
 }
 
-/// A number in a unit, in a thousandth of it, or without one; the unit may be none.
-pub(crate) fn with_unit(value: &str, unit: &str) -> Option<f64> {
-    let bare = value.strip_suffix(unit).unwrap_or(value);
-    match bare.strip_suffix('m').filter(|_| bare.len() < value.len()) {
-        Some(thousandths) => thousandths.parse().ok().map(|number: f64| number / 1e3),
-        None => bare.parse().ok(),
-    }
+/// A number in SI, with a unit of those that this end of a key has.
+pub(crate) fn quantity(key: &'static str, end: &str, value: &str) -> Result<f64, NameError> {
+    parse_for_key(end, value).map_err(|error| NameError::Quantity { key, error })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_quantity_has_its_unit_or_a_thousandth_of_it_or_none() {
-        for (value, unit, read) in [
-            ("20mm", "m", Some(0.02)),
-            ("0.02m", "m", Some(0.02)),
-            ("0.02", "m", Some(0.02)),
-            ("-15mm", "m", Some(-0.015)),
-            ("100ms", "s", Some(0.1)),
-            ("0.1s", "s", Some(0.1)),
-            ("0.1", "s", Some(0.1)),
-            ("0.1m", "s", None),
-            ("20ms", "m", None),
-            ("mm", "m", None),
-            ("", "s", None),
-        ] {
-            assert_eq!(with_unit(value, unit), read, "{value} in {unit}");
-        }
-    }
 
     #[test]
     fn a_name_is_a_path_and_settings() {
@@ -208,6 +197,20 @@ mod tests {
         ] {
             assert_eq!(read(text).expect_err("bad").to_string(), said);
         }
+        for length in ["2cm", "0.02", "0.02 m", "20000um", "20mm"] {
+            let metres = Settings {
+                path: "x",
+                pairs: vec![("radius", length)],
+            }
+            .metres("radius", 0.0..=1.0, 1.0);
+            assert_eq!(metres, Ok(0.02), "{length}");
+        }
+        let heavy = read("x,radius=2kg").expect("reads");
+        let said = heavy.metres("radius", 0.0..=1.0, 1.0).expect_err("a mass");
+        assert_eq!(
+            said.to_string(),
+            "radius: \"2kg\" is not a length: give a finite number, with one of the units m, cm, mm, um, µm, nm or none for SI"
+        );
         let far = read("x,radius=2m").expect("reads");
         let said = far.metres("radius", 0.0..=1.0, 1.0).expect_err("too far");
         assert_eq!(said.to_string(), "radius = \"2m\" is not in [0, 1] m");

@@ -3,7 +3,6 @@
 pub(crate) mod controller_file;
 pub(crate) mod error;
 pub(crate) mod failure;
-pub(crate) mod input;
 pub(crate) mod named;
 pub(crate) mod parameters;
 pub(crate) mod reader;
@@ -14,7 +13,7 @@ pub use error::{Excerpt, FileError};
 use error::{Source, text_of};
 use haptic_log::record::inspect;
 use haptic_quantity::parse_for_key;
-pub use input::short;
+pub use haptic_quantity::short;
 use parameters::{Parameter, Value as Kind};
 use reader::{Part, Table, in_order};
 pub use record_check::{check_signals, fill_gaps, one_row_a_time};

@@ -1,5 +1,6 @@
 //! A tissue from a record that was dropped on the page: the same reading and the same fits as on the command line.
 
+use crate::file_name;
 use haptic_experiment::Failure;
 use haptic_experiment::document::short;
 use haptic_log::record::StartTime;
@@ -21,6 +22,7 @@ const POINTS: usize = 2000;
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct IdentifyRequest {
+    #[serde(deserialize_with = "file_name")]
     name: String,
     /// The table: CSV or TSV.
     text: String,

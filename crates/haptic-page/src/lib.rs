@@ -16,7 +16,9 @@ pub use feel::DeviceNumbers;
 pub use server::{PageServer, ServerOptions};
 
 use haptic_experiment::Named;
-use serde::{Deserialize, Serialize};
+use haptic_quantity::short;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Value, json};
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
@@ -37,8 +39,21 @@ impl From<Option<f64>> for Number {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TextFile {
+    #[serde(deserialize_with = "file_name")]
     pub(crate) name: String,
     pub(crate) text: String,
+}
+
+/// The name of a file, as far as messages show it.
+pub(crate) fn file_name<'de, D: Deserializer<'de>>(from: D) -> Result<String, D::Error> {
+    let name = String::deserialize(from)?;
+    match name.chars().nth(200) {
+        None => Ok(name),
+        Some(_) => Err(D::Error::custom(format_args!(
+            "the name of a file has more than 200 characters: {}",
+            short(&name)
+        ))),
+    }
 }
 
 /// Says something to all pages; to none if there is none. May be called in any thread, and never waits.

@@ -7,7 +7,7 @@ use haptic_analysis::{
     NoiseGain, StabilityRegion,
 };
 use haptic_experiment::Failure;
-use haptic_experiment::document::short;
+use haptic_quantity::{short, written};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::error::Error;
@@ -111,16 +111,35 @@ impl WallQuestion {
             "stable": margins.is_some(),
             "gain_margin": margins.and_then(|m| m.gain_up).map(|gain| gain.value),
             "gain_margin_down": margins.and_then(|m| m.gain_down).map(|gain| gain.value),
-            "every_motion_margin": (proved > 0.0).then_some(proved),
+            "pulling_contact_margin": (proved > 0.0).then_some(proved),
+            "pulling_contact": said_of_pulling_contact(margins.is_some(), proved, [k, b]),
             "delay_margin_s": margins.and_then(|m| m.delay).map(|delay| delay.value * t.0),
             "sensitivity_peak": margins.map(|m| m.sensitivity.value),
             "sensitivity_peak_hz": margins.map(|m| m.sensitivity.theta / (2.0 * PI * t.0)),
             "passive": required.passive(dynamics.damping_n_s_per_m),
             "negative_at_rest": required.negative_at_rest,
             "required_damping_n_s_per_m": required.damping_n_s_per_m,
+            "required_damping": written("required_damping_n_s_per_m", required.damping_n_s_per_m),
             "force_noise_n": self.position_noise_m.0 * noise.of_wall(k, b),
             "curves": rendered.curves()?,
         }))
+    }
+}
+
+/// Up to which K, or B without a spring, contact that may pull, acts on one side or stiffens is proved stable, whatever the motion.
+fn said_of_pulling_contact(stable: bool, proved: f64, [k, b]: [f64; 2]) -> String {
+    let limit = match k > 0.0 {
+        true => format!("K = {}", written("proved_stiffness_n_per_m", proved * k)),
+        false => format!(
+            "B = {}",
+            written("proved_dissipation_n_s_mu_per_m", proved * b)
+        ),
+    };
+    match proved {
+        _ if !stable => "unstable".to_owned(),
+        proved if proved >= 1.0 => format!("proved up to {limit}"),
+        proved if proved > 0.0 => format!("not proved, only up to {limit}"),
+        _ => "not proved".to_owned(),
     }
 }
 

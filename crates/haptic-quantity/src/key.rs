@@ -1,6 +1,7 @@
 //! Keys in sentences.
 
 use crate::without_unit;
+use std::borrow::Cow;
 use std::fmt;
 use strsim::osa_distance;
 
@@ -62,6 +63,26 @@ pub fn renamed(sentence: &str, names: impl Fn(&str) -> Option<String>) -> String
     said + rest
 }
 
+/// The user's text, for a message, cut to its beginning if it exceeds 200 characters.
+///
+/// ```
+/// use haptic_quantity::short;
+///
+/// assert_eq!(short("5 N"), "5 N");
+/// assert_eq!(short(&"é".repeat(1000)), format!("{}… (1000 characters)", "é".repeat(80)));
+/// ```
+#[must_use]
+pub fn short(text: &str) -> Cow<'_, str> {
+    // Many a message shows it twice: as an argument, and as what is wrong with it.
+    let (most, kept) = (200, 80);
+    let length = text.chars().count();
+    if length <= most {
+        return text.into();
+    }
+    let kept: String = text.chars().take(kept).collect();
+    format!("{kept}… ({length} characters)").into()
+}
+
 /// Advice to somebody who wrote a name that is none of these: the one that was meant, or all. Keys are compared without their
 /// units, all without capitals.
 ///
@@ -103,6 +124,10 @@ pub fn nearest<'n>(written: &str, names: &[&'n str]) -> Option<&'n str> {
         let name = name.trim_start_matches('-').trim_end_matches("=VALUE");
         without_unit(name).to_lowercase().replace(['-', ' '], "_")
     };
+    // Nobody slips that far, and to compare takes as long as it is.
+    if written.chars().nth(64).is_some() {
+        return None;
+    }
     // The heading of a table stands before a point.
     let written = written.trim_start_matches('-');
     let key = written.rsplit('.').next().filter(|key| !key.is_empty());

@@ -5,7 +5,7 @@ mod key;
 mod number;
 mod written;
 
-pub use key::{Key, did_you_mean, nearest, renamed};
+pub use key::{Key, did_you_mean, nearest, renamed, short};
 pub use number::{DecimalSign, number, number_with, sign_of};
 pub use written::{WrittenUnit, digits, label, written, written_between};
 
@@ -169,19 +169,70 @@ pub fn kind_of_key(key: &str) -> &'static str {
     parts_of_key(key).1.kind
 }
 
+/// Longest text of a quantity, characters. To guess what is meant takes as long as the square of its length.
+const LONGEST: usize = 64;
+
 /// Reads a number for a key, in the SI unit that the key says: `5kN/m` for `stiffness_n_per_m` is 5000. A space may stand
 /// between number and unit; the unit is what no number contains at its end: `1e-3m` is a millimetre.
 ///
 /// # Errors
-/// Text that is not a finite number, or has another unit.
+/// Text that is not a finite number, has another unit, or more than 64 characters.
 pub fn parse_for_key(key: &str, text: &str) -> Result<f64, QuantityError> {
     let &(what, units) = parts_of_key(key).1.quantity;
-    read(units, text).ok_or_else(|| QuantityError {
-        meant: meant(units, text),
-        text: text.to_owned(),
+    let text = text.trim();
+    let refused = |text: String, meant, units| QuantityError {
+        text,
+        meant,
         what,
         units,
-    })
+    };
+    if text.chars().nth(LONGEST).is_some() {
+        return Err(refused(text.chars().take(20).collect(), None, None));
+    }
+    read(units, text).ok_or_else(|| refused(text.to_owned(), meant(units, text), Some(units)))
+}
+
+/// Kinds of keys or their names, numbers above which nobody means the SI unit who writes none, that unit, and the one that may be
+/// meant.
+const DOUBTFUL: [(&str, f64, &str, &str); 7] = [
+    ("MASS", 5.0, "kg", "g"),
+    ("ANGLE", 6.3, "rad", "deg"),
+    ("AREA", 1.0, "m2", "mm2"),
+    ("LENGTH", 1.0, "m", "mm"),
+    ("sample_time", 0.1, "s", "ms"),
+    ("delay", 1.0, "s", "ms"),
+    ("strain", 1.0, "", "%"),
+];
+
+/// Refuses a number without a unit that no device has in the SI unit, but in another.
+///
+/// ```
+/// use haptic_quantity::doubt;
+///
+/// let asked = "65 has no unit: write 65g, or 65kg if it is that";
+/// assert_eq!(doubt("mass_kg", "65"), Err(asked.to_owned()));
+/// assert_eq!(doubt("mass_kg", "0.065"), Ok(()));
+/// ```
+///
+/// # Errors
+/// Both readings, in a sentence.
+pub fn doubt(key: &str, text: &str) -> Result<(), String> {
+    let text = text.trim();
+    let in_unit = |unit: &str| parse_for_key(key, &format!("{text}{unit}")).ok();
+    let names = [kind_of_key(key), without_unit(key)];
+    let mut doubtful = DOUBTFUL.iter().filter(|_| is_bare(text));
+    let found = doubtful.find(|(name, most, si, other)| {
+        let is_it = names.iter().any(|of| of.ends_with(name));
+        let is_most = |unit: &str| in_unit(unit).is_some_and(|number| number.abs() <= *most);
+        is_it && !is_most(si) && is_most(other)
+    });
+    match found {
+        Some((.., "", other)) => Err(format!("{text} has no unit: write {text}{other}")),
+        Some((.., si, other)) => Err(format!(
+            "{text} has no unit: write {text}{other}, or {text}{si} if it is that"
+        )),
+        None => Ok(()),
+    }
 }
 
 /// A number with one of these units, or with none for SI.
@@ -269,14 +320,21 @@ pub struct QuantityError {
     /// How it is to be written, if that can be told.
     meant: Option<String>,
     what: &'static str,
-    units: &'static [Unit],
+    /// `None` of a text that is too long.
+    units: Option<&'static [Unit]>,
 }
 
 impl fmt::Display for QuantityError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let named = self.units.iter().map(|(unit, _)| *unit);
-        let units: Vec<&str> = named.filter(|unit| !unit.is_empty()).collect();
         let Self { text, what, .. } = self;
+        let Some(units) = self.units else {
+            return write!(
+                f,
+                "\"{text}…\" is not {what}: give at most {LONGEST} characters"
+            );
+        };
+        let named = units.iter().map(|(unit, _)| *unit);
+        let units: Vec<&str> = named.filter(|unit| !unit.is_empty()).collect();
         write!(f, "\"{text}\" is not {what}: ")?;
         match &self.meant {
             Some(meant) => write!(f, "write {meant}"),
@@ -407,6 +465,26 @@ mod tests {
         }
         assert!(is_bare(" -1e3 ") && !is_bare("1s") && !is_bare(""));
         assert!(is_unit("ms") && is_unit("%") && !is_unit("") && !is_unit("wall"));
+    }
+
+    #[test]
+    fn a_text_of_more_than_64_characters_is_refused_by_its_first_20_however_long_it_is() {
+        let longest = format!("{}5 s", "0".repeat(61));
+        assert_eq!(parse_for_key("_s", &longest), Ok(5.0));
+        for (text, shown) in [
+            (format!("0{longest}"), "00000000000000000000"),
+            ("[".repeat(1 << 24), "[[[[[[[[[[[[[[[[[[[["),
+            (
+                format!("1{}", " 000".repeat(1 << 20)),
+                "1 000 000 000 000 00",
+            ),
+            ("é".repeat(65), "éééééééééééééééééééé"),
+        ] {
+            let error = parse_for_key("_s", &text).expect_err(shown).to_string();
+            let said = format!("\"{shown}…\" is not a time: give at most 64 characters");
+            assert_eq!(error, said);
+            assert_eq!(nearest(&text, &["order"]), None, "{shown}");
+        }
     }
 
     #[test]

@@ -43,8 +43,15 @@ const REQUIRED: [&str; 4] = [
     "corollary_",
     "sampled_damping",
 ];
-/// Of the largest that is allowed.
-const LARGEST: [&str; 4] = ["largest_", "alpha_max", "beta_max", "stiffness_max"];
+/// Of the largest that is allowed, or proved.
+const LARGEST: [&str; 6] = [
+    "largest_",
+    "alpha_max",
+    "beta_max",
+    "stiffness_max",
+    "proved_",
+    "pulling_contact_margin",
+];
 
 impl Toward {
     fn of_key(key: &str) -> Self {
@@ -196,6 +203,9 @@ mod tests {
             ("required_damping_n_s_per_m", 0.0, "0 N·s/m"),
             ("largest_stiffness_n_per_m", 9.9999e3, "9.999 kN/m"),
             ("alpha_max", -0.123_41, "-0.1235"),
+            ("proved_stiffness_n_per_m", 7058.96, "7.058 kN/m"),
+            ("pulling_contact_margin", 0.705_89, "0.7058"),
+            ("required_damping_n_s_per_m", 6.254_02, "6.255 N·s/m"),
             ("required_delta", 1.003_41, "1.0035"),
             ("margin", 0.996_59, "0.9966"),
             ("dissipation", 178.558_92, "178.6"),

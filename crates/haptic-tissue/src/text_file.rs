@@ -1,5 +1,7 @@
-//! Files from outside, which are not waited for, and texts that never take more memory than they may.
+//! Files from outside, which are not waited for, and texts that never take more memory than they may, in UTF-8, UTF-16 or
+//! Windows-1252.
 
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::{self, Read as _};
 use std::path::Path;
@@ -25,12 +27,53 @@ pub fn read_bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 /// The text of a file, if it is not longer than [`TEXT_MOST`].
 ///
 /// # Errors
-/// As for [`read_bytes`]; a longer file.
+/// As for [`read_bytes`]; a longer file; one that is no text.
 pub fn read_text(path: &Path) -> io::Result<String> {
     let wrong = |why: String| io::Error::new(io::ErrorKind::InvalidData, why);
-    let text = read_bytes(path, TEXT_MOST)?;
-    if text.len() as u64 > TEXT_MOST {
+    let bytes = read_bytes(path, TEXT_MOST)?;
+    if bytes.len() as u64 > TEXT_MOST {
         return Err(wrong(format!("it is longer than {TEXT_MOST} bytes")));
     }
-    String::from_utf8(text).map_err(|_| wrong("it is not UTF-8 text".to_owned()))
+    let text = decoded(&bytes).map_err(|why| wrong(why.to_owned()))?;
+    Ok(text.into_owned())
+}
+
+/// Bytes as text, without their marks; the reason where they are none.
+pub(crate) fn decoded(bytes: &[u8]) -> Result<Cow<'_, str>, &'static str> {
+    let wide = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
+        // Some programs end the text with a byte of its own.
+        let whole = bytes.strip_suffix(b"\n").filter(|_| bytes.len() % 2 == 1);
+        let bytes = whole.unwrap_or(bytes);
+        if bytes.len() % 2 == 1 {
+            return Err("this is UTF-16 of an odd number of bytes, so its end is missing");
+        }
+        let units = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
+        let text = char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER));
+        Ok(Cow::Owned(text.collect::<String>()))
+    };
+    let text = match bytes {
+        [0xff, 0xfe, rest @ ..] => wide(rest, u16::from_le_bytes)?,
+        [0xfe, 0xff, rest @ ..] => wide(rest, u16::from_be_bytes)?,
+        // Without a mark: the first letters are of one byte.
+        [1..=u8::MAX, 0, 1..=u8::MAX, 0, ..] => wide(bytes, u16::from_le_bytes)?,
+        [0, 1..=u8::MAX, 0, 1..=u8::MAX, ..] => wide(bytes, u16::from_be_bytes)?,
+        bytes => {
+            let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+            match std::str::from_utf8(bytes) {
+                Ok(text) => Cow::Borrowed(text),
+                // Windows-1252, but for a few signs that no number has.
+                Err(_) => Cow::Owned(bytes.iter().map(|byte| char::from(*byte)).collect()),
+            }
+        }
+    };
+    let is_sign = |c: &char| c.is_control() && !"\t\r\n\u{b}\u{c}\u{85}".contains(*c);
+    let is_text = text.chars().filter(is_sign).count() * 50 <= text.len();
+    if !is_text || bytes.starts_with(b"PK\x03\x04") {
+        return Err("this is no text");
+    }
+    // Lines of an old Mac.
+    Ok(match text.contains('\r') && !text.contains('\n') {
+        true => Cow::Owned(text.replace('\r', "\n")),
+        false => text,
+    })
 }

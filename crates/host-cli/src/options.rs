@@ -5,7 +5,7 @@
 use self::keys::Named;
 use crate::files::Files;
 use crate::names::option_of;
-use crate::parse::{doubt, read_whole};
+use crate::parse::read_whole;
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
 use fracdiff::parameter::Shown;
@@ -18,7 +18,7 @@ use haptic_experiment::parameters::{
     choices, is_path, now_called, of_kind,
 };
 use haptic_experiment::run::DeviceModel;
-use haptic_quantity::{did_you_mean, is_meant, kind_of_key, parse_for_key, without_unit};
+use haptic_quantity::{did_you_mean, doubt, is_meant, kind_of_key, parse_for_key, without_unit};
 use std::collections::BTreeMap;
 use std::marker::PhantomData;
 use std::ops::RangeInclusive;

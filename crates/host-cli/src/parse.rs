@@ -7,7 +7,7 @@ use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_experiment::parameters::{Parameter, Range, in_degrees};
 use haptic_experiment::{Failure, Named};
-use haptic_quantity::{WrittenUnit, is_bare, kind_of_key, parse_for_key, without_unit, written};
+use haptic_quantity::{WrittenUnit, doubt, parse_for_key, written};
 use std::ffi::OsStr;
 use std::ops::RangeInclusive;
 
@@ -59,38 +59,6 @@ where
             let refused = format!("{name} {refused}: change --{option}\n");
             Error::raw(ErrorKind::ValueValidation, refused)
         })
-    }
-}
-
-/// Kinds of keys or their names, numbers above which nobody means the SI unit who writes none, that unit, and the one that may be
-/// meant.
-const DOUBTFUL: [(&str, f64, &str, &str); 7] = [
-    ("MASS", 5.0, "kg", "g"),
-    ("ANGLE", 6.3, "rad", "deg"),
-    ("AREA", 1.0, "m2", "mm2"),
-    ("LENGTH", 1.0, "m", "mm"),
-    ("sample_time", 0.1, "s", "ms"),
-    ("delay", 1.0, "s", "ms"),
-    ("strain", 1.0, "", "%"),
-];
-
-/// Refuses a number without a unit that no device has in the SI unit, but in another.
-pub(crate) fn doubt(key: &str, text: &str) -> Result<(), String> {
-    let text = text.trim();
-    let in_unit = |unit: &str| parse_for_key(key, &format!("{text}{unit}")).ok();
-    let names = [kind_of_key(key), without_unit(key)];
-    let mut doubtful = DOUBTFUL.iter().filter(|_| is_bare(text));
-    let found = doubtful.find(|(name, most, si, other)| {
-        let is_it = names.iter().any(|of| of.ends_with(name));
-        let is_most = |unit: &str| in_unit(unit).is_some_and(|number| number.abs() <= *most);
-        is_it && !is_most(si) && is_most(other)
-    });
-    match found {
-        Some((.., "", other)) => Err(format!("{text} has no unit: write {text}{other}")),
-        Some((.., si, other)) => Err(format!(
-            "{text} has no unit: write {text}{other}, or {text}{si} if it is that"
-        )),
-        None => Ok(()),
     }
 }
 

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { bytes, duration, everyMotion, niceStep, number, plain, quantity, steady, tickTexts } from "../../src/format";
+import { bytes, duration, niceStep, number, plain, quantity, steady, tickTexts } from "../../src/format";
 
 test("three significant digits, whatever the size", () => {
   const cases: [number, string][] = [
@@ -22,15 +22,6 @@ test("a unit always, with a prefix where it has one", () => {
   assert.equal(quantity(0.5, ""), "0.500");
   assert.equal(plainSpace(duration(90)), "90.0 s");
   assert.equal(plainSpace(bytes(412345)), "412 kB");
-});
-
-test("what is proved for every motion is said with K, without a spring with B", () => {
-  const said = (margin: number | null, K: number, stable = true): string => everyMotion({ stable, every_motion_margin: margin }, K, 20).replace(/\u202f/g, " ");
-  assert.equal(said(2, 1500), "proved up to K = 3.00 kN/m");
-  assert.equal(said(2, 0), "proved up to B = 40.0 N·s^μ/m");
-  assert.equal(said(0.5, 1500), "not proved, only up to K = 750 N/m");
-  assert.equal(said(null, 1500), "not proved");
-  assert.equal(said(0.5, 1500, false), "unstable");
 });
 
 test("an axis has steps of 1, 2 and 5 and no idle digits", () => {

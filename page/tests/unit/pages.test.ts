@@ -5,6 +5,7 @@ import { keyOf } from "../../src/forms";
 import { certificate } from "../../src/certificate";
 import { wallFile } from "../../src/design-file";
 import { demonstrated } from "../../src/demonstration";
+import { textOf } from "../../src/drop";
 import { csvOf } from "../../src/export";
 import { readable } from "../../src/names";
 
@@ -16,6 +17,20 @@ test("an experiment file has the keys and floats of the command", () => {
   assert.match(text, /^scheme = "full"$/m);
   assert.match(text, /^delay_s = 0\.0003$/m);
   assert.doesNotMatch(text, /lag/);
+});
+
+test("a file is read as the command reads it, whatever program has saved it", async () => {
+  const wide = (text: string, little: boolean, tail: number[] = []): Blob => {
+    const units = new DataView(new ArrayBuffer(2 * text.length));
+    [...text].forEach((letter, at) => units.setUint16(2 * at, letter.charCodeAt(0), little));
+    return new Blob([units.buffer, Uint8Array.from(tail)]);
+  };
+  const text = "t;Δ\n0;21 °C\n";
+  const one = Uint8Array.from("t;F\n0;21 °C\n", (letter) => letter.charCodeAt(0));
+  for (const file of [new Blob([text]), new Blob(["\ufeff", text]), wide(`\ufeff${text}`, true), wide(`\ufeff${text}`, false), wide(`\ufeff${text}`, true, [10])]) assert.equal(await textOf(file), text);
+  for (const little of [true, false]) assert.equal(await textOf(wide("time_s\n", little)), "time_s\n");
+  assert.equal(await textOf(new Blob([one])), "t;F\n0;21 °C\n");
+  assert.deepEqual(await Promise.all(["", "a"].map((short) => textOf(new Blob([short])))), ["", "a"]);
 });
 
 test("the demonstration stays in its range and does not jump", () => {

@@ -36,6 +36,9 @@ test("who was cut off for a while finds what there is, or starts what there was"
   assert.deepEqual([outgoing(back), back.felt?.scale], [null, 2]);
   const anew = outgoing(after([{ do: "hello", hello: hello() }], after([{ do: "felt", feel: { ...FELT, scale: 2, order: 0.3 } }], lost)));
   assert.deepEqual([anew?.do, anew?.keys.scale, anew?.keys.order], ["feel.start", 2, 0.3]);
+  // Why the server went is not forgotten while the page tries again.
+  const why = (...reasons: string[]): string | null => after(reasons.map((reason) => ({ do: "lost", reason })), running()).lost;
+  assert.deepEqual([why("the server was stopped", "", ""), why(""), back.lost], ["the server was stopped", "", null]);
 });
 
 test("edits are shown at once and not undone by answers to earlier ones", () => {

@@ -6,15 +6,16 @@ mod run;
 pub(crate) use question::answer;
 pub(crate) use run::{experiment_parameters, run_experiment, table};
 
+use crate::json::number_for;
 use crate::refused::{OrRefused as _, refused, unread};
 use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
 use haptic_experiment::parameters::{Value, is_path, of_kind};
-use haptic_quantity::{is_meant, parse_for_key};
+use haptic_quantity::is_meant;
 use pyo3::PyErr;
 use pyo3::exceptions::{PyFileNotFoundError, PyRuntimeError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict};
+use pyo3::types::{PyBool, PyDict, PyString};
 use std::path::Path;
 
 /// Bad input is a `ValueError`; a run, device or disk that failed a `RuntimeError`.
@@ -38,7 +39,8 @@ fn document(kind: &str, parameters: &Bound<'_, PyDict>) -> PyResult<Document> {
         let key = meant.map_or(&*written, |known| known.key);
         let is_number =
             meant.is_some_and(|known| matches!(known.value, Value::Number(..) | Value::List(_)));
-        let value = toml_value(key, &value, is_number)?;
+        let numbers = is_number.then(|| written == key);
+        let value = toml_value(key, &value, numbers)?;
         let file = value.as_str().filter(|text| is_path(key, text));
         if let Some(missing) = file.filter(|file| !Path::new(file).exists()) {
             let missing = format!("{key} = \"{missing}\": there is no such file or folder");
@@ -50,10 +52,17 @@ fn document(kind: &str, parameters: &Bound<'_, PyDict>) -> PyResult<Document> {
     Ok(document)
 }
 
-/// A value as TOML has it; a text is a number with its unit where a number is wanted.
-fn toml_value(key: &str, value: &Bound<'_, PyAny>, is_number: bool) -> PyResult<toml::Value> {
+/// A value as TOML has it; a text is a number with its unit where a number is wanted, for a key that was written with its unit or
+/// without.
+fn toml_value(key: &str, value: &Bound<'_, PyAny>, number: Option<bool>) -> PyResult<toml::Value> {
     if value.cast::<PyBool>().is_ok() {
         return Ok(toml::Value::Boolean(value.extract()?));
+    }
+    let is_text = value.cast::<PyString>().is_ok();
+    if let Some(says_unit) = number
+        && (is_text || value.extract::<f64>().is_ok())
+    {
+        return number_for(key, says_unit, value).map(toml::Value::Float);
     }
     if let Ok(integer) = value.extract::<i64>() {
         return Ok(toml::Value::Integer(integer));
@@ -61,16 +70,11 @@ fn toml_value(key: &str, value: &Bound<'_, PyAny>, is_number: bool) -> PyResult<
     if let Ok(number) = value.extract::<f64>() {
         return Ok(toml::Value::Float(number));
     }
-    if let Ok(text) = value.extract::<String>() {
-        if is_number {
-            let number = parse_for_key(key, &text);
-            let number = number.map_err(|error| refused(format_args!("{key}: {error}")));
-            return number.map(toml::Value::Float);
-        }
-        return Ok(toml::Value::String(text));
+    if is_text {
+        return Ok(toml::Value::String(value.extract()?));
     }
     if let Ok(items) = value.try_iter() {
-        let items = items.map(|item| toml_value(key, &item?, is_number));
+        let items = items.map(|item| toml_value(key, &item?, number));
         return items.collect::<PyResult<_>>().map(toml::Value::Array);
     }
     let text = value

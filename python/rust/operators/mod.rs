@@ -6,7 +6,7 @@ pub(crate) use stream::{PyOperator, frequency_response};
 
 use crate::arrays::{Whole, room, vector};
 use crate::conducted::heard;
-use crate::refused::OrRefused as _;
+use crate::refused::{OrRefused as _, refused};
 use fracdiff::{Channel, Operator, Order, Scheme, Seconds};
 use numpy::{IntoPyArray as _, PyArray1};
 use pyo3::prelude::*;
@@ -34,6 +34,14 @@ pub(crate) fn differintegrate<'py>(
     let scheme = scheme_of(scheme)?;
     let columns = columns.iter().map(|column| vector("x", column));
     let columns: Vec<Vec<f64>> = columns.collect::<PyResult<_>>()?;
+    for (channel, x) in columns.iter().enumerate() {
+        if let Some(at) = x.iter().position(|x| !x.is_finite()) {
+            return Err(refused(format_args!(
+                "sample {at} of channel {channel} of x is {}, and must be a finite number: fill the gap, or cut the record before it",
+                x[at]
+            )));
+        }
+    }
     let outputs = heard(py, Duration::MAX, move |_| {
         records(&columns, order, sample_time, scheme, reference)
     });

@@ -62,6 +62,7 @@ class Device(_native.Device):
     ----------
     mass_kg : float or str
         m of device and hand, above 0. Each of these may be a text with a unit, ``"65 g"``, and be named without its unit, ``mass=``.
+        A number without a unit that no device has is asked for it: ``Device(65)``, but not ``Device(mass_kg=65)``.
     damping_n_s_per_m : float or str, default 0
         b of device and hand, at least 0.
     hand_stiffness_n_per_m : float or str, default 0
@@ -90,32 +91,22 @@ class Device(_native.Device):
     True
     """
 
-    def __new__(
-        cls,
-        mass_kg: Quantity | None = None,
-        damping_n_s_per_m: Quantity | None = None,
-        hand_stiffness_n_per_m: Quantity | None = None,
-        delay_s: Quantity | None = None,
-        current_lag_s: Quantity | None = None,
-        **named: Quantity,
-    ) -> Device:
-        given = {
-            "mass_kg": mass_kg,
-            "damping_n_s_per_m": damping_n_s_per_m,
-            "hand_stiffness_n_per_m": hand_stiffness_n_per_m,
-            "delay_s": delay_s,
-            "current_lag_s": current_lag_s,
-        }
+    # Only here it can be seen whether a number was named with its unit.
+    def __new__(cls, *given: Quantity | None, **named: Quantity | None) -> Device:
+        keys = ["mass_kg", "damping_n_s_per_m", "hand_stiffness_n_per_m", "delay_s", "current_lag_s"]
+        if len(given) > len(keys):
+            raise TypeError(f"a Device has {len(keys)} numbers, {', '.join(keys)}: {len(given)} are given")
         numbers: dict[str, float] = {}
-        for name, value in [*given.items(), *named.items()]:
-            if value is not None:
-                key, number = _native.quantity([*given], name, value)
-                if key in numbers:
-                    raise TypeError(f"{key} is given twice: leave one out")
-                numbers[key] = number
+        for name, value in [*zip(keys, given, strict=False), *named.items()]:
+            if value is None:
+                continue
+            key, number = _native.quantity(keys, name, value, name not in named)
+            if key in numbers:
+                raise TypeError(f"{key} is given twice: leave one out")
+            numbers[key] = number
         if "mass_kg" not in numbers:
             raise TypeError('a Device needs its mass: Device("65 g")')
-        return super().__new__(cls, *(numbers.get(key, 0.0) for key in given))
+        return super().__new__(cls, *(numbers.get(key, 0.0) for key in keys))
 
 
 @dataclass(frozen=True)

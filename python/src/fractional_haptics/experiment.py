@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from fractional_haptics.tissue import Material
 
-__all__ = ["Answer", "Run", "coupler", "creep", "design", "relax", "touch", "wall", "zwidth"]
+__all__ = ["Answer", "Run", "RunFault", "coupler", "creep", "design", "relax", "touch", "wall", "zwidth"]
 
 Progress = Callable[[int], object]
 
@@ -85,6 +85,21 @@ class Run(HoldsArrays, Shown):
         return f"<Run '{self.kind}' of {self.report['samples']} samples: {', '.join(self.columns)}>"
 
 
+class RunFault(RuntimeError):
+    """A run that ended before its time, at a fault."""
+
+    run: Run
+    """Report and log of it, up to its end."""
+
+    def __init__(self, run: Run) -> None:
+        super().__init__(run)
+        self.run = run
+
+    def __str__(self) -> str:
+        report = self.run.report
+        return f"{report['ended_early']}: the run ended at {report['duration_s']:g} s"
+
+
 class Answer(dict[str, Any], Shown):
     """The answer to a question: a dict, with the keys of ``host-cli --json``, that shows itself on one screen."""
 
@@ -104,6 +119,7 @@ def _run(
     out: str | os.PathLike[str] | None,
     overwrite: bool,
     force_unstable: bool,
+    raise_on_fault: bool,
     progress: Progress | None,
 ) -> Run:
     given = {key: value for key, value in parameters.items() if value is not None}
@@ -122,7 +138,10 @@ def _run(
             report.pop(gone, None)
         report.get("against", {}).pop("csv", None)
     report["warnings"] = [*heard, *report.get("warnings", [])]
-    return Run(kind, columns, report, folder, against)
+    run = Run(kind, columns, report, folder, against)
+    if raise_on_fault and report["ended_early"] is not None:
+        raise RunFault(run)
+    return run
 
 
 def _described(rows: Iterable[tuple[str, str, Any, bool, str, str]]) -> str:
@@ -166,6 +185,8 @@ overwrite : bool, default False
     Replace the files of an earlier run there.
 force_unstable : bool, default False
     On a serial device: start what the pre-flight refuses, too.
+raise_on_fault : bool, default True
+    Raise a `RunFault` where a fault ends the run; else ``report["ended_early"]`` says it.
 progress : callable, optional
     Called now and then with the number of samples done; or a bar of ``tqdm``.
 <parameters>
@@ -181,7 +202,7 @@ ValueError
 FileNotFoundError
     A file or folder that a parameter names.
 RuntimeError
-    A device or a disk that failed.
+    A device or a disk that failed; as a `RunFault`, with the run in it, a fault that ended the run.
 KeyboardInterrupt
     After Ctrl-C, when the force is zero and the log closed.
 
@@ -199,11 +220,18 @@ def _experiment(kind: str, what: str) -> Callable[..., Run]:
         out: str | os.PathLike[str] | None = None,
         overwrite: bool = False,
         force_unstable: bool = False,
+        raise_on_fault: bool = True,
         progress: Progress | None = None,
         **parameters: Any,
     ) -> Run:
         return _run(
-            kind, parameters, out=out, overwrite=overwrite, force_unstable=force_unstable, progress=_told(progress)
+            kind,
+            parameters,
+            out=out,
+            overwrite=overwrite,
+            force_unstable=force_unstable,
+            raise_on_fault=raise_on_fault,
+            progress=_told(progress),
         )
 
     function.__name__ = function.__qualname__ = kind

@@ -65,12 +65,12 @@ def differintegrate(
     Returns
     -------
     ndarray, shape of `x`
-        The derivative in the unit of x, times s^(-order). Outputs that a NaN or an infinity in x reaches are NaN.
+        The derivative in the unit of x, times s^(-order).
 
     Raises
     ------
     ValueError
-        A parameter outside its range, an unknown scheme, no axis, no real numbers.
+        A parameter outside its range, an unknown scheme, no axis, no real numbers; a sample that is not finite, with its index.
 
     Notes
     -----

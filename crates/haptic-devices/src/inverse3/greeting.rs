@@ -6,6 +6,7 @@ use super::name::Inverse3Name;
 use super::trouble::{Inverse3OpenError, Trouble};
 use super::wire::{PRESET, opening, position};
 use haptic_loop::realtime::Moment;
+use haptic_quantity::short;
 use serde_json::Value;
 use std::io::{Error, ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs as _};
@@ -23,15 +24,10 @@ const BYTES_MOST: usize = 1 << 20;
 const READ_AT_ONCE: usize = 4096;
 /// Answers in which the settings may come to be what was asked for.
 const ATTEMPTS: u32 = 25;
-/// Characters of what a service says that an error repeats.
-const SAID_MOST: usize = 200;
 
 /// What a service said, in one line that a terminal can show.
 fn cut(said: &str) -> String {
-    let shown = said.chars().take(SAID_MOST);
-    shown
-        .map(|c| if c.is_control() { ' ' } else { c })
-        .collect()
+    short(said).replace(char::is_control, " ")
 }
 
 impl Inverse3Name {

@@ -1,6 +1,7 @@
 //! A servo by name: its settings in one table, with their ranges.
 
-use crate::name::{NameError, Settings, with_unit};
+use crate::name::{NameError, Settings, quantity};
+use haptic_quantity::{DecimalSign, number_with};
 use std::fmt;
 
 /// A servo that turns a capstan or a lever, as one axis in metres and newtons.
@@ -49,6 +50,13 @@ const fn setting(key: &'static str, unit: &'static str, least: f64, most: f64) -
 }
 
 impl Setting {
+    fn read(&self, text: &str) -> Result<Option<f64>, NameError> {
+        match self.unit {
+            "" => Ok(number_with(text, DecimalSign::Point)),
+            unit => quantity(self.key, &format!("_{unit}"), text).map(Some),
+        }
+    }
+
     /// True of a value in its range; a length may be the negative of it, a number of servos or answers is whole.
     fn fits(&self, value: f64) -> bool {
         let either_way = if self.unit == "m" { value.abs() } else { value };
@@ -137,7 +145,7 @@ impl MoteusName {
         let mut values = MoteusSettings::DEFAULT.values();
         for (setting, value) in SETTINGS.iter().zip(&mut values) {
             if let Some(text) = given.text(setting.key) {
-                let read = with_unit(text, setting.unit).filter(|value| setting.fits(*value));
+                let read = setting.read(text)?.filter(|value| setting.fits(*value));
                 *value = read.ok_or_else(|| setting.refused(text))?;
             }
         }
@@ -203,6 +211,14 @@ mod tests {
             ("/dev/x,id=1.5", "id = \"1.5\" is not in [1, 126]"),
             ("/dev/x,lost=1", "lost = \"1\" is not in [2, 1000]"),
             (
+                "/dev/x,watchdog=5mm",
+                "watchdog: \"5mm\" is not a time: give a finite number, with one of the units s, ms, us, µs, min, h or none for SI",
+            ),
+            (
+                "/dev/x,torque_limit=10%",
+                "torque_limit = \"10%\" is not in [0.0001, 20]",
+            ),
+            (
                 "/dev/x,torque_limit=inf",
                 "torque_limit = \"inf\" is not in [0.0001, 20]",
             ),
@@ -215,6 +231,8 @@ mod tests {
             assert_eq!(error.to_string(), said);
         }
         MoteusName::parse("/dev/x,servo=1").expect_err("no such key");
+        let centimetres = MoteusName::parse("/dev/x,radius=2cm,watchdog=50 ms").expect("good");
+        assert_eq!(centimetres.settings.radius_m.to_bits(), 0.02_f64.to_bits());
         let radius_m = f64::NAN;
         let bad = MoteusSettings {
             radius_m,

@@ -712,7 +712,8 @@ fn opened_at(answers: impl FnOnce(TcpListener) + Send + 'static, settings: &str)
 }
 
 /// Says this to whoever connects.
-fn says(what: &'static str) -> impl FnOnce(TcpListener) + Send + 'static {
+fn says(what: &str) -> impl FnOnce(TcpListener) + Send + 'static + use<> {
+    let what = what.to_owned();
     move |listener| {
         let (mut stream, _) = listener.accept().expect("somebody");
         let _ = stream.read(&mut [0; 1024]);
@@ -736,6 +737,15 @@ fn what_is_no_service_of_this_version_is_named() {
         "",
     );
     assert!(newer.contains("version 4.0, and"), "{newer}");
+    let long = opened_at(
+        says(&format!(
+            "HTTP/1.1 200 OK\r\n\r\n{{\"project_version\":\"{}\"}}",
+            "4".repeat(100_000)
+        )),
+        "",
+    );
+    let shown = format!("is version {}… (100000 characters), and", "4".repeat(80));
+    assert!(long.contains(&shown), "{long:.400}");
     for (answer, said) in [
         (
             "HTTP/1.1 404 Not Found\r\n\r\n<html>{no}</html>",

@@ -1,11 +1,11 @@
 //! A table of a document, read key by key, so that every refusal names the place of its value.
 
 use super::error::{FileError, Source};
-use crate::document::input::short;
 use crate::document::named::Named;
 use crate::document::parameters::{Parameter, Range, Value, in_degrees, is_path, now_called};
 use fracdiff::parameter::Shown;
 use haptic_quantity::did_you_mean;
+use haptic_quantity::short;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};

@@ -12,7 +12,6 @@
 use crate::document::controller_file::source;
 use crate::document::error::{FileError, text_of};
 use crate::document::failure::Failure;
-use crate::document::input::short;
 use crate::document::parameters::Parameter;
 use crate::document::reader::Table;
 use crate::document::{Parsed, lines_of, parameters as p};
@@ -21,6 +20,7 @@ use crate::run::sensors::{Imperfections, Sensors};
 use fracdiff::parameter::{Shown, range};
 use fractional_control::{ControlError, FractionalTransferFunction, Plant, StateSpace};
 use haptic_analysis::Dynamics;
+use haptic_quantity::short;
 use haptic_tissue::identify::table::{TABLE_MOST, read_chosen, rows_named};
 use haptic_tissue::read_bytes;
 use nalgebra::{DMatrix, DVector, RowDVector};

@@ -5,6 +5,7 @@ use crate::document::parameters::{COUPLER_DAMPING, COUPLER_SPRING, FORCE_UNSTABL
 use crate::run::drive_verdict::DriveVerdict;
 use crate::run::flat::flat;
 use haptic_analysis::Dynamics;
+use haptic_quantity::written;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -120,12 +121,22 @@ pub struct PreflightVerdict {
     pub(crate) coupler: Option<CouplerVerdict>,
 }
 
+/// Rounded up: who takes the number that is said has enough.
+fn needed_damping(needed: f64) -> String {
+    written("required_damping_n_s_per_m", needed)
+}
+
+fn needed_delta(needed: f64) -> String {
+    written("required_delta", needed)
+}
+
 impl CouplerVerdict {
     /// Damping that Llewellyn needs and the device has.
     fn needs(&self) -> String {
         match self.llewellyn_damping_n_s_per_m {
             Some(needed) => format!(
-                "it needs a damping of {needed:.4} N·s/m and has {:.4} N·s/m",
+                "it needs a damping of {} and has {:.4} N·s/m",
+                needed_damping(needed),
                 self.damping_n_s_per_m
             ),
             None => "the coupler is active by itself, so no damping is enough".to_owned(),
@@ -199,7 +210,7 @@ impl PreflightVerdict {
         }
         if let Some(coupler) = self.coupler {
             let needed = match coupler.sampled_damping_n_s_per_m {
-                Some(needed) => format!("a damping of {needed:.4} N·s/m"),
+                Some(needed) => format!("a damping of {}", needed_damping(needed)),
                 None => "another coupler, no damping is enough,".to_owned(),
             };
             let llewellyn = match coupler.llewellyn {
@@ -212,7 +223,7 @@ impl PreflightVerdict {
             ));
         }
         let needed = match self.required_delta {
-            Some(needed) => format!("passivity needs a delta above {needed:.4}"),
+            Some(needed) => format!("passivity needs a delta above {}", needed_delta(needed)),
             None => "at rest it is a negative spring, which no damping makes passive".to_owned(),
         };
         (!self.passive).then(|| {
@@ -234,7 +245,7 @@ impl PreflightVerdict {
                 (true, true) => "stable and passive",
             };
             let needed = self.required_delta.map_or_else(String::new, |needed| {
-                format!("; passive above delta {needed:.4}")
+                format!("; passive above delta {}", needed_delta(needed))
             });
             return format!("{word}, {numbers}{needed}");
         };
@@ -248,7 +259,9 @@ impl PreflightVerdict {
         };
         let passive = match (self.passive, coupler.sampled_damping_n_s_per_m) {
             (true, _) => "passive as sampled with any hand and object".to_owned(),
-            (false, Some(needed)) => format!("not passive as sampled: needs {needed:.4} N·s/m"),
+            (false, Some(needed)) => {
+                format!("not passive as sampled: needs {}", needed_damping(needed))
+            }
             (false, None) => "not passive as sampled with any damping".to_owned(),
         };
         format!(
@@ -279,7 +292,8 @@ impl PreflightVerdict {
                     .map_or_else(String::new, |depth_m| {
                         format!(", down to {} mm", three_digits(1e3 * depth_m))
                     });
-                format!(" ({factor:.3} proved for every motion of contact that may pull{depth})")
+                let factor = written("pulling_contact_margin", factor);
+                format!(" ({factor} proved for every motion of contact that may pull{depth})")
             });
         let pushing = self.pushing_contact.map_or_else(String::new, |proof| {
             format!(", contact that only pushes is {proof}")

@@ -8,6 +8,7 @@ use haptic_experiment::parameters::{self, Range};
 use haptic_experiment::run::DeviceValues;
 use haptic_experiment::{Failure, ModelledTissue, TissuePiece};
 use haptic_loop::DepthMap;
+use haptic_quantity::short;
 use haptic_tissue::{Library, Material, Model};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -146,7 +147,8 @@ impl DeviceNumbers {
             if !Self::names().any(|known| known == name) {
                 let known = Self::names().collect::<Vec<_>>().join(", ");
                 return Err(Failure::bad_input(format_args!(
-                    "`device` has no number `{name}`: give some of {known}"
+                    "`device` has no number `{}`: give some of {known}",
+                    short(name)
                 )));
             }
             let values = self.values.named();
@@ -371,7 +373,8 @@ fn library_material(library: &Library, name: &str) -> Result<Material, Failure> 
     named.cloned().ok_or_else(|| {
         let known: Vec<&str> = materials.iter().map(|m| m.name.as_str()).collect();
         Failure::bad_input(format_args!(
-            "tissue {name:?} is not in the library: take one of {}",
+            "tissue {:?} is not in the library: take one of {}",
+            short(name),
             known.join(", ")
         ))
     })

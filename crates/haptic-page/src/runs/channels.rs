@@ -2,6 +2,7 @@
 
 use haptic_experiment::Failure;
 use haptic_log::record::{AXES, Column, TickMessage};
+use haptic_quantity::short;
 
 /// The channels of a log by its number of axes, 1 to 3.
 #[derive(Clone, Debug)]
@@ -45,7 +46,8 @@ pub(crate) fn places(wanted: &[String], names: &[String]) -> Result<Vec<usize>, 
         let place = names.iter().position(|known| known == name);
         place.ok_or_else(|| {
             Failure::bad_input(format_args!(
-                "there is no channel {name:?}: take some of {}",
+                "there is no channel {:?}: take some of {}",
+                short(name),
                 names.join(", ")
             ))
         })

@@ -6,7 +6,7 @@ use haptic_experiment::parameters::{
     self, KINDS, Parameter, QUESTIONS, Value as Default, choices, is_path,
 };
 use haptic_loop::LoadingKind;
-use haptic_quantity::label;
+use haptic_quantity::{label, short};
 use serde_json::{Map, Value, json};
 use std::fs;
 use std::path::Path;
@@ -16,7 +16,8 @@ pub(super) fn document(kind: &str, parameters: &Map<String, Value>) -> Result<Do
     if !kinds().any(|known| known == kind) {
         let kinds: Vec<&str> = kinds().collect();
         return Err(Failure::bad_input(format_args!(
-            "experiment {kind:?} is not one of {}",
+            "experiment {:?} is not one of {}",
+            short(kind),
             kinds.join(", ")
         )));
     }
@@ -31,7 +32,8 @@ pub(super) fn document(kind: &str, parameters: &Map<String, Value>) -> Result<Do
         }
         let value = toml::Value::try_from(value).map_err(|_| {
             Failure::bad_input(format_args!(
-                "`{key}` is not a number, a text, a list of numbers, or true or false"
+                "`{}` is not a number, a text, a list of numbers, or true or false",
+                short(key)
             ))
         })?;
         // The field is in the message.

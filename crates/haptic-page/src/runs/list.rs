@@ -4,6 +4,7 @@ use haptic_experiment::{Failure, lines};
 use haptic_log::record::{
     Entry, LogFiles, NewFileError, StartTime, VERDICT, first_file, inspect, leftover_at,
 };
+use haptic_quantity::short;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, HashMap};
@@ -85,7 +86,8 @@ impl Listing {
     pub(super) fn find(&self, folder: &Path, name: &str) -> Result<(PathBuf, Seen), Failure> {
         logs(folder)?.remove(name).ok_or_else(|| {
             Failure::bad_input(format_args!(
-                "there is no log {name:?} in {}, deleted or moved: list the runs again",
+                "there is no log {:?} in {}, deleted or moved: list the runs again",
+                short(name),
                 folder.display()
             ))
         })

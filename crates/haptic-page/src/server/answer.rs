@@ -30,7 +30,10 @@ pub(super) async fn answer(
 ) -> Result<Value, Failure> {
     let hub = Arc::clone(hub);
     Ok(match request {
-        Request::Hello { version } => hello(version, &hub, page)?,
+        Request::Hello { version } => {
+            let page = page.clone();
+            hub.beside(move |hub| hello(version, hub, &page)).await?
+        }
         Request::TakeControls { force } => {
             hub.take_controls(page.number, force)?;
             json!({"controls": true})
@@ -66,7 +69,7 @@ pub(super) async fn answer(
             let offered = move || Ok(hub.tables.offer(hub.runs.table(&table)?));
             json!({"address": blocking(offered).await?})
         }
-        Request::RunsForms {} => forms(),
+        Request::RunsForms {} => hub.beside(|_| Ok(forms())).await?,
         Request::RunsStart(run) => blocking(move || hub.start_run(&run)).await?,
         Request::RunsStop {} => json!(hub.runs.stop()),
         Request::Ask {
@@ -84,12 +87,15 @@ pub(super) async fn answer(
             };
             json!({"path": blocking(keep).await?.display().to_string()})
         }
-        Request::File(file) => looked_at(&file)?,
+        Request::File(file) => hub.beside(move |_| looked_at(&file)).await?,
         Request::Quantity { key, text } => {
-            json!({"value": parse_for_key(&key, &text).map_err(Failure::bad_input)?})
+            let read = move |_: &Hub| parse_for_key(&key, &text).map_err(Failure::bad_input);
+            json!({"value": hub.beside(read).await?})
         }
         Request::Surface(told) => {
-            json!({"surface_m": pushed(&mut locked(&page.panels.surface), told)?})
+            let panels = Arc::clone(&page.panels);
+            let pushed = move |_: &Hub| pushed(&mut locked(&panels.surface), told);
+            json!({"surface_m": hub.beside(pushed).await?})
         }
     })
 }
@@ -165,7 +171,8 @@ async fn view(id: &Value, view: ViewRequest, hub: Arc<Hub>, page: &Page) -> Resu
         )));
     }
     if view.source == LIVE {
-        return live(number, &view, &hub, page);
+        let page = page.clone();
+        return hub.beside(move |hub| live(number, &view, hub, &page)).await;
     }
     let (frame, channels) = blocking(move || {
         let spanned = |made, sample_time_s| span(&view, made, sample_time_s);

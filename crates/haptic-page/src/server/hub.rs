@@ -28,6 +28,8 @@ const SAID: usize = 256;
 
 /// Requests that are worked on at a time.
 const AT_ONCE: usize = 16;
+/// Short works beside the reactor at a time, however many pages ask: the loop and a stop have the rest of the machine.
+const AT_DESK: usize = 2;
 /// Said when there is no place for another.
 pub(super) const BUSY: &str = "sixteen requests are being worked on: wait for an answer";
 
@@ -65,6 +67,8 @@ pub(super) struct Hub {
     pub(super) library: Mutex<Library>,
     /// A place for each request that is worked on, of whatever page.
     pub(super) work: Arc<Semaphore>,
+    /// A place for each short work beside the reactor, in the order of asking.
+    desk: Semaphore,
     /// Set to the reason when the server ends.
     pub(super) ending: watch::Receiver<Option<&'static str>>,
     feel: Mutex<Option<Arc<Feel>>>,
@@ -119,6 +123,7 @@ impl Hub {
             tables: Tables::default(),
             library: Mutex::new(library),
             work: Arc::new(Semaphore::new(AT_ONCE)),
+            desk: Semaphore::new(AT_DESK),
             options,
             ending,
             feel: Mutex::new(None),
@@ -157,6 +162,17 @@ impl Hub {
                 (FeltThing::Tissue(name), self.options.device)
             }
         })
+    }
+
+    /// Does short work whose size a page chooses, as reading what it sent.
+    pub(super) async fn beside<T: Send + 'static>(
+        self: &Arc<Self>,
+        work: impl FnOnce(&Self) -> Result<T, Failure> + Send + 'static,
+    ) -> Result<T, Failure> {
+        // It is never closed.
+        let _place = self.desk.acquire().await;
+        let hub = Arc::clone(self);
+        blocking(move || work(&hub)).await
     }
 
     /// What is said to all pages from now on.

@@ -5,11 +5,16 @@ use super::panels::Panels;
 use haptic_experiment::Failure;
 use serde_json::{Value, json};
 use std::sync::Arc;
-use tokio::sync::{Notify, mpsc};
+use std::sync::atomic::{AtomicU32, Ordering};
+use tokio::sync::{mpsc, watch};
 use tokio_tungstenite::tungstenite::Message;
 
 /// Answers that wait for a page to read them.
 pub(super) const QUEUE: usize = 256;
+/// Messages in a row that are no requests.
+const GARBAGE: u32 = 3;
+/// Longest refusal, characters: what a page has sent may be in it.
+const SENTENCE: usize = 1000;
 
 #[derive(Debug)]
 pub(super) enum Outgoing {
@@ -22,16 +27,45 @@ pub(super) enum Outgoing {
 pub(super) struct Page {
     pub(super) number: u64,
     pub(super) out: mpsc::Sender<Outgoing>,
-    /// Notified when the page does not read its answers.
-    pub(super) full: Arc<Notify>,
+    /// Set to the reason when the server closes its socket.
+    pub(super) closing: Arc<watch::Sender<Option<&'static str>>>,
+    garbage: Arc<AtomicU32>,
     pub(super) panels: Arc<Panels>,
 }
 
 impl Page {
+    pub(super) fn new(number: u64, out: mpsc::Sender<Outgoing>) -> Self {
+        Self {
+            number,
+            out,
+            closing: Arc::default(),
+            garbage: Arc::default(),
+            panels: Arc::default(),
+        }
+    }
+
+    /// Refuses what is no request.
+    pub(super) fn refuse(&self, id: &Value, error: &str) {
+        self.say(Message::text(refusal(id, error).to_string()));
+        match id.is_null() {
+            true if self.garbage.fetch_add(1, Ordering::Relaxed) + 1 == GARBAGE => {
+                let reason = "three messages in a row were no requests";
+                self.closing.send_replace(Some(reason));
+            }
+            true => {}
+            false => self.understood(),
+        }
+    }
+
+    pub(super) fn understood(&self) {
+        self.garbage.store(0, Ordering::Relaxed);
+    }
+
     /// Puts something into the queue; a full one closes the socket.
     pub(super) fn send(&self, outgoing: Outgoing) {
         if let Err(mpsc::error::TrySendError::Full(_)) = self.out.try_send(outgoing) {
-            self.full.notify_one();
+            let reason = "the page does not read its answers";
+            self.closing.send_replace(Some(reason));
         }
     }
 
@@ -54,6 +88,21 @@ impl Page {
     }
 }
 
-pub(super) fn refusal(id: &Value, error: &str) -> Value {
-    json!({"id": id, "ok": false, "error": error})
+fn refusal(id: &Value, error: &str) -> Value {
+    json!({"id": id, "ok": false, "error": within(error, SENTENCE)})
+}
+
+/// A line of so many characters at most, its middle left out: what is wrong stands before it, what is right behind it.
+pub(super) fn within(text: &str, most: usize) -> String {
+    let length = text.chars().count();
+    let half = if length <= most {
+        length
+    } else {
+        (most - 1) / 2
+    };
+    let first = text.chars().take(half);
+    let mark = (half < length).then_some('…');
+    let last = text.chars().skip(half.max(length - half));
+    let all = first.chain(mark).chain(last);
+    all.map(|c| if c.is_control() { ' ' } else { c }).collect()
 }

@@ -1,5 +1,6 @@
 //! Requests of a page: see `docs/page-protocol.md`.
 
+use super::page::within;
 use crate::TextFile;
 use crate::control::ControlRequest;
 use crate::feel::FeelChange;
@@ -12,6 +13,9 @@ use serde_json::{Map, Value};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tokio::sync::Notify;
+
+/// Longest sentence about a value that has the wrong type, which it shows whole, characters.
+const ECHO: usize = 200;
 
 #[derive(Debug, Deserialize)]
 #[serde(tag = "do", deny_unknown_fields)]
@@ -150,6 +154,14 @@ impl Request {
         )
     }
 
+    /// True if it is answered where it is read: nothing that was asked before holds up a stop.
+    pub(super) const fn is_urgent(&self) -> bool {
+        matches!(
+            self,
+            Self::Stop {} | Self::RunsStop {} | Self::FeelHand { .. }
+        )
+    }
+
     /// True if its answer may take long, so that the next requests do not wait for it.
     pub(super) fn takes_long(&self) -> bool {
         let reads_a_log = matches!(self, Self::View(view) if view.source != LIVE);
@@ -187,7 +199,11 @@ pub(super) fn parse(text: &str) -> Result<(Value, Request), (Value, String)> {
     };
     match Request::deserialize(Value::Object(object)) {
         Ok(request) => Ok((id, request)),
-        Err(error) => Err((id, format!("the request is not understood: {error}"))),
+        Err(error) => {
+            let told = error.to_string();
+            let told = within(&told, ECHO);
+            Err((id, format!("the request is not understood: {told}")))
+        }
     }
 }
 

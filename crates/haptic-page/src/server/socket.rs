@@ -3,8 +3,9 @@
 use super::answer::answer;
 use super::hub::{BUSY, Hub};
 use super::live::{Acknowledged, FRAMES_PER_S, Live, status};
-use super::page::{Outgoing, Page, QUEUE, refusal};
+use super::page::{Outgoing, Page, QUEUE};
 use super::request::{self, Request};
+use crate::OnClose;
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt as _, StreamExt as _};
 use haptic_experiment::Failure;
@@ -22,8 +23,10 @@ use tokio_tungstenite::tungstenite::protocol::CloseFrame;
 use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 use tokio_tungstenite::tungstenite::{Message, Utf8Bytes};
 
-/// Messages in a row that are no requests.
-const GARBAGE: u32 = 3;
+/// Longest message that is read on the reactor, bytes; a stop is shorter.
+const SHORT: usize = 4096;
+/// Messages of a page that wait for the answers to those before them. The page is not read beyond.
+const WAITING: usize = 16;
 /// Time without a sign of the page, after which it is gone.
 const SILENCE: Duration = Duration::from_secs(5);
 /// Time between two signs that are asked for.
@@ -41,21 +44,25 @@ pub(super) async fn serve(stream: WebSocket, hub: Arc<Hub>) {
     let number = hub.enter();
     let (sink, mut source) = stream.split();
     let (out, queue) = mpsc::channel(QUEUE);
-    let page = Page {
-        number,
-        out,
-        full: Arc::default(),
-        panels: Arc::default(),
-    };
+    let page = Page::new(number, out);
+    let (desk, asked) = mpsc::channel(WAITING);
+    let clerk = tokio::spawn(work(asked, Arc::clone(&hub), page.clone()));
     let acknowledged = Acknowledged::default();
     let live = Live::new(acknowledged.clone());
     let writer = tokio::spawn(write(sink, queue, live, Arc::clone(&hub), number));
-    let reason = read(&mut source, &acknowledged, &hub, &page).await;
+    let reason = read(&mut source, &acknowledged, &hub, &page, &desk).await;
+    drop(desk);
     page.panels.give_up();
     // Not after the writer: a page that does not read would hold it.
     let leaving = tokio::spawn({
         let hub = Arc::clone(&hub);
-        async move { hub.leave(number).await }
+        async move {
+            // What is to go on is all that the page has asked for.
+            if hub.options.on_close == OnClose::Continue {
+                let _ = clerk.await;
+            }
+            hub.leave(number).await;
+        }
     });
     if let Some((code, reason)) = reason {
         let reason = Utf8Bytes::from_static(reason);
@@ -75,52 +82,84 @@ pub(super) async fn serve(stream: WebSocket, hub: Arc<Hub>) {
     let _ = leaving.await;
 }
 
+/// What waits for the answers to what a page has asked before.
+enum Asked {
+    Request(Value, Request),
+    /// It is long, and was not read yet.
+    Text(Utf8Bytes),
+}
+
 /// Reads until the end; code and reason, if it is the server that ends it.
 async fn read(
     source: &mut SplitStream<WebSocket>,
     acknowledged: &Acknowledged,
     hub: &Arc<Hub>,
     page: &Page,
+    desk: &mpsc::Sender<Asked>,
 ) -> Option<(CloseCode, &'static str)> {
-    let mut ending = hub.ending.clone();
-    let mut garbage = 0;
+    let (mut ending, mut closing) = (hub.ending.clone(), page.closing.subscribe());
     loop {
+        // Other pages are read too before the next message of this one.
+        tokio::task::yield_now().await;
         let message = tokio::select! {
             message = timeout(SILENCE, source.next()) => message,
             reason = ending.wait_for(Option::is_some) => {
                 let reason = reason.ok().and_then(|reason| *reason);
                 return Some((CloseCode::Away, reason.unwrap_or_default()));
             }
-            () = page.full.notified() => return Some((CloseCode::Policy, "the page does not read its answers")),
+            reason = closing.wait_for(Option::is_some) => {
+                let reason = reason.ok().and_then(|reason| *reason);
+                return Some((CloseCode::Policy, reason.unwrap_or_default()));
+            }
             () = page.out.closed() => return None,
         };
-        let text = match message {
+        let asked = match message {
             Err(_) => return Some((CloseCode::Policy, "the page was silent for 5 s")),
             Ok(None | Some(Err(_) | Ok(Message::Close(_)))) => return None,
             Ok(Some(Ok(Message::Ping(_) | Message::Pong(_) | Message::Frame(_)))) => continue,
-            Ok(Some(Ok(Message::Text(text)))) => request::parse(&text),
-            Ok(Some(Ok(Message::Binary(bytes)))) if acknowledged.take(&bytes) => continue,
-            Ok(Some(Ok(Message::Binary(_)))) => Err((
-                Value::Null,
-                "requests are text; only the eight bytes that acknowledge a frame are none"
-                    .to_owned(),
-            )),
-        };
-        match text {
-            Ok((id, request)) => {
-                garbage = 0;
-                obey(id, request, hub, page).await;
-            }
-            Err((id, error)) => {
-                garbage = if id.is_null() { garbage + 1 } else { 0 };
-                page.say(Message::text(refusal(&id, &error).to_string()));
-                if garbage == GARBAGE {
-                    return Some((
-                        CloseCode::Policy,
-                        "three messages in a row were no requests",
-                    ));
+            Ok(Some(Ok(Message::Text(text)))) if text.len() > SHORT => Asked::Text(text),
+            Ok(Some(Ok(Message::Text(text)))) => match request::parse(&text) {
+                Ok((id, request)) if request.is_urgent() => {
+                    page.understood();
+                    obey(id, request, hub, page).await;
+                    continue;
                 }
+                Ok((id, request)) => Asked::Request(id, request),
+                Err((id, error)) => {
+                    page.refuse(&id, &error);
+                    continue;
+                }
+            },
+            Ok(Some(Ok(Message::Binary(bytes)))) => {
+                if !acknowledged.take(&bytes) {
+                    let error =
+                        "requests are text; only the eight bytes that acknowledge a frame are none";
+                    page.refuse(&Value::Null, error);
+                }
+                continue;
             }
+        };
+        // It is there as long as the page is read.
+        let _ = desk.send(asked).await;
+    }
+}
+
+/// Does what a page asks in the order of asking.
+async fn work(mut asked: mpsc::Receiver<Asked>, hub: Arc<Hub>, page: Page) {
+    while let Some(asked) = asked.recv().await {
+        let read = match asked {
+            Asked::Request(id, request) => Ok((id, request)),
+            Asked::Text(text) => {
+                let read = hub.beside(move |_| Ok(request::parse(&text))).await;
+                read.unwrap_or_else(|failure| Err((Value::Null, failure.to_string())))
+            }
+        };
+        match read {
+            Ok((id, request)) => {
+                page.understood();
+                obey(id, request, &hub, &page).await;
+            }
+            Err((id, error)) => page.refuse(&id, &error),
         }
     }
 }
@@ -203,6 +242,8 @@ async fn write(
         if sink.send(message).await.is_err() || last {
             break;
         }
+        // Other pages are answered too before the next answer to this one.
+        tokio::task::yield_now().await;
     }
     let _ = sink.close().await;
 }

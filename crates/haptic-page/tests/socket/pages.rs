@@ -2,9 +2,10 @@
 
 use crate::{below, has, opened, prostate, record, server, two_with_force};
 use haptic_page::OnClose;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::time::Instant;
 use testkit::browser::{PATIENCE, Page};
+use testkit::{Random, cases};
 
 #[test]
 fn one_page_holds_the_controls_and_the_others_watch() {
@@ -118,7 +119,7 @@ fn what_is_worked_on_is_bounded_for_the_server_and_given_up_with_its_page() {
             page.post("ask", json!({"panel": panel, "question": long}));
         }
         // Answered, so those before it are being worked on.
-        page.ask("stop", json!({}));
+        page.ask("hello", json!({"version": 1}));
     }
     let mut other = Page::open(server.address());
     let all = "sixteen requests are being worked on";
@@ -155,4 +156,170 @@ fn a_page_that_falls_behind_is_told_and_goes_on_where_it_was() {
     let mut again = Page::open(server.address());
     again.ask("view", view);
     assert!(again.frame(|_| true).columns > 900);
+}
+
+#[test]
+fn a_stop_is_answered_before_what_is_read_and_worked_on_for_its_page_and_others() {
+    let (_runs, server, mut page) = opened();
+    let law = json!({"order": 0.5, "stiffness_n_per_m": 10, "dissipation_n_s_mu_per_m": 1, "step_s": 0.02});
+    let wide = "[wall]\norder = [".to_owned() + &"0.5, ".repeat(1 << 18) + "1]";
+    let long = [
+        ("file", json!({"name": "x.toml", "text": wide})),
+        ("surface", json!({"law": law, "depths_m": vec![1e-3; 3000]})),
+        (
+            "quantity",
+            json!({"key": "_s", "text": "[".repeat(200_000)}),
+        ),
+    ];
+    let mut watcher = Page::open(server.address());
+    for other in [&mut watcher, &mut page] {
+        for (what, arguments) in &long {
+            other.post(what, arguments.clone());
+        }
+    }
+    let stop = page.post("stop", json!({}));
+    let ids = std::iter::repeat_with(|| page.read().expect("open")["id"].take());
+    assert_eq!(ids.filter(Value::is_u64).next(), Some(json!(stop)));
+    let asked = watcher.answer(&json!(3));
+    let said = asked["error"].as_str().expect("refused");
+    let short = "\"[[[[[[[[[[[[[[[[[[[[…\" is not a time: give at most 64 characters";
+    assert_eq!(said, short);
+}
+
+/// Something of another type, or none that is meant.
+fn wrong(random: &mut Random) -> Value {
+    let long = || "\u{1f41f}[\n`é".repeat(500);
+    let deep = || (0..60).fold(json!(0), |deep, _| json!([deep]));
+    match (random.share() * 14.0) as u32 {
+        0 => Value::Null,
+        1 => json!(true),
+        2 => json!(-1),
+        3 => json!(1.5e308),
+        4 => json!(u64::MAX),
+        5 => json!(""),
+        6 => json!(long()),
+        7 => json!([]),
+        8 => json!({}),
+        9 => json!([long(), 1]),
+        10 => json!({long(): long()}),
+        11 => deep(),
+        12 => json!("../../etc/passwd"),
+        _ => json!("65 g, NaN; inf"),
+    }
+}
+
+/// The same request, with something wrong in one place; the place may be a key.
+fn spoilt(request: &Value, random: &mut Random) -> Value {
+    let mut spoilt = request.clone();
+    match &mut spoilt {
+        Value::Object(fields) if !fields.is_empty() && random.chance(0.9) => {
+            let names: Vec<String> = fields.keys().cloned().collect();
+            let at = (random.share() * names.len() as f64) as usize;
+            let field = fields.remove(&names[at]).expect("it is there");
+            let field = spoilt_field(&field, random);
+            let name = match wrong(random) {
+                Value::String(name) if random.chance(0.2) => name,
+                _ => names[at].clone(),
+            };
+            fields.insert(name, field);
+            spoilt
+        }
+        _ => wrong(random),
+    }
+}
+
+fn spoilt_field(field: &Value, random: &mut Random) -> Value {
+    match field {
+        Value::Object(_) => spoilt(field, random),
+        _ => wrong(random),
+    }
+}
+
+#[test]
+fn what_has_a_wrong_type_is_answered_once_in_a_line_within_its_limit() {
+    let (_runs, _server, mut page) = opened();
+    let mut random = Random(65);
+    let wall = json!({"scheme": "exact", "order": 0.5, "stiffness_n_per_m": 100, "dissipation_n_s_mu_per_m": 1, "mass_kg": 0.065,
+        "damping_n_s_per_m": 3.5, "hand_stiffness_n_per_m": 0, "delay_s": 0, "current_lag_s": 0, "sample_time_s": 0.001,
+        "position_noise_m": 0, "points": 16});
+    let felt = json!({"order": 0.5, "stiffness_n_per_m": 100, "dissipation_n_s_mu_per_m": 1, "scheme": "full"});
+    let control = json!({"plant": "1/(s+1)", "crossover_rad_s": 1, "phase_margin_rad": 1, "flat_phase": false,
+        "plant_file": {"name": "p.toml", "text": "[transfer_function]"}, "controller_file": {"name": "c", "text": "[pid]"}});
+    let record = json!({"name": "x.csv", "text": "time_s,relaxation_modulus_pa\n1,2\n", "columns": "t", "units": "s", "strain": 0.1, "model": "x"});
+    let law =
+        json!({"order": 0.5, "stiffness_n_per_m": 1, "dissipation_n_s_mu_per_m": 1, "step_s": 0.1});
+    let asked = [
+        ("hello", json!({"version": 1})),
+        ("controls.take", json!({"force": true})),
+        (
+            "feel.start",
+            json!({"environment": {"wall": felt}, "ghosts": ["short"], "device": {"mass_kg": 0.065}, "order": 0.5, "scale": 1}),
+        ),
+        (
+            "feel.start",
+            json!({"environment": {"file": {"name": "x.toml", "text": "[wall]\norder = 1"}}}),
+        ),
+        (
+            "feel.set",
+            json!({"environment": {"tissue": "liver"}, "order": 0.5, "scale": 1, "ghosts": ["a3"]}),
+        ),
+        ("feel.hand", json!({"position_m": 0, "held": true})),
+        ("feel.pause", json!({"paused": false})),
+        ("feel.mark", json!({"text": "x"})),
+        (
+            "view",
+            json!({"source": "live", "from_s": 0, "to_s": 1, "columns": 10, "channels": ["x"]}),
+        ),
+        ("tissue.keep", json!({"name": "x", "text": "name = 1"})),
+        ("file", json!({"name": "x.toml", "text": "[wall]"})),
+        ("runs.open", json!({"name": "x"})),
+        (
+            "runs.table",
+            json!({"name": "x", "channels": ["y"], "from_s": 0}),
+        ),
+        (
+            "runs.start",
+            json!({"kind": "wall", "parameters": {"order": "x", "mass_kg": [1]}, "realtime": false}),
+        ),
+        (
+            "ask",
+            json!({"panel": "design", "question": {"wall": wall}}),
+        ),
+        (
+            "ask",
+            json!({"panel": "control", "question": {"control": control}}),
+        ),
+        (
+            "ask",
+            json!({"panel": "identify", "question": {"record": record}}),
+        ),
+        ("quantity", json!({"key": "_s", "text": "1 s"})),
+        ("surface", json!({"law": law, "depths_m": [0, 1]})),
+    ];
+    let (mut refused, mut longest, mut bad) = (0, 0, Vec::new());
+    for case in 0..cases(300) {
+        let (what, arguments) = &asked[case % asked.len()];
+        let mut request = spoilt(arguments, &mut random);
+        if !request.is_object() {
+            request = json!({"force": request});
+        }
+        let said = request.to_string();
+        let id = page.post(what, request);
+        let answer = page.answer(&json!(id));
+        page.told.clear();
+        let Some(error) = answer["error"].as_str() else {
+            continue;
+        };
+        (refused, longest) = (refused + 1, error.chars().count().max(longest));
+        let is_line = !error.contains('\n') && error.chars().count() <= 1000;
+        // Of what the page sent no more than 200 characters in a row.
+        let echo = error.matches('\u{1f41f}').count();
+        let panicked = error.contains("could not finish");
+        if !is_line || echo > 50 || panicked {
+            bad.push(format!("{what} {said:.200}: {error}"));
+        }
+    }
+    println!("{refused} refused, the longest in {longest} characters");
+    page.ask("stop", json!({}));
+    assert!(bad.is_empty(), "{}", bad.join("\n"));
 }

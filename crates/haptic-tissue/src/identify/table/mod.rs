@@ -1,13 +1,12 @@
 //! Records out of tables as rheometers and testing machines write them.
 //!
-//! The numbers are found first: `decode` makes text of bytes, `find` blocks of numbers of text, `above` its `heading` among the
+//! The numbers are found first: `decoded` makes text of bytes, `find` blocks of numbers of text, `above` its `heading` among the
 //! lines above it, `header` a quantity of a name, `segments` the rows that belong together. `numbers` reads a record's
 //! columns by what they mean, `text` columns by their names.
 
 mod above;
 mod assemble;
 mod column;
-mod decode;
 mod find;
 mod header;
 mod heading;

@@ -2,11 +2,11 @@
 
 use super::super::error::IdentifyError;
 use super::column::Column;
-use super::decode::decoded;
 use super::find::{Block, Blocks};
 use super::header::{Unit, foreign, understand};
 use super::heading::Heading;
 use super::lines::{brief, rows_named, wrong};
+use crate::text_file::decoded;
 use csv::StringRecord;
 
 /// Largest size of a table, bytes.
@@ -46,7 +46,8 @@ impl TextTable {
                 "the table is longer than {TABLE_MOST} bytes: cut it into pieces, or omit unneeded columns"
             )));
         }
-        let text = decoded(bytes)?;
+        let refused = |why| IdentifyError::Record(format!("{why}: export the table as CSV"));
+        let text = decoded(bytes).map_err(refused)?;
         if text.trim().is_empty() {
             return Err(IdentifyError::Record(
                 "the table is empty: give a header and rows of numbers below it".to_owned(),

@@ -1,10 +1,10 @@
 //! `KEY=VALUE`, as `device set` and `device emulate` take it.
 
-use crate::parse::{doubt, outside, read_whole};
+use crate::parse::{outside, read_whole};
 use haptic_experiment::Failure;
 use haptic_experiment::document::short;
 use haptic_experiment::parameters::Range;
-use haptic_quantity::{did_you_mean, is_meant, parse_for_key, without_unit};
+use haptic_quantity::{did_you_mean, doubt, is_meant, parse_for_key, without_unit};
 use std::fmt::Display;
 
 /// The key that is meant, with its unit or without, and its value.
