@@ -28,6 +28,9 @@ pub enum NewFileError {
     /// The file to write is the file to read.
     #[error("`{}` would be written over the log it is made from; choose another name", .0.display())]
     OwnSource(PathBuf),
+    /// The name stands for standard output.
+    #[error("`-` stands for standard output, where only a CSV goes: name a file, as in ./-")]
+    Dash,
     /// The folder does not take the file.
     #[error("cannot write `{}`: {source}; check that the folder exists, is writable and has space", .path.display())]
     Io {
@@ -111,6 +114,9 @@ impl NewFile {
         leftover: Leftover,
         overwrite: bool,
     ) -> Result<(Self, File), NewFileError> {
+        if target.as_os_str() == "-" {
+            return Err(NewFileError::Dash);
+        }
         // A dangling link counts as taken too, so the link itself is asked.
         if !overwrite && target.symlink_metadata().is_ok() {
             return Err(NewFileError::Exists(target.to_owned()));

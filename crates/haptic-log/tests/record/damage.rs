@@ -2,8 +2,8 @@
 
 use super::{CHUNK_TICKS, fill, finished, finished_bytes, parameters, tick, ticks_of};
 use haptic_log::record::{
-    Damage, Entry, LogReader, LogWriter, NewFileError, RECOVERED, RecordError, TickMessage,
-    export_csv, inspect, recover,
+    ATTACHMENTS, Damage, Entry, LogReader, LogWriter, NewFileError, RECOVERED, RecordError,
+    TickMessage, Topic, export_csv, inspect, recover,
 };
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
@@ -398,23 +398,131 @@ fn a_sound_log_of_others_is_not_an_empty_table() {
         };
         log.write_to_known_channel(&header, b"{}").expect("writes");
     }
+    let attached = mcap::Attachment {
+        log_time: 0,
+        create_time: 0,
+        name: "notes.txt".to_owned(),
+        media_type: "text/plain".to_owned(),
+        data: b"cold".into(),
+    };
+    log.attach(&attached).expect("attaches");
     log.finish().expect("finishes");
     fs::write(&path, log.into_inner().into_inner()).expect("writes");
     let error = export_csv(&path, &table, false).expect_err("has no ticks");
     assert!(matches!(error, RecordError::NoTicks { .. }), "{error:?}");
     let text = error.to_string();
     assert!(text.contains("/camera/image, /joint_states"), "{text}");
+    // What cannot be copied is lost, and that is said.
+    let saved = recover(&path, &folder.path().join("table.csv"), false).expect("saves");
+    assert!(!saved.complete, "{saved:?}");
+    assert!(
+        saved.missing[0].starts_with("3 messages on topics"),
+        "{saved:?}"
+    );
+    fs::remove_file(folder.path().join("table.csv")).expect("removes");
     assert_eq!(
         fs::read_dir(folder.path()).expect("lists").count(),
         1,
         "no table"
     );
     let summary = inspect(&path).expect("inspects");
-    assert!(summary.complete && summary.foreign_messages == 2);
-    assert!(
-        summary
-            .foreign_topics
-            .keys()
-            .eq(["/camera/image", "/joint_states"])
-    );
+    assert!(summary.complete && summary.foreign_messages == 3);
+    let topics = summary.foreign_topics.keys();
+    assert!(topics.eq([ATTACHMENTS, "/camera/image", "/joint_states"]));
+}
+
+/// Every message has its time, read or not: Python writes a number that is none as `NaN`, which is not JSON.
+#[test]
+fn times_count_from_the_first_message_though_it_is_no_number() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("theirs.mcap");
+    for (first, rows) in [
+        ("NaN", 2),
+        ("null", 3),
+        ("{\"x\": \"warm\"}", 3),
+        ("{\"x\": 0}", 3),
+    ] {
+        let mut log = mcap::Writer::new(Cursor::new(Vec::new())).expect("starts");
+        log.add_channel_with_id(7, 0, "/grip_force", "json", &Default::default())
+            .expect("adds");
+        for (n, text) in [first, "{\"x\": 1}", "{\"x\": 2}"].into_iter().enumerate() {
+            let log_time = 5_000_000_000 + 10_000_000 * n as u64;
+            let header = mcap::records::MessageHeader {
+                channel_id: 7,
+                sequence: n as u32,
+                log_time,
+                publish_time: log_time,
+            };
+            log.write_to_known_channel(&header, text.as_bytes())
+                .expect("writes");
+        }
+        log.finish().expect("finishes");
+        fs::write(&path, log.into_inner().into_inner()).expect("writes");
+        let topic = Topic::read(&path, &[]).expect("reads");
+        let times = [0.0, 0.01, 0.02];
+        let (name, column) = &topic.columns[0];
+        assert_eq!(
+            (name.as_str(), &column[..]),
+            ("time_s", &times[3 - rows..]),
+            "{first}"
+        );
+        assert_eq!(topic.notes.len(), 3 - rows, "{first}: {:?}", topic.notes);
+    }
+}
+
+/// A log of so many chunks that say to unpack to so many bytes.
+fn packed(chunks: usize, size: u64, compression: &str, records: &[u8]) -> Vec<u8> {
+    let mut log = b"\x89MCAP0\r\n".to_vec();
+    for _ in 0..chunks {
+        let mut chunk = vec![0; 16];
+        chunk.extend(size.to_le_bytes());
+        chunk.extend([0; 4]);
+        chunk.extend((compression.len() as u32).to_le_bytes());
+        chunk.extend(compression.as_bytes());
+        chunk.extend((records.len() as u64).to_le_bytes());
+        chunk.extend(records);
+        log.push(6);
+        log.extend((chunk.len() as u64).to_le_bytes());
+        log.extend(chunk);
+    }
+    log
+}
+
+/// So many zeros in a frame of zstd, 4 bytes for each 128 kB: RFC 8878, blocks of type 1.
+fn zeros(size: u32) -> Vec<u8> {
+    let mut frame = b"\x28\xb5\x2f\xfd\xa0".to_vec();
+    frame.extend(size.to_le_bytes());
+    for at in (0..size).step_by(1 << 17) {
+        let block = (size - at).min(1 << 17);
+        let is_last = u32::from(at + block == size);
+        frame.extend(&(is_last | 2 | block << 3).to_le_bytes()[..3]);
+        frame.push(0);
+    }
+    frame
+}
+
+#[test]
+fn a_log_that_unpacks_without_an_end_is_left() {
+    let read = |log: &[u8]| {
+        let mut reader = LogReader::new(log, Path::new("packed")).expect("is MCAP");
+        assert_eq!((&mut reader).count(), 0);
+        reader.condition().damage.clone()
+    };
+    // Zeros are given up at the first of them.
+    let damage = read(&packed(2, 1 << 22, "zstd", &zeros(1 << 22)));
+    assert!(damage[0].to_string().contains("of no kind"), "{damage:?}");
+    for compression in ["zstd", "lz4"] {
+        // 32 MB a chunk: a GiB is 32 of them, whatever comes of them.
+        let damage = read(&packed(50, 1 << 25, compression, b"cut"));
+        assert_eq!(damage.len(), 32 + 1, "{compression}");
+        let said = damage[32].to_string();
+        assert!(
+            matches!(damage[32], Damage::Structure { .. }) && said.contains("64 times"),
+            "{said}"
+        );
+        // A length that is not believed does not count.
+        let damage = read(&packed(50, 1 << 40, compression, b"cut"));
+        assert_eq!(damage.len(), 50 + 1, "{compression}");
+        assert!(damage[0].to_string().contains("more than"), "{damage:?}");
+    }
 }
