@@ -1,5 +1,6 @@
 """Stores of sweeps: resumed after any end, refused for another sweep, written by one sweep at a time."""
 
+import os
 import shutil
 import signal
 import subprocess
@@ -374,3 +375,26 @@ def test_a_damaged_line_of_the_journal_is_not_done(tmp_path, store_format):
         seen = []
         same(sweep(broken, {"x": range(8)}, progress=seen.append, **options).load(), first)
         assert seen[0].done == 6, damaged
+
+
+@pytest.mark.parametrize("store_format", FORMATS)
+def test_pipes_and_links_in_a_store_are_refused(tmp_path, store_format):
+    store, precious = tmp_path / "s", tmp_path / "precious"
+    options = {"store": store, "store_format": store_format}
+    sweep(drawn, GRID, **options)
+    precious.write_text("precious")
+    files = [file for file in store.rglob("*") if file.is_file()]
+    assert len(files) > 4
+    for file in files:
+        aside = tmp_path / "aside"
+        file.rename(aside)
+        for odd in (os.mkfifo, lambda file: file.symlink_to("/dev/zero"), lambda file: file.symlink_to(precious)):
+            odd(file)
+            for opened in (lambda: sweep(drawn, GRID, **options), lambda: open_sweep(store)):
+                with pytest.raises(ValueError, match="is a link, a pipe or a device") as refused:
+                    opened()
+                assert str(file) in str(refused.value)
+            file.unlink()
+        aside.rename(file)
+    assert precious.read_text() == "precious"
+    sweep(drawn, GRID, **options)
