@@ -1,17 +1,20 @@
 //! Logs that are cut off, damaged, or that the disk does not take.
 
+use super::order::reordered;
 use super::{CHUNK_TICKS, fill, finished, finished_bytes, parameters, tick, ticks_of};
 use haptic_log::record::{
     ATTACHMENTS, Damage, Entry, LogReader, LogWriter, NewFileError, RECOVERED, RecordError,
-    TickMessage, Topic, export_csv, inspect, recover,
+    TickMessage, Topic, export_csv, inspect, recover, skim,
 };
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use std::cell::RefCell;
 use std::fs;
 use std::io::{self, Cursor, Seek, SeekFrom, Write};
+use std::ops::Range;
 use std::path::Path;
 use std::rc::Rc;
+use testkit::{Random, broken};
 
 /// A sink that shares its bytes and fails once it holds `limit` of them.
 #[derive(Clone)]
@@ -525,4 +528,139 @@ fn a_log_that_unpacks_without_an_end_is_left() {
         assert_eq!(damage.len(), 50 + 1, "{compression}");
         assert!(damage[0].to_string().contains("more than"), "{damage:?}");
     }
+}
+
+/// Where the records of a log stand that is whole.
+fn records(log: &[u8]) -> Vec<Range<usize>> {
+    let mut records = Vec::new();
+    let mut at = 8;
+    while at + 9 < log.len() {
+        let length = u64::from_le_bytes(log[at + 1..at + 9].try_into().expect("eight bytes"));
+        records.push(at..at + 9 + length as usize);
+        at += 9 + length as usize;
+    }
+    records
+}
+
+/// A log with one damage, of any file or of one that knows its records.
+fn damaged(log: &[u8], random: &mut Random) -> Vec<u8> {
+    let mut chunks = records(log);
+    chunks.retain(|record| log[record.start] == 6);
+    let kind = random.bits() % 8;
+    if kind < 4 || chunks.len() < 2 {
+        return broken(log, random);
+    }
+    let two = random.bits() as usize % (chunks.len() - 1);
+    let (one, other) = (
+        chunks[two].clone(),
+        chunks[two + 1 + random.bits() as usize % (chunks.len() - 1 - two)].clone(),
+    );
+    let mut bytes = log.to_vec();
+    match kind {
+        4 => {
+            let between = &log[one.end..other.start];
+            let swapped = [&log[other.clone()], between, &log[one.clone()]].concat();
+            bytes.splice(one.start..other.end, swapped);
+        }
+        5 => drop(bytes.drain(one)),
+        6 => drop(bytes.splice(one.end..one.end, log[other].iter().copied())),
+        // Length of the record, of the chunk once unpacked, of what it is packed to.
+        _ => {
+            let place = one.start + random.one_of(&[1, 9 + 16, 9 + 32, 9 + 35]);
+            let length = (1_u64 << (random.bits() % 64)).wrapping_sub(random.bits() % 3);
+            bytes[place..place + 8].copy_from_slice(&length.to_le_bytes());
+        }
+    }
+    bytes
+}
+
+/// Logs of every kind, with the number of the ticks of each: ours, repacked by others with and without sums, cut off, theirs.
+fn kinds_of_logs() -> Vec<(&'static str, Vec<u8>, u64)> {
+    const TICKS: u64 = 600;
+    let ours = finished_bytes(TICKS);
+    let small = || mcap::WriteOptions::new().chunk_size(Some(4096));
+    let zstd = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/record/layouts/zstd.mcap");
+    let bare = |options: mcap::WriteOptions| {
+        let options = options.calculate_chunk_crcs(false);
+        options
+            .calculate_data_section_crc(false)
+            .calculate_summary_section_crc(false)
+    };
+    let lz4 = small().compression(Some(mcap::Compression::Lz4));
+    vec![
+        ("lz4", reordered(&ours, lz4.clone(), |_| ()), TICKS),
+        (
+            "reversed",
+            reordered(&ours, lz4.clone(), |messages| messages.reverse()),
+            TICKS,
+        ),
+        (
+            "lz4 without sums",
+            reordered(&ours, bare(lz4), |_| ()),
+            TICKS,
+        ),
+        (
+            "plain without sums",
+            reordered(&ours, bare(small().compression(None)), |_| ()),
+            TICKS,
+        ),
+        (
+            "without chunks",
+            reordered(&ours, small().use_chunks(false), |_| ()),
+            TICKS,
+        ),
+        ("zstd", fs::read(zstd).expect("reads"), 2001),
+        ("ours", ours, TICKS),
+    ]
+}
+
+/// Counts of a log that is broken, by what reads it: true where something calls it whole.
+fn read_in_every_way(path: &Path, folder: &Path) -> [(bool, u64); 3] {
+    let Ok(summary) = inspect(path) else {
+        return [(false, 0); 3];
+    };
+    let mut reasons = summary.reasons();
+    reasons.retain(|reason| !reason.contains("stale"));
+    let _ = skim(path, u64::MAX);
+    let _ = Topic::read(path, &[]);
+    let exported = export_csv(path, &folder.join("a.csv"), true);
+    let exported = exported.map_or((false, 0), |table| (table.is_whole(), table.rows));
+    let saved = recover(path, &folder.join("saved.mcap"), true);
+    let saved = saved.map_or((false, 0), |saved| (saved.complete, saved.samples));
+    [(reasons.is_empty(), summary.samples), exported, saved]
+}
+
+/// `CAMPAIGN_CASES`: broken logs, 70 by default. The smallest damage may hit what nobody needs; a tick that is gone is said.
+#[test]
+fn broken_logs_never_panic_never_lose_in_silence_and_never_take_long() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("broken.mcap");
+    let (logs, mut random) = (kinds_of_logs(), Random(65));
+    let (mut whole, mut slowest_s) = (0, 0.0_f64);
+    let cases = testkit::cases(70);
+    for case in 0..cases {
+        let (name, log, ticks) = &logs[case % logs.len()];
+        fs::write(&path, damaged(log, &mut random)).expect("writes");
+        let before_s = testkit::processor_s();
+        let found = std::panic::catch_unwind(|| read_in_every_way(&path, folder.path()));
+        let found = found.unwrap_or_else(|_| panic!("case {case}, {name}"));
+        slowest_s = slowest_s.max(testkit::processor_s() - before_s);
+        for (is_whole, samples) in found {
+            whole += u32::from(is_whole);
+            assert!(
+                !is_whole || samples == *ticks,
+                "case {case}, {name}: {found:?} of {ticks}"
+            );
+        }
+    }
+    println!(
+        "{cases} broken logs, {whole} of {} readings whole, slowest {slowest_s:.2} s",
+        3 * cases
+    );
+    assert!(slowest_s < 5.0, "{slowest_s}");
+    assert!(
+        whole > 0 && whole < cases as u32,
+        "{whole} of {}",
+        3 * cases
+    );
 }
