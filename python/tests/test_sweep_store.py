@@ -1,5 +1,6 @@
 """Stores of sweeps: resumed after any end, refused for another sweep, written by one sweep at a time."""
 
+import os
 import shutil
 import signal
 import subprocess
@@ -7,6 +8,7 @@ import sys
 import textwrap
 import time
 import warnings
+from random import Random
 
 import numpy as np
 import pytest
@@ -374,3 +376,57 @@ def test_a_damaged_line_of_the_journal_is_not_done(tmp_path, store_format):
         seen = []
         same(sweep(broken, {"x": range(8)}, progress=seen.append, **options).load(), first)
         assert seen[0].done == 6, damaged
+
+
+@pytest.mark.parametrize("store_format", FORMATS)
+def test_pipes_and_links_in_a_store_are_refused(tmp_path, store_format):
+    store, precious = tmp_path / "s", tmp_path / "precious"
+    options = {"store": store, "store_format": store_format}
+    sweep(drawn, GRID, **options)
+    precious.write_text("precious")
+    files = [file for file in store.rglob("*") if file.is_file()]
+    assert len(files) > 4
+    for file in files:
+        aside = tmp_path / "aside"
+        file.rename(aside)
+        for odd in (os.mkfifo, lambda file: file.symlink_to("/dev/zero"), lambda file: file.symlink_to(precious)):
+            odd(file)
+            for opened in (lambda: sweep(drawn, GRID, **options), lambda: open_sweep(store)):
+                with pytest.raises(ValueError, match="is a link, a pipe or a device") as refused:
+                    opened()
+                assert str(file) in str(refused.value)
+            file.unlink()
+        aside.rename(file)
+    assert precious.read_text() == "precious"
+    sweep(drawn, GRID, **options)
+
+
+def broken(whole, random):
+    """The bytes of a file with one damage: cut, grown, flipped, a part moved, or filled."""
+    place = random.randrange(len(whole) + 1)
+    before, part, rest = whole[:place], whole[place : place + 8], whole[place + 8 :]
+    flipped = bytes(byte ^ 1 << random.randrange(8) for byte in part)
+    changes = (b"", random.randbytes(9) + part + rest, flipped + rest, rest + part, b"\xff" * len(part) + rest)
+    return before + random.choice(changes)
+
+
+@pytest.mark.parametrize("store_format", FORMATS)
+@pytest.mark.filterwarnings("ignore")
+def test_a_broken_store_is_refused_or_computed_again(tmp_path, store_format):
+    """Of `CAMPAIGN_CASES` broken files, 20 by default, none changes a number."""
+    whole, store, random = sweep(drawn, GRID), tmp_path / "s", Random(65)
+    options = {"store": store, "store_format": store_format, "block_points": 6}
+    sweep(drawn, GRID, **options)
+    files = sorted(file for file in store.rglob("*") if file.is_file() and file.stat().st_size)
+    for _ in range(int(os.environ.get("CAMPAIGN_CASES", 20))):
+        file = random.choice(files)
+        sound = file.read_bytes()
+        file.write_bytes(broken(sound, random))
+        try:
+            same(sweep(drawn, GRID, **options), whole)
+        except AssertionError:
+            raise AssertionError(file) from None
+        except Exception as error:
+            assert str(error), file
+        shutil.rmtree(store)
+        sweep(drawn, GRID, **options)

@@ -2,13 +2,13 @@
 //! runs as `tissues/NAME.toml`, never over another, and in the library that is felt.
 
 use crate::TextFile;
+use crate::folder::folder_of;
 use crate::runs::of_file;
 use haptic_experiment::document::{ControllerFile, Document};
 use haptic_experiment::run::{PlantModel, write_text};
 use haptic_experiment::{Failure, ModelledTissue, TissuePiece};
 use haptic_tissue::{Library, Material};
 use serde_json::{Value, json};
-use std::fs::create_dir_all;
 use std::path::{Path, PathBuf};
 
 /// Folder of tissues in that of the runs.
@@ -50,14 +50,13 @@ pub(crate) fn keep_tissue(
 ) -> Result<PathBuf, Failure> {
     let mut tissue = Material::parse(Path::new("the tissue"), text).map_err(Failure::input)?;
     name.clone_into(&mut tissue.name);
-    let folder = runs.join(TISSUES);
-    let path = folder.join(format!("{name}.toml"));
+    let path = runs.join(TISSUES).join(format!("{name}.toml"));
     let text = tissue.to_toml();
     let tissue = Material::parse(&path, &text).map_err(Failure::input)?;
     can_be_felt(&tissue)?;
     let mut with = library.clone();
     with.add(&path, tissue).map_err(Failure::input)?;
-    create_dir_all(&folder).map_err(Failure::input)?;
+    folder_of(runs, TISSUES)?;
     write_text(&path, &text, false)?;
     *library = with;
     Ok(path)
@@ -127,6 +126,24 @@ mod tests {
             let error = keep(name).expect_err(name).to_string();
             assert!(error.contains(why), "{error}");
         }
+        // Through a link it would be written somewhere else, and so through a file in its place.
+        let (elsewhere, linked) = (tempfile::tempdir(), tempfile::tempdir());
+        let (elsewhere, linked) = (elsewhere.expect("a folder"), linked.expect("a folder"));
+        let tissues = linked.path().join(TISSUES);
+        #[cfg(unix)]
+        for target in [elsewhere.path(), &elsewhere.path().join("missing")] {
+            std::os::unix::fs::symlink(target, &tissues).expect("linked");
+            let mut library = Library::load(None).expect("built in");
+            let error = keep_tissue(&mut library, linked.path(), "soft-gel", GEL);
+            let error = error.expect_err("refused").to_string();
+            assert!(error.contains("is a link or a file"), "{error}");
+            assert!(library.find("soft-gel").is_err(), "nor is it felt");
+            std::fs::remove_file(&tissues).expect("removed");
+        }
+        assert_eq!(
+            std::fs::read_dir(elsewhere.path()).expect("read").count(),
+            0
+        );
         let files = std::fs::read_dir(place.path().join(TISSUES)).expect("read");
         assert_eq!(files.count(), 1);
         assert!(library.find("soft-gel").is_ok());

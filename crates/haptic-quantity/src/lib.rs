@@ -143,10 +143,11 @@ const ENDS: &[End] = &[
     written_end("", "", 1.0, (0, 0)),
 ];
 
-/// A key without its unit, and what its end says.
+/// A key without its unit, and what its end says; that of a topic, as `/grip_n`, says nothing: somebody else named it.
 fn parts_of_key(key: &str) -> (&str, &'static End) {
     let mut ends = ENDS.iter();
     let found = ends.find_map(|end| Some((key.strip_suffix(end.end)?, end)));
+    let found = found.filter(|_| !key.starts_with('/'));
     found.unwrap_or((key, &ENDS[ENDS.len() - 1]))
 }
 

@@ -13,10 +13,13 @@ const LETTERS: [(i32, &str); 7] = [
     (-9, "n"),
 ];
 
-/// A key in words, without its unit: of `peak_force_n` `peak force`.
+/// A key in words, without its unit: of `peak_force_n` `peak force`. The name of a topic, as `/peak_force`, stays as it is.
 #[must_use]
 pub fn label(key: &str) -> String {
-    parts_of_key(key).0.replace('_', " ")
+    match key.starts_with('/') {
+        true => key.to_owned(),
+        false => parts_of_key(key).0.replace('_', " "),
+    }
 }
 
 /// The unit in which the numbers of a key are written.

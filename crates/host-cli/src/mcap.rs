@@ -2,7 +2,7 @@
 
 use crate::output::warn;
 use haptic_experiment::Failure;
-use haptic_log::record::{Entry, LogFiles, RecordError, Topic};
+use haptic_log::record::{Condition, Entry, LogFiles, RecordError, Topic};
 use std::path::Path;
 
 /// True if a log has ticks of ours, or no messages at all.
@@ -35,6 +35,16 @@ pub(crate) fn table(path: &Path, mut names: Vec<&mut String>) -> Result<Option<V
     let mut bytes = Vec::new();
     topic.write_csv(&mut bytes, path)?;
     Ok(Some(bytes))
+}
+
+/// Says that ticks stood behind later ones.
+pub(crate) fn warn_of_order(condition: &Condition) {
+    if condition.sorted > 0 {
+        let sorted = condition.sorted;
+        warn(&format!(
+            "{sorted} ticks stood behind later ones: they are sorted by their numbers"
+        ));
+    }
 }
 
 /// `/topic.field` without the topic.

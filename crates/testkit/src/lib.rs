@@ -160,3 +160,27 @@ impl Random {
         self.share() < share
     }
 }
+
+/// The bytes of a file with one damage: cut, grown, flipped, a part moved, or a length forged.
+pub fn broken(whole: &[u8], random: &mut Random) -> Vec<u8> {
+    let mut bytes = whole.to_vec();
+    let mut below = |most: usize| (random.bits() % most.max(1) as u64) as usize;
+    let (kind, at) = (below(5), below(bytes.len()));
+    let end = (at + 1 + below(64)).min(bytes.len());
+    match kind {
+        0 => bytes.truncate(at),
+        1 => drop(bytes.splice(at..at, (at..end).map(|_| below(256) as u8))),
+        2 => (0..=below(3)).for_each(|_| bytes[below(whole.len())] ^= 1 << below(8)),
+        3 => bytes[at..].rotate_left(end - at),
+        _ => bytes[at..end.min(at + 8)].fill([0, 1, 0x7f, 0xff][below(4)]),
+    }
+    bytes
+}
+
+/// Time of a processor that this thread has taken, s; 0 where the system does not say it.
+#[must_use]
+pub fn processor_s() -> f64 {
+    let said = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let taken = said.split(' ').next().and_then(|ns| ns.parse::<f64>().ok());
+    1e-9 * taken.unwrap_or(0.0)
+}

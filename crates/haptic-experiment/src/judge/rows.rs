@@ -513,6 +513,7 @@ mod tests {
             "closed_form": null,
             "closed_form_reason": "the run ended before",
             "tick_ns": { "p50": 711, "max": 2_000_000 },
+            "foreign_topics": { "/grip_force_n": 5, "/joint_states": 7 },
             "notes": ["one", "two"],
             "preflight": { "stable": true, "delay_s": 0.002, "alpha": 0.5, "beta": null },
         });
@@ -525,6 +526,7 @@ mod tests {
                 "0|max error|3.2e-7|from 10 ms to 10 s, 9991 samples",
                 "0|closed form|–|the run ended before",
                 "0|tick|p50 711 ns, max 2 ms|",
+                "0|foreign topics|/grip_force_n 5, /joint_states 7|",
                 "0|notes|one|",
                 "0||two|",
                 "0|preflight||",

@@ -68,7 +68,8 @@ fn numbered(results: &Path, stem: &str) -> impl Iterator<Item = PathBuf> {
 /// [`FolderRequest::out`]; `None` if all 9999 do.
 #[must_use]
 pub fn next_free(results: &Path, stem: &str) -> Option<PathBuf> {
-    numbered(results, stem).find(|path| !path.exists())
+    // A link that leads nowhere has the name too.
+    numbered(results, stem).find(|path| path.symlink_metadata().is_err())
 }
 
 impl FolderRequest {

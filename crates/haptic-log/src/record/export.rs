@@ -4,6 +4,7 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use super::new_file::refuse_own_source;
+use super::summary::TickCount;
 use super::{Condition, Entry, Leftover, LogFiles, NewFile, RecordError, TickMessage};
 
 /// How much of a log an export found.
@@ -13,6 +14,16 @@ pub struct ExportSummary {
     pub rows: u64,
     /// Condition of the log. Rows may be missing if it is not complete.
     pub condition: Condition,
+    /// Ticks that are missing between others, and at the ends as far as the log says how its run ended.
+    pub missing: u64,
+}
+
+impl ExportSummary {
+    /// True if the table has all ticks of the log's run, in their order.
+    #[must_use]
+    pub const fn is_whole(&self) -> bool {
+        self.condition.complete && self.condition.out_of_order == 0 && self.missing == 0
+    }
 }
 
 /// Writes the ticks of the log `source` to the new CSV file `target`.
@@ -79,10 +90,18 @@ fn write_rows(
     let mut csv = csv::WriterBuilder::new()
         .has_headers(false)
         .from_writer(sink);
-    let mut rows = 0;
+    let mut count = TickCount::default();
     let mut columns = Vec::new();
     for entry in reader.by_ref() {
-        let Entry::Tick(tick) = entry? else { continue };
+        let tick = match entry? {
+            Entry::Tick(tick) => tick,
+            Entry::Metadata(record) => {
+                count.note(&record);
+                continue;
+            }
+            Entry::Drive(_) | Entry::Event(_) => continue,
+        };
+        count.add(&tick);
         if columns.is_empty() {
             columns = TickMessage::columns(tick.axes());
             csv.write_record(columns.iter().map(|column| &column.name))
@@ -90,7 +109,6 @@ fn write_rows(
         }
         let row: Vec<_> = columns.iter().map(|column| column.value(&tick)).collect();
         csv.serialize(row).map_err(fail)?;
-        rows += 1;
     }
     let condition = reader.condition();
     if columns.is_empty() {
@@ -105,5 +123,9 @@ fn write_rows(
             .map_err(fail)?;
     }
     csv.flush().map_err(|error| fail(error.into()))?;
-    Ok(ExportSummary { rows, condition })
+    Ok(ExportSummary {
+        rows: count.samples,
+        condition,
+        missing: count.missing(),
+    })
 }

@@ -31,6 +31,7 @@ mod export;
 pub mod flaw;
 mod message;
 mod new_file;
+mod order;
 mod reader;
 mod recover;
 mod roll;
@@ -52,12 +53,14 @@ pub use message::{EventMessage, MessageError, MetadataRecord, Value};
 pub use new_file::{
     Leftover, NewFile, NewFileError, leftover_at, part_of, refuse_taken, remove_earlier,
 };
-pub use reader::{Condition, Damage, Entry, LogReader};
+pub use reader::{ATTACHMENTS, Condition, Damage, Entry, LogReader};
 pub use recover::{CUT, RecoverySummary, cut, recover};
 pub use roll::{CONTINUES, LogFiles, NEXT, ROLL_LEAST, RollingLog, first_file, nth_file};
 pub use span::{SAME_TIME, Span, SpanError};
 pub use start_time::{CLOCK, StartTime};
-pub use summary::{BUDGET, DRIVE_END, END, EndKind, Gap, LogSummary, RECOVERED, RunEnd, inspect};
+pub use summary::{
+    BUDGET, DRIVE_END, END, EndKind, Gap, LogSummary, RECOVERED, RunEnd, Skimmed, inspect, skim,
+};
 pub use sync::SYNC_INTERVAL;
 pub use tick::{AXES, Column, PerAxis, TickMessage, column_name};
 pub use topic::Topic;

@@ -31,6 +31,9 @@ pub enum NewFileError {
     /// The file to write is the file to read.
     #[error("`{}` would be written over the log it is made from; choose another name", .0.display())]
     OwnSource(PathBuf),
+    /// The name stands for standard output.
+    #[error("`-` stands for standard output, where only a CSV goes: name a file, as in ./-")]
+    Dash,
     /// The folder does not take the file.
     #[error("cannot write `{}`: {source}; check that the folder exists, is writable and has space", .path.display())]
     Io {
@@ -212,8 +215,11 @@ impl Drop for NewFile {
 /// Refuses a name that is taken: by anything, or with `overwrite` by anything but a regular file.
 ///
 /// # Errors
-/// [`NewFileError::Exists`]; [`NewFileError::NotRegular`].
+/// [`NewFileError::Dash`]; [`NewFileError::Exists`]; [`NewFileError::NotRegular`].
 pub fn refuse_taken(target: &Path, overwrite: bool) -> Result<(), NewFileError> {
+    if target.as_os_str() == "-" {
+        return Err(NewFileError::Dash);
+    }
     // The link itself is asked: a dangling one is there too, and one to a device is not to become a file.
     match target.symlink_metadata() {
         Ok(_) if !overwrite => Err(NewFileError::Exists(target.to_owned())),

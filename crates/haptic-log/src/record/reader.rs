@@ -25,6 +25,10 @@ use super::{EventMessage, MessageError, MetadataRecord, RecordError, StartTime, 
 
 /// No record of a log is longer; a longer one is damage.
 const RECORD_LIMIT: usize = 1 << 25;
+/// So much may be unpacked of any log, and of a longer one so many times what was read: more is a file made to waste time.
+const UNPACKED_MOST: u64 = 1 << 30;
+const UNPACKED_TIMES: u64 = 64;
+const NO_KIND: &str = "there is a record of no kind";
 /// At most this much is asked of the file at a time, so a wrong length cannot ask for more.
 const READ_BYTES: usize = 1 << 16;
 
@@ -99,9 +103,16 @@ pub struct Condition {
     pub complete: bool,
     /// Damage: parts that could not be read.
     pub damage: Vec<Damage>,
-    /// Topics that are not ours, and the number of their messages; they are skipped.
+    /// Topics that are not ours, and the number of their messages; they are skipped. Attachments count as [`ATTACHMENTS`].
     pub foreign_topics: BTreeMap<String, u64>,
+    /// Ticks that stood behind later ones and were put in their place.
+    pub sorted: u64,
+    /// Ticks that were not, because they come twice or too late.
+    pub out_of_order: u64,
 }
+
+/// Name of the attachments of a log among its topics.
+pub const ATTACHMENTS: &str = "(attachments)";
 
 /// Iterates over the [entries](Entry) of a log; afterwards [`condition`](Self::condition) says what
 /// is missing. An `Err` comes from the disk, never from damage, and is the last item.
@@ -131,7 +142,11 @@ pub struct LogReader<R> {
     source: Chain<Cursor<Vec<u8>>, R>,
     path: PathBuf,
     walk: LinearReader,
-    bytes_read: u64,
+    pub(super) bytes_read: u64,
+    /// Bytes that its chunks said to unpack to.
+    pub(super) unpacked: u64,
+    /// Counts the messages by their index, of a log whose chunks are not unpacked.
+    pub(super) skim: Option<Skim>,
     /// Definitions of messages by the number of their schema.
     schemas: BTreeMap<u16, String>,
     /// Messages by the number of their channel; the topic of foreign ones.
@@ -249,6 +264,8 @@ impl<R: Read> LogReader<R> {
             path: path.to_owned(),
             walk: LinearReader::new_with_options(options),
             bytes_read: 0,
+            unpacked: 0,
+            skim: None,
             schemas: BTreeMap::new(),
             channels: BTreeMap::new(),
             topics: None,
@@ -272,17 +289,32 @@ impl<R: Read> LogReader<R> {
         StartTime::of_log(log_time_ns, device_time_ns)
     }
 
+    /// Number of the ticks that were skimmed, and seconds from the first to the last.
+    pub(super) fn skimmed(&self) -> Option<(u64, f64)> {
+        let mut channels = self.skim.as_ref()?.channels.iter();
+        let (_, (count, first_ns, last_ns)) = channels.find(|(id, _)| {
+            let Some(Ok(Kind::Tick(entry, _))) = self.channels.get(id) else {
+                return false;
+            };
+            matches!(entry(TickMessage::default()), Entry::Tick(_))
+        })?;
+        Some((*count, (last_ns - first_ns) as f64 / 1e9))
+    }
+
     pub(super) fn stop(&mut self) {
         self.ready.clear();
         self.done = true;
     }
 
-    pub(crate) fn bytes_read(&self) -> u64 {
-        self.bytes_read
-    }
-
     fn step(&mut self) -> Step {
         let at_byte = self.bytes_read;
+        if self
+            .skim
+            .as_ref()
+            .is_some_and(|skim| at_byte > skim.most_bytes)
+        {
+            return Step::End;
+        }
         let (opcode, data) = match self.walk.next_event() {
             None => {
                 self.condition.complete = self.footer_seen && self.condition.damage.is_empty();
@@ -306,15 +338,42 @@ impl<R: Read> LogReader<R> {
                 return Step::End;
             }
         };
+        if let Some(skim) = self
+            .skim
+            .as_mut()
+            .filter(|_| [op::CHUNK, op::MESSAGE_INDEX].contains(&opcode))
+        {
+            if opcode == op::MESSAGE_INDEX {
+                skim.count(&data);
+            }
+            return Step::Taken;
+        }
         match opcode {
             // No record has it; zeros would read as empty records for ever.
             0 => {
-                let cause = "there is a record of no kind".to_owned();
+                let cause = NO_KIND.to_owned();
                 let damage = Damage::Structure { at_byte, cause };
                 self.condition.damage.push(damage);
                 return Step::End;
             }
+            op::ATTACHMENT => {
+                let topics = &mut self.condition.foreign_topics;
+                *topics.entry(ATTACHMENTS.to_owned()).or_default() += 1;
+            }
             op::CHUNK => {
+                self.unpacked += size_of(&data)
+                    .filter(|size| *size <= RECORD_LIMIT as u64)
+                    .unwrap_or(0);
+                if self.unpacked > UNPACKED_MOST.max(UNPACKED_TIMES * self.bytes_read) {
+                    let cause = format!(
+                        "its chunks unpack to {} bytes and more, {UNPACKED_TIMES} times what was read",
+                        self.unpacked
+                    );
+                    self.condition
+                        .damage
+                        .push(Damage::Structure { at_byte, cause });
+                    return Step::End;
+                }
                 if let Err(cause) = self.chunk(&data) {
                     self.condition.damage.push(Damage::Chunk { at_byte, cause });
                 }
@@ -355,6 +414,8 @@ impl<R: Read> LogReader<R> {
                     unpack.notify_read(read);
                     Ok(())
                 }
+                // Nothing else follows: zeros would be a million of them.
+                Ok(LinearReadEvent::Record { opcode: 0, .. }) => Err(NO_KIND.to_owned()),
                 Ok(LinearReadEvent::Record { data, opcode }) => self.record(opcode, data),
                 Err(error) => Err(error.to_string()),
             };
@@ -531,6 +592,10 @@ fn texts_fit(opcode: u8, data: &[u8]) -> bool {
 /// A chunk as the parser knows it: one with zstd is unpacked, and what stands behind the records of others is left out,
 /// which the parser takes for part of the last one.
 fn parsable(chunk: &[u8]) -> Result<Cow<'_, [u8]>, String> {
+    let size = size_of(chunk).unwrap_or(0);
+    if size > RECORD_LIMIT as u64 {
+        return Err(format!("its {size} bytes are more than {RECORD_LIMIT}"));
+    }
     let mut rest = Rest(chunk);
     // Times, size and sum first; then the compression, and the records behind their number of bytes.
     let parts =
@@ -545,18 +610,52 @@ fn parsable(chunk: &[u8]) -> Result<Cow<'_, [u8]>, String> {
     if compression != b"zstd" {
         return Ok(chunk[..chunk.len() - (behind.len() - length)].into());
     }
-    let size = head[16..]
-        .first_chunk()
-        .map_or(0, |size| u64::from_le_bytes(*size));
-    if size > RECORD_LIMIT as u64 {
-        return Err(format!("its {size} bytes are more than {RECORD_LIMIT}"));
-    }
     let mut plain = [head, &[0; 4], &size.to_le_bytes()].concat();
     let start = plain.len();
     plain.resize(start + size as usize, 0);
     let unpacked = FrameDecoder::new().decode_all(records, &mut plain[start..]);
     unpacked.map_err(|error| format!("zstd: {error}"))?;
     Ok(plain.into())
+}
+
+/// Bytes that a chunk says to unpack to.
+fn size_of(chunk: &[u8]) -> Option<u64> {
+    Some(u64::from_le_bytes(*chunk.get(16..)?.first_chunk()?))
+}
+
+/// The messages of each channel by their index, which stands behind each chunk.
+#[derive(Debug)]
+pub(super) struct Skim {
+    most_bytes: u64,
+    /// Their number, and the log times of the first and the last, ns.
+    channels: BTreeMap<u16, (u64, u64, u64)>,
+}
+
+impl Skim {
+    pub(super) const fn new(most_bytes: u64) -> Self {
+        let channels = BTreeMap::new();
+        Self {
+            most_bytes,
+            channels,
+        }
+    }
+
+    fn count(&mut self, index: &[u8]) {
+        let mut rest = Rest(index);
+        let Some((channel, entries)) = rest.0.split_first_chunk() else {
+            return;
+        };
+        rest.0 = entries;
+        let (times, _) = rest.counted().unwrap_or_default().as_chunks::<16>();
+        for time in times {
+            let time = u64::from_le_bytes(*time.first_chunk().unwrap_or(&[0; 8]));
+            let all = self
+                .channels
+                .entry(u16::from_le_bytes(*channel))
+                .or_insert((0, time, time));
+            *all = (all.0 + 1, all.1.min(time), all.2.max(time));
+        }
+    }
 }
 
 struct Rest<'a>(&'a [u8]);

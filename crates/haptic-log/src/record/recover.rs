@@ -4,7 +4,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 use super::new_file::{refuse_being_written, refuse_own_source};
-use super::summary::{DRIVE_END, END, Gap, RECOVERED, TickCount};
+use super::summary::{DRIVE_END, END, Gap, RECOVERED, TickCount, out_of_order};
 use super::{
     Condition, Damage, Entry, Leftover, LogFiles, LogWriter, RecordError, Span, SpanError,
 };
@@ -31,6 +31,9 @@ pub struct RecoverySummary {
     pub complete: bool,
     /// Missing parts, a sentence each; empty if the source was whole.
     pub missing: Vec<String>,
+    /// Ticks that stood behind later ones and were put in their place; `None` if there are none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sorted_ticks: Option<u64>,
     /// The log that was written; the source is left unchanged.
     pub log: PathBuf,
     /// Ticks missing before the first saved and after the last, if the log says how its run ended.
@@ -59,10 +62,13 @@ fn missing(count: &TickCount, condition: &Condition) -> Vec<String> {
     if driven > 0 {
         sentences.push(format!("{driven} ticks of the drive are missing"));
     }
+    if condition.out_of_order > 0 {
+        sentences.push(out_of_order(condition.out_of_order));
+    }
     let foreign: u64 = condition.foreign_topics.values().sum();
     if foreign > 0 {
         sentences.push(format!(
-            "{foreign} messages on topics that host-cli does not write were not copied"
+            "{foreign} messages on topics that host-cli does not write, or attachments, were not copied"
         ));
     }
     match count.last {
@@ -208,7 +214,7 @@ fn copy(
     }
     let mut condition = reader.condition();
     if let Some(cause) = unreadable {
-        let at_byte = reader.reader.bytes_read();
+        let at_byte = reader.reader.bytes_read;
         condition.damage.push(Damage::Structure { at_byte, cause });
     }
     if span.is_some() {
@@ -241,8 +247,9 @@ fn copy(
         first_s: count.first.map(|(_, time_s)| time_s),
         last_s: count.last.map(|(_, time_s)| time_s),
         last_tick: count.last.map(|(tick, _)| tick),
-        complete: condition.complete && count.missing() + count.drive_missing() == 0,
+        complete: missing.is_empty(),
         missing,
+        sorted_ticks: Some(condition.sorted).filter(|sorted| *sorted > 0),
         log: target.to_owned(),
         missing_at_ends: [count.missing_at_start(), count.missing_at_end()],
         gaps: count.gaps,

@@ -7,12 +7,13 @@
 //! another names it ([`NEXT`]), one that follows another names the first ([`CONTINUES`]). [`LogFiles`] reads all of
 //! them as one, and no file of another run.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fs::File;
 use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
 
 use super::new_file::{drawn_number, remove_earlier};
+use super::order::InOrder;
 use super::{
     CLOCK, Condition, Damage, Entry, EventMessage, FinishedLog, Leftover, LogReader, LogWriter,
     RecordError, SYNC_INTERVAL, StartTime, TickMessage, part_of,
@@ -215,7 +216,8 @@ pub fn first_file(file: &Path) -> Option<PathBuf> {
     is_number.then(|| file.with_file_name(format!("{first}.mcap")))
 }
 
-/// Iterates over the [entries](Entry) of a log and of the files that follow it.
+/// Iterates over the [entries](Entry) of a log and of the files that follow it, with the ticks in the order of their numbers
+/// wherever their messages stand: MCAP asks for no order. A tick that comes more than 65 536 entries too late stays there.
 #[derive(Debug)]
 pub struct LogFiles {
     pub(super) reader: LogReader<BufReader<File>>,
@@ -229,6 +231,10 @@ pub struct LogFiles {
     /// False until the file being read has told that it is of the run.
     belongs: bool,
     before: Condition,
+    /// Ticks, with what stands between them, and ticks of the drive.
+    ticks: InOrder,
+    driven: InOrder,
+    ready: VecDeque<Entry>,
 }
 
 impl LogFiles {
@@ -248,6 +254,9 @@ impl LogFiles {
                 complete: true,
                 ..Condition::default()
             },
+            ticks: InOrder::default(),
+            driven: InOrder::default(),
+            ready: VecDeque::new(),
         })
     }
 
@@ -258,8 +267,11 @@ impl LogFiles {
             complete,
             damage,
             foreign_topics,
+            ..
         } = self.reader.condition();
         let mut all = self.before.clone();
+        all.sorted = self.ticks.sorted + self.driven.sorted;
+        all.out_of_order = self.ticks.out_of_order + self.driven.out_of_order;
         all.complete &= complete;
         all.damage.extend_from_slice(damage);
         for (topic, messages) in foreign_topics {
@@ -299,19 +311,22 @@ impl LogFiles {
         self.before = self.condition();
         // All files of a log have the axes of the first.
         let (axes, topics) = (self.reader.axes, self.reader.topics.take());
+        let (bytes_read, unpacked) = (self.reader.bytes_read, self.reader.unpacked);
+        let skim = self.reader.skim.take();
         self.reader = LogReader::open(&file)?;
         self.reader.axes = axes;
         self.reader.topics = topics;
+        self.reader.skim = skim;
+        // What may be unpacked is that of all files together.
+        self.reader.bytes_read += bytes_read;
+        self.reader.unpacked = unpacked;
         self.belongs = self.run.is_none();
         self.path = file;
         Ok(true)
     }
-}
 
-impl Iterator for LogFiles {
-    type Item = Result<Entry, RecordError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
+    /// The next entry as the files have it.
+    fn next_read(&mut self) -> Option<Result<Entry, RecordError>> {
         loop {
             let entry = self.reader.next();
             if let Some(Ok(Entry::Metadata(record))) = &entry
@@ -330,8 +345,13 @@ impl Iterator for LogFiles {
                 Some(Ok(Entry::Metadata(record))) if record.name == NEXT => {
                     let name = record.values.get("file").map(Path::new);
                     // A name and no path: a log leads nowhere else.
-                    let name = name.and_then(Path::file_name);
-                    self.next = name.map(|name| self.path.with_file_name(name));
+                    match name.and_then(Path::file_name) {
+                        Some(name) => self.next = Some(self.path.with_file_name(name)),
+                        None => {
+                            let file = name.unwrap_or(Path::new("")).to_owned();
+                            self.end(file, "is no name of a file");
+                        }
+                    }
                 }
                 // The first file has said it.
                 Some(Ok(Entry::Metadata(record)))
@@ -343,6 +363,33 @@ impl Iterator for LogFiles {
                     Ok(false) => return None,
                     Err(error) => return Some(Err(error)),
                 },
+            }
+        }
+    }
+}
+
+impl Iterator for LogFiles {
+    type Item = Result<Entry, RecordError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            if let Some(entry) = self.ready.pop_front() {
+                return Some(Ok(entry));
+            }
+            match self.next_read() {
+                Some(Ok(entry)) => {
+                    let order = match entry {
+                        Entry::Drive(_) => &mut self.driven,
+                        Entry::Tick(_) | Entry::Event(_) | Entry::Metadata(_) => &mut self.ticks,
+                    };
+                    order.take(entry, &mut self.ready);
+                }
+                Some(Err(error)) => return Some(Err(error)),
+                None => {
+                    self.ticks.give(0, &mut self.ready);
+                    self.driven.give(0, &mut self.ready);
+                    return self.ready.pop_front().map(Ok);
+                }
             }
         }
     }

@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::flaw::FlawCounts;
+use super::reader::Skim;
 use super::{
     CONTINUES, Damage, Entry, EventMessage, LogFiles, MetadataRecord, RecordError, StartTime,
     TickMessage,
@@ -108,7 +109,6 @@ pub(crate) struct TickCount {
     pub(crate) first: Option<(u64, f64)>,
     pub(crate) last: Option<(u64, f64)>,
     pub(crate) gaps: Vec<Gap>,
-    pub(crate) out_of_order: u64,
     pub(crate) flaws: FlawCounts,
     /// End of the run, if the log says it.
     pub(crate) end: Option<RunEnd>,
@@ -135,7 +135,7 @@ impl TickCount {
         let (tick, time_s) = (message.tick, message.time_s);
         match self.last {
             None => self.first = Some((tick, time_s)),
-            Some((before, _)) if tick <= before => self.out_of_order += 1,
+            Some((before, _)) if tick <= before => return self.add_late(tick),
             Some((before, _)) if tick - before > 1 => self.gaps.push(Gap {
                 after_tick: before,
                 before_tick: tick,
@@ -145,6 +145,23 @@ impl TickCount {
         }
         self.samples += 1;
         self.last = Some((tick, time_s));
+    }
+
+    /// A tick that stands behind later ones is not missing where it should have stood.
+    fn add_late(&mut self, tick: u64) {
+        self.samples += 1;
+        let at = self.gaps.partition_point(|gap| gap.before_tick <= tick);
+        let Some(gap) = self.gaps.get(at).filter(|gap| gap.after_tick < tick) else {
+            return;
+        };
+        let halves = [(gap.after_tick, tick), (tick, gap.before_tick)];
+        let halves = halves.map(|(after_tick, before_tick)| Gap {
+            after_tick,
+            before_tick,
+            missing: before_tick - after_tick - 1,
+        });
+        let left = halves.into_iter().filter(|gap| gap.missing > 0);
+        self.gaps.splice(at..=at, left);
     }
 
     /// Takes in what metadata say of the ticks.
@@ -226,8 +243,11 @@ pub struct LogSummary {
     /// Ticks of the drive that are missing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub drive_missing_samples: Option<u64>,
-    /// Ticks whose number is not above the previous tick's.
+    /// Ticks that come twice, or so late that they are not put in their place.
     pub out_of_order: u64,
+    /// Ticks that stood behind later ones and were put in their place; `None` if there are none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sorted_ticks: Option<u64>,
     /// How many ticks the device or the link got wrong, and how.
     #[serde(flatten)]
     pub flaws: FlawCounts,
@@ -274,7 +294,7 @@ impl LogSummary {
             reasons.push(stale(self));
         }
         if self.out_of_order > 0 {
-            reasons.push(format!("{} ticks out of order", self.out_of_order));
+            reasons.push(out_of_order(self.out_of_order));
         }
         if !self.complete && self.damage.is_empty() {
             reasons.push("it was not finished".to_owned());
@@ -295,6 +315,11 @@ impl LogSummary {
         }
         reasons
     }
+}
+
+/// The reason why a log with so many of them is not in order.
+pub(super) fn out_of_order(ticks: u64) -> String {
+    format!("{ticks} ticks come twice, or too late to be sorted")
 }
 
 /// In how many ticks, and why.
@@ -371,7 +396,37 @@ pub fn inspect(path: &Path) -> Result<LogSummary, RecordError> {
     summary.gaps = count.gaps;
     summary.end = count.end;
     summary.continues = count.continues;
-    summary.out_of_order = count.out_of_order;
+    summary.out_of_order = condition.out_of_order;
+    summary.sorted_ticks = Some(condition.sorted).filter(|sorted| *sorted > 0);
     summary.flaws = count.flaws;
     Ok(summary)
+}
+
+/// What a log says of itself beside its samples.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Skimmed {
+    /// The metadata records in file order.
+    pub metadata: Vec<MetadataRecord>,
+    /// Ticks, and seconds from the first to the last; `None` without an index of them, or if there are none.
+    pub ticks: Option<(u64, f64)>,
+    /// As far as it was read, the log was finished by its writer and no part of it is damaged.
+    pub complete: bool,
+}
+
+/// Reads a log without unpacking a sample, and no more than so many bytes of it: for a list of many.
+///
+/// # Errors
+/// If the file cannot be read or is not MCAP.
+pub fn skim(path: &Path, most_bytes: u64) -> Result<Skimmed, RecordError> {
+    let mut log = LogFiles::open(path)?;
+    log.reader.skim = Some(Skim::new(most_bytes));
+    let mut skimmed = Skimmed::default();
+    for entry in log.by_ref() {
+        if let Entry::Metadata(record) = entry? {
+            skimmed.metadata.push(record);
+        }
+    }
+    skimmed.complete = log.condition().complete;
+    skimmed.ticks = log.reader.skimmed();
+    Ok(skimmed)
 }

@@ -105,6 +105,7 @@ impl Topic {
         Ok(ExportSummary {
             rows: self.rows() as u64,
             condition: self.condition.clone(),
+            missing: 0,
         })
     }
 

@@ -1,17 +1,20 @@
 //! Logs that are cut off, damaged, or that the disk does not take.
 
+use super::order::reordered;
 use super::{CHUNK_TICKS, fill, finished, finished_bytes, parameters, tick, ticks_of};
 use haptic_log::record::{
-    Damage, Entry, LogReader, LogWriter, NewFileError, RECOVERED, RecordError, TickMessage,
-    export_csv, inspect, recover,
+    ATTACHMENTS, Damage, Entry, LogReader, LogWriter, NewFileError, RECOVERED, RecordError,
+    TickMessage, Topic, export_csv, inspect, recover, skim,
 };
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use std::cell::RefCell;
 use std::fs;
 use std::io::{self, Cursor, Seek, SeekFrom, Write};
+use std::ops::Range;
 use std::path::Path;
 use std::rc::Rc;
+use testkit::{Random, broken};
 
 /// A sink that shares its bytes and fails once it holds `limit` of them.
 #[derive(Clone)]
@@ -398,23 +401,266 @@ fn a_sound_log_of_others_is_not_an_empty_table() {
         };
         log.write_to_known_channel(&header, b"{}").expect("writes");
     }
+    let attached = mcap::Attachment {
+        log_time: 0,
+        create_time: 0,
+        name: "notes.txt".to_owned(),
+        media_type: "text/plain".to_owned(),
+        data: b"cold".into(),
+    };
+    log.attach(&attached).expect("attaches");
     log.finish().expect("finishes");
     fs::write(&path, log.into_inner().into_inner()).expect("writes");
     let error = export_csv(&path, &table, false).expect_err("has no ticks");
     assert!(matches!(error, RecordError::NoTicks { .. }), "{error:?}");
     let text = error.to_string();
     assert!(text.contains("/camera/image, /joint_states"), "{text}");
+    // What cannot be copied is lost, and that is said.
+    let saved = recover(&path, &folder.path().join("table.csv"), false).expect("saves");
+    assert!(!saved.complete, "{saved:?}");
+    assert!(
+        saved.missing[0].starts_with("3 messages on topics"),
+        "{saved:?}"
+    );
+    fs::remove_file(folder.path().join("table.csv")).expect("removes");
     assert_eq!(
         fs::read_dir(folder.path()).expect("lists").count(),
         1,
         "no table"
     );
     let summary = inspect(&path).expect("inspects");
-    assert!(summary.complete && summary.foreign_messages == 2);
+    assert!(summary.complete && summary.foreign_messages == 3);
+    let topics = summary.foreign_topics.keys();
+    assert!(topics.eq([ATTACHMENTS, "/camera/image", "/joint_states"]));
+}
+
+/// Every message has its time, read or not: Python writes a number that is none as `NaN`, which is not JSON.
+#[test]
+fn times_count_from_the_first_message_though_it_is_no_number() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("theirs.mcap");
+    for (first, rows) in [
+        ("NaN", 2),
+        ("null", 3),
+        ("{\"x\": \"warm\"}", 3),
+        ("{\"x\": 0}", 3),
+    ] {
+        let mut log = mcap::Writer::new(Cursor::new(Vec::new())).expect("starts");
+        log.add_channel_with_id(7, 0, "/grip_force", "json", &Default::default())
+            .expect("adds");
+        for (n, text) in [first, "{\"x\": 1}", "{\"x\": 2}"].into_iter().enumerate() {
+            let log_time = 5_000_000_000 + 10_000_000 * n as u64;
+            let header = mcap::records::MessageHeader {
+                channel_id: 7,
+                sequence: n as u32,
+                log_time,
+                publish_time: log_time,
+            };
+            log.write_to_known_channel(&header, text.as_bytes())
+                .expect("writes");
+        }
+        log.finish().expect("finishes");
+        fs::write(&path, log.into_inner().into_inner()).expect("writes");
+        let topic = Topic::read(&path, &[]).expect("reads");
+        let times = [0.0, 0.01, 0.02];
+        let (name, column) = &topic.columns[0];
+        assert_eq!(
+            (name.as_str(), &column[..]),
+            ("time_s", &times[3 - rows..]),
+            "{first}"
+        );
+        assert_eq!(topic.notes.len(), 3 - rows, "{first}: {:?}", topic.notes);
+    }
+}
+
+/// A log of so many chunks that say to unpack to so many bytes.
+fn packed(chunks: usize, size: u64, compression: &str, records: &[u8]) -> Vec<u8> {
+    let mut log = b"\x89MCAP0\r\n".to_vec();
+    for _ in 0..chunks {
+        let mut chunk = vec![0; 16];
+        chunk.extend(size.to_le_bytes());
+        chunk.extend([0; 4]);
+        chunk.extend((compression.len() as u32).to_le_bytes());
+        chunk.extend(compression.as_bytes());
+        chunk.extend((records.len() as u64).to_le_bytes());
+        chunk.extend(records);
+        log.push(6);
+        log.extend((chunk.len() as u64).to_le_bytes());
+        log.extend(chunk);
+    }
+    log
+}
+
+/// So many zeros in a frame of zstd, 4 bytes for each 128 kB: RFC 8878, blocks of type 1.
+fn zeros(size: u32) -> Vec<u8> {
+    let mut frame = b"\x28\xb5\x2f\xfd\xa0".to_vec();
+    frame.extend(size.to_le_bytes());
+    for at in (0..size).step_by(1 << 17) {
+        let block = (size - at).min(1 << 17);
+        let is_last = u32::from(at + block == size);
+        frame.extend(&(is_last | 2 | block << 3).to_le_bytes()[..3]);
+        frame.push(0);
+    }
+    frame
+}
+
+#[test]
+fn a_log_that_unpacks_without_an_end_is_left() {
+    let read = |log: &[u8]| {
+        let mut reader = LogReader::new(log, Path::new("packed")).expect("is MCAP");
+        assert_eq!((&mut reader).count(), 0);
+        reader.condition().damage.clone()
+    };
+    // Zeros are given up at the first of them.
+    let damage = read(&packed(2, 1 << 22, "zstd", &zeros(1 << 22)));
+    assert!(damage[0].to_string().contains("of no kind"), "{damage:?}");
+    for compression in ["zstd", "lz4"] {
+        // 32 MB a chunk: a GiB is 32 of them, whatever comes of them.
+        let damage = read(&packed(50, 1 << 25, compression, b"cut"));
+        assert_eq!(damage.len(), 32 + 1, "{compression}");
+        let said = damage[32].to_string();
+        assert!(
+            matches!(damage[32], Damage::Structure { .. }) && said.contains("64 times"),
+            "{said}"
+        );
+        // A length that is not believed does not count.
+        let damage = read(&packed(50, 1 << 40, compression, b"cut"));
+        assert_eq!(damage.len(), 50 + 1, "{compression}");
+        assert!(damage[0].to_string().contains("more than"), "{damage:?}");
+    }
+}
+
+/// Where the records of a log stand that is whole.
+fn records(log: &[u8]) -> Vec<Range<usize>> {
+    let mut records = Vec::new();
+    let mut at = 8;
+    while at + 9 < log.len() {
+        let length = u64::from_le_bytes(log[at + 1..at + 9].try_into().expect("eight bytes"));
+        records.push(at..at + 9 + length as usize);
+        at += 9 + length as usize;
+    }
+    records
+}
+
+/// A log with one damage, of any file or of one that knows its records.
+fn damaged(log: &[u8], random: &mut Random) -> Vec<u8> {
+    let mut chunks = records(log);
+    chunks.retain(|record| log[record.start] == 6);
+    let kind = random.bits() % 8;
+    if kind < 4 || chunks.len() < 2 {
+        return broken(log, random);
+    }
+    let two = random.bits() as usize % (chunks.len() - 1);
+    let (one, other) = (
+        chunks[two].clone(),
+        chunks[two + 1 + random.bits() as usize % (chunks.len() - 1 - two)].clone(),
+    );
+    let mut bytes = log.to_vec();
+    match kind {
+        4 => {
+            let between = &log[one.end..other.start];
+            let swapped = [&log[other.clone()], between, &log[one.clone()]].concat();
+            bytes.splice(one.start..other.end, swapped);
+        }
+        5 => drop(bytes.drain(one)),
+        6 => drop(bytes.splice(one.end..one.end, log[other].iter().copied())),
+        // Length of the record, of the chunk once unpacked, of what it is packed to.
+        _ => {
+            let place = one.start + random.one_of(&[1, 9 + 16, 9 + 32, 9 + 35]);
+            let length = (1_u64 << (random.bits() % 64)).wrapping_sub(random.bits() % 3);
+            bytes[place..place + 8].copy_from_slice(&length.to_le_bytes());
+        }
+    }
+    bytes
+}
+
+/// Logs of every kind, with the number of the ticks of each: ours, repacked by others with and without sums, cut off, theirs.
+fn kinds_of_logs() -> Vec<(&'static str, Vec<u8>, u64)> {
+    const TICKS: u64 = 600;
+    let ours = finished_bytes(TICKS);
+    let small = || mcap::WriteOptions::new().chunk_size(Some(4096));
+    let zstd = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/record/layouts/zstd.mcap");
+    let bare = |options: mcap::WriteOptions| {
+        let options = options.calculate_chunk_crcs(false);
+        options
+            .calculate_data_section_crc(false)
+            .calculate_summary_section_crc(false)
+    };
+    let lz4 = small().compression(Some(mcap::Compression::Lz4));
+    vec![
+        ("lz4", reordered(&ours, lz4.clone(), |_| ()), TICKS),
+        (
+            "reversed",
+            reordered(&ours, lz4.clone(), |messages| messages.reverse()),
+            TICKS,
+        ),
+        (
+            "lz4 without sums",
+            reordered(&ours, bare(lz4), |_| ()),
+            TICKS,
+        ),
+        (
+            "plain without sums",
+            reordered(&ours, bare(small().compression(None)), |_| ()),
+            TICKS,
+        ),
+        (
+            "without chunks",
+            reordered(&ours, small().use_chunks(false), |_| ()),
+            TICKS,
+        ),
+        ("zstd", fs::read(zstd).expect("reads"), 2001),
+        ("ours", ours, TICKS),
+    ]
+}
+
+/// Counts of a log that is broken, by what reads it: true where something calls it whole.
+fn read_in_every_way(path: &Path, folder: &Path) -> [(bool, u64); 3] {
+    let Ok(summary) = inspect(path) else {
+        return [(false, 0); 3];
+    };
+    let mut reasons = summary.reasons();
+    reasons.retain(|reason| !reason.contains("stale"));
+    let _ = skim(path, u64::MAX);
+    let _ = Topic::read(path, &[]);
+    let exported = export_csv(path, &folder.join("a.csv"), true);
+    let exported = exported.map_or((false, 0), |table| (table.is_whole(), table.rows));
+    let saved = recover(path, &folder.join("saved.mcap"), true);
+    let saved = saved.map_or((false, 0), |saved| (saved.complete, saved.samples));
+    [(reasons.is_empty(), summary.samples), exported, saved]
+}
+
+/// `CAMPAIGN_CASES`: broken logs, 70 by default. The smallest damage may hit what nobody needs; a tick that is gone is said.
+#[test]
+fn broken_logs_never_panic_never_lose_in_silence_and_never_take_long() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("broken.mcap");
+    let (logs, mut random) = (kinds_of_logs(), Random(65));
+    let (mut whole, mut slowest_s) = (0, 0.0_f64);
+    let cases = testkit::cases(70);
+    for case in 0..cases {
+        let (name, log, ticks) = &logs[case % logs.len()];
+        fs::write(&path, damaged(log, &mut random)).expect("writes");
+        let before_s = testkit::processor_s();
+        let found = std::panic::catch_unwind(|| read_in_every_way(&path, folder.path()));
+        let found = found.unwrap_or_else(|_| panic!("case {case}, {name}"));
+        slowest_s = slowest_s.max(testkit::processor_s() - before_s);
+        for (is_whole, samples) in found {
+            whole += u32::from(is_whole);
+            assert!(
+                !is_whole || samples == *ticks,
+                "case {case}, {name}: {found:?} of {ticks}"
+            );
+        }
+    }
+    println!(
+        "{cases} broken logs, {whole} of {} readings whole, slowest {slowest_s:.2} s",
+        3 * cases
+    );
+    assert!(slowest_s < 5.0, "{slowest_s}");
     assert!(
-        summary
-            .foreign_topics
-            .keys()
-            .eq(["/camera/image", "/joint_states"])
+        whole > 0 && whole < cases as u32,
+        "{whole} of {}",
+        3 * cases
     );
 }

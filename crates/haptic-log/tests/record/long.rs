@@ -248,3 +248,30 @@ fn a_log_that_names_itself_as_the_next_ends() {
         );
     }
 }
+
+#[test]
+fn a_log_that_goes_on_under_no_name_is_not_whole() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("run.mcap");
+    for name in [
+        Some(""),
+        Some("."),
+        Some(".."),
+        Some("/"),
+        Some("a/.."),
+        None,
+    ] {
+        let _ = fs::remove_file(&path);
+        let mut writer = LogWriter::create(&path).expect("creates");
+        (0..10).for_each(|n| writer.tick(&tick(n)).expect("writes"));
+        let named = name.map(|name| ("file".to_owned(), name.to_owned()));
+        writer
+            .metadata(NEXT, named.into_iter().collect())
+            .expect("writes");
+        writer.finish().expect("finishes");
+        let summary = inspect(&path).expect("inspects");
+        assert!(!summary.complete && summary.samples == 10, "{name:?}");
+        let damage = &summary.damage[0];
+        assert!(damage.contains("is no name of a file"), "{damage}");
+    }
+}

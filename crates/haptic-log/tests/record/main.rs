@@ -4,6 +4,7 @@ mod cut;
 mod damage;
 mod layouts;
 mod long;
+mod order;
 mod pair;
 
 use haptic_log::record::{

@@ -2,7 +2,7 @@
 
 use haptic_experiment::{Failure, lines};
 use haptic_log::record::{
-    Entry, LogFiles, NewFileError, StartTime, VERDICT, first_file, inspect, leftover_at,
+    CLOCK, END, NewFileError, RunEnd, VERDICT, first_file, leftover_at, skim,
 };
 use haptic_quantity::short;
 use serde::Serialize;
@@ -12,8 +12,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-/// Logs up to here are read whole for the list; of larger ones only the beginning.
+/// Logs up to here are read to their end for the list; of larger ones only so much of the beginning. No sample is unpacked.
 const WHOLE_BYTES: u64 = 32 << 20;
+const BEGINNING_BYTES: u64 = 1 << 20;
 /// Folders below the folder of runs that are looked into.
 const DEPTH: u32 = 2;
 /// Entries of a folder that are looked at.
@@ -165,10 +166,8 @@ fn listed(name: &str, path: &Path, seen: Seen) -> Listed {
     };
     let said = if is_answer(path) {
         listed.answer(path)
-    } else if seen.bytes <= WHOLE_BYTES {
-        listed.whole(path)
     } else {
-        listed.beginning(path)
+        listed.log(path)
     };
     if let Err(error) = said {
         listed.verdict = Some(format!("cannot be read: {error}"));
@@ -185,47 +184,30 @@ impl Listed {
         Ok(())
     }
 
-    fn whole(&mut self, path: &Path) -> Result<(), Failure> {
-        let summary = inspect(path)?;
-        self.samples = Some(summary.samples);
-        let ends = summary.first_s.zip(summary.last_s);
-        self.duration_s = ends.map(|(first, last)| last - first);
-        self.started_utc = summary.started_utc;
-        let records = &summary.metadata;
-        let of = |name| Some(&records.iter().find(|record| record.name == name)?.values);
-        self.about(of("experiment"));
-        self.verdict = of(VERDICT).and_then(|values| values.get(VERDICT)).cloned();
-        if !summary.complete && !self.running {
+    fn log(&mut self, path: &Path) -> Result<(), Failure> {
+        let is_whole = self.size_bytes <= WHOLE_BYTES;
+        let most_bytes = if is_whole {
+            WHOLE_BYTES
+        } else {
+            BEGINNING_BYTES
+        };
+        let skimmed = skim(path, most_bytes)?;
+        let record = |name| skimmed.metadata.iter().find(|record| record.name == name);
+        let text = |name, key| Some(record(name)?.values.get(key)?.clone());
+        self.kind = text("experiment", "experiment");
+        self.started_utc = text(CLOCK, "started_utc");
+        let planned = || text("experiment", "duration_s")?.parse().ok();
+        let ticks = skimmed.ticks.filter(|_| is_whole);
+        self.samples = ticks.map(|(samples, _)| samples);
+        self.duration_s = ticks.map(|(_, duration_s)| duration_s).or_else(planned);
+        self.verdict = text(VERDICT, VERDICT);
+        let end = record(END).and_then(RunEnd::of);
+        if is_whole && !skimmed.complete && !self.running {
             self.verdict = Some("cut off or damaged".to_owned());
-        } else if let Some(end) = &summary.end
-            && !end.reason.is_empty()
-        {
-            self.verdict = Some(end.reason.clone());
+        } else if let Some(end) = end.filter(|end| !end.reason.is_empty()) {
+            self.verdict = Some(end.reason);
         }
         Ok(())
-    }
-
-    fn beginning(&mut self, path: &Path) -> Result<(), Failure> {
-        let mut log = LogFiles::open(path)?;
-        while let Some(entry) = log.next() {
-            let entry = entry?;
-            if let Entry::Metadata(record) = &entry
-                && record.name == "experiment"
-            {
-                self.about(Some(&record.values));
-            } else if let Entry::Tick(_) = entry {
-                self.started_utc = log.started().map(StartTime::rfc3339);
-                break;
-            }
-        }
-        Ok(())
-    }
-
-    fn about(&mut self, values: Option<&BTreeMap<String, String>>) {
-        let Some(values) = values else { return };
-        self.kind = values.get("experiment").cloned();
-        let planned = || values.get("duration_s").and_then(|text| text.parse().ok());
-        self.duration_s = self.duration_s.or_else(planned);
     }
 }
 
@@ -309,6 +291,8 @@ mod tests {
         let running = list.iter().filter(|listed| listed.running);
         let running: Vec<&str> = running.map(|listed| listed.name.as_str()).collect();
         assert_eq!(running, ["single"]);
+        let ends = (relax.duration_s, relax.verdict.as_deref());
+        assert_eq!(ends, (Some(0.004), None));
         let broken = list
             .iter()
             .find(|listed| listed.name == "broken")
@@ -321,6 +305,22 @@ mod tests {
             assert!(error.to_string().contains("list the runs again"), "{error}");
         }
         assert!(listing.find(&runs, "single").is_ok());
+        // No sample is unpacked for it: this compression there is not.
+        let whole = fs::read(runs.join("single.mcap")).expect("read");
+        let packed = [b"\x03\0\0\0lz4", b"\x03\0\0\0xz7"];
+        let at = whole.windows(7).position(|bytes| bytes == packed[0]);
+        let mut whole = whole;
+        let at = at.expect("a chunk");
+        whole[at..at + 7].copy_from_slice(packed[1]);
+        fs::write(runs.join("single.mcap"), whole).expect("written");
+        let list = listing.list(&runs, None).expect("read");
+        let single = list.iter().find(|listed| listed.name == "single");
+        let single = single.expect("there");
+        let verdict = single.verdict.as_deref();
+        assert_eq!(
+            (single.samples, verdict),
+            (Some(5), Some("cut off or damaged"))
+        );
         let none = Listing::default().list(&place.path().join("none"), None);
         assert!(none.expect("empty").is_empty());
     }

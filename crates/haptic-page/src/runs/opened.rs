@@ -78,7 +78,7 @@ impl Opened {
             let Entry::Tick(tick) = entry? else { continue };
             let (channels, pyramid) = read.get_or_insert_with(|| {
                 let channels = Channels::of(tick.axes());
-                let samples = summary.samples + summary.missing_samples;
+                let samples = summary.samples.saturating_add(summary.missing_samples);
                 ticks = (tick.tick, tick.tick);
                 let pyramid = pyramid(&channels, samples);
                 (channels, pyramid)

@@ -4,6 +4,7 @@ mod plot;
 mod source;
 
 use self::source::{Others, Part, log_at, require_complete, target_of};
+use crate::mcap::warn_of_order;
 use crate::output::{Output, warn};
 use clap::{Args, Subcommand};
 use haptic_experiment::Failure;
@@ -101,7 +102,8 @@ impl Command {
                     Some(topic) => topic.export_csv(&target, copy.overwrite)?,
                     None => export_csv(&copy.log, &target, copy.overwrite)?,
                 };
-                let complete = done.condition.complete;
+                warn_of_order(&done.condition);
+                let complete = done.is_whole();
                 let csv = target.display().to_string();
                 output.summary(&json!({
                     "samples": done.rows,
@@ -151,7 +153,10 @@ fn export_to_output(
         None => export_csv_to(log, out, name),
     };
     match done {
-        Ok(done) => require_complete(done.condition.complete, log, "-"),
+        Ok(done) => {
+            warn_of_order(&done.condition);
+            require_complete(done.is_whole(), log, "-")
+        }
         Err(RecordError::Csv { source, .. }) if is_broken_pipe(&source) => Ok(()),
         // Unlike a file, what was written stays.
         Err(RecordError::Csv { source, .. }) => Err(Failure::data_lost(format_args!(

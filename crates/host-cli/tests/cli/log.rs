@@ -226,3 +226,27 @@ fn a_long_log_is_drawn_with_its_extremes() {
     );
     assert!(picture.len() < 3_000_000, "{}", picture.len());
 }
+
+#[test]
+fn standard_output_takes_a_csv_and_nothing_else() {
+    let place = with_log();
+    place.write(
+        "wall.toml",
+        "[wall]\norder = 0.5\nstiffness_n_per_m = 300.0\n",
+    );
+    let before = place.files();
+    place.refuses(
+        "
+        log cut run/relax.mcap - --from 1s => `-` stands for standard output | ./-
+        log recover run/relax.mcap - => `-` stands for standard output | ./-
+        log recover run/relax.mcap - --overwrite => `-` stands for standard output | ./-
+        log index run/relax.mcap - => `-` stands for standard output | ./-
+        run wall.toml --write - => `-` stands for standard output | ./-
+        ",
+    );
+    assert_eq!(place.files(), before);
+    place
+        .run("log cut run/relax.mcap ./- --from 1s")
+        .succeeded();
+    assert!(place.path("-").exists());
+}

@@ -46,7 +46,7 @@ class Folder:
     Raises
     ------
     TypeError, ValueError, OSError
-        No path; a folder with other things in it; one that cannot be written.
+        No path; a folder with other things in it, or with links and pipes; one that cannot be written.
     StoreInUse
         Another sweep writes there.
     """
@@ -63,6 +63,7 @@ class Folder:
             raise type(error)(error.errno, f"the store cannot be made: {error.strerror}", str(self.path)) from None
         if not (self.path / MANIFEST).exists() and (found := self._strangers()):
             raise ValueError(f"the store {self.path} holds {found[0]!r}, but no sweep: name a new folder")
+        check_files(self.path)
         self._lock = self._take_lock()
         self._journal: int | None = None
 
@@ -144,6 +145,21 @@ class Folder:
 
     def _strangers(self) -> list[str]:
         return sorted(one.name for one in self.path.iterdir() if one.name not in (LOCK, f"{MANIFEST}.new"))
+
+
+def check_files(path: str | os.PathLike[str]) -> None:
+    """Refuses a folder in which anything is neither a file nor a folder.
+
+    A pipe is waited for without an end, and a link leads to what is not of the sweep.
+    """
+    with os.scandir(path) as entries:
+        for entry in entries:
+            if entry.is_dir(follow_symlinks=False):
+                check_files(entry.path)
+            elif not entry.is_file(follow_symlinks=False):
+                raise ValueError(
+                    f"{entry.path} is a link, a pipe or a device, which no sweep makes: remove it, or name a new store"
+                )
 
 
 def read_manifest(path: Path) -> dict[str, Any] | None:

@@ -19,7 +19,7 @@ import xarray as xr
 
 from .blocks import LARGEST_BLOCK, Blocks, shape_of
 from .errors import SweepError
-from .folder import Done, Folder, read_journal, read_manifest
+from .folder import Done, Folder, check_files, read_journal, read_manifest
 from .grid import Grid
 from .identity import identity
 from .outputs import Output, Outputs, as_outputs, outputs_from
@@ -165,10 +165,12 @@ def open_sweep(store: str | os.PathLike[str]) -> xr.Dataset:
     FileNotFoundError
         No such folder.
     ValueError
-        No sweep there, or one in Parquet.
+        No sweep there, or one in Parquet; links or pipes in it.
     SweepError
         Blocks that were written are lost.
     """
+    if Path(store).is_dir():
+        check_files(store)
     manifest = read_manifest(Path(store))
     if manifest is None:
         if not Path(store).exists():

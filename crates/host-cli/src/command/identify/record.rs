@@ -1,6 +1,6 @@
 //! From the file to a record.
 
-use crate::mcap;
+use crate::mcap::{self, warn_of_order};
 use crate::parse::quantity;
 use crate::table;
 use clap::Args;
@@ -152,7 +152,9 @@ impl TableArguments {
                 )));
             }
         }
-        Ok(read.columns(log.condition().complete))
+        let condition = log.condition();
+        warn_of_order(&condition);
+        Ok(read.columns(condition.complete && condition.out_of_order == 0))
     }
 }
 

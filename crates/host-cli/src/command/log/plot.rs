@@ -13,6 +13,7 @@
 //!   force over depth keeps every sample, of which there may be [`DEPTH_MOST`].
 
 use super::source::{Others, Part, log_at, require_complete, target_of};
+use crate::mcap::warn_of_order;
 use crate::output::{Output, joined, warn};
 use crate::picture::{Panel, linear, page};
 use crate::picture_file::Pictures;
@@ -272,7 +273,9 @@ impl Run {
                 conditions = named.filter_map(value).collect();
             }
         }
-        let complete = reader.condition().complete;
+        let condition = reader.condition();
+        warn_of_order(&condition);
+        let complete = condition.complete && condition.out_of_order == 0;
         if !complete {
             conditions.push("cut off or damaged: what could be read".to_owned());
         }
