@@ -382,16 +382,23 @@ mod tests {
         // A host that never falls silent, so that nothing here is a matter of time.
         let (mut device, address) = door(Greeting::Hello, Duration::MAX);
         let come = || TcpStream::connect(address).expect("listens");
-        let mut strangers: Vec<TcpStream> = (0..150).map(|_| come()).collect();
+        device.set_patience(Duration::ZERO).expect("it can");
+        let mut strangers = Vec::new();
+        for _ in 0..150 {
+            strangers.push(come());
+            // The system keeps 128 at the door.
+            let nothing = device.read(&mut [0]).expect_err("nobody greets");
+            assert_eq!(nothing.kind(), ErrorKind::TimedOut);
+        }
         for stranger in strangers.iter_mut().step_by(3) {
             stranger
                 .write_all(b"GET / HTTP/1.1\r\n\r\n")
                 .expect("takes it");
         }
-        // Another is cut off in its greeting, and one says too much.
-        strangers[1].write_all(&hello(1)[..5]).expect("takes it");
+        // One is cut off in its greeting, and one says too much.
+        strangers[148].write_all(&hello(1)[..5]).expect("takes it");
         let much = [7; GREETING_MOST];
-        strangers[2].write_all(&much).expect("takes it");
+        strangers[149].write_all(&much).expect("takes it");
         let mut host = come();
         host.write_all(&hello(2)).expect("takes it");
         assert_eq!(heard(&mut device), hello(2));
