@@ -377,7 +377,7 @@ impl Ends {
                 }
             }
             let mut conversation = self.shared.conversation();
-            conversation.waited(LISTENS, took);
+            conversation.waited(RETURNS, took);
             let listened_us = conversation.listened().listened().as_micros() as u64;
             drop(conversation);
             // Behind what came: whoever reads this count finds it in the queue.
@@ -502,6 +502,9 @@ impl Ends {
 /// A read of the device waits so long.
 pub(super) const LISTENS: Duration = Duration::from_millis(20);
 
+/// A thread that is run in time is back by then: the timers of sockets go in steps of up to 10 ms.
+pub(super) const RETURNS: Duration = Duration::from_millis(30);
+
 /// A line that takes nothing for so long is gone.
 const TAKES_NOTHING: Duration = Duration::from_secs(1);
 
@@ -523,7 +526,7 @@ pub(super) fn write(port: &mut dyn Line, mut bytes: &[u8]) -> bool {
                 patience.heard();
             }
             Err(error) => {
-                patience.waited(LISTENS, began.elapsed());
+                patience.waited(RETURNS, began.elapsed());
                 let busy = is_nothing(&error) || error.kind() == ErrorKind::WouldBlock;
                 if !busy || patience.is_over() {
                     return false;
