@@ -4,7 +4,6 @@ use crate::{options, server};
 use haptic_page::OnClose;
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
-use std::time::Duration;
 use testkit::browser::{Page, get, parts};
 
 #[test]

@@ -283,10 +283,12 @@ impl Drop for SerialLink {
             let _ = self.disarm();
         }
         self.commands = None;
-        // The writer, which first sends what it was given, ends before the reader. A panic in there has been printed.
-        let _ = self.threads.pop().map(JoinHandle::join);
-        self.shared.over.store(true, Ordering::Relaxed);
-        let _ = self.threads.pop().map(JoinHandle::join);
+        // The writer, which first sends what it was given, ends before the reader.
+        while let Some(thread) = self.threads.pop() {
+            // A panic in there has been printed; there is nothing left to save.
+            let _ = thread.join();
+            self.shared.over.store(true, Ordering::Relaxed);
+        }
     }
 }
 

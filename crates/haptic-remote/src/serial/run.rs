@@ -72,10 +72,9 @@ impl SerialLink {
                 let silent = self.shared.conversation().listened().silent();
                 silent < waited / 2
             }
-            Err(SerialError::Link(LinkError::Refused { refusal, .. })) => {
-                if refusal == Refusal::Connection {
-                    return LinkError::Rebooted;
-                }
+            Err(SerialError::Link(LinkError::Refused { refusal, .. }))
+                if refusal != Refusal::Connection =>
+            {
                 true
             }
             Err(SerialError::Link(error)) => return error,
