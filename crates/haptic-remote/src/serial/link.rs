@@ -258,9 +258,8 @@ impl SerialLink {
 
     /// True if this patience is over, or nobody listens any more.
     pub(super) fn is_over(&self, patience: &mut Patience) -> bool {
-        let is_over = self.shared.over.load(Ordering::Relaxed);
         patience.listened_for(self.shared.listened());
-        is_over || patience.is_over()
+        patience.is_over() || self.shared.over.load(Ordering::Relaxed)
     }
 
     /// All counters of this end.

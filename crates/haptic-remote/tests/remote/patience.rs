@@ -131,9 +131,9 @@ fn with_board(goes_on: bool, done: impl FnOnce(SerialLink)) -> Vec<Request> {
     frames.map(|(_, request)| request).collect()
 }
 
-/// Hears until the device says nothing for so long.
-fn silence(link: &mut SerialLink, most: Duration) {
-    while let Some(heard) = link.hear(most) {
+/// Hears until the device says nothing for 100 ms.
+fn silence(link: &mut SerialLink) {
+    while let Some(heard) = link.hear(ms(100)) {
         assert!(!matches!(heard, Heard::Over(_)), "{heard:?}");
     }
 }
@@ -141,7 +141,7 @@ fn silence(link: &mut SerialLink, most: Duration) {
 #[test]
 fn a_device_that_falls_silent_is_asked_once_more_and_waited_for_no_longer() {
     let heard = with_board(false, |mut link| {
-        silence(&mut link, ms(100));
+        silence(&mut link);
         // One question in vain takes 1500 ms.
         let mut patience = link.patience(ms(1000));
         let silent = LinkError::NoSamples { waited_ms: 100 };
@@ -159,7 +159,7 @@ fn a_device_that_falls_silent_is_asked_once_more_and_waited_for_no_longer() {
 #[test]
 fn a_device_that_answers_and_sends_no_samples_is_held_up() {
     with_board(true, |mut link| {
-        silence(&mut link, ms(100));
+        silence(&mut link);
         let held_up = LinkError::HeldUp { waited_ms: 100 };
         assert_eq!(link.unheard(ms(100)), held_up);
         assert_eq!(link.silent(ms(100)), held_up);
