@@ -1,7 +1,7 @@
 //! Patience with a device that says nothing: only time in which this machine listened counts against it.
 //!
 //! ```text
-//! a wait      asked: the time that it was to take,  took: by the clock
+//! a wait      asked: the time after which it was to be back,  took: by the clock
 //! listened    Σ min(took, asked)           a thread that woke 300 ms late has not listened for these 300 ms
 //! silent      listened now − listened when the device was heard last
 //! over        silent ≥ most

@@ -130,11 +130,11 @@ impl Bench<'_> {
                     }
                 }
                 None if self.link_mut()?.is_silent(&mut patience) && !followed.is_over() => {
-                    let error = self.link()?.silent(SILENCE);
-                    if !matches!(error, LinkError::HeldUp { .. }) {
-                        return Err(Broken::Link(error.into()));
+                    let waited_ms = SILENCE.as_millis() as u64;
+                    if !self.link_mut()?.answers_again() {
+                        return Err(Broken::Link(LinkError::NoSamples { waited_ms }.into()));
                     }
-                    self.late = Some(error.to_string());
+                    self.late = Some(LinkError::HeldUp { waited_ms }.to_string());
                     followed.held_up = true;
                     return Ok(followed);
                 }

@@ -15,8 +15,6 @@ const BAUD: u32 = 115_200;
 
 /// The board takes some milliseconds to be configured; more than this is silence.
 const FIRST_ANSWER: Duration = Duration::from_millis(500);
-/// A read of a first answer waits so long.
-const FIRST_READ: Duration = Duration::from_millis(1);
 /// Nothing for so long is quiet: several times what the board takes for an answer.
 const QUIET: Duration = Duration::from_millis(20);
 /// More bytes than a board ever has on its way: it speaks unasked.
@@ -133,7 +131,7 @@ fn quiet(line: &mut impl Line) -> Result<(), HaplyOpenError> {
             Ok(0) => return Err(HaplyOpenError::First(Trouble::Gone)),
             Ok(count) => thrown += count,
             Err(error) if error.kind() == ErrorKind::TimedOut => {
-                return line.set_patience(FIRST_READ).map_err(gone);
+                return line.set_patience(Duration::from_millis(1)).map_err(gone);
             }
             Err(error) if error.kind() == ErrorKind::Interrupted => {}
             Err(_) => return Err(HaplyOpenError::First(Trouble::Gone)),
@@ -155,7 +153,8 @@ fn first_answer(line: &mut impl Line) -> Result<[u8; ANSWER_BYTES], HaplyOpenErr
             Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
             Err(_) => return Err(HaplyOpenError::First(Trouble::Gone)),
         }
-        patience.waited(FIRST_READ, began.elapsed());
+        // A read waits for a millisecond, and on a socket for some more.
+        patience.waited(QUIET, began.elapsed());
         if filled < ANSWER_BYTES && patience.is_over() {
             return Err(HaplyOpenError::Mute { bytes: filled });
         }

@@ -186,7 +186,7 @@ impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
             Err(RecvTimeoutError::Timeout) => None,
             Err(RecvTimeoutError::Disconnected) => return false,
         };
-        // A machine that was held up is so in the device's past: what it does from now on is no later than what it would have done.
+        // Before anything is put on a line: a frame of the time that is taken back would hold up all that follow it.
         self.clock.catch_up(next_us);
         let now_us = self.clock.now_us();
         for (index, bytes) in first.into_iter().chain(self.arriving.try_iter()) {

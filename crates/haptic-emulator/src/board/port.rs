@@ -44,13 +44,12 @@ impl Port {
             PortKind::Terminal => Err(EmulatorError::Terminal(
                 "this system has no pseudo-terminals: listen at an address".to_owned(),
             )),
-            PortKind::Address => {
+            PortKind::Address | PortKind::ForeignAddress => {
                 let name = name.map_or(Self::ADDRESS.into(), Path::to_string_lossy);
-                Ok(Self::Address(TcpListening::open(&name)?))
-            }
-            PortKind::ForeignAddress => {
-                let name = name.map_or(Self::ADDRESS.into(), Path::to_string_lossy);
-                Ok(Self::Address(TcpListening::for_any_protocol(&name)?))
+                Ok(Self::Address(match kind == PortKind::Address {
+                    true => TcpListening::open(&name)?,
+                    false => TcpListening::for_any_protocol(&name)?,
+                }))
             }
         }
     }

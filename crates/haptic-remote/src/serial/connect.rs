@@ -4,7 +4,7 @@ use super::error::{SerialError, WAITING};
 use super::line::Line;
 use super::link::SerialLink;
 use super::link::Shared;
-use super::link::{Ends, LISTENS, is_nothing, write};
+use super::link::{Ends, LISTENS, RETURNS, is_nothing, write};
 use super::port;
 use super::run::IN_TIME;
 use super::served::Served;
@@ -339,8 +339,8 @@ fn take_turn(
                 return Ok(Some(hello));
             }
         }
-        patience.waited(LISTENS, took);
-        conversation.waited(LISTENS, took);
+        patience.waited(RETURNS, took);
+        conversation.waited(RETURNS, took);
         let length = conversation.due(now_us(began), &mut line)?;
         send(port, &line[..length])?;
     }

@@ -258,9 +258,8 @@ impl SerialLink {
 
     /// True if this patience is over, or nobody listens any more.
     pub(super) fn is_over(&self, patience: &mut Patience) -> bool {
-        let is_over = self.shared.over.load(Ordering::Relaxed);
         patience.listened_for(self.shared.listened());
-        is_over || patience.is_over()
+        patience.is_over() || self.shared.over.load(Ordering::Relaxed)
     }
 
     /// All counters of this end.
@@ -283,10 +282,12 @@ impl Drop for SerialLink {
             let _ = self.disarm();
         }
         self.commands = None;
-        // The writer, which first sends what it was given, ends before the reader. A panic in there has been printed.
-        let _ = self.threads.pop().map(JoinHandle::join);
-        self.shared.over.store(true, Ordering::Relaxed);
-        let _ = self.threads.pop().map(JoinHandle::join);
+        // The writer, which first sends what it was given, ends before the reader.
+        while let Some(thread) = self.threads.pop() {
+            // A panic in there has been printed; there is nothing left to save.
+            let _ = thread.join();
+            self.shared.over.store(true, Ordering::Relaxed);
+        }
     }
 }
 
@@ -377,7 +378,7 @@ impl Ends {
                 }
             }
             let mut conversation = self.shared.conversation();
-            conversation.waited(LISTENS, took);
+            conversation.waited(RETURNS, took);
             let listened_us = conversation.listened().listened().as_micros() as u64;
             drop(conversation);
             // Behind what came: whoever reads this count finds it in the queue.
@@ -502,6 +503,9 @@ impl Ends {
 /// A read of the device waits so long.
 pub(super) const LISTENS: Duration = Duration::from_millis(20);
 
+/// A thread that is run in time is back by then: the timers of sockets go in steps of up to 10 ms.
+pub(super) const RETURNS: Duration = Duration::from_millis(30);
+
 /// A line that takes nothing for so long is gone.
 const TAKES_NOTHING: Duration = Duration::from_secs(1);
 
@@ -523,7 +527,7 @@ pub(super) fn write(port: &mut dyn Line, mut bytes: &[u8]) -> bool {
                 patience.heard();
             }
             Err(error) => {
-                patience.waited(LISTENS, began.elapsed());
+                patience.waited(RETURNS, began.elapsed());
                 let busy = is_nothing(&error) || error.kind() == ErrorKind::WouldBlock;
                 if !busy || patience.is_over() {
                     return false;

@@ -6,8 +6,8 @@ use super::link::{Command, LISTENS, SerialLink};
 use crate::LinkError;
 use haptic_link::{
     AXES_MAX, Alive, CoefficientBlock, Configuration, ControllerCost, ControllerLaw, DigestBuilder,
-    FaultReport, Field, LineCounters, Refusal, Report, Request, Scope, Start, State, Statistics,
-    SurfaceShape, WorkspaceBox, block_count,
+    FaultReport, Field, Refusal, Report, Request, Scope, Start, State, Statistics, SurfaceShape,
+    WorkspaceBox, block_count,
 };
 use hdrhistogram::Histogram;
 use std::sync::atomic::Ordering;
@@ -38,19 +38,16 @@ impl SerialLink {
     /// As [`ask`](Self::ask), but listens no longer than this for the answer.
     pub(super) fn ask_for(&self, request: Request, most: Duration) -> Result<Report, SerialError> {
         let commands = self.commands.as_ref().ok_or(LinkError::Gone)?;
-        let unanswered = || LinkError::NoAnswer {
-            request: request.name(),
-            line: LineCounters::default(),
-        };
         if self.shared.deaf.load(Ordering::Relaxed) {
             // Best effort: it may hear though it does not answer.
-            let _ = commands.try_send(Command::Tell(request.clone()));
-            return Err(unanswered().into());
+            let _ = commands.try_send(Command::Tell(request));
+            return Err(self.shared.conversation().no_answer().into());
         }
         // An answer that nobody waited for belongs to another request.
         while self.answers.try_recv().is_ok() {}
-        let asked = commands.send(Command::Ask(request.clone()));
-        asked.map_err(|_| LinkError::Gone)?;
+        commands
+            .send(Command::Ask(request))
+            .map_err(|_| LinkError::Gone)?;
         let mut patience = self.patience(most);
         loop {
             let listened = self.shared.listened();
@@ -60,7 +57,7 @@ impl SerialLink {
                 Err(RecvTimeoutError::Timeout) => patience.listened_for(listened),
             }
             if patience.is_over() {
-                return Err(unanswered().into());
+                return Err(self.shared.conversation().no_answer().into());
             }
         }
     }

@@ -19,8 +19,6 @@ use std::time::Duration;
 const SAMPLE_TIMEOUT: Duration = Duration::from_millis(2000);
 /// A pause in which a missing end is looked for, or somebody who stops the reading.
 const PAUSE: Duration = Duration::from_millis(50);
-/// Between two looks at what another thread has listened.
-const LEAST_PAUSE: Duration = Duration::from_millis(1);
 /// Forces of which a device has one if they come in time.
 pub(super) const IN_TIME: usize = Limits::DEFAULT.max_age_ticks as usize;
 
@@ -35,8 +33,8 @@ impl SerialLink {
                 return Some(self.noted(heard));
             }
             // The reader counts in steps of its own: the rest of one may be short.
-            let pause = patience.left().clamp(LEAST_PAUSE, PAUSE);
-            match self.heard.recv_timeout(pause) {
+            let pause = patience.left().max(Duration::from_millis(1));
+            match self.heard.recv_timeout(pause.min(PAUSE)) {
                 Ok(heard) => return Some(self.noted(heard)),
                 Err(RecvTimeoutError::Disconnected) => return Some(Heard::Over(LinkError::Gone)),
                 Err(RecvTimeoutError::Timeout) => {}
@@ -72,10 +70,9 @@ impl SerialLink {
                 let silent = self.shared.conversation().listened().silent();
                 silent < waited / 2
             }
-            Err(SerialError::Link(LinkError::Refused { refusal, .. })) => {
-                if refusal == Refusal::Connection {
-                    return LinkError::Rebooted;
-                }
+            Err(SerialError::Link(LinkError::Refused { refusal, .. }))
+                if refusal != Refusal::Connection =>
+            {
                 true
             }
             Err(SerialError::Link(error)) => return error,

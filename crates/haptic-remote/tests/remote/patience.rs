@@ -1,6 +1,6 @@
 //! Patience in virtual time, and what a device that falls silent costs.
 
-use crate::tcp::IDEAL;
+use crate::tcp::ideal;
 use haptic_emulator::board::emulate;
 use haptic_link::{Direction, LineCounters, Receiver, Request};
 use haptic_loop::Reading;
@@ -22,7 +22,6 @@ const fn ms(ms: u64) -> Duration {
 fn only_what_was_asked_of_a_wait_counts() {
     for [most, waits, silent, over] in testkit::table(
         "
-        100 | 20:20 20:20 20:20 20:20 | 80 | false
         100 | 20:20 20:20 20:20 20:20 20:20 | 100 | true
         # A thread that woke 300 ms late has waited no 300 ms for the device.
         100 | 20:320 | 20 | false
@@ -32,7 +31,6 @@ fn only_what_was_asked_of_a_wait_counts() {
         100 | 20:1 20:1 20:0 | 2 | false
         # A look without a wait.
         100 | 0:0 0:400 | 0 | false
-        0 | 0:0 | 0 | true
         ",
     ) {
         let number = |text: &str| text.parse::<u64>().expect("a number");
@@ -115,7 +113,7 @@ fn with_board(goes_on: bool, done: impl FnOnce(SerialLink)) -> Vec<Request> {
     let (here, mut there) = Pipe::pair();
     let (line, stop) = (Box::new(there.clone()), AtomicBool::new(false));
     std::thread::scope(|scope| {
-        let board = scope.spawn(|| emulate(line, &IDEAL, &stop));
+        let board = scope.spawn(|| emulate(line, &ideal(), &stop));
         let link = SerialLink::to_line(Box::new(here), "board").expect("answers");
         link.arm(ms(1000)).expect("arms");
         if !goes_on {
@@ -133,9 +131,9 @@ fn with_board(goes_on: bool, done: impl FnOnce(SerialLink)) -> Vec<Request> {
     frames.map(|(_, request)| request).collect()
 }
 
-/// Hears until the device says nothing for so long.
-fn silence(link: &mut SerialLink, most: Duration) {
-    while let Some(heard) = link.hear(most) {
+/// Hears until the device says nothing for 100 ms.
+fn silence(link: &mut SerialLink) {
+    while let Some(heard) = link.hear(ms(100)) {
         assert!(!matches!(heard, Heard::Over(_)), "{heard:?}");
     }
 }
@@ -143,8 +141,9 @@ fn silence(link: &mut SerialLink, most: Duration) {
 #[test]
 fn a_device_that_falls_silent_is_asked_once_more_and_waited_for_no_longer() {
     let heard = with_board(false, |mut link| {
-        silence(&mut link, ms(100));
-        let mut patience = link.patience(ms(250));
+        silence(&mut link);
+        // One question in vain takes 1500 ms.
+        let mut patience = link.patience(ms(1000));
         let silent = LinkError::NoSamples { waited_ms: 100 };
         assert_eq!(link.silent(ms(100)), silent);
         // Nothing that follows waits for it: neither a question nor the end of the link.
@@ -152,17 +151,15 @@ fn a_device_that_falls_silent_is_asked_once_more_and_waited_for_no_longer() {
         assert!(!link.is_silent(&mut patience), "{patience:?}");
         drop(link);
     });
-    let told = |wanted: &Request| heard.iter().filter(|request| *request == wanted).count();
-    // Two tries, and one for each that let it go.
-    let disarms = told(&Request::Disarm);
-    assert!((3..=4).contains(&disarms), "{heard:?}");
-    assert_eq!(told(&Request::GetStatistics), 1, "{heard:?}");
+    // A try or two, and one for each that let it go.
+    let disarms = heard.iter().filter(|request| **request == Request::Disarm);
+    assert!((3..=4).contains(&disarms.count()), "{heard:?}");
 }
 
 #[test]
 fn a_device_that_answers_and_sends_no_samples_is_held_up() {
     with_board(true, |mut link| {
-        silence(&mut link, ms(100));
+        silence(&mut link);
         let held_up = LinkError::HeldUp { waited_ms: 100 };
         assert_eq!(link.unheard(ms(100)), held_up);
         assert_eq!(link.silent(ms(100)), held_up);
@@ -191,7 +188,7 @@ fn a_line_that_has_ended_is_listened_to_no_more() {
     let (here, there) = Pipe::pair();
     let stop = AtomicBool::new(false);
     std::thread::scope(|scope| {
-        let board = scope.spawn(|| emulate(Box::new(there), &IDEAL, &stop));
+        let board = scope.spawn(|| emulate(Box::new(there), &ideal(), &stop));
         let mut link = SerialLink::to_line(Box::new(here), "board").expect("answers");
         stop.store(true, Ordering::Relaxed);
         board.join().expect("no panic").expect("a good device");

@@ -231,18 +231,11 @@ fn a_monitor_goes_on(kind: &str, name: &str) {
     assert!(samples > 0.0, "{kind}: {watched}");
 }
 
-/// Each kind of device: how it is emulated, and its name.
-const WATCHED: [(&str, &str); 3] = [
-    ("", "serial:device"),
-    ("--kind moteus", "moteus:device"),
-    ("--kind haply-2diy hand=free", "haply:device"),
-];
-
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_monitor_says_that_its_device_is_silent_or_gone_and_ends_so_whatever_its_kind() {
     std::thread::scope(|scope| {
-        for (kind, name) in WATCHED {
+        for (kind, name) in KINDS {
             for away in [Emulated::hang as fn(&mut _), Emulated::kill] {
                 scope.spawn(move || watched(kind, name, away));
             }

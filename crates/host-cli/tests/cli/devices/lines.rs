@@ -2,7 +2,7 @@
 
 use super::{Emulated, RELAX, at};
 use crate::process::{Place, holds};
-use haptic_link::FRAME_MAX;
+use haptic_link::{FRAME_MAX, Header, Request, encode};
 use serde_json::Value;
 use serialport::{SerialPort as _, TTYPort};
 use std::io::{Read as _, Write as _};
@@ -244,6 +244,10 @@ fn a_port_with_something_else_behind_it_is_told_apart() {
             let device = Emulated::new("");
             let path = device.place.path("device");
             let mut held = UnixStream::connect(path).expect("lets the first in");
+            let mut hello = [0; FRAME_MAX];
+            let request = Request::Hello { nonce: 1 };
+            let length = encode(&request, Header::from_host(0, 0), &mut hello).expect("fits");
+            held.write_all(&hello[..length]).expect("listens");
             std::thread::scope(|scope| {
                 let words = [
                     "device answers \"busy: ",

@@ -192,8 +192,8 @@ impl Reader<'_> {
             until(&command, || match link {
                 Some(link) => self.place.path(link).exists().then_some(()),
                 None => {
-                    let said = |path| std::fs::metadata(path).is_ok_and(|file| file.len() > 0);
-                    (said(&stdout) || said(&stderr)).then_some(())
+                    let said = std::fs::metadata(&stdout).is_ok_and(|file| file.len() > 0);
+                    said.then_some(())
                 }
             });
             self.behind.push(Behind {
