@@ -93,7 +93,7 @@ impl Remembered {
         let kept: Value = serde_json::from_str(text)?;
         let set = Configuration {
             tick_period_us: serde_json::from_value(kept["tick_period_us"].clone())?,
-            limits: serde_json::from_value(in_order(kept["limits"].clone()))?,
+            limits: serde_json::from_value(in_order(&kept["limits"]))?,
             ..Configuration::PASSIVE
         };
         // Of another order, version or spelling a number could be that of another limit.
@@ -214,14 +214,11 @@ fn folder() -> Option<PathBuf> {
 }
 
 /// The values of objects without their names: limits are read in order only.
-fn in_order(value: Value) -> Value {
-    match value {
-        Value::Object(fields) => fields
-            .into_iter()
-            .map(|(_, value)| in_order(value))
-            .collect(),
-        other => other,
-    }
+fn in_order(value: &Value) -> Value {
+    let Some(fields) = value.as_object() else {
+        return value.clone();
+    };
+    fields.values().map(in_order).collect()
 }
 
 /// The limits that are looser than before, a sentence each.
