@@ -69,8 +69,14 @@ pub(crate) mod keys {
             let [least, most] = Wire::RANGES[on_wire];
             if Limits::row(Wire::TABLE[on_wire].field.key()) == row {
                 let range = Range::Within(least, most);
-                let is_jump = row == Limits::row("jump_m");
-                return if is_jump { range.or_0() } else { range };
+                return if row == Limits::row("jump_m") {
+                    range.or_0()
+                } else if row == Limits::row("rise_time_s") {
+                    // Nobody asks for a force at once by a document.
+                    Range::AboveUpTo(least, most)
+                } else {
+                    range
+                };
             }
             on_wire += 1;
         }
