@@ -25,7 +25,7 @@ pub(crate) fn outside(key: &str, range: Range) -> String {
     match range {
         Range::Within(..) => format!("is not from {low} to {high}{degrees}"),
         Range::AboveUpTo(..) => format!("is not above {low} and at most {high}"),
-        Range::ZeroOr(..) => format!("is not 0, or from {low} to {high}"),
+        Range::ZeroOr(..) => format!("is not 0 or from {low} to {high}"),
     }
 }
 

@@ -677,20 +677,13 @@ fn rendering(
     let (model, order) = (piece.material.composed(), piece.material.order());
     let scheme = scheme(table, model, order, sample_time_s, duration_s)?;
     let load = load(&piece)?;
+    let drive = held.map(|held| {
+        let peak_n = predicted_peak_n(&piece, load);
+        drive::drive(held, remote.as_ref(), device_model(table)?, peak_n)
+    });
     let against = table.file(&p::AGAINST)?.map(|record| {
         let read = Measured::read(&record, &piece, load, duration_s);
         read.map_err(|reason| table.fail_at(p::AGAINST.key, reason))
-    });
-    let held = held.map(|held| {
-        let peak_n = match load {
-            // It relaxes from the end of the ramp on.
-            RigDrive::Position(profile) => {
-                let ramp_s = profile.ramp_time().0;
-                piece.relaxed(profile.depth().0, ramp_s, &[ramp_s])[0]
-            }
-            RigDrive::Force(push) => push.0,
-        };
-        drive::drive(held, remote.as_ref(), device_model(table)?, peak_n)
     });
     Ok(Indentation {
         load,
@@ -709,13 +702,24 @@ fn rendering(
         },
         mass_kg: table.number(&RIG_MASS)?,
         damping_n_s_per_m: table.number(&RIG_DAMPING)?,
-        drive: held.transpose()?,
+        drive: drive.transpose()?,
         sensors,
         force_limit_n: table.number(&p::FORCE_LIMIT)?,
         force_rate_limit_n_per_s: table.number(&p::FORCE_RATE_LIMIT)?,
         safety,
         conduct: Conduct::on(remote),
     })
+}
+
+/// The largest force of the piece, N: it relaxes from the end of the ramp on.
+fn predicted_peak_n(piece: &TissuePiece, load: RigDrive) -> f64 {
+    match load {
+        RigDrive::Position(way) => {
+            let ramp_s = way.ramp_time().0;
+            piece.relaxed(way.depth().0, ramp_s, &[ramp_s])[0]
+        }
+        RigDrive::Force(push) => push.0,
+    }
 }
 
 /// The piece with K, B and μ as far as they are given, instead of those of its tissue: E₀ = K/γ, η = B/γ.

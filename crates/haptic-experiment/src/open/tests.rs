@@ -98,9 +98,9 @@ const WRONG: &str = r#"
     * | [relax]\nworkspace_low_m = 0 | 2: a workspace has two ends: give workspace_high_m too
     * | [relax]\nworkspace_high_m = 0 | 2: a workspace has two ends: give workspace_low_m too
     * | [relax]\nworkspace_low_m = 0\nworkspace_high_m = -1 | 3: workspace_high_m = -1 is not above workspace_low_m = 0
-    * | [relax]\nspeed_limit_m_per_s = -1 | 2: speed_limit_m_per_s = -1 is not above 0
+    * | [relax]\nspeed_limit_m_per_s = 5e-7 | 2: speed_limit_m_per_s = 5e-7 is not from 0.000001 to 100
     * | [relax]\nrise_time_s = 0 | 2: rise_time_s = 0 is not above 0
-    [wall]\n | [wall]\njump_m = 1e-9\n | 1: jump 1e-9 m has no effect
+    [wall]\n | [wall]\njump_m = 1e-6\n | 1: jump 0.000001 m has no effect
     [wall]\n | [wall]\nstuck_time_s = 0.05\n | 1: stuck time 0.05 s has no effect
     [wall]\n | [wall]\ndevice_mass_kg = 0.065\n | 1: device mass 0.065 kg has no effect
     [wall]\n | [wall]\nguard = "observer"\ndevice_damping_n_s_per_m = 3.5\n | 1: device damping 3.5 N·s/m has no effect
@@ -108,7 +108,7 @@ const WRONG: &str = r#"
     [wall]\n | [wall]\nbraking_n_s_per_m = 1000\n | 1: braking 1000 N·s/m must be at most
     * | [relax]\nstop_time_s = 2 | 2: stop_time_s = 2 is not from 0.001 to 1
     * | [relax]\nbrake_force_n = 20 | 2: brake_force_n = 20 is not from 0 to 10
-    * | [relax]\njump_m = nan | 2: jump_m = NaN is not from 0 to 1
+    * | [relax]\njump_m = 1e-7 | 2: jump_m = 1e-7 is not 0 or from 0.000001 to 1
     * | [relax]\ndevice_delay_least_s = 2e-3\ndevice_delay_most_s = 1e-3 | 3: device_delay_most_s = 0.001 is below device_delay_least_s = 0.002
     * | [relax]\ndevice_delay_least_s = 2e-3 | 2: a delay has two ends: give device_delay_most_s too
     * | [relax]\ndevice = "serial:x"\nsensor_noise_m = 1e-6 | 1: encoder_resolution_m and sensor_noise_m are of the simulated rig

@@ -62,7 +62,7 @@ impl fmt::Display for Range {
         match self {
             Self::Within(..) => write!(f, "from {low} to {high}"),
             Self::AboveUpTo(..) => write!(f, "above {low} and at most {high}"),
-            Self::ZeroOr(..) => write!(f, "0, or from {low} to {high}"),
+            Self::ZeroOr(..) => write!(f, "0 or from {low} to {high}"),
         }
     }
 }
@@ -188,7 +188,7 @@ mod tests {
         assert_eq!((both.or_0(), upper.or_0().ends()), (both, upper.ends()));
         let off = Range::Within(1e-6, 1.0).or_0();
         assert!(off.contains(0.0) && off.contains(1e-6) && !off.contains(1e-7));
-        assert_eq!(off.to_string(), "0, or from 0.000001 to 1");
+        assert_eq!(off.to_string(), "0 or from 0.000001 to 1");
         assert_eq!(both.to_string(), "from -1 to 2");
         assert_eq!(upper.to_string(), "above 0 and at most 1e6");
     }
