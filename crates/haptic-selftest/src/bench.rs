@@ -201,8 +201,11 @@ impl<'a> Bench<'a> {
         match self.ends(status.fault).filter(|_| latched) {
             None => Ok(()),
             Some(fault) => {
-                let trouble = link.trouble();
-                let words = trouble.map(|trouble| format!(": {}", trouble.words));
+                let of_board = link.trouble().map(|trouble| trouble.words);
+                let of_program = || status.reason.some().map(|reason| reason.to_string());
+                let words = of_board
+                    .or_else(of_program)
+                    .map(|words| format!(": {words}"));
                 let (code, words) = (fault.code(), words.unwrap_or_default());
                 Err(Broken::Fault(format!("fault {code}, {fault}{words}")))
             }

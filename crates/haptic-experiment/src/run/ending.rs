@@ -139,8 +139,10 @@ impl LetGo {
             (Ending::LinkLost(_), _) if keeper.served => Self::TakenAway,
             (Ending::LinkLost(_), _) if keeper.alone => Self::ByItself,
             (Ending::LinkLost(_), _) => Self::Held,
+            // A program that is a device has no force from the call on that found it.
             (Ending::DeviceFault(report), _)
-                if report.status.fault == Fault::BoardFailed.code() =>
+                if report.status.fault == Fault::BoardFailed.code()
+                    && report.status.reason.some().is_none() =>
             {
                 Self::Told
             }
@@ -348,6 +350,9 @@ pub(crate) mod tests {
     #[test]
     fn what_became_of_a_force_is_seen_in_the_log_or_nobody_knows() {
         let fault = |fault: Fault| Ending::DeviceFault(reported(fault));
+        let mut report = reported(Fault::BoardFailed);
+        report.status.reason = haptic_link::Reason::of(haptic_link::Trouble::Time);
+        let of_program = Ending::DeviceFault(report);
         let refused = LinkError::Refused {
             request: "start",
             refusal: haptic_link::Refusal::Connection,
@@ -378,6 +383,7 @@ pub(crate) mod tests {
             (fault(Fault::HostSilent), none, LetGo::Unseen),
             (Ending::Interrupted, still, LetGo::Unseen),
             (fault(Fault::BoardFailed), none, LetGo::Told),
+            (of_program, ramp, ramped),
             (Ending::LinkLost(refused), none, LetGo::NeverBegan),
         ] {
             for keeper in KEEPERS {
