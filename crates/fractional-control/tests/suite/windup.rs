@@ -285,7 +285,7 @@ impl Design {
             let u = pid.output(&history, r, read);
             let most = reached * self.limit;
             let given = (share * u.to_f64()).clamp(-most, most);
-            let given = (given / count + rounding).floor() * count;
+            let given = (given / count + rounding.copysign(given)).trunc() * count;
             pid.advance(&mut history, r, read, F::from_f64(given));
             self.plant.advance(&mut state, given);
             sum += if n < self.samples / 2 { 0.0 } else { y };
@@ -296,7 +296,7 @@ impl Design {
     /// The actuators with which the output does not come to its reference: all errors, in the order of [`DRIVES`].
     fn wrong_drives(&self) -> Option<String> {
         let errors = DRIVES.map(|drive| self.error::<f32>(1.0, 0.0, drive));
-        let is_wrong = errors.iter().any(|error| !(*error < 0.025));
+        let is_wrong = errors.iter().any(|error| !(0.0..0.025).contains(error));
         is_wrong.then(|| format!("{}: {errors:.3?}", self.text))
     }
 
