@@ -196,8 +196,18 @@ def test_a_controller_starts_beside_a_plant_that_runs() -> None:
     # A command that stood goes on.
     assert abs(pid.settle(18.0, reference=20.0, command=4.5)) < 1e-12
     assert abs(pid.output(20.0, 18.0) - 4.5) < 1e-12
-    # Nothing keeps it without an integral: the bump is told.
-    assert Pid(0.01, proportional=2.0).settle(18.0, reference=20.0, command=1.0) == 3.0
+    # Of an order below 1 too, and what is not known counts as the command: nothing moves.
+    pid = Pid(0.01, **gains | {"integral_order": 0.7})
+    for unknown in (math.nan, math.inf):
+        pid.settle(20.0, command=unknown)
+        assert pid.settle(20.0, command=4.5) == 0.0
+        for _ in range(1000):
+            assert abs(pid.output(20.0, 20.0) - 4.5) < 1e-6
+            pid.advance(20.0, 20.0, unknown)
+    # Without an integral it fades in a second.
+    pid = Pid(0.01, proportional=2.0)
+    assert pid.settle(18.0, reference=20.0, command=1.0) == 0.0
+    assert abs([pid.step(20.0, 18.0) for _ in range(2000)][-1] - 4.0) < 1e-6
     with pytest.raises(ValueError, match="measured NaN is not finite"):
         pid.settle(math.nan)
 

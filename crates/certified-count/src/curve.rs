@@ -118,8 +118,8 @@ impl<C: Curve> Walk<'_, C> {
     fn sample(&mut self, node: &C::Node) -> Sample {
         let sample = self.curve.sample(node);
         self.winding.meets(sample.size, sample.theta);
-        // A NaN touches too.
-        self.touched |= !(sample.value.norm() > sample.noise);
+        let clear = sample.value.norm() - sample.noise;
+        self.touched |= clear.is_nan() || clear <= 0.0;
         sample
     }
 

@@ -152,13 +152,13 @@ static inline real @_output(const @_t *self, real r, real y)
     return @_limited(self, @_wanted(self, r, y));
 }
 
-/* What was applied, as far as that was told: the command where it was not. */
+/* The applied command if it is finite, otherwise the command within its limits. */
 static inline real @_told(const @_t *self, real wanted, real applied)
 {
     return ((applied - applied) == ZERO) ? applied : @_limited(self, wanted);
 }
 
-/* What was applied where that is a limit which nobody told, or the command. */
+/* The applied command if it is beyond the dead zone, a limit that nobody told, otherwise the command within its limits. */
 static inline real @_given(const @_t *self, real wanted, real applied)
 {
 AS_WRITTEN    const real command = @_limited(self, wanted);

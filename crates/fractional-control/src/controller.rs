@@ -70,7 +70,7 @@ impl Actuator {
 pub const AVERAGED: f64 = 20.0;
 /// The dead zone of what an actuator does: shares of the command and of its range.
 pub const DEAD_ZONE: [f64; 2] = [0.2, 0.05];
-/// Limits farther apart than this are none: the range counts as 0.
+/// Limits farther apart than this count as no limits, and their range as 0.
 pub const RANGE_MOST: f64 = 1e30;
 
 /// [`Actuator`] as it is run.
@@ -100,7 +100,7 @@ impl<F: Real> Stage<F> {
         }
     }
 
-    /// What was applied, as far as that was told: the command where it was not.
+    /// The applied command if it is finite, otherwise the command within its limits.
     #[inline]
     pub(crate) fn told(&self, wanted: F, applied: F) -> F {
         if applied.is_finite() {
@@ -110,7 +110,7 @@ impl<F: Real> Stage<F> {
         }
     }
 
-    /// What was applied where that is a limit which nobody told, or the command.
+    /// The applied command if it is beyond the dead zone, a limit that nobody told, otherwise the command within its limits.
     #[inline]
     pub(crate) fn given(&self, wanted: F, applied: F) -> F {
         let (command, applied) = (self.limit(wanted), self.told(wanted, applied));

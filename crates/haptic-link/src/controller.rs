@@ -10,10 +10,10 @@ pub const CONTROLLER_PARTS: usize = 3;
 /// The meaning of the numbers of a controller.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum ControllerForm {
-    /// 1/g or 0, what a sample leaves of a bias, then k, w and the power of each part: PI^λD^μ, TID.
+    /// The share of a bias that is left after a sample, then k, w and the power of each part: PI^λD^μ, TID.
     #[default]
     Parallel,
-    /// 1/g, g, p, q, then the power of each part: CRONE, lead–lag without a whole section.
+    /// That share too, g, p, q, then the power of each part: CRONE, lead–lag without a whole section.
     Lead,
     /// The same with one whole section.
     LeadOfOne,

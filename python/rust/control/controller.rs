@@ -142,7 +142,7 @@ impl PyPid {
         self.running.output(reference, measured)
     }
 
-    /// Takes the sample into the history, with the command that was applied.
+    /// Takes the sample into the history, with the command that was applied; NaN if that is unknown.
     #[pyo3(signature = (reference, measured, applied, /))]
     fn advance(&mut self, reference: f64, measured: f64, applied: f64) {
         self.running.advance(reference, measured, applied);
@@ -163,21 +163,17 @@ impl PyPid {
     /// reference : float, default measured
     ///     The reference.
     /// command : float, default 0
-    ///     The command that stands, by hand or from another controller. An integral keeps it; one of an order below 1 fades, so there
-    ///     it is a bias that fades with 1 s.
+    ///     The command that stands, by hand or from another controller; NaN if that is unknown. An integral keeps it; without one it
+    ///     fades with 1 s.
     ///
     /// Returns
     /// -------
     /// float
-    ///     The bump that is left: by how much the next command differs from this one, as without an integral.
+    ///     The bump that is left: by how much the next command differs from this one, as beyond a limit.
     #[pyo3(signature = (measured, /, *, reference = None, command = 0.0))]
     fn settle(&mut self, measured: f64, reference: Option<f64>, command: f64) -> PyResult<f64> {
         let reference = reference.unwrap_or(measured);
-        for (what, value) in [
-            ("measured", measured),
-            ("reference", reference),
-            ("command", command),
-        ] {
+        for (what, value) in [("measured", measured), ("reference", reference)] {
             range(what, value, true, "finite", "").or_refused()?;
         }
         // A PID rests everywhere.

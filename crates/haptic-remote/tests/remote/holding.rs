@@ -249,8 +249,8 @@ fn what_is_no_controller_of_this_device_is_refused_before_a_force() {
         (Field::Coefficient, |(_, values, _)| {
             values[0] = f32::INFINITY;
         }),
-        // The first decay of the integral's modes, behind 1/g, q, P and the I's own taps.
-        (Field::Coefficient, |(_, values, _)| values[22] = 1.5),
+        // The first decay of the integral's modes, behind h, P and the I's own taps.
+        (Field::Coefficient, |(_, values, _)| values[21] = 1.5),
         (Field::CoefficientCount, |(_, _, law)| {
             law.parts[1].values += 1;
         }),
