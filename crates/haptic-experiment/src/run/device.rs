@@ -112,6 +112,31 @@ impl fmt::Display for LinkedName {
 }
 
 impl DeviceName {
+    /// Connects to a device for all of its axes: a board says how many these are, and one of another maker is opened with so many, by
+    /// default with one.
+    ///
+    /// # Errors
+    /// As [`connect`](Self::connect); a device that has not the axes that were asked for.
+    pub fn connect_all(
+        &self,
+        axes: Option<usize>,
+        patience: Duration,
+        warn: Warn<'_>,
+        stop: Option<&AtomicBool>,
+    ) -> Result<SerialLink, Failure> {
+        let Some(name) = &self.0 else {
+            return self.connect(None, patience, warn, stop);
+        };
+        let link = name.open(axes.unwrap_or(1), warn, patience, stop)?;
+        let has = usize::from(link.capabilities().axes);
+        match axes.filter(|axes| *axes != has) {
+            None => Ok(link),
+            Some(axes) => Err(Failure::bad_input(format_args!(
+                "`axes` = {axes}, but {self} has {has}: omit it, or name another {DEVICE}"
+            ))),
+        }
+    }
+
     /// Connects to a device with this many axes, or with any number, and passes warnings about the
     /// port to `warn`. Setting `stop` ends the wait.
     ///
