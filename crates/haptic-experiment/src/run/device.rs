@@ -207,7 +207,7 @@ impl LinkedName {
     }
 
     /// Connects; a device of another maker is made for so many axes.
-    fn open(
+    pub(crate) fn open(
         &self,
         axes: usize,
         warn: Warn<'_>,
