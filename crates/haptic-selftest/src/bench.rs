@@ -40,6 +40,8 @@ pub(super) struct Bench<'a> {
     /// As it was set to last before the test, with its coefficients.
     pub(super) set: (Configuration, Vec<f32>),
     pub(super) limited: Configuration,
+    /// The axis that a trial drives; the others get no force.
+    pub(super) axis: usize,
     run: u32,
     /// Why the device let go of an attempt at a promise: this machine was silent or late.
     pub(super) late: Option<String>,
@@ -66,6 +68,7 @@ impl<'a> Bench<'a> {
             attendant,
             set,
             limited,
+            axis: 0,
             run: 0,
             late: None,
             left: None,

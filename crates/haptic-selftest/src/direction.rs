@@ -10,9 +10,9 @@
 //! - *Not judged*: W over the largest force stays below 16 counts of the sensor, as where friction or a hand holds it, or a wire is off.
 
 use super::bench::{Bench, Broken};
-use super::promise::{Check, Promise};
+use super::promise::{AXES, Check, Promise};
 use super::trial::Followed;
-use haptic_link::{Capabilities, Limits};
+use haptic_link::{AXES_MAX, Capabilities, Limits};
 use haptic_loop::Limiters;
 use haptic_remote::Tick;
 use std::time::Duration;
@@ -44,27 +44,22 @@ fn count_m(resolution_m: f32) -> f64 {
     f64::from(resolution_m).max(COUNT_M)
 }
 
-/// The row of a run from rest whose force changed its sign.
+/// The row of a run whose force changed its sign along this axis, if it began at rest.
 pub(super) fn judge(
     followed: &Followed,
     limits: &Limits,
     can: &Capabilities,
+    axis: usize,
     at_rest: bool,
 ) -> Check {
     let enough_m = LEAST_COUNTS * count_m(can.position_resolution_m);
-    let fault = followed.fault_tick().unwrap_or(u32::MAX);
-    let running =
-        (followed.samples.iter()).take_while(|tick| tick.tick < fault && tick.limiters & OVER == 0);
-    let running: Vec<&Tick> = running.collect();
-    let mut with_m = 0.0_f64;
-    for pair in running.windows(2) {
-        let mean = f64::from(pair[0].force_n[0]).midpoint(pair[1].force_n[0].into());
-        let moved_m = f64::from(pair[1].position_m[0]) - f64::from(pair[0].position_m[0]);
-        with_m += mean * moved_m / f64::from(limits.force_n);
-        if with_m.abs() >= enough_m {
-            break;
-        }
-    }
+    let works_m = works_m(followed, limits, enough_m);
+    let with_m = works_m[axis];
+    // What pushes x and moves y is wired or named the wrong way round.
+    let farthest = (0..AXES_MAX)
+        .rev()
+        .max_by(|a, b| works_m[*a].abs().total_cmp(&works_m[*b].abs()));
+    let moved = farthest.unwrap_or(axis);
     let promised = "it moves with its force, not against it";
     let check = |seen: &str, ok| Check::judged(Promise::Direction, promised, seen, ok);
     let unknown = |seen| match can.simulated {
@@ -74,21 +69,58 @@ pub(super) fn judge(
     };
     let told = if !at_rest {
         unknown("it moved already: hold it still, then let go")
-    } else if with_m.abs() < enough_m {
+    } else if works_m[moved].abs() < enough_m {
         unknown(
             "it hardly moved, which tells nothing: look at the encoder's wires, let it move freely, or give it more force",
         )
+    } else if moved != axis {
+        let sense = if works_m[moved] > 0.0 {
+            "with"
+        } else {
+            "against"
+        };
+        let seen = format!(
+            "a force along it moves {} {:.2} mm, {sense} the force: these axes are swapped, exchange them where positions or forces are converted",
+            AXES[moved],
+            1e3 * works_m[moved].abs()
+        );
+        check(&seen, Some(false))
     } else if with_m > 0.0 {
         let seen = format!("{:.2} mm with its force", 1e3 * with_m);
         check(&seen, Some(true))
     } else {
+        let remedy = match can.axes {
+            1 => "swap the encoder's channels or the motor's leads",
+            _ => "turn the sign of this axis where positions or forces are converted",
+        };
         let seen = format!(
-            "{:.2} mm against its force: try again with your hand away, then swap the encoder's channels or the motor's leads",
+            "{:.2} mm against its force: try again with your hand away, then {remedy}",
             -1e3 * with_m
         );
         check(&seen, Some(false))
     };
     told.figure("moved_with_force_m", with_m)
+}
+
+/// W of the force on one axis with the motion of each, over the largest force, m, up to where one is large enough.
+fn works_m(followed: &Followed, limits: &Limits, enough_m: f64) -> [f64; AXES_MAX] {
+    let fault = followed.fault_tick().unwrap_or(u32::MAX);
+    let running = (followed.samples.iter().zip(&followed.places_m))
+        .take_while(|(tick, _)| tick.tick < fault && tick.limiters & OVER == 0);
+    let running: Vec<(&Tick, &[f32; AXES_MAX])> = running.collect();
+    let mut works_m = [0.0_f64; AXES_MAX];
+    for pair in running.windows(2) {
+        let [(before, from), (after, to)] = [pair[0], pair[1]];
+        let mean = f64::from(before.force_n[0]).midpoint(after.force_n[0].into());
+        for (axis, work_m) in works_m.iter_mut().enumerate() {
+            let moved_m = f64::from(to[axis]) - f64::from(from[axis]);
+            *work_m += mean * moved_m / f64::from(limits.force_n);
+        }
+        if works_m.iter().any(|work_m| work_m.abs() >= enough_m) {
+            break;
+        }
+    }
+    works_m
 }
 
 #[cfg(test)]
@@ -125,8 +157,11 @@ mod tests {
             }
             sample
         };
+        let samples: Vec<Tick> = (0..330).map(tick).collect();
+        let places = samples.iter().map(|tick| [tick.position_m[0], 0.0, 0.0]);
         Followed {
-            samples: (0..330).map(tick).collect(),
+            places_m: places.collect(),
+            samples,
             ..Followed::default()
         }
     }
@@ -143,8 +178,13 @@ mod tests {
                 let whole = run(mass, damping, spring, count);
                 let mut lost = whole.clone();
                 lost.samples.retain(|tick| tick.tick % 7 != 3);
+                let places = lost
+                    .samples
+                    .iter()
+                    .map(|tick| [tick.position_m[0], 0.0, 0.0]);
+                lost.places_m = places.collect();
                 for followed in [whole, lost] {
-                    let row = judge(&followed, &limits, &device(true), true);
+                    let row = judge(&followed, &limits, &device(true), 0, true);
                     assert_eq!(row.ok, Some(ok), "{mass} kg, {spring} N/m: {row:?}");
                 }
             }
@@ -152,10 +192,50 @@ mod tests {
     }
 
     #[test]
+    fn of_several_axes_one_that_is_mirrored_or_swapped_is_named() {
+        let limits = Limits {
+            force_n: 0.1,
+            ..Limits::DEFAULT
+        };
+        let can = Capabilities {
+            axes: 3,
+            ..device(false)
+        };
+        let moved = run(0.065, 0.05, 0.0, 1e-5);
+        let told = |moves: usize, sign: f32| {
+            let mut followed = moved.clone();
+            for place in &mut followed.places_m {
+                let there = core::mem::take(&mut place[0]);
+                place[moves] = sign * there;
+                // The others tremble.
+                place[(moves + 1) % 3] = 0.1 * there;
+            }
+            judge(&followed, &limits, &can, 1, true)
+        };
+        assert_eq!(told(1, 1.0).ok, Some(true));
+        for (moves, sign, words) in [
+            (1, -1.0, "turn the sign of this axis"),
+            (
+                0,
+                1.0,
+                "moves x 0.17 mm, with the force: these axes are swapped",
+            ),
+            (
+                2,
+                -1.0,
+                "moves z 0.17 mm, against the force: these axes are swapped",
+            ),
+        ] {
+            let row = told(moves, sign);
+            assert!(row.ok == Some(false) && row.seen.contains(words), "{row:?}");
+        }
+    }
+
+    #[test]
     fn of_one_that_does_not_move_nothing_is_claimed() {
         let held = run(0.065, 3.5, 1e5, 1e-5);
         for (simulated, at_rest) in [(true, true), (false, true), (false, false)] {
-            let row = judge(&held, &Limits::DEFAULT, &device(simulated), at_rest);
+            let row = judge(&held, &Limits::DEFAULT, &device(simulated), 0, at_rest);
             assert_eq!((row.ok, row.not_judged), (None, !simulated), "{row:?}");
         }
     }

@@ -14,8 +14,21 @@ const TICKS: f64 = 300.0;
 /// Rounding of a difference of two forces, relative to their limit.
 const ROUNDING: f32 = 1e-5;
 
-pub(super) fn check(bench: &mut Bench<'_>) -> Result<[Check; 3], Broken> {
+/// Each axis in turn; of limit and stop the worst is told, of the direction each.
+pub(super) fn check(bench: &mut Bench<'_>) -> Result<Vec<Check>, Broken> {
     bench.trying(Promise::ForceLimit)?;
+    let (mut limits, mut stops, mut directions) = (Vec::new(), Vec::new(), Vec::new());
+    for [limit, stop, direction] in bench.each_axis(of_axis)? {
+        limits.push(limit);
+        stops.push(stop);
+        directions.push(direction);
+    }
+    let rows = [(limits, false), (stops, false), (directions, true)];
+    let rows = rows.map(|(rows, all)| Check::of_axes(rows, all));
+    Ok(rows.into_iter().flatten().collect())
+}
+
+fn of_axis(bench: &mut Bench<'_>) -> Result<[Check; 3], Broken> {
     let bounds = bench.bounds();
     let Bounds { limits, period_s } = bounds;
     let loosened = bench.loosen()?;
@@ -57,7 +70,7 @@ pub(super) fn check(bench: &mut Bench<'_>) -> Result<[Check; 3], Broken> {
     Ok([
         limit(&followed, &bounds, promised, loosened),
         stop(&followed, &bounds, zero),
-        direction::judge(&followed, &limits, can, at_rest),
+        direction::judge(&followed, &limits, can, bench.axis, at_rest),
     ])
 }
 

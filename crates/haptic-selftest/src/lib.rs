@@ -119,10 +119,10 @@ fn try_all(bench: &mut Bench<'_>, checks: &mut Vec<Check>) -> Result<(), Broken>
         move |bench: &mut Bench<'_>| Ok((vec![check(bench)?], ()))
     };
     in_time(bench, checks, one(checks::arm))?;
+    in_time(bench, checks, |bench| Ok((force_limit::check(bench)?, ())))?;
     in_time(bench, checks, |bench| {
-        Ok((force_limit::check(bench)?.into(), ()))
+        Ok((silence::finite_check(bench)?, ()))
     })?;
-    in_time(bench, checks, one(silence::finite_check))?;
     let followed = in_time(bench, checks, |bench| {
         let (check, followed) = silence::watchdog(bench)?;
         Ok((vec![check], followed))

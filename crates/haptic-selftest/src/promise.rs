@@ -96,6 +96,9 @@ impl fmt::Debug for Attendant<'_> {
     }
 }
 
+/// Names of the axes.
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
+
 /// A promise of the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -198,6 +201,34 @@ impl Check {
     pub(super) fn figure(mut self, name: &'static str, value: impl Into<f64>) -> Self {
         self.figures.insert(name, value.into());
         self
+    }
+
+    /// One row for several axes: the worst of them, which its words name, or with `all` the words of each.
+    pub(super) fn of_axes(mut rows: Vec<Self>, all: bool) -> Option<Self> {
+        let is_one = rows.len() == 1;
+        let named = |axis: usize, seen: &str| match is_one {
+            true => seen.to_owned(),
+            false => format!("{}: {seen}", AXES[axis]),
+        };
+        let words: Vec<String> = (rows.iter().enumerate())
+            .map(|(axis, row)| named(axis, &row.seen))
+            .collect();
+        let badness = |row: &Self| match row.ok {
+            Some(false) => 3 + u8::from(row.certain),
+            None => 1 + u8::from(row.not_judged),
+            Some(true) => 0,
+        };
+        let worst = (0..rows.len())
+            .rev()
+            .max_by_key(|axis| badness(&rows[*axis]))?;
+        let seen = match all {
+            true => words.join("; "),
+            false => words[worst].clone(),
+        };
+        Some(Self {
+            seen,
+            ..rows.swap_remove(worst)
+        })
     }
 
     /// With this seen, it is broken for certain.

@@ -2,7 +2,7 @@
 
 use super::bench::{Bench, Broken};
 use super::promise::{Check, Promise};
-use super::trial::Followed;
+use super::trial::{Followed, seen};
 use haptic_link::{Report, Request};
 use haptic_remote::Tick;
 use std::collections::BTreeMap;
@@ -38,7 +38,7 @@ fn read(bench: &Bench<'_>) -> Result<Vec<Tick>, Broken> {
         };
         count = flight.count;
         if count > 0 {
-            kept.extend(Tick::told(&flight.sample));
+            kept.extend(seen(&flight.sample, bench.axis));
         }
     }
     Ok(kept)

@@ -27,8 +27,13 @@ fn is_behind(followed: &Followed, tick: u32, more: u32) -> bool {
     newest.is_some_and(|sample| sample.tick > tick + more)
 }
 
-pub(super) fn finite_check(bench: &mut Bench<'_>) -> Result<Check, Broken> {
+pub(super) fn finite_check(bench: &mut Bench<'_>) -> Result<Vec<Check>, Broken> {
     bench.trying(Promise::FiniteCheck)?;
+    let rows = bench.each_axis(finite_on_axis)?;
+    Ok(Check::of_axes(rows, false).into_iter().collect())
+}
+
+fn finite_on_axis(bench: &mut Bench<'_>) -> Result<Check, Broken> {
     let bounds = bench.bounds();
     let (limits, made_at) = (bounds.limits, made_at(&bounds));
     let trial = Trial {

@@ -2,7 +2,7 @@
 
 use super::bench::{Bench, Broken, refusal};
 use haptic_experiment::parameters::FORCE_LIMIT;
-use haptic_link::{EventKind, FaultReport, Limits, Request};
+use haptic_link::{AXES_MAX, EventKind, FaultReport, Limits, Request, Sample};
 use haptic_loop::realtime::Moment;
 use haptic_loop::{Fault, Limiters};
 use haptic_remote::serial::Heard;
@@ -52,7 +52,43 @@ pub(super) fn alternating(limits: &Limits, tick: u32, sent: usize, share: f32) -
     sign * limits.force_n * (share * more).min(ASKED)
 }
 
+/// A sample as a trial of one axis sees it: the position of that axis, and the force on all, with the sign of its own. `None` for one of other
+/// axes.
+pub(super) fn seen(sample: &Sample, axis: usize) -> Option<Tick> {
+    let mut driven = *sample.axes.get(axis)?;
+    if sample.axes.len() > 1 {
+        let squares = sample.axes.iter().map(|axis| axis.force_n * axis.force_n);
+        driven.force_n = squares.sum::<f32>().sqrt().copysign(driven.force_n);
+    }
+    let axes = core::iter::once(driven).collect();
+    Tick::told(&Sample { axes, ..*sample })
+}
+
 impl Bench<'_> {
+    /// A trial with each axis driven in turn.
+    pub(super) fn each_axis<T>(
+        &mut self,
+        mut trial: impl FnMut(&mut Self) -> Result<T, Broken>,
+    ) -> Result<Vec<T>, Broken> {
+        let mut told = Vec::new();
+        for axis in 0..usize::from(self.link()?.capabilities().axes) {
+            self.axis = axis;
+            let tried = trial(self);
+            self.axis = 0;
+            told.push(tried?);
+        }
+        Ok(told)
+    }
+
+    fn send_force(&self, tick: u32, force_n: f32) -> Result<(), Broken> {
+        let link = self.link()?;
+        let mut vector = [0.0; AXES_MAX];
+        vector[self.axis] = force_n;
+        let axes = usize::from(link.capabilities().axes);
+        link.send_force(tick, &vector[..axes.min(AXES_MAX)]);
+        Ok(())
+    }
+
     pub(super) fn listen(&mut self, time: Duration) -> Result<Followed, Broken> {
         self.link()?.stream(1, 1)?;
         let began = Moment::now();
@@ -118,14 +154,15 @@ impl Bench<'_> {
             match self.link_mut()?.hear(LOOK) {
                 Some(heard) => {
                     patience = self.link()?.patience(SILENCE);
-                    let mut newest = followed.take(heard)?;
+                    let axis = self.axis;
+                    let mut newest = followed.take(heard, axis)?;
                     while let Some(heard) = self.link_mut()?.try_hear() {
-                        newest = followed.take(heard)?.or(newest);
+                        newest = followed.take(heard, axis)?.or(newest);
                     }
                     if let Some(sample) = newest.filter(|_| !followed.is_over())
                         && let Some(force_n) = say(&sample, followed.sent.len())
                     {
-                        self.link()?.send_force(sample.tick, &[force_n]);
+                        self.send_force(sample.tick, force_n)?;
                         followed.sent.push((sample.tick, force_n));
                     }
                 }
@@ -197,6 +234,8 @@ impl Bench<'_> {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Followed {
     pub(super) samples: Vec<Tick>,
+    /// Positions of all axes in each of them, m; 0 where there is no axis.
+    pub(super) places_m: Vec<[f32; AXES_MAX]>,
     /// Tick that a force answered, and the force, N.
     pub(super) sent: Vec<(u32, f32)>,
     pub(super) fault: Option<FaultReport>,
@@ -256,12 +295,14 @@ impl Followed {
         })
     }
 
-    fn take(&mut self, heard: Heard) -> Result<Option<Tick>, Broken> {
+    fn take(&mut self, heard: Heard, axis: usize) -> Result<Option<Tick>, Broken> {
         match heard {
             Heard::Sample(sample) => {
-                let tick = Tick::told(&sample);
+                let tick = seen(&sample, axis);
                 self.begun |= tick.is_some();
                 self.samples.extend(tick);
+                let place = |axis: usize| sample.axes.get(axis).map_or(0.0, |axis| axis.position_m);
+                (self.places_m).extend(tick.map(|_| core::array::from_fn(place)));
                 return Ok(tick);
             }
             Heard::Event(event) => {

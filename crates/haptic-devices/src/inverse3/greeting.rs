@@ -55,20 +55,21 @@ impl Inverse3Name {
     /// Says why there is no answer: none came in time, or the system's words.
     fn no_service(&self, error: Error) -> Inverse3OpenError {
         let address = self.address.clone();
-        match error.kind() {
-            ErrorKind::TimedOut => Inverse3OpenError::Slow { address },
-            _ => Inverse3OpenError::NoService { address, error },
+        if error.kind() == ErrorKind::TimedOut {
+            return Inverse3OpenError::Slow { address };
         }
+        Inverse3OpenError::NoService { address, error }
     }
 
     /// Says why a WebSocket failed: its time was over, or else this.
     fn slow_or(&self, error: &Failed, otherwise: Inverse3OpenError) -> Inverse3OpenError {
-        match error {
-            Failed::Io(error) if error.kind() == ErrorKind::TimedOut => Inverse3OpenError::Slow {
-                address: self.address.clone(),
-            },
-            _ => otherwise,
+        if let Failed::Io(error) = error
+            && error.kind() == ErrorKind::TimedOut
+        {
+            let address = self.address.clone();
+            return Inverse3OpenError::Slow { address };
         }
+        otherwise
     }
 
     fn not_service(&self, said: &str) -> Inverse3OpenError {

@@ -23,8 +23,8 @@ pub use crate::question::design::{
     DESIGN_ORDERS, FORCE_NOISE_LIMIT, GAIN_MARGIN, REQUIRE, WISH, WISH_FREQUENCY, WISH_TISSUE,
 };
 pub use crate::question::measurement::{
-    HELD, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME,
-    MEASUREMENT,
+    HELD, MEASURE_AXIS, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT,
+    MEASURE_SAMPLE_TIME, MEASUREMENT,
 };
 pub use crate::question::zwidth::{ZWIDTH_ORDERS, ZWIDTH_POINTS};
 pub use crate::question::{QUESTIONS, analysis};
@@ -38,6 +38,7 @@ use crate::experiment::touch::{GripName, ShapeName};
 use crate::judge::preflight::WallContact;
 use crate::judge::settling::Criterion;
 use crate::question::design::{RequireName, WishName};
+use crate::question::measurement::MeasuredAxis;
 use crate::{GuardChoice, Named, Precision};
 use crate::{experiment, question};
 use haptic_link::Architecture;
@@ -124,6 +125,7 @@ pub fn choices(parameter: &Parameter) -> Vec<(&'static str, &'static str)> {
         choices.map(|(_, name, help)| (*name, *help)).collect()
     }
     match parameter.key {
+        "axis" => names::<MeasuredAxis>(),
         "architecture" => names::<Architecture>(),
         "contact" if *parameter == WALL_CONTACT => names::<WallContact>(),
         "contact" => names::<Contact>(),

@@ -21,6 +21,7 @@ mod response;
 #[cfg(test)]
 mod tests;
 
+use crate::document::named::Named;
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::Range;
 use crate::document::parameters::{DEVICE, MAX_AGE_TICKS, SAMPLE_TIME, WATCHDOG};
@@ -42,6 +43,8 @@ parameters! {
     MEASURE_DURATION = number("duration_s", 8.0, "8s", Range::Within(1.0, 600.0), "Length of the multi-sine");
     /// A hand at the device.
     HELD = flag("held", "A hand holds the device as still as it can; its stiffness is measured too");
+    /// Axis of a board with several.
+    MEASURE_AXIS = text("axis", "x", "Axis that is moved, on a board with several; the others get no force");
     /// The device that is measured.
     MEASURE_DEVICE = text("device", "serial:auto", DEVICE.help);
 }
@@ -52,7 +55,20 @@ pub(crate) const MEASURE: &[Parameter] = &[
     MEASURE_BOX,
     MEASURE_DURATION,
     HELD,
+    MEASURE_AXIS,
 ];
+
+/// An axis of a board, by its number.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct MeasuredAxis(pub usize);
+
+impl Named for MeasuredAxis {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (Self(0), "x", "The first axis, or the only one"),
+        (Self(1), "y", "The second"),
+        (Self(2), "z", "The third"),
+    ];
+}
 
 /// The question that measures a device by moving it.
 pub const MEASUREMENT: &str = "measure";
@@ -75,6 +91,8 @@ pub(crate) struct MeasurePlan {
     pub duration_s: f64,
     /// True if a hand holds the device: its stiffness is measured too.
     pub hand: bool,
+    /// The axis of a device at a port that is moved.
+    pub axis: MeasuredAxis,
 }
 
 impl MeasurePlan {

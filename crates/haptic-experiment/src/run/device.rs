@@ -130,6 +130,32 @@ impl DeviceName {
         })
     }
 
+    /// Connects to a device for all of its axes: a board says how many these are, and one of another maker is opened with so many, by
+    /// default with one. It gets the limits back that it has [forgotten](Remembered).
+    ///
+    /// # Errors
+    /// As [`connect`](Self::connect); a device that has not the axes that were asked for.
+    pub fn connect_all(
+        &self,
+        axes: Option<usize>,
+        patience: Duration,
+        warn: Warn<'_>,
+        stop: Option<&AtomicBool>,
+    ) -> Result<SerialLink, Failure> {
+        let name = self.at_port()?;
+        let mut link = name.open(axes.unwrap_or(1), warn, patience, stop)?;
+        let has = usize::from(link.capabilities().axes);
+        match axes.filter(|axes| *axes != has) {
+            None => {
+                Remembered::of(name, &link).restore(&mut link, warn)?;
+                Ok(link)
+            }
+            Some(axes) => Err(Failure::bad_input(format_args!(
+                "`axes` = {axes}, but {self} has {has}: omit it, or name another {DEVICE}"
+            ))),
+        }
+    }
+
     /// Connects to a device with this many axes, or with any number, and passes warnings about the
     /// port to `warn`. With a number of axes the device is to be armed: it gets the limits back that it has
     /// [forgotten](Remembered). Setting `stop` ends the wait.
@@ -201,7 +227,7 @@ impl LinkedName {
     }
 
     /// Connects; a device of another maker is made for so many axes.
-    fn open(
+    pub(crate) fn open(
         &self,
         axes: usize,
         warn: Warn<'_>,

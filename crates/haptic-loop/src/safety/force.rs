@@ -21,6 +21,16 @@ impl<F: Real, const D: usize> SafeForce<F, D> {
     }
 }
 
+impl<F: Real> SafeForce<F, 1> {
+    /// This force on one of D axes, and none on the others: its magnitude stays. None at all on an axis that is not there.
+    #[must_use]
+    pub fn on_axis<const D: usize>(self, axis: usize) -> SafeForce<F, D> {
+        SafeForce(SVector::from_fn(|row, _| {
+            if row == axis { self.0[0] } else { F::ZERO }
+        }))
+    }
+}
+
 /// The limiters that acted in a tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Limiters(u8);

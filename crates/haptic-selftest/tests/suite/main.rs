@@ -2,6 +2,7 @@
 #![cfg(unix)]
 
 mod at_once;
+mod axes;
 mod bad_line;
 mod board;
 mod foreign;

@@ -238,3 +238,33 @@ fn a_simulated_plant_moves_once_the_force_has_risen() {
     let creep = report("creep", "serial:device watchdog=1s");
     assert!(number(&creep, "closed_form_error") < 0.01, "{creep}");
 }
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_board_of_several_axes_is_measured_axis_by_axis_and_tested_on_all() {
+    let board = Emulated::new("--axes 2");
+    let place = &board.place;
+    for (axis, words) in [
+        ("z", "which has 2 axes: omit it"),
+        ("up", "is not one of x, y, z"),
+    ] {
+        let line = format!("device measure --device serial:device axis={axis}");
+        let refused = place.run(&line);
+        assert_eq!(refused.code, Some(2), "{refused}");
+        assert!(refused.stderr.contains(words), "{refused}");
+    }
+    // A simulated board is the mass and damping that a run asks for: 65 g and 3.5 N·s/m.
+    let line = "device measure --device serial:device axis=y --duration 2s --box 50mm watchdog=1s max_age_ticks=1000 --json";
+    let found = place.run(line).succeeded_with_warnings().json();
+    assert_relative("mass", number(&found["mass_kg"], "value"), 0.065, 0.05);
+    let refused = place.run("device selftest --device serial:device --axes 3");
+    assert_eq!(refused.code, Some(2), "{refused}");
+    assert!(refused.stderr.contains("`axes` = 3, but"), "{refused}");
+    let tested = place.json("device selftest --device serial:device --axes 2");
+    let checks = tested["checks"].as_array().expect("rows");
+    assert_eq!(tested["holds"], true, "{tested}");
+    // Without a run it stands still, on both axes.
+    let direction = checks.iter().find(|row| row["check"] == "direction");
+    let seen = direction.expect("a row")["seen"].to_string();
+    assert!(seen.contains("x: ") && seen.contains("; y: "), "{seen}");
+}

@@ -4,8 +4,8 @@ use super::drive::{on_serial, on_simulated};
 use super::estimate::{Measured, estimate};
 use super::response::{ResponseLine, coherent, response, table};
 use super::{
-    HELD, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME,
-    MEASUREMENT, MeasurePlan, TABLES,
+    HELD, MEASURE_AXIS, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT,
+    MEASURE_SAMPLE_TIME, MEASUREMENT, MeasurePlan, TABLES,
 };
 use crate::document::Document;
 use crate::document::error::FileError;
@@ -58,6 +58,7 @@ impl Measurement {
             box_m: table.number(&MEASURE_BOX)?,
             duration_s: table.number(&MEASURE_DURATION)?,
             hand: table.flag(&HELD)?,
+            axis: table.choice(&MEASURE_AXIS)?,
         };
         let (device, sensors) = device(&table, plan.sample_time_s)?;
         Ok(Self {

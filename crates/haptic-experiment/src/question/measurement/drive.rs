@@ -1,7 +1,10 @@
 //! The excitation on a device, through the safety chain, to its end or to whatever ends it.
 
-use super::{HELD, MEASURE_BOX, MEASURE_FORCE_LIMIT, MeasurePlan, MotionRecord};
+use super::{
+    HELD, MEASURE_AXIS, MEASURE_BOX, MEASURE_FORCE_LIMIT, MeasurePlan, MeasuredAxis, MotionRecord,
+};
 use crate::document::failure::Failure;
+use crate::document::named::Named as _;
 use crate::run::device::{Warn, at_link, at_port, firmware_version, refused_at_port};
 use crate::run::ending::Lateness;
 use crate::run::realtime::RealtimeOptions;
@@ -450,9 +453,18 @@ pub(crate) fn on_serial(
         loop_mode: LoopMode::Host,
         ..remote.clone()
     };
-    let mut link = remote
-        .name
-        .connect_with(1, remote.patience, warn, Some(stop))?;
+    let mut link = remote.name.open(1, warn, remote.patience, Some(stop))?;
+    let axes = link.capabilities().axes;
+    let MeasuredAxis(axis) = plan.axis;
+    if axis >= usize::from(axes) {
+        return Err(Failure::bad_input(format_args!(
+            "`{}` = {} is not on {}, which has {axes} {}: omit it",
+            MEASURE_AXIS.key,
+            plan.axis.name(),
+            remote.name,
+            if axes == 1 { "axis" } else { "axes" },
+        )));
+    }
     let driven = driven(plan, &remote, &mut link, warn, progress, stop);
     let driven = driven.map_err(|failure| at_link(&link, failure))?;
     let can = link.capabilities();
@@ -497,10 +509,15 @@ fn driven(
     link.arm(remote.watchdog()).map_err(problem)?;
     link.start(Start::ENDLESS).map_err(problem)?;
     let mut applied = |stoppable: &Stoppable<'_>, _sent: f64| {
-        let axis = stoppable.link.newest().axes.first();
+        let axis = stoppable.link.newest().axes.get(stoppable.axis);
         axis.map_or(0.0, |axis| f64::from(axis.force_n))
     };
-    let mut stoppable = Stoppable { link, stop };
+    let mut stoppable = Stoppable {
+        axes: link.capabilities().axes,
+        axis: plan.axis.0,
+        link,
+        stop,
+    };
     let driven = drive(plan, &mut stoppable, &mut applied, progress, stop);
     // After an error too: dropped, the link does it once more.
     let disarmed = link.disarm();
@@ -522,25 +539,50 @@ fn driven(
     Ok(driven)
 }
 
-/// A link whose loop hears who stops it, even where no sample comes.
+/// An axis of a link whose loop hears who stops it, even where no sample comes.
 struct Stoppable<'a> {
     link: &'a mut SerialLink,
     stop: &'a AtomicBool,
+    axes: u8,
+    axis: usize,
+}
+
+impl Stoppable<'_> {
+    fn read_of<const D: usize>(&mut self) -> Result<Reading<f64, 1>, SerialError> {
+        let reading: Reading<f64, D> = self.link.read_or_stop(self.stop)?;
+        Ok(Reading {
+            tick: reading.tick,
+            time_s: reading.time_s,
+            position_m: SVector::from([reading.position_m[self.axis]]),
+        })
+    }
 }
 
 impl Device<f64, 1> for Stoppable<'_> {
     type Error = SerialError;
 
     fn read(&mut self) -> Result<Reading<f64, 1>, SerialError> {
-        self.link.read_or_stop(self.stop)
+        match self.axes {
+            2 => self.read_of::<2>(),
+            3 => self.read_of::<3>(),
+            _ => self.read_of::<1>(),
+        }
     }
 
     fn write(&mut self, force: SafeForce<f64, 1>) -> Result<(), SerialError> {
-        self.link.write(force)
+        match self.axes {
+            2 => self.link.write(force.on_axis::<2>(self.axis)),
+            3 => self.link.write(force.on_axis::<3>(self.axis)),
+            _ => self.link.write(force),
+        }
     }
 
     fn let_go(&mut self) {
-        Device::<f64, 1>::let_go(self.link);
+        match self.axes {
+            2 => Device::<f64, 2>::let_go(self.link),
+            3 => Device::<f64, 3>::let_go(self.link),
+            _ => Device::<f64, 1>::let_go(self.link),
+        }
     }
 }
 

@@ -4,6 +4,7 @@
 
 mod random_devices;
 
+use super::MeasuredAxis;
 use super::drive::{Driven, Outcome, drive, on_simulated};
 use super::estimate::{Estimate, MeasureError, Measured, estimate};
 use super::response::{coherent, response};
@@ -129,6 +130,7 @@ impl Default for MeasurePlan {
             box_m: MEASURE_BOX.default_number(),
             duration_s: MEASURE_DURATION.default_number(),
             hand: false,
+            axis: MeasuredAxis::default(),
         }
     }
 }

@@ -43,6 +43,13 @@ impl PortArguments {
         self.device.connect(None, patience, &warn, stop)
     }
 
+    /// The same for all axes of a device, or this many of one of another maker.
+    pub(super) fn connect_all(&self, axes: Option<u8>) -> Result<SerialLink, Failure> {
+        let (patience, stop) = self.attempts()?;
+        let axes = axes.map(usize::from);
+        self.device.connect_all(axes, patience, &warn, stop)
+    }
+
     /// For how long to try, and what ends it before.
     fn attempts(&self) -> Result<(Duration, Option<&'static AtomicBool>), Failure> {
         let patience = self.patience();

@@ -23,7 +23,8 @@ use std::path::PathBuf;
 /// It takes about 4 s. The force, at most 0.1 N (--force-limit), changes sign 25 times a second; up
 /// to three times that is requested, to see the limit act. A real device moves by a few
 /// millimetres: let it move freely, and press its emergency stop when told (--emergency-stop none
-/// if it has none).
+/// if it has none). Of several axes each is driven in turn, about 1 s more for each, and one that is
+/// mirrored or swapped with another is named.
 ///
 /// Exit code 0 if every promise was kept, 1 if one was broken, 3 if the link was lost, an emergency
 /// stop or fault ended the test, or this machine or a limit of the device kept one from being
@@ -39,6 +40,9 @@ pub(crate) struct Arguments {
     /// Sample time; longer for a slow line
     #[arg(long, value_name = "TIME", value_parser = of(parameters::MEASURE_SAMPLE_TIME), default_value = parameters::MEASURE_SAMPLE_TIME.shown)]
     sample_time: f64,
+    /// Axes to open on a Haply 2DIY (1, 2) or Inverse3 (1, 3); a board says itself [default: 1]
+    #[arg(long, value_name = "AXES", value_parser = clap::value_parser!(u8).range(1..=3))]
+    axes: Option<u8>,
     /// Emergency stop [default: none if simulated, else pressed]
     #[arg(long, value_parser = choice::<EmergencyStop>())]
     emergency_stop: Option<EmergencyStop>,
@@ -55,7 +59,7 @@ impl Arguments {
         test.emergency_stop = self.emergency_stop.unwrap_or(test.emergency_stop);
         let mut place = PlaceOfFile::of_form(self.out.as_ref())?;
         let mut report = test.run(Attendant {
-            connect: &|| self.port.connect(),
+            connect: &|| self.port.connect_all(self.axes),
             notice: &|notice| say(notice, output),
             stop: stop_on_interrupt()?,
         })?;
