@@ -109,27 +109,8 @@ pub(crate) fn of_run(curves: &Curves) -> Result<Picture, FigureError> {
 }
 
 /// Columns of the runs of each kind; those behind the others are of a drive, an object or a third axis.
-const COLUMNS: [&str; 19] = [
-    "values",
-    "closed_form",
-    "relative_error",
-    "reference_m",
-    "position_m",
-    "hand_m",
-    "far_position_m",
-    "force_n",
-    "far_force_n",
-    "taken_j",
-    "hand_x_m",
-    "hand_y_m",
-    "x_m",
-    "y_m",
-    "depth_m",
-    "force_x_n",
-    "force_y_n",
-    "drive_force_n",
-    "object_position_m",
-];
+const COLUMNS: &str = "values closed_form relative_error reference_m position_m hand_m far_position_m force_n far_force_n taken_j \
+    hand_x_m hand_y_m x_m y_m depth_m force_x_n force_y_n drive_force_n object_position_m";
 
 /// The picture of a run of this kind as it will be, with its panels and without its numbers: `None` of a kind without one.
 pub(crate) fn rehearsed(
@@ -144,7 +125,7 @@ pub(crate) fn rehearsed(
         _ => true,
     };
     let deep = told("axes").and_then(toml::Value::as_integer) == Some(3);
-    let columns = COLUMNS.into_iter().filter(is_column);
+    let columns = COLUMNS.split(' ').filter(is_column);
     let columns = columns.chain(deep.then_some("force_z_n"));
     let (time_s, ones) = (vec![0.0, 1.0], vec![1.0; 2]);
     let slab = told("loading").and_then(toml::Value::as_str);

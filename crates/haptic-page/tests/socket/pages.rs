@@ -210,29 +210,18 @@ fn wrong(random: &mut Random) -> Value {
 
 /// The same request, with something wrong in one place; the place may be a key.
 fn spoilt(request: &Value, random: &mut Random) -> Value {
-    let mut spoilt = request.clone();
-    match &mut spoilt {
-        Value::Object(fields) if !fields.is_empty() && random.chance(0.9) => {
-            let names: Vec<String> = fields.keys().cloned().collect();
-            let at = (random.share() * names.len() as f64) as usize;
-            let field = fields.remove(&names[at]).expect("it is there");
-            let field = spoilt_field(&field, random);
-            let name = match wrong(random) {
-                Value::String(name) if random.chance(0.2) => name,
-                _ => names[at].clone(),
-            };
-            fields.insert(name, field);
-            spoilt
-        }
-        _ => wrong(random),
-    }
-}
-
-fn spoilt_field(field: &Value, random: &mut Random) -> Value {
-    match field {
-        Value::Object(_) => spoilt(field, random),
-        _ => wrong(random),
-    }
+    let Some(fields) = request.as_object().filter(|_| random.chance(0.9)) else {
+        return wrong(random);
+    };
+    let names: Vec<&String> = fields.keys().collect();
+    let (mut spoilt, name) = (fields.clone(), random.one_of(&names));
+    let field = spoilt.remove(name).expect("it is there");
+    let name = match wrong(random) {
+        Value::String(other) if random.chance(0.2) => other,
+        _ => name.clone(),
+    };
+    spoilt.insert(name, self::spoilt(&field, random));
+    spoilt.into()
 }
 
 #[test]

@@ -141,7 +141,7 @@ fn what_no_picture_can_be_is_refused_with_what_it_can() {
 
 #[test]
 fn a_panel_that_a_run_will_not_have_is_refused_before_it_with_those_that_it_has() {
-    let place = Place::new();
+    let place = Place::with_examples();
     let rows = (0..=20).map(|n| format!("{},{}\n", 0.1 * f64::from(n), 0.1));
     let record = format!("time_s,force_n\n{}", rows.collect::<String>());
     fs::write(place.path("record.csv"), record).expect("writes");
@@ -151,7 +151,7 @@ fn a_panel_that_a_run_will_not_have_is_refused_before_it_with_those_that_it_has(
         ("run experiments/relax-driven.toml duration=2s", "relax"),
         ("creep --duration 2s", "creep"),
         (
-            "creep --duration 2s --loading sphere --indenter-radius 5mm",
+            "creep --duration 2s --loading sphere --indenter-radius 5mm --force 50mN",
             "creep",
         ),
         ("run experiments/wall.toml duration=1s", "wall"),
@@ -168,7 +168,7 @@ fn a_panel_that_a_run_will_not_have_is_refused_before_it_with_those_that_it_has(
         let known = error
             .split_once("`z`: ")
             .unwrap_or_else(|| panic!("{line}: {error}"));
-        let known = known.1.split_once("; give a letter").expect("advice").0;
+        let known = known.1.split_once("); give a letter").expect("advice").0;
         assert!(!place.path("p").exists(), "{line}: it ran");
         let ran = place.run(&format!("{line} --out p --figure-format svg"));
         assert!(
