@@ -85,6 +85,7 @@ pub(super) async fn serve(stream: WebSocket, hub: Arc<Hub>) {
 }
 
 /// What waits for the answers to what a page has asked before.
+#[expect(clippy::large_enum_variant, reason = "at most sixteen of a page wait")]
 enum Asked {
     Read(Result<(Value, Request), (Value, String)>),
     /// It is long, and was not read yet.
