@@ -178,8 +178,8 @@ fn a_stop_is_answered_before_what_is_read_and_worked_on_for_its_page_and_others(
         }
     }
     let stop = page.post("stop", json!({}));
-    let ids = std::iter::repeat_with(|| page.read().expect("open")["id"].take());
-    assert_eq!(ids.filter(Value::is_u64).next(), Some(json!(stop)));
+    let mut ids = std::iter::repeat_with(|| page.read().expect("open")["id"].take());
+    assert_eq!(ids.find(Value::is_u64), Some(json!(stop)));
     let asked = watcher.answer(&json!(3));
     let said = asked["error"].as_str().expect("refused");
     let short = "\"[[[[[[[[[[[[[[[[[[[[…\" is not a time: give at most 64 characters";
@@ -216,11 +216,12 @@ fn spoilt(request: &Value, random: &mut Random) -> Value {
     let names: Vec<&String> = fields.keys().collect();
     let (mut spoilt, name) = (fields.clone(), random.one_of(&names));
     let field = spoilt.remove(name).expect("it is there");
-    let name = match wrong(random) {
-        Value::String(other) if random.chance(0.2) => other,
-        _ => name.clone(),
-    };
-    spoilt.insert(name, self::spoilt(&field, random));
+    let other = wrong(random);
+    let other = other.as_str().filter(|_| random.chance(0.2));
+    spoilt.insert(
+        other.unwrap_or(name).to_owned(),
+        self::spoilt(&field, random),
+    );
     spoilt.into()
 }
 
