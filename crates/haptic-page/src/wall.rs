@@ -52,7 +52,7 @@ pub(crate) struct WallQuestion {
 pub(crate) fn judged_scheme(text: &str) -> Result<Scheme, Failure> {
     let refused =
         |why: &dyn Display| Failure::bad_input(format_args!("`scheme` = {}: {why}", short(text)));
-    let scheme: Scheme = text.parse().map_err(|error| refused(&error))?;
+    let scheme: Scheme = short(text).parse().map_err(|error| refused(&error))?;
     if matches!(scheme, Scheme::Grunwald { length } if length > RING_MOST) {
         return Err(refused(&format_args!(
             "the page judges at most {RING_MOST} samples: use the command line for more"

@@ -1,6 +1,6 @@
 //! Pictures: a page of charts that own their curves, and what experiments leave.
 
-use haptic_experiment::judge::{Curves, Drawing, Theory};
+use haptic_experiment::judge::{Curves, Drawing, Overlay, Theory};
 use haptic_figure::{
     AxisSpec, Chart, ChartPage, FigureError, Look, Picture, PlaneFigure, Scale, Series, envelope,
 };
@@ -106,6 +106,66 @@ pub(crate) fn of_run(curves: &Curves) -> Result<Picture, FigureError> {
         Drawing::Side => of_side(curves),
         Drawing::Plane { outline_m } => of_path(outline_m, curves),
     }
+}
+
+/// Columns of the runs of each kind; those behind the others are of a drive, an object or a third axis.
+const COLUMNS: &str = "values closed_form relative_error reference_m position_m hand_m far_position_m force_n far_force_n taken_j \
+    hand_x_m hand_y_m x_m y_m depth_m force_x_n force_y_n drive_force_n object_position_m";
+
+/// The picture of a run of this kind as it will be, with its panels and without its numbers: `None` of a kind without one.
+pub(crate) fn rehearsed(
+    kind: &str,
+    document: &toml::Table,
+) -> Option<Result<Picture, FigureError>> {
+    let told = |key: &str| document.get(kind).and_then(|table| table.get(key));
+    let has_drive = document.contains_key("drive");
+    let is_column = |name: &&str| match *name {
+        "drive_force_n" => has_drive,
+        "object_position_m" => kind == "coupler",
+        _ => true,
+    };
+    let deep = told("axes").and_then(toml::Value::as_integer) == Some(3);
+    let columns = COLUMNS.split(' ').filter(is_column);
+    let columns = columns.chain(deep.then_some("force_z_n"));
+    let (time_s, ones) = (vec![0.0, 1.0], vec![1.0; 2]);
+    let slab = told("loading").and_then(toml::Value::as_str);
+    let theory = |quantity| {
+        Drawing::Theory(Theory {
+            quantity,
+            label: FORCE,
+            record: told("against").map(|_| Overlay {
+                time_s: time_s.clone(),
+                values: ones.clone(),
+                relative_error: ones.clone(),
+                rms: 1.0,
+            }),
+        })
+    };
+    let drawing = match kind {
+        "relax" => theory("force"),
+        "creep" if slab.is_none_or(|slab| ["compression", "shear", "tension"].contains(&slab)) => {
+            theory("strain")
+        }
+        "creep" => theory("depth"),
+        "wall" | "coupler" => Drawing::Trial {
+            expected_deflection_m: None,
+        },
+        "touch" => Drawing::Plane {
+            outline_m: Vec::new(),
+        },
+        "teleoperation" => Drawing::Pair {
+            stiffnesses: Vec::new(),
+        },
+        _ => return None,
+    };
+    Some(of_run(&Curves {
+        title: String::new(),
+        subtitle: String::new(),
+        origin: "",
+        time_s: time_s.clone(),
+        columns: columns.map(|name| (name, ones.clone())).collect(),
+        drawing,
+    }))
 }
 
 /// Steps of log t of which the largest error is drawn.

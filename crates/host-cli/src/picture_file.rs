@@ -106,6 +106,24 @@ impl Pictures {
         formats.map(|format| format.file(stem)).collect()
     }
 
+    /// Refuses a panel that the picture of a run will not have, before the run.
+    pub(crate) fn check(
+        &self,
+        rehearsed: impl FnOnce() -> Option<Result<Picture, FigureError>>,
+    ) -> Result<(), Failure> {
+        let picture = self.panel.as_ref().and_then(|_| rehearsed());
+        let on_sheet = picture.map(|picture| picture?.on(&self.sheet()));
+        on_sheet.transpose().map_err(undrawn).map(drop)
+    }
+
+    fn sheet(&self) -> Sheet {
+        Sheet {
+            width_m: self.figure_width,
+            panel: self.panel.clone(),
+            untitled: self.no_title,
+        }
+    }
+
     /// Writes the files of a picture, all or none, and names the one to look at. Existing files are refused unless
     /// `overwrite` is set, and then replaced whole; one of a format that is not written any more is taken away.
     ///
@@ -117,12 +135,7 @@ impl Pictures {
         stem: &Path,
         overwrite: bool,
     ) -> Result<String, Failure> {
-        let sheet = Sheet {
-            width_m: self.figure_width,
-            panel: self.panel.clone(),
-            untitled: self.no_title,
-        };
-        let picture = picture.and_then(|picture| picture.on(&sheet));
+        let picture = picture.and_then(|picture| picture.on(&self.sheet()));
         let picture = picture.map_err(undrawn)?;
         // All are staged before one gets its name.
         let (mut staged, mut stale) = (Vec::new(), Vec::new());

@@ -1,7 +1,6 @@
 //! A servo by name: its settings in one table, with their ranges.
 
 use crate::name::{NameError, Settings, quantity};
-use haptic_quantity::{DecimalSign, number_with};
 use std::fmt;
 
 /// A servo that turns a capstan or a lever, as one axis in metres and newtons.
@@ -50,13 +49,6 @@ const fn setting(key: &'static str, unit: &'static str, least: f64, most: f64) -
 }
 
 impl Setting {
-    fn read(&self, text: &str) -> Result<Option<f64>, NameError> {
-        match self.unit {
-            "" => Ok(number_with(text, DecimalSign::Point)),
-            unit => quantity(self.key, &format!("_{unit}"), text).map(Some),
-        }
-    }
-
     /// True of a value in its range; a length may be the negative of it, a number of servos or answers is whole.
     fn fits(&self, value: f64) -> bool {
         let either_way = if self.unit == "m" { value.abs() } else { value };
@@ -145,8 +137,10 @@ impl MoteusName {
         let mut values = MoteusSettings::DEFAULT.values();
         for (setting, value) in SETTINGS.iter().zip(&mut values) {
             if let Some(text) = given.text(setting.key) {
-                let read = setting.read(text)?.filter(|value| setting.fits(*value));
-                *value = read.ok_or_else(|| setting.refused(text))?;
+                *value = quantity(setting.key, &format!("_{}", setting.unit), text)?;
+                if !setting.fits(*value) {
+                    return Err(setting.refused(text));
+                }
             }
         }
         Ok(Self {
@@ -215,12 +209,8 @@ mod tests {
                 "watchdog: \"5mm\" is not a time: give a finite number, with one of the units s, ms, us, µs, min, h or none for SI",
             ),
             (
-                "/dev/x,torque_limit=10%",
-                "torque_limit = \"10%\" is not in [0.0001, 20]",
-            ),
-            (
                 "/dev/x,torque_limit=inf",
-                "torque_limit = \"inf\" is not in [0.0001, 20]",
+                "torque_limit: \"inf\" is not a number: give a finite number, with one of the units % or none for SI",
             ),
             (
                 "/dev/x,watchdog=5s",

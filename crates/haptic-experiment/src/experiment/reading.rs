@@ -18,7 +18,7 @@ use haptic_link::Limits;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use haptic_loop::{Loading, LoadingKind, ParameterError};
-use haptic_quantity::label;
+use haptic_quantity::{label, short};
 use haptic_tissue::{Library, Material, Model};
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -144,7 +144,7 @@ pub(crate) fn scheme(
     duration_s: f64,
 ) -> Result<Scheme, FileError> {
     let fail = |error: String| table.fail_at("scheme", error);
-    let scheme = table.text(&p::SCHEME)?.parse();
+    let scheme = short(table.text(&p::SCHEME)?).parse();
     let scheme = scheme.map_err(|error: fracdiff::SchemeError| fail(error.to_string()))?;
     let horizon = crate::run::schedule::horizon((duration_s / sample_time_s) as u64);
     match operator::<f64>(model, scheme, order, Seconds(sample_time_s), horizon) {

@@ -55,6 +55,7 @@ use haptic_link::{Architecture, HandSide};
 use haptic_loop::SafetyChain;
 use haptic_loop::plant::{MassDamperConfig, SUB_STEPS};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
+use haptic_quantity::short;
 use haptic_teleoperation::{ChannelModel, CouplerGains, Port, PortLaw, Settings};
 pub use line::End;
 pub use side::{FarReport, Terms};
@@ -430,7 +431,7 @@ pub(crate) fn teleoperation(table: &Table<'_>) -> Result<TeleoperationExperiment
     let slave_damping = table.number_if(&SLAVE_DAMPING)?.unwrap_or(damping);
     let window_s = table.number(&TELEOPERATION_WINDOW)?;
     let order = table.number(&HAND_COUPLER_ORDER)?;
-    let scheme = table.text(&SCHEME)?.parse();
+    let scheme = short(table.text(&SCHEME)?).parse();
     let experiment = TeleoperationExperiment {
         master: device(mass, damping),
         slave: device(slave_mass, slave_damping),

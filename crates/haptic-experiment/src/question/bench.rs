@@ -14,6 +14,7 @@ use crate::run::advice::check;
 use fracdiff::{Order, Scheme, SchemeError};
 use haptic_analysis::StableArea;
 use haptic_loop::plant::MassDamperConfig;
+use haptic_quantity::short;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -72,7 +73,7 @@ pub(super) fn bench(table: &Table<'_>) -> Result<Device, FileError> {
 
 pub(super) fn scheme(table: &Table<'_>) -> Result<Scheme, FileError> {
     let refused = |error: SchemeError| table.fail_at(SCHEME.key, error.to_string());
-    let scheme = table.text(&SCHEME)?.parse().map_err(refused)?;
+    let scheme = short(table.text(&SCHEME)?).parse().map_err(refused)?;
     if scheme == Scheme::Exact {
         return Err(refused(SchemeError::AnalysisOnly));
     }

@@ -5,14 +5,11 @@ use super::panels::Panels;
 use haptic_experiment::Failure;
 use serde_json::{Value, json};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, Ordering};
 use tokio::sync::{mpsc, watch};
 use tokio_tungstenite::tungstenite::Message;
 
 /// Answers that wait for a page to read them.
 pub(super) const QUEUE: usize = 256;
-/// Messages in a row that are no requests.
-const GARBAGE: u32 = 3;
 /// Longest refusal, characters: what a page has sent may be in it.
 const SENTENCE: usize = 1000;
 
@@ -29,7 +26,6 @@ pub(super) struct Page {
     pub(super) out: mpsc::Sender<Outgoing>,
     /// Set to the reason when the server closes its socket.
     pub(super) closing: Arc<watch::Sender<Option<&'static str>>>,
-    garbage: Arc<AtomicU32>,
     pub(super) panels: Arc<Panels>,
 }
 
@@ -39,33 +35,22 @@ impl Page {
             number,
             out,
             closing: Arc::default(),
-            garbage: Arc::default(),
             panels: Arc::default(),
         }
     }
 
-    /// Refuses what is no request.
-    pub(super) fn refuse(&self, id: &Value, error: &str) {
-        self.say(Message::text(refusal(id, error).to_string()));
-        match id.is_null() {
-            true if self.garbage.fetch_add(1, Ordering::Relaxed) + 1 == GARBAGE => {
-                let reason = "three messages in a row were no requests";
-                self.closing.send_replace(Some(reason));
-            }
-            true => {}
-            false => self.understood(),
-        }
+    pub(super) fn close(&self, reason: &'static str) {
+        self.closing.send_replace(Some(reason));
     }
 
-    pub(super) fn understood(&self) {
-        self.garbage.store(0, Ordering::Relaxed);
+    pub(super) fn refuse(&self, id: &Value, error: &str) {
+        self.say(Message::text(refusal(id, error).to_string()));
     }
 
     /// Puts something into the queue; a full one closes the socket.
     pub(super) fn send(&self, outgoing: Outgoing) {
         if let Err(mpsc::error::TrySendError::Full(_)) = self.out.try_send(outgoing) {
-            let reason = "the page does not read its answers";
-            self.closing.send_replace(Some(reason));
+            self.close("the page does not read its answers");
         }
     }
 

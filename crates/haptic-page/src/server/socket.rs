@@ -16,13 +16,15 @@ use serde_json::Value;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::broadcast::error::RecvError;
-use tokio::sync::mpsc;
+use tokio::sync::{mpsc, watch};
 use tokio::time::{MissedTickBehavior, interval, timeout};
 use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::protocol::CloseFrame;
 use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 use tokio_tungstenite::tungstenite::{Message, Utf8Bytes};
 
+/// Messages in a row that are no requests.
+const GARBAGE: u32 = 3;
 /// Longest message that is read on the reactor, bytes; a stop is shorter.
 const SHORT: usize = 4096;
 /// Messages of a page that wait for the answers to those before them. The page is not read beyond.
@@ -83,10 +85,17 @@ pub(super) async fn serve(stream: WebSocket, hub: Arc<Hub>) {
 }
 
 /// What waits for the answers to what a page has asked before.
+#[expect(clippy::large_enum_variant, reason = "at most sixteen of a page wait")]
 enum Asked {
-    Request(Value, Request),
+    Read(Result<(Value, Request), (Value, String)>),
     /// It is long, and was not read yet.
     Text(Utf8Bytes),
+}
+
+/// The reason, as soon as there is one.
+async fn told(mut reason: watch::Receiver<Option<&'static str>>) -> &'static str {
+    let reason = reason.wait_for(Option::is_some).await;
+    reason.ok().and_then(|reason| *reason).unwrap_or_default()
 }
 
 /// Reads until the end; code and reason, if it is the server that ends it.
@@ -97,20 +106,13 @@ async fn read(
     page: &Page,
     desk: &mpsc::Sender<Asked>,
 ) -> Option<(CloseCode, &'static str)> {
-    let (mut ending, mut closing) = (hub.ending.clone(), page.closing.subscribe());
     loop {
         // Other pages are read too before the next message of this one.
         tokio::task::yield_now().await;
         let message = tokio::select! {
             message = timeout(SILENCE, source.next()) => message,
-            reason = ending.wait_for(Option::is_some) => {
-                let reason = reason.ok().and_then(|reason| *reason);
-                return Some((CloseCode::Away, reason.unwrap_or_default()));
-            }
-            reason = closing.wait_for(Option::is_some) => {
-                let reason = reason.ok().and_then(|reason| *reason);
-                return Some((CloseCode::Policy, reason.unwrap_or_default()));
-            }
+            reason = told(hub.ending.clone()) => return Some((CloseCode::Away, reason)),
+            reason = told(page.closing.subscribe()) => return Some((CloseCode::Policy, reason)),
             () = page.out.closed() => return None,
         };
         let asked = match message {
@@ -120,24 +122,17 @@ async fn read(
             Ok(Some(Ok(Message::Text(text)))) if text.len() > SHORT => Asked::Text(text),
             Ok(Some(Ok(Message::Text(text)))) => match request::parse(&text) {
                 Ok((id, request)) if request.is_urgent() => {
-                    page.understood();
                     obey(id, request, hub, page).await;
                     continue;
                 }
-                Ok((id, request)) => Asked::Request(id, request),
-                Err((id, error)) => {
-                    page.refuse(&id, &error);
-                    continue;
-                }
+                read => Asked::Read(read),
             },
-            Ok(Some(Ok(Message::Binary(bytes)))) => {
-                if !acknowledged.take(&bytes) {
-                    let error =
-                        "requests are text; only the eight bytes that acknowledge a frame are none";
-                    page.refuse(&Value::Null, error);
-                }
-                continue;
-            }
+            Ok(Some(Ok(Message::Binary(bytes)))) if acknowledged.take(&bytes) => continue,
+            Ok(Some(Ok(Message::Binary(_)))) => Asked::Read(Err((
+                Value::Null,
+                "requests are text; only the eight bytes that acknowledge a frame are none"
+                    .to_owned(),
+            ))),
         };
         // It is there as long as the page is read.
         let _ = desk.send(asked).await;
@@ -146,9 +141,10 @@ async fn read(
 
 /// Does what a page asks in the order of asking.
 async fn work(mut asked: mpsc::Receiver<Asked>, hub: Arc<Hub>, page: Page) {
+    let mut garbage = 0;
     while let Some(asked) = asked.recv().await {
         let read = match asked {
-            Asked::Request(id, request) => Ok((id, request)),
+            Asked::Read(read) => read,
             Asked::Text(text) => {
                 let read = hub.beside(move |_| Ok(request::parse(&text))).await;
                 read.unwrap_or_else(|failure| Err((Value::Null, failure.to_string())))
@@ -156,10 +152,16 @@ async fn work(mut asked: mpsc::Receiver<Asked>, hub: Arc<Hub>, page: Page) {
         };
         match read {
             Ok((id, request)) => {
-                page.understood();
+                garbage = 0;
                 obey(id, request, &hub, &page).await;
             }
-            Err((id, error)) => page.refuse(&id, &error),
+            Err((id, error)) => {
+                garbage = if id.is_null() { garbage + 1 } else { 0 };
+                page.refuse(&id, &error);
+                if garbage == GARBAGE {
+                    page.close("three messages in a row were no requests");
+                }
+            }
         }
     }
 }

@@ -178,8 +178,8 @@ fn a_stop_is_answered_before_what_is_read_and_worked_on_for_its_page_and_others(
         }
     }
     let stop = page.post("stop", json!({}));
-    let ids = std::iter::repeat_with(|| page.read().expect("open")["id"].take());
-    assert_eq!(ids.filter(Value::is_u64).next(), Some(json!(stop)));
+    let mut ids = std::iter::repeat_with(|| page.read().expect("open")["id"].take());
+    assert_eq!(ids.find(Value::is_u64), Some(json!(stop)));
     let asked = watcher.answer(&json!(3));
     let said = asked["error"].as_str().expect("refused");
     let short = "\"[[[[[[[[[[[[[[[[[[[[…\" is not a time: give at most 64 characters";
@@ -210,29 +210,19 @@ fn wrong(random: &mut Random) -> Value {
 
 /// The same request, with something wrong in one place; the place may be a key.
 fn spoilt(request: &Value, random: &mut Random) -> Value {
-    let mut spoilt = request.clone();
-    match &mut spoilt {
-        Value::Object(fields) if !fields.is_empty() && random.chance(0.9) => {
-            let names: Vec<String> = fields.keys().cloned().collect();
-            let at = (random.share() * names.len() as f64) as usize;
-            let field = fields.remove(&names[at]).expect("it is there");
-            let field = spoilt_field(&field, random);
-            let name = match wrong(random) {
-                Value::String(name) if random.chance(0.2) => name,
-                _ => names[at].clone(),
-            };
-            fields.insert(name, field);
-            spoilt
-        }
-        _ => wrong(random),
-    }
-}
-
-fn spoilt_field(field: &Value, random: &mut Random) -> Value {
-    match field {
-        Value::Object(_) => spoilt(field, random),
-        _ => wrong(random),
-    }
+    let Some(fields) = request.as_object().filter(|_| random.chance(0.9)) else {
+        return wrong(random);
+    };
+    let names: Vec<&String> = fields.keys().collect();
+    let (mut spoilt, name) = (fields.clone(), random.one_of(&names));
+    let field = spoilt.remove(name).expect("it is there");
+    let other = wrong(random);
+    let other = other.as_str().filter(|_| random.chance(0.2));
+    spoilt.insert(
+        other.unwrap_or(name).to_owned(),
+        self::spoilt(&field, random),
+    );
+    spoilt.into()
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use crate::files::{RunFiles, save_picture};
 use crate::output::{Output, warn};
 use crate::parse::{WAITS, quantity, whole};
-use crate::picture::of_run;
+use crate::picture::{of_run, rehearsed};
 use crate::picture_file::Pictures;
 use clap::Args;
 use haptic_experiment::document::Document;
@@ -57,6 +57,9 @@ impl RunArguments {
             return write_text(file, &text, self.files.overwrite);
         }
         let kind = document.kind()?;
+        let text = document.to_toml()?;
+        self.pictures
+            .check(|| rehearsed(kind, &text.parse().unwrap_or_default()))?;
         let request = &mut self.files.folder(kind)?;
         let kept = document.keep_in(&mut request.provenance);
         kept?;

@@ -1,6 +1,6 @@
 //! What people type in their first hour: each answer names the remedy.
 
-use crate::process::{Place, cases};
+use crate::process::{Place, cases, says};
 
 /// A line as it is typed, and what its answer says.
 const MISTAKES: &str = "
@@ -66,4 +66,44 @@ fn an_explicit_unit_is_taken() {
         let ended = place.run(line);
         assert_ne!(ended.code, Some(2), "{ended}");
     }
+}
+
+#[test]
+fn a_text_without_end_where_a_number_is_wanted_is_refused_by_its_beginning() {
+    let place = Place::new();
+    let open = "[".repeat(40_000);
+    place.write("x.toml", format!("[relax]\nstrain = 1{open}\n"));
+    for line in [
+        format!("relax strain=1{open}"),
+        format!("relax --thickness 1{open}m"),
+        format!("device emulate mass=1{open}"),
+        "run x.toml".to_owned(),
+    ] {
+        let ended = place.run(&line);
+        let error = ended.error();
+        assert!(error.len() < 500, "{error:.600}");
+    }
+    let said = place.run(&format!("relax --thickness 1{open}m"));
+    says(
+        said.error(),
+        &["1[[[[[[[[[[[[[[[[[[[…", "at most 64 characters"],
+    );
+}
+
+#[test]
+fn a_file_is_read_in_the_encoding_in_which_other_programs_save_it() {
+    let place = Place::new();
+    let text = "# 5 µm\n[relax]\nstrain = 0.03\n";
+    let wide = format!("\u{feff}{text}");
+    let wide: Vec<u8> = wide.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let narrow: Vec<u8> = text.chars().map(|c| c as u8).collect();
+    for (name, bytes) in [("wide", wide), ("narrow", narrow), ("utf8", text.into())] {
+        place.write(&format!("{name}.toml"), bytes);
+        let line = format!("run {name}.toml --write {name}-again.toml");
+        place.run(&line).succeeded();
+        let again = place.text(&format!("{name}-again.toml"));
+        assert!(again.contains("strain = 0.03"), "{name}: {again}");
+    }
+    place.write("nothing.toml", [0_u8, 1, 2, 3, 4, 5, 6, 7]);
+    says(place.run("run nothing.toml").error(), &["this is no text"]);
 }
