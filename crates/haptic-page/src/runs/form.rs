@@ -2,10 +2,14 @@
 
 use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
-use haptic_experiment::parameters::{self, KINDS, Parameter, QUESTIONS, Value as Default, choices};
+use haptic_experiment::parameters::{
+    self, KINDS, Parameter, QUESTIONS, Value as Default, choices, is_path,
+};
 use haptic_loop::LoadingKind;
 use haptic_quantity::label;
 use serde_json::{Map, Value, json};
+use std::fs;
+use std::path::Path;
 
 /// The document that a form stands for.
 pub(super) fn document(kind: &str, parameters: &Map<String, Value>) -> Result<Document, Failure> {
@@ -22,6 +26,9 @@ pub(super) fn document(kind: &str, parameters: &Map<String, Value>) -> Result<Do
         .iter()
         .filter(|(_, value)| !value.is_null() && **value != "");
     for (key, value) in given {
+        if let Some(path) = value.as_str().filter(|path| is_path(key, path)) {
+            check_regular(key, Path::new(path))?;
+        }
         let value = toml::Value::try_from(value).map_err(|_| {
             Failure::bad_input(format_args!(
                 "`{key}` is not a number, a text, a list of numbers, or true or false"
@@ -31,6 +38,28 @@ pub(super) fn document(kind: &str, parameters: &Map<String, Value>) -> Result<Do
         document.set(kind, key, value, "")?;
     }
     Ok(document)
+}
+
+/// The one place that looks at a file before what a form names is opened: a pipe would be waited for without an end. What is not there
+/// its reader says, or it is the name of a tissue.
+fn check_regular(key: &str, path: &Path) -> Result<(), Failure> {
+    let Ok(about) = fs::metadata(path) else {
+        return Ok(());
+    };
+    let inside = about.is_dir().then(|| fs::read_dir(path));
+    let inside = inside.and_then(Result::ok).into_iter().flatten();
+    let other = inside
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .find(|inside| {
+            fs::metadata(inside).is_ok_and(|about| !(about.is_file() || about.is_dir()))
+        });
+    let itself = (!(about.is_file() || about.is_dir())).then(|| path.to_owned());
+    itself.or(other).map_or(Ok(()), |path| {
+        Err(Failure::bad_input(format_args!(
+            "`{key}`: {} is not a regular file: only those are opened for a page",
+            path.display()
+        )))
+    })
 }
 
 pub(super) fn simulated(is_simulated: bool) -> Result<(), Failure> {

@@ -183,6 +183,7 @@ fn only_regular_files_are_opened_for_a_page() {
         ("relax", "tissue", pipe.as_path()),
         ("relax", "controller", pipe.as_path()),
         ("wall", "device_model", std::path::Path::new("/dev/zero")),
+        ("relax", "library", runs.path()),
     ] {
         refuses(&mut page, kind, json!({key: path}), "not a regular file");
     }
