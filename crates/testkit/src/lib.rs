@@ -176,11 +176,3 @@ pub fn broken(whole: &[u8], random: &mut Random) -> Vec<u8> {
     }
     bytes
 }
-
-/// Time of a processor that this thread has taken, s; 0 where the system does not say it.
-#[must_use]
-pub fn processor_s() -> f64 {
-    let said = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    let taken = said.split(' ').next().and_then(|ns| ns.parse::<f64>().ok());
-    1e-9 * taken.unwrap_or(0.0)
-}

@@ -1,5 +1,5 @@
 //! Ticks by their numbers, which need not be the order of their messages: a tick ahead of the next one is held back until that
-//! has come, or too many are held. Of an ordinary log none is. Memory: [`HELD_MOST`] entries, 20 MB.
+//! has come, or too many are held. Of an ordinary log none is. Memory: [`HELD_MOST`] entries, given out together, 50 MB.
 
 use super::Entry;
 use std::collections::{BTreeMap, VecDeque};

@@ -145,8 +145,8 @@ pub struct LogReader<R> {
     pub(super) bytes_read: u64,
     /// Bytes that its chunks said to unpack to.
     pub(super) unpacked: u64,
-    /// Counts the messages by their index, of a log whose chunks are not unpacked.
-    pub(super) skim: Option<Skim>,
+    /// Messages by the number of their channel, of a log whose chunks are not unpacked.
+    pub(super) skim: Option<BTreeMap<u16, Indexed>>,
     /// Definitions of messages by the number of their schema.
     schemas: BTreeMap<u16, String>,
     /// Messages by the number of their channel; the topic of foreign ones.
@@ -198,6 +198,13 @@ impl Kind {
             }
             _ => None,
         }
+    }
+
+    fn is_tick(&self) -> bool {
+        let Self::Tick(entry, _) = self else {
+            return false;
+        };
+        matches!(entry(TickMessage::default()), Entry::Tick(_))
     }
 
     fn decode(&self, bytes: &[u8]) -> Result<Entry, MessageError> {
@@ -289,16 +296,14 @@ impl<R: Read> LogReader<R> {
         StartTime::of_log(log_time_ns, device_time_ns)
     }
 
-    /// Number of the ticks that were skimmed, and seconds from the first to the last.
-    pub(super) fn skimmed(&self) -> Option<(u64, f64)> {
-        let mut channels = self.skim.as_ref()?.channels.iter();
-        let (_, (count, first_ns, last_ns)) = channels.find(|(id, _)| {
-            let Some(Ok(Kind::Tick(entry, _))) = self.channels.get(id) else {
-                return false;
-            };
-            matches!(entry(TickMessage::default()), Entry::Tick(_))
-        })?;
-        Some((*count, (last_ns - first_ns) as f64 / 1e9))
+    /// The ticks by their index.
+    pub(super) fn skimmed(&self) -> Option<Indexed> {
+        let mut channels = self.skim.iter().flatten();
+        let ticks = channels.find(|(id, _)| {
+            let kind = self.channels.get(id).and_then(|kind| kind.as_ref().ok());
+            kind.is_some_and(Kind::is_tick)
+        });
+        ticks.map(|(_, indexed)| *indexed)
     }
 
     pub(super) fn stop(&mut self) {
@@ -308,13 +313,6 @@ impl<R: Read> LogReader<R> {
 
     fn step(&mut self) -> Step {
         let at_byte = self.bytes_read;
-        if self
-            .skim
-            .as_ref()
-            .is_some_and(|skim| at_byte > skim.most_bytes)
-        {
-            return Step::End;
-        }
         let (opcode, data) = match self.walk.next_event() {
             None => {
                 self.condition.complete = self.footer_seen && self.condition.damage.is_empty();
@@ -338,15 +336,10 @@ impl<R: Read> LogReader<R> {
                 return Step::End;
             }
         };
-        if let Some(skim) = self
-            .skim
-            .as_mut()
-            .filter(|_| [op::CHUNK, op::MESSAGE_INDEX].contains(&opcode))
-        {
-            if opcode == op::MESSAGE_INDEX {
-                skim.count(&data);
-            }
-            return Step::Taken;
+        match (opcode, &mut self.skim) {
+            (op::CHUNK, Some(_)) => return Step::Taken,
+            (op::MESSAGE_INDEX, Some(channels)) => count(channels, &data),
+            _ => {}
         }
         match opcode {
             // No record has it; zeros would read as empty records for ever.
@@ -623,38 +616,32 @@ fn size_of(chunk: &[u8]) -> Option<u64> {
     Some(u64::from_le_bytes(*chunk.get(16..)?.first_chunk()?))
 }
 
-/// The messages of each channel by their index, which stands behind each chunk.
-#[derive(Debug)]
-pub(super) struct Skim {
-    most_bytes: u64,
-    /// Their number, and the log times of the first and the last, ns.
-    channels: BTreeMap<u16, (u64, u64, u64)>,
+/// The messages of a channel by the index behind each chunk.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Indexed {
+    pub(super) count: u64,
+    /// Log times of the first and the last, ns.
+    pub(super) first_ns: u64,
+    pub(super) last_ns: u64,
 }
 
-impl Skim {
-    pub(super) const fn new(most_bytes: u64) -> Self {
-        let channels = BTreeMap::new();
-        Self {
-            most_bytes,
-            channels,
-        }
-    }
-
-    fn count(&mut self, index: &[u8]) {
-        let mut rest = Rest(index);
-        let Some((channel, entries)) = rest.0.split_first_chunk() else {
-            return;
-        };
-        rest.0 = entries;
-        let (times, _) = rest.counted().unwrap_or_default().as_chunks::<16>();
-        for time in times {
-            let time = u64::from_le_bytes(*time.first_chunk().unwrap_or(&[0; 8]));
-            let all = self
-                .channels
-                .entry(u16::from_le_bytes(*channel))
-                .or_insert((0, time, time));
-            *all = (all.0 + 1, all.1.min(time), all.2.max(time));
-        }
+/// Counts the messages of an index.
+fn count(channels: &mut BTreeMap<u16, Indexed>, index: &[u8]) {
+    let Some((channel, entries)) = index.split_first_chunk() else {
+        return;
+    };
+    let entries = Rest(entries).counted().unwrap_or_default();
+    let none = Indexed {
+        count: 0,
+        first_ns: u64::MAX,
+        last_ns: 0,
+    };
+    let all = channels.entry(u16::from_le_bytes(*channel)).or_insert(none);
+    for time in entries.as_chunks::<16>().0 {
+        let time = u64::from_le_bytes(*time.first_chunk().unwrap_or(&[0; 8]));
+        all.count += 1;
+        all.first_ns = all.first_ns.min(time);
+        all.last_ns = all.last_ns.max(time);
     }
 }
 

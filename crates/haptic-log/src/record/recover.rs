@@ -31,9 +31,6 @@ pub struct RecoverySummary {
     pub complete: bool,
     /// Missing parts, a sentence each; empty if the source was whole.
     pub missing: Vec<String>,
-    /// Ticks that stood behind later ones and were put in their place; `None` if there are none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sorted_ticks: Option<u64>,
     /// The log that was written; the source is left unchanged.
     pub log: PathBuf,
     /// Ticks missing before the first saved and after the last, if the log says how its run ended.
@@ -249,7 +246,6 @@ fn copy(
         last_tick: count.last.map(|(tick, _)| tick),
         complete: missing.is_empty(),
         missing,
-        sorted_ticks: Some(condition.sorted).filter(|sorted| *sorted > 0),
         log: target.to_owned(),
         missing_at_ends: [count.missing_at_start(), count.missing_at_end()],
         gaps: count.gaps,

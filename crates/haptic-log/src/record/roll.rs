@@ -312,11 +312,9 @@ impl LogFiles {
         // All files of a log have the axes of the first.
         let (axes, topics) = (self.reader.axes, self.reader.topics.take());
         let (bytes_read, unpacked) = (self.reader.bytes_read, self.reader.unpacked);
-        let skim = self.reader.skim.take();
         self.reader = LogReader::open(&file)?;
         self.reader.axes = axes;
         self.reader.topics = topics;
-        self.reader.skim = skim;
         // What may be unpacked is that of all files together.
         self.reader.bytes_read += bytes_read;
         self.reader.unpacked = unpacked;

@@ -1,15 +1,16 @@
 //! What a log says of its run: counts, times, gaps, how it ended.
 
 use std::collections::BTreeMap;
+use std::io::{BufReader, Read as _};
 use std::path::Path;
 
 use serde::Serialize;
 
 use super::flaw::FlawCounts;
-use super::reader::Skim;
+use super::new_file::open_file;
 use super::{
-    CONTINUES, Damage, Entry, EventMessage, LogFiles, MetadataRecord, RecordError, StartTime,
-    TickMessage,
+    CONTINUES, Damage, Entry, EventMessage, LogFiles, LogReader, MetadataRecord, RecordError,
+    StartTime, TickMessage,
 };
 
 /// Name of the metadata record that marks a recovered log.
@@ -407,19 +408,22 @@ pub fn inspect(path: &Path) -> Result<LogSummary, RecordError> {
 pub struct Skimmed {
     /// The metadata records in file order.
     pub metadata: Vec<MetadataRecord>,
-    /// Ticks, and seconds from the first to the last; `None` without an index of them, or if there are none.
-    pub ticks: Option<(u64, f64)>,
+    /// Ticks; `None` without an index of them.
+    pub samples: Option<u64>,
+    /// From the first tick to the last, s.
+    pub duration_s: Option<f64>,
     /// As far as it was read, the log was finished by its writer and no part of it is damaged.
     pub complete: bool,
 }
 
-/// Reads a log without unpacking a sample, and no more than so many bytes of it: for a list of many.
+/// Reads one file of a log without unpacking a sample, and no more than so many bytes of it: for a list of many.
 ///
 /// # Errors
 /// If the file cannot be read or is not MCAP.
 pub fn skim(path: &Path, most_bytes: u64) -> Result<Skimmed, RecordError> {
-    let mut log = LogFiles::open(path)?;
-    log.reader.skim = Some(Skim::new(most_bytes));
+    let file = open_file(path).map_err(|source| RecordError::read(path, source))?;
+    let mut log = LogReader::new(BufReader::new(file).take(most_bytes), path)?;
+    log.skim = Some(BTreeMap::new());
     let mut skimmed = Skimmed::default();
     for entry in log.by_ref() {
         if let Entry::Metadata(record) = entry? {
@@ -427,6 +431,9 @@ pub fn skim(path: &Path, most_bytes: u64) -> Result<Skimmed, RecordError> {
         }
     }
     skimmed.complete = log.condition().complete;
-    skimmed.ticks = log.reader.skimmed();
+    if let Some(ticks) = log.skimmed().filter(|ticks| ticks.count > 0) {
+        skimmed.samples = Some(ticks.count);
+        skimmed.duration_s = Some((ticks.last_ns - ticks.first_ns) as f64 / 1e9);
+    }
     Ok(skimmed)
 }

@@ -229,11 +229,8 @@ fn a_long_log_is_drawn_with_its_extremes() {
 
 #[test]
 fn standard_output_takes_a_csv_and_nothing_else() {
-    let place = with_log();
-    place.write(
-        "wall.toml",
-        "[wall]\norder = 0.5\nstiffness_n_per_m = 300.0\n",
-    );
+    let place = Place::with_examples();
+    place.run(SHORT).succeeded();
     let before = place.files();
     place.refuses(
         "
@@ -241,7 +238,7 @@ fn standard_output_takes_a_csv_and_nothing_else() {
         log recover run/relax.mcap - => `-` stands for standard output | ./-
         log recover run/relax.mcap - --overwrite => `-` stands for standard output | ./-
         log index run/relax.mcap - => `-` stands for standard output | ./-
-        run wall.toml --write - => `-` stands for standard output | ./-
+        run experiments/wall.toml --write - => `-` stands for standard output | ./-
         ",
     );
     assert_eq!(place.files(), before);

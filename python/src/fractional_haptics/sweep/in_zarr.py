@@ -94,6 +94,7 @@ def _make(path: Path, blocks: Blocks, outputs: Outputs) -> None:
             shape=values.shape,
             dtype=kind,
             dimension_names=[dimension],
+            compressors=CHECKED,
             attributes=dict(attributes_of(coordinate)),
             overwrite=True,
         )
