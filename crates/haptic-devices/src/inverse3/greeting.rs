@@ -1,7 +1,7 @@
 //! Opening an Inverse3: the service is asked for its version, the device is found, its filters are set, and read back.
 
 use super::hardware::{Inverse3, Socket};
-use super::in_time::InTime;
+use super::in_time::{InTime, PATIENCE};
 use super::name::Inverse3Name;
 use super::trouble::{Inverse3OpenError, Trouble};
 use super::wire::{PRESET, opening, position};
@@ -14,8 +14,6 @@ use std::time::Duration;
 use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{Error as Failed, HandshakeError, Message};
 
-/// Time for all that is said before the first tick, HTTP and WebSocket together. A service on this machine needs milliseconds.
-pub(super) const PATIENCE: Duration = Duration::from_secs(5);
 /// A read waits so long before the time is looked at again.
 const LOOK: Duration = Duration::from_millis(20);
 /// More than any answer of a service.

@@ -1,6 +1,6 @@
 //! Names of what an Inverse Service and its devices can do wrong, and what helps.
 
-use super::greeting::PATIENCE;
+use super::in_time::PATIENCE;
 use haptic_remote::serial::TroubleCause;
 use std::io::Error;
 use thiserror::Error;

@@ -4,9 +4,9 @@ use crate::document::failure::Failure;
 use crate::document::named::Named;
 use crate::document::parameters::{DEVICE, TOUCH_AXES};
 use crate::run::ending::LetGo;
-use crate::run::remembered::Remembered;
+use crate::run::remembered::{Remembered, loosened};
 use haptic_devices::ForeignName;
-use haptic_link::{Capabilities, Hello, LoopMode};
+use haptic_link::{Capabilities, Configuration, Hello, LoopMode};
 use haptic_loop::Fault;
 use haptic_loop::realtime::Moment;
 use haptic_remote::LinkError;
@@ -118,7 +118,7 @@ impl DeviceName {
     /// # Errors
     /// The simulated device, which has none.
     pub fn remembered(&self, link: &SerialLink) -> Result<Remembered, Failure> {
-        Ok(Remembered::of(self.at_port()?, link))
+        Ok(self.at_port()?.remembered(link))
     }
 
     fn at_port(&self) -> Result<&LinkedName, Failure> {
@@ -147,7 +147,7 @@ impl DeviceName {
         let has = usize::from(link.capabilities().axes);
         match axes.filter(|axes| *axes != has) {
             None => {
-                Remembered::of(name, &link).restore(&mut link, warn)?;
+                name.restore(&mut link, warn)?;
                 Ok(link)
             }
             Some(axes) => Err(Failure::bad_input(format_args!(
@@ -198,6 +198,50 @@ impl LinkedName {
         }
     }
 
+    fn remembered(&self, link: &SerialLink) -> Remembered {
+        Remembered::of(self.identity(link))
+    }
+
+    /// Sets anew what the device has forgotten.
+    fn restore(&self, link: &mut SerialLink, warn: Warn<'_>) -> Result<(), Failure> {
+        let problem = |error| at_port(link.path(), &error);
+        let (present, values) = link.configuration().map_err(problem)?;
+        let remembered = self.remembered(link);
+        let Some(limits) = remembered.tightened(&present)? else {
+            return Ok(());
+        };
+        let device = remembered.device();
+        let lost = loosened(&limits, &present.limits).join(", ");
+        link.set(Configuration { limits, ..present }, &values).map_err(|error| {
+            Failure::device(format_args!(
+                "{device} does not take the limits again that were set on it ({error}): set others with host-cli device set, or \
+                 end them with host-cli device forget"
+            ))
+        })?;
+        warn(&format!(
+            "{device} had forgotten limits that host-cli device set gave it, and has them again ({lost}); host-cli device forget ends them"
+        ));
+        Ok(())
+    }
+
+    /// The serial number of the device's USB port, else its board's name and its port; of several at one port its number there.
+    fn identity(&self, link: &SerialLink) -> String {
+        let (port, number) = match self {
+            Self::Serial(_) => (link.path().to_owned(), None),
+            Self::Foreign(foreign) => (self.port(), foreign.number()),
+        };
+        let port = port_of(&port).unwrap_or(port);
+        let known = ports()
+            .into_iter()
+            .find(|known| known.path.eq_ignore_ascii_case(&port));
+        let serial = known.and_then(|known| known.serial_number);
+        let device = match serial.filter(|serial| !serial.trim().is_empty()) {
+            Some(serial) => format!("USB {serial}"),
+            None => format!("{} at {port}", link.capabilities().board()),
+        };
+        number.map_or(device.clone(), |number| format!("{device} number {number}"))
+    }
+
     /// Connects for an experiment of so many axes, within the limits that were set on the device though it has forgotten them.
     pub(crate) fn connect_with(
         &self,
@@ -210,7 +254,7 @@ impl LinkedName {
         let has = usize::from(link.capabilities().axes);
         match (has, axes) {
             _ if has == axes => {
-                Remembered::of(self, &link).restore(&mut link, warn)?;
+                self.restore(&mut link, warn)?;
                 Ok(link)
             }
             (_, 1) => Err(Failure::bad_input(format_args!(

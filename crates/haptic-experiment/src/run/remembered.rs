@@ -7,11 +7,9 @@
 //! the device from being armed.
 
 use crate::document::failure::Failure;
-use crate::run::device::{LinkedName, Warn, at_port};
 use haptic_link::{Configuration, GuardKind, Limits, Tighter};
 use haptic_log::record::NewFile;
 use haptic_quantity::{digits, label, written};
-use haptic_remote::serial::{SerialLink, port_of, ports};
 use serde::Serialize;
 use serde_json::Value;
 use std::env::{home_dir, var_os};
@@ -40,8 +38,8 @@ impl Remembered {
     /// Names the folder in which limits are remembered; empty, nothing is.
     pub const VARIABLE: &'static str = "FRACTIONAL_HAPTICS_STATE";
 
-    pub(crate) fn of(name: &LinkedName, link: &SerialLink) -> Self {
-        let device = identity(name, link);
+    /// The place of a device, which is known by its USB port's serial number, or by its board's name and its port.
+    pub(crate) fn of(device: String) -> Self {
         let encoded = device.chars().map(|c| match c {
             'a'..='z' | '0'..='9' | '.' => c.to_string(),
             // Two devices are two files, also where a file system does not tell capitals from small letters.
@@ -139,6 +137,11 @@ impl Remembered {
         ))
     }
 
+    /// What the limits were set on, for a sentence.
+    pub(crate) fn device(&self) -> &str {
+        &self.device
+    }
+
     /// Ends what is remembered; false if nothing is.
     ///
     /// # Errors
@@ -151,46 +154,6 @@ impl Remembered {
             Some(Err(error)) => Err(self.unreadable(&error)),
         }
     }
-
-    /// Sets anew what the device has forgotten.
-    pub(crate) fn restore(&self, link: &mut SerialLink, warn: Warn<'_>) -> Result<(), Failure> {
-        let problem = |error| at_port(link.path(), &error);
-        let (present, values) = link.configuration().map_err(problem)?;
-        let Some(limits) = self.tightened(&present)? else {
-            return Ok(());
-        };
-        let lost = loosened(&limits, &present.limits).join(", ");
-        link.set(Configuration { limits, ..present }, &values).map_err(|error| {
-            Failure::device(format_args!(
-                "{} does not take the limits again that were set on it ({error}): set others with host-cli device set, or end \
-                 them with host-cli device forget",
-                self.device
-            ))
-        })?;
-        warn(&format!(
-            "{} had forgotten limits that host-cli device set gave it, and has them again ({lost}); host-cli device forget ends them",
-            self.device
-        ));
-        Ok(())
-    }
-}
-
-/// The serial number of the device's USB port, else its board's name and its port; of several at one port its number there.
-fn identity(name: &LinkedName, link: &SerialLink) -> String {
-    let (port, number) = match name {
-        LinkedName::Serial(_) => (link.path().to_owned(), None),
-        LinkedName::Foreign(foreign) => (name.port(), foreign.number()),
-    };
-    let port = port_of(&port).unwrap_or(port);
-    let known = ports()
-        .into_iter()
-        .find(|known| known.path.eq_ignore_ascii_case(&port));
-    let serial = known.and_then(|known| known.serial_number);
-    let device = match serial.filter(|serial| !serial.trim().is_empty()) {
-        Some(serial) => format!("USB {serial}"),
-        None => format!("{} at {port}", link.capabilities().board()),
-    };
-    number.map_or(device.clone(), |number| format!("{device} number {number}"))
 }
 
 /// The folder for states of this program, if there is one.

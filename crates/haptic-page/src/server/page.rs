@@ -2,6 +2,7 @@
 
 use super::live::LiveView;
 use super::panels::Panels;
+use super::request::within;
 use haptic_experiment::Failure;
 use serde_json::{Value, json};
 use std::sync::Arc;
@@ -75,19 +76,4 @@ impl Page {
 
 fn refusal(id: &Value, error: &str) -> Value {
     json!({"id": id, "ok": false, "error": within(error, SENTENCE)})
-}
-
-/// A line of so many characters at most, its middle left out: what is wrong stands before it, what is right behind it.
-pub(super) fn within(text: &str, most: usize) -> String {
-    let length = text.chars().count();
-    let half = if length <= most {
-        length
-    } else {
-        (most - 1) / 2
-    };
-    let first = text.chars().take(half);
-    let mark = (half < length).then_some('…');
-    let last = text.chars().skip(half.max(length - half));
-    let all = first.chain(mark).chain(last);
-    all.map(|c| if c.is_control() { ' ' } else { c }).collect()
 }

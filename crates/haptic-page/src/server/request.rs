@@ -1,6 +1,5 @@
 //! Requests of a page: see `docs/page-protocol.md`.
 
-use super::page::within;
 use crate::TextFile;
 use crate::control::ControlRequest;
 use crate::feel::FeelChange;
@@ -205,6 +204,21 @@ pub(super) fn parse(text: &str) -> Result<(Value, Request), (Value, String)> {
             Err((id, format!("the request is not understood: {told}")))
         }
     }
+}
+
+/// A line of so many characters at most, its middle left out: what is wrong stands before it, what is right behind it.
+pub(super) fn within(text: &str, most: usize) -> String {
+    let length = text.chars().count();
+    let half = if length <= most {
+        length
+    } else {
+        (most - 1) / 2
+    };
+    let first = text.chars().take(half);
+    let mark = (half < length).then_some('…');
+    let last = text.chars().skip(half.max(length - half));
+    let all = first.chain(mark).chain(last);
+    all.map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
 #[cfg(test)]

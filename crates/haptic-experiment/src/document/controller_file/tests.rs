@@ -84,13 +84,13 @@ fn every_controller_reads_back_to_the_same_and_runs() {
 }
 
 #[test]
-fn a_function_as_a_controller_is_the_pid_it_is_equal_to() {
+fn a_function_as_a_controller_is_the_pid_it_is_equal_to_within_its_limits() {
     let memory = Memory::new(Rule::Bdf2, 1e-9, 100.0).expect("valid");
     let plant: Plant = "1/(s+1)".parse().expect("valid");
     let plant = SampledPlant::new(&plant, memory, Seconds(0.01)).expect("valid");
     let of = |file: &str| {
         let text = format!(
-            "{file}\n[loop]\nsample_time_s = 0.01\noutput_high = 1.2\noutput_low = -1.2\nscheme = \"full-bdf2:1e-9\""
+            "{file}\n[loop]\nsample_time_s = 0.01\noutput_high = 5\noutput_low = -5\nscheme = \"full-bdf2:1e-9\""
         );
         let file = read(&text).expect("valid");
         file.setup

@@ -6,7 +6,7 @@ use crate::command::conduct::stop_on_interrupt;
 use crate::command::device::port::PortArguments;
 use crate::files::PlaceOfFile;
 use crate::output::{Output, note, warn};
-use crate::parse::{choice, of, quantity};
+use crate::parse::{choice, of, quantity, whole};
 use clap::Args;
 use haptic_experiment::{Failure, parameters};
 use haptic_quantity::written;
@@ -41,7 +41,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "TIME", value_parser = of(parameters::MEASURE_SAMPLE_TIME), default_value = parameters::MEASURE_SAMPLE_TIME.shown)]
     sample_time: f64,
     /// Axes to open on a Haply 2DIY (1, 2) or Inverse3 (1, 3); a board says itself [default: 1]
-    #[arg(long, value_name = "AXES", value_parser = clap::value_parser!(u8).range(1..=3))]
+    #[arg(long, value_name = "AXES", value_parser = whole::<u8>(1..=3))]
     axes: Option<u8>,
     /// Emergency stop [default: none if simulated, else pressed]
     #[arg(long, value_parser = choice::<EmergencyStop>())]

@@ -84,7 +84,7 @@ fn limits_that_cannot_be_read_or_set_arm_nothing_and_say_what_to_do() {
     let file = place.path(file.expect("a file for the device"));
     let good = std::fs::read_to_string(&file).expect("text");
     let refused = |line: &str| place.run(line).refused(3, &["device forget"]);
-    for broken in ["cut", &good.replace("force_n\": 0", "force_n\": -1")] {
+    for broken in [&good.replace("force_n\": 0", "force_n\": -1"), "cut"] {
         std::fs::write(&file, broken).expect("writes");
         refused(RUN);
     }
