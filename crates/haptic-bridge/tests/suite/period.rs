@@ -135,7 +135,7 @@ fn a_thread_that_was_slow_before_is_a_fault_with_both_numbers_before_any_force()
 #[test]
 fn jitter_pauses_and_calls_in_between_are_no_slowness_and_two_percent_are() {
     let mut random = Random(65);
-    let mut jitter = move |most_us: u64| random.bits() as u64 % (2 * most_us + 1);
+    let mut jitter = move |most_us: u64| random.bits() % (2 * most_us + 1);
     type Schedule = Box<dyn FnMut(u64) -> u64>;
     let mut early_us = 0;
     let cases: [(&str, bool, Schedule); 6] = [
@@ -249,7 +249,7 @@ impl Waiter for Late {
     }
 
     fn sleep_until(&mut self, time: Duration) {
-        let late = Duration::from_micros(self.random.bits() as u64 % 400);
+        let late = Duration::from_micros(self.random.bits() % 400);
         self.now = self.now.max(time + late);
     }
 }
