@@ -4,7 +4,7 @@ use crate::mirror::Mirror;
 use crate::witness::Witness;
 use haptic_emulator::{FaultyLine, LineFaults};
 use haptic_link::{
-    CoefficientBlock, Configuration, DigestBuilder, EventKind, FRAME_MAX, Field, LoopMode,
+    CoefficientBlock, Configuration, DigestBuilder, EventKind, FRAME_MAX, Field, Flight, LoopMode,
     OperatorForm, OperatorShape, Refusal, Report, Request, Sample, Scope, Start, State,
 };
 use haptic_loop::Fault;
@@ -265,6 +265,13 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
         match self.answered(request) {
             Ok(report) => panic!("{name} was not refused: {report:?}"),
             Err(refusal) => refusal,
+        }
+    }
+
+    pub(crate) fn flight(&mut self, index: u16) -> Flight {
+        match self.done(Request::ReadFlight { index }) {
+            Report::Flight(flight) => flight,
+            other => panic!("{other:?}"),
         }
     }
 
