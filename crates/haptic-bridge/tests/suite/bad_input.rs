@@ -37,7 +37,8 @@ const PORT: &CStr = c"127.0.0.1:0";
 #[test]
 fn a_device_that_cannot_be_is_refused_with_value_range_and_remedy() {
     assert!(refused(ptr::null(), Some(PORT), 500).contains("NULL"));
-    let cases: [(fn(&mut HbDevice), &[&str]); 14] = [
+    type Change = fn(&mut HbDevice);
+    let cases: [(Change, &[&str]); 14] = [
         (|it| it.size = 8, &["size = 8", "sizeof(hb_device)"]),
         (|it| it.name = ptr::null(), &["name = \"\"", "1 to 16"]),
         (

@@ -234,10 +234,10 @@ impl Bench {
     }
 
     pub(crate) fn statistics(&mut self) -> Statistics {
-        match self.done(Request::GetStatistics) {
-            Report::Statistics(statistics) => statistics,
-            other => panic!("{other:?}"),
-        }
+        let Report::Statistics(statistics) = self.done(Request::GetStatistics) else {
+            panic!("no statistics");
+        };
+        statistics
     }
 
     /// The host heard of a fault for this reason.

@@ -269,10 +269,10 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
     }
 
     pub(crate) fn flight(&mut self, index: u16) -> Flight {
-        match self.done(Request::ReadFlight { index }) {
-            Report::Flight(flight) => flight,
-            other => panic!("{other:?}"),
-        }
+        let Report::Flight(flight) = self.done(Request::ReadFlight { index }) else {
+            panic!("no flight");
+        };
+        flight
     }
 
     pub(crate) fn hello(&mut self) -> Report {
