@@ -98,7 +98,7 @@ struct hb_bridge *hb_open(const struct hb_device *what,
  * `time_us` is from a clock that only goes on, microseconds, as `hb_wait` returns it or as `std::chrono::steady_clock` has it; the
  * watchdog counts by it. One that is plainly in milliseconds or seconds is fault 12. Call it once a sample time or more often: a
  * thread that is slower than was declared, by more than 5 % over 0.2 s or 2 % over 2 s, is fault 3. When the calls cease, the host
- * is told nothing more and ends its run; the force is then the program's to take away.
+ * hears nothing more and ends its run; the force is then the program's to take away.
  *
  * Returns 0, or the code of the latched fault, as in `hb_fault`: the force falls to zero, and is zero at once where no
  * position can be used. `HB_NULL`: no bridge. `HB_ENDED`: close it.

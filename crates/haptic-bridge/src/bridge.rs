@@ -57,13 +57,10 @@ impl Ticker {
         self.wait_by(&mut SystemWaiter::default())
     }
 
-    /// The same by another clock.
+    /// As [`wait`](Self::wait), by another clock.
     pub fn wait_by(&mut self, waiter: &mut impl Waiter) -> u64 {
-        let period_us = match self.ticks.period_us() {
-            0 => 1000,
-            period_us => period_us.into(),
-        };
-        self.pace.wait(waiter, Duration::from_micros(period_us))
+        let period = Duration::from_micros(self.ticks.period_us());
+        self.pace.wait(waiter, period)
     }
 
     /// What other threads may ask of it.
@@ -96,11 +93,7 @@ impl Bridge {
         hosts
             .set_patience(Duration::ZERO)
             .map_err(BridgeError::Thread)?;
-        let pause_us = match description.sample_time_us {
-            0 => 500,
-            period_us => u64::from(period_us) / 2,
-        };
-        let pause = Duration::from_micros(pause_us);
+        let pause = Duration::from_micros(ticker.ticks.period_us() / 2);
         let ended = Arc::new(AtomicBool::new(false));
         let ending = Arc::clone(&ended);
         let thread = std::thread::Builder::new().name("haptic-bridge".into());

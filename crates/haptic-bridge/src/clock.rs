@@ -16,7 +16,7 @@ const STEP_MOST_US: u64 = 3_600_000_000;
 
 #[derive(Debug)]
 pub(crate) struct ProgramClock {
-    period_us: u64,
+    pub(crate) period_us: u64,
     told_us: Option<u64>,
     now_us: u64,
     ticked_us: u64,

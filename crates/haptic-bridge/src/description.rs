@@ -31,7 +31,7 @@ pub struct Description {
 }
 
 /// Sample times that a device can have, µs.
-pub(crate) const PERIODS_US: std::ops::RangeInclusive<u32> = 100..=10_000;
+pub(crate) const PERIODS_US: [u32; 2] = [100, 10_000];
 
 /// A device that cannot be.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -75,9 +75,10 @@ impl Description {
         // In single precision, in which the loop computes.
         let positive = |value: f64| value as f32 > 0.0 && (value as f32).is_finite();
         let (above, silence) = ("above 0 and finite", "5 to 1000, or 0 for the host's alone");
+        let [least_us, most_us] = PERIODS_US;
         let (few, short) = (
             (1..=3).contains(&self.axes),
-            period_us == 0 || PERIODS_US.contains(&period_us),
+            period_us == 0 || (least_us..=most_us).contains(&period_us),
         );
         let fine = (0.0..=0.1).contains(&count_m);
         for (good, what, value, allowed, unit) in [
@@ -106,8 +107,8 @@ impl Description {
             }
         }
         Ok(Capabilities {
-            tick_period_min_us: period_us.max(*PERIODS_US.start()),
-            tick_period_max_us: period_us.max(*PERIODS_US.start()),
+            tick_period_min_us: period_us.max(least_us),
+            tick_period_max_us: period_us.max(least_us),
             force_max_n: force_n as f32,
             force_rate_max_n_per_s: rate as f32,
             position_resolution_m: count_m as f32,

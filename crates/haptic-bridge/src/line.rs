@@ -122,14 +122,17 @@ impl LineSide {
 
     /// Tells a host that greets a device why that cannot answer. A zero ends the text, as no frame begins so.
     fn excuse(&mut self) {
-        let unit = self.handle.wrong_unit().filter(|_| self.period_us == 0);
-        if self.looked.was_silent && self.looked.calls == self.handle.calls().0 {
-            let text = b"waiting: the program does not call hb_tick: start its haptic thread\n\0";
-            self.waiting.extend_from_slice(text);
-        } else if let Some(reason) = unit {
-            let text = format!("waiting: {reason}\n\0");
-            self.waiting.extend_from_slice(text.as_bytes());
-        }
+        let why = if self.looked.was_silent && self.looked.calls == self.handle.calls().0 {
+            "the program does not call hb_tick: start its haptic thread".to_owned()
+        } else if self.period_us == 0
+            && let Some(reason) = self.handle.wrong_unit()
+        {
+            reason.to_string()
+        } else {
+            return;
+        };
+        let text = format!("waiting: {why}\n\0");
+        self.waiting.extend_from_slice(text.as_bytes());
     }
 
     /// Looks at the calls of the program, at this time of a clock of the machine, µs: they may have ceased, or give the time in

@@ -16,7 +16,7 @@ impl Pace {
     /// Waits until the next sample is due, by an absolute clock; its time then, µs.
     pub(crate) fn wait(&mut self, waiter: &mut impl Waiter, period: Duration) -> u64 {
         let now = waiter.now();
-        let due = self.due.map_or(now, |due| due) + period;
+        let due = self.due.unwrap_or(now) + period;
         let late = now.saturating_sub(due);
         let skipped = (late.as_nanos() / period.as_nanos().max(1)) as u32;
         let due = due + skipped * period;

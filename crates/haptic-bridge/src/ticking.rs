@@ -14,7 +14,7 @@ use crate::program::Program;
 use crate::status::Handle;
 use haptic_link::{Capabilities, Header, Reason, Refusal, Report, Request, State, Trouble};
 use haptic_loop::Fault;
-use haptic_remote::{DeviceSession, Hardware as _, TickSide};
+use haptic_remote::{DeviceSession, TickSide};
 use rtrb::{Consumer, Producer};
 use std::cell::RefCell;
 
@@ -33,8 +33,8 @@ pub(crate) trait Ticks: std::fmt::Debug + Send {
     /// One call: the force until the next, N.
     fn call(&mut self, time_us: u64, position_m: Option<&[f64; 3]>) -> [f64; 3];
 
-    /// T, µs; 0 as long as it is being measured.
-    fn period_us(&self) -> u32;
+    /// T, µs; 1000 as long as it is being measured.
+    fn period_us(&self) -> u64;
 }
 
 #[derive(Debug)]
@@ -71,7 +71,10 @@ impl<const D: usize> Ticking<D> {
             0 => u64::MAX,
             watchdog_ms => 1000 * u64::from(watchdog_ms),
         };
-        let period_us = capabilities.tick_period_min_us.into();
+        let period_us = match description.sample_time_us {
+            0 => 1000,
+            period_us => period_us.into(),
+        };
         Ok(Self {
             device: RefCell::new(device),
             session: DeviceSession::within_this_process(),
@@ -146,7 +149,7 @@ impl<const D: usize> Ticking<D> {
             return false;
         }
         let mean_us = (passed_us + first.calls / 2) / first.calls;
-        let period_us = mean_us.clamp((*PERIODS_US.start()).into(), (*PERIODS_US.end()).into());
+        let period_us = mean_us.clamp(PERIODS_US[0].into(), PERIODS_US[1].into());
         let device = self.device.get_mut();
         device.hardware_mut().declare(period_us as u32);
         let Ok(passive) = TickSide::<_, D>::passive(device.hardware()) else {
@@ -161,11 +164,7 @@ impl<const D: usize> Ticking<D> {
 
     /// A tick of the device; a thread that is too slow for it is a fault while somebody relies on it.
     fn tick(&mut self, call: &Call) {
-        let slow = if call.is_tick {
-            self.meter.tick(call)
-        } else {
-            None
-        };
+        let slow = call.is_tick.then(|| self.meter.tick(call)).flatten();
         let device = self.device.get_mut();
         let closed = matches!(device.status().state, State::Armed | State::Running);
         if let Some(slow) = slow.filter(|_| closed) {
@@ -220,16 +219,7 @@ impl<const D: usize> Ticks for Ticking<D> {
         force_n
     }
 
-    fn period_us(&self) -> u32 {
-        match self.first {
-            Some(_) => 0,
-            None => {
-                self.device
-                    .borrow()
-                    .hardware()
-                    .capabilities()
-                    .tick_period_min_us
-            }
-        }
+    fn period_us(&self) -> u64 {
+        self.clock.period_us
     }
 }

@@ -203,7 +203,7 @@ pub struct Reason {
     /// Time between calls as it was measured, µs; 0 where no time is in question.
     #[serde(with = "postcard::fixint::le")]
     pub measured_us: u32,
-    /// The same as the program declared or gave it, µs.
+    /// That time as the program declared or gave it, µs.
     #[serde(with = "postcard::fixint::le")]
     pub told_us: u32,
 }

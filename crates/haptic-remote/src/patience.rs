@@ -15,7 +15,7 @@
 
 use core::time::Duration;
 
-/// How long a device may be silent, by the time in which this machine listened.
+/// The time for which a device may be silent, by the time in which this machine listened.
 ///
 /// ```
 /// use core::time::Duration;

@@ -3,11 +3,12 @@
 use crate::allocations;
 use haptic_bridge::{Bridge, Description, Handle, LineSide, Ticker};
 use haptic_link::{
-    CoefficientBlock, Configuration, DigestBuilder, FRAME_MAX, Limits, Refusal, Report, Request,
-    Scope, Start,
+    CoefficientBlock, Configuration, DigestBuilder, FRAME_MAX, FaultReport, Limits, Reason,
+    Refusal, Report, Request, Scope, Start, Statistics,
 };
 use haptic_loop::Fault;
 use haptic_remote::{Conversation, Incoming, operator_shape};
+use nalgebra::Vector3;
 
 pub(crate) const TICK_US: u64 = 1000;
 /// Silence that the host asks for as its watchdog, ms.
@@ -226,12 +227,28 @@ impl Bench {
             .unwrap_or_else(|refusal| panic!("{name}: {refusal:?}"))
     }
 
+    pub(crate) fn steps(&mut self, count: u32) {
+        for _ in 0..count {
+            self.step();
+        }
+    }
+
+    pub(crate) fn statistics(&mut self) -> Statistics {
+        let Report::Statistics(statistics) = self.done(Request::GetStatistics) else {
+            panic!("no statistics");
+        };
+        statistics
+    }
+
+    /// The host heard of a fault for this reason.
+    pub(crate) fn told_of(&self, fault: Fault, reason: Reason) {
+        let wanted = (fault.code(), reason);
+        let is_wanted = |told: &Report| matches!(told, Report::Fault(FaultReport { status, .. }) if (status.fault, status.reason) == wanted);
+        assert!(self.told.iter().any(is_wanted), "{:?}", self.told);
+    }
+
     pub(crate) fn norm_n(&self) -> f64 {
-        self.force_n
-            .iter()
-            .map(|axis| axis * axis)
-            .sum::<f64>()
-            .sqrt()
+        Vector3::from(self.force_n).norm()
     }
 
     /// Ticks until this fault has latched, then until the force is zero. It never grows on the way, and stays zero.
@@ -243,17 +260,24 @@ impl Bench {
             assert!(ticks <= most_ticks, "no fault after {ticks} ticks");
         }
         assert_eq!(self.handle.fault(), Some(fault));
+        self.fades();
+        ticks
+    }
+
+    /// The force never grows in the stop time, and is zero after it.
+    pub(crate) fn fades(&mut self) {
+        self.fades_by(|bench| drop(bench.step()));
+    }
+
+    /// As [`fades`](Self::fades), with calls of this kind.
+    pub(crate) fn fades_by(&mut self, mut call: impl FnMut(&mut Self)) {
         let mut before = self.norm_n();
         for _ in 0..STOP_TICKS {
-            self.step();
-            assert!(
-                self.norm_n() <= before,
-                "{} N after {before} N",
-                self.norm_n()
-            );
-            before = self.norm_n();
+            call(self);
+            let after = self.norm_n();
+            assert!(after <= before, "{after} N after {before} N");
+            before = after;
         }
         assert_eq!(self.force_n, [0.0; 3]);
-        ticks
     }
 }

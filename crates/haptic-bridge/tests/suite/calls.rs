@@ -15,10 +15,7 @@ fn is_at_rest_at_once(bench: &mut Bench, trouble: Trouble) {
         assert_eq!(bench.force_n, [0.0; 3]);
     }
     // The host hears of it, and the device can be armed again.
-    let told = bench.told.iter().any(|told| {
-        matches!(told, Report::Fault(fault) if (fault.status.fault, fault.status.reason) == (Fault::BoardFailed.code(), Reason::of(trouble)))
-    });
-    assert!(told);
+    bench.told_of(Fault::BoardFailed, Reason::of(trouble));
     bench.arm();
     assert_eq!((bench.handle.fault(), bench.handle.reason()), (None, None));
     bench.start();
@@ -44,9 +41,7 @@ fn a_position_that_is_no_number_leaves_no_force_at_once() {
 fn axes_that_a_device_does_not_have_are_not_looked_at() {
     let mut bench = Bench::running(&description(1));
     (bench.position_m[1], bench.position_m[2]) = (f64::NAN, f64::INFINITY);
-    for _ in 0..10 {
-        bench.step();
-    }
+    bench.steps(10);
     assert_eq!(bench.handle.fault(), None);
     assert!(bench.force_n[0] < -0.5, "{:?}", bench.force_n);
     assert_eq!(bench.force_n[1..], [0.0; 2]);
@@ -86,25 +81,13 @@ fn a_haptic_thread_that_stood_still_gets_no_old_force() {
 }
 
 #[test]
-fn a_thread_that_is_always_late_is_a_fault() {
-    let mut bench = Bench::running(&description(3));
-    for _ in 0..25 {
-        bench.apart_us = 2500;
-        bench.step();
-    }
-    assert_eq!(bench.handle.fault(), Some(Fault::TickOverrun));
-}
-
-#[test]
 fn outside_its_workspace_there_is_no_force_and_no_arming() {
     let mut bench = Bench::running(&description(2));
     bench.position_m[1] = 0.11;
     bench.tick();
     assert_eq!(bench.force_n, [0.0; 3]);
     assert_eq!(bench.handle.fault(), Some(Fault::Workspace));
-    for _ in 0..20 {
-        bench.step();
-    }
+    bench.steps(20);
     bench
         .answered(Request::Arm { faults: 1 })
         .expect_err("it is outside");
@@ -117,20 +100,14 @@ fn outside_its_workspace_there_is_no_force_and_no_arming() {
 /// Ticks of the loop that so many calls make, this far apart, µs.
 fn ticks(calls: u32, apart_us: impl Fn(u32) -> u64) -> (u32, u32) {
     let mut bench = Bench::armed(&description(1));
-    let count = |bench: &mut Bench| {
-        let Report::Statistics(statistics) = bench.done(Request::GetStatistics) else {
-            panic!("no statistics");
-        };
-        (statistics.ticks, statistics.overruns)
-    };
-    let before = count(&mut bench);
+    let before = bench.statistics();
     for call in 0..calls {
         bench.apart_us = apart_us(call);
         bench.step();
         bench.apart_us = TICK_US;
     }
-    let after = count(&mut bench);
-    (after.0 - before.0, after.1 - before.1)
+    let passed = bench.statistics().since(&before);
+    (passed.ticks, passed.overruns)
 }
 
 #[test]
@@ -231,13 +208,7 @@ fn other_sample_times_are_refused_and_their_own_is_kept() {
 fn a_stop_brings_the_force_to_zero_and_disarms() {
     let mut bench = Bench::running(&description(3));
     bench.handle.stop();
-    let mut before = bench.norm_n();
-    for _ in 0..crate::bench::STOP_TICKS {
-        bench.step();
-        assert!(bench.norm_n() <= before);
-        before = bench.norm_n();
-    }
-    assert_eq!(bench.force_n, [0.0; 3]);
+    bench.fades();
     assert_eq!(bench.handle.fault(), None);
     let withdrawn =
         |told: &Report| matches!(told, Report::Event(event) if event.kind == EventKind::Withdrawn);

@@ -1,9 +1,9 @@
 //! Hosts that are killed, flood, fall mute or speak another version: the force is zero within watchdog and stop time.
 
-use crate::bench::{Bench, STOP_TICKS, WATCHDOG_MS, description, transaction, wall};
+use crate::bench::{Bench, STOP_TICKS, WATCHDOG_MS, description, wall};
 use crate::mutants::framed;
 use haptic_link::{
-    Configuration, FRAME_MAX, Header, LoopMode, PROTOCOL_VERSION, Report, Request, Start, encode,
+    Configuration, FRAME_MAX, Header, LoopMode, PROTOCOL_VERSION, Request, Start, encode,
 };
 use haptic_loop::Fault;
 use testkit::Random;
@@ -71,11 +71,7 @@ fn campaign(ticks_most: u64) {
             bench.tick();
             silent_ticks += 1;
             // A flood of the owner feeds the watchdog until its answers find no room.
-            let feeding = if matches!(enemy, Enemy::Floods) {
-                400
-            } else {
-                0
-            };
+            let feeding = 400 * u32::from(matches!(enemy, Enemy::Floods));
             let most = u32::from(WATCHDOG_MS) + STOP_TICKS + feeding + 2;
             assert!(silent_ticks <= most, "{enemy:?}: {} N", bench.norm_n());
         }
@@ -88,16 +84,12 @@ fn campaign(ticks_most: u64) {
         // The next host finds a device that works.
         bench.is_there = true;
         bench.line.take(&[0]);
-        for _ in 0..2000 {
-            bench.step();
-        }
+        bench.steps(2000);
         episodes += 1;
         bench.arm();
         bench.start();
         if matches!(enemy, Enemy::OtherVersion) {
-            let Report::Statistics(statistics) = bench.done(Request::GetStatistics) else {
-                panic!("no statistics");
-            };
+            let statistics = bench.statistics();
             assert!(statistics.foreign > 10, "{statistics:?}");
         }
     }
@@ -146,14 +138,11 @@ fn a_host_that_is_to_compute_the_force_and_only_says_that_it_is_there_is_silent(
         watchdog_ms: 20,
         ..description(1)
     });
-    bench.done(Request::Hello { nonce: 1 });
     let configuration = Configuration {
         loop_mode: LoopMode::Host,
         ..wall().0
     };
-    for request in transaction(&configuration, &wall().1) {
-        bench.done(request);
-    }
+    bench.configure(&configuration, &wall().1);
     bench.arm();
     bench.done(Request::Start(Start {
         run: 1,

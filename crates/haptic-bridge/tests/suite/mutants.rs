@@ -141,9 +141,7 @@ fn campaign(rounds: u32) {
             let mut frame = [0; FRAME_MAX];
             if bench.handle.fault().is_some() && round % 150 == 0 {
                 bench.position_m = [0.0; 3];
-                for _ in 0..150 {
-                    bench.step();
-                }
+                bench.steps(150);
                 bench.arm();
             }
             let request = match round % 400 {

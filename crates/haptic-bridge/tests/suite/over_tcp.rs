@@ -7,6 +7,7 @@ use crate::bench::{STOP_TICKS, WATCHDOG_MS, transaction, wall};
 use haptic_bridge::*;
 use haptic_link::{FRAME_MAX, Report, Request, Start};
 use haptic_remote::{Conversation, Incoming};
+use nalgebra::Vector3;
 use std::ffi::{CStr, c_int};
 use std::io::{ErrorKind, Read as _, Write as _};
 use std::net::TcpStream;
@@ -52,11 +53,26 @@ impl Program {
     }
 
     fn norm_n(&self) -> f64 {
-        self.force_n
-            .iter()
-            .map(|axis| axis * axis)
-            .sum::<f64>()
-            .sqrt()
+        Vector3::from(self.force_n).norm()
+    }
+
+    fn until_a_fault(&mut self, most_ticks: u16) {
+        let mut ticks = 0;
+        while self.tick_after(1000) == 0 {
+            ticks += 1;
+            assert!(ticks <= most_ticks, "{:?}", self.force_n);
+        }
+    }
+
+    /// The force never grows in the stop time, with this fault or 0, and is zero after it.
+    fn fades(&mut self, code: c_int) {
+        let mut before = self.norm_n();
+        for _ in 0..STOP_TICKS {
+            assert_eq!([self.tick_after(100), self.tick_after(900)], [code; 2]);
+            assert!(self.norm_n() <= before);
+            before = self.norm_n();
+        }
+        assert_eq!(self.force_n, [0.0; 3]);
     }
 }
 
@@ -149,18 +165,8 @@ fn a_host_arms_pushes_and_is_killed_and_the_next_one_finds_a_device() {
         let mut host = Host::connect(program.port());
         host.run(&mut program, 1 + u32::from(faults), faults);
         drop(host);
-        let mut ticks = 0;
-        while program.tick_after(1000) == 0 {
-            ticks += 1;
-            assert!(ticks <= WATCHDOG_MS, "{:?}", program.force_n);
-        }
-        let mut before = program.norm_n();
-        for _ in 0..STOP_TICKS {
-            assert_eq!(program.tick_after(1000), 2);
-            assert!(program.norm_n() <= before);
-            before = program.norm_n();
-        }
-        assert_eq!(program.force_n, [0.0; 3]);
+        program.until_a_fault(WATCHDOG_MS);
+        program.fades(2);
         // SAFETY: it is open.
         let reason = unsafe { CStr::from_ptr(hb_reason(program.bridge)) };
         assert!(reason.to_bytes().ends_with(b"watchdog time"), "{reason:?}");
@@ -201,14 +207,7 @@ fn other_threads_stop_it_and_see_its_fault() {
         // SAFETY: it is open.
         assert_eq!(unsafe { hb_fault(shared.0) }, 0);
     });
-    let mut before = program.norm_n();
-    for _ in 0..STOP_TICKS {
-        assert_eq!(program.tick_after(100), 0);
-        program.tick_after(900);
-        assert!(program.norm_n() <= before);
-        before = program.norm_n();
-    }
-    assert_eq!(program.force_n, [0.0; 3]);
+    program.fades(0);
 }
 
 #[test]
@@ -229,15 +228,9 @@ fn a_host_that_reads_nothing_and_says_much_holds_nobody_up() {
         }
         program.tick_after(1);
     }
-    let mut ticks = 0;
-    while program.tick_after(1000) == 0 {
-        ticks += 1;
-        assert!(ticks < 10_000, "the watchdog is fed by {ticks} answers");
-    }
-    for _ in 0..STOP_TICKS {
-        program.tick_after(1000);
-    }
-    assert_eq!(program.force_n, [0.0; 3]);
+    // Answers on their way feed the watchdog.
+    program.until_a_fault(9999);
+    program.fades(2);
     drop(host);
     Host::connect(program.port()).run(&mut program, 2, 1);
 }

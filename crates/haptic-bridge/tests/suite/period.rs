@@ -1,8 +1,8 @@
 //! The time of the haptic thread as it is and as it was declared: a force that depends on a rate is right, or there is a fault.
 
-use crate::bench::{Bench, STOP_TICKS, TICK_US, description, wall};
+use crate::bench::{Bench, TICK_US, description, wall};
 use haptic_bridge::{Description, Reason, Trouble};
-use haptic_link::{Configuration, OperatorForm, OperatorShape, Report, Request, Start};
+use haptic_link::{Configuration, Limits, OperatorForm, OperatorShape, Report, Request, Start};
 use haptic_loop::Fault;
 use haptic_loop::realtime::Waiter;
 use std::time::Duration;
@@ -19,17 +19,19 @@ fn damper() -> (Configuration, Vec<f32>) {
         integer: 0,
         count: 2,
     };
-    let mut configuration = Configuration {
+    let limits = Limits {
+        force_n: 2.0,
+        watchdog_ms: 200,
+        ..wall.limits
+    };
+    let configuration = Configuration {
         stiffness_n_per_m: 0.001,
         dissipation_n_s_mu_per_m: 10.0,
         one_sided: true,
         operator,
+        limits,
         ..wall
     };
-    (
-        configuration.limits.force_n,
-        configuration.limits.watchdog_ms,
-    ) = (2.0, 200);
     (configuration, vec![1000.0, -1000.0])
 }
 
@@ -43,7 +45,18 @@ impl Bench {
         bench
     }
 
-    /// The next call of a hand that moves at v.
+    /// It has pushed a hand that moves at v for a while.
+    fn pushing() -> Self {
+        let mut bench = Self::damped(TICK_US);
+        bench.arm();
+        bench.done(Request::Start(Start::ENDLESS));
+        for _ in 0..200 {
+            bench.moves(TICK_US);
+        }
+        bench
+    }
+
+    /// The next call of that hand.
     fn moves(&mut self, apart_us: u64) -> f64 {
         self.apart_us = apart_us;
         self.position_m[0] += 1e-6 * SPEED * apart_us as f64;
@@ -68,14 +81,10 @@ fn a_damper_is_what_it_was_declared_or_there_is_a_fault() {
         (1100, 0.1105, 0.4),
         (1400, 0.1405, 0.4),
         (1900, 0.1005, 0.4),
+        (2500, 0.1255, 0.1),
         (3000, 0.1005, 0.1),
     ] {
-        let mut bench = Bench::damped(TICK_US);
-        bench.arm();
-        bench.done(Request::Start(Start::ENDLESS));
-        for _ in 0..150 {
-            bench.moves(TICK_US);
-        }
+        let mut bench = Bench::pushing();
         let mut passed_s = 0.0;
         while passed_s < 5.0 && bench.slow().is_none() {
             let force_n = bench.moves(apart_us);
@@ -91,13 +100,9 @@ fn a_damper_is_what_it_was_declared_or_there_is_a_fault() {
                 // Of a window that may have begun before.
                 let measured_us = u64::from(reason.measured_us);
                 assert!((1050..=apart_us).contains(&measured_us), "{reason}");
-                let mut before_n = bench.norm_n();
-                for _ in 0..STOP_TICKS {
+                bench.fades_by(|bench| {
                     bench.moves(apart_us);
-                    assert!(bench.norm_n() <= before_n, "{apart_us} µs");
-                    before_n = bench.norm_n();
-                }
-                assert_eq!(bench.force_n, [0.0; 3]);
+                });
             }
         }
         assert_eq!(bench.allocations, 0);
@@ -108,9 +113,7 @@ fn a_damper_is_what_it_was_declared_or_there_is_a_fault() {
 fn a_thread_that_was_slow_before_is_a_fault_with_both_numbers_before_any_force() {
     for apart_us in [1060, 1100, 1400, 1900, 3000] {
         let mut bench = Bench::damped(apart_us);
-        for _ in 0..3000 {
-            bench.step();
-        }
+        bench.steps(3000);
         // Nobody relies on it yet.
         assert_eq!(bench.handle.fault(), None);
         bench.arm();
@@ -120,31 +123,23 @@ fn a_thread_that_was_slow_before_is_a_fault_with_both_numbers_before_any_force()
             "calls of hb_tick were {apart_us} µs apart, and 1000 µs were declared: call hb_wait before each, or declare the true sample_time_us"
         );
         assert_eq!(reason.to_string(), words);
-        for _ in 0..20 {
-            bench.step();
-        }
-        let told = bench
-            .told
-            .iter()
-            .any(|told| matches!(told, Report::Fault(fault) if fault.status.reason == reason));
-        assert!(told, "{:?}", bench.told);
+        bench.steps(20);
+        bench.told_of(Fault::TickOverrun, reason);
         assert_eq!(bench.force_n, [0.0; 3]);
     }
 }
 
 #[test]
 fn jitter_pauses_and_calls_in_between_are_no_slowness_and_two_percent_are() {
-    let mut random = Random(65);
-    let mut jitter = move |most_us: u64| random.bits() % (2 * most_us + 1);
     type Schedule = Box<dyn FnMut(u64) -> u64>;
-    let mut early_us = 0;
+    let (mut random, mut early_us) = (Random(65), 0);
     let cases: [(&str, bool, Schedule); 6] = [
         ("called at the declared time", false, Box::new(|_| 1000)),
         (
             "jitter of 0.3 ms",
             false,
             Box::new(move |_| {
-                let late_us = jitter(300);
+                let late_us = random.bits() % 601;
                 let apart_us = 1000 + late_us - early_us;
                 early_us = late_us;
                 apart_us
@@ -178,12 +173,7 @@ fn jitter_pauses_and_calls_in_between_are_no_slowness_and_two_percent_are() {
 #[test]
 fn twenty_missed_samples_go_on_and_more_are_a_fault() {
     for (missed, fault) in [(20, None), (21, Some(Fault::TickOverrun))] {
-        let mut bench = Bench::damped(TICK_US);
-        bench.arm();
-        bench.done(Request::Start(Start::ENDLESS));
-        for _ in 0..250 {
-            bench.moves(TICK_US);
-        }
+        let mut bench = Bench::pushing();
         let force_n = bench.moves(TICK_US * (missed + 1));
         assert!(force_n <= 0.1005, "{force_n} N");
         assert_eq!(bench.handle.fault(), fault, "{missed}");
@@ -198,9 +188,7 @@ fn periods(bench: &mut Bench) -> (u32, u32) {
     let Report::Capabilities(can) = bench.done(Request::GetCapabilities) else {
         panic!("no capabilities");
     };
-    let Report::Statistics(statistics) = bench.done(Request::GetStatistics) else {
-        panic!("no statistics");
-    };
+    let statistics = bench.statistics();
     assert_eq!(can.tick_period_min_us, can.tick_period_max_us);
     assert!(!can.lets_go_alone);
     (can.tick_period_min_us, statistics.period_ns)
@@ -223,9 +211,7 @@ fn a_sample_time_of_zero_is_the_mean_of_the_first_second() {
         }
         assert_eq!(bench.allocations, 0);
         bench.done(Request::Hello { nonce: 1 });
-        for _ in 0..3 * calls {
-            bench.step();
-        }
+        bench.steps(3 * calls as u32);
         let (declared, measured_ns) = periods(&mut bench);
         assert_eq!(u64::from(declared), declared_us);
         assert_eq!(u64::from(measured_ns).div_ceil(1000), declared_us);
@@ -281,14 +267,15 @@ fn a_thread_that_waits_runs_at_what_it_declared_and_makes_up_for_nothing() {
 fn a_time_in_milliseconds_is_named_and_leaves_no_force() {
     let mut bench = Bench::running(&description(1));
     let mut clock_us = 0;
-    let calls_in_ms = |bench: &mut Bench, clock_us: &mut u64, calls: u32| {
+    // Calls that are 1 ms apart, and are said to be this far apart, µs.
+    let mut calls = |bench: &mut Bench, calls: u32, said_us: u64| {
         for _ in 0..calls {
-            *clock_us += 1000;
-            bench.line.watch(*clock_us);
-            bench.tick_after(1);
+            clock_us += 1000;
+            bench.line.watch(clock_us);
+            bench.tick_after(said_us);
         }
     };
-    calls_in_ms(&mut bench, &mut clock_us, 760);
+    calls(&mut bench, 760, 1);
     assert_eq!(
         (bench.force_n, bench.handle.fault()),
         ([0.0; 3], Some(Fault::BoardFailed))
@@ -299,13 +286,9 @@ fn a_time_in_milliseconds_is_named_and_leaves_no_force() {
     // Arming it again changes nothing, until the time is right.
     bench.apart_us = 1;
     bench.arm();
-    calls_in_ms(&mut bench, &mut clock_us, 1);
+    calls(&mut bench, 1, 1);
     assert_eq!(bench.handle.fault(), Some(Fault::BoardFailed));
-    for _ in 0..600 {
-        clock_us += 1000;
-        bench.line.watch(clock_us);
-        bench.tick_after(1000);
-    }
+    calls(&mut bench, 600, 1000);
     bench.apart_us = TICK_US;
     bench.arm();
     bench.start();

@@ -38,9 +38,7 @@ fn full_memory_pushes_as_in_a_loop_of_ones_own_and_samples_tell_it() {
     bench.position_m = [0.0; 3];
     bench.done(haptic_link::Request::Start(haptic_link::Start::ENDLESS));
     // From here on no limiter acts: the force has risen, and stays small.
-    for _ in 0..1000 {
-        bench.step();
-    }
+    bench.steps(1000);
     bench.told.clear();
     let (configuration, values) = wall();
     let operator = DeviceOperator::new(Form::Modes, configuration.operator.integer, &values);

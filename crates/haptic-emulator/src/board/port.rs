@@ -14,7 +14,7 @@ pub enum PortKind {
     Terminal,
     /// A TCP address `HOST:PORT`; port 0 takes a free one.
     Address,
-    /// The same for a device of another maker, whose protocol knows no greeting.
+    /// A TCP address, too, of a device of another maker, whose protocol knows no greeting.
     ForeignAddress,
 }
 

@@ -181,16 +181,14 @@ impl Unit {
             CENTRE_M.into()
         };
         let none = json!({"a0": 0.0, "a1": 0.0, "a2": 0.0});
-        let still = json!({"w": 1.0, "x": 0.0, "y": 0.0, "z": 0.0});
         let mut told = json!({
             "device_id": self.id,
             "state": {
                 "cursor_position": xyz(self.body.place_m + base),
                 "cursor_velocity": xyz(self.body.speed_m_per_s),
-                "angular_position": none, "angular_velocity": none, "body_orientation": still,
+                "angular_position": none, "angular_velocity": none, "body_orientation": still(),
                 "current_cursor_force": xyz(self.force_n),
-                "mode": "idle", "control_domain": "cartesian", "control_mode": "force",
-                "transform": {"position": xyz(Vector3::zeros()), "rotation": still, "scale": xyz(Vector3::repeat(1.0))},
+                "mode": "idle", "control_domain": "cartesian", "control_mode": "force", "transform": transform(),
             },
             "status": {
                 "calibrated": self.calibrated, "in_use": true, "power_supply": true, "ready": true, "started": true,
@@ -215,6 +213,16 @@ fn xyz(vector: Vector3<f64>) -> Value {
     json!({"x": x, "y": y, "z": z})
 }
 
+/// The orientation of what nobody turns.
+fn still() -> Value {
+    json!({"w": 1.0, "x": 0.0, "y": 0.0, "z": 0.0})
+}
+
+/// The transform of a service to which nobody gave one.
+fn transform() -> Value {
+    json!({"position": xyz(Vector3::zeros()), "rotation": still(), "scale": xyz(Vector3::repeat(1.0))})
+}
+
 /// The force that a command asks for, N: as `vector` since 3.5, and as `values` in the messages before, which programs still send.
 fn force(command: &Value) -> Option<Vector3<f64>> {
     let asked = command.get("vector").or_else(|| command.get("values"))?;
@@ -224,13 +232,11 @@ fn force(command: &Value) -> Option<Vector3<f64>> {
 
 /// A grip that points along the third axis, with no button pressed.
 fn grip(full: bool) -> Value {
-    let still = json!({"w": 1.0, "x": 0.0, "y": 0.0, "z": 0.0});
     let mut told = json!({
         "device_id": GRIP_ID,
         "state": {
-            "battery_level": 1.0, "battery_voltage": 4.1, "hall": 16, "orientation": still,
-            "buttons": {"a": false, "b": false, "c": false},
-            "transform": {"position": xyz(Vector3::zeros()), "rotation": still, "scale": xyz(Vector3::repeat(1.0))},
+            "battery_level": 1.0, "battery_voltage": 4.1, "hall": 16, "orientation": still(),
+            "buttons": {"a": false, "b": false, "c": false}, "transform": transform(),
         },
         "status": {"awake": true, "connected": true, "ready": true},
     });

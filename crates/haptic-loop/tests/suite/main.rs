@@ -19,9 +19,9 @@ mod sensors;
 mod straight;
 mod surfaces;
 
-use fracdiff::{Seconds, ShortMemory};
-use haptic_loop::{Environment, Limits, SafetyChain, SpringDamper};
-use nalgebra::SVector;
+use fracdiff::{Real, Seconds, ShortMemory};
+use haptic_loop::{Environment, Limits, SafetyChain, SafetyState, SpringDamper};
+use nalgebra::{SVector, vector};
 
 const T: Seconds = Seconds(1e-3);
 
@@ -37,6 +37,12 @@ fn spring(stiffness: f64, dissipation: f64, mu: f64) -> SpringDamper<f64, Memory
 
 fn chain(limits: Limits) -> SafetyChain<f64> {
     SafetyChain::from_limits(&limits, T).expect("valid")
+}
+
+/// A tick of one axis at this position, m, with this wanted force, N; the force that leaves the chain, N.
+fn apply<F: Real>(chain: &SafetyChain<F>, state: &mut SafetyState<F, 1>, x: F, wanted: F) -> F {
+    let (force, _) = chain.apply(state, &vector![x], &vector![wanted]);
+    force.newtons()[0]
 }
 
 /// Positions through an environment, forces out.

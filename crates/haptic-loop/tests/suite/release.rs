@@ -4,11 +4,10 @@
 
 mod schedules;
 
-use crate::{T, chain};
+use crate::{T, apply, chain};
 use fracdiff::Seconds;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{Fault, Limits, ParameterError, SafetyChain, SafetyState};
-use nalgebra::vector;
 
 #[test]
 fn a_force_is_zero_within_the_stop_time_however_slow_its_rate() {
@@ -21,7 +20,7 @@ fn a_force_is_zero_within_the_stop_time_however_slow_its_rate() {
             });
             let mut state = SafetyState::default();
             for _ in 0..20_000 {
-                chain.apply(&mut state, &vector![0.0], &vector![1.8]);
+                apply(&chain, &mut state, 0.0, 1.8);
             }
             match fault {
                 Some(fault) => state.trip(fault),
@@ -30,8 +29,7 @@ fn a_force_is_zero_within_the_stop_time_however_slow_its_rate() {
             let mut last = 1.8;
             for tick in 1..=ticks {
                 assert!(!state.is_at_rest(), "{stop_s} s, tick {tick}");
-                let (force, _) = chain.apply(&mut state, &vector![0.0], &vector![1.8]);
-                let force = force.newtons()[0];
+                let force = apply(&chain, &mut state, 0.0, 1.8);
                 // The brake force of 2 N is larger than 1.8 N.
                 let envelope = 2.0 * (1.0 - f64::from(tick) / f64::from(ticks));
                 assert!(
@@ -138,7 +136,7 @@ fn fault(ticks: impl Iterator<Item = (f64, f64)>) -> Option<(usize, Fault)> {
     let chain = chain(limits);
     let mut state = SafetyState::<f64, 1>::default();
     for (tick, (position, wanted)) in ticks.enumerate() {
-        chain.apply(&mut state, &vector![position], &vector![wanted]);
+        apply(&chain, &mut state, position, wanted);
         if let Some(fault) = state.fault() {
             return Some((tick, fault));
         }
@@ -194,20 +192,20 @@ fn a_position_that_jumps_is_a_fault_before_its_force_is() {
         let chain = chain(limits);
         let mut state = SafetyState::<f64, 1>::default();
         for _ in 0..1000 {
-            chain.apply(&mut state, &vector![0.0], &vector![-0.5]);
+            apply(&chain, &mut state, 0.0, -0.5);
         }
-        let (force, _) = chain.apply(&mut state, &vector![jump], &vector![-30.0]);
+        let force = apply(&chain, &mut state, jump, -30.0);
         assert_eq!(state.fault(), Some(Fault::PositionJump), "{jump} m");
-        assert!(force.newtons()[0].abs() <= 0.5, "{jump} m: {force:?}");
+        assert!(force.abs() <= 0.5, "{jump} m: {force:?}");
     }
     // 1.5 m/s and 1 mm more in a tick are 2.5 mm.
     assert_eq!(fault([(0.0, 0.0), (2.4e-3, 0.0)].into_iter()), None);
     // Over ticks that did not come a hand may have moved further.
     let chain = chain(Limits::default());
     let mut state = SafetyState::<f64, 1>::default();
-    chain.apply(&mut state, &vector![0.0], &vector![0.0]);
+    apply(&chain, &mut state, 0.0, 0.0);
     state.skip(3);
-    chain.apply(&mut state, &vector![3e-3], &vector![0.0]);
+    apply(&chain, &mut state, 3e-3, 0.0);
     assert_eq!(state.fault(), None);
     assert!(state.velocity_m_per_s()[0] < 0.75, "over four ticks");
 }
@@ -231,7 +229,7 @@ fn a_motion_over_ticks_that_did_not_come_is_as_fast_as_it_was() {
                 }
                 tick += 1 + missed;
                 let position = speed * 1e-3 * tick as f64;
-                chain.apply(&mut state, &vector![position], &vector![0.0]);
+                apply(&chain, &mut state, position, 0.0);
             }
             let fast = speed.abs() > 1.5;
             assert_eq!(state.fault().is_some(), fast, "{speed} m/s");
@@ -254,7 +252,7 @@ fn what_is_switched_off_finds_nothing() {
     for tick in 0..1000 {
         let position = if tick < 900 { 0.0 } else { 0.05 };
         let wanted = 0.02 * f64::from(tick).min(400.0);
-        chain.apply(&mut state, &vector![position], &vector![wanted]);
+        apply(&chain, &mut state, position, wanted);
         assert_eq!(state.fault(), None, "{tick}");
     }
 }

@@ -3,7 +3,7 @@
 
 mod motion;
 
-use crate::{T, chain};
+use crate::{T, apply, chain};
 use fracdiff::Seconds;
 use haptic_loop::units::{
     Hertz, Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond,
@@ -42,7 +42,7 @@ fn the_force_rises_in_proportion_to_time_after_start_and_after_clear() {
         }
         state.stop();
         for _ in 0..5 {
-            chain.apply(&mut state, &vector![0.0], &vector![5.0]);
+            apply(&chain, &mut state, 0.0, 5.0);
         }
         assert!(state.is_at_rest());
         state.clear();
@@ -127,21 +127,21 @@ fn a_sensor_stands_still_if_the_force_grows_by_more_and_more_is_applied() {
     // From 1 N to 4 N is no more than 3 N; half a newton more is.
     let mut state = SafetyState::<f64, 1>::default();
     for wanted in [1.0, 1.0, 1.0, 2.0, 3.0, 4.0, 4.0, 4.0] {
-        chain.apply(&mut state, &vector![0.0], &vector![wanted]);
+        apply(&chain, &mut state, 0.0, wanted);
         assert_eq!(state.fault(), None);
     }
-    chain.apply(&mut state, &vector![0.0], &vector![4.5]);
+    apply(&chain, &mut state, 0.0, 4.5);
     assert_eq!(state.fault(), Some(Fault::PositionStuck));
     // Wanted at once, 1 N a tick applied: not yet while the last that was applied is 3 N.
     let mut state = SafetyState::<f64, 1>::default();
     for _ in 0..3 {
-        chain.apply(&mut state, &vector![0.0], &vector![0.0]);
+        apply(&chain, &mut state, 0.0, 0.0);
     }
     for applied in [1.0, 2.0, 3.0, 4.0] {
-        let (force, _) = chain.apply(&mut state, &vector![0.0], &vector![9.0]);
-        assert_eq!((force.newtons()[0], state.fault()), (applied, None));
+        let force = apply(&chain, &mut state, 0.0, 9.0);
+        assert_eq!((force, state.fault()), (applied, None));
     }
-    chain.apply(&mut state, &vector![0.0], &vector![9.0]);
+    apply(&chain, &mut state, 0.0, 9.0);
     assert_eq!(state.fault(), Some(Fault::PositionStuck));
 }
 
@@ -195,7 +195,7 @@ fn no_braking_without_a_sensor_or_an_actuator() {
 fn what_is_not_finite_is_a_fault_while_stopping_and_in_the_braking_too() {
     let mut state = SafetyState::<f64, 1>::default();
     state.stop();
-    chain(BARE).apply(&mut state, &vector![0.0], &vector![f64::NAN]);
+    apply(&chain(BARE), &mut state, 0.0, f64::NAN);
     assert_eq!(state.fault(), Some(Fault::NonFiniteForce));
     // 1e308 m/s is a number, 5 N·s/m times that is none.
     let vast = chain(Limits {
@@ -207,7 +207,7 @@ fn what_is_not_finite_is_a_fault_while_stopping_and_in_the_braking_too() {
         ..workspace()
     });
     let mut state = SafetyState::<f64, 1>::default();
-    vast.apply(&mut state, &vector![0.0], &vector![1.0]);
+    apply(&vast, &mut state, 0.0, 1.0);
     assert_eq!(state.fault(), None);
     let (force, limiters) = vast.apply(&mut state, &vector![1e305], &vector![1.0]);
     assert_eq!(force.newtons()[0], 0.0);
@@ -328,8 +328,8 @@ proptest! {
                 stopped = true;
             }
             first_chain(&mut last, wanted, fault || stopped);
-            let (force, _) = chain.apply(&mut state, &vector![f64::NAN], &vector![wanted]);
-            prop_assert_eq!(force.newtons()[0].to_bits(), last.to_bits());
+            let force = apply(&chain, &mut state, f64::NAN, wanted);
+            prop_assert_eq!(force.to_bits(), last.to_bits());
             if event < 100 {
                 state.clear();
                 (fault, stopped) = (false, false);

@@ -139,7 +139,7 @@ impl SerialError {
     }
 }
 
-/// What to do about an answer in words; a device that only waits says so itself.
+/// The remedy for an answer in words; a device that only waits says so itself.
 fn remedy(answer: &str) -> &'static str {
     match answer.starts_with(WAITING) {
         true => "",

@@ -19,7 +19,6 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
-use std::vec::Vec;
 
 /// Longest wait of a read or a write, so that the threads notice the end.
 const PATIENCE: Duration = Duration::from_millis(20);
@@ -36,7 +35,7 @@ const AT_A_LOOK: usize = 16;
 /// Bytes in which a host has greeted: what a line before it may have left over, and some frames.
 const GREETING_MOST: usize = 4 * FRAME_MAX;
 
-/// How a host shows that it is one.
+/// The way in which a host shows that it is one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Greeting {
     /// By `hello`, the first message of our protocol.
@@ -57,7 +56,8 @@ pub(super) struct Door {
 #[derive(Debug)]
 struct Hosts {
     present: Option<Host>,
-    strangers: VecDeque<Stranger>,
+    /// Hosts that have come and have not greeted.
+    strangers: VecDeque<Host>,
     waiting: Option<Host>,
     /// All that the present one had said before the other came is read.
     caught_up: bool,
@@ -72,20 +72,12 @@ struct Host {
     address: SocketAddr,
     patience: Patience,
     read: Moment,
+    receiver: Receiver<Request>,
     /// Said before it was let in, and not read yet.
     said: VecDeque<u8>,
 }
 
-/// Somebody who has come and has not greeted.
-#[derive(Debug)]
-struct Stranger {
-    stream: TcpStream,
-    address: SocketAddr,
-    receiver: Receiver<Request>,
-    said: Vec<u8>,
-}
-
-impl Stranger {
+impl Host {
     /// Takes what it has said; true if it has greeted. An error if it is gone, or speaks of something else. Does not wait.
     fn look(&mut self, greeting: Greeting) -> io::Result<bool> {
         let mut bytes = [0; FRAME_MAX];
@@ -96,7 +88,7 @@ impl Stranger {
                 Err(error) if error.kind() == ErrorKind::TimedOut => return Ok(false),
                 Err(error) => return Err(error),
             };
-            self.said.extend_from_slice(&bytes[..count]);
+            self.said.extend(&bytes[..count]);
             if self.greets(&bytes[..count], greeting) {
                 return Ok(true);
             }
@@ -112,14 +104,12 @@ impl Stranger {
         }
     }
 
-    fn host(self, silence: Duration) -> Host {
-        Host {
-            stream: Arc::new(self.stream),
-            address: self.address,
-            patience: Patience::new(silence),
-            read: Moment::now(),
-            said: self.said.into(),
-        }
+    /// It has not read anything yet, so that these words find room. If it has gone, nobody misses them.
+    fn refuse(&self, present: SocketAddr) {
+        let options = self.stream.options();
+        let _ = options.set_nonblocking(true);
+        let _ = (self.stream).send(format!("busy: it serves {present}\n").as_bytes());
+        let _ = options.shutdown(Shutdown::Write);
     }
 }
 
@@ -172,8 +162,7 @@ impl Door {
                 Ok(false) => index += 1,
                 Err(_) => drop(hosts.strangers.remove(index)),
                 Ok(true) => {
-                    let greeted = hosts.strangers.remove(index);
-                    hosts.waiting = greeted.map(|stranger| stranger.host(self.silence));
+                    hosts.waiting = hosts.strangers.remove(index);
                     return;
                 }
             }
@@ -181,15 +170,17 @@ impl Door {
     }
 
     /// The next stranger that has come. Does not wait itself.
-    fn next(&self) -> io::Result<Stranger> {
+    fn next(&self) -> io::Result<Host> {
         let (stream, address) = self.listener.accept()?;
         let stream = prompt(stream)?;
         stream.set_nonblocking(true)?;
-        Ok(Stranger {
-            stream,
+        Ok(Host {
+            stream: Arc::new(stream),
             address,
+            patience: Patience::new(self.silence),
+            read: Moment::now(),
             receiver: Receiver::new(Direction::FromHost),
-            said: Vec::new(),
+            said: VecDeque::new(),
         })
     }
 
@@ -226,16 +217,6 @@ impl Door {
         if served.is_some_and(|served| Arc::ptr_eq(&served, gone)) {
             hosts.present = None;
         }
-    }
-}
-
-impl Host {
-    /// It has not read anything yet, so that these words find room. If it has gone, nobody misses them.
-    fn refuse(&self, present: SocketAddr) {
-        let options = self.stream.options();
-        let _ = options.set_nonblocking(true);
-        let _ = (self.stream).send(format!("busy: it serves {present}\n").as_bytes());
-        let _ = options.shutdown(Shutdown::Write);
     }
 }
 

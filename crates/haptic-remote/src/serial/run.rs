@@ -55,7 +55,7 @@ impl SerialLink {
         self.answer_after(waited, Request::Disarm)
     }
 
-    /// The same for a device that is only watched: it is asked once and not otherwise affected.
+    /// As [`silent`](Self::silent), for a device that is only watched: it is asked once and not otherwise affected.
     #[must_use]
     pub fn unheard(&self, waited: Duration) -> LinkError {
         self.answer_after(waited, Request::GetStatistics)
@@ -65,21 +65,11 @@ impl SerialLink {
         /// Two tries. The answers to keep-alives have told before, unless the line lost them all.
         const MORE: Duration = Duration::from_millis(200);
         let waited_ms = waited.as_millis() as u64;
-        let held_up = match self.ask_for(request, MORE) {
-            Err(SerialError::Link(LinkError::NoAnswer { .. })) => {
-                let silent = self.shared.conversation().listened().silent();
-                silent < waited / 2
-            }
-            Err(SerialError::Link(LinkError::Refused { refusal, .. }))
-                if refusal != Refusal::Connection =>
-            {
-                true
-            }
-            Err(SerialError::Link(error)) => return error,
-            Err(_) => return LinkError::Gone,
-            Ok(_) => true,
+        let answers = match self.answers(request, MORE) {
+            Ok(answers) => answers,
+            Err(error) => return error,
         };
-        if held_up {
+        if answers || self.shared.conversation().listened().silent() < waited / 2 {
             return LinkError::HeldUp { waited_ms };
         }
         self.shared.deaf.store(true, Ordering::Relaxed);
@@ -95,16 +85,25 @@ impl SerialLink {
         const MOST: Duration = Duration::from_secs(4);
         let mut patience = self.patience(MOST);
         loop {
-            match self.ask(Request::Disarm) {
-                Err(SerialError::Link(LinkError::NoAnswer { .. })) => {}
-                Err(SerialError::Link(LinkError::Refused { refusal, .. })) => {
-                    return refusal != Refusal::Connection;
-                }
-                answer => return answer.is_ok(),
+            let answers = self.answers(Request::Disarm, Duration::MAX);
+            if answers != Ok(false) || self.is_over(&mut patience) {
+                return answers == Ok(true);
             }
-            if self.is_over(&mut patience) {
-                return false;
+        }
+    }
+
+    /// True if the device answers within this time, if only by a refusal.
+    fn answers(&self, request: Request, most: Duration) -> Result<bool, LinkError> {
+        match self.ask_for(request, most) {
+            Err(SerialError::Link(LinkError::NoAnswer { .. })) => Ok(false),
+            Err(SerialError::Link(LinkError::Refused { refusal, .. }))
+                if refusal != Refusal::Connection =>
+            {
+                Ok(true)
             }
+            Err(SerialError::Link(error)) => Err(error),
+            Err(_) => Err(LinkError::Gone),
+            Ok(_) => Ok(true),
         }
     }
 

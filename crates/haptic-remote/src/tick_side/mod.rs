@@ -25,12 +25,6 @@ use haptic_link::{
 };
 use haptic_loop::{Controller, Engaged, Fault, SafetyChain, SafetyState};
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum After {
-    Armed(EventKind),
-    Idle(EventKind),
-}
-
 /// The loop of a device with D axes, one unless said: controller, states, watchdog, flight recorder, samples to be sent.
 ///
 /// - *Start-up*: idle, zero force, [`Configuration::PASSIVE`]. *Dropped* it leaves no force behind: it holds an [`Engaged`].
@@ -59,7 +53,8 @@ pub struct TickSide<H: Hardware<D>, const D: usize = 1, R = Records<D>> {
     configuration: Configuration,
     digest: u32,
     state: State,
-    after: After,
+    /// State after a stop, and its news.
+    after: (State, EventKind),
     fault: Option<Fault>,
     faults: u16,
     /// Of the latched fault.
@@ -139,7 +134,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
             configuration: Configuration::PASSIVE,
             digest: 0,
             state: State::Idle,
-            after: After::Idle(EventKind::Disarmed),
+            after: (State::Idle, EventKind::Disarmed),
             fault: None,
             faults: 0,
             reason: Reason::of(Trouble::Nothing),

@@ -1,6 +1,6 @@
 //! The device's loop as a host moves it: arm, start, stop, forces, configurations.
 
-use super::{After, TickSide};
+use super::TickSide;
 use crate::hardware::Hardware;
 use crate::prepared::Prepared;
 use crate::records::Records;
@@ -66,8 +66,8 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
                 self.state = State::Idle;
                 self.event(kind);
             }
-            State::Running => self.end(After::Idle(kind)),
-            State::Stopping => self.after = After::Idle(kind),
+            State::Running => self.end(State::Idle, kind),
+            State::Stopping => self.after = (State::Idle, kind),
             State::Idle | State::Fault => {}
         }
     }
@@ -136,7 +136,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
     pub fn stop(&mut self) -> Result<(), Refusal> {
         match self.state {
             State::Running => {
-                self.end(After::Armed(EventKind::Stopped));
+                self.end(State::Armed, EventKind::Stopped);
                 Ok(())
             }
             State::Stopping | State::Armed => Ok(()),

@@ -1,6 +1,6 @@
 //! The tick: time judged, a force or none, what is remembered of it, and how runs end.
 
-use super::{After, TickSide};
+use super::TickSide;
 use crate::hardware::Hardware;
 use crate::records::Records;
 use crate::records::Tick;
@@ -260,22 +260,19 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         {
             *left = left.saturating_sub(1);
             if *left == 0 {
-                self.end(After::Armed(EventKind::Finished));
+                self.end(State::Armed, EventKind::Finished);
             }
         }
         if self.state == State::Stopping && self.safety().is_at_rest() {
-            let (state, kind) = match self.after {
-                After::Armed(kind) => (State::Armed, kind),
-                After::Idle(kind) => (State::Idle, kind),
-            };
+            let (state, kind) = self.after;
             self.state = state;
             self.event(kind);
         }
     }
 
-    pub(super) fn end(&mut self, after: After) {
+    pub(super) fn end(&mut self, state: State, kind: EventKind) {
         self.engaged.controller_mut().stop();
-        self.after = after;
+        self.after = (state, kind);
         self.state = State::Stopping;
     }
 

@@ -26,7 +26,7 @@ fn spring(sample: &Sample) -> Request {
 
 #[test]
 fn a_spring_of_the_host_holds_both_axes_where_it_should() {
-    let mut bench = Plane::running(LineFaults::default(), Box::new(spring));
+    let mut bench = Plane::running(spring);
     bench.run_ms(2000);
     assert_eq!(bench.state(), State::Running);
     let samples: Vec<&Sample> = bench.samples().collect();
@@ -48,32 +48,13 @@ fn a_spring_of_the_host_holds_both_axes_where_it_should() {
 #[test]
 fn the_norm_is_limited_and_the_direction_kept() {
     let law = |sample: &Sample| forces(sample.tick, &[1.5, -2.0]);
-    let mut bench = Plane::running(LineFaults::default(), Box::new(law));
+    let mut bench = Plane::running(law);
     bench.run_ms(20);
     let newest = bench.device.borrow().newest().force_n;
     assert!((newest[0] - 0.6 * FORCE_N).abs() < 1e-5, "{newest:?}");
     assert!((newest[1] + 0.8 * FORCE_N).abs() < 1e-5, "{newest:?}");
     let largest = bench.norms.iter().copied().fold(0.0, f32::max);
     assert!(largest <= FORCE_N * (1.0 + f32::EPSILON), "{largest} N");
-}
-
-/// From the tick at which a fault latched on, the norm never grows, and it is zero soon.
-fn falls_to_zero(bench: &mut Plane, fault: Fault) {
-    while bench.state() == State::Running {
-        assert!(bench.norms.len() < 2000, "no fault");
-        bench.step().expect("goes on");
-    }
-    assert_eq!(bench.fault(), Some(fault));
-    let latched = bench.norms.len() - 1;
-    bench.run_ms(150);
-    let norms = &bench.norms[latched..];
-    assert!(bench.norms[latched - 1] > 0.5, "there was a force");
-    for pair in norms.windows(2) {
-        assert!(pair[1] <= pair[0], "{pair:?}");
-    }
-    assert!(norms[0] <= bench.norms[latched - 1]);
-    // The stop time is 0.1 s.
-    assert_eq!(norms[102], 0.0);
 }
 
 #[test]
@@ -83,8 +64,8 @@ fn what_is_not_finite_on_one_axis_is_a_fault_of_both() {
             0..100 => forces(sample.tick, &[1.0, -1.0]),
             _ => forces(sample.tick, &[1.0, bad]),
         };
-        let mut bench = Plane::running(LineFaults::default(), Box::new(law));
-        falls_to_zero(&mut bench, Fault::NonFiniteForce);
+        let mut bench = Plane::running(law);
+        bench.falls_to_zero(Fault::NonFiniteForce);
     }
 }
 
@@ -100,8 +81,8 @@ fn forces_of_another_number_of_axes_are_none_and_the_watchdog_sees_it() {
             0..100 => forces(sample.tick, &[1.0, -1.0]),
             tick => wrong(tick),
         };
-        let mut bench = Plane::running(LineFaults::default(), Box::new(law));
-        falls_to_zero(&mut bench, Fault::HostSilent);
+        let mut bench = Plane::running(law);
+        bench.falls_to_zero(Fault::HostSilent);
         let (_, tick) = bench.told_fault().expect("told");
         assert!((118..=124).contains(&tick), "{tick}");
     }
@@ -109,15 +90,16 @@ fn forces_of_another_number_of_axes_are_none_and_the_watchdog_sees_it() {
 
 #[test]
 fn a_host_that_falls_silent_leaves_no_force() {
-    let law = |sample: &Sample| forces(sample.tick.min(100), &[1.0, -1.0]);
-    let mut bench = Plane::running(LineFaults::default(), Box::new(law));
-    bench.run_ms(50);
-    bench.vector_law = None;
-    falls_to_zero(&mut bench, Fault::HostSilent);
     // A force that is too old is a fault of its own.
-    let law = |sample: &Sample| forces(sample.tick.min(100), &[1.0, -1.0]);
-    let mut bench = Plane::running(LineFaults::default(), Box::new(law));
-    falls_to_zero(&mut bench, Fault::StaleForce);
+    for fault in [Fault::HostSilent, Fault::StaleForce] {
+        let law = |sample: &Sample| forces(sample.tick.min(100), &[1.0, -1.0]);
+        let mut bench = Plane::running(law);
+        if fault == Fault::HostSilent {
+            bench.run_ms(50);
+            bench.vector_law = None;
+        }
+        bench.falls_to_zero(fault);
+    }
 }
 
 #[test]
@@ -136,7 +118,7 @@ fn on_a_bad_line_no_force_is_beyond_its_limit() {
         let part = |shift: u32| f32::from((n >> shift) as u8) - 128.0;
         forces(sample.tick, &[part(8), part(16)])
     };
-    let mut bench = Plane::running(faults, Box::new(law));
+    let mut bench = Plane::on_line(faults, law);
     bench.run_ms(5000);
     let largest = bench.norms.iter().copied().fold(0.0, f32::max);
     assert!(largest > 0.9 * FORCE_N, "{largest} N");
@@ -145,20 +127,16 @@ fn on_a_bad_line_no_force_is_beyond_its_limit() {
 
 #[test]
 fn ticks_come_in_batches_and_the_recorder_tells_vectors() {
-    let mut bench = Plane::running(LineFaults::default(), Box::new(spring));
+    let mut bench = Plane::running(spring);
     bench.run_ms(200);
     bench.vector_law = None;
     bench.run_ms(300);
     assert_eq!(bench.fault(), Some(Fault::HostSilent));
-    let Ok(Report::Flight(first)) = bench.answered(Request::ReadFlight { index: 0 }) else {
-        panic!("no vector");
-    };
+    let first = bench.flight(0);
     assert_eq!((first.index, first.count), (0, 96));
     let told: Vec<Sample> = bench.samples().cloned().collect();
     for index in 0..first.count {
-        let Ok(Report::Flight(flight)) = bench.answered(Request::ReadFlight { index }) else {
-            panic!("no vector");
-        };
+        let flight = bench.flight(index);
         assert_eq!(flight.sample.tick, first.sample.tick + u32::from(index));
         assert!(told.contains(&flight.sample), "{flight:?}");
     }
@@ -201,15 +179,15 @@ fn square(half_m: f32) -> WorkspaceBox {
 
 #[test]
 fn beyond_its_own_range_of_places_an_axis_is_in_a_fault() {
-    let mut bench = Plane::set_to_last();
+    let mut bench = Plane::set_to_last(LineFaults::default());
     let mut narrow = square(0.05);
     narrow.axes[0].high_m = 0.004;
     bench
         .set_within(configuration(), Some(narrow), Scope::Run)
         .expect("a box");
-    bench.starts(Box::new(spring));
+    bench.starts(spring);
     // It comes to rest at 5 mm.
-    falls_to_zero(&mut bench, Fault::Workspace);
+    bench.falls_to_zero(Fault::Workspace);
     let mut samples = bench.samples();
     let breach = samples.find(|sample| sample.axes[0].position_m > 0.004);
     let fault = bench.told_fault().map(|(_, tick)| tick);
@@ -218,7 +196,7 @@ fn beyond_its_own_range_of_places_an_axis_is_in_a_fault() {
 
 #[test]
 fn a_box_that_is_none_or_would_last_is_refused() {
-    let mut bench = Plane::set_to_last();
+    let mut bench = Plane::set_to_last(LineFaults::default());
     let unsupported = Refusal::Unsupported(Field::WorkspaceLow);
     // Nothing is staged.
     assert_eq!(
@@ -250,7 +228,7 @@ fn a_box_that_is_none_or_would_last_is_refused() {
 
 #[test]
 fn the_digest_has_to_know_of_a_box() {
-    let mut bench = Plane::set_to_last();
+    let mut bench = Plane::set_to_last(LineFaults::default());
     let bounded = configuration();
     bench.answered(Request::Configure(bounded)).expect("staged");
     let block = haptic_link::CoefficientBlock::of(&[0.0], 0);

@@ -4,7 +4,7 @@ use crate::mirror::Mirror;
 use crate::witness::Witness;
 use haptic_emulator::{FaultyLine, LineFaults};
 use haptic_link::{
-    CoefficientBlock, Configuration, DigestBuilder, EventKind, FRAME_MAX, Field, LoopMode,
+    CoefficientBlock, Configuration, DigestBuilder, EventKind, FRAME_MAX, Field, Flight, LoopMode,
     OperatorForm, OperatorShape, Refusal, Report, Request, Sample, Scope, Start, State,
 };
 use haptic_loop::Fault;
@@ -266,6 +266,13 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
             Ok(report) => panic!("{name} was not refused: {report:?}"),
             Err(refusal) => refusal,
         }
+    }
+
+    pub(crate) fn flight(&mut self, index: u16) -> Flight {
+        let Report::Flight(flight) = self.done(Request::ReadFlight { index }) else {
+            panic!("no flight");
+        };
+        flight
     }
 
     pub(crate) fn hello(&mut self) -> Report {

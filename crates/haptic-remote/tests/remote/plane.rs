@@ -1,11 +1,12 @@
 //! A device of two axes on the bench.
 
-use crate::line::{Bench, START, VectorLaw};
+use crate::line::{Bench, START};
 use haptic_emulator::LineFaults;
 use haptic_link::{
     CoefficientBlock, Configuration, DigestBuilder, Limits, LoopMode, Refusal, Report, Request,
-    Scope, Simulation, WorkspaceBox,
+    Sample, Scope, Simulation, State, WorkspaceBox,
 };
+use haptic_loop::Fault;
 use haptic_remote::{SimulatedAxes, TickSide};
 
 /// Largest norm of the force, N.
@@ -23,27 +24,54 @@ impl Plane {
     }
 
     /// Connected, and configured until something else is set.
-    pub(crate) fn set_to_last() -> Self {
-        let mut bench = Self::connected(LineFaults::default());
+    pub(crate) fn set_to_last(faults: LineFaults) -> Self {
+        let mut bench = Self::connected(faults);
         let lasting = bench.set_within(configuration(), None, Scope::Lasting);
         lasting.expect("good");
         bench
     }
 
     /// Connected, configured, armed and started, with a hand that pushes along x.
-    pub(crate) fn running(faults: LineFaults, law: VectorLaw) -> Self {
-        let mut bench = Self::connected(faults);
-        let lasting = bench.set_within(configuration(), None, Scope::Lasting);
-        lasting.expect("good");
+    pub(crate) fn running(law: impl FnMut(&Sample) -> Request + 'static) -> Self {
+        Self::on_line(LineFaults::default(), law)
+    }
+
+    /// As [`running`](Self::running), on a line with faults.
+    pub(crate) fn on_line(
+        faults: LineFaults,
+        law: impl FnMut(&Sample) -> Request + 'static,
+    ) -> Self {
+        let mut bench = Self::set_to_last(faults);
         bench.starts(law);
         bench
     }
 
     /// Arms and starts, with this law.
-    pub(crate) fn starts(&mut self, law: VectorLaw) {
+    pub(crate) fn starts(&mut self, law: impl FnMut(&Sample) -> Request + 'static) {
         self.arm();
-        self.vector_law = Some(law);
+        self.vector_law = Some(Box::new(law));
         self.done(Request::Start(START));
+    }
+
+    /// It runs into this fault, from which on the force only falls.
+    pub(crate) fn falls_to_zero(&mut self, fault: Fault) {
+        while self.state() == State::Running {
+            assert!(self.norms.len() < 2000, "no fault");
+            self.step().expect("goes on");
+        }
+        assert_eq!(self.fault(), Some(fault));
+        self.only_falls(self.norms.len() - 1);
+    }
+
+    /// From here on the norm never grows, and is zero after the stop time, 0.1 s.
+    pub(crate) fn only_falls(&mut self, from: usize) {
+        self.run_ms(150);
+        let norms = &self.norms[from - 1..];
+        assert!(norms[0] > 0.5, "there was a force");
+        for pair in norms.windows(2) {
+            assert!(pair[1] <= pair[0], "{pair:?}");
+        }
+        assert_eq!(norms[103], 0.0);
     }
 
     /// Sets a configuration without a law, and a box.

@@ -325,27 +325,6 @@ fn pressed() -> (Run, Bench<SimulatedAxes<2>, 2>) {
     (own, Bench::on(SimulatedAxes::new("axes")))
 }
 
-/// From here on the norm never grows, and is zero after the stop time, 0.1 s.
-fn only_falls(bench: &mut Bench<SimulatedAxes<2>, 2>, from: usize) {
-    bench.run_ms(150);
-    let norms = &bench.norms[from - 1..];
-    assert!(norms[0] > 0.5, "there was a force");
-    for pair in norms.windows(2) {
-        assert!(pair[1] <= pair[0], "{pair:?}");
-    }
-    assert_eq!(norms[103], 0.0);
-}
-
-fn until_a_fault(bench: &mut Bench<SimulatedAxes<2>, 2>, fault: Fault) {
-    while bench.state() == State::Running {
-        assert!(bench.norms.len() < 4000, "no fault");
-        bench.step().expect("goes on");
-    }
-    assert_eq!(bench.fault(), Some(fault));
-    let latched = bench.norms.len() - 1;
-    only_falls(bench, latched);
-}
-
 #[test]
 fn its_norm_is_limited_and_the_direction_kept() {
     let (own, mut bench) = pressed();
@@ -382,7 +361,7 @@ fn beyond_its_box_it_is_in_a_fault_and_the_force_falls() {
     };
     own.workspace = Some(workspace);
     bench.runs(&own, 0);
-    until_a_fault(&mut bench, Fault::Workspace);
+    bench.falls_to_zero(Fault::Workspace);
 }
 
 #[test]
@@ -391,7 +370,7 @@ fn without_a_host_it_is_in_a_fault_and_the_force_falls() {
     bench.runs(&own, 0);
     bench.run_ms(300);
     bench.host_dead = true;
-    until_a_fault(&mut bench, Fault::HostSilent);
+    bench.falls_to_zero(Fault::HostSilent);
 }
 
 #[test]
@@ -421,7 +400,7 @@ fn stopped_in_a_shape_the_force_falls() {
     bench.run_ms(300);
     bench.done(Request::Stop);
     let stopped = bench.norms.len();
-    only_falls(&mut bench, stopped);
+    bench.only_falls(stopped);
     assert_eq!(bench.state(), State::Armed);
 }
 

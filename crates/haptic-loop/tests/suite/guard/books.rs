@@ -1,6 +1,7 @@
 //! The books of the guards: what they hold, predict and go on with.
 
 use super::{DAMPING, MASS, T, bounding, guarded, late, observer};
+use crate::apply;
 use fracdiff::Seconds;
 use haptic_loop::{EnergyBounding, Guard, Limiters};
 use nalgebra::{SVector, vector};
@@ -60,13 +61,13 @@ fn the_books_go_on_while_a_force_falls_to_zero() {
         let mut x = 0.0;
         for _ in 0..20 {
             x += 1e-3;
-            chain.apply(&mut state, &vector![x], &vector![-1.0]);
+            apply(&chain, &mut state, x, -1.0);
         }
         let before = state.observed_energy_j();
         state.stop();
-        chain.apply(&mut state, &vector![x], &vector![-1.0]);
+        apply(&chain, &mut state, x, -1.0);
         // Back by 1 mm under the 0.9 N that are left.
-        chain.apply(&mut state, &vector![x - 1e-3], &vector![-1.0]);
+        apply(&chain, &mut state, x - 1e-3, -1.0);
         let lost = before - state.observed_energy_j();
         let want = 0.9e-3 - damping * 1e-6;
         // But for what is forgotten, 1/250 of at most 50 mJ a sample.

@@ -1,6 +1,7 @@
 //! Energy bounding by its books: delay, lag, noise, and what it cannot promise.
 
 use super::{DAMPING, T, bare, bounding, guarded, late, observer};
+use crate::apply;
 use fracdiff::Seconds;
 use haptic_loop::units::{Metres, NewtonSecondsPerMetre};
 use haptic_loop::{EnergyBounding, Fault, Guard, Limiters, Limits, SafetyChain, SafetyState};
@@ -15,11 +16,11 @@ fn an_energy_that_is_no_number_gives_no_force() {
             let chain = bare::<f32>(late(0.0, 0.0, 0.0), T);
             let mut state = SafetyState::<f32, 1>::default();
             for step in 0..=before {
-                chain.apply(&mut state, &vector![1e-3 * step as f32], &vector![0.0]);
+                apply(&chain, &mut state, 1e-3 * step as f32, 0.0);
             }
             for back in [jump, jump, 0.0, jump] {
-                let (force, _) = chain.apply(&mut state, &vector![back], &vector![-10.0]);
-                assert!(force.newtons()[0].abs() <= 0.0, "{jump} {back}");
+                let force = apply(&chain, &mut state, back, -10.0);
+                assert!(force.abs() <= 0.0, "{jump} {back}");
                 assert!(state.observed_energy_j() <= 0.0, "{jump} {back}");
             }
         }
@@ -28,24 +29,24 @@ fn an_energy_that_is_no_number_gives_no_force() {
     let chain = bare::<f64>(late(0.0, 0.0, 0.0), T);
     for jump in [1e160, f64::NAN, f64::INFINITY] {
         let mut state = SafetyState::<f64, 1>::default();
-        chain.apply(&mut state, &vector![0.0], &vector![0.0]);
+        apply(&chain, &mut state, 0.0, 0.0);
         for x in [jump, 0.0, 0.0] {
-            let (force, _) = chain.apply(&mut state, &vector![x], &vector![-10.0]);
-            assert!(force.newtons()[0].abs() <= 0.0, "{jump}");
+            let force = apply(&chain, &mut state, x, -10.0);
+            assert!(force.abs() <= 0.0, "{jump}");
         }
         assert!(state.observed_energy_j() <= 0.0, "{jump}");
     }
     // The observer takes it for no credit too: all the damping there is.
     let (chain, mut state) = guarded::<f32, 1>(observer(), 100.0, 1e9);
     for x in [0.0, -1e37, -2e37] {
-        chain.apply(&mut state, &vector![x], &vector![100.0]);
+        apply(&chain, &mut state, x, 100.0);
     }
     assert!(state.observed_energy_j() <= 0.0);
     // Work of −∞ is not "nothing is owed": no force follows from it.
     let mut state = SafetyState::<f32, 1>::default();
     for (x, wanted) in [(0.0, 0.0), (-1e10, 1e30), (-2e10, 1e30)] {
-        let (force, _) = chain.apply(&mut state, &vector![x], &vector![wanted]);
-        assert!(force.newtons()[0].abs() <= 0.0, "{x}");
+        let force = apply(&chain, &mut state, x, wanted);
+        assert!(force.abs() <= 0.0, "{x}");
     }
     assert_eq!(state.fault(), Some(Fault::NonFiniteForce));
 }
@@ -87,10 +88,10 @@ fn a_rate_limit_does_not_keep_up_a_force_that_the_guard_takes_away() {
     let (mut x, mut last) = (0.0, 0.0);
     for _ in 0..1000 {
         x += 1e-4;
-        let (force, _) = chain.apply(&mut state, &vector![x], &vector![-10.0]);
+        let force = apply(&chain, &mut state, x, -10.0);
         // It holds back what grows.
-        assert!(force.newtons()[0] - last >= -T.0 - 1e-12);
-        last = force.newtons()[0];
+        assert!(force - last >= -T.0 - 1e-12);
+        last = force;
     }
     assert!((last + 2.0).abs() < 1e-2, "{last}");
     // The worst motion, sample by sample.
@@ -158,8 +159,8 @@ fn the_noise_of_a_sensor_is_no_motion() {
                 // Twelve uniform numbers are as good as a normal one.
                 let x = 1e-5 * (0..12).map(|_| random.between(-0.5, 0.5)).sum::<f64>();
                 let wanted = if tick == 1500 { -10.0 } else { 0.0 };
-                let force = chain.apply(&mut state, &vector![x], &vector![wanted]).0;
-                sum += force.newtons()[0].abs() / 50.0;
+                let force = apply(&chain, &mut state, x, wanted);
+                sum += force.abs() / 50.0;
             }
         }
         sum
@@ -180,10 +181,7 @@ fn noise_is_owed_for_a_thousand_samples_and_paid_only_with_energy_to_spare() {
         ..late(0.0, 0.0, 0.0)
     };
     let chain = bare::<f64>(guard, T);
-    let tick = |state: &mut _, x: f64, wanted: f64| {
-        let (force, _) = chain.apply(state, &vector![x], &vector![wanted]);
-        force.newtons()[0]
-    };
+    let tick = |state: &mut _, x: f64, wanted: f64| apply(&chain, state, x, wanted);
     let mut state = SafetyState::<f64, 1>::default();
     for _ in 0..5000 {
         tick(&mut state, 0.0, 0.0);
@@ -211,7 +209,7 @@ fn a_force_that_was_bounded_has_no_surplus_to_forget() {
     let chain = bare::<f64>(late(0.0, 0.0, 0.0), T);
     let mut state = SafetyState::<f64, 1>::default();
     for (x, wanted) in [(0.0, 0.0), (1e-3, -100.0)] {
-        chain.apply(&mut state, &vector![x], &vector![wanted]);
+        apply(&chain, &mut state, x, wanted);
     }
     let energy = 0.8 * DAMPING / T.0 * 1e-6;
     assert!((state.observed_energy_j() / energy - 1.0).abs() < 1e-12);

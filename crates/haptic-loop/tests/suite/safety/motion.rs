@@ -1,6 +1,7 @@
 //! Limits of place and speed: braked in the soft zone, a fault beyond the hard end.
 
 use super::{BARE, T, chain, workspace};
+use crate::apply;
 use fracdiff::Seconds;
 use haptic_loop::units::{Hertz, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons};
 use haptic_loop::{
@@ -88,7 +89,7 @@ fn a_velocity_beyond_the_number_type_is_a_fault_though_the_way_is_not() {
     let chain = SafetyChain::<f32>::from_limits(&limits, T).expect("valid");
     let mut state = SafetyState::<f32, 1>::default();
     for x in [0.0, 1e36] {
-        chain.apply(&mut state, &vector![x], &vector![1.0]);
+        apply(&chain, &mut state, x, 1.0);
     }
     assert_eq!(state.fault(), Some(Fault::Velocity));
     assert_eq!(state.velocity_m_per_s()[0], 0.0);
@@ -140,7 +141,7 @@ fn too_fast_is_braked_and_then_a_fault() {
         }
         assert_eq!(state.fault(), None);
         x += sign * 2.01 * T.0;
-        chain.apply(&mut state, &vector![x], &vector![0.0]);
+        apply(&chain, &mut state, x, 0.0);
         assert_eq!(state.fault(), Some(Fault::Velocity));
     }
 }
@@ -154,15 +155,15 @@ fn a_device_moved_while_nothing_ran_is_not_too_fast_after_clear() {
         ..Limits::default()
     });
     let mut state = SafetyState::<f64, 1>::default();
-    chain.apply(&mut state, &vector![0.0], &vector![0.0]);
-    chain.apply(&mut state, &vector![1e-4], &vector![0.0]);
+    apply(&chain, &mut state, 0.0, 0.0);
+    apply(&chain, &mut state, 1e-4, 0.0);
     assert!(state.observed_energy_j() > 0.0);
     state.stop();
     state.clear();
-    chain.apply(&mut state, &vector![0.3], &vector![0.0]);
+    apply(&chain, &mut state, 0.3, 0.0);
     assert_eq!(state.fault(), None);
     assert_eq!(state.observed_energy_j(), 0.0);
     // Without a clear it is.
-    chain.apply(&mut state, &vector![0.0], &vector![0.0]);
+    apply(&chain, &mut state, 0.0, 0.0);
     assert_eq!(state.fault(), Some(Fault::PositionJump));
 }

@@ -2,7 +2,7 @@
 
 use super::{armed, fault, started};
 use crate::line::{Bench, START};
-use haptic_link::{BatchItem, Field, Refusal, Report, Request, Start, State};
+use haptic_link::{BatchItem, Field, Refusal, Request, Sample, Start, State};
 use haptic_loop::Fault;
 
 #[test]
@@ -121,10 +121,7 @@ fn the_flight_recorder_keeps_what_led_to_a_fault() {
     let mut bench = started(START);
     bench.run_ms(200);
     let nothing = |bench: &mut Bench| {
-        let answer = bench.done(Request::ReadFlight { index: 0 });
-        let Report::Flight(flight) = answer else {
-            panic!("{answer:?}");
-        };
+        let flight = bench.flight(0);
         flight.count == 0 && flight.sample.axes[..] == [BatchItem::default()]
     };
     assert!(nothing(&mut bench), "no fault has latched");
@@ -132,16 +129,9 @@ fn the_flight_recorder_keeps_what_led_to_a_fault() {
     assert!(matches!(second, Refusal::Range { .. }), "{second:?}");
     bench.device.borrow_mut().trip(Fault::EmergencyStop);
     bench.run_ms(100);
-    let Report::Flight(first) = bench.done(Request::ReadFlight { index: 0 }) else {
-        panic!("no flight");
-    };
-    let mut ticks = Vec::new();
-    for index in 0..first.count {
-        let Report::Flight(flight) = bench.done(Request::ReadFlight { index }) else {
-            panic!("no flight");
-        };
-        ticks.push(flight.sample);
-    }
+    let first = bench.flight(0);
+    let ticks = (0..first.count).map(|index| bench.flight(index).sample);
+    let ticks: Vec<Sample> = ticks.collect();
     assert!(
         ticks
             .windows(2)
@@ -158,9 +148,8 @@ fn the_flight_recorder_keeps_what_led_to_a_fault() {
     );
     // It stands still until the fault is cleared.
     bench.run_ms(200);
-    let again = bench.done(Request::ReadFlight { index: 0 });
     let index = first.count;
-    assert_eq!(again, Report::Flight(first));
+    assert_eq!(bench.flight(0), first);
     let refusal = bench.refused(Request::ReadFlight { index });
     assert!(matches!(
         refusal,
