@@ -55,7 +55,7 @@ pub(super) fn judge(
     let enough_m = LEAST_COUNTS * count_m(can.position_resolution_m);
     let works_m = works_m(followed, limits, enough_m);
     let with_m = works_m[axis];
-    // What pushes x and moves y is wired or named the wrong way round.
+    // A motor that pushes x and moves y is wired or named the wrong way round.
     let farthest = (0..AXES_MAX)
         .rev()
         .max_by(|a, b| works_m[*a].abs().total_cmp(&works_m[*b].abs()));

@@ -60,7 +60,7 @@ impl Beginning {
         }
     }
 
-    /// An error of this name as far as it can be told.
+    /// An error of this name, without its numbers where the beginning moves it too far.
     pub(crate) fn error(&mut self, name: &'static str, error: Compared) -> Compared {
         match error.largest {
             Some(largest) if !self.tells(name, largest, self.largest) => {
@@ -70,7 +70,7 @@ impl Beginning {
         }
     }
 
-    /// The last value over theory, if it can be told.
+    /// The last value over theory, if the beginning moves it little.
     pub(crate) fn ratio(&mut self, name: &'static str, ratio: Option<f64>) -> Option<f64> {
         ratio.filter(|ratio| self.tells(name, *ratio, self.last))
     }

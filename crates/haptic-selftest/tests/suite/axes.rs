@@ -1,4 +1,4 @@
-//! The self-test on devices of two and three axes whose positions are told as they are, mirrored, or swapped, in their own time.
+//! The self-test on devices of two and three axes that tell their positions as they are, mirrored, or swapped, in their own time.
 
 use crate::at_once::at_once;
 use crate::foreign::WITHOUT_STOP;
@@ -12,7 +12,7 @@ use haptic_remote::serial::{BoardTrouble, DeviceTime, SerialLink, Served, Served
 use haptic_remote::{Hardware, abilities, only_real};
 use haptic_selftest::Promise;
 
-/// For each axis that is told, the number of that of the device from 1 on, with a sign.
+/// For each axis as the device tells it, the number of that of the device from 1 on, with a sign.
 type Told<const D: usize> = [i8; D];
 
 /// A mass that moves freely.

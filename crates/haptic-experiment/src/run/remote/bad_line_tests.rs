@@ -32,7 +32,7 @@ pub(crate) struct BadPair<'a> {
     pub seed: u64,
     /// Samples from the drive's beginning on.
     pub samples: u64,
-    /// Where the tissue is so long after the true beginning of the drive, m.
+    /// The tissue's place so long after the true beginning of the drive, m.
     pub place_m: &'a dyn Fn(f64) -> f64,
     /// The force that the tissue's device makes at its next place, N.
     pub force_n: &'a mut dyn FnMut(f64) -> f64,
@@ -78,7 +78,7 @@ impl Device {
         }
     }
 
-    /// What has arrived at the host by now; keep-alives go to its clock.
+    /// Samples that have arrived at the host by now; keep-alives go to its clock.
     fn arrived(&mut self, now_us: u64) -> Vec<Sample> {
         if now_us.is_multiple_of(ALIVE_US) {
             self.to_device.send(&now_us.to_le_bytes(), now_us);
