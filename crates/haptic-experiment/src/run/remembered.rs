@@ -17,8 +17,8 @@ use serde_json::Value;
 use std::env::{home_dir, var_os};
 use std::fmt::Display;
 use std::fs;
-use std::io::{self, ErrorKind};
-use std::path::{Path, PathBuf};
+use std::io::ErrorKind;
+use std::path::PathBuf;
 
 /// The place where the limits of a device are remembered.
 #[derive(Debug)]
@@ -60,7 +60,9 @@ impl Remembered {
         let Some(file) = &self.file else {
             return Ok(None);
         };
-        match self.kept(file) {
+        let text = match file.symlink_metadata() {
+            Ok(found) if found.is_file() => fs::read_to_string(file),
+            Ok(_) => Err(ErrorKind::InvalidInput.into()),
             // No limit was ever remembered under a name that is too long.
             Err(error)
                 if matches!(
@@ -68,21 +70,14 @@ impl Remembered {
                     ErrorKind::NotFound | ErrorKind::InvalidFilename
                 ) =>
             {
-                Ok(None)
+                return Ok(None);
             }
-            kept => {
-                let set = kept.map_err(|error| self.unreadable(&error))?;
-                let (limits, looser) = present.tightened(&set);
-                Ok(looser.map(|_| limits))
-            }
-        }
-    }
-
-    fn kept(&self, file: &Path) -> io::Result<Configuration> {
-        match file.symlink_metadata()?.is_file() {
-            true => Ok(self.read(&fs::read_to_string(file)?)?),
-            false => Err(ErrorKind::InvalidInput.into()),
-        }
+            Err(error) => Err(error),
+        };
+        let text = text.map_err(|error| self.unreadable(&error))?;
+        let set = self.read(&text).map_err(|error| self.unreadable(&error))?;
+        let (limits, looser) = present.tightened(&set);
+        Ok(looser.map(|_| limits))
     }
 
     fn text(&self, set: &Configuration) -> Result<String, serde_json::Error> {
@@ -230,50 +225,49 @@ fn in_order(value: &Value) -> Value {
 #[must_use]
 pub fn loosened(before: &Limits, after: &Limits) -> Vec<String> {
     let (mut then, mut now) = (*before, *after);
-    // No limit at all is above each.
-    let written = |key, value: f32| match value.is_infinite() {
-        true => "none".to_owned(),
-        false => written(key, value.into()),
-    };
-    let change = |key, before: f32, after: f32| {
-        let (before, after) = (written(key, before), written(key, after));
-        format!("{} from {before} to {after}", label(key))
-    };
-    let mut words = Vec::new();
-    for limit in Limits::TABLE {
-        let [before, after] = [&mut then, &mut now].map(|limits| *(limit.of)(limits));
+    let numbers = Limits::TABLE.iter().filter_map(|limit| {
+        let (before, after) = (*(limit.of)(&mut then), *(limit.of)(&mut now));
         let off = |value: f32| limit.tighter == Tighter::LessUnlessOff && value <= 0.0;
         let told = |value: f32| if off(value) { f32::INFINITY } else { value };
-        if !limit.is_tight(after, before) {
-            words.push(change(limit.field.key(), told(before), told(after)));
-        }
-    }
-    let late_ticks = |limits: &Limits| match limits.late_ticks {
-        0 => f32::INFINITY,
-        ticks => ticks.into(),
-    };
-    let of_run = |limits: &Limits| {
+        (!limit.is_tight(after, before)).then(|| (limit.field.key(), told(before), told(after)))
+    });
+    let of_run = |limits: &Limits| -> [(&str, f32); 4] {
+        // 0 is no limit.
+        let late_ticks = match limits.late_ticks {
+            0 => f32::INFINITY,
+            ticks => ticks.into(),
+        };
         [
             ("stuck_time_s", limits.stuck_time_s),
             ("watchdog_ms", limits.watchdog_ms.into()),
-            ("late_ticks", late_ticks(limits)),
+            ("late_ticks", late_ticks),
             ("max_age_ticks", limits.max_age_ticks.into()),
         ]
     };
-    for ((key, before), (_, after)) in of_run(before).into_iter().zip(of_run(after)) {
-        if after > before {
-            words.push(change(key, before, after));
-        }
-    }
+    let of_run = of_run(before).into_iter().zip(of_run(after));
+    let of_run = of_run.map(|((key, before), (_, after))| (key, before, after));
+    let of_run = of_run.filter(|(_, before, after)| after > before);
+    let in_words = |key, value: f32| match value {
+        value if value.is_infinite() => "none".to_owned(),
+        value => written(key, value.into()),
+    };
+    let mut words: Vec<String> = numbers
+        .chain(of_run)
+        .map(|(key, before, after)| {
+            let (before, after) = (in_words(key, before), in_words(key, after));
+            format!("{} from {before} to {after}", label(key))
+        })
+        .collect();
     let (low, high) = (after.workspace_low_m, after.workspace_high_m);
     let had = before.workspace_low_m < before.workspace_high_m;
     if had && (low >= high || low < before.workspace_low_m || high > before.workspace_high_m) {
-        let ends = |low: f32, high: f32| {
-            let [low_mm, high_mm] = [low, high].map(|end| digits(1e3 * f64::from(end), 4));
-            match low < high {
-                true => format!("{low_mm}:{high_mm} mm"),
-                false => "none".to_owned(),
-            }
+        let ends = |low: f32, high: f32| match low < high {
+            true => format!(
+                "{}:{} mm",
+                digits(1e3 * f64::from(low), 4),
+                digits(1e3 * f64::from(high), 4)
+            ),
+            false => "none".to_owned(),
         };
         let before = ends(before.workspace_low_m, before.workspace_high_m);
         words.push(format!("workspace from {before} to {}", ends(low, high)));
@@ -286,9 +280,11 @@ pub fn loosened(before: &Limits, after: &Limits) -> Vec<String> {
             }
         });
     }
-    let [before, after] = [before, after].map(|limits| limits.braking_n_s_per_m);
-    if before > 0.0 && after.to_bits() != before.to_bits() {
-        words.push(change("braking_n_s_per_m", before, after));
+    let braking = |limits: &Limits| limits.braking_n_s_per_m.to_bits();
+    if before.braking_n_s_per_m > 0.0 && braking(after) != braking(before) {
+        let [before, after] = [before, after].map(|limits| limits.braking_n_s_per_m);
+        let [before, after] = [before, after].map(|b| written("braking_n_s_per_m", b.into()));
+        words.push(format!("braking from {before} to {after}"));
     }
     words
 }
