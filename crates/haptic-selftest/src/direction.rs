@@ -55,7 +55,7 @@ pub(super) fn judge(
     let enough_m = LEAST_COUNTS * count_m(can.position_resolution_m);
     let works_m = works_m(followed, limits, enough_m);
     let with_m = works_m[axis];
-    // What pushes x and moves y is wired or named the wrong way round.
+    // A motor that pushes x and moves y is wired or named the wrong way round.
     let farthest = (0..AXES_MAX)
         .rev()
         .max_by(|a, b| works_m[*a].abs().total_cmp(&works_m[*b].abs()));
@@ -157,7 +157,10 @@ mod tests {
             }
             sample
         };
-        let samples: Vec<Tick> = (0..330).map(tick).collect();
+        of_x((0..330).map(tick).collect())
+    }
+
+    fn of_x(samples: Vec<Tick>) -> Followed {
         let places = samples.iter().map(|tick| [tick.position_m[0], 0.0, 0.0]);
         Followed {
             places_m: places.collect(),
@@ -166,25 +169,21 @@ mod tests {
         }
     }
 
+    const LIMITS: Limits = Limits {
+        force_n: 0.1,
+        ..Limits::DEFAULT
+    };
+
     #[test]
     fn a_device_that_counts_the_wrong_way_is_seen_whatever_hangs_on_it() {
-        let limits = Limits {
-            force_n: 0.1,
-            ..Limits::DEFAULT
-        };
         // Almost free, damped, held by a soft finger.
         for (mass, damping, spring) in [(0.065, 0.05, 0.0), (0.065, 3.5, 0.0), (0.1, 2.0, 100.0)] {
             for (count, ok) in [(1e-5, true), (-1e-5, false)] {
                 let whole = run(mass, damping, spring, count);
-                let mut lost = whole.clone();
-                lost.samples.retain(|tick| tick.tick % 7 != 3);
-                let places = lost
-                    .samples
-                    .iter()
-                    .map(|tick| [tick.position_m[0], 0.0, 0.0]);
-                lost.places_m = places.collect();
-                for followed in [whole, lost] {
-                    let row = judge(&followed, &limits, &device(true), 0, true);
+                let mut kept = whole.samples.clone();
+                kept.retain(|tick| tick.tick % 7 != 3);
+                for followed in [whole, of_x(kept)] {
+                    let row = judge(&followed, &LIMITS, &device(true), 0, true);
                     assert_eq!(row.ok, Some(ok), "{mass} kg, {spring} N/m: {row:?}");
                 }
             }
@@ -193,10 +192,6 @@ mod tests {
 
     #[test]
     fn of_several_axes_one_that_is_mirrored_or_swapped_is_named() {
-        let limits = Limits {
-            force_n: 0.1,
-            ..Limits::DEFAULT
-        };
         let can = Capabilities {
             axes: 3,
             ..device(false)
@@ -210,21 +205,15 @@ mod tests {
                 // The others tremble.
                 place[(moves + 1) % 3] = 0.1 * there;
             }
-            judge(&followed, &limits, &can, 1, true)
+            judge(&followed, &LIMITS, &can, 1, true)
         };
         assert_eq!(told(1, 1.0).ok, Some(true));
+        let with = "moves x 0.17 mm, with the force: these axes are swapped";
+        let against = "moves z 0.17 mm, against the force: these axes are swapped";
         for (moves, sign, words) in [
             (1, -1.0, "turn the sign of this axis"),
-            (
-                0,
-                1.0,
-                "moves x 0.17 mm, with the force: these axes are swapped",
-            ),
-            (
-                2,
-                -1.0,
-                "moves z 0.17 mm, against the force: these axes are swapped",
-            ),
+            (0, 1.0, with),
+            (2, -1.0, against),
         ] {
             let row = told(moves, sign);
             assert!(row.ok == Some(false) && row.seen.contains(words), "{row:?}");

@@ -14,7 +14,7 @@ const TICKS: f64 = 300.0;
 /// Rounding of a difference of two forces, relative to their limit.
 const ROUNDING: f32 = 1e-5;
 
-/// Each axis in turn; of limit and stop the worst is told, of the direction each.
+/// Each axis in turn; of limit and stop the row has the worst, of the direction each.
 pub(super) fn check(bench: &mut Bench<'_>) -> Result<Vec<Check>, Broken> {
     bench.trying(Promise::ForceLimit)?;
     let (mut limits, mut stops, mut directions) = (Vec::new(), Vec::new(), Vec::new());

@@ -206,24 +206,21 @@ impl Check {
     /// One row for several axes: the worst of them, which its words name, or with `all` the words of each.
     pub(super) fn of_axes(mut rows: Vec<Self>, all: bool) -> Option<Self> {
         let is_one = rows.len() == 1;
-        let named = |axis: usize, seen: &str| match is_one {
-            true => seen.to_owned(),
-            false => format!("{}: {seen}", AXES[axis]),
-        };
-        let words: Vec<String> = (rows.iter().enumerate())
-            .map(|(axis, row)| named(axis, &row.seen))
-            .collect();
+        let named = rows.iter().zip(AXES).map(|(row, axis)| match is_one {
+            true => row.seen.clone(),
+            false => format!("{axis}: {}", row.seen),
+        });
+        let mut words: Vec<String> = named.collect();
         let badness = |row: &Self| match row.ok {
             Some(false) => 3 + u8::from(row.certain),
             None => 1 + u8::from(row.not_judged),
             Some(true) => 0,
         };
-        let worst = (0..rows.len())
-            .rev()
-            .max_by_key(|axis| badness(&rows[*axis]))?;
+        let most = rows.iter().map(badness).max()?;
+        let worst = rows.iter().position(|row| badness(row) == most)?;
         let seen = match all {
             true => words.join("; "),
-            false => words[worst].clone(),
+            false => words.swap_remove(worst),
         };
         Some(Self {
             seen,

@@ -23,7 +23,7 @@ const READ_AT_ONCE: usize = 4096;
 /// Answers in which the settings may come to be what was asked for.
 const ATTEMPTS: u32 = 25;
 
-/// What a service said, in one line that a terminal can show.
+/// Words of a service, in one line that a terminal can show.
 fn cut(said: &str) -> String {
     short(said).replace(char::is_control, " ")
 }

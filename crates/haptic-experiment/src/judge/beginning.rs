@@ -60,18 +60,19 @@ impl Beginning {
         }
     }
 
-    /// An error of this name as far as it can be told.
+    /// An error of this name, without its numbers where the beginning moves it too far.
     pub(crate) fn error(&mut self, name: &'static str, error: Compared) -> Compared {
-        match self.number(name, error.largest, self.largest).is_some() {
-            true => error,
-            false if error.largest.is_none() => error,
-            false => Compared::without_meaning(self.reason()),
+        match error.largest {
+            Some(largest) if !self.tells(name, largest, self.largest) => {
+                Compared::without_meaning(self.reason())
+            }
+            Some(_) | None => error,
         }
     }
 
-    /// The last value over theory, if it can be told.
+    /// The last value over theory, if the beginning moves it little.
     pub(crate) fn ratio(&mut self, name: &'static str, ratio: Option<f64>) -> Option<f64> {
-        self.number(name, ratio, self.last)
+        ratio.filter(|ratio| self.tells(name, *ratio, self.last))
     }
 
     /// True if the beginning alone may have moved the last value so far from theory.
@@ -87,20 +88,19 @@ impl Beginning {
 
     fn moved(&self, rate: f64) -> f64 {
         // A beginning that is known moves nothing, however fast theory changes.
-        if self.within_s == 0.0 {
-            return 0.0;
+        match self.within_s == 0.0 {
+            true => 0.0,
+            false => self.within_s * rate,
         }
-        self.within_s * rate
     }
 
-    fn number(&mut self, name: &'static str, number: Option<f64>, rate: f64) -> Option<f64> {
-        let found = number?;
+    fn tells(&mut self, name: &'static str, number: f64, rate: f64) -> bool {
         // Not-a-number, of no rate and no time, is not told either.
-        if self.moved(rate) <= SHARE * found.abs() {
-            return number;
+        let tells = self.moved(rate) <= SHARE * number.abs();
+        if !tells {
+            self.withheld.push(name);
         }
-        self.withheld.push(name);
-        None
+        tells
     }
 
     fn reason(&self) -> String {

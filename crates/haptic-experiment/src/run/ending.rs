@@ -29,7 +29,7 @@ pub(crate) enum Ending {
     LogStopped,
 }
 
-/// Who takes the force away from a device that hears nothing more.
+/// The one that takes the force away from a device that hears nothing more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Keeper {
     /// This program itself, which serves it.
@@ -206,7 +206,7 @@ impl LetGo {
     }
 }
 
-/// The danger of a device without a watchdog that cannot be told any more.
+/// The danger of a device without a watchdog that hears nothing any more.
 const HELD: &str = "its driver may still push: switch it off";
 
 impl Ending {

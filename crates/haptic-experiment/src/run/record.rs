@@ -113,7 +113,7 @@ pub(crate) struct Record {
     pub link: Option<LinkSummary>,
     /// How late this host may be before the device at the other end trips.
     pub lateness: Option<Lateness>,
-    /// Who takes the force away when the link is lost.
+    /// The one that takes the force away when the link is lost.
     pub keeper: Keeper,
     /// Words of a served device whose board said nothing any more.
     pub board_lost: Option<String>,

@@ -158,7 +158,6 @@ fn the_verdict_before_the_run_is_what_the_run_shows_at_either_side_of_the_edge()
         // The limit would hide the growth.
         let free = |factor| Drive {
             force_limit_n: 1e6,
-            force_limit_reason: None,
             ..times(factor)
         };
         let (below, above) = (free(0.97 * edge), free(1.03 * edge));

@@ -504,7 +504,7 @@ impl Indentation {
             .collect())
     }
 
-    /// The same tick by tick, for a run too long to keep and so many ticks before it: from each position the force.
+    /// The full history tick by tick, for a run too long to keep and so many ticks before it: from each position the force.
     fn full_history_step(&self, before: u64) -> Result<impl FnMut(f64) -> f64 + use<>, Failure> {
         let mut tissue = self.sampled(self.check()? + before)?;
         let effective = self.piece.effective();

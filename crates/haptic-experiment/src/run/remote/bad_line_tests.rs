@@ -4,12 +4,11 @@
 use super::RemoteDevice;
 use super::partner::{Both, Clock, DriveRan, Partner, Side, aligned};
 use super::session::{HostSession, Ready, blank};
-use crate::run::Ran;
+use crate::experiment::kind::Watched;
 use crate::run::device::{LinkedName, SerialName};
-use crate::run::folder::FolderRequest;
 use crate::run::record::{Record, Start};
-use crate::run::recorder::Recorder;
 use crate::run::schedule::{Pace, Schedule};
+use crate::run::{Ran, recorder};
 use haptic_devices::moteus::{MoteusAxis, MoteusSettings};
 use haptic_emulator::moteus::{EmulatedAdapter, EmulatedServo, Shaft};
 use haptic_emulator::{FaultyLine, LineFaults, NearLine};
@@ -18,7 +17,6 @@ use haptic_log::record::TickMessage;
 use haptic_loop::realtime::Moment;
 use haptic_remote::serial::{DeviceTime, Ping, Pings, SerialLink, Served};
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 use testkit::Random;
@@ -34,7 +32,7 @@ pub(crate) struct BadPair<'a> {
     pub seed: u64,
     /// Samples from the drive's beginning on.
     pub samples: u64,
-    /// Where the tissue is so long after the true beginning of the drive, m.
+    /// The tissue's place so long after the true beginning of the drive, m.
     pub place_m: &'a dyn Fn(f64) -> f64,
     /// The force that the tissue's device makes at its next place, N.
     pub force_n: &'a mut dyn FnMut(f64) -> f64,
@@ -52,7 +50,6 @@ struct Device {
     to_device: FaultyLine,
     pings: Arc<Mutex<Pings>>,
     made: Vec<Sample>,
-    asked_us: Vec<u64>,
 }
 
 impl Device {
@@ -81,12 +78,10 @@ impl Device {
         }
     }
 
-    /// What has arrived at the host by now; keep-alives go to its clock.
+    /// Samples that have arrived at the host by now; keep-alives go to its clock.
     fn arrived(&mut self, now_us: u64) -> Vec<Sample> {
         if now_us.is_multiple_of(ALIVE_US) {
-            self.asked_us.push(now_us);
-            let n = self.asked_us.len() as u64 - 1;
-            self.to_device.send(&n.to_le_bytes(), now_us);
+            self.to_device.send(&now_us.to_le_bytes(), now_us);
         }
         while let Some(frame) = self.to_device.receive(now_us) {
             let told = [&[1], &frame[..], &self.at(now_us).to_le_bytes()[..]].concat();
@@ -98,7 +93,7 @@ impl Device {
             match frame[0] {
                 0 => samples.push(self.made[number(&frame[1..]) as usize].clone()),
                 _ => self.pings.lock().expect("one thread").add(Ping {
-                    sent_us: self.asked_us[number(&frame[1..9]) as usize],
+                    sent_us: number(&frame[1..9]),
                     heard_us: now_us,
                     device_us: number(&frame[9..]),
                 }),
@@ -108,15 +103,16 @@ impl Device {
     }
 }
 
-/// A link that answers, for a session that asks it nothing of its run.
-fn quiet() -> SerialLink {
-    let servo = EmulatedServo::new(1, Shaft::LEVER).expect("a servo");
+/// A link to an emulated servo in its own time, which answers; and the servo's adapter.
+pub(crate) fn quiet() -> (SerialLink, Arc<Mutex<EmulatedAdapter>>) {
+    let servo = EmulatedServo::new(1, Shaft::LEVER).expect("a good servo");
     let adapter = Arc::new(Mutex::new(EmulatedAdapter::new(servo)));
     let time = DeviceTime::default();
-    let line = NearLine::new(adapter, time.clone());
-    let axis = MoteusAxis::open(line, MoteusSettings::DEFAULT, true).expect("opens");
+    let line = NearLine::new(Arc::clone(&adapter), time.clone());
+    let axis = MoteusAxis::open(line, MoteusSettings::DEFAULT, true).expect("answers");
     let served = Served::in_its_own_time(axis, time).expect("serves");
-    SerialLink::to_served(served, "moteus:emulated").expect("answers")
+    let link = SerialLink::to_served(served, "moteus:emulated").expect("answers");
+    (link, adapter)
 }
 
 impl BadPair<'_> {
@@ -133,12 +129,11 @@ impl BadPair<'_> {
             to_device,
             pings: Arc::default(),
             made: Vec::new(),
-            asked_us: Vec::new(),
         }
     }
 
     /// The run as it is judged, and how much later than the truth the record of the tissue begins to count, s.
-    pub(crate) fn run(self, folder: &Path) -> (Ran, f64) {
+    pub(crate) fn run(self, watched: Watched<'_>) -> (Ran, f64) {
         let random = &mut Random(self.seed);
         let mut devices = [Side::Tissue, Side::Drive].map(|side| self.device(side, random));
         // The drive waits until the tissue's force has risen.
@@ -149,34 +144,35 @@ impl BadPair<'_> {
             let clock: Clock = Arc::new(move || pings.lock().expect("one thread").clock(epoch));
             clock
         });
-        let (both, remote) = (Both::default(), RemoteDevice::new(name()));
-        let schedule = |samples| Schedule {
-            samples,
-            sample_time_s: T,
-            pace: Pace::Virtual,
+        let name = SerialName {
+            path: "device".to_owned(),
+            baud: None,
         };
+        let remote = RemoteDevice::new(LinkedName::Serial(name));
+        let both = Both::default();
         let blank = |_: f64| blank(0.0);
         let ready = || Ready {
-            link: quiet(),
+            // Nothing of the run is asked of it.
+            link: quiet().0,
             before: Default::default(),
             device: &remote,
-            schedule: schedule(self.samples),
+            schedule: Schedule {
+                samples: self.samples,
+                sample_time_s: T,
+                pace: Pace::Virtual,
+            },
             start: Start::default(),
             rise_ticks: 10,
             blank: &blank,
             metadata: BTreeMap::new(),
             found: None,
         };
-        let request = FolderRequest {
-            out: Some(folder.to_owned()),
-            stem: "pair".to_owned(),
-            overwrite: true,
-            roll_bytes: None,
-            provenance: BTreeMap::new(),
-        };
+        let Watched {
+            request,
+            supervisor,
+        } = watched;
         let made = request.prepare().expect("a folder");
-        let log = made.file("mcap");
-        let log = Recorder::start(&log, BTreeMap::new(), true, true, None, Vec::new());
+        let log = recorder(request, &made, BTreeMap::new(), true, supervisor);
         let mut first_log = log.expect("a log");
         let second_log = first_log.beside();
         let partner = |side| {
@@ -228,11 +224,4 @@ impl BadPair<'_> {
         });
         (Ran { second, ..ran }, late_s)
     }
-}
-
-fn name() -> LinkedName {
-    LinkedName::Serial(SerialName {
-        path: "device".to_owned(),
-        baud: None,
-    })
 }

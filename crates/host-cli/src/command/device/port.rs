@@ -43,7 +43,7 @@ impl PortArguments {
         self.device.connect(None, patience, &warn, stop)
     }
 
-    /// The same for all axes of a device, or this many of one of another maker.
+    /// Connects for all axes of a device, or this many of one of another maker.
     pub(super) fn connect_all(&self, axes: Option<u8>) -> Result<SerialLink, Failure> {
         let (patience, stop) = self.attempts()?;
         let axes = axes.map(usize::from);

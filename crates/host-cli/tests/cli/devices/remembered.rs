@@ -11,7 +11,7 @@ const RUN: &str = "relax --device serial:device --contact rigid --area 100cm2 --
                    --ramp-time 0.2s --duration 1s watchdog=1s --overwrite --out run --quiet";
 const LOST: &str = "force limit from 500 mN to 10 N, workspace from -20:20 mm to none";
 
-/// What comes of a command on a device that was switched off and on: at its port again, with the limits of its firmware.
+/// A command that ended on a device that was switched off and on: at its port again, with the limits of its firmware.
 fn after_restart(device: &mut Emulated, line: &str) -> Ended {
     device.kill();
     device.plug_in("--speed 4");

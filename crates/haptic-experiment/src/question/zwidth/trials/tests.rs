@@ -2,21 +2,13 @@
 
 use super::*;
 use crate::run::ending::tests::reported;
-use haptic_devices::moteus::{MoteusAxis, MoteusSettings};
-use haptic_emulator::NearLine;
-use haptic_emulator::moteus::{EmulatedAdapter, EmulatedServo, Shaft};
-use haptic_remote::serial::{DeviceTime, Served};
+use crate::run::remote::bad_line_tests::quiet;
+use haptic_emulator::moteus::EmulatedAdapter;
 use std::sync::Arc;
 
 /// An emulated servo in its own time, which runs and tells no sample; and its adapter.
 fn running_without_samples() -> (SerialLink, Arc<Mutex<EmulatedAdapter>>) {
-    let servo = EmulatedServo::new(1, Shaft::LEVER).expect("a good servo");
-    let adapter = Arc::new(Mutex::new(EmulatedAdapter::new(servo)));
-    let time = DeviceTime::default();
-    let line = NearLine::new(Arc::clone(&adapter), time.clone());
-    let axis = MoteusAxis::open(line, MoteusSettings::DEFAULT, true).expect("answers");
-    let served = Served::in_its_own_time(axis, time).expect("serves");
-    let mut link = SerialLink::to_served(served, "moteus:emulated").expect("answers");
+    let (mut link, adapter) = quiet();
     link.arm(Duration::from_secs(1)).expect("arms");
     let rarely = Start {
         every: u16::MAX,

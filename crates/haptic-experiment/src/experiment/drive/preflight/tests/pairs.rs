@@ -73,7 +73,6 @@ impl Case {
                 }
                 .into(),
                 force_limit_n: 1e6,
-                force_limit_reason: None,
                 ..held("1", false).0
             },
             stiffness: random.log_between(30.0, 1e4),
