@@ -200,13 +200,6 @@ impl Kind {
         }
     }
 
-    fn is_tick(&self) -> bool {
-        let Self::Tick(entry, _) = self else {
-            return false;
-        };
-        matches!(entry(TickMessage::default()), Entry::Tick(_))
-    }
-
     fn decode(&self, bytes: &[u8]) -> Result<Entry, MessageError> {
         match self {
             Self::Tick(entry, layouts) => {
@@ -299,9 +292,11 @@ impl<R: Read> LogReader<R> {
     /// The ticks by their index.
     pub(super) fn skimmed(&self) -> Option<Indexed> {
         let mut channels = self.skim.iter().flatten();
-        let ticks = channels.find(|(id, _)| {
-            let kind = self.channels.get(id).and_then(|kind| kind.as_ref().ok());
-            kind.is_some_and(Kind::is_tick)
+        let ticks = channels.find(|(id, _)| match self.channels.get(id) {
+            Some(Ok(Kind::Tick(entry, _))) => {
+                matches!(entry(TickMessage::default()), Entry::Tick(_))
+            }
+            Some(Ok(Kind::Event(_)) | Err(_)) | None => false,
         });
         ticks.map(|(_, indexed)| *indexed)
     }
