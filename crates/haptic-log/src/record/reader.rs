@@ -25,7 +25,7 @@ use super::{EventMessage, MessageError, MetadataRecord, RecordError, StartTime, 
 
 /// No record of a log is longer; a longer one is damage.
 const RECORD_LIMIT: usize = 1 << 25;
-/// So much may be unpacked of any log, and of a longer one so many times what was read: more is a file made to waste time.
+/// Bytes that may be unpacked of any log; of a longer one it may be this many times what was read. More is a file made to waste time.
 const UNPACKED_MOST: u64 = 1 << 30;
 const UNPACKED_TIMES: u64 = 64;
 const NO_KIND: &str = "there is a record of no kind";

@@ -250,7 +250,7 @@ pub struct LogSummary {
     pub drive_missing_samples: Option<u64>,
     /// Ticks that come twice, or so late that they are not put in their place.
     pub out_of_order: u64,
-    /// Ticks that stood behind later ones and were put in their place; `None` if there are none.
+    /// Ticks that stood behind later ones and were put in their place, if there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sorted_ticks: Option<u64>,
     /// How many ticks the device or the link got wrong, and how.
@@ -407,7 +407,7 @@ pub fn inspect(path: &Path) -> Result<LogSummary, RecordError> {
     Ok(summary)
 }
 
-/// What a log says of itself beside its samples.
+/// Metadata and counts of a log, read without its samples.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Skimmed {
     /// The metadata records in file order.

@@ -404,7 +404,7 @@ fn a_sound_log_of_others_is_not_an_empty_table() {
     assert!(matches!(error, RecordError::NoTicks { .. }), "{error:?}");
     let text = error.to_string();
     assert!(text.contains("/camera/image, /joint_states"), "{text}");
-    // What cannot be copied is lost, and that is said.
+    // A copy of it lacks them, and that is said.
     let files = fs::read_dir(folder.path()).expect("lists");
     assert_eq!(files.count(), 1, "no table");
     let saved = recover(&path, &table, false).expect("saves");
@@ -419,7 +419,7 @@ fn a_sound_log_of_others_is_not_an_empty_table() {
     assert!(topics.eq([ATTACHMENTS, "/camera/image", "/joint_states"]));
 }
 
-/// Every message has its time, read or not: Python writes a number that is none as `NaN`, which is not JSON.
+/// Every message has its time, read or not: Python writes `NaN`, which is not JSON.
 #[test]
 fn times_count_from_the_first_message_though_it_is_no_number() {
     let folder = tempfile::tempdir().expect("folder");
@@ -468,7 +468,7 @@ fn packed(chunks: usize, size: u64, compression: &str, records: &[u8], behind: &
     log
 }
 
-/// So many zeros in a frame of zstd, 4 bytes for each 128 kB: RFC 8878, blocks of type 1.
+/// A frame of zstd that unpacks to so many zeros, 4 bytes for each 128 kB: RFC 8878, blocks of type 1.
 fn zeros(size: u32) -> Vec<u8> {
     let mut frame = b"\x28\xb5\x2f\xfd\xa0".to_vec();
     frame.extend(size.to_le_bytes());
