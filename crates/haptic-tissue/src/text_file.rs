@@ -38,7 +38,7 @@ pub fn read_text(path: &Path) -> io::Result<String> {
     Ok(text.into_owned())
 }
 
-/// Bytes as text, without their marks; the reason where they are none.
+/// Bytes as text, without their marks, or the reason why they cannot be one.
 pub(crate) fn decoded(bytes: &[u8]) -> Result<Cow<'_, str>, &'static str> {
     let wide = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
         // Some programs end the text with a byte of its own.

@@ -273,7 +273,7 @@ impl Design {
         pid.expect("valid")
     }
 
-    /// How far the mean of the output is from this reference over the last half, with this noise in what is measured.
+    /// Distance of the mean of the output from this reference over the last half, with this noise in what is measured.
     fn error<F: Real>(&self, reference: f64, noise: f64, drive: Drive) -> f64 {
         let (pid, mut draw) = (self.pid::<F>(), Draw(7));
         let [share, reached, counts, rounding] = drive;

@@ -25,7 +25,7 @@ use super::{EventMessage, MessageError, MetadataRecord, RecordError, StartTime, 
 
 /// No record of a log is longer; a longer one is damage.
 const RECORD_LIMIT: usize = 1 << 25;
-/// So much may be unpacked of any log, and of a longer one so many times what was read: more is a file made to waste time.
+/// Bytes that may be unpacked of any log; of a longer one it may be this many times what was read. More is a file made to waste time.
 const UNPACKED_MOST: u64 = 1 << 30;
 const UNPACKED_TIMES: u64 = 64;
 const NO_KIND: &str = "there is a record of no kind";
@@ -200,13 +200,6 @@ impl Kind {
         }
     }
 
-    fn is_tick(&self) -> bool {
-        let Self::Tick(entry, _) = self else {
-            return false;
-        };
-        matches!(entry(TickMessage::default()), Entry::Tick(_))
-    }
-
     fn decode(&self, bytes: &[u8]) -> Result<Entry, MessageError> {
         match self {
             Self::Tick(entry, layouts) => {
@@ -299,9 +292,11 @@ impl<R: Read> LogReader<R> {
     /// The ticks by their index.
     pub(super) fn skimmed(&self) -> Option<Indexed> {
         let mut channels = self.skim.iter().flatten();
-        let ticks = channels.find(|(id, _)| {
-            let kind = self.channels.get(id).and_then(|kind| kind.as_ref().ok());
-            kind.is_some_and(Kind::is_tick)
+        let ticks = channels.find(|(id, _)| match self.channels.get(id) {
+            Some(Ok(Kind::Tick(entry, _))) => {
+                matches!(entry(TickMessage::default()), Entry::Tick(_))
+            }
+            Some(Ok(Kind::Event(_)) | Err(_)) | None => false,
         });
         ticks.map(|(_, indexed)| *indexed)
     }

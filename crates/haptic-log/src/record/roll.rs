@@ -315,7 +315,7 @@ impl LogFiles {
         self.reader = LogReader::open(&file)?;
         self.reader.axes = axes;
         self.reader.topics = topics;
-        // What may be unpacked is that of all files together.
+        // The bound on what is unpacked is one for all files together.
         self.reader.bytes_read += bytes_read;
         self.reader.unpacked = unpacked;
         self.belongs = self.run.is_none();

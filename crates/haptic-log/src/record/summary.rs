@@ -103,6 +103,18 @@ pub struct Gap {
     pub missing: u64,
 }
 
+impl Gap {
+    fn between(after_tick: u64, before_tick: u64) -> Option<Self> {
+        let missing = before_tick - after_tick - 1;
+        let gap = Self {
+            after_tick,
+            before_tick,
+            missing,
+        };
+        (missing > 0).then_some(gap)
+    }
+}
+
 /// Counts ticks as they pass.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TickCount {
@@ -137,12 +149,7 @@ impl TickCount {
         match self.last {
             None => self.first = Some((tick, time_s)),
             Some((before, _)) if tick <= before => return self.add_late(tick),
-            Some((before, _)) if tick - before > 1 => self.gaps.push(Gap {
-                after_tick: before,
-                before_tick: tick,
-                missing: tick - before - 1,
-            }),
-            Some(_) => {}
+            Some((before, _)) => self.gaps.extend(Gap::between(before, tick)),
         }
         self.samples += 1;
         self.last = Some((tick, time_s));
@@ -155,14 +162,11 @@ impl TickCount {
         let Some(gap) = self.gaps.get(at).filter(|gap| gap.after_tick < tick) else {
             return;
         };
-        let halves = [(gap.after_tick, tick), (tick, gap.before_tick)];
-        let halves = halves.map(|(after_tick, before_tick)| Gap {
-            after_tick,
-            before_tick,
-            missing: before_tick - after_tick - 1,
-        });
-        let left = halves.into_iter().filter(|gap| gap.missing > 0);
-        self.gaps.splice(at..=at, left);
+        let halves = [
+            Gap::between(gap.after_tick, tick),
+            Gap::between(tick, gap.before_tick),
+        ];
+        self.gaps.splice(at..=at, halves.into_iter().flatten());
     }
 
     /// Takes in what metadata say of the ticks.
@@ -246,7 +250,7 @@ pub struct LogSummary {
     pub drive_missing_samples: Option<u64>,
     /// Ticks that come twice, or so late that they are not put in their place.
     pub out_of_order: u64,
-    /// Ticks that stood behind later ones and were put in their place; `None` if there are none.
+    /// Ticks that stood behind later ones and were put in their place, if there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sorted_ticks: Option<u64>,
     /// How many ticks the device or the link got wrong, and how.
@@ -403,7 +407,7 @@ pub fn inspect(path: &Path) -> Result<LogSummary, RecordError> {
     Ok(summary)
 }
 
-/// What a log says of itself beside its samples.
+/// Metadata and counts of a log, read without its samples.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Skimmed {
     /// The metadata records in file order.

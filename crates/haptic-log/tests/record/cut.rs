@@ -1,9 +1,8 @@
 //! A span of a log as a log of its own.
 
-use super::{TICK_S, tick};
+use super::{TICK_S, log_of, tick};
 use haptic_log::record::{
-    CUT, EventMessage, LogWriter, NewFileError, RecordError, RollingLog, Span, SpanError, cut,
-    inspect,
+    CUT, EventMessage, NewFileError, RecordError, RollingLog, Span, SpanError, cut, inspect,
 };
 
 const TICKS: u64 = 1000;
@@ -12,9 +11,7 @@ const TICKS: u64 = 1000;
 fn each_span_has_the_ticks_between_its_times_and_no_others() {
     let folder = tempfile::tempdir().expect("a folder");
     let (log, part) = (folder.path().join("a.mcap"), folder.path().join("b.mcap"));
-    let mut writer = LogWriter::create(&log).expect("creates");
-    (0..TICKS).for_each(|n| writer.tick(&tick(n)).expect("takes"));
-    writer.finish().expect("finishes");
+    log_of(&log, (0..TICKS).map(tick));
     for (from, to) in [(0, 1), (0, TICKS - 1), (17, 18), (333, 700), (998, 999)] {
         let times = [from, to].map(|n| tick(n).time_s);
         let span = Span {
@@ -42,9 +39,7 @@ fn each_span_has_the_ticks_between_its_times_and_no_others() {
 fn a_span_that_is_not_in_the_log_leaves_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
     let (log, part) = (folder.path().join("a.mcap"), folder.path().join("b.mcap"));
-    let mut writer = LogWriter::create(&log).expect("creates");
-    (5..TICKS).for_each(|n| writer.tick(&tick(n)).expect("takes"));
-    writer.finish().expect("finishes");
+    log_of(&log, (5..TICKS).map(tick));
     let last_s = tick(TICKS - 1).time_s;
     let between = (10.2 * TICK_S, 10.4 * TICK_S);
     for (from_s, to_s, key) in [

@@ -1,9 +1,9 @@
 //! Logs too long for one index or one file.
 
-use super::{noon, parameters, tick, ticks_of};
+use super::damage::chunks;
+use super::{entries_of, noon, parameters, tick, ticks_in, ticks_of};
 use haptic_log::record::{
-    Damage, Entry, LogFiles, LogReader, LogWriter, NEXT, ROLL_LEAST, RollingLog, TickMessage,
-    inspect, recover,
+    Damage, Entry, LogFiles, LogWriter, NEXT, ROLL_LEAST, RollingLog, TickMessage, inspect, recover,
 };
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -38,8 +38,8 @@ fn a_very_long_log_has_an_index_of_all_of_it() {
     assert_eq!((stats.message_count, stats.metadata_count), (ticks, 2));
     // 65 536 chunks of 100 ms, 32 768 of 200 ms, and the rest of 400 ms; the event channel stands in one of its own.
     let expected = 65_536 + 32_768 + (ticks - 2 * 65_536) / 4;
-    let chunks = found.chunk_indexes.len() as u64;
-    assert!(chunks.abs_diff(expected) < 8, "{chunks}, not {expected}");
+    let indexed = found.chunk_indexes.len() as u64;
+    assert!(indexed.abs_diff(expected) < 8, "{indexed}, not {expected}");
     // Any tick is found by its time, and every one by the chunk that the index names.
     let mut sequences = Vec::new();
     for chunk in &found.chunk_indexes {
@@ -50,9 +50,9 @@ fn a_very_long_log_has_an_index_of_all_of_it() {
     assert_eq!(found.metadata_indexes.len(), 2);
 
     // A byte that changed is still found by its chunk.
-    let place = within_chunk(&bytes, 80_000);
+    let chunk = chunks(&bytes)[80_000].clone();
     let mut damaged = bytes;
-    damaged[place] ^= 0x40;
+    damaged[chunk.end - chunk.len() / 4] ^= 0x40;
     fs::write(&path, damaged).expect("writes");
     let summary = inspect(&path).expect("inspects");
     assert!(
@@ -60,27 +60,6 @@ fn a_very_long_log_has_an_index_of_all_of_it() {
         "{}",
         summary.samples
     );
-}
-
-/// A byte of the records in a chunk: MCAP is magic, then records of an opcode, a length and so many bytes.
-fn within_chunk(bytes: &[u8], number: usize) -> usize {
-    const CHUNK: u8 = 6;
-    let (mut at, mut chunks) = (8, 0);
-    loop {
-        let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().expect("eight bytes"));
-        let end = at + 9 + length as usize;
-        chunks += usize::from(bytes[at] == CHUNK);
-        if chunks == number {
-            return end - length as usize / 4;
-        }
-        at = end;
-    }
-}
-
-/// Of this file alone.
-fn entries_of(path: &Path) -> Vec<Entry> {
-    let entries = LogReader::open(path).expect("opens");
-    entries.collect::<Result<_, _>>().expect("reads")
 }
 
 /// The file has an index, metadata and date by itself.
@@ -156,7 +135,7 @@ fn a_log_in_several_files_reads_as_one() {
         "{summary:?}"
     );
     assert_eq!(summary.samples, ticks);
-    assert_eq!(ticks_of(&entries_of(&saved)), all(&name(1)));
+    assert_eq!(ticks_in(&saved), all(&name(1)));
     // Nothing is written over one of its files.
     assert!(recover(&name(1), &name(2), true).is_err());
     fs::rename(name(2), folder.path().join("aside")).expect("moves");
@@ -226,52 +205,37 @@ fn files_of_another_run_are_not_read_as_one_with_these() {
     assert_eq!((kept.samples, kept.complete), (ticks as u64, false));
 }
 
-#[test]
-fn a_log_that_names_itself_as_the_next_ends() {
-    let folder = tempfile::tempdir().expect("folder");
-    let names = ["a.mcap", "b.mcap"].map(|name| folder.path().join(name));
-    for next in [["a.mcap", "b.mcap"], ["b.mcap", "a.mcap"]] {
-        for (path, next) in names.iter().zip(next) {
-            let _ = fs::remove_file(path);
-            let mut log = LogWriter::create(path).expect("creates");
-            log.tick(&tick(0)).expect("writes");
-            let next = [("file".to_owned(), next.to_owned())].into();
-            log.metadata(NEXT, next).expect("writes");
-            log.finish().expect("finishes");
-        }
-        let summary = inspect(&names[0]).expect("inspects");
-        assert!(summary.samples <= 2 && !summary.complete);
-        assert!(
-            summary.damage[0].contains("one of its files already"),
-            "{:?}",
-            summary.damage
-        );
-    }
+/// A log of so many ticks that goes on in a file of this name.
+fn goes_on(path: &Path, ticks: u64, next: Option<&str>) {
+    let _ = fs::remove_file(path);
+    let mut log = LogWriter::create(path).expect("creates");
+    (0..ticks).for_each(|n| log.tick(&tick(n)).expect("writes"));
+    let next = next.map(|name| ("file".to_owned(), name.to_owned()));
+    log.metadata(NEXT, next.into_iter().collect())
+        .expect("writes");
+    log.finish().expect("finishes");
 }
 
 #[test]
-fn a_log_that_goes_on_under_no_name_is_not_whole() {
+fn a_log_that_goes_on_under_a_name_of_its_own_or_none_ends() {
     let folder = tempfile::tempdir().expect("folder");
-    let path = folder.path().join("run.mcap");
-    for name in [
-        Some(""),
-        Some("."),
-        Some(".."),
-        Some("/"),
-        Some("a/.."),
-        None,
-    ] {
-        let _ = fs::remove_file(&path);
-        let mut writer = LogWriter::create(&path).expect("creates");
-        (0..10).for_each(|n| writer.tick(&tick(n)).expect("writes"));
-        let named = name.map(|name| ("file".to_owned(), name.to_owned()));
-        writer
-            .metadata(NEXT, named.into_iter().collect())
-            .expect("writes");
-        writer.finish().expect("finishes");
-        let summary = inspect(&path).expect("inspects");
-        assert!(!summary.complete && summary.samples == 10, "{name:?}");
-        let damage = &summary.damage[0];
-        assert!(damage.contains("is no name of a file"), "{damage}");
+    let names = ["a.mcap", "b.mcap"].map(|name| folder.path().join(name));
+    let nowhere = ["", ".", "..", "/", "a/.."].map(Some);
+    let nowhere = nowhere.into_iter().chain([None]);
+    let nowhere = nowhere.map(|name| (name, "is no name of a file"));
+    let again = ["a.mcap", "b.mcap"].map(|name| (Some(name), "one of its files already"));
+    for (next, said) in nowhere.chain(again) {
+        goes_on(&names[0], 1, next);
+        goes_on(&names[1], 1, Some("a.mcap"));
+        let summary = inspect(&names[0]).expect("inspects");
+        let files = 1 + u64::from(next == Some("b.mcap"));
+        assert!(
+            !summary.complete && summary.samples <= files,
+            "{next:?}: {summary:?}"
+        );
+        assert!(
+            summary.samples > 0 && summary.damage[0].contains(said),
+            "{next:?}: {summary:?}"
+        );
     }
 }

@@ -11,6 +11,7 @@ use haptic_log::record::{
     END, EndKind, Entry, EventMessage, LogReader, LogWriter, NewFileError, PerAxis, RecordError,
     RunEnd, StartTime, TickMessage, export_csv, inspect, recover,
 };
+use mcap::records::MessageHeader;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{BufWriter, Cursor, Seek, Write};
@@ -86,6 +87,50 @@ fn finished_bytes(ticks: u64) -> Vec<u8> {
         LogWriter::with_sink(Cursor::new(Vec::new()), Path::new("memory")).expect("starts");
     fill(&mut writer, ticks).expect("fills");
     writer.close().expect("closes").into_inner()
+}
+
+/// The bytes of a log that another program has written.
+fn closed(mut log: mcap::Writer<Cursor<Vec<u8>>>) -> Vec<u8> {
+    log.finish().expect("finishes");
+    log.into_inner().into_inner()
+}
+
+/// A message of another program, logged when it was published.
+fn publish<W: Write + Seek>(
+    log: &mut mcap::Writer<W>,
+    channel_id: u16,
+    sequence: u32,
+    log_time: u64,
+    bytes: &[u8],
+) {
+    let header = MessageHeader {
+        channel_id,
+        sequence,
+        log_time,
+        publish_time: log_time,
+    };
+    log.write_to_known_channel(&header, bytes).expect("writes");
+}
+
+/// The end of a run that went as planned.
+fn end(planned_samples: u64, made_samples: u64) -> RunEnd {
+    RunEnd {
+        ended: EndKind::Finished,
+        reason: String::new(),
+        planned_samples,
+        made_samples,
+        dropped_samples: 0,
+    }
+}
+
+/// Of this file alone.
+fn entries_of(path: &Path) -> Vec<Entry> {
+    let entries = LogReader::open(path).expect("opens");
+    entries.collect::<Result<_, _>>().expect("reads")
+}
+
+fn ticks_in(path: &Path) -> Vec<TickMessage> {
+    ticks_of(&entries_of(path))
 }
 
 fn ticks_of(entries: &[Entry]) -> Vec<TickMessage> {
@@ -373,11 +418,7 @@ fn a_cut_log_of_several_axes_is_counted_and_saved() {
     fs::write(path("cut.mcap"), &bytes[..bytes.len() / 2]).expect("writes");
     let saved = recover(&path("cut.mcap"), &path("saved.mcap"), false).expect("saves");
     assert!(saved.samples > 100 && !saved.complete);
-    let ticks = |log: &str| -> Vec<TickMessage> {
-        let entries = LogReader::open(&path(log)).expect("opens");
-        ticks_of(&entries.collect::<Result<Vec<_>, _>>().expect("reads"))
-    };
-    let (all, kept) = (ticks("run.mcap"), ticks("saved.mcap"));
+    let [all, kept] = ["run.mcap", "saved.mcap"].map(|log| ticks_in(&path(log)));
     assert_eq!(kept.len() as u64, saved.samples);
     assert_eq!(all[..kept.len()], kept);
 }

@@ -1,18 +1,15 @@
 //! Messages in another order than the ticks: MCAP allows it, and recorders that merge topics write it.
 
-use super::{finished_bytes, tick, ticks_of};
+use super::layouts::{oddly_packed, zstd};
+use super::{closed, end, finished_bytes, tick, ticks_in, ticks_of};
 use haptic_log::record::{
-    END, EndKind, Entry, LogFiles, LogReader, LogSummary, RunEnd, Skimmed, TickMessage, export_csv,
-    inspect, recover, skim,
+    END, Entry, LogFiles, LogSummary, TickMessage, export_csv, inspect, recover, skim,
 };
-use mcap::records::{MessageHeader, Metadata};
+use mcap::records::Metadata;
 use mcap::{Compression, Message, MessageStream, WriteOptions};
-use rand_pcg::Pcg64;
-use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
-use std::collections::BTreeMap;
 use std::fs;
 use std::io::Cursor;
-use std::path::Path;
+use testkit::Random;
 
 /// The messages of a log in another order, in the chunks of a public writer. It says how its run ended.
 pub(super) fn reordered(
@@ -28,58 +25,29 @@ pub(super) fn reordered(
     let made_samples = ticks.count() as u64;
     order(&mut messages);
     let mut writer = options.create(Cursor::new(Vec::new())).expect("starts");
-    let mut known = BTreeMap::new();
     for message in &messages {
-        let (channel, bytes) = (&message.channel, &message.data);
-        known.entry(channel.id).or_insert_with(|| {
-            let schema = channel.schema.as_ref().expect("has one");
-            let schema = writer.add_schema(&schema.name, &schema.encoding, &schema.data);
-            let none = BTreeMap::new();
-            writer
-                .add_channel_with_id(
-                    channel.id,
-                    schema.expect("adds"),
-                    &channel.topic,
-                    "cdr",
-                    &none,
-                )
-                .expect("adds");
-        });
-        let header = MessageHeader {
-            channel_id: channel.id,
-            sequence: message.sequence,
-            log_time: message.log_time,
-            publish_time: message.publish_time,
-        };
-        writer
-            .write_to_known_channel(&header, bytes)
-            .expect("writes");
+        writer.write(message).expect("writes");
     }
-    let end = RunEnd {
-        ended: EndKind::Finished,
-        reason: String::new(),
-        planned_samples: made_samples,
-        made_samples,
-        dropped_samples: 0,
-    };
-    let metadata = end.metadata();
     let end = Metadata {
         name: END.to_owned(),
-        metadata,
+        metadata: end(made_samples, made_samples).metadata(),
     };
     writer.write_metadata(&end).expect("writes");
-    writer.finish().expect("finishes");
-    writer.into_inner().into_inner()
+    closed(writer)
 }
 
-fn shuffle<T>(items: &mut [T], random: &mut Pcg64) {
-    for last in (1..items.len()).rev() {
-        items.swap(last, random.next_u64() as usize % (last + 1));
-    }
+/// Other writers: in small chunks with and without a compression, and in none.
+pub(super) fn options() -> [WriteOptions; 3] {
+    let small = WriteOptions::new().chunk_size(Some(4096));
+    [
+        small.clone().compression(Some(Compression::Lz4)),
+        small.compression(None),
+        WriteOptions::new().use_chunks(false),
+    ]
 }
 
 /// Why it is not whole, but for the flaws that the ticks of these tests have.
-fn reasons(summary: &LogSummary) -> Vec<String> {
+pub(super) fn reasons(summary: &LogSummary) -> Vec<String> {
     let mut reasons = summary.reasons();
     reasons.retain(|reason| !reason.contains("stale"));
     reasons
@@ -88,23 +56,18 @@ fn reasons(summary: &LogSummary) -> Vec<String> {
 #[test]
 fn ticks_are_read_by_their_numbers_wherever_their_messages_stand() {
     const TICKS: u64 = 1000;
-    let (whole, mut random) = (finished_bytes(TICKS), Pcg64::seed_from_u64(65));
+    let (whole, mut random) = (finished_bytes(TICKS), Random(65));
     let folder = tempfile::tempdir().expect("folder");
     let [path, saved, table] = ["a.mcap", "b.mcap", "a.csv"].map(|name| folder.path().join(name));
-    let small = || WriteOptions::new().chunk_size(Some(4096));
     for case in 0..12 {
-        let options = match case % 3 {
-            0 => small().compression(Some(Compression::Lz4)),
-            1 => small().compression(None),
-            _ => WriteOptions::new().use_chunks(false),
-        };
+        let options = options()[case % 3].clone();
         let bytes = reordered(&whole, options, |messages| match case / 3 {
             0 => messages.reverse(),
             1 => messages.rotate_left(700),
-            2 => messages
-                .chunks_mut(40)
-                .for_each(|near| shuffle(near, &mut random)),
-            _ => shuffle(messages, &mut random),
+            // Each 40 among themselves, and all.
+            kind => messages
+                .chunks_mut(if kind == 2 { 40 } else { usize::MAX })
+                .for_each(|near| near.sort_by_cached_key(|_| random.bits())),
         });
         fs::write(&path, bytes).expect("writes");
         let summary = inspect(&path).expect("inspects");
@@ -120,30 +83,23 @@ fn ticks_are_read_by_their_numbers_wherever_their_messages_stand() {
             "{case}: it is said"
         );
         let entries = LogFiles::open(&path).expect("opens");
-        let entries: Vec<Entry> = entries.map(|entry| entry.expect("reads")).collect();
+        let entries: Vec<Entry> = entries.collect::<Result<_, _>>().expect("reads");
         let expected: Vec<TickMessage> = (0..TICKS).map(tick).collect();
         assert!(ticks_of(&entries) == expected, "{case}: ticks differ");
 
         let exported = export_csv(&path, &table, true).expect("exports");
         assert!(exported.is_whole(), "{case}");
         let rows = fs::read_to_string(&table).expect("reads");
-        let numbers = rows
-            .lines()
-            .skip(1)
-            .map(|row| row.split(',').next().expect("a cell"));
+        let mut numbered = rows.lines().skip(1).zip(0..TICKS);
         assert!(
-            numbers.eq((0..TICKS).map(|tick| tick.to_string())),
+            numbered.all(|(row, tick)| row.starts_with(&format!("{tick},"))),
             "{case}"
         );
+        assert_eq!(rows.lines().count() as u64, 1 + TICKS, "{case}");
 
         let kept = recover(&path, &saved, true).expect("saves");
         assert!(kept.complete, "{case}: {kept:?}");
-        let entries = LogReader::open(&saved).expect("opens");
-        let entries: Vec<Entry> = entries.map(|entry| entry.expect("reads")).collect();
-        assert!(
-            ticks_of(&entries) == expected,
-            "{case}: what is saved is in order"
-        );
+        assert!(ticks_in(&saved) == expected, "{case}: not saved in order");
     }
 }
 
@@ -189,36 +145,23 @@ fn ticks_too_late_to_be_sorted_are_said_and_not_called_missing() {
     );
 }
 
-/// Of a log that a public tool packed, whose numbers of channels are not ours.
 #[test]
 fn a_list_reads_no_sample() {
-    let layouts = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/record/layouts");
-    let packed = skim(&layouts.join("zstd.mcap"), u64::MAX).expect("skims");
-    let ticks = |skimmed: &Skimmed| (skimmed.samples, skimmed.duration_s);
-    assert_eq!(
-        (ticks(&packed), packed.complete),
-        ((Some(2001), Some(2.0)), true)
-    );
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("a.mcap");
     let whole = finished_bytes(2000);
-    fs::write(&path, &whole).expect("writes");
-    let all = skim(&path, u64::MAX).expect("skims");
-    assert_eq!(
-        (ticks(&all), all.complete),
-        ((Some(2000), Some(1.999)), true)
-    );
-    assert_eq!(all.metadata.len(), 1);
-    // A compression that nobody can unpack, so no byte of a chunk is looked at.
-    let mut packed = whole.clone();
-    for at in 0..packed.len() - 7 {
-        if &packed[at..at + 7] == b"\x03\0\0\0lz4" {
-            packed[at + 4..at + 7].copy_from_slice(b"xz7");
-        }
+    let packed = fs::read(zstd()).expect("reads");
+    // The last has a compression that nobody can unpack, so no byte of a chunk is looked at; its sum is wrong.
+    for (bytes, whole, ticks) in [
+        (packed, (true, 3), (Some(2001), Some(2.0))),
+        (whole.clone(), (true, 1), (Some(2000), Some(1.999))),
+        (oddly_packed(&whole), (false, 1), (Some(2000), Some(1.999))),
+    ] {
+        fs::write(&path, bytes).expect("writes");
+        let all = skim(&path, u64::MAX).expect("skims");
+        assert_eq!((all.samples, all.duration_s), ticks);
+        assert_eq!((all.complete, all.metadata.len()), whole);
     }
-    fs::write(&path, packed).expect("writes");
-    let odd = skim(&path, u64::MAX).expect("skims");
-    assert_eq!(ticks(&odd), ticks(&all));
     assert!(!inspect(&path).expect("inspects").complete);
     // Of a part, and of one that was cut off: the metadata stand in front.
     fs::write(&path, &whole[..whole.len() / 2]).expect("writes");

@@ -1,9 +1,9 @@
 //! Logs of two devices: a tissue's, and that of the drive that presses it.
 
-use super::TICK_S;
+use super::{TICK_S, end};
 use haptic_log::record::{
-    DRIVE_END, END, EndKind, Entry, LogFiles, LogWriter, RollingLog, RunEnd, TickMessage,
-    export_csv, inspect, recover,
+    DRIVE_END, END, Entry, LogFiles, LogWriter, RollingLog, TickMessage, export_csv, inspect,
+    recover,
 };
 use std::fs::File;
 use std::io::BufWriter;
@@ -40,16 +40,6 @@ fn begun(path: &Path, lost: &Range<u64>) -> LogWriter<BufWriter<File>> {
         }
     }
     writer
-}
-
-fn end(made_samples: u64) -> RunEnd {
-    RunEnd {
-        ended: EndKind::Finished,
-        reason: String::new(),
-        planned_samples: TICKS,
-        made_samples,
-        dropped_samples: 0,
-    }
 }
 
 #[test]
@@ -93,9 +83,11 @@ fn what_the_drive_lost_is_told_in_the_middle_and_at_the_end() {
     {
         let path = folder.path().join(format!("{n}.mcap"));
         let mut writer = begun(&path, &lost);
-        writer.metadata(END, end(TICKS).metadata()).expect("takes");
         writer
-            .metadata(DRIVE_END, end(made).metadata())
+            .metadata(END, end(TICKS, TICKS).metadata())
+            .expect("takes");
+        writer
+            .metadata(DRIVE_END, end(TICKS, made).metadata())
             .expect("takes");
         writer.finish().expect("finishes");
         let summary = inspect(&path).expect("reads");

@@ -59,7 +59,7 @@ pub(super) async fn serve(stream: WebSocket, hub: Arc<Hub>) {
     let leaving = tokio::spawn({
         let hub = Arc::clone(&hub);
         async move {
-            // What is to go on is all that the page has asked for.
+            // All that the page has asked for is to go on.
             if hub.options.on_close == OnClose::Continue {
                 let _ = clerk.await;
             }
@@ -84,7 +84,7 @@ pub(super) async fn serve(stream: WebSocket, hub: Arc<Hub>) {
     let _ = leaving.await;
 }
 
-/// What waits for the answers to what a page has asked before.
+/// A message that waits for the answers to those before it.
 #[expect(clippy::large_enum_variant, reason = "at most sixteen of a page wait")]
 enum Asked {
     Read(Result<(Value, Request), (Value, String)>),

@@ -188,27 +188,15 @@ fn a_stop_is_answered_before_what_is_read_and_worked_on_for_its_page_and_others(
 
 /// Something of another type, or none that is meant.
 fn wrong(random: &mut Random) -> Value {
-    let long = || "\u{1f41f}[\n`é".repeat(500);
-    let deep = || (0..60).fold(json!(0), |deep, _| json!([deep]));
-    match (random.share() * 14.0) as u32 {
-        0 => Value::Null,
-        1 => json!(true),
-        2 => json!(-1),
-        3 => json!(1.5e308),
-        4 => json!(u64::MAX),
-        5 => json!(""),
-        6 => json!(long()),
-        7 => json!([]),
-        8 => json!({}),
-        9 => json!([long(), 1]),
-        10 => json!({long(): long()}),
-        11 => deep(),
-        12 => json!("../../etc/passwd"),
-        _ => json!("65 g, NaN; inf"),
-    }
+    let long = "\u{1f41f}[\n`é".repeat(500);
+    let deep = (0..60).fold(json!(0), |deep, _| json!([deep]));
+    let all = json!([null, true, -1, 1.5e308, u64::MAX, "", long, [], {}, [long, 1], {&long: long}, deep,
+        "../../etc/passwd", "65 g, NaN; inf"]);
+    let all: Vec<&Value> = all.as_array().into_iter().flatten().collect();
+    random.one_of(&all).clone()
 }
 
-/// The same request, with something wrong in one place; the place may be a key.
+/// A request with something wrong in one place; the place may be a key.
 fn spoilt(request: &Value, random: &mut Random) -> Value {
     let Some(fields) = request.as_object().filter(|_| random.chance(0.9)) else {
         return wrong(random);
@@ -225,67 +213,39 @@ fn spoilt(request: &Value, random: &mut Random) -> Value {
     spoilt.into()
 }
 
+/// Requests, each as a name and its arguments.
+const REQUESTS: &str = r#"
+    hello {"version": 1}
+    controls.take {"force": true}
+    feel.start {"environment": {"wall": {"order": 0.5, "stiffness_n_per_m": 100, "dissipation_n_s_mu_per_m": 1, "scheme": "full"}}, "ghosts": ["short"], "device": {"mass_kg": 0.065}, "order": 0.5, "scale": 1}
+    feel.start {"environment": {"file": {"name": "x.toml", "text": "[wall]\norder = 1"}}}
+    feel.set {"environment": {"tissue": "liver"}, "order": 0.5, "scale": 1, "ghosts": ["a3"]}
+    feel.hand {"position_m": 0, "held": true}
+    feel.pause {"paused": false}
+    feel.mark {"text": "x"}
+    view {"source": "live", "from_s": 0, "to_s": 1, "columns": 10, "channels": ["x"]}
+    tissue.keep {"name": "x", "text": "name = 1"}
+    file {"name": "x.toml", "text": "[wall]"}
+    runs.open {"name": "x"}
+    runs.table {"name": "x", "channels": ["y"], "from_s": 0}
+    runs.start {"kind": "wall", "parameters": {"order": "x", "mass_kg": [1]}, "realtime": false}
+    ask {"panel": "design", "question": {"wall": {"scheme": "exact", "order": 0.5, "stiffness_n_per_m": 100, "dissipation_n_s_mu_per_m": 1, "mass_kg": 0.065, "damping_n_s_per_m": 3.5, "hand_stiffness_n_per_m": 0, "delay_s": 0, "current_lag_s": 0, "sample_time_s": 0.001, "position_noise_m": 0, "points": 16}}}
+    ask {"panel": "control", "question": {"control": {"plant": "1/(s+1)", "crossover_rad_s": 1, "phase_margin_rad": 1, "flat_phase": false, "plant_file": {"name": "p.toml", "text": "[transfer_function]"}, "controller_file": {"name": "c", "text": "[pid]"}}}}
+    ask {"panel": "identify", "question": {"record": {"name": "x.csv", "text": "time_s,relaxation_modulus_pa\n1,2\n", "columns": "t", "units": "s", "strain": 0.1, "model": "x"}}}
+    quantity {"key": "_s", "text": "1 s"}
+    surface {"law": {"order": 0.5, "stiffness_n_per_m": 1, "dissipation_n_s_mu_per_m": 1, "step_s": 0.1}, "depths_m": [0, 1]}
+"#;
+
 #[test]
 fn what_has_a_wrong_type_is_answered_once_in_a_line_within_its_limit() {
     let (_runs, _server, mut page) = opened();
     let mut random = Random(65);
-    let wall = json!({"scheme": "exact", "order": 0.5, "stiffness_n_per_m": 100, "dissipation_n_s_mu_per_m": 1, "mass_kg": 0.065,
-        "damping_n_s_per_m": 3.5, "hand_stiffness_n_per_m": 0, "delay_s": 0, "current_lag_s": 0, "sample_time_s": 0.001,
-        "position_noise_m": 0, "points": 16});
-    let felt = json!({"order": 0.5, "stiffness_n_per_m": 100, "dissipation_n_s_mu_per_m": 1, "scheme": "full"});
-    let control = json!({"plant": "1/(s+1)", "crossover_rad_s": 1, "phase_margin_rad": 1, "flat_phase": false,
-        "plant_file": {"name": "p.toml", "text": "[transfer_function]"}, "controller_file": {"name": "c", "text": "[pid]"}});
-    let record = json!({"name": "x.csv", "text": "time_s,relaxation_modulus_pa\n1,2\n", "columns": "t", "units": "s", "strain": 0.1, "model": "x"});
-    let law =
-        json!({"order": 0.5, "stiffness_n_per_m": 1, "dissipation_n_s_mu_per_m": 1, "step_s": 0.1});
-    let asked = [
-        ("hello", json!({"version": 1})),
-        ("controls.take", json!({"force": true})),
-        (
-            "feel.start",
-            json!({"environment": {"wall": felt}, "ghosts": ["short"], "device": {"mass_kg": 0.065}, "order": 0.5, "scale": 1}),
-        ),
-        (
-            "feel.start",
-            json!({"environment": {"file": {"name": "x.toml", "text": "[wall]\norder = 1"}}}),
-        ),
-        (
-            "feel.set",
-            json!({"environment": {"tissue": "liver"}, "order": 0.5, "scale": 1, "ghosts": ["a3"]}),
-        ),
-        ("feel.hand", json!({"position_m": 0, "held": true})),
-        ("feel.pause", json!({"paused": false})),
-        ("feel.mark", json!({"text": "x"})),
-        (
-            "view",
-            json!({"source": "live", "from_s": 0, "to_s": 1, "columns": 10, "channels": ["x"]}),
-        ),
-        ("tissue.keep", json!({"name": "x", "text": "name = 1"})),
-        ("file", json!({"name": "x.toml", "text": "[wall]"})),
-        ("runs.open", json!({"name": "x"})),
-        (
-            "runs.table",
-            json!({"name": "x", "channels": ["y"], "from_s": 0}),
-        ),
-        (
-            "runs.start",
-            json!({"kind": "wall", "parameters": {"order": "x", "mass_kg": [1]}, "realtime": false}),
-        ),
-        (
-            "ask",
-            json!({"panel": "design", "question": {"wall": wall}}),
-        ),
-        (
-            "ask",
-            json!({"panel": "control", "question": {"control": control}}),
-        ),
-        (
-            "ask",
-            json!({"panel": "identify", "question": {"record": record}}),
-        ),
-        ("quantity", json!({"key": "_s", "text": "1 s"})),
-        ("surface", json!({"law": law, "depths_m": [0, 1]})),
-    ];
+    let asked: Vec<(&str, Value)> = (REQUESTS
+        .lines()
+        .filter_map(|row| row.trim().split_once(' ')))
+    .map(|(what, arguments)| (what, arguments.parse().expect(what)))
+    .collect();
+    assert_eq!(asked.len(), 19);
     let (mut refused, mut longest, mut bad) = (0, 0, Vec::new());
     for case in 0..cases(300) {
         let (what, arguments) = &asked[case % asked.len()];

@@ -115,10 +115,7 @@ const TABLE: &str =
 fn children_s() -> f64 {
     let said = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let fields = said.rsplit(") ").next().unwrap_or_default().split(' ');
-    let ticks = fields
-        .skip(13)
-        .take(2)
-        .filter_map(|ticks| ticks.parse::<f64>().ok());
+    let ticks = fields.skip(13).take(2).flat_map(str::parse::<f64>);
     ticks.sum::<f64>() / 100.0
 }
 
@@ -135,36 +132,37 @@ fn a_broken_file_of_any_kind_ends_in_one_line_and_no_loss_is_silent() {
         "identify broken.mcap --area 4cm2 --thickness 20mm",
         "run broken.mcap --out again --overwrite",
     ];
+    let whole = place.read("run/relax.mcap");
     let kinds = [
-        ("broken.mcap", place.read("run/relax.mcap"), &log[..]),
+        ("broken.mcap", &whole[..], &log[..]),
         (
             "wall.toml",
-            WALL.into(),
+            WALL.as_bytes(),
             &["run wall.toml --out again --overwrite"],
         ),
         (
             "gel.toml",
-            GEL.into(),
+            GEL.as_bytes(),
             &["relax --tissue gel.toml --duration 2s --out again --overwrite"],
         ),
         (
             "table.csv",
-            TABLE.into(),
+            TABLE.as_bytes(),
             &["identify table.csv --model spring-pot"],
         ),
     ];
-    for (name, whole, lines) in &kinds {
+    for (name, whole, lines) in kinds {
         place.write(name, whole);
-        lines
-            .iter()
-            .for_each(|line| drop(place.run(line).succeeded_with_warnings()));
+        for line in lines {
+            place.run(line).succeeded_with_warnings();
+        }
     }
     let (mut random, mut codes, mut slowest_s) = (testkit::Random(65), [0; 5], 0.0_f64);
     let cases = testkit::cases(8);
     for case in 0..cases {
-        let (name, whole, lines) = &kinds[case % kinds.len()];
+        let (name, whole, lines) = kinds[case % kinds.len()];
         place.write(name, testkit::broken(whole, &mut random));
-        for line in *lines {
+        for line in lines {
             let before_s = children_s();
             let ended = place.run(&format!("{line} --json"));
             slowest_s = slowest_s.max(children_s() - before_s);
