@@ -401,7 +401,7 @@ def test_pipes_and_links_in_a_store_are_refused(tmp_path, store_format):
     sweep(drawn, GRID, **options)
 
 
-def broken(whole, random):
+def damaged(whole, random):
     """The bytes of a file with one damage: cut, grown, flipped, a part moved, or filled."""
     place = random.randrange(len(whole) + 1)
     before, part, rest = whole[:place], whole[place : place + 8], whole[place + 8 :]
@@ -421,7 +421,7 @@ def test_a_broken_store_is_refused_or_computed_again(tmp_path, store_format):
     for _ in range(int(os.environ.get("CAMPAIGN_CASES", 20))):
         file = random.choice(files)
         sound = file.read_bytes()
-        file.write_bytes(broken(sound, random))
+        file.write_bytes(damaged(sound, random))
         try:
             same(sweep(drawn, GRID, **options), whole)
         except AssertionError:

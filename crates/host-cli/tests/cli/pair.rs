@@ -36,6 +36,16 @@ fn number(report: &Value, key: &str) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{key}: {value}"))
 }
 
+/// `None` on a machine so busy that it hears keep-alives late: the clocks then leave more open than a tenth of the error.
+fn closed_form_error(report: &Value) -> Option<f64> {
+    let error = report["closed_form_error"].as_f64();
+    if error.is_none() {
+        let reason = report["closed_form_error_reason"].to_string();
+        says(&reason, &["the clocks of both devices tell within"]);
+    }
+    error
+}
+
 /// The ticks of both devices.
 fn ticks(log: &Path) -> [Vec<TickMessage>; 2] {
     let (mut first, mut drive) = (Vec::new(), Vec::new());
@@ -64,16 +74,9 @@ fn reaches(pair: &Emulated, duration_s: u64) {
     // start, so that a drive which a busy machine lets begin later has relaxed for less: d ln σ = −μ dt/t.
     let apart_s = number(drive, "clock_drive_tick_0_s") - number(drive, "clock_tick_0_s");
     let late = number(&report, "order") * apart_s.max(0.0) / 1.1;
-    match report["closed_form_error"].as_f64() {
-        Some(error) => {
-            assert!(error < 0.005 + late, "{report}");
-            assert!(number(&report, "closed_form_error_from_s") < 1.1011);
-        }
-        // A busy machine hears keep-alives so late that the clocks leave more open than a tenth of that.
-        None => says(
-            &report["closed_form_error_reason"].to_string(),
-            &["the clocks of both devices tell within"],
-        ),
+    if let Some(error) = closed_form_error(&report) {
+        assert!(error < 0.005 + late, "{report}");
+        assert!(number(&report, "closed_form_error_from_s") < 1.1011);
     }
     for key in ["max_relative_error", "closed_form_error"] {
         println!("{key}: {}", report[key]);
@@ -174,7 +177,10 @@ fn loops_of_a_pair_may_run_here() {
     let report = pair.json(&format!(
         "{creep} {host} duration=3s --force-unstable --out creep"
     ));
-    assert!(number(&report, "closed_form_error") < 0.02, "{report}");
+    assert!(
+        closed_form_error(&report).is_none_or(|error| error < 0.02),
+        "{report}"
+    );
     let peak_n = number(&report["drive"], "tracking_error_final");
     assert!(peak_n < 0.01, "{report}");
 }
