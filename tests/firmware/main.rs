@@ -48,8 +48,8 @@ const STACK_MAX: u32 = 16 * 1024;
 const RAM_MAX: u32 = 17 * 1024;
 /// Instructions of a whole tick with full memory.
 const TICK_MAX: u32 = 1600;
-/// Instructions of a PI^λD^μ with 200 s of memory: command and history.
-const CONTROLLER_MAX: u32 = 1200;
+/// Instructions of a PI^λD^μ with 200 s of memory: command, history, and the average by which the clock of its integral stands.
+const CONTROLLER_MAX: u32 = 1300;
 /// Instructions from sensor to force, with limits of force and rate.
 const PATH_MAX: u32 = 200;
 /// The same as the first under a sphere in tissue that stiffens: a root and an exponential.
