@@ -24,7 +24,7 @@ pub(super) const IN_TIME: usize = Limits::DEFAULT.max_age_ticks as usize;
 
 impl SerialLink {
     /// The next thing the device says unasked; `None` after the time, by what this machine
-    /// [listened](Patience). The end of a run and a fault are reported even if their frames were
+    /// [listened](crate::Patience). The end of a run and a fault are reported even if their frames were
     /// lost: answers to keep-alives say so too.
     pub fn hear(&mut self, most: Duration) -> Option<Heard> {
         let mut patience = self.patience(most);
