@@ -1,5 +1,5 @@
 //! Ticks by their numbers, which need not be the order of their messages: a tick ahead of the next one is held back until that
-//! has come, or too many are held. Each of an ordinary log is given at once. Memory: [`HELD_MOST`] entries, given out together, 50 MB.
+//! has come, or too many are held. An ordinary log holds back none. Memory: [`HELD_MOST`] entries, given out together, 50 MB.
 
 use super::Entry;
 use std::collections::{BTreeMap, VecDeque};
@@ -24,16 +24,22 @@ impl InOrder {
     /// Takes in the next entry of the file, and gives what is next by the numbers.
     pub(super) fn take(&mut self, entry: Entry, ready: &mut VecDeque<Entry>) {
         self.came += 1;
-        let behind = match &entry {
-            Entry::Tick(message) | Entry::Drive(message) => {
-                let tick = message.tick;
-                self.sorted += u64::from((self.next..self.highest).contains(&tick));
-                self.highest = self.highest.max(tick);
-                tick
-            }
-            Entry::Event(_) | Entry::Metadata(_) => self.highest,
+        let tick = match &entry {
+            Entry::Tick(message) | Entry::Drive(message) => Some(message.tick),
+            Entry::Event(_) | Entry::Metadata(_) => None,
         };
-        self.held.insert((behind, self.came), entry);
+        if let Some(tick) = tick {
+            self.sorted += u64::from((self.next..self.highest).contains(&tick));
+            self.highest = self.highest.max(tick);
+        }
+        // An ordinary log never enters the map, which would allocate for each of its entries.
+        if tick.map_or(self.held.is_empty(), |tick| tick <= self.next) {
+            ready.push_back(entry);
+            tick.into_iter().for_each(|tick| self.pass(tick));
+        } else {
+            let place = (tick.unwrap_or(self.highest), self.came);
+            self.held.insert(place, entry);
+        }
         self.give(HELD_MOST, ready);
     }
 
@@ -44,10 +50,14 @@ impl InOrder {
                 break;
             }
             if matches!(entry, Entry::Tick(_) | Entry::Drive(_)) {
-                self.out_of_order += u64::from(behind < self.next);
-                self.next = self.next.max(behind.saturating_add(1));
+                self.pass(behind);
             }
             ready.extend(self.held.pop_first().map(|(_, entry)| entry));
         }
+    }
+
+    fn pass(&mut self, tick: u64) {
+        self.out_of_order += u64::from(tick < self.next);
+        self.next = self.next.max(tick.saturating_add(1));
     }
 }
