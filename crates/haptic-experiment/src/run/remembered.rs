@@ -151,7 +151,11 @@ impl Remembered {
             None => Ok(false),
             Some(Ok(())) => Ok(true),
             Some(Err(error)) if error.kind() == ErrorKind::NotFound => Ok(false),
-            Some(Err(error)) => Err(self.unreadable(&error)),
+            Some(Err(error)) => Err(Failure::device(format_args!(
+                "the limits that were set on {} cannot be forgotten ({error}): remove `{}`",
+                self.device,
+                self.file.as_deref().unwrap_or("".as_ref()).display()
+            ))),
         }
     }
 }
