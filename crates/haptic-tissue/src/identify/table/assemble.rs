@@ -490,6 +490,12 @@ impl Columns {
         if let Some(taken) = self.take(column) {
             return Ok(taken);
         }
+        if self.has(Column::Force) && self.has(Column::Position) {
+            return Err(IdentifyError::Record(format!(
+                "force and depth need a specimen: give {} and {RADIUS} for an indenter, or {AREA} and {THICKNESS} for a slab",
+                LOADING.set_to(LoadingKind::Sphere.name())
+            )));
+        }
         let size = if column == Column::Stress && self.has(Column::Force) {
             format!(", or give {AREA}")
         } else if column == Column::Strain && self.has(Column::Position) {
@@ -722,18 +728,20 @@ fn agreed<T: PartialEq>(mut all: impl Iterator<Item = T>) -> Option<T> {
 fn specimen(loading: Loading, poisson_ratio: f64) -> Result<Specimen, IdentifyError> {
     Specimen::new(loading, poisson_ratio, 0.0).map_err(|error| {
         let (what, remedy) = if let ParameterError::Missing { what, .. } = &error {
-            (*what, "give")
+            (*what, ": give")
         } else if let ParameterError::NoEffect { what, .. } = &error {
-            (*what, "omit")
+            (*what, ": omit")
+        } else if let ParameterError::Layer { what, .. } = &error {
+            (*what, ", and omit")
         } else if let ParameterError::Range(range) = &error {
-            (range.what, "change")
+            (range.what, ": change")
         } else {
-            ("", "change")
+            ("", ": change")
         };
         let keys = [AREA, THICKNESS, RADIUS, HALF_ANGLE, BONDED];
         let key = keys.into_iter().find(|key| label(key.0) == what);
         let key = key.unwrap_or(POISSON_RATIO);
-        IdentifyError::Record(format!("{error}: {remedy} {key}"))
+        IdentifyError::Record(format!("{error}{remedy} {key}"))
     })
 }
 

@@ -13,6 +13,7 @@ use super::unit::celsius;
 use crate::identify::keys::{COLUMNS, FROM, SEGMENT, SEGMENTS, TO, UNITS};
 use fracdiff::parameter::Shown;
 use serde::Serialize;
+use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
 /// The user's instructions for a table.
@@ -73,6 +74,9 @@ struct Piece<'a> {
     name: String,
     temperature_c: Option<f64>,
 }
+
+/// A strain above it, without a unit, may be in per cent.
+const STRAIN_PLAIN: f64 = 1.0;
 
 fn is_clock(column: Column) -> bool {
     matches!(column, Column::Time | Column::Omega)
@@ -365,9 +369,26 @@ impl Reader {
         let places: Vec<usize> = part.found.iter().map(|found| found.place).collect();
         let (block, rows) = (part.block, piece.rows.clone());
         let mut numbers = block.numbers(&part.heading, &places, rows.clone())?;
+        let mut unclear = part.unclear.clone();
         for (f, column) in part.found.iter().zip(&mut numbers) {
-            let factor = self.factor(f, &mut notes)?;
+            let reach = column
+                .iter()
+                .fold(0.0, |most: f64, value| most.max(value.abs()));
+            let factor = self.factor(f, reach, &mut notes)?;
             column.iter_mut().for_each(|value| *value *= factor);
+            if f.column == Column::Strain && f.unit == Unit::Untold && reach > STRAIN_PLAIN {
+                let asked = format!(
+                    "line {}, column {}: its unit may be % or 1, with values up to {}: give {UNITS} strain=% or strain=1",
+                    part.heading.line,
+                    f.name,
+                    Shown(reach)
+                );
+                unclear.extend(
+                    self.unit_of(f.column)
+                        .is_none()
+                        .then_some((f.column, asked)),
+                );
+            }
         }
         let is_read = |column| part.found.iter().any(|found| found.column == column);
         if let Some((column, unit)) = self.units.iter().find(|unit| !is_read(unit.0)) {
@@ -424,16 +445,28 @@ impl Reader {
             values: named.collect(),
             chosen: self.columns.iter().map(|(column, _)| *column).collect(),
             notes,
-            unclear: part.unclear.clone(),
+            unclear,
             temperature_c: piece.temperature_c,
             ..Columns::default()
         })
     }
 
-    /// SI units per unit of a column: the user's, the header's, else SI with a note.
-    fn factor(&self, found: &Found, notes: &mut Vec<String>) -> Result<f64, IdentifyError> {
+    /// SI units per unit of a column whose values go up to `reach`: the user's, the header's, else SI with a note.
+    fn factor(
+        &self,
+        found: &Found,
+        reach: f64,
+        notes: &mut Vec<String>,
+    ) -> Result<f64, IdentifyError> {
         let (column, name) = (found.column, &found.name);
         let Some(unit) = self.unit_of(column) else {
+            if column == Column::Phase && found.unit == Unit::Untold && reach > FRAC_PI_2 {
+                notes.push(format!(
+                    "column {name} names no unit: taken as degrees, for {} is above π/2",
+                    Shown(reach)
+                ));
+                return Ok(1.0_f64.to_radians());
+            }
             if found.unit.factor().is_none()
                 && !matches!(column, Column::Strain | Column::LossTangent)
             {

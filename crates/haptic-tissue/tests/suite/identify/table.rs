@@ -187,7 +187,10 @@ const WRONG_LOADINGS: &str = r"
     force_n,depth_mm | sphere radius=-1e-3 | radius & change `indenter_radius_m`
     force_n,depth_mm | cone angle=2 | half angle & change `half_angle_rad`
     force_n,depth_mm | sphere radius=1e-3 bonded | needs thickness: give `thickness_m`
-    force_n,depth_mm | punch radius=1e-3 thickness=1 | thickness has no effect & omit `thickness_m`
+    force_n,depth_mm | punch radius=1e-3 thickness=1 | a layer under a punch resists more & W. C. Hayes & omit `thickness_m`
+    force_n,depth_mm | punch radius=1e-3 thickness=1 bonded | a layer under a punch & and omit `thickness_m`
+    force_n,depth_mm | cone angle=1 thickness=1 | a layer under a cone resists more & omit `thickness_m`
+    force_n,depth_mm | cone angle=1 bonded | a layer under a cone resists more & omit `bonded`
     force_n,depth_mm | sphere radius=1e-3 thickness=1 nu=0.4 | Poisson's ratio of a layer & change `poisson_ratio`
     force_n,depth_mm | sphere radius=1e-3 thickness=1e-3 bonded nu=0.4 | change `poisson_ratio`
     force_n,depth_mm | sphere radius=1e-3 nu=0.6 | `poisson_ratio` 0.6 is not from 0 to 0.5
@@ -456,7 +459,7 @@ const REFUSED: &str = r#"
     time_s,t [s],modulus\n1,1,5\n | - | line 1 & both look like time & `columns`
     time_s,stress_pa\n1,5\n2,4\n | - | stress_pa (stress) & give `strain`
     time_s,strain\n1,5\n2,4\n | - | give `stress_pa`
-    Z (nm),Force (nN)\n1,5\n2,4\n | - | needs a column strain & Force (nN) (force) & `thickness_m`
+    Z (nm),Force (nN)\n1,5\n2,4\n | - | a specimen & `loading` = sphere and `indenter_radius_m` & `area_m2` and `thickness_m`
     time_s,temperature\n1,5\n2,4\n | - | the columns make no record & relaxation_modulus_pa
     time_s,relaxation_modulus_pa\n1,5\n2,4\n | creep | kind creep needs a column creep_compliance_per_pa & `kind`
     time_s,creep_compliance_per_pa\n1,5\n2,4\n | - | compliance falls with time & `kind` = relaxation

@@ -14,14 +14,21 @@ use std::sync::atomic::AtomicBool;
 /// Reference temperatures that a tissue can have, °C.
 const TEMPERATURES: Range = Range::Within(-273.15, 10_000.0);
 
-/// Reads a temperature in °C: `20degC`, or `20`.
+/// Reads a temperature in °C: `20degC`, `20`, or `293.15K`.
 fn temperature(text: &str) -> Result<f64, String> {
-    let plain = ["degC", "°C", "C"]
-        .iter()
-        .find_map(|unit| text.strip_suffix(unit));
-    let known =
-        number(plain.unwrap_or(text).trim()).filter(|celsius| TEMPERATURES.contains(*celsius));
-    known.ok_or_else(|| "is not from -273.15 to 10000 degC, as 20degC".to_owned())
+    let units = [
+        ("degC", 0.0),
+        ("°C", 0.0),
+        ("C", 0.0),
+        ("K", -273.15),
+        ("", 0.0),
+    ];
+    let mut known = units.iter().filter_map(|(unit, zero)| {
+        let celsius = number(text.strip_suffix(unit)?.trim())? + zero;
+        TEMPERATURES.contains(celsius).then_some(celsius)
+    });
+    let wrong = "is not from -273.15 to 10000 degC, as 20degC or 293.15K";
+    known.next().ok_or_else(|| wrong.to_owned())
 }
 
 /// Options that say how several records belong together.
