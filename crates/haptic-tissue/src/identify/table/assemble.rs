@@ -1,14 +1,14 @@
 //! Columns as a record: its kind, how its specimen was loaded, and forces as stresses.
 
 use super::super::error::IdentifyError;
-use super::super::master::{MasterCurve, master_curve};
+use super::super::master::{MasterCurve, ShiftBy, master_curve};
 use super::super::record::{ContactPoint, Record, RecordKind, area, within};
 use super::column::Column;
 use super::header::told;
 use crate::MeasuredLoading;
 use crate::identify::keys::{
     AREA, BONDED, COLUMNS, CONTACT_POINT, FROM, HALF_ANGLE, KIND, LOADING, MASTER_CURVE,
-    POISSON_RATIO, RADIUS, RAMP_TIME, STRAIN, STRESS, SUBTRACT_START, THICKNESS,
+    POISSON_RATIO, RADIUS, RAMP_TIME, STRAIN, STRESS, SUBTRACT_START, TEMPERATURE, THICKNESS,
 };
 use fracdiff::parameter::Shown;
 use haptic_loop::{INCOMPRESSIBLE, Loading, LoadingKind, Modulus, ParameterError, Specimen};
@@ -90,19 +90,23 @@ impl Understood {
     ///
     /// # Errors
     /// As [`master_curve`]; a record that does not say its temperature; records of different moduli.
-    pub fn shifted(all: Vec<Self>, reference_c: f64) -> Result<(MasterCurve, Self), IdentifyError> {
+    pub fn shifted(
+        all: Vec<Self>,
+        reference_c: f64,
+        by: ShiftBy,
+    ) -> Result<(MasterCurve, Self), IdentifyError> {
         let temperatures: Option<Vec<f64>> = all.iter().map(|one| one.temperature_c).collect();
         let (records, mut understood) = Self::specimens(all)?;
         let Some(temperatures) = temperatures else {
             return Err(IdentifyError::Record(format!(
-                "{MASTER_CURVE} needs the temperature of each record, and one has none: name its column by {COLUMNS} {}=",
+                "{MASTER_CURVE} needs the temperature of each record, and one has none: give {TEMPERATURE}, or name its column by {COLUMNS} {}=",
                 Column::Temperature.name()
             )));
         };
         let both = temperatures.into_iter().zip(records);
-        let curve = master_curve(both.collect(), reference_c)?;
+        let curve = master_curve(both.collect(), reference_c, by)?;
         understood.record = curve.record.clone();
-        understood.temperature_c = Some(reference_c);
+        understood.temperature_c = Some(curve.reference_c);
         Ok((curve, understood))
     }
 }
