@@ -22,6 +22,7 @@ pub(in crate::identify) const SEGMENT: Key = Key("segment");
 pub(in crate::identify) const SEGMENTS: Key = Key("segments");
 pub(in crate::identify) const REPLICATES: Key = Key("replicates");
 pub(in crate::identify) const SHIFT_BY: Key = Key("shift_by");
+pub(in crate::identify) const SKIP_BAD_ROWS: Key = Key("skip_bad_rows");
 pub(in crate::identify) const STIFFENING: Key = Key(crate::material::STIFFENING);
 pub(in crate::identify) const STRAIN: Key = Key("strain");
 pub(in crate::identify) const STRESS: Key = Key("stress_pa");

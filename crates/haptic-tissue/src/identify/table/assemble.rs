@@ -5,10 +5,12 @@ use super::super::master::{MasterCurve, ShiftBy, master_curve};
 use super::super::record::{ContactPoint, Record, RecordKind, area, within};
 use super::column::Column;
 use super::header::told;
+use super::lines::passed;
 use crate::MeasuredLoading;
 use crate::identify::keys::{
     AREA, BONDED, COLUMNS, CONTACT_POINT, FROM, HALF_ANGLE, KIND, LOADING, MASTER_CURVE,
-    POISSON_RATIO, RADIUS, RAMP_TIME, STRAIN, STRESS, SUBTRACT_START, TEMPERATURE, THICKNESS,
+    POISSON_RATIO, RADIUS, RAMP_TIME, SKIP_BAD_ROWS, STRAIN, STRESS, SUBTRACT_START, TEMPERATURE,
+    THICKNESS,
 };
 use fracdiff::parameter::Shown;
 use haptic_loop::{INCOMPRESSIBLE, Loading, LoadingKind, Modulus, ParameterError, Specimen};
@@ -32,6 +34,8 @@ pub struct Columns {
     pub segment: Option<String>,
     /// Its temperature, °C, if a column or its name says it.
     pub temperature_c: Option<f64>,
+    /// Lines of rows that are left out because a cell of them is no number, where rows that are no sample are to be left out too.
+    pub bad: Option<Vec<u64>>,
 }
 
 /// A record and its notes.
@@ -155,8 +159,42 @@ impl Columns {
     /// Makes a record from the columns.
     ///
     /// # Errors
-    /// Columns that do not make exactly one record; bad numbers, with their lines.
+    /// Columns that do not make exactly one record; bad numbers, with their lines; more of them than may be left out.
     pub fn record(mut self, reading: &Reading) -> Result<Understood, IdentifyError> {
+        let Some(mut bad) = self.bad.take() else {
+            return self.made(reading);
+        };
+        let most = (self.lines.len() + bad.len()).div_ceil(SKIPPED_OF);
+        loop {
+            let made = self.clone().made(reading);
+            if let Err(IdentifyError::Line { line, .. }) = made
+                && let Some(row) = self.lines.iter().position(|known| *known == line)
+            {
+                bad.push(line);
+                self.lines.remove(row);
+                for (.., values) in &mut self.values {
+                    values.remove(row);
+                }
+            } else if bad.len() <= most {
+                let mut understood = made?;
+                bad.sort_unstable();
+                let left_out = passed(
+                    &bad,
+                    "no sample: a cell that is no number, or a value that cannot be",
+                );
+                understood.notes.extend(left_out);
+                return Ok(understood);
+            }
+            if bad.len() > most {
+                return Err(IdentifyError::Record(format!(
+                    "{} bad rows are more than a tenth of all, which is too many for {SKIP_BAD_ROWS}: correct the table, or name its columns by {COLUMNS}",
+                    bad.len()
+                )));
+            }
+        }
+    }
+
+    fn made(mut self, reading: &Reading) -> Result<Understood, IdentifyError> {
         self.prefer_chosen();
         let mut measured = self.measured(reading)?;
         self.storage_and_loss();
@@ -721,6 +759,9 @@ impl Columns {
         Record::pressed_from(contact, time, position, force, &specimen)
     }
 }
+
+/// Of so many rows one may be bad.
+const SKIPPED_OF: usize = 10;
 
 /// What all say, if they say the same.
 fn agreed<T: PartialEq>(mut all: impl Iterator<Item = T>) -> Option<T> {

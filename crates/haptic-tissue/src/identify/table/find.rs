@@ -191,12 +191,13 @@ impl Block {
         }
     }
 
-    /// Columns of numbers; NaN for a gap.
+    /// Columns of numbers; NaN for a gap, and for a cell that is no number where bad rows are to be left out: their lines are added.
     pub(super) fn numbers(
         &self,
         heading: &Heading,
         places: &[usize],
         rows: Range<usize>,
+        mut bad: Option<&mut Vec<u64>>,
     ) -> Result<Vec<Vec<f64>>, IdentifyError> {
         let width = heading.names.len();
         let sign = self.decimal_sign(places)?;
@@ -215,7 +216,11 @@ impl Block {
             for (column, &place) in columns.iter_mut().zip(places) {
                 let cell = row.get(place).unwrap_or("");
                 let gap = is_gap(cell).then_some(f64::NAN);
-                let value = gap.or_else(|| number_with(cell, sign));
+                let mut value = gap.or_else(|| number_with(cell, sign));
+                if let (None, Some(bad)) = (value, &mut bad) {
+                    bad.push(*line);
+                    value = Some(f64::NAN);
+                }
                 column.push(value.ok_or_else(|| IdentifyError::Line {
                     line: *line,
                     column: heading.names.get(place).cloned(),

@@ -29,6 +29,8 @@ pub struct Reader {
     pub to: Option<f64>,
     /// Segments by number from 1, by name or by a part of it; `all` of them.
     pub segments: Vec<String>,
+    /// True to leave out rows that are no sample, a tenth of them at most, and to name them.
+    pub skip_bad_rows: bool,
 }
 
 /// A part of a table that is a record of its own.
@@ -368,7 +370,10 @@ impl Reader {
         let (mut notes, mut empty, mut outside) = (Vec::new(), Vec::new(), Vec::new());
         let places: Vec<usize> = part.found.iter().map(|found| found.place).collect();
         let (block, rows) = (part.block, piece.rows.clone());
-        let mut numbers = block.numbers(&part.heading, &places, rows.clone())?;
+        let mut bad = Vec::new();
+        let skipped = self.skip_bad_rows.then_some(&mut bad);
+        let mut numbers = block.numbers(&part.heading, &places, rows.clone(), skipped)?;
+        bad.dedup();
         let mut unclear = part.unclear.clone();
         for (f, column) in part.found.iter().zip(&mut numbers) {
             let reach = column
@@ -403,7 +408,9 @@ impl Reader {
             |at: f64| self.from.is_some_and(|from| at < from) || self.to.is_some_and(|to| at > to);
         let mut kept = Vec::new();
         for (n, (line, _)) in block.rows[rows.clone()].iter().enumerate() {
-            if numbers.iter().any(|column| column[n].is_nan()) {
+            if bad.contains(line) {
+                // Named with those that make no sample.
+            } else if numbers.iter().any(|column| column[n].is_nan()) {
                 empty.push(*line);
             } else if is_outside(at(n)) {
                 outside.push(*line);
@@ -446,6 +453,7 @@ impl Reader {
             chosen: self.columns.iter().map(|(column, _)| *column).collect(),
             notes,
             unclear,
+            bad: self.skip_bad_rows.then_some(bad),
             temperature_c: piece.temperature_c,
             ..Columns::default()
         })
@@ -515,7 +523,7 @@ impl Part<'_> {
 
     /// A column of numbers in its own unit, if it is one.
     fn values(&self, place: usize, rows: Range<usize>) -> Option<Vec<f64>> {
-        let columns = self.block.numbers(&self.heading, &[place], rows);
+        let columns = self.block.numbers(&self.heading, &[place], rows, None);
         columns.ok()?.pop()
     }
 

@@ -223,7 +223,7 @@ impl Chosen {
     ) -> Result<RecordColumns<N>, IdentifyError> {
         let rows = &self.block.rows;
         let known: Vec<usize> = places.iter().copied().flatten().collect();
-        let columns = self.block.numbers(&self.heading, &known, 0..rows.len())?;
+        let columns = (self.block).numbers(&self.heading, &known, 0..rows.len(), None)?;
         let is_gap = |row: &usize| columns.iter().any(|column| column[*row].is_nan());
         let gaps = (0..rows.len()).filter(is_gap);
         let gaps = gaps.map(|row| rows[row].0).collect();

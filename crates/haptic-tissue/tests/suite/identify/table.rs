@@ -374,6 +374,7 @@ fn columns_units_and_range_can_be_given() {
         from: Some(2e-3),
         to: None,
         segments: Vec::new(),
+        ..Reader::default()
     };
     let text = "# made by hand\na,Value,Temperature\n0,9,20\n1,8,20\n\n2,7,20\n3,,20\n4,6,20\n";
     let understood = understand(text, &reader, &Reading::default()).expect("valid");
@@ -804,4 +805,43 @@ fn damaged_tables_never_panic() {
         read > 100 && refused > 100,
         "{read} read, {refused} refused"
     );
+}
+
+/// A table of 24 rows, rows that are put into it at a line, and the lines that are named, or why none is.
+const BAD_ROWS: &str = r"
+    5 3,-1 | 1 row (line 5) left out
+    5 3,over & 9 6,-1 & 15 11,0 | 3 rows (lines 5, 9, 15) left out
+    9 6,700 | 1 row (line 9) left out
+    4 x,1 & 5 x,1 & 6 x,1 & 7 x,1 | 4 bad rows are more than a tenth & `skip_bad_rows`
+    3 1,0 & 4 1,0 & 5 1,0 & 6 1,0 | 4 bad rows are more than a tenth & `skip_bad_rows`
+";
+
+#[test]
+fn a_bad_row_is_left_out_by_name_where_that_is_asked_for() {
+    for [bad, wanted] in testkit::table(BAD_ROWS) {
+        let rows = (1..=24).map(|n| format!("{n},{}", 1e3 * f64::from(n).powf(-0.2)));
+        let mut rows: Vec<String> = rows.collect();
+        for row in bad.split(" & ") {
+            let (line, row) = row.split_once(' ').expect("a row");
+            // Line 1 is the header.
+            rows.insert(line.parse::<usize>().expect("a line") - 2, row.to_owned());
+        }
+        let text = format!("time_s,relaxation_modulus_pa\n{}\n", rows.join("\n"));
+        let refused = understand(&text, &Reader::default(), &Reading::default());
+        assert!(refused.expect_err(&bad).starts_with("line "), "{bad}");
+        let reader = Reader {
+            skip_bad_rows: true,
+            ..Reader::default()
+        };
+        let said = match understand(&text, &reader, &Reading::default()) {
+            Ok(read) => {
+                assert_eq!(read.record.samples(), 24, "{bad}");
+                read.notes.join("; ")
+            }
+            Err(refused) => refused,
+        };
+        for words in wanted.split(" & ") {
+            assert!(said.contains(words), "{bad}: {said}");
+        }
+    }
 }
