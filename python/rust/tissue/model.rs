@@ -296,7 +296,10 @@ impl PyModel {
         let cards = Card::ALL.map(|one| one.1);
         let known = Card::ALL.iter().find(|one| one.1 == card);
         let card = known.ok_or_else(|| {
-            refused(format_args!("card \"{card}\" is not one of {}", cards.join(", ")))
+            refused(format_args!(
+                "card \"{card}\" is not one of {}",
+                cards.join(", ")
+            ))
         })?;
         let card = card.0;
         let mut formats = ExportFormat::ALL.into_iter();
