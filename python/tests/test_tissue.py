@@ -268,7 +268,7 @@ def test_tables_are_read_with_segments_and_shifted_to_a_master_curve(tmp_path):
     assert one.x.size == 2 * np.count_nonzero(omega >= 3.0) and one.notes
     for given, said in [
         ({"temperatures_c": [20.0]}, "no effect without"),
-        ({"temperatures_c": [20.0], "master_curve_c": 20.0}, "1 temperatures for 3 files"),
+        ({"temperatures_c": [20.0], "master_curve_c": 20.0}, "there are 3 files, and not as many"),
         ({"segment": "9"}, "20.0.csv: there is no one segment"),
         ({"fix": {"order": "x"}}, "fix"),
     ]:

@@ -471,7 +471,7 @@ def identify_tables(
         "replicates": replicates,
         "master_curve": master_curve_c,
         "shift_by": shift_by,
-        "temperature_c": ",".join(map(str, temperatures_c)),
+        "temperature": ",".join(map(str, temperatures_c)),
     }
     paths = [pathlib.Path(table) for table in tables]
     read = [(path.name, path.read_bytes()) for path in paths]

@@ -86,23 +86,14 @@ parameters! {
         "Columns by number or header, as time=1,modulus=3; strain, stress, force, position, omega, storage, loss");
     /// The units of a record that its headers lack.
     UNITS = text("units", "", "Units that headers lack, as time=ms,stress=kPa");
-    /// Segments of a table with several.
     SEGMENT = text("segment", "", "Segments of a table with several, by number or name, as 1,3");
-    /// Rows that are no sample.
     SKIP_BAD_ROWS = flag("skip_bad_rows", "Leave out rows that are no sample, a tenth at most, and name them");
-    /// The depth of the surface.
     CONTACT_POINT = text("contact_point_m", "", "Depth at which an indenter touches, or fit, to find it");
-    /// Force in the air.
     BASELINE = text("baseline", "", "Find the part of the force that is not the tissue's too");
-    /// A ramp in a relaxation.
     RECORD_RAMP_TIME = optional("ramp_time_s", Range::AboveUpTo(0.0, 1e9), "Ramp to the held strain, if a relaxation begins with it");
-    /// Rest that is not 0.
     SUBTRACT_START = flag("subtract_start", "Subtract the first row of strain and stress");
-    /// Parameters that are held.
     FIX = text("fix", "", "Parameters to hold at a value or in a range, as order=0.2 or order=0.1..0.3");
-    /// Several temperatures as one.
     MASTER_CURVE = text("master_curve", "", "Temperature to which the segments are shifted, as 20degC");
-    /// The modulus that decides.
     SHIFT_BY = text("shift_by", "", "Modulus of a sweep that decides the shift");
 }
 

@@ -70,7 +70,7 @@ pub struct RecordForm {
     pub master_curve: String,
     pub shift_by: Option<String>,
     #[serde(deserialize_with = "text")]
-    pub temperature_c: String,
+    pub temperature: String,
 }
 
 /// A text, or a number as one.
@@ -249,7 +249,7 @@ impl RecordQuestion {
                 ..Self::choosing(named("model", form.model.as_ref(), &models)?)
             },
             several: Self::several(form.replicates, master, by)?,
-            temperatures_c: parts("temperature_c", &form.temperature_c, temperature)?,
+            temperatures_c: parts("temperature", &form.temperature, temperature)?,
         })
     }
 
@@ -303,11 +303,11 @@ impl RecordQuestion {
         match given {
             0 => Ok(()),
             _ if !shifts => Err(Failure::bad_input(
-                "`temperature_c` has no effect without `master_curve`: omit it",
+                "`temperature` has no effect without `master_curve`: omit it",
             )),
             _ if given == files => Ok(()),
             _ => Err(Failure::bad_input(format_args!(
-                "{given} temperatures for {files} files: give `temperature_c` once for each file, in their order"
+                "there are {files} files, and not as many temperatures ({given}): give `temperature` once for each file, in their order"
             ))),
         }
     }
@@ -488,8 +488,8 @@ mod tests {
         {"master_curve": 20, "replicates": true} | exclude each other
         {"shift_by": "loss"} | no effect without `master_curve`
         {"shift_by": "phase", "master_curve": 20} | is not one of storage, loss, both
-        {"temperature_c": "20"} | `temperature_c` has no effect without `master_curve`
-        {"temperature_c": "20,30,40", "master_curve": "20"} | 3 temperatures for 2 files
+        {"temperature": "20"} | `temperature` has no effect without `master_curve`
+        {"temperature": "20,30,40", "master_curve": "20"} | there are 2 files, and not as many temperatures (3)
     "#;
 
     #[test]
@@ -514,8 +514,7 @@ mod tests {
             ("0K", -273.15),
             ("25", 25.0),
         ] {
-            let form =
-                format!("{{\"master_curve\": \"{text}\", \"temperature_c\": \"20, {text}\"}}");
+            let form = format!("{{\"master_curve\": \"{text}\", \"temperature\": \"20, {text}\"}}");
             let question = question(&form).expect(text);
             let Several::MasterCurve { reference_c, by } = question.several else {
                 panic!("{text}: {:?}", question.several)

@@ -67,13 +67,6 @@ pub enum ShiftBy {
 }
 
 impl ShiftBy {
-    /// Each with its name.
-    pub const ALL: [(Self, &'static str); 3] = [
-        (Self::Storage, "storage"),
-        (Self::Loss, "loss"),
-        (Self::Both, "both"),
-    ];
-
     /// Columns of moduli of a curve with so many.
     const fn moduli(self, count: usize) -> Range<usize> {
         match self {
@@ -282,7 +275,7 @@ fn disagreement(shifts: &[Shift], pairs: &[Pair], by: ShiftBy) -> Option<String>
     });
     let better = usize::from(misfits[1] < misfits[0]);
     let remedy = match by {
-        ShiftBy::Both => format!(": give {}", SHIFT_BY.set_to(ShiftBy::ALL[better].1)),
+        ShiftBy::Both => format!(": give {}", SHIFT_BY.set_to(["storage", "loss"][better])),
         ShiftBy::Storage | ShiftBy::Loss => String::new(),
     };
     Some(format!(
