@@ -471,7 +471,7 @@ fn a_tissue_is_exported_for_finite_elements_with_its_error() {
     says(
         &card.succeeded().stdout,
         &[
-            "for t from 0.05 s to 1.95",
+            "for t from 0.05 s to 1.9",
             "*MATERIAL, NAME=my_gel\n*ELASTIC, MODULI=INSTANTANEOUS\n",
         ],
     );

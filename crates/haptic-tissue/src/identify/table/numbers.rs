@@ -388,11 +388,10 @@ impl Reader {
                     f.name,
                     Shown(reach)
                 );
-                unclear.extend(
-                    self.unit_of(f.column)
-                        .is_none()
-                        .then_some((f.column, asked)),
-                );
+                // Who names the column, or its unit, knows.
+                let is_named = self.columns.iter().any(|choice| choice.0 == f.column);
+                let is_told = is_named || self.unit_of(f.column).is_some();
+                unclear.extend((!is_told).then_some((f.column, asked)));
             }
         }
         let is_read = |column| part.found.iter().any(|found| found.column == column);
