@@ -50,7 +50,7 @@ use candidates::identified;
 pub use candidates::{Identification, relative};
 pub use error::IdentifyError;
 pub use fit::{Estimate, Fit};
-pub use master::{MasterCurve, Shift, ShiftLaw, master_curve};
+pub use master::{MasterCurve, Overlap, Shift, ShiftBy, ShiftLaw, master_curve};
 pub use options::{Held, Options};
 pub use record::{Baseline, ContactPoint, Record, RecordKind, SAMPLES_MOST};
 pub use replicates::{Replicates, Spread, replicates};

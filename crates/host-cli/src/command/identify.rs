@@ -5,17 +5,18 @@ mod record;
 mod several;
 
 use self::record::TableArguments;
-use self::several::{SeveralArguments, estimates};
+use self::several::SeveralArguments;
 use crate::command::conduct::progress_bar;
 use crate::files::{File, PROGRAM, PlaceOfFile};
 use crate::output::{Output, joined};
-use crate::parse::{choice, in_range, of, one_of, quantity, whole};
+use crate::parse::{choice, of, one_of, whole};
 use clap::Args;
-use haptic_experiment::parameters::Range;
+use haptic_experiment::question::tissue::{
+    BASELINES, RecordAnswer, RecordQuestion, contact_point, estimates, held,
+};
 use haptic_experiment::{Failure, parameters};
 use haptic_log::record::StartTime;
 use haptic_loop::{Loading, LoadingKind};
-use haptic_quantity::{is_meant, parse_for_key};
 use haptic_tissue::ModelKind;
 use haptic_tissue::identify::table::Reading;
 use haptic_tissue::identify::{
@@ -23,6 +24,7 @@ use haptic_tissue::identify::{
 };
 use serde_json::{Value, json};
 use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 use std::time::SystemTime;
 
 /// The model that was asked for; none for the simplest that the record supports.
@@ -53,45 +55,6 @@ fn weightings() -> Vec<(Weighting, &'static str, &'static str)> {
         (Weighting::Equal, "equal", "all samples count the same"),
         (Weighting::LogSpacing, "log-spacing", by_spacing),
     ]
-}
-
-fn baselines() -> Vec<(Baseline, &'static str, &'static str)> {
-    vec![
-        (Baseline::Constant, "constant", "an offset"),
-        (Baseline::Linear, "linear", "an offset and a drift"),
-    ]
-}
-
-/// Contact points on the axis of a depth, m.
-const CONTACT_POINTS: Range = Range::Within(-1.0, 1.0);
-/// Ramps of a relaxation, s.
-const RAMPS: Range = Range::AboveUpTo(0.0, 1e9);
-
-/// Reads a contact point: `fit`, or a length.
-fn contact_point(text: &str) -> Result<ContactPoint, String> {
-    const KEY: &str = "contact_point_m";
-    if text == "fit" {
-        return Ok(ContactPoint::Fitted);
-    }
-    let length = parse_for_key(KEY, text).map_err(|error| format!("{error}, nor fit"))?;
-    in_range(KEY, length, CONTACT_POINTS).map(ContactPoint::At)
-}
-
-/// `order=0.2` or `order=0.1..0.3`; names are those of tissue files, with the unit or without.
-fn held(text: &str) -> Result<Held, String> {
-    let split = text.split_once('=');
-    let (name, value) =
-        split.ok_or("is not PARAMETER=VALUE or PARAMETER=LOW..HIGH, decimals with a point")?;
-    let all = CANDIDATES.iter().flat_map(|kind| kind.parameters());
-    let mut names = all.map(|parameter| parameter.name);
-    let name = names.find(|known| is_meant(known, name)).unwrap_or(name);
-    let read = |text: &str| parse_for_key(name, text).map_err(|error| error.to_string());
-    let (low, high) = value.split_once("..").unwrap_or((value, value));
-    Ok(Held {
-        name: name.to_owned(),
-        low: read(low)?,
-        high: read(high)?,
-    })
 }
 
 /// Turn a measured record into a tissue: relaxation, creep, oscillation or any motion
@@ -176,7 +139,7 @@ struct SpecimenArguments {
     #[arg(long, value_name = "DEPTH", value_parser = contact_point, allow_hyphen_values = true)]
     contact_point: Option<ContactPoint>,
     /// Time of the ramp to the held strain of a relaxation, if its record begins with the ramp
-    #[arg(long, value_parser = quantity("ramp_time_s", RAMPS))]
+    #[arg(long, value_parser = of(parameters::RECORD_RAMP_TIME))]
     ramp_time: Option<f64>,
     /// Subtract the first row of strain and stress: a motion that begins at rest, but not at 0
     #[arg(long)]
@@ -223,7 +186,7 @@ struct FitArguments {
     #[arg(long)]
     stiffening: bool,
     /// Find the part of the force that is not the tissue's too
-    #[arg(long, value_parser = one_of(baselines()))]
+    #[arg(long, value_parser = one_of(BASELINES.to_vec()))]
     baseline: Option<Baseline>,
     /// Parameters to hold at a value or in a range, as in order=0.2 or order=0.1..0.3
     #[arg(long, value_name = "PARAMETER=VALUE", value_delimiter = ',', value_parser = held)]
@@ -249,37 +212,24 @@ impl Arguments {
         }
         let name = self.tissue_name()?;
         let mut place = PlaceOfFile::look(&self.file, "tissue")?;
-        let reading = self.specimen.reading(self.kind);
+        let question = self.question()?;
+        question.check(self.data.len())?;
         let (mut all, mut names) = (Vec::new(), Vec::new());
-        for data in &self.data {
+        for (file, data) in self.data.iter().enumerate() {
             let name = data.file_name().unwrap_or(data.as_os_str());
-            let read = self.table.read(data, &reading, self.several.takes_all())?;
+            let read = self.table.read(file, data, &question)?;
             names.extend(read.iter().map(|_| name.to_string_lossy().into_owned()));
             all.extend(read);
         }
-        // The one that was asked for, and those with fewer parameters, to say if one of these is as good.
-        let wanted = |candidate: &ModelKind| {
-            let parameters = |kind: ModelKind| kind.parameters().len();
-            let fewer = |one: ModelKind| parameters(*candidate) < parameters(one);
-            self.model.is_none_or(|one| *candidate == one || fewer(one))
-        };
-        let options = Options {
-            candidates: CANDIDATES.into_iter().filter(wanted).collect(),
-            chosen: self.model,
-            weighting: self.fit.weights,
-            starts: self.fit.starts as usize,
-            bootstrap: self.fit.bootstrap as usize,
-            seed: self.fit.seed.unwrap_or(1),
-            stiffening: self.fit.stiffening,
-            baseline: self.fit.baseline,
-            held: self.fit.fix.clone(),
-        };
         let bar = progress_bar(u64::from(self.fit.bootstrap), output);
-        let found = (self.several).found(all, &names, &options, &|records| {
-            bar.inc(records as u64);
-        });
+        let stop = AtomicBool::new(false);
+        let answer = question.answer(all, &names, &stop, &|records| bar.inc(records as u64));
         bar.finish_and_clear();
-        let (understood, found, rows) = found?;
+        let RecordAnswer {
+            understood,
+            found,
+            rows,
+        } = answer.map_err(Failure::input)?;
         names.dedup();
         let source = names.join(", ");
         let (tissue, figure) = match name {
@@ -329,6 +279,25 @@ impl Arguments {
         });
         output.summary(&joined([chosen, rows, quality(found.kind, fit), beside]))?;
         place.close(Ok(()))
+    }
+
+    fn question(&self) -> Result<RecordQuestion, Failure> {
+        Ok(RecordQuestion {
+            reading: self.specimen.reading(self.kind),
+            options: Options {
+                weighting: self.fit.weights,
+                starts: self.fit.starts as usize,
+                bootstrap: self.fit.bootstrap as usize,
+                seed: self.fit.seed.unwrap_or(1),
+                stiffening: self.fit.stiffening,
+                baseline: self.fit.baseline,
+                held: self.fit.fix.clone(),
+                ..RecordQuestion::choosing(self.model)
+            },
+            several: self.several.several()?,
+            temperatures_c: self.several.temperatures(),
+            ..RecordQuestion::default()
+        })
     }
 
     /// The name of the tissue, which is that of its file, if one is to be written.

@@ -1,14 +1,16 @@
 //! Columns as a record: its kind, how its specimen was loaded, and forces as stresses.
 
 use super::super::error::IdentifyError;
-use super::super::master::{MasterCurve, master_curve};
+use super::super::master::{MasterCurve, ShiftBy, master_curve};
 use super::super::record::{ContactPoint, Record, RecordKind, area, within};
 use super::column::Column;
 use super::header::told;
+use super::lines::passed;
 use crate::MeasuredLoading;
 use crate::identify::keys::{
     AREA, BONDED, COLUMNS, CONTACT_POINT, FROM, HALF_ANGLE, KIND, LOADING, MASTER_CURVE,
-    POISSON_RATIO, RADIUS, RAMP_TIME, STRAIN, STRESS, SUBTRACT_START, THICKNESS,
+    POISSON_RATIO, RADIUS, RAMP_TIME, SKIP_BAD_ROWS, STRAIN, STRESS, SUBTRACT_START, TEMPERATURE,
+    THICKNESS,
 };
 use fracdiff::parameter::Shown;
 use haptic_loop::{INCOMPRESSIBLE, Loading, LoadingKind, Modulus, ParameterError, Specimen};
@@ -32,6 +34,8 @@ pub struct Columns {
     pub segment: Option<String>,
     /// Its temperature, °C, if a column or its name says it.
     pub temperature_c: Option<f64>,
+    /// Lines of rows that are left out because a cell of them is no number, where rows that are no sample are to be left out too.
+    pub bad: Option<Vec<u64>>,
 }
 
 /// A record and its notes.
@@ -90,19 +94,23 @@ impl Understood {
     ///
     /// # Errors
     /// As [`master_curve`]; a record that does not say its temperature; records of different moduli.
-    pub fn shifted(all: Vec<Self>, reference_c: f64) -> Result<(MasterCurve, Self), IdentifyError> {
+    pub fn shifted(
+        all: Vec<Self>,
+        reference_c: f64,
+        by: ShiftBy,
+    ) -> Result<(MasterCurve, Self), IdentifyError> {
         let temperatures: Option<Vec<f64>> = all.iter().map(|one| one.temperature_c).collect();
         let (records, mut understood) = Self::specimens(all)?;
         let Some(temperatures) = temperatures else {
             return Err(IdentifyError::Record(format!(
-                "{MASTER_CURVE} needs the temperature of each record, and one has none: name its column by {COLUMNS} {}=",
+                "{MASTER_CURVE} needs the temperature of each record, and one has none: give {TEMPERATURE}, or name its column by {COLUMNS} {}=",
                 Column::Temperature.name()
             )));
         };
         let both = temperatures.into_iter().zip(records);
-        let curve = master_curve(both.collect(), reference_c)?;
+        let curve = master_curve(both.collect(), reference_c, by)?;
         understood.record = curve.record.clone();
-        understood.temperature_c = Some(reference_c);
+        understood.temperature_c = Some(curve.reference_c);
         Ok((curve, understood))
     }
 }
@@ -151,8 +159,42 @@ impl Columns {
     /// Makes a record from the columns.
     ///
     /// # Errors
-    /// Columns that do not make exactly one record; bad numbers, with their lines.
+    /// Columns that do not make exactly one record; bad numbers, with their lines; more of them than may be left out.
     pub fn record(mut self, reading: &Reading) -> Result<Understood, IdentifyError> {
+        let Some(mut bad) = self.bad.take() else {
+            return self.made(reading);
+        };
+        let most = (self.lines.len() + bad.len()).div_ceil(SKIPPED_OF);
+        loop {
+            let made = self.clone().made(reading);
+            if let Err(IdentifyError::Line { line, .. }) = made
+                && let Some(row) = self.lines.iter().position(|known| *known == line)
+            {
+                bad.push(line);
+                self.lines.remove(row);
+                for (.., values) in &mut self.values {
+                    values.remove(row);
+                }
+            } else if bad.len() <= most {
+                let mut understood = made?;
+                bad.sort_unstable();
+                let left_out = passed(
+                    &bad,
+                    "no sample: a cell that is no number, or a value that cannot be",
+                );
+                understood.notes.extend(left_out);
+                return Ok(understood);
+            }
+            if bad.len() > most {
+                return Err(IdentifyError::Record(format!(
+                    "{} bad rows are more than a tenth of all, which is too many for {SKIP_BAD_ROWS}: correct the table, or name its columns by {COLUMNS}",
+                    bad.len()
+                )));
+            }
+        }
+    }
+
+    fn made(mut self, reading: &Reading) -> Result<Understood, IdentifyError> {
         self.prefer_chosen();
         let mut measured = self.measured(reading)?;
         self.storage_and_loss();
@@ -490,6 +532,12 @@ impl Columns {
         if let Some(taken) = self.take(column) {
             return Ok(taken);
         }
+        if self.has(Column::Force) && self.has(Column::Position) {
+            return Err(IdentifyError::Record(format!(
+                "force and depth need a specimen: give {} and {RADIUS} for an indenter, or {AREA} and {THICKNESS} for a slab",
+                LOADING.set_to(LoadingKind::Sphere.name())
+            )));
+        }
         let size = if column == Column::Stress && self.has(Column::Force) {
             format!(", or give {AREA}")
         } else if column == Column::Strain && self.has(Column::Position) {
@@ -712,6 +760,9 @@ impl Columns {
     }
 }
 
+/// Of so many rows one may be bad.
+const SKIPPED_OF: usize = 10;
+
 /// What all say, if they say the same.
 fn agreed<T: PartialEq>(mut all: impl Iterator<Item = T>) -> Option<T> {
     let first = all.next()?;
@@ -722,18 +773,20 @@ fn agreed<T: PartialEq>(mut all: impl Iterator<Item = T>) -> Option<T> {
 fn specimen(loading: Loading, poisson_ratio: f64) -> Result<Specimen, IdentifyError> {
     Specimen::new(loading, poisson_ratio, 0.0).map_err(|error| {
         let (what, remedy) = if let ParameterError::Missing { what, .. } = &error {
-            (*what, "give")
+            (*what, ": give")
         } else if let ParameterError::NoEffect { what, .. } = &error {
-            (*what, "omit")
+            (*what, ": omit")
+        } else if let ParameterError::Layer { what, .. } = &error {
+            (*what, ", and omit")
         } else if let ParameterError::Range(range) = &error {
-            (range.what, "change")
+            (range.what, ": change")
         } else {
-            ("", "change")
+            ("", ": change")
         };
         let keys = [AREA, THICKNESS, RADIUS, HALF_ANGLE, BONDED];
         let key = keys.into_iter().find(|key| label(key.0) == what);
         let key = key.unwrap_or(POISSON_RATIO);
-        IdentifyError::Record(format!("{error}: {remedy} {key}"))
+        IdentifyError::Record(format!("{error}{remedy} {key}"))
     })
 }
 

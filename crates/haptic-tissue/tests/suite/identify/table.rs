@@ -187,7 +187,10 @@ const WRONG_LOADINGS: &str = r"
     force_n,depth_mm | sphere radius=-1e-3 | radius & change `indenter_radius_m`
     force_n,depth_mm | cone angle=2 | half angle & change `half_angle_rad`
     force_n,depth_mm | sphere radius=1e-3 bonded | needs thickness: give `thickness_m`
-    force_n,depth_mm | punch radius=1e-3 thickness=1 | thickness has no effect & omit `thickness_m`
+    force_n,depth_mm | punch radius=1e-3 thickness=1 | a layer under a punch resists more & W. C. Hayes & omit `thickness_m`
+    force_n,depth_mm | punch radius=1e-3 thickness=1 bonded | a layer under a punch & and omit `thickness_m`
+    force_n,depth_mm | cone angle=1 thickness=1 | a layer under a cone resists more & omit `thickness_m`
+    force_n,depth_mm | cone angle=1 bonded | a layer under a cone resists more & omit `bonded`
     force_n,depth_mm | sphere radius=1e-3 thickness=1 nu=0.4 | Poisson's ratio of a layer & change `poisson_ratio`
     force_n,depth_mm | sphere radius=1e-3 thickness=1e-3 bonded nu=0.4 | change `poisson_ratio`
     force_n,depth_mm | sphere radius=1e-3 nu=0.6 | `poisson_ratio` 0.6 is not from 0 to 0.5
@@ -371,6 +374,7 @@ fn columns_units_and_range_can_be_given() {
         from: Some(2e-3),
         to: None,
         segments: Vec::new(),
+        ..Reader::default()
     };
     let text = "# made by hand\na,Value,Temperature\n0,9,20\n1,8,20\n\n2,7,20\n3,,20\n4,6,20\n";
     let understood = understand(text, &reader, &Reading::default()).expect("valid");
@@ -456,7 +460,7 @@ const REFUSED: &str = r#"
     time_s,t [s],modulus\n1,1,5\n | - | line 1 & both look like time & `columns`
     time_s,stress_pa\n1,5\n2,4\n | - | stress_pa (stress) & give `strain`
     time_s,strain\n1,5\n2,4\n | - | give `stress_pa`
-    Z (nm),Force (nN)\n1,5\n2,4\n | - | needs a column strain & Force (nN) (force) & `thickness_m`
+    Z (nm),Force (nN)\n1,5\n2,4\n | - | a specimen & `loading` = sphere and `indenter_radius_m` & `area_m2` and `thickness_m`
     time_s,temperature\n1,5\n2,4\n | - | the columns make no record & relaxation_modulus_pa
     time_s,relaxation_modulus_pa\n1,5\n2,4\n | creep | kind creep needs a column creep_compliance_per_pa & `kind`
     time_s,creep_compliance_per_pa\n1,5\n2,4\n | - | compliance falls with time & `kind` = relaxation
@@ -801,4 +805,43 @@ fn damaged_tables_never_panic() {
         read > 100 && refused > 100,
         "{read} read, {refused} refused"
     );
+}
+
+/// A table of 24 rows, rows that are put into it at a line, and the lines that are named, or why none is.
+const BAD_ROWS: &str = r"
+    5 3,-1 | 1 row (line 5) left out
+    5 3,over & 9 6,-1 & 15 11,0 | 3 rows (lines 5, 9, 15) left out
+    9 6,700 | 1 row (line 9) left out
+    4 x,1 & 5 x,1 & 6 x,1 & 7 x,1 | 4 bad rows are more than a tenth & `skip_bad_rows`
+    3 1,0 & 4 1,0 & 5 1,0 & 6 1,0 | 4 bad rows are more than a tenth & `skip_bad_rows`
+";
+
+#[test]
+fn a_bad_row_is_left_out_by_name_where_that_is_asked_for() {
+    for [bad, wanted] in testkit::table(BAD_ROWS) {
+        let rows = (1..=24).map(|n| format!("{n},{}", 1e3 * f64::from(n).powf(-0.2)));
+        let mut rows: Vec<String> = rows.collect();
+        for row in bad.split(" & ") {
+            let (line, row) = row.split_once(' ').expect("a row");
+            // Line 1 is the header.
+            rows.insert(line.parse::<usize>().expect("a line") - 2, row.to_owned());
+        }
+        let text = format!("time_s,relaxation_modulus_pa\n{}\n", rows.join("\n"));
+        let refused = understand(&text, &Reader::default(), &Reading::default());
+        assert!(refused.expect_err(&bad).starts_with("line "), "{bad}");
+        let reader = Reader {
+            skip_bad_rows: true,
+            ..Reader::default()
+        };
+        let said = match understand(&text, &reader, &Reading::default()) {
+            Ok(read) => {
+                assert_eq!(read.record.samples(), 24, "{bad}");
+                read.notes.join("; ")
+            }
+            Err(refused) => refused,
+        };
+        for words in wanted.split(" & ") {
+            assert!(said.contains(words), "{bad}: {said}");
+        }
+    }
 }
