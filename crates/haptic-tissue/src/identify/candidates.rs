@@ -30,6 +30,10 @@ pub struct Identification {
     pub measured: Vec<f64>,
     /// Contact point and baseline of the chosen fit, if they were looked for.
     pub beside: Vec<Estimate>,
+    /// True if residuals are differences in the unit of the values, as of a motion; false if they are those of logarithms.
+    pub is_absolute: bool,
+    /// True of a creep under more than one step of stress, as with a recovery.
+    pub is_staircase: bool,
     /// False of a motion without times, of which `x` are the numbers of the samples.
     pub is_timed: bool,
     /// Sentences that a user should know.
@@ -37,18 +41,27 @@ pub struct Identification {
 }
 
 impl Identification {
-    /// The residual of each value, model minus record: a share of the value, or in Pa for a
-    /// history.
+    /// The residual of each value, model minus record: a share of the value, or a difference in its unit.
     #[must_use]
     pub fn residuals(&self, fit: &Fit) -> Vec<f64> {
         let both = fit.predicted.iter().zip(&self.measured);
-        both.map(|(model, measured)| match self.kind {
-            RecordKind::History => model - measured,
-            RecordKind::Relaxation | RecordKind::Creep | RecordKind::Oscillation => {
-                relative(libm::log(model / measured))
-            }
+        both.map(|(model, measured)| match self.is_absolute {
+            true => model - measured,
+            false => relative(libm::log(model / measured)),
         })
         .collect()
+    }
+
+    /// Σ ln y² of the unit of each residual: criteria of differences and of logarithms, each with its own, compare.
+    fn ln_sizes(&self) -> f64 {
+        let squares = self.measured.iter().map(|value| value * value);
+        match self.is_absolute {
+            true => {
+                let count = self.measured.len() as f64;
+                count * libm::log(squares.sum::<f64>() / count)
+            }
+            false => squares.map(libm::log).sum(),
+        }
     }
 }
 
@@ -56,6 +69,33 @@ impl Identification {
 #[must_use]
 pub fn relative(residual: f64) -> f64 {
     libm::expm1(residual)
+}
+
+/// As [`identified`], of a record that may be read in several ways: by that whose best fit makes the record most likely.
+pub(super) fn read(
+    record: &Record,
+    options: &Options,
+    stop: &AtomicBool,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<Identification, IdentifyError> {
+    let mut readings = record.readings();
+    if readings.len() > 1 {
+        let plain = Options {
+            bootstrap: 0,
+            ..options.clone()
+        };
+        let evidence = |one: &Record| {
+            let found = identified(one, &plain, stop, &|_| ()).ok()?;
+            let bic = |fit: &Fit| fit.bic;
+            let least = found.fits.iter().map(bic).fold(f64::INFINITY, f64::min);
+            Some(least + found.ln_sizes())
+        };
+        let readings_with = readings.drain(..).map(|one| (evidence(&one), one));
+        let known = readings_with.filter_map(|(evidence, one)| Some((evidence?, one)));
+        let best = known.min_by(|a, b| a.0.total_cmp(&b.0));
+        readings.extend(best.map(|best| best.1));
+    }
+    identified(readings.first().unwrap_or(record), options, stop, progress)
 }
 
 /// Fits the candidates; none stiffens.
@@ -145,7 +185,7 @@ pub(super) fn identified(
         warnings.push(said);
     }
     let fits: Vec<Fit> = fitted.into_iter().map(|(fit, ..)| fit).collect();
-    warnings.extend(advice::about(&fits, record.kind));
+    warnings.extend(advice::about(&fits, record.is_absolute()));
     let (x, measured) = target.values(record);
     Ok(Identification {
         kind: record.kind(),
@@ -154,6 +194,8 @@ pub(super) fn identified(
         x,
         measured,
         beside: Vec::new(),
+        is_absolute: record.is_absolute(),
+        is_staircase: record.steps.len() > 1,
         is_timed: record.untimed.is_none(),
         warnings,
     })

@@ -10,7 +10,7 @@
 use super::binned::Binned;
 use super::contour::{Contour, Quantity};
 use super::elements::{Candidate, ELEMENTS, Elements, Slope};
-use super::history::{History, Moved};
+use super::history::{self, History, Moved};
 use super::record::{Motion, Record, RecordKind};
 use crate::indentation::mapped;
 use std::ops::Range;
@@ -64,7 +64,41 @@ enum Rows {
     Sampled(Option<Quantity>, Vec<f64>),
     History(History),
     Binned(Binned),
+    Stepped(Stepped),
 }
+
+/// A creep under several steps of stress, or with differences as its residuals.
+#[derive(Clone, Debug)]
+struct Stepped {
+    /// Of each sample the ln of the time since each step before it, and the size of the step.
+    since: Vec<Vec<[f64; 2]>>,
+    chosen: Vec<usize>,
+    is_logarithmic: bool,
+}
+
+impl Stepped {
+    fn new(record: &Record, middle: f64) -> Self {
+        let all = 0..record.x.len();
+        let chosen = match all.len() > SAMPLES_OF_STEPS {
+            true => history::chosen(&record.x, 0.0, SAMPLES_OF_STEPS),
+            false => all.collect(),
+        };
+        let since = chosen.iter().map(|&n| {
+            let before = record.steps.iter().filter(|step| step[0] < record.x[n]);
+            before
+                .map(|step| [libm::log(record.x[n] - step[0]) - middle, step[1]])
+                .collect()
+        });
+        Self {
+            since: since.collect(),
+            is_logarithmic: !record.is_absolute(),
+            chosen,
+        }
+    }
+}
+
+/// Samples of a creep by steps that are compared, at most.
+const SAMPLES_OF_STEPS: usize = 2000;
 
 impl<'a> Target<'a> {
     pub(super) fn new(record: &Record, weighting: Weighting, stop: &'a AtomicBool) -> Self {
@@ -76,10 +110,28 @@ impl<'a> Target<'a> {
         let relative: Vec<f64> = ln_x.iter().map(|x| x - middle).collect();
         let parts = 1 + usize::from(!record.second.is_empty());
         let roots = roots(&relative, weighting, parts);
-        let values = record.first.iter().chain(&record.second);
-        let wanted: Vec<f64> = values.map(|&x| libm::log(x)).collect();
-        let count = wanted.len() as f64;
-        let (low, high) = ends(&wanted);
+        let stepped = (record.has_steps()).then(|| Stepped::new(record, middle));
+        let values = [&record.first[..], &record.second].concat();
+        let chosen = stepped.as_ref().map(|stepped| stepped.chosen.clone());
+        let chosen = chosen.unwrap_or_else(|| (0..values.len()).collect());
+        let (values, roots) = (
+            chosen.iter().map(|&n| values[n]),
+            chosen.iter().map(|&n| roots[n]),
+        );
+        let (values, roots): (Vec<f64>, Vec<f64>) = (values.collect(), roots.collect());
+        let count = values.len() as f64;
+        let size = libm::sqrt(values.iter().map(|x| x * x).sum::<f64>() / count);
+        let is_absolute = record.is_absolute();
+        let scale = if is_absolute { size } else { 1.0 };
+        let wanted = values.iter().map(|x| match is_absolute {
+            true => x / scale,
+            false => libm::log(*x),
+        });
+        let wanted: Vec<f64> = wanted.collect();
+        let (low, high) = match is_absolute {
+            true => (libm::log(size) - 1.0, libm::log(size) + 1.0),
+            false => ends(&wanted),
+        };
         let (unit, sign, quantity) = match record.kind {
             RecordKind::Oscillation => (-middle, 1.0, None),
             RecordKind::Creep => (middle, -1.0, Some(Quantity::Creep)),
@@ -88,11 +140,14 @@ impl<'a> Target<'a> {
             }
         };
         Self {
-            rows: Rows::Sampled(quantity, relative),
+            rows: match stepped {
+                Some(stepped) => Rows::Stepped(stepped),
+                None => Rows::Sampled(quantity, relative),
+            },
             wanted,
             roots,
             unit_s: libm::exp(unit),
-            scale: 1.0,
+            scale,
             middle: 0.5 * (low + high) * sign,
             span: high - low,
             beside: 0,
@@ -159,6 +214,10 @@ impl<'a> Target<'a> {
                 ln_x.iter_mut().for_each(|x| *x += shift);
             }
             Rows::History(history) => history.in_seconds(),
+            Rows::Stepped(stepped) => {
+                let all = stepped.since.iter_mut().flatten();
+                all.for_each(|since| since[0] += shift);
+            }
             Rows::Binned(_) => return self,
         }
         (self.unit_s, self.shift) = (1.0, shift);
@@ -178,7 +237,7 @@ impl<'a> Target<'a> {
     pub(super) fn samples(&self) -> usize {
         match &self.rows {
             Rows::Sampled(_, ln_x) => ln_x.len(),
-            Rows::History(_) | Rows::Binned(_) => self.len(),
+            Rows::History(_) | Rows::Binned(_) | Rows::Stepped(_) => self.len(),
         }
     }
 
@@ -191,7 +250,7 @@ impl<'a> Target<'a> {
                 .map(|(binned, wanted)| (Rows::Binned(binned), wanted)),
             Rows::History(history) => (history.compressed(wanted, roots))
                 .map(|(history, wanted)| (Rows::History(history), wanted)),
-            Rows::Binned(_) => None,
+            Rows::Binned(_) | Rows::Stepped(_) => None,
         };
         match compressed {
             None => self.clone(),
@@ -214,7 +273,7 @@ impl<'a> Target<'a> {
                 let roots = vec![1.0; wanted.len()];
                 (Rows::History(coarse), wanted, roots)
             }
-            Rows::Sampled(quantity, ln_x) => {
+            Rows::Sampled(..) | Rows::Stepped(_) => {
                 let samples = self.samples();
                 let step = samples.div_ceil(most).max(1);
                 let last = (!(samples - 1).is_multiple_of(step)).then_some(samples - 1);
@@ -223,7 +282,16 @@ impl<'a> Target<'a> {
                     let part = |n: usize| chosen.iter().map(move |&i| values[n * samples + i]);
                     (0..values.len() / samples).flat_map(part).collect()
                 };
-                (Rows::Sampled(*quantity, of(ln_x)), of(wanted), of(roots))
+                let rows = match &self.rows {
+                    Rows::Sampled(quantity, ln_x) => Rows::Sampled(*quantity, of(ln_x)),
+                    Rows::Stepped(stepped) => Rows::Stepped(Stepped {
+                        since: chosen.iter().map(|&i| stepped.since[i].clone()).collect(),
+                        chosen: chosen.iter().map(|&i| stepped.chosen[i]).collect(),
+                        ..*stepped
+                    }),
+                    other @ (Rows::History(_) | Rows::Binned(_)) => other.clone(),
+                };
+                (rows, of(wanted), of(roots))
             }
         };
         Self {
@@ -248,8 +316,11 @@ impl<'a> Target<'a> {
         self.model(candidate, elements, |n, model| {
             let wanted = self.wanted(n);
             let mut slope = model;
-            match self.rows {
-                Rows::History(_) | Rows::Binned(_) => slope.value -= wanted,
+            match &self.rows {
+                Rows::Stepped(stepped) if stepped.is_logarithmic => {
+                    slope = logarithm(model, wanted)
+                }
+                Rows::History(_) | Rows::Binned(_) | Rows::Stepped(_) => slope.value -= wanted,
                 Rows::Sampled(..) => slope = logarithm(model, wanted),
             }
             finite &= slope.value.is_finite();
@@ -265,9 +336,11 @@ impl<'a> Target<'a> {
 
     /// The model at a sample of which this is the residual, in the unit of the record.
     pub(super) fn modelled(&self, n: usize, residual: f64) -> f64 {
-        match self.rows {
-            Rows::History(_) => (residual + self.wanted[n]) * self.scale,
-            Rows::Sampled(..) | Rows::Binned(_) => libm::exp(residual + self.wanted[n]),
+        let value = residual + self.wanted[n];
+        match &self.rows {
+            Rows::Stepped(stepped) if stepped.is_logarithmic => libm::exp(value),
+            Rows::History(_) | Rows::Stepped(_) => value * self.scale,
+            Rows::Sampled(..) | Rows::Binned(_) => libm::exp(value),
         }
     }
 
@@ -275,6 +348,7 @@ impl<'a> Target<'a> {
     pub(super) fn chosen(&self) -> Vec<usize> {
         match &self.rows {
             Rows::History(history) => history.chosen.clone(),
+            Rows::Stepped(stepped) => stepped.chosen.clone(),
             Rows::Sampled(..) | Rows::Binned(_) => (0..self.samples()).collect(),
         }
     }
@@ -285,6 +359,10 @@ impl<'a> Target<'a> {
             Rows::History(history) => {
                 let of = |values: &[f64]| history.chosen.iter().map(|&i| values[i]).collect();
                 (of(&record.x), of(&record.second))
+            }
+            Rows::Stepped(stepped) => {
+                let of = |values: &[f64]| stepped.chosen.iter().map(|&i| values[i]).collect();
+                (of(&record.x), of(&record.first))
             }
             Rows::Sampled(..) | Rows::Binned(_) => {
                 let values = [&record.first[..], &record.second].concat();
@@ -329,6 +407,7 @@ impl<'a> Target<'a> {
             Rows::History(history) => return history.model(candidate, elements, each),
             Rows::Sampled(quantity, _) => *quantity,
             Rows::Binned(binned) => binned.quantity,
+            Rows::Stepped(_) => Some(Quantity::Creep),
         };
         let contour = quantity.map(|quantity| Contour::new(candidate, quantity, *elements));
         let at = |ln_x: f64| match &contour {
@@ -337,6 +416,18 @@ impl<'a> Target<'a> {
         };
         match &self.rows {
             Rows::History(_) => {}
+            Rows::Stepped(stepped) => {
+                for (n, since) in stepped.since.iter().enumerate() {
+                    let (answers, sizes): (Vec<Slope>, Vec<f64>) =
+                        since.iter().map(|step| (at(step[0])[0], step[1])).unzip();
+                    let mut sum = Slope::sum(&sizes, &answers);
+                    if !stepped.is_logarithmic {
+                        sum.value /= self.scale;
+                        sum.by.iter_mut().for_each(|by| *by /= self.scale);
+                    }
+                    each(n, sum);
+                }
+            }
             Rows::Sampled(_, ln_x) => {
                 for (n, &ln_x) in ln_x.iter().enumerate() {
                     let parts = at(ln_x).into_iter().take(self.len() / self.samples());

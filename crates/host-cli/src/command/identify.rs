@@ -19,7 +19,8 @@ use haptic_quantity::{is_meant, parse_for_key};
 use haptic_tissue::ModelKind;
 use haptic_tissue::identify::table::Reading;
 use haptic_tissue::identify::{
-    Baseline, CANDIDATES, ContactPoint, Fit, Held, Options, Provenance, RecordKind, Weighting,
+    Baseline, CANDIDATES, ContactPoint, Fit, Held, Identification, Options, Provenance, RecordKind,
+    Weighting,
 };
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -66,6 +67,7 @@ fn baselines() -> Vec<(Baseline, &'static str, &'static str)> {
 const CONTACT_POINTS: Range = Range::Within(-1.0, 1.0);
 /// Ramps of a relaxation, s.
 const RAMPS: Range = Range::AboveUpTo(0.0, 1e9);
+const RAMP_ENDS: Range = Range::Within(-1e12, 1e12);
 
 /// Reads a contact point: `fit`, or a length.
 fn contact_point(text: &str) -> Result<ContactPoint, String> {
@@ -175,9 +177,12 @@ struct SpecimenArguments {
     /// Depth at which an indenter touches, or fit, to find it [default: 0]
     #[arg(long, value_name = "DEPTH", value_parser = contact_point, allow_hyphen_values = true)]
     contact_point: Option<ContactPoint>,
-    /// Time of the ramp to the held strain of a relaxation, if its record begins with the ramp
+    /// Time of the ramp to the held strain of a relaxation
     #[arg(long, value_parser = quantity("ramp_time_s", RAMPS))]
     ramp_time: Option<f64>,
+    /// Time of the record's clock at which this ramp ends, as 0 of one that begins with the hold [default: the ramp begins at 0]
+    #[arg(long, value_name = "TIME", value_parser = quantity("ramp_ends_s", RAMP_ENDS), allow_hyphen_values = true)]
+    ramp_ends: Option<f64>,
     /// Subtract the first row of strain and stress: a motion that begins at rest, but not at 0
     #[arg(long)]
     subtract_start: bool,
@@ -201,6 +206,7 @@ impl SpecimenArguments {
             poisson_ratio: self.poisson_ratio,
             contact: self.contact_point.unwrap_or_default(),
             ramp_time_s: self.ramp_time,
+            ramp_ends_s: self.ramp_ends,
             subtract_start: self.subtract_start,
         }
     }
@@ -309,7 +315,7 @@ impl Arguments {
         let candidates = found.fits.iter().map(|fit| {
             let parameters = json!({"parameters": estimates(&fit.parameters)});
             let model = json!({"model": fit.kind.name()});
-            joined([model, quality(found.kind, fit), parameters])
+            joined([model, quality(&found, fit), parameters])
         });
         let chosen = json!({
             "kind": found.kind.name(),
@@ -327,7 +333,7 @@ impl Arguments {
             "notes": notes,
             "warnings": warnings,
         });
-        output.summary(&joined([chosen, rows, quality(found.kind, fit), beside]))?;
+        output.summary(&joined([chosen, rows, quality(&found, fit), beside]))?;
         place.close(Ok(()))
     }
 
@@ -349,10 +355,11 @@ impl Arguments {
     }
 }
 
-fn quality(kind: RecordKind, fit: &Fit) -> Value {
-    let rms = match kind == RecordKind::History {
-        true => json!({"rms_residual_pa": fit.rms}),
-        false => json!({"rms_log_residual": fit.rms}),
+fn quality(found: &Identification, fit: &Fit) -> Value {
+    let rms = match (found.is_absolute, found.kind) {
+        (true, RecordKind::Creep) => json!({"rms_residual_per_pa": fit.rms}),
+        (true, _) => json!({"rms_residual_pa": fit.rms}),
+        (false, _) => json!({"rms_log_residual": fit.rms}),
     };
     joined([rms, json!({"aic": fit.aic, "bic": fit.bic})])
 }
