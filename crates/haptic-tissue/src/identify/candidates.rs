@@ -2,11 +2,11 @@
 
 use super::elements::Candidate;
 use super::error::IdentifyError;
-use super::fit::{AS_GOOD, Estimate, Fit, REFUSED, criteria, digits, fit};
+use super::fit::{AS_GOOD, Estimate, Fit, REFUSED, criteria, digits, fit, fit as fitted_to};
 use super::noise::of_motions;
 use super::options::{Options, candidates, target_of};
 use super::record::{Record, RecordKind};
-use super::search::search;
+use super::search::{Best, polished, search};
 use super::target::Target;
 use super::{advice, bootstrap, profile, rendered};
 use crate::model::ModelKind;
@@ -51,18 +51,6 @@ impl Identification {
         })
         .collect()
     }
-
-    /// Σ ln y² of the unit of each residual: criteria of differences and of logarithms, each with its own, compare.
-    fn ln_sizes(&self) -> f64 {
-        let squares = self.measured.iter().map(|value| value * value);
-        match self.is_absolute {
-            true => {
-                let count = self.measured.len() as f64;
-                count * libm::log(squares.sum::<f64>() / count)
-            }
-            false => squares.map(libm::log).sum(),
-        }
-    }
 }
 
 /// A residual r of a logarithm as a share of the value: e^r − 1, never below −1.
@@ -70,6 +58,13 @@ impl Identification {
 pub fn relative(residual: f64) -> f64 {
     libm::expm1(residual)
 }
+
+/// How often a creep that was rendered is fitted without what rendering did to it.
+const RENDERINGS: usize = 3;
+const FAR_LESS: f64 = 0.25;
+/// Starts, and parameters of a model, that are enough to see how a record is to be read.
+const FEW_STARTS: usize = 10;
+const FEW_PARAMETERS: usize = 4;
 
 /// As [`identified`], of a record that may be read in several ways: by that whose best fit makes the record most likely.
 pub(super) fn read(
@@ -80,19 +75,31 @@ pub(super) fn read(
 ) -> Result<Identification, IdentifyError> {
     let mut readings = record.readings();
     if readings.len() > 1 {
+        // Two elements are enough to see of what kind the noise is.
+        let wanted = options.candidates.iter().copied();
+        let few = wanted.filter(|kind| kind.parameters().len() <= FEW_PARAMETERS);
         let plain = Options {
-            bootstrap: 0,
+            candidates: match options.chosen {
+                Some(kind) => vec![kind],
+                None => few.collect(),
+            },
+            starts: options.starts.min(FEW_STARTS),
             ..options.clone()
         };
-        let evidence = |one: &Record| {
-            let found = identified(one, &plain, stop, &|_| ()).ok()?;
-            let bic = |fit: &Fit| fit.bic;
-            let least = found.fits.iter().map(bic).fold(f64::INFINITY, f64::min);
-            Some(least + found.ln_sizes())
-        };
-        let readings_with = readings.drain(..).map(|one| (evidence(&one), one));
-        let known = readings_with.filter_map(|(evidence, one)| Some((evidence?, one)));
-        let best = known.min_by(|a, b| a.0.total_cmp(&b.0));
+        let best = readings.drain(..).filter_map(|one| {
+            let candidates = candidates(&plain, &one).ok()?;
+            let target = target_of(&one, &plain, stop);
+            let evidence = candidates.par_iter().filter_map(|&candidate| {
+                let best = search(candidate, &target, plain.starts).ok()?;
+                let fit = fit(candidate, &target, &best).0;
+                let count = fit.predicted.len() as f64;
+                let numbers = fit.parameters.len() as f64;
+                let left = 2.0 * count * libm::log(fit.rms.max(f64::MIN_POSITIVE));
+                Some(left + target.ln_sizes() + numbers * libm::log(count))
+            });
+            Some((evidence.min_by(f64::total_cmp)?, one))
+        });
+        let best: Option<(f64, Record)> = best.min_by(|a, b| a.0.total_cmp(&b.0));
         readings.extend(best.map(|best| best.1));
     }
     identified(readings.first().unwrap_or(record), options, stop, progress)
@@ -121,13 +128,19 @@ pub(super) fn identified(
     let (mut fitted, mut failed) = (Vec::new(), Vec::new());
     // Each by itself: the result does not depend on the threads.
     let all = candidates.par_iter().map(|&candidate| {
-        let best = search(candidate, &compressed, options.starts.max(1))?;
-        let (mut fit, certainty) = fit(candidate, &target, &best);
-        if rendered::is_rendered(record, &target, candidate, &best, &fit) {
+        let mut best = search(candidate, &compressed, options.starts.max(1))?;
+        let (mut fit, mut certainty) = fitted_to(candidate, &target, &best);
+        let mut own = None;
+        let mut is_rendered = rendered::is_rendered(record, &target, candidate, &best, &fit);
+        if let Some((to, closer)) = unrendered(record, &target, candidate, (&best, &fit)) {
+            (fit, certainty) = fitted_to(candidate, &to, &closer);
+            (best, own, is_rendered) = (closer, Some(to), true);
+        }
+        if is_rendered {
             let numbers = candidate.parameters() + target.beside;
             [fit.aic, fit.bic] = criteria(target.len(), 0.0, numbers);
         }
-        Ok((fit, candidate, best, certainty))
+        Ok((fit, candidate, best, certainty, own))
     });
     let all: Vec<Result<_, IdentifyError>> = all.collect();
     for (one, candidate) in all.into_iter().zip(candidates) {
@@ -151,13 +164,17 @@ pub(super) fn identified(
     warnings.extend(failed.iter().map(ToString::to_string));
     let bics = fitted.iter().map(|fitted| fitted.0.bic);
     let refused = bics.fold(f64::INFINITY, f64::min) + REFUSED;
-    for (index, (fit, candidate, best, certainty)) in fitted.iter_mut().enumerate() {
+    for (index, (fit, candidate, best, certainty, own)) in fitted.iter_mut().enumerate() {
         let (candidate, independent) = (*candidate, fit.independent);
+        let (target, compressed) = match own {
+            Some(own) => (&*own, &*own),
+            None => (&target, &compressed),
+        };
         let (records, seed) = (options.bootstrap, options.seed);
         let ends = if index == 0 && records > 0 {
             let (ends, fitted) = bootstrap::intervals(
                 candidate,
-                &target,
+                target,
                 best,
                 independent,
                 records,
@@ -172,7 +189,7 @@ pub(super) fn identified(
             }
             ends
         } else if index == 0 || fit.bic <= refused {
-            profile::intervals(candidate, &compressed, best, certainty)
+            profile::intervals(candidate, compressed, best, certainty)
         } else {
             continue;
         };
@@ -199,6 +216,27 @@ pub(super) fn identified(
         is_timed: record.untimed.is_none(),
         warnings,
     })
+}
+
+/// A creep without what rendering makes of the model of a fit, and the minimum there, if that leaves far less.
+fn unrendered<'a>(
+    record: &Record,
+    target: &Target<'a>,
+    candidate: Candidate,
+    (best, fit): (&Best, &Fit),
+) -> Option<(Target<'a>, Best)> {
+    if !record.has_steps() {
+        return None;
+    }
+    let (mut fit, mut closer) = (fit.clone(), best.clone());
+    let mut own = target.clone();
+    for _ in 0..RENDERINGS {
+        own = rendered::without_rendering(record, target, candidate, (&closer, &fit))?;
+        let start = closer.elements.variables(candidate);
+        closer = polished(candidate, &own, [start].iter()).ok()?;
+        fit = fitted_to(candidate, &own, &closer).0;
+    }
+    (closer.sum < FAR_LESS * best.sum).then_some((own, closer))
 }
 
 /// Those with the most parameters, which leave the least but noise.

@@ -75,7 +75,10 @@ pub(super) fn levels(values: &[f64]) -> Option<Vec<Level>> {
 /// The levels of a commanded stress; none if the strain was commanded, or neither: the one with fewer levels was, the strain if both have as many.
 pub(super) fn of_stress(strain: &[f64], stress: &[f64]) -> Option<Vec<Level>> {
     let held = levels(stress)?;
-    let is_answer = levels(strain).is_none_or(|strain| strain.len() > held.len());
+    let is_answer = levels(strain).is_none_or(|strain| {
+        // Both at one level are those of a spring.
+        strain.len() > held.len() || strain.len() == 1
+    });
     is_answer.then_some(held)
 }
 

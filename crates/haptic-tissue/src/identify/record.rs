@@ -297,7 +297,6 @@ impl Record {
         let most = strain.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let since = time_s[rows..].iter().map(|time| time - begin).collect();
         let compliance: Vec<f64> = strain[rows..].iter().map(|strain| strain / held).collect();
-        constant(&compliance, "the strain over the stress", "1/Pa")?;
         let mut record = Self::plain(RecordKind::Creep, since, compliance, Vec::new());
         (record.later, record.steps) = (late, early);
         record.is_absolute = true;

@@ -334,6 +334,16 @@ impl<'a> Target<'a> {
         self.wanted[n]
     }
 
+    /// Σ ln y² over the values whose logarithms are compared: criteria of differences and of logarithms, each with its own, compare.
+    pub(super) fn ln_sizes(&self) -> f64 {
+        match &self.rows {
+            Rows::Stepped(stepped) if stepped.is_logarithmic => {
+                2.0 * self.wanted.iter().sum::<f64>()
+            }
+            Rows::Sampled(..) | Rows::Stepped(_) | Rows::History(_) | Rows::Binned(_) => 0.0,
+        }
+    }
+
     /// The model at a sample of which this is the residual, in the unit of the record.
     pub(super) fn modelled(&self, n: usize, residual: f64) -> f64 {
         let value = residual + self.wanted[n];
