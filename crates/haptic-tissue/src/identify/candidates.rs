@@ -2,13 +2,13 @@
 
 use super::elements::Candidate;
 use super::error::IdentifyError;
-use super::fit::{AS_GOOD, Estimate, Fit, REFUSED, criteria, digits, fit, fit as fitted_to};
+use super::fit::{AS_GOOD, Estimate, Fit, REFUSED, criteria, digits, fit as fitted_to};
 use super::noise::of_motions;
 use super::options::{Options, candidates, target_of};
 use super::record::{Record, RecordKind};
 use super::search::{Best, polished, search};
 use super::target::Target;
-use super::{advice, bootstrap, profile, rendered};
+use super::{advice, bootstrap, profile, rendered, whitened};
 use crate::model::ModelKind;
 use fracdiff::parameter::Shown;
 use rayon::prelude::*;
@@ -91,7 +91,7 @@ pub(super) fn read(
             let target = target_of(&one, &plain, stop);
             let evidence = candidates.par_iter().filter_map(|&candidate| {
                 let best = search(candidate, &target, plain.starts).ok()?;
-                let fit = fit(candidate, &target, &best).0;
+                let fit = fitted_to(candidate, &target, &best).0;
                 let count = fit.predicted.len() as f64;
                 let numbers = fit.parameters.len() as f64;
                 let left = 2.0 * count * libm::log(fit.rms.max(f64::MIN_POSITIVE));
@@ -102,7 +102,8 @@ pub(super) fn read(
         let best: Option<(f64, Record)> = best.min_by(|a, b| a.0.total_cmp(&b.0));
         readings.extend(best.map(|best| best.1));
     }
-    identified(readings.first().unwrap_or(record), options, stop, progress)
+    let record = readings.first().unwrap_or(record);
+    identified(record, options, stop, progress)
 }
 
 /// Fits the candidates; none stiffens.
@@ -118,7 +119,7 @@ pub(super) fn identified(
         let compressed = target.compressed();
         let fits = richest(&candidates).filter_map(|candidate| {
             let best = search(candidate, &compressed, options.starts.max(1)).ok()?;
-            Some(fit(candidate, &target, &best).0)
+            Some(fitted_to(candidate, &target, &best).0)
         });
         let least = fits.min_by(Fit::by_bic)?;
         Some((least, target))
@@ -130,11 +131,15 @@ pub(super) fn identified(
     let all = candidates.par_iter().map(|&candidate| {
         let mut best = search(candidate, &compressed, options.starts.max(1))?;
         let (mut fit, mut certainty) = fitted_to(candidate, &target, &best);
-        let mut own = None;
+        let of_whitened = whitened::criteria(candidate, &target, &best);
         let mut is_rendered = rendered::is_rendered(record, &target, candidate, &best, &fit);
+        let mut own = None;
         if let Some((to, closer)) = unrendered(record, &target, candidate, (&best, &fit)) {
             (fit, certainty) = fitted_to(candidate, &to, &closer);
             (best, own, is_rendered) = (closer, Some(to), true);
+        }
+        if let Some(of_whitened) = of_whitened {
+            [fit.aic, fit.bic] = of_whitened;
         }
         if is_rendered {
             let numbers = candidate.parameters() + target.beside;
@@ -166,15 +171,12 @@ pub(super) fn identified(
     let refused = bics.fold(f64::INFINITY, f64::min) + REFUSED;
     for (index, (fit, candidate, best, certainty, own)) in fitted.iter_mut().enumerate() {
         let (candidate, independent) = (*candidate, fit.independent);
-        let (target, compressed) = match own {
-            Some(own) => (&*own, &*own),
-            None => (&target, &compressed),
-        };
+        let compressed = own.as_ref().unwrap_or(&compressed);
         let (records, seed) = (options.bootstrap, options.seed);
         let ends = if index == 0 && records > 0 {
             let (ends, fitted) = bootstrap::intervals(
                 candidate,
-                target,
+                &target,
                 best,
                 independent,
                 records,

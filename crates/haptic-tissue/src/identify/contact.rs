@@ -24,6 +24,7 @@ use super::options::{Options, candidates, target_of};
 use super::record::{Baseline, ContactPoint, REST_OF_FIT, Record, RecordKind, Touch, area};
 use super::search::{next_place, polished, search};
 use super::target::Target;
+use super::whitened;
 use crate::model::{Model, ModelKind};
 use fracdiff::parameter::Shown;
 use nalgebra::{DMatrix, DVector};
@@ -134,6 +135,9 @@ pub(super) fn touched(
             let best = polished(candidate, &target, [place.start(&target)].iter())?;
             let mut fit = fit(candidate, &target, &best).0;
             as_measured(&mut fit, &record, &target);
+            if let Some(of_whitened) = whitened::criteria(candidate, &target, &best) {
+                [fit.aic, fit.bic] = of_whitened;
+            }
             Ok((record, fit, place))
         })
         .collect();

@@ -45,6 +45,7 @@ mod stiffening;
 pub mod table;
 mod target;
 mod tissue;
+mod whitened;
 
 pub use crate::model::CANDIDATES;
 use candidates::read;

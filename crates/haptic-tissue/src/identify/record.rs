@@ -630,6 +630,22 @@ impl Record {
         record
     }
 
+    /// The same motion with the other sign of strain and stress, as where compression is written below 0.
+    pub(super) fn turned(&self) -> Self {
+        let mut record = self.clone();
+        let ways = record
+            .motions
+            .iter_mut()
+            .filter_map(|motion| motion.way.as_mut());
+        let strains = ways.map(|way| &mut way.1);
+        for values in strains.chain([&mut record.first, &mut record.second]) {
+            values.iter_mut().for_each(|value| *value = -*value);
+        }
+        let said = "strain and stress are read with the other sign, in which tissue stiffens";
+        record.said.push(said.to_owned());
+        record
+    }
+
     /// True if its tissue can be seen to stiffen.
     pub(super) fn can_stiffen(&self) -> bool {
         !self.motions.is_empty() && self.motions.iter().all(|motion| motion.can_stiffen)

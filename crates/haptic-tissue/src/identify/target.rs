@@ -9,10 +9,11 @@
 
 use super::binned::Binned;
 use super::contour::{Contour, Quantity};
-use super::elements::{Candidate, ELEMENTS, Elements, Slope};
+use super::elements::{Candidate, ELEMENTS, Elements, Slope, VARIABLES};
 use super::history::{self, History, Moved};
 use super::record::{Motion, Record, RecordKind};
 use crate::indentation::mapped;
+use fractional_control::autoregression::Autoregression;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -54,6 +55,10 @@ pub(super) struct Target<'a> {
     pub(super) shift: f64,
     /// A sum of squares that is as good as 0.
     pub(super) exact: f64,
+    /// Lengths of the series of residuals, none of which goes on in the next.
+    lengths: Vec<usize>,
+    /// The noise through whose filter the residuals go.
+    noise: Autoregression,
     /// Nobody waits for the fit any more.
     stop: &'a AtomicBool,
 }
@@ -97,6 +102,8 @@ impl Stepped {
     }
 }
 
+/// Samples of a record that is compared with filtered residuals, at most.
+const AVERAGED: usize = 4000;
 /// Samples of a creep by steps that are compared, at most.
 const SAMPLES_OF_STEPS: usize = 2000;
 
@@ -153,6 +160,8 @@ impl<'a> Target<'a> {
             beside: 0,
             shift: 0.0,
             exact: EXACT * EXACT * count,
+            lengths: vec![count as usize / parts; parts],
+            noise: Autoregression::default(),
             stop,
         }
     }
@@ -190,6 +199,10 @@ impl<'a> Target<'a> {
             .collect();
         let history = History::new(&motions, &record.beside);
         let (scale, count) = (history.stress_scale, history.chosen.len() as f64);
+        let compared = |range: &Range<usize>| {
+            let before = |end: usize| history.chosen.partition_point(|&n| n < end);
+            before(range.end) - before(range.start)
+        };
         Self {
             wanted: history.wanted.clone(),
             roots: roots_of_motions(record, &history.chosen, scale),
@@ -200,6 +213,8 @@ impl<'a> Target<'a> {
             beside: record.beside.len(),
             shift: 0.0,
             exact: EXACT * EXACT * count,
+            lengths: samples.iter().map(compared).collect(),
+            noise: Autoregression::default(),
             stop,
             rows: Rows::History(history),
         }
@@ -258,6 +273,8 @@ impl<'a> Target<'a> {
                 rows,
                 roots: vec![1.0; wanted.len()],
                 wanted,
+                lengths: Vec::new(),
+                noise: Autoregression::default(),
                 ..*self
             },
         }
@@ -298,8 +315,52 @@ impl<'a> Target<'a> {
             rows,
             wanted,
             roots,
+            lengths: Vec::new(),
+            noise: Autoregression::default(),
             ..*self
         }
+    }
+
+    /// Residuals series by series.
+    pub(super) fn series<'b>(&self, all: &'b [f64]) -> Vec<&'b [f64]> {
+        let mut rest = all;
+        let own = |length: &usize| {
+            let own;
+            (own, rest) = rest.split_at(*length);
+            own
+        };
+        self.lengths.iter().map(own).collect()
+    }
+
+    /// The same with residuals through the filter of a noise.
+    pub(super) fn filtered(&self, noise: Autoregression) -> Self {
+        Self {
+            noise,
+            ..self.clone()
+        }
+    }
+
+    /// A long sampled record by means of neighbours, so many that [`AVERAGED`] remain.
+    pub(super) fn averaged(&self) -> Self {
+        let (samples, mut own) = (self.samples(), self.clone());
+        let Rows::Sampled(quantity, ln_x) = &self.rows else {
+            return own;
+        };
+        if samples <= AVERAGED {
+            return own;
+        }
+        let block = samples.div_ceil(AVERAGED);
+        let means = |values: &[f64]| -> Vec<f64> {
+            let parts = values.chunks(samples).flat_map(|part| part.chunks(block));
+            parts
+                .map(|part| part.iter().sum::<f64>() / part.len() as f64)
+                .collect()
+        };
+        own.rows = Rows::Sampled(*quantity, means(ln_x));
+        (own.wanted, own.roots) = (means(&self.wanted), means(&self.roots));
+        own.lengths = self.lengths.iter().map(|n| n.div_ceil(block)).collect();
+        own.exact = EXACT * EXACT * own.roots.len() as f64;
+        own
     }
 
     /// Calls `each` with number, weight root, residual and its derivatives; false if a number is not finite, or the fit is to end.
@@ -312,6 +373,41 @@ impl<'a> Target<'a> {
         if self.stops() {
             return false;
         }
+        if self.noise.order() == 0 {
+            return self.plain_residuals(candidate, elements, each);
+        }
+        let mut columns = vec![vec![0.0; self.len()]; VARIABLES + 1];
+        let finite = self.plain_residuals(candidate, elements, |n, root, slope| {
+            columns[VARIABLES][n] = root * slope.value;
+            for (column, by) in columns.iter_mut().zip(slope.by) {
+                column[n] = root * by;
+            }
+        });
+        for column in columns.iter_mut().take(candidate.variables()) {
+            *column = self.through_filter(column);
+        }
+        columns[VARIABLES] = self.through_filter(&columns[VARIABLES]);
+        for n in 0..self.len() {
+            let slope = Slope {
+                value: columns[VARIABLES][n],
+                by: std::array::from_fn(|variable| columns[variable][n]),
+            };
+            each(n, 1.0, slope);
+        }
+        finite
+    }
+
+    fn through_filter(&self, column: &[f64]) -> Vec<f64> {
+        let series = self.series(column).into_iter();
+        series.flat_map(|part| self.noise.whitened(part)).collect()
+    }
+
+    fn plain_residuals(
+        &self,
+        candidate: Candidate,
+        elements: &Elements,
+        mut each: impl FnMut(usize, f64, Slope),
+    ) -> bool {
         let mut finite = true;
         self.model(candidate, elements, |n, model| {
             let wanted = self.wanted(n);

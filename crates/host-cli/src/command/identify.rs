@@ -259,7 +259,12 @@ impl Arguments {
         let (mut all, mut names) = (Vec::new(), Vec::new());
         for data in &self.data {
             let name = data.file_name().unwrap_or(data.as_os_str());
-            let read = self.table.read(data, &reading, self.several.takes_all())?;
+            let read = (self.table).read(
+                data,
+                &reading,
+                self.several.takes_all(),
+                self.several.joins(),
+            )?;
             names.extend(read.iter().map(|_| name.to_string_lossy().into_owned()));
             all.extend(read);
         }

@@ -152,6 +152,47 @@ impl Default for Reading {
 }
 
 impl Columns {
+    /// Segments of a motion whose clock goes on over them, as creep and its recovery, as one.
+    #[must_use]
+    pub fn joined(all: Vec<Self>) -> Vec<Self> {
+        let mut joined: Vec<Self> = Vec::new();
+        for one in all {
+            match joined.last_mut().filter(|before| before.goes_on_in(&one)) {
+                Some(before) => before.extend(one),
+                None => joined.push(one),
+            }
+        }
+        joined
+    }
+
+    fn goes_on_in(&self, next: &Self) -> bool {
+        let clock = |of: &Self, at: fn(&[f64]) -> Option<&f64>| {
+            let time = of.values.iter().find(|value| value.0 == Column::Time)?;
+            at(&time.2).copied()
+        };
+        let ends = clock(self, <[f64]>::last).zip(clock(next, <[f64]>::first));
+        let has = |a, b| self.has(a) || self.has(b);
+        let is_motion = has(Column::Strain, Column::Position) && has(Column::Stress, Column::Force);
+        let of = |all: &Self| all.values.iter().map(|value| value.0).collect::<Vec<_>>();
+        is_motion && of(self) == of(next) && ends.is_some_and(|(end, begin)| begin > end)
+    }
+
+    fn extend(&mut self, next: Self) {
+        for (own, (_, _, values)) in self.values.iter_mut().zip(next.values) {
+            own.2.extend(values);
+        }
+        self.lines.extend(next.lines);
+        let names = [&self.segment, &next.segment].map(|name| name.clone().unwrap_or_default());
+        self.notes.push(format!(
+            "segment {} goes on on the clock of {}: both are one motion",
+            names[1], names[0]
+        ));
+        self.segment = Some(names.join(" + "));
+        self.temperature_c = self
+            .temperature_c
+            .filter(|_| self.temperature_c == next.temperature_c);
+    }
+
     /// Makes a record from the columns.
     ///
     /// # Errors

@@ -199,3 +199,27 @@ fn the_clock_of_a_whole_test_is_not_that_of_its_step() {
         "{said}"
     );
 }
+
+/// Made from 14.52 kPa·s^0.178 and 10.49 kPa·s^0.089. The viscosities hang together by 0.9999: whatever the filter, their least squares are
+/// 12.7 and 12.3 kPa, so what the record tells are the orders and their sum.
+#[test]
+fn slow_noise_buys_no_third_element() {
+    let Some(sweep) = read(&["slow-noise-sweep.csv"], Loading::new(LoadingKind::Shear)) else {
+        return;
+    };
+    let found = fitted(&sweep, &haptic_tissue::identify::CANDIDATES, false);
+    let fit = &found.fits[0];
+    assert_eq!(fit.kind, ModelKind::FractionalKelvinVoigt);
+    let values: Vec<f64> = fit.parameters.iter().map(|one| one.value).collect();
+    assert_relative("order", values[1], 0.178, 0.1);
+    assert_relative("second order", values[3], 0.089, 0.1);
+    assert_relative("sum", values[0] + values[2], 14_520.0 + 10_490.0, 0.01);
+    for (found, truth) in fit
+        .parameters
+        .iter()
+        .zip([14_520.0, 0.178, 10_490.0, 0.089])
+    {
+        let ends = found.low_95.zip(found.high_95).expect("settled");
+        assert!(ends.0 < truth && truth < ends.1, "{found:?}");
+    }
+}

@@ -98,6 +98,7 @@ impl TableArguments {
         path: &Path,
         reading: &Reading,
         takes_all: bool,
+        joins: bool,
     ) -> Result<Vec<Understood>, Failure> {
         if path.to_string_lossy().ends_with(".mcap.part") {
             return Err(Failure::bad_input(format_args!(
@@ -119,6 +120,7 @@ impl TableArguments {
             let read = read_table(&bytes).and_then(|table| reader.read_all(&table));
             read.map_err(|error| table::wrong(path, error))?
         };
+        let all = if joins { Columns::joined(all) } else { all };
         let understood = all.into_iter().map(|columns| columns.record(&reading));
         let understood: Result<Vec<_>, _> = understood.collect();
         understood.map_err(|error| table::wrong(path, error))

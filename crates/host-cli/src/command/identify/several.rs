@@ -45,6 +45,11 @@ impl SeveralArguments {
         self.master_curve.is_some()
     }
 
+    /// True if segments of one clock are one motion: unless they are of several specimens or temperatures.
+    pub(super) const fn joins(&self) -> bool {
+        !self.replicates && self.master_curve.is_none()
+    }
+
     /// Fits the records together, as they are meant.
     pub(super) fn found(
         &self,
