@@ -131,16 +131,14 @@ pub(super) fn identified(
     let all = candidates.par_iter().map(|&candidate| {
         let mut best = search(candidate, &compressed, options.starts.max(1))?;
         let (mut fit, mut certainty) = fitted_to(candidate, &target, &best);
-        let of_whitened = whitened::criteria(candidate, &target, &best);
+        let by_filter = whitened::criteria(candidate, &target, &best);
         let mut is_rendered = rendered::is_rendered(record, &target, candidate, &best, &fit);
         let mut own = None;
         if let Some((to, closer)) = unrendered(record, &target, candidate, (&best, &fit)) {
             (fit, certainty) = fitted_to(candidate, &to, &closer);
             (best, own, is_rendered) = (closer, Some(to), true);
         }
-        if let Some(of_whitened) = of_whitened {
-            [fit.aic, fit.bic] = of_whitened;
-        }
+        [fit.aic, fit.bic] = by_filter;
         if is_rendered {
             let numbers = candidate.parameters() + target.beside;
             [fit.aic, fit.bic] = criteria(target.len(), 0.0, numbers);

@@ -135,9 +135,7 @@ pub(super) fn touched(
             let best = polished(candidate, &target, [place.start(&target)].iter())?;
             let mut fit = fit(candidate, &target, &best).0;
             as_measured(&mut fit, &record, &target);
-            if let Some(of_whitened) = whitened::criteria(candidate, &target, &best) {
-                [fit.aic, fit.bic] = of_whitened;
-            }
+            [fit.aic, fit.bic] = whitened::criteria(candidate, &target, &best);
             Ok((record, fit, place))
         })
         .collect();

@@ -33,19 +33,39 @@ fn residuals(candidate: Candidate, target: &Target<'_>, elements: &Elements) -> 
     all
 }
 
-/// AIC and BIC of a candidate by filtered residuals, from the best fit of plain ones; none if what is left is white, or no noise.
-pub(super) fn criteria(candidate: Candidate, target: &Target<'_>, best: &Best) -> Option<[f64; 2]> {
+/// AIC and BIC of a candidate, from the best fit of plain residuals: by filtered ones, where what is left looks like noise and the filter gains
+/// anything.
+pub(super) fn criteria(candidate: Candidate, target: &Target<'_>, best: &Best) -> [f64; 2] {
     let plain = target.averaged();
+    let numbers = candidate.parameters() + target.beside;
+    let of = |noise: &Autoregression, elements: &Elements| {
+        let left = residuals(candidate, &plain, elements);
+        let deviance = noise.deviance(&plain.series(&left), EXACT);
+        criteria_of(plain.len(), deviance, numbers + noise.order())
+    };
+    let as_they_are = of(&Autoregression::default(), &best.elements);
+    let filtered =
+        filtered(candidate, &plain, best).map(|(noise, best)| of(&noise, &best.elements));
+    filtered
+        .filter(|[_, bic]| *bic < as_they_are[1])
+        .unwrap_or(as_they_are)
+}
+
+/// The noise of what is left, and the fit through its filter; none if that is white, or no noise.
+fn filtered(
+    candidate: Candidate,
+    plain: &Target<'_>,
+    best: &Best,
+) -> Option<(Autoregression, Best)> {
     let (mut best, mut noise) = (best.clone(), Autoregression::default());
     for _ in 0..ROUNDS {
-        let left = residuals(candidate, &plain, &best.elements);
-        let next = Autoregression::of(&plain.series(&left));
+        let left = residuals(candidate, plain, &best.elements);
+        let series = plain.series(&left);
+        let next = Autoregression::of(&series);
         let size = |all: &[f64]| all.iter().map(|x| x * x).sum::<f64>();
-        let new: f64 = (plain.series(&left).iter())
-            .map(|part| size(&next.whitened(part)))
-            .sum();
-        let is_noise =
-            size(&left) < NOISE * NOISE * left.len() as f64 && new > NEW * NEW * size(&left);
+        let new: f64 = series.iter().map(|part| size(&next.whitened(part))).sum();
+        let is_small = size(&left) < NOISE * NOISE * left.len() as f64;
+        let is_noise = is_small && new > NEW * NEW * size(&left);
         if !is_noise || next.order() + noise.order() == 0 {
             return None;
         }
@@ -54,8 +74,5 @@ pub(super) fn criteria(candidate: Candidate, target: &Target<'_>, best: &Best) -
         let to = plain.filtered(noise.clone());
         best = polished(candidate, &to, [start].iter()).ok()?;
     }
-    let left = residuals(candidate, &plain, &best.elements);
-    let deviance = noise.deviance(&plain.series(&left), EXACT);
-    let numbers = candidate.parameters() + target.beside + noise.order();
-    Some(criteria_of(plain.len(), deviance, numbers))
+    Some((noise, best))
 }

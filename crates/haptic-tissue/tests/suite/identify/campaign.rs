@@ -151,8 +151,10 @@ fn record(kind: Kind, model: &Model, count: usize, noise: &[f64]) -> Record {
                 .iter()
                 .map(|t| 100.0 * (at(*t) - at(t - end)))
                 .collect();
+            // A machine holds a stress within white noise.
+            let held = super::recovery::noise(count, 0.0, count as u64);
             let stress = times.iter().enumerate().map(|(n, t)| match *t <= end {
-                true => 100.0 * (1.0 + 0.005 * noise[count + n]),
+                true => 100.0 * (1.0 + 0.005 * held[n]),
                 false => 0.0,
             });
             let stress = stress.collect();
