@@ -2,7 +2,7 @@
 //! ```text
 //! level:  s ≤ 1.25·s_Δ/√2     s the standard deviation, s_Δ the root mean square of the first differences; or s ≤ 10⁻³ of the mean
 //! ```
-//! White noise has s = s_Δ/√2, and whatever moves from sample to sample far more. A machine that commands a stress keeps it at levels, one that
+//! White noise has `s = s_Δ/√2`, and whatever moves from sample to sample far more. A machine that commands a stress keeps it at levels, one that
 //! commands a strain keeps that there; what answers carries the noise that matters, and is what a fit compares: a model driven by a noisy answer
 //! differentiates its noise. Rows on the way from a level to the next are levels of their own.
 
@@ -42,7 +42,8 @@ pub(super) fn is_level(values: &[f64]) -> bool {
 
 /// The levels of a channel; none if it was not commanded: if it moves, or stays at rest.
 pub(super) fn levels(values: &[f64]) -> Option<Vec<Level>> {
-    let (mut open, mut found) = (vec![0..values.len()], Vec::new());
+    let mut open: Vec<Range<usize>> = std::iter::once(0..values.len()).collect();
+    let mut found = Vec::new();
     while let Some(rows) = open.pop() {
         if found.len() + open.len() >= LEVELS {
             return None;

@@ -387,9 +387,9 @@ impl<'a> Target<'a> {
             *column = self.through_filter(column);
         }
         columns[VARIABLES] = self.through_filter(&columns[VARIABLES]);
-        for n in 0..self.len() {
+        for (n, value) in columns[VARIABLES].iter().enumerate() {
             let slope = Slope {
-                value: columns[VARIABLES][n],
+                value: *value,
                 by: std::array::from_fn(|variable| columns[variable][n]),
             };
             each(n, 1.0, slope);
@@ -414,7 +414,7 @@ impl<'a> Target<'a> {
             let mut slope = model;
             match &self.rows {
                 Rows::Stepped(stepped) if stepped.is_logarithmic => {
-                    slope = logarithm(model, wanted)
+                    slope = logarithm(model, wanted);
                 }
                 Rows::History(_) | Rows::Binned(_) | Rows::Stepped(_) => slope.value -= wanted,
                 Rows::Sampled(..) => slope = logarithm(model, wanted),
