@@ -90,7 +90,8 @@ parameters! {
     SKIP_BAD_ROWS = flag("skip_bad_rows", "Leave out rows that are no sample, a tenth at most, and name them");
     CONTACT_POINT = text("contact_point_m", "", "Depth at which an indenter touches, or fit, to find it");
     BASELINE = text("baseline", "", "Find the part of the force that is not the tissue's too");
-    RECORD_RAMP_TIME = optional("ramp_time_s", Range::AboveUpTo(0.0, 1e9), "Ramp to the held strain, if a relaxation begins with it");
+    RECORD_RAMP_TIME = optional("ramp_time_s", Range::AboveUpTo(0.0, 1e9), "Time of the ramp to the held strain of a relaxation");
+    RECORD_RAMP_ENDS = optional("ramp_ends_s", Range::Within(-1e12, 1e12), "Time of the record's clock at which this ramp ends; without it the ramp begins at 0");
     SUBTRACT_START = flag("subtract_start", "Subtract the first row of strain and stress");
     FIX = text("fix", "", "Parameters to hold at a value or in a range, as order=0.2 or order=0.1..0.3");
     MASTER_CURVE = text("master_curve", "", "Temperature to which the segments are shifted, as 20degC");
@@ -120,6 +121,7 @@ pub const RECORD_OPTIONS: &[Parameter] = &[
     CONTACT_POINT,
     BASELINE,
     RECORD_RAMP_TIME,
+    RECORD_RAMP_ENDS,
     SUBTRACT_START,
     FIX,
     MASTER_CURVE,

@@ -8,7 +8,7 @@ use crate::document::short;
 use haptic_loop::{Loading, LoadingKind};
 use haptic_quantity::{is_meant, number, parse_for_key};
 use haptic_tissue::ModelKind;
-use haptic_tissue::identify::table::{Column, Reader, Reading, Understood, read_table};
+use haptic_tissue::identify::table::{Column, Columns, Reader, Reading, Understood, read_table};
 use haptic_tissue::identify::{
     Baseline, CANDIDATES, ContactPoint, Estimate, Held, Identification, IdentifyError, MasterCurve,
     Options, RecordKind, Replicates, ShiftBy, identify_unless, replicates,
@@ -61,6 +61,7 @@ pub struct RecordForm {
     #[serde(deserialize_with = "text")]
     pub contact_point_m: String,
     pub ramp_time_s: Option<f64>,
+    pub ramp_ends_s: Option<f64>,
     pub subtract_start: bool,
     pub stiffening: bool,
     pub baseline: Option<String>,
@@ -240,6 +241,7 @@ impl RecordQuestion {
                 poisson_ratio: form.poisson_ratio,
                 contact: contact.unwrap_or_default(),
                 ramp_time_s: form.ramp_time_s,
+                ramp_ends_s: form.ramp_ends_s,
                 subtract_start: form.subtract_start,
             },
             options: Options {
@@ -315,7 +317,7 @@ impl RecordQuestion {
     /// The records of a table that is read so, the file of this number from 0: one, the segments that were chosen, or all of a master curve.
     ///
     /// # Errors
-    /// As [`Reader::read_all`] and [`Columns::record`](haptic_tissue::identify::table::Columns::record).
+    /// As [`Reader::read_all`] and [`Columns::record`].
     pub fn read(
         &self,
         file: usize,
@@ -325,8 +327,11 @@ impl RecordQuestion {
         if matches!(self.several, Several::MasterCurve { .. }) && reader.segments.is_empty() {
             reader.segments.push("all".to_owned());
         }
-        let all = reader.read_all(&read_table(bytes)?)?.into_iter();
-        let records = all.map(|mut columns| {
+        let mut all = reader.read_all(&read_table(bytes)?)?;
+        if self.several == Several::Motions {
+            all = Columns::joined(all);
+        }
+        let records = all.into_iter().map(|mut columns| {
             let given = self.temperatures_c.get(file).copied();
             columns.temperature_c = given.or(columns.temperature_c);
             columns.record(&self.reading)

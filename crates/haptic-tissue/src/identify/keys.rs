@@ -15,6 +15,7 @@ pub(in crate::identify) const LOADING: Key = Key("loading");
 pub(in crate::identify) const MASTER_CURVE: Key = Key("master_curve");
 pub(in crate::identify) const MODEL: Key = Key("model");
 pub(in crate::identify) const POISSON_RATIO: Key = Key("poisson_ratio");
+pub(in crate::identify) const RAMP_ENDS: Key = Key("ramp_ends_s");
 pub(in crate::identify) const RAMP_TIME: Key = Key("ramp_time_s");
 pub(in crate::identify) const SUBTRACT_START: Key = Key("subtract_start");
 pub(in crate::identify) const RADIUS: Key = Key("indenter_radius_m");

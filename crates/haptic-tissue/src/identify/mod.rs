@@ -25,6 +25,7 @@ mod advice;
 mod binned;
 mod bootstrap;
 mod candidates;
+mod commanded;
 mod contact;
 mod contour;
 mod elements;
@@ -44,9 +45,10 @@ mod stiffening;
 pub mod table;
 mod target;
 mod tissue;
+mod whitened;
 
 pub use crate::model::CANDIDATES;
-use candidates::identified;
+use candidates::read;
 pub use candidates::{Identification, relative};
 pub use error::IdentifyError;
 pub use fit::{Estimate, Fit};
@@ -87,7 +89,7 @@ pub fn identify_unless(
     } else if options.stiffening {
         stiffening::stiffened(record, options, stop)
     } else {
-        identified(record, options, stop, progress).map(|mut found| {
+        read(record, options, stop, progress).map(|mut found| {
             let missed = contact::missed(record, options, &found, stop);
             found.warnings.extend(missed);
             found

@@ -89,10 +89,8 @@ pub(super) fn stiffened(
             KIND.set_to("record")
         ));
     }
-    if record.first.iter().sum::<f64>() <= 0.0 {
-        return wrong(
-            "tissue stiffens by a strain above 0: change the sign of both columns".to_owned(),
-        );
+    if record.first.iter().sum::<f64>() < 0.0 {
+        return stiffened(&record.turned(), options, stop);
     }
     let [least, steepest] =
         [f64::min, f64::max].map(|end| record.first.iter().copied().fold(0.0, end));

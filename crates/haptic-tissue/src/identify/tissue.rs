@@ -48,6 +48,7 @@ impl Identification {
         })?;
         let (what, unit, of) = match self.kind {
             RecordKind::History => ("motion", " Pa", "stress"),
+            RecordKind::Creep if self.is_absolute => (self.kind.name(), " 1/Pa", "compliance"),
             RecordKind::Creep => (self.kind.name(), "", "log compliance"),
             RecordKind::Relaxation | RecordKind::Oscillation => {
                 (self.kind.name(), "", "log modulus")

@@ -20,7 +20,8 @@ use haptic_loop::{Loading, LoadingKind};
 use haptic_tissue::ModelKind;
 use haptic_tissue::identify::table::Reading;
 use haptic_tissue::identify::{
-    Baseline, CANDIDATES, ContactPoint, Fit, Held, Options, Provenance, RecordKind, Weighting,
+    Baseline, CANDIDATES, ContactPoint, Fit, Held, Identification, Options, Provenance, RecordKind,
+    Weighting,
 };
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -138,9 +139,12 @@ struct SpecimenArguments {
     /// Depth at which an indenter touches, or fit, to find it [default: 0]
     #[arg(long, value_name = "DEPTH", value_parser = contact_point, allow_hyphen_values = true)]
     contact_point: Option<ContactPoint>,
-    /// Time of the ramp to the held strain of a relaxation, if its record begins with the ramp
+    /// Time of the ramp to the held strain of a relaxation
     #[arg(long, value_parser = of(parameters::RECORD_RAMP_TIME))]
     ramp_time: Option<f64>,
+    /// Time of the record's clock at which this ramp ends, as 0 of one that begins with the hold [default: the ramp begins at 0]
+    #[arg(long, value_name = "TIME", value_parser = of(parameters::RECORD_RAMP_ENDS), allow_hyphen_values = true)]
+    ramp_ends: Option<f64>,
     /// Subtract the first row of strain and stress: a motion that begins at rest, but not at 0
     #[arg(long)]
     subtract_start: bool,
@@ -164,6 +168,7 @@ impl SpecimenArguments {
             poisson_ratio: self.poisson_ratio,
             contact: self.contact_point.unwrap_or_default(),
             ramp_time_s: self.ramp_time,
+            ramp_ends_s: self.ramp_ends,
             subtract_start: self.subtract_start,
         }
     }
@@ -259,7 +264,7 @@ impl Arguments {
         let candidates = found.fits.iter().map(|fit| {
             let parameters = json!({"parameters": estimates(&fit.parameters)});
             let model = json!({"model": fit.kind.name()});
-            joined([model, quality(found.kind, fit), parameters])
+            joined([model, quality(&found, fit), parameters])
         });
         let chosen = json!({
             "kind": found.kind.name(),
@@ -277,7 +282,7 @@ impl Arguments {
             "notes": notes,
             "warnings": warnings,
         });
-        output.summary(&joined([chosen, rows, quality(found.kind, fit), beside]))?;
+        output.summary(&joined([chosen, rows, quality(&found, fit), beside]))?;
         place.close(Ok(()))
     }
 
@@ -318,10 +323,11 @@ impl Arguments {
     }
 }
 
-fn quality(kind: RecordKind, fit: &Fit) -> Value {
-    let rms = match kind == RecordKind::History {
-        true => json!({"rms_residual_pa": fit.rms}),
-        false => json!({"rms_log_residual": fit.rms}),
+fn quality(found: &Identification, fit: &Fit) -> Value {
+    let rms = match (found.is_absolute, found.kind) {
+        (true, RecordKind::Creep) => json!({"rms_residual_per_pa": fit.rms}),
+        (true, _) => json!({"rms_residual_pa": fit.rms}),
+        (false, _) => json!({"rms_log_residual": fit.rms}),
     };
     joined([rms, json!({"aic": fit.aic, "bic": fit.bic})])
 }

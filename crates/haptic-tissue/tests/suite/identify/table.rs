@@ -3,7 +3,7 @@
 use haptic_loop::{Loading, LoadingKind, Modulus};
 use haptic_tissue::identify::RecordKind;
 use haptic_tissue::identify::table::{
-    Choice, Column, Reader, Reading, Understood, read_record, read_table,
+    Choice, Column, Columns, Reader, Reading, Understood, read_record, read_table,
 };
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
@@ -844,4 +844,37 @@ fn a_bad_row_is_left_out_by_name_where_that_is_asked_for() {
             assert!(said.contains(words), "{bad}: {said}");
         }
     }
+}
+
+/// Creep and recovery of 2000 Pa·s^0.5 in two segments of one clock: each by itself would begin at rest.
+#[test]
+fn segments_that_go_on_with_the_clock_are_one_motion() {
+    let compliance = |t: f64| t.max(0.0).sqrt() / (2000.0 * libm::tgamma(1.5));
+    let strain = |t: f64| 100.0 * (compliance(t) - compliance(t - 10.0));
+    let rows = |from: i32, to: i32, stress: i32| -> String {
+        let row = |n: i32| format!("{n},{},{stress}\n", strain(f64::from(n)));
+        (from..=to).map(row).collect()
+    };
+    let header = "time_s,strain,stress_pa\n";
+    let (creep, recovery) = (rows(1, 10, 100), rows(11, 30, 0));
+    let text = format!("Creep\n{header}0,0,0\n{creep}\nRecovery\n{header}{recovery}");
+    let reader = Reader {
+        segments: vec!["all".to_owned()],
+        ..Reader::default()
+    };
+    let table = read_table(text.as_bytes()).expect("a table");
+    let all = reader.read_all(&table).expect("two segments");
+    assert_eq!(all.len(), 2);
+    let mut joined = Columns::joined(all.clone());
+    let one = joined.pop().expect("one");
+    assert!(joined.is_empty());
+    let read = one.record(&Reading::default()).expect("a creep");
+    assert_eq!(read.record.kind(), RecordKind::Creep);
+    let found = super::one(&read.record, haptic_tissue::ModelKind::SpringPot);
+    let values = &found.fits[0].parameters;
+    testkit::assert_relative("V", values[0].value, 2000.0, 1e-6);
+    testkit::assert_relative("order", values[1].value, 0.5, 1e-6);
+    // A clock that begins anew is another motion.
+    let again = Columns::joined([&all[..1], &all[..1]].concat());
+    assert_eq!(again.len(), 2);
 }
