@@ -14,6 +14,7 @@ mod unheard;
 
 pub(crate) use crate::emulated::Emulated;
 use crate::process::{column, says};
+pub(crate) use makers::told;
 use serde_json::Value;
 use std::time::Duration;
 
