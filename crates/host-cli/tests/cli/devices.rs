@@ -12,7 +12,7 @@ mod remembered;
 mod tcp;
 mod unheard;
 
-pub(crate) use crate::emulated::Emulated;
+pub(crate) use crate::emulated::{Emulated, Emulator};
 use crate::process::{column, says};
 pub(crate) use makers::told;
 use serde_json::Value;

@@ -2,16 +2,16 @@
 //!
 //! `CAMPAIGN_CASES` sets how many; a seed chooses signal and moment.
 
+use crate::devices::Emulator;
 use crate::process::{Ended, Place, column, number, says, signal, until};
 use haptic_bridge::{Bridge, Description};
 use haptic_devices::haply::TORQUES_BYTES;
 use haptic_link::{Direction, Receiver, Report, Sample};
 use haptic_loop::Limiters;
-use serde_json::Value;
-use std::io::{BufRead as _, BufReader, Read, Write};
+use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::os::unix::net::UnixListener;
-use std::process::{Child, Stdio};
+use std::process::Child;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -62,7 +62,7 @@ struct Rig {
     place: Place,
     device: String,
     kept: Kept,
-    emulator: Option<Child>,
+    emulator: Option<Emulator>,
     /// Ends the thread of a bridge.
     ended: Arc<AtomicBool>,
 }
@@ -70,10 +70,6 @@ struct Rig {
 impl Drop for Rig {
     fn drop(&mut self) {
         self.ended.store(true, Ordering::Relaxed);
-        if let Some(emulator) = &mut self.emulator {
-            let _ = emulator.kill();
-            let _ = emulator.wait();
-        }
     }
 }
 
@@ -123,26 +119,10 @@ impl Rig {
         rig
     }
 
-    /// An emulated device in a process of its own; its address.
+    /// An emulated device; its address.
     fn emulated(&mut self, options: &str) -> String {
-        let mut command = self
-            .place
-            .command(&format!("device emulate --kind {options} --json"));
-        let mut child = command
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("runs");
-        let mut told = String::new();
-        BufReader::new(child.stdout.take().expect("piped"))
-            .read_line(&mut told)
-            .expect("a line");
-        self.emulator = Some(child);
-        let told: Value = serde_json::from_str(&told).expect("JSON");
-        told["path"]
-            .as_str()
-            .expect("an address")
-            .replace("tcp:", "")
+        let emulator = Emulator::start(&self.place, &format!("--kind {options}"));
+        self.emulator.insert(emulator).address().to_owned()
     }
 
     /// The name of another address, from which all is carried to a device.
@@ -160,15 +140,7 @@ impl Rig {
 
     /// What an emulator says at its end: the numbers behind these words.
     fn told(&mut self, before: &str, count: usize) -> Vec<f64> {
-        let emulator = self.emulator.as_mut().expect("an emulator");
-        signal(emulator, "INT");
-        let mut said = String::new();
-        emulator
-            .stderr
-            .take()
-            .expect("piped")
-            .read_to_string(&mut said)
-            .expect("is text");
+        let said = self.emulator.as_mut().expect("an emulator").ends();
         crate::devices::told(&said, before, count)
     }
 
@@ -401,12 +373,12 @@ fn meets(kind: Kind, name: &str, ms: f64, in_file: bool) -> bool {
     let rows: Vec<_> = rows
         .map(|(limiters, force_n)| (*limiters as u8, *force_n))
         .collect();
-    let [stop, _] = falls(&rows).unwrap_or_else(|| panic!("a force at the end: {ended}"));
-    let before_n = rows[stop.saturating_sub(1)].1;
-    assert!(
-        before_n != 0.0 || ms < 100.0 || name == "STOP",
-        "no force: {ended}"
-    );
+    // A device that is served by the host was stopped with it, and no sample tells of its way to zero.
+    if name != "STOP" {
+        let [stop, _] = falls(&rows).unwrap_or_else(|| panic!("a force at the end: {ended}"));
+        let before_n = rows[stop.saturating_sub(1)].1;
+        assert!(before_n != 0.0 || ms < 100.0, "no force: {ended}");
+    }
     let check = rig.place.run("log check run/relax.mcap --json");
     // A machine that is busy may miss what others say by the clock.
     let is_late = name == "STOP" || matches!(kind, Kind::Haply | Kind::Moteus | Kind::Inverse3);
