@@ -290,7 +290,7 @@ fn bridged(ended: Arc<AtomicBool>) -> u16 {
         while !ended.load(Ordering::Relaxed) {
             bridge.ticker.wait();
             time_us += 1000;
-            let hand_m = 1e-3 * (1.0 - (2e-6 * time_us as f64).cos());
+            let hand_m = 4e-4 * (1.0 - (2e-6 * time_us as f64).cos());
             bridge.ticker.tick(time_us, Some(&[hand_m, 0.0, 0.0]));
         }
     });
@@ -303,11 +303,12 @@ fn meets(kind: Kind, name: &str, ms: f64, in_file: bool) -> bool {
     let mut rig = Rig::new(kind);
     let line = rig.line(in_file);
     let mut run = rig.place.start(&line);
-    // Some 80 bytes a sample behind the head of the log. The hands of others wait before they press.
+    // Some 80 bytes a sample behind the head of the log. The hands of others wait before they press, and ours while the force may rise.
     let (rate, wait) = match kind {
         Kind::Haply => (0.1, 100.0),
         Kind::Moteus => (0.5, 700.0),
-        _ => (1.0, 0.0),
+        Kind::Serial | Kind::Tcp => (1.0, 500.0),
+        Kind::Simulated | Kind::Inverse3 | Kind::Bridge => (1.0, 0.0),
     };
     let bytes = |ms: f64| 80 * (100.0 + wait + rate * ms) as u64;
     let grows = |run: &mut Child, bytes| rig.place.grows(LOG, bytes, run);
