@@ -183,13 +183,16 @@ fn a_fault_on_the_way_to_zero_ends_a_run_that_was_interrupted() {
     let device = Emulated::new("");
     device.loosen();
     let mut failed = false;
-    let _line = Middle::changing(&device, move |report| match report {
-        Report::Event(event) if event.kind == EventKind::Stopped => None,
-        Report::Sample(sample)
-            if !failed && sample.axes[0].limiters & Limiters::STOPPING.bits() != 0 =>
+    let _line = Middle::changing(&device, move |report| {
+        if matches!(&report, Report::Event(event) if event.kind == EventKind::Stopped) {
+            return None;
+        }
+        if let Report::Sample(sample) = &report
+            && !failed
+            && sample.axes[0].limiters & Limiters::STOPPING.bits() != 0
         {
             failed = true;
-            Some(Report::Fault(FaultReport {
+            return Some(Report::Fault(FaultReport {
                 status: Status {
                     state: State::Fault,
                     fault: Fault::Workspace.code(),
@@ -197,9 +200,9 @@ fn a_fault_on_the_way_to_zero_ends_a_run_that_was_interrupted() {
                 },
                 tick: sample.tick,
                 time_us: sample.time_us.into(),
-            }))
+            }));
         }
-        other => Some(other),
+        Some(report)
     });
     let line = "relax --device serial:line watchdog=1s late_ticks=0 --contact rigid --ramp-time 100ms --duration 300s --out run --quiet";
     let child = under_way(&device, line);
