@@ -381,6 +381,7 @@ def identify_tables(
     contact_point: float | Literal["fit"] | None = None,
     baseline: Literal["constant", "linear"] | None = None,
     ramp_time_s: float | None = None,
+    ramp_ends_s: float | None = None,
     subtract_start: bool = False,
     stiffening: bool = False,
     fix: Mapping[str, float | tuple[float, float]] | None = None,
@@ -410,6 +411,8 @@ def identify_tables(
         As in `identify`.
     contact_point, baseline, ramp_time_s, stiffening, fix
         As in `identify`.
+    ramp_ends_s : float, optional
+        Time of the table's clock at which the ramp ends; without it the ramp begins at 0.
     subtract_start : bool
         Subtract the first row of strain and stress.
     replicates : bool
@@ -465,6 +468,7 @@ def identify_tables(
         "contact_point_m": contact_point,
         "baseline": baseline,
         "ramp_time_s": ramp_time_s,
+        "ramp_ends_s": ramp_ends_s,
         "subtract_start": subtract_start,
         "stiffening": stiffening,
         "fix": ",".join(_fixed(fix)),

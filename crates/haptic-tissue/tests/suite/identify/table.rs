@@ -585,11 +585,12 @@ fn what_would_be_read_as_another_number_is_refused() {
 /// One record as programs save it: the same numbers, whatever the spelling.
 #[test]
 fn a_record_reads_the_same_however_it_is_spelt() {
-    let utf16 = |text: &str, mark: bool| -> Vec<u8> {
+    let utf16 = |text: &str, mark: bool, bytes: fn(u16) -> [u8; 2]| -> Vec<u8> {
         let mark = mark.then_some(0xfeff);
         let units = mark.into_iter().chain(text.encode_utf16());
-        units.flat_map(u16::to_le_bytes).collect()
+        units.flat_map(bytes).collect()
     };
+    let (little, big) = (u16::to_le_bytes, u16::to_be_bytes);
     let plain = "time_s,valve,level\n0,1,0.5\n0.5,1,1.25\n1,0,-2e-1\n";
     let german = "Prüfstand 3;;\nDatum: 3.4.2026, 12 Uhr;;\n\nZeit [ms];Valve [%];Level / °C\n0;1;0,5\n500;1;1,25\n1000;0;-2e-1\n";
     let latin: Vec<u8> = german
@@ -599,11 +600,21 @@ fn a_record_reads_the_same_however_it_is_spelt() {
     let tabs = "sep=\t\r\nTime\tValve\tLevel\r\nms\t%\tV\r\n0\t1\t0,5\r\n500\t1\t1,25\r\n1000\t0\t-0,2\r\n";
     let quoted =
         "time_s,valve,level\n\"0\",\"1\",\"0,5\"\n\"0,5\",\"1\",\"1,25\"\n\"1\",\"0\",\"-0,2\"\n";
-    let spellings: [(&str, Vec<u8>, &str); 11] = [
+    let spellings: [(&str, Vec<u8>, &str); 13] = [
         ("plain", plain.into(), "time_s"),
         ("marked", format!("\u{feff}{plain}").into_bytes(), "time_s"),
-        ("UTF-16", utf16(plain, true), "time_s"),
-        ("UTF-16 without a mark", utf16(plain, false), "time_s"),
+        ("UTF-16", utf16(plain, true, little), "time_s"),
+        ("UTF-16BE", utf16(plain, true, big), "time_s"),
+        (
+            "UTF-16 without a mark",
+            utf16(plain, false, little),
+            "time_s",
+        ),
+        (
+            "UTF-16BE without a mark",
+            utf16(plain, false, big),
+            "time_s",
+        ),
         ("German", german.into(), "Zeit"),
         ("German of Windows", latin, "Zeit"),
         ("tabs and a row of units", tabs.into(), "time_s"),
@@ -637,7 +648,7 @@ fn a_record_reads_the_same_however_it_is_spelt() {
     let gaps = gaps.expect("gaps are counted");
     assert_eq!(gaps.gaps().as_deref(), Some("2 rows (lines 3, 4)"));
     assert!(gaps.columns[2][1].is_nan() && gaps.columns[2][2].is_nan());
-    let mut odd = utf16(plain, true);
+    let mut odd = utf16(plain, true, little);
     odd.truncate(odd.len() - 3);
     let refused = read_record(&odd, ["time_s", "valve", "level"]);
     let refused = refused.expect_err("an odd length").to_string();
