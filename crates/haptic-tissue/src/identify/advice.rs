@@ -1,8 +1,9 @@
 //! Plain sentences about a fit.
 
-use super::fit::{AS_GOOD, Estimate, Fit, digits};
+use super::fit::{AS_GOOD, Estimate, Fit};
 use super::keys::FROM;
 use super::record::Record;
+use super::record::digits;
 use fracdiff::parameter::Shown;
 
 /// Two estimates that hang together so closely are one, if neither is settled.

@@ -2,9 +2,10 @@
 
 use super::elements::Candidate;
 use super::error::IdentifyError;
-use super::fit::{AS_GOOD, Estimate, Fit, REFUSED, criteria, digits, fit as fitted_to};
+use super::fit::{AS_GOOD, Estimate, Fit, REFUSED, criteria, fit as fitted_to};
 use super::noise::of_motions;
 use super::options::{Options, candidates, target_of};
+use super::record::digits;
 use super::record::{Record, RecordKind};
 use super::search::{Best, polished, search};
 use super::target::Target;

@@ -18,9 +18,10 @@
 use super::candidates::{Identification, choose, identified};
 use super::elements::{Candidate, Elements};
 use super::error::{IdentifyError, sorted};
-use super::fit::{Estimate, Fit, REFUSED, digits, fit, parameters, student};
+use super::fit::{Estimate, Fit, REFUSED, fit, parameters, student};
 use super::keys::{BASELINE, CONTACT_POINT, KIND, REPLICATES, STIFFENING};
 use super::options::{Options, candidates, target_of};
+use super::record::digits;
 use super::record::{Baseline, ContactPoint, REST_OF_FIT, Record, RecordKind, Touch, area};
 use super::search::{next_place, polished, search};
 use super::target::Target;

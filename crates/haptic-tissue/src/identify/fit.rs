@@ -165,11 +165,6 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
     (fit, certainty)
 }
 
-/// Three digits, for sentences.
-pub(super) fn digits(value: f64) -> f64 {
-    format!("{value:.2e}").parse().unwrap_or(value)
-}
-
 /// AIC and BIC of so many residuals and parameters, beside which the noise is one.
 pub(super) fn criteria(n: usize, sum: f64, parameters: usize) -> [f64; 2] {
     criteria_of(n, likelihood(n, sum), parameters)

@@ -2,7 +2,6 @@
 
 use super::commanded::{self, Level};
 use super::error::IdentifyError;
-use super::fit::digits;
 use super::history::chosen;
 use crate::identify::keys::{
     CONTACT_POINT, FROM, KIND, MASTER_CURVE, RAMP_ENDS, RAMP_TIME, REPLICATES, STRAIN,
@@ -965,4 +964,9 @@ fn constant(values: &[f64], what: &str, unit: &str) -> Result<(), IdentifyError>
         )));
     }
     Ok(())
+}
+
+/// Three digits, for sentences.
+pub(super) fn digits(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
 }

@@ -5,7 +5,8 @@
 //! ```
 //! A residual that drifts makes every criterion prefer the model that draws the drift. The filter runs along time or frequency, in each series
 //! of residuals by itself. Order 0, of white noise, changes nothing. Neither does a residual that does not look like noise: more than a few per
-//! cent of the record, or so smooth that its filter leaves next to nothing of it. That is what a model misses, and no drift excuses it.
+//! cent of the record, or so smooth that its filter leaves next to nothing of it. That is what a model misses, and no drift excuses it. A record of
+//! fewer than 100 samples cannot tell the two apart, and is compared as it is.
 //!
 //! Parameters stay those of least squares: with either filter they are the same within their errors, and the errors know how alike residuals are.
 //!
@@ -20,6 +21,8 @@ use super::target::{EXACT, Target};
 use fractional_control::autoregression::Autoregression;
 
 const ROUNDS: usize = 4;
+/// Samples without which a drift and a misfit look alike.
+const LEAST: usize = 100;
 /// Noise is at most this share of a record, and its filter leaves at least this share of it.
 const NOISE: f64 = 0.1;
 const NEW: f64 = 0.2;
@@ -58,6 +61,9 @@ fn filtered(
     best: &Best,
 ) -> Option<(Autoregression, Best)> {
     let (mut best, mut noise) = (best.clone(), Autoregression::default());
+    if plain.len() < LEAST {
+        return None;
+    }
     for _ in 0..ROUNDS {
         let left = residuals(candidate, plain, &best.elements);
         let series = plain.series(&left);

@@ -7,15 +7,12 @@
 
 use super::super::error::IdentifyError;
 use super::find::Block;
-use super::heading::{Heading, bare};
+use super::heading::{Heading, UNIT_LENGTH, are_units};
 use super::lines::{brief, wrong};
-use super::unit::Dimension;
 use csv::StringRecord;
 
 /// Lines in which names are looked for.
 const LINES: usize = 12;
-/// Letters of a unit, at most.
-const UNIT_LENGTH: usize = 12;
 
 fn filled(row: &StringRecord) -> impl Iterator<Item = (usize, &str)> + Clone {
     row.iter().enumerate().filter(|cell| !cell.1.is_empty())
@@ -24,13 +21,6 @@ fn filled(row: &StringRecord) -> impl Iterator<Item = (usize, &str)> + Clone {
 /// True of `s`, `[Pa]`, `-` and such, in most cells.
 fn is_units(row: &StringRecord) -> bool {
     are_units(filled(row).map(|cell| cell.1))
-}
-
-pub(super) fn are_units<'a>(cells: impl Iterator<Item = &'a str> + Clone) -> bool {
-    let is_unit = |cell: &&str| *cell == "-" || bare(cell) != *cell || Dimension::knows(cell);
-    let units = cells.clone().filter(is_unit).count();
-    let mut lengths = cells.clone().map(str::len);
-    units > 0 && 2 * units >= cells.count() && lengths.all(|length| length <= 2 * UNIT_LENGTH)
 }
 
 impl Block {

@@ -13,8 +13,7 @@
 
 use super::super::error::IdentifyError;
 use super::super::record::SAMPLES_MOST;
-use super::above::are_units;
-use super::heading::Heading;
+use super::heading::{Heading, are_units};
 use super::lines::{Lines, brief, wrong};
 use csv::StringRecord;
 use haptic_quantity::{DecimalSign, number, number_with, sign_of};

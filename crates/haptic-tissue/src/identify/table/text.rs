@@ -1,11 +1,10 @@
 //! The text of a table as blocks of numbers, and columns of one block by their names.
 
 use super::super::error::IdentifyError;
-use super::above::are_units;
 use super::column::Column;
 use super::find::{Block, Blocks};
 use super::header::{Unit, foreign, understand};
-use super::heading::Heading;
+use super::heading::{Heading, are_units};
 use super::lines::{brief, rows_named, wrong};
 use crate::text_file::decoded;
 use csv::StringRecord;
