@@ -76,11 +76,13 @@ pub struct RecordForm {
 
 /// A text, or a number as one.
 fn text<'de, D: Deserializer<'de>>(value: D) -> Result<String, D::Error> {
-    Ok(match Value::deserialize(value)? {
-        Value::String(text) => text,
-        Value::Null => String::new(),
-        other => other.to_string(),
-    })
+    let value = Value::deserialize(value)?;
+    if value.is_null() {
+        return Ok(String::new());
+    }
+    Ok(value
+        .as_str()
+        .map_or_else(|| value.to_string(), str::to_owned))
 }
 
 /// Reads a contact point: `fit`, or a length.
