@@ -56,10 +56,10 @@ impl SampledLoop<'_> {
         let own = self.plant().path().delay_samples();
         let later = |samples: f64| {
             let total = own + samples;
-            let prompt = self.delayed_by(total - libm::floor(total)).ok();
-            let prompt = prompt.ok_or(AnalysisError::NotStable { what: "margins" })?;
+            let prompt = self.delayed_by(total - libm::floor(total))?;
             let whole = libm::rint(total - prompt.plant().path().delay_samples());
-            let late = self.delayed_by(total).ok();
+            // Of the prompt one, whose numerator behind this part of a sample is worked out.
+            let late = prompt.delayed_by(total).ok();
             Ok::<_, AnalysisError>(Later {
                 prompt,
                 whole,

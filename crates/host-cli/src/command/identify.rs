@@ -300,7 +300,7 @@ impl Arguments {
                 ..RecordQuestion::choosing(self.model)
             },
             several: self.several.several()?,
-            temperatures_c: self.several.temperatures(),
+            temperatures_c: self.several.temperature.clone(),
             ..RecordQuestion::default()
         })
     }

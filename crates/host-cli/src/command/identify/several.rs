@@ -18,7 +18,7 @@ pub(super) struct SeveralArguments {
     master_curve: Option<f64>,
     /// Temperatures of the files that have no column of it, one for each in their order
     #[arg(long, value_name = "TEMPERATURE", value_delimiter = ',', value_parser = temperature, allow_hyphen_values = true, requires = "master_curve")]
-    temperature: Vec<f64>,
+    pub(super) temperature: Vec<f64>,
     /// Modulus of a sweep that decides the shift [default: both]
     #[arg(long, value_parser = one_of(SHIFTS_BY.to_vec()), requires = "master_curve")]
     shift_by: Option<ShiftBy>,
@@ -27,9 +27,5 @@ pub(super) struct SeveralArguments {
 impl SeveralArguments {
     pub(super) fn several(&self) -> Result<Several, Failure> {
         RecordQuestion::several(self.replicates, self.master_curve, self.shift_by)
-    }
-
-    pub(super) fn temperatures(&self) -> Vec<f64> {
-        self.temperature.clone()
     }
 }
