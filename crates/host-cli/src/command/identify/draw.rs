@@ -222,6 +222,9 @@ mod tests {
         assert!((drawn[1] - 10.0).abs() < 1e-9, "{drawn:?}");
         assert_eq!(name(&found, &fit), "spring-pot, rms 206 %");
         found.is_absolute = true;
+        found.kind = RecordKind::Creep;
+        assert_eq!(name(&found, &fit), "spring-pot, rms 1.12 Pa⁻¹");
+        found.kind = RecordKind::Relaxation;
         let drawn = residuals(&found, &fit);
         assert!((drawn[1] - 10.0).abs() < 1e-9, "{drawn:?}");
     }
