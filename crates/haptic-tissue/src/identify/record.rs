@@ -161,7 +161,7 @@ impl Record {
         let is_ramp = peak > 0 && values[peak] > RISE * values[0].max(values[values.len() - 1]);
         if record.growth() > GROWTH && is_ramp {
             return Err(IdentifyError::Record(format!(
-                "the modulus rises until {end} s and falls from there, as in a ramp to the held strain: give {RAMP_TIME} = {end} s, or a strain column",
+                "the modulus rises until {end} s and falls from there, as in a ramp to the held strain: give {RAMP_TIME} = {end}s, or a strain column",
                 end = Shown(record.x[peak])
             )));
         }

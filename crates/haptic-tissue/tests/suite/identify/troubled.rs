@@ -170,7 +170,7 @@ fn a_ramp_inside_a_relaxation_names_its_time() {
         .record(&strain)
         .expect_err("a ramp");
     assert!(
-        refused.to_string().contains("give `ramp_time_s` = 1 s"),
+        refused.to_string().contains("give `ramp_time_s` = 1s,"),
         "{refused}"
     );
     let ramp = Reading {
