@@ -283,6 +283,7 @@ impl PyModel {
     /// ValueError
     ///     As `prony`; more branches than the program takes.
     #[pyo3(signature = (program, branches, shortest_s, horizon_s, title = "fractional-haptics", card = "series"))]
+    #[expect(clippy::too_many_arguments, reason = "Python names them")]
     fn export(
         &self,
         py: Python<'_>,
