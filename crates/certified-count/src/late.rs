@@ -72,7 +72,7 @@ impl Part {
 
 /// Smallest additional delay, samples, at which a stable loop becomes unstable, and the angle of its zero there; `None` if no delay does.
 ///
-/// `later` gives the loop with so many samples of additional delay. `mores` are the fractions of a sample that are tried, from 0 on; each is
+/// `later` gives the loop with so many samples of additional delay. `mores` are the fractions of a sample that are tried, from 0 on and in order; each gap is
 /// divided into `finer` pieces where the verdicts at its ends agree.
 ///
 /// # Errors
@@ -101,7 +101,7 @@ pub fn delay_margin<L: Late, E>(
     let search = Search {
         later,
         finer,
-        step: 1.0 / mores.len().max(1) as f64,
+        step: widest(mores),
     };
     let mut after = 0.0;
     for _ in 0..NEAR_MISSES {
@@ -117,6 +117,13 @@ pub fn delay_margin<L: Late, E>(
         after = delay;
     }
     Ok(None)
+}
+
+/// The widest gap between fractions of a sample that are in order; behind the last comes the next whole sample.
+fn widest(mores: &[f64]) -> f64 {
+    let behind = mores.iter().skip(1).chain([&1.0]);
+    let gaps = mores.iter().zip(behind).map(|(before, next)| next - before);
+    gaps.fold(0.0, f64::max)
 }
 
 struct Search<'a, L, E> {
