@@ -40,12 +40,7 @@ impl Remembered {
 
     /// The place of a device, which is known by its USB port's serial number, or by its board's name and its port.
     pub(crate) fn of(device: String) -> Self {
-        let encoded = device.chars().map(|c| match c {
-            'a'..='z' | '0'..='9' | '.' => c.to_string(),
-            // Two devices are two files, also where a file system does not tell capitals from small letters.
-            c => format!("-{:x}-", u32::from(c)),
-        });
-        let name = format!("{}.json", encoded.collect::<String>());
+        let name = file_name(&device);
         let file = folder().map(|folder| folder.join("limits").join(name));
         Self { device, file }
     }
@@ -158,6 +153,15 @@ impl Remembered {
             ))),
         }
     }
+}
+
+/// The name of a device's file. Two devices are two files, also where a file system does not tell capitals from small letters.
+fn file_name(device: &str) -> String {
+    let encoded = device.chars().map(|c| match c {
+        'a'..='z' | '0'..='9' | '.' => c.to_string(),
+        c => format!("-{:x}-", u32::from(c)),
+    });
+    format!("{}.json", encoded.collect::<String>())
 }
 
 /// The folder for states of this program, if there is one.
@@ -286,5 +290,28 @@ mod tests {
                 place.read(broken).expect_err(broken);
             }
         }
+    }
+
+    #[test]
+    fn two_devices_are_two_files() {
+        let devices = [
+            "board at /dev/ttyACM0",
+            "board at /dev/ttyACM1",
+            "Board at /dev/ttyACM0",
+            "board at /dev/ttyacm0",
+            "board at -2f-dev-2f-ttyacm0",
+            "board-20-at /dev/ttyacm0",
+            "board at COM3",
+            "moteus at /dev/ttyACM0, 1",
+            "moteus at /dev/ttyACM0, 2",
+        ];
+        let mut names = devices.map(|device| file_name(device).to_lowercase());
+        names.sort();
+        assert!(names.windows(2).all(|pair| pair[0] != pair[1]), "{names:?}");
+        let is_plain = |c: char| c.is_ascii_alphanumeric() || "-.".contains(c);
+        assert!(
+            names.iter().all(|name| name.chars().all(is_plain)),
+            "{names:?}"
+        );
     }
 }
