@@ -301,6 +301,7 @@ mod tests {
             "board at /dev/ttyacm0",
             "board at -2f-dev-2f-ttyacm0",
             "board-20-at /dev/ttyacm0",
+            "board20at /dev/ttyacm0",
             "board at COM3",
             "moteus at /dev/ttyACM0, 1",
             "moteus at /dev/ttyACM0, 2",
