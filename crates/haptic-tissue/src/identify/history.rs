@@ -6,6 +6,8 @@
 //! W depends on the record alone. It is summed once over the full history; after that a model costs its nodes and one product with
 //! W, or, for a sum of squares alone, with the triangle R of W = QR, which has as many rows as there are nodes: ‖Wq − σ‖² =
 //! ‖Rq − Qᵀσ‖² and what Q leaves of σ. The error of the interpolation is below 1e-6 of Q. A step of strain between two samples is a ramp between them.
+//! Between its corners a motion is smooth, and its rate goes straight from the middle of one step to that of the next: errors fall with the
+//! square of the step, of a dashpot too.
 //!
 //! Where the stress has a part B·c beside the model's, such as a baseline, with B known and c not, both sides are looked at without
 //! what any c could make: r = P(WQ − σ), P = 1 − BB⁺. PW and Pσ replace W and σ once, so that a model costs the same, and errors of
@@ -61,7 +63,7 @@ impl History {
     /// `beside`: the columns of B, a number for each sample of all motions.
     pub(super) fn new(motions: &[Moved<'_>], beside: &[Vec<f64>]) -> Self {
         let knots: Vec<Vec<(f64, f64)>> = (motions.iter())
-            .map(|moved| knots(moved.motion_s, moved.strain))
+            .map(|moved| smooth(moved.motion_s, &knots(moved.motion_s, moved.strain)))
             .collect();
         let pairs = knots.iter().map(Vec::len).max().unwrap_or(0).max(1);
         let outputs = match pairs <= FEW_CORNERS {
@@ -73,6 +75,16 @@ impl History {
         let least = steps
             .map(|pair| pair[1] - pair[0])
             .fold(f64::INFINITY, f64::min);
+        let is_smooth = motions.iter().zip(&knots).any(|(moved, knots)| {
+            let straight = |knot: &(f64, f64)| {
+                moved
+                    .motion_s
+                    .binary_search_by(|t| t.total_cmp(&knot.0))
+                    .is_ok()
+            };
+            !knots.iter().all(straight)
+        });
+        let least = if is_smooth { NEAREST * least } else { least };
         let whole = (motions.iter())
             .map(|moved| moved.time_s[moved.time_s.len() - 1] - moved.time_s[0])
             .fold(0.0, f64::max);
@@ -260,6 +272,50 @@ pub(super) fn chosen(time_s: &[f64], begin_s: f64, most: usize) -> Vec<usize> {
     chosen.sort_unstable();
     chosen.dedup();
     chosen
+}
+
+/// A knot whose change is this many times that of a sample beside it is a corner of the motion, or one of two around it.
+const CORNER: f64 = 3.0;
+/// Steps before and after a knot of a smooth motion differ by this factor at most.
+const ALIKE: f64 = 2.0;
+/// Least distance of a knot from the samples around it, in the shorter step.
+const NEAREST: f64 = 0.18;
+
+/// The knots of a motion that is smooth between its corners, where the rate changes along a straight line from the middle of one step to that of
+/// the next, as two knots with half the change: the two points of Gauss. A dashpot then has the mean rate of both steps at the sample between them,
+/// not that of the step before.
+fn smooth(time_s: &[f64], knots: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let change_at = |sample: usize| {
+        let at = time_s.get(sample);
+        let place = at.and_then(|at| knots.binary_search_by(|knot| knot.0.total_cmp(at)).ok());
+        place.map_or(0.0, |place| knots[place].1.abs())
+    };
+    let mut halves = Vec::with_capacity(2 * knots.len());
+    for &(knot_s, rate) in knots {
+        let sample = time_s.partition_point(|t| *t < knot_s);
+        let next = change_at(sample + 1);
+        let beside = match sample {
+            0 => next,
+            _ => next.min(change_at(sample - 1)),
+        };
+        let after = time_s[sample + 1] - knot_s;
+        let before = match sample {
+            0 => 0.0,
+            _ => knot_s - time_s[sample - 1],
+        };
+        let even = sample == 0 || (before <= ALIKE * after && after <= ALIKE * before);
+        if !even || rate.abs() > CORNER * beside {
+            halves.push((knot_s, rate));
+            continue;
+        }
+        let (middle, half) = (
+            0.25 * (after - before),
+            0.25 * (after + before) / libm::sqrt(3.0),
+        );
+        halves.push((knot_s + middle - half, 0.5 * rate));
+        halves.push((knot_s + middle + half, 0.5 * rate));
+    }
+    halves
 }
 
 /// Where the strain rate changes, and by how much: time in s, change in 1/s. Rounding alone makes no knot.

@@ -38,6 +38,42 @@ fn a_finite_ramp_costs_nothing() {
     assert_found(&record, 8650.0, 0.2247);
 }
 
+/// σ = E·ε + η·dε/dt of a cycle that begins with its speed or at rest: a quarter of the error with half the step.
+#[test]
+fn a_dashpot_has_the_slope_of_a_smooth_cycle_at_its_samples() {
+    let (modulus, viscosity, omega) = (1000.0, 50.0, 2.0 * core::f64::consts::PI);
+    for begins_at_rest in [false, true] {
+        let wrong = |samples: u32| {
+            let times: Vec<f64> = (0..=5 * samples)
+                .map(|i| f64::from(i) / f64::from(samples))
+                .collect();
+            let (strain, rate): (Vec<f64>, Vec<f64>) = (times.iter())
+                .map(|t| (omega * t).sin_cos())
+                .map(|(sin, cos)| match begins_at_rest {
+                    true => (0.025 * (1.0 - cos), 0.025 * omega * sin),
+                    false => (0.05 * sin, 0.05 * omega * cos),
+                })
+                .unzip();
+            let stress = strain
+                .iter()
+                .zip(&rate)
+                .map(|(strain, rate)| modulus * strain + viscosity * rate);
+            let stress = stress.collect();
+            let record = Record::history(times, strain, stress).expect("valid");
+            let found = one(&record, candidate("kelvin-voigt"));
+            let have = [0, 1].map(|k| found.fits[0].parameters[k].value);
+            (have[0] / modulus - 1.0)
+                .abs()
+                .max((have[1] / viscosity - 1.0).abs())
+        };
+        let errors = [20, 40, 80].map(wrong);
+        assert!(errors[1] < 5e-3, "{errors:?}");
+        for pair in errors.windows(2) {
+            assert!((3.0..5.0).contains(&(pair[0] / pair[1])), "{errors:?}");
+        }
+    }
+}
+
 /// Samples need not be even: the same motion at times that grow apart.
 #[test]
 fn uneven_samples_give_the_same_tissue() {
