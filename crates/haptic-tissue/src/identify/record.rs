@@ -149,6 +149,7 @@ impl Record {
     pub fn relaxation(time_s: Vec<f64>, modulus_pa: Vec<f64>) -> Result<Self, IdentifyError> {
         let kind = RecordKind::Relaxation;
         let mut record = Self::of_logarithms(kind, time_s, modulus_pa, Vec::new())?;
+        record.leave_out_the_unmeasurable();
         let most = |a: usize, b: usize| {
             if record.first[b] > record.first[a] {
                 b
@@ -749,6 +750,21 @@ impl Record {
         Ok(record)
     }
 
+    /// A modulus that has decayed by [`RESOLVED`] is rounding, of the model too: its logarithm would outweigh all others.
+    fn leave_out_the_unmeasurable(&mut self) {
+        let least = RESOLVED * self.first.iter().copied().fold(0.0, f64::max);
+        let pairs = self.x.iter().zip(&self.first);
+        let kept = pairs.filter(|pair| *pair.1 >= least);
+        let (x, first): (Vec<f64>, Vec<f64>) = kept.unzip();
+        let left_out = self.x.len() - x.len();
+        if left_out > 0 && x.len() >= FEW_RESOLVED {
+            self.said.push(format!(
+                "{left_out} samples are below {RESOLVED:e} of the largest modulus, which no instrument resolves: they do not count"
+            ));
+            (self.x, self.first) = (x, first);
+        }
+    }
+
     const fn plain(kind: RecordKind, x: Vec<f64>, first: Vec<f64>, second: Vec<f64>) -> Self {
         Self {
             kind,
@@ -784,6 +800,9 @@ impl Record {
 
 /// A log slope that noise cannot explain: the record is of the other kind.
 const GROWTH: f64 = 0.02;
+/// Share of the largest modulus that an instrument may resolve; and samples above it without which none is left out.
+const RESOLVED: f64 = 1e-9;
+const FEW_RESOLVED: usize = 8;
 /// A modulus that rises so often at first, and by so much, does so in a ramp.
 const FEW_RISES: usize = 2;
 const RISE: f64 = 1.05;

@@ -3,6 +3,7 @@
 use super::{candidate, one};
 use haptic_tissue::ModelKind;
 use haptic_tissue::identify::{IdentifyError, Options, Record, identify};
+use testkit::assert_relative;
 
 fn refused(record: Result<Record, IdentifyError>, wanted: &str) {
     let message = record.expect_err(wanted).to_string();
@@ -195,4 +196,31 @@ fn a_record_that_no_model_describes_is_said_to_be_one() {
         "{said}"
     );
     assert_eq!(warned(compliance(&noisy)), None);
+}
+
+/// 1000 Pa·e^(−t) over a hundred time constants: beyond 1e-9 of it there is nothing to measure.
+#[test]
+fn a_modulus_that_has_decayed_to_rounding_does_not_count() {
+    for even in [true, false] {
+        let times: Vec<f64> = (1..=400)
+            .map(|n| match even {
+                true => 0.25 * f64::from(n),
+                false => 1e-2 * 1e4_f64.powf(f64::from(n) / 400.0),
+            })
+            .collect();
+        let moduli = times.iter().map(|t| 1000.0 * libm::exp(-t)).collect();
+        let record = Record::relaxation(times, moduli).expect("valid");
+        let found = identify(&record, &Options::default(), &|_| ()).expect("a fit");
+        let fit = &found.fits[0];
+        assert_eq!(fit.kind, ModelKind::Maxwell);
+        for estimate in &fit.parameters {
+            assert_relative(estimate.name, estimate.value, 1000.0, 1e-6);
+        }
+        assert!(
+            found
+                .warnings
+                .join("\n")
+                .contains("below 1e-9 of the largest modulus")
+        );
+    }
 }
