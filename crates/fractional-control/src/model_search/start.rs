@@ -1,8 +1,12 @@
 //! Where the fits of a long record begin: at what a part of its samples says, the best of each number of numbers.
 
-use super::record::{Guess, InputOutput, bic, resolved, rounding};
+use super::record::{Guess, InputOutput, bic, left, resolved, rounding};
+use crate::autoregression::Autoregression;
 use crate::records::largest;
-use crate::{DeadTime, FractionalTransferFunction, Identified, Term, WholeShape, whole_guess};
+use crate::{
+    DeadTime, FractionalTransferFunction, Identified, Term, WholeShape, identify_coefficients,
+    whole_guess,
+};
 use fracdiff::Seconds;
 use rayon::prelude::*;
 use std::vec;
@@ -127,29 +131,54 @@ pub(super) struct OfShape {
 }
 
 /// A guess for each shape up to so many poles, two of them integrators, and each dead time; of a long record from a part of it, unless the whole
-/// record shows that the part has lost what is fast. One that answers at once is among them if it may be.
+/// record shows that the part has lost what is fast. One that answers at once is among them if it may be. With `whitens` all are made again through the
+/// filter of what the closest leaves, if that is alike from sample to sample.
 pub(super) fn whole_orders(
     record: &InputOutput,
     held: bool,
     dead_times: &[DeadTime],
     may_be_prompt: bool,
     poles: usize,
+    whitens: bool,
 ) -> Vec<OfShape> {
+    let least = |a: &&OfShape, b: &&OfShape| a.rms_residual.total_cmp(&b.rms_residual);
+    let all = |record: &InputOutput| every_shape(record, held, dead_times, may_be_prompt, poles);
+    let again = |record: &InputOutput, found: Vec<OfShape>| {
+        let best = found.iter().min_by(least).filter(|_| whitens);
+        let noise = best.map_or(Autoregression::WHITE, |best| {
+            noise_of(record, held, &best.guess)
+        });
+        match noise.order() {
+            0 => found,
+            _ => all(&InputOutput {
+                noise,
+                ..record.clone()
+            }),
+        }
+    };
     if let Some(part) = part(record, held, PART_OF_GUESSES) {
-        let found = every_shape(&part, held, dead_times, may_be_prompt, poles);
-        let least = |a: &&OfShape, b: &&OfShape| a.rms_residual.total_cmp(&b.rms_residual);
+        let found = all(&part);
         let best = found.iter().min_by(least);
-        let again = best.and_then(|best| {
+        let whole = best.and_then(|best| {
             whole_guess(&record.as_record(held, best.guess.dead_time), best.shape)
         });
-        let holds = best.zip(again).is_some_and(|(part, whole)| {
+        let holds = best.zip(whole).is_some_and(|(part, whole)| {
             whole.rms_residual <= MORE_OF_GUESSES * part.rms_residual.max(resolved(record))
         });
         if holds {
-            return found;
+            return again(&part, found);
         }
     }
-    every_shape(record, held, dead_times, may_be_prompt, poles)
+    again(record, all(record))
+}
+
+/// The noise that a fit from this guess leaves, if that is above what a model resolves.
+pub(super) fn noise_of(record: &InputOutput, held: bool, guess: &Guess) -> Autoregression {
+    let fit = identify_coefficients(&guess.function, &record.as_record(held, guess.dead_time)).ok();
+    let noisy = fit.filter(|fit| fit.rms_residual > resolved(record));
+    noisy.map_or(Autoregression::WHITE, |fit| {
+        Autoregression::of(&[&left(record, &fit.model)])
+    })
 }
 
 fn shapes(most: usize) -> impl Iterator<Item = WholeShape> {
