@@ -70,7 +70,9 @@ impl<'a> Search<'a> {
         let unexplained = unexplained(self.record, &left);
         if unexplained.is_some() {
             // No noise: no filter tells it beforehand.
-            let more = rms(&left) / rms(&white);
+            let white = Autoregression::of(&[&left]).whitened(&left);
+            // At most as if all samples were one.
+            let more = (rms(&left) / rms(&white)).min(libm::sqrt(left.len() as f64));
             let errors = identified.standard_errors.iter_mut();
             errors.for_each(|(_, error)| *error *= more.max(1.0));
         }
