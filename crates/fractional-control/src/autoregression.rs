@@ -3,7 +3,7 @@
 //! ```text
 //! x_n = Σ a_k·x_(n−k) + e_n,   k from 1 to the order;   f_m[n] = f_(m−1)[n] − r_m·b_(m−1)[n−1],   b_m[n] = b_(m−1)[n−1] − r_m·f_(m−1)[n]
 //! ```
-//! `r_m` are the partial correlations, each of them that with the least Σ(f_m² + b_m²), so that the filter is stable whatever the residual; the order
+//! `r_m` are the partial correlations, each of them that with the least `Σ(f_m² + b_m²)`, so that the filter is stable whatever the residual; the order
 //! has the least n·ln(variance of e) + order·ln n. The first samples are predicted by those before them alone and are brought to the variance of the
 //! others, so none is lost and the filter is the inverse root of the covariance: least squares of filtered columns are generalized least squares.
 //!
