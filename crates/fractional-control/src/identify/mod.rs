@@ -18,7 +18,7 @@ pub use record::{DeadTime, FreeNumber, Record, Start};
 pub(crate) use record::{Free, answers_at_once};
 use std::vec::Vec;
 pub use whole::{WholeGuess, WholeShape, whole_guess};
-pub(crate) use whole::{next_guess, solved};
+pub(crate) use whole::{next_guess, projected, solved};
 
 /// A function that was found, and how well it fits.
 #[derive(Clone, Debug, PartialEq)]

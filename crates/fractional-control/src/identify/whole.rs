@@ -433,7 +433,7 @@ const WITHIN: f64 = 1e-9;
 
 /// The shares of motions that come nearest to what is wanted, in the sense of least squares; 0 of a motion that those before it can replace.
 /// Each is freed of those before it, twice (J. W. Daniel, W. B. Gragg, L. Kaufman, G. W. Stewart, 1976).
-pub(super) fn projected(motions: &[Vec<f64>], mut wanted: Vec<f64>) -> Vec<f64> {
+pub(crate) fn projected(motions: &[Vec<f64>], mut wanted: Vec<f64>) -> Vec<f64> {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let add = |to: &mut [f64], times: f64, of: &[f64]| {
         to.iter_mut().zip(of).for_each(|(to, of)| *to += times * of);

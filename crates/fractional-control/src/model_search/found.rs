@@ -3,7 +3,7 @@
 use super::record::{InputOutput, left, neighbours, rounding};
 use super::rest::hidden_swing;
 use crate::autoregression::Autoregression;
-use crate::identify::{Free, run_alone, solved};
+use crate::identify::{Free, projected, run_alone, solved};
 use crate::{DeadTime, FreeNumber, Identified, Record, Start};
 use core::iter;
 use nalgebra::{DMatrix, DVector};
@@ -50,7 +50,7 @@ impl Found {
             run_alone(&own.function, &alone).map(DVector::from_vec)
         };
         let count = (self.numbers() + own.start_numbers + 2) as f64;
-        if record.changes().count() < CHANGES {
+        if hardly_changes(&record.input) {
             let left = left(record, &own.model);
             let noise = Autoregression::of(&[&left]);
             let power = |signal: Vec<f64>| signal.iter().map(|x| x * x).sum::<f64>();
@@ -59,13 +59,10 @@ impl Found {
             let [alone, left] = [&around, &left].map(|x| power(noise.whitened(x)));
             return (samples as f64 - count) * libm::log(alone / left) > chance(count);
         }
+        let step = ran(&ones, DeadTime::NONE);
+        let modes = libm::ceil(own.function.denominator().degree()) as usize;
         let mut motions = vec![DVector::from_vec(ones.clone())];
-        let moves = matches!(record.start, Start::Settled | Start::Moving);
-        if moves {
-            let step = ran(&ones, DeadTime::NONE);
-            let modes = libm::ceil(own.function.denominator().degree()) as usize;
-            motions.extend(iter::successors(step, |last| Some(differences(last))).take(modes));
-        }
+        motions.extend(iter::successors(step, |last| Some(differences(last))).take(modes));
         let wanted = DVector::from_column_slice(&record.output);
         let floor = rounding(record);
         let alone = drawn(&motions, &wanted, floor);
@@ -80,13 +77,14 @@ impl Found {
             let mut input = record.input.clone();
             input.rotate_right(shift);
             let other = ran(&input, own.dead_time)?;
-            if like(&other, answer.as_ref()?) > LIKE {
+            if like(&motions, &other, answer.as_ref()?) > LIKE {
                 return None;
             }
             let with = [&motions[..], &[other]].concat();
             Some(won(drawn(&with, &wanted, floor)))
         });
-        own_won > by_chance.fold(0.0, f64::max) + count
+        let by_chance = by_chance.fold(0.0, f64::max);
+        own_won > by_chance + count
     }
 
     /// Frequency, rad/s, and damping ratio of a pole with a damping ratio below 0.02 beside a zero within three of its errors: rather drawn from noise
@@ -147,6 +145,8 @@ pub(super) const AS_GOOD: f64 = 2.0;
 
 /// Changes of an input from which on no free motion follows its course.
 const CHANGES: usize = 5;
+/// Those that count beside the largest: (Σ Δ²)²/Σ Δ⁴, which is their number where they are alike.
+const LARGE: f64 = 2.5;
 
 /// Shifts of an input around its record, and how much like the true answer another one may be.
 const SHIFTS: usize = 39;
@@ -168,10 +168,28 @@ fn noise_of(left: &[f64], floor: f64) -> f64 {
     noise.deviance(&[left], floor) + numbers
 }
 
-/// The cosine of the angle between two signals without their means.
-fn like(a: &DVector<f64>, b: &DVector<f64>) -> f64 {
-    let [a, b] = [a, b].map(|signal| signal.add_scalar(-signal.mean()));
+/// The cosine of the angle between two signals without these motions.
+fn like(motions: &[DVector<f64>], a: &DVector<f64>, b: &DVector<f64>) -> f64 {
+    let motions: Vec<Vec<f64>> = motions.iter().map(|own| own.as_slice().to_vec()).collect();
+    let [a, b] = [a, b].map(|signal| {
+        let shares = projected(&motions, signal.as_slice().to_vec());
+        let pairs = motions.iter().zip(shares);
+        pairs.fold(signal.clone(), |left, (own, share)| {
+            left - DVector::from_column_slice(own) * share
+        })
+    });
     (a.dot(&b) / (a.norm() * b.norm())).abs()
+}
+
+/// True of few changes, or of few large ones.
+fn hardly_changes(input: &[f64]) -> bool {
+    let changes = input
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0]) * (pair[1] - pair[0]));
+    let changes: Vec<f64> = changes.filter(|square| *square > 0.0).collect();
+    let sum: f64 = changes.iter().sum();
+    let squares: f64 = changes.iter().map(|square| square * square).sum();
+    changes.len() < CHANGES || sum * sum < LARGE * squares
 }
 
 /// The same of what the first so many columns leave, through the filter of its noise, at least: those that are nearly one say nothing of those

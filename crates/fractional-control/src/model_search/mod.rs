@@ -25,7 +25,7 @@ mod calm;
 mod dead_time;
 mod found;
 mod record;
-mod rest;
+pub(crate) mod rest;
 mod search;
 mod start;
 

@@ -159,13 +159,13 @@ pub(super) fn integrating(
 }
 
 /// The function whose lowest coefficient below is 1 or −1: a fit leaves it so.
-pub(super) fn of_coefficients(above: &[f64], below: &[f64]) -> Option<FractionalTransferFunction> {
+pub(crate) fn of_coefficients(above: &[f64], below: &[f64]) -> Option<FractionalTransferFunction> {
     let unit = below.iter().find(|c| **c != 0.0)?.abs();
     let terms = |all: &[f64]| terms(&all.iter().map(|c| c / unit).collect::<Vec<f64>>());
     FractionalTransferFunction::new(&terms(above), &terms(below)).ok()
 }
 
-pub(super) fn coefficients(terms: &[Term]) -> Vec<f64> {
+pub(crate) fn coefficients(terms: &[Term]) -> Vec<f64> {
     let degree = terms.first().map_or(0.0, |term| term.order);
     let mut all = vec![0.0; degree as usize + 1];
     for term in terms {
@@ -192,7 +192,7 @@ fn at_rest(coefficients: &[f64], record: &InputOutput) -> Option<Complex<f64>> {
 }
 
 /// A polynomial without a root, and without the conjugate one.
-fn without(coefficients: &[f64], root: Complex<f64>) -> Vec<f64> {
+pub(crate) fn without(coefficients: &[f64], root: Complex<f64>) -> Vec<f64> {
     let mut left: Vec<Complex<f64>> = coefficients.iter().map(|c| (*c).into()).collect();
     let times = if root.im == 0.0 { 1 } else { 2 };
     for root in [root, root.conj()].into_iter().take(times) {

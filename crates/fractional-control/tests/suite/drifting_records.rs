@@ -161,27 +161,30 @@ fn campaign(count: u64) {
         let is_right = (gain / case.gain - 1.0).abs() <= 0.3;
         // Said: an error of half of it, or no gain at all.
         let is_said = error > 0.5;
-        if grows || !is_right {
+        let closest = found.iter().min_by(|a, b| a.bic.total_cmp(&b.bic));
+        let shows = closest.is_some_and(|own| own.shows_a_response(&case.record));
+        if grows || !is_right || !shows {
             println!(
-                "{number}: {}: {own} behind {:?}, error {error:.2}",
+                "{number}: {}: {own} behind {:?}, error {error:.2}, shows {shows}",
                 case.words, found[0].identified.dead_time
             );
         }
         let of = |drifts: bool| u64::from(case.drifts == drifts);
         [
             u64::from(grows),
+            u64::from(!shows),
             of(true) * u64::from(is_right || is_said),
             of(true),
             of(false) * u64::from(is_right || is_said),
             of(false),
         ]
     });
-    let [grow, drift_right, drifts, white_right, white] =
-        judged.reduce(|| [0; 5], |a, b| core::array::from_fn(|n| a[n] + b[n]));
+    let [grow, silent, drift_right, drifts, white_right, white] =
+        judged.reduce(|| [0; 6], |a, b| core::array::from_fn(|n| a[n] + b[n]));
     println!(
-        "{grow} grow; the gain of {drift_right} of {drifts} that drift, of {white_right} of {white} others"
+        "{grow} grow; {silent} show no response; the gain of {drift_right} of {drifts} that drift, of {white_right} of {white} others"
     );
-    assert_eq!(grow, 0, "of {count}");
+    assert_eq!([grow, silent], [0; 2], "of {count}");
     assert!(20 * drift_right >= 19 * drifts, "{drift_right} of {drifts}");
     assert!(20 * white_right >= 19 * white, "{white_right} of {white}");
 }
