@@ -119,7 +119,7 @@ fn grows(function: &FractionalTransferFunction, record: &InputOutput) -> bool {
 const STRONG: f64 = 6.0;
 
 /// What leaves no more than this share more is as near, however many samples say otherwise: no plant is a function to a hundredth of its noise.
-const ALIKE: f64 = 0.02;
+pub(super) const ALIKE: f64 = 0.02;
 
 /// In noise whose samples are alike, of those against which the record does not speak very strongly, the one with the least that such noise is drawn
 /// with: growth, poles and zeros at rest, a swing without damping beside a zero that hides it, zeros of the right half-plane; of those as many the one with the fewest numbers, unless another one has strong evidence.

@@ -30,9 +30,10 @@ pub struct Found {
 impl Found {
     /// True if the record shows a response to its input: a test at the level of 0.1 %, each side in the noise that it leaves.
     /// ```text
-    /// (1 − q/n)·(D(y − X·b) − D(y − ŷ)) > χ²(q; 0.999), and by q more than with any shifted input,   D(x) = deviance of x + order·ln n,   q = numbers + 2
-    /// X:   1; of a plant that was not at rest also s, Δs, Δ²s, … of the step response s, which hold every free motion
+    /// (1 − q/n)·(D(y − X·b) − D(y − ŷ)) > χ²(q; 0.999), q·ln n, and q more than with any shifted input,   D(x) = deviance of x + order·ln n,   q = numbers + 2
+    /// X:   1, s, Δs, Δ²s, … of the step response s, which hold every free motion and the answer to a constant, as a drift is
     /// ```
+    /// q·ln n is the price of a function that was chosen among many (G. Schwarz, *Estimating the dimension of a model*, 1978).
     /// Shifted around the record the input answers to nothing, so the same function explains by it as much as chance does, whatever the noise; those
     /// shifts count whose answer is not that of the true input again, as of a period. An input that hardly changes has a course that a free motion can
     /// have too; then the function is compared with the mean alone, in the noise that the function leaves.
@@ -50,6 +51,7 @@ impl Found {
             run_alone(&own.function, &alone).map(DVector::from_vec)
         };
         let count = (self.numbers() + own.start_numbers + 2) as f64;
+        let enough = chance(count).max(count * libm::log(samples as f64));
         if hardly_changes(&record.input) {
             let left = left(record, &own.model);
             let noise = Autoregression::of(&[&left]);
@@ -57,7 +59,7 @@ impl Found {
             let mean = record.output.iter().sum::<f64>() / samples as f64;
             let around: Vec<f64> = record.output.iter().map(|y| y - mean).collect();
             let [alone, left] = [&around, &left].map(|x| power(noise.whitened(x)));
-            return (samples as f64 - count) * libm::log(alone / left) > chance(count);
+            return (samples as f64 - count) * libm::log(alone / left) > enough;
         }
         let step = ran(&ones, DeadTime::NONE);
         let modes = libm::ceil(own.function.denominator().degree()) as usize;
@@ -68,7 +70,7 @@ impl Found {
         let alone = drawn(&motions, &wanted, floor);
         let won = |other: f64| (1.0 - count / samples as f64) * (alone - other);
         let own_won = won(noise_of(&left(record, &own.model), floor));
-        if own_won <= chance(count) {
+        if own_won <= enough {
             return false;
         }
         let answer = ran(&record.input, own.dead_time);

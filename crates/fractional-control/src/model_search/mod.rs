@@ -1,6 +1,6 @@
 //! A transfer function from a record: first guesses, fits, and which of them the record asks for.
 
-use self::calm::{calm_down, calm_instead, drop_what_grows, lags, plainest, slow_instead};
+use self::calm::{ALIKE, calm_down, calm_instead, drop_what_grows, lags, plainest, slow_instead};
 pub use self::dead_time::{DeadTimeEvidence, dead_time_evidence};
 use self::dead_time::{dead_times, gain};
 use self::found::{AS_GOOD, DECISIVE, LOOSE};
@@ -395,6 +395,9 @@ pub fn identify(
     if is_alike && let Some(place) = plainest(&found, record) {
         found[..=place].rotate_right(1);
     }
+    if is_alike {
+        late_by_whole_samples(&mut found, &search);
+    }
     found.truncate(KEPT);
     match refused {
         Some(error) if found.is_empty() => Err(error),
@@ -577,6 +580,32 @@ fn put_to_rest(found: &mut Vec<Found>, search: &Search<'_>) {
     });
     let fitted: Vec<Found> = fitted.collect();
     found.extend(fitted);
+}
+
+/// A dead time within this share of a sample of whole ones.
+const WHOLE: f64 = 0.1;
+
+/// Puts a function behind whole samples before a first one whose dead time is about that, if it is as near: in noise that is alike no record tells a
+/// tenth of a sample, and a plant that is driven by the clock of its log is late by whole ones.
+fn late_by_whole_samples(found: &mut Vec<Found>, search: &Search<'_>) {
+    let Some(first) = found.first() else {
+        return;
+    };
+    let (own, t) = (&first.identified, search.record.sample_time_s());
+    let late = own.dead_time.seconds() / t;
+    let whole = libm::round(late);
+    let is_near = whole > 0.0 && (late - whole).abs() <= WHOLE;
+    if !is_near || !own.dead_time.is_free() || !search.record.is_even() {
+        return;
+    }
+    let behind = DeadTime::Known(Seconds(whole * t));
+    let most = (1.0 + ALIKE) * first.news(search.record);
+    let fit = search.fitted(&own.function, behind, first.freedom).ok();
+    if let Some(mut fit) = fit.filter(|fit| fit.news(search.record) <= most) {
+        // It was chosen, so it counts.
+        fit.bic += libm::log(search.record.output.len() as f64);
+        found.insert(0, fit);
+    }
 }
 
 /// Adds the functions of whole orders without what the record does not determine in its noise.

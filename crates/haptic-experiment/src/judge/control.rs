@@ -388,6 +388,9 @@ impl DesignWords<'_> {
                 Key("disturbance").set_to(format_args!("{}rad/s:0.05", digits(0.05 * crossover, 4)))
             ));
         }
+        if !self.0.fractional.tuned.measures.stable_with_dead_time {
+            said.push("With a dead time in place of the plant's fast lags, which few records tell from it, the loop would not be stable: ask for less crossover, or be sure of these lags.".to_owned());
+        }
         if self.unmet().is_empty() {
             said.push("Every wish is met within 1 %.".to_owned());
         }
