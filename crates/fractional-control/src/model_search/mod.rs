@@ -9,7 +9,7 @@ pub use self::record::{Guess, InputOutput};
 use self::record::{left, resolved, rounding};
 use self::rest::{cancelled, comes_to_rest, integrating, order_at_rest, without_pair};
 use self::search::Search;
-use self::start::{Begin, OfShape, at_once, part, powers, starts, whole_orders};
+use self::start::{Begin, OfShape, at_once, part, powers, starts, stretch, whole_orders};
 use crate::identify::{Free, UNFIT, answers_at_once, run_alone};
 use crate::{
     ControlError, DeadTime, FractionalTransferFunction, FreeNumber, Identified, Start, Term,
@@ -444,7 +444,7 @@ fn fitted_of_whole_orders(
         }
         (found, refused)
     };
-    let part = part(record, held, LONG);
+    let part = stretch(record, held, LONG);
     if let Some(part) = &part {
         let mut of_this = Search::new(part, held, search.told);
         let (mut of_part, _) = fitted(guesses, &of_this, true);

@@ -4,8 +4,8 @@ use super::record::{Guess, InputOutput, bic, left, resolved, rounding};
 use crate::autoregression::Autoregression;
 use crate::records::largest;
 use crate::{
-    DeadTime, FractionalTransferFunction, Identified, Term, WholeShape, identify_coefficients,
-    whole_guess,
+    DeadTime, FractionalTransferFunction, Identified, Start, Term, WholeShape,
+    identify_coefficients, whole_guess,
 };
 use fracdiff::Seconds;
 use rayon::prelude::*;
@@ -16,6 +16,8 @@ use std::vec::Vec;
 const PART: usize = 500;
 /// Samples of the part for guesses of whole orders, at least.
 const PART_OF_GUESSES: usize = 1000;
+/// So many times as many, where those do not tell of the whole record.
+const LONGER: usize = 4;
 /// A dead time so near to whole samples, in samples, is that many.
 const WHOLE: f64 = 1e-9;
 /// The best of those guesses may leave so many times as much of the whole record.
@@ -89,7 +91,7 @@ pub(super) fn starts(
     let orders = orders.map(|guess| Begin::new(guess.function, guess.dead_time));
     let mut starts: Vec<Begin> = orders.filter(|start| start.numbers < most).collect();
     starts.sort_by_key(|start| start.numbers);
-    let Some(part) = part(record, held, PART) else {
+    let Some(part) = stretch(record, held, PART) else {
         return starts;
     };
     let groups = starts.chunk_by(|a, b| a.numbers == b.numbers);
@@ -156,7 +158,7 @@ pub(super) fn whole_orders(
             }),
         }
     };
-    if let Some(part) = part(record, held, PART_OF_GUESSES) {
+    if let Some(part) = stretch(record, held, PART_OF_GUESSES) {
         let found = all(&part);
         let best = found.iter().min_by(least);
         let whole = best.and_then(|best| {
@@ -167,6 +169,10 @@ pub(super) fn whole_orders(
         });
         if holds {
             return again(&part, found);
+        }
+        // No function of a part is one of all: more of it, but not all, which would take minutes.
+        if let Some(part) = stretch(record, held, LONGER * PART_OF_GUESSES) {
+            return again(&part, all(&part));
         }
     }
     again(record, all(record))
@@ -299,6 +305,33 @@ pub(super) fn part(record: &InputOutput, held: bool, samples: usize) -> Option<I
         time_s: every(&record.time_s),
         input: record.input.chunks_exact(k).map(mean).collect(),
         output: every(&record.output),
+        ..*record
+    })
+}
+
+/// A stretch moves more than the beginning with so many times its variance.
+const MORE_POWER: f64 = 1.1;
+
+/// So many samples as in [`part`], but of a record that moves more later, as a swing that is driven ever harder, the stretch that moves most: what a
+/// function leaves of that is no less than what it leaves of the rest. The plant is on its way there.
+pub(super) fn stretch(record: &InputOutput, held: bool, samples: usize) -> Option<InputOutput> {
+    let own = part(record, held, samples)?;
+    let power = |output: &[f64]| {
+        let mean = output.iter().sum::<f64>() / output.len() as f64;
+        output.iter().map(|y| (y - mean) * (y - mean)).sum::<f64>()
+    };
+    let is_thinned = own.sample_time_s() > 1.5 * record.sample_time_s();
+    let stretches = record.output.chunks_exact(samples).map(power).enumerate();
+    let most = stretches.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    if is_thinned || most.1 <= MORE_POWER * power(&own.output) {
+        return Some(own);
+    }
+    let place = most.0 * samples..(most.0 + 1) * samples;
+    Some(InputOutput {
+        time_s: record.time_s[place.clone()].to_vec(),
+        input: record.input[place.clone()].to_vec(),
+        output: record.output[place].to_vec(),
+        start: Start::Moving,
         ..*record
     })
 }

@@ -150,11 +150,11 @@ fn a_design_on_a_heater_holds_it_with_a_dead_time_for_its_fast_lag() {
         .parent()
         .expect("a folder")
         .join("cases/control/tclab_model.csv");
-    place.ok(&format!(
+    place.run(&format!(
         "control identify {} --out heater.toml",
         path.display()
     ));
-    place.ok("control design --plant heater.toml --crossover 0.01rad/s --phase-margin 60deg --out design");
+    place.run("control design --plant heater.toml --crossover 0.01rad/s --phase-margin 60deg --out design");
     let line = "control analyze --plant 0.641exp(-24s)/(155s+1) --controller design/controller.toml --json";
     let found = place.run(line).json();
     assert_eq!(found["stable"], true, "{found}");

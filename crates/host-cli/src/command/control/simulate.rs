@@ -25,6 +25,9 @@ fn away(last: Option<&Row>, run: &LoopRun) -> Failure {
         .map_or([f64::NAN; 2], |row| [row.output, row.reference])
         .map(|value| digits(value, 4));
     let why = match (run.verdict.stable, run.settles, run.limited_share) {
+        _ if run.coarse.is_some() => {
+            "the loop is too fast for the sampled model; see host-cli control analyze".to_owned()
+        }
         (false, ..) => "the loop is unstable; see host-cli control analyze".to_owned(),
         (true, Some(true), _) => {
             "the loop rests beside it; give the controller an integral, or more gain".to_owned()
