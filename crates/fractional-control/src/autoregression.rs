@@ -54,7 +54,8 @@ impl Autoregression {
             .collect();
         let mut correlations = [0.0; HIGHEST_ORDER];
         let (mut criterion, mut best, mut order) = (0.0, 0.0, 0);
-        for place in 0..HIGHEST_ORDER.min(samples / SAMPLES_PER_ORDER) {
+        let tried = samples / SAMPLES_PER_ORDER;
+        for (place, own) in correlations.iter_mut().enumerate().take(tried) {
             let (mut product, mut power) = (0.0, 0.0);
             for [forward, backward] in &errors {
                 for (f, b) in forward.iter().skip(1).zip(backward) {
@@ -66,7 +67,7 @@ impl Autoregression {
             if !r.is_finite() {
                 break;
             }
-            correlations[place] = r;
+            *own = r;
             for [forward, backward] in &mut errors {
                 let pairs = forward.iter().skip(1).zip(backward.iter());
                 let next = pairs.map(|(f, b)| (f - r * b, b - r * f));

@@ -42,7 +42,7 @@ pub(super) struct Pair {
     pub(super) errors: f64,
 }
 
-/// A root moves by −Σ s^k·dc_k/N′(s) with the coefficients c of N: its slope by each free number, which is relative.
+/// A root moves by −Σ s^k·`dc_k`/N′(s) with the coefficients c of N: its slope by each free number, which is relative.
 fn slopes(root: Complex<f64>, terms: &[Term]) -> impl Fn(usize) -> Complex<f64> {
     let power = |order: f64| root.powi(order as i32);
     let steep = terms.iter().filter(|term| term.order > 0.0);
