@@ -14,7 +14,7 @@ fn normal(random: &mut Random) -> f64 {
     (0..12).map(|_| random.between(-0.5, 0.5)).sum()
 }
 
-/// x_n = a·x_(n−1) + e_n of standard deviation 1, settled when it begins.
+/// `x_n = a·x_(n−1) + e_n` of standard deviation 1, settled when it begins.
 fn slow(alike: f64, samples: usize, random: &mut Random) -> Vec<f64> {
     let news = (1.0 - alike * alike).sqrt();
     let mut last = normal(random);
@@ -90,7 +90,7 @@ impl Case {
         let mean = output.iter().sum::<f64>() / samples as f64;
         let squares: f64 = output.iter().map(|y| (y - mean) * (y - mean)).sum();
         let deviation = (squares / samples as f64).sqrt();
-        let drifts = number % 3 == 0;
+        let drifts = number.is_multiple_of(3);
         let (share, alike) = match drifts {
             true => (random.between(0.01, 0.07), random.between(0.5, 0.98)),
             false => (random.log_between(1e-6, 1e-3), 0.0),
