@@ -10,7 +10,6 @@
 //! - *Cost*: two multiplications for each order and sample. *Source*: J. P. Burg, *Maximum entropy spectral analysis*, 1975, of the partial
 //!   correlations; G. Schwarz, *Estimating the dimension of a model*, Annals of Statistics 6(2), 1978, of the order.
 
-use std::vec;
 use std::vec::Vec;
 
 /// The highest order that is tried.
@@ -21,19 +20,26 @@ const SAMPLES_PER_ORDER: usize = 8;
 const MOST_ALIKE: f64 = 1.0 - 1e-9;
 
 /// An autoregression. The default has order 0: white noise, whose filter changes nothing.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Autoregression {
-    /// `r_1` to that of the order.
-    correlations: Vec<f64>,
+    correlations: [f64; HIGHEST_ORDER],
+    order: usize,
 }
 
 impl Autoregression {
-    /// The autoregression with these partial correlations, each brought within ±1: all such are stationary.
+    /// White noise.
+    pub const WHITE: Self = Self {
+        correlations: [0.0; HIGHEST_ORDER],
+        order: 0,
+    };
+
+    /// The autoregression with these partial correlations, 0 behind the last that counts; each is brought within ±1: all such are stationary.
     #[must_use]
-    pub fn of_partial_correlations(correlations: &[f64]) -> Self {
-        let within = |r: &f64| r.clamp(-MOST_ALIKE, MOST_ALIKE);
+    pub fn of_partial_correlations(correlations: [f64; HIGHEST_ORDER]) -> Self {
+        let last = correlations.iter().rposition(|r| *r != 0.0);
         Self {
-            correlations: correlations.iter().map(within).collect(),
+            correlations: correlations.map(|r| r.clamp(-MOST_ALIKE, MOST_ALIKE)),
+            order: last.map_or(0, |last| last + 1),
         }
     }
 
@@ -46,10 +52,10 @@ impl Autoregression {
             .iter()
             .map(|segment| [segment.to_vec(), segment.to_vec()])
             .collect();
-        let mut own = Self::default();
-        let mut best = (0.0, 0);
-        let mut criterion = 0.0;
-        for order in 1..=HIGHEST_ORDER.min(samples / SAMPLES_PER_ORDER) {
+        let mut correlations = [0.0; HIGHEST_ORDER];
+        let (mut criterion, mut best, mut order) = (0.0, 0.0, 0);
+        let tried = samples / SAMPLES_PER_ORDER;
+        for (place, own) in correlations.iter_mut().enumerate().take(tried) {
             let (mut product, mut power) = (0.0, 0.0);
             for [forward, backward] in &errors {
                 for (f, b) in forward.iter().skip(1).zip(backward) {
@@ -61,25 +67,32 @@ impl Autoregression {
             if !r.is_finite() {
                 break;
             }
-            own.correlations.push(r);
+            *own = r;
             for [forward, backward] in &mut errors {
                 let pairs = forward.iter().skip(1).zip(backward.iter());
                 let next = pairs.map(|(f, b)| (f - r * b, b - r * f));
                 (*forward, *backward) = next.unzip();
             }
             criterion += count * libm::log1p(-r * r) + libm::log(count);
-            if criterion < best.0 {
-                best = (criterion, order);
+            if criterion < best {
+                (best, order) = (criterion, place + 1);
             }
         }
-        own.correlations.truncate(best.1);
-        own
+        correlations[order..].fill(0.0);
+        Self {
+            correlations,
+            order,
+        }
     }
 
     /// How many samples before tell of the next; 0 of white noise.
     #[must_use]
     pub const fn order(&self) -> usize {
-        self.correlations.len()
+        self.order
+    }
+
+    fn correlations(&self) -> &[f64] {
+        &self.correlations[..self.order]
     }
 
     /// The factors of the first samples, and that of all others, 1.
@@ -87,7 +100,7 @@ impl Autoregression {
         let mut scale = 1.0;
         let mut scales = Vec::with_capacity(self.order() + 1);
         scales.push(scale);
-        for r in self.correlations.iter().rev() {
+        for r in self.correlations().iter().rev() {
             scale *= libm::sqrt((1.0 - r) * (1.0 + r));
             scales.push(scale);
         }
@@ -98,11 +111,11 @@ impl Autoregression {
     /// A signal of one segment through the filter, as many samples: a residual, a column of a model, an output.
     #[must_use]
     pub fn whitened(&self, signal: &[f64]) -> Vec<f64> {
-        let (order, scales) = (self.order(), self.scales());
-        let mut backward = vec![0.0; order];
+        let (order, scales) = (self.order, self.scales());
+        let mut backward = [0.0; HIGHEST_ORDER];
         let filter = |(n, x): (usize, &f64)| {
             let (mut f, mut b) = (*x, *x);
-            for (m, r) in self.correlations.iter().enumerate().take(n + 1) {
+            for (m, r) in self.correlations().iter().enumerate().take(n + 1) {
                 let before = core::mem::replace(&mut backward[m], b);
                 if m < n {
                     (f, b) = (f - r * before, before - r * f);

@@ -268,7 +268,10 @@ impl<'a> Fit<'a> {
             motions.push(ones.clone());
         }
         let left = self.record.output.iter().zip(&output);
-        let shares = projected(&motions, left.map(|(y, own)| y - own).collect());
+        let left: Vec<f64> = left.map(|(y, own)| y - own).collect();
+        let noise = &self.record.noise;
+        let white: Vec<Vec<f64>> = motions.iter().map(|own| noise.whitened(own)).collect();
+        let shares = projected(&white, noise.whitened(&left));
         for (motion, share) in motions.iter().zip(&shares) {
             let pairs = output.iter_mut().zip(motion);
             pairs.for_each(|(y, own)| *y += share * own);
@@ -492,7 +495,8 @@ impl<'a> Fit<'a> {
                 // An unstable model overflows.
                 let left = pairs.map(|(have, want)| (have - want).clamp(-limit, limit));
                 let left = left.map(|left| if left.is_finite() { left } else { limit });
-                DVector::from_iterator(output.len(), left)
+                let left: Vec<f64> = left.collect();
+                DVector::from_vec(self.record.noise.whitened(&left))
             }
             None => DVector::from_element(output.len(), limit),
         }
@@ -524,29 +528,27 @@ impl<'a> Fit<'a> {
         DMatrix::from_columns(&columns)
     }
 
-    /// √ of the diagonal of σ²(JᵀJ)⁻¹; infinite where the record says nothing.
-    pub(super) fn errors(&self, left: f64) -> Vec<(FreeNumber, f64)> {
+    /// The free numbers, and σ²(JᵀJ)⁻¹ of their errors: relative of coefficients, in s of a dead time; infinite where the record says nothing.
+    pub(super) fn covariance(&self, left: f64) -> (Vec<FreeNumber>, DMatrix<f64>) {
         let slopes = self.slopes();
         let free = self.free.len();
         let numbers = free + self.run.as_ref().map_or(0, |run| run.numbers);
         let scale = left / self.record.output.len().saturating_sub(numbers).max(1) as f64;
         let inverse = (slopes.transpose() * &slopes).try_inverse();
-        // A variance that is not above 0 is what rounding left of one that is too large.
-        let error = |n: usize| match &inverse {
-            Some(inverse) if inverse[(n, n)] > 0.0 => libm::sqrt(inverse[(n, n)] * scale),
-            _ => f64::INFINITY,
-        };
         // Of a logarithm the error is relative; of a multiple of the guess it is made so.
         let share = |n: usize| match (self.free[n], self.freedom) {
-            (FreeNumber::DeadTime, _) => error(n) * self.record.sample_time.0,
-            (_, Free::All) => error(n),
-            (_, Free::Coefficients | Free::Above) => error(n) / self.parameters[n].abs(),
+            (FreeNumber::DeadTime, _) => self.record.sample_time.0,
+            (_, Free::All) => 1.0,
+            (_, Free::Coefficients | Free::Above) => 1.0 / self.parameters[n].abs(),
         };
-        self.free
-            .iter()
-            .enumerate()
-            .map(|(n, number)| (*number, share(n)))
-            .collect()
+        let covariance = DMatrix::from_fn(free, free, |n, k| match &inverse {
+            // A variance that is not above 0 is what rounding left of one that is too large.
+            Some(inverse) if n != k || inverse[(n, n)] > 0.0 => {
+                inverse[(n, k)] * scale * share(n) * share(k)
+            }
+            _ => f64::INFINITY,
+        });
+        (self.free.clone(), covariance)
     }
 }
 

@@ -5,17 +5,20 @@ mod record;
 mod whole;
 
 use self::fit::{Fit, Ran};
-use self::record::{Free, UNFIT, free_numbers};
+pub(crate) use self::record::UNFIT;
+use self::record::free_numbers;
+use crate::autoregression::Autoregression;
 use crate::records::largest;
-use crate::{ControlError, FractionalTransferFunction, Memory, Rule};
+use crate::{ControlError, FractionalTransferFunction, Memory, Rule, Term};
 use fracdiff::Seconds;
 use fracdiff::parameter::{positive, range};
 use levenberg_marquardt::LevenbergMarquardt;
-pub(crate) use record::answers_at_once;
+use nalgebra::DMatrix;
 pub use record::{DeadTime, FreeNumber, Record, Start};
+pub(crate) use record::{Free, answers_at_once};
 use std::vec::Vec;
 pub use whole::{WholeGuess, WholeShape, whole_guess};
-pub(crate) use whole::{next_guess, solved};
+pub(crate) use whole::{next_guess, projected, solved};
 
 /// A function that was found, and how well it fits.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,8 +40,12 @@ pub struct Identified {
     pub input_before: f64,
     /// How many numbers say where the plant began.
     pub start_numbers: usize,
-    /// Standard errors of the free numbers, in the order of [`FreeNumber`]s.
+    /// The noise that was expected to be left.
+    pub noise: Autoregression,
+    /// Standard errors of the free numbers, in the order of [`FreeNumber`]s, as right as that noise.
     pub standard_errors: Vec<(FreeNumber, f64)>,
+    /// Of these errors.
+    pub(crate) covariance: DMatrix<f64>,
 }
 
 /// Fits the coefficients and orders of a function to a record by least squares, from a first guess.
@@ -50,12 +57,13 @@ pub struct Identified {
 /// - *Cost*: some ten to a hundred runs over the record. *Accuracy*: of second order in T, so sample at a twentieth of the fastest time constant.
 /// ```
 /// use fracdiff::Seconds;
+/// use fractional_control::autoregression::Autoregression;
 /// use fractional_control::{DeadTime, FractionalTransferFunction, Memory, Record, Rule, Start, identify, step_response};
 ///
 /// let truth: FractionalTransferFunction = "2/(0.8s^1.3+1)".parse()?;
 /// let t = Seconds(0.05);
 /// let y = step_response(&truth, Memory::new(Rule::Bdf2, 1e-8, 10.0)?, t, 200)?;
-/// let record = Record { sample_time: t, time_s: &[], input: &[1.0; 200], output: &y, held: true, dead_time: DeadTime::NONE, start: Start::Rest };
+/// let record = Record { sample_time: t, time_s: &[], input: &[1.0; 200], output: &y, held: true, dead_time: DeadTime::NONE, start: Start::Rest, noise: Autoregression::WHITE };
 /// let found = identify(&"1/(s+1)".parse()?, &record)?;
 /// assert!((found.function.denominator().degree() - 1.3).abs() < 1e-4);
 /// # Ok::<(), fractional_control::ControlError>(())
@@ -67,7 +75,7 @@ pub fn identify(
     guess: &FractionalTransferFunction,
     record: &Record<'_>,
 ) -> Result<Identified, ControlError> {
-    searched(guess, record, Free::All).map(Searched::identified)
+    identify_by(guess, record, Free::All)
 }
 
 /// The same with the orders as they are: only the coefficients are free, and may change their signs.
@@ -81,16 +89,19 @@ pub fn identify_coefficients(
     guess: &FractionalTransferFunction,
     record: &Record<'_>,
 ) -> Result<Identified, ControlError> {
-    searched(guess, record, Free::Coefficients).map(Searched::identified)
+    identify_by(guess, record, Free::Coefficients)
 }
 
-/// The gain, zeros and dead time of a function whose poles stay; the errors are those that all of its coefficients have together, for the poles are
-/// as unknown as they were.
-pub(crate) fn identify_above(
+/// A fit of any freedom. Where the poles stay the errors are those that all coefficients have together, for the poles are as unknown as they were.
+pub(crate) fn identify_by(
     guess: &FractionalTransferFunction,
     record: &Record<'_>,
+    freedom: Free,
 ) -> Result<Identified, ControlError> {
-    let found = searched(guess, record, Free::Above)?;
+    let found = searched(guess, record, freedom)?;
+    if freedom != Free::Above {
+        return Ok(found.identified());
+    }
     let freedom = Free::Coefficients;
     let dead_time = match found.record.dead_time {
         DeadTime::From(_) => DeadTime::From(Seconds(found.late * record.sample_time.0)),
@@ -107,17 +118,14 @@ pub(crate) fn identify_above(
     Ok(Searched { problem, ..found }.identified())
 }
 
-/// The root mean square alone that either of them leaves, without standard errors, which are a search's dearest step.
+/// The root mean square alone, filtered, that either of them leaves, without standard errors, which are a search's dearest step.
 pub(crate) fn least_residual(
     guess: &FractionalTransferFunction,
     record: &Record<'_>,
-    orders_are_free: bool,
+    freedom: Free,
 ) -> Result<f64, ControlError> {
-    let freedom = match orders_are_free {
-        true => Free::All,
-        false => Free::Coefficients,
-    };
-    searched(guess, record, freedom).map(|searched| searched.rms_residual())
+    let searched = searched(guess, record, freedom)?;
+    Ok(libm::sqrt(searched.white / record.output.len() as f64))
 }
 
 /// A search ends where a step makes the sum of squares less by no more than this share, over the number of samples: a tenth of a standard
@@ -144,7 +152,7 @@ fn searched<'a>(
     } else {
         let begin = once.as_ref().map_or(*guess, |once| once.function);
         match (once, searched_by(&begin, record, freedom, steps)) {
-            (Ok(once), Ok(often)) if once.rms_residual() <= often.rms_residual() => Ok(once),
+            (Ok(once), Ok(often)) if once.white <= often.white => Ok(once),
             (once, Err(_)) => once,
             (_, often) => often,
         }
@@ -167,6 +175,8 @@ struct Searched<'a> {
     /// Σ of the squares that are left, and of those of y less its mean.
     left: f64,
     variance: f64,
+    /// That of what the filter leaves.
+    white: f64,
     run: Ran,
 }
 
@@ -176,21 +186,43 @@ impl Searched<'_> {
     }
 
     fn identified(self) -> Identified {
+        let (free, covariance) = self.problem.covariance(self.white);
+        let diagonal = covariance.diagonal();
+        let errors = free.into_iter().zip(diagonal.iter());
         Identified {
             rms_residual: self.rms_residual(),
             fit: 1.0 - self.left / self.variance,
-            standard_errors: self.problem.errors(self.left),
+            standard_errors: errors
+                .map(|(own, square)| (own, libm::sqrt(*square)))
+                .collect(),
+            covariance,
+            noise: self.record.noise,
             dead_time: match self.record.dead_time {
                 DeadTime::From(_) => DeadTime::From(Seconds(self.late * self.record.sample_time.0)),
                 known @ (DeadTime::Known(_) | DeadTime::JustAfter(_)) => known,
             },
-            function: self.function,
+            function: of_positive_sign(self.function),
             model: self.run.output,
             offset: self.run.offset,
             input_before: self.run.input_before,
             start_numbers: self.run.numbers,
         }
     }
+}
+
+/// The function with a denominator that is not negative in all coefficients.
+fn of_positive_sign(function: FractionalTransferFunction) -> FractionalTransferFunction {
+    let (above, below) = (function.numerator().terms(), function.denominator().terms());
+    if below.iter().any(|term| term.coefficient > 0.0) {
+        return function;
+    }
+    let turned = |terms: &[Term]| -> Vec<Term> {
+        let turned = terms.iter();
+        turned
+            .map(|term| Term::new(-term.coefficient, term.order))
+            .collect()
+    };
+    FractionalTransferFunction::new(&turned(above), &turned(below)).unwrap_or(function)
 }
 
 fn searched_by<'a>(
@@ -216,7 +248,9 @@ fn searched_by<'a>(
     let mean = output.iter().sum::<f64>() / output.len() as f64;
     let variance: f64 = output.iter().map(|y| (y - mean) * (y - mean)).sum();
     let pairs = output.iter().zip(&run.output);
-    let left: f64 = pairs.map(|(y, own)| (y - own) * (y - own)).sum();
+    let left: Vec<f64> = pairs.map(|(y, own)| y - own).collect();
+    let power = |signal: &[f64]| signal.iter().map(|x| x * x).sum::<f64>();
+    let [left, white] = [&left, &record.noise.whitened(&left)].map(|left| power(left));
     if left.is_nan() || left >= variance {
         return Err(UNFIT);
     }
@@ -228,6 +262,7 @@ fn searched_by<'a>(
         late,
         left,
         variance,
+        white,
     })
 }
 

@@ -1,12 +1,13 @@
 //! A record, and the numbers of a function that are free when it is fitted to one.
 
+use crate::autoregression::Autoregression;
 use crate::{ControlError, FractionalTransferFunction};
 use fracdiff::Seconds;
 use std::borrow::Cow;
 use std::vec::Vec;
 
 /// No function of these terms comes near the record.
-pub(super) const UNFIT: ControlError = ControlError::NotFound {
+pub(crate) const UNFIT: ControlError = ControlError::NotFound {
     what: "a function that fits the record",
     why: "begin from another guess, nearer in gain and time constant, or with other terms",
 };
@@ -89,6 +90,8 @@ pub struct Record<'a> {
     pub dead_time: DeadTime,
     /// Where the plant is when it begins.
     pub start: Start,
+    /// The noise that a fit expects to be left: squares of what its filter leaves are made least.
+    pub noise: Autoregression,
 }
 
 /// A dead time so near to whole samples, in samples, is that many.
@@ -183,7 +186,7 @@ pub enum FreeNumber {
 
 /// The numbers of a function that a fit may change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Free {
+pub(crate) enum Free {
     /// Coefficients, of which signs stay, and orders that are not 0.
     All,
     Coefficients,

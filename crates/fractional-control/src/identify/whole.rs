@@ -1,6 +1,7 @@
 //! First guesses of whole orders: poles by linear least squares, zeros by linear least squares after them.
 
 use super::record::{Record, Start, now};
+use crate::autoregression::Autoregression;
 use crate::{FractionalTransferFunction, StateSpace, Term};
 use fracdiff::{Seconds, roots};
 use nalgebra::{DMatrix, DVector, RowDVector};
@@ -26,7 +27,7 @@ pub struct WholeShape {
 pub struct WholeGuess {
     /// The function, a start for a search.
     pub function: FractionalTransferFunction,
-    /// Root mean square of the residual, in the unit of y.
+    /// Root mean square of the residual, filtered as its noise asks for, in the unit of y.
     pub rms_residual: f64,
 }
 
@@ -95,6 +96,28 @@ struct Acting<'a> {
     output: &'a [f64],
     held: bool,
     start: Start,
+    noise: Autoregression,
+}
+
+impl Acting<'_> {
+    /// Least squares of columns and of what is wanted, both filtered: what was found, and the squares that are left.
+    fn solved(
+        &self,
+        mut columns: DMatrix<f64>,
+        mut wanted: DVector<f64>,
+    ) -> Option<(DVector<f64>, f64)> {
+        if self.noise.order() > 0 {
+            let white = |column: &[f64]| DVector::from_vec(self.noise.whitened(column));
+            wanted = white(wanted.as_slice());
+            for k in 0..columns.ncols() {
+                let column = white(columns.column(k).into_owned().as_slice());
+                columns.set_column(k, &column);
+            }
+        }
+        let found = solved(columns.clone(), wanted.clone())?;
+        let left = (columns * &found - wanted).norm_squared();
+        Some((found, left))
+    }
 }
 
 /// `None` of a record that is too short for the shape, or of no such shape.
@@ -120,6 +143,7 @@ fn acts<'a>(record: &'a Record<'_>, shape: WholeShape) -> Option<Acting<'a>> {
         output: record.output,
         held: record.held,
         start: record.start,
+        noise: record.noise,
     })
 }
 
@@ -216,8 +240,7 @@ fn run(
         },
     );
     let output = DVector::from_column_slice(record.output);
-    let above = solved(columns.clone(), output.clone())?;
-    let left = (columns * &above - output).norm_squared();
+    let (above, left) = record.solved(columns, output)?;
     left.is_finite().then(|| Guess {
         rate,
         below: below.to_vec(),
@@ -259,7 +282,7 @@ fn regressed(
             (None, None) => -output[(row, integrators + column)],
         },
     );
-    let found = solved(matrix, output.column(poles).into_owned())?;
+    let (found, _) = record.solved(matrix, output.column(poles).into_owned())?;
     let mut below = vec![0.0; poles + 1];
     below[integrators..poles].copy_from_slice(&found.as_slice()[..free]);
     below[poles] = 1.0;
@@ -410,7 +433,7 @@ const WITHIN: f64 = 1e-9;
 
 /// The shares of motions that come nearest to what is wanted, in the sense of least squares; 0 of a motion that those before it can replace.
 /// Each is freed of those before it, twice (J. W. Daniel, W. B. Gragg, L. Kaufman, G. W. Stewart, 1976).
-pub(super) fn projected(motions: &[Vec<f64>], mut wanted: Vec<f64>) -> Vec<f64> {
+pub(crate) fn projected(motions: &[Vec<f64>], mut wanted: Vec<f64>) -> Vec<f64> {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let add = |to: &mut [f64], times: f64, of: &[f64]| {
         to.iter_mut().zip(of).for_each(|(to, of)| *to += times * of);

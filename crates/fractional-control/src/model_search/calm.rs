@@ -4,14 +4,13 @@
 //! a record may grow:   span of y behind > e·span of y before·max(1, the same ratio of u, of ∫u), from where u first moves, halved
 //! ```
 //! What neither grows nor adds up twice moves no more behind than its input and one integral of that tell, but for the time that its lags take. So
-//! without that nothing that grows is a candidate. An input that changes from row to row may be that of a loop, which keeps a plant that grows
-//! from showing it; there the functions that were fitted say whether the record needs one.
+//! without that nothing that grows is a candidate.
 
 use super::found::{DECISIVE, Found};
 use super::record::{InputOutput, rounding};
-use super::rest::{STANDS, coefficients, of_coefficients, order_at_rest};
+use super::rest::{STANDS, coefficients, hidden_swing, of_coefficients, order_at_rest, rests};
 use super::search::Search;
-use crate::identify::identify_above;
+use crate::identify::Free;
 use crate::{DeadTime, FractionalTransferFunction, Term};
 use core::f64::consts::E;
 use fracdiff::{Seconds, roots};
@@ -35,11 +34,8 @@ fn lag(gain: f64, time_constant_s: f64) -> Option<FractionalTransferFunction> {
     FractionalTransferFunction::new(&[Term::new(gain, 0.0)], &below).ok()
 }
 
-/// True if the output goes on moving as no plant does that neither grows nor adds up twice, or if a loop may keep it from that.
+/// True if the output goes on moving as no plant does that neither grows nor adds up twice.
 fn may_grow(record: &InputOutput) -> bool {
-    if 2 * record.changes().count() > record.input.len() {
-        return true;
-    }
     let begin = record.changes().next().unwrap_or(0);
     let input = &record.input[begin..];
     let mut sum = 0.0;
@@ -60,10 +56,22 @@ fn may_grow(record: &InputOutput) -> bool {
     more(&record.output[begin..]) > E * told
 }
 
-/// Takes what grows from a record that does not, if anything is left.
+/// Takes what grows from a record that does not, if anything is left. An input that changes from row to row may be that of a loop, which keeps a
+/// plant that grows from showing it: there what is calm must not leave so much more.
 pub(super) fn drop_what_grows(found: &mut Vec<Found>, record: &InputOutput) {
     let is_calm = |own: &Found| !grows(&own.identified.function, record);
-    if !may_grow(record) && found.iter().any(is_calm) {
+    let least = |of: &dyn Fn(&Found) -> bool| {
+        let left = found
+            .iter()
+            .filter(|own| of(own))
+            .map(|own| own.news(record));
+        left.fold(f64::INFINITY, f64::min)
+    };
+    let (calm, any) = (least(&is_calm), least(&|_| true));
+    let may_be_held = 2 * record.changes().count() > record.input.len();
+    let is_enough =
+        calm.is_finite() && (!may_be_held || calm <= MORE_LEFT * any.max(rounding(record)));
+    if !may_grow(record) && is_enough {
         found.retain(is_calm);
     }
 }
@@ -78,13 +86,13 @@ pub(super) fn calm_instead(found: &[Found], record: &InputOutput) -> Option<usiz
     let first = found
         .first()
         .filter(|first| grows(&first.identified.function, record))?;
-    let most = MORE_LEFT * first.identified.rms_residual.max(rounding(record));
+    let most = MORE_LEFT * first.news(record).max(rounding(record));
     let worst = match may_grow(record) {
         true => first.bic + DECISIVE,
         false => f64::INFINITY,
     };
     found.iter().position(|own| {
-        own.identified.rms_residual <= most
+        own.news(record) <= most
             && own.bic <= worst
             && own.numbers() <= first.numbers() + MORE_NUMBERS
             && !grows(&own.identified.function, record)
@@ -105,6 +113,47 @@ fn grows(function: &FractionalTransferFunction, record: &InputOutput) -> bool {
     let stands = |pole: &&Complex<f64>| pole.norm() * record.length_s() <= STANDS;
     let standing = poles.iter().filter(stands).count();
     integrators + standing > 1 || poles.iter().any(|pole| pole.re > 1e-9 * pole.norm())
+}
+
+/// A difference of the criterion that is strong evidence (R. E. Kass, A. E. Raftery, *Bayes factors*, 1995, section 3.2).
+const STRONG: f64 = 6.0;
+
+/// What leaves no more than this share more is as near, however many samples say otherwise: no plant is a function to a hundredth of its noise.
+pub(super) const ALIKE: f64 = 0.02;
+
+/// In noise whose samples are alike, of those against which the record does not speak very strongly, the one with the least that such noise is drawn
+/// with: growth, poles and zeros at rest, a swing without damping beside a zero that hides it, zeros of the right half-plane; of those as many the one with the fewest numbers, unless another one has strong evidence.
+pub(super) fn plainest(found: &[Found], record: &InputOutput) -> Option<usize> {
+    let least = |among: &[(usize, &Found)]| {
+        let all = among.iter().map(|(_, own)| own.bic);
+        all.fold(f64::INFINITY, f64::min)
+    };
+    // A first lag as slow as the record was put there for an integrator.
+    let first = found.first()?.identified.function;
+    let draws = |own: &Found| {
+        let function = &own.identified.function;
+        let zeros = || roots(&coefficients(function.numerator().terms()));
+        [
+            grows(function, record),
+            !own.settles() || !(rests(function, record) || *function == first),
+            hidden_swing(own).is_some(),
+            own.is_whole() && zeros().iter().any(|zero| zero.re > 0.0),
+        ]
+    };
+    let mut near: Vec<(usize, &Found)> = found.iter().enumerate().collect();
+    let best = least(&near);
+    let news = found.iter().map(|own| own.news(record));
+    let most = (1.0 + ALIKE) * news.fold(f64::INFINITY, f64::min);
+    near.retain(|(_, own)| own.bic <= best + DECISIVE || own.news(record) <= most);
+    let fewest = near.iter().map(|(_, own)| draws(own)).min()?;
+    near.retain(|(_, own)| draws(own) == fewest);
+    let best = least(&near);
+    near.retain(|(_, own)| own.bic <= best + STRONG);
+    let simplest = near.iter().min_by(|(_, a), (_, b)| {
+        let numbers = |own: &Found| (own.numbers(), !own.is_whole());
+        (numbers(a).cmp(&numbers(b))).then(a.bic.total_cmp(&b.bic))
+    });
+    simplest.map(|(place, _)| *place)
 }
 
 /// Adds lags and integrators, if the best grows: their fits find the way by themselves.
@@ -169,8 +218,7 @@ pub(super) fn slow_instead(found: &mut Vec<Found>, search: &Search<'_>) {
             true => lag(1.0, times * length_s),
             false => slowed(&first.identified.function, times * length_s),
         };
-        let fit = identify_above(&slow?, &search.behind(late)).ok()?;
-        Some(search.judged(fit))
+        search.fitted(&slow?, late, Free::Above).ok()
     };
     let dead_times = again(first, search).into_iter().map(|late| (late, true));
     let kinds = dead_times.chain([(first.identified.dead_time, false)]);

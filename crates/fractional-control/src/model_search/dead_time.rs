@@ -9,12 +9,12 @@
 //! - *Cost*: some three passes over 400 samples at most for each of them and each of four shapes. *Source*: of the profile, G. H. Golub, V. Pereyra,
 //!   *The differentiation of pseudo-inverses and nonlinear least squares problems whose variables separate*, SIAM Journal on Numerical Analysis 10(2), 1973.
 
-use super::found::{AS_GOOD, Found, less_sure};
+use super::found::{AS_GOOD, Found};
 use super::record::{Guess, InputOutput, resolved, rounding};
-use super::start::part;
-use crate::identify::{least_residual, next_guess};
+use super::start::{noise_of, part};
+use crate::identify::{Free, least_residual, next_guess};
 use crate::{
-    DeadTime, FractionalTransferFunction, Start, Term, WholeGuess, WholeShape, whole_guess,
+    DeadTime, FractionalTransferFunction, Record, Start, Term, WholeGuess, WholeShape, whole_guess,
 };
 use fracdiff::Seconds;
 use rayon::prelude::*;
@@ -33,11 +33,13 @@ const AFRESH: usize = 8;
 /// Dead times that a scan suggests, at most.
 const SUGGESTED: usize = 6;
 
-/// The dead times to begin from: those that the record suggests, and none; or the one that is known.
+/// The dead times to begin from: those that the record suggests, and none; or the one that is known. With `whitens` those too that it suggests through
+/// the filter of the noise that the closest function leaves.
 pub(super) fn dead_times(
     record: &InputOutput,
     held: bool,
     known: Option<Seconds>,
+    whitens: bool,
 ) -> Vec<DeadTime> {
     if let Some(known) = known {
         return vec![DeadTime::Known(known)];
@@ -46,10 +48,38 @@ pub(super) fn dead_times(
         Start::Rest | Start::Offset => SCANNED,
         Start::Settled | Start::Moving => SCANNED_MOVING,
     };
-    let part = part(record, held, scanned_samples);
-    let mut found = scanned(part.as_ref().unwrap_or(record), held);
+    let mut part = part(record, held, scanned_samples).unwrap_or_else(|| record.clone());
+    let mut found = scanned(&part, held);
+    let closest = whitens.then(|| closest(&part, held, &found)).flatten();
+    part.noise = closest.map_or(part.noise, |guess| noise_of(&part, held, &guess));
+    if part.noise.order() > 0 {
+        // In noise that is alike both places count: that which draws it, and that of the filter.
+        let apart = |a: &DeadTime, b: &DeadTime| {
+            (a.seconds() - b.seconds()).abs() > 0.5 * part.sample_time_s()
+        };
+        let others = scanned(&part, held);
+        found.retain(|own| others.iter().all(|other| apart(own, other)));
+        found.splice(0..0, others);
+    }
     found.push(DeadTime::NONE);
     found
+}
+
+/// The guess of the scanned shapes and these dead times that leaves least.
+fn closest(record: &InputOutput, held: bool, dead_times: &[DeadTime]) -> Option<Guess> {
+    let pairs = SHAPES
+        .iter()
+        .flat_map(|shape| dead_times.iter().map(move |late| (*shape, *late)));
+    let guesses = pairs.filter_map(|(shape, late)| {
+        let guess = whole_guess(&record.as_record(held, late), shape)?;
+        Some((guess, late))
+    });
+    let least = guesses.min_by(|a, b| a.0.rms_residual.total_cmp(&b.0.rms_residual));
+    least.map(|(guess, dead_time)| Guess {
+        function: guess.function,
+        has_free_orders: false,
+        dead_time,
+    })
 }
 
 /// The local minima of SSE of each shape, the two lowest.
@@ -233,9 +263,9 @@ pub struct DeadTimeEvidence<'a> {
 /// What the record tells of the dead time of the first of these functions, `None` without any: 95 % by the profile of the likelihood, with the other
 /// numbers of the function as they fit best behind each dead time; of the functions that fit as well by their standard errors.
 /// ```text
-/// n·ln(SSE(L)/SSE) ≤ 3.84·(1 + ρ)/(1 − ρ)
+/// n·ln(SSE(L)/SSE) ≤ 3.84,   of what the filter of the noise leaves
 /// ```
-/// Neighbouring samples that are alike, ρ, count as fewer. *Source*: D. M. Bates, D. G. Watts, *Nonlinear regression analysis and its applications*,
+/// *Source*: D. M. Bates, D. G. Watts, *Nonlinear regression analysis and its applications*,
 /// 1988, section 6.1.
 #[must_use]
 pub fn dead_time_evidence<'a>(
@@ -282,18 +312,20 @@ fn profile_interval_s(found: &Found, record: &InputOutput, held: bool) -> [f64; 
         let last = libm::ceil(best / t);
         return [(last - 1.0).max(0.0) * t, last * t];
     }
-    let (floor, is_whole) = match found.is_whole() {
-        true => (rounding(record), true),
-        false => (resolved(record), false),
+    let (floor, freedom) = match found.is_whole() {
+        true => (rounding(record), Free::Coefficients),
+        false => (resolved(record), Free::All),
     };
     let samples = record.output.len() as f64;
-    let less_sure = less_sure(found.neighbours, record.output.len());
+    let least = found.news(record);
     // √ of what the profile has risen by, over what it may.
     let risen = |dead_time_s: f64| -> f64 {
-        let behind = record.as_record(held, DeadTime::Known(Seconds(dead_time_s)));
-        let left = least_residual(&own.function, &behind, !is_whole).unwrap_or(f64::INFINITY);
-        let ratio = left.max(floor) / own.rms_residual.max(floor);
-        let deviance = 2.0 * samples * libm::log(ratio) / (less_sure * less_sure);
+        let behind = Record {
+            noise: own.noise,
+            ..record.as_record(held, DeadTime::Known(Seconds(dead_time_s)))
+        };
+        let left = least_residual(&own.function, &behind, freedom).unwrap_or(f64::INFINITY);
+        let deviance = 2.0 * samples * libm::log(left.max(floor) / least.max(floor));
         libm::sqrt(deviance.max(0.0) / LIKELY)
     };
     let usual = found.dead_time_error().filter(|error| error.is_finite());

@@ -1,7 +1,9 @@
 //! A function that was fitted, and how good it is beside others.
 
-use super::record::{InputOutput, left, neighbours};
-use crate::identify::{run_alone, solved};
+use super::record::{InputOutput, left, neighbours, rounding};
+use super::rest::hidden_swing;
+use crate::autoregression::Autoregression;
+use crate::identify::{Free, projected, run_alone, solved};
 use crate::{DeadTime, FreeNumber, Identified, Record, Start};
 use core::iter;
 use nalgebra::{DMatrix, DVector};
@@ -12,71 +14,94 @@ use std::vec::Vec;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Found {
-    /// The function, its output, and how sure its numbers are: less so where neighbouring samples of what is left are alike.
+    /// The function, its output, and how sure its numbers are in the noise that it leaves.
     pub identified: Identified,
-    /// Bayesian information criterion: less is better. Anything smaller than a model can resolve
+    /// Bayesian information criterion with the numbers of the noise: less is better. Anything smaller than a model can resolve
     /// counts as zero.
     pub bic: f64,
-    /// Correlation of neighbouring samples of what is left: near 0 of white noise, near 1 of a model that lacks something.
+    /// Correlation of neighbouring samples of what the filter of the noise leaves: near 0 of white noise, near 1 of a model that lacks something.
     pub neighbours: f64,
     /// The stretch with the largest residual, if that is a large part of the output there and is
     /// not noise.
     pub unexplained: Option<Unexplained>,
+    pub(super) freedom: Free,
 }
 
 impl Found {
-    /// True if the record shows a response to its input: this function explains more of it than the same function does without that input, around
-    /// a constant and a drift and with noise whose neighbouring samples may be alike, beyond what so many numbers and two choices among n dead times
-    /// win by chance. An input that hardly changes has a course that a free motion can have too; then it is compared with the constant alone.
+    /// True if the record shows a response to its input: a test at the level of 0.1 %, each side in the noise that it leaves.
     /// ```text
-    /// n·ln(E(y − X·b)/E(y − ŷ)) > (numbers + 2)·ln n,   E(x) = Σ(x_n − ρ·x_(n−1))², n ≥ 1,   ρ = Σ x_n·x_(n−1)/Σ x_n² from 0 to 1
-    /// X:   1; of an input that changes also t, and s, Δs, Δ²s, … of the step response s, which hold every free motion
+    /// (1 − q/n)·(D(y − X·b) − D(y − ŷ)) > χ²(q; 0.999), q·ln n, and q more than with any shifted input,   D(x) = deviance of x + order·ln n,   q = numbers + 2
+    /// X:   1, s, Δs, Δ²s, … of the step response s, which hold every free motion and the answer to a constant, as a drift is
     /// ```
+    /// q·ln n is the price of a function that was chosen among many (G. Schwarz, *Estimating the dimension of a model*, 1978).
+    /// Shifted around the record the input answers to nothing, so the same function explains by it as much as chance does, whatever the noise; those
+    /// shifts count whose answer is not that of the true input again, as of a period. An input that hardly changes has a course that a free motion can
+    /// have too; then the function is compared with the mean alone, in the noise that the function leaves.
     #[must_use]
     pub fn shows_a_response(&self, record: &InputOutput) -> bool {
-        let (own, ones) = (&self.identified, vec![1.0; record.output.len()]);
-        let samples = ones.len() as f64;
-        let alone = Record {
-            input: &ones,
-            time_s: &[],
-            start: Start::Rest,
-            ..record.as_record(true, DeadTime::NONE)
+        let (own, samples) = (&self.identified, record.output.len());
+        let ones = vec![1.0; samples];
+        let ran = |input: &[f64], dead_time| {
+            let alone = Record {
+                input,
+                time_s: &[],
+                start: Start::Rest,
+                ..record.as_record(true, dead_time)
+            };
+            run_alone(&own.function, &alone).map(DVector::from_vec)
         };
-        let changes = record
-            .input
-            .windows(2)
-            .filter(|pair| (pair[1] - pair[0]).abs() > 0.0);
-        let mut motions = vec![ones.clone()];
-        if changes.count() >= CHANGES {
-            motions.push((0..ones.len()).map(|n| n as f64).collect());
-            let step = run_alone(&own.function, &alone);
-            let modes = libm::ceil(own.function.denominator().degree()) as usize;
-            motions.extend(iter::successors(step, |last| Some(news(last, 1.0))).take(modes));
+        let count = (self.numbers() + own.start_numbers + 2) as f64;
+        let enough = chance(count).max(count * libm::log(samples as f64));
+        if hardly_changes(&record.input) {
+            let left = left(record, &own.model);
+            let noise = Autoregression::of(&[&left]);
+            let power = |signal: Vec<f64>| signal.iter().map(|x| x * x).sum::<f64>();
+            let mean = record.output.iter().sum::<f64>() / samples as f64;
+            let around: Vec<f64> = record.output.iter().map(|y| y - mean).collect();
+            let [alone, left] = [&around, &left].map(|x| power(noise.whitened(x)));
+            return (samples as f64 - count) * libm::log(alone / left) > enough;
         }
-        let mean = record.output.iter().sum::<f64>() / samples;
-        let around: Vec<f64> = record.output.iter().map(|y| y - mean).collect();
-        let left = left(record, &own.model);
-        let power = |noise: &[f64], alike: f64| -> f64 {
-            news(noise, alike).iter().skip(1).map(|x| x * x).sum()
-        };
-        let without = |alike: f64| {
-            let columns = motions
-                .iter()
-                .map(|motion| DVector::from_vec(news(motion, alike)));
-            let columns = DMatrix::from_columns(&columns.collect::<Vec<_>>()).remove_row(0);
-            let noise = DVector::from_vec(news(&around, alike)).remove_row(0);
-            // Each of the first so many: columns that are nearly one say nothing of those before them.
-            let fits = (1..=motions.len()).filter_map(|count| {
-                let columns = columns.columns(0, count).into_owned();
-                let found = solved(columns.clone(), noise.clone())?;
-                Some((columns * found - &noise).norm_squared())
-            });
-            fits.fold(power(&around, alike), f64::min)
-        };
-        let [alike, drifting] = [&left, &around].map(|noise| neighbours(noise).clamp(0.0, 1.0));
-        let won = without(alike).min(without(drifting)) / power(&left, alike);
-        let numbers = self.numbers() + own.start_numbers + 2;
-        samples * libm::log(won) > numbers as f64 * libm::log(samples)
+        let step = ran(&ones, DeadTime::NONE);
+        let modes = libm::ceil(own.function.denominator().degree()) as usize;
+        let mut motions = vec![DVector::from_vec(ones.clone())];
+        motions.extend(iter::successors(step, |last| Some(differences(last))).take(modes));
+        let wanted = DVector::from_column_slice(&record.output);
+        let floor = rounding(record);
+        let alone = drawn(&motions, &wanted, floor);
+        let won = |other: f64| (1.0 - count / samples as f64) * (alone - other);
+        let own_won = won(noise_of(&left(record, &own.model), floor));
+        if own_won <= enough {
+            return false;
+        }
+        let answer = ran(&record.input, own.dead_time);
+        let shifts = (1..=SHIFTS).map(|k| k * samples / (SHIFTS + 1));
+        let by_chance = shifts.filter(|shift| *shift > 0).filter_map(|shift| {
+            let mut input = record.input.clone();
+            input.rotate_right(shift);
+            let other = ran(&input, own.dead_time)?;
+            if like(&motions, &other, answer.as_ref()?) > LIKE {
+                return None;
+            }
+            let with = [&motions[..], &[other]].concat();
+            Some(won(drawn(&with, &wanted, floor)))
+        });
+        let by_chance = by_chance.fold(0.0, f64::max);
+        own_won > by_chance + count
+    }
+
+    /// Frequency, rad/s, and damping ratio of a pole with a damping ratio below 0.02 beside a zero within three of its errors: rather drawn from noise
+    /// than a resonance of the plant.
+    #[must_use]
+    pub fn hidden_swing(&self) -> Option<[f64; 2]> {
+        let pole = hidden_swing(self)?.pole;
+        Some([pole.norm(), -pole.re / pole.norm()])
+    }
+
+    /// Root mean square of what the filter of the noise leaves: what no sample before tells.
+    pub(super) fn news(&self, record: &InputOutput) -> f64 {
+        let own = &self.identified;
+        let white = own.noise.whitened(&left(record, &own.model));
+        libm::sqrt(white.iter().map(|x| x * x).sum::<f64>() / white.len() as f64)
     }
 
     /// The numbers that were found with the function: a dead time that was chosen among whole samples too.
@@ -120,23 +145,80 @@ pub(super) const DECISIVE: f64 = 10.0;
 /// A difference of the criterion that says nothing.
 pub(super) const AS_GOOD: f64 = 2.0;
 
-/// Standard errors of white noise are to be multiplied by this: neighbours that are alike count as fewer samples.
-/// ```text
-/// √((1 + ρ)/(1 − ρ)),   √n at most
-/// ```
-pub(super) fn less_sure(neighbours: f64, samples: usize) -> f64 {
-    let alike = neighbours.clamp(0.0, 1.0);
-    libm::sqrt(((1.0 + alike) / (1.0 - alike)).min(samples as f64))
-}
-
 /// Changes of an input from which on no free motion follows its course.
 const CHANGES: usize = 5;
+/// Those that count beside the largest: (Σ Δ²)²/Σ Δ⁴, which is their number where they are alike.
+const LARGE: f64 = 2.5;
 
-/// What each sample of a signal has that its neighbour does not tell: `x_n − ρ·x_(n−1)`, from 0.
-fn news(signal: &[f64], alike: f64) -> Vec<f64> {
-    let before = iter::once(&0.0).chain(signal);
-    let pairs = signal.iter().zip(before);
-    pairs.map(|(now, before)| now - alike * before).collect()
+/// Shifts of an input around its record, and how much like the true answer another one may be.
+const SHIFTS: usize = 39;
+const LIKE: f64 = 0.5;
+/// Rounds of least squares through the filter of the noise.
+const ROUNDS: usize = 2;
+
+/// χ² of so many numbers that chance stays below in 99.9 %: E. B. Wilson, M. M. Hilferty, *The distribution of chi-square*, 1931.
+fn chance(numbers: f64) -> f64 {
+    let small = 2.0 / (9.0 * numbers);
+    let root = 1.0 - small + 3.09 * libm::sqrt(small);
+    numbers * root * root * root
+}
+
+/// The deviance of a residual in its own noise, with the numbers of that.
+fn noise_of(left: &[f64], floor: f64) -> f64 {
+    let noise = Autoregression::of(&[left]);
+    let numbers = noise.order() as f64 * libm::log(left.len() as f64);
+    noise.deviance(&[left], floor) + numbers
+}
+
+/// The cosine of the angle between two signals without these motions.
+fn like(motions: &[DVector<f64>], a: &DVector<f64>, b: &DVector<f64>) -> f64 {
+    let motions: Vec<Vec<f64>> = motions.iter().map(|own| own.as_slice().to_vec()).collect();
+    let [a, b] = [a, b].map(|signal| {
+        let shares = projected(&motions, signal.as_slice().to_vec());
+        let pairs = motions.iter().zip(shares);
+        pairs.fold(signal.clone(), |left, (own, share)| {
+            left - DVector::from_column_slice(own) * share
+        })
+    });
+    (a.dot(&b) / (a.norm() * b.norm())).abs()
+}
+
+/// True of few changes, or of few large ones.
+fn hardly_changes(input: &[f64]) -> bool {
+    let changes = input
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0]) * (pair[1] - pair[0]));
+    let changes: Vec<f64> = changes.filter(|square| *square > 0.0).collect();
+    let sum: f64 = changes.iter().sum();
+    let squares: f64 = changes.iter().map(|square| square * square).sum();
+    changes.len() < CHANGES || sum * sum < LARGE * squares
+}
+
+/// The same of what the first so many columns leave, through the filter of its noise, at least: those that are nearly one say nothing of those
+/// before them.
+fn drawn(columns: &[DVector<f64>], wanted: &DVector<f64>, floor: f64) -> f64 {
+    let fits = (1..=columns.len()).flat_map(|count| {
+        let mut noise = Autoregression::WHITE;
+        let rounds = (0..ROUNDS).map_while(move |_| {
+            let white =
+                |signal: &DVector<f64>| DVector::from_vec(noise.whitened(signal.as_slice()));
+            let white_columns: Vec<_> = columns[..count].iter().map(white).collect();
+            let found = solved(DMatrix::from_columns(&white_columns), white(wanted))?;
+            let left = wanted - DMatrix::from_columns(&columns[..count]) * found;
+            noise = Autoregression::of(&[left.as_slice()]);
+            Some(noise_of(left.as_slice(), floor))
+        });
+        rounds.collect::<Vec<f64>>()
+    });
+    fits.fold(f64::INFINITY, f64::min)
+}
+
+fn differences(signal: &DVector<f64>) -> DVector<f64> {
+    let mut differences = signal.clone();
+    for n in 1..signal.len() {
+        differences[n] -= signal[n - 1];
+    }
+    differences
 }
 
 /// A stretch of a record where the residual is too regular to be noise, so the function misses

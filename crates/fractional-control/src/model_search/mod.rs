@@ -1,19 +1,19 @@
 //! A transfer function from a record: first guesses, fits, and which of them the record asks for.
 
-use self::calm::{calm_down, calm_instead, drop_what_grows, lags, slow_instead};
+use self::calm::{ALIKE, calm_down, calm_instead, drop_what_grows, lags, plainest, slow_instead};
 pub use self::dead_time::{DeadTimeEvidence, dead_time_evidence};
 use self::dead_time::{dead_times, gain};
 use self::found::{AS_GOOD, DECISIVE, LOOSE};
 pub use self::found::{Found, Unexplained};
 pub use self::record::{Guess, InputOutput};
-use self::record::{resolved, rounding};
+use self::record::{left, resolved, rounding};
 use self::rest::{cancelled, comes_to_rest, integrating, order_at_rest, without_pair};
 use self::search::Search;
-use self::start::{Begin, OfShape, at_once, part, powers, starts, whole_orders};
-use crate::identify::answers_at_once;
+use self::start::{Begin, OfShape, at_once, part, powers, starts, stretch, whole_orders};
+use crate::identify::{Free, UNFIT, answers_at_once, run_alone};
 use crate::{
     ControlError, DeadTime, FractionalTransferFunction, FreeNumber, Identified, Start, Term,
-    WholeShape, identify_coefficients,
+    WholeShape,
 };
 use fracdiff::Seconds;
 use rayon::prelude::*;
@@ -25,7 +25,7 @@ mod calm;
 mod dead_time;
 mod found;
 mod record;
-mod rest;
+pub(crate) mod rest;
 mod search;
 mod start;
 
@@ -41,6 +41,53 @@ pub fn settles_as_well<'a>(found: &'a [Found], record: &InputOutput) -> Option<&
     others.find(|other| comes_to_rest(&other.identified.function, record))
 }
 
+/// A function beside another record than that it was found from.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Validation {
+    /// Its output for the input of that record.
+    pub model: Vec<f64>,
+    /// Root mean square of what is left, in the unit of y.
+    pub rms_residual: f64,
+    /// 1 less the share of the variance of y that is left; negative of a function that is worse than a constant.
+    pub fit: f64,
+}
+
+/// Runs a function over another record, its coefficients and dead time as they are. Where the plant is when that begins is found again, unless both
+/// begin at rest; `None` if it does not run.
+#[must_use]
+pub fn validate(
+    found: &Found,
+    first: Start,
+    other: &InputOutput,
+    held: bool,
+) -> Option<Validation> {
+    let own = &found.identified;
+    let dead_time = match own.dead_time {
+        DeadTime::From(late) => DeadTime::Known(late),
+        known @ (DeadTime::Known(_) | DeadTime::JustAfter(_)) => known,
+    };
+    let start = match first {
+        Start::Rest => Start::Rest,
+        Start::Offset | Start::Settled | Start::Moving => Start::Moving,
+    };
+    let record = crate::Record {
+        start,
+        noise: own.noise,
+        ..other.as_record(held, dead_time)
+    };
+    let model = run_alone(&own.function, &record)?;
+    let power = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
+    let mean = other.output.iter().sum::<f64>() / other.output.len() as f64;
+    let around: Vec<f64> = other.output.iter().map(|y| y - mean).collect();
+    let left = power(&left(other, &model));
+    Some(Validation {
+        rms_residual: libm::sqrt(left / other.output.len() as f64),
+        fit: 1.0 - left / power(&around),
+        model,
+    })
+}
+
 /// Guesses of whole orders that are fitted: the most promising, and the best of each smaller number of poles than the first has.
 const FITTED: usize = 8;
 const SWING: WholeShape = WholeShape {
@@ -52,13 +99,23 @@ const SWING: WholeShape = WholeShape {
 /// First guesses: of whole orders up to four poles, two of them integrators, those that leave least; of one and of two powers of s with free
 /// orders; a gain. Behind a dead time that is known, or `None`: then behind those that the record suggests, and behind none. `held` as in
 /// [`Record`](crate::Record).
+/// Of a number of poles that is wanted all shapes, and nothing else.
 #[must_use]
-pub fn candidates(record: &InputOutput, held: bool, dead_time: Option<Seconds>) -> Vec<Guess> {
+pub fn candidates(
+    record: &InputOutput,
+    held: bool,
+    dead_time: Option<Seconds>,
+    wanted: Wanted,
+) -> Vec<Guess> {
     let record = &record.for_guesses();
-    let dead_times = dead_times(record, held, dead_time);
+    let dead_times = dead_times(record, held, dead_time, true);
     // Without a change of the input what passes at once is an offset.
-    let mut whole = whole_orders(record, held, &dead_times, record.moves(), POLES);
+    let mut whole = whole_orders(record, held, &dead_times, record.moves(), POLES, true);
     whole.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    if let Some(poles) = wanted.poles {
+        let own = whole.iter().filter(|guess| guess.shape.poles == poles);
+        return own.map(|guess| guess.guess).collect();
+    }
     // Where those of free orders begin.
     let slower = |guess: &&OfShape| !answers_at_once(&guess.guess.function);
     let first = whole.iter().find(slower).map(|best| best.guess.dead_time);
@@ -70,9 +127,24 @@ pub fn candidates(record: &InputOutput, held: bool, dead_time: Option<Seconds>) 
     let most = whole.first().map_or(0, |best| best.shape.poles);
     let best = |poles: usize| whole.iter().position(|guess| guess.shape.poles == poles);
     let simpler = (1..most).filter_map(best).filter(|place| *place >= FITTED);
-    let simpler = simpler.map(|place| whole[place].guess);
-    let promising = whole.iter().take(FITTED).map(|whole| whole.guess);
-    let mut guesses: Vec<Guess> = promising.chain(simpler).collect();
+    // Lags alone behind a dead time, which a record in slow noise hides behind what draws that.
+    let shapes = [(1, 0), (2, 0), (2, 1), (3, 0)].into_iter();
+    let lags = shapes.filter_map(|(poles, zeros)| {
+        let shape = WholeShape {
+            poles,
+            zeros,
+            integrators: 0,
+        };
+        let own = |guess: &OfShape| guess.shape == shape && guess.guess.dead_time.is_free();
+        whole.iter().position(own)
+    });
+    let mut places: Vec<usize> = (0..FITTED.min(whole.len())).collect();
+    for place in simpler.chain(lags) {
+        if !places.contains(&place) {
+            places.push(place);
+        }
+    }
+    let mut guesses: Vec<Guess> = places.iter().map(|place| whole[*place].guess).collect();
     guesses.extend(gain(record, held, dead_time));
     let powers = powers(record, first.seconds());
     guesses.extend(swing.into_iter().chain(powers).map(|function| Guess {
@@ -83,7 +155,7 @@ pub fn candidates(record: &InputOutput, held: bool, dead_time: Option<Seconds>) 
     guesses
 }
 
-/// Guesses of one function with free orders, behind each dead time as in [`candidates`]; one that answers at once behind whole samples, read with
+/// Guesses of one function with free orders, behind each dead time as in [`candidates`] and the first value of one, s, that is not known; one that answers at once behind whole samples, read with
 /// the new input of a row and just before it, its own orders too if they are whole.
 #[must_use]
 pub fn candidates_of(
@@ -91,8 +163,11 @@ pub fn candidates_of(
     record: &InputOutput,
     held: bool,
     dead_time: Option<Seconds>,
+    first: Option<Seconds>,
 ) -> Vec<Guess> {
-    let dead_times = dead_times(&record.for_guesses(), held, dead_time);
+    let mut dead_times = dead_times(&record.for_guesses(), held, dead_time, true);
+    let first = first.filter(|first| dead_time.is_none() && first.0 < record.length_s());
+    dead_times.extend(first.map(DeadTime::From));
     let guesses = |dead_times: Vec<DeadTime>, has_free_orders| {
         let dead_times = dead_times.into_iter();
         dead_times.map(move |dead_time| Guess {
@@ -144,10 +219,10 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
     };
     // The last knows of all the others, so its dead times do for them, and its guesses stand beside theirs; lags find their way by themselves.
     let open = starts.last().map_or(Start::Rest, |last| *last);
-    let dead_times = dead_times(&beginning(open).for_guesses(), held, dead_time);
+    let dead_times = dead_times(&beginning(open).for_guesses(), held, dead_time, false);
     let guesses = |start: Start, poles: usize| -> Vec<(FractionalTransferFunction, DeadTime)> {
         let own = beginning(start).for_guesses();
-        let mut guesses = whole_orders(&own, held, &dead_times, part.moves(), poles);
+        let mut guesses = whole_orders(&own, held, &dead_times, part.moves(), poles, false);
         guesses.sort_by(|a, b| a.bic.total_cmp(&b.bic));
         let guesses = guesses.iter().take(FITTED_FOR_START).map(|own| own.guess);
         let guesses = guesses.map(|guess| (guess.function, guess.dead_time));
@@ -171,18 +246,20 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
         };
         fits.filter(begins_there).collect()
     };
-    let fits: Vec<Vec<Found>> = starts.par_iter().map(fitted).collect();
-    let mut search = Search::new(&part, held, dead_time.is_some());
-    search.count_samples(fits.iter().flatten());
+    let mut fits: Vec<Vec<Found>> = starts.par_iter().map(fitted).collect();
+    let search = Search::new(&part, held, dead_time.is_some());
+    if search.leaves_alike(fits.iter().flatten()) {
+        let pairs = starts.par_iter().zip(&mut fits);
+        pairs.for_each(|(start, fits)| {
+            Search::new(&beginning(*start), held, dead_time.is_some()).whiten(fits);
+        });
+    }
     let mut best = f64::INFINITY;
     for (start, fits) in starts.iter().zip(fits) {
-        let judged = fits.into_iter().map(|own| {
-            let bic = search.bic(&own, resolved(&part));
-            (bic, own.identified)
-        });
-        let least = judged.min_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some((bic, fit)) = least.filter(|(bic, _)| *bic < best - DECISIVE) {
-            best = bic;
+        let least = fits.into_iter().min_by(|a, b| a.bic.total_cmp(&b.bic));
+        if let Some(own) = least.filter(|own| own.bic < best - DECISIVE) {
+            let fit = own.identified;
+            best = own.bic;
             (record.start, record.offset, record.input_before) = match start {
                 Start::Moving => (*start, output, input),
                 Start::Rest | Start::Offset | Start::Settled => {
@@ -193,18 +270,39 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
     }
 }
 
+/// What a function is to be, beside near to the record.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Wanted {
+    /// Of whole orders and so many poles, integrators included: 1 to 4.
+    pub poles: Option<usize>,
+    /// Stable: no pole grows or stays.
+    pub is_stable: bool,
+}
+
+impl Wanted {
+    fn allows(&self, function: &FractionalTransferFunction) -> bool {
+        let is_of = |poles: usize| {
+            let degree = function.denominator().degree();
+            function.is_whole() && (degree - poles as f64).abs() < 0.5
+        };
+        self.poles.is_none_or(is_of) && (!self.is_stable || function.unstable_poles() == Some(0))
+    }
+}
+
 /// Functions that are kept at most: the best.
 const KEPT: usize = 6;
-/// Fits each guess, on all cores; the best first, of those that fit at all, six at most. `held` as in [`Record`](crate::Record).
+/// Fits each guess, on all cores; the best first, of those that fit at all and are what is wanted, six at most. `held` as in
+/// [`Record`](crate::Record).
 ///
 /// `done` is told of guesses that are done, as many as there are, and of fits that begin from them again.
 ///
 /// # Errors
-/// The first guess's error, if none fits.
+/// The first guess's error, or that nothing fits, if nothing does that is wanted.
 pub fn identify(
     record: &InputOutput,
     guesses: &[Guess],
     held: bool,
+    wanted: Wanted,
     done: &(dyn Fn(usize) + Sync),
 ) -> Result<Vec<Found>, ControlError> {
     let (whole, _) = guesses
@@ -267,22 +365,22 @@ pub fn identify(
             }
         }
     }
-    search.count_samples(found.iter());
-    for own in &mut found {
-        own.bic = search.bic(own, resolved(record));
+    let is_alike = search.leaves_alike(found.iter());
+    if is_alike {
+        each_once(&mut found);
+        search.whiten(&mut found);
+        each_once(&mut found);
+        drop_what_is_loose(&mut found, &search);
+        each_once(&mut found);
     }
     cancel(&mut found, &search);
     put_to_rest(&mut found, &search);
     to_their_limits(&mut found, &search);
     calm_down(&mut found, &search);
+    found.retain(|own| wanted.allows(&own.identified.function));
     drop_what_grows(&mut found, record);
     resolve_finer(&mut found, &search);
-    found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-    // Two guesses that end in one function.
-    found.dedup_by(|a, b| {
-        let numbers = |found: &Found| found.numbers();
-        numbers(a) == numbers(b) && (a.bic - b.bic).abs() < 1e-6 * b.bic.abs()
-    });
+    each_once(&mut found);
     if let Some(place) = simplest_as_good(&found) {
         found[..=place].rotate_right(1);
     }
@@ -293,11 +391,28 @@ pub fn identify(
         found[..=place].rotate_right(1);
     }
     slow_instead(&mut found, &search);
+    found.retain(|own| wanted.allows(&own.identified.function));
+    if is_alike && let Some(place) = plainest(&found, record) {
+        found[..=place].rotate_right(1);
+    }
+    if is_alike {
+        late_by_whole_samples(&mut found, &search);
+    }
     found.truncate(KEPT);
     match refused {
         Some(error) if found.is_empty() => Err(error),
+        None if found.is_empty() => Err(UNFIT),
         _ => Ok(found),
     }
+}
+
+/// The best first, and of guesses that end in one function one.
+fn each_once(found: &mut Vec<Found>) {
+    found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    found.dedup_by(|a, b| {
+        let numbers = |found: &Found| found.numbers();
+        numbers(a) == numbers(b) && (a.bic - b.bic).abs() < 1e-6 * b.bic.abs()
+    });
 }
 
 /// What is left may grow by this factor where a pole at rest is cancelled.
@@ -329,9 +444,14 @@ fn fitted_of_whole_orders(
         }
         (found, refused)
     };
-    let part = part(record, held, LONG);
+    let part = stretch(record, held, LONG);
     if let Some(part) = &part {
-        let (mut of_part, _) = fitted(guesses, &Search::new(part, held, search.told), true);
+        let mut of_this = Search::new(part, held, search.told);
+        let (mut of_part, _) = fitted(guesses, &of_this, true);
+        if of_this.leaves_alike(of_part.iter()) {
+            of_this.whiten(&mut of_part);
+            drop_what_is_loose(&mut of_part, &of_this);
+        }
         of_part.sort_by(|a, b| a.bic.total_cmp(&b.bic));
         let best = of_part.first().map(|best| best.identified.rms_residual);
         let of_part = of_part.iter().take(POLISHED).map(|own| Guess {
@@ -378,8 +498,8 @@ fn to_their_limits(found: &mut Vec<Found>, search: &Search<'_>) {
             scaled.collect()
         };
         let fewer = FractionalTransferFunction::new(&scaled(above), &scaled(below)).ok()?;
-        let fit = crate::identify(&fewer, &search.behind(own.dead_time)).ok()?;
-        Some(search.judged(fit)).filter(|fewer| fewer.bic <= best.bic)
+        let fewer = search.fitted(&fewer, own.dead_time, Free::All).ok();
+        fewer.filter(|fewer| fewer.bic <= best.bic)
     });
     let fewer: Vec<Found> = fewer.collect();
     found.extend(fewer);
@@ -387,14 +507,12 @@ fn to_their_limits(found: &mut Vec<Found>, search: &Search<'_>) {
 
 /// The function from this start, and the same without a dead time that the record does not determine.
 fn fitted_from(start: &Begin, search: &Search<'_>) -> Result<(Found, Option<Found>), ControlError> {
-    let own = crate::identify(&start.function, &search.behind(start.dead_time))?;
-    let own = search.judged(own);
+    let own = search.fitted(&start.function, start.dead_time, Free::All)?;
     let prompt = own.dead_time_is_loose().then(|| {
-        let prompt = search.behind(DeadTime::NONE);
-        crate::identify(&own.identified.function, &prompt).ok()
+        let prompt = search.fitted(&own.identified.function, DeadTime::NONE, Free::All);
+        prompt.ok()
     });
-    let prompt = prompt.flatten().map(|prompt| search.judged(prompt));
-    Ok((own, prompt))
+    Ok((own, prompt.flatten()))
 }
 
 /// Of the functions that are as good as the best the simplest: of whole orders, which run exactly, then of the fewest numbers, then of the fewest poles
@@ -428,8 +546,8 @@ fn simplest_at_rest(found: &[Found]) -> Option<usize> {
     simplest.map(|(place, _)| place)
 }
 
-/// Puts functions in which a zero cancels a pole in place of those that leave as little without both: where both are at rest, or are one
-/// within their errors and the record does not speak very strongly for them.
+/// Puts functions without a zero and the pole that it cancels in place of those with both: where both are at rest and as little is left, or where
+/// they are one within their errors.
 fn cancel(found: &mut [Found], search: &Search<'_>) {
     let floor = rounding(search.record);
     let mut place = 0;
@@ -442,7 +560,7 @@ fn cancel(found: &mut [Found], search: &Search<'_>) {
             let fewer = fitted(cancelled(&own.identified.function, search.record));
             fewer.filter(|fewer| fewer.identified.rms_residual <= left)
         };
-        let as_one = || fitted(without_pair(own)).filter(|fewer| fewer.bic <= own.bic + DECISIVE);
+        let as_one = || fitted(without_pair(own, search.record));
         let whole = own.is_whole().then(|| at_rest().or_else(as_one));
         match whole.flatten() {
             // Looked at again: there may be two of them.
@@ -464,15 +582,57 @@ fn put_to_rest(found: &mut Vec<Found>, search: &Search<'_>) {
     found.extend(fitted);
 }
 
+/// A dead time within this share of a sample of whole ones.
+const WHOLE: f64 = 0.1;
+
+/// Puts a function behind whole samples before a first one whose dead time is about that, if it is as near: in noise that is alike no record tells a
+/// tenth of a sample, and a plant that is driven by the clock of its log is late by whole ones.
+fn late_by_whole_samples(found: &mut Vec<Found>, search: &Search<'_>) {
+    let Some(first) = found.first() else {
+        return;
+    };
+    let (own, t) = (&first.identified, search.record.sample_time_s());
+    let late = own.dead_time.seconds() / t;
+    let whole = libm::round(late);
+    let is_near = whole > 0.0 && (late - whole).abs() <= WHOLE;
+    if !is_near || !own.dead_time.is_free() || !search.record.is_even() {
+        return;
+    }
+    let behind = DeadTime::Known(Seconds(whole * t));
+    let most = (1.0 + ALIKE) * first.news(search.record);
+    let fit = search.fitted(&own.function, behind, first.freedom).ok();
+    if let Some(mut fit) = fit.filter(|fit| fit.news(search.record) <= most) {
+        // It was chosen, so it counts.
+        fit.bic += libm::log(search.record.output.len() as f64);
+        found.insert(0, fit);
+    }
+}
+
+/// Adds the functions of whole orders without what the record does not determine in its noise.
+fn drop_what_is_loose(found: &mut Vec<Found>, search: &Search<'_>) {
+    let whole = found.par_iter().filter(|own| own.is_whole());
+    let fewer = whole.flat_map_iter(|own| {
+        let identified = &own.identified;
+        let guess = Guess {
+            function: identified.function,
+            has_free_orders: false,
+            dead_time: identified.dead_time,
+        };
+        with_fewer(&guess, search).unwrap_or_default()
+    });
+    let fewer: Vec<Found> = fewer.collect();
+    found.extend(fewer);
+}
+
 /// The coefficients of a function, and those of the functions that are left without what the record does not determine, one by one.
 fn with_fewer(guess: &Guess, search: &Search<'_>) -> Result<Vec<Found>, ControlError> {
     let mut found: Vec<Found> = Vec::new();
     let mut left = vec![(guess.function, guess.dead_time)];
     while let Some((function, dead_time)) = left.pop() {
-        match identify_coefficients(&function, &search.behind(dead_time)) {
-            Ok(identified) => {
-                let coarser = (resolved(search.record) / identified.rms_residual).max(1.0);
-                let judged = search.judged(identified);
+        match search.fitted(&function, dead_time, Free::Coefficients) {
+            Ok(judged) => {
+                let own = judged.identified.rms_residual;
+                let coarser = (resolved(search.record) / own).max(1.0);
                 left.extend(without_the_loosest(
                     &judged,
                     coarser,

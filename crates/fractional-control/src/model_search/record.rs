@@ -1,5 +1,6 @@
 //! A record that a transfer function is to explain, and what a model of it is measured by.
 
+use crate::autoregression::Autoregression;
 use crate::records::largest;
 use crate::{DeadTime, FractionalTransferFunction, Record, Start};
 use fracdiff::Seconds;
@@ -32,6 +33,8 @@ pub struct InputOutput {
     pub offset: f64,
     /// About `u_p` of it.
     pub input_before: f64,
+    /// The noise of the output, as far as it is known; white unless given.
+    pub noise: Autoregression,
 }
 
 /// A function to begin from.
@@ -113,6 +116,7 @@ impl InputOutput {
             held,
             dead_time,
             start: self.start,
+            noise: self.noise,
         }
     }
 
@@ -129,7 +133,7 @@ impl InputOutput {
         let counted = |signal: &[f64], from: f64| signal.iter().map(|value| value - from).collect();
         let input: Vec<f64> = counted(&self.input, self.input_before);
         let output: Vec<f64> = counted(&self.output, self.offset);
-        let start = self.start;
+        let (start, noise) = (self.start, self.noise);
         let begin = self.time_s.first().filter(|_| !self.is_even());
         let Some(begin) = begin else {
             let time_s = self.time_s.clone();
@@ -138,6 +142,7 @@ impl InputOutput {
                 input,
                 output,
                 start,
+                noise,
                 ..Self::default()
             };
         };
@@ -163,12 +168,13 @@ impl InputOutput {
             output: time_s.iter().map(|t| at(t, &output, true)).collect(),
             time_s,
             start,
+            noise,
             ..Self::default()
         }
     }
 }
 
-/// The Bayesian information criterion of so many free numbers, those of the start among them, by so many samples; what is left below the floor is
+/// The Bayesian information criterion of a first guess of so many free numbers, those of the start among them; what is left below the floor is
 /// nothing.
 pub(super) fn bic(samples: f64, rms_residual: f64, numbers: f64, floor: f64) -> f64 {
     2.0 * samples * libm::log(rms_residual.max(floor)) + numbers * libm::log(samples)
@@ -184,21 +190,6 @@ pub(super) fn neighbours(left: &[f64]) -> f64 {
     let product = |other: &[f64]| -> f64 { left.iter().zip(other).map(|(a, b)| a * b).sum() };
     let alike = product(shifted) / product(left);
     if alike.is_finite() { alike } else { 0.0 }
-}
-
-/// The samples of noise that says as much as what is left, if none of them knew of its neighbours.
-/// ```text
-/// n/(1 + 2·Σ ρ_k),   k from 1 to before the first ρ_k < 2/√n, which white noise may have too
-/// ```
-/// *Source*: G. V. Bayley, J. M. Hammersley, *The "effective" number of independent observations in an autocorrelated time series*, Supplement to
-/// the Journal of the Royal Statistical Society 8(2), 1946; of where the sum ends, A. Sokal, *Monte Carlo methods in statistical mechanics*, 1996.
-pub(super) fn independent(left: &[f64]) -> f64 {
-    let samples = left.len() as f64;
-    let product = |lag: usize| -> f64 { left.iter().zip(&left[lag..]).map(|(a, b)| a * b).sum() };
-    let all = product(0);
-    let alike = (1..left.len()).map(|lag| product(lag) / all);
-    let alike = alike.take_while(|alike| *alike >= 2.0 / libm::sqrt(samples));
-    samples / (1.0 + 2.0 * alike.sum::<f64>())
 }
 
 /// A model by a rule runs no better than this itself, nor is the record better than its rounding: what is less says nothing for one of them.

@@ -34,40 +34,116 @@ pub(super) fn cancelled(
     of_coefficients(&without(&above, zero), &below)
 }
 
-/// A relative error of a coefficient above which it says nothing of a root.
-const CLOSE: f64 = 0.02;
+/// A pole and a zero of a function of whole orders that are as near to each other.
+pub(super) struct Pair {
+    pub(super) pole: Complex<f64>,
+    pub(super) zero: Complex<f64>,
+    /// Their distance over its standard error.
+    pub(super) errors: f64,
+}
 
-/// The function without the pole and the zero that are nearest to each other, if they are one within twice their errors.
-pub(super) fn without_pair(found: &Found) -> Option<FractionalTransferFunction> {
+/// A root moves by −Σ s^k·`dc_k`/N′(s) with the coefficients c of N: its slope by each free number, which is relative.
+fn slopes(root: Complex<f64>, terms: &[Term]) -> impl Fn(usize) -> Complex<f64> {
+    let power = |order: f64| root.powi(order as i32);
+    let steep = terms.iter().filter(|term| term.order > 0.0);
+    let steep = steep.map(|term| power(term.order - 1.0) * (term.order * term.coefficient));
+    let steep: Complex<f64> = steep.sum();
+    let parts = terms
+        .iter()
+        .map(|term| -power(term.order) * term.coefficient / steep);
+    let parts: Vec<Complex<f64>> = parts.collect();
+    move |n| parts[n]
+}
+
+/// Each zero and each pole that could cancel it, the nearest in their errors first.
+pub(super) fn pairs(found: &Found) -> Vec<Pair> {
     let own = &found.identified;
-    let (above, below) = (own.function.numerator(), own.function.denominator());
-    let [above, below] = [above, below].map(|side| coefficients(side.terms()));
-    let errors = own.standard_errors.iter();
-    let errors = errors.filter(|(number, _)| *number != FreeNumber::DeadTime);
-    let error = errors.fold(0.0, |most: f64, (_, error)| most.max(*error));
-    let poles: Vec<_> = roots(&below)
-        .into_iter()
-        .filter(|p| p.norm() > 0.0)
-        .collect();
-    let zeros = roots(&above);
+    let [above, below] = [own.function.numerator(), own.function.denominator()];
+    let [zeros, poles] = [above, below].map(|side| roots(&coefficients(side.terms())));
     let pairs = zeros
         .iter()
         .flat_map(|zero| poles.iter().map(move |pole| (*zero, *pole)));
-    let apart = |(zero, pole): &(Complex<f64>, Complex<f64>)| (zero / pole - 1.0).norm();
-    let (zero, pole) = pairs.min_by(|a, b| apart(a).total_cmp(&apart(b)))?;
-    let alike = apart(&(zero, pole)) <= 2.0 * error.min(CLOSE);
-    let alike = alike && (zero.im == 0.0) == (pole.im == 0.0);
-    alike.then(|| of_coefficients(&without(&above, zero), &without(&below, pole)))?
+    let alike = pairs.filter(|(zero, pole)| (zero.im == 0.0) == (pole.im == 0.0));
+    let judged = alike.map(|(zero, pole)| {
+        let of = (slopes(zero, above.terms()), slopes(pole, below.terms()));
+        let slope = |(number, _): &(FreeNumber, f64)| match *number {
+            FreeNumber::NumeratorCoefficient(n) => of.0(n),
+            FreeNumber::DenominatorCoefficient(n) if pole.norm() > 0.0 => -of.1(n),
+            FreeNumber::DenominatorCoefficient(_)
+            | FreeNumber::NumeratorOrder(_)
+            | FreeNumber::DenominatorOrder(_)
+            | FreeNumber::DeadTime => Complex::ZERO,
+        };
+        let slopes: Vec<Complex<f64>> = own.standard_errors.iter().map(slope).collect();
+        let square: f64 = (0..slopes.len())
+            .flat_map(|n| (0..slopes.len()).map(move |k| (n, k)))
+            .map(|(n, k)| (slopes[n].conj() * slopes[k]).re * own.covariance[(n, k)])
+            .sum();
+        Pair {
+            pole,
+            zero,
+            errors: (zero - pole).norm() / libm::sqrt(square),
+        }
+    });
+    let mut judged: Vec<Pair> = judged.collect();
+    judged.sort_by(|a, b| a.errors.total_cmp(&b.errors));
+    judged
+}
+
+/// A swing is barely damped below this damping ratio; a zero hides it within so many errors.
+const BARELY: f64 = 0.02;
+const HIDES: f64 = 3.0;
+
+/// A barely damped pole beside a zero: rather noise than a plant's resonance.
+pub(super) fn hidden_swing(found: &Found) -> Option<Pair> {
+    let damping = |pair: &Pair| -pair.pole.re / pair.pole.norm();
+    let hides = |pair: &Pair| pair.pole.im != 0.0 && damping(pair) < BARELY && pair.errors <= HIDES;
+    let whole = found.is_whole().then(|| pairs(found));
+    whole?.into_iter().find(hides)
+}
+
+/// A distance of so many standard errors is none, of roots that are no further apart than this share of the larger one.
+const ONE: f64 = 2.0;
+const CLOSE: f64 = 0.5;
+
+/// The function without a pole and a zero that are one within their errors.
+pub(super) fn without_pair(
+    found: &Found,
+    record: &InputOutput,
+) -> Option<FractionalTransferFunction> {
+    let own = &found.identified.function;
+    let [above, below] =
+        [own.numerator(), own.denominator()].map(|side| coefficients(side.terms()));
+    let is_near = |pair: &Pair| {
+        let apart = (pair.zero - pair.pole).norm();
+        let slow = 1.0 / record.length_s();
+        apart <= CLOSE * pair.zero.norm().max(pair.pole.norm()).max(slow)
+    };
+    let pairs = pairs(found);
+    let mut pairs = pairs.iter().filter(|pair| is_near(pair));
+    let pair = pairs.next().filter(|pair| pair.errors <= ONE)?;
+    of_coefficients(&without(&above, pair.zero), &without(&below, pair.pole))
 }
 
 /// True if a function that settles shows some of that within the record: the last coefficient below acts beside the one before.
 pub(super) fn comes_to_rest(function: &FractionalTransferFunction, record: &InputOutput) -> bool {
+    moves(function, record) > STANDS
+}
+
+/// True of a function of order 0 at rest whose slowest pole is not at rest within the record.
+pub(super) fn rests(function: &FractionalTransferFunction, record: &InputOutput) -> bool {
+    order_at_rest(function) == 0.0 && moves(function, record) > AT_REST
+}
+
+/// How far the slowest pole moves within the record, about.
+fn moves(function: &FractionalTransferFunction, record: &InputOutput) -> f64 {
     let below = function.denominator().terms();
-    let Some([next, last]) = below.last_chunk::<2>() else {
-        return true;
-    };
-    let moved = libm::pow(record.length_s(), next.order - last.order);
-    (last.coefficient / next.coefficient * moved).abs() > STANDS
+    below
+        .last_chunk::<2>()
+        .map_or(f64::INFINITY, |[next, last]| {
+            let moved = libm::pow(record.length_s(), next.order - last.order);
+            (last.coefficient / next.coefficient * moved).abs()
+        })
 }
 
 /// A function of whole orders whose slowest pole that moves is at rest within the record, with that pole at s = 0.
@@ -83,13 +159,13 @@ pub(super) fn integrating(
 }
 
 /// The function whose lowest coefficient below is 1 or −1: a fit leaves it so.
-pub(super) fn of_coefficients(above: &[f64], below: &[f64]) -> Option<FractionalTransferFunction> {
+pub(crate) fn of_coefficients(above: &[f64], below: &[f64]) -> Option<FractionalTransferFunction> {
     let unit = below.iter().find(|c| **c != 0.0)?.abs();
     let terms = |all: &[f64]| terms(&all.iter().map(|c| c / unit).collect::<Vec<f64>>());
     FractionalTransferFunction::new(&terms(above), &terms(below)).ok()
 }
 
-pub(super) fn coefficients(terms: &[Term]) -> Vec<f64> {
+pub(crate) fn coefficients(terms: &[Term]) -> Vec<f64> {
     let degree = terms.first().map_or(0.0, |term| term.order);
     let mut all = vec![0.0; degree as usize + 1];
     for term in terms {
@@ -116,7 +192,7 @@ fn at_rest(coefficients: &[f64], record: &InputOutput) -> Option<Complex<f64>> {
 }
 
 /// A polynomial without a root, and without the conjugate one.
-fn without(coefficients: &[f64], root: Complex<f64>) -> Vec<f64> {
+pub(crate) fn without(coefficients: &[f64], root: Complex<f64>) -> Vec<f64> {
     let mut left: Vec<Complex<f64>> = coefficients.iter().map(|c| (*c).into()).collect();
     let times = if root.im == 0.0 { 1 } else { 2 };
     for root in [root, root.conj()].into_iter().take(times) {

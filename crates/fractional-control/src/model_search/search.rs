@@ -1,17 +1,38 @@
 //! A record as candidates are fitted to it and judged by it.
+//!
+//! ```text
+//! criterion = n·ln(variance of what the filter of the noise leaves) + (numbers + order of the noise)·ln n
+//! ```
+//! Noise whose samples are alike makes a plain sum of squares prefer functions that draw it. So each candidate is fitted, its residual is taken for an
+//! autoregression, and both are found again through its filter, some rounds. Where what the closest candidate leaves is white, all are judged
+//! as in white noise: a function that lacks something leaves what is alike, too.
 
-use super::found::{Found, less_sure, unexplained};
-use super::record::{InputOutput, bic, independent, left, neighbours, resolved};
-use crate::{DeadTime, FractionalTransferFunction, Identified, Record, identify_coefficients};
+use super::found::{Found, unexplained};
+use super::record::{InputOutput, left, neighbours, resolved};
+use crate::autoregression::Autoregression;
+use crate::identify::{Free, identify_by};
+use crate::{ControlError, DeadTime, FractionalTransferFunction, Identified, Record};
+use rayon::prelude::*;
 
+fn rms(signal: &[f64]) -> f64 {
+    libm::sqrt(signal.iter().map(|x| x * x).sum::<f64>() / signal.len() as f64)
+}
+
+#[derive(Clone, Copy)]
 pub(super) struct Search<'a> {
     pub(super) record: &'a InputOutput,
     pub(super) held: bool,
     /// True if the dead time is known.
     pub(super) told: bool,
-    /// The samples that count: fewer where what is left is alike from one to the next.
-    samples: f64,
+    /// True if what candidates leave is made white.
+    is_alike: bool,
 }
+
+/// Rounds of fits through the filter of what the fit before left, at most, and a change of the criterion that is none.
+const ROUNDS: usize = 4;
+/// Samples from which on a function of free orders, which runs for long, has one.
+const LONG: usize = 2000;
+const SETTLED: f64 = 0.01;
 
 impl<'a> Search<'a> {
     pub(super) fn new(record: &'a InputOutput, held: bool, told: bool) -> Self {
@@ -19,12 +40,19 @@ impl<'a> Search<'a> {
             record,
             held,
             told,
-            samples: record.output.len() as f64,
+            is_alike: false,
         }
     }
 
-    pub(super) fn behind(&self, dead_time: DeadTime) -> Record<'a> {
-        self.record.as_record(self.held, dead_time)
+    pub(super) fn fitted(
+        &self,
+        function: &FractionalTransferFunction,
+        dead_time: DeadTime,
+        freedom: Free,
+    ) -> Result<Found, ControlError> {
+        let record = self.record.as_record(self.held, dead_time);
+        let fit = identify_by(function, &record, freedom)?;
+        Ok(self.whitened(self.judged(fit, freedom)))
     }
 
     /// The coefficients of a function that fit best, from these on.
@@ -33,40 +61,84 @@ impl<'a> Search<'a> {
         function: &FractionalTransferFunction,
         dead_time: DeadTime,
     ) -> Option<Found> {
-        let fit = identify_coefficients(function, &self.behind(dead_time)).ok()?;
-        Some(self.judged(fit))
+        self.fitted(function, dead_time, Free::Coefficients).ok()
     }
 
-    pub(super) fn judged(&self, mut identified: Identified) -> Found {
+    fn judged(&self, mut identified: Identified, freedom: Free) -> Found {
         let left = left(self.record, &identified.model);
-        let neighbours = neighbours(&left);
-        let less_sure = less_sure(neighbours, left.len());
-        let errors = identified.standard_errors.iter_mut();
-        errors.for_each(|(_, error)| *error *= less_sure);
+        let white = identified.noise.whitened(&left);
+        let unexplained = unexplained(self.record, &left);
+        if unexplained.is_some() {
+            // No noise: no filter tells it beforehand.
+            let white = Autoregression::of(&[&left]).whitened(&left);
+            // At most as if all samples were one.
+            let more = (rms(&left) / rms(&white)).min(libm::sqrt(left.len() as f64));
+            let errors = identified.standard_errors.iter_mut();
+            errors.for_each(|(_, error)| *error *= more.max(1.0));
+        }
         let mut found = Found {
             bic: 0.0,
-            neighbours,
-            unexplained: unexplained(self.record, &left),
+            neighbours: neighbours(&white),
+            unexplained,
             identified,
+            freedom,
         };
         found.bic = self.bic(&found, resolved(self.record));
+        found
+    }
+
+    /// What was found, fitted again through the filter of what it leaves.
+    fn whitened(&self, mut found: Found) -> Found {
+        if !self.is_alike {
+            return found;
+        }
+        let is_long = found.freedom == Free::All && self.record.output.len() > LONG;
+        for _ in 0..if is_long { 1 } else { ROUNDS } {
+            let own = &found.identified;
+            let noise = Autoregression::of(&[&left(self.record, &own.model)]);
+            if noise == own.noise {
+                break;
+            }
+            let record = Record {
+                noise,
+                ..self.record.as_record(self.held, own.dead_time)
+            };
+            let Ok(next) = identify_by(&own.function, &record, found.freedom) else {
+                break;
+            };
+            let before = found.bic;
+            found = self.judged(next, found.freedom);
+            if (found.bic - before).abs() < SETTLED {
+                break;
+            }
+        }
         found
     }
 
     /// The criterion of a function; what is left below the floor is nothing.
     pub(super) fn bic(&self, found: &Found, floor: f64) -> f64 {
         let own = &found.identified;
-        let numbers = (found.numbers() + own.start_numbers) as f64;
-        bic(self.samples, own.rms_residual, numbers, floor)
+        let numbers = found.numbers() + own.start_numbers + own.noise.order();
+        let left = left(self.record, &own.model);
+        own.noise.deviance(&[&left], floor) + numbers as f64 * libm::log(left.len() as f64)
     }
 
-    /// Counts the samples anew, by the function that leaves least: what is left of it is the most like noise.
-    pub(super) fn count_samples<'f>(&mut self, found: impl Iterator<Item = &'f Found>) {
+    /// True if what the closest of them leaves is alike from sample to sample.
+    pub(super) fn leaves_alike<'f>(&self, found: impl Iterator<Item = &'f Found>) -> bool {
         let rms = |own: &&Found| own.identified.rms_residual;
         let least = found.min_by(|a, b| rms(a).total_cmp(&rms(b)));
         let noisy = least.filter(|least| rms(least) > resolved(self.record));
-        if let Some(least) = noisy {
-            self.samples = independent(&left(self.record, &least.identified.model));
-        }
+        noisy.is_some_and(|least| {
+            let left = left(self.record, &least.identified.model);
+            Autoregression::of(&[&left]).order() > 0
+        })
+    }
+
+    /// Judges these and all others from now on by what the filter of their noise leaves.
+    pub(super) fn whiten(&mut self, found: &mut [Found]) {
+        self.is_alike = true;
+        let own = *self;
+        let all = found.par_iter_mut();
+        all.for_each(|found| *found = own.whitened(found.clone()));
     }
 }

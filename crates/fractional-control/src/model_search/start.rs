@@ -1,8 +1,12 @@
 //! Where the fits of a long record begin: at what a part of its samples says, the best of each number of numbers.
 
-use super::record::{Guess, InputOutput, bic, resolved, rounding};
+use super::record::{Guess, InputOutput, bic, left, resolved, rounding};
+use crate::autoregression::Autoregression;
 use crate::records::largest;
-use crate::{DeadTime, FractionalTransferFunction, Identified, Term, WholeShape, whole_guess};
+use crate::{
+    DeadTime, FractionalTransferFunction, Identified, Start, Term, WholeShape,
+    identify_coefficients, whole_guess,
+};
 use fracdiff::Seconds;
 use rayon::prelude::*;
 use std::vec;
@@ -12,6 +16,8 @@ use std::vec::Vec;
 const PART: usize = 500;
 /// Samples of the part for guesses of whole orders, at least.
 const PART_OF_GUESSES: usize = 1000;
+/// So many times as many, where those do not tell of the whole record.
+const LONGER: usize = 4;
 /// A dead time so near to whole samples, in samples, is that many.
 const WHOLE: f64 = 1e-9;
 /// The best of those guesses may leave so many times as much of the whole record.
@@ -85,7 +91,7 @@ pub(super) fn starts(
     let orders = orders.map(|guess| Begin::new(guess.function, guess.dead_time));
     let mut starts: Vec<Begin> = orders.filter(|start| start.numbers < most).collect();
     starts.sort_by_key(|start| start.numbers);
-    let Some(part) = part(record, held, PART) else {
+    let Some(part) = stretch(record, held, PART) else {
         return starts;
     };
     let groups = starts.chunk_by(|a, b| a.numbers == b.numbers);
@@ -127,29 +133,58 @@ pub(super) struct OfShape {
 }
 
 /// A guess for each shape up to so many poles, two of them integrators, and each dead time; of a long record from a part of it, unless the whole
-/// record shows that the part has lost what is fast. One that answers at once is among them if it may be.
+/// record shows that the part has lost what is fast. One that answers at once is among them if it may be. With `whitens` all are made again through the
+/// filter of what the closest leaves, if that is alike from sample to sample.
 pub(super) fn whole_orders(
     record: &InputOutput,
     held: bool,
     dead_times: &[DeadTime],
     may_be_prompt: bool,
     poles: usize,
+    whitens: bool,
 ) -> Vec<OfShape> {
-    if let Some(part) = part(record, held, PART_OF_GUESSES) {
-        let found = every_shape(&part, held, dead_times, may_be_prompt, poles);
-        let least = |a: &&OfShape, b: &&OfShape| a.rms_residual.total_cmp(&b.rms_residual);
+    let least = |a: &&OfShape, b: &&OfShape| a.rms_residual.total_cmp(&b.rms_residual);
+    let all = |record: &InputOutput| every_shape(record, held, dead_times, may_be_prompt, poles);
+    let again = |record: &InputOutput, found: Vec<OfShape>| {
+        let best = found.iter().min_by(least).filter(|_| whitens);
+        let noise = best.map_or(Autoregression::WHITE, |best| {
+            noise_of(record, held, &best.guess)
+        });
+        match noise.order() {
+            0 => found,
+            _ => all(&InputOutput {
+                noise,
+                ..record.clone()
+            }),
+        }
+    };
+    if let Some(part) = stretch(record, held, PART_OF_GUESSES) {
+        let found = all(&part);
         let best = found.iter().min_by(least);
-        let again = best.and_then(|best| {
+        let whole = best.and_then(|best| {
             whole_guess(&record.as_record(held, best.guess.dead_time), best.shape)
         });
-        let holds = best.zip(again).is_some_and(|(part, whole)| {
+        let holds = best.zip(whole).is_some_and(|(part, whole)| {
             whole.rms_residual <= MORE_OF_GUESSES * part.rms_residual.max(resolved(record))
         });
         if holds {
-            return found;
+            return again(&part, found);
+        }
+        // No function of a part is one of all: more of it, but not all, which would take minutes.
+        if let Some(part) = stretch(record, held, LONGER * PART_OF_GUESSES) {
+            return again(&part, all(&part));
         }
     }
-    every_shape(record, held, dead_times, may_be_prompt, poles)
+    again(record, all(record))
+}
+
+/// The noise that a fit from this guess leaves, if that is above what a model resolves.
+pub(super) fn noise_of(record: &InputOutput, held: bool, guess: &Guess) -> Autoregression {
+    let fit = identify_coefficients(&guess.function, &record.as_record(held, guess.dead_time)).ok();
+    let noisy = fit.filter(|fit| fit.rms_residual > resolved(record));
+    noisy.map_or(Autoregression::WHITE, |fit| {
+        Autoregression::of(&[&left(record, &fit.model)])
+    })
 }
 
 fn shapes(most: usize) -> impl Iterator<Item = WholeShape> {
@@ -270,6 +305,33 @@ pub(super) fn part(record: &InputOutput, held: bool, samples: usize) -> Option<I
         time_s: every(&record.time_s),
         input: record.input.chunks_exact(k).map(mean).collect(),
         output: every(&record.output),
+        ..*record
+    })
+}
+
+/// A stretch moves more than the beginning with so many times its variance.
+const MORE_POWER: f64 = 1.1;
+
+/// So many samples as in [`part`], but of a record that moves more later, as a swing that is driven ever harder, the stretch that moves most: what a
+/// function leaves of that is no less than what it leaves of the rest. The plant is on its way there.
+pub(super) fn stretch(record: &InputOutput, held: bool, samples: usize) -> Option<InputOutput> {
+    let own = part(record, held, samples)?;
+    let power = |output: &[f64]| {
+        let mean = output.iter().sum::<f64>() / output.len() as f64;
+        output.iter().map(|y| (y - mean) * (y - mean)).sum::<f64>()
+    };
+    let is_thinned = own.sample_time_s() > 1.5 * record.sample_time_s();
+    let stretches = record.output.chunks_exact(samples).map(power).enumerate();
+    let most = stretches.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    if is_thinned || most.1 <= MORE_POWER * power(&own.output) {
+        return Some(own);
+    }
+    let place = most.0 * samples..(most.0 + 1) * samples;
+    Some(InputOutput {
+        time_s: record.time_s[place.clone()].to_vec(),
+        input: record.input[place.clone()].to_vec(),
+        output: record.output[place].to_vec(),
+        start: Start::Moving,
         ..*record
     })
 }

@@ -1,9 +1,11 @@
 //! The open loop on a grid of frequencies, and what can be read from it.
 
 use super::specification::{Sampling, Specification};
+use crate::model_search::rest::{coefficients, of_coefficients, without};
 use crate::{ControlError, PidParameters, Plant, Rule};
 use core::cell::RefCell;
 use core::f64::consts::PI;
+use fracdiff::roots;
 use num_complex::Complex;
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -33,6 +35,7 @@ pub(crate) struct OpenLoop {
     pub(crate) crossover: (Complex<f64>, Complex<f64>, Complex<f64>, Complex<f64>),
     pub(crate) omega: f64,
     nyquist: Nyquist,
+    twin: Option<Twin>,
     /// Of the plant as it would be followed from 0 on, with the sign that its controller has.
     phase_at_rest: f64,
     sign: f64,
@@ -40,6 +43,64 @@ pub(crate) struct OpenLoop {
     steps: Vec<[f64; TIMES]>,
     /// s to each order that was tried, on the grid.
     powers: RefCell<BTreeMap<u64, Rc<[Complex<f64>]>>>,
+}
+
+/// A lag that turns the plant by less than this at the crossover, rad, is not told from a dead time by what is seen there.
+const FAST: f64 = 0.5;
+
+/// The plant whose fast lags are a dead time, on the grid.
+#[derive(Clone, Debug)]
+struct Twin {
+    /// Over the plant itself.
+    shares: Vec<Complex<f64>>,
+    nyquist: Nyquist,
+}
+
+impl Twin {
+    fn new(
+        plant: &Plant,
+        points: &[Point],
+        omega: f64,
+        sampling: Option<Sampling>,
+    ) -> Option<Self> {
+        let twin = with_dead_time(plant, omega)?;
+        let share = |point: &Point| Some(held(&twin, point.omega, sampling)?.0 / point.plant);
+        let frequencies: Vec<f64> = points.iter().map(|point| point.omega).collect();
+        Some(Self {
+            shares: points.iter().map(share).collect::<Option<_>>()?,
+            nyquist: Nyquist::new(&twin, &frequencies),
+        })
+    }
+
+    fn is_stable(&self, open: &[Complex<f64>]) -> bool {
+        let open: Vec<Complex<f64>> = open
+            .iter()
+            .zip(&self.shares)
+            .map(|(l, share)| l * share)
+            .collect();
+        let sizes: Vec<f64> = open.iter().map(|l| l.norm()).collect();
+        self.nyquist.is_stable(&open, self.nyquist.end(&sizes), 1.0)
+    }
+}
+
+/// The plant with e^(−τs) for each lag 1/(τs + 1) that is fast beside the crossover; it still falls as 1/s at least. `None` without such a lag.
+fn with_dead_time(plant: &Plant, omega: f64) -> Option<Plant> {
+    let function = plant.function().filter(|own| own.is_whole())?;
+    let above = coefficients(function.numerator().terms());
+    let mut below = coefficients(function.denominator().terms());
+    let mut late_s = 0.0;
+    // The slowest root first.
+    for pole in roots(&below).into_iter().rev() {
+        let is_fast = pole.im == 0.0 && pole.re < 0.0 && omega < -FAST * pole.re;
+        if !is_fast || below.len() <= above.len() + 1 {
+            break;
+        }
+        below = without(&below, pole);
+        below.iter_mut().for_each(|c| *c *= -pole.re);
+        late_s -= 1.0 / pole.re;
+    }
+    let twin = Plant::transfer(of_coefficients(&above, &below)?, late_s + plant.delay_s());
+    twin.ok().filter(|_| late_s > 0.0)
 }
 
 /// One frequency: ω, ln s, G with the hold.
@@ -75,6 +136,8 @@ pub struct Measures {
     pub(crate) end: f64,
     /// So is that of half to double the gain and a little beyond, each of [`GAINS`](super::GAINS).
     pub stable_over_gains: bool,
+    /// So is that with a dead time in place of each lag of the plant below half of 1/`ω_c`: records and models seldom tell the one from the other.
+    pub stable_with_dead_time: bool,
 }
 
 /// ln of the function of w that stands for s.
@@ -201,12 +264,13 @@ impl OpenLoop {
                 (0..points.len()).map(weights).collect()
             },
             powers: RefCell::default(),
-            points,
             crossover: (ln_s(omega, sampling), slope_s, here, slope_plant),
             omega,
             nyquist: Nyquist::new(plant, &frequencies),
+            twin: Twin::new(plant, &points, omega, sampling),
             phase_at_rest: plant.phase_at_rest(low),
             sign: plant.sign(),
+            points,
         })
     }
 
@@ -288,6 +352,7 @@ impl OpenLoop {
             stable_over_gains: (super::GAINS.iter())
                 .chain(&BEYOND)
                 .all(|gain| self.nyquist.is_stable(open, end, *gain)),
+            stable_with_dead_time: self.twin.as_ref().is_none_or(|twin| twin.is_stable(open)),
         }
     }
 

@@ -142,7 +142,7 @@ struct Trial {
 struct Sketch {
     /// Its cost is without the step and `lost`.
     trial: Trial,
-    /// Cost of a loop that is lost at some gain: its overshoot has no end.
+    /// Cost of a loop that is lost at some gain, or where a lag is a dead time: its overshoot has no end.
     lost: f64,
 }
 
@@ -233,11 +233,8 @@ impl<'a> Search<'a> {
             // Any stable one is better; the way there is that of less gain at the end.
             cost += 1e6 * (1.0 + measures.end);
         }
-        let lost = if measures.stable_over_gains {
-            0.0
-        } else {
-            10.0
-        };
+        let holds = measures.stable_over_gains && measures.stable_with_dead_time;
+        let lost = if holds { 0.0 } else { 10.0 };
         let trial = Trial {
             place,
             gains,

@@ -5,7 +5,7 @@ use core::array::from_fn;
 use fracdiff::Seconds;
 use fractional_control::analysis::{Cause, analyse};
 use fractional_control::design::ControlDesign;
-use fractional_control::model_search::{InputOutput, candidates, identify};
+use fractional_control::model_search::{InputOutput, Wanted, candidates, identify};
 use fractional_control::run::{integer_baseline, run, run_plant, samples_for};
 use fractional_control::tuning::Specification;
 use fractional_control::{ControllerSetup, FractionalTransferFunction, Plant};
@@ -222,8 +222,9 @@ fn a_record_with_a_dead_time_gives_its_plant_back() {
     let behind = |dead_time| {
         identify(
             &record,
-            &candidates(&record, true, dead_time),
+            &candidates(&record, true, dead_time, Wanted::default()),
             true,
+            Wanted::default(),
             &|_| (),
         )
     };
@@ -246,8 +247,9 @@ fn a_record_with_a_dead_time_gives_its_plant_back() {
 fn found(record: &InputOutput) -> FractionalTransferFunction {
     let found = identify(
         record,
-        &candidates(record, true, Some(Seconds(0.0))),
+        &candidates(record, true, Some(Seconds(0.0)), Wanted::default()),
         true,
+        Wanted::default(),
         &|_| (),
     );
     found.expect("found")[0].identified.function
@@ -316,8 +318,14 @@ fn a_swing_gives_its_plant_back() {
         for (n, y) in record.output.iter_mut().enumerate() {
             *y += noise * ((n as f64 * 0.618_033_988_75 * (1.0 + n as f64 * 0.01)).fract() - 0.5);
         }
-        let found =
-            identify(&record, &candidates(&record, true, None), true, &|_| ()).expect("found");
+        let found = identify(
+            &record,
+            &candidates(&record, true, None, Wanted::default()),
+            true,
+            Wanted::default(),
+            &|_| (),
+        )
+        .expect("found");
         let best = &found[0].identified;
         assert_eq!(best.function.unstable_poles(), poles, "{}", best.function);
         assert_eq!(best.function.denominator().lowest(), 0.0);

@@ -36,7 +36,7 @@ fn the_filter_is_the_inverse_root_of_the_covariance() {
         (1.6, -0.68),
         (0.98, 0.0),
     ] {
-        let own = Autoregression::of_partial_correlations(&[a / (1.0 - b), b]);
+        let own = Autoregression::of_partial_correlations([a / (1.0 - b), b, 0.0, 0.0, 0.0, 0.0]);
         let want = covariance(a, b, 8);
         let unit = |n: usize| (0..8).map(|k| f64::from(u8::from(k == n))).collect();
         let columns: Vec<DVector<f64>> = (0..8)

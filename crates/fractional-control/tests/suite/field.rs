@@ -2,6 +2,7 @@
 
 use crate::fixture::{closed, plant};
 use fracdiff::Seconds;
+use fractional_control::autoregression::Autoregression;
 use fractional_control::{
     DeadTime, FractionalTransferFunction, Memory, Record, Rule, Start, identify_coefficients,
     respond,
@@ -162,6 +163,7 @@ fn the_example_of_the_crone_toolbox_gives_its_coefficients_back() {
         held: true,
         dead_time: DeadTime::NONE,
         start: Start::Rest,
+        noise: Autoregression::WHITE,
     };
     let found = identify_coefficients(&function("1/(s^3+s^1.5+1)"), &record).expect("found");
     assert_close("noise", found.rms_residual, 0.2, 0.02);

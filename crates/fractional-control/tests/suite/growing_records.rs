@@ -1,7 +1,7 @@
 //! Records that grow so far that what a function lacks is nothing beside their end.
 
 use fractional_control::DeadTime;
-use fractional_control::model_search::{Found, InputOutput, candidates, identify};
+use fractional_control::model_search::{Found, InputOutput, Wanted, candidates, identify};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use testkit::assert_close;
 
@@ -24,11 +24,14 @@ fn grown(rate: f64, samples: u32, noise: f64) -> InputOutput {
 }
 
 fn found(record: &InputOutput) -> Vec<Found> {
-    let (guesses, done) = (candidates(record, true, None), AtomicUsize::new(0));
+    let (guesses, done) = (
+        candidates(record, true, None, Wanted::default()),
+        AtomicUsize::new(0),
+    );
     let count = |more| {
         done.fetch_add(more, Ordering::Relaxed);
     };
-    let found = identify(record, &guesses, true, &count).expect("found");
+    let found = identify(record, &guesses, true, Wanted::default(), &count).expect("found");
     // Every guess is told of, those that others made superfluous too.
     assert_eq!(done.into_inner(), guesses.len());
     found
@@ -78,10 +81,10 @@ fn the_simpler_function_wins_where_noise_hides_the_rest() {
 #[test]
 fn a_function_that_lacks_a_pole_is_less_sure_and_says_where() {
     let record = grown(0.4, 600, 0.0);
-    let mut guess = candidates(&record, true, None).remove(0);
+    let mut guess = candidates(&record, true, None, Wanted::default()).remove(0);
     guess.function = "3.5/(2.5s-1)".parse().expect("a function");
     guess.dead_time = DeadTime::NONE;
-    let lacks = &identify(&record, &[guess], true, &|_| ()).expect("fits")[0];
+    let lacks = &identify(&record, &[guess], true, Wanted::default(), &|_| ()).expect("fits")[0];
     assert_close("residual", lacks.identified.rms_residual, 1.12, 0.02);
     let at = lacks.unexplained.expect("much is left");
     assert!(at.to_s < 10.0 && at.share > 0.2, "{at:?}");

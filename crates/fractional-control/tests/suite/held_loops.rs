@@ -3,6 +3,7 @@
 use super::fixture::Draw;
 use crate::fixture::p;
 use fracdiff::Seconds;
+use fractional_control::autoregression::Autoregression;
 use fractional_control::{
     DeadTime, FractionalTransferFunction, Memory, Plant, Record, Rule, SampledLoop, SampledPlant,
     Start, identify,
@@ -114,6 +115,7 @@ fn a_record_of_a_plant_gives_its_function() {
             held: true,
             dead_time: DeadTime::NONE,
             start: Start::Rest,
+            noise: Autoregression::WHITE,
         };
         let guess: FractionalTransferFunction = guess.parse().expect("valid");
         let truth: FractionalTransferFunction = truth.parse().expect("valid");

@@ -2,6 +2,7 @@
 
 use crate::fixture::{Draw, near, states};
 use fracdiff::Seconds;
+use fractional_control::autoregression::Autoregression;
 use fractional_control::{
     DeadTime, FractionalTransferFunction, Memory, Plant, Record, Rule, SampledPlant, Start,
     WholeShape, identify, identify_coefficients, respond, step_response, whole_guess,
@@ -32,6 +33,7 @@ fn record<'a>(t: f64, input: &'a [f64], output: &'a [f64]) -> Record<'a> {
         held: true,
         dead_time: DeadTime::NONE,
         start: Start::Rest,
+        noise: Autoregression::WHITE,
     }
 }
 

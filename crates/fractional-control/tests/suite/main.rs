@@ -9,6 +9,7 @@ mod boundary;
 mod controllers;
 mod defining_sums;
 mod design;
+mod drifting_records;
 mod fast_poles;
 mod field;
 mod fixture;

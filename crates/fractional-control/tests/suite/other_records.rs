@@ -2,7 +2,9 @@
 //!
 //! The records are closed forms: sums of modes, each run from switch to switch of a held input. `CAMPAIGN_CASES` sets how many.
 
-use fractional_control::model_search::{Found, InputOutput, candidates, find_start, identify};
+use fractional_control::model_search::{
+    Found, InputOutput, Wanted, candidates, find_start, identify,
+};
 use fractional_control::{FractionalTransferFunction, FreeNumber, Start, Term};
 use rayon::prelude::*;
 use testkit::Random;
@@ -216,8 +218,8 @@ impl Case {
 
 fn found(record: &mut InputOutput) -> Vec<Found> {
     find_start(record, true, None);
-    let guesses = candidates(record, true, None);
-    identify(record, &guesses, true, &|_| {}).unwrap_or_default()
+    let guesses = candidates(record, true, None, Wanted::default());
+    identify(record, &guesses, true, Wanted::default(), &|_| {}).unwrap_or_default()
 }
 
 /// Poles at s = 0.

@@ -3,7 +3,9 @@
 //! `CAMPAIGN_CASES` sets how many; 20 to 30 unless it is given.
 
 use fracdiff::Seconds;
-use fractional_control::model_search::{Found, InputOutput, candidates, find_start, identify};
+use fractional_control::model_search::{
+    Found, InputOutput, Wanted, candidates, find_start, identify,
+};
 use fractional_control::{Plant, SampledPlant, Start};
 use rayon::prelude::*;
 use testkit::{Random, assert_close, assert_relative};
@@ -47,8 +49,8 @@ fn record(t: f64, input: Vec<f64>, output: Vec<f64>) -> InputOutput {
 }
 
 fn found(record: &InputOutput) -> Vec<Found> {
-    let guesses = candidates(record, true, None);
-    identify(record, &guesses, true, &|_| {}).expect("found")
+    let guesses = candidates(record, true, None, Wanted::default());
+    identify(record, &guesses, true, Wanted::default(), &|_| {}).expect("found")
 }
 
 /// What is printed, run by other code, is what the fit is of.
@@ -105,6 +107,7 @@ fn a_heater_from_room_temperature_is_a_lag_that_comes_to_rest() {
         assert_close(&what, gain.order, best.function.denominator().lowest(), 0.0);
         assert_relative(&what, gain.coefficient, 0.641, 0.02);
         assert_close(&what, best.offset, 21.6, 0.3);
+        assert!(found[0].shows_a_response(&record), "{what}");
     }
 }
 
@@ -277,8 +280,8 @@ fn an_output_that_no_input_moves_is_told() {
         let output: Vec<f64> = output.collect();
         let mut record = record(0.1, input, output);
         find_start(&mut record, true, None);
-        let guesses = candidates(&record, true, None);
-        let found = identify(&record, &guesses, true, &|_| {});
+        let guesses = candidates(&record, true, None, Wanted::default());
+        let found = identify(&record, &guesses, true, Wanted::default(), &|_| {});
         let Some(best) = found.ok().and_then(|found| found.into_iter().next()) else {
             return false;
         };

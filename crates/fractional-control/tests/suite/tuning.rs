@@ -307,3 +307,31 @@ fn a_plant_that_falls_slowly_is_judged_with_its_aliases() {
         assert_close("least", least, foreseen, 0.1);
     }
 }
+
+/// Two lags, the fast one hidden at the crossover, and the plant with a dead time in its place: what leads by more than the second allows is chosen
+/// by the flatness of the first alone.
+#[test]
+fn a_design_holds_where_a_fast_lag_is_a_dead_time() {
+    for (lags, late, omega, t) in [
+        (
+            "0.644/(3942.5s^2+171.1s+1)",
+            "0.641exp(-24s)/(155s+1)",
+            0.01,
+            2.0,
+        ),
+        ("2/((10s+1)(0.5s+1))", "2exp(-0.5s)/(10s+1)", 0.3, 0.05),
+    ] {
+        let sampling = every(t);
+        let wishes = Specification::new(omega, 60_f64.to_radians());
+        let plant: Plant = lags.parse().expect("valid");
+        let tuned = tune(&plant, Some(sampling), &wishes).expect("tuned");
+        assert!(tuned.measures.stable_with_dead_time, "{lags}");
+        for text in [lags, late] {
+            let plant: Plant = text.parse().expect("valid");
+            let memory = Memory::new(Rule::Bdf2, 1e-6, 2000.0 * t).expect("valid");
+            let plant = SampledPlant::new(&plant, memory, Seconds(t)).expect("valid");
+            let own = SampledLoop::new(tuned.parameters.into(), memory, &plant).expect("valid");
+            assert!(own.verdict().stable, "{text}: {:?}", tuned.parameters);
+        }
+    }
+}

@@ -209,9 +209,9 @@ pub const fn in_short(analysis: &LoopAnalysis) -> &'static str {
         (Cause::Boundary | Cause::Cancelled, ..) => "on the boundary",
         (Cause::TooLarge | Cause::NearWhole(_), ..) => "not decided",
         (_, true, None) => "stable, proved",
-        (_, true, Some(_)) => "stable by the sampled model, not proved",
+        (_, true, Some(_)) => "not proved: the sampled model comes to rest",
         (_, false, None) => "unstable, proved",
-        (_, false, Some(_)) => "unstable by the sampled model, not proved",
+        (_, false, Some(_)) => "not proved: the sampled model grows",
     }
 }
 
@@ -306,7 +306,7 @@ impl DesignWords<'_> {
         let [low, high] = trial.stable_gains?;
         let verdict = match trial.coarse {
             None => "proved stable",
-            Some(_) => "stable by the sampled model, not proved,",
+            Some(_) => "held by the sampled model, not proved,",
         };
         Some(format!(
             "the sampled loop is {verdict} only from {} to {} times the plant's gain",
@@ -334,7 +334,7 @@ impl DesignWords<'_> {
         });
         match (self.fragile(), too_fast) {
             (None, Some(too_fast)) => {
-                format!("Warning: the sampled model is stable {all}, {too_fast}.")
+                format!("Warning: the sampled model comes to rest {all}, {too_fast}.")
             }
             (Some(fragile), Some(too_fast)) => {
                 format!("Warning: {fragile}, {too_fast}. {sturdier}.")
@@ -348,7 +348,7 @@ impl DesignWords<'_> {
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
         let Some(trial) = &self.0.fractional.trial else {
-            let count = "Stable at the measured frequencies, if the plant is stable; not proved.";
+            let count = "Not proved: the loop comes to rest by the measured frequencies, if the plant by itself does.";
             let more = "For a proof and steps identify a function, with control identify.";
             return vec![format!("{count} {more}")];
         };
@@ -387,6 +387,9 @@ impl DesignWords<'_> {
                 digits(order, 4),
                 Key("disturbance").set_to(format_args!("{}rad/s:0.05", digits(0.05 * crossover, 4)))
             ));
+        }
+        if !self.0.fractional.tuned.measures.stable_with_dead_time {
+            said.push("With a dead time in place of the plant's fast lags, which few records tell from it, the loop would not be stable: ask for less crossover, or be sure of these lags.".to_owned());
         }
         if self.unmet().is_empty() {
             said.push("Every wish is met within 1 %.".to_owned());

@@ -1,6 +1,7 @@
 //! Records that others published, in `shared/data/public` beside the repository; its README names the sources.
 
 use crate::process::Place;
+use fractional_control::FractionalTransferFunction;
 use std::path::{Path, PathBuf};
 
 /// The folder; without it the test is skipped, as said.
@@ -89,4 +90,72 @@ fn a_public_heater_comes_to_rest() {
     // SciPy's best lag behind a dead time, 0.8286, less 0.002: the slower, the better, so that it comes near an integrator.
     assert!(found["fit"].as_f64().expect("a number") > 0.8266, "{found}");
     assert_eq!(found["unstable_poles"], 0, "{found}");
+}
+
+/// Functions of control records with right values: folder and file, bounds of the gain at rest, of the dead time, and of the times of all lags and the
+/// dead time together, s.
+const PLANTS: &str = "
+    public/gas-furnace.csv | -3.4 -3.1 | 0 45 | 20 45
+    public/hair-dryer.csv | 0.85 0.97 | 0.1599 0.24 | 0.4 0.8
+    public/heater-apm.csv | 0.15 0.4 | 0 30 | 100 400
+    cases/control/drift-0.csv | -4.3 -2.3 | 19 29 | 35 55
+    cases/control/drift-1.csv | -4.3 -2.3 | 19 29 | 35 55
+    cases/control/drift-2.csv | -4.3 -2.3 | 19 29 | 35 55
+    cases/control/drift-3.csv | -4.3 -2.3 | 19 29 | 35 55
+    cases/control/slow-noise-one-step.csv | 2.55 2.8 | 0 0.1 | 1.05 1.25
+    cases/control/tclab_model.csv | 0.62 0.66 | 0 26 | 160 190
+    cases/control/unstable-pole.csv | 0.554 0.556 | 1.9 1.92 | 3.08 3.1
+";
+
+#[test]
+fn plants_of_public_records_rest_at_their_gains() {
+    let Some(folder) = public() else { return };
+    let place = Place::new();
+    for [file, gains, lates, all] in testkit::table(PLANTS) {
+        let path = folder.parent().expect("a folder").join(&file);
+        let run = place.run(&format!("control identify {} --json", path.display()));
+        assert_eq!(run.code, Some(0), "{file}: {}", run.stderr);
+        let found = run.json();
+        let function = found["function"].as_str().expect("a function");
+        let function: FractionalTransferFunction = function.parse().expect("a function");
+        let at = |side: &fractional_control::FractionalPolynomial, order: f64| {
+            let mut terms = side.terms().iter();
+            let own = terms.find(|term| (term.order - order).abs() < 1e-9);
+            own.map_or(0.0, |term| term.coefficient)
+        };
+        let (above, below) = (function.numerator(), function.denominator());
+        let rest = at(above, 0.0) / at(below, 0.0);
+        let late = found["delay_s"].as_f64().expect("a dead time");
+        let lags = at(below, 1.0) / at(below, 0.0) - at(above, 1.0) / at(above, 0.0);
+        for (bounds, value) in [(gains, rest), (lates, late), (all, late + lags)] {
+            let bounds = bounds
+                .split(' ')
+                .map(|bound| bound.parse().expect("a number"));
+            let bounds: Vec<f64> = bounds.collect();
+            assert!(
+                (bounds[0]..=bounds[1]).contains(&value),
+                "{file}: {value}, {found}"
+            );
+        }
+        assert_eq!(found["unstable_poles"], 0, "{file}: {found}");
+    }
+}
+
+/// The record of a heater is one of two lags, or of one lag behind a dead time as long as the other: a controller for the first holds the second.
+#[test]
+fn a_design_on_a_heater_holds_it_with_a_dead_time_for_its_fast_lag() {
+    let Some(folder) = public() else { return };
+    let place = Place::new();
+    let path = folder
+        .parent()
+        .expect("a folder")
+        .join("cases/control/tclab_model.csv");
+    place.run(&format!(
+        "control identify {} --out heater.toml",
+        path.display()
+    ));
+    place.run("control design --plant heater.toml --crossover 0.01rad/s --phase-margin 60deg --out design");
+    let line = "control analyze --plant 0.641exp(-24s)/(155s+1) --controller design/controller.toml --json";
+    let found = place.run(line).json();
+    assert_eq!(found["stable"], true, "{found}");
 }

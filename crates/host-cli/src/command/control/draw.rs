@@ -99,12 +99,7 @@ fn command_axis(command: &Points, beside: Option<&Points>) -> AxisSpec<'static> 
     }
 }
 
-pub(super) fn draw_identified(
-    record: &InputOutput,
-    model: &[f64],
-    function: &str,
-    source: &str,
-) -> Result<Picture, FigureError> {
+fn beside(record: &InputOutput, model: &[f64], title: &'static str) -> [Panel<'static>; 2] {
     let of = |values: &[f64]| -> Points {
         let time = record.time_s.iter().copied();
         time.zip(values.iter().copied()).collect()
@@ -112,15 +107,29 @@ pub(super) fn draw_identified(
     let left = model.iter().zip(&record.output);
     let left: Vec<f64> = left.map(|(model, output)| model - output).collect();
     let time = || linear("time / s");
-    let upper = Panel::new("record and function", time(), linear("input, output"))
+    let upper = Panel::new(title, time(), linear("input, output"))
         .with("input", Look::Dotted, 2, of(&record.input))
         .with("output, record", Look::Broad, 3, of(&record.output))
         .with("output, function", Look::Line, 0, of(model));
     let lower = Panel::new("function less record", time(), linear("difference"));
-    let lower = lower.with("difference", Look::Line, 1, of(&left));
+    [upper, lower.with("difference", Look::Line, 1, of(&left))]
+}
+
+/// A function beside its record, and beside another one that it is tried on.
+pub(super) fn draw_identified(
+    record: &InputOutput,
+    model: &[f64],
+    other: Option<(&InputOutput, &[f64])>,
+    function: &str,
+    source: &str,
+) -> Result<Picture, FigureError> {
+    let mut panels = Vec::from(beside(record, model, "record and function"));
+    if let Some((record, model)) = other {
+        panels.extend(beside(record, model, "a second record and the function"));
+    }
     let subtitle = format!("{source}\n{function}");
     let title = "A transfer function from a record";
-    page(title, &subtitle, 1, &[upper, lower])
+    page(title, &subtitle, 1, &panels)
 }
 
 const OMEGA: &str = "ω / rad·s⁻¹";

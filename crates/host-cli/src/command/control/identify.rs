@@ -11,12 +11,12 @@ use crate::table;
 use clap::Args;
 use fracdiff::Seconds;
 use fractional_control::model_search::{
-    DeadTimeEvidence, Found, InputOutput, Unexplained, candidates, candidates_of,
-    dead_time_evidence, find_start, identify, settles_as_well,
+    DeadTimeEvidence, Found, InputOutput, Unexplained, Validation, Wanted, candidates,
+    candidates_of, dead_time_evidence, find_start, identify, settles_as_well, validate,
 };
 use fractional_control::{
     ControlError, DeadTime, FractionalPolynomial, FractionalTransferFunction, FreeNumber,
-    Identified, Start, Term,
+    Identified, Plant, Start, Term,
 };
 use haptic_experiment::document::short;
 use haptic_experiment::document::{check_signals, fill_gaps, one_row_a_time};
@@ -26,7 +26,7 @@ use haptic_quantity::{digits, written};
 use haptic_tissue::identify::table::rows_named;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Fit a fractional transfer function to a record
 ///
@@ -59,9 +59,18 @@ pub(crate) struct Arguments {
     /// The input is smooth between samples, not held
     #[arg(long, help_heading = "Table")]
     smooth: bool,
-    /// Terms and first values as in '2/(30s^0.9+1)' [default: found from the record]
+    /// Terms and first values as in '2exp(-5s)/(30s^0.9+1)' [default: found from the record]
     #[arg(long, value_name = "FUNCTION", allow_hyphen_values = true)]
     model: Option<String>,
+    /// Integer orders with this number of poles, 1 to 4 [default: found from the record]
+    #[arg(long, value_name = "N", conflicts_with = "model", value_parser = clap::value_parser!(u8).range(1..=4))]
+    poles: Option<u8>,
+    /// Only functions that come to rest by themselves
+    #[arg(long)]
+    stable: bool,
+    /// A second record with the same columns, on which the function is tried
+    #[arg(long, value_name = "RECORD")]
+    validate: Option<PathBuf>,
     /// Known dead time [default: found from the record]
     #[arg(long, value_name = "TIME", value_parser = of(parameters::DEAD_TIME))]
     delay: Option<f64>,
@@ -103,23 +112,36 @@ fn shown<T>(
     done
 }
 
-fn guess(text: &str) -> Result<FractionalTransferFunction, Failure> {
+/// The function and the dead time to begin from.
+fn guess(text: &str) -> Result<(FractionalTransferFunction, Option<Seconds>), Failure> {
     let refused = |error: &dyn std::fmt::Display| {
         Failure::bad_input(format_args!("model \"{text}\": {error}; change --model"))
     };
-    let guess: FractionalTransferFunction = text.parse().map_err(|error| refused(&error))?;
-    if guess.denominator().degree() == 0.0 {
+    let plant: Plant = text.parse().map_err(|error| refused(&error))?;
+    let guess = plant
+        .function()
+        .filter(|guess| guess.denominator().degree() > 0.0);
+    let Some(guess) = guess else {
         return Err(refused(
             &"its denominator has no power of s: give one, as in 2/(30s^0.9+1)",
         ));
-    }
-    Ok(guess)
+    };
+    let late = plant.delay_s();
+    Ok((*guess, (late > 0.0).then_some(Seconds(late))))
+}
+
+/// A function beside the record that it is tried on.
+struct Tried {
+    record: InputOutput,
+    beside: Validation,
 }
 
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let mut outputs = PlaceOfFile::look(&self.file, "plant")?;
-        let (mut record, notes) = self.read()?;
+        let (mut record, notes) = self.read(&self.data)?;
+        let other = self.validate.as_deref().map(|path| self.read(path));
+        let other = other.transpose()?;
         if record.time_s.len() > LONG && !output.quiet {
             let words = format!(
                 "{} samples take about {}; every tenth may be enough for a slow plant",
@@ -128,25 +150,8 @@ impl Arguments {
             );
             note("note", words);
         }
-        let (held, known) = (!self.smooth, self.delay.map(Seconds));
-        let model = self.model.as_deref().map(guess).transpose()?;
-        let guesses = shown("first guesses", 1, output, |_| {
-            find_start(&mut record, held, known);
-            match model {
-                Some(model) => candidates_of(model, &record, held, known),
-                None => candidates(&record, held, known),
-            }
-        });
-        let found = shown("functions", guesses.len(), output, |bar| {
-            identify(&record, &guesses, held, &|done| bar.inc(done as u64))
-        });
-        let found = found.map_err(|error| {
-            // Nobody gave a guess.
-            if matches!(error, ControlError::NotFound { .. }) && self.model.is_none() {
-                return Failure::run(format_args!("no function fits the record: {TRY}"));
-            }
-            refused(error)
-        })?;
+        let known = self.delay.map(Seconds);
+        let found = self.search(&mut record, known, output)?;
         let [best, ..] = &found[..] else {
             return Err(Failure::run(format_args!(
                 "no function was found: give --model with other terms"
@@ -156,64 +161,86 @@ impl Arguments {
         let closest = found.iter().min_by(|a, b| a.bic.total_cmp(&b.bic));
         if !closest.unwrap_or(best).shows_a_response(&record) {
             return Err(Failure::run(format_args!(
-                "the record shows no response to its input: {} explains {} % of the output's variance, no more than chance would; move the input more, or check --columns",
+                "the record shows no response to its input: {} explains {} % of the output's variance, and as much as chance would; move the input more, or check --columns",
                 rounded(&best.identified.function),
                 digits(100.0 * best.identified.fit, 2)
             )));
         }
         let evidence = match known {
             None => shown("dead time", 1, output, |_| {
-                dead_time_evidence(&found, &record, held)
+                dead_time_evidence(&found, &record, !self.smooth)
             }),
             Some(_) => None,
         };
-        let interval = evidence.map(|evidence| evidence.interval_s);
+        let tried = other.and_then(|(record_of_other, _)| {
+            let beside = validate(best, record.start, &record_of_other, !self.smooth)?;
+            Some(Tried {
+                record: record_of_other,
+                beside,
+            })
+        });
         let mut warnings = notes;
         warnings.extend(self::warnings(&found, best, &record));
         warnings.extend(evidence.and_then(|evidence| unsure(&evidence, best)));
-        let (plant_file, figure) = self.write(best, &record, &mut outputs);
+        warnings.extend(tried.as_ref().and_then(|tried| worse(tried, best)));
+        let (plant_file, figure) = self.write(best, &record, tried.as_ref(), &mut outputs);
         for warning in &warnings {
             warn(warning);
         }
-        let identified = &best.identified;
-        let start = start_of(&record, identified);
-        let candidates = found.iter().map(|found| {
-            json!({
-                "function": with_digits(&found.identified.function, DIGITS).to_string(),
-                "rms_residual": found.identified.rms_residual,
-                "bic": found.bic,
-            })
-        });
-        output.summary(&json!({
-            "function": with_digits(&identified.function, DIGITS).to_string(),
-            "delay_s": identified.dead_time.seconds(),
-            // Null of a dead time that was given.
-            "delay_low_s": interval.map(|[low, _]| low),
-            "delay_high_s": interval.map(|[_, high]| high),
-            "delay_determined": evidence.map(|evidence| evidence.is_determined),
-            // Null of a record that begins at rest.
-            "offset": (record.start != Start::Rest).then_some(identified.offset),
-            "input_before": (start == Start::Settled).then_some(identified.input_before),
-            "begins": begins(start),
-            "output_read": reading(identified, &record),
-            "samples": record.time_s.len(),
-            "sample_time_s": record.sample_time_s(),
-            "rms_residual": identified.rms_residual,
-            "fit": identified.fit,
-            "bic": best.bic,
-            "order_reason": order_reason(&found, best),
-            // Null with a pole at s = 0 or on the imaginary axis.
-            "unstable_poles": identified.function.unstable_poles(),
-            // What the record does, if it does not come to rest.
-            "unstable_poles_reason": (identified.fit >= LEAST && settles_as_well(&found, &record).is_none())
-                .then(|| nature(&identified.function)).flatten(),
-            "numbers": numbers(best).iter().map(Number::value).collect::<Vec<_>>(),
-            "candidates": candidates.collect::<Vec<_>>(),
-            "plant_file": plant_file,
-            "files": figure.as_slice(),
-            "warnings": warnings,
-        }))?;
+        let mut report = report(&found, best, &record, evidence);
+        if let Value::Object(rows) = &mut report {
+            let validated = tried.as_ref().map(|tried| {
+                json!({
+                    "samples": tried.record.time_s.len(),
+                    "rms_residual": tried.beside.rms_residual,
+                    "fit": tried.beside.fit,
+                })
+            });
+            rows.insert("validation".to_owned(), json!(validated));
+            rows.insert("plant_file".to_owned(), json!(plant_file));
+            rows.insert("files".to_owned(), json!(figure.as_slice()));
+            rows.insert("warnings".to_owned(), json!(warnings));
+        }
+        output.summary(&report)?;
         outputs.close(Ok(()))
+    }
+
+    /// The functions that fit, the one to take first.
+    fn search(
+        &self,
+        record: &mut InputOutput,
+        known: Option<Seconds>,
+        output: Output,
+    ) -> Result<Vec<Found>, Failure> {
+        let held = !self.smooth;
+        let wanted = Wanted {
+            poles: self.poles.map(usize::from),
+            is_stable: self.stable,
+        };
+        let model = self.model.as_deref().map(guess).transpose()?;
+        let guesses = shown("first guesses", 1, output, |_| {
+            find_start(record, held, known);
+            match model {
+                Some((model, late)) => candidates_of(model, record, held, known, late),
+                None => candidates(record, held, known, wanted),
+            }
+        });
+        let found = shown("functions", guesses.len(), output, |bar| {
+            identify(record, &guesses, held, wanted, &|done| bar.inc(done as u64))
+        });
+        found.map_err(|error| {
+            let is_asked = self.poles.is_some() || self.stable;
+            match error {
+                ControlError::NotFound { .. } if is_asked => Failure::run(format_args!(
+                    "no function that was asked for fits the record: leave --poles or --stable out, or {TRY}"
+                )),
+                // Nobody gave a guess.
+                ControlError::NotFound { .. } if self.model.is_none() => {
+                    Failure::run(format_args!("no function fits the record: {TRY}"))
+                }
+                error => refused(error),
+            }
+        })
     }
 
     fn columns(&self) -> Result<[&str; 3], Failure> {
@@ -231,13 +258,12 @@ impl Arguments {
         }
     }
 
-    /// The record, and what is said of its rows.
-    fn read(&self) -> Result<(InputOutput, Vec<String>), Failure> {
+    /// The record of a file, and what is said of its rows.
+    fn read(&self, path: &Path) -> Result<(InputOutput, Vec<String>), Failure> {
         let [time, input, output] = self.columns()?;
-        let wrong =
-            |error: String| table::wrong(&self.data, format_args!("{error}; see --columns"));
+        let wrong = |error: String| table::wrong(path, format_args!("{error}; see --columns"));
         let remedy = "see --columns; a table without times takes --sample-time";
-        let found = table::record(&self.data, [time, input, output], remedy)?;
+        let found = table::record(path, [time, input, output], remedy)?;
         let gaps = found.gaps().map(|rows| {
             format!("{rows} without an output: it is put on a straight line between its neighbours")
         });
@@ -247,13 +273,13 @@ impl Arguments {
             (None, false) => {}
             (None, true) => {
                 return Err(table::wrong(
-                    &self.data,
+                    path,
                     format_args!("no column {time}; {remedy}"),
                 ));
             }
             (Some(_), false) => {
                 let what = "it has a column of time: leave --sample-time out, or that column";
-                return Err(table::wrong(&self.data, what));
+                return Err(table::wrong(path, what));
             }
             (Some(step), true) => time_s = (0..lines.len()).map(|n| step * n as f64).collect(),
         }
@@ -282,6 +308,7 @@ impl Arguments {
         &self,
         best: &Found,
         record: &InputOutput,
+        tried: Option<&Tried>,
         outputs: &mut PlaceOfFile,
     ) -> (Option<String>, Option<String>) {
         let name = self.data.file_name().unwrap_or(self.data.as_os_str());
@@ -299,6 +326,7 @@ impl Arguments {
             draw_identified(
                 record,
                 &identified.model,
+                tried.map(|tried| (&tried.record, &tried.beside.model[..])),
                 &rounded(&identified.function),
                 &source,
             )
@@ -306,6 +334,51 @@ impl Arguments {
         let text = || model.to_toml(PROGRAM, &note).unwrap_or_default();
         outputs.write(text, picture)
     }
+}
+
+/// The report, but for files and warnings.
+fn report(
+    found: &[Found],
+    best: &Found,
+    record: &InputOutput,
+    evidence: Option<DeadTimeEvidence<'_>>,
+) -> Value {
+    let (identified, start) = (&best.identified, start_of(record, &best.identified));
+    let interval = evidence.map(|evidence| evidence.interval_s);
+    let candidates = found.iter().map(|found| {
+        json!({
+            "function": with_digits(&found.identified.function, DIGITS).to_string(),
+            "rms_residual": found.identified.rms_residual,
+            "bic": found.bic,
+        })
+    });
+    json!({
+        "function": with_digits(&identified.function, DIGITS).to_string(),
+        "delay_s": identified.dead_time.seconds(),
+        // Null of a dead time that was given.
+        "delay_low_s": interval.map(|[low, _]| low),
+        "delay_high_s": interval.map(|[_, high]| high),
+        "delay_determined": evidence.map(|evidence| evidence.is_determined),
+        // Null of a record that begins at rest.
+        "offset": (record.start != Start::Rest).then_some(identified.offset),
+        "input_before": (start == Start::Settled).then_some(identified.input_before),
+        "begins": begins(start),
+        "output_read": reading(identified, record),
+        "samples": record.time_s.len(),
+        "sample_time_s": record.sample_time_s(),
+        "rms_residual": identified.rms_residual,
+        "fit": identified.fit,
+        "bic": best.bic,
+        "noise_order": identified.noise.order(),
+        "order_reason": order_reason(found, best),
+        // Null with a pole at s = 0 or on the imaginary axis.
+        "unstable_poles": identified.function.unstable_poles(),
+        // What the record does, if it does not come to rest.
+        "unstable_poles_reason": (identified.fit >= LEAST && settles_as_well(found, record).is_none())
+            .then(|| nature(&identified.function)).flatten(),
+        "numbers": numbers(best).iter().map(Number::value).collect::<Vec<_>>(),
+        "candidates": candidates.collect::<Vec<_>>(),
+    })
 }
 
 /// A plant of other than whole orders has no finite state, so it counts as settled.
@@ -369,6 +442,8 @@ const SOME: f64 = 0.001;
 const LEAST: f64 = 0.5;
 /// Neighbouring samples that are so much alike are no white noise.
 const ALIKE: f64 = 0.3;
+/// Times what a function leaves of its own record, from which on it is said of another one.
+const WORSE: f64 = 2.0;
 /// Digits of a plant file: more than any record has.
 const DIGITS: usize = 9;
 
@@ -480,7 +555,7 @@ fn warnings(found: &[Found], best: &Found, record: &InputOutput) -> Vec<String> 
         let what = "the plant was moving when the record began, and one of these orders has no finite state: only an offset and an input before are fitted";
         warnings.push(what.to_owned());
     }
-    let unexplained = unexplained(best.identified.fit, best.neighbours);
+    let unexplained = unexplained(best);
     warnings.extend(unexplained.or_else(|| best.unexplained.as_ref().map(lacking)));
     if best.identified.fit < LEAST {
         return warnings;
@@ -494,6 +569,14 @@ fn warnings(found: &[Found], best: &Found, record: &InputOutput) -> Vec<String> 
         let remedy = "record for longer, or give --model with fewer terms";
         warnings.push(format!("the record does not determine {loose}: {remedy}"));
     }
+    if let Some([omega, damping]) = best.hidden_swing() {
+        warnings.push(format!(
+            "the pole at {} rad/s is barely damped (damping ratio {}) and a zero lies beside it within its errors: rather noise than a resonance of the plant; give --model without it",
+            digits(omega, 4),
+            digits(damping, 2)
+        ));
+    }
+    warnings.extend(one_of_two(best, record));
     if let Some(other) = settles_as_well(found, record) {
         warnings.push(format!(
             "{}, which comes to rest, fits nearly as well (BIC {:+.1}): record for longer",
@@ -502,6 +585,33 @@ fn warnings(found: &[Found], best: &Found, record: &InputOutput) -> Vec<String> 
         ));
     }
     warnings
+}
+
+/// An input that never changes makes one constant of what passes at once and of an offset.
+fn one_of_two(best: &Found, record: &InputOutput) -> Option<String> {
+    let first = *record.input.first()?;
+    let rests = record.input.iter().all(|u| (u - first).abs() == 0.0);
+    let is_open = rests && record.start != Start::Rest;
+    is_open.then(|| {
+        let offset = best.identified.offset;
+        format!(
+            "the input never changes: an offset of {} and a direct path of {} explain the record alike; begin before the input moves",
+            digits(offset, 4),
+            digits(offset / first, 4)
+        )
+    })
+}
+
+/// A second record that the function leaves much more of than of its own.
+fn worse(tried: &Tried, best: &Found) -> Option<String> {
+    let [own, other] = [best.identified.rms_residual, tried.beside.rms_residual];
+    (other > WORSE * own).then(|| {
+        format!(
+            "of the record of --validate the function leaves {} times as much as of its own (fit {})",
+            digits(other / own, 3),
+            digits(tried.beside.fit, 4)
+        )
+    })
 }
 
 /// Another function with another dead time that fits as well, or an interval that is long.
@@ -538,11 +648,14 @@ fn order_reason(found: &[Found], best: &Found) -> String {
 }
 
 /// What is left between function and record, where it is much.
-fn unexplained(fit: f64, neighbours: f64) -> Option<String> {
-    let left = 1.0 - fit;
-    let what = match neighbours.abs() < ALIKE {
+fn unexplained(best: &Found) -> Option<String> {
+    let (left, neighbours) = (1.0 - best.identified.fit, best.neighbours);
+    let what = match (neighbours.abs() < ALIKE, best.identified.noise.order()) {
         // What noise leaves has nothing in common from a sample to the next.
-        true if left > MUCH => "as noise does".to_owned(),
+        (true, 0) if left > MUCH => "as noise does".to_owned(),
+        (true, order) if left > MUCH => format!(
+            "as slow noise does (an autoregression of order {order}, which errors and choice count with)"
+        ),
         _ if left > MUCH || (left > SOME && neighbours > ALIKE) => {
             format!("not as noise does (correlation of neighbours {neighbours:.2}): {TRY}")
         }

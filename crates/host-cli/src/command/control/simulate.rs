@@ -19,15 +19,27 @@ use serde::Serialize;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// An output that is not where it was asked to be.
-fn away(last: Option<&Row>, limited_share: f64) -> Failure {
+/// An output that is not where it was asked to be, and what would bring it there.
+fn away(last: Option<&Row>, run: &LoopRun) -> Failure {
     let [output, reference] = last
         .map_or([f64::NAN; 2], |row| [row.output, row.reference])
         .map(|value| digits(value, 4));
+    let why = match (run.verdict.stable, run.settles, run.limited_share) {
+        _ if run.coarse.is_some() => {
+            "the loop is too fast for the sampled model; see host-cli control analyze".to_owned()
+        }
+        (false, ..) => "the loop is unstable; see host-cli control analyze".to_owned(),
+        (true, Some(true), _) => {
+            "the loop rests beside it; give the controller an integral, or more gain".to_owned()
+        }
+        (true, _, share) if share > 0.0 => format!(
+            "with the command at a limit in a share of {} of the samples; widen --output-limits, or give a longer --duration",
+            digits(share, 4)
+        ),
+        (true, ..) => "give a longer --duration, or see host-cli control analyze".to_owned(),
+    };
     Failure::run(format_args!(
-        "the output ends at {output}, not at its reference {reference}, with the command at a limit in a share of {} of the \
-         samples: widen --output-limits, give a longer --duration, or see host-cli control analyze",
-        digits(limited_share, 4)
+        "the output ends at {output}, not at its reference {reference}: {why}"
     ))
 }
 
@@ -184,10 +196,8 @@ impl Arguments {
             "step": rows,
             "files": files,
         }))?;
-        outputs.close(match closed.and_then(|run| run.settles) {
-            Some(false) => Err(away(rows.last(), limited_share)),
-            Some(true) | None => Ok(()),
-        })
+        let away = closed.filter(|run| run.at_reference == Some(false));
+        outputs.close(away.map_or(Ok(()), |run| Err(self::away(rows.last(), run))))
     }
 
     /// The sample time of a plant that runs alone.
