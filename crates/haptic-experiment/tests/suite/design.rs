@@ -89,9 +89,7 @@ fn a_wall_is_as_quiet_in_its_trial_as_it_has_to_be() {
     let answer = ask("encoder_resolution_m = 55e-6\nforce_noise_limit_n = 0.1");
     let report = serde_json::to_value(&answer).expect("JSON");
     let best = &report["best"];
-    for key in ["force_noise_rms_n", "tried_force_noise_rms_n"] {
-        assert!(number(best, key) <= 0.1, "{key}: {best}");
-    }
+    assert!(number(best, "tried_force_noise_rms_n") <= 0.1, "{best}");
     assert!(number(&report["simulated"], "force_std_n") <= 0.1);
     let strongest = report["candidates"].as_array().expect("a list").iter();
     let noisy = strongest.filter(|one| one["reason"] == "too noisy when tried");
@@ -114,10 +112,39 @@ fn where_the_strongest_walls_shake_the_best_that_passes_is_taken() {
     let (best, first) = (&report["best"], of_order(&report, 1.63));
     assert_eq!(first["reason"], "not at rest when tried");
     assert_eq!(report["simulated"]["verdict"], "stable");
-    assert!(number(best, "stiffness_n_per_m") < number(first, "stiffness_n_per_m"));
-    // No order whose strongest wall passes is stiffer.
-    let passed = of_order(&report, 1.0);
-    assert!(number(best, "stiffness_n_per_m") > number(passed, "stiffness_n_per_m"));
+    let (stiffness, noise) = ("stiffness_n_per_m", "tried_force_noise_rms_n");
+    // The steps of a prototype of these trials ended near 3.4 kN/m.
+    assert_relative("design", number(best, stiffness), 3400.0, 0.06);
+    // Nobody gave a limit: it is 5 % of 1 N, and the noisier wall is named.
+    assert_relative("limit", number(&report, "force_noise_limit_n"), 0.05, 1e-12);
+    assert!(number(best, noise) <= 0.05 / 1.03, "{best}");
+    let noisier = &report["noisier"];
+    assert!(
+        number(noisier, stiffness) > 1.1 * number(best, stiffness),
+        "{noisier}"
+    );
+    assert!(number(noisier, noise) > 0.05, "{noisier}");
+    for (key, words) in [
+        ("notes", "5 % of the push is one, 50 mN"),
+        ("trials", "five of five"),
+    ] {
+        assert!(
+            report[key].to_string().contains(words),
+            "{key}: {}",
+            report[key]
+        );
+    }
+    // With its noise as a limit, that wall is found.
+    let text = format!(
+        "delay_s = 1e-3\nencoder_resolution_m = 20e-6\nforce_noise_limit_n = {}",
+        1.04 * number(noisier, noise)
+    );
+    let loud = design(&text);
+    assert!(loud["noisier"].is_null());
+    assert!(
+        number(&loud["best"], stiffness) > 0.98 * number(noisier, stiffness),
+        "{loud}"
+    );
 }
 
 #[test]
@@ -357,7 +384,7 @@ fn a_tissue_with_elements_in_series_is_designed_for_by_its_own_operator() {
 }
 
 #[test]
-fn a_wall_that_rings_for_minutes_gives_way_to_one_that_rests_in_seconds() {
+fn a_proved_wall_that_rings_is_given_with_how_long() {
     // δ = 0.0308, α = 0.0615: |z|² = e^(−δ) + n₀α = 0.99984, so the ringing of push and impact, 0.9 mm (standard
     // deviation), falls to a hundredth of the deflection of 1 mm in 112 s.
     let found =
@@ -369,13 +396,15 @@ fn a_wall_that_rings_for_minutes_gives_way_to_one_that_rests_in_seconds() {
     );
     let report = serde_json::to_value(&found).expect("JSON");
     let strongest = of_order(&report, 1.0);
-    assert_eq!(strongest["reason"], "not at rest when tried");
-    let share =
-        number(&report["best"], "stiffness_n_per_m") / number(strongest, "stiffness_n_per_m");
-    // δ − α·n₀ is 2e-4·α of the wall itself and grows in proportion to what is left out of it: (1 − share)·α/2 = 6 e-foldings in 20 s.
-    assert!((0.95..1.0).contains(&share), "{share}");
+    assert!(strongest["reason"].is_null(), "{strongest}");
+    for key in ["stiffness_n_per_m", "dissipation_n_s_mu_per_m"] {
+        assert_eq!(report["best"][key], strongest[key], "{key}");
+    }
+    // Judged over the last 0.4 s of a trial, by halvings of one of 320 s.
+    assert_relative("ringing", number(&report, "rings_s"), 112.0, 0.05);
+    assert!(report["notes"].to_string().contains("rings"), "{report}");
     let text = found.experiment_text().expect("a wall");
-    assert!(text.contains("duration_s = 20.0"), "{text}");
+    assert!(text.contains("duration_s = 320.0"), "{text}");
 }
 
 #[test]
