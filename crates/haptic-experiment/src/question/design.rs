@@ -19,7 +19,7 @@
 //!   specimen may grow. For other orders K is the same, and B makes |B·s^μ| the same at a frequency.
 //!
 //! - *Noise*: steps q of the encoder make a noise of the force, rms B·(q/√12)·T^(−μ)·√Σc², c the weights
-//!   of the operator. A limit on it is a limit on B.
+//!   of the operator. A limit on it is a limit on B for the strongest wall of an order; its trials have the last word.
 //! - *The device* is the one on the desk: delay and current lag are in the analysis, friction and encoder in
 //!   the trial. If none is given an ideal device is assumed, and the trial on a realistic one stands beside.
 //!
@@ -66,7 +66,7 @@ parameters! {
     DESIGN_ORDERS = list_of("orders", "0,0.25,0.5,0.75,1,1.25,1.5,1.75,2", range::WALL_ORDERS, "Orders to try, 0 to 2; if not given, finer ones around the best wall too");
     /// Limit on the noise of the force, N.
     FORCE_NOISE_LIMIT = optional("force_noise_limit_n", range::FORCES_ABOVE_0,
-        "Largest rms force noise from encoder steps and sensor noise [default: any]");
+        "Largest rms force noise from encoder steps and sensor noise, in all trials [default: 5 % of the push, any for a tissue]");
 }
 
 /// Halvings of the steps beside the best order: of a quarter to a hundredth.
@@ -174,7 +174,7 @@ pub(crate) struct Design {
     /// How the wall meets the hand.
     pub contact: WallContact,
     pub wish: Wish,
-    /// Largest force noise that encoder and sensor may cause, rms N; `None` allows any.
+    /// Largest force noise that encoder and sensor may cause, rms N; `None` allows 5 % of the push, of a tissue any.
     pub force_noise_limit_n: Option<f64>,
 }
 

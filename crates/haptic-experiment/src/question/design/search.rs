@@ -2,12 +2,12 @@
 //!
 //! ```text
 //! rays     (α, β) = s·(α₁, β₁), 0 < s ≤ 1: α₁ and β₁ are the strongest wall of an order that the requirement allows,
-//!          first the one that the wish likes best, then those at other ratios β/α, half an octave apart
+//!          first the one that the wish likes best, then those at other ratios β/α, an octave apart
 //! next     of all orders and rays the wall that the wish likes best; where it fails, s falls by 15 %, or as far as
 //!          its noise says
-//! edge     the steps of all rays that may hold a better wall are halved, until none can be better by 2 %
+//! edge     the steps of all rays that may hold a better wall are halved, until none can be better by 4 %
 //! refined  ratio and order go to a wall that passes and is better by 0.7 %, in steps that are halved where there is
-//!          none; then to one that is better by 3, 7 or 12 %, at any order, up to three octaves of ratio away
+//!          none; then to one that is better by 3 or 8 %, at any order, up to three octaves of ratio away
 //! passes   20 s at each of six pushes, with five seeds of the sensor's noise, or, without noise, at five places between
 //!          two steps of the encoder: at rest at the end, a tenth in hand on the swing of the force, whose deviation in
 //!          the last 10 s is at most the limit less 15 %, less 3 % without noise of the sensor
@@ -62,16 +62,17 @@ const RINGING: [f64; 3] = [16.0, 64.0, 256.0];
 const RING_HALVINGS: u32 = 7;
 /// Share of a wall that failed which is tried next.
 const WEAKER: f64 = 0.85;
-/// The least such share, of one that is only too noisy.
+/// The least such share, of one that is only too noisy, or weaker than a tenth of the strongest of its ray.
 const WEAKEST: f64 = 0.5;
+const SOFT: f64 = 0.1;
 /// A wall that may be better by less than this share is not looked for.
-const NEAR: f64 = 0.02;
-/// Half octaves of the ratios β/α of the rays, from that of the first wall of the order.
-const HALF_OCTAVES: std::ops::RangeInclusive<i32> = -8..=16;
+const NEAR: f64 = 0.04;
+/// Octaves of the ratios β/α of the rays, from that of the first wall of the order.
+const OCTAVES: std::ops::RangeInclusive<i32> = -4..=8;
 /// Gains that are tried around the best wall: a limit cycle may be absent beyond one that is not.
 const GAINS: [f64; 2] = [1.04, 1.007];
 /// Gains at which all orders are looked through around its ratio, and those ratios, quarters of an octave.
-const GAINS_OF_ALL: [f64; 3] = [1.03, 1.07, 1.12];
+const GAINS_OF_ALL: [f64; 2] = [1.03, 1.08];
 const QUARTERS: std::ops::RangeInclusive<i32> = -12..=12;
 /// First and last step around it: of the ratio, octaves; the order moves by as much of 0.25.
 const STEPS: (f64, f64) = (0.5, 0.05);
@@ -336,27 +337,23 @@ impl Design {
         (noise_n.zip(limit_n)).is_none_or(|(noise, limit)| times * noise <= limit)
     }
 
-    /// All trials of a wall, with the first seed first.
+    /// All trials of a wall: with the first seed all hits of a push, of which the hardest fails first, then the other seeds.
     fn trials(&self, stretch: f64) -> Vec<Try> {
         let (plan, is_noisy) = (self.plan(stretch), self.is_noisy());
-        let of_seed = |n: u32, impact_m_per_s| {
-            PUSHES.map(|push| Try {
-                push,
-                seed: if is_noisy { n } else { 0 },
-                moved: if is_noisy {
-                    0.0
-                } else {
-                    f64::from(n) / f64::from(SEEDS)
-                },
-                impact_m_per_s,
-                stretch,
-            })
-        };
         let planned = plan.impact_m_per_s;
-        let hits = plan.hits(self.contact).map(|hit| of_seed(0, hit));
-        let seeds = (1..self.seeds()).map(|seed| of_seed(seed, planned));
-        let all = [of_seed(0, planned)].into_iter().chain(hits).chain(seeds);
-        all.flatten().collect()
+        let one = |push: f64, n: u32, impact_m_per_s: f64| Try {
+            push,
+            seed: if is_noisy { n } else { 0 },
+            moved: f64::from(if is_noisy { 0 } else { n }) / f64::from(SEEDS),
+            impact_m_per_s,
+            stretch,
+        };
+        let mut hits: Vec<f64> = plan.hits(self.contact).chain([planned]).collect();
+        hits.reverse();
+        let first = (PUSHES.iter()).flat_map(|push| hits.iter().map(|hit| one(*push, 0, *hit)));
+        let seeds = 1..self.seeds();
+        let others = seeds.flat_map(|n| PUSHES.map(|push| one(push, n, planned)));
+        first.chain(others).collect()
     }
 
     /// A wall of an order, K in N/m and B in N·s^μ/m, before a trial.
@@ -504,7 +501,8 @@ impl<'a> Search<'_, 'a> {
             }
             let limit = self.limit_n.filter(|_| is_at_rest(&outcome.settling));
             let quieter = limit.zip(outcome.noise_n);
-            let weaker = quieter.map_or(WEAKER, |(limit, noise)| (limit / noise).max(WEAKEST));
+            let otherwise = if ray.share > SOFT { WEAKER } else { WEAKEST };
+            let weaker = quieter.map_or(otherwise, |(limit, noise)| (limit / noise).max(WEAKEST));
             self.rays.push(Ray {
                 share: ray.share * weaker.min(WEAKER),
                 failed: ray.share,
@@ -554,11 +552,11 @@ impl<'a> Search<'_, 'a> {
         }
         let ratio = Some(first.beta / first.alpha).filter(|ratio| ratio.is_normal());
         let ratio = ratio.unwrap_or(1.0);
-        let mut others: Vec<i32> = HALF_OCTAVES.collect();
+        let mut others: Vec<i32> = OCTAVES.collect();
         others.retain(|n| *n != 0 || design.force_noise_limit_n.is_some());
         let rays = others.par_iter().map(|n| {
             // A ratio that cannot be analysed is no ray.
-            let ratio = ratio * 2_f64.powf(0.5 * f64::from(*n));
+            let ratio = ratio * f64::from(*n).exp2();
             let alpha = bench.largest_scale(1.0, ratio).ok()??;
             Ray::new(Arc::clone(bench), alpha, alpha * ratio).ok()
         });
