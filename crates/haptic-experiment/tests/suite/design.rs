@@ -114,8 +114,9 @@ fn where_the_strongest_walls_shake_the_best_that_passes_is_taken() {
     assert_eq!(first["reason"], "not at rest when tried");
     assert_eq!(report["simulated"]["verdict"], "stable");
     let (stiffness, noise) = ("stiffness_n_per_m", "tried_force_noise_rms_n");
-    // The steps of a prototype of these trials ended near 3.4 kN/m.
-    assert_relative("design", number(best, stiffness), 3400.0, 0.06);
+    // A prototype of these trials, at one place between two encoder steps and with nothing in hand on the noise, ended near 3.4 kN/m:
+    // five places and 3 % cost up to 8 %.
+    assert_relative("design", number(best, stiffness), 3400.0, 0.08);
     // Nobody gave a limit: it is 5 % of 1 N, and the noisier wall is named.
     assert_relative("limit", number(&report, "force_noise_limit_n"), 0.05, 1e-12);
     assert!(number(best, noise) <= 0.05 / 1.03, "{best}");
