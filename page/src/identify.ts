@@ -40,6 +40,8 @@ interface Identified {
   /** Time or frequency, and what was measured there. */
   x: number[];
   measured: number[];
+  /** Of several temperatures: where each was shifted to. */
+  several: { shifts?: { temperature_c: number; log10_shift: number; standard_error: number; by_storage?: number; by_loss?: number }[] };
   /** The tissue of the best model, or why it is none. */
   tissue: { name: string; text: string } | null;
   tissue_reason: string | null;
@@ -106,7 +108,9 @@ export class IdentifyPanel {
 
   /** What a table does not say. */
   take(record: Parameter[]): void {
-    this.rows.replaceChildren(...record.map((parameter) => this.fields.add(parameter)));
+    const rows = (options: boolean) => record.filter((parameter) => (parameter.option ?? false) === options).map((parameter) => this.fields.add(parameter));
+    const options = el("details", {}, el("summary", {}, "Options"), el("div", { class: "fields" }, ...rows(true)));
+    this.rows.replaceChildren(...rows(false), options);
   }
 
   /** A loading has its own fields. */
@@ -176,7 +180,7 @@ export class IdentifyPanel {
     });
     const said = [...found.warnings, ...found.notes].map((text) => el("p", { class: "hint" }, text));
     const head = el("tr", {}, ...["model", "numbers, with 95 % intervals", "fit"].map((text) => el("th", { scope: "col" }, text)));
-    this.result.replaceChildren(el("table", {}, el("thead", {}, head), el("tbody", {}, ...models)), ...said);
+    this.result.replaceChildren(el("table", {}, el("thead", {}, head), el("tbody", {}, ...models)), ...shifts(found), ...said);
     this.drawCurves(found);
     this.tissue.hidden = false;
     for (const part of this.tissue.querySelectorAll("input, button")) part.toggleAttribute("disabled", found.tissue === null);
@@ -215,6 +219,16 @@ export class IdentifyPanel {
     const { x, points } = joined(curves.map((curve) => decimate(found.x, curve.y, 800)));
     this.chart.draw(x, points, [x[0] ?? 0, x.at(-1) ?? 1]);
   }
+}
+
+/** The shifts of a master curve as a table, of nothing else. */
+function shifts({ several }: Identified): HTMLElement[] {
+  const all = several.shifts ?? [];
+  if (all.length === 0) return [];
+  const cells = (tag: "td" | "th", texts: string[]) => el("tr", {}, ...texts.map((text) => el(tag, {}, text)));
+  const rows = all.map((one) => cells("td", [`${number(one.temperature_c, 4)} °C`, `${number(one.log10_shift, 4)} ± ${number(one.standard_error, 2)}`, ...[one.by_storage, one.by_loss].map((alone) => (alone === undefined ? "" : number(alone, 4)))]));
+  const head = cells("th", ["temperature", "log₁₀ shift", "by storage alone", "by loss alone"]);
+  return [el("table", { class: "shifts" }, el("thead", {}, head), el("tbody", {}, ...rows))];
 }
 
 /** A number with its interval; with its standard error where there is none. */

@@ -236,6 +236,8 @@ export interface Parameter {
   help: string;
   /** Of a record: the loadings that it is for. */
   loadings?: string[];
+  /** Of a record: one that stands in the fold. */
+  option?: boolean;
 }
 
 export interface Form {

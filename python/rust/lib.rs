@@ -38,7 +38,8 @@ mod _native {
     use super::operators::{PyOperator, differintegrate, frequency_response, grunwald_weights};
     #[pymodule_export]
     use super::tissue::{
-        PyMaterial, PyModel, find_material, identify_record, library, model_table, restore_model,
+        PyMaterial, PyModel, find_material, identify_record, identify_tables, library, model_table,
+        restore_model,
     };
     use pyo3::prelude::*;
 

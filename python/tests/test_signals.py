@@ -18,6 +18,7 @@ import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from random import Random
 
 import pytest
 
@@ -37,7 +38,7 @@ from fractional_haptics import experiment
 place, device, period_s, out = sys.argv[1:]
 def run():
     experiment.relax(device=device, sample_time_s=float(period_s), watchdog_s=1.0, late_ticks=0, max_age_ticks=1000,
-                     contact="rigid", duration_s=300.0, out=out)
+                     contact="rigid", force_limit_n=4.0, duration_s=300.0, out=out)
 if place == "main":
     run()
 threading.Thread(target=run, daemon=True).start()
@@ -52,15 +53,17 @@ class Device:
         self.folder = folder
         self.sent = b""
         self.line = folder / "line"
-        command = [HOST_CLI, "device", "emulate", *options.split(), "--listen", "127.0.0.1:0", "--json"]
+        # A service has a port of its own.
+        listen = [] if "service_port" in options else ["--listen", "127.0.0.1:0"]
+        command = [HOST_CLI, "device", "emulate", *options.split(), *listen, "--json"]
         self.emulator = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         assert self.emulator.stdout is not None
         path = json.loads(self.emulator.stdout.readline())["path"]
-        port = int(path.rsplit(":", 1)[1])
+        self.port = int(path.rsplit(":", 1)[1])
         self.listener = socket.socket(socket.AF_UNIX)
         self.listener.bind(str(self.line))
         self.listener.listen()
-        threading.Thread(target=self._pass_on, args=(port,), daemon=True).start()
+        threading.Thread(target=self._pass_on, args=(self.port,), daemon=True).start()
 
     def _pass_on(self, port: int) -> None:
         host, _ = self.listener.accept()
@@ -258,23 +261,78 @@ def test_a_run_is_refused_where_a_signal_would_no_longer_be_heard(short) -> None
     assert "1 SIGTERM (15) would leave the force on the device: this process had a handler" in ran.stdout, ran
 
 
-def test_a_servo_is_told_to_stop(short) -> None:
-    for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP):
-        folder = short / str(number)
-        folder.mkdir()
-        device = Device(folder, "--kind moteus turn=2mm:0.5s")
-        run = started("main", f"moteus:{device.line},radius=20mm,watchdog=1s,lost=1000", 0.002, folder)
-        while not (folder / "run/relax.mcap.part").exists():
+# Options of the emulator, name of the device, sample time, and time of the log before the hand presses, both s.
+KINDS = {
+    "serial": ("", "serial:{line}", 0.001, 0.1),
+    "tcp": ("", "tcp:127.0.0.1:{port}", 0.001, 0.1),
+    "moteus": ("--kind moteus turn=2mm:0.5s", "moteus:{line},radius=20mm,watchdog=1s,lost=1000", 0.002, 1.4),
+    "inverse3": ("--kind inverse3 service_port=0", "inverse3:127.0.0.1:{port},lost=1000", 0.001, 0.1),
+}
+
+
+def numbers(said: str, words: str) -> list[float]:
+    return [float(number) for number in re.findall(r"-?\d+\.?\d*", said.split(words)[1].split(";")[0])]
+
+
+def host(*words: object) -> tuple[int, dict]:
+    ran = subprocess.run([HOST_CLI, *words, "--json"], capture_output=True, text=True, timeout=60, check=False)
+    return ran.returncode, json.loads(ran.stdout or "{}")
+
+
+def met(folder: Path, kind: str, number: int, wait_s: float) -> None:
+    """A run on a device of a kind that a signal meets after some time of its log: no force is left, and the log is whole."""
+    folder.mkdir()
+    options, name, period_s, before_s = KINDS[kind]
+    device = Device(folder, options)
+    log = folder / "run/relax.mcap.part"
+    run = started("main", name.format(line=device.line, port=device.port), period_s, folder)
+    try:
+        # Some 80 bytes a sample behind the head of the log.
+        while not log.exists() or log.stat().st_size < 8000 + 80 * (before_s + wait_s) / period_s:
             assert run.poll() is None, run.communicate()[1]
-            time.sleep(0.01)
-        time.sleep(2.5)
+            time.sleep(0.005)
         run.send_signal(number)
-        ended(run)
+        is_deadly = number == signal.SIGKILL
+        assert ended(run) in ({"signal 9"} if is_deadly else end_of(number))
+        if is_deadly:
+            # Its watchdog, and the time to zero force.
+            time.sleep(2.0)
+            code, told = host("log", "recover", log, folder / "saved.mcap")
+            assert code in (0, 4) and told["samples"] > 0, told
+        else:
+            code, told = host("log", "check", folder / "run/relax.mcap")
+            is_whole = told["complete"] and told["end"]["ended"] == "interrupted" and code in (0, 4)
+            assert is_whole, (code, told)
         run.kill()
         run.communicate()
+        if kind in ("serial", "tcp"):
+            told = host("device", "info", "--device", f"tcp:127.0.0.1:{device.port}")[1]
+            assert told["state"] == ("in a fault" if is_deadly else "idle"), told
+            return
         said = device.ends()
-        # Not mode 11, that of its own watchdog.
-        words = re.search(r"mode (\d+).* torque ([-\d.]+).* largest ([-\d.]+)", said)
-        assert words is not None, said
-        assert (words[1], float(words[2])) == ("0", 0.0), said
-        assert float(words[3]) > 0.0, said
+        if kind == "moteus":
+            # 11 is that of its own watchdog.
+            assert numbers(said, "mode ")[0] == (11 if is_deadly else 0), said
+            assert numbers(said, "torque ")[0] == 0.0 < numbers(said, "largest ")[0], said
+        else:
+            forces = numbers(said, "; force ")
+            assert forces[:3] == [0.0] * 3 and forces[3] > 0.0, said
+    finally:
+        run.kill()
+        run.communicate()
+        if device.emulator.poll() is None:
+            device.ends()
+
+
+def test_no_signal_leaves_a_force_on_a_device_of_any_kind_and_the_log_is_whole(short) -> None:
+    """`CAMPAIGN_CASES` sets how many, 8 by default."""
+    random = Random(65)
+    numbers = [*SIGNALS, signal.SIGKILL]
+    kinds = list(KINDS)
+    with ThreadPoolExecutor(3) as pool:
+        cases = [
+            pool.submit(met, short / str(case), kinds[case % len(kinds)], numbers[case % len(numbers)], random.random())
+            for case in range(int(os.environ.get("CAMPAIGN_CASES", 8)))
+        ]
+        for case in cases:
+            case.result()

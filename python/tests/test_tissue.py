@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.special import gamma
 
-from fractional_haptics.tissue import MODELS, Material, Model, find, identify, library
+from fractional_haptics.tissue import MODELS, Material, Model, find, identify, identify_tables, library
 
 MUSCLE = {
     "viscosity_pa_s_alpha": 876e3,
@@ -223,3 +223,54 @@ def test_a_prony_series_says_its_error() -> None:
 def test_what_is_wrong_is_refused_with_a_reason(call, text: str) -> None:
     with pytest.raises(ValueError, match=text):
         call()
+
+
+def test_a_contact_point_a_ramp_and_held_parameters_are_those_of_the_command():
+    gel = Model("spring-pot", viscosity_pa_s_alpha=3000.0, order=0.2)
+    t = np.linspace(0.0, 1.0, 201)
+    # A sphere of 4 mm that touches at 0.1 mm: f = 16/9·√R·E ∗ d(δ^1.5), of which the spring is the simplest.
+    depth = 1e-3 * t
+    force = 16 / 9 * 4e-3**0.5 * 1000.0 * np.maximum(depth - 1e-4, 0.0) ** 1.5
+    sphere = {"depth": depth, "loading": "sphere", "indenter_radius_m": 4e-3, "models": ["spring"]}
+    for contact in (1e-4, "fit"):
+        found = identify(t, force, "record", contact_point=contact, **sphere)
+        assert found.best.model.parameters["elastic_modulus_pa"] == pytest.approx(1000.0, rel=1e-3)
+    stress = gel.stress(t, np.minimum(t / 0.1, 1.0))
+    found = identify(t, stress, ramp_time_s=0.1, models=["spring-pot"])
+    assert found.best.model.parameters["order"] == pytest.approx(0.2, abs=1e-3)
+    held = identify(t[1:], gel.relaxation_modulus(t[1:]), fix={"order": (0.21, 0.3)}, models=["spring-pot"])
+    assert held.best.model.parameters["order"] == pytest.approx(0.21, abs=1e-9)
+    for wrong, said in [
+        ({"fix": {"colour": 1.0}}, "no model has a parameter"),
+        ({"contact_point": 0.1}, "contact_point belongs to depth"),
+        ({"baseline": "curved"}, "is not one of constant, linear"),
+        ({"kind": "creep", "ramp_time_s": 1.0}, "belongs to kind"),
+    ]:
+        with pytest.raises(ValueError, match=said):
+            identify(t[1:], gel.relaxation_modulus(t[1:]), **wrong)
+
+
+def test_tables_are_read_with_segments_and_shifted_to_a_master_curve(tmp_path):
+    gel = Model("spring-pot", viscosity_pa_s_alpha=1000.0, order=0.25)
+    omega = np.geomspace(1.0, 100.0, 9)
+    header = "omega_rad_s,storage_modulus_pa,loss_modulus_pa"
+    paths = []
+    for celsius, shift in [(20.0, 0.0), (30.0, -0.4), (40.0, -0.7)]:
+        modulus = gel.complex_modulus(omega * 10**shift)
+        rows = [f"{w},{m.real},{m.imag}" for w, m in zip(omega, modulus, strict=True)]
+        paths.append(tmp_path / f"{celsius}.csv")
+        paths[-1].write_text("\n".join([header, *rows]))
+    found = identify_tables(*paths, model="spring-pot", master_curve_c=20.0, temperatures_c=[20.0, 30.0, 40.0], shift_by="storage")
+    assert found.best.model.parameters["order"] == pytest.approx(0.25, rel=1e-6)
+    assert [one["log10_shift"] for one in found.several["shifts"]] == pytest.approx([0.0, -0.4, -0.7], abs=1e-6)
+    columns = {"columns": "omega=1,storage=2,loss=3"}
+    one = identify_tables(paths[0], model="spring-pot", **columns, from_=3.0)
+    assert one.x.size == 2 * np.count_nonzero(omega >= 3.0) and one.notes
+    for given, said in [
+        ({"temperatures_c": [20.0]}, "no effect without"),
+        ({"temperatures_c": [20.0], "master_curve_c": 20.0}, "there are 3 files, and not as many"),
+        ({"segment": "9"}, "20.0.csv: there is no one segment"),
+        ({"fix": {"order": "x"}}, "fix"),
+    ]:
+        with pytest.raises(ValueError, match=said):
+            identify_tables(*paths, **given)

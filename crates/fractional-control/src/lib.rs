@@ -7,6 +7,8 @@ extern crate std;
 
 #[cfg(feature = "std")]
 pub mod analysis;
+#[cfg(feature = "std")]
+pub mod autoregression;
 mod controller;
 #[cfg(feature = "std")]
 mod curves;

@@ -5,6 +5,7 @@ pub(crate) mod bench;
 pub(crate) mod design;
 mod machine_check;
 pub(crate) mod measurement;
+pub mod tissue;
 pub(crate) mod zwidth;
 
 use crate::document::Document;

@@ -40,6 +40,16 @@ pub enum ParameterError {
         /// Name of the kind of loading, as in `punch`.
         loading: &'static str,
     },
+    /// A layer under an indenter whose force is known on a deep body only.
+    #[error(
+        "a layer under a {loading} resists more than a deep body, and no formula for it is implemented (3.6 times where a bonded layer is as thick as a punch's radius: W. C. Hayes and others, 1972): press with a sphere, or on a body deeper than ten radii"
+    )]
+    Layer {
+        /// Name of the size, as in `thickness`.
+        what: &'static str,
+        /// Name of the kind of loading, as in `punch`.
+        loading: &'static str,
+    },
     /// A parameter of the operator.
     #[error(transparent)]
     Operator(#[from] fracdiff::ParameterError),

@@ -182,6 +182,9 @@ impl Loading {
         ];
         let idle = |&(given, what): &(bool, &str)| given && !kind.sizes().contains(&what);
         match given.into_iter().find(idle) {
+            Some((_, what)) if !kind.is_slab() && matches!(what, "thickness" | "bonded") => {
+                Err(ParameterError::Layer { what, loading })
+            }
             Some((_, what)) => Err(ParameterError::NoEffect { what, loading }),
             None => Ok(body),
         }

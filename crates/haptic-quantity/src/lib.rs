@@ -123,6 +123,7 @@ const ENDS: &[End] = &[
     end("_rad_s", "FREQUENCY", &ANGULAR_FREQUENCY, "rad/s", (0, 0)),
     end("_rad", "ANGLE", &ANGLE, "rad", (0, 0)),
     end("_hz", "FREQUENCY", &FREQUENCY, "Hz", (-3, 6)),
+    written_end("_per_pa", "Pa⁻¹", 1.0, (0, 0)),
     end("_pa", "STRESS", &STRESS, "Pa", (0, 9)),
     End {
         per_unit: 1e3,

@@ -14,6 +14,7 @@ use std::fmt::Write as _;
 use std::ops::RangeInclusive;
 
 const BRANCHES: Key = Key("branches");
+const CARD: Key = Key("card");
 const HORIZON: Key = Key("horizon_s");
 const SHORTEST: Key = Key("shortest_s");
 
@@ -71,6 +72,9 @@ pub enum ExportError {
     /// A format that refers to the long-term modulus, and a series without one.
     #[error("the format needs a long-term modulus: take the format table")]
     NoLongTermModulus,
+    /// A format without whole materials.
+    #[error("the format {0} has no card of a whole material: take ansys or abaqus, or omit {CARD}")]
+    Card(&'static str),
     /// A series that is no model.
     #[error(transparent)]
     Model(#[from] ModelError),
@@ -334,15 +338,42 @@ impl ExportFormat {
     }
 }
 
+/// How much of a material a text has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Card {
+    /// The series, for a material whose elasticity stands elsewhere.
+    #[default]
+    Series,
+    /// The elasticity too: a material that is ready.
+    Material,
+}
+
+impl Card {
+    /// Each with its name on the command line.
+    pub const ALL: [(Self, &'static str, &'static str); 2] = [
+        (Self::Series, "series", "the Prony series alone"),
+        (
+            Self::Material,
+            "material",
+            "a whole material, of ansys and abaqus",
+        ),
+    ];
+}
+
+/// Ansys takes no Poisson's ratio of 0.5.
+const ANSYS_RATIO: f64 = 0.4999;
+
 impl PronyFit {
     /// The series in the convention of a program, with comments that describe it, including which
-    /// modulus it is. `title` is one line of text.
+    /// modulus it is. `title` is one line of text, whose first word names the material.
     ///
     /// # Errors
-    /// More branches than the program takes; a convention that needs a long-term modulus, and a series without one.
+    /// More branches than the program takes; a convention that needs a long-term modulus, and a series without one; a whole material
+    /// of a format without.
     pub fn text(
         &self,
         format: ExportFormat,
+        card: Card,
         title: &str,
         loading: &MeasuredLoading,
     ) -> Result<String, ExportError> {
@@ -361,15 +392,58 @@ impl PronyFit {
             ExportFormat::Abaqus => self.abaqus(),
             ExportFormat::Febio => self.febio(),
         };
-        Ok(self.comments(format, title, loading) + &body)
+        let head = match card {
+            Card::Series => String::new(),
+            Card::Material => self.material(format, title, loading)?,
+        };
+        Ok(self.comments(format, title, loading) + &head + &body)
+    }
+
+    /// Young's modulus over the modulus of the series.
+    fn young(loading: &MeasuredLoading) -> f64 {
+        match loading.modulus() {
+            Modulus::Young => 1.0,
+            Modulus::Shear => 2.0 * (1.0 + loading.poisson_ratio()),
+        }
+    }
+
+    /// What stands above the series in a whole material: its name and its elasticity.
+    fn material(
+        &self,
+        format: ExportFormat,
+        title: &str,
+        loading: &MeasuredLoading,
+    ) -> Result<String, ExportError> {
+        let modulus = Self::young(loading) * self.instantaneous_modulus_pa();
+        let ratio = loading.poisson_ratio();
+        let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+        let name = title.split_whitespace().next().unwrap_or("tissue");
+        let name: String = name.chars().map(plain).collect();
+        let instantaneous = match self.branches.is_empty() {
+            true => "",
+            false => ", MODULI=INSTANTANEOUS",
+        };
+        let is_incompressible = ratio > ANSYS_RATIO;
+        let [hybrid, mixed] = [
+            "** nu = 0.5 needs hybrid elements\n",
+            "! nu = 0.5 is written 0.4999: take elements with u-P formulation\n",
+        ]
+        .map(|note| if is_incompressible { note } else { "" });
+        match format {
+            ExportFormat::Abaqus => Ok(format!(
+                "{hybrid}*MATERIAL, NAME={name}\n*ELASTIC{instantaneous}\n{modulus:.12e}, {ratio:?}\n"
+            )),
+            ExportFormat::Ansys => Ok(format!(
+                "{mixed}MP,EX,1,{modulus:.12e}\nMP,PRXY,1,{:?}\n",
+                ratio.min(ANSYS_RATIO)
+            )),
+            ExportFormat::Table | ExportFormat::Febio => Err(ExportError::Card(format.name())),
+        }
     }
 
     fn comments(&self, format: ExportFormat, title: &str, loading: &MeasuredLoading) -> String {
         // Elastic materials of these programs take Young's modulus.
-        let young = match loading.modulus() {
-            Modulus::Young => 1.0,
-            Modulus::Shear => 2.0 * (1.0 + loading.poisson_ratio()),
-        };
+        let young = Self::young(loading);
         let instantaneous = young * self.instantaneous_modulus_pa();
         let convention = match format {
             ExportFormat::Table => "branch 0 is the spring E".to_owned(),

@@ -13,7 +13,7 @@ mod model;
 mod sampled;
 mod text_file;
 
-pub use export::{ExportError, ExportFormat, PronyFit};
+pub use export::{Card, ExportError, ExportFormat, PronyFit};
 pub use full_history::FullHistory;
 pub use indentation::{Ting, ting};
 pub use library::Library;

@@ -9,9 +9,8 @@ use crate::output::{Output, note, refused};
 use clap::error::{ContextKind, ErrorKind};
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use haptic_experiment::Failure;
-use haptic_experiment::parameters::now_called;
 use haptic_experiment::run::DeviceName;
-use haptic_quantity::{is_bare, is_unit, nearest, without_unit};
+use haptic_quantity::{is_bare, is_unit, nearest};
 use std::any::TypeId;
 use std::collections::BTreeSet;
 use std::ffi::OsString;
@@ -284,12 +283,6 @@ fn meant(error: &clap::Error) -> Option<String> {
     let wanted = words.find(is_whole).unwrap_or(&typed);
     let options = command.get_arguments().filter_map(clap::Arg::get_long);
     let options: Vec<String> = options.map(|option| format!("--{option}")).collect();
-    let former = now_called(wanted.trim_start_matches('-'));
-    if let Some(now) = former.map(|now| format!("--{}", option_of(now)))
-        && options.contains(&now)
-    {
-        return Some(format!("{typed} is now called {now}"));
-    }
     let keys = match command.get_name() {
         "set" => changes::names(),
         "emulate" => emulate::names(),
@@ -301,11 +294,7 @@ fn meant(error: &clap::Error) -> Option<String> {
     let known: Vec<String> = options.into_iter().chain(below).chain(keys).collect();
     let known: Vec<&str> = known.iter().map(String::as_str).collect();
     let name = nearest(wanted, &known)?;
-    // In a document of another kind it was the name of another key.
-    Some(match former.filter(|_| name.contains('=')) {
-        Some(now) => format!("write {}=VALUE, or {name} of two hands", without_unit(now)),
-        None => format!("did you mean `{name}`?"),
-    })
+    Some(format!("did you mean `{name}`?"))
 }
 
 /// How to write words that a blank has torn apart: `60 s`, `mass = 65g`, `0.5 1` behind an option.

@@ -15,7 +15,7 @@ use haptic_experiment::document::{Document, short};
 use haptic_experiment::parameters::analysis::ANALYSED_SCHEME;
 use haptic_experiment::parameters::{
     DEVICE_MODEL, DRIVE_TABLE, KINDS, MEASUREMENT, ORDER, Parameter, QUESTIONS, Value as Kind,
-    choices, is_path, now_called, of_kind,
+    choices, is_path, of_kind,
 };
 use haptic_experiment::run::DeviceModel;
 use haptic_quantity::{did_you_mean, doubt, is_meant, kind_of_key, parse_for_key, without_unit};
@@ -193,10 +193,7 @@ impl<N: Named> Options<N> {
             let (key, text) = said.split_once('=').unwrap_or((said, ""));
             let Some(parameter) = all.iter().find(|known| is_meant(known.key, key)) else {
                 let known: Vec<&str> = all.iter().map(|known| without_unit(known.key)).collect();
-                let error = match now_called(key).map(without_unit) {
-                    Some(now) if known.contains(&now) => format!("`{key}` is now called `{now}`"),
-                    _ => format!("no such key: {}", did_you_mean(key, known)),
-                };
+                let error = format!("no such key: {}", did_you_mean(key, known));
                 return Err(refused(&short(said), error));
             };
             let set = given.set(key, parameter, text.trim());

@@ -4,9 +4,15 @@ use super::kind_of;
 use super::model::PyModel;
 use crate::arrays::{Whole, complex_vector, vector};
 use crate::conducted::{Interrupted, conduct};
+use crate::json::{from_python, to_python};
 use crate::refused::{OrRefused as _, refused};
+use haptic_experiment::question::tissue::{
+    BASELINES, RecordForm, RecordQuestion, contact_point, held,
+};
 use haptic_loop::{Loading, LoadingKind, Specimen};
-use haptic_tissue::identify::{self, CANDIDATES, Identification, Options, Record, Weighting};
+use haptic_tissue::identify::{
+    self, Baseline, CANDIDATES, ContactPoint, Identification, Options, Record, Weighting, table,
+};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -22,9 +28,18 @@ pub(crate) struct Pressed {
     half_angle_rad: Option<f64>,
     bonded: bool,
     poisson_ratio: f64,
+    contact_point: Option<String>,
 }
 
 impl Pressed {
+    fn contact(&self) -> PyResult<ContactPoint> {
+        let contact = self.contact_point.as_deref().map(contact_point);
+        let contact = contact.transpose();
+        contact
+            .map(Option::unwrap_or_default)
+            .map_err(|why| refused(format_args!("contact_point {why}")))
+    }
+
     fn specimen(&self) -> PyResult<Specimen> {
         let kind = LoadingKind::ALL.iter().find(|one| one.1 == self.loading);
         let Some(&(kind, _)) = kind else {
@@ -55,7 +70,12 @@ type Columns<'py> = (
 );
 
 /// A record of its kind from columns; strain, or depth of a specimen, only for any motion.
-fn record(kind: &str, columns: &Columns<'_>, pressed: Option<&Pressed>) -> PyResult<Record> {
+fn record(
+    kind: &str,
+    columns: &Columns<'_>,
+    pressed: Option<&Pressed>,
+    ramp_time_s: Option<f64>,
+) -> PyResult<Record> {
     let (t, y, strain, depth) = columns;
     let x = vector("t", t)?;
     if let (Some(pressed), Some(depth)) = (pressed, depth) {
@@ -65,7 +85,8 @@ fn record(kind: &str, columns: &Columns<'_>, pressed: Option<&Pressed>) -> PyRes
             ));
         }
         let (depth, force) = (vector("depth", depth)?, vector("y", y)?);
-        return Record::pressed(x, depth, force, &pressed.specimen()?).or_refused();
+        let contact = pressed.contact()?;
+        return Record::pressed_from(contact, x, depth, force, &pressed.specimen()?).or_refused();
     }
     if strain.is_some() != (kind == "record") {
         return Err(refused(if kind == "record" {
@@ -73,6 +94,9 @@ fn record(kind: &str, columns: &Columns<'_>, pressed: Option<&Pressed>) -> PyRes
         } else {
             "strain belongs to kind=\"record\" only: divide the stress by a held strain yourself"
         }));
+    }
+    if let Some(ramp_time_s) = ramp_time_s {
+        return ramped(kind, x, vector("y", y)?, ramp_time_s);
     }
     match (kind, strain) {
         ("relaxation", _) => Record::relaxation(x, vector("y", y)?),
@@ -95,6 +119,25 @@ fn record(kind: &str, columns: &Columns<'_>, pressed: Option<&Pressed>) -> PyRes
     .or_refused()
 }
 
+/// A relaxation that begins with the ramp to its strain.
+fn ramped(kind: &str, time_s: Vec<f64>, modulus_pa: Vec<f64>, ramp_s: f64) -> PyResult<Record> {
+    if kind != "relaxation" {
+        return Err(refused("ramp_time_s belongs to kind=\"relaxation\" only"));
+    }
+    let columns = table::Columns {
+        values: vec![
+            (table::Column::Time, "t".to_owned(), time_s),
+            (table::Column::Modulus, "y".to_owned(), modulus_pa),
+        ],
+        ..table::Columns::default()
+    };
+    let reading = table::Reading {
+        ramp_time_s: Some(ramp_s),
+        ..table::Reading::default()
+    };
+    Ok(columns.record(&reading).or_refused()?.record)
+}
+
 /// The options of an identification by their names.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
@@ -106,9 +149,23 @@ pub(crate) struct IdentifyOptions {
     bootstrap: Whole,
     seed: Whole,
     stiffening: bool,
+    baseline: Option<String>,
+    fix: Vec<String>,
+    ramp_time_s: Option<f64>,
 }
 
 impl IdentifyOptions {
+    fn baseline(&self) -> PyResult<Option<Baseline>> {
+        let Some(name) = &self.baseline else {
+            return Ok(None);
+        };
+        let known = BASELINES.iter().find(|one| one.1 == name);
+        known.map(|one| Some(one.0)).ok_or_else(|| {
+            let names = BASELINES.map(|one| one.1).join(", ");
+            refused(format_args!("baseline \"{name}\" is not one of {names}"))
+        })
+    }
+
     fn options(&self) -> PyResult<Options> {
         let candidates = match &self.models {
             Some(names) => names
@@ -136,8 +193,10 @@ impl IdentifyOptions {
                 .within("bootstrap", Options::BOOTSTRAP_ALLOWED)? as usize,
             seed: self.seed.within("seed", 0..=u64::MAX)?,
             stiffening: self.stiffening,
-            baseline: None,
-            held: Vec::new(),
+            baseline: self.baseline()?,
+            held: (self.fix.iter())
+                .map(|one| held(one).map_err(|why| refused(format_args!("fix {one:?} {why}"))))
+                .collect::<PyResult<_>>()?,
         })
     }
 }
@@ -152,7 +211,9 @@ pub(crate) fn identify_record<'py>(
     options: IdentifyOptions,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let records = (records.iter()).map(|columns| record(kind, columns, pressed.as_ref()));
+    let ramp_time_s = options.ramp_time_s;
+    let record = |columns| record(kind, columns, pressed.as_ref(), ramp_time_s);
+    let records = records.iter().map(record);
     let record = Record::together(records.collect::<PyResult<_>>()?).or_refused()?;
     let options = options.options()?;
     let found = conduct(py, progress, Interrupted::Forgotten, move |conduct| {
@@ -160,6 +221,35 @@ pub(crate) fn identify_record<'py>(
         identify::identify_unless(&record, &options, conduct.stop(), &done).or_refused()
     })?;
     report(py, &found)
+}
+
+/// Models fitted to tables, as the command reads them: names with bytes, and options by their keys.
+#[pyfunction]
+pub(crate) fn identify_tables<'py>(
+    py: Python<'py>,
+    tables: Vec<(String, Vec<u8>)>,
+    options: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let form: RecordForm = from_python("options", options)?;
+    let question = RecordQuestion::of(&form).or_refused()?;
+    question.check(tables.len()).or_refused()?;
+    let (mut all, mut names) = (Vec::new(), Vec::new());
+    for (file, (name, bytes)) in tables.iter().enumerate() {
+        let read = question.read(file, question.reader.clone(), bytes);
+        let read = read.map_err(|error| refused(format_args!("{name}: {error}")))?;
+        names.extend(read.iter().map(|_| name.clone()));
+        all.extend(read);
+    }
+    let answer = conduct(py, None, Interrupted::Forgotten, move |conduct| {
+        let done = |records| conduct.add(records as u64);
+        question
+            .answer(all, &names, conduct.stop(), &done)
+            .or_refused()
+    })?;
+    let report = report(py, &answer.found)?;
+    report.set_item("notes", &answer.understood.notes)?;
+    report.set_item("several", to_python(py, &answer.rows)?)?;
+    Ok(report)
 }
 
 fn report<'py>(py: Python<'py>, found: &Identification) -> PyResult<Bound<'py, PyDict>> {

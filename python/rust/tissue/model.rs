@@ -4,7 +4,7 @@ use super::{checked_history, kind_of, values_of};
 use crate::arrays::{Whole, vector};
 use crate::conducted::{each, heard};
 use crate::refused::{OrRefused as _, refused};
-use haptic_tissue::{ExportFormat, MeasuredLoading, Model, PronyFit};
+use haptic_tissue::{Card, ExportFormat, MeasuredLoading, Model, PronyFit};
 use numpy::{Complex64, IntoPyArray as _, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -270,7 +270,9 @@ impl PyModel {
     /// branches, shortest_s, horizon_s
     ///     As in `prony`.
     /// title : str
-    ///     A line for people.
+    ///     A line for people; its first word names a whole material.
+    /// card : {"series", "material"}
+    ///     The series alone, or the elasticity of the material too, of ansys and abaqus.
     ///
     /// Returns
     /// -------
@@ -280,7 +282,8 @@ impl PyModel {
     /// ------
     /// ValueError
     ///     As `prony`; more branches than the program takes.
-    #[pyo3(signature = (program, branches, shortest_s, horizon_s, title = "fractional-haptics"))]
+    #[pyo3(signature = (program, branches, shortest_s, horizon_s, title = "fractional-haptics", card = "series"))]
+    #[expect(clippy::too_many_arguments, reason = "Python names them")]
     fn export(
         &self,
         py: Python<'_>,
@@ -289,7 +292,17 @@ impl PyModel {
         shortest_s: f64,
         horizon_s: f64,
         title: &str,
+        card: &str,
     ) -> PyResult<String> {
+        let cards = Card::ALL.map(|one| one.1);
+        let known = Card::ALL.iter().find(|one| one.1 == card);
+        let card = known.ok_or_else(|| {
+            refused(format_args!(
+                "card \"{card}\" is not one of {}",
+                cards.join(", ")
+            ))
+        })?;
+        let card = card.0;
         let mut formats = ExportFormat::ALL.into_iter();
         let format = formats.find(|format| format.name() == program);
         let format = format.ok_or_else(|| {
@@ -297,7 +310,7 @@ impl PyModel {
             refused(format_args!("program \"{program}\" is not one of {known}"))
         })?;
         let fit = self.fit(py, &branches, shortest_s, horizon_s)?;
-        fit.text(format, title, &MeasuredLoading::default())
+        fit.text(format, card, title, &MeasuredLoading::default())
             .or_refused()
     }
 

@@ -68,7 +68,13 @@ class Model(Shown):
     def strain(self, time_s: ArrayLike, stress_pa: ArrayLike) -> _Floats: ...
     def prony(self, branches: int, shortest_s: float, horizon_s: float) -> tuple[Model, float]: ...
     def export(
-        self, program: str, branches: int, shortest_s: float, horizon_s: float, title: str = "fractional-haptics"
+        self,
+        program: str,
+        branches: int,
+        shortest_s: float,
+        horizon_s: float,
+        title: str = "fractional-haptics",
+        card: str = "series",
     ) -> str: ...
 
 @final
@@ -113,6 +119,8 @@ def identify_record(
     options: dict[str, Any],
     progress: _Progress | None,
 ) -> dict[str, Any]: ...
+
+def identify_tables(tables: list[tuple[str, bytes]], options: dict[str, Any]) -> dict[str, Any]: ...
 
 class Device(Shown):
     @property

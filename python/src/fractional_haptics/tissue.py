@@ -6,7 +6,7 @@ Names of parameters carry their units: ``_pa``, ``_pa_s_alpha`` (Pa·s^α), ``_s
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -33,6 +33,7 @@ __all__ = [
     "Parameter",
     "find",
     "identify",
+    "identify_tables",
     "library",
 ]
 
@@ -202,6 +203,10 @@ class Identification(HoldsArrays, Shown):
     """Moduli, compliances, all storage and then all loss moduli, or stresses: of an indenter its force over γℓ, Pa."""
     warnings: tuple[str, ...]
     """Sentences that one should read."""
+    notes: tuple[str, ...] = ()
+    """Of tables: what was guessed, converted or left out."""
+    several: dict[str, Any] = field(default_factory=dict)
+    """Of specimens their spread; of temperatures the shifts, their overlaps and laws: as the command's JSON has them."""
 
     @property
     def best(self) -> Fit:
@@ -236,6 +241,10 @@ def identify(
     bootstrap: int = 0,
     seed: int = 1,
     stiffening: bool = False,
+    contact_point: float | Literal["fit"] | None = None,
+    baseline: Literal["constant", "linear"] | None = None,
+    ramp_time_s: float | None = None,
+    fix: Mapping[str, float | tuple[float, float]] | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> Identification:
     """Models from a measured record, or from several motions of one tissue together.
@@ -281,6 +290,14 @@ def identify(
         Seed of the bootstrap: same seed, same numbers.
     stiffening : bool, default False
         Of a ``record``: find b of tissue that stiffens too, the last estimate of the best fit, 0 to 100.
+    contact_point : float or "fit", optional
+        Of ``depth``: where an indenter touches, m; ``"fit"`` finds it. Without it 0.
+    baseline : {"constant", "linear"}, optional
+        Of a ``record``: find the part of the force that is not the tissue's too.
+    ramp_time_s : float, optional
+        Of a ``relaxation`` that begins with the ramp to its strain, at the time 0.
+    fix : mapping, optional
+        Parameters, by their names in `Model`, that are held at a value, or between two; models without them are left out.
     progress : callable, optional
         Called with the number of records of the bootstrap that are done.
 
@@ -319,6 +336,9 @@ def identify(
         "bootstrap": bootstrap,
         "seed": seed,
         "stiffening": stiffening,
+        "baseline": baseline,
+        "ramp_time_s": ramp_time_s,
+        "fix": _fixed(fix),
     }
     pressed = {
         "loading": loading,
@@ -328,11 +348,151 @@ def identify(
         "half_angle_rad": half_angle_rad,
         "bonded": bonded,
         "poisson_ratio": poisson_ratio,
+        "contact_point": None if contact_point is None else str(contact_point),
     }
+    if contact_point is not None and depth is None:
+        raise ValueError("contact_point belongs to depth: give both, or neither")
     if (depth is None) != (loading is None):
         raise ValueError("depth and loading belong together: give both, or neither")
     records = _motions(t, y, strain, depth)
     found = _native.identify_record(records, kind, None if depth is None else pressed, options, progress)
+    return _identification(found)
+
+
+def identify_tables(
+    *tables: str | os.PathLike[str],
+    kind: Literal["relaxation", "creep", "oscillation", "record"] | None = None,
+    model: str | None = None,
+    columns: str = "",
+    units: str = "",
+    segment: str = "",
+    from_: float | None = None,
+    to: float | None = None,
+    skip_bad_rows: bool = False,
+    strain: float | None = None,
+    stress_pa: float | None = None,
+    loading: Literal["shear", "tension", "compression", "punch", "sphere", "cone"] | None = None,
+    area_m2: float | None = None,
+    thickness_m: float | None = None,
+    indenter_radius_m: float | None = None,
+    half_angle_rad: float | None = None,
+    bonded: bool = False,
+    poisson_ratio: float | None = None,
+    contact_point: float | Literal["fit"] | None = None,
+    baseline: Literal["constant", "linear"] | None = None,
+    ramp_time_s: float | None = None,
+    ramp_ends_s: float | None = None,
+    subtract_start: bool = False,
+    stiffening: bool = False,
+    fix: Mapping[str, float | tuple[float, float]] | None = None,
+    replicates: bool = False,
+    master_curve_c: float | None = None,
+    shift_by: Literal["storage", "loss", "both"] | None = None,
+    temperatures_c: Sequence[float] = (),
+) -> Identification:
+    """Models from tables, read as ``host-cli identify`` reads them.
+
+    Parameters
+    ----------
+    tables : path
+        CSV or TSV, as instruments write them; several are motions of one tissue, unless ``replicates`` or ``master_curve_c`` is
+        given.
+    kind, strain, stress_pa
+        Kind of the record, and the value that is held where no column has it.
+    model : str, optional
+        The one to put first; without it the record chooses.
+    columns, units, segment : str
+        As in ``"time=1,modulus=3"``, ``"time=ms"``, ``"1,3"``.
+    from_, to : float, optional
+        First and last time, s, or angular frequency, rad/s.
+    skip_bad_rows : bool
+        Leave out rows that are no sample, a tenth of them at most; `Identification.notes` names them.
+    loading, area_m2, thickness_m, indenter_radius_m, half_angle_rad, bonded, poisson_ratio
+        As in `identify`.
+    contact_point, baseline, ramp_time_s, stiffening, fix
+        As in `identify`.
+    ramp_ends_s : float, optional
+        Time of the table's clock at which the ramp ends; without it the ramp begins at 0.
+    subtract_start : bool
+        Subtract the first row of strain and stress.
+    replicates : bool
+        The tables are of several specimens: each is fitted by itself, and the mean is taken.
+    master_curve_c : float, optional
+        The tables, or segments, are at several temperatures: shift them to this one, °C.
+    shift_by : {"storage", "loss", "both"}, optional
+        The modulus of sweeps that decides the shift.
+    temperatures_c : sequence of float
+        One for each table that has no column of it.
+
+    Returns
+    -------
+    Identification
+
+    Raises
+    ------
+    OSError
+        A table that cannot be read.
+    ValueError
+        What the command refuses, with the name of the table.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> folder = pathlib.Path(tempfile.mkdtemp())
+    >>> rows = [f"{t},{1000 * t**-0.2 * 0.8590}" for t in (0.1, 0.3, 1, 3, 10, 30)]
+    >>> _ = (folder / "gel.csv").write_text("\\n".join(["Time (s),Modulus (Pa)", *rows]))
+    >>> best = identify_tables(folder / "gel.csv", fix={"order": (0.1, 0.3)}).best
+    >>> best.kind, round(best.model.parameters["order"], 6)
+    ('spring-pot', 0.2)
+    """
+    import pathlib
+
+    given = {
+        "kind": kind,
+        "model": model,
+        "columns": columns,
+        "units": units,
+        "segment": segment,
+        "from": from_,
+        "to": to,
+        "skip_bad_rows": skip_bad_rows,
+        "strain": strain,
+        "stress_pa": stress_pa,
+        "loading": loading,
+        "area_m2": area_m2,
+        "thickness_m": thickness_m,
+        "indenter_radius_m": indenter_radius_m,
+        "half_angle_rad": half_angle_rad,
+        "bonded": bonded,
+        "poisson_ratio": poisson_ratio,
+        "contact_point_m": contact_point,
+        "baseline": baseline,
+        "ramp_time_s": ramp_time_s,
+        "ramp_ends_s": ramp_ends_s,
+        "subtract_start": subtract_start,
+        "stiffening": stiffening,
+        "fix": ",".join(_fixed(fix)),
+        "replicates": replicates,
+        "master_curve": master_curve_c,
+        "shift_by": shift_by,
+        "temperature": ",".join(map(str, temperatures_c)),
+    }
+    paths = [pathlib.Path(table) for table in tables]
+    read = [(path.name, path.read_bytes()) for path in paths]
+    options = {key: value for key, value in given.items() if value is not None}
+    return _identification(_native.identify_tables(read, options))
+
+
+def _fixed(fix: Mapping[str, float | tuple[float, float]] | None) -> list[str]:
+    """Held parameters as the command takes them."""
+
+    def text(value: float | tuple[float, float]) -> str:
+        return "..".join(map(str, value)) if isinstance(value, tuple) else str(value)
+
+    return [f"{name}={text(value)}" for name, value in (fix or {}).items()]
+
+
+def _identification(found: dict[str, Any]) -> Identification:
     fits = tuple(
         Fit(**{**fit, "estimates": tuple(Estimate(*estimate) for estimate in fit["estimates"])})
         for fit in found["fits"]
@@ -343,6 +503,8 @@ def identify(
         x=found["x"],
         measured=found["measured"],
         warnings=tuple(found["warnings"]),
+        notes=tuple(found.get("notes", ())),
+        several=found.get("several", {}),
     )
 
 

@@ -4,6 +4,7 @@
 
 mod analysis;
 mod any_pole;
+mod autoregression;
 mod boundary;
 mod controllers;
 mod defining_sums;

@@ -111,11 +111,6 @@ pub(crate) struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// True for the document that a log holds: it was written when keys may have had other names.
-    pub(crate) fn is_log(&self) -> bool {
-        self.logged.is_some_and(|logged| !logged.is_empty())
-    }
-
     fn line(self, offset: usize) -> usize {
         let before = &self.text.as_bytes()[..offset.min(self.text.len())];
         before.iter().filter(|byte| **byte == b'\n').count()

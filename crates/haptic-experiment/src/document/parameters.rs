@@ -14,7 +14,7 @@ pub use controller::*;
 pub use kind::{Parameter, Value};
 pub use range::{Range, in_degrees};
 
-use haptic_quantity::{Key, is_meant};
+use haptic_quantity::Key;
 use std::path::Path;
 
 /// Runs although the analysis says no.
@@ -32,24 +32,6 @@ pub(crate) const CONNECT: Key = Key("connect");
 pub(crate) const PIN: Key = Key("pin");
 /// Rate of a loop, Hz.
 pub(crate) const RATE: Key = Key("rate_hz");
-
-/// Former names of keys, and what they are called now.
-const RENAMED: [(&str, &str); 3] = [
-    ("coupler_stiffness_n_s_per_m", COUPLER_DAMPING.key),
-    (
-        "coupler_dissipation_n_s_1_minus_mu_per_m",
-        COUPLER_SPRING.key,
-    ),
-    ("place", "environment"),
-];
-
-/// What a key of this former name is called now. The name may lack its unit, and have `-` for `_`.
-#[must_use]
-pub fn now_called(name: &str) -> Option<&'static str> {
-    let mut all = RENAMED.iter();
-    let found = all.find(|(former, _)| is_meant(former, name));
-    found.map(|(_, now)| *now)
-}
 
 /// Parameters that name a file or a folder of files, some of them also by a name that is no path.
 const FILES: [&str; 7] = [

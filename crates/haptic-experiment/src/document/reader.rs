@@ -2,7 +2,7 @@
 
 use super::error::{FileError, Source};
 use crate::document::named::Named;
-use crate::document::parameters::{Parameter, Range, Value, in_degrees, is_path, now_called};
+use crate::document::parameters::{Parameter, Range, Value, in_degrees, is_path};
 use fracdiff::parameter::Shown;
 use haptic_quantity::did_you_mean;
 use haptic_quantity::short;
@@ -46,13 +46,9 @@ impl<'a> Part<'a> {
         })
     }
 
-    /// The value of a key, in a log under its former name too.
     fn entry(&self, key: &str) -> Option<&'a Spanned<DeValue<'a>>> {
         let mut entries = self.entries.iter();
-        let found = entries.find(|(name, _)| {
-            let name = name.get_ref();
-            name == key || now_called(name) == Some(key)
-        });
+        let found = entries.find(|(name, _)| name.get_ref() == key);
         found.map(|(_, value)| value)
     }
 
@@ -168,14 +164,6 @@ impl<'a> Table<'a> {
         for part in &self.parts {
             for (key, _) in in_order(part.entries) {
                 let name = key.get_ref().as_ref();
-                if let Some(new) = now_called(name).filter(|new| keys().any(|known| known == *new))
-                {
-                    if part.source.is_log() {
-                        continue;
-                    }
-                    let reason = format!("`{name}` is now called `{new}`");
-                    return Err(part.source.fail(key.span().start, reason));
-                }
                 if !keys().any(|known| known == name) {
                     let name = &short(name);
                     let advice = did_you_mean(name, keys());

@@ -307,7 +307,8 @@ fn loading(table: &Table<'_>) -> Result<Loading, FileError> {
 fn of_loading(error: &ParameterError) -> Option<(&'static Parameter, &'static str)> {
     let (what, remedy) = if let ParameterError::Missing { what, .. } = error {
         (*what, "give")
-    } else if let ParameterError::NoEffect { what, .. } = error {
+    } else if let ParameterError::NoEffect { what, .. } | ParameterError::Layer { what, .. } = error
+    {
         (*what, "omit")
     } else if let ParameterError::Range(range) = error {
         (range.what, "change")

@@ -128,20 +128,23 @@ fn parameter(form: &str, given: &Parameter, required: bool) -> Value {
 }
 
 /// Of a record that is to be identified, with the loadings that it is for.
-fn record_parameter(given: &Parameter) -> Value {
+fn record_parameter(given: &Parameter, is_option: bool) -> Value {
     let size = label(given.key);
     let is_size = |kind: LoadingKind| kind.sizes().contains(&size.as_str());
     let is_held = [parameters::STRAIN.key, parameters::STRESS.key].contains(&given.key);
     let kinds = LoadingKind::ALL.map(|one| one.0);
     let is_of_some = kinds.into_iter().any(is_size);
-    let takes = |kind: &LoadingKind| match is_of_some {
-        true => is_size(*kind),
-        false => kind.is_slab() || !is_held,
+    let is_contact = given.key == parameters::CONTACT_POINT.key;
+    let takes = |kind: &LoadingKind| match (is_of_some, is_contact) {
+        (true, _) => is_size(*kind),
+        (false, true) => !kind.is_slab(),
+        (false, false) => kind.is_slab() || !is_held,
     };
     let loadings = kinds.iter().filter(|kind| takes(kind));
     let loadings: Vec<&str> = loadings.map(|kind| kind.name()).collect();
     let mut field = parameter("identify", given, false);
     field["loadings"] = json!(loadings);
+    field["option"] = json!(is_option);
     field
 }
 
@@ -157,7 +160,10 @@ pub(crate) fn forms() -> Value {
         });
         json!({"kind": kind, "tables": tables.collect::<Vec<_>>()})
     };
-    let record = parameters::RECORD.iter().map(record_parameter);
+    let fields = |all: &'static [Parameter], is_option: bool| {
+        all.iter().map(move |one| record_parameter(one, is_option))
+    };
+    let record = fields(parameters::RECORD, false).chain(fields(parameters::RECORD_OPTIONS, true));
     json!({"forms": kinds().map(form).collect::<Vec<_>>(), "record": record.collect::<Vec<_>>()})
 }
 
@@ -188,6 +194,10 @@ mod tests {
         assert_eq!(
             loadings("strain").as_deref(),
             Some("[\"shear\",\"tension\",\"compression\"]")
+        );
+        assert_eq!(
+            loadings("contact_point_m").as_deref(),
+            Some("[\"punch\",\"sphere\",\"cone\"]")
         );
         let all = loadings("poisson_ratio").expect("a field");
         assert!(all.contains("sphere") && all.contains("shear"), "{all}");

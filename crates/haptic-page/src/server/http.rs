@@ -3,12 +3,12 @@
 use super::hub::{BUSY, Hub};
 use super::response::{Answer, body, sentence, whole};
 use super::{socket, tables};
-use hyper::body::Incoming;
+use hyper::body::{Body as _, Incoming};
 use hyper::header::{
     CACHE_CONTROL, CONTENT_SECURITY_POLICY, ETAG, HOST, HeaderMap, HeaderName, HeaderValue,
     IF_NONE_MATCH, ORIGIN, REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS,
 };
-use hyper::{Method, Request, StatusCode};
+use hyper::{Method, Request, StatusCode, Uri};
 use hyper_util::rt::TokioIo;
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -58,9 +58,10 @@ impl Door {
         Self { hosts, token }
     }
 
-    fn knows_host(&self, headers: &HeaderMap) -> bool {
+    /// True of the host, and of the authority of an address in full, which counts more than the host.
+    fn knows_host(&self, uri: &Uri, headers: &HeaderMap) -> bool {
         let is = |host: &str| (self.hosts.iter()).any(|known| known.eq_ignore_ascii_case(host));
-        only(headers, HOST).is_some_and(is)
+        only(headers, HOST).is_some_and(is) && uri.authority().is_none_or(|host| is(host.as_str()))
     }
 
     fn knows_origin(&self, headers: &HeaderMap) -> bool {
@@ -106,13 +107,16 @@ pub(super) fn answer(
     request: Request<Incoming>,
 ) -> Answer {
     let headers = request.headers();
-    if !door.knows_host(headers) {
+    if !door.knows_host(request.uri(), headers) {
         let text = "Use 127.0.0.1 or localhost: copy the address from the terminal.";
         return sentence(StatusCode::FORBIDDEN, text);
     }
     if request.method() != Method::GET && request.method() != Method::HEAD {
         let text = "Only GET and HEAD are allowed.";
         return sentence(StatusCode::METHOD_NOT_ALLOWED, text);
+    }
+    if !request.body().is_end_stream() {
+        return sentence(StatusCode::BAD_REQUEST, "Requests have no body here.");
     }
     let Some(name) = door.behind(request.uri().path()) else {
         let text = "The token is missing or wrong: copy the whole address from the terminal.";
@@ -187,21 +191,25 @@ mod tests {
 
     #[test]
     fn only_the_servers_own_names_are_hosts() {
+        let knows = |uri: &'static str, hosts: &[&'static str]| {
+            door().knows_host(&Uri::from_static(uri), &with(HOST, hosts))
+        };
         for host in ["127.0.0.1:8123", "localhost:8123", "LOCALHOST:8123"] {
-            assert!(door().knows_host(&with(HOST, &[host])), "{host}");
+            assert!(knows("/", &[host]), "{host}");
         }
-        let other = [
-            "",
-            "127.0.0.1",
-            "127.0.0.1:8124",
-            "evil.example:8123",
-            "127.0.0.1:8123.evil.example",
-        ];
-        for host in other {
-            assert!(!door().knows_host(&with(HOST, &[host])), "{host}");
+        assert!(knows("http://localhost:8123/", &["127.0.0.1:8123"]));
+        assert!(!knows("http://evil.example/", &["127.0.0.1:8123"]));
+        for hosts in [
+            &[""][..],
+            &["127.0.0.1"],
+            &["127.0.0.1:8124"],
+            &["evil.example:8123"],
+            &["127.0.0.1:8123.evil.example"],
+            &["localhost:8123", "evil.example"],
+            &[],
+        ] {
+            assert!(!knows("/", hosts), "{hosts:?}");
         }
-        assert!(!door().knows_host(&HeaderMap::new()));
-        assert!(!door().knows_host(&with(HOST, &["localhost:8123", "evil.example"])));
     }
 
     #[test]

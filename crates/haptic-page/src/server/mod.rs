@@ -49,6 +49,8 @@ const AGAIN: Duration = Duration::from_millis(100);
 
 /// The head of a request has to arrive within this time of the previous request: half-open and idle connections are closed.
 const HEADERS: Duration = Duration::from_secs(5);
+/// Longest head of a request, with the cookies of every other server on this machine.
+const HEAD_BYTES: usize = 64 << 10;
 
 /// A running server. Dropping it stops it: first the force goes to zero, then the sockets close.
 #[derive(Debug)]
@@ -222,6 +224,7 @@ async fn connections<E>(
         let connection = http1::Builder::new()
             .timer(TokioTimer::new())
             .header_read_timeout(HEADERS)
+            .max_buf_size(HEAD_BYTES)
             .serve_connection(TokioIo::new(stream), service);
         let end = ended();
         // Errors of single connections are theirs.

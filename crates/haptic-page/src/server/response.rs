@@ -3,7 +3,7 @@
 use http_body_util::combinators::UnsyncBoxBody;
 use http_body_util::{BodyExt as _, Full};
 use hyper::body::Bytes;
-use hyper::header::{CONTENT_TYPE, HeaderValue};
+use hyper::header::{CONNECTION, CONTENT_TYPE, HeaderValue};
 use hyper::{Response, StatusCode};
 use std::io;
 
@@ -22,8 +22,11 @@ pub(super) fn whole(bytes: &'static [u8]) -> UnsyncBoxBody<Bytes, io::Error> {
     body.map_err(|never| match never {}).boxed_unsync()
 }
 
+/// A refusal ends its connection: whatever hides behind the request is not read as another one.
 pub(super) fn sentence(status: StatusCode, text: &'static str) -> Answer {
     let mut response = body("text/plain; charset=utf-8", whole(text.as_bytes()));
     *response.status_mut() = status;
+    let close = HeaderValue::from_static("close");
+    response.headers_mut().insert(CONNECTION, close);
     response
 }

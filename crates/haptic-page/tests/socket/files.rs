@@ -248,3 +248,48 @@ fn the_list_has_what_another_program_writes_and_the_verdict_of_every_run() {
     let opened = later.ask("runs.open", json!({"name": "old/relax"}));
     assert_eq!(opened["metadata"]["verdict"]["verdict"], verdict);
 }
+
+/// Options of a record, as JSON, and what is answered: a pointer and its value, or the refusal.
+const OPTIONS: &str = r#"
+    {"master_curve": "293.15K"} | /several/shifts/2/temperature_c | 40.0
+    {"master_curve": 20, "shift_by": "loss"} | /several/reference_temperature_c | 20.0
+    {"segment": "2"} | /samples | 5
+    {"segment": "1", "fix": "order=0.3"} | /models/0/parameters/1/value | 0.3
+    {} | refused | gel.csv: 3 segments could be meant
+    {"segment": "1", "contact_point_m": "1 mm"} | refused | gel.csv: `contact_point_m` has no effect
+    {"segment": "1", "fix": "order"} | refused | `fix`: "order" is not PARAMETER=VALUE
+    {"shift_by": "loss"} | refused | `shift_by` has no effect without `master_curve`
+"#;
+
+#[test]
+fn a_record_is_asked_with_the_options_of_the_command() {
+    let (_runs, _server, mut page) = opened();
+    let rows = [20.0, 30.0, 40.0_f64].into_iter().flat_map(|celsius| {
+        (0..5).map(move |n| {
+            let omega = 10_f64.powf(f64::from(n) / 2.0);
+            let modulus = 1e3 * omega.powf(0.25) * 10_f64.powf(0.01 * (20.0 - celsius));
+            format!("{omega},{modulus},{},{celsius}\n", 0.414_213_56 * modulus)
+        })
+    });
+    let text = format!(
+        "omega_rad_s,storage_modulus_pa,loss_modulus_pa,temperature_c\n{}",
+        rows.collect::<String>()
+    );
+    for [options, place, wanted] in testkit::table(OPTIONS) {
+        let mut record: Value = serde_json::from_str(&options).expect("options");
+        record["name"] = json!("gel.csv");
+        record["text"] = json!(text);
+        record["model"] = json!("spring-pot");
+        let asked = question("identify", "record", record);
+        if place == "refused" {
+            let said = page.refused("ask", asked);
+            assert!(said.starts_with(&wanted), "{options}: {said}");
+            continue;
+        }
+        let found = page.ask("ask", asked);
+        assert_documented("record", &found);
+        let value = found.pointer(&place).and_then(Value::as_f64);
+        let value = value.unwrap_or_else(|| panic!("{options}: {found}"));
+        assert_relative(&options, value, wanted.parse().expect("a number"), 1e-9);
+    }
+}

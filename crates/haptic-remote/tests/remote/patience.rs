@@ -17,7 +17,8 @@ const fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)
 }
 
-/// Rows of: the most that a device may be silent | waits asked and taken, ms | silent by listening | over.
+/// Rows of: the most that a device may be silent | waits asked and taken, or all that another thread has listened, ms | silent by
+/// listening | over.
 #[test]
 fn only_what_was_asked_of_a_wait_counts() {
     for [most, waits, silent, over] in testkit::table(
@@ -29,6 +30,9 @@ fn only_what_was_asked_of_a_wait_counts() {
         100 | 20:320 20:5000 20:90 20:20 20:20 | 100 | true
         # A wait that something ended before its time.
         100 | 20:1 20:1 20:0 | 2 | false
+        # Another thread listens, whose count was read late once.
+        100 | 20:20 +60 +50 | 60 | false
+        100 | +60 +100 | 100 | true
         # A look without a wait.
         100 | 0:0 0:400 | 0 | false
         ",
@@ -36,8 +40,10 @@ fn only_what_was_asked_of_a_wait_counts() {
         let number = |text: &str| text.parse::<u64>().expect("a number");
         let mut patience = Patience::new(ms(number(&most)));
         for wait in waits.split(' ') {
-            let (asked, took) = wait.split_once(':').expect("asked:took");
-            patience.waited(ms(number(asked)), ms(number(took)));
+            match wait.split_once(':') {
+                Some((asked, took)) => patience.waited(ms(number(asked)), ms(number(took))),
+                None => patience.listened_for(ms(number(&wait[1..]))),
+            }
         }
         assert_eq!(patience.silent(), ms(number(&silent)), "{waits}");
         assert_eq!(patience.is_over(), over == "true", "{waits}");

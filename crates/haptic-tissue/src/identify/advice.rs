@@ -1,8 +1,9 @@
 //! Plain sentences about a fit.
 
-use super::fit::{AS_GOOD, Estimate, Fit, digits};
+use super::fit::{AS_GOOD, Estimate, Fit};
 use super::keys::FROM;
-use super::record::{Record, RecordKind};
+use super::record::Record;
+use super::record::digits;
 use fracdiff::parameter::Shown;
 
 /// Two estimates that hang together so closely are one, if neither is settled.
@@ -19,11 +20,11 @@ const LOOSE_ORDER: f64 = 0.2;
 const MISSED: f64 = 0.1;
 
 /// Sentences about the first of these fits, which are of such a record.
-pub(super) fn about(fits: &[Fit], kind: RecordKind) -> Vec<String> {
+pub(super) fn about(fits: &[Fit], is_absolute: bool) -> Vec<String> {
     let Some(fit) = fits.first() else {
         return Vec::new();
     };
-    let mut said = Vec::from_iter(misfit(fit, kind));
+    let mut said = Vec::from_iter(misfit(fit, is_absolute));
     said.extend([at_ends(fit), together(fit), loose(fit), open(fit)].concat());
     said.extend(simpler(fit, fits));
     said.extend(slow(fit));
@@ -42,12 +43,12 @@ pub(super) fn about_length(compared: usize, record: &Record) -> Option<String> {
 }
 
 /// Much is left, and alike from sample to sample, as no noise is.
-fn misfit(fit: &Fit, kind: RecordKind) -> Option<String> {
+fn misfit(fit: &Fit, is_absolute: bool) -> Option<String> {
     let number = fit.predicted.len() as f64;
     let squares: f64 = fit.predicted.iter().map(|value| value * value).sum();
-    let missed = match kind {
-        RecordKind::History => fit.rms / (squares / number).sqrt(),
-        RecordKind::Relaxation | RecordKind::Creep | RecordKind::Oscillation => fit.rms,
+    let missed = match is_absolute {
+        true => fit.rms / (squares / number).sqrt(),
+        false => fit.rms,
     };
     (missed > MISSED && fit.independent < 0.5 * number).then(|| {
         format!(

@@ -2,13 +2,14 @@
 
 use super::elements::Candidate;
 use super::error::IdentifyError;
-use super::fit::{AS_GOOD, Estimate, Fit, REFUSED, criteria, digits, fit};
+use super::fit::{AS_GOOD, Estimate, Fit, REFUSED, criteria, fit as fitted_to};
 use super::noise::of_motions;
 use super::options::{Options, candidates, target_of};
+use super::record::digits;
 use super::record::{Record, RecordKind};
-use super::search::search;
+use super::search::{Best, polished, search};
 use super::target::Target;
-use super::{advice, bootstrap, profile, rendered};
+use super::{advice, bootstrap, profile, rendered, whitened};
 use crate::model::ModelKind;
 use fracdiff::parameter::Shown;
 use rayon::prelude::*;
@@ -30,6 +31,10 @@ pub struct Identification {
     pub measured: Vec<f64>,
     /// Contact point and baseline of the chosen fit, if they were looked for.
     pub beside: Vec<Estimate>,
+    /// True if residuals are differences in the unit of the values, as of a motion; false if they are those of logarithms.
+    pub is_absolute: bool,
+    /// True of a creep under more than one step of stress, as with a recovery.
+    pub is_staircase: bool,
     /// False of a motion without times, of which `x` are the numbers of the samples.
     pub is_timed: bool,
     /// Sentences that a user should know.
@@ -37,16 +42,13 @@ pub struct Identification {
 }
 
 impl Identification {
-    /// The residual of each value, model minus record: a share of the value, or in Pa for a
-    /// history.
+    /// The residual of each value, model minus record: a share of the value, or a difference in its unit.
     #[must_use]
     pub fn residuals(&self, fit: &Fit) -> Vec<f64> {
         let both = fit.predicted.iter().zip(&self.measured);
-        both.map(|(model, measured)| match self.kind {
-            RecordKind::History => model - measured,
-            RecordKind::Relaxation | RecordKind::Creep | RecordKind::Oscillation => {
-                relative(libm::log(model / measured))
-            }
+        both.map(|(model, measured)| match self.is_absolute {
+            true => model - measured,
+            false => relative(libm::log(model / measured)),
         })
         .collect()
     }
@@ -56,6 +58,53 @@ impl Identification {
 #[must_use]
 pub fn relative(residual: f64) -> f64 {
     libm::expm1(residual)
+}
+
+/// How often a creep that was rendered is fitted without what rendering did to it.
+const RENDERINGS: usize = 3;
+const FAR_LESS: f64 = 0.25;
+/// Starts, and parameters of a model, that are enough to see how a record is to be read.
+const FEW_STARTS: usize = 10;
+const FEW_PARAMETERS: usize = 4;
+
+/// As [`identified`], of a record that may be read in several ways: by that whose best fit makes the record most likely.
+pub(super) fn read(
+    record: &Record,
+    options: &Options,
+    stop: &AtomicBool,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<Identification, IdentifyError> {
+    let mut readings = record.readings();
+    if readings.len() > 1 {
+        // Two elements are enough to see of what kind the noise is.
+        let wanted = options.candidates.iter().copied();
+        let few = wanted.filter(|kind| kind.parameters().len() <= FEW_PARAMETERS);
+        let plain = Options {
+            candidates: match options.chosen {
+                Some(kind) => vec![kind],
+                None => few.collect(),
+            },
+            starts: options.starts.min(FEW_STARTS),
+            ..options.clone()
+        };
+        let best = readings.drain(..).filter_map(|one| {
+            let candidates = candidates(&plain, &one).ok()?;
+            let target = target_of(&one, &plain, stop);
+            let evidence = candidates.par_iter().filter_map(|&candidate| {
+                let best = search(candidate, &target, plain.starts).ok()?;
+                let fit = fitted_to(candidate, &target, &best).0;
+                let count = fit.predicted.len() as f64;
+                let numbers = fit.parameters.len() as f64;
+                let left = 2.0 * count * libm::log(fit.rms.max(f64::MIN_POSITIVE));
+                Some(left + target.ln_sizes() + numbers * libm::log(count))
+            });
+            Some((evidence.min_by(f64::total_cmp)?, one))
+        });
+        let best: Option<(f64, Record)> = best.min_by(|a, b| a.0.total_cmp(&b.0));
+        readings.extend(best.map(|best| best.1));
+    }
+    let record = readings.first().unwrap_or(record);
+    identified(record, options, stop, progress)
 }
 
 /// Fits the candidates; none stiffens.
@@ -71,7 +120,7 @@ pub(super) fn identified(
         let compressed = target.compressed();
         let fits = richest(&candidates).filter_map(|candidate| {
             let best = search(candidate, &compressed, options.starts.max(1)).ok()?;
-            Some(fit(candidate, &target, &best).0)
+            Some(fitted_to(candidate, &target, &best).0)
         });
         let least = fits.min_by(Fit::by_bic)?;
         Some((least, target))
@@ -81,13 +130,21 @@ pub(super) fn identified(
     let (mut fitted, mut failed) = (Vec::new(), Vec::new());
     // Each by itself: the result does not depend on the threads.
     let all = candidates.par_iter().map(|&candidate| {
-        let best = search(candidate, &compressed, options.starts.max(1))?;
-        let (mut fit, certainty) = fit(candidate, &target, &best);
-        if rendered::is_rendered(record, &target, candidate, &best, &fit) {
+        let mut best = search(candidate, &compressed, options.starts.max(1))?;
+        let (mut fit, mut certainty) = fitted_to(candidate, &target, &best);
+        let by_filter = whitened::criteria(candidate, &target, &best);
+        let mut is_rendered = rendered::is_rendered(record, &target, candidate, &best, &fit);
+        let mut own = None;
+        if let Some((to, closer)) = unrendered(record, &target, candidate, (&best, &fit)) {
+            (fit, certainty) = fitted_to(candidate, &to, &closer);
+            (best, own, is_rendered) = (closer, Some(to), true);
+        }
+        [fit.aic, fit.bic] = by_filter;
+        if is_rendered {
             let numbers = candidate.parameters() + target.beside;
             [fit.aic, fit.bic] = criteria(target.len(), 0.0, numbers);
         }
-        Ok((fit, candidate, best, certainty))
+        Ok((fit, candidate, best, certainty, own))
     });
     let all: Vec<Result<_, IdentifyError>> = all.collect();
     for (one, candidate) in all.into_iter().zip(candidates) {
@@ -111,8 +168,9 @@ pub(super) fn identified(
     warnings.extend(failed.iter().map(ToString::to_string));
     let bics = fitted.iter().map(|fitted| fitted.0.bic);
     let refused = bics.fold(f64::INFINITY, f64::min) + REFUSED;
-    for (index, (fit, candidate, best, certainty)) in fitted.iter_mut().enumerate() {
+    for (index, (fit, candidate, best, certainty, own)) in fitted.iter_mut().enumerate() {
         let (candidate, independent) = (*candidate, fit.independent);
+        let compressed = own.as_ref().unwrap_or(&compressed);
         let (records, seed) = (options.bootstrap, options.seed);
         let ends = if index == 0 && records > 0 {
             let (ends, fitted) = bootstrap::intervals(
@@ -132,7 +190,7 @@ pub(super) fn identified(
             }
             ends
         } else if index == 0 || fit.bic <= refused {
-            profile::intervals(candidate, &compressed, best, certainty)
+            profile::intervals(candidate, compressed, best, certainty)
         } else {
             continue;
         };
@@ -145,7 +203,7 @@ pub(super) fn identified(
         warnings.push(said);
     }
     let fits: Vec<Fit> = fitted.into_iter().map(|(fit, ..)| fit).collect();
-    warnings.extend(advice::about(&fits, record.kind));
+    warnings.extend(advice::about(&fits, record.is_absolute()));
     let (x, measured) = target.values(record);
     Ok(Identification {
         kind: record.kind(),
@@ -154,9 +212,32 @@ pub(super) fn identified(
         x,
         measured,
         beside: Vec::new(),
+        is_absolute: record.is_absolute(),
+        is_staircase: record.steps.len() > 1,
         is_timed: record.untimed.is_none(),
         warnings,
     })
+}
+
+/// A creep without what rendering makes of the model of a fit, and the minimum there, if that leaves far less.
+fn unrendered<'a>(
+    record: &Record,
+    target: &Target<'a>,
+    candidate: Candidate,
+    (best, fit): (&Best, &Fit),
+) -> Option<(Target<'a>, Best)> {
+    if !record.has_steps() {
+        return None;
+    }
+    let (mut fit, mut closer) = (fit.clone(), best.clone());
+    let mut own = target.clone();
+    for _ in 0..RENDERINGS {
+        own = rendered::without_rendering(record, target, candidate, (&closer, &fit))?;
+        let start = closer.elements.variables(candidate);
+        closer = polished(candidate, &own, [start].iter()).ok()?;
+        fit = fitted_to(candidate, &own, &closer).0;
+    }
+    (closer.sum < FAR_LESS * best.sum).then_some((own, closer))
 }
 
 /// Those with the most parameters, which leave the least but noise.

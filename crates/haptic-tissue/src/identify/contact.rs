@@ -9,7 +9,8 @@
 //! model's stress, so that the intervals of all parameters know that δ₀ is fitted too; its own is that of the linear problem.
 //!
 //! A record whose contact point was not asked for is fitted with a free one and with a baseline too, with the chosen model and with a
-//! spring-pot. If the least BIC is lower by more than 10 and the modulus another by more than 3 %, that is said.
+//! spring-pot. If the least BIC is lower by more than 10 and the modulus at any frequency of the record another by more than 3 %, that
+//! is said.
 //!
 //! *Cost*: some 30 fits of a spring-pot to 200 samples, then some 10 of each candidate to 2000 samples at most.
 //! *Errors*: a record of no single motion, or without an indenter where a contact point is looked for.
@@ -20,10 +21,13 @@ use super::error::{IdentifyError, sorted};
 use super::fit::{Estimate, Fit, REFUSED, fit, parameters, student};
 use super::keys::{BASELINE, CONTACT_POINT, KIND, REPLICATES, STIFFENING};
 use super::options::{Options, candidates, target_of};
+use super::record::digits;
 use super::record::{Baseline, ContactPoint, REST_OF_FIT, Record, RecordKind, Touch, area};
 use super::search::{next_place, polished, search};
 use super::target::Target;
+use super::whitened;
 use crate::model::{Model, ModelKind};
+use fracdiff::parameter::Shown;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
@@ -44,6 +48,8 @@ const STEP: f64 = 1e-5;
 const SLOPE: f64 = 1e-3;
 /// Fits of a search, at most.
 const ROUNDS: usize = 30;
+/// Frequencies at which the moduli of a record are compared, less one.
+const FREQUENCIES: usize = 8;
 /// A change of the modulus that is worth a sentence.
 const MATTERS: f64 = 0.03;
 
@@ -130,6 +136,7 @@ pub(super) fn touched(
             let best = polished(candidate, &target, [place.start(&target)].iter())?;
             let mut fit = fit(candidate, &target, &best).0;
             as_measured(&mut fit, &record, &target);
+            [fit.aic, fit.bic] = whitened::criteria(candidate, &target, &best);
             Ok((record, fit, place))
         })
         .collect();
@@ -221,14 +228,7 @@ pub(super) fn missed(
         some.into_iter().min_by(|a, b| a.0.bic.total_cmp(&b.0.bic))
     };
     let (plain, better) = (least(both.0)?, least(both.1)?);
-    let moduli = [&plain, &better].map(|(place, ..)| {
-        let values = parameters(place.candidate, &place.elements, place.unit_s);
-        let model = Model::from_parameters(place.candidate.kind(), &values).ok()?;
-        // |M(iω)| at 1 rad/s, or where a shorter record ends: V of a spring-pot.
-        let time_s = touch.time_s.last()? - touch.time_s.first()?;
-        Some(model.complex_modulus(1.0 / time_s.min(1.0)).norm())
-    });
-    let change = moduli[1]? / moduli[0]? - 1.0;
+    let (change, omega_rad_s) = largest_change(&touch.time_s, [&plain.0, &better.0])?;
     let gain = plain.0.bic - better.0.bic;
     if gain <= REFUSED || change.abs() <= MATTERS {
         return None;
@@ -247,9 +247,31 @@ pub(super) fn missed(
     };
     let side = if change < 0.0 { "lower" } else { "higher" };
     Some(format!(
-        "the record fits better with {what} (BIC lower by {gain:.0}), and the modulus at 1 rad/s is then {:.1} % {side}: give {remedy}",
+        "the record fits better with {what} (BIC lower by {gain:.0}), and the modulus at {} rad/s is then {:.1} % {side}: give {remedy}",
+        Shown(digits(omega_rad_s)),
         100.0 * change.abs()
     ))
+}
+
+/// The largest change of |M(iω)| from one place to another over the frequencies of these times, as a share, and its ω.
+fn largest_change(time_s: &[f64], places: [&Place; 2]) -> Option<(f64, f64)> {
+    let models = places.map(|place| {
+        let values = parameters(place.candidate, &place.elements, place.unit_s);
+        Model::from_parameters(place.candidate.kind(), &values).ok()
+    });
+    let [from, to] = models;
+    let (from, to) = (from?, to?);
+    let steps = time_s.windows(2).map(|pair| pair[1] - pair[0]);
+    let (least, whole) = (
+        steps.fold(f64::INFINITY, f64::min),
+        time_s.last()? - time_s[0],
+    );
+    let changes = (0..=FREQUENCIES).map(|n| {
+        let omega = libm::pow(whole / least, n as f64 / FREQUENCIES as f64) / whole;
+        let [from, to] = [&from, &to].map(|model| model.complex_modulus(omega).norm());
+        (to / from - 1.0, omega)
+    });
+    changes.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))
 }
 
 impl Place {
@@ -258,7 +280,7 @@ impl Place {
         let mut elements = self.elements;
         let shift = libm::log(self.unit_s / target.unit_s);
         for (modulus, order) in elements.ln_modulus.iter_mut().zip(elements.order) {
-            *modulus -= order * shift;
+            *modulus += order * shift;
         }
         elements.variables(self.candidate)
     }

@@ -165,9 +165,9 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
     (fit, certainty)
 }
 
-/// Three digits, for sentences.
-pub(super) fn digits(value: f64) -> f64 {
-    format!("{value:.2e}").parse().unwrap_or(value)
+/// AIC and BIC of so many residuals and parameters, beside which the noise is one.
+pub(super) fn criteria(n: usize, sum: f64, parameters: usize) -> [f64; 2] {
+    criteria_of(n, likelihood(n, sum), parameters)
 }
 
 /// n·ln(S/n).
@@ -175,10 +175,9 @@ pub(super) fn likelihood(n: usize, sum: f64) -> f64 {
     n as f64 * libm::log((sum / n as f64).max(EXACT * EXACT))
 }
 
-/// AIC and BIC of so many residuals and parameters, beside which the noise is one.
-pub(super) fn criteria(n: usize, sum: f64, parameters: usize) -> [f64; 2] {
+/// The same of n·ln(S/n), or what stands for it.
+pub(super) fn criteria_of(n: usize, likelihood: f64, parameters: usize) -> [f64; 2] {
     let (count, k) = (n as f64, (parameters + 1) as f64);
-    let likelihood = likelihood(n, sum);
     let small = 2.0 * k * (k + 1.0) / (count - k - 1.0);
     [
         likelihood + 2.0 * k,

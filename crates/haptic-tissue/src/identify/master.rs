@@ -4,21 +4,29 @@
 //! of two neighbours in temperature: s = ln a_T₁ − ln a_T₂ at the least mean square distance of their curves where they overlap
 //! Williams, Landel, Ferry  log₁₀ a_T = −C₁·(T − T₀)/(C₂ + T − T₀)        Arrhenius  ln a_T = (E/R)·(1/T − 1/T₀)
 //! ```
-//! A curve is straight between its points in logarithms; the distance is vertical, from each point to the other curve. Standard errors
-//! are those of its curvature, and add up from neighbour to neighbour. `a_T` is 1 at the reference temperature, where it lies between
-//! its neighbours in proportion. Intervals of the laws are those of least squares over all `a_T`; that of the lower BIC comes first. The
-//! density's own change with temperature, some per cent, is not corrected for.
+//! A curve is straight between its points in logarithms; the distance is vertical, from each point to the other curve. Of a sweep the
+//! storage modulus, the loss modulus or both decide; each alone is known beside it. Records within 0.1 K are of one temperature.
+//! Standard errors are those of the curvature, and the half of what storage and loss modulus disagree by:
+//! ```text
+//! e² = Σ eᵢ² + max(Σ (dᵢ/2)², (Σ dᵢ/2)²)     over the pairs i on the way to the reference, d = s by storage − s by loss
+//! ```
+//! `a_T` is 1 at the reference temperature, where it lies between its neighbours in proportion; one that is half a degree or less beyond
+//! the ends is that of the end. Intervals of the laws are those of least squares over all `a_T`; that of the lower BIC comes first. Where
+//! the better one misses the shifts by more than a tenth of their range, and by more than twice their own errors, they are said to be no
+//! result: nearly flat curves lie on each other at any shift. The density's own change with temperature, some per cent, is not corrected
+//! for.
 //!
-//! - *Errors*: fewer than two temperatures, two alike, other records than of steps or sweeps, curves that do not overlap.
-//! - *Cost*: 400 distances for each pair.
+//! - *Errors*: fewer than two temperatures, other records than of steps or sweeps, curves that do not overlap.
+//! - *Cost*: 400 distances for each pair, three times for a sweep.
 //! - *Source*: J. D. Ferry, *Viscoelastic Properties of Polymers*, 1980, chapter 11.
 
 use super::error::IdentifyError;
 use super::fit::{Estimate, likelihood, student};
 use super::record::{Record, RecordKind};
-use crate::identify::keys::{MASTER_CURVE, SEGMENT};
+use crate::identify::keys::{MASTER_CURVE, SHIFT_BY};
 use fracdiff::parameter::Shown;
 use nalgebra::{SMatrix, SVector};
+use std::ops::Range;
 
 /// How much faster or slower the tissue is at a temperature.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,6 +37,44 @@ pub struct Shift {
     pub log10: f64,
     /// Standard error of the distance to the reference temperature.
     pub standard_error: f64,
+    /// `log₁₀ a_T` of a sweep by its storage modulus alone, and by its loss modulus alone, where these overlap.
+    pub alone: Option<[f64; 2]>,
+}
+
+/// Two neighbours in temperature, one shifted onto the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Overlap {
+    /// The colder one and the warmer one, °C.
+    pub temperatures_c: [f64; 2],
+    /// Points of either that lie over the other.
+    pub points: usize,
+    /// Root of the mean square of their distances, in logarithms.
+    pub misfit: f64,
+    /// The same of storage and loss modulus of a sweep, each at its own shift.
+    pub alone: Option<[f64; 2]>,
+}
+
+/// The modulus of a sweep that decides its shift.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ShiftBy {
+    /// The storage modulus.
+    Storage,
+    /// The loss modulus.
+    Loss,
+    /// Both, which count the same.
+    #[default]
+    Both,
+}
+
+impl ShiftBy {
+    /// Columns of moduli of a curve with so many.
+    const fn moduli(self, count: usize) -> Range<usize> {
+        match self {
+            Self::Storage => 0..1,
+            Self::Loss => 1..2,
+            Self::Both => 0..count,
+        }
+    }
 }
 
 /// A law of the shifts.
@@ -49,8 +95,14 @@ pub struct ShiftLaw {
 pub struct MasterCurve {
     /// All samples, at the reference temperature.
     pub record: Record,
-    /// One for each record, in order of temperature.
+    /// The reference temperature, °C: that of an end, where the one that was asked for is a little beyond it.
+    pub reference_c: f64,
+    /// One for each temperature, in their order.
     pub shifts: Vec<Shift>,
+    /// One for each pair of neighbours.
+    pub overlaps: Vec<Overlap>,
+    /// False where no law fits the shifts, so that they are no result.
+    pub is_lawful: bool,
     /// The better one first. A law needs one temperature more than it has numbers, beside that of the reference.
     pub laws: Vec<ShiftLaw>,
 }
@@ -61,6 +113,13 @@ const TRIALS: usize = 400;
 const OVERLAP: usize = 4;
 /// Temperatures so near, K, are one.
 const ALIKE: f64 = 0.1;
+/// A reference temperature that is so near an end, K, is there.
+const NEAR_END: f64 = 0.5;
+/// Shares of the range of the shifts, and multiples of their errors, by which no law may miss them.
+const MISSED: f64 = 0.1;
+const ERRORS: f64 = 2.0;
+/// Decades that storage and loss modulus may disagree by without a word.
+const DISAGREE: f64 = 0.3;
 /// R of Arrhenius' law, J/(mol·K).
 const GAS_CONSTANT: f64 = 8.314_462_618;
 const ZERO_CELSIUS: f64 = 273.15;
@@ -68,88 +127,258 @@ const ZERO_CELSIUS: f64 = 273.15;
 /// Shifts records, each with its temperature in °C, to a reference temperature.
 ///
 /// # Errors
-/// Fewer than two temperatures, two alike, a reference beyond them, records of a motion or of different kinds, curves that do not overlap.
+/// Fewer than two temperatures, a reference beyond them, records of a motion or of different kinds, curves that do not overlap, a modulus
+/// to shift by of records with one.
 pub fn master_curve(
     mut records: Vec<(f64, Record)>,
     reference_c: f64,
+    by: ShiftBy,
 ) -> Result<MasterCurve, IdentifyError> {
-    let wrong = |reason: String| Err(IdentifyError::Record(reason));
     records.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let count = records.len();
-    let [Some(first), Some(last)] = [records.first(), records.last()] else {
-        return wrong(format!(
-            "{MASTER_CURVE} needs records of two temperatures, and there are none: give them"
-        ));
-    };
-    let kind = first.1.kind;
-    if count < 2 || !(first.0..=last.0).contains(&reference_c) {
-        return wrong(format!(
-            "{MASTER_CURVE} {} degC is not between {count} records from {} to {} degC: change it, or give more of them",
-            Shown(reference_c),
-            Shown(first.0),
-            Shown(last.0)
-        ));
-    }
-    if kind == RecordKind::History || records.iter().any(|one| one.1.kind != kind) {
-        return wrong(format!(
-            "{MASTER_CURVE} shifts records of one kind: relaxation, creep or oscillation"
-        ));
-    }
+    let levels = levels(&records);
+    let reference_c = checked(&records, &levels, reference_c, by)?;
     // A sweep goes the other way: a tissue that is faster shows at high frequencies what it shows at short times.
-    let is_sweep = kind == RecordKind::Oscillation;
+    let is_sweep = records[0].1.kind == RecordKind::Oscillation;
     let way = if is_sweep { -1.0 } else { 1.0 };
-    let curves: Vec<Curve> = records.iter().map(|one| Curve::new(&one.1)).collect();
-    let (mut shifts, mut errors) = (vec![0.0], vec![0.0]);
-    for (n, pair) in curves.windows(2).enumerate() {
-        let temperatures = [n, n + 1].map(|n| records[n].0);
-        if temperatures[1] - temperatures[0] < ALIKE {
-            return wrong(format!(
-                "two records are at {} degC: take one with {SEGMENT}",
-                Shown(temperatures[0])
-            ));
-        }
-        let Some((shift, error)) = pair[0].shift_to(&pair[1]) else {
-            return wrong(format!(
-                "the curves at {} and {} degC do not overlap in {OVERLAP} points: give one in between, or leave one out",
-                Shown(temperatures[0]),
-                Shown(temperatures[1])
-            ));
-        };
-        shifts.push(shifts[n] - way * shift);
-        errors.push(error);
-    }
-    let upper = records.partition_point(|one| one.0 < reference_c).max(1);
-    let share = (reference_c - records[upper - 1].0) / (records[upper].0 - records[upper - 1].0);
-    let zero = shifts[upper - 1] + share * (shifts[upper] - shifts[upper - 1]);
+    let pairs = levels.windows(2).map(|pair| Pair::of(pair, by));
+    let pairs: Vec<Pair> = pairs.collect::<Result<_, _>>()?;
+    let upper = levels.partition_point(|level| level.celsius < reference_c);
+    let upper = upper.clamp(1, levels.len() - 1);
+    let [before, after] = [levels[upper - 1].celsius, levels[upper].celsius];
+    let share = (reference_c - before) / (after - before);
     let nearest = if share < 0.5 { upper - 1 } else { upper };
-    let mut samples: Vec<[f64; 3]> = Vec::new();
-    let mut found = Vec::new();
-    for (n, (temperature_c, record)) in records.iter().enumerate() {
-        let ln = shifts[n] - zero;
-        let way_there = errors[n.min(nearest) + 1..=n.max(nearest)].iter();
-        let square = way_there.map(|error| error * error).sum::<f64>();
-        found.push(Shift {
-            temperature_c: *temperature_c,
-            log10: ln / core::f64::consts::LN_10,
-            standard_error: libm::sqrt(square) / core::f64::consts::LN_10,
-        });
+    // From the reference on: sums over the pairs before each temperature.
+    let chain = |of: &dyn Fn(&Pair) -> f64| -> Vec<f64> {
+        let mut sums = vec![0.0];
+        sums.extend(pairs.iter().scan(0.0, |sum, pair| {
+            *sum -= way * of(pair);
+            Some(*sum)
+        }));
+        let zero = sums[upper - 1] + share * (sums[upper] - sums[upper - 1]);
+        sums.iter().map(|sum| sum - zero).collect()
+    };
+    let shifts_ln = chain(&|pair| pair.shift);
+    let known = pairs.iter().all(|pair| pair.alone.is_some());
+    let alone = [0, 1].map(|n| chain(&|pair| pair.alone.map_or(0.0, |alone| alone[n].shift)));
+    let log10 = |ln: f64| ln / core::f64::consts::LN_10;
+    let found = levels.iter().enumerate().map(|(n, level)| Shift {
+        temperature_c: level.celsius,
+        log10: log10(shifts_ln[n]),
+        standard_error: log10(Pair::error(&pairs[n.min(nearest)..n.max(nearest)])),
+        alone: known.then(|| [0, 1].map(|k| log10(alone[k][n]))),
+    });
+    let found: Vec<Shift> = found.collect();
+    let at = levels.iter().zip(&shifts_ln).flat_map(|(level, ln)| {
+        let records = records[level.records.clone()].iter();
+        records.map(move |(_, record)| (libm::exp(-way * ln), record))
+    });
+    let mut record = joined(at)?;
+    let laws = laws(&found, reference_c);
+    let errors = pairs.iter().map(|pair| pair.error * pair.error);
+    let missed = missed(&found, &laws, log10(libm::sqrt(errors.sum())));
+    record.said.extend(disagreement(&found, &pairs, by));
+    record.said.extend(missed.clone());
+    Ok(MasterCurve {
+        record,
+        reference_c,
+        is_lawful: missed.is_none(),
+        laws,
+        overlaps: pairs.into_iter().map(|pair| pair.overlap).collect(),
+        shifts: found,
+    })
+}
+
+/// Records of one kind as one, each with its factor of time or frequency.
+fn joined<'a>(records: impl Iterator<Item = (f64, &'a Record)>) -> Result<Record, IdentifyError> {
+    let (mut kind, mut samples) = (RecordKind::Relaxation, Vec::new());
+    for (factor, record) in records {
+        kind = record.kind;
         for (i, x) in record.x.iter().enumerate() {
             let second = record.second.get(i).copied().unwrap_or_default();
-            samples.push([x * libm::exp(-way * ln), record.first[i], second]);
+            samples.push([x * factor, record.first[i], second]);
         }
     }
     samples.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let [x, first, second] = [0, 1, 2].map(|k| samples.iter().map(|sample| sample[k]).collect());
-    let record = match kind {
+    match kind {
         RecordKind::Oscillation => Record::oscillation(x, first, second),
         RecordKind::Creep => Record::creep(x, first),
         RecordKind::Relaxation | RecordKind::History => Record::relaxation(x, first),
+    }
+}
+
+/// The reference temperature, of records that make a master curve.
+fn checked(
+    records: &[(f64, Record)],
+    levels: &[Level],
+    reference_c: f64,
+    by: ShiftBy,
+) -> Result<f64, IdentifyError> {
+    let wrong = |reason: String| Err(IdentifyError::Record(reason));
+    let ([first, .., last], [(_, one), ..]) = (levels, records) else {
+        let count = if levels.is_empty() { "none" } else { "one" };
+        return wrong(format!(
+            "{MASTER_CURVE} needs records of two temperatures, and there is {count}: give more"
+        ));
     };
-    Ok(MasterCurve {
-        record: record?,
-        laws: laws(&found, reference_c),
-        shifts: found,
+    let [low, high] = [first.celsius, last.celsius];
+    if !(low - NEAR_END..=high + NEAR_END).contains(&reference_c) {
+        return wrong(format!(
+            "{MASTER_CURVE} {} degC is not between {} records from {} to {} degC: change it, or give more of them",
+            Shown(reference_c),
+            records.len(),
+            Shown(low),
+            Shown(high)
+        ));
+    }
+    if one.kind == RecordKind::History || records.iter().any(|other| other.1.kind != one.kind) {
+        return wrong(format!(
+            "{MASTER_CURVE} shifts records of one kind: relaxation, creep or oscillation"
+        ));
+    }
+    if by != ShiftBy::Both && one.kind != RecordKind::Oscillation {
+        return wrong(format!(
+            "{SHIFT_BY} has no effect on records of kind {}, which have one modulus: omit it",
+            one.kind.name()
+        ));
+    }
+    Ok(reference_c.clamp(low, high))
+}
+
+/// That not even the better law fits the shifts, whose own error is given.
+fn missed(shifts: &[Shift], laws: &[ShiftLaw], error: f64) -> Option<String> {
+    let law = laws.first()?;
+    let ends = shifts.iter().fold([0.0_f64; 2], |[low, high], shift| {
+        [low.min(shift.log10), high.max(shift.log10)]
+    });
+    let range = ends[1] - ends[0];
+    (law.rms > (MISSED * range).max(ERRORS * error)).then(|| {
+        format!(
+            "the shifts are no result: no law fits them, the better one ({}) misses them by {} of {} decades, as where curves are so flat that they lie on each other at any shift; look at the misfit of each overlap, give {SHIFT_BY} the modulus that bends, or fewer temperatures",
+            law.name,
+            Shown(rounded(law.rms)),
+            Shown(rounded(range))
+        )
     })
+}
+
+/// The temperature at which storage and loss modulus disagree the most, if that is more than their errors and than a word is worth.
+fn disagreement(shifts: &[Shift], pairs: &[Pair], by: ShiftBy) -> Option<String> {
+    let apart = |shift: &Shift| shift.alone.map_or(0.0, |[storage, loss]| storage - loss);
+    let worst = shifts
+        .iter()
+        .max_by(|a, b| apart(a).abs().total_cmp(&apart(b).abs()))?;
+    let [storage, loss] = worst.alone.filter(|_| apart(worst).abs() > DISAGREE)?;
+    let misfits = [0, 1].map(|n| {
+        let squares = pairs.iter().filter_map(|pair| Some(pair.overlap.alone?[n]));
+        libm::sqrt(squares.map(|misfit| misfit * misfit).sum::<f64>() / pairs.len() as f64)
+    });
+    let better = usize::from(misfits[1] < misfits[0]);
+    let remedy = match by {
+        ShiftBy::Both => format!(": give {}", SHIFT_BY.set_to(["storage", "loss"][better])),
+        ShiftBy::Storage | ShiftBy::Loss => String::new(),
+    };
+    Some(format!(
+        "at {} degC the storage modulus alone is shifted by {} decades, the loss modulus by {}; their overlaps miss each other by {} and {} %, and standard errors are wider by that{remedy}",
+        Shown(rounded(worst.temperature_c)),
+        Shown(rounded(storage)),
+        Shown(rounded(loss)),
+        Shown(rounded(100.0 * misfits[0])),
+        Shown(rounded(100.0 * misfits[1]))
+    ))
+}
+
+/// To two decimals, for a sentence.
+fn rounded(value: f64) -> f64 {
+    libm::round(100.0 * value) / 100.0
+}
+
+/// Records of one temperature.
+struct Level {
+    /// Their mean, °C.
+    celsius: f64,
+    records: Range<usize>,
+    curves: Vec<Curve>,
+}
+
+/// Records in the order of their temperatures, as levels.
+fn levels(records: &[(f64, Record)]) -> Vec<Level> {
+    let mut ends: Vec<usize> = Vec::new();
+    let mut start = 0;
+    for n in 1..=records.len() {
+        if n == records.len() || records[n].0 - records[start].0 >= ALIKE {
+            ends.push(n);
+            start = n;
+        }
+    }
+    let mut start = 0;
+    let levels = ends.into_iter().map(|end| {
+        let own = start..end;
+        start = end;
+        let of = &records[own.clone()];
+        Level {
+            celsius: of.iter().map(|one| one.0).sum::<f64>() / of.len() as f64,
+            records: own,
+            curves: of.iter().map(|one| Curve::new(&one.1)).collect(),
+        }
+    });
+    levels.collect()
+}
+
+/// One modulus, or both, of two neighbours.
+#[derive(Clone, Copy)]
+struct Shifted {
+    /// How far to the right the warmer one is to move onto the colder one.
+    shift: f64,
+    error: f64,
+    points: usize,
+    misfit: f64,
+}
+
+/// Two neighbours in temperature.
+struct Pair {
+    shift: f64,
+    error: f64,
+    /// By storage and loss modulus alone.
+    alone: Option<[Shifted; 2]>,
+    overlap: Overlap,
+}
+
+impl Pair {
+    fn of(pair: &[Level], by: ShiftBy) -> Result<Self, IdentifyError> {
+        let temperatures_c = [0, 1].map(|n| pair[n].celsius);
+        let count = pair[0].curves[0].ln_y.len();
+        let shifted = |by: ShiftBy| pair[0].shift_to(&pair[1], by.moduli(count));
+        let Some(found) = shifted(by) else {
+            return Err(IdentifyError::Record(format!(
+                "the curves at {} and {} degC do not overlap in {OVERLAP} points: give one in between, or leave one out",
+                Shown(temperatures_c[0]),
+                Shown(temperatures_c[1])
+            )));
+        };
+        let both = (count == 2).then(|| (shifted(ShiftBy::Storage), shifted(ShiftBy::Loss)));
+        let alone = both.and_then(|(storage, loss)| Some([storage?, loss?]));
+        Ok(Self {
+            shift: found.shift,
+            error: found.error,
+            overlap: Overlap {
+                temperatures_c,
+                points: found.points,
+                misfit: found.misfit,
+                alone: alone.map(|alone| alone.map(|one| one.misfit)),
+            },
+            alone,
+        })
+    }
+
+    /// Standard error of the sum of these shifts.
+    fn error(pairs: &[Self]) -> f64 {
+        let half = |pair: &Self| pair.alone.map_or(0.0, |[a, b]| 0.5 * (a.shift - b.shift));
+        let squares: f64 = pairs.iter().map(|pair| pair.error * pair.error).sum();
+        let each: f64 = pairs.iter().map(|pair| half(pair) * half(pair)).sum();
+        let all: f64 = pairs.iter().map(half).sum();
+        libm::sqrt(squares + each.max(all * all))
+    }
 }
 
 /// Logarithms of a record: of time or frequency, and of each modulus.
@@ -187,9 +416,8 @@ impl Curve {
         Some([y[0] + slope * (ln_x - x[0]), slope])
     }
 
-    /// Squares of the distances of another curve, moved by s to the right, from this one; how many, and the squares of slopes.
-    fn distance(&self, other: &Self, s: f64) -> Option<[f64; 3]> {
-        let mut sums = [0.0; 3];
+    /// Adds squares of the distances of another curve, moved by s to the right, from this one; how many, and the squares of slopes.
+    fn distance(&self, other: &Self, s: f64, moduli: Range<usize>, sums: &mut [f64; 3]) {
         let mut add = |curve: &Self, modulus: usize, x: f64, y: f64| {
             if let Some([value, slope]) = curve.at(modulus, x) {
                 sums[0] += (y - value) * (y - value);
@@ -197,7 +425,7 @@ impl Curve {
                 sums[2] += slope * slope;
             }
         };
-        for modulus in 0..self.ln_y.len() {
+        for modulus in moduli {
             for (x, y) in self.ln_x.iter().zip(&self.ln_y[modulus]) {
                 add(other, modulus, x - s, *y);
             }
@@ -205,14 +433,33 @@ impl Curve {
                 add(self, modulus, x + s, *y);
             }
         }
-        (sums[1] >= (OVERLAP * self.ln_y.len()) as f64).then_some(sums)
+    }
+}
+
+impl Level {
+    fn ends(&self) -> [f64; 2] {
+        let ends = self.curves.iter().map(Curve::ends);
+        ends.fold([f64::INFINITY, f64::NEG_INFINITY], |all, own| {
+            [all[0].min(own[0]), all[1].max(own[1])]
+        })
     }
 
-    /// How far to the right another curve is to move onto this one, and the standard error.
-    fn shift_to(&self, other: &Self) -> Option<(f64, f64)> {
+    /// [`Curve::distance`] of each curve from each of the other temperature, if enough points overlap.
+    fn distance(&self, other: &Self, s: f64, moduli: &Range<usize>) -> Option<[f64; 3]> {
+        let mut sums = [0.0; 3];
+        for curve in &self.curves {
+            for other in &other.curves {
+                curve.distance(other, s, moduli.clone(), &mut sums);
+            }
+        }
+        (sums[1] >= (OVERLAP * moduli.len()) as f64).then_some(sums)
+    }
+
+    /// How far to the right the curves of another temperature are to move onto these, by some of their moduli.
+    fn shift_to(&self, other: &Self, moduli: Range<usize>) -> Option<Shifted> {
         let ([low, high], [low_2, high_2]) = (self.ends(), other.ends());
         let mean = |s: f64| {
-            self.distance(other, s)
+            self.distance(other, s, &moduli)
                 .map_or(f64::INFINITY, |sums| sums[0] / (sums[1] - 1.0))
         };
         let step = (high - low_2 - (low - high_2)) / TRIALS as f64;
@@ -228,11 +475,16 @@ impl Curve {
             }
         }
         let shift = 0.5 * (left + right);
-        let there = self.distance(other, shift);
-        let [square, count, slopes] = there.or_else(|| self.distance(other, best))?;
+        let there = self.distance(other, shift, &moduli);
+        let [square, count, slopes] = there.or_else(|| self.distance(other, best, &moduli))?;
         // Each distance is of two points with noise, and counts from both sides.
         let variance = 2.0 * square / (count - 1.0) / slopes.max(f64::MIN_POSITIVE);
-        Some((shift, libm::sqrt(variance)))
+        Some(Shifted {
+            shift,
+            error: libm::sqrt(variance),
+            points: count as usize / moduli.len(),
+            misfit: libm::sqrt(square / count),
+        })
     }
 }
 
@@ -338,6 +590,7 @@ mod tests {
             temperature_c,
             log10,
             standard_error: 0.0,
+            alone: None,
         });
         let laws = laws(&shifts, 20.0);
         let wanted: [(&str, &[[f64; 2]], f64); 2] = [

@@ -25,6 +25,7 @@ mod advice;
 mod binned;
 mod bootstrap;
 mod candidates;
+mod commanded;
 mod contact;
 mod contour;
 mod elements;
@@ -44,13 +45,14 @@ mod stiffening;
 pub mod table;
 mod target;
 mod tissue;
+mod whitened;
 
 pub use crate::model::CANDIDATES;
-use candidates::identified;
+use candidates::read;
 pub use candidates::{Identification, relative};
 pub use error::IdentifyError;
 pub use fit::{Estimate, Fit};
-pub use master::{MasterCurve, Shift, ShiftLaw, master_curve};
+pub use master::{MasterCurve, Overlap, Shift, ShiftBy, ShiftLaw, master_curve};
 pub use options::{Held, Options};
 pub use record::{Baseline, ContactPoint, Record, RecordKind, SAMPLES_MOST};
 pub use replicates::{Replicates, Spread, replicates};
@@ -87,7 +89,7 @@ pub fn identify_unless(
     } else if options.stiffening {
         stiffening::stiffened(record, options, stop)
     } else {
-        identified(record, options, stop, progress).map(|mut found| {
+        read(record, options, stop, progress).map(|mut found| {
             let missed = contact::missed(record, options, &found, stop);
             found.warnings.extend(missed);
             found

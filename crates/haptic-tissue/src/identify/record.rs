@@ -1,10 +1,11 @@
 //! Validated records of a specimen, in SI units.
 
+use super::commanded::{self, Level};
 use super::error::IdentifyError;
 use super::history::chosen;
 use crate::identify::keys::{
-    CONTACT_POINT, FROM, KIND, MASTER_CURVE, RAMP_TIME, REPLICATES, STRAIN, SUBTRACT_START,
-    THICKNESS,
+    CONTACT_POINT, FROM, KIND, MASTER_CURVE, RAMP_ENDS, RAMP_TIME, REPLICATES, STRAIN,
+    SUBTRACT_START, THICKNESS,
 };
 use crate::indentation::{NOISE, begin_s, growing};
 use fracdiff::parameter::Shown;
@@ -126,6 +127,12 @@ pub struct Record {
     pub(super) touch: Option<Touch>,
     /// Columns of which any sum may be in the stress beside the model's, such as a baseline; one number a sample.
     pub(super) beside: Vec<Vec<f64>>,
+    /// Of a creep whose stress was commanded: time since the first step, s, and size over the largest stress of each step; and
+    /// the same if the steps came a row later, where rows do not tell.
+    pub(super) steps: Vec<[f64; 2]>,
+    later: Vec<[f64; 2]>,
+    /// True if the residuals of a creep by steps are differences, as of noise of one size, not those of logarithms.
+    is_absolute: bool,
     /// Largest strain, if it is known.
     strain_to: Option<f64>,
     /// Why the times of a motion are numbers of samples, if they are: only what has no memory is known then.
@@ -142,6 +149,22 @@ impl Record {
     pub fn relaxation(time_s: Vec<f64>, modulus_pa: Vec<f64>) -> Result<Self, IdentifyError> {
         let kind = RecordKind::Relaxation;
         let mut record = Self::of_logarithms(kind, time_s, modulus_pa, Vec::new())?;
+        let most = |a: usize, b: usize| {
+            if record.first[b] > record.first[a] {
+                b
+            } else {
+                a
+            }
+        };
+        let peak = (0..record.first.len()).fold(0, most);
+        let values = &record.first;
+        let is_ramp = peak > 0 && values[peak] > RISE * values[0].max(values[values.len() - 1]);
+        if record.growth() > GROWTH && is_ramp {
+            return Err(IdentifyError::Record(format!(
+                "the modulus rises until {end} s and falls from there, as in a ramp to the held strain: give {RAMP_TIME} = {end}s, or a strain column",
+                end = Shown(record.x[peak])
+            )));
+        }
         if record.growth() > GROWTH {
             return Err(IdentifyError::Record(format!(
                 "the modulus grows with time, as only a compliance does: give {}",
@@ -158,8 +181,8 @@ impl Record {
         Ok(record)
     }
 
-    /// Stress relaxation from the begin of the ramp on: the strain rises from 0 at the time 0 to the held one, and stays there. Times,
-    /// s, and stresses, Pa.
+    /// Stress relaxation with the ramp to the held strain: the strain rises from 0 to the held one within the time of the ramp, which ends at
+    /// this time of the clock, and stays there. Times, s, and stresses, Pa.
     ///
     /// # Errors
     /// As [`history`](Self::history); a ramp that is not above 0 s, or longer than the record; samples before it.
@@ -168,15 +191,18 @@ impl Record {
         mut stress_pa: Vec<f64>,
         strain: f64,
         ramp_s: f64,
+        ends_s: f64,
     ) -> Result<Self, IdentifyError> {
         lengths(&time_s, &stress_pa, None)?;
+        time_s.iter_mut().for_each(|time| *time += ramp_s - ends_s);
         let (first, last) = (time_s[0], time_s[time_s.len() - 1]);
         if !(ramp_s > 0.0 && ramp_s < last && first >= 0.0) {
             return Err(IdentifyError::Record(format!(
-                "{RAMP_TIME} {} s is not above 0 s and below the last time {} s, or samples from {} s on begin before the ramp at 0 s: change it",
+                "{RAMP_TIME} {} s is not above 0 s and below the last time {} s, or samples from {} s on begin before the ramp, at {} s: change it, or {RAMP_ENDS}",
                 Shown(ramp_s),
-                Shown(last),
-                Shown(first)
+                Shown(last - ramp_s + ends_s),
+                Shown(first - ramp_s + ends_s),
+                Shown(ends_s - ramp_s)
             )));
         }
         if first > 0.0 {
@@ -210,6 +236,100 @@ impl Record {
             )));
         }
         Ok(record)
+    }
+
+    /// Creep under a stress that was commanded and stays at levels, as in a step, a staircase or a recovery: times, s, strains, and stresses,
+    /// Pa, which count by the mean of each level. A first row at rest is the start; without one the step is at the time 0. What is fitted is
+    /// the strain over the largest stress, by differences or logarithms, as its noise is.
+    ///
+    /// # Errors
+    /// Times that fall, numbers that are not finite, a stress that is not held.
+    pub fn creep_under(
+        time_s: Vec<f64>,
+        strain: Vec<f64>,
+        stress_pa: Vec<f64>,
+    ) -> Result<Self, IdentifyError> {
+        lengths(&time_s, &strain, Some(&stress_pa))?;
+        let finite = [&time_s, &strain, &stress_pa];
+        let wrong = (0..time_s.len()).find(|&n| !finite.iter().all(|column| column[n].is_finite()));
+        without(wrong, |_| {
+            "a number is not finite; omit the sample".to_owned()
+        })?;
+        increasing(&time_s, "time", "s", |before, after| before >= after)?;
+        let Some(levels) = commanded::levels(&stress_pa) else {
+            return Err(IdentifyError::Record(format!(
+                "the stress is not held at levels, as that of a creep is: give {}",
+                KIND.set_to("record")
+            )));
+        };
+        let size = |a: f64, b: &Level| {
+            if b.value.abs() > f64::abs(a) {
+                b.value
+            } else {
+                a
+            }
+        };
+        let held = levels.iter().fold(0.0, size);
+        let (mut before, mut steps) = (0.0, Vec::new());
+        for Level { rows, value } in levels {
+            let (change, first) = ((value - before) / held, rows.start);
+            before = value;
+            if change != 0.0 {
+                let late = time_s[first];
+                let early = first
+                    .checked_sub(1)
+                    .map_or(late.min(0.0), |row| time_s[row]);
+                // One row at rest is the start of the test.
+                let late = if first < 2 { early } else { late };
+                steps.push([early, late, change]);
+            }
+        }
+        let begin = steps[0][0];
+        let of = |n: usize| {
+            steps
+                .iter()
+                .map(|step| [step[n] - begin, step[2]])
+                .collect()
+        };
+        let (early, late): (Vec<_>, Vec<_>) = (of(0), of(1));
+        let rows = time_s.partition_point(|time| *time <= begin);
+        let most = strain.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let since = time_s[rows..].iter().map(|time| time - begin).collect();
+        let compliance: Vec<f64> = strain[rows..].iter().map(|strain| strain / held).collect();
+        let mut record = Self::plain(RecordKind::Creep, since, compliance, Vec::new());
+        (record.later, record.steps) = (late, early);
+        record.is_absolute = true;
+        Ok(record.with_strain_to(most))
+    }
+
+    /// The ways in which a record may be read, among which its fits decide.
+    pub(super) fn readings(&self) -> Vec<Self> {
+        let mut all = vec![self.clone()];
+        if self.later != self.steps {
+            let steps = self.later.clone();
+            all.push(Self {
+                steps,
+                ..self.clone()
+            });
+        }
+        if self.has_steps() && self.first.iter().all(|value| *value > 0.0) {
+            let logarithmic = |one: &Self| Self {
+                is_absolute: false,
+                ..one.clone()
+            };
+            all.extend(all.clone().iter().map(logarithmic));
+        }
+        all
+    }
+
+    /// True of a creep whose stress was commanded.
+    pub(super) const fn has_steps(&self) -> bool {
+        !self.steps.is_empty()
+    }
+
+    /// True if residuals are differences in the unit of the values, not those of logarithms.
+    pub(super) fn is_absolute(&self) -> bool {
+        self.is_absolute || self.kind == RecordKind::History
     }
 
     /// Oscillation: angular frequencies, rad/s, storage and loss modulus, Pa, in any order.
@@ -509,6 +629,22 @@ impl Record {
         record
     }
 
+    /// The same motion with the other sign of strain and stress, as where compression is written below 0.
+    pub(super) fn turned(&self) -> Self {
+        let mut record = self.clone();
+        let ways = record
+            .motions
+            .iter_mut()
+            .filter_map(|motion| motion.way.as_mut());
+        let strains = ways.map(|way| &mut way.1);
+        for values in strains.chain([&mut record.first, &mut record.second]) {
+            values.iter_mut().for_each(|value| *value = -*value);
+        }
+        let said = "strain and stress are read with the other sign, in which tissue stiffens";
+        record.said.push(said.to_owned());
+        record
+    }
+
     /// True if its tissue can be seen to stiffen.
     pub(super) fn can_stiffen(&self) -> bool {
         !self.motions.is_empty() && self.motions.iter().all(|motion| motion.can_stiffen)
@@ -584,6 +720,17 @@ impl Record {
             RecordKind::Oscillation => ("storage modulus", "loss modulus", "Pa"),
             RecordKind::Relaxation | RecordKind::History => ("modulus", "", "Pa"),
         };
+        let mut x = x;
+        let begin = if oscillation { None } else { late_clock(&x) };
+        let said = begin.map(|begin| {
+            let said = format!(
+                "the times are taken from {} s of the clock on, {} s before the first row, from where they are spread evenly in the logarithm",
+                Shown(begin),
+                Shown(digits(x[0] - begin))
+            );
+            x.iter_mut().for_each(|time| *time -= begin);
+            said
+        });
         positive(&x, what, unit)?;
         positive(&first, one, of)?;
         positive(&second, other, of)?;
@@ -598,6 +745,7 @@ impl Record {
         }
         increasing(&record.x, what, unit, |before, after| before > after)?;
         constant(&record.first, one, of)?;
+        record.said.extend(said);
         Ok(record)
     }
 
@@ -610,6 +758,9 @@ impl Record {
             motions: Vec::new(),
             touch: None,
             beside: Vec::new(),
+            steps: Vec::new(),
+            later: Vec::new(),
+            is_absolute: false,
             strain_to: None,
             untimed: None,
             said: Vec::new(),
@@ -677,6 +828,59 @@ pub(super) fn within(
             Shown(thickness_m)
         )
     })
+}
+
+/// Where a clock begins whose times are spread evenly in the logarithm from there on, if that is far from 0 and next to the first time, as on the
+/// clock of a whole test: the origin with the straightest ln(t − origin), at the roundest number near it.
+fn late_clock(time_s: &[f64]) -> Option<f64> {
+    const LEAST: usize = 8;
+    const LATE: f64 = 10.0;
+    /// What is left of a straight line, at most, over that of the clock as it is.
+    const STRAIGHT: f64 = 0.05;
+    /// Steps of the search, and how near the round number is, over the first time.
+    const STEPS: i32 = 400;
+    const NEAR: f64 = 0.05;
+    let first = *time_s.first().filter(|first| **first > 0.0)?;
+    let count = time_s.len() as f64;
+    if time_s.len() < LEAST || time_s.windows(2).any(|pair| pair[1] <= pair[0]) {
+        return None;
+    }
+    // Root of the mean square beside the straight line.
+    let bend = |before: f64| {
+        let logs: Vec<f64> = time_s
+            .iter()
+            .map(|time| libm::log(time - first + before))
+            .collect();
+        let mean = logs.iter().sum::<f64>() / count;
+        let middle = 0.5 * (count - 1.0);
+        let pairs = || {
+            logs.iter()
+                .enumerate()
+                .map(|(n, y)| (n as f64 - middle, y - mean))
+        };
+        let [xx, xy, yy] = [
+            pairs().map(|(x, _)| x * x).sum::<f64>(),
+            pairs().map(|(x, y)| x * y).sum(),
+            pairs().map(|(_, y)| y * y).sum(),
+        ];
+        libm::sqrt((yy - xy * xy / xx).max(0.0) / count)
+    };
+    let least = 0.1 * (time_s[1] - first);
+    let places =
+        (0..=STEPS).map(|n| least * libm::pow(first / least, f64::from(n) / f64::from(STEPS)));
+    let best = places.map(|before| (bend(before), before));
+    let (left, before) = best.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    if LATE * before > first || left > STRAIGHT * bend(first) {
+        return None;
+    }
+    let begin = first - before;
+    let round = (-9..=9).rev().map(|power| {
+        let unit = libm::pow(10.0, f64::from(power));
+        libm::round(begin / unit) * unit
+    });
+    round
+        .into_iter()
+        .find(|round| (round - begin).abs() <= NEAR * before)
 }
 
 /// Times that rise; or numbers of the samples, and why, where some are equal. Times that fall stay, and are refused.
@@ -760,4 +964,9 @@ fn constant(values: &[f64], what: &str, unit: &str) -> Result<(), IdentifyError>
         )));
     }
     Ok(())
+}
+
+/// Three digits, for sentences.
+pub(super) fn digits(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
 }

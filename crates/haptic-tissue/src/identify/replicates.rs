@@ -158,6 +158,8 @@ fn all(kind: ModelKind, specimens: &[Identification], spreads: &[Spread]) -> Ide
         x: joined(|specimen| &specimen.x),
         measured: joined(|specimen| &specimen.measured),
         beside: Vec::new(),
+        is_absolute: specimens.iter().any(|specimen| specimen.is_absolute),
+        is_staircase: specimens.iter().any(|specimen| specimen.is_staircase),
         is_timed: specimens.iter().all(|specimen| specimen.is_timed),
         warnings: Vec::new(),
     }

@@ -16,9 +16,10 @@ use super::advice;
 use super::candidates::{Identification, choose, identified, noisy, richest};
 use super::elements::{Candidate, Elements};
 use super::error::{IdentifyError, sorted};
-use super::fit::{AS_GOOD, Estimate, Fit, criteria, digits, fit, student};
+use super::fit::{AS_GOOD, Estimate, Fit, criteria, fit, student};
 use super::options::{self, Options, target_of};
 use super::record::Record;
+use super::record::digits;
 use super::search::{Best, next_place, polished, search};
 use super::target::Target;
 use crate::identify::keys::{BOOTSTRAP, FROM, KIND, STIFFENING};
@@ -89,10 +90,8 @@ pub(super) fn stiffened(
             KIND.set_to("record")
         ));
     }
-    if record.first.iter().sum::<f64>() <= 0.0 {
-        return wrong(
-            "tissue stiffens by a strain above 0: change the sign of both columns".to_owned(),
-        );
+    if record.first.iter().sum::<f64>() < 0.0 {
+        return stiffened(&record.turned(), options, stop);
     }
     let [least, steepest] =
         [f64::min, f64::max].map(|end| record.first.iter().copied().fold(0.0, end));

@@ -9,10 +9,11 @@
 
 use super::binned::Binned;
 use super::contour::{Contour, Quantity};
-use super::elements::{Candidate, ELEMENTS, Elements, Slope};
-use super::history::{History, Moved};
+use super::elements::{Candidate, ELEMENTS, Elements, Slope, VARIABLES};
+use super::history::{self, History, Moved};
 use super::record::{Motion, Record, RecordKind};
 use crate::indentation::mapped;
+use fractional_control::autoregression::Autoregression;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -54,6 +55,10 @@ pub(super) struct Target<'a> {
     pub(super) shift: f64,
     /// A sum of squares that is as good as 0.
     pub(super) exact: f64,
+    /// Lengths of the series of residuals, none of which goes on in the next.
+    lengths: Vec<usize>,
+    /// The noise through whose filter the residuals go.
+    noise: Autoregression,
     /// Nobody waits for the fit any more.
     stop: &'a AtomicBool,
 }
@@ -64,7 +69,43 @@ enum Rows {
     Sampled(Option<Quantity>, Vec<f64>),
     History(History),
     Binned(Binned),
+    Stepped(Stepped),
 }
+
+/// A creep under several steps of stress, or with differences as its residuals.
+#[derive(Clone, Debug)]
+struct Stepped {
+    /// Of each sample the ln of the time since each step before it, and the size of the step.
+    since: Vec<Vec<[f64; 2]>>,
+    chosen: Vec<usize>,
+    is_logarithmic: bool,
+}
+
+impl Stepped {
+    fn new(record: &Record, middle: f64) -> Self {
+        let all = 0..record.x.len();
+        let chosen = match all.len() > SAMPLES_OF_STEPS {
+            true => history::chosen(&record.x, 0.0, SAMPLES_OF_STEPS),
+            false => all.collect(),
+        };
+        let since = chosen.iter().map(|&n| {
+            let before = record.steps.iter().filter(|step| step[0] < record.x[n]);
+            before
+                .map(|step| [libm::log(record.x[n] - step[0]) - middle, step[1]])
+                .collect()
+        });
+        Self {
+            since: since.collect(),
+            is_logarithmic: !record.is_absolute(),
+            chosen,
+        }
+    }
+}
+
+/// Samples of a record that is compared with filtered residuals, at most.
+const AVERAGED: usize = 4000;
+/// Samples of a creep by steps that are compared, at most.
+const SAMPLES_OF_STEPS: usize = 2000;
 
 impl<'a> Target<'a> {
     pub(super) fn new(record: &Record, weighting: Weighting, stop: &'a AtomicBool) -> Self {
@@ -76,10 +117,28 @@ impl<'a> Target<'a> {
         let relative: Vec<f64> = ln_x.iter().map(|x| x - middle).collect();
         let parts = 1 + usize::from(!record.second.is_empty());
         let roots = roots(&relative, weighting, parts);
-        let values = record.first.iter().chain(&record.second);
-        let wanted: Vec<f64> = values.map(|&x| libm::log(x)).collect();
-        let count = wanted.len() as f64;
-        let (low, high) = ends(&wanted);
+        let stepped = (record.has_steps()).then(|| Stepped::new(record, middle));
+        let values = [&record.first[..], &record.second].concat();
+        let chosen = stepped.as_ref().map(|stepped| stepped.chosen.clone());
+        let chosen = chosen.unwrap_or_else(|| (0..values.len()).collect());
+        let (values, roots) = (
+            chosen.iter().map(|&n| values[n]),
+            chosen.iter().map(|&n| roots[n]),
+        );
+        let (values, roots): (Vec<f64>, Vec<f64>) = (values.collect(), roots.collect());
+        let count = values.len() as f64;
+        let size = libm::sqrt(values.iter().map(|x| x * x).sum::<f64>() / count);
+        let is_absolute = record.is_absolute();
+        let scale = if is_absolute { size } else { 1.0 };
+        let wanted = values.iter().map(|x| match is_absolute {
+            true => x / scale,
+            false => libm::log(*x),
+        });
+        let wanted: Vec<f64> = wanted.collect();
+        let (low, high) = match is_absolute {
+            true => (libm::log(size) - 1.0, libm::log(size) + 1.0),
+            false => ends(&wanted),
+        };
         let (unit, sign, quantity) = match record.kind {
             RecordKind::Oscillation => (-middle, 1.0, None),
             RecordKind::Creep => (middle, -1.0, Some(Quantity::Creep)),
@@ -88,16 +147,21 @@ impl<'a> Target<'a> {
             }
         };
         Self {
-            rows: Rows::Sampled(quantity, relative),
+            rows: match stepped {
+                Some(stepped) => Rows::Stepped(stepped),
+                None => Rows::Sampled(quantity, relative),
+            },
             wanted,
             roots,
             unit_s: libm::exp(unit),
-            scale: 1.0,
+            scale,
             middle: 0.5 * (low + high) * sign,
             span: high - low,
             beside: 0,
             shift: 0.0,
             exact: EXACT * EXACT * count,
+            lengths: vec![count as usize / parts; parts],
+            noise: Autoregression::default(),
             stop,
         }
     }
@@ -135,6 +199,10 @@ impl<'a> Target<'a> {
             .collect();
         let history = History::new(&motions, &record.beside);
         let (scale, count) = (history.stress_scale, history.chosen.len() as f64);
+        let compared = |range: &Range<usize>| {
+            let before = |end: usize| history.chosen.partition_point(|&n| n < end);
+            before(range.end) - before(range.start)
+        };
         Self {
             wanted: history.wanted.clone(),
             roots: roots_of_motions(record, &history.chosen, scale),
@@ -145,6 +213,8 @@ impl<'a> Target<'a> {
             beside: record.beside.len(),
             shift: 0.0,
             exact: EXACT * EXACT * count,
+            lengths: samples.iter().map(compared).collect(),
+            noise: Autoregression::default(),
             stop,
             rows: Rows::History(history),
         }
@@ -159,6 +229,10 @@ impl<'a> Target<'a> {
                 ln_x.iter_mut().for_each(|x| *x += shift);
             }
             Rows::History(history) => history.in_seconds(),
+            Rows::Stepped(stepped) => {
+                let all = stepped.since.iter_mut().flatten();
+                all.for_each(|since| since[0] += shift);
+            }
             Rows::Binned(_) => return self,
         }
         (self.unit_s, self.shift) = (1.0, shift);
@@ -178,7 +252,7 @@ impl<'a> Target<'a> {
     pub(super) fn samples(&self) -> usize {
         match &self.rows {
             Rows::Sampled(_, ln_x) => ln_x.len(),
-            Rows::History(_) | Rows::Binned(_) => self.len(),
+            Rows::History(_) | Rows::Binned(_) | Rows::Stepped(_) => self.len(),
         }
     }
 
@@ -191,7 +265,7 @@ impl<'a> Target<'a> {
                 .map(|(binned, wanted)| (Rows::Binned(binned), wanted)),
             Rows::History(history) => (history.compressed(wanted, roots))
                 .map(|(history, wanted)| (Rows::History(history), wanted)),
-            Rows::Binned(_) => None,
+            Rows::Binned(_) | Rows::Stepped(_) => None,
         };
         match compressed {
             None => self.clone(),
@@ -199,6 +273,8 @@ impl<'a> Target<'a> {
                 rows,
                 roots: vec![1.0; wanted.len()],
                 wanted,
+                lengths: Vec::new(),
+                noise: Autoregression::default(),
                 ..*self
             },
         }
@@ -214,7 +290,7 @@ impl<'a> Target<'a> {
                 let roots = vec![1.0; wanted.len()];
                 (Rows::History(coarse), wanted, roots)
             }
-            Rows::Sampled(quantity, ln_x) => {
+            Rows::Sampled(..) | Rows::Stepped(_) => {
                 let samples = self.samples();
                 let step = samples.div_ceil(most).max(1);
                 let last = (!(samples - 1).is_multiple_of(step)).then_some(samples - 1);
@@ -223,15 +299,68 @@ impl<'a> Target<'a> {
                     let part = |n: usize| chosen.iter().map(move |&i| values[n * samples + i]);
                     (0..values.len() / samples).flat_map(part).collect()
                 };
-                (Rows::Sampled(*quantity, of(ln_x)), of(wanted), of(roots))
+                let rows = match &self.rows {
+                    Rows::Sampled(quantity, ln_x) => Rows::Sampled(*quantity, of(ln_x)),
+                    Rows::Stepped(stepped) => Rows::Stepped(Stepped {
+                        since: chosen.iter().map(|&i| stepped.since[i].clone()).collect(),
+                        chosen: chosen.iter().map(|&i| stepped.chosen[i]).collect(),
+                        ..*stepped
+                    }),
+                    other @ (Rows::History(_) | Rows::Binned(_)) => other.clone(),
+                };
+                (rows, of(wanted), of(roots))
             }
         };
         Self {
             rows,
             wanted,
             roots,
+            lengths: Vec::new(),
+            noise: Autoregression::default(),
             ..*self
         }
+    }
+
+    /// Residuals series by series.
+    pub(super) fn series<'b>(&self, all: &'b [f64]) -> Vec<&'b [f64]> {
+        let mut rest = all;
+        let own = |length: &usize| {
+            let own;
+            (own, rest) = rest.split_at(*length);
+            own
+        };
+        self.lengths.iter().map(own).collect()
+    }
+
+    /// The same with residuals through the filter of a noise.
+    pub(super) fn filtered(&self, noise: Autoregression) -> Self {
+        Self {
+            noise,
+            ..self.clone()
+        }
+    }
+
+    /// A long sampled record by means of neighbours, so many that [`AVERAGED`] remain.
+    pub(super) fn averaged(&self) -> Self {
+        let (samples, mut own) = (self.samples(), self.clone());
+        let Rows::Sampled(quantity, ln_x) = &self.rows else {
+            return own;
+        };
+        if samples <= AVERAGED {
+            return own;
+        }
+        let block = samples.div_ceil(AVERAGED);
+        let means = |values: &[f64]| -> Vec<f64> {
+            let parts = values.chunks(samples).flat_map(|part| part.chunks(block));
+            parts
+                .map(|part| part.iter().sum::<f64>() / part.len() as f64)
+                .collect()
+        };
+        own.rows = Rows::Sampled(*quantity, means(ln_x));
+        (own.wanted, own.roots) = (means(&self.wanted), means(&self.roots));
+        own.lengths = self.lengths.iter().map(|n| n.div_ceil(block)).collect();
+        own.exact = EXACT * EXACT * own.roots.len() as f64;
+        own
     }
 
     /// Calls `each` with number, weight root, residual and its derivatives; false if a number is not finite, or the fit is to end.
@@ -244,12 +373,50 @@ impl<'a> Target<'a> {
         if self.stops() {
             return false;
         }
+        if self.noise.order() == 0 {
+            return self.plain_residuals(candidate, elements, each);
+        }
+        let mut columns = vec![vec![0.0; self.len()]; VARIABLES + 1];
+        let finite = self.plain_residuals(candidate, elements, |n, root, slope| {
+            columns[VARIABLES][n] = root * slope.value;
+            for (column, by) in columns.iter_mut().zip(slope.by) {
+                column[n] = root * by;
+            }
+        });
+        for column in columns.iter_mut().take(candidate.variables()) {
+            *column = self.through_filter(column);
+        }
+        columns[VARIABLES] = self.through_filter(&columns[VARIABLES]);
+        for (n, value) in columns[VARIABLES].iter().enumerate() {
+            let slope = Slope {
+                value: *value,
+                by: std::array::from_fn(|variable| columns[variable][n]),
+            };
+            each(n, 1.0, slope);
+        }
+        finite
+    }
+
+    fn through_filter(&self, column: &[f64]) -> Vec<f64> {
+        let series = self.series(column).into_iter();
+        series.flat_map(|part| self.noise.whitened(part)).collect()
+    }
+
+    fn plain_residuals(
+        &self,
+        candidate: Candidate,
+        elements: &Elements,
+        mut each: impl FnMut(usize, f64, Slope),
+    ) -> bool {
         let mut finite = true;
         self.model(candidate, elements, |n, model| {
             let wanted = self.wanted(n);
             let mut slope = model;
-            match self.rows {
-                Rows::History(_) | Rows::Binned(_) => slope.value -= wanted,
+            match &self.rows {
+                Rows::Stepped(stepped) if stepped.is_logarithmic => {
+                    slope = logarithm(model, wanted);
+                }
+                Rows::History(_) | Rows::Binned(_) | Rows::Stepped(_) => slope.value -= wanted,
                 Rows::Sampled(..) => slope = logarithm(model, wanted),
             }
             finite &= slope.value.is_finite();
@@ -263,11 +430,23 @@ impl<'a> Target<'a> {
         self.wanted[n]
     }
 
+    /// Σ ln y² over the values whose logarithms are compared: criteria of differences and of logarithms, each with its own, compare.
+    pub(super) fn ln_sizes(&self) -> f64 {
+        match &self.rows {
+            Rows::Stepped(stepped) if stepped.is_logarithmic => {
+                2.0 * self.wanted.iter().sum::<f64>()
+            }
+            Rows::Sampled(..) | Rows::Stepped(_) | Rows::History(_) | Rows::Binned(_) => 0.0,
+        }
+    }
+
     /// The model at a sample of which this is the residual, in the unit of the record.
     pub(super) fn modelled(&self, n: usize, residual: f64) -> f64 {
-        match self.rows {
-            Rows::History(_) => (residual + self.wanted[n]) * self.scale,
-            Rows::Sampled(..) | Rows::Binned(_) => libm::exp(residual + self.wanted[n]),
+        let value = residual + self.wanted[n];
+        match &self.rows {
+            Rows::Stepped(stepped) if stepped.is_logarithmic => libm::exp(value),
+            Rows::History(_) | Rows::Stepped(_) => value * self.scale,
+            Rows::Sampled(..) | Rows::Binned(_) => libm::exp(value),
         }
     }
 
@@ -275,6 +454,7 @@ impl<'a> Target<'a> {
     pub(super) fn chosen(&self) -> Vec<usize> {
         match &self.rows {
             Rows::History(history) => history.chosen.clone(),
+            Rows::Stepped(stepped) => stepped.chosen.clone(),
             Rows::Sampled(..) | Rows::Binned(_) => (0..self.samples()).collect(),
         }
     }
@@ -285,6 +465,10 @@ impl<'a> Target<'a> {
             Rows::History(history) => {
                 let of = |values: &[f64]| history.chosen.iter().map(|&i| values[i]).collect();
                 (of(&record.x), of(&record.second))
+            }
+            Rows::Stepped(stepped) => {
+                let of = |values: &[f64]| stepped.chosen.iter().map(|&i| values[i]).collect();
+                (of(&record.x), of(&record.first))
             }
             Rows::Sampled(..) | Rows::Binned(_) => {
                 let values = [&record.first[..], &record.second].concat();
@@ -329,6 +513,7 @@ impl<'a> Target<'a> {
             Rows::History(history) => return history.model(candidate, elements, each),
             Rows::Sampled(quantity, _) => *quantity,
             Rows::Binned(binned) => binned.quantity,
+            Rows::Stepped(_) => Some(Quantity::Creep),
         };
         let contour = quantity.map(|quantity| Contour::new(candidate, quantity, *elements));
         let at = |ln_x: f64| match &contour {
@@ -337,6 +522,18 @@ impl<'a> Target<'a> {
         };
         match &self.rows {
             Rows::History(_) => {}
+            Rows::Stepped(stepped) => {
+                for (n, since) in stepped.since.iter().enumerate() {
+                    let (answers, sizes): (Vec<Slope>, Vec<f64>) =
+                        since.iter().map(|step| (at(step[0])[0], step[1])).unzip();
+                    let mut sum = Slope::sum(&sizes, &answers);
+                    if !stepped.is_logarithmic {
+                        sum.value /= self.scale;
+                        sum.by.iter_mut().for_each(|by| *by /= self.scale);
+                    }
+                    each(n, sum);
+                }
+            }
             Rows::Sampled(_, ln_x) => {
                 for (n, &ln_x) in ln_x.iter().enumerate() {
                     let parts = at(ln_x).into_iter().take(self.len() / self.samples());

@@ -48,6 +48,7 @@ impl Identification {
         })?;
         let (what, unit, of) = match self.kind {
             RecordKind::History => ("motion", " Pa", "stress"),
+            RecordKind::Creep if self.is_absolute => (self.kind.name(), " 1/Pa", "compliance"),
             RecordKind::Creep => (self.kind.name(), "", "log compliance"),
             RecordKind::Relaxation | RecordKind::Oscillation => {
                 (self.kind.name(), "", "log modulus")
@@ -85,8 +86,12 @@ impl Identification {
         let mut range = ValidRange::default();
         match self.kind {
             RecordKind::Oscillation => (range.omega_from_rad_s, range.omega_to_rad_s) = (from, to),
-            // A motion begins somewhere on its clock; its length is what counts.
-            RecordKind::History if self.is_timed => range.time_to_s = Some(high - low),
+            // A motion begins somewhere on its clock; its first step and its length are what it shows.
+            RecordKind::History if self.is_timed => {
+                let mut steps = self.x.windows(2).map(|pair| pair[1] - pair[0]);
+                range.time_from_s = steps.find(|step| *step > 0.0);
+                range.time_to_s = Some(high - low);
+            }
             RecordKind::History => {}
             RecordKind::Relaxation | RecordKind::Creep => {
                 (range.time_from_s, range.time_to_s) = (from, to);

@@ -1,6 +1,8 @@
 //! Prony series of models, and their text for finite-element programs, read back.
 
-use haptic_tissue::{ExportFormat, Library, Material, MeasuredLoading, Model, ModelKind, PronyFit};
+use haptic_tissue::{
+    Card, ExportFormat, Library, Material, MeasuredLoading, Model, ModelKind, PronyFit,
+};
 use std::path::Path;
 use testkit::assert_relative;
 use testkit::tissue::model;
@@ -50,7 +52,7 @@ fn every_format_takes_as_many_branches_as_it_has_by_itself() {
     for format in ExportFormat::ALL {
         let fit = PronyFit::new(&muscle(), format.branches(), 1e-3, 1e3).expect("fits");
         assert!(
-            fit.text(format, "muscle", &MeasuredLoading::default())
+            fit.text(format, Card::Series, "muscle", &MeasuredLoading::default())
                 .is_ok(),
             "{format:?}"
         );
@@ -169,6 +171,7 @@ fn each_text_describes_the_series_by_the_convention_of_its_program() {
         let text = fit
             .text(
                 format,
+                Card::Series,
                 "fish muscle -- a\ntest",
                 &MeasuredLoading::default(),
             )
@@ -205,7 +208,12 @@ fn what_cannot_be_exported_is_refused_with_a_remedy() {
     assert!(refused(&two, 1, 1e-3, 1e4).contains("has decayed to zero"));
     let twelve = PronyFit::new(&muscle(), 12, 1e-3, 1e3).expect("fits");
     let error = twelve
-        .text(ExportFormat::Febio, "", &MeasuredLoading::default())
+        .text(
+            ExportFormat::Febio,
+            Card::Series,
+            "",
+            &MeasuredLoading::default(),
+        )
         .expect_err("six terms");
     assert!(
         error.to_string().ends_with("take `branches` = 6"),
@@ -287,7 +295,9 @@ fn a_bar_of_the_exported_card_relaxes_like_the_tissue() {
                 poisson_ratio: Some(ratio),
                 ..MeasuredLoading::default()
             };
-            let text = fit.text(format, "skin", &loading).expect("text");
+            let text = fit
+                .text(format, Card::Series, "skin", &loading)
+                .expect("text");
             let [shear, bulk] = card(format, &text);
             let stress = uniaxial(&shear, &bulk, ratio, &times);
             let want = skin.relaxation_moduli(&times);
@@ -316,7 +326,7 @@ fn a_spring_has_no_card() {
     let fit = PronyFit::new(&spring, 12, 1e-3, 1e3).expect("fits");
     assert_eq!((fit.branches.len(), fit.elastic_modulus_pa), (0, 500.0));
     for format in [ExportFormat::Abaqus, ExportFormat::Ansys] {
-        let text = fit.text(format, "spring", &MeasuredLoading::default());
+        let text = fit.text(format, Card::Series, "spring", &MeasuredLoading::default());
         let text = text.expect("text");
         assert!(
             text.lines().all(|line| line.starts_with(['*', '!'])),
@@ -349,7 +359,9 @@ fn the_card_is_the_tissue_by_the_definitions_of_the_programs() {
             include_str!("../golden/prony/c19-nu03.ansys"),
         ),
     ] {
-        let text = fit.text(format, "", &tissue.loading).expect("text");
+        let text = fit
+            .text(format, Card::Series, "", &tissue.loading)
+            .expect("text");
         // All but the title, which names the program.
         let body = |text: &str| text.split_once('\n').expect("lines").1.to_owned();
         assert_eq!(body(&text), body(golden));
@@ -377,5 +389,74 @@ fn the_card_is_the_tissue_by_the_definitions_of_the_programs() {
             // The last digit of the claim is rounded.
             assert_relative(&format!("{name} {row:?}"), row[2], want, claim + 5e-7);
         }
+    }
+}
+
+/// A format, ν, and the lines of its whole material around Young's modulus at 0.
+const MATERIALS: &str = r"
+    abaqus | 0.3 | *MATERIAL, NAME=my_gel | *ELASTIC, MODULI=INSTANTANEOUS | *VISCOELASTIC, TIME=PRONY
+    abaqus | 0.5 | *MATERIAL, NAME=my_gel | *ELASTIC, MODULI=INSTANTANEOUS | *VISCOELASTIC, TIME=PRONY
+    ansys | 0.3 | MP,PRXY,1,0.3 | TB,PRONY,1,1,2,SHEAR | TB,PRONY,1,1,2,BULK
+    ansys | 0.5 | MP,PRXY,1,0.4999 | TB,PRONY,1,1,2,SHEAR | TB,PRONY,1,1,2,BULK
+";
+
+#[test]
+fn a_whole_material_has_its_elasticity_at_0() {
+    // E(0) = 2(1 + ν)·(5 + 7 + 3) of a shear modulus.
+    let own = model(ModelKind::Prony, &[5.0, 7.0, 0.1, 3.0, 5.0]);
+    let fit = PronyFit::new(&own, 2, 1e-3, 1e3).expect("itself");
+    let format = |name: &str| {
+        let mut formats = ExportFormat::ALL.into_iter();
+        formats.find(|format| format.name() == name).expect(name)
+    };
+    for [name, ratio, first, second, third] in testkit::table(MATERIALS) {
+        let ratio: f64 = ratio.parse().expect("a number");
+        let loading = MeasuredLoading {
+            modulus: Some(haptic_loop::Modulus::Shear),
+            poisson_ratio: Some(ratio),
+            ..MeasuredLoading::default()
+        };
+        let text = |card| {
+            fit.text(format(&name), card, "my-gel (prony)", &loading)
+                .expect("text")
+        };
+        let (series, whole) = (text(Card::Series), text(Card::Material));
+        let lines: Vec<&str> = whole.lines().collect();
+        for line in [&first, &second, &third] {
+            assert!(lines.contains(&line.as_str()), "{line}: {whole}");
+        }
+        let elastic = lines.iter().find_map(|line| {
+            let line = line.strip_prefix("MP,EX,1,").unwrap_or(line);
+            line.split(',').next()?.parse::<f64>().ok()
+        });
+        assert_relative(
+            "E(0)",
+            elastic.expect("a number"),
+            30.0 * (1.0 + ratio),
+            1e-11,
+        );
+        assert!(
+            name == "ansys" || whole.contains(&format!(", {ratio:?}\n")),
+            "{whole}"
+        );
+        // The series is as it is alone.
+        assert!(series.lines().all(|line| lines.contains(&line)), "{whole}");
+    }
+    let spring =
+        PronyFit::new(&model(ModelKind::Spring, &[500.0]), 2, 1e-3, 1e3).expect("a spring");
+    let loading = MeasuredLoading::default();
+    let whole = spring.text(ExportFormat::Abaqus, Card::Material, "gel", &loading);
+    let whole = whole.expect("text");
+    assert!(
+        whole.ends_with("*MATERIAL, NAME=gel\n*ELASTIC\n5.000000000000e2, 0.5\n"),
+        "{whole}"
+    );
+    for name in ["table", "febio"] {
+        let refused = fit.text(format(name), Card::Material, "gel", &loading);
+        let said = refused.expect_err(name).to_string();
+        assert!(
+            said.contains("take ansys or abaqus, or omit `card`"),
+            "{said}"
+        );
     }
 }

@@ -1,6 +1,7 @@
 //! Models fitted to records: measured ones, and synthetic ones whose truth is known.
 #![cfg(feature = "identify")]
 
+mod campaign;
 mod cases;
 mod contact;
 mod fits;

@@ -5,24 +5,27 @@ mod record;
 mod several;
 
 use self::record::TableArguments;
-use self::several::{SeveralArguments, estimates};
+use self::several::SeveralArguments;
 use crate::command::conduct::progress_bar;
 use crate::files::{File, PROGRAM, PlaceOfFile};
 use crate::output::{Output, joined};
-use crate::parse::{choice, in_range, of, one_of, quantity, whole};
+use crate::parse::{choice, of, one_of, whole};
 use clap::Args;
-use haptic_experiment::parameters::Range;
+use haptic_experiment::question::tissue::{
+    BASELINES, RecordAnswer, RecordQuestion, contact_point, estimates, held,
+};
 use haptic_experiment::{Failure, parameters};
 use haptic_log::record::StartTime;
 use haptic_loop::{Loading, LoadingKind};
-use haptic_quantity::{is_meant, parse_for_key};
 use haptic_tissue::ModelKind;
 use haptic_tissue::identify::table::Reading;
 use haptic_tissue::identify::{
-    Baseline, CANDIDATES, ContactPoint, Fit, Held, Options, Provenance, RecordKind, Weighting,
+    Baseline, CANDIDATES, ContactPoint, Fit, Held, Identification, Options, Provenance, RecordKind,
+    Weighting,
 };
 use serde_json::{Value, json};
 use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 use std::time::SystemTime;
 
 /// The model that was asked for; none for the simplest that the record supports.
@@ -53,45 +56,6 @@ fn weightings() -> Vec<(Weighting, &'static str, &'static str)> {
         (Weighting::Equal, "equal", "all samples count the same"),
         (Weighting::LogSpacing, "log-spacing", by_spacing),
     ]
-}
-
-fn baselines() -> Vec<(Baseline, &'static str, &'static str)> {
-    vec![
-        (Baseline::Constant, "constant", "an offset"),
-        (Baseline::Linear, "linear", "an offset and a drift"),
-    ]
-}
-
-/// Contact points on the axis of a depth, m.
-const CONTACT_POINTS: Range = Range::Within(-1.0, 1.0);
-/// Ramps of a relaxation, s.
-const RAMPS: Range = Range::AboveUpTo(0.0, 1e9);
-
-/// Reads a contact point: `fit`, or a length.
-fn contact_point(text: &str) -> Result<ContactPoint, String> {
-    const KEY: &str = "contact_point_m";
-    if text == "fit" {
-        return Ok(ContactPoint::Fitted);
-    }
-    let length = parse_for_key(KEY, text).map_err(|error| format!("{error}, nor fit"))?;
-    in_range(KEY, length, CONTACT_POINTS).map(ContactPoint::At)
-}
-
-/// `order=0.2` or `order=0.1..0.3`; names are those of tissue files, with the unit or without.
-fn held(text: &str) -> Result<Held, String> {
-    let split = text.split_once('=');
-    let (name, value) =
-        split.ok_or("is not PARAMETER=VALUE or PARAMETER=LOW..HIGH, decimals with a point")?;
-    let all = CANDIDATES.iter().flat_map(|kind| kind.parameters());
-    let mut names = all.map(|parameter| parameter.name);
-    let name = names.find(|known| is_meant(known, name)).unwrap_or(name);
-    let read = |text: &str| parse_for_key(name, text).map_err(|error| error.to_string());
-    let (low, high) = value.split_once("..").unwrap_or((value, value));
-    Ok(Held {
-        name: name.to_owned(),
-        low: read(low)?,
-        high: read(high)?,
-    })
 }
 
 /// Turn a measured record into a tissue: relaxation, creep, oscillation or any motion
@@ -175,9 +139,12 @@ struct SpecimenArguments {
     /// Depth at which an indenter touches, or fit, to find it [default: 0]
     #[arg(long, value_name = "DEPTH", value_parser = contact_point, allow_hyphen_values = true)]
     contact_point: Option<ContactPoint>,
-    /// Time of the ramp to the held strain of a relaxation, if its record begins with the ramp
-    #[arg(long, value_parser = quantity("ramp_time_s", RAMPS))]
+    /// Time of the ramp to the held strain of a relaxation
+    #[arg(long, value_parser = of(parameters::RECORD_RAMP_TIME))]
     ramp_time: Option<f64>,
+    /// Time of the record's clock at which this ramp ends, as 0 of one that begins with the hold [default: the ramp begins at 0]
+    #[arg(long, value_name = "TIME", value_parser = of(parameters::RECORD_RAMP_ENDS), allow_hyphen_values = true)]
+    ramp_ends: Option<f64>,
     /// Subtract the first row of strain and stress: a motion that begins at rest, but not at 0
     #[arg(long)]
     subtract_start: bool,
@@ -201,6 +168,7 @@ impl SpecimenArguments {
             poisson_ratio: self.poisson_ratio,
             contact: self.contact_point.unwrap_or_default(),
             ramp_time_s: self.ramp_time,
+            ramp_ends_s: self.ramp_ends,
             subtract_start: self.subtract_start,
         }
     }
@@ -223,7 +191,7 @@ struct FitArguments {
     #[arg(long)]
     stiffening: bool,
     /// Find the part of the force that is not the tissue's too
-    #[arg(long, value_parser = one_of(baselines()))]
+    #[arg(long, value_parser = one_of(BASELINES.to_vec()))]
     baseline: Option<Baseline>,
     /// Parameters to hold at a value or in a range, as in order=0.2 or order=0.1..0.3
     #[arg(long, value_name = "PARAMETER=VALUE", value_delimiter = ',', value_parser = held)]
@@ -249,37 +217,24 @@ impl Arguments {
         }
         let name = self.tissue_name()?;
         let mut place = PlaceOfFile::look(&self.file, "tissue")?;
-        let reading = self.specimen.reading(self.kind);
+        let question = self.question()?;
+        question.check(self.data.len())?;
         let (mut all, mut names) = (Vec::new(), Vec::new());
-        for data in &self.data {
+        for (file, data) in self.data.iter().enumerate() {
             let name = data.file_name().unwrap_or(data.as_os_str());
-            let read = self.table.read(data, &reading, self.several.takes_all())?;
+            let read = self.table.read(file, data, &question)?;
             names.extend(read.iter().map(|_| name.to_string_lossy().into_owned()));
             all.extend(read);
         }
-        // The one that was asked for, and those with fewer parameters, to say if one of these is as good.
-        let wanted = |candidate: &ModelKind| {
-            let parameters = |kind: ModelKind| kind.parameters().len();
-            let fewer = |one: ModelKind| parameters(*candidate) < parameters(one);
-            self.model.is_none_or(|one| *candidate == one || fewer(one))
-        };
-        let options = Options {
-            candidates: CANDIDATES.into_iter().filter(wanted).collect(),
-            chosen: self.model,
-            weighting: self.fit.weights,
-            starts: self.fit.starts as usize,
-            bootstrap: self.fit.bootstrap as usize,
-            seed: self.fit.seed.unwrap_or(1),
-            stiffening: self.fit.stiffening,
-            baseline: self.fit.baseline,
-            held: self.fit.fix.clone(),
-        };
         let bar = progress_bar(u64::from(self.fit.bootstrap), output);
-        let found = (self.several).found(all, &names, &options, &|records| {
-            bar.inc(records as u64);
-        });
+        let stop = AtomicBool::new(false);
+        let answer = question.answer(all, &names, &stop, &|records| bar.inc(records as u64));
         bar.finish_and_clear();
-        let (understood, found, rows) = found?;
+        let RecordAnswer {
+            understood,
+            found,
+            rows,
+        } = answer.map_err(Failure::input)?;
         names.dedup();
         let source = names.join(", ");
         let (tissue, figure) = match name {
@@ -309,7 +264,7 @@ impl Arguments {
         let candidates = found.fits.iter().map(|fit| {
             let parameters = json!({"parameters": estimates(&fit.parameters)});
             let model = json!({"model": fit.kind.name()});
-            joined([model, quality(found.kind, fit), parameters])
+            joined([model, quality(&found, fit), parameters])
         });
         let chosen = json!({
             "kind": found.kind.name(),
@@ -327,8 +282,27 @@ impl Arguments {
             "notes": notes,
             "warnings": warnings,
         });
-        output.summary(&joined([chosen, rows, quality(found.kind, fit), beside]))?;
+        output.summary(&joined([chosen, rows, quality(&found, fit), beside]))?;
         place.close(Ok(()))
+    }
+
+    fn question(&self) -> Result<RecordQuestion, Failure> {
+        Ok(RecordQuestion {
+            reading: self.specimen.reading(self.kind),
+            options: Options {
+                weighting: self.fit.weights,
+                starts: self.fit.starts as usize,
+                bootstrap: self.fit.bootstrap as usize,
+                seed: self.fit.seed.unwrap_or(1),
+                stiffening: self.fit.stiffening,
+                baseline: self.fit.baseline,
+                held: self.fit.fix.clone(),
+                ..RecordQuestion::choosing(self.model)
+            },
+            several: self.several.several()?,
+            temperatures_c: self.several.temperature.clone(),
+            ..RecordQuestion::default()
+        })
     }
 
     /// The name of the tissue, which is that of its file, if one is to be written.
@@ -349,10 +323,11 @@ impl Arguments {
     }
 }
 
-fn quality(kind: RecordKind, fit: &Fit) -> Value {
-    let rms = match kind == RecordKind::History {
-        true => json!({"rms_residual_pa": fit.rms}),
-        false => json!({"rms_log_residual": fit.rms}),
+fn quality(found: &Identification, fit: &Fit) -> Value {
+    let rms = match (found.is_absolute, found.kind) {
+        (true, RecordKind::Creep) => json!({"rms_residual_per_pa": fit.rms}),
+        (true, _) => json!({"rms_residual_pa": fit.rms}),
+        (false, _) => json!({"rms_log_residual": fit.rms}),
     };
     joined([rms, json!({"aic": fit.aic, "bic": fit.bic})])
 }

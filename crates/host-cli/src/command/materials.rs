@@ -7,7 +7,7 @@ use clap::{Args, Subcommand};
 use haptic_experiment::{Failure, parameters};
 use haptic_quantity::written;
 use haptic_tissue::{
-    ExportFormat, Library, Material, MaxwellBranch, MeasuredLoading, PronyFit, ValidRange,
+    Card, ExportFormat, Library, Material, MaxwellBranch, MeasuredLoading, PronyFit, ValidRange,
 };
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -130,6 +130,9 @@ pub(crate) struct Export {
     /// table, ansys, abaqus or febio
     #[arg(long, value_parser = one_of(ExportFormat::ALL.map(|one| (one, one.name(), "")).to_vec()), default_value = "table")]
     format: ExportFormat,
+    /// How much of the material is written
+    #[arg(long, value_parser = one_of(Card::ALL.to_vec()), default_value = "series")]
+    card: Card,
     #[command(flatten)]
     file: TextFile,
     #[command(flatten)]
@@ -160,7 +163,7 @@ impl Export {
         let citation = &material.source.citation;
         let title = format!("{} ({kind}), {citation}; {PROGRAM}", material.name);
         let text = fit
-            .text(self.format, &title, &material.loading)
+            .text(self.format, self.card, &title, &material.loading)
             .map_err(Failure::bad_input)?;
         let file = self.file.write(&text)?;
         let in_file = file.is_some();

@@ -458,6 +458,23 @@ fn a_tissue_is_exported_for_finite_elements_with_its_error() {
     assert_eq!(json["file"], Value::Null);
     let few = place.run("materials export fish-muscle --format febio --prony 7");
     few.refused(2, &["take --prony", "6"]);
+    // The card of a motion begins at its first step.
+    let rows = (0..40).map(|n| {
+        let [t, e] = [0.05 * f64::from(n), 0.05 * (0.5 * f64::from(n)).min(1.0)];
+        format!("{t},{e},{}\n", 3e3 * e * (t + 0.05).powf(-0.2))
+    });
+    let motion = format!("time_s,strain,stress_pa\n{}", rows.collect::<String>());
+    place.write("motion.csv", motion);
+    let fitted = place.run("identify motion.csv --model spring-pot --out my-gel.toml");
+    says(&fitted.stdout, &["my-gel.toml"]);
+    let card = place.run("materials export ./my-gel.toml --format abaqus --card material");
+    says(
+        &card.succeeded().stdout,
+        &[
+            "for t from 0.05 s to 1.9",
+            "*MATERIAL, NAME=my_gel\n*ELASTIC, MODULI=INSTANTANEOUS\n",
+        ],
+    );
 }
 
 #[test]

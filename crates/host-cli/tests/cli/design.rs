@@ -205,27 +205,6 @@ const COUPLER: &str = "[coupler]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsamp
                        object_stiffness_n_per_m = 1000.0\n";
 
 #[test]
-fn a_log_with_former_keys_is_run_again_and_written_with_those_of_today() {
-    let place = Place::new();
-    let log = "2026-11-25-coupler.mcap";
-    let stored = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cli/logs/");
-    std::fs::copy(format!("{stored}{log}"), place.path(log)).expect("copied");
-    let again = place.run(&format!("run {log} --json --out again"));
-    let report = again.succeeded_with_warnings().json();
-    assert_eq!(report["coupler_damping_n_s_per_m"], 2.0, "{report}");
-    assert_eq!(
-        report["coupler_spring_n_s_1_minus_mu_per_m"], 3000.0,
-        "{report}"
-    );
-    place
-        .run(&format!("run {log} --write today.toml"))
-        .succeeded();
-    let today = place.run("run today.toml --json --out today");
-    let today = today.succeeded_with_warnings().json();
-    assert_eq!(today["coupler_damping_n_s_per_m"], 2.0, "{today}");
-}
-
-#[test]
 fn device_and_object_rest_where_the_springs_balance_the_push() {
     let place = Place::new();
     for (hand, device, object) in [

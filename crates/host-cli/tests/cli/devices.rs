@@ -12,8 +12,9 @@ mod remembered;
 mod tcp;
 mod unheard;
 
-pub(crate) use crate::emulated::Emulated;
+pub(crate) use crate::emulated::{Emulated, Emulator};
 use crate::process::{column, says};
+pub(crate) use makers::told;
 use serde_json::Value;
 use std::time::Duration;
 

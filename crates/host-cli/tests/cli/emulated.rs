@@ -2,17 +2,68 @@
 
 use crate::process::{Place, signal};
 use serde_json::Value;
-use std::io::{ErrorKind, Read, Write};
+use std::io::{BufRead as _, BufReader, ErrorKind, Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::os::unix::net::UnixListener;
 use std::path::PathBuf;
 use std::process::{Child, Stdio};
 
+/// An emulator in a process of its own, and what it says at its start; gone when dropped.
+pub(crate) struct Emulator {
+    pub(crate) child: Child,
+    pub(crate) told: Value,
+}
+
+impl Emulator {
+    pub(crate) fn start(place: &Place, options: &str) -> Self {
+        let mut command = place.command(&format!("device emulate {options} --json"));
+        let piped = command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = piped.spawn().expect("runs");
+        let mut told = String::new();
+        let mut stdout = BufReader::new(child.stdout.take().expect("piped"));
+        stdout.read_line(&mut told).expect("is text");
+        let told = serde_json::from_str(&told).expect("JSON");
+        Self { child, told }
+    }
+
+    /// The device's name for other commands.
+    pub(crate) fn name(&self) -> &str {
+        self.told["device"].as_str().expect("a name")
+    }
+
+    /// Its address, without a scheme.
+    pub(crate) fn address(&self) -> &str {
+        let path = self.told["path"].as_str().expect("a path");
+        path.strip_prefix("tcp:").unwrap_or(path)
+    }
+
+    /// Stops it as Ctrl-C does; what it said at the end.
+    pub(crate) fn ends(&mut self) -> String {
+        signal(&self.child, "INT");
+        let mut said = String::new();
+        let mut stderr = self.child.stderr.take().expect("piped");
+        stderr.read_to_string(&mut said).expect("is text");
+        said
+    }
+
+    fn kill(&mut self) {
+        // It may have ended by itself.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        self.kill();
+    }
+}
+
 /// An emulated device in a place; gone when dropped.
 pub(crate) struct Emulated {
     pub(crate) place: Place,
     port: Port,
-    child: Child,
+    emulator: Emulator,
 }
 
 /// The name of its port in the place.
@@ -45,8 +96,12 @@ impl Emulated {
 
     fn at(port: Port, options: &str) -> Self {
         let place = Place::new();
-        let child = spawned(&place, port, options);
-        Self { place, port, child }
+        let emulator = spawned(&place, port, options);
+        Self {
+            place,
+            port,
+            emulator,
+        }
     }
 
     pub(crate) fn place(&self) -> &Place {
@@ -57,27 +112,21 @@ impl Emulated {
     pub(crate) fn kill(&mut self) {
         // Its name first: the number of a terminal is soon that of another device, which whoever waits for this one would take.
         std::fs::remove_file(self.place.path(self.port.name())).expect("its name");
-        self.child.kill().expect("can be killed");
-        self.child.wait().expect("ends");
+        self.emulator.kill();
     }
 
     /// Until something of this name is there.
     pub(crate) fn wait_for(&mut self, name: &str) {
-        self.place.wait_for(name, &mut self.child);
+        self.place.wait_for(name, &mut self.emulator.child);
     }
 
     /// Another one in the place of one that was killed.
     pub(crate) fn plug_in(&mut self, options: &str) {
-        self.child = spawned(&self.place, self.port, options);
+        self.emulator = spawned(&self.place, self.port, options);
     }
 
-    /// Stops it as Ctrl-C does; what it said at the end.
     pub(crate) fn ends(&mut self) -> String {
-        signal(&self.child, "INT");
-        let mut said = String::new();
-        let mut stderr = self.child.stderr.take().expect("piped");
-        stderr.read_to_string(&mut said).expect("is text");
-        said
+        self.emulator.ends()
     }
 
     /// Limits that no experiment here reaches.
@@ -90,7 +139,7 @@ impl Emulated {
 
     /// It hangs: its port is there, and it says nothing.
     pub(crate) fn hang(&mut self) {
-        signal(&self.child, "STOP");
+        signal(&self.emulator.child, "STOP");
     }
 
     pub(crate) fn json(&self, line: &str) -> Value {
@@ -99,36 +148,22 @@ impl Emulated {
     }
 }
 
-/// The process, when its port is there.
-fn spawned(place: &Place, port: Port, options: &str) -> Child {
-    let mut words = options.to_owned();
-    match port {
-        Port::Terminal(name) => words += &format!(" --link {name}"),
-        Port::Socket(_) => {
-            words = words.replace("--facing white", "--facing 127.0.0.1:0");
-            words += " --listen 127.0.0.1:0 --json";
-        }
+/// The emulator, when its port is there.
+fn spawned(place: &Place, port: Port, options: &str) -> Emulator {
+    let Port::Socket(name) = port else {
+        return Emulator::start(place, &format!("{options} --link {}", port.name()));
+    };
+    let options = options.replace("--facing white", "--facing 127.0.0.1:0");
+    let emulator = Emulator::start(place, &format!("{options} --listen 127.0.0.1:0"));
+    let facing = emulator.told["facing"]["path"].as_str();
+    let facing = facing.map(|path| ("white", path.replacen("tcp:", "", 1)));
+    for (name, address) in [(name, emulator.address().to_owned())]
+        .into_iter()
+        .chain(facing)
+    {
+        relays(place.path(name), address);
     }
-    let mut command = place.command(&format!("device emulate {words}"));
-    command.stderr(Stdio::piped()).stdout(match port {
-        Port::Terminal(_) => Stdio::null(),
-        Port::Socket(_) => Stdio::piped(),
-    });
-    let mut child = command.spawn().expect("runs");
-    if let Port::Socket(name) = port {
-        let stdout = child.stdout.as_mut().expect("piped");
-        let told = serde_json::Deserializer::from_reader(stdout)
-            .into_iter()
-            .next();
-        let told: Value = told.expect("it says where it is").expect("JSON");
-        for (name, path) in [(name, &told["path"]), ("white", &told["facing"]["path"])] {
-            if let Some(address) = path.as_str().and_then(|path| path.strip_prefix("tcp:")) {
-                relays(place.path(name), address.to_owned());
-            }
-        }
-    }
-    place.wait_for(port.name(), &mut child);
-    child
+    emulator
 }
 
 /// A socket before an address, whose name no other test can have.
@@ -167,13 +202,5 @@ fn each(mut from: impl Read, mut to: impl Write) {
             Err(error) if error.kind() == ErrorKind::Interrupted => {}
             Ok(0) | Err(_) => return,
         }
-    }
-}
-
-impl Drop for Emulated {
-    fn drop(&mut self) {
-        // It may have ended by itself.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
     }
 }

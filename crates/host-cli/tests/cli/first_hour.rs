@@ -56,7 +56,7 @@ const MISTAKES: &str = r#"
     device set workspace=-20:20 => write -20mm, or -20m if it is that
     device set mass=65 => write 65g
     device set force_limit 0.5N => KEY=VALUE, as force_limit=0.5N
-    run experiments/coupler.toml --coupler-stiffness 1 => coupler_damping=VALUE, or coupler_stiffness=VALUE of two hands
+    run experiments/coupler.toml --coupler-stiffness 1 => coupler_stiffness=VALUE
     control analyze --plant 1/(s**2+1) => write a power as s^2
     control analyze --plant 1/(z+1) => a number for any letter but s
     control analyze --plant tf([1],[1,1]) => as in 1/(0.8s

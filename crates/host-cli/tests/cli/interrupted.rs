@@ -1,11 +1,8 @@
 //! Runs that do not reach their end: stopped by a signal, by a fault, by a full disk.
 
-use crate::devices::Emulated;
 use crate::experiments::SHORT;
 use crate::process::{Ended, Place, column, number, says, until};
-use rand_pcg::Pcg64;
-use rand_pcg::rand_core::{Rng, SeedableRng};
-use std::process::{Child, Stdio};
+use std::process::Child;
 use testkit::{assert_close, skip};
 
 /// A limiter bit of the log: the loop is stopping.
@@ -348,31 +345,16 @@ fn a_full_disk_under_any_file_loses_data_and_says_so() {
     }
 }
 
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn every_signal_that_ends_or_stops_a_program_ends_a_run_in_order() {
-    let everywhere = if cfg!(target_os = "linux") { 20 } else { 15 };
-    for some in SIGNALS[2..everywhere].chunks(6) {
-        std::thread::scope(|scope| {
-            for signal in some {
-                scope.spawn(move || ends_in_order(signal));
-            }
-        });
-    }
-}
-
-/// Those of other tests here, Ctrl-\, Ctrl-Z, and others that somebody may send; those of Linux alone come last: STKFLT, and of those
-/// without a name the first and the last.
-pub(crate) const SIGNALS: [&str; 20] = [
-    "INT", "TERM", "QUIT", "TSTP", "TTIN", "TTOU", "ALRM", "VTALRM", "PROF", "USR1", "USR2",
-    "XCPU", "ABRT", "SYS", "TRAP", "IO", "PWR", "16", "RTMIN", "RTMAX",
-];
-
 /// What `nohup` does: the run goes on to its end. Without it, it is ended in order.
 #[test]
 fn a_hangup_that_was_ignored_from_the_start_stays_ignored() {
     for (before, duration, code) in [("", "300s", 1), ("trap '' HUP && ", "800ms", 0)] {
         let place = Place::new();
+        // Under `nohup` these tests ignore it too, and no shell can undo that.
+        if code == 1 && place.shell("trap 'exit 3' HUP; kill -HUP $$").code != Some(3) {
+            testkit::skip("hangups are ignored here");
+            continue;
+        }
         let script = format!(
             "{before} \"$0\" relax --realtime --duration {duration} --ramp-time 100ms --out run --quiet & \
              while ! [ -s run/relax.mcap.part ]; do sleep 0.05; done; kill -HUP $!; wait $!"
@@ -381,15 +363,6 @@ fn a_hangup_that_was_ignored_from_the_start_stays_ignored() {
         assert_eq!(ended.code, Some(code), "{ended}");
         assert!(place.path("run/relax.mcap").exists(), "{ended}");
     }
-}
-
-fn ends_in_order(signal: &str) {
-    let place = Place::new();
-    let line = "relax --realtime --out run";
-    let ended = run_and_signal(&place, line, "run/relax.mcap.part", signal).failed(1);
-    let error = ended.error();
-    assert!(error.contains("interrupted: the run ended at"), "{ended}");
-    assert_eq!(place.files(), ["run/", "run/relax.mcap"], "{signal}");
 }
 
 #[test]
@@ -409,112 +382,4 @@ fn a_folder_that_is_removed_under_a_run_is_lost_data() {
         ended.refused(4, &[log, what, "make the run again"]);
         let _ = std::fs::remove_file(place.path(log));
     }
-}
-
-/// Latest kill, by the bytes of the log: some 1000 samples.
-const LATEST_BYTES: u64 = 80_000;
-/// Runs at the same time: they wait for the clock for the most part.
-const AT_ONCE: usize = 3;
-
-/// A kill and what it left.
-#[derive(Debug)]
-struct Kill {
-    after_bytes: u64,
-    /// True if the log had been begun.
-    begun: bool,
-    /// Ticks saved.
-    saved: f64,
-}
-
-/// Starts `host-cli LINE` in a place, kills it, and saves its log.
-fn kill_once(place: &Place, line: &str, after_bytes: u64) -> Kill {
-    let mut command = place.command(line);
-    command.stdout(Stdio::null()).stderr(Stdio::null());
-    let mut child = command.spawn().expect("the binary starts");
-    // Some before there is a log.
-    if after_bytes > 0 {
-        place.grows("run/relax.mcap.part", after_bytes, &mut child);
-    }
-    // SIGKILL on Unix: nothing of the process runs after it.
-    child.kill().expect("can be killed");
-    let status = child.wait().expect("ends");
-    assert!(!status.success(), "it had ended before: {status}");
-    let begun = place.path("run/relax.mcap.part").exists();
-    if !begun {
-        return Kill {
-            after_bytes,
-            begun,
-            saved: 0.0,
-        };
-    }
-    let recovery = place.run("log recover run/relax.mcap.part saved.mcap --json");
-    assert!(matches!(recovery.code, Some(0 | 4)), "{recovery}");
-    let recovered = recovery.json();
-    let check = place.json("log check saved.mcap");
-    let saved = number(&check, "samples");
-    assert_eq!(check["gaps"], serde_json::json!([]), "{check}");
-    assert_eq!(number(&recovered, "samples"), saved);
-    if saved > 0.0 {
-        // From the first tick on, without a gap.
-        assert_eq!(number(&check, "first_s"), 0.0, "{check}");
-        assert_eq!(number(&recovered, "last_tick"), saved - 1.0);
-        let missing = recovered["missing"].to_string();
-        assert!(missing.contains("whatever came after tick"), "{missing}");
-    }
-    Kill {
-        after_bytes,
-        begun,
-        saved,
-    }
-}
-
-/// Kills as many runs as asked for.
-fn kill_many(few: usize, seed: u64, place: impl Fn() -> (Place, Option<Emulated>, String) + Sync) {
-    let from_environment = |name: &str| -> Option<u64> { std::env::var(name).ok()?.parse().ok() };
-    let kills = from_environment("KILLS").map_or(few, |kills| kills as usize);
-    let seed = from_environment("KILL_SEED").unwrap_or(0) + seed;
-    let mut random = Pcg64::seed_from_u64(seed);
-    // A fifth of them before there is a log.
-    let moments =
-        (0..kills).map(|_| (random.next_u64() % LATEST_BYTES).saturating_sub(LATEST_BYTES / 5));
-    let moments: Vec<u64> = moments.collect();
-    let kill = |after_bytes| {
-        let (place, device, line) = place();
-        let place = device.as_ref().map_or(&place, Emulated::place);
-        kill_once(place, &line, after_bytes)
-    };
-    let together = |moments: &[u64]| -> Vec<Kill> {
-        std::thread::scope(|scope| {
-            let start = |&after_bytes| scope.spawn(move || kill(after_bytes));
-            let threads: Vec<_> = moments.iter().map(start).collect();
-            let ends = threads.into_iter().map(|thread| thread.join());
-            ends.map(|kill| kill.expect("is right")).collect()
-        })
-    };
-    let kills: Vec<Kill> = moments.chunks(AT_ONCE).flat_map(together).collect();
-    let begun = kills.iter().filter(|kill| kill.begun).count();
-    let saved: f64 = kills.iter().map(|kill| kill.saved).sum();
-    let latest = kills.iter().max_by_key(|kill| kill.after_bytes);
-    println!(
-        "{} kills, seed {seed}: {begun} after the log was begun, all recovered, {saved} samples; latest {latest:?}",
-        kills.len(),
-    );
-}
-
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn a_run_killed_at_any_moment_leaves_a_log_that_is_whole_up_to_there() {
-    kill_many(6, 1, || {
-        let line = "relax --realtime --contact rigid --out run --quiet";
-        (Place::new(), None, line.to_owned())
-    });
-}
-
-#[test]
-fn so_does_a_run_on_a_device() {
-    kill_many(2, 2, || {
-        let device = Emulated::new("");
-        let line = "relax --device serial:device watchdog=1s --contact rigid --out run --quiet";
-        (Place::new(), Some(device), line.to_owned())
-    });
 }

@@ -31,6 +31,7 @@ mod refusals;
 mod reproduce;
 #[cfg(feature = "serve")]
 mod serve;
+mod signals;
 mod teleoperation;
 mod touch;
 #[cfg(target_os = "linux")]

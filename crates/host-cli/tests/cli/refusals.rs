@@ -35,18 +35,6 @@ fn an_option_without_effect_is_refused_with_what_would_give_it_one() {
 }
 
 #[test]
-fn a_former_key_is_answered_with_its_new_name() {
-    Place::with_examples().refuses(
-        r"
-        run experiments/coupler.toml coupler_stiffness=1 => coupler_stiffness=1: `coupler_stiffness` is now called `coupler_damping_n_s_per_m`
-        run experiments/teleoperation.toml place=wall => place=wall: `place` is now called `environment`
-        analyze coupling --coupler-stiffness 1 => --coupler-stiffness is now called --coupler-damping
-        analyze coupling coupler-dissipation=1 => coupler-dissipation=1: `coupler-dissipation` is now called --coupler-spring
-        ",
-    );
-}
-
-#[test]
 fn bad_usage_is_refused_in_one_line() {
     all_refused(
         2,

@@ -342,7 +342,6 @@ fn a_file_is_read_and_its_mistakes_are_named() {
         high_hz = 900 | far.toml:1: highest frequency 900 Hz
         window_s = 20 | far.toml:1: window 20 s
         coupler_stiffness_n_per_m = 0\ncoupler_dissipation_n_s_mu_per_m = 0 | far.toml:1: coupler stiffness and dissipation together 0 is not above 0: change `coupler_stiffness_n_per_m` or
-        place = "wall" | far.toml:2: `place` is now called `environment`
         line_loss = 2 | far.toml:2: line_loss = 2 is not from 0 to 1
         "#,
     ) {

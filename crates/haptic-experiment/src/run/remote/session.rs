@@ -221,7 +221,8 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
                     | EventKind::Withdrawn => {}
                 },
                 Some(Heard::Fault(report)) => {
-                    self.ends(Ending::DeviceFault(report));
+                    // Also of one that was to stop, and was on its way to zero: nothing else would end it.
+                    self.ends_unasked(Ending::DeviceFault(report));
                     // Until the ramp is over its samples come by themselves; for those behind it, ask.
                     self.stream_after_fault(1);
                     patience = AFTER_FAULT;

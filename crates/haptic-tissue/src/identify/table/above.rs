@@ -7,32 +7,26 @@
 
 use super::super::error::IdentifyError;
 use super::find::Block;
-use super::heading::{Heading, bare};
+use super::heading::{Heading, UNIT_LENGTH, are_units};
 use super::lines::{brief, wrong};
-use super::unit::Dimension;
 use csv::StringRecord;
 
 /// Lines in which names are looked for.
 const LINES: usize = 12;
-/// Letters of a unit, at most.
-const UNIT_LENGTH: usize = 12;
 
-fn filled(row: &StringRecord) -> impl Iterator<Item = (usize, &str)> {
+fn filled(row: &StringRecord) -> impl Iterator<Item = (usize, &str)> + Clone {
     row.iter().enumerate().filter(|cell| !cell.1.is_empty())
 }
 
 /// True of `s`, `[Pa]`, `-` and such, in most cells.
 fn is_units(row: &StringRecord) -> bool {
-    let cells = || filled(row).map(|cell| cell.1);
-    let is_unit = |cell: &&str| *cell == "-" || bare(cell) != *cell || Dimension::knows(cell);
-    let units = cells().filter(is_unit).count();
-    units > 0 && 2 * units >= cells().count() && cells().all(|cell| cell.len() <= 2 * UNIT_LENGTH)
+    are_units(filled(row).map(|cell| cell.1))
 }
 
 impl Block {
     /// What may stand above the columns, the nearest first.
     pub(super) fn headings(&self) -> Vec<Heading> {
-        let mut headings = Vec::new();
+        let mut headings = Vec::from_iter(self.signals());
         let mut between: Vec<&StringRecord> = Vec::new();
         let above = self.above.iter().rev();
         let above = above.filter(|(_, row)| filled(row).next().is_some());
@@ -61,6 +55,22 @@ impl Block {
             between.push(row);
         }
         headings
+    }
+
+    /// Names that stand below each other, one a column: `Sig2⇥Temperature (°C)`, as TA's Q series writes them.
+    fn signals(&self) -> Option<Heading> {
+        let signals = self.above.iter().filter_map(|(line, row)| {
+            let number: usize = row.get(0)?.strip_prefix("Sig")?.parse().ok()?;
+            Some((*line, number, brief(row.get(1)?)))
+        });
+        let signals: Vec<(u64, usize, String)> = signals.collect();
+        let mut numbers = signals.iter().map(|signal| signal.1);
+        let is_each = numbers.by_ref().eq(1..=self.columns());
+        is_each.then(|| Heading {
+            line: signals[0].0,
+            names: signals.into_iter().map(|signal| signal.2).collect(),
+            units: Vec::new(),
+        })
     }
 
     /// The first of these lines of names that a choice takes, and the choice; else why the one with the most names is not taken, if there is one.

@@ -1,14 +1,17 @@
 //! Columns as a record: its kind, how its specimen was loaded, and forces as stresses.
 
+use super::super::commanded::{is_level, of_stress, without_noise};
 use super::super::error::IdentifyError;
-use super::super::master::{MasterCurve, master_curve};
+use super::super::master::{MasterCurve, ShiftBy, master_curve};
 use super::super::record::{ContactPoint, Record, RecordKind, area, within};
 use super::column::Column;
 use super::header::told;
+use super::lines::passed;
 use crate::MeasuredLoading;
 use crate::identify::keys::{
     AREA, BONDED, COLUMNS, CONTACT_POINT, FROM, HALF_ANGLE, KIND, LOADING, MASTER_CURVE,
-    POISSON_RATIO, RADIUS, RAMP_TIME, STRAIN, STRESS, SUBTRACT_START, THICKNESS,
+    POISSON_RATIO, RADIUS, RAMP_ENDS, RAMP_TIME, SKIP_BAD_ROWS, STRAIN, STRESS, SUBTRACT_START,
+    TEMPERATURE, THICKNESS,
 };
 use fracdiff::parameter::Shown;
 use haptic_loop::{INCOMPRESSIBLE, Loading, LoadingKind, Modulus, ParameterError, Specimen};
@@ -32,6 +35,8 @@ pub struct Columns {
     pub segment: Option<String>,
     /// Its temperature, °C, if a column or its name says it.
     pub temperature_c: Option<f64>,
+    /// Lines of rows that are left out because a cell of them is no number, where rows that are no sample are to be left out too.
+    pub bad: Option<Vec<u64>>,
 }
 
 /// A record and its notes.
@@ -90,19 +95,23 @@ impl Understood {
     ///
     /// # Errors
     /// As [`master_curve`]; a record that does not say its temperature; records of different moduli.
-    pub fn shifted(all: Vec<Self>, reference_c: f64) -> Result<(MasterCurve, Self), IdentifyError> {
+    pub fn shifted(
+        all: Vec<Self>,
+        reference_c: f64,
+        by: ShiftBy,
+    ) -> Result<(MasterCurve, Self), IdentifyError> {
         let temperatures: Option<Vec<f64>> = all.iter().map(|one| one.temperature_c).collect();
         let (records, mut understood) = Self::specimens(all)?;
         let Some(temperatures) = temperatures else {
             return Err(IdentifyError::Record(format!(
-                "{MASTER_CURVE} needs the temperature of each record, and one has none: name its column by {COLUMNS} {}=",
+                "{MASTER_CURVE} needs the temperature of each record, and one has none: give {TEMPERATURE}, or name its column by {COLUMNS} {}=",
                 Column::Temperature.name()
             )));
         };
         let both = temperatures.into_iter().zip(records);
-        let curve = master_curve(both.collect(), reference_c)?;
+        let curve = master_curve(both.collect(), reference_c, by)?;
         understood.record = curve.record.clone();
-        understood.temperature_c = Some(reference_c);
+        understood.temperature_c = Some(curve.reference_c);
         Ok((curve, understood))
     }
 }
@@ -124,8 +133,10 @@ pub struct Reading {
     pub poisson_ratio: Option<f64>,
     /// Where an indenter touches.
     pub contact: ContactPoint,
-    /// Length of the ramp to the held strain of a relaxation, from the time 0 on, s.
+    /// Length of the ramp to the held strain of a relaxation, s.
     pub ramp_time_s: Option<f64>,
+    /// When this ramp ends on the clock of the record, s; none if it begins at 0.
+    pub ramp_ends_s: Option<f64>,
     /// True to count strain and stress of a motion from their first row: at rest, but not at 0.
     pub subtract_start: bool,
 }
@@ -142,17 +153,93 @@ impl Default for Reading {
             poisson_ratio: None,
             contact: ContactPoint::Zero,
             ramp_time_s: None,
+            ramp_ends_s: None,
             subtract_start: false,
         }
     }
 }
 
 impl Columns {
+    /// Segments of a motion whose clock goes on over them, as creep and its recovery, as one.
+    #[must_use]
+    pub fn joined(all: Vec<Self>) -> Vec<Self> {
+        let mut joined: Vec<Self> = Vec::new();
+        for one in all {
+            match joined.last_mut().filter(|before| before.goes_on_in(&one)) {
+                Some(before) => before.extend(one),
+                None => joined.push(one),
+            }
+        }
+        joined
+    }
+
+    fn goes_on_in(&self, next: &Self) -> bool {
+        let clock = |of: &Self, at: fn(&[f64]) -> Option<&f64>| {
+            let time = of.values.iter().find(|value| value.0 == Column::Time)?;
+            at(&time.2).copied()
+        };
+        let ends = clock(self, <[f64]>::last).zip(clock(next, <[f64]>::first));
+        let has = |a, b| self.has(a) || self.has(b);
+        let is_motion = has(Column::Strain, Column::Position) && has(Column::Stress, Column::Force);
+        let of = |all: &Self| all.values.iter().map(|value| value.0).collect::<Vec<_>>();
+        is_motion && of(self) == of(next) && ends.is_some_and(|(end, begin)| begin > end)
+    }
+
+    fn extend(&mut self, next: Self) {
+        for (own, (_, _, values)) in self.values.iter_mut().zip(next.values) {
+            own.2.extend(values);
+        }
+        self.lines.extend(next.lines);
+        let names = [&self.segment, &next.segment].map(|name| name.clone().unwrap_or_default());
+        self.notes.push(format!(
+            "segment {} goes on on the clock of {}: both are one motion",
+            names[1], names[0]
+        ));
+        self.segment = Some(names.join(" + "));
+        self.temperature_c = self
+            .temperature_c
+            .filter(|_| self.temperature_c == next.temperature_c);
+    }
+
     /// Makes a record from the columns.
     ///
     /// # Errors
-    /// Columns that do not make exactly one record; bad numbers, with their lines.
+    /// Columns that do not make exactly one record; bad numbers, with their lines; more of them than may be left out.
     pub fn record(mut self, reading: &Reading) -> Result<Understood, IdentifyError> {
+        let Some(mut bad) = self.bad.take() else {
+            return self.made(reading);
+        };
+        let most = (self.lines.len() + bad.len()).div_ceil(SKIPPED_OF);
+        loop {
+            let made = self.clone().made(reading);
+            if let Err(IdentifyError::Line { line, .. }) = made
+                && let Some(row) = self.lines.iter().position(|known| *known == line)
+            {
+                bad.push(line);
+                self.lines.remove(row);
+                for (.., values) in &mut self.values {
+                    values.remove(row);
+                }
+            } else if bad.len() <= most {
+                let mut understood = made?;
+                bad.sort_unstable();
+                let left_out = passed(
+                    &bad,
+                    "no sample: a cell that is no number, or a value that cannot be",
+                );
+                understood.notes.extend(left_out);
+                return Ok(understood);
+            }
+            if bad.len() > most {
+                return Err(IdentifyError::Record(format!(
+                    "{} bad rows are more than a tenth of all, which is too many for {SKIP_BAD_ROWS}: correct the table, or name its columns by {COLUMNS}",
+                    bad.len()
+                )));
+            }
+        }
+    }
+
+    fn made(mut self, reading: &Reading) -> Result<Understood, IdentifyError> {
         self.prefer_chosen();
         let mut measured = self.measured(reading)?;
         self.storage_and_loss();
@@ -176,9 +263,13 @@ impl Columns {
             }
             false => self.divide_by_specimen(&loading, measured.kind, poisson_ratio)?,
         }
-        let kind = match reading.kind {
-            Some(kind) => kind,
-            None => {
+        let kind = match (reading.kind, self.is_commanded_creep(reading, indented)) {
+            (Some(RecordKind::Creep | RecordKind::History) | None, true) => {
+                self.notes.push("kind creep: the stress stays at levels within its noise, so it was commanded, and the strain is fitted".to_owned());
+                RecordKind::Creep
+            }
+            (Some(kind), _) => kind,
+            (None, _) => {
                 let kind = self.guess(reading)?;
                 let names: Vec<&str> = self.values.iter().map(|value| value.1.as_str()).collect();
                 self.notes.push(format!(
@@ -203,6 +294,9 @@ impl Columns {
         }
         if kind != RecordKind::Relaxation {
             no_effect(reading.ramp_time_s, RAMP_TIME, " s")?;
+        }
+        if reading.ramp_time_s.is_none() {
+            no_effect(reading.ramp_ends_s, RAMP_ENDS, " s")?;
         }
         if reading.subtract_start && (indented || kind != RecordKind::History) {
             return Err(IdentifyError::Record(format!(
@@ -485,10 +579,26 @@ impl Columns {
         ))
     }
 
+    /// True of strain and stress of a slab whose stress was commanded.
+    fn is_commanded_creep(&self, reading: &Reading, indented: bool) -> bool {
+        let values = |column| self.values.iter().find(|value| value.0 == column);
+        let both = values(Column::Strain).zip(values(Column::Stress));
+        let is_plain = !indented && self.has(Column::Time) && !reading.subtract_start;
+        let is_told = reading.strain.is_some() || reading.stress_pa.is_some();
+        let levels = both.and_then(|(strain, stress)| of_stress(&strain.2, &stress.2));
+        is_plain && !is_told && !self.is_of_material() && levels.is_some()
+    }
+
     /// A column that the kind needs, or what to do.
     fn need(&mut self, column: Column, kind: RecordKind) -> Result<Vec<f64>, IdentifyError> {
         if let Some(taken) = self.take(column) {
             return Ok(taken);
+        }
+        if self.has(Column::Force) && self.has(Column::Position) {
+            return Err(IdentifyError::Record(format!(
+                "force and depth need a specimen: give {} and {RADIUS} for an indenter, or {AREA} and {THICKNESS} for a slab",
+                LOADING.set_to(LoadingKind::Sphere.name())
+            )));
         }
         let size = if column == Column::Stress && self.has(Column::Force) {
             format!(", or give {AREA}")
@@ -586,7 +696,7 @@ impl Columns {
         let kind = RecordKind::Relaxation;
         let time = self.need(Column::Time, kind)?;
         if let Some(modulus) = self.ready(Column::Modulus, reading)? {
-            return self.relaxed(time, modulus, None, reading.ramp_time_s);
+            return self.relaxed(time, modulus, None, reading);
         }
         if !self.has(Column::Stress) {
             return Err(self.neither(Column::Modulus, kind));
@@ -601,7 +711,7 @@ impl Columns {
         }
         let strain = held(reading.strain, self.take(Column::Strain), STRAIN, "")?;
         let modulus = stress.iter().map(|stress| stress / strain).collect();
-        self.relaxed(time, modulus, Some(strain.abs()), reading.ramp_time_s)
+        self.relaxed(time, modulus, Some(strain.abs()), reading)
     }
 
     /// Stress over the held strain, after a step or with the ramp to it.
@@ -610,10 +720,10 @@ impl Columns {
         time: Vec<f64>,
         mut modulus: Vec<f64>,
         strain: Option<f64>,
-        ramp_s: Option<f64>,
+        reading: &Reading,
     ) -> Result<Record, IdentifyError> {
         self.upright(modulus.iter().sum(), &mut modulus, "stress");
-        let Some(ramp_s) = ramp_s else {
+        let Some(ramp_s) = reading.ramp_time_s else {
             let record = Record::relaxation(time, modulus)?;
             return Ok(match strain {
                 Some(strain) => record.with_strain_to(strain),
@@ -622,11 +732,12 @@ impl Columns {
         };
         // Stress and strain over an unknown strain are those of a strain of 1.
         let held = strain.unwrap_or(1.0);
-        if time.first().is_some_and(|first| *first > 0.0) {
+        let ends_s = reading.ramp_ends_s.unwrap_or(ramp_s);
+        if time.first().is_some_and(|first| *first > ends_s - ramp_s) {
             self.lines.splice(..0, self.lines.first().copied());
         }
         let stress = modulus.iter().map(|modulus| modulus * held).collect();
-        let mut record = Record::ramp(time, stress, held, ramp_s)?;
+        let mut record = Record::ramp(time, stress, held, ramp_s, ends_s)?;
         if strain.is_none() {
             record.forget_strain();
         }
@@ -635,6 +746,7 @@ impl Columns {
 
     fn creep(&mut self, reading: &Reading) -> Result<Record, IdentifyError> {
         let kind = RecordKind::Creep;
+        let is_commanded = self.is_commanded_creep(reading, false);
         let time = self.need(Column::Time, kind)?;
         if let Some(compliance) = self.ready(Column::Compliance, reading)? {
             return Record::creep(time, compliance);
@@ -643,7 +755,13 @@ impl Columns {
             return Err(self.neither(Column::Compliance, kind));
         }
         no_effect(reading.strain, STRAIN, "")?;
-        let strain = self.need(Column::Strain, kind)?;
+        let mut strain = self.need(Column::Strain, kind)?;
+        if is_commanded {
+            let stress = self.need(Column::Stress, kind)?;
+            let work = strain.iter().zip(&stress).map(|(e, s)| e * s).sum();
+            self.upright(work, &mut strain, "strain");
+            return Record::creep_under(time, strain, stress);
+        }
         let stress = held(reading.stress_pa, self.take(Column::Stress), STRESS, " Pa")?;
         let most = strain.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let mut compliance: Vec<f64> = strain.iter().map(|strain| strain / stress).collect();
@@ -688,6 +806,7 @@ impl Columns {
         let pairs = strain.iter().zip(&stress);
         let work = pairs.map(|(strain, stress)| strain * stress).sum();
         self.upright(work, &mut stress, "stress");
+        without_noise(&mut strain);
         Record::history(time, strain, stress)
     }
 
@@ -712,6 +831,9 @@ impl Columns {
     }
 }
 
+/// Of so many rows one may be bad.
+const SKIPPED_OF: usize = 10;
+
 /// What all say, if they say the same.
 fn agreed<T: PartialEq>(mut all: impl Iterator<Item = T>) -> Option<T> {
     let first = all.next()?;
@@ -722,18 +844,20 @@ fn agreed<T: PartialEq>(mut all: impl Iterator<Item = T>) -> Option<T> {
 fn specimen(loading: Loading, poisson_ratio: f64) -> Result<Specimen, IdentifyError> {
     Specimen::new(loading, poisson_ratio, 0.0).map_err(|error| {
         let (what, remedy) = if let ParameterError::Missing { what, .. } = &error {
-            (*what, "give")
+            (*what, ": give")
         } else if let ParameterError::NoEffect { what, .. } = &error {
-            (*what, "omit")
+            (*what, ": omit")
+        } else if let ParameterError::Layer { what, .. } = &error {
+            (*what, ", and omit")
         } else if let ParameterError::Range(range) = &error {
-            (range.what, "change")
+            (range.what, ": change")
         } else {
-            ("", "change")
+            ("", ": change")
         };
         let keys = [AREA, THICKNESS, RADIUS, HALF_ANGLE, BONDED];
         let key = keys.into_iter().find(|key| label(key.0) == what);
         let key = key.unwrap_or(POISSON_RATIO);
-        IdentifyError::Record(format!("{error}: {remedy} {key}"))
+        IdentifyError::Record(format!("{error}{remedy} {key}"))
     })
 }
 
@@ -762,7 +886,7 @@ fn no_effect(given: Option<f64>, name: Key, unit: &str) -> Result<(), IdentifyEr
     })
 }
 
-/// The held strain or stress: given, or a column constant within 1 %.
+/// The held strain or stress: given, or a column constant within 1 % or its own noise.
 fn held(
     given: Option<f64>,
     column: Option<Vec<f64>>,
@@ -775,7 +899,7 @@ fn held(
         .map(|column| column.iter().sum::<f64>() / column.len() as f64);
     let stays = mean.zip(column).is_none_or(|(mean, column)| {
         let near = |x: &f64| (x - mean).abs() <= STAYS * mean.abs();
-        column.iter().all(near)
+        is_level(&column) || column.iter().all(near)
     });
     if let (Some(given), Some(mean)) = (given, mean)
         && !(stays && (given.abs() - mean.abs()).abs() <= STAYS * mean.abs())

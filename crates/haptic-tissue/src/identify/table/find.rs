@@ -13,7 +13,7 @@
 
 use super::super::error::IdentifyError;
 use super::super::record::SAMPLES_MOST;
-use super::heading::Heading;
+use super::heading::{Heading, are_units};
 use super::lines::{Lines, brief, wrong};
 use csv::StringRecord;
 use haptic_quantity::{DecimalSign, number, number_with, sign_of};
@@ -190,12 +190,13 @@ impl Block {
         }
     }
 
-    /// Columns of numbers; NaN for a gap.
+    /// Columns of numbers; NaN for a gap, and for a cell that is no number where bad rows are to be left out: their lines are added.
     pub(super) fn numbers(
         &self,
         heading: &Heading,
         places: &[usize],
         rows: Range<usize>,
+        mut bad: Option<&mut Vec<u64>>,
     ) -> Result<Vec<Vec<f64>>, IdentifyError> {
         let width = heading.names.len();
         let sign = self.decimal_sign(places)?;
@@ -214,7 +215,11 @@ impl Block {
             for (column, &place) in columns.iter_mut().zip(places) {
                 let cell = row.get(place).unwrap_or("");
                 let gap = is_gap(cell).then_some(f64::NAN);
-                let value = gap.or_else(|| number_with(cell, sign));
+                let mut value = gap.or_else(|| number_with(cell, sign));
+                if let (None, Some(bad)) = (value, &mut bad) {
+                    bad.push(*line);
+                    value = Some(f64::NAN);
+                }
                 column.push(value.ok_or_else(|| IdentifyError::Line {
                     line: *line,
                     column: heading.names.get(place).cloned(),
@@ -228,10 +233,19 @@ impl Block {
         Ok(columns)
     }
 
-    /// True if it is not a part of what stands above another one.
+    /// True if it is not a part of what stands above another one: a row or two with text, or numbers with a name before each.
     fn stands_alone(&self) -> bool {
         let is_pure = |row: &StringRecord| !row.iter().any(|cell| Cell::of(cell) == Cell::Text);
-        self.rows.len() > 2 || self.rows.iter().all(|(_, row)| is_pure(row))
+        let is_named = |row: &StringRecord| {
+            let cells: Vec<Cell> = row.iter().map(Cell::of).collect();
+            let mut numbers = (0..cells.len()).filter(|n| cells[*n] == Cell::Number);
+            numbers.all(|n| n > 0 && cells[n - 1] == Cell::Text)
+        };
+        let mut rows = self.rows.iter().map(|(_, row)| row);
+        match self.rows.len() {
+            0..=2 => rows.all(is_pure),
+            _ => !rows.all(is_named),
+        }
     }
 }
 
@@ -388,6 +402,7 @@ impl Blocks {
 /// Lines whose cells are apart by spaces, with tabs instead. Names may have single spaces where two or more separate them; else a
 /// unit in brackets belongs to the name before it.
 fn by_spaces(text: &str) -> String {
+    let mut names: Vec<Range<usize>> = Vec::new();
     let lines = text.lines().map(|line| {
         let words: Vec<&str> = line.split_whitespace().collect();
         let numbers = words
@@ -399,6 +414,12 @@ fn by_spaces(text: &str) -> String {
         let wide = line.trim().replace('\t', "  ");
         let mut cells: Vec<String> = Vec::new();
         let is_wide = wide.contains("  ");
+        if is_wide && !line.contains('\t') {
+            let (places, cells) = wide_cells(line);
+            let below = below_names(&names, &places, &cells);
+            names = places;
+            return below.unwrap_or(cells).join("\t");
+        }
         for word in wide.split(if is_wide { "  " } else { " " }).map(str::trim) {
             let is_open = |cell: &String| {
                 let count = |sign: [char; 2]| cell.matches(sign).count();
@@ -417,6 +438,37 @@ fn by_spaces(text: &str) -> String {
         cells.join("\t")
     });
     lines.collect::<Vec<_>>().join("\n")
+}
+
+/// Cells with two spaces or more between them, and the letters of the line that each takes.
+fn wide_cells(line: &str) -> (Vec<Range<usize>>, Vec<&str>) {
+    let mut at = 0;
+    let cells = line.split("  ").filter_map(|part| {
+        let cell = part.trim();
+        let start = at + part.chars().take_while(|c| c.is_whitespace()).count();
+        at += part.chars().count() + 2;
+        (!cell.is_empty()).then(|| (start..start + cell.chars().count(), cell))
+    });
+    cells.unzip()
+}
+
+/// Units each below its name, which are fewer than the names above them.
+fn below_names<'a>(
+    names: &[Range<usize>],
+    places: &[Range<usize>],
+    units: &[&'a str],
+) -> Option<Vec<&'a str>> {
+    let is_short = units.len() < names.len() && are_units(units.iter().copied());
+    let mut cells = vec![""; names.len()];
+    for (place, unit) in places.iter().zip(units).filter(|_| is_short) {
+        let mut above =
+            (0..names.len()).filter(|n| names[*n].start < place.end && place.start < names[*n].end);
+        let (Some(name), None) = (above.next(), above.next()) else {
+            return None;
+        };
+        cells[name] = unit;
+    }
+    is_short.then_some(cells)
 }
 
 /// Lines that a cell in quotes may have; more are a quote that nobody closed.

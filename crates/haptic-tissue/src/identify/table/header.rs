@@ -114,7 +114,12 @@ pub(super) fn understand(header: &str, below: &str) -> Option<Meaning> {
         .map(|column| (column, 1.0))
         .or_else(|| with_suffix(&lower));
     if let Some((column, factor)) = ours.filter(|_| below.is_empty()) {
-        let (unit, rank) = (Unit::Factor(factor), PLAIN);
+        // `strain` names no unit, as everybody writes it; it may be in per cent.
+        let unit = match exact {
+            Some(Column::Strain) => Unit::Untold,
+            Some(_) | None => Unit::Factor(factor),
+        };
+        let rank = PLAIN;
         return Some(Meaning { column, unit, rank });
     }
     let whole = header.trim().to_owned();

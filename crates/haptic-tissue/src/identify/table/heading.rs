@@ -3,6 +3,18 @@
 use super::column::Column;
 use super::header::{Unit, split, understand, unit_in};
 use super::lines::brief;
+use super::unit::Dimension;
+
+/// Letters of a unit, at most.
+pub(super) const UNIT_LENGTH: usize = 12;
+
+/// True of cells of which half and more are units, and none is long.
+pub(super) fn are_units<'a>(cells: impl Iterator<Item = &'a str> + Clone) -> bool {
+    let is_unit = |cell: &&str| *cell == "-" || bare(cell) != *cell || Dimension::knows(cell);
+    let units = cells.clone().filter(is_unit).count();
+    let mut lengths = cells.clone().map(str::len);
+    units > 0 && 2 * units >= cells.count() && lengths.all(|length| length <= 2 * UNIT_LENGTH)
+}
 
 /// What stands above the columns of a block.
 #[derive(Clone, Debug, Default, PartialEq)]

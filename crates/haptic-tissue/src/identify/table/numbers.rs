@@ -13,6 +13,7 @@ use super::unit::celsius;
 use crate::identify::keys::{COLUMNS, FROM, SEGMENT, SEGMENTS, TO, UNITS};
 use fracdiff::parameter::Shown;
 use serde::Serialize;
+use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
 /// The user's instructions for a table.
@@ -28,6 +29,8 @@ pub struct Reader {
     pub to: Option<f64>,
     /// Segments by number from 1, by name or by a part of it; `all` of them.
     pub segments: Vec<String>,
+    /// True to leave out rows that are no sample, a tenth of them at most, and to name them.
+    pub skip_bad_rows: bool,
 }
 
 /// A part of a table that is a record of its own.
@@ -73,6 +76,9 @@ struct Piece<'a> {
     name: String,
     temperature_c: Option<f64>,
 }
+
+/// A strain above it, without a unit, may be in per cent.
+const STRAIN_PLAIN: f64 = 1.0;
 
 fn is_clock(column: Column) -> bool {
     matches!(column, Column::Time | Column::Omega)
@@ -364,10 +370,29 @@ impl Reader {
         let (mut notes, mut empty, mut outside) = (Vec::new(), Vec::new(), Vec::new());
         let places: Vec<usize> = part.found.iter().map(|found| found.place).collect();
         let (block, rows) = (part.block, piece.rows.clone());
-        let mut numbers = block.numbers(&part.heading, &places, rows.clone())?;
+        let mut bad = Vec::new();
+        let skipped = self.skip_bad_rows.then_some(&mut bad);
+        let mut numbers = block.numbers(&part.heading, &places, rows.clone(), skipped)?;
+        bad.dedup();
+        let mut unclear = part.unclear.clone();
         for (f, column) in part.found.iter().zip(&mut numbers) {
-            let factor = self.factor(f, &mut notes)?;
+            let reach = column
+                .iter()
+                .fold(0.0, |most: f64, value| most.max(value.abs()));
+            let factor = self.factor(f, reach, &mut notes)?;
             column.iter_mut().for_each(|value| *value *= factor);
+            if f.column == Column::Strain && f.unit == Unit::Untold && reach > STRAIN_PLAIN {
+                let asked = format!(
+                    "line {}, column {}: its unit may be % or 1, with values up to {}: give {UNITS} strain=% or strain=1",
+                    part.heading.line,
+                    f.name,
+                    Shown(reach)
+                );
+                // Who names the column, or its unit, knows.
+                let is_named = self.columns.iter().any(|choice| choice.0 == f.column);
+                let is_told = is_named || self.unit_of(f.column).is_some();
+                unclear.extend((!is_told).then_some((f.column, asked)));
+            }
         }
         let is_read = |column| part.found.iter().any(|found| found.column == column);
         if let Some((column, unit)) = self.units.iter().find(|unit| !is_read(unit.0)) {
@@ -382,7 +407,9 @@ impl Reader {
             |at: f64| self.from.is_some_and(|from| at < from) || self.to.is_some_and(|to| at > to);
         let mut kept = Vec::new();
         for (n, (line, _)) in block.rows[rows.clone()].iter().enumerate() {
-            if numbers.iter().any(|column| column[n].is_nan()) {
+            if bad.contains(line) {
+                // Named with those that make no sample.
+            } else if numbers.iter().any(|column| column[n].is_nan()) {
                 empty.push(*line);
             } else if is_outside(at(n)) {
                 outside.push(*line);
@@ -424,16 +451,29 @@ impl Reader {
             values: named.collect(),
             chosen: self.columns.iter().map(|(column, _)| *column).collect(),
             notes,
-            unclear: part.unclear.clone(),
+            unclear,
+            bad: self.skip_bad_rows.then_some(bad),
             temperature_c: piece.temperature_c,
             ..Columns::default()
         })
     }
 
-    /// SI units per unit of a column: the user's, the header's, else SI with a note.
-    fn factor(&self, found: &Found, notes: &mut Vec<String>) -> Result<f64, IdentifyError> {
+    /// SI units per unit of a column whose values go up to `reach`: the user's, the header's, else SI with a note.
+    fn factor(
+        &self,
+        found: &Found,
+        reach: f64,
+        notes: &mut Vec<String>,
+    ) -> Result<f64, IdentifyError> {
         let (column, name) = (found.column, &found.name);
         let Some(unit) = self.unit_of(column) else {
+            if column == Column::Phase && found.unit == Unit::Untold && reach > FRAC_PI_2 {
+                notes.push(format!(
+                    "column {name} names no unit: taken as degrees, for {} is above π/2",
+                    Shown(reach)
+                ));
+                return Ok(1.0_f64.to_radians());
+            }
             if found.unit.factor().is_none()
                 && !matches!(column, Column::Strain | Column::LossTangent)
             {
@@ -482,7 +522,7 @@ impl Part<'_> {
 
     /// A column of numbers in its own unit, if it is one.
     fn values(&self, place: usize, rows: Range<usize>) -> Option<Vec<f64>> {
-        let columns = self.block.numbers(&self.heading, &[place], rows);
+        let columns = self.block.numbers(&self.heading, &[place], rows, None);
         columns.ok()?.pop()
     }
 

@@ -4,7 +4,7 @@ use super::super::error::IdentifyError;
 use super::column::Column;
 use super::find::{Block, Blocks};
 use super::header::{Unit, foreign, understand};
-use super::heading::Heading;
+use super::heading::{Heading, are_units};
 use super::lines::{brief, rows_named, wrong};
 use crate::text_file::decoded;
 use csv::StringRecord;
@@ -81,6 +81,14 @@ impl TextTable {
                 "{rows} of numbers above the header in line {}: put them below it, or delete them",
                 heading.line
             )));
+        }
+        let units = heading.units.len();
+        let has_moved = units != width && are_units(heading.units.iter().map(String::as_str));
+        if self.spaced && has_moved {
+            let reason = format!(
+                "{units} units below a header of {width}: separate cells by tabs or semicolons, or put each unit below its name"
+            );
+            return Err(wrong(heading.line, &reason));
         }
         let other = block.rows.iter().find(|(_, row)| row.len() != width);
         if let Some((line, row)) = other.filter(|_| self.spaced) {
@@ -214,7 +222,7 @@ impl Chosen {
     ) -> Result<RecordColumns<N>, IdentifyError> {
         let rows = &self.block.rows;
         let known: Vec<usize> = places.iter().copied().flatten().collect();
-        let columns = self.block.numbers(&self.heading, &known, 0..rows.len())?;
+        let columns = (self.block).numbers(&self.heading, &known, 0..rows.len(), None)?;
         let is_gap = |row: &usize| columns.iter().any(|column| column[*row].is_nan());
         let gaps = (0..rows.len()).filter(is_gap);
         let gaps = gaps.map(|row| rows[row].0).collect();

@@ -1,28 +1,36 @@
 //! Layouts from public bug reports: the same tissue comes out of each as out of its numbers alone.
 
+use super::layouts::reader;
 use super::{candidate, one};
 use haptic_loop::{Loading, LoadingKind};
 use haptic_tissue::identify::table::{Reader, Reading, read_table};
 use std::path::PathBuf;
 use testkit::{assert_close, assert_relative};
 
-/// A file, segment, unit of the frequency, Pa·s^α and α of its spring-pot, and how many samples it has.
+/// A file, the options that it needs, Pa·s^α and α of its spring-pot, and how many samples it has.
 const CASES: &str = r"
-    m1-sample-named-G.txt | - | - | 1164.23 | 0.2 | 20
-    m2-compliance-line.txt | - | - | 1164.23 | 0.2 | 20
-    m3-time-line.txt | - | - | 63.24555 | 0 | 40
-    m4-two-times.csv | - | - | 5000 | 0.25 | 15
-    m5-temperature-column.csv | - | - | 3158.1 | 0.25 | 15
-    m6-stress-step.csv | - | - | 1089.12 | 0.2 | 20
-    c06-rheocompass-two-intervals.csv | 1 | - | 5000 | 0.25 | 16
-    c06-rheocompass-two-intervals.csv | 2 | - | 2500 | 0.25 | 16
-    c08b-two-temperatures-logged-frequencies.csv | 25.0 | - | 5000 | 0.25 | 12
-    c08b-two-temperatures-logged-frequencies.csv | 40.0 | - | 2000 | 0.25 | 12
-    c27-rows-without-first-cell.txt | - | - | 5821 | 0.2 | 10
-    c28-commented-header.tab | - | - | 63.24555 | 0 | 40
-    c29-xy-lines-above.csv | - | - | 63.24555 | 0 | 40
-    freq-per-second.csv | - | Hz | 5000 | 0.25 | 15
-    freq-per-second.csv | - | rad/s | 7916 | 0.25 | 15
+    m1-sample-named-G.txt | - | 1164.23 | 0.2 | 20
+    m2-compliance-line.txt | - | 1164.23 | 0.2 | 20
+    m3-time-line.txt | - | 63.24555 | 0 | 40
+    m4-two-times.csv | - | 5000 | 0.25 | 15
+    m5-temperature-column.csv | - | 3158.1 | 0.25 | 15
+    m6-stress-step.csv | - | 1089.12 | 0.2 | 20
+    c06-rheocompass-two-intervals.csv | segment 1 | 5000 | 0.25 | 16
+    c06-rheocompass-two-intervals.csv | segment 2 | 2500 | 0.25 | 16
+    c08b-two-temperatures-logged-frequencies.csv | segment 25.0 | 5000 | 0.25 | 12
+    c08b-two-temperatures-logged-frequencies.csv | segment 40.0 | 2000 | 0.25 | 12
+    c27-rows-without-first-cell.txt | - | 5821 | 0.2 | 10
+    c28-commented-header.tab | - | 63.24555 | 0 | 40
+    c29-xy-lines-above.csv | - | 63.24555 | 0 | 40
+    freq-per-second.csv | units omega=Hz | 5000 | 0.25 | 15
+    freq-per-second.csv | units omega=rad/s | 7916 | 0.25 | 15
+    phase-without-unit.csv | - | 5000 | 0.25 | 6
+    phase-without-unit.csv | units phase=deg | 5000 | 0.25 | 6
+    lines-of-pairs-above.txt | - | 3392 | 0 | 8
+    units-row-shorter.txt | - | 5000 | 0.25 | 16
+    units-row-shorter.txt | columns omega=4,storage=5,loss=6 | 5000 | 0.25 | 16
+    strain-in-percent-unnamed.csv | units strain=% | 3000 | 0.2 | 171
+    strain-in-percent-unnamed.csv | units strain=1 | 30 | 0.2 | 171
 ";
 
 /// Files that are refused without a word, and what is said.
@@ -30,6 +38,7 @@ const ASKED: &str = r"
     c06-rheocompass-two-intervals.csv | 2 segments could be meant & `segment`
     c08b-two-temperatures-logged-frequencies.csv | 2 segments & 25.0 °C & 40.0 °C & `segment`
     freq-per-second.csv | Hz or rad/s & `units`
+    strain-in-percent-unnamed.csv | column Strain & up to 5 & `units` strain=% or strain=1
 ";
 
 fn bytes(name: &str) -> Vec<u8> {
@@ -37,13 +46,13 @@ fn bytes(name: &str) -> Vec<u8> {
     std::fs::read(PathBuf::from(folder).join(name)).expect("a case")
 }
 
-/// Indentations are those of a sphere of 5 mm.
+/// Indentations are those of a sphere of 5 mm, or of 27.5 µm.
 fn reading(name: &str) -> Reading {
-    let is_pressed = ["m3", "c28", "c29"]
-        .iter()
-        .any(|start| name.starts_with(start));
+    let is_small = name.starts_with("lines");
+    let mut pressed = ["m3", "c28", "c29"].iter();
+    let is_pressed = is_small || pressed.any(|start| name.starts_with(start));
     let sphere = Loading {
-        radius_m: Some(5e-3),
+        radius_m: Some(if is_small { 27.5e-6 } else { 5e-3 }),
         ..Loading::new(LoadingKind::Sphere)
     };
     Reading {
@@ -59,15 +68,8 @@ fn reading(name: &str) -> Reading {
 
 #[test]
 fn a_tissue_does_not_depend_on_the_layout_of_its_record() {
-    for [name, segment, unit, viscosity, order, samples] in testkit::table(CASES) {
-        let mut reader = Reader::default();
-        if segment != "-" {
-            reader.segments.push(segment);
-        }
-        if unit != "-" {
-            let omega = haptic_tissue::identify::table::Column::Omega;
-            reader.units.push((omega, unit));
-        }
+    for [name, options, viscosity, order, samples] in testkit::table(CASES) {
+        let reader = reader(&options);
         let table = read_table(&bytes(&name)).expect(&name);
         let columns = reader.read(table).expect(&name);
         let record = columns.record(&reading(&name)).expect(&name).record;

@@ -6,6 +6,7 @@ use haptic_tissue::identify::{
     Baseline, ContactPoint, Identification, IdentifyError, Options, Record, identify,
 };
 use haptic_tissue::{Model, ModelKind};
+use nalgebra::DMatrix;
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng as _;
@@ -363,4 +364,95 @@ fn what_cannot_be_fitted_with_a_contact_point_is_refused_with_a_remedy() {
     );
     let said = late(ContactPoint::At(2e-3)).expect_err("above").to_string();
     assert!(said.contains("the depth is never above 0"), "{said}");
+}
+
+/// Force over that of 1 Pa·s^α at 1 m/s of a ramp at this speed to a depth and a hold, which touches at `contact`, m: closed in the
+/// ramp, and ∫√u·(t − u)^−α du with u = T·x² in the hold.
+fn ramped([viscosity, order, contact]: [f64; 3], time: f64) -> f64 {
+    const SPEED: f64 = 1e-3;
+    const POINTS: i32 = 4000;
+    let (ramp, since) = ((DEPTH - contact) / SPEED, time - contact / SPEED);
+    if since <= 0.0 {
+        return 0.0;
+    }
+    let memory = if since <= ramp * (1.0 + 1e-9) {
+        let gamma = libm::tgamma(1.5) * libm::tgamma(1.0 - order) / libm::tgamma(2.5 - order);
+        gamma * since.powf(1.5 - order)
+    } else {
+        let parts = (0..POINTS).map(|n| {
+            let x = (f64::from(n) + 0.5) / f64::from(POINTS);
+            2.0 * x * x * (since - ramp * x * x).powf(-order)
+        });
+        ramp.powf(1.5) * parts.sum::<f64>() / f64::from(POINTS)
+    };
+    let map = sphere().depth_map().expect("of a sphere").at(SPEED);
+    let shape = sphere().shape(sphere().loading().kind.modulus());
+    1.5 * shape * map * viscosity * memory / libm::tgamma(1.0 - order)
+}
+
+/// Times 10 ms apart, contacts 0, 3, 7 and 10 ms after a sample and a rounding beside one, 0.5 % of noise: standard errors by the Jacobian
+/// of all three parameters.
+#[test]
+fn standard_errors_know_the_contact_wherever_samples_lie() {
+    let times: Vec<f64> = (0..=300).map(|n| 0.01 * f64::from(n)).collect();
+    for late in [0.0, 1e-15, 0.003, 0.007, 0.01] {
+        let truth = [TISSUE[0], TISSUE[1], 1e-4 + 1e-3 * late];
+        let clean: Vec<f64> = times.iter().map(|t| ramped(truth, *t)).collect();
+        let most = clean.iter().copied().fold(0.0, f64::max);
+        for seed in 0..3 {
+            let mut generator = Pcg64::seed_from_u64(seed);
+            let noise: Vec<f64> = (clean.iter())
+                .map(|_| StandardNormal.sample(&mut generator))
+                .map(|drawn: f64| 5e-3 * most * drawn)
+                .collect();
+            let forces = clean.iter().zip(&noise).map(|(force, noise)| force + noise);
+            let depths = times.iter().map(|t| (1e-3 * t).min(DEPTH)).collect();
+            let (fit, forces) = (ContactPoint::Fitted, forces.collect());
+            let record = Record::pressed_from(fit, times.clone(), depths, forces, &sphere());
+            let size = noise.iter().map(|noise| noise * noise).sum::<f64>() / 298.0;
+            let found = fitted(&record.expect("valid"), None).expect("fits");
+            let jacobian = DMatrix::from_fn(times.len(), 3, |row, column| {
+                let step = [1.0, 1e-4, 1e-8][column];
+                let [low, high] = [-step, step].map(|step| {
+                    let mut beside = truth;
+                    beside[column] += step;
+                    ramped(beside, times[row])
+                });
+                (high - low) / (2.0 * step)
+            });
+            let scales = [truth[0], truth[1], truth[2]];
+            let scaled = DMatrix::from_fn(times.len(), 3, |n, k| jacobian[(n, k)] * scales[k]);
+            let spread = scaled.tr_mul(&scaled).try_inverse().expect("regular");
+            let all = found.fits[0].parameters.iter().chain(&found.beside);
+            for (k, one) in all.enumerate() {
+                let wanted = (size * spread[(k, k)]).sqrt() * scales[k];
+                let ratio = one.standard_error.expect("settled") / wanted;
+                assert!((0.9..=1.1).contains(&ratio), "{late} {}: {ratio}", one.name);
+            }
+        }
+    }
+}
+
+/// A surface 0.08 mm off and 3 mN in the air, whose errors cancel at 1 rad/s.
+#[test]
+fn errors_that_cancel_at_one_frequency_are_told() {
+    let tissue = [8000.0, 0.21, 8e-5];
+    let ramp = (0..=100).map(|n| 0.01 * f64::from(n));
+    let hold = (1..200).map(|n| 100_f64.powf(f64::from(n) / 199.0));
+    let times: Vec<f64> = ramp.chain(hold).collect();
+    let mut generator = Pcg64::seed_from_u64(5);
+    let forces = times.iter().map(|t| {
+        let drawn: f64 = StandardNormal.sample(&mut generator);
+        ramped(tissue, *t) + 3e-3 + 1e-4 * drawn
+    });
+    let (depths, forces) = (
+        times.iter().map(|t| (1e-3 * t).min(DEPTH)).collect(),
+        forces.collect(),
+    );
+    let read = Record::pressed(times, depths, forces, &sphere()).expect("valid");
+    let said = fitted(&read, None).expect("fits").warnings.join("\n");
+    assert!(
+        said.contains("contact_point_m` = fit and `baseline` = constant"),
+        "{said}"
+    );
 }

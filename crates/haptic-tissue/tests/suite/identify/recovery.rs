@@ -26,7 +26,7 @@ fn truths() -> [(ModelKind, Vec<f64>); 5] {
 }
 
 /// Normal numbers, each like the one before by so much: noise of an AR(1) process.
-fn noise(count: usize, alike: f64, seed: u64) -> Vec<f64> {
+pub(super) fn noise(count: usize, alike: f64, seed: u64) -> Vec<f64> {
     let mut generator = Pcg64::seed_from_u64(seed);
     let mut draw = || -> f64 { StandardNormal.sample(&mut generator) };
     let mut last = draw();
@@ -65,7 +65,7 @@ fn is_inside(estimate: &Estimate, value: f64) -> bool {
 }
 
 /// True if a value lies between the bounds that there are, as in a flat valley.
-fn holds(estimate: &Estimate, value: f64) -> bool {
+pub(super) fn holds(estimate: &Estimate, value: f64) -> bool {
     estimate.low_95.is_none_or(|low| low <= value)
         && estimate.high_95.is_none_or(|high| value <= high)
 }

@@ -31,6 +31,48 @@ fn found(record: &Record, candidates: &[ModelKind]) -> Identification {
     found
 }
 
+/// As `creep` imposes it: a stress from the first sample on.
+fn crept(tissue: &Model, sample_time_s: f64, count: usize) -> Record {
+    let sampled = SampledModel::new(tissue, Seconds(sample_time_s)).expect("valid");
+    let mut history = FullHistory::new(&sampled, count + 1).expect("valid");
+    let times: Vec<f64> = (0..=count).map(|n| n as f64 * sample_time_s).collect();
+    let strains = times.iter().map(|_| {
+        let strain = (100.0 - history.past()) / history.gain();
+        history.advance(strain);
+        strain
+    });
+    let strains = strains.collect();
+    Record::creep_under(times, strains, vec![100.0; count + 1]).expect("valid")
+}
+
+#[test]
+fn rendered_creep_is_of_the_model_that_crept() {
+    for (kind, parameters) in [
+        (ModelKind::SpringPot, &[20_000.0, 0.5][..]),
+        (ModelKind::SpringPot, &[8650.0, 0.2247]),
+        (ModelKind::Spring, &[5550.0]),
+        (ModelKind::Dashpot, &[5000.0]),
+        (ModelKind::FractionalMaxwell, &[876e3, 0.675, 22.1e3, 0.11]),
+    ] {
+        let candidates = [
+            &FEWEST[..],
+            &[ModelKind::Dashpot, ModelKind::FractionalMaxwell],
+        ]
+        .concat();
+        let options = Options {
+            candidates,
+            ..Options::default()
+        };
+        let record = crept(&model(kind, parameters), 1e-3, 600);
+        let found = identify(&record, &options, &|_| ()).expect("a fit");
+        let fit = &found.fits[0];
+        assert_eq!(fit.kind, kind, "{parameters:?}: {:?}", fit.parameters);
+        for (found, truth) in fit.parameters.iter().zip(parameters) {
+            testkit::assert_relative(found.name, found.value, *truth, 0.02);
+        }
+    }
+}
+
 const FEWEST: [ModelKind; 4] = [
     ModelKind::Spring,
     ModelKind::SpringPot,

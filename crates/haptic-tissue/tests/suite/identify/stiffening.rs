@@ -44,6 +44,25 @@ fn least(strain: &[f64], stress: &[f64]) -> f64 {
     low
 }
 
+/// As where compression is written below 0, in both columns.
+#[test]
+fn a_convex_record_of_two_negative_columns_is_turned() {
+    let times: Vec<f64> = (0..=50).map(|n| 0.1 * f64::from(n)).collect();
+    let strain: Vec<f64> = times.iter().map(|t| 0.03 * t).collect();
+    let stress: Vec<f64> = strain
+        .iter()
+        .map(|e| 2e3 / 9.0 * (9.0 * e).exp_m1())
+        .collect();
+    let turned = |values: &[f64]| values.iter().map(|value| -value).collect::<Vec<f64>>();
+    let record = Record::history(times, turned(&strain), turned(&stress)).expect("valid");
+    let found = stiffened(&record, &[ModelKind::Spring]);
+    let fit = &found.fits[0];
+    assert_relative("E", fit.parameters[0].value, 2e3, 1e-3);
+    assert_relative("b", fit.parameters[1].value, 9.0, 1e-3);
+    let said = found.warnings.join("\n");
+    assert!(said.contains("with the other sign"), "{said}");
+}
+
 /// A slow pull of tissue without memory, with an error that hangs together over the whole record: some four residuals of 150 are
 /// independent, so no interval ends a search for the least sum early.
 #[test]

@@ -3,7 +3,7 @@
 use haptic_loop::{Loading, LoadingKind, Modulus};
 use haptic_tissue::identify::RecordKind;
 use haptic_tissue::identify::table::{
-    Choice, Column, Reader, Reading, Understood, read_record, read_table,
+    Choice, Column, Columns, Reader, Reading, Understood, read_record, read_table,
 };
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
@@ -187,7 +187,10 @@ const WRONG_LOADINGS: &str = r"
     force_n,depth_mm | sphere radius=-1e-3 | radius & change `indenter_radius_m`
     force_n,depth_mm | cone angle=2 | half angle & change `half_angle_rad`
     force_n,depth_mm | sphere radius=1e-3 bonded | needs thickness: give `thickness_m`
-    force_n,depth_mm | punch radius=1e-3 thickness=1 | thickness has no effect & omit `thickness_m`
+    force_n,depth_mm | punch radius=1e-3 thickness=1 | a layer under a punch resists more & W. C. Hayes & omit `thickness_m`
+    force_n,depth_mm | punch radius=1e-3 thickness=1 bonded | a layer under a punch & and omit `thickness_m`
+    force_n,depth_mm | cone angle=1 thickness=1 | a layer under a cone resists more & omit `thickness_m`
+    force_n,depth_mm | cone angle=1 bonded | a layer under a cone resists more & omit `bonded`
     force_n,depth_mm | sphere radius=1e-3 thickness=1 nu=0.4 | Poisson's ratio of a layer & change `poisson_ratio`
     force_n,depth_mm | sphere radius=1e-3 thickness=1e-3 bonded nu=0.4 | change `poisson_ratio`
     force_n,depth_mm | sphere radius=1e-3 nu=0.6 | `poisson_ratio` 0.6 is not from 0 to 0.5
@@ -371,6 +374,7 @@ fn columns_units_and_range_can_be_given() {
         from: Some(2e-3),
         to: None,
         segments: Vec::new(),
+        ..Reader::default()
     };
     let text = "# made by hand\na,Value,Temperature\n0,9,20\n1,8,20\n\n2,7,20\n3,,20\n4,6,20\n";
     let understood = understand(text, &reader, &Reading::default()).expect("valid");
@@ -456,7 +460,7 @@ const REFUSED: &str = r#"
     time_s,t [s],modulus\n1,1,5\n | - | line 1 & both look like time & `columns`
     time_s,stress_pa\n1,5\n2,4\n | - | stress_pa (stress) & give `strain`
     time_s,strain\n1,5\n2,4\n | - | give `stress_pa`
-    Z (nm),Force (nN)\n1,5\n2,4\n | - | needs a column strain & Force (nN) (force) & `thickness_m`
+    Z (nm),Force (nN)\n1,5\n2,4\n | - | a specimen & `loading` = sphere and `indenter_radius_m` & `area_m2` and `thickness_m`
     time_s,temperature\n1,5\n2,4\n | - | the columns make no record & relaxation_modulus_pa
     time_s,relaxation_modulus_pa\n1,5\n2,4\n | creep | kind creep needs a column creep_compliance_per_pa & `kind`
     time_s,creep_compliance_per_pa\n1,5\n2,4\n | - | compliance falls with time & `kind` = relaxation
@@ -581,11 +585,12 @@ fn what_would_be_read_as_another_number_is_refused() {
 /// One record as programs save it: the same numbers, whatever the spelling.
 #[test]
 fn a_record_reads_the_same_however_it_is_spelt() {
-    let utf16 = |text: &str, mark: bool| -> Vec<u8> {
+    let utf16 = |text: &str, mark: bool, bytes: fn(u16) -> [u8; 2]| -> Vec<u8> {
         let mark = mark.then_some(0xfeff);
         let units = mark.into_iter().chain(text.encode_utf16());
-        units.flat_map(u16::to_le_bytes).collect()
+        units.flat_map(bytes).collect()
     };
+    let (little, big) = (u16::to_le_bytes, u16::to_be_bytes);
     let plain = "time_s,valve,level\n0,1,0.5\n0.5,1,1.25\n1,0,-2e-1\n";
     let german = "Prüfstand 3;;\nDatum: 3.4.2026, 12 Uhr;;\n\nZeit [ms];Valve [%];Level / °C\n0;1;0,5\n500;1;1,25\n1000;0;-2e-1\n";
     let latin: Vec<u8> = german
@@ -595,11 +600,21 @@ fn a_record_reads_the_same_however_it_is_spelt() {
     let tabs = "sep=\t\r\nTime\tValve\tLevel\r\nms\t%\tV\r\n0\t1\t0,5\r\n500\t1\t1,25\r\n1000\t0\t-0,2\r\n";
     let quoted =
         "time_s,valve,level\n\"0\",\"1\",\"0,5\"\n\"0,5\",\"1\",\"1,25\"\n\"1\",\"0\",\"-0,2\"\n";
-    let spellings: [(&str, Vec<u8>, &str); 11] = [
+    let spellings: [(&str, Vec<u8>, &str); 13] = [
         ("plain", plain.into(), "time_s"),
         ("marked", format!("\u{feff}{plain}").into_bytes(), "time_s"),
-        ("UTF-16", utf16(plain, true), "time_s"),
-        ("UTF-16 without a mark", utf16(plain, false), "time_s"),
+        ("UTF-16", utf16(plain, true, little), "time_s"),
+        ("UTF-16BE", utf16(plain, true, big), "time_s"),
+        (
+            "UTF-16 without a mark",
+            utf16(plain, false, little),
+            "time_s",
+        ),
+        (
+            "UTF-16BE without a mark",
+            utf16(plain, false, big),
+            "time_s",
+        ),
         ("German", german.into(), "Zeit"),
         ("German of Windows", latin, "Zeit"),
         ("tabs and a row of units", tabs.into(), "time_s"),
@@ -633,7 +648,7 @@ fn a_record_reads_the_same_however_it_is_spelt() {
     let gaps = gaps.expect("gaps are counted");
     assert_eq!(gaps.gaps().as_deref(), Some("2 rows (lines 3, 4)"));
     assert!(gaps.columns[2][1].is_nan() && gaps.columns[2][2].is_nan());
-    let mut odd = utf16(plain, true);
+    let mut odd = utf16(plain, true, little);
     odd.truncate(odd.len() - 3);
     let refused = read_record(&odd, ["time_s", "valve", "level"]);
     let refused = refused.expect_err("an odd length").to_string();
@@ -801,4 +816,76 @@ fn damaged_tables_never_panic() {
         read > 100 && refused > 100,
         "{read} read, {refused} refused"
     );
+}
+
+/// A table of 24 rows, rows that are put into it at a line, and the lines that are named, or why none is.
+const BAD_ROWS: &str = r"
+    5 3,-1 | 1 row (line 5) left out
+    5 3,over & 9 6,-1 & 15 11,0 | 3 rows (lines 5, 9, 15) left out
+    9 6,700 | 1 row (line 9) left out
+    4 x,1 & 5 x,1 & 6 x,1 & 7 x,1 | 4 bad rows are more than a tenth & `skip_bad_rows`
+    3 1,0 & 4 1,0 & 5 1,0 & 6 1,0 | 4 bad rows are more than a tenth & `skip_bad_rows`
+";
+
+#[test]
+fn a_bad_row_is_left_out_by_name_where_that_is_asked_for() {
+    for [bad, wanted] in testkit::table(BAD_ROWS) {
+        let rows = (1..=24).map(|n| format!("{n},{}", 1e3 * f64::from(n).powf(-0.2)));
+        let mut rows: Vec<String> = rows.collect();
+        for row in bad.split(" & ") {
+            let (line, row) = row.split_once(' ').expect("a row");
+            // Line 1 is the header.
+            rows.insert(line.parse::<usize>().expect("a line") - 2, row.to_owned());
+        }
+        let text = format!("time_s,relaxation_modulus_pa\n{}\n", rows.join("\n"));
+        let refused = understand(&text, &Reader::default(), &Reading::default());
+        assert!(refused.expect_err(&bad).starts_with("line "), "{bad}");
+        let reader = Reader {
+            skip_bad_rows: true,
+            ..Reader::default()
+        };
+        let said = match understand(&text, &reader, &Reading::default()) {
+            Ok(read) => {
+                assert_eq!(read.record.samples(), 24, "{bad}");
+                read.notes.join("; ")
+            }
+            Err(refused) => refused,
+        };
+        for words in wanted.split(" & ") {
+            assert!(said.contains(words), "{bad}: {said}");
+        }
+    }
+}
+
+/// Creep and recovery of 2000 Pa·s^0.5 in two segments of one clock: each by itself would begin at rest.
+#[test]
+fn segments_that_go_on_with_the_clock_are_one_motion() {
+    let compliance = |t: f64| t.max(0.0).sqrt() / (2000.0 * libm::tgamma(1.5));
+    let strain = |t: f64| 100.0 * (compliance(t) - compliance(t - 10.0));
+    let rows = |from: i32, to: i32, stress: i32| -> String {
+        let row = |n: i32| format!("{n},{},{stress}\n", strain(f64::from(n)));
+        (from..=to).map(row).collect()
+    };
+    let header = "time_s,strain,stress_pa\n";
+    let (creep, recovery) = (rows(1, 10, 100), rows(11, 30, 0));
+    let text = format!("Creep\n{header}0,0,0\n{creep}\nRecovery\n{header}{recovery}");
+    let reader = Reader {
+        segments: vec!["all".to_owned()],
+        ..Reader::default()
+    };
+    let table = read_table(text.as_bytes()).expect("a table");
+    let all = reader.read_all(&table).expect("two segments");
+    assert_eq!(all.len(), 2);
+    let mut joined = Columns::joined(all.clone());
+    let one = joined.pop().expect("one");
+    assert!(joined.is_empty());
+    let read = one.record(&Reading::default()).expect("a creep");
+    assert_eq!(read.record.kind(), RecordKind::Creep);
+    let found = super::one(&read.record, haptic_tissue::ModelKind::SpringPot);
+    let values = &found.fits[0].parameters;
+    testkit::assert_relative("V", values[0].value, 2000.0, 1e-6);
+    testkit::assert_relative("order", values[1].value, 0.5, 1e-6);
+    // A clock that begins anew is another motion.
+    let again = Columns::joined([&all[..1], &all[..1]].concat());
+    assert_eq!(again.len(), 2);
 }

@@ -17,9 +17,12 @@ const RECORD: usize = 5;
 
 /// Labels of time or frequency, of the record, and of residuals. Of an indenter the force is drawn as it is fitted, over γ and the length ℓ
 /// of its nominal strain.
-const fn words(kind: RecordKind, indented: bool) -> [&'static str; 3] {
-    match kind {
+const fn words(found: &Identification, indented: bool) -> [&'static str; 3] {
+    match found.kind {
         RecordKind::History if indented => ["time / s", "equivalent stress / Pa", "residual / Pa"],
+        RecordKind::Creep if found.is_absolute => {
+            ["time / s", "creep compliance / Pa⁻¹", "residual / Pa⁻¹"]
+        }
         RecordKind::Creep => ["time / s", "creep compliance / Pa⁻¹", "residual / %"],
         RecordKind::Oscillation => [
             "angular frequency / rad·s⁻¹",
@@ -38,9 +41,9 @@ pub(super) fn draw(
     source: &str,
 ) -> Result<Picture, FigureError> {
     let indented = loading.kind.is_some_and(|kind| !kind.is_slab());
-    let [x, y, residual] = words(found.kind, indented);
+    let [x, y, residual] = words(found, indented);
     let oscillates = found.kind == RecordKind::Oscillation;
-    let scale = match found.kind == RecordKind::History {
+    let scale = match found.is_absolute || found.is_staircase {
         true => Scale::Linear,
         false => Scale::Log,
     };
@@ -70,7 +73,7 @@ pub(super) fn draw(
     // The chosen one broad, and the others dashed on top: all are seen where they agree.
     for (n, fit) in found.fits.iter().enumerate() {
         let look = if n == 0 { Look::Broad } else { Look::Dashed };
-        upper = upper.with(name(found.kind, fit), look, colour(n), curve(found, fit));
+        upper = upper.with(name(found, fit), look, colour(n), curve(found, fit));
     }
     // Poor models would flatten the residuals of the good ones; of markers that meet, the first stays.
     let open = if oscillates {
@@ -84,7 +87,7 @@ pub(super) fn draw(
     let fits = found.fits.iter().enumerate();
     for (n, fit) in fits.filter(|(_, fit)| fit.rms <= GOOD * least) {
         let [of_all, of_loss] = parts(found, &residuals(found, fit));
-        let name = name(found.kind, fit);
+        let name = name(found, fit);
         lower = lower.with(name, Look::Markers, colour(n), of_all);
         lower = lower.with("", Look::OpenMarkers, colour(n), of_loss);
     }
@@ -119,7 +122,9 @@ fn curve(found: &Identification, fit: &Fit) -> Points {
     let over = |values: Vec<f64>| at.iter().copied().zip(values).collect::<Points>();
     let [first, second] = match (found.kind, fit.to_model()) {
         (RecordKind::Relaxation, Ok(model)) => [over(model.relaxation_moduli(&at)), Points::new()],
-        (RecordKind::Creep, Ok(model)) => [over(model.creep_compliances(&at)), Points::new()],
+        (RecordKind::Creep, Ok(model)) if !found.is_staircase => {
+            [over(model.creep_compliances(&at)), Points::new()]
+        }
         (RecordKind::Oscillation, Ok(model)) => {
             let moduli = || at.iter().map(|omega| model.complex_modulus(*omega));
             [
@@ -127,7 +132,9 @@ fn curve(found: &Identification, fit: &Fit) -> Points {
                 over(moduli().map(|modulus| modulus.im).collect()),
             ]
         }
-        (RecordKind::History, _) | (_, Err(_)) => parts(found, &fit.predicted).map(apart),
+        (RecordKind::History | RecordKind::Creep, _) | (_, Err(_)) => {
+            parts(found, &fit.predicted).map(apart)
+        }
     };
     // A gap keeps the two curves of an oscillation apart.
     [first, vec![(f64::NAN, f64::NAN)], second].concat()
@@ -160,19 +167,22 @@ fn across<'a>(axis: AxisSpec<'a>, x: &[f64]) -> AxisSpec<'a> {
     }
 }
 
-fn name(kind: RecordKind, fit: &Fit) -> String {
-    if kind == RecordKind::History {
-        format!("{}, rms {}", fit.kind.name(), written("rms_pa", fit.rms))
+fn name(found: &Identification, fit: &Fit) -> String {
+    if found.is_absolute {
+        let key = match found.kind {
+            RecordKind::Creep => "rms_per_pa",
+            RecordKind::History | RecordKind::Relaxation | RecordKind::Oscillation => "rms_pa",
+        };
+        format!("{}, rms {}", fit.kind.name(), written(key, fit.rms))
     } else {
         let rms = digits(100.0 * relative(fit.rms), 3);
         format!("{}, rms {rms} %", fit.kind.name())
     }
 }
 
-/// Model less record: in % of it, of a stress in Pa.
+/// Model less record: in % of it, or in its unit.
 fn residuals(found: &Identification, fit: &Fit) -> Vec<f64> {
-    let is_history = found.kind == RecordKind::History;
-    let unit = if is_history { 1.0 } else { 100.0 };
+    let unit = if found.is_absolute { 1.0 } else { 100.0 };
     let values = found.residuals(fit).into_iter().map(|value| unit * value);
     values.collect()
 }
@@ -202,14 +212,19 @@ mod tests {
             x: vec![1.0, 2.0],
             measured: vec![100.0, 100.0],
             beside: Vec::new(),
+            is_absolute: false,
+            is_staircase: false,
             is_timed: true,
             warnings: Vec::new(),
         };
         let drawn = residuals(&found, &fit);
         assert!((drawn[0] + 67.37).abs() < 0.01, "{drawn:?}");
         assert!((drawn[1] - 10.0).abs() < 1e-9, "{drawn:?}");
-        assert_eq!(name(found.kind, &fit), "spring-pot, rms 206 %");
-        found.kind = RecordKind::History;
+        assert_eq!(name(&found, &fit), "spring-pot, rms 206 %");
+        found.is_absolute = true;
+        found.kind = RecordKind::Creep;
+        assert_eq!(name(&found, &fit), "spring-pot, rms 1.12 Pa⁻¹");
+        found.kind = RecordKind::Relaxation;
         let drawn = residuals(&found, &fit);
         assert!((drawn[1] - 10.0).abs() < 1e-9, "{drawn:?}");
     }

@@ -6,6 +6,7 @@ use crate::table;
 use clap::Args;
 use haptic_experiment::document::Document;
 use haptic_experiment::parameters::Range;
+use haptic_experiment::question::tissue::RecordQuestion;
 use haptic_experiment::{ExperimentFile, Failure};
 use haptic_log::record::{Entry, LogFiles, TickMessage};
 use haptic_loop::Loading;
@@ -42,6 +43,9 @@ pub(super) struct TableArguments {
     /// Last time or angular frequency
     #[arg(long, value_name = "TIME", value_parser = quantity("_s", RECORD_TIMES))]
     to: Option<f64>,
+    /// Leave out rows that are no sample, a tenth of them at most, and name them
+    #[arg(long)]
+    skip_bad_rows: bool,
 }
 
 impl TableArguments {
@@ -73,6 +77,7 @@ impl TableArguments {
             from: self.from,
             to: self.to,
             segments: self.segment.clone(),
+            skip_bad_rows: self.skip_bad_rows,
         };
         let names = reader.columns.iter_mut();
         let names = names.filter_map(|(_, choice)| match choice {
@@ -92,12 +97,12 @@ impl TableArguments {
         Ok(is_log && !asks && mcap::is_ours(path)?)
     }
 
-    /// The records in a file: one, or the segments that were chosen, or all.
+    /// The records in the file of this number: one, or the segments that were chosen, or all.
     pub(super) fn read(
         &self,
+        file: usize,
         path: &Path,
-        reading: &Reading,
-        takes_all: bool,
+        question: &RecordQuestion,
     ) -> Result<Vec<Understood>, Failure> {
         if path.to_string_lossy().ends_with(".mcap.part") {
             return Err(Failure::bad_input(format_args!(
@@ -105,22 +110,16 @@ impl TableArguments {
                 path.display()
             )));
         }
-        let mut reading = *reading;
-        let all = if self.is_ours(path)? {
+        let understood = if self.is_ours(path)? {
+            let mut reading = question.reading;
             let said = loading_of(path, &mut reading);
             let mut columns = self.log(path, &reading.loading)?;
             columns.notes.extend(said);
-            vec![columns]
+            columns.record(&reading).map(|one| vec![one])
         } else {
-            let (mut reader, bytes) = self.opened(path)?;
-            if takes_all && reader.segments.is_empty() {
-                reader.segments.push("all".to_owned());
-            }
-            let read = read_table(&bytes).and_then(|table| reader.read_all(&table));
-            read.map_err(|error| table::wrong(path, error))?
+            let (reader, bytes) = self.opened(path)?;
+            question.read(file, reader, &bytes)
         };
-        let understood = all.into_iter().map(|columns| columns.record(&reading));
-        let understood: Result<Vec<_>, _> = understood.collect();
         understood.map_err(|error| table::wrong(path, error))
     }
 

@@ -1,71 +1,25 @@
 //! An emulated Inverse Service at a port of this machine, and commands on its device.
 
-use super::at;
-use crate::process::{Place, column, says, signal};
-use serde_json::Value;
-use std::io::{BufRead as _, BufReader, Read as _};
-use std::process::{Child, Stdio};
+use super::{Emulator, at};
+use crate::process::{Place, column, says};
 
-/// A service in a process of its own; gone when dropped.
-struct Service {
-    place: Place,
-    child: Child,
-    device: String,
-}
-
-impl Service {
-    fn new() -> Self {
-        let place = Place::new();
-        let mut command = place.command("device emulate --kind inverse3 service_port=0 --json");
-        let mut child = (command
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn())
-        .expect("runs");
-        let mut told = String::new();
-        let stdout = child.stdout.take().expect("piped");
-        BufReader::new(stdout).read_line(&mut told).expect("a line");
-        let told: Value = serde_json::from_str(&told).expect("JSON");
-        let device = told["device"].as_str().expect("its name").to_owned();
-        Self {
-            place,
-            child,
-            device,
-        }
-    }
-
-    /// What it says when it is stopped as by Ctrl-C.
-    fn ends(&mut self) -> String {
-        signal(&self.child, "INT");
-        let mut said = String::new();
-        let stderr = self.child.stderr.as_mut().expect("piped");
-        stderr.read_to_string(&mut said).expect("is text");
-        said
-    }
-}
-
-impl Drop for Service {
-    fn drop(&mut self) {
-        // It may have ended by itself.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
+const SERVICE: &str = "--kind inverse3 service_port=0";
 
 #[test]
 fn info_names_the_inverse3_and_what_its_service_does_to_forces() {
-    let mut service = Service::new();
-    let device = &service.device;
+    let place = Place::new();
+    let mut service = Emulator::start(&place, SERVICE);
+    let device = service.name();
     // A machine that is busy answers late.
     let line = format!("device info --device {device},lost=1000 --json");
-    let ended = service.place.run(&line).succeeded_with_warnings();
+    let ended = place.run(&line).succeeded_with_warnings();
     says(&ended.stderr, &["force gate has gain 0.3", "damping to 0"]);
     let info = ended.json();
     assert_eq!(info["board"], "Inverse3 04BA");
     assert_eq!(at(&info, "/force_max_n"), 3.0);
     assert_eq!(info["simulated"], false);
     let refused = |line: String, code, words: &[&str]| {
-        service.place.run(&line).refused(code, words);
+        place.run(&line).refused(code, words);
     };
     refused(
         format!("device info --device {device},id=049D"),
@@ -103,23 +57,24 @@ fn info_names_the_inverse3_and_what_its_service_does_to_forces() {
 #[ignore = "by night: `.ci/nightly` does it"]
 fn by_night_every_sample_that_an_inverse3_loses_is_counted_and_a_spring_has_the_bits_of_its_positions()
  {
-    let service = Service::new();
+    let place = Place::new();
+    let service = Emulator::start(&place, SERVICE);
     for (sample_time, ticks) in [("1ms", 2000.0), ("250us", 8000.0)] {
-        service.place.write(
+        place.write(
             "ball.toml",
             format!(
                 "[touch]\ndevice = \"{},lost=1000\"\naxes = 3\nshape = \"plane\"\nnormal = [0.0, 0.0, -1.0]\nsurface_m = 0.003\n\
                  stiffness_n_per_m = 100.0\ndissipation_n_s_mu_per_m = 0.0\nforce_limit_n = 2.0\nduration_s = 2.0\nmass_kg = 0.15\n\
                  watchdog_s = 1\nlate_ticks = 0\n",
-                service.device
+                service.name()
             ),
         );
         let line = format!("run ball.toml sample_time={sample_time} --out {sample_time} --json");
-        let report = service.place.run(&line).ended_by_the_clock().json();
+        let report = place.run(&line).ended_by_the_clock().json();
         let (samples, lost) = (at(&report, "/samples"), at(&report, "/link/samples_lost"));
         assert!(samples + lost >= ticks, "{report}");
         let log = format!("log export {sample_time}/touch.mcap -");
-        let table = service.place.run(&log).succeeded().stdout;
+        let table = place.run(&log).succeeded().stdout;
         let of = |name: &str| column(&table, name);
         assert_eq!(of("tick").len() as f64, samples);
         let (depths, forces) = (of("position_z_m"), of("environment_force_z_n"));

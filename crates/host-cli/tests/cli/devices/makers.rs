@@ -1,16 +1,11 @@
 //! Devices of other makers, emulated: held to the makers' own programs, and experiments on them.
 
 use super::{Emulated, at};
-use crate::interrupted::SIGNALS;
-use crate::process::{Ended, Place, holds, number, says, until};
-use haptic_devices::haply::{TORQUES_BYTES, Version};
+use crate::process::{Ended, Place, holds, number, says};
+use haptic_devices::haply::Version;
 use serde_json::Value;
-use std::io::{Read as _, Write as _};
-use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::Path;
-use std::process::{Child, Command};
-use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::process::Command;
 use testkit::{assert_close, skip};
 
 /// A servo as a device; this machine may be too busy to answer in time for so long, so lost answers are allowed for.
@@ -39,7 +34,7 @@ fn by_the_maker(script: &str, device: &Path, arguments: &[String]) -> Option<Val
 }
 
 /// The numbers behind these words in what an emulated device says at its end.
-fn told(said: &str, before: &str, count: usize) -> Vec<f64> {
+pub(crate) fn told(said: &str, before: &str, count: usize) -> Vec<f64> {
     let text = said.split(before).nth(1);
     let text = text.unwrap_or_else(|| panic!("no {before}: {said}"));
     let words = text.split([' ', ',', ';']);
@@ -150,108 +145,6 @@ fn a_host_closes_the_loop_over_a_servo_as_over_a_board() {
     let (report, most_nm) = relaxed("host");
     assert_eq!(report["link"]["loop"], "host");
     assert!(lacks(&report) || most_nm > 0.0, "{report}");
-}
-
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn a_host_that_is_killed_leaves_no_torque_on_the_servo() {
-    let mut device = Emulated::new("--kind moteus turn=2mm:0.5s");
-    let mut run = under_way(&device, &relax("device", "300s"));
-    run.kill().expect("can be killed");
-    run.wait().expect("ends");
-    // Longer than the servo's watchdog, and than this machine is late.
-    std::thread::sleep(Duration::from_millis(2500));
-    let (mode, torque_nm, most_nm) = last_words(&device.ends());
-    assert_eq!((mode, torque_nm), (11.0, 0.0), "it has let go");
-    if most_nm <= 0.0 {
-        testkit::skip_for_load("the servo was not driven before the host was killed");
-    }
-}
-
-/// A run whose log has begun.
-fn under_way(device: &Emulated, line: &str) -> Child {
-    let mut run = device.place.start(line);
-    device.place.wait_for("run/relax.mcap.part", &mut run);
-    std::thread::sleep(Duration::from_millis(1500));
-    run
-}
-
-/// The line to a 2DIY, at the socket `line` before the device at `device`: what a host sent is kept.
-fn tapped(device: &Emulated) -> Arc<Mutex<Vec<u8>>> {
-    let sent = Arc::<Mutex<Vec<u8>>>::default();
-    let (keeps, there) = (Arc::clone(&sent), device.place.path("device"));
-    let listener = UnixListener::bind(device.place.path("line")).expect("a socket");
-    std::thread::spawn(move || {
-        let (mut host, _) = listener.accept().expect("a host");
-        let mut device = UnixStream::connect(there).expect("an emulator");
-        let mut to_host = host.try_clone().expect("another handle");
-        let mut from_device = device.try_clone().expect("another handle");
-        std::thread::spawn(move || std::io::copy(&mut from_device, &mut to_host));
-        let mut bytes = [0; 4096];
-        while let Ok(count @ 1..) = host.read(&mut bytes) {
-            keeps
-                .lock()
-                .expect("nobody panicked")
-                .extend(&bytes[..count]);
-            // A device that is gone hears nothing more.
-            let _ = device.write_all(&bytes[..count]);
-        }
-    });
-    sent
-}
-
-/// True if the last command on the line to a 2DIY sets torques, and not zero.
-fn pushes(sent: &Mutex<Vec<u8>>) -> bool {
-    let sent = sent.lock().expect("nobody panicked");
-    let last = sent.last_chunk::<TORQUES_BYTES>();
-    last.is_some_and(|frame| frame[..2] == [2, 5] && frame[2..] != [0; TORQUES_BYTES - 2])
-}
-
-/// A run on a 2DIY that is ended by a signal while there is a torque: whether it stays on the board.
-fn torque_stays_after(signal: &str) -> bool {
-    let device = Emulated::new("--kind haply-2diy");
-    let sent = tapped(&device);
-    let line = RELAX.replace("2diy", "line").replace("3s", "300s");
-    let mut run = device.place.start(&line);
-    until("a torque", || {
-        let gone = run.try_wait().expect("can be waited for");
-        assert!(gone.is_none(), "{signal}: ended before it: {gone:?}");
-        pushes(&sent).then_some(())
-    });
-    crate::process::signal(&run, signal);
-    run.wait().expect("ends");
-    // The last bytes are on their way.
-    std::thread::sleep(Duration::from_millis(100));
-    pushes(&sent)
-}
-
-/// The same on a servo that its lever pushes since a while: mode and torque, N·m, at the end.
-fn servo_after(signal: &str) -> (f64, f64) {
-    let mut device = Emulated::new("--kind moteus turn=2mm:0.5s");
-    let mut run = under_way(&device, &relax("device", "300s"));
-    std::thread::sleep(Duration::from_millis(1000));
-    crate::process::signal(&run, signal);
-    run.wait().expect("ends");
-    let (mode, torque_nm, most_nm) = last_words(&device.ends());
-    assert!(most_nm > 0.0, "{signal}: no torque before it");
-    (mode, torque_nm)
-}
-
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn every_signal_takes_the_torque_away_before_the_run_ends() {
-    let everywhere = if cfg!(target_os = "linux") { 20 } else { 15 };
-    for some in SIGNALS[..everywhere].chunks(2) {
-        std::thread::scope(|scope| {
-            for signal in some {
-                scope.spawn(move || assert!(!torque_stays_after(signal), "{signal}"));
-                // It was told to stop: mode 0, not that of its own watchdog.
-                scope.spawn(move || assert_eq!(servo_after(signal), (0.0, 0.0), "{signal}"));
-            }
-        });
-    }
-    // Nobody hears this one, as the guide says.
-    assert!(torque_stays_after("KILL"));
 }
 
 #[test]

@@ -1,49 +1,29 @@
 //! Devices at TCP addresses.
 
-use super::{RELAX, at};
+use super::{Emulator, RELAX, at};
 use crate::process::{Ended, Place, says};
 use serde_json::Value;
-use std::io::{BufRead as _, BufReader};
-use std::process::{Child, Stdio};
 
-/// An emulated device at a free port of this machine; gone when dropped.
+/// An emulated device at a free port of this machine.
 struct Listening {
     place: Place,
-    child: Child,
-    /// What it says at its start.
-    told: Value,
+    emulator: Emulator,
 }
 
 impl Listening {
     fn new(options: &str) -> Self {
         let place = Place::new();
-        let line = format!("device emulate --listen 127.0.0.1:0 {options} --json");
-        let mut command = place.command(&line);
-        command.stdout(Stdio::piped()).stderr(Stdio::null());
-        let mut child = command.spawn().expect("runs");
-        let mut told = String::new();
-        let mut stdout = BufReader::new(child.stdout.take().expect("piped"));
-        stdout.read_line(&mut told).expect("is text");
-        let told = serde_json::from_str(&told).expect("JSON");
-        Self { place, child, told }
+        let emulator = Emulator::start(&place, &format!("--listen 127.0.0.1:0 {options}"));
+        Self { place, emulator }
     }
 
-    /// The device's name for other commands.
     fn name(&self) -> &str {
-        self.told["device"].as_str().expect("a name")
+        self.emulator.name()
     }
 
     fn json(&self, line: &str) -> Value {
         let ended = self.place.run(&format!("{line} --json"));
         ended.succeeded_with_warnings().json()
-    }
-}
-
-impl Drop for Listening {
-    fn drop(&mut self) {
-        // It may have ended by itself.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
     }
 }
 
@@ -62,14 +42,16 @@ fn a_relaxation_over_tcp_loses_nothing() {
     assert_eq!(report["link"]["board"], "emulated");
     // The next host finds it as the first one did, under the same name.
     let info = device.json(&format!("device info --device {}", device.name()));
-    assert_eq!(info["device"], device.told["device"], "{info}");
+    assert_eq!(info["device"], device.emulator.told["device"], "{info}");
     assert_eq!(info["state"], "idle", "{info}");
 }
 
 #[test]
 fn boards_that_face_each_other_and_those_of_other_makers_listen_too() {
     let pair = Listening::new("--facing 127.0.0.1:0");
-    let second = pair.told["facing"]["device"].as_str().expect("a name");
+    let second = pair.emulator.told["facing"]["device"]
+        .as_str()
+        .expect("a name");
     assert_ne!(second, pair.name());
     for name in [pair.name(), second] {
         let info = pair.json(&format!("device info --device {name}"));
@@ -89,7 +71,7 @@ fn a_device_that_vanishes_in_a_run_over_tcp_ends_it_with_a_whole_log() {
     let line = line.replace("--duration 4s", "--duration 300s");
     let mut run = device.place.start(&line);
     device.place.wait_for("run/relax.mcap.part", &mut run);
-    device.child.kill().expect("can be killed");
+    device.emulator.child.kill().expect("can be killed");
     let ended = Ended::new(line, &run.wait_with_output().expect("ends")).failed(3);
     says(ended.error(), &["the log is run/relax.mcap"]);
     assert_eq!(device.json("log info run/relax.mcap")["complete"], true);

@@ -4,8 +4,8 @@ use super::middle::Middle;
 use super::{Emulated, at};
 use crate::faults::metadata;
 use crate::process::{Ended, PATIENCE, column, holds, number, says, signal};
-use haptic_link::{Report, Request, Sample, Start};
-use haptic_loop::Limiters;
+use haptic_link::{EventKind, FaultReport, Report, Request, Sample, Start, State, Status};
+use haptic_loop::{Fault, Limiters};
 use std::collections::BTreeMap;
 use std::process::Child;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -175,6 +175,44 @@ fn a_fault_whose_frame_is_lost_has_its_own_tick() {
         assert_eq!(fault["tick"], first.to_string(), "{fault}");
         assert_eq!(fault["code"], "6", "{fault}");
     }
+}
+
+/// A board that fails while its force falls, and tells samples for as long as it is asked to.
+#[test]
+fn a_fault_on_the_way_to_zero_ends_a_run_that_was_interrupted() {
+    let device = Emulated::new("");
+    device.loosen();
+    let mut failed = false;
+    let _line = Middle::changing(&device, move |report| {
+        if matches!(&report, Report::Event(event) if event.kind == EventKind::Stopped) {
+            return None;
+        }
+        if let Report::Sample(sample) = &report
+            && !failed
+            && sample.axes[0].limiters & Limiters::STOPPING.bits() != 0
+        {
+            failed = true;
+            return Some(Report::Fault(FaultReport {
+                status: Status {
+                    state: State::Fault,
+                    fault: Fault::Workspace.code(),
+                    ..Status::default()
+                },
+                tick: sample.tick,
+                time_us: sample.time_us.into(),
+            }));
+        }
+        Some(report)
+    });
+    let line = "relax --device serial:line watchdog=1s late_ticks=0 --contact rigid --ramp-time 100ms --duration 300s --out run --quiet";
+    let child = under_way(&device, line);
+    signal(&child, "INT");
+    let words = [
+        "interrupted, but the device did not say that it stopped",
+        "the device left its workspace",
+    ];
+    says(ended(line, child).failed(1).error(), &words);
+    device.json("log info run/relax.mcap");
 }
 
 #[test]

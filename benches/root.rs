@@ -1,0 +1,5 @@
+//! `cargo bench` at the root says where the benches are: in a workspace of their own, so that `cargo test` does not build criterion.
+
+fn main() {
+    println!("The benches run with `cargo benches`; one of them: `cargo benches --bench loop`.");
+}

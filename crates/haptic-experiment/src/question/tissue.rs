@@ -1,0 +1,546 @@
+//! A tissue from records of it: the command, the page and Python read, fit and report by this.
+//!
+//! A form holds what somebody gives, by the names of keys, each text as the command takes it; a question is a form that is understood.
+
+use crate::document::failure::Failure;
+use crate::document::parameters::Range;
+use crate::document::short;
+use haptic_loop::{Loading, LoadingKind};
+use haptic_quantity::{is_meant, number, parse_for_key};
+use haptic_tissue::ModelKind;
+use haptic_tissue::identify::table::{Column, Columns, Reader, Reading, Understood, read_table};
+use haptic_tissue::identify::{
+    Baseline, CANDIDATES, ContactPoint, Estimate, Held, Identification, IdentifyError, MasterCurve,
+    Options, RecordKind, Replicates, ShiftBy, identify_unless, replicates,
+};
+use serde::{Deserialize, Deserializer};
+use serde_json::{Map, Value, json};
+use std::sync::atomic::AtomicBool;
+
+/// Contact points on the axis of a depth, m.
+const CONTACT_POINTS: Range = Range::Within(-1.0, 1.0);
+/// Temperatures that a tissue can have, °C.
+const TEMPERATURES: Range = Range::Within(-273.15, 10_000.0);
+const ZERO_CELSIUS: f64 = 273.15;
+
+/// Kinds of a baseline, with a few words for people.
+pub const BASELINES: [(Baseline, &str, &str); 2] = [
+    (Baseline::Constant, "constant", "an offset"),
+    (Baseline::Linear, "linear", "an offset and a drift"),
+];
+
+/// The moduli that can decide a shift, with a few words for people.
+pub const SHIFTS_BY: [(ShiftBy, &str, &str); 3] = [
+    (ShiftBy::Storage, "storage", "the storage modulus"),
+    (ShiftBy::Loss, "loss", "the loss modulus"),
+    (ShiftBy::Both, "both", "both alike"),
+];
+
+/// What the tables of records do not say, by the names of keys; numbers in SI units.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[expect(missing_docs, reason = "each field is the option of its name")]
+pub struct RecordForm {
+    pub kind: Option<String>,
+    pub model: Option<String>,
+    pub columns: String,
+    pub units: String,
+    pub segment: String,
+    pub from: Option<f64>,
+    pub to: Option<f64>,
+    pub skip_bad_rows: bool,
+    pub strain: Option<f64>,
+    pub stress_pa: Option<f64>,
+    pub loading: Option<String>,
+    pub area_m2: Option<f64>,
+    pub thickness_m: Option<f64>,
+    pub indenter_radius_m: Option<f64>,
+    pub half_angle_rad: Option<f64>,
+    pub bonded: bool,
+    pub poisson_ratio: Option<f64>,
+    #[serde(deserialize_with = "text")]
+    pub contact_point_m: String,
+    pub ramp_time_s: Option<f64>,
+    pub ramp_ends_s: Option<f64>,
+    pub subtract_start: bool,
+    pub stiffening: bool,
+    pub baseline: Option<String>,
+    pub fix: String,
+    pub replicates: bool,
+    #[serde(deserialize_with = "text")]
+    pub master_curve: String,
+    pub shift_by: Option<String>,
+    #[serde(deserialize_with = "text")]
+    pub temperature: String,
+}
+
+/// A text, or a number as one.
+fn text<'de, D: Deserializer<'de>>(value: D) -> Result<String, D::Error> {
+    let value = Value::deserialize(value)?;
+    if value.is_null() {
+        return Ok(String::new());
+    }
+    Ok(value
+        .as_str()
+        .map_or_else(|| value.to_string(), str::to_owned))
+}
+
+/// Reads a contact point: `fit`, or a length.
+///
+/// # Errors
+/// Another text, or a length beyond 1 m.
+pub fn contact_point(text: &str) -> Result<ContactPoint, String> {
+    const KEY: &str = "contact_point_m";
+    if text == "fit" {
+        return Ok(ContactPoint::Fitted);
+    }
+    let length = parse_for_key(KEY, text).map_err(|error| format!("{error}, nor fit"))?;
+    match CONTACT_POINTS.contains(length) {
+        true => Ok(ContactPoint::At(length)),
+        false => Err(format!("{length} m is not from -1 m to 1 m, nor fit")),
+    }
+}
+
+/// Reads `order=0.2` or `order=0.1..0.3`; names are those of tissue files, with the unit or without.
+///
+/// # Errors
+/// Another form, or a number that is none of the unit.
+pub fn held(text: &str) -> Result<Held, String> {
+    let split = text.split_once('=');
+    let (name, value) =
+        split.ok_or("is not PARAMETER=VALUE or PARAMETER=LOW..HIGH, decimals with a point")?;
+    let all = CANDIDATES.iter().flat_map(|kind| kind.parameters());
+    let mut names = all.map(|parameter| parameter.name);
+    let name = names.find(|known| is_meant(known, name)).unwrap_or(name);
+    let read = |text: &str| parse_for_key(name, text).map_err(|error| error.to_string());
+    let (low, high) = value.split_once("..").unwrap_or((value, value));
+    Ok(Held {
+        name: name.to_owned(),
+        low: read(low)?,
+        high: read(high)?,
+    })
+}
+
+/// Reads a temperature in °C: `20degC`, `20`, or `293.15K`.
+///
+/// # Errors
+/// Another text, or a temperature that no tissue has.
+pub fn temperature(text: &str) -> Result<f64, String> {
+    let units = [
+        ("degC", 0.0),
+        ("°C", 0.0),
+        ("C", 0.0),
+        ("K", ZERO_CELSIUS),
+        ("", 0.0),
+    ];
+    let mut known = units.iter().filter_map(|(unit, zero)| {
+        let celsius = number(text.strip_suffix(unit)?.trim())? - zero;
+        TEMPERATURES.contains(celsius).then_some(celsius)
+    });
+    let wrong = "is not from -273.15 to 10000 degC, as 20degC or 293.15K";
+    known.next().ok_or_else(|| wrong.to_owned())
+}
+
+/// The parts of a list such as `time=1,modulus=3`.
+fn parts<T>(key: &str, text: &str, read: fn(&str) -> Result<T, String>) -> Result<Vec<T>, Failure> {
+    let parts = text.split(',').map(str::trim);
+    let parts = parts.filter(|part| !part.is_empty());
+    let refused =
+        |part: &str, why| Failure::bad_input(format_args!("`{key}`: \"{}\" {why}", short(part)));
+    parts
+        .map(|part| read(part).map_err(|why| refused(part, why)))
+        .collect()
+}
+
+fn named<T: Copy>(
+    key: &str,
+    wanted: Option<&String>,
+    known: &[(T, &str)],
+) -> Result<Option<T>, Failure> {
+    let Some(wanted) = wanted else {
+        return Ok(None);
+    };
+    let found = known.iter().find(|one| one.1 == wanted);
+    found.map(|one| Some(one.0)).ok_or_else(|| {
+        let names: Vec<&str> = known.iter().map(|one| one.1).collect();
+        let names = names.join(", ");
+        Failure::bad_input(format_args!("`{key}` {wanted:?} is not one of {names}"))
+    })
+}
+
+/// How several records belong together.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Several {
+    /// Motions of one tissue, fitted together.
+    #[default]
+    Motions,
+    /// Specimens, each fitted by itself.
+    Replicates,
+    /// Temperatures, shifted to one.
+    MasterCurve {
+        /// The temperature that they are shifted to, °C.
+        reference_c: f64,
+        /// The modulus that decides.
+        by: ShiftBy,
+    },
+}
+
+/// Records to be read and fitted.
+#[derive(Clone, Debug, Default)]
+pub struct RecordQuestion {
+    /// How tables are read.
+    pub reader: Reader,
+    /// What they do not say.
+    pub reading: Reading,
+    /// What is fitted.
+    pub options: Options,
+    /// What several records are.
+    pub several: Several,
+    /// The temperature of each file, °C, or none.
+    pub temperatures_c: Vec<f64>,
+}
+
+impl RecordQuestion {
+    /// Understands a form.
+    ///
+    /// # Errors
+    /// A text that is none of its key, options that do not belong together.
+    pub fn of(form: &RecordForm) -> Result<Self, Failure> {
+        let kinds = RecordKind::ALL.map(|kind| (kind, kind.name()));
+        let models = CANDIDATES.map(|kind| (kind, kind.name()));
+        let moduli = SHIFTS_BY.map(|one| (one.0, one.1));
+        let baselines = BASELINES.map(|one| (one.0, one.1));
+        let loading = named("loading", form.loading.as_ref(), &LoadingKind::ALL)?;
+        let one = |key: &str, text: &str, read| parts(key, text, read).map(|mut all| all.pop());
+        let contact = match form.contact_point_m.as_str() {
+            "" => None,
+            text => parts("contact_point_m", text, contact_point)?.pop(),
+        };
+        let master: Option<f64> = one("master_curve", &form.master_curve, temperature)?;
+        let by = named("shift_by", form.shift_by.as_ref(), &moduli)?;
+        Ok(Self {
+            reader: Reader {
+                columns: parts("columns", &form.columns, Column::chosen)?,
+                units: parts("units", &form.units, Column::with_unit)?,
+                from: form.from,
+                to: form.to,
+                segments: parts("segment", &form.segment, |text| Ok(text.to_owned()))?,
+                skip_bad_rows: form.skip_bad_rows,
+            },
+            reading: Reading {
+                kind: named("kind", form.kind.as_ref(), &kinds)?,
+                strain: form.strain,
+                stress_pa: form.stress_pa,
+                loading: Loading {
+                    kind: loading.unwrap_or(LoadingKind::Compression),
+                    area_m2: form.area_m2,
+                    thickness_m: form.thickness_m,
+                    radius_m: form.indenter_radius_m,
+                    half_angle_rad: form.half_angle_rad,
+                    bonded: form.bonded,
+                },
+                loading_is_told: loading.is_some(),
+                poisson_ratio: form.poisson_ratio,
+                contact: contact.unwrap_or_default(),
+                ramp_time_s: form.ramp_time_s,
+                ramp_ends_s: form.ramp_ends_s,
+                subtract_start: form.subtract_start,
+            },
+            options: Options {
+                stiffening: form.stiffening,
+                baseline: named("baseline", form.baseline.as_ref(), &baselines)?,
+                held: parts("fix", &form.fix, held)?,
+                ..Self::choosing(named("model", form.model.as_ref(), &models)?)
+            },
+            several: Self::several(form.replicates, master, by)?,
+            temperatures_c: parts("temperature", &form.temperature, temperature)?,
+        })
+    }
+
+    /// The candidates where this model was asked for: it, and those with fewer parameters, to say if one of these is as good.
+    #[must_use]
+    pub fn choosing(chosen: Option<ModelKind>) -> Options {
+        let wanted = |candidate: &ModelKind| {
+            let parameters = |kind: ModelKind| kind.parameters().len();
+            let fewer = |one: ModelKind| parameters(*candidate) < parameters(one);
+            chosen.is_none_or(|one| *candidate == one || fewer(one))
+        };
+        Options {
+            candidates: CANDIDATES.into_iter().filter(wanted).collect(),
+            chosen,
+            ..Options::default()
+        }
+    }
+
+    /// What several records are.
+    ///
+    /// # Errors
+    /// Options that do not belong together.
+    pub fn several(
+        is_replicates: bool,
+        reference_c: Option<f64>,
+        by: Option<ShiftBy>,
+    ) -> Result<Several, Failure> {
+        match (is_replicates, reference_c, by) {
+            (true, Some(_), _) => Err(Failure::bad_input(
+                "`replicates` and `master_curve` exclude each other: omit one",
+            )),
+            (_, None, Some(_)) => Err(Failure::bad_input(
+                "`shift_by` has no effect without `master_curve`: omit it",
+            )),
+            (true, None, None) => Ok(Several::Replicates),
+            (false, None, None) => Ok(Several::Motions),
+            (false, Some(reference_c), by) => Ok(Several::MasterCurve {
+                reference_c,
+                by: by.unwrap_or_default(),
+            }),
+        }
+    }
+
+    /// Refuses temperatures that are not one for each of so many files.
+    ///
+    /// # Errors
+    /// If there are more or fewer, or if they have no effect.
+    pub fn check(&self, files: usize) -> Result<(), Failure> {
+        let given = self.temperatures_c.len();
+        let shifts = matches!(self.several, Several::MasterCurve { .. });
+        match given {
+            0 => Ok(()),
+            _ if !shifts => Err(Failure::bad_input(
+                "`temperature` has no effect without `master_curve`: omit it",
+            )),
+            _ if given == files => Ok(()),
+            _ => Err(Failure::bad_input(format_args!(
+                "there are {files} files, and not as many temperatures ({given}): give `temperature` once for each file, in their order"
+            ))),
+        }
+    }
+
+    /// The records of a table that is read so, the file of this number from 0: one, the segments that were chosen, or all of a master curve.
+    ///
+    /// # Errors
+    /// As [`Reader::read_all`] and [`Columns::record`].
+    pub fn read(
+        &self,
+        file: usize,
+        mut reader: Reader,
+        bytes: &[u8],
+    ) -> Result<Vec<Understood>, IdentifyError> {
+        if matches!(self.several, Several::MasterCurve { .. }) && reader.segments.is_empty() {
+            reader.segments.push("all".to_owned());
+        }
+        let mut all = reader.read_all(&read_table(bytes)?)?;
+        if self.several == Several::Motions {
+            all = Columns::joined(all);
+        }
+        let records = all.into_iter().map(|mut columns| {
+            let given = self.temperatures_c.get(file).copied();
+            columns.temperature_c = given.or(columns.temperature_c);
+            columns.record(&self.reading)
+        });
+        records.collect()
+    }
+
+    /// Fits records as they belong together; `names` are those of their files.
+    ///
+    /// # Errors
+    /// Records that do not belong together, no candidate that fits, a stop.
+    pub fn answer(
+        &self,
+        mut all: Vec<Understood>,
+        names: &[String],
+        stop: &AtomicBool,
+        progress: &(dyn Fn(usize) + Sync),
+    ) -> Result<RecordAnswer, IdentifyError> {
+        let (understood, rows) = match self.several {
+            Several::Replicates => {
+                let (records, understood) = Understood::specimens(all)?;
+                let mut of_all = replicates(&records, &self.options, stop, progress)?;
+                for (specimen, name) in of_all.specimens.iter().zip(names) {
+                    let said = specimen.warnings.iter();
+                    let said = said.map(|said| format!("{name}: {said}"));
+                    of_all.all.warnings.extend(said);
+                }
+                return Ok(RecordAnswer {
+                    understood,
+                    rows: specimens(&of_all, names),
+                    found: of_all.all,
+                });
+            }
+            Several::MasterCurve { reference_c, by } => {
+                let (curve, understood) = Understood::shifted(all, reference_c, by)?;
+                (understood, shifts(&curve))
+            }
+            Several::Motions if all.len() == 1 => (all.remove(0), json!({})),
+            Several::Motions => (Understood::together(all)?, json!({})),
+        };
+        let found = identify_unless(&understood.record, &self.options, stop, progress)?;
+        Ok(RecordAnswer {
+            understood,
+            found,
+            rows,
+        })
+    }
+}
+
+/// A tissue that was found.
+#[derive(Clone, Debug)]
+pub struct RecordAnswer {
+    /// The records as one.
+    pub understood: Understood,
+    /// What was fitted.
+    pub found: Identification,
+    /// Rows of specimens or of temperatures for the report; an empty object of one record.
+    pub rows: Value,
+}
+
+fn specimens(found: &Replicates, names: &[String]) -> Value {
+    let spreads = found.spreads.iter().map(|spread| {
+        let spread_of = json!({
+            "mean": spread.mean.value,
+            "standard_deviation": spread.standard_deviation,
+            "between_specimens": spread.between,
+            "n": found.specimens.len(),
+        });
+        (spread.mean.name.to_owned(), spread_of)
+    });
+    let specimens = found.specimens.iter().zip(names).map(|(specimen, name)| {
+        let all = specimen.fits[0].parameters.iter().chain(&specimen.beside);
+        let values = all.map(|one| (one.name.to_owned(), json!(one.value)));
+        let record = ("record".to_owned(), json!(name));
+        Value::Object(std::iter::once(record).chain(values).collect())
+    });
+    json!({
+        "spread": Value::Object(spreads.collect::<Map<_, _>>()),
+        "specimens": specimens.collect::<Vec<_>>(),
+    })
+}
+
+/// A row, with what storage and loss modulus say alone if there are two.
+fn beside(mut row: Value, alone: Option<[f64; 2]>, [storage, loss]: [&str; 2]) -> Value {
+    if let Some(alone) = alone {
+        row[storage] = json!(alone[0]);
+        row[loss] = json!(alone[1]);
+    }
+    row
+}
+
+fn shifts(curve: &MasterCurve) -> Value {
+    let shifts = curve.shifts.iter().map(|shift| {
+        let row = json!({
+            "temperature_c": shift.temperature_c,
+            "log10_shift": shift.log10,
+            "standard_error": shift.standard_error,
+        });
+        beside(row, shift.alone, ["by_storage", "by_loss"])
+    });
+    let overlaps = curve.overlaps.iter().map(|overlap| {
+        let row = json!({
+            "from_c": overlap.temperatures_c[0],
+            "to_c": overlap.temperatures_c[1],
+            "points": overlap.points,
+            "rms_log_misfit": overlap.misfit,
+        });
+        beside(row, overlap.alone, ["of_storage", "of_loss"])
+    });
+    let laws = curve.laws.iter().map(|law| {
+        json!({
+            "law": law.name,
+            "rms_log10_shift": law.rms,
+            "bic": law.bic,
+            "parameters": estimates(&law.parameters),
+        })
+    });
+    let law = curve.laws.first().filter(|_| curve.is_lawful);
+    json!({
+        "reference_temperature_c": curve.reference_c,
+        "shifts": shifts.collect::<Vec<_>>(),
+        "overlaps": overlaps.collect::<Vec<_>>(),
+        "shifts_are_lawful": curve.is_lawful,
+        "shift_laws": laws.collect::<Vec<_>>(),
+        // Of the better law; of none where not even that fits.
+        "shift_law_parameters": law.map(|law| estimates(&law.parameters)),
+    })
+}
+
+/// Each estimate under its name, with its unit, error and interval.
+pub fn estimates<'a>(all: impl IntoIterator<Item = &'a Estimate>) -> Value {
+    let parameters = all.into_iter().map(|estimate| {
+        let parameter = json!({
+            "value": estimate.value,
+            "unit": if estimate.unit.is_empty() { "1" } else { estimate.unit },
+            "standard_error": estimate.standard_error,
+            "low_95": estimate.low_95,
+            "high_95": estimate.high_95,
+        });
+        (estimate.name.to_owned(), parameter)
+    });
+    Value::Object(parameters.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A form as JSON, and what its question says or refuses.
+    const REFUSED: &str = r#"
+        {"fix": "order"} | `fix`: "order" is not PARAMETER=VALUE
+        {"contact_point_m": "3m"} | `contact_point_m`: "3m" 3 m is not from -1 m to 1 m, nor fit
+        {"contact_point_m": "deep"} | nor fit
+        {"baseline": "curved"} | `baseline` "curved" is not one of constant, linear
+        {"kind": "x"} | is not one of relaxation, creep, oscillation, record
+        {"model": "x"} | is not one of spring
+        {"loading": "bend"} | is not one of shear
+        {"master_curve": "-300degC"} | is not from -273.15 to 10000 degC
+        {"master_curve": 20, "replicates": true} | exclude each other
+        {"shift_by": "loss"} | no effect without `master_curve`
+        {"shift_by": "phase", "master_curve": 20} | is not one of storage, loss, both
+        {"temperature": "20"} | `temperature` has no effect without `master_curve`
+        {"temperature": "20,30,40", "master_curve": "20"} | there are 2 files, and not as many temperatures (3)
+    "#;
+
+    #[test]
+    fn a_form_is_understood_or_refused_in_a_line() {
+        let question = |form: &str| {
+            let form: RecordForm = serde_json::from_str(form).expect("a form");
+            let question = RecordQuestion::of(&form)?;
+            question.check(2).map(|()| question)
+        };
+        for [form, wanted] in testkit::table(REFUSED) {
+            let said = question(&form).expect_err(&form).to_string();
+            assert!(
+                said.contains(&wanted) && !said.contains('\n'),
+                "{form}: {said}"
+            );
+        }
+        for (text, celsius) in [
+            ("303.15K", 30.0),
+            ("303.15 K", 30.0),
+            ("30degC", 30.0),
+            ("-20 °C", -20.0),
+            ("0K", -273.15),
+            ("25", 25.0),
+        ] {
+            let form = format!("{{\"master_curve\": \"{text}\", \"temperature\": \"20, {text}\"}}");
+            let question = question(&form).expect(text);
+            let Several::MasterCurve { reference_c, by } = question.several else {
+                panic!("{text}: {:?}", question.several)
+            };
+            assert_eq!(by, ShiftBy::Both);
+            assert!(
+                (reference_c - celsius).abs() < 1e-9,
+                "{text}: {reference_c}"
+            );
+            assert!((question.temperatures_c[1] - celsius).abs() < 1e-9);
+        }
+        let full = question(
+            r#"{"contact_point_m": 1e-4, "fix": "order=0.1..0.3, elastic_modulus=2kPa", "model": "spring-pot", "segment": "1, 3", "ramp_time_s": 1}"#,
+        )
+        .expect("a question");
+        assert_eq!(full.reading.contact, ContactPoint::At(1e-4));
+        assert_eq!(full.options.held[1].low.to_bits(), 2000.0_f64.to_bits());
+        assert_eq!(full.reader.segments, ["1", "3"]);
+        assert!(full.options.candidates.contains(&ModelKind::Spring));
+        assert!(!full.options.candidates.contains(&ModelKind::Zener));
+    }
+}

@@ -1,0 +1,84 @@
+//! Models compared where neighbouring residuals are alike.
+//! ```text
+//! fit → autoregression of the residuals → both sides through its filter → fit, four times
+//! criterion = n·ln(Σ e²/n) + what the first samples add + (k + order)·ln n + …       e the filtered residuals, one n for all candidates
+//! ```
+//! A residual that drifts makes every criterion prefer the model that draws the drift. The filter runs along time or frequency, in each series
+//! of residuals by itself. Order 0, of white noise, changes nothing. Neither does a residual that does not look like noise: more than a few per
+//! cent of the record, or so smooth that its filter leaves next to nothing of it. That is what a model misses, and no drift excuses it. A record of
+//! fewer than 100 samples cannot tell the two apart, and is compared as it is.
+//!
+//! Parameters stay those of least squares: with either filter they are the same within their errors, and the errors know how alike residuals are.
+//!
+//! - *Cost*: some ten evaluations of the model a round; a record of more than 4000 samples is compared by means of neighbours.
+//! - *Source*: D. Cochrane, G. H. Orcutt, *Application of least squares regression to relationships containing auto-correlated error
+//!   terms*, Journal of the American Statistical Association 44, 1949.
+
+use super::elements::{Candidate, Elements};
+use super::fit::criteria_of;
+use super::search::{Best, polished};
+use super::target::{EXACT, Target};
+use fractional_control::autoregression::Autoregression;
+
+const ROUNDS: usize = 4;
+/// Samples without which a drift and a misfit look alike.
+const LEAST: usize = 100;
+/// Noise is at most this share of a record, and its filter leaves at least this share of it.
+const NOISE: f64 = 0.1;
+const NEW: f64 = 0.2;
+
+/// Residuals as they are weighted.
+fn residuals(candidate: Candidate, target: &Target<'_>, elements: &Elements) -> Vec<f64> {
+    let mut all = vec![0.0; target.len()];
+    target.residuals(candidate, elements, |n, root, slope| {
+        all[n] = root * slope.value;
+    });
+    all
+}
+
+/// AIC and BIC of a candidate, from the best fit of plain residuals: by filtered ones, where what is left looks like noise and the filter gains
+/// anything.
+pub(super) fn criteria(candidate: Candidate, target: &Target<'_>, best: &Best) -> [f64; 2] {
+    let plain = target.averaged();
+    let numbers = candidate.parameters() + target.beside;
+    let of = |noise: &Autoregression, elements: &Elements| {
+        let left = residuals(candidate, &plain, elements);
+        let deviance = noise.deviance(&plain.series(&left), EXACT);
+        criteria_of(plain.len(), deviance, numbers + noise.order())
+    };
+    let as_they_are = of(&Autoregression::default(), &best.elements);
+    let filtered =
+        filtered(candidate, &plain, best).map(|(noise, best)| of(&noise, &best.elements));
+    filtered
+        .filter(|[_, bic]| *bic < as_they_are[1])
+        .unwrap_or(as_they_are)
+}
+
+/// The noise of what is left, and the fit through its filter; none if that is white, or no noise.
+fn filtered(
+    candidate: Candidate,
+    plain: &Target<'_>,
+    best: &Best,
+) -> Option<(Autoregression, Best)> {
+    let (mut best, mut noise) = (best.clone(), Autoregression::default());
+    if plain.len() < LEAST {
+        return None;
+    }
+    for _ in 0..ROUNDS {
+        let left = residuals(candidate, plain, &best.elements);
+        let series = plain.series(&left);
+        let next = Autoregression::of(&series);
+        let size = |all: &[f64]| all.iter().map(|x| x * x).sum::<f64>();
+        let new: f64 = series.iter().map(|part| size(&next.whitened(part))).sum();
+        let is_small = size(&left) < NOISE * NOISE * left.len() as f64;
+        let is_noise = is_small && new > NEW * NEW * size(&left);
+        if !is_noise || next.order() + noise.order() == 0 {
+            return None;
+        }
+        noise = next;
+        let start = best.elements.variables(candidate);
+        let to = plain.filtered(noise.clone());
+        best = polished(candidate, &to, [start].iter()).ok()?;
+    }
+    Some((noise, best))
+}
