@@ -114,9 +114,8 @@ fn where_the_strongest_walls_shake_the_best_that_passes_is_taken() {
     assert_eq!(first["reason"], "not at rest when tried");
     assert_eq!(report["simulated"]["verdict"], "stable");
     let (stiffness, noise) = ("stiffness_n_per_m", "tried_force_noise_rms_n");
-    // A prototype of these trials, at one place between two encoder steps and with nothing in hand on the noise, ended near 3.4 kN/m:
-    // five places and 3 % cost up to 8 %.
-    assert_relative("design", number(best, stiffness), 3400.0, 0.08);
+    // Of a grid of a quarter of an octave in ratio and 2 % in K the stiffest that passes has 3150 N/m of order 1, none 3213 N/m.
+    assert_relative("design", number(best, stiffness), 3180.0, 0.02);
     // Nobody gave a limit: it is 5 % of 1 N, and the noisier wall is named.
     assert_relative("limit", number(&report, "force_noise_limit_n"), 0.05, 1e-12);
     assert!(number(best, noise) <= 0.05 / 1.03, "{best}");
@@ -243,11 +242,11 @@ fn the_noise_of_the_force_can_be_limited() {
         "wish = \"most-damping\"\nfrequency_hz = 5",
     ] {
         let device = format!(
-            "encoder_resolution_m = 3e-5\nsample_time_s = 4e-3\norders = [0.5, 1, 1.5]\n{wish}"
+            "encoder_resolution_m = 3e-5\nsample_time_s = 4e-3\norders = [0.5, 1.5]\n{wish}"
         );
         let any = design(&device);
         let quiet = design(&format!("{device}\nforce_noise_limit_n = 0.02"));
-        for order in [0.5, 1.0, 1.5] {
+        for order in [0.5, 1.5] {
             let (any, quiet) = (of_order(&any, order), of_order(&quiet, order));
             let noise = |c: &Value| number(c, "force_noise_rms_n");
             assert!(noise(quiet) <= 0.02 * (1.0 + 1e-9), "{wish}: {quiet}");
