@@ -712,14 +712,15 @@ impl<'a> Search<'_, 'a> {
         let orders = orders.iter().map(|orders| (0.0, 0.25 * orders));
         for (octaves, orders) in ratios.into_iter().chain(orders) {
             let from = ray.bench.order;
-            let order = ((from.get() + step * orders) * 100.0).round() / 100.0;
-            let order = order.clamp(0.01, 2.0);
-            let bench = match order == from.get() {
+            // In hundredths, but for one that was given.
+            let moved = ((from.get() + step * orders) * 100.0).round() / 100.0;
+            let order = match orders.abs() > 0.0 {
+                true => Order::new(moved.clamp(0.01, 2.0)).map_err(Failure::input)?,
+                false => from,
+            };
+            let bench = match order == from {
                 true => Arc::clone(&ray.bench),
-                false => {
-                    let order = Order::new(order).map_err(Failure::input)?;
-                    Arc::new(Bench::new(self.design, order)?)
-                }
+                false => Arc::new(Bench::new(self.design, order)?),
             };
             let Some(beside) = ray.beside(bench, step * octaves) else {
                 continue;
