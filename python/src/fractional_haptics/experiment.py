@@ -328,7 +328,7 @@ def design(
     orders : iterable of float, optional
         Orders to try, 0 to 2; without them 0, 0.25, … 2 and finer ones around the best.
     force_noise_limit_n : float, optional
-        Largest noise of the force that encoder steps and sensor noise may make, rms.
+        Largest noise of the force that encoder steps and sensor noise may make, rms; without it 5 % of the push.
     progress : callable, optional
         Called with the number of orders done; or a bar of ``tqdm``.
     <parameters>

@@ -33,7 +33,7 @@ use haptic_loop::{
     Sample, Wall,
 };
 use nalgebra::{SVector, Vector1};
-pub(crate) use report::{OfSample, OffN, Seen, Trial, incomparable, limited, six_digits};
+pub(crate) use report::{OfSample, OffN, Seen, Trial, incomparable, limited, louder, six_digits};
 pub(crate) use setup::{Parts, TrialSetup, setup};
 use std::convert::Infallible;
 use std::fmt::Debug;
@@ -207,6 +207,7 @@ impl TrialPlan {
             Tolerance::new(self.criterion, scales),
             // The window holds whole samples; times are multiples of T, rounded.
             self.duration_s - self.window_s + 0.5 * sample_time_s,
+            0.5 * self.duration_s,
             self.force_limit_n,
         )
     }

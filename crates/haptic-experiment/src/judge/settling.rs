@@ -186,7 +186,7 @@ pub struct Settling {
     /// Largest magnitude of the force, N.
     #[serde(skip)]
     pub(crate) peak_force_n: f64,
-    /// Largest standard deviation of the force over the window of all hits, N.
+    /// Largest standard deviation of the force over the second half of all hits, N: over the window it scatters.
     #[serde(skip)]
     pub(crate) noise_n: Option<f64>,
     /// Largest force into the wall, N, and the position there, m.
@@ -277,11 +277,15 @@ pub(crate) struct Judge {
     tolerance: Tolerance,
     /// Begin of the window, s.
     from_s: f64,
+    /// Begin of the second half, s.
+    half_s: f64,
     force_limit_n: f64,
     samples: u64,
     limited: u64,
     position: Moments,
     force: Moments,
+    /// Of the force in the second half.
+    late_force: Moments,
     /// Least and largest force in the window, N.
     force_ends_n: (f64, f64),
     /// Largest magnitude of the force, N.
@@ -297,6 +301,7 @@ impl Judge {
         impact_m_per_s: f64,
         tolerance: Tolerance,
         from_s: f64,
+        half_s: f64,
         force_limit_n: f64,
     ) -> Self {
         Self {
@@ -304,11 +309,13 @@ impl Judge {
             impact_m_per_s,
             tolerance,
             from_s,
+            half_s,
             force_limit_n,
             samples: 0,
             limited: 0,
             position: Moments::default(),
             force: Moments::default(),
+            late_force: Moments::default(),
             force_ends_n: (f64::INFINITY, f64::NEG_INFINITY),
             peak_force_n: 0.0,
             largest_pull: (0.0, 0.0),
@@ -325,6 +332,9 @@ impl Judge {
             self.largest_pull = (force_n, position_m);
         }
         self.gone |= position_m.is_nan() || position_m.abs() > GONE_M;
+        if time_s >= self.half_s {
+            self.late_force.add(force_n);
+        }
         if time_s >= self.from_s {
             self.position.add(position_m);
             self.force.add(force_n);
@@ -372,7 +382,7 @@ impl Judge {
             deflection_m: seen.then_some(self.position.mean),
             expected_deflection_m,
             peak_force_n: self.peak_force_n,
-            noise_n: deviations.map(|(_, force)| force),
+            noise_n: deviations.map(|_| self.late_force.deviation()),
             largest_pull: self.largest_pull,
         }
     }
@@ -400,7 +410,7 @@ mod tests {
         motion: impl Fn(u32) -> (f64, f64),
     ) -> Settling {
         let tolerance = Tolerance::new(criterion, scales);
-        let mut judge = Judge::new(criterion, 0.1, tolerance, 4.6, 3.3);
+        let mut judge = Judge::new(criterion, 0.1, tolerance, 4.6, 2.5, 3.3);
         for n in 0..5001 {
             let (position, force) = motion(n);
             judge.see(1e-3 * f64::from(n), position, force);
@@ -515,7 +525,7 @@ mod tests {
     #[test]
     fn what_leaves_or_never_ends_is_not_stable() {
         let tolerance = Tolerance::new(Criterion::Settling, STIFF);
-        let mut judge = Judge::new(Criterion::Settling, 0.1, tolerance, 4.6, 3.3);
+        let mut judge = Judge::new(Criterion::Settling, 0.1, tolerance, 4.6, 2.5, 3.3);
         assert!(judge.see(0.0, 0.0, 0.0));
         assert_eq!(judge.settling(true, None).verdict, TrialVerdict::Unfinished);
         assert!(!judge.see(1.0, f64::NAN, 0.0));

@@ -62,7 +62,8 @@ pub(crate) const NOT_PROVED: &str = "not proved";
 /// Energy bounding holds for any environment. It proves neither that the device comes to rest nor a force.
 pub(crate) const NO_ENERGY: &str = "proved to give no energy, with the guard on";
 /// By the certificate of the loop that runs, up to the force limit.
-pub(crate) const EVERY_MOTION: &str = "proved for every motion, but for encoder and rate limit";
+pub(crate) const EVERY_MOTION: &str =
+    "proved for every motion, but for friction, encoder, rate limit, guard, start ramp and braking";
 
 /// Llewellyn's verdict on a coupler, and what the sampled device needs. Keys of reports and, with `preflight.coupler.` before
 /// them, of the log's metadata.

@@ -86,12 +86,10 @@ fn each_wall_says_what_is_proved_for_every_motion() {
 /// The strongest wall by the analysis has a force of 0.154 N rms in its trial: encoder steps that the loop keeps alive.
 #[test]
 fn a_wall_is_as_quiet_in_its_trial_as_it_has_to_be() {
-    let answer = ask("encoder_resolution_m = 55e-6\nforce_noise_limit_n = 0.1");
+    let answer = ask("encoder_resolution_m = 55e-6\nforce_noise_limit_n = 0.1\norders = [1, 1.5]");
     let report = serde_json::to_value(&answer).expect("JSON");
     let best = &report["best"];
-    for key in ["force_noise_rms_n", "tried_force_noise_rms_n"] {
-        assert!(number(best, key) <= 0.1, "{key}: {best}");
-    }
+    assert!(number(best, "tried_force_noise_rms_n") <= 0.1, "{best}");
     assert!(number(&report["simulated"], "force_std_n") <= 0.1);
     let strongest = report["candidates"].as_array().expect("a list").iter();
     let noisy = strongest.filter(|one| one["reason"] == "too noisy when tried");
@@ -99,25 +97,52 @@ fn a_wall_is_as_quiet_in_its_trial_as_it_has_to_be() {
         .map(|one| number(one, "tried_force_noise_rms_n"))
         .collect();
     assert!(
-        !noises.is_empty() && noises.iter().all(|noise| *noise > 0.1),
+        !noises.is_empty() && noises.iter().all(|noise| *noise > 0.1 / 1.03),
         "{noises:?}"
     );
     answer.require(&|_| ()).expect("a wall");
 }
 
-/// 15.2 kN/m of order 1.63 would be the most by the analysis, and shakes by the steps of the encoder.
+/// 15 kN/m of order 1.5 would be the most by the analysis, and shakes by the steps of the encoder.
 #[test]
 fn where_the_strongest_walls_shake_the_best_that_passes_is_taken() {
-    let answer = ask("delay_s = 1e-3\nencoder_resolution_m = 20e-6");
+    let device = "delay_s = 1e-3\nencoder_resolution_m = 20e-6\norders = [1, 1.5]";
+    let answer = ask(device);
     answer.require(&|_| ()).expect("a wall");
     let report = serde_json::to_value(&answer).expect("JSON");
-    let (best, first) = (&report["best"], of_order(&report, 1.63));
+    let (best, first) = (&report["best"], of_order(&report, 1.5));
     assert_eq!(first["reason"], "not at rest when tried");
     assert_eq!(report["simulated"]["verdict"], "stable");
-    assert!(number(best, "stiffness_n_per_m") < number(first, "stiffness_n_per_m"));
-    // No order whose strongest wall passes is stiffer.
-    let passed = of_order(&report, 1.0);
-    assert!(number(best, "stiffness_n_per_m") > number(passed, "stiffness_n_per_m"));
+    let (stiffness, noise) = ("stiffness_n_per_m", "tried_force_noise_rms_n");
+    // Of a grid of a quarter of an octave in ratio and 2 % in K the stiffest that passes has 3150 N/m of order 1, none 3213 N/m.
+    assert_relative("design", number(best, stiffness), 3180.0, 0.02);
+    // Nobody gave a limit: it is 5 % of 1 N, and the noisier wall is named.
+    assert_relative("limit", number(&report, "force_noise_limit_n"), 0.05, 1e-12);
+    assert!(number(best, noise) <= 0.05 / 1.03, "{best}");
+    let noisier = &report["noisier"];
+    assert!(
+        number(noisier, stiffness) > 1.1 * number(best, stiffness),
+        "{noisier}"
+    );
+    assert!(number(noisier, noise) > 0.05, "{noisier}");
+    for (key, words) in [
+        ("notes", "5 % of the push is one, 50 mN"),
+        ("trials", "five of five"),
+    ] {
+        assert!(
+            report[key].to_string().contains(words),
+            "{key}: {}",
+            report[key]
+        );
+    }
+    // With its noise as a limit, that wall is found.
+    let limit_n = 1.04 * number(noisier, noise);
+    let loud = design(&format!("{device}\nforce_noise_limit_n = {limit_n}"));
+    assert!(loud["noisier"].is_null());
+    assert!(
+        number(&loud["best"], stiffness) > 0.98 * number(noisier, stiffness),
+        "{loud}"
+    );
 }
 
 #[test]
@@ -217,11 +242,11 @@ fn the_noise_of_the_force_can_be_limited() {
         "wish = \"most-damping\"\nfrequency_hz = 5",
     ] {
         let device = format!(
-            "encoder_resolution_m = 3e-5\nsample_time_s = 4e-3\norders = [0.5, 1, 1.5]\n{wish}"
+            "encoder_resolution_m = 3e-5\nsample_time_s = 4e-3\norders = [0.5, 1.5]\n{wish}"
         );
         let any = design(&device);
         let quiet = design(&format!("{device}\nforce_noise_limit_n = 0.02"));
-        for order in [0.5, 1.0, 1.5] {
+        for order in [0.5, 1.5] {
             let (any, quiet) = (of_order(&any, order), of_order(&quiet, order));
             let noise = |c: &Value| number(c, "force_noise_rms_n");
             assert!(noise(quiet) <= 0.02 * (1.0 + 1e-9), "{wish}: {quiet}");
@@ -357,7 +382,7 @@ fn a_tissue_with_elements_in_series_is_designed_for_by_its_own_operator() {
 }
 
 #[test]
-fn a_wall_that_rings_for_minutes_gives_way_to_one_that_rests_in_seconds() {
+fn a_proved_wall_that_rings_is_given_with_how_long() {
     // δ = 0.0308, α = 0.0615: |z|² = e^(−δ) + n₀α = 0.99984, so the ringing of push and impact, 0.9 mm (standard
     // deviation), falls to a hundredth of the deflection of 1 mm in 112 s.
     let found =
@@ -369,13 +394,15 @@ fn a_wall_that_rings_for_minutes_gives_way_to_one_that_rests_in_seconds() {
     );
     let report = serde_json::to_value(&found).expect("JSON");
     let strongest = of_order(&report, 1.0);
-    assert_eq!(strongest["reason"], "not at rest when tried");
-    let share =
-        number(&report["best"], "stiffness_n_per_m") / number(strongest, "stiffness_n_per_m");
-    // δ − α·n₀ is 2e-4·α of the wall itself and grows in proportion to what is left out of it: (1 − share)·α/2 = 6 e-foldings in 20 s.
-    assert!((0.95..1.0).contains(&share), "{share}");
+    assert!(strongest["reason"].is_null(), "{strongest}");
+    for key in ["stiffness_n_per_m", "dissipation_n_s_mu_per_m"] {
+        assert_eq!(report["best"][key], strongest[key], "{key}");
+    }
+    // Judged over the last 0.4 s of a trial, by halvings of one of 320 s.
+    assert_relative("ringing", number(&report, "rings_s"), 112.0, 0.05);
+    assert!(report["notes"].to_string().contains("rings"), "{report}");
     let text = found.experiment_text().expect("a wall");
-    assert!(text.contains("duration_s = 20.0"), "{text}");
+    assert!(text.contains("duration_s = 320.0"), "{text}");
 }
 
 #[test]

@@ -104,12 +104,22 @@ fn draw(report: &DesignReport) -> Result<Picture, FigureError> {
         "tissue" => ("largest scale of the specimen", |c| c.largest_scale),
         _ => ("largest stiffness K / N·m⁻¹", |c| c.stiffness_n_per_m),
     };
+    let noise = report
+        .force_noise_limit_n
+        .filter(|_| report.trials.is_some());
+    let passed = noise.map_or_else(
+        || "best, six pushes passed".to_owned(),
+        |noise| {
+            let noise = written("noise_n", noise);
+            format!("best, six pushes passed with at most {noise} of noise")
+        },
+    );
     let panel = |caption, y, value: fn(&Candidate) -> Option<f64>| {
         let all = points(value, &report.candidates);
         let best = points(value, report.best.as_slice());
         Panel::new(caption, linear("order μ"), y)
             .with("each order", Look::Line, 0, all)
-            .with("best", Look::Markers, 1, best)
+            .with(&passed, Look::Markers, 1, best)
     };
     // Device and operator in one line.
     let subtitle = format!(

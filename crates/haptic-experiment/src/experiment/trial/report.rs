@@ -38,6 +38,11 @@ pub(crate) struct Hit {
     peak_force_n: f64,
 }
 
+/// The loudest of these noises.
+pub(crate) fn louder(noises: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
+    noises.into_iter().flatten().reduce(f64::max)
+}
+
 /// A number for each sample, asked for in their order.
 pub(crate) type OfSample<'a> = Box<dyn FnMut(&KeptSample) -> f64 + 'a>;
 
@@ -157,10 +162,7 @@ pub(crate) trait Trial: Experiment + Clone {
         }
         let worse = |a: Settling, b: &Settling| if b.verdict > a.verdict { *b } else { a };
         let worst = Settling {
-            noise_n: all
-                .iter()
-                .filter_map(|settling| settling.noise_n)
-                .reduce(f64::max),
+            noise_n: louder(all.iter().map(|settling| settling.noise_n)),
             ..all.iter().fold(recorded, worse)
         };
         let hits = all.iter().filter(|_| all.len() > 1).map(|settling| Hit {
@@ -179,15 +181,20 @@ pub(crate) trait Trial: Experiment + Clone {
         Ok(parts.judge.settling(whole, parts.rest_m))
     }
 
-    /// The same judgement, unless friction alone holds the device: then it is called that.
+    /// The same judgement, unless friction alone holds the device: then it is called that. Noise is that without friction: a hand that moves
+    /// feels it.
     fn named(&self, settling: Settling) -> Result<Settling, Failure> {
         let Some(smooth) = self.setup().smooth().filter(|_| settling.stable) else {
             return Ok(settling);
         };
         let mut other = self.clone();
         *other.setup_mut() = smooth;
-        match other.tried()?.stable {
-            true => Ok(settling),
+        let smooth = other.tried()?;
+        match smooth.stable {
+            true => Ok(Settling {
+                noise_n: louder([settling.noise_n, smooth.noise_n]),
+                ..settling
+            }),
             false => Ok(settling.by_friction()),
         }
     }

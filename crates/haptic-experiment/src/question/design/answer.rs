@@ -1,8 +1,10 @@
 //! The answer: each order, the best of them tried, and its experiment file.
 
 use super::bench::Bench;
-use super::search::best;
-use super::{Candidate, Design, DesignReport, RealisticTrial, TissueVerdict, Wish};
+use super::search::{Found, best};
+use super::{
+    Candidate, Design, DesignReport, FORCE_NOISE_LIMIT, RealisticTrial, TissueVerdict, Wish,
+};
 use crate::document::failure::Failure;
 use crate::document::lines_of;
 use crate::document::parameters as p;
@@ -13,6 +15,7 @@ use crate::judge::preflight::WallContact;
 use crate::question::bench::{AskedDevice, for_each_order};
 use crate::run::plant_file::DeviceModel;
 use fracdiff::{Order, Scheme};
+use haptic_quantity::written;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -24,7 +27,8 @@ impl Design {
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<DesignReport, Failure> {
         let mut candidates = self.candidates(stop, progress)?;
-        let (best, trial) = self.best_that_passes(&mut candidates, stop)?.unzip();
+        let found = self.best_that_passes(&mut candidates, stop)?;
+        let best = found.as_ref().map(|found| found.wall.clone());
         let imperfections = self.device.imperfections();
         let realistic = match &best {
             Some(best) if imperfections.is_ideal() => Some(self.beside(best)?),
@@ -32,7 +36,7 @@ impl Design {
         };
         Ok(DesignReport {
             asked: AskedDevice::of(&self.device.plant),
-            notes: self.notes(&candidates, best.as_ref()),
+            notes: self.notes(&candidates, found.as_ref()),
             tissue: self.tissue_verdict(&candidates),
             wish: self.wish.name(),
             require: match self.gain_margin {
@@ -45,17 +49,21 @@ impl Design {
             frequency_hz: self.wish.frequency_hz(),
             scheme: self.scheme.to_string(),
             contact: self.contact,
-            force_noise_limit_n: self.force_noise_limit_n,
+            force_noise_limit_n: self.noise_limit_n(),
+            trials: found.as_ref().map(|found| self.trials_in_words(found)),
+            rings_s: found.as_ref().and_then(|found| found.rings_s),
+            noisier: found.as_ref().and_then(|found| found.noisier),
             ideal_device_assumed: imperfections.is_ideal(),
             imperfections,
             realistic,
             candidates,
             best,
-            simulated: trial.as_ref().map(|tried| tried.settling),
+            simulated: found.as_ref().map(|found| found.tried.settling),
             // A wall file knows no models.
-            experiment_text: trial
-                .filter(|tried| tried.experiment.model.is_none())
-                .map(|tried| self.experiment_file(&tried.experiment)),
+            experiment_text: found
+                .map(|found| found.tried.experiment)
+                .filter(|wall| wall.model.is_none())
+                .map(|wall| self.experiment_file(&wall)),
         })
     }
 
@@ -131,21 +139,29 @@ impl Design {
     }
 
     /// Notes for the designer beside the numbers.
-    fn notes(&self, candidates: &[Candidate], best: Option<&Candidate>) -> Vec<String> {
+    fn notes(&self, candidates: &[Candidate], found: Option<&Found>) -> Vec<String> {
         let mut notes = Vec::new();
+        let best = found.map(|found| &found.wall);
         let plant = &self.device.plant;
         let acts_at_once = plant.delay.0 + plant.lag.0 <= 0.0;
         if best.is_none() {
             let first = candidates.iter().find_map(|found| found.reason.as_deref());
             notes.push(first.unwrap_or("nothing does it").to_owned());
         } else if (candidates.iter()).any(|one| one.alpha.is_some() && one.reason.is_some()) {
-            notes.push("stronger walls fail: this is the best that passes its trial".to_owned());
+            notes.push(
+                "stronger walls fail: this is the best of those searched that passes its trials"
+                    .to_owned(),
+            );
         } else if self.gain_margin.is_none() && self.wish == Wish::StiffestWall && acts_at_once {
             notes.push(
                 "without delay no dissipation makes a passive wall stiffer: K is 2b/T for every order"
                     .to_owned(),
             );
         }
+        notes.extend(found.and_then(|found| self.on_noise(found)));
+        notes.extend(found.and_then(|found| found.rings_s).map(|rings_s| {
+            format!("proved, but it rings: pushed and hit it is at rest after {rings_s:.0} s")
+        }));
         let order = best.and_then(|best| Order::new(best.order).ok());
         if order.is_some_and(|order| self.model(order).is_some()) {
             notes.push(
@@ -154,6 +170,43 @@ impl Design {
             );
         }
         notes
+    }
+
+    /// The limit that nobody asked for, and the wall that a noisier wish would get.
+    fn on_noise(&self, found: &Found) -> Option<String> {
+        let limit_n = self.noise_limit_n()?;
+        if self.force_noise_limit_n.is_some() {
+            return None;
+        }
+        let without = match &found.noisier {
+            Some(noisier) => format!(
+                "without it {} of order {} with {} of noise passes: give {FORCE_NOISE_LIMIT}",
+                written("stiffness_n_per_m", noisier.stiffness_n_per_m),
+                noisier.order,
+                written("noise_n", noisier.tried_force_noise_rms_n.unwrap_or(0.0)),
+            ),
+            None => "without it nothing is better".to_owned(),
+        };
+        Some(format!(
+            "no limit on noise was given, so 5 % of the push is one, {}; {without}",
+            written("limit_n", limit_n)
+        ))
+    }
+
+    /// The trials that the best wall passed.
+    fn trials_in_words(&self, found: &Found) -> String {
+        let seeds = match self.device.sensors.are_ideal() {
+            true => "",
+            false if self.is_noisy() => "five of five seeds of the noise at ",
+            false => "five of five places between two encoder steps at ",
+        };
+        let push_n = self.push_n();
+        let [least, most] = [0.5, 2.0].map(|push| written("push_n", push * push_n));
+        let noise_n = found.wall.tried_force_noise_rms_n;
+        let worst = noise_n.map_or_else(String::new, |noise| {
+            format!(", worst {}", written("noise_n", noise))
+        });
+        format!("{seeds}six of six pushes, {least} to {most}{worst}")
     }
 
     /// The same candidate on the device `laboratory`.

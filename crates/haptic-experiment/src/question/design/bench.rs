@@ -154,10 +154,12 @@ impl<'a> Bench<'a> {
             false => f64::INFINITY,
         };
         let scale = self.largest_scale(alpha, beta)?;
-        Ok(scale.map(|scale| (alpha, beta, Some(scale.min(proved * INSIDE)))))
+        let quiet = self.largest_quiet_scale(alpha, beta);
+        let most = proved.min(quiet) * INSIDE;
+        Ok(scale.map(|scale| (alpha, beta, Some(scale.min(most)))))
     }
 
-    /// The factor that takes a wall to the strongest that the requirement allows, but for the proof; `None` if no factor does.
+    /// The factor that takes a wall to the strongest that the requirement allows, but for noise and proof; `None` if no factor does.
     pub(super) fn largest_scale(
         &self,
         alpha: f64,
@@ -169,18 +171,22 @@ impl<'a> Bench<'a> {
                 (self.largest_stable_scale(alpha, beta)?).map(|scale| scale / gain_margin)
             }
         };
-        let scale = scale.map(|scale| scale.min(self.largest_quiet_scale(alpha, beta)));
         Ok((scale.filter(|scale| *scale > 0.0)).map(|scale| scale * INSIDE))
     }
 
-    /// True if the requirement allows a wall that is weaker than an allowed one: the passive ones and those proved for every motion
-    /// all are.
+    /// True if the requirement allows a wall, whatever its noise; those weaker than one proved for every motion all are.
     pub(super) fn allows(&self, alpha: f64, beta: f64) -> Result<bool, AnalysisError> {
-        let margin = self
-            .design
-            .gain_margin
-            .filter(|_| !self.design.every_motion);
-        margin.map_or(Ok(true), |margin| self.has_margin(alpha, beta, margin))
+        match self.design.gain_margin {
+            Some(_) if self.design.every_motion => Ok(true),
+            Some(margin) => self.has_margin(alpha, beta, margin),
+            None => Ok(self.largest_passive_scale(alpha, beta)? >= Some(1.0)),
+        }
+    }
+
+    /// A wall as the wish measures it.
+    pub(super) fn merit(&self, alpha: f64, beta: f64) -> Result<f64, AnalysisError> {
+        let damping = self.effective_damping(alpha, beta)?;
+        Ok(damping.unwrap_or_else(|| self.law(alpha, beta).0))
     }
 
     /// K and B of a wall, N/m and N·s^μ/m.
