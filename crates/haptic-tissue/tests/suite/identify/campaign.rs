@@ -89,9 +89,6 @@ impl Case {
     }
 }
 
-/// Points of a motion from one sample to the next.
-const FINER: usize = 16;
-
 fn record(kind: Kind, model: &Model, count: usize, noise: &[f64]) -> Record {
     let times = spread(0.02, 200.0, count);
     let share = |values: Vec<f64>, noise: &[f64]| -> Vec<f64> {
@@ -124,19 +121,12 @@ fn record(kind: Kind, model: &Model, count: usize, noise: &[f64]) -> Record {
             Record::oscillation(omega, storage, loss)
         }
         Kind::Motion => {
-            // The motion is as smooth between samples as elsewhere; its ramp of about 1 s ends at one of them.
-            let step = 20.0 / count as f64;
-            let finer: Vec<f64> = (0..FINER * count)
-                .map(|n| step * n as f64 / FINER as f64)
-                .collect();
-            let strain = finer
+            let times: Vec<f64> = (0..count).map(|n| 20.0 * n as f64 / count as f64).collect();
+            let strain: Vec<f64> = times
                 .iter()
-                .map(|t| 0.05 * t.min(1.0) + 0.02 * (0.7 * t).sin());
-            let strain: Vec<f64> = strain.collect();
-            let sampled =
-                |values: &[f64]| values.iter().copied().step_by(FINER).collect::<Vec<_>>();
-            let stress = sized(&sampled(&model.stress(&finer, &strain)));
-            let (times, strain) = (sampled(&finer), sampled(&strain));
+                .map(|t| 0.05 * t.min(1.0) + 0.02 * (0.7 * t).sin())
+                .collect();
+            let stress = sized(&model.stress(&times, &strain));
             Record::history(times, strain, stress)
         }
         Kind::TwoColumns | Kind::Recovery => {
