@@ -6,8 +6,7 @@
 //! W depends on the record alone. It is summed once over the full history; after that a model costs its nodes and one product with
 //! W, or, for a sum of squares alone, with the triangle R of W = QR, which has as many rows as there are nodes: ‖Wq − σ‖² =
 //! ‖Rq − Qᵀσ‖² and what Q leaves of σ. The error of the interpolation is below 1e-6 of Q. A step of strain between two samples is a ramp between them.
-//! Between its corners a motion is smooth, and its rate goes straight from the middle of one step to that of the next: errors fall with the
-//! square of the step, of a dashpot too.
+//! Between its corners a motion is smooth, and its rate goes straight within a step: errors fall with the square of the step, of a dashpot too.
 //!
 //! Where the stress has a part B·c beside the model's, such as a baseline, with B known and c not, both sides are looked at without
 //! what any c could make: r = P(WQ − σ), P = 1 − BB⁺. PW and Pσ replace W and σ once, so that a model costs the same, and errors of
@@ -76,15 +75,13 @@ impl History {
             .map(|pair| pair[1] - pair[0])
             .fold(f64::INFINITY, f64::min);
         let is_smooth = motions.iter().zip(&knots).any(|(moved, knots)| {
-            let straight = |knot: &(f64, f64)| {
-                moved
-                    .motion_s
-                    .binary_search_by(|t| t.total_cmp(&knot.0))
-                    .is_ok()
+            let is_sample = |knot: &(f64, f64)| {
+                let found = moved.motion_s.binary_search_by(|t| t.total_cmp(&knot.0));
+                found.is_ok()
             };
-            !knots.iter().all(straight)
+            !knots.iter().all(is_sample)
         });
-        let least = if is_smooth { NEAREST * least } else { least };
+        let least = if is_smooth { GAUSS * least } else { least };
         let whole = (motions.iter())
             .map(|moved| moved.time_s[moved.time_s.len() - 1] - moved.time_s[0])
             .fold(0.0, f64::max);
@@ -278,44 +275,57 @@ pub(super) fn chosen(time_s: &[f64], begin_s: f64, most: usize) -> Vec<usize> {
 const CORNER: f64 = 3.0;
 /// Steps before and after a knot of a smooth motion differ by this factor at most.
 const ALIKE: f64 = 2.0;
-/// Least distance of a knot from the samples around it, in the shorter step.
-const NEAREST: f64 = 0.18;
+/// Place of the first of the two points of Gauss in a step.
+const GAUSS: f64 = 0.211_324_865_405_187_1;
 
-/// The knots of a motion that is smooth between its corners, where the rate changes along a straight line from the middle of one step to that of
-/// the next, as two knots with half the change: the two points of Gauss. A dashpot then has the mean rate of both steps at the sample between them,
-/// not that of the step before.
+/// The knots of a motion whose rate r goes straight within the steps between two corners:
+/// ```text
+/// r = s + κ·(t − middle of the step)     s the slope of the step, κ the mean of Δr/h at its ends that are no corners
+/// ```
+/// The strain stays that of the samples. Within a step the change κ·h is at the two points of Gauss, and the rest of Δr where it was: of a smooth
+/// motion next to nothing. A dashpot then has the rate at the sample, not the slope of the step before.
 fn smooth(time_s: &[f64], knots: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    let change_at = |sample: usize| {
-        let at = time_s.get(sample);
-        let place = at.and_then(|at| knots.binary_search_by(|knot| knot.0.total_cmp(at)).ok());
-        place.map_or(0.0, |place| knots[place].1.abs())
-    };
-    let mut halves = Vec::with_capacity(2 * knots.len());
-    for &(knot_s, rate) in knots {
-        let sample = time_s.partition_point(|t| *t < knot_s);
-        let next = change_at(sample + 1);
-        let beside = match sample {
-            0 => next,
-            _ => next.min(change_at(sample - 1)),
-        };
-        let after = time_s[sample + 1] - knot_s;
-        let before = match sample {
-            0 => 0.0,
-            _ => knot_s - time_s[sample - 1],
-        };
-        let even = sample == 0 || (before <= ALIKE * after && after <= ALIKE * before);
-        if !even || rate.abs() > CORNER * beside {
-            halves.push((knot_s, rate));
-            continue;
-        }
-        let (middle, half) = (
-            0.25 * (after - before),
-            0.25 * (after + before) / libm::sqrt(3.0),
-        );
-        halves.push((knot_s + middle - half, 0.5 * rate));
-        halves.push((knot_s + middle + half, 0.5 * rate));
+    let mut changes = vec![0.0; time_s.len()];
+    for &(knot_s, change) in knots {
+        changes[time_s.partition_point(|t| *t < knot_s)] = change;
     }
-    halves
+    let step = |n: usize| time_s[n + 1] - time_s[n];
+    // Of a corner none.
+    let bend = |n: usize| {
+        if n == 0 || n + 1 >= time_s.len() {
+            return None;
+        }
+        let (before, after) = (step(n - 1), step(n));
+        let is_even = before <= ALIKE * after && after <= ALIKE * before;
+        // No change is known at the last sample.
+        let beside = match n + 2 < time_s.len() {
+            true => changes[n - 1].abs().min(changes[n + 1].abs()),
+            false => changes[n - 1].abs(),
+        };
+        let is_corner = changes[n].abs() > CORNER * beside;
+        (is_even && !is_corner).then(|| 2.0 * changes[n] / (before + after))
+    };
+    let within: Vec<f64> = (0..time_s.len() - 1)
+        .map(|n| match (bend(n), bend(n + 1)) {
+            (Some(a), Some(b)) => 0.5 * (a + b) * step(n),
+            (Some(one), None) | (None, Some(one)) => one * step(n),
+            (None, None) => 0.0,
+        })
+        .collect();
+    let mut smooth = Vec::with_capacity(3 * knots.len());
+    let mut before = 0.0;
+    for (n, &change) in within.iter().enumerate() {
+        let rest = changes[n] - 0.5 * (before + change);
+        before = change;
+        if rest != 0.0 {
+            smooth.push((time_s[n], rest));
+        }
+        if change != 0.0 {
+            let points = [GAUSS, 1.0 - GAUSS];
+            smooth.extend(points.map(|share| (time_s[n] + share * step(n), 0.5 * change)));
+        }
+    }
+    smooth
 }
 
 /// Where the strain rate changes, and by how much: time in s, change in 1/s. Rounding alone makes no knot.

@@ -42,6 +42,7 @@ mod rendered;
 mod replicates;
 mod search;
 mod stiffening;
+mod strain_noise;
 pub mod table;
 mod target;
 mod tissue;
@@ -92,6 +93,9 @@ pub fn identify_unless(
         read(record, options, stop, progress).map(|mut found| {
             let missed = contact::missed(record, options, &found, stop);
             found.warnings.extend(missed);
+            found
+                .warnings
+                .extend(strain_noise::moves(record, options, &found, stop));
             found
         })
     };

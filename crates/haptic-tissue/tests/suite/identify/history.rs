@@ -2,6 +2,8 @@
 
 use super::{candidate, one};
 use haptic_tissue::identify::Record;
+use haptic_tissue::{Model, ModelKind};
+use testkit::{Random, assert_relative};
 
 /// A spring-pot under ramp and hold in closed form: σ = V·r·(t^(1−α) − (t − T₀)^(1−α))/Γ(2−α).
 fn ramp_and_hold(times: &[f64], viscosity: f64, order: f64) -> (Vec<f64>, Vec<f64>) {
@@ -146,4 +148,49 @@ fn a_convex_record_is_an_elastic_one() {
     }
     println!("{all} records, worst {worst:.1e}");
     assert!(worst < 1e-5, "{worst}");
+}
+
+/// A hand presses a spring-pot: noise of its strain moves the fit, noise of the stress alone or a strain that is quiet does not.
+#[test]
+fn noise_of_the_strain_is_named_where_it_moves_a_parameter() {
+    let gel = Model::from_parameters(ModelKind::SpringPot, &[2000.0, 0.5]).expect("valid");
+    let times: Vec<f64> = (0..400).map(|n| 0.02 * f64::from(n)).collect();
+    let by_hand = |t: &f64| 0.05 * (1.0 - (0.9 * t).cos()) + 0.01 * (3.1 * t).sin();
+    let strain: Vec<f64> = times.iter().map(by_hand).collect();
+    let stress = gel.stress(&times, &strain);
+    for seed in 0..5 {
+        for (of_strain, is_named) in [(0.0, false), (1e-5, false), (2e-4, true)] {
+            let mut random = Random(seed);
+            let mut noisy = |values: &[f64], size: f64| -> Vec<f64> {
+                let noise = values.iter().map(|value| {
+                    value + size * (0..12).map(|_| random.between(-0.5, 0.5)).sum::<f64>()
+                });
+                noise.collect()
+            };
+            let stress = noisy(&stress, 1.0);
+            let mut strain = noisy(&strain, of_strain);
+            strain[0] = 0.0;
+            let record = Record::history(times.clone(), strain, stress);
+            let found = one(&record.expect("valid"), candidate("spring-pot"));
+            let named = found
+                .warnings
+                .iter()
+                .find(|one| one.contains("strain has noise"));
+            assert_eq!(
+                named.is_some(),
+                is_named,
+                "{of_strain}: {:?}",
+                found.warnings
+            );
+            if let Some(named) = named {
+                println!("{named}");
+                let size = named
+                    .split("about ")
+                    .nth(1)
+                    .and_then(|rest| rest.split(',').next());
+                let size: f64 = size.expect("a size").parse().expect("a number");
+                assert_relative("noise", size, of_strain, 0.2);
+            }
+        }
+    }
 }
