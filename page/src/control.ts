@@ -15,7 +15,7 @@ import { CONTROL_ENDS, type Control, type State } from "./state";
 interface Candidate {
   controller: string;
   gains: Record<string, number> | null;
-  stable?: boolean;
+  stable?: boolean | null;
   verdict?: string;
   /** As the command's report has them; null where nothing is proved. */
   margins?: { crossover_rad_s: number | null; phase_margin_deg: number | null; gain_up: number | null; gain_down: number | null; delay_margin_s: number | null; sensitivity_peak: number } | null;

@@ -130,7 +130,8 @@ fn seen(setup: &ControllerSetup, trial: &Trial) -> Value {
     json!({
         "controller": setup.law.to_string(),
         "gains": setup.pid().as_ref().map(gains),
-        "stable": trial.analysis.verdict.stable,
+        // Null where nothing is proved, as the command has it.
+        "stable": trial.analysis.coarse.is_none().then_some(trial.analysis.verdict.stable),
         "verdict": in_short(&trial.analysis),
         "margins": trial.margins().map(margins),
         "shape": trial.analysis.verdict.stable.then(|| shape(&trial.shape, t)),

@@ -136,7 +136,7 @@ pub(super) fn plainest(found: &[Found], record: &InputOutput) -> Option<usize> {
         [
             grows(function, record),
             !own.settles() || !(rests(function, record) || *function == first),
-            hidden_swing(own).is_some(),
+            hidden_swing(&own.identified).is_some(),
             own.is_whole() && zeros().iter().any(|zero| zero.re > 0.0),
         ]
     };

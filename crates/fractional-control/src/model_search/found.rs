@@ -93,7 +93,7 @@ impl Found {
     /// than a resonance of the plant.
     #[must_use]
     pub fn hidden_swing(&self) -> Option<[f64; 2]> {
-        let pole = hidden_swing(self)?.pole;
+        let pole = hidden_swing(&self.identified)?.pole;
         Some([pole.norm(), -pole.re / pole.norm()])
     }
 

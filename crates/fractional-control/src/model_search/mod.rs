@@ -560,7 +560,7 @@ fn cancel(found: &mut [Found], search: &Search<'_>) {
             let fewer = fitted(cancelled(&own.identified.function, search.record));
             fewer.filter(|fewer| fewer.identified.rms_residual <= left)
         };
-        let as_one = || fitted(without_pair(own, search.record));
+        let as_one = || fitted(without_pair(&own.identified, search.record));
         let whole = own.is_whole().then(|| at_rest().or_else(as_one));
         match whole.flatten() {
             // Looked at again: there may be two of them.

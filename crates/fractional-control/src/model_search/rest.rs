@@ -1,8 +1,7 @@
 //! Poles and zeros of whole orders that a record cannot tell from rest, or from each other.
 
-use super::found::Found;
 use super::record::InputOutput;
-use crate::{FractionalTransferFunction, FreeNumber, Term};
+use crate::{FractionalTransferFunction, FreeNumber, Identified, Term};
 use fracdiff::roots;
 use num_complex::Complex;
 use std::vec;
@@ -56,8 +55,7 @@ fn slopes(root: Complex<f64>, terms: &[Term]) -> impl Fn(usize) -> Complex<f64> 
 }
 
 /// Each zero and each pole that could cancel it, the nearest in their errors first.
-pub(super) fn pairs(found: &Found) -> Vec<Pair> {
-    let own = &found.identified;
+pub(super) fn pairs(own: &Identified) -> Vec<Pair> {
     let [above, below] = [own.function.numerator(), own.function.denominator()];
     let [zeros, poles] = [above, below].map(|side| roots(&coefficients(side.terms())));
     let pairs = zeros
@@ -95,10 +93,10 @@ const BARELY: f64 = 0.02;
 const HIDES: f64 = 3.0;
 
 /// A barely damped pole beside a zero: rather noise than a plant's resonance.
-pub(super) fn hidden_swing(found: &Found) -> Option<Pair> {
+pub(super) fn hidden_swing(own: &Identified) -> Option<Pair> {
     let damping = |pair: &Pair| -pair.pole.re / pair.pole.norm();
     let hides = |pair: &Pair| pair.pole.im != 0.0 && damping(pair) < BARELY && pair.errors <= HIDES;
-    let whole = found.is_whole().then(|| pairs(found));
+    let whole = own.function.is_whole().then(|| pairs(own));
     whole?.into_iter().find(hides)
 }
 
@@ -108,18 +106,18 @@ const CLOSE: f64 = 0.5;
 
 /// The function without a pole and a zero that are one within their errors.
 pub(super) fn without_pair(
-    found: &Found,
+    own: &Identified,
     record: &InputOutput,
 ) -> Option<FractionalTransferFunction> {
-    let own = &found.identified.function;
+    let function = &own.function;
     let [above, below] =
-        [own.numerator(), own.denominator()].map(|side| coefficients(side.terms()));
+        [function.numerator(), function.denominator()].map(|side| coefficients(side.terms()));
     let is_near = |pair: &Pair| {
         let apart = (pair.zero - pair.pole).norm();
         let slow = 1.0 / record.length_s();
         apart <= CLOSE * pair.zero.norm().max(pair.pole.norm()).max(slow)
     };
-    let pairs = pairs(found);
+    let pairs = pairs(own);
     let mut pairs = pairs.iter().filter(|pair| is_near(pair));
     let pair = pairs.next().filter(|pair| pair.errors <= ONE)?;
     of_coefficients(&without(&above, pair.zero), &without(&below, pair.pole))

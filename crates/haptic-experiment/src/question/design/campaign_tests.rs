@@ -138,7 +138,7 @@ fn wrong(design: &Design, text: &str) -> Vec<String> {
 fn campaign(cases: std::ops::Range<u64>) {
     let answers = cases.map(|case| {
         let design = question(case);
-        let begin = std::time::Instant::now();
+        let begin = haptic_loop::realtime::Moment::now();
         let answer = design
             .answer(&AtomicBool::new(false), &|_| ())
             .expect("an answer");
