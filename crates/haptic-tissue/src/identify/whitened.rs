@@ -77,7 +77,7 @@ fn filtered(
         }
         noise = next;
         let start = best.elements.variables(candidate);
-        let to = plain.filtered(noise.clone());
+        let to = plain.filtered(noise);
         best = polished(candidate, &to, [start].iter()).ok()?;
     }
     Some((noise, best))

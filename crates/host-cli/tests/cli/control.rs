@@ -352,9 +352,9 @@ fn poles_stable_validate_and_a_first_dead_time_are_heard() {
         }
         text
     };
-    place.write("one.csv", &table(2.0));
-    place.write("same.csv", &table(2.0));
-    place.write("other.csv", &table(1.0));
+    place.write("one.csv", table(2.0));
+    place.write("same.csv", table(2.0));
+    place.write("other.csv", table(1.0));
     let line =
         "control identify one.csv --model 1exp(-2s)/(5s+1) --validate same.csv --out p.toml --json";
     let found = place.run(line).succeeded_with_warnings().json();

@@ -5,7 +5,7 @@ use super::words::refused;
 use crate::command::conduct::progress_bar;
 use crate::files::{File, PROGRAM, PlaceOfFile};
 use crate::output::{Output, note, warn};
-use crate::parse::of;
+use crate::parse::{of, whole};
 use crate::picture::short_name;
 use crate::table;
 use clap::Args;
@@ -63,7 +63,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FUNCTION", allow_hyphen_values = true)]
     model: Option<String>,
     /// Integer orders with this number of poles, 1 to 4 [default: found from the record]
-    #[arg(long, value_name = "N", conflicts_with = "model", value_parser = clap::value_parser!(u8).range(1..=4))]
+    #[arg(long, value_name = "N", conflicts_with = "model", value_parser = whole(1_u8..=4))]
     poles: Option<u8>,
     /// Only functions that come to rest by themselves
     #[arg(long)]
@@ -229,17 +229,16 @@ impl Arguments {
             identify(record, &guesses, held, wanted, &|done| bar.inc(done as u64))
         });
         found.map_err(|error| {
+            let is_found = !matches!(error, ControlError::NotFound { .. });
             let is_asked = self.poles.is_some() || self.stable;
-            match error {
-                ControlError::NotFound { .. } if is_asked => Failure::run(format_args!(
-                    "no function that was asked for fits the record: leave --poles or --stable out, or {TRY}"
-                )),
-                // Nobody gave a guess.
-                ControlError::NotFound { .. } if self.model.is_none() => {
-                    Failure::run(format_args!("no function fits the record: {TRY}"))
-                }
-                error => refused(error),
+            // With a model that was given the error names it.
+            if is_found || (self.model.is_some() && !is_asked) {
+                return refused(error);
             }
+            Failure::run(match is_asked {
+                true => format!("no function that was asked for fits the record: leave --poles or --stable out, or {TRY}"),
+                false => format!("no function fits the record: {TRY}"),
+            })
         })
     }
 
