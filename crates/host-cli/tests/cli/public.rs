@@ -111,7 +111,7 @@ const PLANTS: &str = "
 fn plants_of_public_records_rest_at_their_gains() {
     let Some(folder) = public() else { return };
     let place = Place::new();
-    for [file, gains, lates, all] in testkit::table(PLANTS) {
+    for [file, gains, delays, all] in testkit::table(PLANTS) {
         let path = folder.parent().expect("a folder").join(&file);
         let run = place.run(&format!("control identify {} --json", path.display()));
         assert_eq!(run.code, Some(0), "{file}: {}", run.stderr);
@@ -127,7 +127,7 @@ fn plants_of_public_records_rest_at_their_gains() {
         let rest = at(above, 0.0) / at(below, 0.0);
         let late = found["delay_s"].as_f64().expect("a dead time");
         let lags = at(below, 1.0) / at(below, 0.0) - at(above, 1.0) / at(above, 0.0);
-        for (bounds, value) in [(gains, rest), (lates, late), (all, late + lags)] {
+        for (bounds, value) in [(gains, rest), (delays, late), (all, late + lags)] {
             let bounds = bounds
                 .split(' ')
                 .map(|bound| bound.parse().expect("a number"));
