@@ -137,7 +137,7 @@ fn a_plant_comes_back_from_its_own_step() {
     let found = place.run(line).succeeded().json();
     assert_eq!(
         keys(&found),
-        "begins bic candidates delay_determined delay_high_s delay_low_s delay_s files fit function input_before numbers \
+        "begins bic candidates delay_determined delay_high_s delay_low_s delay_s files fit function input_before noise_order numbers \
          offset order_reason output_read plant_file rms_residual sample_time_s samples unstable_poles unstable_poles_reason warnings"
     );
     assert_eq!(
