@@ -138,7 +138,8 @@ fn a_plant_comes_back_from_its_own_step() {
     assert_eq!(
         keys(&found),
         "begins bic candidates delay_determined delay_high_s delay_low_s delay_s files fit function input_before noise_order numbers \
-         offset order_reason output_read plant_file rms_residual sample_time_s samples unstable_poles unstable_poles_reason warnings"
+         offset order_reason output_read plant_file rms_residual sample_time_s samples unstable_poles unstable_poles_reason validation \
+         warnings"
     );
     assert_eq!(
         place.listing(),
@@ -373,5 +374,5 @@ fn poles_stable_validate_and_a_first_dead_time_are_heard() {
         &["--validate", "times as much as of its own"],
     );
     let refused = place.run("control identify one.csv --poles 5");
-    says(refused.failed(2).error(), &["5", "1..=4"]);
+    says(refused.failed(2).error(), &["5", "from 1 to 4"]);
 }
