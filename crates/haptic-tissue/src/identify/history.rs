@@ -62,7 +62,7 @@ impl History {
     /// `beside`: the columns of B, a number for each sample of all motions.
     pub(super) fn new(motions: &[Moved<'_>], beside: &[Vec<f64>]) -> Self {
         let knots: Vec<Vec<(f64, f64)>> = (motions.iter())
-            .map(|moved| smooth(moved.motion_s, &knots(moved.motion_s, moved.strain)))
+            .map(|moved| knots(moved.motion_s, &changes(moved.motion_s, moved.strain)))
             .collect();
         let pairs = knots.iter().map(Vec::len).max().unwrap_or(0).max(1);
         let outputs = match pairs <= FEW_CORNERS {
@@ -284,11 +284,7 @@ const GAUSS: f64 = 0.211_324_865_405_187_1;
 /// ```
 /// The strain stays that of the samples. Within a step the change κ·h is at the two points of Gauss, and the rest of Δr where it was: of a smooth
 /// motion next to nothing. A dashpot then has the rate at the sample, not the slope of the step before.
-fn smooth(time_s: &[f64], knots: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    let mut changes = vec![0.0; time_s.len()];
-    for &(knot_s, change) in knots {
-        changes[time_s.partition_point(|t| *t < knot_s)] = change;
-    }
+fn knots(time_s: &[f64], changes: &[f64]) -> Vec<(f64, f64)> {
     let step = |n: usize| time_s[n + 1] - time_s[n];
     // Of a corner none.
     let bend = |n: usize| {
@@ -312,34 +308,35 @@ fn smooth(time_s: &[f64], knots: &[(f64, f64)]) -> Vec<(f64, f64)> {
             (None, None) => 0.0,
         })
         .collect();
-    let mut smooth = Vec::with_capacity(3 * knots.len());
+    let mut knots = Vec::new();
     let mut before = 0.0;
     for (n, &change) in within.iter().enumerate() {
         let rest = changes[n] - 0.5 * (before + change);
         before = change;
         if rest != 0.0 {
-            smooth.push((time_s[n], rest));
+            knots.push((time_s[n], rest));
         }
         if change != 0.0 {
             let points = [GAUSS, 1.0 - GAUSS];
-            smooth.extend(points.map(|share| (time_s[n] + share * step(n), 0.5 * change)));
+            knots.extend(points.map(|share| (time_s[n] + share * step(n), 0.5 * change)));
         }
     }
-    smooth
+    knots
 }
 
-/// Where the strain rate changes, and by how much: time in s, change in 1/s. Rounding alone makes no knot.
-fn knots(time_s: &[f64], strain: &[f64]) -> Vec<(f64, f64)> {
-    let mut knots = Vec::new();
+/// Change of the strain rate at each sample, 1/s. Rounding alone makes none.
+fn changes(time_s: &[f64], strain: &[f64]) -> Vec<f64> {
+    let mut changes = vec![0.0; time_s.len()];
     let mut rate = 0.0;
-    for (times, strains) in time_s.windows(2).zip(strain.windows(2)) {
+    let steps = time_s.windows(2).zip(strain.windows(2));
+    for ((times, strains), change) in steps.zip(&mut changes) {
         let next = (strains[1] - strains[0]) / (times[1] - times[0]);
         let rounding =
             4.0 * f64::EPSILON * strains[0].abs().max(strains[1].abs()) / (times[1] - times[0]);
         if (next - rate).abs() > rounding {
-            knots.push((times[0], next - rate));
+            *change = next - rate;
             rate = next;
         }
     }
-    knots
+    changes
 }
