@@ -142,9 +142,9 @@ pub(super) fn plainest(found: &[Found], record: &InputOutput) -> Option<usize> {
     };
     let mut near: Vec<(usize, &Found)> = found.iter().enumerate().collect();
     let best = least(&near);
-    let news = found.iter().map(|own| own.news(record));
-    let most = (1.0 + ALIKE) * news.fold(f64::INFINITY, f64::min);
-    near.retain(|(_, own)| own.bic <= best + DECISIVE || own.news(record) <= most);
+    let news: Vec<f64> = found.iter().map(|own| own.news(record)).collect();
+    let most = (1.0 + ALIKE) * news.iter().copied().fold(f64::INFINITY, f64::min);
+    near.retain(|(place, own)| own.bic <= best + DECISIVE || news[*place] <= most);
     let fewest = near.iter().map(|(_, own)| draws(own)).min()?;
     near.retain(|(_, own)| draws(own) == fewest);
     let best = least(&near);
