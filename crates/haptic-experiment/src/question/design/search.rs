@@ -265,10 +265,7 @@ impl Design {
                 // The strongest by the analysis of its noise is not the strongest that passes.
                 search.turn_all();
             }
-            return match search.run()? {
-                Some((ray, outcome)) => search.found(ray, outcome, None).map(Some),
-                None => Ok(None),
-            };
+            return search.best(None);
         }
         // Walls that do not come to rest do not with a limit either: the search goes on from there.
         let noisier = search.run()?;
@@ -280,10 +277,7 @@ impl Design {
             dissipation_n_s_mu_per_m: ray.law(ray.share).1,
             tried_force_noise_rms_n: outcome.noise_n,
         });
-        match search.run()? {
-            Some((ray, outcome)) => search.found(ray, outcome, noisier).map(Some),
-            None => Ok(None),
-        }
+        search.best(noisier)
     }
 
     /// The limit of the noise of the force, asked for or not, N.
@@ -733,6 +727,13 @@ impl<'a> Search<'_, 'a> {
             }
         }
         Ok(None)
+    }
+
+    /// The best wall that passes, beside what a noisier wish would get.
+    fn best(&mut self, noisier: Option<Noisier>) -> Result<Option<Found>, Failure> {
+        let best = self.run()?;
+        best.map(|(ray, outcome)| self.found(ray, outcome, noisier))
+            .transpose()
     }
 
     /// The wall that is taken.
