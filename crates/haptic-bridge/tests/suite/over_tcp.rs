@@ -1,5 +1,5 @@
-//! Through the functions in C, over TCP. The device's clock hardly moves while an answer is on its way, so that nothing here
-//! has to come in time.
+//! Through the functions in C, over TCP. The device's clock moves by 1 µs in each [`PAUSE`] that an answer is on its way, so that
+//! nothing here has to come in time.
 #![expect(unsafe_code, reason = "tests call as C does")]
 
 use crate::bad_input::device;
@@ -12,6 +12,12 @@ use std::ffi::{CStr, c_int};
 use std::io::{ErrorKind, Read as _, Write as _};
 use std::net::TcpStream;
 use std::ptr;
+use std::time::Duration;
+
+/// Time for the threads of the line between two calls that wait for an answer.
+const PAUSE: Duration = Duration::from_millis(1);
+/// Calls after which a greeting is said again.
+const AGAIN: u64 = 100;
 
 struct Program {
     bridge: *mut HbBridge,
@@ -106,7 +112,7 @@ impl Host {
         for calls in 1_u64.. {
             program.tick_after(1);
             // What the host before has left over may take a greeting with it.
-            if calls.is_multiple_of(5000) && matches!(request, Request::Hello { .. }) {
+            if calls.is_multiple_of(AGAIN) && matches!(request, Request::Hello { .. }) {
                 let length = self.conversation.ask(request.clone(), 0, &mut frame);
                 self.stream.write_all(&frame[..length]).expect("is taken");
             }
@@ -114,7 +120,7 @@ impl Host {
             let count = match self.stream.read(&mut bytes) {
                 Ok(count) => count,
                 Err(error) if error.kind() == ErrorKind::WouldBlock => {
-                    std::thread::yield_now();
+                    std::thread::sleep(PAUSE);
                     0
                 }
                 Err(error) => panic!("{error}"),
