@@ -8,7 +8,7 @@
 
 use super::found::{DECISIVE, Found};
 use super::record::{InputOutput, rounding};
-use super::rest::{STANDS, coefficients, hidden_swing, of_coefficients, order_at_rest, rests};
+use super::rest::{STANDS, coefficients, of_coefficients, order_at_rest, rests};
 use super::search::Search;
 use crate::identify::Free;
 use crate::{DeadTime, FractionalTransferFunction, Term};
@@ -122,7 +122,7 @@ const STRONG: f64 = 6.0;
 pub(super) const ALIKE: f64 = 0.02;
 
 /// In noise whose samples are alike, of those against which the record does not speak very strongly, the one with the least that such noise is drawn
-/// with: growth, poles and zeros at rest, a swing without damping beside a zero that hides it, zeros of the right half-plane; of those as many the one with the fewest numbers, unless another one has strong evidence.
+/// with: growth, poles and zeros at rest, zeros of the right half-plane; of those as many the one with the fewest numbers, unless another one has strong evidence.
 pub(super) fn plainest(found: &[Found], record: &InputOutput) -> Option<usize> {
     let least = |among: &[(usize, &Found)]| {
         let all = among.iter().map(|(_, own)| own.bic);
@@ -136,7 +136,6 @@ pub(super) fn plainest(found: &[Found], record: &InputOutput) -> Option<usize> {
         [
             grows(function, record),
             !own.settles() || !(rests(function, record) || *function == first),
-            hidden_swing(&own.identified).is_some(),
             own.is_whole() && zeros().iter().any(|zero| zero.re > 0.0),
         ]
     };

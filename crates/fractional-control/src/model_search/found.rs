@@ -1,7 +1,6 @@
 //! A function that was fitted, and how good it is beside others.
 
 use super::record::{InputOutput, left, neighbours, rounding};
-use super::rest::hidden_swing;
 use crate::autoregression::Autoregression;
 use crate::identify::{Free, projected, run_alone, solved};
 use crate::{DeadTime, FreeNumber, Identified, Record, Start};
@@ -87,14 +86,6 @@ impl Found {
         });
         let by_chance = by_chance.fold(0.0, f64::max);
         own_won > by_chance + count
-    }
-
-    /// Frequency, rad/s, and damping ratio of a pole with a damping ratio below 0.02 beside a zero within three of its errors: rather drawn from noise
-    /// than a resonance of the plant.
-    #[must_use]
-    pub fn hidden_swing(&self) -> Option<[f64; 2]> {
-        let pole = hidden_swing(&self.identified)?.pole;
-        Some([pole.norm(), -pole.re / pole.norm()])
     }
 
     /// Root mean square of what the filter of the noise leaves: what no sample before tells.

@@ -88,21 +88,23 @@ pub(super) fn pairs(own: &Identified) -> Vec<Pair> {
     judged
 }
 
-/// A swing is barely damped below this damping ratio; a zero hides it within so many errors.
-const BARELY: f64 = 0.02;
-const HIDES: f64 = 3.0;
-
-/// A barely damped pole beside a zero: rather noise than a plant's resonance.
-pub(super) fn hidden_swing(own: &Identified) -> Option<Pair> {
-    let damping = |pair: &Pair| -pair.pole.re / pair.pole.norm();
-    let hides = |pair: &Pair| pair.pole.im != 0.0 && damping(pair) < BARELY && pair.errors <= HIDES;
-    let whole = own.function.is_whole().then(|| pairs(own));
-    whole?.into_iter().find(hides)
-}
-
 /// A distance of so many standard errors is none, of roots that are no further apart than this share of the larger one.
 const ONE: f64 = 2.0;
 const CLOSE: f64 = 0.5;
+/// A swing is barely damped below this damping ratio.
+const BARELY: f64 = 0.02;
+/// Probability that noise draws such a swing.
+const BY_CHANCE: f64 = 0.001;
+
+/// The errors that hide a pole behind a zero. Of N samples a barely damped swing has the choice of N/2 frequencies, and noise is largest at one of
+/// them: N/2·exp(−e²/2) bounds its chance to go beyond e (W. Feller, *An introduction to probability theory*, 1968, VII.1, for each).
+fn hides(pair: &Pair, samples: usize) -> f64 {
+    let is_barely_damped = pair.pole.im != 0.0 && -pair.pole.re < BARELY * pair.pole.norm();
+    match is_barely_damped {
+        true => libm::sqrt(2.0 * libm::log(samples as f64 / (2.0 * BY_CHANCE))),
+        false => ONE,
+    }
+}
 
 /// The function without a pole and a zero that are one within their errors.
 pub(super) fn without_pair(
@@ -117,9 +119,9 @@ pub(super) fn without_pair(
         let slow = 1.0 / record.length_s();
         apart <= CLOSE * pair.zero.norm().max(pair.pole.norm()).max(slow)
     };
+    let is_hidden = |pair: &&Pair| pair.errors <= hides(pair, record.output.len());
     let pairs = pairs(own);
-    let mut pairs = pairs.iter().filter(|pair| is_near(pair));
-    let pair = pairs.next().filter(|pair| pair.errors <= ONE)?;
+    let pair = pairs.iter().filter(|pair| is_near(pair)).find(is_hidden)?;
     of_coefficients(&without(&above, pair.zero), &without(&below, pair.pole))
 }
 

@@ -568,13 +568,6 @@ fn warnings(found: &[Found], best: &Found, record: &InputOutput) -> Vec<String> 
         let remedy = "record for longer, or give --model with fewer terms";
         warnings.push(format!("the record does not determine {loose}: {remedy}"));
     }
-    if let Some([omega, damping]) = best.hidden_swing() {
-        warnings.push(format!(
-            "the pole at {} rad/s is barely damped (damping ratio {}) and a zero lies beside it within its errors: rather noise than a resonance of the plant; give --model without it",
-            digits(omega, 4),
-            digits(damping, 2)
-        ));
-    }
     warnings.extend(one_of_two(best, record));
     if let Some(other) = settles_as_well(found, record) {
         warnings.push(format!(
