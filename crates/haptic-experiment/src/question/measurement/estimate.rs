@@ -9,7 +9,8 @@
 //! the one of a grid of half samples that leaves least. Velocities near zero are omitted. Then [`Fit`] from several lags.
 
 use super::fit::{
-    DELAY_MAX, Fit, Fitted, GOES_ON, Model, Number, Replay, SIDES, Spread, State, goes_on, square,
+    DELAY_MAX, Fit, Fitted, GOES_ON, Model, NO_LAG, Number, Replay, SIDES, Spread, State, goes_on,
+    lag_of_square, square,
 };
 use super::{
     MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, MotionRecord,
@@ -276,10 +277,14 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
         let weight = |n: usize, _| if index(number) == Some(n) { 1.0 } else { 0.0 };
         DVector::from_fn(fitted.numbers.len(), weight)
     };
-    let lag = only(Number::Lag);
+    let side = |number| spread.side(&only(number));
+    let square_of_lag = model.lag * model.lag.abs();
+    let wide = side(Number::SquareOfLag);
+    let lags = [-wide, wide].map(|by| lag_of_square(square_of_lag + by));
+    let chord = (lags[1] - lags[0]) / (2.0 * wide);
+    let lag = only(Number::SquareOfLag) * if wide > 0.0 { chord } else { 0.0 };
     // Of what is late the delay is what the lag is not.
     let delay = only(Number::Lateness) - &lag;
-    let side = |number| spread.side(&only(number));
     // A negative lag is none, and all that is late is delay.
     let lateness = model.delay + model.lag.abs();
     let delayed = (lateness - model.lag.max(0.0)).max(0.0);
@@ -322,7 +327,11 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
             low: delay_low.max(0.0) * t,
             high: delay_high * t,
         },
-        current_lag_s: around(Number::Lag, model.lag.max(0.0) * t, t),
+        current_lag_s: Estimate {
+            value: model.lag.max(0.0) * t,
+            low: if lags[0] > NO_LAG { lags[0] * t } else { 0.0 },
+            high: lags[1].max(0.0) * t,
+        },
         encoder_resolution_m: step_m,
         sensor_noise_m: noise_m(&fitted.left, free, step_m),
         bias_n: about(model.bias, side(Number::Bias)),

@@ -34,7 +34,7 @@ use std::ops::Range;
 const STATE_STEPS: usize = 5;
 /// Relative gain below which a further step is none.
 const STATES_SETTLED: f64 = 1e-5;
-/// Step of the difference quotient over the lag, samples: of a shorter one it would be that of its square.
+/// Step of the difference quotient over the lag, samples.
 const LAG_STEP: f64 = 0.03;
 /// Evaluations of the search per number.
 const PATIENCE: usize = 25;
@@ -48,8 +48,8 @@ pub(super) enum Number {
     Bias,
     /// Delay and lag together: from a measurement to the mean of what answers it, samples.
     Lateness,
-    /// Of a negative one the square counts as negative: with a given lateness a short lag acts by its square.
-    Lag,
+    /// The square of the lag in samples, by which a short one acts at a given lateness; negative for a negative lag.
+    SquareOfLag,
     Stiffness,
 }
 
@@ -68,7 +68,7 @@ const NUMBERS: [Number; 7] = [
     Number::Friction,
     Number::Bias,
     Number::Lateness,
-    Number::Lag,
+    Number::SquareOfLag,
     Number::Stiffness,
 ];
 
@@ -123,7 +123,7 @@ impl<'a> Fit<'a> {
             Number::Friction => start.friction,
             Number::Bias => start.bias,
             Number::Lateness => start.delay + start.lag.abs(),
-            Number::Lag => start.lag,
+            Number::SquareOfLag => start.lag * start.lag.abs(),
             Number::Stiffness => start.stiffness,
         });
         let theta = DVector::from_iterator(numbers.len(), theta);
@@ -267,7 +267,7 @@ impl<'a> Fit<'a> {
             Number::Damping => 1e-3 * x.max(0.05),
             Number::Friction | Number::Bias => 1e-3 * x.max(0.02 * self.force),
             Number::Lateness => 1e-3,
-            Number::Lag => LAG_STEP,
+            Number::SquareOfLag => LAG_STEP * LAG_STEP.max(2.0 * libm::sqrt(x)),
             Number::Stiffness => 1e-3 * x.max(1.0),
         }
     }
@@ -334,6 +334,11 @@ pub(super) fn square(left: &[f64]) -> f64 {
     left.iter().map(|x| x * x).sum()
 }
 
+/// The lag with this square, samples.
+pub(super) fn lag_of_square(square: f64) -> f64 {
+    libm::copysign(libm::sqrt(square.abs()), square)
+}
+
 /// The model at these coordinates.
 fn model(numbers: &[Number], theta: &DVector<f64>) -> Model {
     let mut model = Model::default();
@@ -344,7 +349,7 @@ fn model(numbers: &[Number], theta: &DVector<f64>) -> Model {
             Number::Friction => model.friction = x.abs(),
             Number::Bias => model.bias = x,
             Number::Lateness => model.delay = x,
-            Number::Lag => model.lag = x.clamp(-DELAY_MAX, DELAY_MAX),
+            Number::SquareOfLag => model.lag = lag_of_square(x).clamp(-DELAY_MAX, DELAY_MAX),
             Number::Stiffness => model.stiffness = x.abs(),
         }
     }
@@ -386,7 +391,7 @@ pub(super) const DELAY_MAX: f64 = 60.0;
 /// Negative delays down to this are modelled too, samples: forces that act before they were given.
 const EARLY_MAX: f64 = 4.0;
 /// Shorter lags than this share of a sample count as none: the force is off by less than any rounding of a position.
-const NO_LAG: f64 = 1e-4;
+pub(super) const NO_LAG: f64 = 1e-4;
 
 /// Numbers of the model, in SI units; the delay and the lag in samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -220,6 +220,18 @@ fn a_motor_slower_than_the_device_is_not_taken_for_its_mass() {
 }
 
 #[test]
+fn the_interval_of_a_lag_that_is_not_there_holds_zero() {
+    let ideal =
+        MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), Seconds(1e-3));
+    for plan in [short(), MeasurePlan::default()] {
+        let found = found(&measured(&plan, ideal, &Imperfections::NONE), false);
+        let [delay, lag] = [found.delay_s, found.current_lag_s];
+        assert!(delay.covers(0.0) && lag.covers(0.0), "{delay:?} {lag:?}");
+        assert!(lag.high < 1e-6, "{lag:?}");
+    }
+}
+
+#[test]
 fn a_hand_and_a_slope_are_found() {
     let held = MassDamperConfig {
         stiffness: NewtonsPerMetre(150.0),
