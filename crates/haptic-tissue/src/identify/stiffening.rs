@@ -14,14 +14,15 @@
 
 use super::advice;
 use super::candidates::{Identification, choose, identified, noisy, richest};
-use super::elements::{Candidate, Elements};
+use super::elements::Candidate;
 use super::error::{IdentifyError, sorted};
-use super::fit::{AS_GOOD, Estimate, Fit, criteria, fit, student};
+use super::fit::{AS_GOOD, Estimate, Fit, fit, student};
 use super::options::{self, Options, target_of};
 use super::record::Record;
 use super::record::digits;
 use super::search::{Best, next_place, polished, search};
 use super::target::Target;
+use super::whitened;
 use crate::identify::keys::{BOOTSTRAP, FROM, KIND, STIFFENING};
 use fracdiff::parameter::Shown;
 use rayon::prelude::*;
@@ -50,8 +51,7 @@ const BETWEEN: usize = 10;
 /// The memory at one b.
 struct Point {
     b: f64,
-    elements: Elements,
-    sum: f64,
+    best: Best,
     /// With the intervals of its standard errors.
     fit: Fit,
 }
@@ -115,11 +115,12 @@ pub(super) fn stiffened(
         let search = search(record);
         let rich: Vec<Candidate> = richest(&candidates).collect();
         let valleys = search.valleys(&rich).into_iter().flatten();
-        let least = valleys.min_by(|a, b| a.lowest().sum.total_cmp(&b.lowest().sum))?;
+        let least = valleys.min_by(|a, b| a.lowest().best.sum.total_cmp(&b.lowest().best.sum))?;
         Some((least.lowest().fit.clone(), search.target(least.lowest().b)))
     });
     let search = search(record);
     let (mut valleys, failed) = sorted(search.valleys(&candidates));
+    valleys.par_iter_mut().for_each(Valley::whiten);
     valleys.sort_by(|a, b| a.lowest().fit.by_bic(&b.lowest().fit));
     let chosen = choose(valleys.iter().map(|one| &one.lowest().fit), options.chosen);
     let Some(chosen) = chosen else {
@@ -160,8 +161,9 @@ pub(super) fn stiffened(
     found.warnings.extend(advice::simpler(best, &found.fits));
     let linear = valley.points.first().filter(|point| point.b <= 0.0);
     let linear = linear.map(|point| {
-        let (n, parameters) = (point.fit.predicted.len(), valley.candidate.parameters());
-        (point.fit.rms, criteria(n, point.sum, parameters - 1)[1])
+        let (alone, target) = (valley.candidate.with_beside(0), search.target(point.b));
+        let [_, bic] = whitened::criteria(alone, &target, &point.best);
+        (point.fit.rms, bic)
     });
     found.warnings.extend(said(record, best, linear));
     match stop.load(Ordering::Relaxed) {
@@ -219,7 +221,7 @@ struct Limit {
 
 impl Limit {
     fn square(&self, point: &Point) -> f64 {
-        ((point.sum / self.sum - 1.0) * self.freedom).max(0.0)
+        ((point.best.sum / self.sum - 1.0) * self.freedom).max(0.0)
     }
 }
 
@@ -270,14 +272,13 @@ impl Valley<'_> {
     fn point(&self, b: f64, target: &Target<'_>, best: Best) -> Point {
         Point {
             b,
-            elements: best.elements,
-            sum: best.sum,
             fit: fit(self.candidate, target, &best).0,
+            best,
         }
     }
 
     fn place(&self) -> usize {
-        let sums = self.points.iter().map(|point| point.sum).enumerate();
+        let sums = self.points.iter().map(|point| point.best.sum).enumerate();
         let least = sums.min_by(|a, b| a.1.total_cmp(&b.1));
         least.map_or(0, |least| least.0)
     }
@@ -287,11 +288,19 @@ impl Valley<'_> {
         &self.points[self.place()]
     }
 
+    /// Compares the lowest by filtered residuals, as fits of tissue that does not stiffen are.
+    fn whiten(&mut self) {
+        let place = self.place();
+        let Point { b, best, fit } = &mut self.points[place];
+        let target = self.search.target(*b);
+        [fit.aic, fit.bic] = whitened::criteria(self.candidate, &target, best);
+    }
+
     fn limit(&self) -> Limit {
-        let Point { fit, sum, .. } = self.lowest();
+        let Point { fit, best, .. } = self.lowest();
         let freedom = (fit.independent - self.candidate.parameters() as f64).max(1.0);
         Limit {
-            sum: *sum,
+            sum: best.sum,
             freedom,
             student: student(freedom),
         }
@@ -303,7 +312,7 @@ impl Valley<'_> {
         let index = self.points.partition_point(|point| point.b < b);
         let sides = &self.points[index.max(1) - 1..self.points.len().min(index + 1)];
         let both = sides.iter().filter_map(|side| {
-            let start = side.elements.variables(self.candidate);
+            let start = side.best.elements.variables(self.candidate);
             polished(self.candidate, &target, [start].iter()).ok()
         });
         let best = both.min_by(|a, b| a.sum.total_cmp(&b.sum))?;
@@ -317,7 +326,11 @@ impl Valley<'_> {
         let range = [self.search.least, self.search.most];
         let near = STEP * (range[1] - range[0]);
         for round in 1..=ROUNDS {
-            let points: Vec<[f64; 2]> = self.points.iter().map(|one| [one.b, one.sum]).collect();
+            let points: Vec<[f64; 2]> = self
+                .points
+                .iter()
+                .map(|one| [one.b, one.best.sum])
+                .collect();
             let next = next_place(&points, range, near, round);
             if next.and_then(|b| self.add(b)).is_none() {
                 return;
@@ -402,19 +415,34 @@ mod tests {
     use super::*;
     use crate::model::{Model, ModelKind};
 
-    /// Two ramps and holds to two strains of tissue with b = 8, with 8 samples each and 2 % of noise, which is known: a fit to each
-    /// candidate would find another.
+    /// Eight samples with noise.
     fn short() -> Record {
+        let noise = [0.0, 1.0, -1.0, 0.4, -0.2, -0.9, 1.2, -0.6, 0.1];
+        noisy_record(160, &noise)
+    }
+
+    /// 160 samples with a drift.
+    fn drifting() -> Record {
+        let mut random = testkit::Random(7);
+        let mut drift = 0.0;
+        let noise = (0..=160).map(|_| {
+            drift = 0.95 * drift + 0.3 * random.between(-1.0, 1.0);
+            drift
+        });
+        noisy_record(8, &noise.collect::<Vec<f64>>())
+    }
+
+    /// Two ramps and holds to two strains of tissue with b = 8, with 2 % of noise, which is known: a fit to each candidate would find another.
+    fn noisy_record(every: usize, noise: &[f64]) -> Record {
         let gel = Model::from_parameters(ModelKind::SpringPot, &[1000.0, 0.2]).expect("valid");
         let records = [0.1, 0.3].map(|depth| {
             let fine: Vec<f64> = (0..=1280).map(|n| f64::from(n) / 160.0).collect();
             let strain = |t: f64| depth * t.min(1.0);
             let seen = fine.iter().map(|t| libm::expm1(8.0 * strain(*t)) / 8.0);
             let stress = gel.stress(&fine, &seen.collect::<Vec<_>>());
-            let times: Vec<f64> = fine.iter().copied().step_by(160).collect();
+            let times: Vec<f64> = fine.iter().copied().step_by(every).collect();
             let most = stress.iter().copied().fold(0.0, f64::max);
-            let noise = [0.0, 1.0, -1.0, 0.4, -0.2, -0.9, 1.2, -0.6, 0.1];
-            let noisy = (stress.iter().step_by(160)).zip(noise);
+            let noisy = (stress.iter().step_by(every)).zip(noise);
             let stress = noisy.map(|(stress, noise)| stress + 0.02 * most * noise);
             let strain = times.iter().map(|t| strain(*t)).collect();
             Record::history(times.clone(), strain, stress.collect()).expect("valid")
@@ -468,35 +496,39 @@ mod tests {
         assert!((width / (2.0 * error) - 2.1604).abs() < 1e-3, "{b:?}");
     }
 
-    /// k = p + 2 in n·ln(S/n) + k·ln n + 2k(k + 1)/(n − k − 1) of every candidate.
+    /// k = p + 2 in n·ln(S/n) + k·ln n + 2k(k + 1)/(n − k − 1) of every candidate, and the order of a filter of residuals.
     #[test]
     fn all_candidates_pay_for_the_stiffening() {
-        let record = short();
-        let search = found(
-            &record,
-            &[ModelKind::SpringPot, ModelKind::FractionalMaxwell],
-        );
-        let found = search.expect("converges");
-        assert!(found.fits.len() > 1);
-        for fit in &found.fits {
-            let b = fit.stiffening().expect("looked for").value;
-            let options = Options {
-                candidates: vec![fit.kind],
-                ..Options::default()
-            };
-            let alone = identified(
-                &record.stiffened(b),
-                &options,
-                &AtomicBool::new(false),
-                &|_| (),
+        for (record, orders) in [(short(), 0.0..=0.0), (drifting(), 1.0..=8.0)] {
+            let search = found(
+                &record,
+                &[ModelKind::SpringPot, ModelKind::FractionalMaxwell],
             );
-            let alone = &alone.expect("converges").fits[0];
-            let [aic, bic] = [fit.aic - alone.aic, fit.bic - alone.bic];
-            assert!((aic - 2.0).abs() < 1e-6, "{}: {aic}", fit.kind);
-            let small = |k: f64| 2.0 * k * (k + 1.0) / (15.0 - k);
-            let k = alone.parameters.len() as f64 + 1.0;
-            let wanted = libm::log(16.0) + small(k + 1.0) - small(k);
-            assert!((bic - wanted).abs() < 1e-6, "{}: {bic}", fit.kind);
+            let found = search.expect("converges");
+            assert!(found.fits.len() > 1);
+            let n = found.measured.len() as f64;
+            for fit in &found.fits {
+                let b = fit.stiffening().expect("looked for").value;
+                let options = Options {
+                    candidates: vec![fit.kind],
+                    ..Options::default()
+                };
+                let alone = identified(
+                    &record.stiffened(b),
+                    &options,
+                    &AtomicBool::new(false),
+                    &|_| (),
+                );
+                let alone = &alone.expect("converges").fits[0];
+                let [aic, bic] = [fit.aic - alone.aic, fit.bic - alone.bic];
+                assert!((aic - 2.0).abs() < 1e-6, "{}: {aic}", fit.kind);
+                let small = |k: f64| 2.0 * k * (k + 1.0) / (n - 1.0 - k);
+                let k = alone.parameters.len() as f64 + 1.0;
+                let more = |order: f64| libm::log(n) + small(k + 1.0 + order) - small(k + order);
+                let [least, most] = [orders.start(), orders.end()].map(|order| more(*order));
+                let paid = least - 1e-6..=most + 1e-6;
+                assert!(paid.contains(&bic), "{}: {bic} of {paid:?}", fit.kind);
+            }
         }
     }
 
