@@ -433,7 +433,7 @@ pub fn at_port(path: &str, error: &SerialError) -> Failure {
     Failure::device(error_at)
 }
 
-/// What a device refused is bad input, unless it is only because of where it stands or of a fault that persists; else as [`at_port`].
+/// A refusal by the device is bad input, unless only its position or a persistent fault causes it; any other error is as in [`at_port`].
 #[must_use]
 pub fn refused_at_port(path: &str, error: SerialError) -> Failure {
     match error.is_refusal() && !error.is_of_its_state() {

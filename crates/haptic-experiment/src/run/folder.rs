@@ -256,7 +256,7 @@ impl OutputFolder {
 /// Words for a table that cannot be written, where there is nothing beside it.
 const NOTHING_KEPT: &str = "nothing was left behind under that name, make space and try again";
 
-/// A table that is being written; it appears when it is whole. What cannot be written is told at its end: an experiment goes on without it.
+/// A table being written; it appears when complete. Write errors are reported at its end: an experiment continues without the table.
 #[derive(Debug)]
 pub(crate) struct Table(Result<OpenTable, Failure>);
 

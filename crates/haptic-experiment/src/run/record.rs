@@ -81,7 +81,7 @@ impl Start {
 /// Record of a run, up to where it ended; everything else is in the log.
 #[derive(Debug)]
 pub(crate) struct Record {
-    /// Where it begins in the log.
+    /// Start of the run in the log.
     pub start: Start,
     /// The samples; `None` for a run of more than [`WHOLE_MOST`], whose samples are in its log.
     pub whole: Option<Vec<KeptSample>>,
@@ -96,8 +96,7 @@ pub(crate) struct Record {
     pub missed_deadlines: u64,
     /// Timing of a run by the clock of this machine.
     pub realtime: Option<RealtimeSummary>,
-    /// Which real-time settings were refused, and how to get them granted: one sentence for the
-    /// user.
+    /// Real-time settings that were refused, and how to get them granted: one sentence for the user.
     pub not_realtime: Option<String>,
     /// Samples and events that the recorder had to drop.
     pub dropped: u64,
@@ -111,7 +110,7 @@ pub(crate) struct Record {
     pub stop_unheard: bool,
     /// Counts of the link, if there was one.
     pub link: Option<LinkSummary>,
-    /// How late this host may be before the device at the other end trips.
+    /// Lateness of this host up to which the device at the other end does not trip.
     pub lateness: Option<Lateness>,
     /// The one that takes the force away when the link is lost.
     pub keeper: Keeper,
@@ -176,7 +175,7 @@ impl Record {
         self.largest_force_n
     }
 
-    /// The same of all samples, those after an early end included, N.
+    /// Largest magnitude of the commanded force in all samples, those after an early end included, N.
     pub(crate) const fn peak_force_n(&self) -> f64 {
         self.largest_force_n.max(self.after.largest_n)
     }
@@ -191,7 +190,7 @@ impl Record {
         self.board_lost.is_some() || matches!(self.ended, Some(Ending::LinkLost(_)))
     }
 
-    /// What became of the force, if the run ended before its time.
+    /// Fate of the force, if the run ended before its time.
     pub(crate) fn let_go(&self) -> Option<LetGo> {
         let ended = self.ended?;
         Some(match self.lost() {

@@ -132,7 +132,7 @@ impl Remembered {
         ))
     }
 
-    /// What the limits were set on, for a sentence.
+    /// Device on which the limits were set, for a sentence.
     pub(crate) fn device(&self) -> &str {
         &self.device
     }

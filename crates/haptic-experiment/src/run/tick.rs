@@ -120,11 +120,11 @@ pub fn by_loop<F: Real, const D: usize>(
     }
 }
 
-/// What is told of a tick: as the log has it, and as a run is judged by.
+/// Record of a tick, as logged and as judged.
 pub(crate) trait TickRecord: Copy {
     fn logged(&self) -> &TickMessage;
 
-    /// Where the loop fills in what it did.
+    /// The logged record, for the loop to fill in its part.
     fn logged_mut(&mut self) -> &mut TickMessage;
 
     fn kept(&self) -> KeptSample;

@@ -20,7 +20,7 @@ pub(crate) struct PairRun<'a> {
     pub tissue: RemoteRun<'a>,
     pub drive: RemoteRun<'a>,
     pub judged: Judged<'a>,
-    /// Where the newest force goes that the tissue opposes, N, as its bits.
+    /// Newest force that the tissue opposes, N, as its bits.
     pub opposed_n: Arc<AtomicU64>,
 }
 

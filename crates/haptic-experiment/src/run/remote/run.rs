@@ -38,7 +38,7 @@ pub(crate) struct RemoteRun<'a, M = TickMessage> {
     pub schedule: Schedule,
     /// The values at a time, s, that are known without the device, as the log needs them.
     pub blank: &'a (dyn Fn(f64) -> M + Sync),
-    /// The same loop for the analysis; `None` if it is not closed through the device's motion.
+    /// This loop for the analysis; `None` if it is not closed through the device's motion.
     pub preflight: Option<&'a Look<'a>>,
     pub wanted: PreflightRequest,
     pub request: &'a FolderRequest,

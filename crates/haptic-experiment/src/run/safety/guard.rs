@@ -62,7 +62,7 @@ impl GuardedDevice {
         }
     }
 
-    /// What an experiment says of a device that is not simulated here: a delay or lag that it does not speak of is not known.
+    /// Facts that an experiment states about a device not simulated here; an omitted delay or lag is unknown.
     pub(crate) fn given(device: &MassDamperConfig) -> Self {
         let (delay, lag) = (device.delay.0, device.lag.0);
         Self {
