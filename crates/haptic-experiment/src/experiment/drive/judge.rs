@@ -1,4 +1,4 @@
-//! How a drive kept its set point.
+//! Judges how well a drive kept its set point.
 
 use super::second::SecondReport;
 use super::{ControllerHolder, DRIVE_FORCE_LIMIT, Drive, set_point};

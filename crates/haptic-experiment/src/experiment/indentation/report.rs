@@ -52,7 +52,7 @@ struct TheorySample {
     closed_form: f64,
     /// The quantity sampled, by its full history, without a rig.
     ideal: f64,
-    /// The same with the rig.
+    /// That quantity with the rig.
     with_rig: f64,
 }
 
@@ -69,13 +69,13 @@ fn rig_is_seen(until_s: Option<f64>, duration_s: f64) -> Option<String> {
     ))
 }
 
-/// What is compared with its closed form, and how it is told.
+/// The quantity that is compared with its closed form, and its words.
 #[derive(Clone, Copy, Debug)]
 struct Quantity {
     name: &'static str,
     /// With its unit, on an axis.
     label: &'static str,
-    /// What stands behind a number, with the space before it.
+    /// Suffix of a number, with the space before it.
     unit: &'static str,
     without_rig: &'static str,
     /// The closed form is compared from this time on, s.
@@ -83,10 +83,10 @@ struct Quantity {
     moved: Option<Moved>,
 }
 
-/// What moves in a creep test, and is told beside its force.
+/// The moving quantity of a creep test, reported besides its force.
 #[derive(Clone, Copy, Debug)]
 struct Moved {
-    /// What a depth is divided by, m.
+    /// Divisor of a depth, m.
     length_m: f64,
     /// In the name of a column.
     column: &'static str,
@@ -94,7 +94,7 @@ struct Moved {
     end: &'static str,
 }
 
-/// Who tells what a drive did: the samples of the run, or those of its own device.
+/// Source of a drive's report: the samples of the run, or those of its own device.
 enum Driven {
     Here(DriveJudge),
     Beside(DriveSamples),

@@ -1,4 +1,4 @@
-//! The device in the hand, and what is told of each of its ticks.
+//! The device in the hand, and the record of each of its ticks.
 
 use super::shape::{Grip, HandPath};
 use crate::run::simulate::Instrumented;

@@ -8,7 +8,7 @@ use haptic_loop::units::Metres;
 use haptic_loop::{Ball, Contact, Plane, Shape, SpringDamper};
 use std::f64::consts::{PI, TAU};
 
-/// How the hand moves the device.
+/// Means by which the hand moves the device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Grip {
     /// By a spring to the point of the path, N/m, above 0.
