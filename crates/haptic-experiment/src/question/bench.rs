@@ -1,4 +1,4 @@
-//! What questions share: the device with its keys, orders and scheme, and a search that can be stopped.
+//! Parts that questions share: the device with its keys, orders and scheme, and a search that can be stopped.
 
 use crate::Sensors;
 use crate::document::error::FileError;
@@ -87,7 +87,7 @@ pub(super) fn orders(table: &Table<'_>, parameter: &Parameter) -> Result<Vec<Ord
     orders.map_err(|error| table.fail_at(parameter.key, error.to_string()))
 }
 
-/// Refuses no orders, and those that are none of a wall.
+/// Refuses an empty list, and orders that a wall cannot have.
 pub(super) fn check_orders(orders: &[Order], parameter: &Parameter) -> Result<(), Failure> {
     if orders.is_empty() {
         return Err(Failure::bad_input(format_args!(

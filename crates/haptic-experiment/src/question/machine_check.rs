@@ -15,7 +15,7 @@ use std::time::Duration;
 /// A check of this machine: the loop's own runner at several rates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RtCheck {
-    /// How long each rate is measured; a verdict needs 1000 cycles.
+    /// Time for which each rate is measured; a verdict needs 1000 cycles.
     pub duration: Duration,
     /// The rates to try, Hz, one after the other.
     pub rates_hz: Vec<f64>,

@@ -50,7 +50,7 @@ pub(crate) struct Driven {
 pub(crate) enum DriveError<E> {
     /// Limits that make no safety chain.
     Plan(ParameterError),
-    /// The device did not do what it was told.
+    /// The device did not follow a command.
     Device(E),
 }
 
@@ -269,7 +269,7 @@ struct Course {
     velocity_m_per_s: f64,
     /// Lowest and highest position since it was looked at last, m.
     seen: (f64, f64),
-    /// What ends it before its time.
+    /// Reason to end before the planned time.
     finding: Option<Outcome>,
 }
 

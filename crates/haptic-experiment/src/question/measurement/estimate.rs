@@ -77,15 +77,15 @@ const LAG_SHARES: [f64; 4] = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0];
 const BESIDE: [f64; 2] = [-0.05, 0.05];
 /// Residuals larger by this factor tell a worse fit from a better one.
 const TELLS_APART: f64 = 1.02;
-/// Residuals below it, m, are rounding and tell nothing.
+/// Residuals below it, m, are rounding errors.
 const NOTHING_M: f64 = 1e-15;
-/// What a device with a motor slower than its mass must fit better, m: far below any sensor, far above rounding.
+/// Improvement of the fit, m, that justifies a motor slower than the mass: far below any sensor, far above rounding.
 const UNEXPECTED_M: f64 = 1e-9;
 
 /// Finds the device that made a record.
 ///
-/// `hand` looks for the stiffness of a hand too. Intervals are those of the linearised problem, with residuals that go together for a while, and
-/// hold every minimum that fits as well as the best.
+/// `hand` estimates the stiffness of a hand too. Intervals are those of the linearised problem, with autocorrelated residuals, and
+/// include every minimum that fits equally well.
 /// *Cost*: some 2500 runs of the model over the record.
 pub(crate) fn estimate(record: &MotionRecord, hand: bool) -> Result<Measured, MeasureError> {
     check(record)?;
@@ -105,7 +105,7 @@ pub(crate) fn estimate(record: &MotionRecord, hand: bool) -> Result<Measured, Me
     }
     let told = minima.iter().filter_map(|minimum| search.told(minimum));
     let mut told: Vec<Measured> = told.collect();
-    // All fit as well: the first that is sure of its mass is told, the others widen its intervals.
+    // All fit equally well: the first with a certain mass is reported, the others widen its intervals.
     told.sort_by_key(|told| told.mass_kg.relative() > UNSURE);
     let mut told = told.into_iter();
     let best = told.next().ok_or(MeasureError::NoFit)?;
@@ -119,7 +119,7 @@ pub(crate) fn estimate(record: &MotionRecord, hand: bool) -> Result<Measured, Me
     Ok(measured)
 }
 
-/// The same device with its two time constants exchanged: m/b and that of the motor. Without friction both move alike,
+/// The device with its two time constants exchanged: m/b and that of the motor. Without friction both move alike,
 /// as 1/((m·s + b)(τ·s + 1)) is 1/(b(m/b·s + 1)(τ·s + 1)).
 fn exchanged(model: &Model, sample_time_s: f64) -> Option<Model> {
     let (mass, lag) = (
@@ -193,7 +193,7 @@ impl<'a> Search<'a> {
             minima.sort_by(|a, b| rms(a).total_cmp(&rms(b)));
             minima.first().cloned()
         };
-        // A lag that may be none is not exchanged: there is no device so light.
+        // A lag that may be zero is not exchanged: no device is so light.
         let has_lag = |best: &Fitted| {
             let told = self.told(best);
             is_slow(&best.model) || told.is_some_and(|told| told.current_lag_s.low > 0.0)
@@ -215,7 +215,7 @@ impl<'a> Search<'a> {
         minima
     }
 
-    /// What a minimum says of the device.
+    /// Estimates of the device at a minimum.
     fn told(&self, fitted: &Fitted) -> Option<Measured> {
         let known = self.position.iter().filter(|x| x.is_finite()).count();
         let numbers = 2 * self.replay.starts.len() + fitted.numbers.len();
@@ -277,10 +277,10 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
         DVector::from_fn(fitted.numbers.len(), weight)
     };
     let lag = only(Number::Lag);
-    // Of what is late the delay is what the lag is not.
+    // The delay is the lateness without the lag.
     let delay = only(Number::Lateness) - &lag;
     let side = |number| spread.side(&only(number));
-    // A negative lag is none, and all that is late is delay.
+    // A negative lag means no lag: all lateness is delay.
     let lateness = model.delay + model.lag.abs();
     let delayed = (lateness - model.lag.max(0.0)).max(0.0);
     let [delay_low, delay_high] = match model.lag < 0.0 {
@@ -513,13 +513,13 @@ fn deviation_m(positions_m: &[f64]) -> f64 {
     (squares.sum::<f64>() / (known.len().max(2) - 1) as f64).sqrt()
 }
 
-/// Widest interval of the mass, half of it, that still is an answer.
+/// Largest half-width of the mass's interval, relative to the mass, that counts as an answer.
 const UNSURE: f64 = 0.5;
-/// Residuals beyond so many times what the sensor explains are worth a warning.
+/// Ratio of residual to sensor noise above which a warning is given.
 const UNEXPLAINED: f64 = 2.0;
-/// Residuals below it, m, are none, whatever the sensor explains: finer than the sensor of a desktop device.
+/// Residuals below it, m, give no warning, whatever the sensor explains: finer than the sensor of a desktop device.
 const UNNOTICED_M: f64 = 1e-7;
-/// One lost sample in so many is worth a warning.
+/// One lost sample in this number gives a warning.
 const LOST_NOTABLE: usize = 1000;
 
 /// A number and the interval in which it lies in 95 of 100 cases, if the model is right.
@@ -582,8 +582,8 @@ pub(crate) struct Measured {
 const APART: f64 = 1.1;
 
 impl Measured {
-    /// This device, and another one that fits as well: intervals wide enough for both. Where their masses are apart, the one with the
-    /// faster motor is told.
+    /// This device, and another one that fits equally well: intervals wide enough for both. If their masses differ, the device with the
+    /// faster motor is reported.
     fn or_as_well(self, other: Self) -> Self {
         let (mut found, mut other) = (self, other);
         let ratio = other.mass_kg.value / found.mass_kg.value;
@@ -615,7 +615,7 @@ impl Measured {
         found
     }
 
-    /// What a user should know. `ticks` are those of the whole record.
+    /// Adds warnings for the user. `ticks` are those of the whole record.
     fn warn(&mut self, ticks: usize) {
         let lost = self.lost_samples;
         if lost * LOST_NOTABLE >= ticks && lost > 0 {
@@ -624,7 +624,7 @@ impl Measured {
             ));
         }
         let (left, expected) = (self.residual_rms_m, self.expected_residual_rms_m);
-        // No sensor makes what goes on from sample to sample.
+        // Sensor noise is not autocorrelated.
         let sensed = left * (1.0 - self.residual_correlation.clamp(0.0, 1.0)).sqrt();
         let unexplained = left > UNEXPLAINED * expected || self.residual_correlation > GOES_ON;
         if unexplained && left > UNNOTICED_M {
