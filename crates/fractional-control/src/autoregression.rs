@@ -85,7 +85,7 @@ impl Autoregression {
         }
     }
 
-    /// How many samples before tell of the next; 0 of white noise.
+    /// Number of past samples that predict the next one; 0 of white noise.
     #[must_use]
     pub const fn order(&self) -> usize {
         self.order

@@ -144,7 +144,7 @@ impl<F: Real> Stage<F> {
         }
     }
 
-    /// What is left of a bias after a sample.
+    /// Decays a bias by one sample.
     #[inline]
     pub(crate) fn faded(&self, bias: F) -> F {
         settled(bias * self.keep)
@@ -227,7 +227,7 @@ pub trait Controller<F: Real> {
     ) -> Self::History;
 }
 
-/// Who gives the command.
+/// Source of the command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mode<F> {
     /// The controller commands.

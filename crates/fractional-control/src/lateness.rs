@@ -108,7 +108,7 @@ impl SampledLoop {
             .or(first))
     }
 
-    /// How far 1 + L turns from low frequency to half the sample rate, rad.
+    /// Angle by which 1 + L turns from low frequency to half the sample rate, rad.
     fn turn(&self, grid: &[Point]) -> f64 {
         let pairs = grid.windows(2);
         pairs

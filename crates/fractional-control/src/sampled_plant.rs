@@ -50,9 +50,9 @@ pub struct SampledPlant {
     /// Of a plant in states: what it passes on at once, and by how many samples more than d.
     direct: (f64, usize),
     curve: Fraction,
-    /// How far back it remembers, s, where it follows a rule.
+    /// Reach of its memory, s, if it follows a rule.
     memory_s: Option<f64>,
-    /// What it would be without the rule.
+    /// Response without the rule.
     held: Option<HeldResponse>,
     peaks: Peaks,
     sample_time: Seconds,
@@ -189,17 +189,17 @@ impl SampledPlant {
         self.part
     }
 
-    /// How far back its memory reaches, s; `None` without one.
+    /// Reach of its memory, s; `None` without one.
     pub(crate) fn memory_s(&self) -> Option<f64> {
         self.memory_s
     }
 
-    /// The plant without a rule; `None` of one that follows none.
+    /// The plant without its rule; `None` if it is sampled exactly.
     pub(crate) fn held_response(&self) -> Option<&HeldResponse> {
         self.held.as_ref()
     }
 
-    /// Where it may have narrow peaks.
+    /// Peaks of its response that may be narrow.
     pub(crate) fn peaks(&self) -> &Peaks {
         &self.peaks
     }

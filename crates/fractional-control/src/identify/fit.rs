@@ -123,7 +123,7 @@ fn seen_by_a_rule(record: &Record<'_>, late: f64, steps: usize) -> Vec<f64> {
     (0..count).map(seen).collect()
 }
 
-/// The same of a record that is not evenly spaced, on the even grid of the rule.
+/// The input as that rule sees it, for a record that is not evenly spaced, on the even grid of the rule.
 /// ```text
 /// (U(t + δ) − 2U(t) + U(t − δ))/δ²,   U the second integral of the held input, so much later
 /// ```
@@ -521,7 +521,7 @@ impl<'a> Fit<'a> {
         };
         let count = self.free.len();
         let columns: Vec<DVector<f64>> = match self.freedom.runs_exactly(&self.guess) {
-            // So fast that another core is not worth waking.
+            // Too fast to be worth another core.
             true => (0..count).map(slope).collect(),
             false => (0..count).into_par_iter().map(slope).collect(),
         };

@@ -118,11 +118,11 @@ fn grows(function: &FractionalTransferFunction, record: &InputOutput) -> bool {
 /// A difference of the criterion that is strong evidence (R. E. Kass, A. E. Raftery, *Bayes factors*, 1995, section 3.2).
 const STRONG: f64 = 6.0;
 
-/// What leaves no more than this share more is as near, however many samples say otherwise: no plant is a function to a hundredth of its noise.
+/// Share by which the innovations may be larger and count as equal, for any number of samples: no plant is a function to 1 % of its noise.
 pub(super) const ALIKE: f64 = 0.02;
 
-/// In noise whose samples are alike, of those against which the record does not speak very strongly, the one with the least that such noise is drawn
-/// with: growth, poles and zeros at rest, zeros of the right half-plane; of those as many the one with the fewest numbers, unless another one has strong evidence.
+/// In autocorrelated noise, the plainest function that the record does not decisively exclude: that with the fewest features that imitate such
+/// noise (growth, poles and zeros at rest, zeros of the right half-plane), then the fewest numbers, unless another has strong evidence.
 pub(super) fn plainest(found: &[Found], record: &InputOutput) -> Option<usize> {
     let least = |among: &[(usize, &Found)]| {
         let all = among.iter().map(|(_, own)| own.bic);
@@ -172,7 +172,7 @@ pub(super) fn calm_down(found: &mut Vec<Found>, search: &Search<'_>) {
 /// A dead time over the length of the record, to begin from.
 const LATE: f64 = 0.1;
 
-/// The dead times that a simpler function is tried behind: the one that was told, or none, that of the other function, and a share of the record.
+/// Dead times to try with a simpler function: the given one, or 0, that of the other function, and a share of the record.
 fn again(other: &Found, search: &Search<'_>) -> Vec<DeadTime> {
     let late = other.identified.dead_time;
     if search.told {

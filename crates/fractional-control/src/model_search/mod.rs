@@ -116,7 +116,7 @@ pub fn candidates(
         let own = whole.iter().filter(|guess| guess.shape.poles == poles);
         return own.map(|guess| guess.guess).collect();
     }
-    // Where those of free orders begin.
+    // Dead time from which fits of free orders start.
     let slower = |guess: &&OfShape| !answers_at_once(&guess.guess.function);
     let first = whole.iter().find(slower).map(|best| best.guess.dead_time);
     let first = first.or(dead_times.first().copied());
@@ -270,10 +270,10 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
     }
 }
 
-/// What a function is to be, beside near to the record.
+/// Conditions on a function, besides a good fit to the record.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wanted {
-    /// Of whole orders and so many poles, integrators included: 1 to 4.
+    /// Whole orders and this number of poles, integrators included: 1 to 4.
     pub poles: Option<usize>,
     /// Stable: no pole grows or stays.
     pub is_stable: bool,
@@ -291,10 +291,10 @@ impl Wanted {
 
 /// Functions that are kept at most: the best.
 const KEPT: usize = 6;
-/// Fits each guess, on all cores; the best first, of those that fit at all and are what is wanted, six at most. `held` as in
+/// Fits each guess, on all cores; returns those that fit and meet `wanted`, the best first, six at most. `held` as in
 /// [`Record`](crate::Record).
 ///
-/// `done` is told of guesses that are done, as many as there are, and of fits that begin from them again.
+/// `done` receives the number of guesses that are done, and of the fits that start from them again.
 ///
 /// # Errors
 /// The first guess's error, or that nothing fits, if nothing does that is wanted.
@@ -312,9 +312,9 @@ pub fn identify(
     let told = !guesses.iter().any(|guess| guess.dead_time.is_free());
     let mut search = Search::new(record, held, told);
     let (mut found, mut refused) = fitted_of_whole_orders(&search, &whole, done);
-    // What leaves nothing is not bettered by as many numbers.
+    // A function without a residual cannot be improved with as many numbers.
     let enough = |found: &[Found]| {
-        // As good as exact, or with nothing left but noise.
+        // Practically exact, or with white noise as residual.
         let white = 2.0 / libm::sqrt(record.output.len() as f64);
         let exact = |found: &&Found| {
             let is_white = found.is_whole() && found.neighbours.abs() <= white;
@@ -406,7 +406,7 @@ pub fn identify(
     }
 }
 
-/// The best first, and of guesses that end in one function one.
+/// Sorts the best first, and keeps one of the guesses that end in the same function.
 fn each_once(found: &mut Vec<Found>) {
     found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     found.dedup_by(|a, b| {
@@ -415,7 +415,7 @@ fn each_once(found: &mut Vec<Found>) {
     });
 }
 
-/// What is left may grow by this factor where a pole at rest is cancelled.
+/// Factor by which the residual may grow when a pole at rest is cancelled.
 const AS_MUCH: f64 = 2.0;
 /// Samples from which on a record is long, and functions of its part that are fitted to all of it.
 const LONG: usize = 2000;
@@ -706,8 +706,8 @@ fn without_number(
     Some((fewer, late))
 }
 
-/// Functions of whole orders run exactly, so among themselves they are told apart by all that is above rounding: where a record grows, all that a
-/// function lacks may be far below what a rule resolves of its end. Not so where a function of other orders, which that rule runs, is the best.
+/// Functions of whole orders run exactly, so differences above rounding distinguish them: where a record grows, a misfit may be far below what
+/// a rule resolves at its end. Not so if a function of other orders, which that rule runs, is the best.
 fn resolve_finer(found: &mut [Found], search: &Search<'_>) {
     let fine = |found: &Found| search.bic(found, rounding(search.record));
     let whole = found.iter().filter(|found| found.is_whole());

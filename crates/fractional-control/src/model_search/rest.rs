@@ -88,7 +88,7 @@ pub(super) fn pairs(own: &Identified) -> Vec<Pair> {
     judged
 }
 
-/// A distance of so many standard errors is none, of roots that are no further apart than this share of the larger one.
+/// Standard errors within which two roots count as one, if they are no further apart than this share of the larger one.
 const ONE: f64 = 2.0;
 const CLOSE: f64 = 0.5;
 /// A swing is barely damped below this damping ratio.
@@ -135,7 +135,7 @@ pub(super) fn rests(function: &FractionalTransferFunction, record: &InputOutput)
     order_at_rest(function) == 0.0 && moves(function, record) > AT_REST
 }
 
-/// How far the slowest pole moves within the record, about.
+/// Approximate share by which the slowest pole settles within the record.
 fn moves(function: &FractionalTransferFunction, record: &InputOutput) -> f64 {
     let below = function.denominator().terms();
     below

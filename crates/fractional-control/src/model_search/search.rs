@@ -28,9 +28,9 @@ pub(super) struct Search<'a> {
     is_alike: bool,
 }
 
-/// Rounds of fits through the filter of what the fit before left, at most, and a change of the criterion that is none.
+/// Largest number of fits through the filter of the previous residual, and the change of the criterion that ends them.
 const ROUNDS: usize = 4;
-/// Samples from which on a function of free orders, which runs for long, has one.
+/// Samples from which on a function of free orders, which runs for long, is refitted once.
 const LONG: usize = 2000;
 const SETTLED: f64 = 0.01;
 
@@ -87,7 +87,7 @@ impl<'a> Search<'a> {
         found
     }
 
-    /// What was found, fitted again through the filter of what it leaves.
+    /// Refits a function through the whitening filter of its residual.
     fn whitened(&self, mut found: Found) -> Found {
         if !self.is_alike {
             return found;
