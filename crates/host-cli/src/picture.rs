@@ -44,7 +44,7 @@ impl<'a> Panel<'a> {
         }
     }
 
-    /// The same with one more curve, unless it has no points.
+    /// Appends a curve, unless it has no points.
     pub(crate) fn with(
         mut self,
         name: impl Into<String>,

@@ -251,7 +251,7 @@ impl Watch<'_> {
                     self.count(&sample, &mut next_tick, period_s, log);
                     self.take(&sample, period_s, log);
                 }
-                // That of a board that has failed is told as its trouble, next.
+                // The fault of a board that has failed is reported with its trouble, next.
                 Some(Heard::Fault(report)) if trouble(link).is_none() => {
                     self.fault(&report, period_s, log);
                 }
@@ -325,7 +325,7 @@ impl Watch<'_> {
 /// A log while it can be written, and then nothing.
 struct SessionLog {
     recorder: Option<Recorder>,
-    /// What was handed over and is not in the log.
+    /// Number of entries handed over that the log lacks.
     dropped: u64,
     unwritten: Option<Failure>,
     bar: ProgressBar,
