@@ -52,8 +52,8 @@ impl ForeignName {
         Self::KINDS.iter().any(|(known, _)| *known == kind)
     }
 
-    /// Opens the device with so many axes, looks at its first answers, serves it on a thread of this process, and connects to
-    /// that. What a user should know of it is told to `warn`.
+    /// Opens the device with this number of axes, looks at its first answers, serves it on a thread of this process, and connects to
+    /// that. `warn` receives notices for the user.
     ///
     /// # Errors
     /// A port that cannot be opened, a device that does not answer or answers what cannot be; more axes than it has.

@@ -79,7 +79,7 @@ impl HaplyName {
     }
 }
 
-/// The same error of a board that is to keep the home of before: what helps is another thing then.
+/// Translates the error of a board that keeps an earlier home, which needs another remedy.
 fn since(home: Home, error: HaplyOpenError) -> HaplyOpenError {
     match (home, error) {
         (Home::Before, HaplyOpenError::Mute { bytes }) if bytes > 0 => {

@@ -29,7 +29,7 @@ fn cut(said: &str) -> String {
 }
 
 impl Inverse3Name {
-    /// Connects to the service, and opens its device with D axes, one or three. What a user should know of it is told to `warn`.
+    /// Connects to the service, and opens its device with D axes, one or three. `warn` receives notices for the user.
     pub(crate) fn open<const D: usize>(
         &self,
         warn: &dyn Fn(&str),

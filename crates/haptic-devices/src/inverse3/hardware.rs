@@ -163,7 +163,7 @@ impl<S: Read + Write, const D: usize> Device<f32, D> for Inverse3<S, D> {
     type Error = Fault;
 
     fn read(&mut self) -> Result<Reading<f32, D>, Fault> {
-        // In trouble it fails in each tick: no place is told as if it had been measured.
+        // In trouble it fails in each tick: no place is reported as measured.
         if self.trouble.is_none()
             && let Err(trouble) = self.hear()
         {

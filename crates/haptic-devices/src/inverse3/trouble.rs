@@ -35,7 +35,7 @@ pub enum Inverse3OpenError {
     NotService {
         /// Host and port that were tried.
         address: String,
-        /// What it answered, as far as it is short.
+        /// Its answer, if that is short.
         said: String,
     },
     /// A service that speaks another protocol.
@@ -43,7 +43,7 @@ pub enum Inverse3OpenError {
         "the Inverse Service is version {found}, and this program needs 3.5 or a later 3: install one, with Haply Hub"
     )]
     Version {
-        /// The version that the service tells.
+        /// The version that the service states.
         found: String,
     },
     /// Nothing of this family is plugged in.

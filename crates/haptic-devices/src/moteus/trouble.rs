@@ -107,7 +107,7 @@ impl Trouble {
     }
 }
 
-/// What arrived instead of an answer.
+/// Messages that arrived instead of an answer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Instead {
     /// Frames that the adapter acknowledged.
