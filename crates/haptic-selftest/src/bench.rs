@@ -177,7 +177,7 @@ impl<'a> Bench<'a> {
         let most_ms = u64::from(self.limited.limits.watchdog_ms) / 4;
         for (interval_ms, times) in [(20, 10), (50, 20), (100, 20)] {
             let interval_ms = most_ms.clamp(1, interval_ms);
-            // The same for a device that is armed already.
+            // An armed device stays armed.
             link.arm(Duration::from_millis(4 * interval_ms))?;
             for _ in 0..times {
                 if link.status().state == State::Armed {
