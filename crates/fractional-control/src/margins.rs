@@ -20,7 +20,7 @@ const HALVINGS: u32 = 12;
 const FLAT: f64 = 1e-3;
 /// A peak is looked at from this share of its angle on, to both sides in steps of two.
 const SIDE: f64 = 1e-11;
-/// A smaller gain at which L meets −1 is none: L jumps there from one end of the numbers to the other, through a pole on the circle.
+/// Smaller gains at which L meets −1 do not count: L jumps there from one end of the numbers to the other, through a pole on the circle.
 const AT_A_POLE: f64 = 1e-10;
 /// Times the place of a peak is narrowed by the golden section, or that of a crossing halved.
 const NARROWED: usize = 60;
@@ -188,7 +188,7 @@ impl SampledLoop {
             return;
         }
         let apart = (to.1 / from.1).ln();
-        // What is small and far from −1 need not be followed.
+        // A response that is small and far from −1 need not be followed.
         let matters = from.1.norm().max(to.1.norm()) > 1e-3;
         if halvings == 0 || !matters || apart.norm() < APART {
             return;
