@@ -78,12 +78,12 @@ pub(crate) struct Arguments {
     file: File,
 }
 
-/// A record of more samples is said to take its time.
+/// Number of samples above which a record is said to take time.
 const LONG: usize = 200_000;
-/// What a sample takes on one core of 2024, s, about.
+/// Approximate time for a sample on one core of 2024, s.
 const A_SAMPLE_S: f64 = 6e-5;
 
-/// What helps a function to fit.
+/// Advice for a poor fit.
 const TRY: &str = "give --delay, --subtract-start or --model";
 
 /// Signals, and the columns that they are in.
@@ -372,7 +372,7 @@ fn report(
         "order_reason": order_reason(found, best),
         // Null with a pole at s = 0 or on the imaginary axis.
         "unstable_poles": identified.function.unstable_poles(),
-        // What the record does, if it does not come to rest.
+        // Behaviour of the record, if it does not come to rest.
         "unstable_poles_reason": (identified.fit >= LEAST && settles_as_well(found, record).is_none())
             .then(|| nature(&identified.function)).flatten(),
         "numbers": numbers(best).iter().map(Number::value).collect::<Vec<_>>(),
@@ -394,7 +394,7 @@ fn is_whole(function: &FractionalTransferFunction) -> bool {
     terms.all(|term| term.order.fract() == 0.0)
 }
 
-/// Where the plant was when the record began, behind its other figures.
+/// Initial state of the plant, to follow its other figures.
 fn counted_from(record: &InputOutput, found: &Identified) -> String {
     let offset = digits(found.offset, 5);
     match start_of(record, found) {
@@ -408,7 +408,7 @@ fn counted_from(record: &InputOutput, found: &Identified) -> String {
     }
 }
 
-/// The same in words.
+/// The start in words.
 fn begins(start: Start) -> &'static str {
     match start {
         Start::Rest => "at rest",
@@ -533,7 +533,7 @@ fn numbers(best: &Found) -> Vec<Number> {
         .collect()
 }
 
-/// Where a function leaves much that is no noise, though little of the whole record.
+/// Warning about a stretch with a large residual that is not noise, though a small part of the whole record.
 fn lacking(at: &Unexplained) -> String {
     let part = if at.share > 1.0 {
         format!("{} times the output", digits(at.share, 4))
@@ -547,7 +547,7 @@ fn lacking(at: &Unexplained) -> String {
     )
 }
 
-/// What the function leaves unexplained, and what the record does not tell.
+/// Warnings about unexplained parts of the record and undetermined numbers.
 fn warnings(found: &[Found], best: &Found, record: &InputOutput) -> Vec<String> {
     let mut warnings = Vec::new();
     if record.start == Start::Moving && !is_whole(&best.identified.function) {
@@ -639,11 +639,11 @@ fn order_reason(found: &[Found], best: &Found) -> String {
     }
 }
 
-/// What is left between function and record, where it is much.
+/// Warning about a large residual.
 fn unexplained(best: &Found) -> Option<String> {
     let (left, neighbours) = (1.0 - best.identified.fit, best.neighbours);
     let what = match (neighbours.abs() < ALIKE, best.identified.noise.order()) {
-        // What noise leaves has nothing in common from a sample to the next.
+        // White noise is not correlated from sample to sample.
         (true, 0) if left > MUCH => "as noise does".to_owned(),
         (true, order) if left > MUCH => format!(
             "as slow noise does (an autoregression of order {order}, which errors and choice count with)"
@@ -659,7 +659,7 @@ fn unexplained(best: &Found) -> Option<String> {
     ))
 }
 
-/// What to know of a function before it is used.
+/// Warning about the nature of a function.
 fn nature(function: &FractionalTransferFunction) -> Option<&'static str> {
     match function.unstable_poles() {
         Some(0) => None,
