@@ -64,7 +64,7 @@ pub(crate) const IN_LOG: (&str, &str) = ("experiment", "document");
 pub(crate) const TISSUE_IN_LOG: &str = "tissue_file";
 pub(crate) const CONTROLLER_IN_LOG: &str = "drive.file";
 pub(crate) const DEVICE_IN_LOG: &str = "device_model.file";
-/// As [`DEVICE_IN_LOG`], for the device of a drive.
+/// As `DEVICE_IN_LOG`, for the device of a drive.
 pub(crate) const DRIVE_DEVICE_IN_LOG: &str = "drive_device_model.file";
 
 impl Document {

@@ -152,7 +152,7 @@ impl Named for Architecture {
     ];
 }
 
-/// The hand that holds the master; its default has neither stiffness nor damping.
+/// The hand that holds the master; by default nothing holds it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct HandModel {
     /// `k_h`, N/m, above 0.
@@ -175,7 +175,7 @@ impl HandMotion {
     /// Time in which the motion begins, s.
     pub(crate) const RISE_S: f64 = 1.0;
 
-    /// `count` frequencies from low to high, evenly spaced in the logarithm, each with whole periods in the window.
+    /// Up to `count` frequencies from low to high, evenly spaced in the logarithm, each with whole periods in the window.
     pub(crate) fn frequencies(low_hz: f64, high_hz: f64, count: u64, window_s: f64) -> Vec<f64> {
         let last = count.saturating_sub(1).max(1) as f64;
         let mut periods: Vec<u64> = (0..count)

@@ -176,7 +176,7 @@ pub struct Preflight<'a> {
     /// The map of depth, and its slope at the point where K and B are checked; `None` if the force
     /// is linear in the depth.
     pub map: Option<(DepthMap<f64>, f64)>,
-    /// Behaviour of the contact.
+    /// Kind of contact.
     pub contact: WallContact,
     /// True if a guard keeps it from giving energy:
     /// [`EnergyBounding`](crate::GuardChoice::EnergyBounding).

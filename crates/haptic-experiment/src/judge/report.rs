@@ -125,7 +125,7 @@ pub struct RunReport {
     /// Why a run that reached its end has no table.
     #[serde(skip)]
     pub unwritten: Option<String>,
-    /// Fate of the force, if the run ended early.
+    /// Release of the force, if the run ended early.
     #[serde(skip)]
     pub let_go: Option<String>,
     /// True if the device can no longer be used: its link was lost, or its board is silent.

@@ -47,7 +47,7 @@ impl Default for Keeper {
     }
 }
 
-/// Fate of the force in a run that ended before its time.
+/// Release of the force in a run that ended before its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum LetGo {
     /// It fell to zero over several samples: at the limit of its rate, within the stop time, or braking.
@@ -159,7 +159,7 @@ impl LetGo {
         }
     }
 
-    /// As [`of`](Self::of), for a run whose device did not receive the stop.
+    /// As `of`, for a run whose device did not receive the stop.
     pub(crate) fn unheard(ended: Ending, fall: Fall, keeper: Keeper) -> Self {
         match fall.acting {
             0 => Self::of(ended, fall, keeper),

@@ -190,7 +190,7 @@ impl Record {
         self.board_lost.is_some() || matches!(self.ended, Some(Ending::LinkLost(_)))
     }
 
-    /// Fate of the force, if the run ended before its time.
+    /// Release of the force, if the run ended before its time.
     pub(crate) fn let_go(&self) -> Option<LetGo> {
         let ended = self.ended?;
         Some(match self.lost() {

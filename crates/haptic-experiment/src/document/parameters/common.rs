@@ -72,7 +72,7 @@ pub(crate) const PIECE: &[Parameter] = &[
     BONDED,
 ];
 
-/// [`PIECE`] without the name of the tissue.
+/// `PIECE` without the name of the tissue.
 pub(crate) const UNNAMED_PIECE: &[Parameter] = PIECE.split_at(1).1;
 
 impl Named for LoadingKind {

@@ -336,7 +336,7 @@ impl<'a> Search<'a> {
             });
         }
         let rests = |alpha, beta| self.settles(&self.device, alpha, beta, 0);
-        // α = β·(T/τ)^μ: after eight τ the rest of the way does not matter.
+        // α = β·(T/τ)^μ: τ, the time constant of the approach, is an eighth of the time for it.
         let plan = &self.plan;
         let tau_s = (plan.duration_s - plan.window_s) / 8.0;
         let soft = (self.rate * tau_s.powf(self.order.get())).recip();
