@@ -26,7 +26,7 @@ pub(crate) fn percent(fraction: f64) -> f64 {
     (fraction * 1e8).round() / 1e6
 }
 
-/// A wanted value below this share of the largest one counts as nothing: what is left there is rounding, and a
+/// A wanted value below this share of the largest one counts as nothing: it is rounding there, and a
 /// relative error has no meaning.
 const NOTHING: f64 = 1e-9;
 
@@ -68,7 +68,7 @@ impl Compared {
         }
     }
 
-    /// One error of so many samples, from the first to the last of these times, s.
+    /// One error over `samples` samples, from the first to the last of these times, s.
     pub(crate) fn of_window(error: f64, [from_s, to_s]: [f64; 2], samples: u64) -> Self {
         if !error.is_finite() {
             return Self::without_meaning("a value is not finite");

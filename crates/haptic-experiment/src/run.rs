@@ -219,7 +219,7 @@ fn run<W: World<D>, const D: usize>(
     let clock = schedule.clock().map_err(Failure::run)?;
     let mut periodic = clock.map(Periodic::new).transpose().map_err(Failure::run)?;
     let mut tick = 0;
-    // A run that was ended goes on until the force is zero, past its last sample if need be.
+    // A run that was ended continues until the force is zero, past its last sample if need be.
     while tick < schedule.samples || record.ended.is_some() {
         let cycle = periodic.as_mut().map(Periodic::wait);
         if tick == 0 {
@@ -273,7 +273,7 @@ fn run<W: World<D>, const D: usize>(
     Ok(record)
 }
 
-/// Tells log and fault recorder why a run ends: `at` is the tick of the fault and its time, s, `event_s` that of the
+/// Records in the log and the fault recorder why a run ends: `at` is the tick of the fault and its time, s, `event_s` that of the
 /// event, which is never before what is logged.
 pub(crate) fn tell_end(
     recorder: &mut Recorder,

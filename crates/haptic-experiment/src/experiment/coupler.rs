@@ -166,7 +166,7 @@ impl CouplerExperiment {
         }
     }
 
-    /// The coupler with its object, for a run of so many samples.
+    /// The coupler with its object, for a run of `samples` samples.
     fn law(&self, samples: u64) -> Result<Law, Failure> {
         let t = self.setup.device.sample_time;
         let order = deflection_order(self.order).map_err(Failure::input)?;

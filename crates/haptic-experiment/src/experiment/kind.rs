@@ -106,7 +106,7 @@ pub(crate) trait Experiment: Any + Debug + Send + Sync {
     /// Runs it; log and table go into the folder.
     fn run(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure>;
 
-    /// Ticks of its loop for a run of so many samples.
+    /// Ticks of its loop for a run of `samples` samples.
     fn schedule(&self, samples: u64) -> Schedule {
         Schedule {
             samples,

@@ -114,7 +114,7 @@ pub(crate) fn sensors(table: &Table<'_>) -> Result<Sensors, FileError> {
     })
 }
 
-/// As many samples as a run can have.
+/// Checks that a run can have this number of samples.
 pub(crate) fn samples_fit(
     table: &Table<'_>,
     sample_time_s: f64,

@@ -172,7 +172,7 @@ impl TouchExperiment {
         }
     }
 
-    /// The loop of so many samples.
+    /// The loop for `samples` samples.
     fn look(&self, samples: u64) -> Preflight<'_> {
         Preflight {
             contact: WallContact::OneSided,
@@ -210,7 +210,7 @@ impl TouchExperiment {
         let (force, rate) = (self.force_limit_n, self.force_rate_limit_n_per_s);
         let brakes = self.safety.number(BRAKING).is_some();
         let workspace_box = self.workspace_m.as_ref().map(|[low_m, high_m]| {
-            // An axis that is not there is not looked at.
+            // An axis beyond those of the device repeats the last one.
             [0, 1, 2].map(|axis: usize| {
                 let axis = axis.min(self.axes - 1);
                 workspace(low_m[axis], high_m[axis], brakes)

@@ -331,7 +331,7 @@ fn of_material(columns: Columns, piece: &TissuePiece, load: RigDrive) -> Result<
             let steps: Samples = steps.collect();
             let curve = pairs.map(|(t, m)| (libm::log(t), libm::log(m)));
             let curve: Samples = curve.collect();
-            // The step of a record saw nothing of a ramp that still goes on.
+            // The step of a record precedes the end of a ramp.
             let begin_s = record.x()[0] + ramp_s;
             let after = record.x().iter().filter(|time| **time >= begin_s);
             let force = |time: &f64| {

@@ -107,7 +107,7 @@ impl ModelledTissue {
         self.order
     }
 
-    /// E, Pa: what is left of the modulus at rest.
+    /// E, Pa: the modulus at rest.
     pub(crate) const fn rest_modulus_pa(&self) -> f64 {
         self.rest_modulus_pa
     }
@@ -133,7 +133,7 @@ impl ModelledTissue {
         shape * self.viscosity_pa_s_mu * change
     }
 
-    /// The operator that renders the tissue for so many samples.
+    /// The operator that renders the tissue for `samples` samples.
     pub(crate) fn operator<F: Real>(
         &self,
         scheme: Scheme,

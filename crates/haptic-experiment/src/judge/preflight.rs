@@ -7,8 +7,8 @@
 //! ```
 //! - *The loop* is the one of the stability analysis: a mass on a damper under a wall that is felt all the time.
 //!   Safety chain and friction are not in it; they may turn an unstable loop into a limit cycle. Nor is the end of the contact: with
-//!   delay, hard hits can grow on a wall that never pulls where the linear loop is stable. So of such a wall it is said by itself
-//!   what is proved.
+//!   delay, hard hits can grow on a wall that never pulls where the linear loop is stable. So for such a wall the proved
+//!   result is reported separately.
 //! - *Without any spring* (a tissue that only dissipates) the loop has a pole at rest, z = 1, and the device drifts, as it
 //!   should. Such a loop is judged beside that pole, see `SampledLoop::beside_rest`.
 //! - *Delay*: that of the device, whole samples or not, as simulated or as known of a real one; in a loop on the host
@@ -48,7 +48,7 @@ pub enum Matter {
 }
 
 impl Matter {
-    /// As it is run by an operator of this scheme, for so many samples.
+    /// The loop with an operator of this scheme, for `samples` samples.
     pub(crate) fn run_by(&self, scheme: Scheme, t: Seconds, samples: u64) -> Preflight<'_> {
         let (model, order, (stiffness_n_per_m, dissipation_n_s_mu_per_m)) = match self {
             Self::Tissue(piece) => {

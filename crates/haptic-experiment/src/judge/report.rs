@@ -104,7 +104,7 @@ pub struct RunReport {
     pub ended_early: Option<String>,
     /// Number of ticks more than one sample time late; 0 in virtual time.
     pub missed_deadlines: u64,
-    /// Time of a tick; null in a loop on a device, which does not tell.
+    /// Time of a tick; null in a loop on a device, which does not report it.
     pub(crate) tick_ns: Option<TickTimes>,
     /// Timing of a run by the clock of this machine; null in another.
     pub(crate) realtime: Option<RealtimeSummary>,

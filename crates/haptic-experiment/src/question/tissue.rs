@@ -297,7 +297,7 @@ impl RecordQuestion {
         }
     }
 
-    /// Refuses temperatures that are not one for each of so many files.
+    /// Refuses temperatures that are not one for each of the files.
     ///
     /// # Errors
     /// If there are more or fewer, or if they have no effect.

@@ -15,7 +15,7 @@ pub(crate) enum Ending {
     Fault(Fault),
     /// The device latched a fault.
     DeviceFault(FaultReport),
-    /// The device told what cannot be.
+    /// The device reported an impossible value.
     Impossible(Impossible),
     /// The link to the device cannot be used any more.
     LinkLost(LinkError),
@@ -72,7 +72,7 @@ pub(crate) enum LetGo {
         /// The device has a watchdog of its own.
         alone: bool,
     },
-    /// No sample tells: the device lets it fall.
+    /// No sample shows the fall: the device lets the force fall.
     Unseen,
     /// There was none: the run was refused before it began.
     NeverBegan,

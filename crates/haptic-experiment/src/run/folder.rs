@@ -44,7 +44,7 @@ pub struct FolderRequest {
     pub stem: String,
     /// True if files of an earlier run may be replaced.
     pub overwrite: bool,
-    /// A file of the log that has so many bytes is followed by another; `None` for one file.
+    /// Size of a file of the log from which on another one follows, bytes; `None` for one file.
     pub roll_bytes: Option<u64>,
     /// Maker of the log, for its metadata: program, command line.
     pub provenance: BTreeMap<String, String>,
@@ -283,7 +283,7 @@ impl Table {
         }
     }
 
-    /// Gives the table its name, and tells it.
+    /// Gives the table its name, and returns it.
     pub(crate) fn finish(self) -> Result<String, Failure> {
         let mut open = self.0?;
         let path = open.new_file.target().to_owned();

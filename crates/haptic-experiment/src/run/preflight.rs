@@ -27,7 +27,7 @@ pub(crate) fn delay_samples(round_trip_us: u64, sample_time_s: f64) -> usize {
     (1e-6 * round_trip_us as f64 / sample_time_s + 1.0).ceil() as usize
 }
 
-/// Looks at a loop with this device and so many samples of delay on a line beside its own.
+/// Judges a loop with this device and this many samples of delay on a line besides its own.
 pub(crate) type Look<'a> = dyn Fn(Dynamics, usize) -> Result<Found, Failure> + 'a;
 
 /// Findings of the pre-flight of a device.
@@ -121,7 +121,7 @@ pub struct PreflightVerdict {
     pub(crate) coupler: Option<CouplerVerdict>,
 }
 
-/// Rounded up: who takes the number that is said has enough.
+/// Rounded up, so that the printed number suffices.
 fn needed_damping(needed: f64) -> String {
     written("required_damping_n_s_per_m", needed)
 }

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! up to 10⁶ samples    kept here; sums over the whole history are exact
-//! more                 in the log alone, read once more for what is said of them
+//! more                 in the log alone, read once more for the report
 //! ```
 //! So memory does not grow with the length of a run.
 
@@ -16,7 +16,7 @@ use haptic_log::record::{EndKind, RunEnd};
 use haptic_loop::realtime::RaisedThread;
 use hdrhistogram::Histogram;
 
-/// Runs of up to so many samples are kept in memory.
+/// Largest number of samples of a run kept in memory.
 pub(crate) const WHOLE_MOST: u64 = 1_000_000;
 
 /// True of a run whose samples are all kept in memory.
@@ -35,7 +35,7 @@ pub(crate) struct Start {
 }
 
 impl Start {
-    /// At this tick of so many seconds each.
+    /// At this tick, with this sample time.
     pub(crate) const fn at(tick: u64, sample_time_s: f64) -> Self {
         Self {
             tick,
@@ -138,7 +138,7 @@ struct After {
 }
 
 impl Record {
-    /// Empty, with room for so many samples, if they are to be kept.
+    /// Empty, with room for the samples, if they are to be kept.
     pub(crate) fn with_room_for(samples: u64) -> Result<Self, Failure> {
         let whole = match keeps_all(samples) {
             true => Some(Vec::with_capacity(samples as usize)),
@@ -311,7 +311,7 @@ impl Record {
     pub(crate) fn falls(&mut self, message: &impl TickRecord) {
         let sample = message.kept();
         let fall = &mut self.after.fall;
-        // Told from where the run begins to count, as its end is.
+        // Relative to the first tick that counts, as the end of the run is.
         let time_s = sample.time_s - self.start.time_s();
         fall.after(sample.tick, time_s, sample.applied_force_n);
     }

@@ -16,7 +16,7 @@ pub(crate) struct SecondReport {
     /// Samples of it that count.
     samples: u64,
     dropped_samples: u64,
-    /// Null if one of the devices did not tell its time.
+    /// Null if one of the devices did not send its time.
     #[serde(flatten)]
     aligned: Option<Aligned>,
     /// Why it ended early; null if it did not.

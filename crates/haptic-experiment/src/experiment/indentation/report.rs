@@ -465,7 +465,7 @@ impl Indentation {
         }))
     }
 
-    /// The tissue alone under a push, for so many samples.
+    /// The tissue alone under a push, for `samples` samples.
     pub(super) fn massless(&self, push: Newtons, samples: u64) -> Result<Massless, Failure> {
         Ok(Massless::new(
             self.sampled(samples)?,
@@ -504,7 +504,7 @@ impl Indentation {
             .collect())
     }
 
-    /// The full history tick by tick, for a run too long to keep and so many ticks before it: from each position the force.
+    /// The full history tick by tick, for a run too long to keep and `before` ticks before it: from each position the force.
     fn full_history_step(&self, before: u64) -> Result<impl FnMut(f64) -> f64 + use<>, Failure> {
         let mut tissue = self.sampled(self.check()? + before)?;
         let effective = self.piece.effective();

@@ -72,7 +72,7 @@ impl Line {
             Ok(socket)
         });
         let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
-        // Another one each time, as good as chance; that of a process beside it too.
+        // A different one each time, practically at random; also different from that of a parallel process.
         let nonce =
             since.map_or(0, |time| time.subsec_nanos()) ^ std::process::id().rotate_left(16);
         Ok(Self {
@@ -170,7 +170,7 @@ impl Line {
         Ok(Some(heard))
     }
 
-    /// Tells somebody else who greets that this side is at work, seldom enough that nobody can keep it busy with that.
+    /// Answers another greeter that this side is at work, seldom enough that nobody can keep it busy with that.
     fn refuse(&mut self, datagram: &[u8], from: SocketAddr) {
         if !self.state.is_connected() || self.refused.is_some_and(|last| last.elapsed() < REFUSE) {
             return;

@@ -241,7 +241,7 @@ impl Experiment for TeleoperationExperiment {
         Ok(Published::new(report, curves, ran))
     }
 
-    /// The slave in its remote place is looked at.
+    /// The pre-flight judges the slave in its remote place.
     fn may_be_refused(&self) -> bool {
         true
     }

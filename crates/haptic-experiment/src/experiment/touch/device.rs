@@ -130,7 +130,7 @@ pub(super) fn depth<const D: usize>(shape: &Shape<f64, D>, position_m: &[f64]) -
 }
 
 impl<const D: usize> TouchTick<D> {
-    /// Of a device that tells neither where its hand wants to be nor what its motors make.
+    /// Of a device that reports neither the aim of its hand nor the output of its motors.
     pub(super) fn unknown(shape: Shape<f64, D>) -> Self {
         let tick = unknown(D);
         Self { tick, shape }

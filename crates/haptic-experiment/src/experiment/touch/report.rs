@@ -60,7 +60,7 @@ const CURVES: usize = 8;
 const ROUNDING: f64 = 1e-9;
 /// Limited samples that make no touch saturated, as a share.
 const LIMITED: f64 = 0.01;
-/// Samples that a retraction is looked at in, at most: Ting's contact costs their square.
+/// Largest number of samples of a retraction: Ting's contact costs their square.
 const RETRACED: usize = 4000;
 /// Points of the outline of a disc.
 const OUTLINE: u32 = 180;

@@ -1,4 +1,4 @@
-//! The loop of a touch: made of good parameters, looked at along the normal, run with a log, here or on a device at a port, where the
+//! The loop of a touch: made of good parameters, judged along the normal, run with a log, here or on a device at a port, where the
 //! shape is felt in a real hand, or in that of an emulated board.
 
 use super::device::{HandEnergy, HeldAxes, TouchTick, depth};
@@ -294,7 +294,7 @@ struct Postures<'a> {
 }
 
 impl Postures<'_> {
-    /// The verdict of the worse of both, and its mass, with this device but for the mass and so many samples of delay on a line.
+    /// The verdict of the worse of both, and its mass, with this device but for the mass and `line` samples of delay on a line.
     fn worse(
         &self,
         dynamics: Dynamics,

@@ -1,4 +1,4 @@
-//! An experiment on a pushed device: what a wall and a coupler tell of themselves, and what follows for both.
+//! An experiment on a pushed device: the interface of a wall and a coupler, and the report of both.
 
 use super::setup::{Parts, TrialSetup};
 use crate::document::failure::Failure;

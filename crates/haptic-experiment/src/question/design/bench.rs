@@ -125,7 +125,7 @@ impl<'a> Bench<'a> {
         })
     }
 
-    /// The largest α beside β at which so many times the wall is within the limit; 0 if none is.
+    /// The largest α beside β at which the wall times `times` is within the limit, or 0.
     fn quiet_alpha(&self, beta: f64, times: f64) -> f64 {
         let most = self.largest_quiet_scale(1.0, 0.0) / times;
         if most.is_infinite() {

@@ -19,7 +19,7 @@ use crate::run::plant_file::{DeviceModel, DeviceValues, Interval};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
-/// A record that tells too little.
+/// A record that determines too little.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub(crate) enum MeasureError {
     #[error(
@@ -60,14 +60,14 @@ pub(crate) enum MeasureError {
     },
 }
 
-/// Length of a piece of the motion with a state of its own, s, and at least so many samples. In longer ones what no model knows adds up, and so
-/// does what friction makes of a wrong delay: then there is a minimum in every place. Shorter ones tell less.
+/// Length of a piece of the motion with a state of its own, s, and its least number of samples. In longer ones unmodelled motion adds up, and so
+/// does the effect of friction with a wrong delay: then every place has a minimum. Shorter ones determine less.
 const PIECE: (f64, usize) = (0.08, 40);
 /// The start of a piece is looked for within this share of it, where the device is fastest.
 const CHOICE: f64 = 0.4;
 /// Fewest samples of the multi-sine.
 const LEAST: usize = 500;
-/// One sample in so many may be lost.
+/// One sample in this number may be lost.
 const LOST: usize = 20;
 /// Steps of a sample in a finer model.
 const PARTS: u32 = 4;
@@ -75,7 +75,7 @@ const PARTS: u32 = 4;
 const LAG_SHARES: [f64; 4] = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0];
 /// From a delay of whole samples to the starts on its sides, samples.
 const BESIDE: [f64; 2] = [-0.05, 0.05];
-/// Residuals larger by this factor tell a worse fit from a better one.
+/// Factor by which the residual of a worse fit is larger.
 const TELLS_APART: f64 = 1.02;
 /// Residuals below it, m, are rounding errors.
 const NOTHING_M: f64 = 1e-15;
@@ -339,7 +339,7 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
     }
 }
 
-/// Width of the Gaussian, s, and at least so many samples.
+/// Width of the Gaussian, s, and its least number of samples.
 const SMOOTH: (f64, f64) = (2.5e-3, 2.0);
 /// Slower than this share of the rms velocity counts as near zero.
 const SLOW: f64 = 0.15;
@@ -446,7 +446,7 @@ fn first_guess(record: &MotionRecord, hand: bool) -> Option<Model> {
 const WHOLE: f64 = 0.05;
 /// Differences below this are rounding, m.
 const ROUNDING_M: f64 = 1e-12;
-/// Levels below which nothing is said about steps.
+/// Number of levels below which steps are not reported.
 const LEVELS: usize = 5;
 
 /// q: the step of which all differences of positions are multiples, m; `None` if they have none.
@@ -478,7 +478,7 @@ fn encoder_step(positions_m: &[f64]) -> Option<f64> {
     Some((highest - lowest) / count)
 }
 
-/// Noise beside the rounding to steps of q, from what is left of a fit: value, low and high, m.
+/// Noise besides the rounding to steps of q, from the residual of a fit: value, low and high, m.
 ///
 /// ```text
 /// σ² = mean r² − q²/12        its error by blocks of the record
@@ -537,7 +537,7 @@ impl Estimate {
     }
 }
 
-/// A device, as a record tells it.
+/// A device as estimated from a record.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Measured {
     pub mass_kg: Estimate,

@@ -81,7 +81,7 @@ pub(crate) fn response(record: &MotionRecord, plan: &MeasurePlan) -> Vec<Respons
     }
 }
 
-/// F and X of each line in a stretch of the record; samples that are missing tell nothing.
+/// F and X of each line in a stretch of the record, without its missing samples.
 fn amplitudes(
     record: &MotionRecord,
     stretch: std::ops::Range<usize>,

@@ -110,7 +110,7 @@ impl<'a> Trials<'a> {
     }
 
     /// Position, m, and force, N, of each sample of one run; `None` if the law tripped the device, or if no more trials can be made:
-    /// the search then tells why.
+    /// the search then reports why.
     pub(super) fn motion(
         &self,
         law: &RemoteLaw,

@@ -5,7 +5,7 @@
 //! second   armed ───────────────────────────────────┴▶ started: time 0 of the run ─▶ ends with its last tick
 //! ```
 //! - *Time* is that of the first device, and begins with tick 0 of the second. The second's ticks get the first's time by the clocks of
-//!   both, which keep-alives tell ([`DeviceClock`]): so long as the run lasts, and once more when it is over.
+//!   both, which keep-alives carry ([`DeviceClock`]): as long as the run lasts, and once more when it is over.
 //! - *Letting go*: the thread of one side sees before its next message that the other ended early, by a fault, a lost line or a request,
 //!   and stops its device. A side that is armed and silent for three quarters of the other's watchdog time, while the other's device speaks,
 //!   has ended too. If this program dies, both devices let go by their watchdogs.
@@ -295,7 +295,7 @@ pub(crate) struct DriveRan {
     pub device: String,
     /// Its samples, in the time of the log.
     pub record: Record,
-    /// `None` if a device did not tell its time.
+    /// `None` if a device did not send its time.
     pub aligned: Option<Aligned>,
     pub fault_log: Option<PathBuf>,
 }

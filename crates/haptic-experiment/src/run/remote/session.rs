@@ -181,7 +181,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     pub(super) fn listen(&mut self, supervisor: Supervisor<'_>) -> Result<(), SerialError> {
         /// Nothing for so long in the middle of a run is the end of it.
         const SILENCE: Duration = Duration::from_secs(2);
-        // A run of 2³² ticks and more is stopped from here, and so is that of a tissue whose drive tells when it begins.
+        // A run of 2³² ticks and more is stopped from here, and so is that of a tissue whose drive sends its start.
         let ticks = u32::try_from(self.ready.schedule.samples).unwrap_or(0);
         if !self.start(ticks, supervisor)? {
             return self.ready.link.disarm();
@@ -358,7 +358,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     /// Asks for every n-th tick while nothing runs; 0 for none.
     fn stream_after_fault(&mut self, every: u16) {
         let batch = self.batch();
-        // A device that does not answer has nothing more to tell.
+        // A device that does not answer has nothing more to send.
         self.deaf |= !self.deaf
             && self
                 .ready
@@ -448,7 +448,7 @@ fn blow(refused: StartRefused) -> SerialError {
     })
 }
 
-/// Waits until the device tells, by its keep-alives, that it is idle: its force has fallen to zero.
+/// Waits until the device's keep-alives report that it is idle: its force has fallen to zero.
 fn waits_for_rest(link: &SerialLink) -> bool {
     link.wait_for_rest() && link.status().state == State::Idle
 }
@@ -497,7 +497,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         self.partner.as_mut().and_then(Partner::left)
     }
 
-    /// Tells a partner when this tick was by the device's own clock, and hears of it when the run begins.
+    /// Gives a partner the time of this tick by the device's own clock, and gets from it the start of the run.
     fn dated(&mut self, tick: u64, time_us: u32) {
         /// Ticks from one look at the clocks to the next.
         const LOOK: u64 = 1024;

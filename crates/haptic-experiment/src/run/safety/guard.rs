@@ -74,7 +74,7 @@ impl GuardedDevice {
         }
     }
 
-    /// Facts that a board tells of its sensor: it rounds to its resolution.
+    /// Facts that a board reports about its sensor: it rounds to its resolution.
     pub(crate) fn read_by(capabilities: &Capabilities) -> Self {
         let sensors = Sensors {
             encoder_resolution_m: f64::from(capabilities.position_resolution_m),
