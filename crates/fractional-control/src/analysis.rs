@@ -54,7 +54,7 @@ pub enum Cause {
     Cancelled,
     /// Not decided: a number of the loop is larger than numbers are.
     TooLarge,
-    /// Not decided: this order is next to a whole one, and no memory can tell the two apart.
+    /// Not decided: this order is next to a whole one, and no memory resolves the difference.
     NearWhole(f64),
     /// Stable at gains that are lower.
     GainTooHigh(OtherGain),
@@ -62,7 +62,7 @@ pub enum Cause {
     GainTooLow(OtherGain),
     /// Stable without the dead time; with it, L meets −1 from this one on, s.
     DeadTime(Crossing),
-    /// Stable with the opposite sign of the gain, and so many times as large.
+    /// Stable with the opposite sign of the gain, multiplied by this factor.
     WrongSign(f64),
     /// Neither another gain, within a hundred times, nor less dead time makes it stable.
     Shape,

@@ -132,7 +132,7 @@ impl RuleError<'_> {
         }
     }
 
-    /// True if it holds on all these arcs at these gains. Those that do not tell are halved, and stay so for the next gains.
+    /// True if it holds on all these arcs at these gains. Undecided arcs are halved, and stay so for the next gains.
     fn holds_at(&self, places: &mut Vec<Place>, gains: [f64; 2], left: &mut usize) -> bool {
         // The last is the next.
         let mut ahead: Vec<Place> = places.drain(..).rev().collect();

@@ -36,8 +36,8 @@ const USUAL_SAMPLES: f64 = 1e6;
 /// A [`Plant`] behind a hold and its dead time (d + h)T, 0 ≤ h < 1, sampled with T.
 ///
 /// - *Matrices, and transfer functions of whole orders up to 16*: exactly, by matrix exponentials of the two parts of a sample, in numbers of
-///   some hundred bits, so that a pole of any speed, from 1e-6 to 1e6 a sample, keeps its digits. What a function of as many powers above as
-///   below passes on at once is the command of ⌈d + h⌉ samples ago, and of one at least: a loop measures before it commands.
+///   some hundred bits, so that a pole of any speed, from 1e-6 to 1e6 a sample, keeps its digits. The direct path of a function of equal degrees
+///   passes on the command of ⌈d + h⌉ samples ago, and of one at least: a loop measures before it commands.
 /// - *Other transfer functions*: by the rule of [`Memory`], fed with the held command as a hat function between neighbouring samples sees it,
 ///   m\[n\] = p₀u\[n−d\] + p₁u\[n−d−1\] + p₂u\[n−d−2\] with p = ((1−h)²/2, 1/2 + h − h², h²/2): an error of O(T²) with
 ///   [`Rule::Bdf2`](crate::Rule::Bdf2). Where p₀ acts at once the loop is solved for the command.

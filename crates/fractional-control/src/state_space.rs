@@ -40,7 +40,7 @@ impl StateSpace {
         Ok(Self { a, b, c })
     }
 
-    /// The matrices of a function whose orders are whole and at most 16, and its gain at once, that of as many powers above as below:
+    /// The matrices of a function whose orders are whole and at most 16, and its direct gain, not 0 for equal degrees:
     /// `None` for any other. A gain alone has no states.
     pub(crate) fn of_function(function: &FractionalTransferFunction) -> Option<(Self, f64)> {
         let (above, below) = (function.numerator(), function.denominator());

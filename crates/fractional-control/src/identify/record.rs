@@ -195,7 +195,7 @@ pub(crate) enum Free {
 }
 
 impl Free {
-    /// True of a function that runs without a rule, and goes on to.
+    /// True of a function that runs without a rule throughout the fit.
     pub(super) fn runs_exactly(self, guess: &FractionalTransferFunction) -> bool {
         self != Self::All && guess.is_whole()
     }

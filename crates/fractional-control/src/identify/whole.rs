@@ -15,7 +15,7 @@ use std::vec::Vec;
 pub struct WholeShape {
     /// Poles, the integrators included.
     pub poles: usize,
-    /// Zeros, as many as the poles at most; a plant of as many answers at once.
+    /// Zeros, at most the number of poles; a plant with that number answers at once.
     pub zeros: usize,
     /// Poles at s = 0.
     pub integrators: usize,
@@ -221,7 +221,7 @@ fn tried(
     }
 }
 
-/// The zeros for these poles, and what they leave.
+/// The zeros for these poles, and the residual.
 fn run(
     record: &Acting<'_>,
     shape: WholeShape,
@@ -378,7 +378,7 @@ fn filter(below: &[f64]) -> Option<StateSpace> {
     StateSpace::new(a, b, RowDVector::zeros(n)).ok()
 }
 
-/// s^k/F of a signal for k = 0 to n, one row a sample: held between samples, or in straight lines, and so many samples late.
+/// s^k/F of a signal for k = 0 to n, one row a sample: held between samples, or in straight lines, and `fraction` samples late.
 fn filtered(
     below: &[f64],
     t: f64,

@@ -28,7 +28,7 @@ const SCANNED_MOVING: usize = 150;
 const SHAPES: [WholeShape; 4] = [shape(1, 0), shape(2, 0), shape(2, 1), shape(3, 2)];
 /// Of a plant that moves by itself this part of the record is scanned.
 const MOVING: usize = 6;
-/// Every so many samples the poles are found from nothing, else through those before.
+/// Number of samples after which the poles are found afresh, and not through those before.
 const AFRESH: usize = 8;
 /// Dead times that a scan suggests, at most.
 const SUGGESTED: usize = 6;
@@ -92,7 +92,7 @@ fn scanned(record: &InputOutput, held: bool) -> Vec<DeadTime> {
     let mut rests = 0.0;
     let mut profiles: [Vec<Option<WholeGuess>>; SHAPES.len()] = Default::default();
     for (samples, y) in record.output[first..].iter().enumerate() {
-        // A sample of grace: the plant may answer inside of it. One that moves by itself tells nothing of that.
+        // A sample of grace: the plant may answer within it. A plant that moves by itself does not show its dead time.
         let is_over = match record.start {
             Start::Rest | Start::Offset => rests > least,
             Start::Settled | Start::Moving => samples > record.output.len() / MOVING,
@@ -205,7 +205,7 @@ fn between(
         .unwrap_or(own)
 }
 
-/// A gain alone, if its output is not that of a pole: held, it tells of its dead time between which samples that ends, and no more.
+/// A gain alone, if its output is not that of a pole. If held, it only shows between which samples its dead time ends.
 pub(super) fn gain(record: &InputOutput, held: bool, known: Option<Seconds>) -> Option<Guess> {
     let t = record.sample_time_s();
     let of = |late: f64| {

@@ -147,7 +147,7 @@ const LIKE: f64 = 0.5;
 /// Rounds of least squares through the filter of the noise.
 const ROUNDS: usize = 2;
 
-/// χ² of so many numbers that chance stays below in 99.9 %: E. B. Wilson, M. M. Hilferty, *The distribution of chi-square*, 1931.
+/// χ² with `numbers` degrees of freedom that chance stays below in 99.9 %: E. B. Wilson, M. M. Hilferty, *The distribution of chi-square*, 1931.
 fn chance(numbers: f64) -> f64 {
     let small = 2.0 / (9.0 * numbers);
     let root = 1.0 - small + 3.09 * libm::sqrt(small);

@@ -6,14 +6,14 @@ use crate::{DeadTime, FractionalTransferFunction, Record, Start};
 use fracdiff::Seconds;
 use std::vec::Vec;
 
-/// A residual over the largest output below which a model is as good as exact.
+/// A residual over the largest output below which a model is practically exact.
 const EXACT: f64 = 1e-5;
 /// Steps of time may differ by this share, and be even.
 const EVEN: f64 = 1e-3;
-/// Rows of an input that rests at first, at least, and their share of the record, one in so many.
+/// Least number of rows of an input that rests at first, and their share of the record, one in `LEAST_SHARE`.
 const LEAST_ROWS: usize = 20;
 const LEAST_SHARE: usize = 50;
-/// The first rows are the beginning, one in so many.
+/// The beginning is the first of this many parts of the rows.
 const BEGINNING: usize = 20;
 /// Roundings of a sample, with those of the record.
 const ROUNDINGS: f64 = 16.0;
@@ -174,8 +174,8 @@ impl InputOutput {
     }
 }
 
-/// The Bayesian information criterion of a first guess of so many free numbers, those of the start among them; what is left below the floor is
-/// nothing.
+/// The Bayesian information criterion of a first guess with `numbers` free numbers, those of the start included; residuals below the floor count
+/// as the floor.
 pub(super) fn bic(samples: f64, rms_residual: f64, numbers: f64, floor: f64) -> f64 {
     2.0 * samples * libm::log(rms_residual.max(floor)) + numbers * libm::log(samples)
 }

@@ -69,7 +69,7 @@ impl<'a> Search<'a> {
         let white = identified.noise.whitened(&left);
         let unexplained = unexplained(self.record, &left);
         if unexplained.is_some() {
-            // No noise: no filter tells it beforehand.
+            // An unexplained residual is not noise: its autocorrelation widens the errors.
             let white = Autoregression::of(&[&left]).whitened(&left);
             // At most as if all samples were one.
             let more = (rms(&left) / rms(&white)).min(libm::sqrt(left.len() as f64));
@@ -115,7 +115,7 @@ impl<'a> Search<'a> {
         found
     }
 
-    /// The criterion of a function; what is left below the floor is nothing.
+    /// The criterion of a function; residuals below the floor count as the floor.
     pub(super) fn bic(&self, found: &Found, floor: f64) -> f64 {
         let own = &found.identified;
         let numbers = found.numbers() + own.start_numbers + own.noise.order();

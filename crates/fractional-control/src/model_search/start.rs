@@ -132,7 +132,7 @@ pub(super) struct OfShape {
     rms_residual: f64,
 }
 
-/// A guess for each shape up to so many poles, two of them integrators, and each dead time; of a long record from a part of it, unless the whole
+/// A guess for each shape up to this many poles, two of them integrators, and each dead time; of a long record from a part of it, unless the whole
 /// record shows that the part has lost what is fast. One that answers at once is among them if it may be. With `whitens` all are made again through the
 /// filter of what the closest leaves, if that is alike from sample to sample.
 pub(super) fn whole_orders(
@@ -411,7 +411,7 @@ pub(super) fn powers(record: &InputOutput, dead_time_s: f64) -> Vec<FractionalTr
 
 /// Parts of a record that are compared with each other.
 const PARTS: usize = 10;
-/// An output that goes on by more than this share of its largest value in a tenth of the record is not at rest, nor is such an input.
+/// An output that moves by more than this share of its largest value in a tenth of the record is not at rest, nor is such an input.
 const MOVES: f64 = 0.02;
 
 /// True if the output is still on its way at the end, though the input rests: the plant is slow for this record, or it adds up, or grows.

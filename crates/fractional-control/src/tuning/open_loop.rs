@@ -24,7 +24,7 @@ const ALIASES: i32 = 32;
 const PEAK_HALVINGS: usize = 8;
 /// A little beyond half and double the gain, up to which a loop should hold.
 const BEYOND: [f64; 2] = [0.49, 2.04];
-/// Times at which a step is looked at, from 0.4/`ω_c` over two decades.
+/// Number of times at which a step is evaluated, from 0.4/`ω_c` over two decades.
 const TIMES: usize = 64;
 
 /// Everything about the plant and the rule that no parameter of the controller changes.
@@ -45,7 +45,7 @@ pub(crate) struct OpenLoop {
     powers: RefCell<BTreeMap<u64, Rc<[Complex<f64>]>>>,
 }
 
-/// A lag that turns the plant by less than this at the crossover, rad, is not told from a dead time by what is seen there.
+/// A lag that turns the plant by less than this at the crossover, rad, cannot be separated there from a dead time.
 const FAST: f64 = 0.5;
 
 /// The plant whose fast lags are a dead time, on the grid.
@@ -530,7 +530,7 @@ impl Nyquist {
         sizes.fold(0.0, |most, size| if *size <= most { most } else { *size })
     }
 
-    /// True if the loop is stable at a gain k, as far as the grid tells; `open` is L on it, `end` its [`end`](Self::end).
+    /// True if the loop is stable at a gain k, by the grid; `open` is L on it, `end` its [`end`](Self::end).
     pub(super) fn is_stable(&self, open: &[Complex<f64>], end: f64, gain: f64) -> bool {
         let (Some(first), Some(second), Some(last)) = (open.first(), open.get(1), open.last())
         else {

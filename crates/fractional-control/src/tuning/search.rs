@@ -137,7 +137,7 @@ struct Trial {
     cost: f64,
 }
 
-/// A trial whose step was not looked at yet.
+/// A trial whose step is not evaluated yet.
 #[derive(Clone, Copy, Debug)]
 struct Sketch {
     /// Its cost is without the step and `lost`.
@@ -153,7 +153,7 @@ impl Sketch {
     }
 }
 
-/// A place as it is tried: orders to 1e-4, finer than a loop can tell.
+/// A place as it is tried: orders to 1e-4, finer than a loop can resolve.
 fn rounded([lambda, mu, slope]: [f64; 3]) -> [f64; 3] {
     let order = |order: f64| libm::round(1e4 * order) / 1e4;
     [order(lambda), order(mu), slope]
@@ -272,7 +272,7 @@ impl<'a> Search<'a> {
             .bounds(peaks, [measures.noise, measures.disturbance])
     }
 
-    /// The best that are not neighbours, each the best of what is left; of equal ones the first. Only steps that can decide are looked at.
+    /// The best that are not neighbours, each the best of the rest; of equal ones the first. Only steps that can decide are evaluated.
     fn starts(&self, sketches: impl IntoIterator<Item = Sketch>) -> Vec<Trial> {
         // No cost is negative: their bits stand in order. A lower bound comes before the final cost.
         let key = |cost: f64, whole: bool, index: usize| (cost.to_bits(), whole, index);

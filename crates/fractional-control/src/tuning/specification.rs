@@ -31,7 +31,7 @@ pub struct Specification {
     pub iso_damping: bool,
     /// |T| at this frequency and above: what noise of the measurement does.
     pub noise: Option<Bound>,
-    /// |S| at this frequency and below: what is left of a disturbance.
+    /// |S| at this frequency and below: the remaining share of a disturbance.
     pub disturbance: Option<Bound>,
     /// The largest |S|.
     pub sensitivity_peak: Option<f64>,
