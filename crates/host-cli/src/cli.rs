@@ -239,7 +239,7 @@ fn asked() -> (clap::Command, BTreeSet<OsString>) {
 
 fn options_of_asked() -> BTreeSet<String> {
     let (command, others) = asked();
-    // A file or a column may be called like a key: what somebody typed is said as it was typed.
+    // A file or a column may have the name of a key: typed words are printed as typed.
     let typed: BTreeSet<String> = others
         .iter()
         .filter_map(|word| word.to_str())
@@ -357,7 +357,7 @@ fn not_understood(error: &clap::Error, names: &Names) -> ExitCode {
     }
 }
 
-/// The exit code of a command, whose failure is said: scripts rely on it, see [`LONG_ABOUT`].
+/// Prints the failure of a command, and returns its exit code: scripts rely on it, see [`LONG_ABOUT`].
 fn ended(result: Result<(), Failure>, names: &Names) -> ExitCode {
     let Err(mut failure) = result else {
         return ExitCode::SUCCESS;

@@ -282,7 +282,7 @@ impl Place {
         table.into_iter().chain(picture).collect()
     }
 
-    /// Tells what was not written, when all else was said.
+    /// Reports a failed write, after everything else.
     pub(crate) fn close(self, ended: Result<(), Failure>) -> Result<(), Failure> {
         self.unwritten.behind(ended)
     }
@@ -309,7 +309,7 @@ pub(crate) struct PlaceOfFile {
 }
 
 impl PlaceOfFile {
-    /// Looks at the place of a file that is said to be a `kind`. Nothing is made yet.
+    /// Checks the place of a file of this kind. Nothing is made yet.
     pub(crate) fn look(file: &File, kind: &str) -> Result<Self, Failure> {
         Self::beside(file, kind, &[])
     }

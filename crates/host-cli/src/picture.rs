@@ -76,7 +76,7 @@ impl<'a> Panel<'a> {
     }
 }
 
-/// Draws panels in so many columns.
+/// Draws panels in `columns` columns.
 pub(crate) fn page(
     title: &str,
     subtitle: &str,

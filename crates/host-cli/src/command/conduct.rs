@@ -311,7 +311,7 @@ fn parse_priority(text: &str) -> Result<Priority, String> {
 }
 
 impl ThreadArguments {
-    /// The options as typed; the priority `default` if nothing is said of it.
+    /// The options as typed; the priority `default` unless given.
     pub(crate) fn options(self, default: Option<u8>) -> Result<RealtimeOptions, Failure> {
         let priority = match self.priority {
             Some(Priority::Off) => None,

@@ -362,7 +362,7 @@ impl Curves {
     }
 }
 
-/// Samples until nothing moves any more that is stable, and half as many again; and no more than the first loop as it is run takes for the
+/// Samples until every stable signal has settled, and half of that again; and no more than the first loop needs for the
 /// turns that can be drawn.
 fn length(trials: &[&Trial]) -> usize {
     let settled = trials.iter().flat_map(|trial| {

@@ -78,7 +78,7 @@ pub(crate) struct Arguments {
     file: File,
 }
 
-/// Number of samples above which a record is said to take time.
+/// Number of samples above which the time is announced.
 const LONG: usize = 200_000;
 /// Approximate time for a sample on one core of 2024, s.
 const A_SAMPLE_S: f64 = 6e-5;
@@ -98,7 +98,7 @@ fn signal(text: &str) -> Result<(usize, String), String> {
     split.ok_or_else(|| "is not time=COLUMN, input=COLUMN or output=COLUMN".to_owned())
 }
 
-/// Works with a progress bar of so many steps.
+/// Works with a progress bar of `steps` steps.
 fn shown<T>(
     what: &'static str,
     steps: usize,
@@ -157,7 +157,7 @@ impl Arguments {
                 "no function was found: give --model with other terms"
             )));
         };
-        // A calmer function may stand first; the closest one tells what the record shows.
+        // A calmer function may stand first; the closest one represents the record.
         let closest = found.iter().min_by(|a, b| a.bic.total_cmp(&b.bic));
         if !closest.unwrap_or(best).shows_a_response(&record) {
             return Err(Failure::run(format_args!(
@@ -257,7 +257,7 @@ impl Arguments {
         }
     }
 
-    /// The record of a file, and what is said of its rows.
+    /// The record of a file, and notices about its rows.
     fn read(&self, path: &Path) -> Result<(InputOutput, Vec<String>), Failure> {
         let [time, input, output] = self.columns()?;
         let wrong = |error: String| table::wrong(path, format_args!("{error}; see --columns"));
@@ -418,7 +418,7 @@ fn begins(start: Start) -> &'static str {
     }
 }
 
-/// Both readings of a table of a plant that answers at once: nothing else tells an output that was read before its row's input from one that was
+/// Both readings of a table of a plant that answers at once: nothing else separates an output that was read before its row's input from one that was
 /// read with an input of the row before.
 fn reading(found: &Identified, record: &InputOutput) -> Option<String> {
     let function = &found.function;
@@ -437,11 +437,11 @@ const LOOSE: f64 = 0.5;
 /// A share of the variance that no useful function leaves, and one that only noise may.
 const MUCH: f64 = 0.05;
 const SOME: f64 = 0.001;
-/// Of a function that explains less than this nothing more is said.
+/// Fit below which nothing more is reported about a function.
 const LEAST: f64 = 0.5;
 /// Neighbouring samples that are so much alike are no white noise.
 const ALIKE: f64 = 0.3;
-/// Times what a function leaves of its own record, from which on it is said of another one.
+/// Ratio to the residual on its own record from which on that on another record is reported.
 const WORSE: f64 = 2.0;
 /// Digits of a plant file: more than any record has.
 const DIGITS: usize = 9;
@@ -451,7 +451,7 @@ fn rounded(function: &FractionalTransferFunction) -> String {
     with_digits(function, 5).to_string()
 }
 
-/// The function with numbers of so many digits.
+/// The function with numbers of this many digits.
 fn with_digits(function: &FractionalTransferFunction, digits: usize) -> FractionalTransferFunction {
     let few = |value: f64| format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
     let terms = |polynomial: &FractionalPolynomial| {
@@ -622,7 +622,7 @@ fn unsure(evidence: &DeadTimeEvidence<'_>, best: &Found) -> Option<String> {
     ))
 }
 
-/// Why the function has as many numbers as it has.
+/// Reason for the number of parameters.
 fn order_reason(found: &[Found], best: &Found) -> String {
     let numbers = |found: &Found| found.identified.standard_errors.len();
     let count = numbers(best);

@@ -344,7 +344,7 @@ impl Run {
         .draw()
     }
 
-    /// A curve over time or over another, in units that are so many times as small.
+    /// A curve over time or over another, multiplied by `scale`.
     fn points(
         &self,
         n: usize,
