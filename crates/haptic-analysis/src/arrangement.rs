@@ -1,7 +1,7 @@
 //! The pieces into which the boundary curve, the straight lines and the axes cut each other.
 //!
 //! The curve is first cut where it is level or upright, so that the box of any stretch is that of its two ends; two stretches whose boxes
-//! are apart do not meet. What is left is halved on the true curve, not on chords, and the crossing is then found by Newton's method.
+//! are apart do not meet. The others are halved on the true curve, not on chords, and the crossing is then found by Newton's method.
 
 use crate::decomposition::{Decomposition, Sample};
 

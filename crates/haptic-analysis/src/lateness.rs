@@ -13,11 +13,11 @@ use crate::{AnalysisError, SampledLoop};
 use certified_count::{Late, Unknown, delay_margin};
 use core::f64::consts::PI;
 
-/// Parts of a sample that are looked at, at least and at most.
+/// Least and largest number of parts of a sample that are tried.
 const PARTS: [f64; 2] = [16.0, 64.0];
 /// Parts of a sample for each radian that the plant turns within one.
 const PARTS_A_RADIAN: f64 = 4.0;
-/// Parts of such a part that are looked at where the verdict does not turn from one to the next.
+/// Parts of such a part that are tried where the verdict does not turn from one to the next.
 const FINER: u32 = 32;
 
 /// A loop some delay later. Whole samples turn the phase alone, so its crossovers are known beyond the longest delay.

@@ -29,7 +29,7 @@ use std::f64::consts::PI;
 /// response, in closed form.
 /// - δ = bT/m, α = KT²/m, β = BT^(2−μ)/m; the mass drops out of the condition with units.
 /// - *Orders*: 0 ≤ μ ≤ 2. An integral in position feedback is not passive for any damping.
-/// - *The end θ → 0* is a limit: u = (2d+1)/2; of v, the values at θ = 1e-60 and 1e-90 tell a
+/// - *The end θ → 0* is a limit: u = (2d+1)/2; of v, the values at θ = 1e-60 and 1e-90 separate a
 ///   constant from a power of θ. A supremum that is only approached there counts.
 /// - *Accuracy*: 1e-10, in practice 1e-13 of the larger term.
 /// - *Cost*: 4·(memory + d) + 400 responses for one supremum, on the heap; the largest K or B takes a few suprema.

@@ -87,7 +87,7 @@ impl StabilityRegion {
     ///
     /// # Errors
     /// δ or γ outside the range of a [`SampledPlant`]; an order between 0 and 1e-6; d above 64, or [`AnalysisError::Unresolved`] if the
-    /// pieces do not close to polygons, which means that parts of the boundary come closer to each other than rounding errors can tell.
+    /// pieces do not close to polygons, which means that parts of the boundary come closer to each other than rounding errors.
     pub fn new(
         plant: SampledPlant,
         operator: &LoopOperator,

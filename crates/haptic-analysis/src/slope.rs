@@ -62,9 +62,9 @@ const ENOUGH_AGAIN: f64 = 0.999;
 const CAP: f64 = 0.9995;
 /// First share of the slope that a proof between the angles may cost.
 const ROOM: f64 = 2e-4;
-/// Between rest and here, rad/sample, only the limit at rest is looked at.
+/// Between rest and here, rad/sample, only the limit at rest is checked.
 const NEAR_REST: f64 = 1e-9;
-/// Longest period P of which all p are looked at, and of which those next to the linear limit.
+/// Longest period P of which all p are checked, and of which those next to the linear limit.
 const PERIODS: [u32; 2] = [24, 400];
 /// Angles of the first programme.
 const FIRST: usize = 12;
@@ -162,7 +162,7 @@ impl SampledLoop<'_> {
     }
 
     /// 1/k > −Re L − |Im L|·cot(π/P) at 2πp/P: there M lies in 1 − the hull of the P-th roots of unity, so that
-    /// |∠M| ≤ π/2 − π/P. Of long periods only those next to θ are looked at; elsewhere Im L decides.
+    /// |∠M| ≤ π/2 − π/P. Of long periods only those next to θ are checked; elsewhere Im L decides.
     fn phase_bound(&self, theta: f64) -> f64 {
         let [all, most] = PERIODS;
         let short = (2..=all).flat_map(|period| (1..=period / 2).map(move |p| (p, period)));
@@ -279,7 +279,7 @@ struct Search<'a, 'b> {
     lags: Vec<i32>,
     /// G has a pole at w = 1.
     drifts: bool,
-    /// All angles looked at, ascending.
+    /// All angles of the search, ascending.
     points: Vec<Point>,
 }
 
