@@ -133,12 +133,12 @@ pub enum OpenError {
     /// The Inverse Service or a device of it.
     #[error(transparent)]
     Inverse3(#[from] Inverse3OpenError),
-    /// It has not so many axes.
+    /// It has fewer axes.
     #[error("it has {most} {}, but {axes} are needed: change `axes`, or take another device", if *most == 1 { "axis" } else { "axes" })]
     Axes {
         /// Number of axes that were asked for.
         axes: usize,
-        /// As many as it has.
+        /// Number of its axes.
         most: usize,
     },
     /// No thread could serve it, or it refuses the first configuration.

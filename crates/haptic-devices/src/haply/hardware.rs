@@ -20,7 +20,7 @@ pub const FORCE_MAX_N: f32 = 1.5;
 pub const LATE_MOST: u32 = 3;
 /// Part of a period that a tick waits for an answer.
 const WAITING: u32 = 4;
-/// Bytes that are looked at in a tick: more than ever are due.
+/// Bytes that are read in a tick: more than are ever due.
 const ROOM: usize = 64;
 /// More answers than ever are due: the room for one more byte than theirs is there.
 const DUE_MOST: u8 = 6;
@@ -228,7 +228,7 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
     }
 
     /// No torque from now on. A device in order keeps its configuration and home; one in trouble is brought to the
-    /// begin of a frame, told once more, and reset.
+    /// begin of a frame, commanded once more to let go, and reset.
     fn leave(&mut self) {
         let nothing = torques(&self.model, [0.0; 2]);
         // A line that takes no bytes has nobody at its other end.

@@ -298,7 +298,7 @@ impl fmt::Display for HaplyName {
     }
 }
 
-/// Places of a box that are looked at are at most so far apart, m.
+/// Largest distance between the checked places of a box, m.
 const GRID_M: f64 = 1e-3;
 /// A longer side of a box than any arm reaches, m.
 const SIDE_MOST_M: f64 = 0.5;

@@ -14,7 +14,7 @@ use std::time::Duration;
 use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{Error as Failed, HandshakeError, Message};
 
-/// A read waits so long before the time is looked at again.
+/// Time for which a read waits before the clock is checked again.
 const LOOK: Duration = Duration::from_millis(20);
 /// More than any answer of a service.
 const BYTES_MOST: usize = 1 << 20;

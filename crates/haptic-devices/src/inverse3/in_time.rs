@@ -4,7 +4,7 @@ use std::fmt;
 use std::io::{ErrorKind, Read, Result, Write};
 use std::time::Duration;
 
-/// Time for all that is said before the first tick, HTTP and WebSocket together. A service on this machine needs milliseconds.
+/// Time for all messages before the first tick, HTTP and WebSocket together. A service on this machine needs milliseconds.
 pub(super) const PATIENCE: Duration = Duration::from_secs(5);
 
 /// A stream that fails once its time is over, even if a byte still comes now and then: a limit on each read would not limit a

@@ -136,7 +136,7 @@ impl<S: Read + Write> MoteusAxis<S> {
         }
     }
 
-    /// The next answer that comes within so many lines, however long the stream waits for it.
+    /// The next answer that comes within this many lines, however long the stream waits for it.
     fn heard(&mut self, lines: &mut usize) -> Result<Option<Reply>, Trouble> {
         while *lines > 0 {
             *lines -= 1;
@@ -311,7 +311,7 @@ impl<S: Read + Write> Hardware for MoteusAxis<S> {
             tick_period_max_us: 5000,
             force_max_n: (self.settings.torque_limit_nm / self.settings.radius_m.abs()) as f32,
             force_rate_max_n_per_s: 1e5,
-            // Of its filtered position it does not tell the step.
+            // The servo does not report the step of its filtered position.
             ..abilities("moteus", 1)
         }
     }
