@@ -55,8 +55,8 @@ in_order! {
         pub device_mass_kg: f32,
         /// d, ticks from a force to its effect, rounded up.
         pub device_delay_ticks: u8,
-        /// A reading that stands still for `stuck_time_s` and goes on while the wanted force grows by more than this
-        /// latches a fault, N, 0 to 1e4; 0 for never.
+        /// Rise of the wanted force, N, 0 to 1e4, that latches a fault while the reading stands still for
+        /// `stuck_time_s`; 0 for never.
         pub stuck_force_n: f32,
         /// Time for which a reading must stand still, s, 0.001 to 10: see `stuck_force_n`.
         pub stuck_time_s: f32,

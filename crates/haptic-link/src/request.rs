@@ -222,7 +222,7 @@ pub struct Start {
 }
 
 impl Start {
-    /// Run 1, which goes on until stopped and sends each tick in its own frame.
+    /// Run 1, which lasts until stopped and sends each tick in its own frame.
     pub const ENDLESS: Self = Self {
         run: 1,
         ticks: 0,
