@@ -16,7 +16,7 @@ use std::time::Duration;
 const RISE_TICKS: f32 = 10.0;
 /// Watchdog of trials in which nobody is silent on purpose, ms: as long as a host that is killed may leave a force anywhere.
 pub(super) const LONG_WATCHDOG_MS: u16 = LoopMode::Device.watchdog_ms();
-/// A run ends by itself after so many ticks, whatever becomes of the host.
+/// Ticks after which a run ends by itself, even without the host.
 const TICKS_MOST: u32 = 100_000;
 
 #[derive(Debug)]
@@ -196,7 +196,7 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
-    /// Goes on only while no fault has ended the test, since it began.
+    /// Fails once a fault has ended the test.
     pub(super) fn is_well(&self) -> Result<(), Broken> {
         let link = self.link()?;
         let status = link.status();

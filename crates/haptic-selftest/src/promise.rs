@@ -28,7 +28,7 @@ pub enum EmergencyStop {
     AsTheDevice,
     /// The device has none, so that promise is not tried.
     Absent,
-    /// Somebody presses it when told to, even on a device that says it is simulated.
+    /// Somebody presses it on request, even on a device that reports itself as simulated.
     Pressed,
 }
 

@@ -139,7 +139,7 @@ impl Bench<'_> {
         Ok(Ok(followed))
     }
 
-    /// Answers samples of a run that was followed up to now, until told otherwise or a fault or end has come with all that
+    /// Answers samples of a run that was followed up to now, until `until` is met or a fault or end has come with all that
     /// follows it.
     fn follow(
         &mut self,
@@ -201,7 +201,7 @@ impl Bench<'_> {
         })
     }
 
-    /// Stops a run that goes on, hears the rest of it, and disarms.
+    /// Stops a running run, receives the rest of it, and disarms.
     fn end(&mut self, mut followed: Followed) -> Result<Followed, Broken> {
         if !followed.is_over() {
             // Behind the stop samples go on: its last one may be lost, and so may the news of its end.
