@@ -28,19 +28,19 @@ pub struct LoopAnalysis {
     pub margins: Margins,
     /// The reason of the verdict.
     pub cause: Cause,
-    /// Where the plant is sampled by a rule and not exactly ([`SampledPlant::is_exact`]) and the
-    /// loop is too fast for that: the least factor by which it must be sampled more often. The
-    /// verdict then is of the rule, not of the plant.
+    /// Least factor by which the loop must be sampled more often, if the plant is sampled by a rule and
+    /// not exactly ([`SampledPlant::is_exact`]) and the loop is too fast for that. The verdict then holds
+    /// for the rule, not for the plant.
     pub coarse: Option<f64>,
     /// The open loop L and S = 1/(1 + L) over frequency.
     pub curve: Vec<LoopPoint>,
 }
 
-/// Orders nearer than this to a whole number, and not it, are told from it by no memory.
+/// Orders nearer than this to a whole number, and different from it: no memory resolves the difference.
 const NEAR_WHOLE: f64 = 1e-4;
 /// Largest crossover times sample time to which the rule of a fractional plant is trusted.
 const RULE_HOLDS_TO: f64 = 0.3;
-/// Times as often as a loop is sampled at least whose rule does not stand for its plant.
+/// Least factor for a loop whose rule does not stand for its plant.
 const TWICE: f64 = 2.0;
 
 /// The reason of a verdict.
@@ -48,13 +48,13 @@ const TWICE: f64 = 2.0;
 pub enum Cause {
     /// Stable: no pole outside the unit circle.
     Stable,
-    /// A pole on the unit circle, as far as can be told.
+    /// A pole on the unit circle, to within rounding.
     Boundary,
-    /// The same, and at other gains too: a zero cancels the pole.
+    /// A pole on the unit circle at any gain: a zero cancels it.
     Cancelled,
     /// Not decided: a number of the loop is larger than numbers are.
     TooLarge,
-    /// Not decided: this order is next to a whole one, and no memory can tell the two apart.
+    /// Not decided: this order is next to a whole one, and no memory resolves the difference.
     NearWhole(f64),
     /// Stable at gains that are lower.
     GainTooHigh(OtherGain),
@@ -62,7 +62,7 @@ pub enum Cause {
     GainTooLow(OtherGain),
     /// Stable without the dead time; with it, L meets −1 from this one on, s.
     DeadTime(Crossing),
-    /// Stable with the opposite sign of the gain, and so many times as large.
+    /// Stable with the opposite sign of the gain, multiplied by this factor.
     WrongSign(f64),
     /// Neither another gain, within a hundred times, nor less dead time makes it stable.
     Shape,
@@ -113,7 +113,7 @@ pub fn analyse(setup: &ControllerSetup, plant: &Plant) -> Result<LoopAnalysis, C
     analyse_at(setup, plant, 1.0)
 }
 
-/// The same with the plant's gain times this.
+/// Judges the loop with the plant's gain multiplied by `gain`.
 ///
 /// # Errors
 /// As [`analyse`].
@@ -128,7 +128,7 @@ pub fn analyse_at(
     analysed(setup, plant, &sampled, &closed, own)
 }
 
-/// The same of a loop that is closed already; `own` are its margins.
+/// Judges a loop that is closed already; `own` are its margins.
 pub(crate) fn analysed(
     setup: &ControllerSetup,
     plant: &Plant,
@@ -151,7 +151,7 @@ pub(crate) fn analysed(
     let open = held.as_ref().unwrap_or(closed);
     let curve = curve(low, PI / t, |omega| Some(open.open(omega * t)));
     let cause = match curve.len() {
-        // Of what is no number nothing can be told.
+        // A loop with values that are not finite cannot be judged.
         POINTS => cause(setup, plant, closed, &verdict)?,
         _ => Cause::TooLarge,
     };
@@ -164,7 +164,7 @@ pub(crate) fn analysed(
     })
 }
 
-/// The loop whose plant has so much more dead time.
+/// The loop whose plant has this much more dead time.
 fn later(
     setup: &ControllerSetup,
     plant: &Plant,
@@ -174,8 +174,8 @@ fn later(
     setup.closed_with(&setup.sampled(&plant)?)
 }
 
-/// How many times as often, at least, this loop would have to be sampled for the rule of its plant to stand for the plant; `None` if it does, or
-/// the plant is sampled exactly.
+/// Least factor by which this loop would have to be sampled more often for the rule of its plant to stand for the plant; `None` if the rule
+/// does already, or the plant is sampled exactly.
 pub(crate) fn coarse(plant: &SampledPlant, closed: &SampledLoop) -> Option<f64> {
     if plant.is_exact() {
         return None;
@@ -255,7 +255,7 @@ fn near_whole(setup: &ControllerSetup, plant: &Plant) -> Option<f64> {
 ///
 /// Of the loop as it is, or with the other `sign` of its gain, `poles` grow. At each gain no more than two come inside, so of n that grow
 /// the loop is not stable before n/2 gains are passed. No verdict is asked for in the first half of these, as a long dead time has
-/// thousands of them (half: two near each other may be told as one).
+/// thousands of them (half: two near each other may be counted as one).
 fn other_gain<'a>(
     closed: &SampledLoop,
     sign: f64,
@@ -287,7 +287,7 @@ fn other_gain<'a>(
     None
 }
 
-/// How many times as large the gain is with which the loop is stable, its sign turned round; the nearest to 1 of those found.
+/// Factor on the gain, of opposite sign, with which the loop is stable; the nearest to 1 of those found.
 fn with_the_other_sign(closed: &SampledLoop) -> Option<f64> {
     let turned = closed.with_gain(-1.0);
     let verdict = turned.verdict();
@@ -338,7 +338,7 @@ fn cause(
         lower.map(|(passed, gain)| (passed, Cause::GainTooHigh(gain))),
         higher.map(|(passed, gain)| (passed, Cause::GainTooLow(gain))),
     ];
-    // What the next gain cures comes before the dead time, what one further away does after it.
+    // A cure by the next gain precedes the dead time, one by a gain further away follows it.
     let mut ways = ways.into_iter().flatten();
     let next = ways.clone().find(|(passed, _)| *passed == 0);
     match next.map(|(_, cause)| cause) {

@@ -14,9 +14,9 @@ use std::vec::Vec;
 
 /// The highest order that is tried.
 pub const HIGHEST_ORDER: usize = 6;
-/// A residual has at least so many samples for each order that is tried.
+/// Least number of samples of a residual for each order tried.
 const SAMPLES_PER_ORDER: usize = 8;
-/// A partial correlation is at most this: what is predicted further than that is no noise.
+/// Largest partial correlation: a signal predicted more closely is not noise.
 const MOST_ALIKE: f64 = 1.0 - 1e-9;
 
 /// An autoregression. The default has order 0: white noise, whose filter changes nothing.
@@ -85,7 +85,7 @@ impl Autoregression {
         }
     }
 
-    /// How many samples before tell of the next; 0 of white noise.
+    /// Number of past samples that predict the next one; 0 of white noise.
     #[must_use]
     pub const fn order(&self) -> usize {
         self.order
@@ -108,7 +108,7 @@ impl Autoregression {
         scales
     }
 
-    /// A signal of one segment through the filter, as many samples: a residual, a column of a model, an output.
+    /// A signal of one segment through the filter, of equal length: a residual, a column of a model, an output.
     #[must_use]
     pub fn whitened(&self, signal: &[f64]) -> Vec<f64> {
         let (order, scales) = (self.order, self.scales());

@@ -110,7 +110,7 @@ impl<F: Real> Stage<F> {
         }
     }
 
-    /// The applied command if it is beyond the dead zone, a limit that nobody told, otherwise the command within its limits.
+    /// The applied command if it is beyond the dead zone, as with an unknown limit, otherwise the command within its limits.
     #[inline]
     pub(crate) fn given(&self, wanted: F, applied: F) -> F {
         let (command, applied) = (self.limit(wanted), self.told(wanted, applied));
@@ -144,7 +144,7 @@ impl<F: Real> Stage<F> {
         }
     }
 
-    /// What is left of a bias after a sample.
+    /// Decays a bias by one sample.
     #[inline]
     pub(crate) fn faded(&self, bias: F) -> F {
         settled(bias * self.keep)
@@ -171,7 +171,7 @@ fn settled<F: Real>(state: F) -> F {
 ///   integral alone.
 /// - *What the actuator did*: pass it to [`advance`](Self::advance), if it says so. Up to a fifth of the command and a twentieth of its
 ///   range away it counts as the command: the integral corrects the counts of a PWM or a weak drive by the error, as any load.
-///   Farther away it is a limit that nobody told, and the clock stands as at one. NaN and infinite count as the command.
+///   Farther away it is an unknown limit, and the clock stands as at a known one. NaN and infinite count as the command.
 /// - *A function of the error* takes in the error that would have given what was left of its command (R. Hanus, M. Kinnaert,
 ///   J.-L. Henrotte, *Conditioning technique, a general anti-windup and bumpless transfer method*, Automatica 23, 1987).
 /// - *Start*: [`at_rest`](Self::at_rest) if reference and measurement begin at zero, otherwise [`settled`](Self::settled).
@@ -186,9 +186,9 @@ pub trait Controller<F: Real> {
     /// The history of a loop in which reference, measurement and command have stood for ever: a start beside a running plant. Take
     /// the reference for the measurement and 0 for the command if you do not know better.
     /// ```text
-    /// proportional   its own          derivative   settled at c·r − y: 0          integral   what is left of the command
+    /// proportional   its own          derivative   settled at c·r − y: 0          integral   the rest of the command
     /// ```
-    /// - *What is left of the command* is a bias, which an integral of any order holds for ever: nothing moves.
+    /// - *The rest of the command* is a bias, which an integral of any order holds for ever: nothing moves.
     /// - *Without an integral* the bias fades with the time of the [`Actuator`]; ten times 1/crossover moves the loop by little.
     ///   A function of the error starts at its gain at rest times that error, and the bias.
     /// - *A command that is not finite* counts as the parts' own.
@@ -214,8 +214,8 @@ pub trait Controller<F: Real> {
     /// `g_y`: how much the command falls at once when the measurement rises by one.
     fn feedback_gain(&self) -> F;
 
-    /// The history with which this controller goes on where another one of its kind stood: its next output is that of the other.
-    /// Histories are of signals, not of products with gains, so what has the same order keeps its past; another integral starts
+    /// The history with which this controller continues from another one of its kind: its next output is that of the other.
+    /// Histories are of signals, not of products with gains, so a part of equal order keeps its past; another integral starts
     /// at rest, another derivative as if its input always had been what it is now. A difference in the command is held; it fades with the
     /// time of the [`Actuator`], or stays where an integral takes it for its own.
     fn take_over(
@@ -227,7 +227,7 @@ pub trait Controller<F: Real> {
     ) -> Self::History;
 }
 
-/// Who gives the command.
+/// Source of the command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mode<F> {
     /// The controller commands.
@@ -269,7 +269,7 @@ pub struct Station<F: Real, C: Controller<F>> {
     missed: u32,
 }
 
-/// After so many readings in a row that are not numbers the command is 0.
+/// Consecutive readings that are not numbers after which the command is 0.
 pub const MISSED_MOST: u32 = 10;
 
 impl<F: Real, C: Controller<F>> Station<F, C> {

@@ -68,9 +68,9 @@ pub struct ControlAnswer {
 pub struct Candidate {
     /// The controller with limits and memory, as a loop runs it.
     pub setup: ControllerSetup,
-    /// What the search found on its grid of frequencies.
+    /// Result of the search on its grid of frequencies.
     pub tuned: Tuned,
-    /// What the loop does, for a plant that can be simulated.
+    /// Behaviour of the loop, for a plant that can be simulated.
     pub trial: Option<Trial>,
     /// Each wish, and the value reached.
     pub wishes: Vec<Wish>,
@@ -236,7 +236,7 @@ impl ControlDesign {
         // The loop is fastest at the highest gain that is spoken of.
         let most = by_rule.map_or(1.0, |[_, high]| high.min(ROBUST_GAINS[1]));
         let coarse = coarse(&plant, &closed.with_gain(most));
-        // What is proved of the rule beyond the gains at which it stands for the plant is not proved of the plant.
+        // A proof for the rule covers the plant only at gains at which the rule stands for the plant.
         let rule = closed.rule_error().filter(|_| coarse.is_none());
         let stable_gains = match rule {
             Some(rule) => by_rule.map(|gains| rule.within(gains)),

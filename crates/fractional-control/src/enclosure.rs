@@ -176,7 +176,7 @@ impl Fraction {
     }
 }
 
-/// log₂ of the largest product, about; `None` if there is none but 0.
+/// Approximate log₂ of the largest product; `None` if all are 0.
 fn power(sum: &Sum) -> Option<i32> {
     let of_numbers = |numbers: &[f64]| {
         let largest = largest(numbers);

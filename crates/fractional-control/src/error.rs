@@ -49,9 +49,9 @@ pub enum ControlError {
     /// More terms than there is room for.
     #[error("{count} terms are more than the largest number, {most}: take fewer orders")]
     TooManyTerms {
-        /// So many terms were asked for.
+        /// Number of terms asked for.
         count: usize,
-        /// Room.
+        /// Largest number of terms.
         most: usize,
     },
     /// Text that is not in the notation.

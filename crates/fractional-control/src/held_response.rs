@@ -245,7 +245,7 @@ pub(crate) fn without(
 /// Places in a piece of the sum over the aliases, and times it is halved at most.
 const PLACES: usize = 24;
 const HALVINGS: u32 = 5;
-/// What a piece may miss between its places, over its largest value.
+/// Tolerance of a piece between its places, over its largest value.
 const MISSES: f64 = 1e-11;
 
 /// A smooth function from one angle to another as Chebyshev's polynomial through its values at the zeros of the next: the aliases of a plant are far
@@ -320,7 +320,7 @@ impl Piece {
 const ORDER_LEAST: f64 = 1.02;
 /// Parts of a sample up to which the terms turn slowly enough for an integral.
 const SLOW: f64 = 0.1;
-/// Parts of a sample that are none.
+/// Parts of a sample that count as 0.
 const NONE: f64 = 1e-9;
 /// Octaves at most, and the angle by which f turns in one at most, rad.
 const OCTAVES: i32 = 10;
@@ -333,7 +333,7 @@ const GAUSS: [(f64, f64); 3] = [
 ];
 /// Steps of ln u: an error of e^(−π²/step).
 const STEP: f64 = 0.5;
-/// What is left out of the integral on either side, as ln u.
+/// Limits of the integral on either side, as ln u.
 const NOTHING: f64 = 23.0;
 const END: f64 = 3.75;
 

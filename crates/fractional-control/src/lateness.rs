@@ -7,7 +7,7 @@ use core::cell::OnceCell;
 use core::f64::consts::PI;
 use std::vec::Vec;
 
-/// Parts of a sample that are looked at; and of a loop whose dead time turns it so often that it has more than so many points.
+/// Number of tried parts of a sample; and of a loop whose dead time turns it so often that its grid is longer than `LONG`.
 const PARTS: u32 = 16;
 const FEW_PARTS: u32 = 4;
 const LONG: usize = 20_000;
@@ -69,7 +69,7 @@ impl SampledLoop {
     /// ```text
     /// each part h of a sample:  L(h) is lost with no fewer than (π + arg L(h))/θ whole samples more, θ its crossovers
     /// ```
-    /// Sixteen parts are looked at (four of a very long dead time), and the one that makes the dead time whole, where L changes most; and
+    /// Sixteen parts are tried (four of a very long dead time), and the one that makes the dead time whole, where L changes most; and
     /// the delay is narrowed until the verdicts on both sides of it differ. A loop that is lost for less than a sixteenth of a sample may
     /// be missed. `first` itself of a loop that is not stable. Of a plant that follows a rule it is the margin of the plant behind its
     /// hold.
@@ -108,7 +108,7 @@ impl SampledLoop {
             .or(first))
     }
 
-    /// How far 1 + L turns from low frequency to half the sample rate, rad.
+    /// Angle by which 1 + L turns from low frequency to half the sample rate, rad.
     fn turn(&self, grid: &[Point]) -> f64 {
         let pairs = grid.windows(2);
         pairs
@@ -127,7 +127,7 @@ impl SampledLoop {
     }
 }
 
-/// θ at which L is nearest to −1, of those that are looked at.
+/// θ of the grid at which L is nearest to −1.
 fn nearest(grid: &[Point]) -> f64 {
     let away = |point: &Point| (point.1 + 1.0).norm();
     let nearest = grid.iter().min_by(|a, b| away(a).total_cmp(&away(b)));

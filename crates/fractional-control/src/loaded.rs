@@ -124,7 +124,7 @@ impl LoadedPlant {
         })
     }
 
-    /// The same whose command acts so many samples later.
+    /// Delays the command by this number of samples.
     ///
     /// # Errors
     /// More than 10 000 samples.

@@ -6,21 +6,21 @@ use core::f64::consts::PI;
 use num_complex::Complex;
 use std::vec::Vec;
 
-/// The slowest angle looked at, rad a sample: at 1 kHz that of a time constant of 3000 years.
+/// The slowest angle of the grid, rad a sample: at 1 kHz that of a time constant of 3000 years.
 const SLOWEST: f64 = 1e-14;
-/// L is looked at from 1e-8 rad a sample on, or below where it has not come to rest there.
+/// The grid starts at 1e-8 rad a sample, or below if L has not come to rest there.
 const DECADES_BELOW: usize = 6;
 /// Points a decade before any is put between.
 const A_DECADE: f64 = 100.0;
 /// Neighbours are at most so far apart in ln L: gain and phase in rad.
 const APART: f64 = 0.2;
-/// Points are put between two neighbours at most so many times.
+/// Largest number of times that points are put between two neighbours.
 const HALVINGS: u32 = 12;
 /// L moves and turns by less than this share where it has come to rest at low frequency.
 const FLAT: f64 = 1e-3;
-/// A peak is looked at from this share of its angle on, to both sides in steps of two.
+/// First step from a peak, as a share of its angle, to both sides, doubled each time.
 const SIDE: f64 = 1e-11;
-/// A smaller gain at which L meets −1 is none: L jumps there from one end of the numbers to the other, through a pole on the circle.
+/// Smaller gains at which L meets −1 do not count: L jumps there from one end of the numbers to the other, through a pole on the circle.
 const AT_A_POLE: f64 = 1e-10;
 /// Times the place of a peak is narrowed by the golden section, or that of a crossing halved.
 const NARROWED: usize = 60;
@@ -188,7 +188,7 @@ impl SampledLoop {
             return;
         }
         let apart = (to.1 / from.1).ln();
-        // What is small and far from −1 need not be followed.
+        // A response that is small and far from −1 need not be followed.
         let matters = from.1.norm().max(to.1.norm()) > 1e-3;
         if halvings == 0 || !matters || apart.norm() < APART {
             return;
@@ -274,7 +274,7 @@ impl SampledLoop {
     }
 }
 
-/// Gains looked at, over the nominal one.
+/// Range of the gains, over the nominal one.
 const GAIN_RANGE: [f64; 2] = [0.01, 100.0];
 /// Share by which the interval stays away from the gains at which L meets −1.
 const AWAY: f64 = 1e-3;

@@ -47,7 +47,7 @@ impl Memory {
         })
     }
 
-    /// The same with the fewest modes that reach the tolerance: half as many, made in milliseconds.
+    /// Uses the fewest modes that reach the tolerance: half as many, computed in milliseconds.
     #[cfg(feature = "std")]
     #[must_use]
     pub fn fewest_modes(self) -> Self {

@@ -59,7 +59,7 @@ pub(crate) struct Branch<F, O> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct FractionalPid<F, const MODES: usize = 48>(pub(crate) Kind<F, MODES>);
 
-/// One rule for all powers: it is looked at once a call.
+/// One rule for all powers: it is selected once a call.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Kind<F, const MODES: usize> {
     First(Parallel<F, FullMemory<F, TAPS, MODES>>),
@@ -90,7 +90,7 @@ pub(crate) struct Parallel<F, O> {
 /// The past of a [`Parallel`].
 #[derive(Clone, Debug, PartialEq)]
 struct Past<F, H> {
-    /// Of each branch, and any in the place of one that is not there: what is looked at once a tick is the law. `None` without branches.
+    /// Of each branch, and any in the place of a missing one: only the law is selected, once a tick. `None` without branches.
     powers: Option<[H; BRANCHES]>,
     /// Held over a change or a start; fades where nothing integrates.
     bias: F,

@@ -179,7 +179,7 @@ impl TidParameters {
     }
 }
 
-/// Orders are read to so many parts of 1: 0.9 + 0.5 − 0.9 is 0.5 then.
+/// Orders are rounded to this many parts of 1: 0.9 + 0.5 − 0.9 is 0.5 then.
 const ORDER_PARTS: f64 = 1e12;
 
 impl FromStr for PidParameters {

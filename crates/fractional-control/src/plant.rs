@@ -97,7 +97,7 @@ impl Plant {
         self.delay_s
     }
 
-    /// The same plant with this much more dead time, s.
+    /// Adds dead time, s.
     ///
     /// # Errors
     /// A negative one, more than 1e10 s; any at all for a measured response, which has its own.
@@ -111,7 +111,7 @@ impl Plant {
         Ok(Self { delay_s, ..self })
     }
 
-    /// The same without its dead time; `None` of a measured response, whose own it has.
+    /// Removes the dead time; `None` for a measured response, which contains its own.
     #[must_use]
     pub(crate) fn without_dead_time(&self) -> Option<Self> {
         (!self.is_measured()).then(|| Self {

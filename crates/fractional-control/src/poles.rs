@@ -49,7 +49,7 @@ impl FractionalTransferFunction {
         self.growing_poles().filter(|_| !at_rest)
     }
 
-    /// The same where s = 0 may be a pole too, which is not counted.
+    /// Counts the poles with Re s > 0, also of a function with a pole at s = 0, which does not count.
     pub(crate) fn growing_poles(&self) -> Option<usize> {
         let denominator = self.denominator();
         let turn = OnAxis(denominator).turn()?;

@@ -186,7 +186,7 @@ impl<F: Real, const MODES: usize> PortableController<F, MODES> {
 struct Numbers<'a, F>(&'a [F]);
 
 impl<'a, F: Real> Numbers<'a, F> {
-    /// A list whose numbers are finite, and as many as its parts have.
+    /// A list of finite numbers, whose count is that of its parts.
     fn of(
         form: ControllerForm,
         parts: &[ControllerPart],

@@ -11,7 +11,7 @@ pub(crate) fn largest(numbers: &[f64]) -> f64 {
     numbers.iter().fold(0.0, |most: f64, x| most.max(x.abs()))
 }
 
-/// The response to u(t) = 1 for t > 0, at t = 0, T, 2T, …, as many samples as asked for.
+/// The response to u(t) = 1 for t > 0, at t = 0, T, 2T, …, for `samples` samples.
 ///
 /// With [`Rule::Bdf2`](crate::Rule::Bdf2) the error falls with T² at any fixed t > 0: the first sample is halved.
 /// ```

@@ -1,4 +1,4 @@
-//! How far the rule of a plant's samples is from the plant behind its hold.
+//! Distance between the rule of a plant's samples and the plant behind its hold.
 //! ```text
 //! F = A_C·A_G + k·B_C·B_G of the rule,   F + k·E of the plant,   E = B_C·(A_G·G_d − B_G)
 //! k·|E| < |F| on the circle:   both turn about 0 as often     (E. Rouché)
@@ -45,7 +45,7 @@ struct Place {
     error: Enclosed,
 }
 
-/// What is known of an arc.
+/// Finding about an arc.
 enum Judged {
     Holds,
     Fails,
@@ -100,7 +100,7 @@ impl RuleError<'_> {
             self.holds_at(&mut places, gains, &mut left)
         };
         let mut reached = |end: f64| {
-            // What bounds one end of a step of two at most serves all of it.
+            // A bound at one end of a step of at most a factor of two holds for all of it.
             let steps = libm::ceil(libm::log2(end).abs()).max(1.0);
             let gain = |step: f64| libm::pow(end, step / steps);
             let mut inside = 0.0;
@@ -132,7 +132,7 @@ impl RuleError<'_> {
         }
     }
 
-    /// True if it holds on all these arcs at these gains. Those that do not tell are halved, and stay so for the next gains.
+    /// True if it holds on all these arcs at these gains. Undecided arcs are halved, and stay so for the next gains.
     fn holds_at(&self, places: &mut Vec<Place>, gains: [f64; 2], left: &mut usize) -> bool {
         // The last is the next.
         let mut ahead: Vec<Place> = places.drain(..).rev().collect();
@@ -186,7 +186,7 @@ impl RuleError<'_> {
 }
 
 impl SampledLoop {
-    /// How far the plant's rule deviates from the plant behind its hold; `None` for a plant that is
+    /// Deviation of the plant's rule from the plant behind its hold; `None` for a plant that is
     /// sampled exactly.
     #[must_use]
     pub fn rule_error(&self) -> Option<RuleError<'_>> {

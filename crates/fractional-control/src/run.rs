@@ -10,9 +10,9 @@ use fracdiff::Seconds;
 
 /// Largest number of samples of a run, which takes some seconds.
 pub const SAMPLES_MOST: f64 = 2e6;
-/// A run lasts so many times 1/ω of its crossover, unless it is told.
+/// Default length of a run, in units of 1/ω of its crossover.
 const LENGTH: f64 = 60.0;
-/// Samples of a run that is not told, within these.
+/// Range of the default number of samples.
 const SAMPLES: [f64; 2] = [200.0, 2e5];
 
 /// The share of the reference by which the output may end away from it.
@@ -39,12 +39,12 @@ pub struct LoopRun {
     /// tenth of the run, in which the reference stands: off by more than 5 % and what the loop leaves of a
     /// disturbance as slow as the run, |S|. `None` if the reference still moves.
     pub settles: Option<bool>,
-    /// The same of the reference, from which a loop without an integral is off for ever: what it leaves of a
-    /// disturbance without end does not count.
+    /// As `settles`, but at the reference itself, from which a loop without an integral stays away for ever:
+    /// the allowance is less by |S| of an endless disturbance.
     pub at_reference: Option<bool>,
 }
 
-/// Where a loop brings its output, and whether that is the reference.
+/// True if the output settles, and if it settles at the reference; `None` while the reference moves.
 fn ends(closed: &SampledLoop, run: &Response) -> Option<[bool; 2]> {
     if !run
         .measured

@@ -146,7 +146,7 @@ impl<F: Real, const MODES: usize> SampledTransferFunction<F, MODES> {
         Self::of_integrals(function, memory, sample_time, integral)
     }
 
-    /// The same with memories that somebody else makes, or has.
+    /// From memories that the caller makes, or has.
     pub(crate) fn of_integrals(
         function: &FractionalTransferFunction,
         memory: Memory,

@@ -36,8 +36,8 @@ const USUAL_SAMPLES: f64 = 1e6;
 /// A [`Plant`] behind a hold and its dead time (d + h)T, 0 ≤ h < 1, sampled with T.
 ///
 /// - *Matrices, and transfer functions of whole orders up to 16*: exactly, by matrix exponentials of the two parts of a sample, in numbers of
-///   some hundred bits, so that a pole of any speed, from 1e-6 to 1e6 a sample, keeps its digits. What a function of as many powers above as
-///   below passes on at once is the command of ⌈d + h⌉ samples ago, and of one at least: a loop measures before it commands.
+///   some hundred bits, so that a pole of any speed, from 1e-6 to 1e6 a sample, keeps its digits. The direct path of a function of equal degrees
+///   passes on the command of ⌈d + h⌉ samples ago, and of one at least: a loop measures before it commands.
 /// - *Other transfer functions*: by the rule of [`Memory`], fed with the held command as a hat function between neighbouring samples sees it,
 ///   m\[n\] = p₀u\[n−d\] + p₁u\[n−d−1\] + p₂u\[n−d−2\] with p = ((1−h)²/2, 1/2 + h − h², h²/2): an error of O(T²) with
 ///   [`Rule::Bdf2`](crate::Rule::Bdf2). Where p₀ acts at once the loop is solved for the command.
@@ -50,9 +50,9 @@ pub struct SampledPlant {
     /// Of a plant in states: what it passes on at once, and by how many samples more than d.
     direct: (f64, usize),
     curve: Fraction,
-    /// How far back it remembers, s, where it follows a rule.
+    /// Reach of its memory, s, if it follows a rule.
     memory_s: Option<f64>,
-    /// What it would be without the rule.
+    /// Response without the rule.
     held: Option<HeldResponse>,
     peaks: Peaks,
     sample_time: Seconds,
@@ -189,17 +189,17 @@ impl SampledPlant {
         self.part
     }
 
-    /// How far back its memory reaches, s; `None` without one.
+    /// Reach of its memory, s; `None` without one.
     pub(crate) fn memory_s(&self) -> Option<f64> {
         self.memory_s
     }
 
-    /// The plant without a rule; `None` of one that follows none.
+    /// The plant without its rule; `None` if it is sampled exactly.
     pub(crate) fn held_response(&self) -> Option<&HeldResponse> {
         self.held.as_ref()
     }
 
-    /// Where it may have narrow peaks.
+    /// Peaks of its response that may be narrow.
     pub(crate) fn peaks(&self) -> &Peaks {
         &self.peaks
     }

@@ -54,7 +54,7 @@ pub struct ControllerSetup {
     pub sample_time_s: f64,
     /// Rule and tolerance of the powers: `full` or `full-bdf2`.
     pub scheme: Scheme,
-    /// How far back the memory keeps its tolerance, s; `None` for 200 000 samples.
+    /// Time for which the memory keeps its tolerance, s; `None` for 200 000 samples.
     pub memory_s: Option<f64>,
 }
 
@@ -117,7 +117,7 @@ impl ControllerSetup {
         Memory::new(rule, tolerance, self.horizon_s())
     }
 
-    /// How far back the powers are remembered with that tolerance, s.
+    /// Time for which the powers are remembered with that tolerance, s.
     #[must_use]
     pub fn horizon_s(&self) -> f64 {
         let default = MEMORY_SAMPLES * self.sample_time_s;
@@ -145,7 +145,7 @@ impl ControllerSetup {
         self.simulate_loaded(plant, reference, 0.0)
     }
 
-    /// The same with a load that is added to the command before the plant, from the first sample on.
+    /// Runs the loop with a load that is added to the command before the plant, from the first sample on.
     ///
     /// # Errors
     /// As [`check`](Self::check).

@@ -19,7 +19,7 @@ pub struct Response {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Shape {
-    /// Largest y beyond the step, as a share of it; 0 if there is none.
+    /// Largest y beyond the step, as a share of it; 0 without overshoot.
     pub overshoot: f64,
     /// Samples from 10 % to 90 % of the step, between samples by straight lines; `None` if y does
     /// not reach that.
@@ -44,7 +44,7 @@ pub fn simulate<C: Controller<f64>>(
     simulate_loaded(controller, plant, reference, 0.0, samples)
 }
 
-/// The same with a load d that is added to the command before the plant: y = S + G·(u + d).
+/// Runs the loop with a load d that is added to the command before the plant: y = S + G·(u + d).
 pub(crate) fn simulate_loaded<C: Controller<f64>>(
     controller: &C,
     plant: &SampledPlant,

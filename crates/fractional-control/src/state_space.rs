@@ -40,7 +40,7 @@ impl StateSpace {
         Ok(Self { a, b, c })
     }
 
-    /// The matrices of a function whose orders are whole and at most 16, and its gain at once, that of as many powers above as below:
+    /// The matrices of a function whose orders are whole and at most 16, and its direct gain, not 0 for equal degrees:
     /// `None` for any other. A gain alone has no states.
     pub(crate) fn of_function(function: &FractionalTransferFunction) -> Option<(Self, f64)> {
         let (above, below) = (function.numerator(), function.denominator());
@@ -74,7 +74,7 @@ impl StateSpace {
         Some((Self { a, b, c }, direct))
     }
 
-    /// The same plant behind an actuator, τ·ḟ = u − f, which applies f instead of u. A lag of 0
+    /// Puts the plant behind an actuator, τ·ḟ = u − f, which applies f instead of u. A lag of 0
     /// means no lag.
     ///
     /// # Errors
@@ -87,7 +87,7 @@ impl StateSpace {
         self.fed_by(-1.0 / lag_s, 1.0 / lag_s)
     }
 
-    /// The same with its input as one state more, the last: f = its input, f′ = `own`·f + `gain`·u.
+    /// Makes the input one state more, the last: f = its input, f′ = `own`·f + `gain`·u.
     pub(crate) fn fed_by(&self, own: f64, gain: f64) -> Result<Self, ControlError> {
         let n = self.a.nrows();
         let mut a = DMatrix::zeros(n + 1, n + 1);
@@ -153,7 +153,7 @@ impl StateSpace {
         })
     }
 
-    /// Number of eigenvalues with Re s > 0, and of those that are not known. One that rounding does not tell from 0 is none: a free mass has
+    /// Number of eigenvalues with Re s > 0, and of unknown ones. An eigenvalue that is 0 within rounding does not count: a free mass has
     /// one at 0.
     #[must_use]
     pub fn unstable_poles(&self) -> usize {
@@ -161,7 +161,7 @@ impl StateSpace {
         self.poles_from(rounding.max(f64::MIN_POSITIVE))
     }
 
-    /// Number of eigenvalues that do not decay, as far as rounding lets it be told.
+    /// Number of eigenvalues that do not decay, or decay more slowly than rounding resolves.
     pub(crate) fn undamped_poles(&self) -> usize {
         let rounding = 1e-12 * self.a.norm();
         self.poles_from(-rounding)
@@ -272,7 +272,7 @@ impl StateSpace {
         }
     }
 
-    /// The same with states in other units, powers of two, so that A is as small as it can be; `None` of numbers too large for that.
+    /// Scales the states by powers of two so that A is as small as possible; `None` if a number is too large for that.
     fn balanced(&self) -> Option<Self> {
         // Squares of these are numbers too.
         let usable = self.a.iter().all(|value| value.abs() < 1e150);

@@ -44,7 +44,7 @@ impl FractionalTransferFunction {
         )
     }
 
-    /// The same from polynomials.
+    /// From polynomials.
     ///
     /// # Errors
     /// As [`new`](Self::new).

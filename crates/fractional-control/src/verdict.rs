@@ -84,7 +84,7 @@ impl SampledLoop {
         })
     }
 
-    /// The same for a plant with a law at another port.
+    /// Closes the loop around a plant with a law at another port.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -116,26 +116,25 @@ impl SampledLoop {
         })
     }
 
-    /// How far back the memories of fractional orders reach in this loop, s; `None` with whole
-    /// orders only, which forget nothing. For slower motions the computed loop differs from the
-    /// functions.
+    /// Reach of the memories of fractional orders in this loop, s; `None` with whole orders only, which
+    /// forget nothing. For slower motions the computed loop differs from the functions.
     #[must_use]
     pub fn memory_s(&self) -> Option<f64> {
         self.memory_s
     }
 
-    /// Where the plant may have narrow peaks.
+    /// Peaks of the plant's response that may be narrow.
     pub(crate) fn peaks(&self) -> &Peaks {
         &self.peaks
     }
 
-    /// The same with the peaks of another loop, whose plant differs by a dead time.
+    /// Takes over the peaks of another loop, whose plant differs by a dead time.
     pub(crate) fn beside(self, other: &Self) -> Self {
         let peaks = other.peaks.clone();
         Self { peaks, ..self }
     }
 
-    /// The same with the gain of the plant times this.
+    /// Sets the factor on the gain of the plant.
     #[must_use]
     pub fn with_gain(&self, gain: f64) -> Self {
         Self {
@@ -144,9 +143,9 @@ impl SampledLoop {
         }
     }
 
-    /// The same loop, but with [`open`](Self::open) and so [`margins`](Self::margins) computed for
-    /// the plant behind its hold instead of the rule that replaces it; the verdict is still the
-    /// rule's. `None` for a plant that is sampled exactly.
+    /// The loop with [`open`](Self::open) and so [`margins`](Self::margins) computed for the plant
+    /// behind its hold instead of the rule that replaces it; the verdict is still the rule's. `None` for
+    /// a plant that is sampled exactly.
     #[must_use]
     pub fn of_plant(&self) -> Option<Self> {
         self.held.as_ref()?;

@@ -39,7 +39,7 @@ pub(crate) fn identity(states: usize) -> DMatrix<Wide> {
     DMatrix::from_diagonal_element(states, states, wide(1.0, states))
 }
 
-/// The same as [`Wide`] numbers.
+/// Converts to [`Wide`] numbers.
 pub(crate) fn matrix(matrix: &DMatrix<f64>) -> DMatrix<Wide> {
     let states = matrix.nrows();
     matrix.map(|value| wide(value, states))

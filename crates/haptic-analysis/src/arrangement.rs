@@ -1,7 +1,7 @@
 //! The pieces into which the boundary curve, the straight lines and the axes cut each other.
 //!
 //! The curve is first cut where it is level or upright, so that the box of any stretch is that of its two ends; two stretches whose boxes
-//! are apart do not meet. What is left is halved on the true curve, not on chords, and the crossing is then found by Newton's method.
+//! are apart do not meet. The others are halved on the true curve, not on chords, and the crossing is then found by Newton's method.
 
 use crate::decomposition::{Decomposition, Sample};
 
@@ -127,7 +127,7 @@ fn between(decomposition: &Decomposition, edge: &Edge, a: Cut, b: Cut) -> Option
     (middle[0] >= 0.0 && middle[1] >= 0.0).then_some(samples)
 }
 
-/// The inner sample farthest from both ends, by which a piece is judged; 0 if there is none.
+/// The inner sample farthest from both ends, by which a piece is judged; 0 without inner samples.
 pub(crate) fn middle(samples: &[Sample]) -> usize {
     let (Some(first), Some(last)) = (samples.first(), samples.last()) else {
         return 0;
@@ -292,7 +292,7 @@ fn segments(
     }
 }
 
-/// How far a few units in the last place of θ move a point.
+/// Distance by which a few units in the last place of θ move a point.
 fn rounding(sample: &Sample) -> f64 {
     let [dx, dy] = sample.tangent;
     16.0 * f64::EPSILON * (1.0 + sample.theta) * libm::hypot(dx, dy)
@@ -379,7 +379,7 @@ impl Straight {
     }
 
     /// The cut at a point of the line, exactly on it, so that a cut of an axis is not a rounding error
-    /// beside it. A point within its `error` of an end is the end; beyond there is none.
+    /// beside it. A point within its `error` of an end is the end; a point beyond is no cut.
     pub(crate) fn meet(&self, point: [f64; 2], error: f64) -> Option<Cut> {
         let share = self.share(point);
         let known = [0.0, 1.0].into_iter().find(|&end| {

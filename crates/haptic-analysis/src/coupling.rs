@@ -74,7 +74,7 @@ impl<'a> Coupler<'a> {
         })
     }
 
-    /// The same coupler run by an operator of its order. `memory` in samples, 1 for unlimited memory:
+    /// Runs the coupler by an operator of its order. `memory` in samples, 1 for unlimited memory:
     /// as in [`OnePort::with_memory`](crate::OnePort::with_memory).
     #[must_use]
     pub fn with_operator<'b>(

@@ -22,7 +22,7 @@ const END: f64 = 1e-6;
 /// Intervals narrower than this are taken as they are.
 const NARROW: f64 = 1e-11;
 
-/// Intervals looked at before giving up. A few hundred are common.
+/// Largest number of intervals before giving up. A few hundred are common.
 const STEPS: usize = 200_000;
 
 /// A point of the curve.

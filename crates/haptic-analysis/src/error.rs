@@ -13,7 +13,7 @@ pub enum AnalysisError {
     /// Something that could not be computed to the accuracy promised.
     #[error("{what} cannot be computed: {why}")]
     Unresolved {
-        /// The subject of the sentence that tells it.
+        /// The subject of the error's sentence.
         what: &'static str,
         /// The reason, with the remedy where there is one.
         why: &'static str,

@@ -1,7 +1,7 @@
 //! Global maximum of a function of the digital frequency θ on [0, π].
 //!
 //! A grid brackets every local maximum, golden sections refine it: no derivative, and no maximum
-//! narrower than the grid can hide as long as the function oscillates no faster than it was told.
+//! narrower than the grid can hide as long as the function oscillates no faster than stated.
 
 use std::f64::consts::PI;
 

@@ -48,7 +48,7 @@ const NEAR_REST: usize = 12;
 pub(crate) struct Polynomial {
     pub(crate) coefficients: Vec<f64>,
     /// The first coefficients in powers of v = 1 − w. Near rest a difference operator is all
-    /// cancellation in powers of w: what is left of (1 − w)² at 1e-6 rad is rounding error.
+    /// cancellation in powers of w: the result for (1 − w)² at 1e-6 rad is rounding error.
     near_rest: [f64; NEAR_REST],
     /// `Σ j|c_j|` and `Σ j²|c_j|`.
     rate: f64,

@@ -1,10 +1,10 @@
-//! How much later the force of a stable loop may come: the delay margin, behind the hold.
+//! Delay margin of a stable loop: the further delay of the force, behind the hold, that it tolerates.
 //! ```text
 //! F(w; τ) = A(w) + w^(k+1)·N(w; h)·(α + βP(w)),   k + h = d + τ, the delay with τ samples more;   the least τ with F = 0, |w| = 1
 //! ```
 //! A part of a sample is no turn of the phase: the held force then changes inside a sample, and N is another. For one part h the
 //! angles with |GH| = 1 are the same for every k, as |w^k| = 1, and each gives the k, in general not whole, at which its phase
-//! meets −1. So a few parts of a sample tell of every delay, however long, where the first zero is; there it is narrowed.
+//! meets −1. So a few parts of a sample give the first zero for every delay, however long; there it is narrowed.
 
 use crate::characteristic::Characteristic;
 use crate::curve::Bounds;
@@ -13,11 +13,11 @@ use crate::{AnalysisError, SampledLoop};
 use certified_count::{Late, Unknown, delay_margin};
 use core::f64::consts::PI;
 
-/// Parts of a sample that are looked at, at least and at most.
+/// Least and largest number of parts of a sample that are tried.
 const PARTS: [f64; 2] = [16.0, 64.0];
 /// Parts of a sample for each radian that the plant turns within one.
 const PARTS_A_RADIAN: f64 = 4.0;
-/// Parts of such a part that are looked at where the verdict does not turn from one to the next.
+/// Parts of such a part that are tried where the verdict does not turn from one to the next.
 const FINER: u32 = 32;
 
 /// A loop some delay later. Whole samples turn the phase alone, so its crossovers are known beyond the longest delay.
@@ -89,7 +89,7 @@ impl SampledLoop<'_> {
             .collect()
     }
 
-    /// The same loop with another delay in all, samples.
+    /// Replaces the total delay, samples.
     fn delayed_by(&self, samples: f64) -> Result<Self, AnalysisError> {
         let plant = self.characteristic.plant.delayed_by(samples)?;
         Ok(Self {

@@ -332,7 +332,7 @@ pub(crate) struct Continuous {
     pub(crate) linear: Option<Lists>,
 }
 
-/// Matrices without an allocation: A by rows, then B and C, of so many states.
+/// Matrices without an allocation: A by rows, then B and C, for `states` states.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Lists {
     states: usize,

@@ -12,7 +12,7 @@ use num_complex::Complex;
 /// delay     the least τ > 0 with 1 + GH(τ) = 0, samples: G sampled with the hold and the delay d + τ, of any part of a sample
 /// ```
 /// None of the crossings in θ is missed: intervals of θ are dropped only where a bound of the
-/// second derivative proves that there is none. The delay is scanned in steps of at most 1/16
+/// second derivative excludes any. The delay is scanned in steps of at most 1/16
 /// sample, and the zero is narrowed until the verdicts on both sides of it differ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]

@@ -7,7 +7,7 @@ use fracdiff::{Channel, Differintegrator, Order, Seconds};
 /// Weights that are summed: the rest of their squares falls like j^(−1−2μ).
 const WEIGHTS: usize = 4096;
 
-/// How much noise an operator puts out for white noise of rms 1 at its input.
+/// Output noise of an operator for white noise of rms 1 at its input.
 /// ```text
 /// rms of the operator alone    T^(−μ)·√(Σ c_j²)                        exact: Σ c_j² = Γ(2μ + 1)/Γ(μ + 1)²
 /// rms of a wall's force        √(K² + 2·K·B·T^(−μ)·c_0 + B²·T^(−2μ)·Σ c_j²)        per metre of noise

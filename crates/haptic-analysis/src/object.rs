@@ -112,7 +112,7 @@ impl<'a> CoupledLoop<'a> {
         Ok(Self { inner })
     }
 
-    /// The same loop with a coupler this many times as large, `k_c` and `b_c` alike.
+    /// Multiplies the coupler, `k_c` and `b_c` alike.
     #[must_use]
     pub fn scaled(mut self, factor: f64) -> Self {
         self.inner.alpha *= factor;

@@ -158,7 +158,7 @@ impl LoopOperator {
         let (node_a, node_b) = (self.node(&a), self.node(&b));
         let [above, below] = self.bounds((&a, &node_a), (&b, &node_b));
         let bound = self.quotient_travel(&node_a, &node_b, [above, below], high - low);
-        // Bounds over a long interval are crude, or there are none.
+        // Bounds over a long interval are crude, or infinite.
         let size =
             |node: &OperatorNode| node.numerator.value.norm() / node.denominator.value.norm();
         if bound <= 4.0 * (size(&node_a) + size(&node_b)) || high - low < 1e-9 {

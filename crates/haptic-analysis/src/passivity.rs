@@ -29,7 +29,7 @@ use std::f64::consts::PI;
 /// response, in closed form.
 /// - δ = bT/m, α = KT²/m, β = BT^(2−μ)/m; the mass drops out of the condition with units.
 /// - *Orders*: 0 ≤ μ ≤ 2. An integral in position feedback is not passive for any damping.
-/// - *The end θ → 0* is a limit: u = (2d+1)/2; of v, the values at θ = 1e-60 and 1e-90 tell a
+/// - *The end θ → 0* is a limit: u = (2d+1)/2; of v, the values at θ = 1e-60 and 1e-90 separate a
 ///   constant from a power of θ. A supremum that is only approached there counts.
 /// - *Accuracy*: 1e-10, in practice 1e-13 of the larger term.
 /// - *Cost*: 4·(memory + d) + 400 responses for one supremum, on the heap; the largest K or B takes a few suprema.
@@ -82,7 +82,7 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
             p_at_rest: 0.0,
             deficit: 0.0,
         };
-        // So close to rest that a power of θ has vanished, and a constant has not.
+        // At 1e-90 a power of θ has vanished, and a constant has not.
         let at_rest = finite("response at rest", operator.response(1e-90).re, "")?;
         port.deficit = if at_rest < -REST_NOISE { -at_rest } else { 0.0 };
         port.prepare()?;
@@ -333,7 +333,7 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     fn limit_of_v(&mut self) -> Result<f64, AnalysisError> {
         const NEAR: f64 = 1e-60;
         const NEARER: f64 = 1e-90;
-        // A power of θ is told from a constant by its exponent between the two.
+        // The exponent between the two distinguishes a power of θ from a constant.
         let limit = |near: f64, nearer: f64| {
             let exponent = libm::log(libm::fabs(near / nearer)) / libm::log(NEAR / NEARER);
             if near == 0.0 || exponent > 1e-13 {

@@ -5,7 +5,7 @@ use certified_count::Place;
 use fracdiff::parameter::range;
 use num_complex::Complex;
 
-/// How a command reaches the device: held for one sample, delayed by (d + h) samples, and followed
+/// Path of a command to the device: held for one sample, delayed by (d + h) samples, and followed
 /// by a motor current of time constant τ.
 /// ```text
 /// τ·f'(t) = u(t − (d + h)T) − f(t),   or f(t) = u(t − (d + h)T) if τ = 0;   0 ≤ h < 1
@@ -109,7 +109,7 @@ impl ForcePath {
         self.fraction == 0.0 && self.lag == 0.0
     }
 
-    /// The same with more whole samples of delay.
+    /// Adds whole samples of delay.
     pub(crate) fn later(self, samples: usize) -> Result<Self, AnalysisError> {
         let whole = self.whole.saturating_add(samples);
         Self::new(whole as f64, 0.0)?;

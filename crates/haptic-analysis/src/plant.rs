@@ -220,13 +220,13 @@ impl SampledPlant {
         self.numerator_in_v.get()
     }
 
-    /// The same plant with more whole samples of delay.
+    /// Adds whole samples of delay.
     pub(crate) fn later(self, samples: usize) -> Result<Self, AnalysisError> {
         let path = self.path.later(samples)?;
         Ok(Self { path, ..self })
     }
 
-    /// The same plant behind another delay; its lag stays. Only the numerator knows where in a sample the force changes.
+    /// Replaces the delay and keeps the lag. Only the numerator depends on where in a sample the force changes.
     ///
     /// # Errors
     /// More than the longest delay.

@@ -10,8 +10,8 @@
 //!    region lies in α + p₀β ≤ R, for every operator. It is never unbounded.
 //! 2. **The curve** inside the box, with nothing left out (`decomposition.rs`), and all crossings of
 //!    its branches, the lines and the axes (`arrangement.rs`).
-//! 3. **Which pieces count.** Crossing the curve to the side that Im P tells takes two unstable poles
-//!    away, crossing a line one; a piece bounds the region exactly if there are none on that side.
+//! 3. **The pieces that count.** Crossing the curve to the side that Im P gives removes two unstable
+//!    poles, crossing a line one; a piece bounds the region exactly if that side has no unstable pole.
 //!    One certified count beside each piece decides. No cell is assumed stable or not: holes and
 //!    detached parts come out as further polygons.
 //! 4. **Polygons**: the pieces joined, the region on their left; holes run clockwise.
@@ -76,7 +76,7 @@ pub struct StableArea {
 impl StabilityRegion {
     /// Longest delay, samples: beyond, the box of step 1 leaves the range of `f64`.
     pub const DELAY_MAX: usize = 64;
-    /// Smallest order other than 0: below, the curve is too close to a straight line to be told apart.
+    /// Smallest order other than 0: below, the curve is indistinguishable from a straight line.
     pub const ORDER_MIN: f64 = 1e-6;
 
     /// Computes it for a plant, an operator and `delay` samples beside those of the plant, with about `points` points on
@@ -87,7 +87,7 @@ impl StabilityRegion {
     ///
     /// # Errors
     /// δ or γ outside the range of a [`SampledPlant`]; an order between 0 and 1e-6; d above 64, or [`AnalysisError::Unresolved`] if the
-    /// pieces do not close to polygons, which means that parts of the boundary come closer to each other than rounding errors can tell.
+    /// pieces do not close to polygons, which means that parts of the boundary come closer to each other than rounding errors.
     pub fn new(
         plant: SampledPlant,
         operator: &LoopOperator,

@@ -26,7 +26,7 @@ use core::f64::consts::PI;
 use fracdiff::full_memory::non_negative_least_squares;
 use num_complex::Complex;
 
-/// How steep contact may be: factors on the wall (K and B together), of which 1 is the wall itself.
+/// Limits on the slope of contact: factors on the wall (K and B together), of which 1 is the wall itself.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SlopeLimit {
@@ -47,28 +47,28 @@ pub struct SlopeLimit {
 
 /// The i of the multiplier on each side with which a search begins. Most loops need no more.
 const LAGS: [i32; 5] = [1, 2, 3, 4, 5];
-/// So many i more, up to a period of the motion at the boundary: they turn the phase of a hand that swings.
+/// Number of further i, up to a period of the motion at the boundary: they turn the phase of a hand that swings.
 const LATE_LAGS: i32 = 12;
 /// Those of a last search, where many fast motions bind at once.
 const MANY: [i32; 18] = [
     1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 17, 20, 24, 28, 34, 40,
 ];
 const LAG_MAX: f64 = 400.0;
-/// Of what is provable: enough.
+/// Sufficient share of the provable limit.
 const ENOUGH: f64 = 0.99;
 /// A slope that falls below this share of itself at one more angle is worth another programme.
 const ENOUGH_AGAIN: f64 = 0.999;
 /// The search ends this near to what is provable.
 const CAP: f64 = 0.9995;
-/// What a proof between the angles may cost.
+/// First share of the slope that a proof between the angles may cost.
 const ROOM: f64 = 2e-4;
-/// Between rest and here, rad/sample, only the limit at rest is looked at.
+/// Between rest and here, rad/sample, only the limit at rest is checked.
 const NEAR_REST: f64 = 1e-9;
-/// Longest period P of which all p are looked at, and of which those next to the linear limit.
+/// Longest period P of which all p are checked, and of which those next to the linear limit.
 const PERIODS: [u32; 2] = [24, 400];
 /// Angles of the first programme.
 const FIRST: usize = 12;
-/// What rounding leaves of an h that is none.
+/// Size below which an h is rounding error.
 const DUST: f64 = 1e-9;
 /// Programmes with more and more angles before a slope is given up.
 const EXCHANGES: usize = 60;
@@ -76,13 +76,13 @@ const EXCHANGES: usize = 60;
 const BISECTIONS: usize = 12;
 /// Proofs begun with one more angle each.
 const PROOFS: usize = 60;
-/// Angles that a search may look at.
+/// Largest number of angles in a search.
 const ANGLES: usize = 20_000;
 /// Rounding errors of M, P and Y together, as a share of their terms' sizes.
 const ROUNDING: f64 = 24.0 * f64::EPSILON;
 
 impl SampledLoop<'_> {
-    /// How steep contact may be for stability under every motion.
+    /// Limits on the slope of contact for stability under every motion.
     ///
     /// ```
     /// use fracdiff::{Order, Scheme, Seconds};
@@ -162,7 +162,7 @@ impl SampledLoop<'_> {
     }
 
     /// 1/k > −Re L − |Im L|·cot(π/P) at 2πp/P: there M lies in 1 − the hull of the P-th roots of unity, so that
-    /// |∠M| ≤ π/2 − π/P. Of long periods only those next to θ are looked at; elsewhere Im L decides.
+    /// |∠M| ≤ π/2 − π/P. Of long periods only those next to θ are checked; elsewhere Im L decides.
     fn phase_bound(&self, theta: f64) -> f64 {
         let [all, most] = PERIODS;
         let short = (2..=all).flat_map(|period| (1..=period / 2).map(move |p| (p, period)));
@@ -225,7 +225,7 @@ impl Taps {
     }
 }
 
-/// What is known at one angle, without k and h: the inequality is Re{M(W/k + E)} > 0.
+/// Terms at one angle, without k and h: the inequality is Re{M(W/k + E)} > 0.
 #[derive(Clone, Copy, Debug)]
 struct Row {
     theta: f64,
@@ -279,7 +279,7 @@ struct Search<'a, 'b> {
     lags: Vec<i32>,
     /// G has a pole at w = 1.
     drifts: bool,
-    /// All angles looked at, ascending.
+    /// All angles of the search, ascending.
     points: Vec<Point>,
 }
 
@@ -341,7 +341,7 @@ impl<'a, 'b> Search<'a, 'b> {
         let own = size_in_v(self.denominator(), node.place.size_v)
             * node.operator.denominator.value.norm();
         let fed = self.subject.alpha * node.rough[1] + self.subject.beta * node.rough[2];
-        // What falls towards rest loses no more than its share to rounding.
+        // A term that falls towards rest loses no more than its share to rounding.
         let rates = plant.rate.norm() * fed + own * feedback.rate.norm();
         let row = Row {
             theta,

@@ -124,7 +124,7 @@ const EIGENVALUE_DEGREE: usize = 64;
 /// |F| over the sizes of its terms, and over n₁ + n₀, at which a loop is on the boundary.
 pub(crate) const BOUNDARY: f64 = 1e-9;
 
-/// A stiffness or dissipation too small for its products to be normal numbers is none.
+/// Replaces by 0 a stiffness or dissipation too small for its products to be normal numbers.
 pub(crate) fn flushed(value: f64) -> f64 {
     const LEAST: f64 = 1e-200;
     if value < LEAST { 0.0 } else { value }
@@ -154,7 +154,7 @@ impl<'a> SampledLoop<'a> {
         )
     }
 
-    /// The same on any plant, whose delay and lag are its own.
+    /// Closes the loop on any plant, with the plant's own delay and lag.
     ///
     /// # Errors
     /// α or β negative, not finite, or above 1e12.
@@ -222,7 +222,7 @@ impl<'a> SampledLoop<'a> {
         springs.norm() == 0.0 && self.characteristic(0.0).norm() <= BOUNDARY * scale
     }
 
-    /// The same, judged beside the pole at rest if it [drifts](Self::drifts); any other loop as it is. The drift is no instability.
+    /// Excludes the pole at rest from the verdict if the loop [drifts](Self::drifts); the drift is not an instability.
     #[must_use]
     pub fn beside_rest(mut self) -> Self {
         self.beside_rest = self.drifts();

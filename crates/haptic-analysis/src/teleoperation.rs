@@ -194,7 +194,7 @@ impl Teleoperation {
         }
     }
 
-    /// The same verdict, at the points of a grid alone: for searches.
+    /// The verdict at the points of a grid alone, for searches.
     pub(super) fn is_stable_on(&self, grid: &Grid) -> bool {
         let bound = 1.0 - ROUNDING;
         grid.thetas()

@@ -1,4 +1,4 @@
-//! What the hand feels: the virtual environment alone, and the closed loop, read as a spring and a damper.
+//! Impedances at the hand: of the virtual environment alone, and of the closed loop, read as a spring and a damper.
 
 use crate::{AnalysisError, ForcePath};
 use fracdiff::parameter::{not_negative, positive, range};
@@ -57,7 +57,7 @@ impl Environment {
         Effective::new(omega_rad_s, h.re, h.im / omega_rad_s)
     }
 
-    /// What the hand feels on any linear device: `Z = Z_d + H·e^(−jωT/2)·e^(−jωTd)/((1 + jωτ)·jω)`.
+    /// Impedance at the hand on any linear device: `Z = Z_d + H·e^(−jωT/2)·e^(−jωTd)/((1 + jωτ)·jω)`.
     ///
     /// `impedance` is `Z_d(jω)`, N·s/m, velocity in and force out: jωm + b for a mass on a damper; of a plant with the
     /// transfer function G from force to position, 1/(jω·G(jω)).

@@ -52,8 +52,8 @@ impl ForeignName {
         Self::KINDS.iter().any(|(known, _)| *known == kind)
     }
 
-    /// Opens the device with so many axes, looks at its first answers, serves it on a thread of this process, and connects to
-    /// that. What a user should know of it is told to `warn`.
+    /// Opens the device with this number of axes, looks at its first answers, serves it on a thread of this process, and connects to
+    /// that. `warn` receives notices for the user.
     ///
     /// # Errors
     /// A port that cannot be opened, a device that does not answer or answers what cannot be; more axes than it has.
@@ -133,12 +133,12 @@ pub enum OpenError {
     /// The Inverse Service or a device of it.
     #[error(transparent)]
     Inverse3(#[from] Inverse3OpenError),
-    /// It has not so many axes.
+    /// It has fewer axes.
     #[error("it has {most} {}, but {axes} are needed: change `axes`, or take another device", if *most == 1 { "axis" } else { "axes" })]
     Axes {
         /// Number of axes that were asked for.
         axes: usize,
-        /// As many as it has.
+        /// Number of its axes.
         most: usize,
     },
     /// No thread could serve it, or it refuses the first configuration.

@@ -30,10 +30,10 @@ pub enum NameError {
         /// The kind whose name it is.
         kind: &'static str,
     },
-    /// An address after `tcp:` that is none.
+    /// An invalid address after `tcp:`.
     #[error(transparent)]
     Address(#[from] SerialError),
-    /// Something behind a comma that is no `key=value`.
+    /// Something behind a comma that is not a `key=value`.
     #[error("\"{text}\" is not a setting: write key=value; the keys of {kind} are {keys}")]
     Setting {
         /// The part between two commas, as it was given.
@@ -49,7 +49,7 @@ pub enum NameError {
         /// Key to which the value belongs.
         key: String,
     },
-    /// A value that is none of the choices.
+    /// A value outside the choices.
     #[error("{key} = \"{value}\" is not one of {choices}")]
     Choice {
         /// Key to which the value belongs.

@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf, absolute};
 use toml::Value;
 use toml::de::{DeTable, DeValue};
 
-/// What an experiment or a question is written as. What is given wins over the file.
+/// Source text of an experiment or a question. Values given separately override the file.
 ///
 /// ```
 /// use haptic_experiment::ExperimentFile;
@@ -44,9 +44,9 @@ pub struct Document {
     path: PathBuf,
     text: String,
     given: Vec<Given>,
-    /// What the log of a run says of it, with the texts of the files that the document names.
+    /// Metadata that the log of a run has about it, with the texts of the files that the document names.
     pub(crate) logged: BTreeMap<String, String>,
-    /// What is given, as TOML, and for each of its lines how it was said.
+    /// Given values as TOML, and for each of its lines the words in which the value was given.
     over: (String, Vec<String>),
 }
 
@@ -58,13 +58,13 @@ struct Given {
     said: String,
 }
 
-/// Where a log has the document of its run.
+/// Group and name of the document in the log of its run.
 pub(crate) const IN_LOG: (&str, &str) = ("experiment", "document");
 /// Files that a document names, as a log of its run has them.
 pub(crate) const TISSUE_IN_LOG: &str = "tissue_file";
 pub(crate) const CONTROLLER_IN_LOG: &str = "drive.file";
 pub(crate) const DEVICE_IN_LOG: &str = "device_model.file";
-/// The same of the device of a drive.
+/// As `DEVICE_IN_LOG`, for the device of a drive.
 pub(crate) const DRIVE_DEVICE_IN_LOG: &str = "drive_device_model.file";
 
 impl Document {
@@ -126,7 +126,7 @@ impl Document {
         }
     }
 
-    /// Where the file is, for messages.
+    /// Path of the file, for messages.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
@@ -176,7 +176,7 @@ impl Document {
         Ok(())
     }
 
-    /// What is given, as TOML, and for each of its lines how it was said.
+    /// Given values as TOML, and for each of its lines the words in which the value was given.
     fn written(&self) -> (String, Vec<String>) {
         let (mut text, mut said) = (String::new(), Vec::new());
         let mut given: Vec<&Given> = self.given.iter().collect();
@@ -250,7 +250,7 @@ pub(crate) fn choice(kinds: &[&str]) -> String {
     format!("an experiment file has one of {}", names.join(", "))
 }
 
-/// How to write `mass_kg = 65g`, in whose line this character is: the unit is in the key.
+/// Advice for `mass_kg = 65g`, in whose line this character is: the unit is in the key.
 fn with_unit(text: &str, at: usize) -> Option<String> {
     let start = text[..at].rfind('\n').map_or(0, |end| end + 1);
     let (key, value) = text[start..].lines().next()?.split_once('=')?;

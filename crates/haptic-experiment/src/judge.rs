@@ -26,7 +26,7 @@ pub(crate) fn percent(fraction: f64) -> f64 {
     (fraction * 1e8).round() / 1e6
 }
 
-/// A wanted value below this share of the largest one counts as nothing: what is left there is rounding, and a
+/// A wanted value below this share of the largest one counts as nothing: it is rounding there, and a
 /// relative error has no meaning.
 const NOTHING: f64 = 1e-9;
 
@@ -39,7 +39,7 @@ pub(crate) fn relative_error(have: f64, want: f64) -> f64 {
     }
 }
 
-/// The largest relative error of a stretch of samples, or why there is none.
+/// The largest relative error of a stretch of samples, or the reason why it has no meaning.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Compared {
     /// The error; `None` where it has no meaning.
@@ -68,7 +68,7 @@ impl Compared {
         }
     }
 
-    /// One error of so many samples, from the first to the last of these times, s.
+    /// One error over `samples` samples, from the first to the last of these times, s.
     pub(crate) fn of_window(error: f64, [from_s, to_s]: [f64; 2], samples: u64) -> Self {
         if !error.is_finite() {
             return Self::without_meaning("a value is not finite");
@@ -152,7 +152,7 @@ impl LargestError {
         found.samples += 1;
     }
 
-    /// The error, or why there is none.
+    /// The error, or the reason why it has no meaning.
     pub(crate) fn get(self) -> Compared {
         let (from_s, end_s) = (plain(self.from_s), plain(self.end_s));
         let Self { wanted, unit, .. } = self;
@@ -185,7 +185,7 @@ pub(crate) fn origin(record: &Record) -> &'static str {
 /// experiment draws nothing itself.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curves {
-    /// Which experiment it was, and whether simulated or rendered.
+    /// The experiment, and whether it was simulated or rendered.
     pub title: String,
     /// The law, the device and the operator that ran, and the verdict: what distinguishes this
     /// picture from others.
@@ -201,12 +201,12 @@ pub struct Curves {
     pub drawing: Drawing,
 }
 
-/// What a run is drawn over that has a closed form.
+/// Description of a run that has a closed form, for drawing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Theory {
-    /// What is compared: `force`, `strain` or `depth`.
+    /// Compared quantity: `force`, `strain` or `depth`.
     pub quantity: &'static str,
-    /// The same with its unit, for an axis.
+    /// Axis label of the quantity, with its unit.
     pub label: &'static str,
     /// A measured record of the same quantity, if one is laid over the run.
     pub record: Option<Overlay>,
@@ -233,7 +233,7 @@ pub enum Drawing {
     Theory(Theory),
     /// A device that comes to rest.
     Trial {
-        /// Where it should, m; `None` if nothing holds the push.
+        /// Expected rest position, m; `None` if nothing holds the push.
         expected_deflection_m: Option<f64>,
     },
     /// Both sides of a teleoperation, and stiffnesses over the frequency in Hz, N/m: `touched` by the slave, by the `formula`, `felt`.

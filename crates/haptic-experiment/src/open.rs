@@ -133,7 +133,7 @@ impl ExperimentFile {
         self.indentation().map(|pressed| &pressed.piece)
     }
 
-    /// What the log of its run says about it, which overrides its document.
+    /// Metadata that the log of its run has, which overrides its document.
     #[must_use]
     pub fn metadata(&self) -> BTreeMap<String, String> {
         self.0.metadata()
@@ -203,7 +203,7 @@ impl ExperimentFile {
         teleoperation.run_side(end, terms, opened, request, supervisor)
     }
 
-    /// The same, but waits this long for a device at a port.
+    /// Sets the time to wait for a device at a port.
     #[must_use]
     pub fn with_patience(mut self, patience: Duration) -> Self {
         if let Some(remote) = &mut self.0.conduct_mut().remote {
@@ -228,7 +228,7 @@ impl ExperimentFile {
         Ok(self)
     }
 
-    /// The same, at another pace.
+    /// Sets the pace.
     #[must_use]
     pub fn in_pace(mut self, pace: Pace) -> Self {
         self.0.conduct_mut().pace = pace;
@@ -261,7 +261,7 @@ impl Document {
         for (name, table) in parsed.tables(&[kind, DRIVE_TABLE], "")? {
             text += &format!("[{name}]\n");
             for parameter in known(name) {
-                // What a device file above it says is not read.
+                // A device file overrides these keys, which are then not read.
                 let of_device = takes_device(kind) && DEVICE_PLANT.contains(parameter);
                 if !(of_device && table.lies_below(parameter, &DEVICE_MODEL)) {
                     text += &line(&table, parameter);

@@ -93,17 +93,17 @@ pub(crate) struct Ran {
     pub fault_log: Option<PathBuf>,
     /// Findings of the pre-flight; `None` if it was skipped.
     pub preflight: Option<PreflightVerdict>,
-    /// The same of a drive.
+    /// Findings of the pre-flight of a drive.
     pub drive: Option<DriveVerdict>,
-    /// What a drive on a device of its own leaves.
+    /// Result of a drive on a device of its own.
     pub second: Option<DriveRan>,
     /// Losses of live streams, a sentence each.
     pub live_warnings: Vec<String>,
 }
 
-/// What runs tick by tick: a loop on a simulated device, or both sides of a teleoperation.
+/// A system that runs tick by tick: a loop on a simulated device, or both sides of a teleoperation.
 pub(crate) trait World<const D: usize = 1> {
-    /// What is told of a tick.
+    /// Record of a tick.
     type Message: TickRecord;
 
     /// There is a folder for what the run leaves.
@@ -153,11 +153,11 @@ pub(crate) fn recorder(
     waits: bool,
     supervisor: Supervisor<'_>,
 ) -> Result<Recorder, Failure> {
-    // What a run did goes before what its document asked for.
+    // Facts of the run override what its document asked for.
     let mut metadata = request.provenance.clone();
     metadata.extend(of_run);
     let log = folder.file("mcap");
-    // None for a second run.
+    // Empty for a second run.
     let live = (supervisor.live).map_or_else(Vec::new, LiveStreams::take);
     let (overwrite, roll_bytes) = (folder.overwrite(), folder.roll_bytes());
     Recorder::start(&log, metadata, waits, overwrite, roll_bytes, live)
@@ -219,7 +219,7 @@ fn run<W: World<D>, const D: usize>(
     let clock = schedule.clock().map_err(Failure::run)?;
     let mut periodic = clock.map(Periodic::new).transpose().map_err(Failure::run)?;
     let mut tick = 0;
-    // A run that was ended goes on until the force is zero, past its last sample if need be.
+    // A run that was ended continues until the force is zero, past its last sample if need be.
     while tick < schedule.samples || record.ended.is_some() {
         let cycle = periodic.as_mut().map(Periodic::wait);
         if tick == 0 {
@@ -273,7 +273,7 @@ fn run<W: World<D>, const D: usize>(
     Ok(record)
 }
 
-/// Tells log and fault recorder why a run ends: `at` is the tick of the fault and its time, s, `event_s` that of the
+/// Records in the log and the fault recorder why a run ends: `at` is the tick of the fault and its time, s, `event_s` that of the
 /// event, which is never before what is logged.
 pub(crate) fn tell_end(
     recorder: &mut Recorder,

@@ -199,7 +199,7 @@ pub enum SimulationKind {
     MassDamper,
     /// An indentation by ramp and hold, imposed exactly.
     RigidIndentation,
-    /// The same by an indenter of its own mass and servo, through a stiff contact.
+    /// That indentation by an indenter of its own mass and servo, through a stiff contact.
     CompliantIndentation,
 }
 

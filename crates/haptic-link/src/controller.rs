@@ -15,9 +15,9 @@ pub enum ControllerForm {
     Parallel,
     /// That share too, g, p, q, then the power of each part: CRONE, lead–lag without a whole section.
     Lead,
-    /// The same with one whole section.
+    /// As `Lead`, with one whole section.
     LeadOfOne,
-    /// The same with two.
+    /// As `Lead`, with two whole sections.
     LeadOfTwo,
 }
 

@@ -103,7 +103,7 @@ impl Header {
         (bytes, self.direction.header_bytes())
     }
 
-    /// As `bytes` wrote it; `bytes` are as many as this direction has.
+    /// Inverse of `bytes`; the length of the argument is that of this direction.
     fn read(direction: Direction, bytes: &[u8]) -> Self {
         let number = |from: usize, to: usize| {
             let bytes = bytes.get(from..to).unwrap_or_default().iter();
@@ -348,7 +348,7 @@ pub(crate) fn written<'a, M: Serialize>(message: &M, room: &'a mut [u8]) -> Opti
     postcard::serialize_with_flavor(message, bytes).ok()?
 }
 
-/// Bytes into a buffer. Too many are counted, not written, and told at the end: a check after each number of a message
+/// Bytes into a buffer. Excess bytes are counted, not written, and reported at the end: a check after each number of a message
 /// would cost a microcontroller half a kilobyte.
 struct Bytes<'a> {
     room: &'a mut [u8],

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// A message from one side to the other.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum HandMessage {
-    /// Who speaks, and how. Its layout stays in all versions to come.
+    /// Identity and settings of the speaker. Its layout stays in all versions to come.
     Hello(HandHello),
     /// One tick of the speaker, for the law of the other.
     Sample(HandSample),
@@ -52,7 +52,7 @@ impl core::fmt::Display for HandSide {
     }
 }
 
-/// How the two sides are coupled.
+/// Coupling of the two sides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum Architecture {
     /// Each side is pulled to the place of the other by a fractional coupler.

@@ -1,4 +1,4 @@
-//! What a firmware's image says of itself, and the digest by which a board tells that it runs exactly that image.
+//! The identity in a firmware's image, and the digest by which a board proves that it runs exactly that image.
 //!
 //! ```text
 //! 0 IMAGE_MARK │ 20 board, u8[16] │ 36 version, u8[3] │ 39 0 │ 40 seven addresses, u32 LE: __stext __etext __srodata __erodata __sidata __sdata __edata

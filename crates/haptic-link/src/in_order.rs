@@ -1,5 +1,5 @@
 //! `Deserialize` for structures of many numbers and for long arrays, small on a microcontroller: the derived one has
-//! a way out after each field, 28 B of code; this one reads all, and tells at the end. Fields in order only, as
+//! a way out after each field, 28 B of code; this one reads all, and reports an error at the end. Fields in order only, as
 //! postcard has them.
 
 use core::fmt;

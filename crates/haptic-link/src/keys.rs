@@ -113,7 +113,7 @@ const fn variants(schema: &'static NamedType) -> &'static [&'static NamedVariant
     variants
 }
 
-/// The path tells directions apart. The schema does not see that integers have a fixed length; all of them have.
+/// The path distinguishes directions. The schema does not see that integers have a fixed length; all of them have.
 const fn key<T: Schema>(path: &str) -> MessageKey {
     let hash = u64::from_le_bytes(Key::for_path::<T>(path).to_bytes());
     MessageKey((hash >> 32) as u32 ^ hash as u32)

@@ -55,8 +55,8 @@ in_order! {
         pub device_mass_kg: f32,
         /// d, ticks from a force to its effect, rounded up.
         pub device_delay_ticks: u8,
-        /// A reading that stands still for `stuck_time_s` and goes on while the wanted force grows by more than this
-        /// latches a fault, N, 0 to 1e4; 0 for never.
+        /// Rise of the wanted force, N, 0 to 1e4, that latches a fault while the reading stands still for
+        /// `stuck_time_s`; 0 for never.
         pub stuck_force_n: f32,
         /// Time for which a reading must stand still, s, 0.001 to 10: see `stuck_force_n`.
         pub stuck_time_s: f32,
@@ -123,7 +123,7 @@ impl Limits {
     pub const MAX_AGE_TICKS: u16 = 1000;
 }
 
-/// Which of two values of a limit is tighter. NaN means no limit.
+/// Direction in which a limit is tighter. NaN means no limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tighter {
     /// The smaller of two values is the tighter one.
@@ -145,7 +145,7 @@ pub struct Limit {
     pub least: f32,
     /// Largest value; a board may allow less.
     pub most: f32,
-    /// Which of two values of this limit is stricter.
+    /// Direction in which this limit is stricter.
     pub tighter: Tighter,
 }
 
@@ -285,7 +285,7 @@ impl Limits {
     }
 }
 
-/// Leaves a value that is tight; another one becomes what is set, and the first such is told.
+/// Keeps a tight value; replaces a loose one by the set value, and records the first such field.
 #[inline(never)]
 fn keep(value: &mut f32, set: f32, is_tight: bool, field: Field, looser: &mut Option<Field>) {
     if !is_tight {

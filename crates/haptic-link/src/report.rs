@@ -299,7 +299,7 @@ impl core::fmt::Display for Reason {
 /// A change of state, with its moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Event {
-    /// What changed.
+    /// Kind of the change.
     pub kind: EventKind,
     /// Number of the tick at which it was detected.
     #[serde(with = "postcard::fixint::le")]
@@ -448,7 +448,7 @@ impl Statistics {
     }
 }
 
-/// So many reports, the first ones, are those of every device.
+/// Number of reports, the first ones, that every device sends.
 pub(crate) const COMMON_REPORTS: usize = 13;
 pub(crate) const REPORTS: usize =
     COMMON_REPORTS + if cfg!(feature = "controllers") { 1 } else { 0 };
@@ -478,11 +478,11 @@ pub struct Ack {
     pub sequence: u16,
     /// First byte of the request.
     pub request: u8,
-    /// Whether the request was accepted.
+    /// Acceptance or refusal.
     pub outcome: Outcome,
 }
 
-/// Whether a request was accepted, and if not, why.
+/// Acceptance of a request, or the reason for its refusal.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Outcome {
     /// The request was carried out, or was true already.

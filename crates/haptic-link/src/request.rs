@@ -12,9 +12,9 @@ use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// So many requests, the first ones, are those of a device of one axis.
+/// Number of requests, the first ones, that a device of one axis accepts.
 pub(crate) const ONE_AXIS_REQUESTS: usize = 17;
-/// Those of several axes too.
+/// Number of those that a device of several axes accepts too.
 pub(crate) const AXES_REQUESTS: usize = 18;
 pub(crate) const CONTROLLER_REQUESTS: usize = 20;
 pub(crate) const REQUESTS: usize = if cfg!(feature = "several-axes") {
@@ -29,7 +29,7 @@ pub(crate) const REQUESTS: usize = if cfg!(feature = "several-axes") {
 /// New variants are added at the end.
 ///
 /// Every request but [`Force`](Self::Force) is answered: with its own report where one is named,
-/// otherwise with a [`Report::Ack`](crate::Report::Ack) otherwise. All but that one may be sent
+/// otherwise with a [`Report::Ack`](crate::Report::Ack). All but that one may be sent
 /// again when the answer does not come.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Request {
@@ -124,7 +124,7 @@ pub enum Request {
     Surface(SurfaceShape),
 }
 
-/// How long a configuration stays in force.
+/// Time for which a configuration stays in force.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum Scope {
     /// Until another connection begins, or something else is staged; then what was set to last is in force again. No
@@ -222,7 +222,7 @@ pub struct Start {
 }
 
 impl Start {
-    /// Run 1, which goes on until stopped and sends each tick in its own frame.
+    /// Run 1, which lasts until stopped and sends each tick in its own frame.
     pub const ENDLESS: Self = Self {
         run: 1,
         ticks: 0,

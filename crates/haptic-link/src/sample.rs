@@ -79,7 +79,7 @@ impl Batch {
     }
 }
 
-/// What an axis did in a tick: 14 bytes.
+/// Record of an axis in a tick: 14 bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
 pub struct BatchItem {
     /// Position that was measured at the start of the tick, m.
@@ -105,7 +105,7 @@ pub struct Flight {
     /// fault, and then the sample is all zero.
     #[serde(with = "postcard::fixint::le")]
     pub count: u16,
-    /// What the device did in that tick.
+    /// Record of that tick.
     pub sample: Sample,
 }
 

@@ -16,7 +16,7 @@ use std::time::Duration;
 const RISE_TICKS: f32 = 10.0;
 /// Watchdog of trials in which nobody is silent on purpose, ms: as long as a host that is killed may leave a force anywhere.
 pub(super) const LONG_WATCHDOG_MS: u16 = LoopMode::Device.watchdog_ms();
-/// A run ends by itself after so many ticks, whatever becomes of the host.
+/// Ticks after which a run ends by itself, even without the host.
 const TICKS_MOST: u32 = 100_000;
 
 #[derive(Debug)]
@@ -177,7 +177,7 @@ impl<'a> Bench<'a> {
         let most_ms = u64::from(self.limited.limits.watchdog_ms) / 4;
         for (interval_ms, times) in [(20, 10), (50, 20), (100, 20)] {
             let interval_ms = most_ms.clamp(1, interval_ms);
-            // The same for a device that is armed already.
+            // An armed device stays armed.
             link.arm(Duration::from_millis(4 * interval_ms))?;
             for _ in 0..times {
                 if link.status().state == State::Armed {
@@ -196,7 +196,7 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
-    /// Goes on only while no fault has ended the test, since it began.
+    /// Fails once a fault has ended the test.
     pub(super) fn is_well(&self) -> Result<(), Broken> {
         let link = self.link()?;
         let status = link.status();

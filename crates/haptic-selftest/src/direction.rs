@@ -4,7 +4,7 @@
 //! W[n] = Σ_{k<n} ½·(f[k] + f[k+1])·(x[k+1] − x[k])
 //! ```
 //! Whatever hangs on the motor, if it starts at rest and nobody moves it, takes energy before it gives any back: W ≥ 0. A device that
-//! counts the wrong way shows −W. So the first motion tells; later ones add what the sensor's delay takes away.
+//! counts the wrong way shows −W. So the first motion decides; later ones add what the sensor's delay removes.
 //!
 //! - *Symbols*: f the force of a tick, N; x its position, m; W the work, J, shown as W over the largest force, m.
 //! - *Not judged*: W over the largest force stays below 16 counts of the sensor, as where friction or a hand holds it, or a wire is off.

@@ -11,7 +11,7 @@ pub(super) struct Bounds {
 }
 
 impl Bounds {
-    /// Largest magnitude of a force, N, that was this large so many ticks ago.
+    /// Largest magnitude of a force, N, that was this large `ticks` ticks ago.
     pub(super) fn grown(&self, from_n: f32, ticks: u32) -> f32 {
         let step_n = f64::from(self.limits.force_rate_n_per_s) * self.period_s;
         let most_n = f64::from(from_n) + f64::from(ticks) * step_n;
@@ -19,7 +19,7 @@ impl Bounds {
         from_n.max((most_n as f32).min(self.limits.force_n))
     }
 
-    /// Largest magnitude of a force that brakes, N, so many ticks after a fault or stop at which it was this large; 0 without braking.
+    /// Largest magnitude of a braking force, N, `ticks` ticks after a fault or stop at which it was this large; 0 without braking.
     pub(super) fn braked(&self, from_n: f32, ticks: u32) -> f32 {
         if self.limits.braking_n_s_per_m <= 0.0 {
             return 0.0;

@@ -1,4 +1,4 @@
-//! What is asked of a self-test, and what it says: settings, notices to the person beside the device, promises, rows.
+//! Input and output of a self-test: settings, notices to the person beside the device, promises, rows.
 
 use fracdiff::parameter::Shown;
 use haptic_experiment::parameters::FORCE_LIMIT;
@@ -17,7 +17,7 @@ pub struct SelfTest {
     pub force_limit_n: f64,
     /// Period of the loop in the trials, µs; the nearest that the device has.
     pub period_us: u32,
-    /// Whether somebody is there to press the emergency stop, if the device has one.
+    /// Availability of a person to press the emergency stop, if the device has one.
     pub emergency_stop: EmergencyStop,
 }
 
@@ -28,7 +28,7 @@ pub enum EmergencyStop {
     AsTheDevice,
     /// The device has none, so that promise is not tried.
     Absent,
-    /// Somebody presses it when told to, even on a device that says it is simulated.
+    /// Somebody presses it on request, even on a device that reports itself as simulated.
     Pressed,
 }
 
@@ -161,7 +161,7 @@ pub struct Check {
     pub check: Promise,
     /// The result in words, with its numbers.
     pub promised: String,
-    /// What was observed, in words, with its numbers; why, if it was not judged.
+    /// The observation in words, with its numbers; or the reason why it was not judged.
     pub seen: String,
     /// True if it was kept; `None` if this device lacks the function, or it could not be judged.
     pub ok: Option<bool>,
@@ -171,10 +171,10 @@ pub struct Check {
     /// True if it could not be judged because this machine was late in every attempt and the board
     /// therefore let go.
     pub host_late: bool,
-    /// What was measured, by names that end in their units.
+    /// Measured values, by names that end in their units.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub figures: BTreeMap<&'static str, f64>,
-    /// What was seen breaks it, whatever this machine did meanwhile.
+    /// True if the observation breaks the promise, whatever this machine did meanwhile.
     #[serde(skip)]
     pub(super) certain: bool,
 }

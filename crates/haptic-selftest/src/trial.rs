@@ -15,11 +15,11 @@ pub(super) const ASKED: f32 = 3.0;
 pub(super) const HALF_PERIOD_TICKS: u32 = 40;
 /// Time to wait for something to be heard, or to be asked for.
 const LOOK: Duration = Duration::from_millis(20);
-/// A run without a sample for so long is none.
+/// Silence after which a run has ended.
 const SILENCE: Duration = Duration::from_secs(3);
 /// Faults of a host that was silent or late. No trial sends a stale force on purpose.
 pub(super) const LATE: &[Fault] = &[Fault::HostSilent, Fault::StaleForce];
-/// Ticks after a fault that a device tells of unasked.
+/// Ticks after a fault that a device sends unasked.
 const AFTERMATH_TICKS: u32 = 100;
 
 pub(super) struct Trial<S, U> {
@@ -30,11 +30,11 @@ pub(super) struct Trial<S, U> {
     pub(super) until: U,
 }
 
-/// What a device still has to say of a run that is over.
+/// Remaining reports of a device about a run that is over.
 #[derive(Clone, Copy)]
 enum Rest {
     Awaited,
-    /// All of it will have been said when the device has made so many ticks.
+    /// Complete once the device has made this many ticks.
     Until(u32),
     Came,
 }
@@ -139,7 +139,7 @@ impl Bench<'_> {
         Ok(Ok(followed))
     }
 
-    /// Answers samples of a run that was followed up to now, until told otherwise or a fault or end has come with all that
+    /// Answers samples of a run that was followed up to now, until `until` is met or a fault or end has come with all that
     /// follows it.
     fn follow(
         &mut self,
@@ -201,7 +201,7 @@ impl Bench<'_> {
         })
     }
 
-    /// Stops a run that goes on, hears the rest of it, and disarms.
+    /// Stops a running run, receives the rest of it, and disarms.
     fn end(&mut self, mut followed: Followed) -> Result<Followed, Broken> {
         if !followed.is_over() {
             // Behind the stop samples go on: its last one may be lost, and so may the news of its end.
@@ -239,7 +239,7 @@ pub(super) struct Followed {
     /// Tick that a force answered, and the force, N.
     pub(super) sent: Vec<(u32, f32)>,
     pub(super) fault: Option<FaultReport>,
-    /// The run has begun: what came before is none of it.
+    /// The run has begun; earlier samples belong to another.
     pub(super) begun: bool,
     pub(super) ended: bool,
     /// No sample came for long, though the device answers: this machine or the line was held up, and the run was given up.

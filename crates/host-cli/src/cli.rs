@@ -212,7 +212,7 @@ pub fn parser() -> clap::Command {
 /// The parser's message in one line, as all our errors are, without its pointer to `--help`.
 fn one_line(message: &str) -> String {
     let lines = message.lines().map(str::trim);
-    // What is not an option is not KEY=VALUE either; the parser's guesses may be far off, so `meant` makes them.
+    // An unknown option is not KEY=VALUE either; the parser's guesses may be far off, so `meant` makes them.
     let useless = ["For more information", "tip: "];
     let lines: Vec<&str> = lines
         .filter(|line| !line.is_empty() && !useless.iter().any(|start| line.starts_with(start)))
@@ -239,7 +239,7 @@ fn asked() -> (clap::Command, BTreeSet<OsString>) {
 
 fn options_of_asked() -> BTreeSet<String> {
     let (command, others) = asked();
-    // A file or a column may be called like a key: what somebody typed is said as it was typed.
+    // A file or a column may have the name of a key: typed words are printed as typed.
     let typed: BTreeSet<String> = others
         .iter()
         .filter_map(|word| word.to_str())
@@ -264,7 +264,7 @@ fn print_long_help() -> std::io::Result<()> {
     command.after_help(after).print_help()
 }
 
-/// What was meant by an option or a command that there is not: one of these, or a key.
+/// Suggestion for an unknown option or command: an existing one, or a key.
 fn meant(error: &clap::Error) -> Option<String> {
     let kind = match error.kind() == ErrorKind::UnknownArgument {
         true => ContextKind::InvalidArg,
@@ -297,7 +297,7 @@ fn meant(error: &clap::Error) -> Option<String> {
     Some(format!("did you mean `{name}`?"))
 }
 
-/// How to write words that a blank has torn apart: `60 s`, `mass = 65g`, `0.5 1` behind an option.
+/// Advice for words that a blank has torn apart: `60 s`, `mass = 65g`, `0.5 1` behind an option.
 fn torn() -> Option<String> {
     let words: Vec<String> = std::env::args_os()
         .map(|word| word.to_string_lossy().into_owned())
@@ -357,7 +357,7 @@ fn not_understood(error: &clap::Error, names: &Names) -> ExitCode {
     }
 }
 
-/// The exit code of a command, whose failure is said: scripts rely on it, see [`LONG_ABOUT`].
+/// Prints the failure of a command, and returns its exit code: scripts rely on it, see [`LONG_ABOUT`].
 fn ended(result: Result<(), Failure>, names: &Names) -> ExitCode {
     let Err(mut failure) = result else {
         return ExitCode::SUCCESS;
@@ -377,9 +377,9 @@ fn ended(result: Result<(), Failure>, names: &Names) -> ExitCode {
 /// Parses the command line, runs the command, and returns its exit code.
 #[must_use]
 pub fn main() -> ExitCode {
-    // Threads that end after this function may still say something.
+    // Threads that end after this function may still report something.
     let names: &'static Names = Box::leak(Box::new(Names::of(options_of_asked)));
-    // A file that may not grow is told by the write that fails, as a full disk is.
+    // A file at its size limit is reported by the write that fails, as a full disk is.
     #[cfg(unix)]
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default());
     let matches = parser().try_get_matches();

@@ -1,4 +1,4 @@
-//! The commands: arguments, and what they do.
+//! The commands: arguments and actions.
 
 pub(crate) mod analyze;
 pub(crate) mod conduct;

@@ -1,7 +1,7 @@
 //! Places of results: folders with their provenance, files, and pictures beside them.
 //!
-//! A place is looked at before the work and written after it: no hour of work ends at a name that is taken. What cannot be
-//! written all the same is told behind the result, as data that was lost.
+//! The output path is checked before the work starts, so that an hour of work is not lost to an existing file. A file that still cannot be
+//! written is reported after the result, as lost data.
 
 use crate::parse::quantity;
 use crate::picture_file::Pictures;
@@ -152,7 +152,7 @@ pub(crate) fn save_picture(
 struct Unwritten(Option<Failure>);
 
 impl Unwritten {
-    /// What was written; the first failure is remembered.
+    /// The result of a write, if it succeeded; the first failure is remembered.
     fn take<T>(&mut self, written: Result<T, Failure>) -> Option<T> {
         match written {
             Ok(written) => Some(written),
@@ -256,7 +256,7 @@ impl Place {
         });
     }
 
-    /// What was written otherwise; a failure is told when the place is closed.
+    /// The result of another write; a failure is reported when the place is closed.
     pub(crate) fn remember<T>(&mut self, written: Result<T, Failure>) -> Option<T> {
         self.unwritten.take(written)
     }
@@ -282,7 +282,7 @@ impl Place {
         table.into_iter().chain(picture).collect()
     }
 
-    /// Tells what was not written, when all else was said.
+    /// Reports a failed write, after everything else.
     pub(crate) fn close(self, ended: Result<(), Failure>) -> Result<(), Failure> {
         self.unwritten.behind(ended)
     }
@@ -309,12 +309,12 @@ pub(crate) struct PlaceOfFile {
 }
 
 impl PlaceOfFile {
-    /// Looks at the place of a file that is said to be a `kind`. Nothing is made yet.
+    /// Checks the place of a file of this kind. Nothing is made yet.
     pub(crate) fn look(file: &File, kind: &str) -> Result<Self, Failure> {
         Self::beside(file, kind, &[])
     }
 
-    /// The same, with files of these extensions beside it.
+    /// Looks at the place of a file with files of these extensions beside it.
     pub(crate) fn beside(file: &File, kind: &str, others: &[&str]) -> Result<Self, Failure> {
         let File {
             out,

@@ -12,7 +12,7 @@ pub(crate) fn is_ours(path: &Path) -> Result<bool, Failure> {
     Ok(has_ticks || log.condition().foreign_topics.is_empty())
 }
 
-/// The table of a log; `None` if the file is none. Names of columns as `/topic.field` become those of the table.
+/// The table of a log; `None` for another file. Names of columns as `/topic.field` become those of the table.
 pub(crate) fn table(path: &Path, mut names: Vec<&mut String>) -> Result<Option<Vec<u8>>, Failure> {
     if path.extension().is_none_or(|end| end != "mcap") {
         return Ok(None);

@@ -34,7 +34,7 @@ pub(crate) struct Options<N> {
     named: PhantomData<N>,
 }
 
-/// What stands in the usage of a command that takes any key.
+/// Placeholder in the usage of a command that accepts any key.
 pub(crate) const VALUES: &str = "KEY=VALUE";
 
 /// The keys of the documents of a command, without their units.
@@ -117,7 +117,7 @@ fn argument(parameter: &'static Parameter) -> Arg {
             .value_parser(PossibleValuesParser::new(names))
             .value_name("NAME");
     }
-    // What it cannot be is told where it is read, as of a value without an option.
+    // Bad values are reported where they are read, as for a value without an option.
     argument.value_name(match parameter.value {
         Kind::Number(..) => kind_of_key(parameter.key),
         Kind::Count(_) => "COUNT",
@@ -175,13 +175,13 @@ impl<N: Named> FromArgMatches for Options<N> {
 }
 
 impl<N: Named> Options<N> {
-    /// The same with one more `KEY=VALUE`.
+    /// Appends a `KEY=VALUE`.
     pub(crate) fn and(mut self, value: &str) -> Self {
         self.values.push(value.to_owned());
         self
     }
 
-    /// What they say of an analysis, which has no document.
+    /// Values for an analysis, which has no document.
     pub(crate) fn given(self) -> Result<Given, Failure> {
         let all = N::OPTIONS.concat();
         let mut given = Given(BTreeMap::new());
@@ -233,7 +233,7 @@ impl<N: Named> Options<N> {
     }
 }
 
-/// What was said, and what is wrong with it.
+/// An error with the words that were given.
 fn refused(said: &str, error: String) -> Failure {
     Failure::bad_input(format_args!("{said}: {error}"))
 }

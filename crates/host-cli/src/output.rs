@@ -191,7 +191,7 @@ fn print_block(
     Ok(())
 }
 
-/// What comes from a log, a device or a file may hold control characters, which a terminal obeys. They leave this program as JSON writes
+/// Text from a log, a device or a file may contain control characters, which a terminal obeys. They leave this program as JSON writes
 /// them, `\u001b`; lines and columns stay.
 struct Visible<W>(W);
 

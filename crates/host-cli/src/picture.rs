@@ -44,7 +44,7 @@ impl<'a> Panel<'a> {
         }
     }
 
-    /// The same with one more curve, unless it has no points.
+    /// Appends a curve, unless it has no points.
     pub(crate) fn with(
         mut self,
         name: impl Into<String>,
@@ -76,7 +76,7 @@ impl<'a> Panel<'a> {
     }
 }
 
-/// Draws panels in so many columns.
+/// Draws panels in `columns` columns.
 pub(crate) fn page(
     title: &str,
     subtitle: &str,

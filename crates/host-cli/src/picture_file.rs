@@ -9,7 +9,7 @@ use haptic_figure::{FigureError, Picture, Sheet};
 use haptic_log::record::{NewFile, NewFileError, remove_earlier};
 use std::path::{Path, PathBuf};
 
-/// How pictures are drawn, of every command that draws.
+/// Options of pictures, for every command that draws.
 #[derive(Clone, Debug, Args)]
 pub struct Pictures {
     /// Width of pictures on paper, as in 85mm for a column of a journal

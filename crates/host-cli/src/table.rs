@@ -30,7 +30,7 @@ pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
     })
 }
 
-/// The same, of a log too; names of its columns become those of the table.
+/// The bytes of a table or a log; names of the log's columns become those of the table.
 pub(crate) fn bytes_with(path: &Path, names: Vec<&mut String>) -> Result<Vec<u8>, Failure> {
     match mcap::table(path, names)? {
         Some(table) => Ok(table),
@@ -105,7 +105,7 @@ pub(crate) fn record<const N: usize>(
     })
 }
 
-/// What is wrong with a table, behind its name.
+/// An error in a table, behind its name.
 pub(crate) fn wrong(path: &Path, what: impl std::fmt::Display) -> Failure {
     Failure::bad_input(match path.as_os_str() == "-" {
         true => format!("standard input: {what}"),

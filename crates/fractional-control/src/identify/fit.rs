@@ -70,7 +70,7 @@ fn value(
 const STEP: f64 = 1e-6;
 /// Step of a central difference, of an order: the modes of a memory change with it, and with them its error.
 const STEP_OF_ORDER: f64 = 1e-4;
-/// Orders nearer than this to a whole number are that number: no record tells them apart, and a plant of whole orders is sampled exactly.
+/// Orders nearer than this to a whole number become that number: no record separates them, and a plant of whole orders is sampled exactly.
 const WHOLE: f64 = 1e-4;
 
 fn settled(found: &FractionalTransferFunction) -> Result<FractionalTransferFunction, ControlError> {
@@ -94,7 +94,7 @@ fn in_steps(late: f64, steps: usize) -> (usize, f64) {
     (libm::floor(late) as usize, late - libm::floor(late))
 }
 
-/// The input as a rule of second order takes it, so many steps a sample: a held one as a hat between neighbouring steps sees it, h of a step late,
+/// The input as a rule of second order sees it, in `steps` steps a sample: a held one through a hat between neighbouring steps, h of a step late,
 /// (1−h)²/2·u\[n\] + (1/2 + h − h²)·u\[n−1\] + h²/2·u\[n−2\]; a smooth one in straight lines.
 fn seen_by_a_rule(record: &Record<'_>, late: f64, steps: usize) -> Vec<f64> {
     let count = (record.input.len() - 1) * steps + 1;
@@ -123,7 +123,7 @@ fn seen_by_a_rule(record: &Record<'_>, late: f64, steps: usize) -> Vec<f64> {
     (0..count).map(seen).collect()
 }
 
-/// The same of a record that is not evenly spaced, on the even grid of the rule.
+/// The input as that rule sees it, for a record that is not evenly spaced, on the even grid of the rule.
 /// ```text
 /// (U(t + δ) − 2U(t) + U(t − δ))/δ²,   U the second integral of the held input, so much later
 /// ```
@@ -245,7 +245,7 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// The run of a function over the record, so many samples late, from the start that comes nearest.
+    /// The run of a function over the record, `late` samples late, from the start that fits best.
     /// ```text
     /// y − G·u = c − u_p·(G·1) + Σ x_i·r_i,   by least squares
     /// ```
@@ -521,7 +521,7 @@ impl<'a> Fit<'a> {
         };
         let count = self.free.len();
         let columns: Vec<DVector<f64>> = match self.freedom.runs_exactly(&self.guess) {
-            // So fast that another core is not worth waking.
+            // Too fast to be worth another core.
             true => (0..count).map(slope).collect(),
             false => (0..count).into_par_iter().map(slope).collect(),
         };

@@ -28,9 +28,9 @@ pub struct Identified {
     pub function: FractionalTransferFunction,
     /// The dead time before it; free if it is one of the numbers that were fitted.
     pub dead_time: DeadTime,
-    /// Root mean square of what is left, in the unit of y.
+    /// Root mean square of the residual, in the unit of y.
     pub rms_residual: f64,
-    /// 1 less the share of the variance of y that is left.
+    /// 1 less the residual's share of the variance of y.
     pub fit: f64,
     /// Its output for the input of the record, run exactly where its orders are whole.
     pub model: Vec<f64>,
@@ -38,21 +38,21 @@ pub struct Identified {
     pub offset: f64,
     /// `u_p`, the earlier input of a plant that had settled, in the unit of u.
     pub input_before: f64,
-    /// How many numbers say where the plant began.
+    /// Number of fitted values that describe the initial state of the plant.
     pub start_numbers: usize,
-    /// The noise that was expected to be left.
+    /// The noise expected in the residual.
     pub noise: Autoregression,
-    /// Standard errors of the free numbers, in the order of [`FreeNumber`]s, as right as that noise.
+    /// Standard errors of the free numbers, in the order of [`FreeNumber`]s, as accurate as that noise model.
     pub standard_errors: Vec<(FreeNumber, f64)>,
-    /// Of these errors.
+    /// Covariance of these errors.
     pub(crate) covariance: DMatrix<f64>,
 }
 
 /// Fits the coefficients and orders of a function to a record by least squares, from a first guess.
 ///
-/// The guess sets the terms and the signs of their coefficients. Of the denominator the last coefficient stays, or function and gain would
-/// not be told apart; orders that are 0 stay 0. A dead time that is to be found is fitted with them, exactly between samples too; one that
-/// falls to 0 is none. Output error: the model is run over the whole record, with its full history.
+/// The guess sets the terms and the signs of their coefficients. The last coefficient of the denominator stays fixed, or function and gain
+/// could not be separated; orders that are 0 stay 0. A free dead time is fitted with them, exactly between samples too, and may fall to 0.
+/// Output error: the model is run over the whole record, with its full history.
 ///
 /// - *Cost*: some ten to a hundred runs over the record. *Accuracy*: of second order in T, so sample at a twentieth of the fastest time constant.
 /// ```
@@ -78,7 +78,7 @@ pub fn identify(
     identify_by(guess, record, Free::All)
 }
 
-/// The same with the orders as they are: only the coefficients are free, and may change their signs.
+/// Fits with fixed orders: only the coefficients are free, and may change their signs.
 ///
 /// A function of whole orders, more of them below than above, runs exactly, so poles that are fast for the samples, swing long or grow are no
 /// trouble. [`whole_guess`] finds a first guess.

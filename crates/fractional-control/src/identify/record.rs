@@ -42,7 +42,7 @@ impl DeadTime {
     }
 }
 
-/// What is known of a plant when its record begins, all of it linear once G is given:
+/// State of a plant when its record begins, all of it linear once G is given:
 /// ```text
 /// y = c + G·(u − u_p) + Σ x_i·r_i(t),   r_i the free motions of G
 /// ```
@@ -62,7 +62,7 @@ pub enum Start {
 }
 
 impl Start {
-    /// How many numbers are found with those of a function of whole orders: with so many states, `late` if its dead time is longer than a sample.
+    /// Number of values fitted with a function of whole orders that has `states` states; `late` if its dead time is longer than a sample.
     pub(crate) const fn numbers(self, states: usize, integrates: bool, late: bool) -> usize {
         match self {
             Self::Rest => 0,
@@ -88,13 +88,13 @@ pub struct Record<'a> {
     pub held: bool,
     /// Sets how much later the input acts; it must be shorter than the record.
     pub dead_time: DeadTime,
-    /// Where the plant is when it begins.
+    /// State of the plant when the record begins.
     pub start: Start,
-    /// The noise that a fit expects to be left: squares of what its filter leaves are made least.
+    /// The noise that a fit expects in the residual: the sum of squares of the whitened residual is minimised.
     pub noise: Autoregression,
 }
 
-/// A dead time so near to whole samples, in samples, is that many.
+/// Distance from whole samples, in samples, below which a dead time counts as whole.
 const WHOLE: f64 = 1e-9;
 
 impl Record<'_> {
@@ -103,7 +103,7 @@ impl Record<'_> {
         self.dead_time.seconds() / self.sample_time.0
     }
 
-    /// How much later than the dead time, in samples, the input acts: as little as a number above 0 can be, or not at all.
+    /// Further delay of the input after the dead time, in samples: the smallest number above 0, or 0.
     pub(super) fn after(&self) -> f64 {
         match self.dead_time {
             DeadTime::JustAfter(_) => f64::MIN_POSITIVE,
@@ -111,7 +111,7 @@ impl Record<'_> {
         }
     }
 
-    /// The input as it acts so many samples later: moved by whole samples, and the part of a sample that is left.
+    /// The input delayed by `late` samples: moved by whole samples, and the remaining part of a sample.
     pub(super) fn acting(&self, late: f64) -> (Cow<'_, [f64]>, f64) {
         let nearest = libm::round(late);
         let is_whole = (late - nearest).abs() < WHOLE;
@@ -127,12 +127,12 @@ impl Record<'_> {
         (Cow::Owned(moved.copied().collect()), part)
     }
 
-    /// What acts at each sample.
+    /// The acting input at each sample.
     pub(crate) fn now(&self) -> Vec<f64> {
         self.now_late(self.late())
     }
 
-    /// What acts at each sample so many samples later.
+    /// The acting input at each sample, delayed by `late` samples.
     pub(super) fn now_late(&self, late: f64) -> Vec<f64> {
         if self.time_s.is_empty() {
             let (input, part) = self.acting(late);
@@ -159,7 +159,7 @@ impl Record<'_> {
     }
 }
 
-/// What acts at each sample: u where it was last held, or on the line between two samples.
+/// The acting input at each sample: u where it was last held, or on the line between two samples.
 pub(super) fn now(input: &[f64], part: f64, held: bool) -> impl Iterator<Item = f64> {
     // Half-way into a sample the one before is still held.
     let part = if held && part > 0.0 { 1.0 } else { part };
@@ -195,7 +195,7 @@ pub(crate) enum Free {
 }
 
 impl Free {
-    /// True of a function that runs without a rule, and goes on to.
+    /// True of a function that runs without a rule throughout the fit.
     pub(super) fn runs_exactly(self, guess: &FractionalTransferFunction) -> bool {
         self != Self::All && guess.is_whole()
     }

@@ -15,7 +15,7 @@ use std::vec::Vec;
 pub struct WholeShape {
     /// Poles, the integrators included.
     pub poles: usize,
-    /// Zeros, as many as the poles at most; a plant of as many answers at once.
+    /// Zeros, at most the number of poles; a plant with that number answers at once.
     pub zeros: usize,
     /// Poles at s = 0.
     pub integrators: usize,
@@ -67,7 +67,7 @@ pub fn whole_guess(record: &Record<'_>, shape: WholeShape) -> Option<WholeGuess>
     best?.whole(&record)
 }
 
-/// The same through the poles of another one only, of as many: of the same record a little earlier or later.
+/// As `whole_guess`, but only through the poles of `last`, a guess of the same shape for this record a little earlier or later.
 pub(crate) fn next_guess(
     record: &Record<'_>,
     shape: WholeShape,
@@ -202,7 +202,7 @@ fn tried(
         let Some(input) = filtered(&below, t, &record.input, record.part, record.held) else {
             return;
         };
-        // The first filter is none of the guesses, unless it is of the samples.
+        // The first filter does not count as a guess, unless it comes from the samples.
         let guess = run(record, shape, rate, &below, &input);
         let left = guess.as_ref().map_or(f64::INFINITY, |guess| guess.left);
         if let Some(guess) = guess
@@ -221,7 +221,7 @@ fn tried(
     }
 }
 
-/// The zeros for these poles, and what they leave.
+/// The zeros for these poles, and the residual.
 fn run(
     record: &Acting<'_>,
     shape: WholeShape,
@@ -292,7 +292,7 @@ fn regressed(
 /// A real pole of the samples that is less is 0, but for noise: what it stands for rests within a sample. So little of it is left then.
 const AT_ONCE: [f64; 2] = [0.1, 1e-13];
 
-/// The poles of y\[k\] + `Σ α_j y[k−j]` = `Σ β_j u[k−j]`, in units of the sample time; `None` where one of them is none of a function.
+/// The poles of y\[k\] + `Σ α_j y[k−j]` = `Σ β_j u[k−j]`, in units of the sample time; `None` if a pole has no continuous counterpart.
 fn of_samples(record: &Acting<'_>, shape: WholeShape) -> Option<Vec<f64>> {
     let (n, rows) = (shape.poles, record.output.len() - shape.poles);
     let at_once = usize::from(shape.zeros == n);
@@ -327,7 +327,7 @@ fn of_samples(record: &Acting<'_>, shape: WholeShape) -> Option<Vec<f64>> {
     below.iter().all(|c| c.is_finite()).then_some(below)
 }
 
-/// What a start adds, one row a sample: s^k/F for k = 0 to n − 1 of its states, and of its offset 1/(sF), or 1 in a run; nothing of a start at rest.
+/// Contribution of a start, one row a sample: s^k/F for k = 0 to n − 1 of its states, and of its offset 1/(sF), or 1 in a run; empty at rest.
 fn free_motions(
     record: &Acting<'_>,
     below: &[f64],
@@ -378,7 +378,7 @@ fn filter(below: &[f64]) -> Option<StateSpace> {
     StateSpace::new(a, b, RowDVector::zeros(n)).ok()
 }
 
-/// s^k/F of a signal for k = 0 to n, one row a sample: held between samples, or in straight lines, and so many samples late.
+/// s^k/F of a signal for k = 0 to n, one row a sample: held between samples, or in straight lines, and `fraction` samples late.
 fn filtered(
     below: &[f64],
     t: f64,
@@ -389,7 +389,7 @@ fn filtered(
     let n = below.len() - 1;
     let filter = filter(below)?;
     let mut all = DMatrix::zeros(signal.len(), n + 1);
-    // What the filter is fed with.
+    // Input of the filter.
     let mut acting = now(signal, fraction, held);
     let ran = filter.run(t, signal, fraction, held, &[], &mut |row, x| {
         let mut highest = acting.next().unwrap_or(0.0);

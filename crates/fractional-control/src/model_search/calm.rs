@@ -3,8 +3,8 @@
 //! ```text
 //! a record may grow:   span of y behind > e·span of y before·max(1, the same ratio of u, of ∫u), from where u first moves, halved
 //! ```
-//! What neither grows nor adds up twice moves no more behind than its input and one integral of that tell, but for the time that its lags take. So
-//! without that nothing that grows is a candidate.
+//! A plant that neither grows nor adds up twice moves no more behind than its input and one integral of that, but for the time of its lags. So
+//! no function that grows is a candidate otherwise.
 
 use super::found::{DECISIVE, Found};
 use super::record::{InputOutput, rounding};
@@ -34,7 +34,7 @@ fn lag(gain: f64, time_constant_s: f64) -> Option<FractionalTransferFunction> {
     FractionalTransferFunction::new(&[Term::new(gain, 0.0)], &below).ok()
 }
 
-/// True if the output goes on moving as no plant does that neither grows nor adds up twice.
+/// True if the output keeps moving as no plant does that neither grows nor adds up twice.
 fn may_grow(record: &InputOutput) -> bool {
     let begin = record.changes().next().unwrap_or(0);
     let input = &record.input[begin..];
@@ -76,8 +76,8 @@ pub(super) fn drop_what_grows(found: &mut Vec<Found>, record: &InputOutput) {
     }
 }
 
-/// A function that grows, or adds up twice, gives way to one that does neither, of at most so many more numbers, that leaves at most so many times as
-/// much: only a record that grows itself speaks so clearly.
+/// A function that grows, or adds up twice, yields to one that does neither, with at most this many more numbers and a residual larger by at most
+/// this factor: only a record that grows itself is so decisive.
 const MORE_NUMBERS: usize = 2;
 const MORE_LEFT: f64 = 2.0;
 
@@ -118,11 +118,11 @@ fn grows(function: &FractionalTransferFunction, record: &InputOutput) -> bool {
 /// A difference of the criterion that is strong evidence (R. E. Kass, A. E. Raftery, *Bayes factors*, 1995, section 3.2).
 const STRONG: f64 = 6.0;
 
-/// What leaves no more than this share more is as near, however many samples say otherwise: no plant is a function to a hundredth of its noise.
+/// Share by which the innovations may be larger and count as equal, for any number of samples: no plant is a function to 1 % of its noise.
 pub(super) const ALIKE: f64 = 0.02;
 
-/// In noise whose samples are alike, of those against which the record does not speak very strongly, the one with the least that such noise is drawn
-/// with: growth, poles and zeros at rest, zeros of the right half-plane; of those as many the one with the fewest numbers, unless another one has strong evidence.
+/// In autocorrelated noise, the plainest function that the record does not decisively exclude: that with the fewest features that imitate such
+/// noise (growth, poles and zeros at rest, zeros of the right half-plane), then the fewest numbers, unless another has strong evidence.
 pub(super) fn plainest(found: &[Found], record: &InputOutput) -> Option<usize> {
     let least = |among: &[(usize, &Found)]| {
         let all = among.iter().map(|(_, own)| own.bic);
@@ -172,7 +172,7 @@ pub(super) fn calm_down(found: &mut Vec<Found>, search: &Search<'_>) {
 /// A dead time over the length of the record, to begin from.
 const LATE: f64 = 0.1;
 
-/// The dead times that a simpler function is tried behind: the one that was told, or none, that of the other function, and a share of the record.
+/// Dead times to try with a simpler function: the given one, or 0, that of the other function, and a share of the record.
 fn again(other: &Found, search: &Search<'_>) -> Vec<DeadTime> {
     let late = other.identified.dead_time;
     if search.told {
@@ -205,7 +205,7 @@ fn slowed(
 }
 
 /// Puts a lag before a first function that does not settle, or a slow pole in place of its integrator: a record that does not speak very strongly
-/// against one that settles as fast as the record is long has not shown that its plant adds up. The pole is held, for a record that cannot tell it
+/// against one that settles as fast as the record is long has not shown that its plant adds up. The pole is held, since a record that cannot tell it
 /// from rest lets a fit carry it past 0; of those that are slower the fastest is taken that explains as much as the slowest.
 pub(super) fn slow_instead(found: &mut Vec<Found>, search: &Search<'_>) {
     let Some(first) = found.first().filter(|first| !first.settles()) else {

@@ -28,7 +28,7 @@ const SCANNED_MOVING: usize = 150;
 const SHAPES: [WholeShape; 4] = [shape(1, 0), shape(2, 0), shape(2, 1), shape(3, 2)];
 /// Of a plant that moves by itself this part of the record is scanned.
 const MOVING: usize = 6;
-/// Every so many samples the poles are found from nothing, else through those before.
+/// Number of samples after which the poles are found afresh, and not through those before.
 const AFRESH: usize = 8;
 /// Dead times that a scan suggests, at most.
 const SUGGESTED: usize = 6;
@@ -92,7 +92,7 @@ fn scanned(record: &InputOutput, held: bool) -> Vec<DeadTime> {
     let mut rests = 0.0;
     let mut profiles: [Vec<Option<WholeGuess>>; SHAPES.len()] = Default::default();
     for (samples, y) in record.output[first..].iter().enumerate() {
-        // A sample of grace: the plant may answer inside of it. One that moves by itself tells nothing of that.
+        // A sample of grace: the plant may answer within it. A plant that moves by itself does not show its dead time.
         let is_over = match record.start {
             Start::Rest | Start::Offset => rests > least,
             Start::Settled | Start::Moving => samples > record.output.len() / MOVING,
@@ -166,8 +166,8 @@ fn lowest(profile: &[Option<WholeGuess>]) -> Vec<usize> {
 /// Halvings of an interval by the golden section: to a fiftieth of a sample.
 const SECTIONS: usize = 9;
 
-/// What is left, and the dead time in samples, at the minimum within a sample of this one. A record of a plant that grows, held by a loop, tells its
-/// pole to many digits for each dead time: a fit of both from a sample beside it does not arrive.
+/// The residual, and the dead time in samples, at the minimum within a sample of `late`. The record of a growing plant in a loop determines its
+/// pole to many digits for each dead time: a fit of both that starts a sample away does not converge.
 fn between(
     record: &InputOutput,
     held: bool,
@@ -205,7 +205,7 @@ fn between(
         .unwrap_or(own)
 }
 
-/// A gain alone, if its output is not that of a pole: held, it tells of its dead time between which samples that ends, and no more.
+/// A gain alone, if its output is not that of a pole. If held, it only shows between which samples its dead time ends.
 pub(super) fn gain(record: &InputOutput, held: bool, known: Option<Seconds>) -> Option<Guess> {
     let t = record.sample_time_s();
     let of = |late: f64| {
@@ -247,21 +247,21 @@ const NEAR: f64 = 0.05;
 /// A dead time is determined whose interval ends within this share of it, or half a sample.
 const DETERMINED: f64 = 0.05;
 
-/// What a record reveals about a dead time.
+/// Evidence in a record about a dead time.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct DeadTimeEvidence<'a> {
-    /// The dead times that the record does not exclude, least and most, s: those of the first function, and of all that fit as well.
+    /// Smallest and largest dead time that the record does not exclude, s: those of the first function, and of all that fit equally well.
     pub interval_s: [f64; 2],
     /// True if both ends are within 5 % or half a sample of the dead time that was found.
     pub is_determined: bool,
-    /// Of those one whose dead time is outside the interval of the first function alone by more
-    /// than half a sample: it replaces part of the dead time by poles, or the reverse.
+    /// A function that fits equally well with a dead time outside the interval of the first function alone by
+    /// more than half a sample: it replaces part of the dead time by poles, or the reverse.
     pub instead: Option<&'a Found>,
 }
 
-/// What the record tells of the dead time of the first of these functions, `None` without any: 95 % by the profile of the likelihood, with the other
-/// numbers of the function as they fit best behind each dead time; of the functions that fit as well by their standard errors.
+/// Evidence in the record about the dead time of the first of these functions, `None` without any: 95 % by the profile of the likelihood, with
+/// the other numbers refitted for each dead time; for functions that fit equally well by their standard errors.
 /// ```text
 /// n·ln(SSE(L)/SSE) ≤ 3.84,   of what the filter of the noise leaves
 /// ```

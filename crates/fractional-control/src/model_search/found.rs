@@ -88,7 +88,7 @@ impl Found {
         own_won > by_chance + count
     }
 
-    /// Root mean square of what the filter of the noise leaves: what no sample before tells.
+    /// Root mean square of the whitened residual: of the innovations.
     pub(super) fn news(&self, record: &InputOutput) -> f64 {
         let own = &self.identified;
         let white = own.noise.whitened(&left(record, &own.model));
@@ -147,7 +147,7 @@ const LIKE: f64 = 0.5;
 /// Rounds of least squares through the filter of the noise.
 const ROUNDS: usize = 2;
 
-/// χ² of so many numbers that chance stays below in 99.9 %: E. B. Wilson, M. M. Hilferty, *The distribution of chi-square*, 1931.
+/// χ² with `numbers` degrees of freedom that chance stays below in 99.9 %: E. B. Wilson, M. M. Hilferty, *The distribution of chi-square*, 1931.
 fn chance(numbers: f64) -> f64 {
     let small = 2.0 / (9.0 * numbers);
     let root = 1.0 - small + 3.09 * libm::sqrt(small);
@@ -185,8 +185,8 @@ fn hardly_changes(input: &[f64]) -> bool {
     changes.len() < CHANGES || sum * sum < LARGE * squares
 }
 
-/// The same of what the first so many columns leave, through the filter of its noise, at least: those that are nearly one say nothing of those
-/// before them.
+/// Least noise of the residual after the first columns, for any number of them, through the filter of that noise: nearly parallel columns
+/// are no evidence against those before them.
 fn drawn(columns: &[DVector<f64>], wanted: &DVector<f64>, floor: f64) -> f64 {
     let fits = (1..=columns.len()).flat_map(|count| {
         let mut noise = Autoregression::WHITE;
@@ -228,15 +228,15 @@ pub struct Unexplained {
 /// Blocks of a record, and their samples at least.
 const BLOCKS: usize = 50;
 const SAMPLES: usize = 20;
-/// Neighbouring samples of a block that are so much alike are no white noise.
+/// Autocorrelation in a block from which on the residual is not white noise.
 const ALIKE: f64 = 0.8;
-/// The same of a whole record, where chance is less.
+/// That of a whole record, which scatters less.
 const ALIKE_ALL: f64 = 0.3;
-/// A share of the output of a block that is much.
+/// Share of the output of a block from which on a residual is large.
 const MUCH: f64 = 0.05;
 
-/// The block of which most is left, if that is much and no noise. A record that grows is small where it begins, so that what a function
-/// lacks there is nothing beside its end.
+/// The block with the largest residual, if that is large and not noise. A record that grows is small at its beginning, so a misfit there is
+/// negligible beside the end.
 pub(super) fn unexplained(record: &InputOutput, left: &[f64]) -> Option<Unexplained> {
     if neighbours(left) < ALIKE_ALL {
         return None;

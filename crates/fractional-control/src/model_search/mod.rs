@@ -47,9 +47,9 @@ pub fn settles_as_well<'a>(found: &'a [Found], record: &InputOutput) -> Option<&
 pub struct Validation {
     /// Its output for the input of that record.
     pub model: Vec<f64>,
-    /// Root mean square of what is left, in the unit of y.
+    /// Root mean square of the residual, in the unit of y.
     pub rms_residual: f64,
-    /// 1 less the share of the variance of y that is left; negative of a function that is worse than a constant.
+    /// 1 less the residual's share of the variance of y; negative for a function worse than a constant.
     pub fit: f64,
 }
 
@@ -116,7 +116,7 @@ pub fn candidates(
         let own = whole.iter().filter(|guess| guess.shape.poles == poles);
         return own.map(|guess| guess.guess).collect();
     }
-    // Where those of free orders begin.
+    // Dead time from which fits of free orders start.
     let slower = |guess: &&OfShape| !answers_at_once(&guess.guess.function);
     let first = whole.iter().find(slower).map(|best| best.guess.dead_time);
     let first = first.or(dead_times.first().copied());
@@ -184,13 +184,13 @@ pub fn candidates_of(
     own.chain(guesses(dead_times, true)).collect()
 }
 
-/// Samples of a record at most that tell where its plant began, and functions that are fitted for it.
+/// Largest number of samples from which the start of the plant is found, and of functions fitted for it.
 const OF_START: usize = 250;
 const FITTED_FOR_START: usize = 3;
 /// Poles of a guess at most, and of those for a start alone.
 const POLES: usize = 4;
 const POLES_FOR_START: usize = 3;
-/// An output that begins further from 0 than so many times what is left does not begin at rest there.
+/// An output that begins further from 0 than this many times the residual does not begin at rest there.
 const BEGINS_ELSEWHERE: f64 = 4.0;
 
 /// Finds where the plant was when the record begins, by functions of whole orders: at rest unless
@@ -270,10 +270,10 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
     }
 }
 
-/// What a function is to be, beside near to the record.
+/// Conditions on a function, besides a good fit to the record.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wanted {
-    /// Of whole orders and so many poles, integrators included: 1 to 4.
+    /// Whole orders and this number of poles, integrators included: 1 to 4.
     pub poles: Option<usize>,
     /// Stable: no pole grows or stays.
     pub is_stable: bool,
@@ -291,10 +291,10 @@ impl Wanted {
 
 /// Functions that are kept at most: the best.
 const KEPT: usize = 6;
-/// Fits each guess, on all cores; the best first, of those that fit at all and are what is wanted, six at most. `held` as in
+/// Fits each guess, on all cores; returns those that fit and meet `wanted`, the best first, six at most. `held` as in
 /// [`Record`](crate::Record).
 ///
-/// `done` is told of guesses that are done, as many as there are, and of fits that begin from them again.
+/// `done` receives the number of guesses that are done, and of the fits that start from them again.
 ///
 /// # Errors
 /// The first guess's error, or that nothing fits, if nothing does that is wanted.
@@ -312,9 +312,9 @@ pub fn identify(
     let told = !guesses.iter().any(|guess| guess.dead_time.is_free());
     let mut search = Search::new(record, held, told);
     let (mut found, mut refused) = fitted_of_whole_orders(&search, &whole, done);
-    // What leaves nothing is not bettered by as many numbers.
+    // A function without a residual cannot be improved with as many numbers.
     let enough = |found: &[Found]| {
-        // As good as exact, or with nothing left but noise.
+        // Practically exact, or with white noise as residual.
         let white = 2.0 / libm::sqrt(record.output.len() as f64);
         let exact = |found: &&Found| {
             let is_white = found.is_whole() && found.neighbours.abs() <= white;
@@ -329,7 +329,7 @@ pub fn identify(
     done(free.count() - starts.len());
     while let Some(numbers) = starts.front().map(|start| start.numbers) {
         let is_enough = |found: &[Found]| enough(found).is_some_and(|most| numbers >= most);
-        // Those of as many numbers together, of which one may make the rest superfluous.
+        // Starts of equal number of parameters together, one of which may make the rest superfluous.
         let alike = starts.iter().take_while(|start| start.numbers == numbers);
         let alike: Vec<Begin> = starts.drain(..alike.count()).collect();
         if is_enough(&found) {
@@ -406,7 +406,7 @@ pub fn identify(
     }
 }
 
-/// The best first, and of guesses that end in one function one.
+/// Sorts the best first, and keeps one of the guesses that end in the same function.
 fn each_once(found: &mut Vec<Found>) {
     found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     found.dedup_by(|a, b| {
@@ -415,7 +415,7 @@ fn each_once(found: &mut Vec<Found>) {
     });
 }
 
-/// What is left may grow by this factor where a pole at rest is cancelled.
+/// Factor by which the residual may grow when a pole at rest is cancelled.
 const AS_MUCH: f64 = 2.0;
 /// Samples from which on a record is long, and functions of its part that are fitted to all of it.
 const LONG: usize = 2000;
@@ -469,7 +469,7 @@ fn fitted_of_whole_orders(
     fitted(guesses, search, part.is_none())
 }
 
-/// A number whose standard error is so many times its size has gone to its limit.
+/// A number whose standard error is this many times its size has gone to its limit.
 const FAR: f64 = 10.0;
 
 /// Adds the best function of free orders without its last or first term below, where that leaves as little: of 7.5e13/(1.5e13s^1.19 + 1) that is
@@ -515,7 +515,7 @@ fn fitted_from(start: &Begin, search: &Search<'_>) -> Result<(Found, Option<Foun
     Ok((own, prompt.flatten()))
 }
 
-/// Of the functions that are as good as the best the simplest: of whole orders, which run exactly, then of the fewest numbers, then of the fewest poles
+/// The simplest of the functions equivalent to the best: of whole orders, which run exactly, then of the fewest numbers, then of the fewest poles
 /// and zeros: a dead time is likelier than a zero of the right half-plane or a fast pole in its place.
 fn simplest_as_good(found: &[Found]) -> Option<usize> {
     let best = found.first()?;
@@ -563,7 +563,7 @@ fn cancel(found: &mut [Found], search: &Search<'_>) {
         let as_one = || fitted(without_pair(&own.identified, search.record));
         let whole = own.is_whole().then(|| at_rest().or_else(as_one));
         match whole.flatten() {
-            // Looked at again: there may be two of them.
+            // Check again: there may be two of them.
             Some(fewer) => found[place] = fewer,
             None => place += 1,
         }
@@ -585,7 +585,7 @@ fn put_to_rest(found: &mut Vec<Found>, search: &Search<'_>) {
 /// A dead time within this share of a sample of whole ones.
 const WHOLE: f64 = 0.1;
 
-/// Puts a function behind whole samples before a first one whose dead time is about that, if it is as near: in noise that is alike no record tells a
+/// Puts a function behind whole samples before a first one of about that dead time, if it fits as closely: in autocorrelated noise no record shows a
 /// tenth of a sample, and a plant that is driven by the clock of its log is late by whole ones.
 fn late_by_whole_samples(found: &mut Vec<Found>, search: &Search<'_>) {
     let Some(first) = found.first() else {
@@ -647,7 +647,7 @@ fn with_fewer(guess: &Guess, search: &Search<'_>) -> Result<Vec<Found>, ControlE
     Ok(found)
 }
 
-/// The functions without the number that the record determines least, if it does not determine it; standard errors count so many times. A dead time may
+/// The functions without the number that the record determines least, if it does not determine it; `times` scales standard errors. A dead time may
 /// be loose because poles and zeros are there in place of some of it: then also without the loosest of these.
 fn without_the_loosest(
     found: &Found,
@@ -696,7 +696,7 @@ fn without_number(
     };
     let fewer = FractionalTransferFunction::new(&above, &below).ok()?;
     let is_slower = fewer.numerator().degree() < fewer.denominator().degree();
-    // A plant that answers at once does so at a sample: its dead time is not told apart from less of it.
+    // A plant that answers at once does so at a sample: its dead time cannot be separated from a shorter one.
     let late = match dead_time {
         DeadTime::From(late) if !is_slower => {
             DeadTime::JustAfter(Seconds(libm::floor(late.0 / t) * t))
@@ -706,8 +706,8 @@ fn without_number(
     Some((fewer, late))
 }
 
-/// Functions of whole orders run exactly, so among themselves they are told apart by all that is above rounding: where a record grows, all that a
-/// function lacks may be far below what a rule resolves of its end. Not so where a function of other orders, which that rule runs, is the best.
+/// Functions of whole orders run exactly, so differences above rounding distinguish them: where a record grows, a misfit may be far below what
+/// a rule resolves at its end. Not so if a function of other orders, which that rule runs, is the best.
 fn resolve_finer(found: &mut [Found], search: &Search<'_>) {
     let fine = |found: &Found| search.bic(found, rounding(search.record));
     let whole = found.iter().filter(|found| found.is_whole());

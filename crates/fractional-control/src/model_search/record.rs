@@ -6,14 +6,14 @@ use crate::{DeadTime, FractionalTransferFunction, Record, Start};
 use fracdiff::Seconds;
 use std::vec::Vec;
 
-/// A residual over the largest output below which a model is as good as exact.
+/// A residual over the largest output below which a model is practically exact.
 const EXACT: f64 = 1e-5;
 /// Steps of time may differ by this share, and be even.
 const EVEN: f64 = 1e-3;
-/// Rows of an input that rests at first, at least, and their share of the record, one in so many.
+/// Least number of rows of an input that rests at first, and their share of the record, one in `LEAST_SHARE`.
 const LEAST_ROWS: usize = 20;
 const LEAST_SHARE: usize = 50;
-/// The first rows are the beginning, one in so many.
+/// The beginning is the first of this many parts of the rows.
 const BEGINNING: usize = 20;
 /// Roundings of a sample, with those of the record.
 const ROUNDINGS: f64 = 16.0;
@@ -27,11 +27,11 @@ pub struct InputOutput {
     pub input: Vec<f64>,
     /// y, the output of the plant at each of these times.
     pub output: Vec<f64>,
-    /// Where the plant is when it begins.
+    /// State of the plant when the record begins.
     pub start: Start,
-    /// About c of that start.
+    /// Estimate of c of that start.
     pub offset: f64,
-    /// About `u_p` of it.
+    /// Estimate of `u_p` of that start.
     pub input_before: f64,
     /// The noise of the output, as far as it is known; white unless given.
     pub noise: Autoregression,
@@ -81,7 +81,7 @@ impl InputOutput {
         changes.next().is_some() || first.is_some_and(|first| first * BEGINNING > rows)
     }
 
-    /// True if its input rests at first, for long enough to see that its output does too: a plant that was on its way is none that is not seen to move.
+    /// True if the input rests at first, long enough to see that the output does too: a plant that was moving then would be seen to move.
     pub(super) fn begins_flat(&self) -> bool {
         let rows = self.changes().next().unwrap_or(self.input.len());
         if rows < LEAST_ROWS || rows * LEAST_SHARE < self.input.len() {
@@ -128,7 +128,7 @@ impl InputOutput {
         }
     }
 
-    /// What first guesses are made of: counted from about where it begins, in even steps, with straight lines between its outputs.
+    /// The record for first guesses: relative to its approximate start, in even steps, with straight lines between its outputs.
     pub(super) fn for_guesses(&self) -> Self {
         let counted = |signal: &[f64], from: f64| signal.iter().map(|value| value - from).collect();
         let input: Vec<f64> = counted(&self.input, self.input_before);
@@ -174,8 +174,8 @@ impl InputOutput {
     }
 }
 
-/// The Bayesian information criterion of a first guess of so many free numbers, those of the start among them; what is left below the floor is
-/// nothing.
+/// The Bayesian information criterion of a first guess with `numbers` free numbers, those of the start included; residuals below the floor count
+/// as the floor.
 pub(super) fn bic(samples: f64, rms_residual: f64, numbers: f64, floor: f64) -> f64 {
     2.0 * samples * libm::log(rms_residual.max(floor)) + numbers * libm::log(samples)
 }
@@ -205,12 +205,12 @@ pub(super) fn rounding(record: &InputOutput) -> f64 {
     own.max(last_digit(&record.output).min(LEAST_DIGITS * largest))
 }
 
-/// Digits of a record at most: those of more have all of them.
+/// Largest number of decimal digits of a rounded record; a record with more is not rounded.
 const MOST_DIGITS: i32 = 12;
-/// What the last digit of a record is at most, over its largest value.
+/// Largest unit of a record's last digit, over its largest value.
 const LEAST_DIGITS: f64 = 1e-3;
 
-/// What rounding to the last decimal took from a sample at most, as from all where the plant rests; 0 where a signal has all its digits.
+/// Largest rounding error of a sample at the last decimal, as of all samples while the plant rests; 0 where a signal has all its digits.
 fn last_digit(signal: &[f64]) -> f64 {
     let highest = libm::floor(libm::log10(largest(signal))) as i32;
     let units = (0..MOST_DIGITS).map(|digits| libm::pow(10.0, f64::from(highest - digits)));

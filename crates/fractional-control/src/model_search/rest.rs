@@ -9,7 +9,7 @@ use std::vec::Vec;
 
 /// A pole or zero that moves by less than this over the whole record is at rest.
 const AT_REST: f64 = 0.3;
-/// A pole that moves by less than this is as good as an integrator, whatever follows the record.
+/// A pole that moves by less than this is equivalent to an integrator, whatever follows the record.
 pub(super) const STANDS: f64 = 0.03;
 
 /// Order of the pole at s = 0: 1 of an integrator.
@@ -88,7 +88,7 @@ pub(super) fn pairs(own: &Identified) -> Vec<Pair> {
     judged
 }
 
-/// A distance of so many standard errors is none, of roots that are no further apart than this share of the larger one.
+/// Standard errors within which two roots count as one, if they are no further apart than this share of the larger one.
 const ONE: f64 = 2.0;
 const CLOSE: f64 = 0.5;
 /// A swing is barely damped below this damping ratio.
@@ -135,7 +135,7 @@ pub(super) fn rests(function: &FractionalTransferFunction, record: &InputOutput)
     order_at_rest(function) == 0.0 && moves(function, record) > AT_REST
 }
 
-/// How far the slowest pole moves within the record, about.
+/// Approximate share by which the slowest pole settles within the record.
 fn moves(function: &FractionalTransferFunction, record: &InputOutput) -> f64 {
     let below = function.denominator().terms();
     below
@@ -196,7 +196,7 @@ pub(crate) fn without(coefficients: &[f64], root: Complex<f64>) -> Vec<f64> {
     let mut left: Vec<Complex<f64>> = coefficients.iter().map(|c| (*c).into()).collect();
     let times = if root.im == 0.0 { 1 } else { 2 };
     for root in [root, root.conj()].into_iter().take(times) {
-        // Horner's rule from above; what is left of the lowest is the remainder.
+        // Horner's rule from above; the lowest becomes the remainder.
         for k in (0..left.len().saturating_sub(1)).rev() {
             let above = left[k + 1];
             left[k] += root * above;

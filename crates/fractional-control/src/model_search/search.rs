@@ -28,9 +28,9 @@ pub(super) struct Search<'a> {
     is_alike: bool,
 }
 
-/// Rounds of fits through the filter of what the fit before left, at most, and a change of the criterion that is none.
+/// Largest number of fits through the filter of the previous residual, and the change of the criterion that ends them.
 const ROUNDS: usize = 4;
-/// Samples from which on a function of free orders, which runs for long, has one.
+/// Samples from which on a function of free orders, which runs for long, is refitted once.
 const LONG: usize = 2000;
 const SETTLED: f64 = 0.01;
 
@@ -69,7 +69,7 @@ impl<'a> Search<'a> {
         let white = identified.noise.whitened(&left);
         let unexplained = unexplained(self.record, &left);
         if unexplained.is_some() {
-            // No noise: no filter tells it beforehand.
+            // An unexplained residual is not noise: its autocorrelation widens the errors.
             let white = Autoregression::of(&[&left]).whitened(&left);
             // At most as if all samples were one.
             let more = (rms(&left) / rms(&white)).min(libm::sqrt(left.len() as f64));
@@ -87,7 +87,7 @@ impl<'a> Search<'a> {
         found
     }
 
-    /// What was found, fitted again through the filter of what it leaves.
+    /// Refits a function through the whitening filter of its residual.
     fn whitened(&self, mut found: Found) -> Found {
         if !self.is_alike {
             return found;
@@ -115,7 +115,7 @@ impl<'a> Search<'a> {
         found
     }
 
-    /// The criterion of a function; what is left below the floor is nothing.
+    /// The criterion of a function; residuals below the floor count as the floor.
     pub(super) fn bic(&self, found: &Found, floor: f64) -> f64 {
         let own = &found.identified;
         let numbers = found.numbers() + own.start_numbers + own.noise.order();

@@ -1,4 +1,4 @@
-//! Where the fits of a long record begin: at what a part of its samples says, the best of each number of numbers.
+//! Starting points for the fits of a long record: for each number of parameters the function that fits a part of its samples best.
 
 use super::record::{Guess, InputOutput, bic, left, resolved, rounding};
 use crate::autoregression::Autoregression;
@@ -16,13 +16,13 @@ use std::vec::Vec;
 const PART: usize = 500;
 /// Samples of the part for guesses of whole orders, at least.
 const PART_OF_GUESSES: usize = 1000;
-/// So many times as many, where those do not tell of the whole record.
+/// Factor by which that part is longer, if the first one does not represent the whole record.
 const LONGER: usize = 4;
-/// A dead time so near to whole samples, in samples, is that many.
+/// Distance from whole samples, in samples, below which a dead time counts as whole.
 const WHOLE: f64 = 1e-9;
-/// The best of those guesses may leave so many times as much of the whole record.
+/// Factor by which the residual of the best guess may be larger on the whole record.
 const MORE_OF_GUESSES: f64 = 1.1;
-/// The whole record may leave so many times what the part leaves.
+/// Factor by which the residual of the whole record may exceed that of the part.
 const MORE: f64 = 2.0;
 
 /// A function to begin from, and the guesses behind it, if it is a fit of the part.
@@ -54,19 +54,19 @@ impl Begin {
         }
     }
 
-    /// What it leaves of the part that it is a fit of.
+    /// Residual of its fit to the part, if it is one.
     pub(super) fn rms_residual(&self) -> Option<f64> {
         self.of_part.as_ref().map(|part| part.rms_residual)
     }
 
-    /// The first guesses again, if this was none of them.
+    /// The first guesses again, unless this is one of them.
     pub(super) fn first(&self) -> Vec<Self> {
         let guesses = self.of_part.iter().flat_map(|part| &part.guesses);
         guesses.map(|guess| Self::new(guess.0, guess.1)).collect()
     }
 
-    /// The first guesses again, if the whole record leaves more than the part did: the part has lost what is fast. What is below `resolved` is
-    /// nothing.
+    /// The first guesses again, if the residual of the whole record exceeds that of the part: the part has lost what is fast. Residuals below
+    /// `resolved` count as 0.
     pub(super) fn doubted(&self, identified: &Identified, resolved: f64) -> Vec<Self> {
         let expected = self
             .of_part
@@ -79,8 +79,8 @@ impl Begin {
     }
 }
 
-/// Where to begin with functions whose orders are free and that have less than `most` numbers, those with few numbers first. They run for
-/// long, so of a long record they are fitted to a part, and of as many numbers only the best goes on.
+/// Starting points for functions of free orders with fewer than `most` numbers, those with few numbers first. Such functions run for
+/// long, so for a long record they are fitted to a part, and for each number of numbers only the best continues.
 pub(super) fn starts(
     record: &InputOutput,
     guesses: &[Guess],
@@ -100,7 +100,7 @@ pub(super) fn starts(
         .collect()
 }
 
-/// What fits the part best; the guesses as they are, if nothing does.
+/// The best fit to the part; the guesses unchanged, if nothing fits.
 fn of_part(part: &InputOutput, group: &[Begin], held: bool) -> Vec<Begin> {
     let fitted = group.par_iter().filter_map(|start| {
         crate::identify(&start.function, &part.as_record(held, start.dead_time)).ok()
@@ -132,7 +132,7 @@ pub(super) struct OfShape {
     rms_residual: f64,
 }
 
-/// A guess for each shape up to so many poles, two of them integrators, and each dead time; of a long record from a part of it, unless the whole
+/// A guess for each shape up to this many poles, two of them integrators, and each dead time; of a long record from a part of it, unless the whole
 /// record shows that the part has lost what is fast. One that answers at once is among them if it may be. With `whitens` all are made again through the
 /// filter of what the closest leaves, if that is alike from sample to sample.
 pub(super) fn whole_orders(
@@ -283,11 +283,11 @@ pub(super) fn at_once(t: f64, dead_times: &[DeadTime]) -> Vec<DeadTime> {
     all
 }
 
-/// Neighbours of the part may know so much less of each other than those of the record, a share of the output's variance.
+/// Largest value of `lost` for a thinned part, a share of the output's variance.
 const LOST: f64 = 0.5;
 
-/// So many samples of a long record: every k-th, and of a held input the mean of k, which is what acts; or the beginning, where what happens between
-/// samples that far apart would be lost, as all of a swing faster than these tell.
+/// `samples` samples of a long record: every k-th, and of a held input the mean of k, which is the input that acts; or the beginning, if
+/// the motion between samples that far apart would be lost, as all of a swing faster than these resolve.
 pub(super) fn part(record: &InputOutput, held: bool, samples: usize) -> Option<InputOutput> {
     let k = record.output.len().min(record.input.len()) / samples;
     if k < 2 {
@@ -309,11 +309,11 @@ pub(super) fn part(record: &InputOutput, held: bool, samples: usize) -> Option<I
     })
 }
 
-/// A stretch moves more than the beginning with so many times its variance.
+/// Factor on the variance of the beginning above which a stretch moves more.
 const MORE_POWER: f64 = 1.1;
 
-/// So many samples as in [`part`], but of a record that moves more later, as a swing that is driven ever harder, the stretch that moves most: what a
-/// function leaves of that is no less than what it leaves of the rest. The plant is on its way there.
+/// As [`part`], but of a record that moves more later, as a swing that is driven ever harder, the stretch that moves most: the residual
+/// there is no smaller than elsewhere. The plant is already moving where it starts.
 pub(super) fn stretch(record: &InputOutput, held: bool, samples: usize) -> Option<InputOutput> {
     let own = part(record, held, samples)?;
     let power = |output: &[f64]| {
@@ -354,7 +354,7 @@ fn lost(output: &[f64], k: usize) -> f64 {
     moved.fold(0.0, f64::max) / (2.0 * variance)
 }
 
-/// So many samples, from where an input that rests at first begins to move.
+/// `samples` samples, from where an input that rests at first begins to move.
 fn beginning(record: &InputOutput, samples: usize) -> InputOutput {
     let moves = record.changes().next().filter(|_| record.begins_flat());
     let begin = moves.map_or(0, |row| row - 1);
@@ -411,7 +411,7 @@ pub(super) fn powers(record: &InputOutput, dead_time_s: f64) -> Vec<FractionalTr
 
 /// Parts of a record that are compared with each other.
 const PARTS: usize = 10;
-/// An output that goes on by more than this share of its largest value in a tenth of the record is not at rest, nor is such an input.
+/// An output that moves by more than this share of its largest value in a tenth of the record is not at rest, nor is such an input.
 const MOVES: f64 = 0.02;
 
 /// True if the output is still on its way at the end, though the input rests: the plant is slow for this record, or it adds up, or grows.

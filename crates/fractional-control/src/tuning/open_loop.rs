@@ -24,7 +24,7 @@ const ALIASES: i32 = 32;
 const PEAK_HALVINGS: usize = 8;
 /// A little beyond half and double the gain, up to which a loop should hold.
 const BEYOND: [f64; 2] = [0.49, 2.04];
-/// Times at which a step is looked at, from 0.4/`ω_c` over two decades.
+/// Number of times at which a step is evaluated, from 0.4/`ω_c` over two decades.
 const TIMES: usize = 64;
 
 /// Everything about the plant and the rule that no parameter of the controller changes.
@@ -45,7 +45,7 @@ pub(crate) struct OpenLoop {
     powers: RefCell<BTreeMap<u64, Rc<[Complex<f64>]>>>,
 }
 
-/// A lag that turns the plant by less than this at the crossover, rad, is not told from a dead time by what is seen there.
+/// A lag that turns the plant by less than this at the crossover, rad, cannot be separated there from a dead time.
 const FAST: f64 = 0.5;
 
 /// The plant whose fast lags are a dead time, on the grid.
@@ -132,11 +132,11 @@ pub struct Measures {
     pub other_margin_rad: f64,
     /// The closed loop is stable by Nyquist's count on the grid; the verdict that counts is [`SampledLoop`](crate::SampledLoop)'s.
     pub stable: bool,
-    /// Largest |L| at the highest frequencies, where a loop is judged by nothing else.
+    /// Largest |L| at the highest frequencies, which alone decides about a loop there.
     pub(crate) end: f64,
-    /// So is that of half to double the gain and a little beyond, each of [`GAINS`](super::GAINS).
+    /// True if the loop is stable at half to double the gain and a little beyond, each of [`GAINS`](super::GAINS).
     pub stable_over_gains: bool,
-    /// So is that with a dead time in place of each lag of the plant below half of 1/`ω_c`: records and models seldom tell the one from the other.
+    /// True if the loop is stable with a dead time in place of each lag of the plant below half of 1/`ω_c`: records and models seldom separate them.
     pub stable_with_dead_time: bool,
 }
 
@@ -479,7 +479,7 @@ const SMALL: f64 = 0.7;
 /// Turn by dead time between two points of the grid, rad.
 const TURN: f64 = 1.0;
 
-/// What the poles of the plant add to the count: its denominator A on the grid.
+/// Contribution of the plant's poles to the count: its denominator A on the grid.
 /// ```text
 /// F = A·(1 + kL) has the poles of the closed loop for zeros and none of its own, so that it is finite at a pole of the plant too
 /// stable ⇔ F turns by (α − n)·π/2 from the lowest frequency up,   α the degree of A,   F ~ ω^n at the lowest
@@ -526,11 +526,11 @@ impl Nyquist {
     pub(super) fn end(&self, sizes: &[f64]) -> f64 {
         let from = self.fast_from.min(sizes.len().saturating_sub(1));
         let sizes = sizes.iter().skip(from);
-        // What is no number is no small one.
+        // A value that is not finite counts as large.
         sizes.fold(0.0, |most, size| if *size <= most { most } else { *size })
     }
 
-    /// True if the loop is stable at a gain k, as far as the grid tells; `open` is L on it, `end` its [`end`](Self::end).
+    /// True if the loop is stable at a gain k, by the grid; `open` is L on it, `end` its [`end`](Self::end).
     pub(super) fn is_stable(&self, open: &[Complex<f64>], end: f64, gain: f64) -> bool {
         let (Some(first), Some(second), Some(last)) = (open.first(), open.get(1), open.last())
         else {

@@ -137,7 +137,7 @@ struct Trial {
     cost: f64,
 }
 
-/// A trial whose step was not looked at yet.
+/// A trial whose step is not evaluated yet.
 #[derive(Clone, Copy, Debug)]
 struct Sketch {
     /// Its cost is without the step and `lost`.
@@ -153,7 +153,7 @@ impl Sketch {
     }
 }
 
-/// A place as it is tried: orders to 1e-4, finer than a loop can tell.
+/// A place as it is tried: orders to 1e-4, finer than a loop can resolve.
 fn rounded([lambda, mu, slope]: [f64; 3]) -> [f64; 3] {
     let order = |order: f64| libm::round(1e4 * order) / 1e4;
     [order(lambda), order(mu), slope]
@@ -213,7 +213,7 @@ impl<'a> Search<'a> {
         self.finish(sketches, [true, true, !flat])
     }
 
-    /// With L on the grid; `None` where there is none.
+    /// A sketch, with L on the grid; `None` if the place has no gains.
     fn sketch(&self, place: [f64; 3]) -> Option<(Sketch, Vec<Complex<f64>>)> {
         let place = rounded(place);
         let within = |order: &f64| (ORDERS[0]..=ORDERS[1]).contains(order);
@@ -256,7 +256,7 @@ impl<'a> Search<'a> {
         trial
     }
 
-    /// `None` where there is none whose cost is below `most`.
+    /// `None` if no candidate has a cost below `most`.
     fn trial(&self, place: [f64; 3], most: f64) -> Option<Trial> {
         let (sketch, open) = self.sketch(place)?;
         if sketch.least() >= most {
@@ -272,7 +272,7 @@ impl<'a> Search<'a> {
             .bounds(peaks, [measures.noise, measures.disturbance])
     }
 
-    /// The best that are not neighbours, each the best of what is left; of equal ones the first. Only steps that can decide are looked at.
+    /// The best that are not neighbours, each the best of the rest; of equal ones the first. Only steps that can decide are evaluated.
     fn starts(&self, sketches: impl IntoIterator<Item = Sketch>) -> Vec<Trial> {
         // No cost is negative: their bits stand in order. A lower bound comes before the final cost.
         let key = |cost: f64, whole: bool, index: usize| (cost.to_bits(), whole, index);
@@ -334,7 +334,7 @@ impl<'a> Search<'a> {
     /// Steps to all sides and corners, halved where none helps.
     fn refine(&self, mut best: Trial, free: [bool; 3]) -> Trial {
         let mut step = 0.05;
-        // What was tried was no better than the best of then, let alone of now.
+        // A place that was tried was no better than the best then, and so is no better than the best now.
         let mut tried = BTreeSet::from([best.place.map(f64::to_bits)]);
         while step > 1e-4 {
             let before = best.cost;

@@ -31,7 +31,7 @@ pub struct Specification {
     pub iso_damping: bool,
     /// |T| at this frequency and above: what noise of the measurement does.
     pub noise: Option<Bound>,
-    /// |S| at this frequency and below: what is left of a disturbance.
+    /// |S| at this frequency and below: the remaining share of a disturbance.
     pub disturbance: Option<Bound>,
     /// The largest |S|.
     pub sensitivity_peak: Option<f64>,
@@ -59,7 +59,7 @@ pub enum WishName {
     Disturbance,
 }
 
-/// A wish and what is reached.
+/// A wish and the value reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Wish {
@@ -67,7 +67,7 @@ pub struct Wish {
     pub name: WishName,
     /// The required value, in the unit that [`WishName`] states.
     pub wanted: f64,
-    /// What the loop reaches, in the same unit.
+    /// Value of the loop, in that unit.
     pub reached: f64,
 }
 

@@ -7,7 +7,7 @@ use fracdiff::Order;
 use fracdiff::parameter::positive;
 use num_complex::Complex;
 
-/// How close the transmitted impedance is to the true one.
+/// Closeness of the transmitted impedance to the true one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Transparency {
@@ -38,7 +38,7 @@ pub struct CouplerSearch {
 pub struct BestCoupler {
     /// The line with the best coupler, or the best impedance.
     pub line: HandLine,
-    /// How near the hand comes to feeling the environment itself.
+    /// Closeness of the felt impedance to the environment's.
     pub transparency: Transparency,
 }
 
@@ -50,7 +50,7 @@ const STEPS: u32 = 40;
 const MIXES: u32 = 20;
 
 impl Teleoperation {
-    /// How near the hand feels these impedances at these frequencies.
+    /// Compares the felt impedances with these, at these frequencies.
     ///
     /// # Errors
     /// A parameter or frequency outside its range, no frequency, or an impedance of 0.

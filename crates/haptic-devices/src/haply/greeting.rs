@@ -1,4 +1,4 @@
-//! Opening a 2DIY: the board is configured, and its first answers are looked at.
+//! Opening a 2DIY: the board is configured, and its first answers are checked.
 
 use super::hardware::Haply2Diy;
 use super::model::{HaplyName, Home};
@@ -19,7 +19,7 @@ const FIRST_ANSWER: Duration = Duration::from_millis(500);
 const QUIET: Duration = Duration::from_millis(20);
 /// More bytes than a board ever has on its way: it speaks unasked.
 const THROWN_MOST: usize = 4096;
-/// Answers that are looked at before the device counts as one.
+/// Answers that are checked before the device counts as a 2DIY.
 const FIRST_ANSWERS: usize = 3;
 
 /// A 2DIY that cannot be opened.
@@ -79,7 +79,7 @@ impl HaplyName {
     }
 }
 
-/// The same error of a board that is to keep the home of before: what helps is another thing then.
+/// Translates the error of a board that keeps an earlier home, which needs another remedy.
 fn since(home: Home, error: HaplyOpenError) -> HaplyOpenError {
     match (home, error) {
         (Home::Before, HaplyOpenError::Mute { bytes }) if bytes > 0 => {
@@ -120,7 +120,7 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
     }
 }
 
-/// Throws away what is left of before, until nothing comes any more.
+/// Discards earlier bytes, until no more arrive.
 fn quiet(line: &mut impl Line) -> Result<(), HaplyOpenError> {
     let gone = |_| HaplyOpenError::First(Trouble::Gone);
     line.set_patience(QUIET).map_err(gone)?;

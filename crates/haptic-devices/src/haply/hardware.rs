@@ -20,7 +20,7 @@ pub const FORCE_MAX_N: f32 = 1.5;
 pub const LATE_MOST: u32 = 3;
 /// Part of a period that a tick waits for an answer.
 const WAITING: u32 = 4;
-/// Bytes that are looked at in a tick: more than ever are due.
+/// Bytes that are read in a tick: more than are ever due.
 const ROOM: usize = 64;
 /// More answers than ever are due: the room for one more byte than theirs is there.
 const DUE_MOST: u8 = 6;
@@ -39,14 +39,14 @@ pub struct Haply2Diy<L: Line, const D: usize = 1> {
     period_s: f64,
     bytes: [u8; ROOM],
     filled: usize,
-    /// Frames that were sent and whose answers have not come: one, and a second where the board was told to let go meanwhile.
+    /// Frames sent and not yet answered: one, and a second if the board was commanded to let go meanwhile.
     due: u8,
     exchange: Exchange,
     posture: Posture,
     trouble: Option<Trouble>,
-    /// The line took every byte that told a board in trouble to let go.
+    /// The line accepted every byte of the command to let go, for a board in trouble.
     told: bool,
-    /// A board in trouble was told once more to let go.
+    /// The command to let go was repeated to a board in trouble.
     told_again: bool,
     /// Torques beyond the board's, scaled down.
     scaled: u64,
@@ -228,7 +228,7 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
     }
 
     /// No torque from now on. A device in order keeps its configuration and home; one in trouble is brought to the
-    /// begin of a frame, told once more, and reset.
+    /// begin of a frame, commanded once more to let go, and reset.
     fn leave(&mut self) {
         let nothing = torques(&self.model, [0.0; 2]);
         // A line that takes no bytes has nobody at its other end.
@@ -256,7 +256,7 @@ impl<L: Line, const D: usize> Device<f32, D> for Haply2Diy<L, D> {
     type Error = Fault;
 
     fn read(&mut self) -> Result<Reading<f32, D>, Fault> {
-        // A board in trouble fails in each tick: no place is told as if it had been measured.
+        // A board in trouble fails in each tick: no place is reported as measured.
         self.measure().map_err(Trouble::fault)?;
         self.position_m = self.place();
         Ok(self.reading())
@@ -268,7 +268,7 @@ impl<L: Line, const D: usize> Device<f32, D> for Haply2Diy<L, D> {
     }
 
     fn let_go(&mut self) {
-        // A board in trouble is told once more at once, as a byte may be lost again, and at the end; not in each tick between.
+        // A board in trouble gets the command again at once, as a byte may be lost again, and at the end; not in each tick between.
         if !(self.trouble.is_some() && core::mem::replace(&mut self.told_again, true)) {
             self.leave();
         }

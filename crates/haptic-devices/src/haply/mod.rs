@@ -1,6 +1,6 @@
 //! The Haply 2DIY: a five-bar pantograph with two motors, on a USB serial port without checksum and watchdog.
 //!
-//! With one axis the force along a line of the plane is that of the safety chain, and across it there is none; with both it is a
+//! With one axis the safety chain gives the force along a line of the plane, and the force across it is 0; with both axes it is a
 //! vector.
 
 mod greeting;

@@ -208,7 +208,7 @@ impl Axis {
     }
 }
 
-/// Which position counts as home for the encoders.
+/// Position that counts as home for the encoders.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Home {
     /// The handle is at its home while the device is opened.
@@ -230,7 +230,7 @@ pub struct HaplyName {
     /// Position of zero on that line, m from the middle of the base: 90 mm for y, 0 for x unless
     /// given.
     pub zero_m: f64,
-    /// Where the encoders count from.
+    /// Origin of the encoders.
     pub home: Home,
 }
 
@@ -298,7 +298,7 @@ impl fmt::Display for HaplyName {
     }
 }
 
-/// Places of a box that are looked at are at most so far apart, m.
+/// Largest distance between the checked places of a box, m.
 const GRID_M: f64 = 1e-3;
 /// A longer side of a box than any arm reaches, m.
 const SIDE_MOST_M: f64 = 0.5;
@@ -334,7 +334,7 @@ pub enum Unreachable {
         /// y of the place from the middle of the workspace, mm.
         y_mm: f64,
     },
-    /// A side that is none.
+    /// An invalid side.
     #[error("a side of {side_m} m is not in (0, 0.5] m")]
     Side {
         /// Length that was given for the side, m.

@@ -14,7 +14,7 @@ use std::time::Duration;
 use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{Error as Failed, HandshakeError, Message};
 
-/// A read waits so long before the time is looked at again.
+/// Time for which a read waits before the clock is checked again.
 const LOOK: Duration = Duration::from_millis(20);
 /// More than any answer of a service.
 const BYTES_MOST: usize = 1 << 20;
@@ -29,7 +29,7 @@ fn cut(said: &str) -> String {
 }
 
 impl Inverse3Name {
-    /// Connects to the service, and opens its device with D axes, one or three. What a user should know of it is told to `warn`.
+    /// Connects to the service, and opens its device with D axes, one or three. `warn` receives notices for the user.
     pub(crate) fn open<const D: usize>(
         &self,
         warn: &dyn Fn(&str),

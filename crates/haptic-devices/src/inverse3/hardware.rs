@@ -26,9 +26,9 @@ pub(super) type Socket<S> = WebSocket<InTime<S>>;
 pub const FORCE_MAX_N: f32 = 3.0;
 /// 4 kHz, as fast as this was tried.
 const PERIOD_MIN_US: u32 = 250;
-/// Messages that are looked at in a tick: more than ever are due.
+/// Messages that are read in a tick: more than are ever due.
 const MESSAGES_MOST: u32 = 16;
-/// Answers that may be due: one, and those to messages that tell it to let go.
+/// Answers that may be due: one, and those to commands to let go.
 const DUE_MOST: u32 = 6;
 /// A hand is slower, m/s, and an encoder coarser, m.
 const SPEED_MOST_M_PER_S: f64 = 5.0;
@@ -163,7 +163,7 @@ impl<S: Read + Write, const D: usize> Device<f32, D> for Inverse3<S, D> {
     type Error = Fault;
 
     fn read(&mut self) -> Result<Reading<f32, D>, Fault> {
-        // In trouble it fails in each tick: no place is told as if it had been measured.
+        // In trouble it fails in each tick: no place is reported as measured.
         if self.trouble.is_none()
             && let Err(trouble) = self.hear()
         {
@@ -200,7 +200,7 @@ impl<S: Read + Write, const D: usize> Hardware<D> for Inverse3<S, D> {
             force_max_n: FORCE_MAX_N,
             // From one end to the other in a tick of 1 ms.
             force_rate_max_n_per_s: 2000.0 * FORCE_MAX_N,
-            // Of its position it does not tell the step.
+            // The device does not report the step of its position.
             ..abilities(&format!("Inverse3 {}", self.id), D as u8)
         }
     }

@@ -1,13 +1,13 @@
-//! A stream whose other end has only so much time, however slowly it speaks.
+//! A stream whose other end has limited time, however slowly it sends.
 
 use std::fmt;
 use std::io::{ErrorKind, Read, Result, Write};
 use std::time::Duration;
 
-/// Time for all that is said before the first tick, HTTP and WebSocket together. A service on this machine needs milliseconds.
+/// Time for all messages before the first tick, HTTP and WebSocket together. A service on this machine needs milliseconds.
 pub(super) const PATIENCE: Duration = Duration::from_secs(5);
 
-/// A stream that fails once its time is over, though a byte may come now and then: a limit on each read would be none on a
+/// A stream that fails once its time is over, even if a byte still comes now and then: a limit on each read would not limit a
 /// sentence.
 pub struct InTime<S> {
     stream: S,

@@ -11,10 +11,10 @@
 //! a line through that middle.
 //!
 //! *Filters*: the service's own damping would be felt as the tissue's, so it is set to 0, and read back. Its force gate lowers
-//! forces while it sees an oscillation; which gain means none is not documented, so it is left as it is, and told. A second
+//! forces while it sees an oscillation; the gain that disables it is not documented, so it is left as it is, and reported. A second
 //! detector of oscillations cannot be read, nor can the factor for all forces, `devices/force_scale`.
 //!
-//! *Not known*, since neither messages nor documents tell it: the largest force, the resolution of the position, the rate at
+//! *Not known*, since neither messages nor documents give it: the largest force, the resolution of the position, the rate at
 //! which the service talks to the device, and the time after which the device lets go when commands stop.
 //!
 //! *Source*: the maker's crate `haply` 1.3.1 and his pages on the Inverse SDK 3.5. That crate is not used here: it brings some two

@@ -68,7 +68,7 @@ impl Inverse3Name {
         })
     }
 
-    /// The lines of an experiment with so many axes: with one the line of the name, with three all axes.
+    /// The lines of an experiment with D axes: with one the line of the name, with three all axes.
     pub(super) fn lines<const D: usize>(&self) -> SMatrix<f64, 3, D> {
         if D == 1 {
             SMatrix::from_fn(|row, _| self.along[row])

@@ -35,7 +35,7 @@ pub enum Inverse3OpenError {
     NotService {
         /// Host and port that were tried.
         address: String,
-        /// What it answered, as far as it is short.
+        /// Its answer, if that is short.
         said: String,
     },
     /// A service that speaks another protocol.
@@ -43,7 +43,7 @@ pub enum Inverse3OpenError {
         "the Inverse Service is version {found}, and this program needs 3.5 or a later 3: install one, with Haply Hub"
     )]
     Version {
-        /// The version that the service tells.
+        /// The version that the service states.
         found: String,
     },
     /// Nothing of this family is plugged in.
@@ -72,7 +72,7 @@ pub enum Inverse3OpenError {
     NotTaken {
         /// The setting that was read back.
         setting: &'static str,
-        /// The value that it has; `null` if it is not told.
+        /// The value that it has; `null` if it is not reported.
         value: String,
     },
     /// A line was chosen for an experiment with all axes.
@@ -94,7 +94,7 @@ pub enum Trouble {
         "the Inverse Service has closed the connection: it was stopped, or another program reset it"
     )]
     Gone,
-    /// No answer for so many ticks in a row.
+    /// No answer for this many ticks in a row.
     #[error(
         "the Inverse Service did not answer for {ticks} ticks in a row: its machine is too busy; give a larger `lost`, up to 1000, or a longer sample time"
     )]

@@ -47,7 +47,7 @@ pub(super) fn position(text: &str, id: &str) -> Result<Vector3<f64>, Trouble> {
     place.ok_or(Trouble::NoPosition)
 }
 
-/// What asks for a force, up to the number of x.
+/// Beginning of a request for a force, up to the number of x.
 pub(super) fn before_force(id: &str) -> String {
     let id = Value::from(id);
     format!(r#"{{"inverse3":[{{"device_id":{id},"commands":{{"set_cursor_force":{{"vector":{{"x":"#)

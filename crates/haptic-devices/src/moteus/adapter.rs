@@ -25,9 +25,9 @@ pub(super) struct Gone;
 enum Checksums {
     /// The other end does not know them.
     Unknown,
-    /// Ours have them; its first line tells whether it knows them.
+    /// Ours have them; the first answer shows whether the other end knows them.
     Tried,
-    /// Each line has one: a line without is none.
+    /// Each line has one; a line without is garbage.
     Needed,
 }
 
@@ -47,13 +47,13 @@ pub(super) struct Adapter<S> {
     pub(super) stream: S,
     checksums: Checksums,
     chunk: [u8; CHUNK],
-    /// What is left of the chunk.
+    /// Unread part of the chunk.
     left: Range<usize>,
     line: Vec<u8, MAX_LINE_LENGTH>,
-    /// The line is longer than any, so it is none.
+    /// The line is longer than any valid one, and is garbage.
     overlong: bool,
     sent: [u8; MAX_LINE_LENGTH],
-    /// What the port has not taken yet.
+    /// Bytes that the port has not accepted yet.
     unsent: Range<usize>,
 }
 

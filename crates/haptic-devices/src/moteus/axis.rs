@@ -27,9 +27,9 @@ use std::time::Duration;
 const BAUD: u32 = 921_600;
 /// USB numbers of the maker's adapters, the old one and the new one. They check what they carry themselves.
 const FDCANUSBS: [(u16, u16); 2] = [(0x0483, 0x5740), (0x1209, 0x2323)];
-/// Lines taken in a tick at most, so that a flood does not hold up the loop.
+/// Largest number of lines read in a tick, so that a flood does not hold up the loop.
 const LINES_MOST: usize = 64;
-/// Frames after which a servo that was told to drive may still say that it is stopped: it prepares.
+/// Frames after which a servo with a drive command may still report that it is stopped: it prepares.
 const PREPARING_MOST: u32 = 20;
 /// Largest step of a position that the speed does not explain, revolutions.
 const STEP_MOST_REV: f64 = 0.05;
@@ -136,7 +136,7 @@ impl<S: Read + Write> MoteusAxis<S> {
         }
     }
 
-    /// The next answer that comes within so many lines, however long the stream waits for it.
+    /// The next answer that comes within this many lines, however long the stream waits for it.
     fn heard(&mut self, lines: &mut usize) -> Result<Option<Reply>, Trouble> {
         while *lines > 0 {
             *lines -= 1;
@@ -211,7 +211,7 @@ impl<S: Read + Write> MoteusAxis<S> {
         }
     }
 
-    /// Whether a position can have been reached since the last one.
+    /// True if a position can have been reached since the last one.
     fn believed(&mut self, reply: &Reply) -> bool {
         let speed = reply.velocity_rev_per_s.abs();
         let fastest = f64::from(speed.max(self.newest.velocity_rev_per_s.abs()));
@@ -311,7 +311,7 @@ impl<S: Read + Write> Hardware for MoteusAxis<S> {
             tick_period_max_us: 5000,
             force_max_n: (self.settings.torque_limit_nm / self.settings.radius_m.abs()) as f32,
             force_rate_max_n_per_s: 1e5,
-            // Of its filtered position it does not tell the step.
+            // The servo does not report the step of its filtered position.
             ..abilities("moteus", 1)
         }
     }

@@ -5,7 +5,7 @@
 //! stop:   mode 0 │ query
 //! answer: mode │ position, velocity, torque │ fault
 //! ```
-//! With kp = kd = 0 the servo makes the torque it is told and nothing else. So these come first, and then the largest torque, in
+//! With kp = kd = 0 the servo makes the commanded torque and nothing else. So these come first, and then the largest torque, in
 //! blocks of their own: whatever is lost, shifted or cut off behind them, the servo makes no more than was meant. A drive frame
 //! has 40 bytes, an answer 20. *Cost*: some 200 operations each; no allocation, no panic.
 

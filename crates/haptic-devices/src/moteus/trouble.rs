@@ -36,7 +36,7 @@ pub enum Trouble {
     /// The port takes or gives no bytes any more.
     #[error("the adapter is gone: check its plug and power supply")]
     Gone,
-    /// No answer for so many ticks in a row.
+    /// No answer for this many ticks in a row.
     #[error("servo {id} did not answer {ticks} times in a row: {instead}")]
     Silent {
         /// Number of the servo on its bus.
@@ -107,7 +107,7 @@ impl Trouble {
     }
 }
 
-/// What arrived instead of an answer.
+/// Messages that arrived instead of an answer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Instead {
     /// Frames that the adapter acknowledged.

@@ -51,7 +51,7 @@ pub struct ControllerFile {
     pub origin: ControllerOrigin,
 }
 
-/// Where a controller comes from, in words; empty where that is not known.
+/// Origin of a controller, in words; a field is empty if unknown.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ControllerOrigin {
     /// The plant it was made for.

@@ -7,7 +7,7 @@ use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// What is wrong with a document, and where. It prints as one line.
+/// An error in a document, with its place. It prints as one line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FileError {
     place: Place,
@@ -68,7 +68,7 @@ impl FileError {
         }
     }
 
-    /// The same, with its reason as words of the file, and this behind them.
+    /// Marks the reason as words of the file and puts this one behind it.
     pub(crate) fn of_file(self, reason: String) -> Self {
         Self {
             of_file: self.reason,
@@ -104,9 +104,9 @@ pub(crate) struct Source<'a> {
     /// Empty where there is no file.
     pub(crate) path: &'a Path,
     pub(crate) text: &'a str,
-    /// How each line was said; empty for a file.
+    /// The words in which each line was given; empty for a file.
     pub(crate) said: &'a [String],
-    /// What a log says of the run of this document.
+    /// Metadata from the log of this document's run.
     pub(crate) logged: Option<&'a BTreeMap<String, String>>,
 }
 
@@ -116,7 +116,7 @@ impl Source<'_> {
         before.iter().filter(|byte| **byte == b'\n').count()
     }
 
-    /// How that was said; empty in a file or a form.
+    /// The words in which the value at this offset was given; empty in a file or a form.
     pub(crate) fn said_at(&self, offset: usize) -> &str {
         let said = self.said.get(self.line(offset));
         said.map_or("", String::as_str)

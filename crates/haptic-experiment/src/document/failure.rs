@@ -16,7 +16,7 @@ pub enum Failure {
     /// The run failed, was interrupted, or a latched fault ended it.
     #[error("{0}")]
     Run(Cause),
-    /// What was given cannot be used.
+    /// The input cannot be used.
     #[error("{0}")]
     Input(Cause),
     /// The device or the link to it cannot be used, or was lost.
@@ -39,7 +39,7 @@ pub enum Cause {
     /// A log or another file cannot be read or written.
     #[error(transparent)]
     File(Box<RecordError>),
-    /// What cannot be made, by the name that somebody gave it, and what to do about it, as a sentence.
+    /// Something that cannot be made, by the name that somebody gave it, and the remedy, as a sentence.
     #[error("{0}: {1}")]
     Name(String, String),
     /// The operating system refused this, which may have a name that somebody gave; advice, from its colon on, is a sentence.
@@ -100,7 +100,7 @@ impl Failure {
         Self::Input(Cause::Name(exists, advice))
     }
 
-    /// The same failure, with these words added.
+    /// Appends these words to the failure.
     #[must_use]
     pub fn and(self, words: &str) -> Self {
         let more = Cause::Words(format!("{self}: {words}"));

@@ -71,7 +71,7 @@ impl<'a> Found<'a> {
         self.source.fail(self.offset, reason)
     }
 
-    /// The same place, with what stands within it there.
+    /// An item of this value, at its own offset.
     fn within(self, item: &'a Spanned<DeValue<'a>>) -> Self {
         Self {
             value: item.get_ref(),

@@ -1,4 +1,4 @@
-//! Whether a table of input and output can be a record of a plant, said with its lines and columns.
+//! Checks that a table of input and output can be a record of a plant; errors name lines and columns.
 
 use fracdiff::parameter::Shown;
 use fractional_control::model_search::InputOutput;

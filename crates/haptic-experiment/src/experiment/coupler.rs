@@ -10,7 +10,7 @@
 //! - *The object* is in no log: it follows from the positions, and the table of the run has it.
 //! - *A loop on a device* cannot carry it: its firmware renders walls. The loop on the host can.
 //!
-//! Before the run the loop is looked at, and the two criteria for every hand and object:
+//! Before the run the loop is analysed, with the two criteria for every hand and object:
 //!
 //! ```text
 //! stable      the sampled loop of this device, this hand and this object has no pole on or outside the unit circle: certified
@@ -18,8 +18,8 @@
 //! passive     2b·Re(1/Z_c) ≥ 1 − cos θ (no delay): every passive hand and object, of the sampled device
 //! ```
 //! - *Llewellyn is not enough for a real device.* Under Tustin's rule the force acts half a sample earlier than a held one does. The
-//!   sampled port asks for at least four times his damping, and a coupler that he passes can be unstable with a light device: so the
-//!   loop that runs is looked at beside him. A run needs both, `stable` and Llewellyn; `passive` is told.
+//!   sampled port needs at least four times the damping of his criterion, and a coupler that passes it can be unstable with a light device:
+//!   so the loop that runs is analysed too. A run needs both, `stable` and Llewellyn; `passive` is only reported.
 //! - *Only* `passive` *promises anything for another hand.*
 //!
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, chapter V.
@@ -143,7 +143,7 @@ pub(crate) fn coupler(table: &Table<'_>) -> Result<CouplerExperiment, FileError>
 type Law = VirtualCoupler<f64, Operator<f64>>;
 
 impl CouplerExperiment {
-    /// What the analysis says of it on the simulated device.
+    /// The analysis of the loop on the simulated device.
     #[cfg(test)]
     pub(crate) fn look(&self) -> Result<PreflightVerdict, Failure> {
         self.judge(self.check()?, self.setup.dynamics(), 0)
@@ -166,7 +166,7 @@ impl CouplerExperiment {
         }
     }
 
-    /// The coupler with its object, for a run of so many samples.
+    /// The coupler with its object, for a run of `samples` samples.
     fn law(&self, samples: u64) -> Result<Law, Failure> {
         let t = self.setup.device.sample_time;
         let order = deflection_order(self.order).map_err(Failure::input)?;

@@ -152,9 +152,9 @@ fn second(
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct DriveDevice {
     pub remote: RemoteDevice,
-    /// What is known of it.
+    /// Its dynamics, if known.
     pub dynamics: Option<Dynamics>,
-    /// Where it meets the tissue's device.
+    /// Its contact with the tissue's device.
     pub contact: FacingContact,
 }
 

@@ -93,9 +93,9 @@ pub struct Indentation {
     pub(crate) force_rate_limit_n_per_s: f64,
     pub(crate) safety: Safety,
     pub(crate) conduct: Conduct,
-    /// What is known of the dynamics of a device at a port.
+    /// Dynamics of a device at a port, if known.
     pub(crate) dynamics: Option<Dynamics>,
-    /// What was measured of a real piece.
+    /// Measured record of a real piece.
     pub(crate) against: Option<Measured>,
 }
 
@@ -167,8 +167,8 @@ impl Indentation {
         }
     }
 
-    /// The same on the simulated rig in virtual time, without folder, log or clock: each sample goes to the sink. `true` if it
-    /// reached the end without a fault.
+    /// Runs on the simulated rig in virtual time, without folder, log or clock: each sample goes to the sink. `true` if it reached the
+    /// end without a fault.
     ///
     /// # Errors
     /// Bad parameters.
@@ -543,13 +543,13 @@ impl Indentation {
         }
     }
 
-    /// The operator, for so many samples.
+    /// The operator for this number of samples.
     fn operator<F: Real>(&self, samples: u64) -> Result<Operator<F>, Failure> {
         let t = Seconds(self.sample_time_s);
         self.piece.material.operator(self.scheme, t, samples)
     }
 
-    /// The same tissue and drive for a device.
+    /// Tissue and drive for a device.
     fn law(&self, device: &RemoteDevice, samples: u64) -> Result<RemoteLaw, Failure> {
         let (stiffness, dissipation) = self.piece.spring_and_damper();
         let simulation = match self.load {
@@ -647,7 +647,7 @@ fn guarded(table: &Table<'_>, real: bool) -> Result<(Safety, Option<Dynamics>), 
     Ok((safety, dynamics))
 }
 
-/// What `[relax]` and `[creep]` share, with the table of a controller that holds the indenter; `load` reads what they do not.
+/// Reads the keys that `[relax]` and `[creep]` share, with the table of a controller that holds the indenter; `load` reads the others.
 fn rendering(
     table: &Table<'_>,
     held: Option<&Table<'_>>,

@@ -1,4 +1,4 @@
-//! What the program asks of an experiment, whatever its kind.
+//! The interface of an experiment of any kind.
 
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
@@ -23,7 +23,7 @@ pub(crate) type Keys = (&'static str, &'static [Parameter]);
 /// Makes an experiment of its own table and that of the drive beside it.
 type Read = fn(&Table<'_>, Option<&Table<'_>>) -> Result<Box<dyn Experiment>, FileError>;
 
-/// What the program knows of a kind before it has read a document of one.
+/// Facts of a kind before a document of it is read.
 pub(crate) struct Kind {
     /// The name of its table in a document.
     pub name: &'static str,
@@ -32,23 +32,23 @@ pub(crate) struct Kind {
     pub read: Read,
 }
 
-/// What else than its own table a kind reads.
+/// Other parts of a document that a kind reads besides its own table.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Beside {
     Nothing,
     /// A table of the drive that holds its indenter.
     Drive,
-    /// The device file that its simulated device is of.
+    /// The device file of its simulated device.
     DeviceFile,
 }
 
-/// How an experiment is run, which is not what it is.
+/// Settings of how an experiment is run, which do not change the experiment.
 #[derive(Clone, Debug)]
 pub(crate) struct Conduct {
     pub pace: Pace,
     /// The device at a port; `None` for the simulated one.
     pub remote: Option<RemoteDevice>,
-    /// Run what the pre-flight calls unstable.
+    /// Runs even a loop that the pre-flight calls unstable.
     pub force_unstable: bool,
 }
 
@@ -78,7 +78,7 @@ impl Conduct {
     }
 }
 
-/// Where a run leaves its files, and who watches it.
+/// Folder for the files of a run, and its supervisor.
 #[derive(Clone, Copy)]
 pub(crate) struct Watched<'a> {
     pub request: &'a FolderRequest,
@@ -96,7 +96,7 @@ pub(crate) trait Experiment: Any + Debug + Send + Sync {
         1
     }
 
-    /// What the log of its run says of it, over what its document says.
+    /// Metadata for the log of its run, which overrides its document.
     fn metadata(&self) -> BTreeMap<String, String>;
 
     fn conduct(&self) -> &Conduct;
@@ -106,7 +106,7 @@ pub(crate) trait Experiment: Any + Debug + Send + Sync {
     /// Runs it; log and table go into the folder.
     fn run(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure>;
 
-    /// Ticks of its loop for a run of so many samples.
+    /// Ticks of its loop for a run of `samples` samples.
     fn schedule(&self, samples: u64) -> Schedule {
         Schedule {
             samples,

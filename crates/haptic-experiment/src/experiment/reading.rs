@@ -29,7 +29,7 @@ pub(crate) fn remote(table: &Table<'_>) -> Result<Option<RemoteDevice>, FileErro
     remote_by(table, &p::DEVICE)
 }
 
-/// The same, named by this parameter.
+/// The device at a port that this parameter names.
 pub(crate) fn remote_by(
     table: &Table<'_>,
     name: &Parameter,
@@ -114,7 +114,7 @@ pub(crate) fn sensors(table: &Table<'_>) -> Result<Sensors, FileError> {
     })
 }
 
-/// As many samples as a run can have.
+/// Checks that a run can have this number of samples.
 pub(crate) fn samples_fit(
     table: &Table<'_>,
     sample_time_s: f64,
@@ -211,7 +211,7 @@ pub(crate) fn device_model(table: &Table<'_>) -> Result<Option<DeviceModel>, Fil
     device_model_by(table, this)
 }
 
-/// The same, named by this parameter.
+/// The device file that this parameter names.
 pub(crate) fn device_model_by(
     table: &Table<'_>,
     file: DeviceFile,
@@ -286,7 +286,7 @@ pub fn pressed(
     })
 }
 
-/// How a specimen is pressed, as far as the keys say it.
+/// The loading of a specimen, as far as the keys give it.
 fn loading(table: &Table<'_>) -> Result<Loading, FileError> {
     let kind: LoadingKind = table.choice(&p::LOADING)?;
     let given = |parameter: &Parameter| {
@@ -329,7 +329,7 @@ pub(crate) fn linear_piece(table: &Table<'_>) -> Result<TissuePiece, FileError> 
     }
 }
 
-/// What the log of a run of this kind says of it beside its document, or over it, where that leaves to the program what really runs.
+/// Metadata for the log of a run of this kind, besides its document, or over it where the program decides what really runs.
 pub(crate) fn metadata(
     kind: &str,
     conduct: &Conduct,

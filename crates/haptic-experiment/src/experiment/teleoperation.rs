@@ -62,7 +62,7 @@ pub use side::{FarReport, Terms};
 use std::f64::consts::{PI, TAU};
 
 parameters! {
-    /// How the two are joined.
+    /// The law that joins master and slave.
     ARCHITECTURE = text("architecture", "position-position",
         "How master and slave are joined");
     HAND_COUPLER_ORDER = number("order", 0.5, "0.5", COUPLER_ORDERS, "Order mu of that coupler");
@@ -152,7 +152,7 @@ impl Named for Architecture {
     ];
 }
 
-/// The hand that holds the master; by default there is none.
+/// The hand that holds the master; by default nothing holds it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct HandModel {
     /// `k_h`, N/m, above 0.
@@ -175,7 +175,7 @@ impl HandMotion {
     /// Time in which the motion begins, s.
     pub(crate) const RISE_S: f64 = 1.0;
 
-    /// So many frequencies from low to high, evenly in the logarithm, each with whole periods in the window.
+    /// Up to `count` frequencies from low to high, evenly spaced in the logarithm, each with whole periods in the window.
     pub(crate) fn frequencies(low_hz: f64, high_hz: f64, count: u64, window_s: f64) -> Vec<f64> {
         let last = count.saturating_sub(1).max(1) as f64;
         let mut periods: Vec<u64> = (0..count)
@@ -220,7 +220,7 @@ pub(crate) struct TeleoperationExperiment {
     pub(super) hand: HandModel,
     pub(super) motion: HandMotion,
     pub(super) place: RemotePlace,
-    /// How the two are joined.
+    /// The law that joins master and slave.
     pub(super) architecture: Architecture,
     /// The coupler; not of waves.
     pub(super) coupler: CouplerGains,
@@ -228,7 +228,7 @@ pub(crate) struct TeleoperationExperiment {
     pub(super) order: Order,
     /// b of the waves, N·s/m.
     pub(super) wave_impedance_n_s_per_m: f64,
-    /// Samples over which waves and energy are played out; `None` for two and as many as jitter spreads.
+    /// Samples over which waves and energy are played out; `None` for two plus the spread of the jitter.
     pub(super) playout_samples: Option<u32>,
     /// Each way of the line.
     pub(super) channel: ChannelModel,
@@ -257,7 +257,7 @@ impl TeleoperationExperiment {
         self.master.sample_time
     }
 
-    /// Waves that both devices bear: each feels b as a damper that is told a sample late, and pays for that with its own damping.
+    /// Checks that both devices tolerate the waves: b acts on each as a damper a sample late, which the device's own damping must cover.
     fn check_waves(&self) -> Result<(), Failure> {
         let impedance = self.wave_impedance_n_s_per_m;
         for (device, side) in [
@@ -365,7 +365,7 @@ impl TeleoperationExperiment {
         )
     }
 
-    /// The same for the analysis; `None` for time-domain passivity, which is no linear law.
+    /// The pair for the analysis; `None` for time-domain passivity, which is not a linear law.
     pub(crate) fn hands(&self) -> Option<Teleoperation> {
         let mass = |device: &MassDamperConfig| HandMass {
             mass_kg: device.mass.0,
@@ -538,7 +538,7 @@ impl Named for PlaceName {
     ];
 }
 
-/// What the slave touches, and is joined to, from its start on.
+/// The environment that the slave touches, and is joined to, from its start on.
 #[derive(Clone, Debug)]
 pub(crate) struct RemotePlace {
     /// A piece of tissue, or a wall.
@@ -548,7 +548,7 @@ pub(crate) struct RemotePlace {
 }
 
 impl RemotePlace {
-    /// Its law, stepped with `step` for so many steps.
+    /// Its law, stepped `steps` times with `step`.
     fn law(&self, scheme: Scheme, step: Seconds, steps: u64) -> Result<VirtualWall, Failure> {
         let look = self.matter.run_by(scheme, step, steps);
         let (k, b) = (look.stiffness_n_per_m, look.dissipation_n_s_mu_per_m);

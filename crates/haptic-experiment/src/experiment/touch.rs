@@ -5,10 +5,10 @@
 //! f = n·min(0, −(K·p + B·D^μ p))  through the safety chain         p depth into the shape, n its normal
 //! ```
 //! - *One operator* on the depth, whatever the number of axes: see [`Contact`](haptic_loop::Contact). No friction.
-//! - *Energy* that the hand was given: of the force and motion at the hand, exact between samples. What is passive never gives
-//!   more than it got.
-//! - *Pre-flight* along the normal, with the effective mass 1/(nᵀ M⁻¹ n) of the posture. Round a ball every normal comes up, so
-//!   the lightest and the heaviest are judged and the worse one is told.
+//! - *Energy* given to the hand: from the force and motion at the hand, exact between samples. A passive device never gives more than it
+//!   received.
+//! - *Pre-flight* along the normal, with the effective mass 1/(nᵀ M⁻¹ n) of the posture. A ball has normals in every direction, so the
+//!   lightest and the heaviest mass are judged, and the worse verdict is reported.
 
 mod device;
 mod report;
@@ -130,7 +130,7 @@ pub(crate) struct TouchExperiment {
     sensors: Sensors,
     /// Path of the hand, m or N.
     path: HandPath,
-    /// How the hand holds the device.
+    /// Coupling of hand and device.
     grip: Grip,
     /// Length of a run, s.
     duration_s: f64,
@@ -172,7 +172,7 @@ impl TouchExperiment {
         }
     }
 
-    /// The loop of so many samples.
+    /// The loop for `samples` samples.
     fn look(&self, samples: u64) -> Preflight<'_> {
         Preflight {
             contact: WallContact::OneSided,
@@ -210,7 +210,7 @@ impl TouchExperiment {
         let (force, rate) = (self.force_limit_n, self.force_rate_limit_n_per_s);
         let brakes = self.safety.number(BRAKING).is_some();
         let workspace_box = self.workspace_m.as_ref().map(|[low_m, high_m]| {
-            // An axis that is not there is not looked at.
+            // An axis beyond those of the device repeats the last one.
             [0, 1, 2].map(|axis: usize| {
                 let axis = axis.min(self.axes - 1);
                 workspace(low_m[axis], high_m[axis], brakes)

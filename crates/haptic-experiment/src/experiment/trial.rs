@@ -67,7 +67,7 @@ pub(crate) const TRIAL: &[Parameter] =
 /// A wall at the device's start position.
 pub(crate) type VirtualWall = Wall<f64, Operator<f64>>;
 
-/// Plan of a trial: how a wall is tried, and by which rule it is judged.
+/// Plan of a trial: the motion into the wall, and the rule that judges it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrialPlan {
     pub(crate) criterion: Criterion,
@@ -78,7 +78,7 @@ pub struct TrialPlan {
     /// Speed at which the device hits the wall, m/s: 0 to 10. 0 with the dissertation's rule and on a serial
     /// device, which cannot be thrown.
     pub impact_m_per_s: f64,
-    /// How long the wall has to show that it settles, s.
+    /// Time in which the wall has to settle, s.
     pub duration_s: f64,
     /// Window at the end that is judged, s.
     pub window_s: f64,
@@ -109,7 +109,7 @@ impl TrialPlan {
         window_s: WINDOW.default_number(),
         force_limit_n: TRIAL_FORCE_LIMIT.default_number(),
     };
-    /// The same from rest, for a device that cannot be thrown.
+    /// Starts from rest, for a device that cannot be thrown.
     pub(crate) const fn starting_at_rest(self) -> Self {
         Self {
             impact_m_per_s: 0.0,
@@ -117,7 +117,7 @@ impl TrialPlan {
         }
     }
 
-    /// Speeds at which a wall is hit beside that of the plan, m/s: a linear one, of which each hit says the same, at none.
+    /// Further speeds at which a wall is hit, m/s. A linear wall has none, since each hit gives the verdict of the planned one.
     pub(crate) fn hits(&self, contact: WallContact) -> impl Iterator<Item = f64> {
         let once = contact == WallContact::Linear || self.criterion != Criterion::Settling;
         let hits: &[f64] = if once { &[] } else { &HITS };
@@ -388,8 +388,8 @@ fn limits_there(limits: Limits, device: &MassDamperConfig, safety: &Safety) -> L
     safety.braked(limits, device.mass.0, delay)
 }
 
-/// What a device at a port is told beside its law: limits, and the plant of an emulated one with a push, N. `rate` is the force rate limit that
-/// was asked for.
+/// Settings for a device at a port without a law: limits, and the plant of an emulated one with a push, N. `rate` is the requested force
+/// rate limit.
 pub(crate) fn no_law_there(
     limits: Limits,
     rate: Option<f64>,

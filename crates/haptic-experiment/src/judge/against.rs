@@ -49,7 +49,7 @@ const FEW: usize = 8;
 /// A held depth that differs from that of the run by more than this share is another experiment.
 const HELD: f64 = 0.01;
 
-/// What to do where `identify` would be given columns or units.
+/// Advice for a table whose columns or units `identify` could be given.
 const HEADER_ALONE: &str = "beside a run only the header tells what a column is, as time_s and force_n: rename or remove others";
 
 /// Time on the clock of a run, s, and a value.
@@ -62,7 +62,7 @@ pub(crate) struct Measured {
     samples: Samples,
     /// Time of the record at which the ramp or the push begins, s.
     start_s: f64,
-    /// What was made of it, a sentence each.
+    /// Conversions applied to the record, a sentence each.
     notes: Vec<String>,
 }
 
@@ -108,7 +108,7 @@ fn converted(
     let slab = piece.specimen.slab_sizes();
     let area_m2 = slab.map(|sizes| sizes.0.0);
     let length_m = slab.map(|sizes| sizes.1.0);
-    // What can be compared, by what it is divided, if this piece has that, and in words; what is of the material comes last.
+    // Comparable columns, each with its divisor, if this piece has one, and words; the column of the material comes last.
     let as_is = (Some(1.0), "as measured");
     let over_length = (length_m, "over the thickness");
     let (ways, of_whole) = match load {
@@ -292,7 +292,7 @@ fn leaves(values: &[f64]) -> Option<usize> {
     };
     let sigma = median / (0.6745 * 6.0_f64.sqrt());
     let off = |value: &f64| (value - values[0]).abs();
-    // What moves no further than its noise is held.
+    // A signal that moves no further than its noise is held.
     let moves = values.iter().any(|value| off(value) > 20.0 * sigma);
     let left = values.iter().position(|value| off(value) > 6.0 * sigma)?;
     moves.then(|| left.saturating_sub(1))
@@ -331,7 +331,7 @@ fn of_material(columns: Columns, piece: &TissuePiece, load: RigDrive) -> Result<
             let steps: Samples = steps.collect();
             let curve = pairs.map(|(t, m)| (libm::log(t), libm::log(m)));
             let curve: Samples = curve.collect();
-            // The step of a record saw nothing of a ramp that still goes on.
+            // The step of a record precedes the end of a ramp.
             let begin_s = record.x()[0] + ramp_s;
             let after = record.x().iter().filter(|time| **time >= begin_s);
             let force = |time: &f64| {
@@ -453,7 +453,7 @@ impl<'a> Comparison<'a> {
         let files = Files::finished(table);
         let against = json!({
             "record": self.measured.path.display().to_string(),
-            // Where the ramp or push begins, on the clock of the record.
+            // Start of the ramp or push on the clock of the record.
             "record_start_s": self.measured.start_s,
             "notes": self.measured.notes,
             "csv": files.csv,

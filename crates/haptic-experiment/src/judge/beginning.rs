@@ -34,7 +34,7 @@ impl Beginning {
         let start = ran.record.start;
         let within_s = match &ran.second {
             None => 0.0,
-            // Nothing is known of a device that did not tell its time.
+            // Nothing is known of a device that did not send its time.
             Some(second) => second.aligned.map_or(f64::INFINITY, |aligned| {
                 aligned.residual_s + (start.begun_s() - aligned.offset_s).abs()
             }),
@@ -95,7 +95,7 @@ impl Beginning {
     }
 
     fn tells(&mut self, name: &'static str, number: f64, rate: f64) -> bool {
-        // Not-a-number, of no rate and no time, is not told either.
+        // Not-a-number, without a rate or a time, is withheld too.
         let tells = self.moved(rate) <= SHARE * number.abs();
         if !tells {
             self.withheld.push(name);

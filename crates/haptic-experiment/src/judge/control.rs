@@ -17,7 +17,7 @@ use haptic_quantity::{Key, digits, written};
 use serde_json::{Value, json};
 use std::f64::consts::LN_10;
 
-/// What the tuning is asked for.
+/// Wishes of the tuning.
 const CROSSOVER: Key = Key("crossover_rad_s");
 const PHASE_MARGIN: Key = Key("phase_margin_rad");
 
@@ -108,7 +108,7 @@ pub fn check_gain(plant: &Plant, crossover_rad_s: f64) -> Result<(), Failure> {
     else {
         return Ok(());
     };
-    // What is far from its neighbours is that in any units.
+    // A gain far from its neighbour's is extreme in any units.
     let near = gain_at(BESIDE * crossover_rad_s).unwrap_or(gain);
     Err(if gain < near / APART {
         Failure::bad_input(format_args!(
@@ -246,7 +246,7 @@ pub fn row_of_wish(name: WishName) -> (&'static str, &'static str, fn(f64) -> f6
     }
 }
 
-/// What a design found, in sentences.
+/// The findings of a design, in sentences.
 #[derive(Clone, Copy, Debug)]
 pub struct DesignWords<'a>(pub &'a ControlAnswer);
 

@@ -40,7 +40,7 @@ impl<const M: usize> Decimated<M> {
         Self::new(record.whole.as_ref().map_or(0, |_| WHOLE_MOST))
     }
 
-    /// The same for a run of so many samples that is yet to come.
+    /// Empty, for a future run of this many samples: if a record would keep them all, so do the curves.
     pub(crate) fn for_samples(samples: u64) -> Self {
         Self::new(if keeps_all(samples) { WHOLE_MOST } else { 0 })
     }

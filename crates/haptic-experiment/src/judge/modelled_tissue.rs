@@ -107,7 +107,7 @@ impl ModelledTissue {
         self.order
     }
 
-    /// E, Pa: what is left of the modulus at rest.
+    /// E, Pa: the modulus at rest.
     pub(crate) const fn rest_modulus_pa(&self) -> f64 {
         self.rest_modulus_pa
     }
@@ -133,7 +133,7 @@ impl ModelledTissue {
         shape * self.viscosity_pa_s_mu * change
     }
 
-    /// The operator that renders the tissue for so many samples.
+    /// The operator that renders the tissue for `samples` samples.
     pub(crate) fn operator<F: Real>(
         &self,
         scheme: Scheme,
@@ -168,7 +168,7 @@ impl ModelledTissue {
         Ok(forces.collect())
     }
 
-    /// The same tick by tick.
+    /// The full history tick by tick.
     pub(crate) fn sampled(
         &self,
         shape: f64,
@@ -256,11 +256,11 @@ impl TissuePiece {
         effective(self.specimen.depth_map())
     }
 
-    /// What a run of these ticks, s, to this depth, m, asks of the tissue beyond its record, a sentence each.
+    /// Sentences about ticks, s, and a depth, m, of a run that lie beyond the tissue's record.
     pub(crate) fn leaves(&self, times_s: (f64, f64), depth_m: f64) -> Vec<String> {
         let mut sentences: Vec<String> = self.material.beyond(times_s).into_iter().collect();
         let strain = self.specimen.strain(Metres(depth_m));
-        // The strain of a slab says nothing of that under a sphere.
+        // The strain of a slab cannot be compared with that under a sphere.
         let measured = self.material.loading.kind;
         let alike = measured.is_none_or(|kind| kind == self.specimen.loading().kind);
         let (most, whose) = match self.material.range.strain_to.filter(|_| alike) {
@@ -270,7 +270,7 @@ impl TissuePiece {
                 "small strain, as this model assumes, holds".to_owned(),
             ),
         };
-        // A hundredth is no matter.
+        // An excess of one per cent does not matter.
         if strain > 1.01 * most {
             sentences.push(format!(
                 "the strain reaches {} %; {whose} up to {} %",
@@ -331,7 +331,7 @@ impl TissuePiece {
         strains.into_iter().map(depth).collect()
     }
 
-    /// The same of ticks that come one after the other.
+    /// Depth under a step of force at successive ticks.
     pub(crate) fn creep(
         &self,
         force_n: f64,
@@ -372,7 +372,7 @@ pub fn operator<F: Real>(
     Ok(Operator::FullMemory(Box::new(memory)))
 }
 
-/// The same for the analysis.
+/// The operator for the analysis.
 pub(crate) fn loop_operator(
     model: Option<&Model>,
     scheme: Scheme,

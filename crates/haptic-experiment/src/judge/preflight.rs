@@ -7,8 +7,8 @@
 //! ```
 //! - *The loop* is the one of the stability analysis: a mass on a damper under a wall that is felt all the time.
 //!   Safety chain and friction are not in it; they may turn an unstable loop into a limit cycle. Nor is the end of the contact: with
-//!   delay, hard hits can grow on a wall that never pulls where the linear loop is stable. So of such a wall it is said by itself
-//!   what is proved.
+//!   delay, hard hits can grow on a wall that never pulls where the linear loop is stable. So for such a wall the proved
+//!   result is reported separately.
 //! - *Without any spring* (a tissue that only dissipates) the loop has a pole at rest, z = 1, and the device drifts, as it
 //!   should. Such a loop is judged beside that pole, see `SampledLoop::beside_rest`.
 //! - *Delay*: that of the device, whole samples or not, as simulated or as known of a real one; in a loop on the host
@@ -31,7 +31,7 @@ use haptic_loop::DepthMap;
 use haptic_tissue::Model;
 use serde::Serialize;
 
-/// What is touched: a piece of tissue, or K + B·D^μ.
+/// Touched matter: a piece of tissue, or K + B·D^μ.
 #[derive(Clone, Debug)]
 pub enum Matter {
     /// A piece of tissue, whose loading may make the force nonlinear in the depth.
@@ -48,7 +48,7 @@ pub enum Matter {
 }
 
 impl Matter {
-    /// As it is run by an operator of this scheme, for so many samples.
+    /// The loop with an operator of this scheme, for `samples` samples.
     pub(crate) fn run_by(&self, scheme: Scheme, t: Seconds, samples: u64) -> Preflight<'_> {
         let (model, order, (stiffness_n_per_m, dissipation_n_s_mu_per_m)) = match self {
             Self::Tissue(piece) => {
@@ -131,7 +131,7 @@ impl Matter {
     }
 }
 
-/// How a law meets the hand in front of its surface and on the way out.
+/// Behaviour of a law in front of its surface and on the way out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WallContact {
@@ -153,7 +153,7 @@ impl WallContact {
     }
 }
 
-/// The largest slope of a map that is looked at.
+/// Steepest slope of a map that is analysed.
 const STEEPEST: f64 = 1e6;
 
 /// The loop to be checked.
@@ -176,19 +176,19 @@ pub struct Preflight<'a> {
     /// The map of depth, and its slope at the point where K and B are checked; `None` if the force
     /// is linear in the depth.
     pub map: Option<(DepthMap<f64>, f64)>,
-    /// How it meets the hand.
+    /// Kind of contact.
     pub contact: WallContact,
     /// True if a guard keeps it from giving energy:
     /// [`EnergyBounding`](crate::GuardChoice::EnergyBounding).
     pub guarded: bool,
 }
 
-/// The same loop for whoever runs it, or compares the run with its full history.
+/// The loop for whoever runs it, or compares the run with its full history.
 impl Preflight<'_> {
     /// The law with the slope that its depth map has at a depth, m.
     #[must_use]
     pub fn at_depth(self, map: Option<DepthMap<f64>>, depth_m: f64) -> Self {
-        // What is a million times as steep is as unstable as what is steeper.
+        // A loop a million times as steep is as unstable as any steeper one.
         let slope = map.map_or(1.0, |map| map.slope(depth_m).min(STEEPEST));
         Self {
             stiffness_n_per_m: slope * self.stiffness_n_per_m,
@@ -208,7 +208,7 @@ impl Preflight<'_> {
         loop_operator(self.model, self.scheme, self.order, t, horizon)
     }
 
-    /// What the damper feels of a whole record: the memory of the model, or D^μ x.
+    /// Input of the damper over a whole record: the memory of the model, or D^μ x.
     pub(crate) fn felt(&self, x: &[f64]) -> Result<Vec<f64>, Failure> {
         let t = Seconds(self.sample_time_s);
         match self.model {
@@ -219,7 +219,7 @@ impl Preflight<'_> {
         }
     }
 
-    /// The same of the samples of a run.
+    /// Input of the damper for the samples of a run.
     pub(crate) fn felt_of(
         &self,
         samples: Samples<'_>,
@@ -256,7 +256,7 @@ impl Preflight<'_> {
         self.looked_at(dynamics, line, false)
     }
 
-    /// The same with what is proved for every motion, which takes longer than all the rest.
+    /// Checks the loop and proves results for every motion, which takes longer than all the rest.
     pub(crate) fn proved(
         &self,
         dynamics: Dynamics,

@@ -177,7 +177,7 @@ fn of_every_tick(
     Ok(ticks.filter_map(|tick| values.get(tick).copied()).collect())
 }
 
-/// D^μ by an operator that stands for the full history of so many samples.
+/// D^μ by an operator that stands for the full history of this many samples.
 pub(crate) fn operator(
     reference: Reference,
     order: Order,

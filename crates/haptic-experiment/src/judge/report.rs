@@ -35,10 +35,10 @@ pub struct Report {
     /// The law that was rendered, and by which operator.
     #[serde(flatten)]
     pub(crate) law: Rows,
-    /// The same of every kind.
+    /// Facts that every kind of experiment reports.
     #[serde(flatten)]
     pub run: RunReport,
-    /// What came of it, by the measure of the kind.
+    /// Results by the measure of the kind.
     #[serde(flatten)]
     pub(crate) results: Rows,
     /// The result in words; `None` for a relaxation or creep test whose error has no meaning.
@@ -104,7 +104,7 @@ pub struct RunReport {
     pub ended_early: Option<String>,
     /// Number of ticks more than one sample time late; 0 in virtual time.
     pub missed_deadlines: u64,
-    /// Time of a tick; null in a loop on a device, which does not tell.
+    /// Time of a tick; null in a loop on a device, which does not report it.
     pub(crate) tick_ns: Option<TickTimes>,
     /// Timing of a run by the clock of this machine; null in another.
     pub(crate) realtime: Option<RealtimeSummary>,
@@ -125,7 +125,7 @@ pub struct RunReport {
     /// Why a run that reached its end has no table.
     #[serde(skip)]
     pub unwritten: Option<String>,
-    /// How the force ended, if the run ended early.
+    /// Release of the force, if the run ended early.
     #[serde(skip)]
     pub let_go: Option<String>,
     /// True if the device can no longer be used: its link was lost, or its board is silent.
@@ -143,8 +143,8 @@ pub(crate) struct Files {
 }
 
 impl Files {
-    /// The table of a run that reached its end, or why there is none; `None` for a run that was cut short. Where none is written, that of
-    /// an earlier run goes.
+    /// The table of a run that reached its end, or the reason why it is missing; `None` for a run that was cut short. Without a new table, the
+    /// results of an earlier run are removed.
     pub(crate) fn of_run(ran: &Ran, table: Option<Table>) -> Self {
         let files = Self::finished(table);
         if files.csv.is_none() {

@@ -32,7 +32,7 @@ pub struct Row {
     pub label: String,
     /// The value in words; empty for a heading.
     pub value: String,
-    /// What the value refers to, or why it is missing; empty if that is clear.
+    /// The subject of the value, or the reason why it is missing; empty if that is clear.
     pub reason: String,
 }
 
@@ -59,7 +59,7 @@ const ROWS_OF_MANY: usize = 12;
 /// Numbers that stand in a line at most.
 const NUMBERS_MOST: usize = 8;
 
-/// What a key says of another, which has the same name without this end.
+/// Meaning of a key for another key, which has the same name without this ending.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Says {
     /// Why the value is missing, or what to think of it.
@@ -203,7 +203,7 @@ impl Lines {
                 }
             }
         }
-        // What would be a table in a cell is in JSON alone.
+        // An object that would be a table in a cell is in JSON alone.
         let is_shown =
             |value: &Value| !value.is_null() && !value.as_object().is_some_and(is_of_objects);
         keys.retain(|key| (objects.iter().filter_map(|object| object.get(*key))).any(is_shown));
@@ -241,7 +241,7 @@ fn is_curve(objects: &[&Object]) -> bool {
 fn is_deep(value: &Value) -> bool {
     match value {
         Value::Array(items) => items.iter().any(Value::is_object),
-        // What would be a table in a cell is in JSON alone.
+        // An object that would be a table in a cell is in JSON alone.
         Value::Object(inner) if is_of_objects(inner) => false,
         Value::Object(inner) => inner
             .values()
@@ -366,7 +366,7 @@ fn says_unit(key: &str) -> bool {
     without_unit(key) != key
 }
 
-/// True of a file; the model of a tissue is none, but that of a device.
+/// True of a file. The model of a device is a file, that of a tissue is not.
 fn is_file(key: &str, value: &Value) -> bool {
     let names_model = key == "model" && !value.as_str().is_some_and(|name| name.ends_with(".toml"));
     FILES.contains(&key) && !names_model
@@ -436,7 +436,7 @@ fn is_repeated(object: &Object, key: &str, value: &Value) -> bool {
     pair.any(|(single, list)| list.len() == 1 && list[0] == *single)
 }
 
-/// What stands beside a key: why there is none, or what it is of.
+/// The reason for a missing value, or the subject of a value, from the keys beside it.
 fn reason(object: &Object, key: &str) -> String {
     let said = |says| {
         let mut found = [key, without_unit(key)].into_iter();

@@ -195,7 +195,7 @@ pub struct Settling {
 }
 
 impl Settling {
-    /// The same, found to rest on friction.
+    /// Changes the verdict to rest by friction.
     pub(crate) fn by_friction(self) -> Self {
         Self {
             stable: false,

@@ -7,7 +7,7 @@ use crate::run::remote::{FrameCounts, LinkSummary};
 use crate::run::safety::keys::{GUARD, RISE_TIME, SPEED_LIMIT, WORKSPACE_HIGH, WORKSPACE_LOW};
 use haptic_loop::Limiters;
 
-/// In the order in which they are told.
+/// Limiters in the order in which warnings name them.
 const LIMITERS: [Limiters; 8] = [
     Limiters::MAGNITUDE,
     Limiters::RATE,
@@ -19,7 +19,7 @@ const LIMITERS: [Limiters; 8] = [
     Limiters::STOPPING,
 ];
 
-/// What a user can do about a limiter. A device has limits of its own, which a run can only tighten.
+/// Remedy for a limiter. A device has limits of its own, which a run can only tighten.
 fn remedy(limiter: Limiters, on_device: bool) -> String {
     let here = match on_device {
         true => ", here and on the device (`host-cli device set`)",
@@ -91,7 +91,7 @@ impl Warnings {
         self.limited_in(record.limited, record.limiters, record.link.is_some());
     }
 
-    /// The same of so many samples, in which these limiters acted, perhaps those of a device.
+    /// Warns of this number of samples in which these limiters acted, perhaps those of a device.
     pub(crate) fn limited_in(&mut self, samples: u64, limiters: u8, on_device: bool) {
         let acted = |limiter: Limiters| limiters & limiter.bits() != 0;
         let acted = LIMITERS.into_iter().filter(|limiter| acted(*limiter));

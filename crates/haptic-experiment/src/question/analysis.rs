@@ -1,4 +1,4 @@
-//! Of analyses, beside the parameters of experiments: a loop without units, where it is looked at, and two hands over a line.
+//! Parameters of analyses, besides those of experiments: a loop without units, its frequencies, and two hands over a line.
 
 use crate::document::parameters::SCHEME;
 use crate::document::parameters::kind::parameters;

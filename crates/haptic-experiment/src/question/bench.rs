@@ -1,4 +1,4 @@
-//! What questions share: the device with its keys, orders and scheme, and a search that can be stopped.
+//! Parts that questions share: the device with its keys, orders and scheme, and a search that can be stopped.
 
 use crate::Sensors;
 use crate::document::error::FileError;
@@ -87,7 +87,7 @@ pub(super) fn orders(table: &Table<'_>, parameter: &Parameter) -> Result<Vec<Ord
     orders.map_err(|error| table.fail_at(parameter.key, error.to_string()))
 }
 
-/// Refuses no orders, and those that are none of a wall.
+/// Refuses an empty list, and orders that a wall cannot have.
 pub(super) fn check_orders(orders: &[Order], parameter: &Parameter) -> Result<(), Failure> {
     if orders.is_empty() {
         return Err(Failure::bad_input(format_args!(
@@ -119,7 +119,7 @@ pub(super) fn for_each_order<T: Send>(
     Ok(answers)
 }
 
-/// The last place, after so many halvings, on the way from one at which something holds to one at which it does not.
+/// The last place at which something holds on the way to one at which it does not, after `halvings` halvings.
 pub(super) fn last(mut from: f64, mut to: f64, halvings: u32, holds: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..halvings {
         let middle = 0.5 * (from + to);
@@ -128,7 +128,7 @@ pub(super) fn last(mut from: f64, mut to: f64, halvings: u32, holds: impl Fn(f64
     from
 }
 
-/// The place of the one minimum of a function between two places, by so many golden sections.
+/// The place of the one minimum of a function between two places, by golden sections.
 pub(super) fn minimum_of<E>(
     mut low: f64,
     mut high: f64,

@@ -58,7 +58,7 @@ parameters! {
     /// Frequency of a design, Hz.
     WISH_FREQUENCY = optional("frequency_hz", range::FREQUENCIES_HZ,
         "Frequency for most-damping, and to compare the orders of a tissue or coupler [default there: 1 Hz]");
-    /// What a wall must be.
+    /// Condition that a wall must meet.
     REQUIRE = text("require", "stable", "Condition that the wall must meet");
     /// Gain margin of a design.
     GAIN_MARGIN = number("gain_margin", 2.0, "2", Range::AboveUpTo(1.0, 1e3),
@@ -112,7 +112,7 @@ impl Named for WishName {
     ];
 }
 
-/// What a wall or coupler must be.
+/// Condition that a wall or coupler must meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum RequireName {
     Stable,
@@ -171,7 +171,7 @@ pub(crate) struct Design {
     pub gain_margin: Option<f64>,
     /// True if a proof for every motion of contact that may pull is required too.
     pub every_motion: bool,
-    /// How the wall meets the hand.
+    /// Contact of the wall with the hand.
     pub contact: WallContact,
     pub wish: Wish,
     /// Largest force noise that encoder and sensor may cause, rms N; `None` allows 5 % of the push, of a tissue any.
@@ -200,12 +200,12 @@ impl Design {
         orders
     }
 
-    /// How often the steps beside the best order are halved.
+    /// Number of times that the steps beside the best order are halved.
     const fn halvings(&self) -> usize {
         if self.finer { HALVINGS } else { 0 }
     }
 
-    /// Orders that are tried, at most.
+    /// Largest number of orders tried.
     pub(crate) fn steps(&self) -> usize {
         self.orders_to_try().len() + 2 * self.halvings()
     }
@@ -383,7 +383,7 @@ pub struct DesignReport {
     pub wish: &'static str,
     /// The requirement, named as in the document, for example `every-motion`.
     pub require: &'static str,
-    /// The same in words, with its numbers.
+    /// The requirement in words, with its numbers.
     #[serde(skip)]
     pub requirement: String,
     /// The factor by which the wall may grow; null if only passivity was required.
@@ -392,10 +392,10 @@ pub struct DesignReport {
     pub frequency_hz: Option<f64>,
     /// The operator that was analysed, as documents write it.
     pub scheme: String,
-    /// How the wall meets the hand: a one-sided one is taken only if it settles after each of six hits, a signed one only if it is
+    /// Contact of the wall with the hand: a one-sided wall is accepted only if it settles after each of six hits, a signed one only if it is
     /// proved.
     pub contact: WallContact,
-    /// Limit on the noise of the force, rms N: where none was asked for 5 % of the push; null for ideal sensors and tissues.
+    /// Limit on the noise of the force, rms N, by default 5 % of the push; null for ideal sensors and tissues.
     pub force_noise_limit_n: Option<f64>,
     /// The trials that the best wall passed, in words, with the worst noise.
     pub trials: Option<String>,

@@ -15,7 +15,7 @@ use std::time::Duration;
 /// A check of this machine: the loop's own runner at several rates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RtCheck {
-    /// How long each rate is measured; a verdict needs 1000 cycles.
+    /// Time for which each rate is measured; a verdict needs 1000 cycles.
     pub duration: Duration,
     /// The rates to try, Hz, one after the other.
     pub rates_hz: Vec<f64>,
@@ -141,7 +141,7 @@ pub(crate) struct Granted {
 
 /// A rate is fit if 999 of 1000 cycles begin within this share of the period, and none a period late.
 const FIT_SHARE: f64 = 0.1;
-/// Fewer cycles tell nothing about one in a thousand.
+/// Fewer cycles cannot show the slowest in a thousand.
 const FIT_CYCLES: u64 = 1000;
 
 #[derive(Clone, Debug, Serialize)]
@@ -199,7 +199,7 @@ const DEEP_SLEEP_US: u32 = 30;
 /// Time stolen by the host that is worth a sentence, ms.
 const STOLEN_NOTABLE_MS: u64 = 10;
 
-/// Facts of the machine. Those that a system does not tell are null or empty.
+/// Facts of the machine. Those that a system does not report are null or empty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct Machine {
     /// The operating system, as Rust names it: `linux`, `macos`, `windows`.

@@ -11,7 +11,7 @@
 //! recorded, so the spring and every limiter may close the loop as they like. The model is the sampled device of
 //! [`haptic_loop::plant`], exact for a fraction of a sample of delay and for the lag.
 //! Least squares over short pieces of the motion, each with a state of its own at its start, so that what no model knows does not add up; from
-//! several lags, as there are several minima. Where the residual goes on from sample to sample, friction is stepped more finely than samples.
+//! several lags, as there are several minima. If the residual is autocorrelated, friction is stepped more finely than samples.
 
 mod answer;
 mod drive;
@@ -102,7 +102,7 @@ impl MeasurePlan {
     const REST_S: f64 = 0.5;
     /// Time in which a ramp reaches the largest force, s.
     const RAMP_S: f64 = 1.5;
-    /// Share of [`near_m`](Self::near_m) by which a device moves when it is said to move, and of the box in which it may rest.
+    /// Share of [`near_m`](Self::near_m) that counts as a motion, and share of the box in which it may rest.
     const MOVES: f64 = 0.02;
 
     /// Largest force of the measurement, N.
@@ -167,7 +167,7 @@ pub(crate) struct MotionRecord {
 }
 
 impl MotionRecord {
-    /// A record of so many ticks to come.
+    /// An empty record with room for `ticks` ticks.
     fn with_capacity(sample_time_s: f64, ticks: usize) -> Self {
         Self {
             sample_time_s,
@@ -185,7 +185,7 @@ impl MotionRecord {
         self.position_m.iter().filter(|x| !x.is_finite()).count()
     }
 
-    /// Appends a tick; for those that are missing before it the force goes on.
+    /// Appends a tick; the force is held over the missing ones before it.
     fn push(&mut self, missing: u64, position_m: f64, force_n: f64) {
         let last = self.force_n.last().copied().unwrap_or_default();
         for _ in 0..missing {

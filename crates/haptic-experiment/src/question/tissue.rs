@@ -36,7 +36,7 @@ pub const SHIFTS_BY: [(ShiftBy, &str, &str); 3] = [
     (ShiftBy::Both, "both", "both alike"),
 ];
 
-/// What the tables of records do not say, by the names of keys; numbers in SI units.
+/// Facts that the tables of records lack, by the names of keys; numbers in SI units.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[expect(missing_docs, reason = "each field is the option of its name")]
@@ -104,7 +104,7 @@ pub fn contact_point(text: &str) -> Result<ContactPoint, String> {
 /// Reads `order=0.2` or `order=0.1..0.3`; names are those of tissue files, with the unit or without.
 ///
 /// # Errors
-/// Another form, or a number that is none of the unit.
+/// Another form, or a number that does not fit the unit.
 pub fn held(text: &str) -> Result<Held, String> {
     let split = text.split_once('=');
     let (name, value) =
@@ -168,7 +168,7 @@ fn named<T: Copy>(
     })
 }
 
-/// How several records belong together.
+/// Relation between several records.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Several {
     /// Motions of one tissue, fitted together.
@@ -188,13 +188,13 @@ pub enum Several {
 /// Records to be read and fitted.
 #[derive(Clone, Debug, Default)]
 pub struct RecordQuestion {
-    /// How tables are read.
+    /// Reader of the tables.
     pub reader: Reader,
-    /// What they do not say.
+    /// Facts that the tables lack.
     pub reading: Reading,
-    /// What is fitted.
+    /// Options of the fit.
     pub options: Options,
-    /// What several records are.
+    /// Relation between several records.
     pub several: Several,
     /// The temperature of each file, °C, or none.
     pub temperatures_c: Vec<f64>,
@@ -204,7 +204,7 @@ impl RecordQuestion {
     /// Understands a form.
     ///
     /// # Errors
-    /// A text that is none of its key, options that do not belong together.
+    /// A text that does not fit its key, options that do not belong together.
     pub fn of(form: &RecordForm) -> Result<Self, Failure> {
         let kinds = RecordKind::ALL.map(|kind| (kind, kind.name()));
         let models = CANDIDATES.map(|kind| (kind, kind.name()));
@@ -272,7 +272,7 @@ impl RecordQuestion {
         }
     }
 
-    /// What several records are.
+    /// Derives the relation between several records.
     ///
     /// # Errors
     /// Options that do not belong together.
@@ -297,7 +297,7 @@ impl RecordQuestion {
         }
     }
 
-    /// Refuses temperatures that are not one for each of so many files.
+    /// Refuses temperatures that are not one for each of the files.
     ///
     /// # Errors
     /// If there are more or fewer, or if they have no effect.
@@ -388,7 +388,7 @@ impl RecordQuestion {
 pub struct RecordAnswer {
     /// The records as one.
     pub understood: Understood,
-    /// What was fitted.
+    /// Result of the fit.
     pub found: Identification,
     /// Rows of specimens or of temperatures for the report; an empty object of one record.
     pub rows: Value,
@@ -458,7 +458,7 @@ fn shifts(curve: &MasterCurve) -> Value {
         "overlaps": overlaps.collect::<Vec<_>>(),
         "shifts_are_lawful": curve.is_lawful,
         "shift_laws": laws.collect::<Vec<_>>(),
-        // Of the better law; of none where not even that fits.
+        // Those of the better law; null where even that does not fit.
         "shift_law_parameters": law.map(|law| estimates(&law.parameters)),
     })
 }

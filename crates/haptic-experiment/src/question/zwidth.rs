@@ -75,7 +75,7 @@ pub(crate) struct ZWidth {
     pub orders: Vec<Order>,
     /// Dissipations to try for each order, from 0 to the largest stable one.
     pub points: usize,
-    /// How each wall is tried; on a serial device the force limit is at most what that can do.
+    /// Plan of the trial of each wall; on a serial device the force limit is at most the device's.
     pub plan: TrialPlan,
     /// The serial device; `None` for the simulated one.
     pub remote: Option<RemoteDevice>,

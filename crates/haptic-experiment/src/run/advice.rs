@@ -1,4 +1,4 @@
-//! What to change where a library refuses a number, and a check for numbers that no device can hold.
+//! Remedies for numbers that a library refuses, and a check for numbers that no device can hold.
 
 use crate::document::failure::Failure;
 use crate::document::parameters::{
@@ -25,7 +25,7 @@ const BY_LABEL: [Parameter; 7] = [
     FRICTION,
 ];
 
-/// What follows from several parameters: what a library calls it, and what to change.
+/// Quantities derived from several parameters: the library's name, and the remedy.
 #[rustfmt::skip]
 const FOLLOWS: [(&str, &str, &[Parameter]); 14] = [
     ("alpha", "it is K·T²/m: change the stiffness, ", &[MASS, SAMPLE_TIME]),
@@ -45,7 +45,7 @@ const FOLLOWS: [(&str, &str, &[Parameter]); 14] = [
     ("lag of the actuator", "change ", &[CURRENT_LAG, DEVICE_LAG, GUARD]),
 ];
 
-/// What to change where a library refuses this; `None` if no parameter makes it.
+/// Remedy for a quantity that a library refuses; `None` if no parameter sets it.
 fn change(what: &str) -> Option<String> {
     if let Some((_, words, made_of)) = FOLLOWS.iter().find(|(known, ..)| *known == what) {
         let keys: Vec<String> = made_of.iter().map(ToString::to_string).collect();
@@ -67,7 +67,7 @@ pub(crate) fn parameter(error: ParameterError) -> Failure {
     Failure::input(error)
 }
 
-/// The same of an analysis.
+/// Adds advice to the error of an analysis.
 pub fn analysed(error: AnalysisError) -> Failure {
     if let AnalysisError::Range(range) = &error
         && let Some(advice) = change(range.what)

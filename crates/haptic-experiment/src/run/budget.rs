@@ -1,4 +1,4 @@
-//! Time of the ticks of a loop by the clock, by its parts: gathered off the tick, told once a second while the loop runs.
+//! Time of the ticks of a loop by the clock, by its parts: gathered off the tick, reported once a second while the loop runs.
 //!
 //! ```text
 //! due ──lateness──▶ begun ──compute──▶ done ──rest of the period──▶ due

@@ -130,7 +130,7 @@ impl DeviceName {
         })
     }
 
-    /// Connects to a device for all of its axes: a board says how many these are, and one of another maker is opened with so many, by
+    /// Connects to a device for all of its axes: a board reports their number, and one of another maker is opened with `axes`, by
     /// default with one. It gets the limits back that it has [forgotten](Remembered).
     ///
     /// # Errors
@@ -242,7 +242,7 @@ impl LinkedName {
         number.map_or(device.clone(), |number| format!("{device} number {number}"))
     }
 
-    /// Connects for an experiment of so many axes, within the limits that were set on the device though it has forgotten them.
+    /// Connects for an experiment of `axes` axes, within the limits that were set on the device though it has forgotten them.
     pub(crate) fn connect_with(
         &self,
         axes: usize,
@@ -270,7 +270,7 @@ impl LinkedName {
         }
     }
 
-    /// Connects; a device of another maker is made for so many axes.
+    /// Connects; a device of another maker is made for `axes` axes.
     pub(crate) fn open(
         &self,
         axes: usize,
@@ -433,7 +433,7 @@ pub fn at_port(path: &str, error: &SerialError) -> Failure {
     Failure::device(error_at)
 }
 
-/// What a device refused is bad input, unless it is only because of where it stands or of a fault that persists; else as [`at_port`].
+/// A refusal by the device is bad input, unless only its position or a persistent fault causes it; any other error is as in [`at_port`].
 #[must_use]
 pub fn refused_at_port(path: &str, error: SerialError) -> Failure {
     match error.is_refusal() && !error.is_of_its_state() {

@@ -15,7 +15,7 @@ pub(crate) enum Ending {
     Fault(Fault),
     /// The device latched a fault.
     DeviceFault(FaultReport),
-    /// The device told what cannot be.
+    /// The device reported an impossible value.
     Impossible(Impossible),
     /// The link to the device cannot be used any more.
     LinkLost(LinkError),
@@ -47,7 +47,7 @@ impl Default for Keeper {
     }
 }
 
-/// What became of the force of a run that ended before its time.
+/// Release of the force in a run that ended before its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum LetGo {
     /// It fell to zero over several samples: at the limit of its rate, within the stop time, or braking.
@@ -72,7 +72,7 @@ pub(crate) enum LetGo {
         /// The device has a watchdog of its own.
         alone: bool,
     },
-    /// No sample tells: the device lets it fall.
+    /// No sample shows the fall: the device lets the force fall.
     Unseen,
     /// There was none: the run was refused before it began.
     NeverBegan,
@@ -82,14 +82,14 @@ pub(crate) enum LetGo {
     Held,
     /// The link is gone to a device that this program serves: it has taken the force away.
     TakenAway,
-    /// The board of another maker failed; it was told to let go if it still could be, and nobody knows for sure if it has heard that.
+    /// The board of another maker failed. It was commanded to let go if it was still reachable, but may not have received that.
     Told,
 }
 
-/// What the samples after the last that counts tell of the force.
+/// The force in the samples after the last one that counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Fall {
-    /// How many have a force.
+    /// Number of samples with a force.
     acting: u64,
     /// Time of the last of them, s.
     acting_until_s: f64,
@@ -159,7 +159,7 @@ impl LetGo {
         }
     }
 
-    /// The same of a run whose stop the device did not hear.
+    /// As `of`, for a run whose device did not receive the stop.
     pub(crate) fn unheard(ended: Ending, fall: Fall, keeper: Keeper) -> Self {
         match fall.acting {
             0 => Self::of(ended, fall, keeper),
@@ -223,7 +223,7 @@ impl Ending {
         match self {
             Self::Fault(fault) => Some(fault.code()),
             Self::DeviceFault(report) => Some(report.status.fault),
-            // It is a fault of the device, though it says of none.
+            // A fault of the device, though it reports no code.
             Self::Impossible(_) => Some(Fault::BoardFailed.code()),
             Self::Interrupted | Self::Silent | Self::LinkLost(_) => None,
             Self::OtherLeft | Self::LogStopped | Self::Stopped(_) => None,
@@ -265,10 +265,10 @@ impl Ending {
     }
 }
 
-/// So many times as much is proposed.
+/// Factor by which longer times are proposed.
 const LONGER: u16 = 5;
 
-/// How late a host may be for a device.
+/// Lateness that a device allows its host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Lateness {
     /// Silence after which the device lets go, ms.
@@ -291,7 +291,7 @@ impl Lateness {
         f64::from(self.watchdog_ms) / 1e3
     }
 
-    /// What to do about a fault that comes of it, behind the words of the fault; `None` for another one.
+    /// Remedy for a fault caused by lateness, to follow the words of the fault; `None` for another fault.
     pub(crate) fn advice(self, fault: Fault) -> Option<String> {
         let longer = self.longer();
         let (is_most, most, more) = if fault == Fault::HostSilent {

@@ -107,7 +107,7 @@ impl FaultRecorder {
         for tick in kept {
             all.entry(tick.tick).or_insert(tick);
         }
-        // As many as without it, those nearest to the fault.
+        // The usual number of samples, those nearest to the fault.
         let fault = self.fault.as_ref().map_or(u64::MAX, |fault| fault.tick);
         let after = all.split_off(&fault.saturating_add(1));
         let spare = all.len().saturating_sub(BEFORE);

@@ -4,8 +4,7 @@ use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
 
-/// What a report holds under its keys, `prefix` before them; what is within another value under both names, `joint` between them. What is
-/// not there is `none`.
+/// The values of a report by key, each key after `prefix`. A nested value has both names with `joint` between them, an absent one is `none`.
 pub(crate) fn flat(report: &impl Serialize, prefix: &str, joint: &str) -> BTreeMap<String, String> {
     let mut flat = BTreeMap::new();
     // Numbers and words always become JSON.

@@ -44,7 +44,7 @@ pub struct FolderRequest {
     pub stem: String,
     /// True if files of an earlier run may be replaced.
     pub overwrite: bool,
-    /// A file of the log that has so many bytes is followed by another; `None` for one file.
+    /// Size of a file of the log from which on another one follows, bytes; `None` for one file.
     pub roll_bytes: Option<u64>,
     /// Maker of the log, for its metadata: program, command line.
     pub provenance: BTreeMap<String, String>,
@@ -256,7 +256,7 @@ impl OutputFolder {
 /// Words for a table that cannot be written, where there is nothing beside it.
 const NOTHING_KEPT: &str = "nothing was left behind under that name, make space and try again";
 
-/// A table that is being written; it appears when it is whole. What cannot be written is told at its end: an experiment goes on without it.
+/// A table being written; it appears when complete. Write errors are reported at its end: an experiment continues without the table.
 #[derive(Debug)]
 pub(crate) struct Table(Result<OpenTable, Failure>);
 
@@ -283,7 +283,7 @@ impl Table {
         }
     }
 
-    /// Gives the table its name, and tells it.
+    /// Gives the table its name, and returns it.
     pub(crate) fn finish(self) -> Result<String, Failure> {
         let mut open = self.0?;
         let path = open.new_file.target().to_owned();

@@ -199,7 +199,7 @@ impl PlantModel {
         Ok(parse(path, &text_of(path, "plant")?)?.0)
     }
 
-    /// The same of the text of such a file; the ending of `path` says which.
+    /// Parses the text of such a file; the extension of `path` decides its kind.
     ///
     /// # Errors
     /// If it is wrong: in one line, with file and line.
@@ -532,10 +532,10 @@ pub(crate) fn read_response(path: &Path) -> Result<MeasuredPoints, String> {
     response_of(path, &bytes)
 }
 
-/// The same of the bytes of a table; `path` is for messages.
+/// Parses the bytes of a table; `path` is for messages.
 fn response_of(path: &Path, bytes: &[u8]) -> Result<MeasuredPoints, String> {
     let shown = path.display();
-    // The units of frequency and phase; none of a phase where there are two parts.
+    // Units of frequency and phase; a table with two parts has no phase.
     let (mut turn, mut in_db, mut angle, mut told) = (1.0, false, None, false);
     let columns = read_chosen(bytes, |header| {
         let position = |name: &str| header.iter().position(|cell| *cell == name);

@@ -1,4 +1,4 @@
-//! What a run asks of the pre-flight before a device is armed, and what it answers.
+//! Questions of a run to the pre-flight before a device is armed, and the answers.
 
 use crate::document::failure::Failure;
 use crate::document::parameters::{COUPLER_DAMPING, COUPLER_SPRING, FORCE_UNSTABLE};
@@ -27,10 +27,10 @@ pub(crate) fn delay_samples(round_trip_us: u64, sample_time_s: f64) -> usize {
     (1e-6 * round_trip_us as f64 / sample_time_s + 1.0).ceil() as usize
 }
 
-/// Looks at a loop with this device and so many samples of delay on a line beside its own.
+/// Judges a loop with this device and this many samples of delay on a line besides its own.
 pub(crate) type Look<'a> = dyn Fn(Dynamics, usize) -> Result<Found, Failure> + 'a;
 
-/// What the pre-flight of a device finds.
+/// Findings of the pre-flight of a device.
 #[derive(Clone, Copy, Debug, Serialize)]
 #[serde(untagged)]
 pub(crate) enum Found {
@@ -97,8 +97,7 @@ pub struct PreflightVerdict {
     /// not stiffen.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pulling_contact_depth_m: Option<f64>,
-    /// What is proved, in words, for contact that pushes and never pulls; null for a law that
-    /// pulls.
+    /// The proved result, in words, for contact that pushes and never pulls; null for a law that pulls.
     pub pushing_contact: Option<&'static str>,
     /// True if passive by Theorem 1, for the operator really used.
     pub passive: bool,
@@ -108,7 +107,7 @@ pub struct PreflightVerdict {
     pub delta: f64,
     /// Total delay of line and device, samples.
     pub delay_samples: f64,
-    /// The same delay in seconds, including the line's.
+    /// That delay in seconds, including the line's.
     pub delay_s: f64,
     /// Time constant of the motor current, s.
     pub current_lag_s: f64,
@@ -122,7 +121,7 @@ pub struct PreflightVerdict {
     pub(crate) coupler: Option<CouplerVerdict>,
 }
 
-/// Rounded up: who takes the number that is said has enough.
+/// Rounded up, so that the printed number suffices.
 fn needed_damping(needed: f64) -> String {
     written("required_damping_n_s_per_m", needed)
 }

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! up to 10⁶ samples    kept here; sums over the whole history are exact
-//! more                 in the log alone, read once more for what is said of them
+//! more                 in the log alone, read once more for the report
 //! ```
 //! So memory does not grow with the length of a run.
 
@@ -16,7 +16,7 @@ use haptic_log::record::{EndKind, RunEnd};
 use haptic_loop::realtime::RaisedThread;
 use hdrhistogram::Histogram;
 
-/// Runs of up to so many samples are kept in memory.
+/// Largest number of samples of a run kept in memory.
 pub(crate) const WHOLE_MOST: u64 = 1_000_000;
 
 /// True of a run whose samples are all kept in memory.
@@ -35,7 +35,7 @@ pub(crate) struct Start {
 }
 
 impl Start {
-    /// At this tick of so many seconds each.
+    /// At this tick, with this sample time.
     pub(crate) const fn at(tick: u64, sample_time_s: f64) -> Self {
         Self {
             tick,
@@ -81,7 +81,7 @@ impl Start {
 /// Record of a run, up to where it ended; everything else is in the log.
 #[derive(Debug)]
 pub(crate) struct Record {
-    /// Where it begins in the log.
+    /// Start of the run in the log.
     pub start: Start,
     /// The samples; `None` for a run of more than [`WHOLE_MOST`], whose samples are in its log.
     pub whole: Option<Vec<KeptSample>>,
@@ -96,8 +96,7 @@ pub(crate) struct Record {
     pub missed_deadlines: u64,
     /// Timing of a run by the clock of this machine.
     pub realtime: Option<RealtimeSummary>,
-    /// Which real-time settings were refused, and how to get them granted: one sentence for the
-    /// user.
+    /// Real-time settings that were refused, and how to get them granted: one sentence for the user.
     pub not_realtime: Option<String>,
     /// Samples and events that the recorder had to drop.
     pub dropped: u64,
@@ -111,7 +110,7 @@ pub(crate) struct Record {
     pub stop_unheard: bool,
     /// Counts of the link, if there was one.
     pub link: Option<LinkSummary>,
-    /// How late this host may be before the device at the other end trips.
+    /// Lateness of this host up to which the device at the other end does not trip.
     pub lateness: Option<Lateness>,
     /// The one that takes the force away when the link is lost.
     pub keeper: Keeper,
@@ -139,7 +138,7 @@ struct After {
 }
 
 impl Record {
-    /// Empty, with room for so many samples, if they are to be kept.
+    /// Empty, with room for the samples, if they are to be kept.
     pub(crate) fn with_room_for(samples: u64) -> Result<Self, Failure> {
         let whole = match keeps_all(samples) {
             true => Some(Vec::with_capacity(samples as usize)),
@@ -176,7 +175,7 @@ impl Record {
         self.largest_force_n
     }
 
-    /// The same of all samples, those after an early end included, N.
+    /// Largest magnitude of the commanded force in all samples, those after an early end included, N.
     pub(crate) const fn peak_force_n(&self) -> f64 {
         self.largest_force_n.max(self.after.largest_n)
     }
@@ -191,7 +190,7 @@ impl Record {
         self.board_lost.is_some() || matches!(self.ended, Some(Ending::LinkLost(_)))
     }
 
-    /// What became of the force, if the run ended before its time.
+    /// Release of the force, if the run ended before its time.
     pub(crate) fn let_go(&self) -> Option<LetGo> {
         let ended = self.ended?;
         Some(match self.lost() {
@@ -312,7 +311,7 @@ impl Record {
     pub(crate) fn falls(&mut self, message: &impl TickRecord) {
         let sample = message.kept();
         let fall = &mut self.after.fall;
-        // Told from where the run begins to count, as its end is.
+        // Relative to the first tick that counts, as the end of the run is.
         let time_s = sample.time_s - self.start.time_s();
         fall.after(sample.tick, time_s, sample.applied_force_n);
     }

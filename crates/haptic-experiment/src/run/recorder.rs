@@ -144,7 +144,7 @@ impl Recorder {
         self.ticked(tick, None)
     }
 
-    /// The same, with where the time of the tick went.
+    /// Hands over a sample with the durations of the tick's parts.
     pub(crate) fn ticked(
         &mut self,
         tick: &TickMessage,

@@ -132,7 +132,7 @@ impl Remembered {
         ))
     }
 
-    /// What the limits were set on, for a sentence.
+    /// Device on which the limits were set, for a sentence.
     pub(crate) fn device(&self) -> &str {
         &self.device
     }
@@ -155,7 +155,7 @@ impl Remembered {
     }
 }
 
-/// The name of a device's file. Two devices are two files, also where a file system does not tell capitals from small letters.
+/// The name of a device's file. Two devices have two files, even on a file system that ignores case.
 fn file_name(device: &str) -> String {
     let encoded = device.chars().map(|c| match c {
         'a'..='z' | '0'..='9' | '.' => c.to_string(),

@@ -77,7 +77,6 @@ impl RemoteDevice {
             .unwrap_or_else(|| self.loop_mode.watchdog_ms())
     }
 
-    /// The same as a time.
     pub(crate) fn watchdog(&self) -> Duration {
         Duration::from_millis(u64::from(self.watchdog_ms()))
     }
@@ -90,7 +89,7 @@ impl RemoteDevice {
         }
     }
 
-    /// How late this host may be for it.
+    /// Lateness that the device allows this host.
     pub(crate) fn lateness(&self) -> Lateness {
         Lateness {
             watchdog_ms: self.watchdog_ms(),
@@ -295,7 +294,7 @@ fn keep_within(configuration: &mut Configuration, set: &Configuration) -> Option
     let (tight, looser) = configuration.tightened(set);
     configuration.limits = tight;
     let looser = looser?;
-    // What was asked for is no limit of the device.
+    // Limits that this run asked for are not those of the device.
     let tighter = TOLD.iter();
     let tighter = tighter.filter(|(_, of, _)| of(&tight).to_bits() != of(&asked).to_bits());
     let tighter = tighter.map(|(words, of, unit)| format!("{words} {} {unit}", of(&tight)));

@@ -12,7 +12,7 @@ pub(crate) mod keys {
     use haptic_loop::Limits;
 
     parameters! {
-        /// What is asked for before the limits that are one number.
+        /// Settings before the limits that are one number.
         all BEFORE;
         GUARD = text("guard", "off", "Keep the loop from feeding the device energy");
         /// Low end of the workspace, m.
@@ -124,7 +124,7 @@ pub(crate) struct Safety {
     pub guard: GuardChoice,
     /// Lowest and highest position, m.
     pub workspace_m: Option<(f64, f64)>,
-    /// Limits by the row of the chain's table. 0 switches off what a real device has unless it is told otherwise.
+    /// Limits by their row in the chain's table. 0 switches off a limit that a real device has by default.
     numbers: [Option<f64>; Limits::TABLE.len()],
     /// Facts of the device for its guard, but for the mass, which is a limit of braking too.
     device: GuardedDevice,
@@ -188,7 +188,7 @@ impl Safety {
         self.numbers[Limits::row(limit.key)]
     }
 
-    /// The same with a limit.
+    /// Sets one limit.
     pub(crate) const fn with(mut self, limit: Parameter, number: Option<f64>) -> Self {
         self.numbers[Limits::row(limit.key)] = number;
         self
@@ -282,8 +282,8 @@ impl Safety {
         self.acts_on_device()
     }
 
-    /// The same with what a device file says of the device, where nothing else does, and as far as these settings ask for it; `real` is true for a
-    /// device that is not simulated here.
+    /// Adds facts of the device file where nothing else gives them and these settings need them; `real` is true for a device that is not
+    /// simulated here.
     pub(crate) fn with_device(self, known: &GuardedDevice, real: bool) -> Self {
         let bounded = self.guard == GuardChoice::EnergyBounding;
         let braked = self.guard == GuardChoice::Observer || self.number(BRAKING).is_some();
@@ -301,8 +301,8 @@ impl Safety {
         }
     }
 
-    /// The same on the rig of a relaxation or creep test: the simulated one has masses of its own, so that a device file only serves a guard or
-    /// braking there.
+    /// Adds the device file on the rig of a relaxation or creep test. The simulated rig has masses of its own, so only a guard or braking uses
+    /// the file there.
     pub(crate) fn on_rig(self, known: &GuardedDevice, real: bool) -> Result<Self, Failure> {
         let with_device = self.with_device(known, real);
         if !real && with_device == self {

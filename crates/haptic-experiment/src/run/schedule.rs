@@ -79,7 +79,7 @@ pub(crate) fn samples(
     )))
 }
 
-/// The memory of an operator for a run of so many samples: a little more, so that the last weights are not at the very edge.
+/// The memory of an operator for a run of `samples` samples: a little more, so that the last weights are not at the very edge.
 pub(crate) fn horizon(samples: u64) -> f64 {
     1.05 * samples as f64
 }

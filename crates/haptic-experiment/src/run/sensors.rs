@@ -72,7 +72,6 @@ impl Imperfections {
         },
     };
 
-    /// True if there is none.
     pub(crate) fn is_ideal(&self) -> bool {
         let none = self.friction_n + self.delay_s + self.current_lag_s <= 0.0;
         none && self.sensors.are_ideal()

@@ -45,7 +45,7 @@ pub fn uncaught(signals: &[c_int]) -> Option<c_int> {
     (signals.iter().copied()).find(|&signal| !is_in(caught, signal))
 }
 
-/// A set of signals of this process. Only Linux tells it without `unsafe`.
+/// A set of signals of this process. Only Linux reports it without `unsafe`.
 fn mask(name: &str) -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let mask = status.lines().find_map(|line| line.strip_prefix(name))?;

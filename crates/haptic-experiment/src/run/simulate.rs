@@ -21,15 +21,15 @@ pub(crate) type Sink<'a, M = TickMessage> = &'a mut dyn FnMut(&M) -> ControlFlow
 
 /// A simulated device with instruments of its own, beside the sensors that the loop reads.
 pub(crate) trait Instrumented<const D: usize = 1> {
-    /// What is told of a tick.
+    /// Record of a tick.
     type Message: TickRecord;
 
     /// Readings at the start of a tick: a message without what the loop itself knows.
     fn observe(&self) -> Self::Message;
 }
 
-/// Runs a loop for so many ticks, or until the sink has heard enough; `true` if it reached the end without a fault. When it
-/// returns, the force is zero.
+/// Runs a loop for `samples` ticks, or until the sink breaks; `true` if it reached the end without a fault. When it returns, the force is
+/// zero.
 pub(crate) fn simulate<F, E, V, const D: usize>(
     controller: &mut Controller<F, D, E>,
     device: &mut Sensed<V>,

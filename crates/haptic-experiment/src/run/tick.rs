@@ -1,4 +1,4 @@
-//! A tick: what a loop did in it, what the log tells of it, and what a run keeps of it.
+//! A tick: its course in a loop, its record in the log, and the part of it that a run keeps.
 
 use fracdiff::Real;
 use haptic_link::BatchItem;
@@ -65,7 +65,7 @@ pub(crate) fn per_axis<F: Real, const D: usize>(vector: &SVector<F, D>) -> PerAx
     PerAxis::new(vector.map(F::to_f64).as_slice())
 }
 
-/// The message of a tick on so many axes, 1 to 3, of a device that reports neither its hand's
+/// The message of a tick on 1 to 3 axes, of a device that reports neither its hand's
 /// target nor its motors' force.
 #[must_use]
 pub fn unknown(axes: usize) -> TickMessage {
@@ -120,11 +120,11 @@ pub fn by_loop<F: Real, const D: usize>(
     }
 }
 
-/// What is told of a tick: as the log has it, and as a run is judged by.
+/// Record of a tick, as logged and as judged.
 pub(crate) trait TickRecord: Copy {
     fn logged(&self) -> &TickMessage;
 
-    /// Where the loop fills in what it did.
+    /// The logged record, for the loop to fill in its part.
     fn logged_mut(&mut self) -> &mut TickMessage;
 
     fn kept(&self) -> KeptSample;

@@ -1,4 +1,4 @@
-//! How experiments are conducted: options of a run, its progress, what stops it, and how it is drawn, reported and judged.
+//! Conducts experiments: options of a run, its progress, its stops, and its picture, report and verdict.
 
 use crate::files::{RunFiles, save_picture};
 use crate::output::{Output, warn};
@@ -22,7 +22,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, LazyLock, OnceLock};
 use std::time::Duration;
 
-/// How a run is conducted and kept.
+/// Options for conducting and keeping a run.
 #[derive(Debug, Args)]
 pub(crate) struct RunArguments {
     /// Pace the run by the clock
@@ -146,7 +146,7 @@ fn conduct(
     Ok(report)
 }
 
-/// Draws the curves of a run, if there are any: the picture, and why there is none, which is said after the report.
+/// Draws the curves of a run, if there are any: the picture, or its error, to be reported after the report.
 pub(crate) fn drawn(
     curves: Option<Curves>,
     folder: &OutputFolder,
@@ -282,7 +282,7 @@ fn open_foxglove(_: SocketAddr, _: Output) -> Result<Box<dyn Live>, Failure> {
     ))
 }
 
-/// How the thread of a loop is raised above the others of the machine.
+/// Options that raise the thread of a loop above the others of the machine.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct ThreadArguments {
     /// Real-time priority, 1 to 99, or `off` [default: 80 where permitted]
@@ -311,7 +311,7 @@ fn parse_priority(text: &str) -> Result<Priority, String> {
 }
 
 impl ThreadArguments {
-    /// The options as typed; the priority `default` if nothing is said of it.
+    /// The options as typed; the priority `default` unless given.
     pub(crate) fn options(self, default: Option<u8>) -> Result<RealtimeOptions, Failure> {
         let priority = match self.priority {
             Some(Priority::Off) => None,

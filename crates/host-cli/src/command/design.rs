@@ -18,7 +18,7 @@ pub(crate) const EXAMPLES: &str = "Examples:\n  host-cli design --delay 1ms --ou
                   host-cli design --wish most-damping --frequency 5Hz --require passive\n  \
                   host-cli design --wish tissue --tissue prostate-cancerous encoder_resolution=30um";
 
-/// What is asked, and how much of the answer is shown.
+/// The question, and the length of the printed answer.
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
     all: bool,
 }
 
-/// What a screen leaves out of the candidates; all of it stands with the best.
+/// Keys that the list of candidates omits on a screen; the best candidate has them all.
 const BEHIND: [&str; 7] = [
     "alpha",
     "beta",

@@ -242,7 +242,7 @@ struct Tissue {
     specimen: Specimen,
 }
 
-/// Refuses what is said of a tissue beside another way to say what to write.
+/// Refuses keys of a tissue if another option chooses the law to write.
 fn alone(pressed: &Given, other: &str) -> Result<(), Failure> {
     let mut all = keys::ExportC::OPTIONS.concat().into_iter();
     match all.find(|parameter| pressed.has(parameter)) {

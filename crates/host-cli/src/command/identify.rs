@@ -278,7 +278,7 @@ impl Arguments {
             "correlation": correlation.collect::<Vec<_>>(),
             "tissue": tissue,
             "figure": figure,
-            // How the record was read; `warnings` has it too.
+            // Notes on the reading of the record; `warnings` has them too.
             "notes": notes,
             "warnings": warnings,
         });

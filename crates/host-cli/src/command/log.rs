@@ -190,7 +190,7 @@ fn check(log: &Path, output: Output) -> Result<(), Failure> {
     }
 }
 
-/// What helps a log that is not whole: nothing, where its file is undamaged.
+/// Advice for an incomplete log; if its file is undamaged, nothing more can be saved.
 fn advice(summary: &LogSummary) -> &'static str {
     let is_recovered = summary
         .metadata

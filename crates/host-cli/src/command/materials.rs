@@ -55,7 +55,7 @@ impl Command {
     }
 }
 
-/// What of a tissue is in the list without `--json`.
+/// Facts of a tissue for the list without `--json`.
 fn shown(material: &Material) -> Value {
     json!({
         "name": material.name,
@@ -68,7 +68,7 @@ fn shown(material: &Material) -> Value {
     })
 }
 
-/// Which modulus the numbers are, and how it was measured.
+/// The modulus that the numbers describe, and the way it was measured.
 fn modulus(loading: &MeasuredLoading) -> String {
     let how = loading
         .kind

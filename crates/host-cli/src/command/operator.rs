@@ -218,7 +218,7 @@ fn as_they_are(mu: Order, time_s: &[f64], x: &[f64], reference: f64) -> Result<V
     uneven(mu, time_s, x, reference).map_err(Failure::input)
 }
 
-/// So many samples at uneven times take one or two seconds.
+/// Number of samples at uneven times that need one or two seconds.
 const UNEVEN_AT_ONCE: usize = 10_000;
 
 /// Memories of more samples than this are summed by FFT, all at once: from here on that is faster.

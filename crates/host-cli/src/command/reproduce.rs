@@ -66,7 +66,7 @@ impl Arguments {
         outputs.text("md", &markdown(&claims, &shown));
         // The one to look at; null if it could not be written.
         let report = outputs.text("html", &html(&claims, &shown));
-        // What is there is whole.
+        // Files that exist are complete.
         let ended_early = stopped().then_some("interrupted");
         let (drawn, judged) = (figures.len(), claims.len());
         output.summary(&json!({

@@ -10,7 +10,7 @@ use haptic_experiment::parameters::{Parameter, Value, tables};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-/// What `--help` ends with: keys of each table, with defaults and ranges.
+/// Last part of `--help`: keys of each table, with defaults and ranges.
 fn examples_and_keys() -> String {
     let mut text = EXAMPLES.to_owned();
     for (heading, parameters) in tables("experiment") {

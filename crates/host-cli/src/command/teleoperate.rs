@@ -135,7 +135,7 @@ impl Arguments {
     }
 }
 
-/// Draws and prints, and then tells what could not be written.
+/// Draws and prints, and then reports write errors.
 fn shown(
     run: Published<FarReport>,
     pictures: &Pictures,

@@ -30,7 +30,7 @@ parameters! {
     AREA = number("area_m2", 4e-4, "4cm2", SPECIMENS, "Area of the specimen");
     /// Thickness of the specimen, m.
     THICKNESS = number("thickness_m", 0.02, "20mm", SPECIMENS, "Thickness of the specimen");
-    /// How the specimen is loaded.
+    /// Loading of the specimen.
     LOADING = text("loading", "compression", "How it is pressed");
     /// Radius of a punch or sphere, m.
     INDENTER_RADIUS = optional("indenter_radius_m", SPECIMENS, "Radius of a punch or sphere");
@@ -72,7 +72,7 @@ pub(crate) const PIECE: &[Parameter] = &[
     BONDED,
 ];
 
-/// The same without its name.
+/// `PIECE` without the name of the tissue.
 pub(crate) const UNNAMED_PIECE: &[Parameter] = PIECE.split_at(1).1;
 
 impl Named for LoadingKind {

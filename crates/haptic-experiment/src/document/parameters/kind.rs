@@ -83,7 +83,7 @@ impl Parameter {
         Self::new(key, Value::List(range), shown, help)
     }
 
-    /// The same parameter without a default.
+    /// Removes the default.
     #[must_use]
     pub const fn without_default(self) -> Self {
         let value = match self.value {

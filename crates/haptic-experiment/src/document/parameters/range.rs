@@ -33,7 +33,7 @@ impl Range {
         }
     }
 
-    /// The same range and 0, where 0 switches something off.
+    /// Extends the range by 0, where 0 switches something off.
     #[must_use]
     pub const fn or_0(self) -> Self {
         match self {
@@ -104,23 +104,23 @@ pub(crate) const DEVICE_TIMES: Range = up_to(1.0);
 pub(crate) const DEAD_TIMES: Range = up_to(86_400.0);
 /// Masses, kg: more no hand moves.
 pub(crate) const MASSES: Range = above_0(100.0);
-/// The same of an object, which may weigh nothing.
+/// Masses of an object, kg, which may weigh nothing.
 pub(crate) const OBJECT_MASSES: Range = up_to(100.0);
 /// Viscous damping, N·s/m: the heaviest mass to rest within 0.1 ms.
 pub(crate) const DAMPINGS: Range = up_to(1e6);
-/// The same of a device or line that needs some.
+/// Viscous damping of a device or line that needs some, N·s/m.
 pub(crate) const DAMPINGS_ABOVE_0: Range = above_0(1e6);
 /// Stiffnesses, N/m: a bar of steel, 1 cm² across and 20 cm long.
 pub(crate) const STIFFNESSES: Range = up_to(1e8);
-/// The same of a hand that holds.
+/// Stiffnesses of a hand that holds, N/m.
 pub(crate) const STIFFNESSES_ABOVE_0: Range = above_0(1e8);
 /// Dissipations, N·s^μ/m, whose unit lies between those of stiffness, damping and mass.
 pub(crate) const DISSIPATIONS: Range = up_to(1e8);
 /// Forces that are pushed with or that rub, N: ten times what a person can do.
 pub(crate) const FORCES: Range = up_to(1e4);
-/// The same of a push that has to be there.
+/// Forces of a push that has to be there, N.
 pub(crate) const FORCES_ABOVE_0: Range = above_0(1e4);
-/// Limits of a force, N: so high a one limits nothing any more.
+/// Limits of a force, N: a larger one has no effect.
 pub(crate) const FORCE_LIMITS: Range = above_0(1e6);
 /// Limits of its rate, N/s: that force within 0.1 ms.
 pub(crate) const FORCE_RATES: Range = above_0(1e10);
@@ -128,7 +128,7 @@ pub(crate) const FORCE_RATES: Range = above_0(1e10);
 pub(crate) const IMPACTS: Range = up_to(10.0);
 /// Steps of an encoder and noise, m: a ruler is finer than 1 mm.
 pub(crate) const SENSOR_STEPS: Range = up_to(1e-3);
-/// The same above 0.
+/// Distances above 0, m.
 pub(crate) const REACHES_ABOVE_0: Range = above_0(1.0);
 /// Places of a hand on a device that stands on a table, m.
 pub(crate) const ARM_PLACES: Range = either_sign(1.0);

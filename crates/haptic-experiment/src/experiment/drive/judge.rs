@@ -1,4 +1,4 @@
-//! How a drive kept its set point.
+//! Judges how well a drive kept its set point.
 
 use super::second::SecondReport;
 use super::{ControllerHolder, DRIVE_FORCE_LIMIT, Drive, set_point};
@@ -63,7 +63,7 @@ pub(crate) fn drive_columns(drive: RigDrive) -> [&'static str; 2] {
 }
 
 enum Maker {
-    /// The rig, which does not tell them: they are made again.
+    /// The rig, which does not report them: they are computed again.
     Rig(ControllerHolder),
     /// The device, whose forces they are, within these limits, N.
     Device([f32; 2]),

@@ -35,7 +35,7 @@ const WITHIN: f64 = 100.0;
 const BEYOND: f64 = 0.01;
 
 impl LoopVerdict {
-    /// Of a loop, and of the same whose command acts so many seconds later.
+    /// Verdict on a loop; `later` makes the loop whose command acts this many seconds later.
     fn of(closed: &SampledLoop, later: impl Fn(f64) -> Result<SampledLoop, Failure>) -> Self {
         let margins = closed.margins();
         if !closed.verdict().stable {
@@ -233,7 +233,7 @@ struct LateSample {
 }
 
 impl LateSample {
-    /// Of these devices, the force on the indenter so many seconds later than its own delay.
+    /// Of these devices, the force on the indenter delayed by `delay_s` beyond its own delay.
     fn new(devices: &FacingConfig, delay_s: f64) -> Result<Self, Failure> {
         let [renderer, indenter] = devices.devices;
         let Seconds(t) = indenter.sample_time;

@@ -1,4 +1,4 @@
-//! The side of a drive that has a device of its own: its samples at the times of the tissue's device, and what is told of it.
+//! The side of a drive that has a device of its own: its samples at the times of the tissue's device, and its report.
 
 use super::{DriveJudge, DriveReport};
 use crate::judge::RunReport;
@@ -8,7 +8,7 @@ use crate::run::remote::{Aligned, DriveRan, LinkSummary};
 use crate::run::tick::KeptSample;
 use serde::Serialize;
 
-/// What is told of the device of a drive, beside what it did.
+/// Report of the device of a drive, besides the drive's results.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct SecondReport {
     /// The device as on the command line.
@@ -16,7 +16,7 @@ pub(crate) struct SecondReport {
     /// Samples of it that count.
     samples: u64,
     dropped_samples: u64,
-    /// Null if one of the devices did not tell its time.
+    /// Null if one of the devices did not send its time.
     #[serde(flatten)]
     aligned: Option<Aligned>,
     /// Why it ended early; null if it did not.
@@ -109,13 +109,13 @@ impl DriveSamples {
     }
 }
 
-/// Tells in the report of a run what became of the device of its drive.
+/// Adds the device of the drive to the report of a run.
 pub(crate) fn tell(run: &mut RunReport, first: &Record, second: &DriveRan) {
     let record = &second.record;
     run.dropped_samples += record.dropped;
     run.device_lost |= record.device_lost();
     let of_drive = |words: String| format!("drive {}: {words}", second.device);
-    // Who only followed the other does not know why.
+    // A side that only followed the other does not know the cause.
     let follows = |ended| matches!(ended, None | Some(Ending::OtherLeft | Ending::Silent));
     if follows(first.ended) && (first.ended.is_none() || !follows(record.ended)) {
         run.ended_early = record.reason().map(of_drive);

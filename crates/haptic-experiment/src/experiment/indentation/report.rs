@@ -52,7 +52,7 @@ struct TheorySample {
     closed_form: f64,
     /// The quantity sampled, by its full history, without a rig.
     ideal: f64,
-    /// The same with the rig.
+    /// That quantity with the rig.
     with_rig: f64,
 }
 
@@ -69,13 +69,13 @@ fn rig_is_seen(until_s: Option<f64>, duration_s: f64) -> Option<String> {
     ))
 }
 
-/// What is compared with its closed form, and how it is told.
+/// The quantity that is compared with its closed form, and its words.
 #[derive(Clone, Copy, Debug)]
 struct Quantity {
     name: &'static str,
     /// With its unit, on an axis.
     label: &'static str,
-    /// What stands behind a number, with the space before it.
+    /// Suffix of a number, with the space before it.
     unit: &'static str,
     without_rig: &'static str,
     /// The closed form is compared from this time on, s.
@@ -83,10 +83,10 @@ struct Quantity {
     moved: Option<Moved>,
 }
 
-/// What moves in a creep test, and is told beside its force.
+/// The moving quantity of a creep test, reported besides its force.
 #[derive(Clone, Copy, Debug)]
 struct Moved {
-    /// What a depth is divided by, m.
+    /// Divisor of a depth, m.
     length_m: f64,
     /// In the name of a column.
     column: &'static str,
@@ -94,7 +94,7 @@ struct Moved {
     end: &'static str,
 }
 
-/// Who tells what a drive did: the samples of the run, or those of its own device.
+/// Source of a drive's report: the samples of the run, or those of its own device.
 enum Driven {
     Here(DriveJudge),
     Beside(DriveSamples),
@@ -465,7 +465,7 @@ impl Indentation {
         }))
     }
 
-    /// The tissue alone under a push, for so many samples.
+    /// The tissue alone under a push, for `samples` samples.
     pub(super) fn massless(&self, push: Newtons, samples: u64) -> Result<Massless, Failure> {
         Ok(Massless::new(
             self.sampled(samples)?,
@@ -504,7 +504,7 @@ impl Indentation {
             .collect())
     }
 
-    /// The full history tick by tick, for a run too long to keep and so many ticks before it: from each position the force.
+    /// The full history tick by tick, for a run too long to keep and `before` ticks before it: from each position the force.
     fn full_history_step(&self, before: u64) -> Result<impl FnMut(f64) -> f64 + use<>, Failure> {
         let mut tissue = self.sampled(self.check()? + before)?;
         let effective = self.piece.effective();

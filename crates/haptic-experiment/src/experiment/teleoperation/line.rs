@@ -10,7 +10,7 @@ use std::net::{SocketAddr, UdpSocket};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime};
 
-/// Which end this process is.
+/// The end that this process is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
     /// Waits for the other; it is the slave.
@@ -72,7 +72,7 @@ impl Line {
             Ok(socket)
         });
         let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
-        // Another one each time, as good as chance; that of a process beside it too.
+        // A different one each time, practically at random; also different from that of a parallel process.
         let nonce =
             since.map_or(0, |time| time.subsec_nanos()) ^ std::process::id().rotate_left(16);
         Ok(Self {
@@ -138,14 +138,14 @@ impl Line {
         Failure::device(format_args!("{text}"))
     }
 
-    /// What the next datagram said; `None` if there is none.
+    /// The content of the next datagram; `None` without one.
     pub(super) fn next(&mut self) -> Result<Option<Heard>, Failure> {
         // One more than a frame has: longer ones are cut there, and refused.
         let mut datagram = [0; FRAME_MAX + 1];
         let (length, from) = match self.socket.recv_from(&mut datagram) {
             Ok(received) => received,
             Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(None),
-            // Of a datagram sent before: nobody is there (yet, or any more). Silence says so in time.
+            // Caused by an earlier datagram: the peer is absent so far, or gone. The silence ends the run in time.
             Err(_) => return Ok(Some(Heard::Nothing)),
         };
         if self.peer.is_some_and(|peer| peer != from) {
@@ -170,14 +170,14 @@ impl Line {
         Ok(Some(heard))
     }
 
-    /// Tells somebody else who greets that this side is at work, seldom enough that nobody can keep it busy with that.
+    /// Answers another greeter that this side is at work, seldom enough that nobody can keep it busy with that.
     fn refuse(&mut self, datagram: &[u8], from: SocketAddr) {
         if !self.state.is_connected() || self.refused.is_some_and(|last| last.elapsed() < REFUSE) {
             return;
         }
         let mut answer = [0; FRAME_MAX];
         if let Ok(Some(length)) = self.state.busy(datagram, &mut answer) {
-            // What cannot be sent is lost: the other asks again.
+            // An answer that cannot be sent is lost: the other asks again.
             let _ = self.socket.send_to(&answer[..length], from);
             self.refused = Some(Moment::now());
         }
@@ -189,7 +189,7 @@ impl Line {
         }
     }
 
-    /// What cannot be sent is lost, as on the way.
+    /// A datagram that cannot be sent is lost, as on the line.
     pub(super) fn send(&self, length: usize) {
         if let Some(peer) = self.peer {
             let _ = self.socket.send_to(&self.buffer[..length], peer);

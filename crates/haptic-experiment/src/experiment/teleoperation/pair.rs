@@ -13,7 +13,7 @@ use haptic_loop::{Device, Environment, Limiters, Reading, SafeForce};
 use haptic_teleoperation::{Channel, Port};
 use nalgebra::Vector1;
 
-/// What holds or touches a device.
+/// Hand or environment at a device.
 enum World {
     /// The hand on the master.
     Hand {
@@ -78,7 +78,7 @@ impl TeleoperationExperiment {
 }
 
 impl Body {
-    /// What the port reads in a tick.
+    /// Reading of the port in a tick.
     pub(super) fn reading(&self, tick: u64) -> Reading<f64, 1> {
         Reading {
             tick,
@@ -150,7 +150,7 @@ pub(crate) struct PairTick {
     pub sides: [SideTick; 2],
     /// Energy that the line has given to both devices so far, J: `Σ f[n]·(x[n] − x[n−1])`.
     pub given_j: f64,
-    /// The same with each force held until the next: `Σ f[n]·(x[n+1] − x[n])`, up to this tick.
+    /// That energy with each force held until the next: `Σ f[n]·(x[n+1] − x[n])`, up to this tick, J.
     pub held_j: f64,
     /// Least energy that the damping of both devices has absorbed so far, J; it must cover what
     /// holding the force adds.

@@ -60,7 +60,7 @@ impl TeleoperationVerdict {
     }
 }
 
-/// What the hand felt at a frequency, as force for a place: a phase of 0° is a spring, 90° a damper, 180° a mass.
+/// Impedance that the hand felt at a frequency, as force over position: a phase of 0° is a spring, 90° a damper, 180° a mass.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(super) struct FeltAt {
     pub frequency_hz: f64,
@@ -114,7 +114,7 @@ fn message(tick: &PairTick, hand_m: f64) -> TickMessage {
     }
 }
 
-/// Both sides, and what is told of each tick beside the log.
+/// Both sides, and the consumers of each tick besides the log.
 struct Hands {
     pair: Pair,
     motion: HandMotion,
@@ -241,7 +241,7 @@ impl Experiment for TeleoperationExperiment {
         Ok(Published::new(report, curves, ran))
     }
 
-    /// The slave in its remote place is looked at.
+    /// The pre-flight judges the slave in its remote place.
     fn may_be_refused(&self) -> bool {
         true
     }
@@ -455,7 +455,7 @@ impl Judge {
         }
     }
 
-    /// What was felt, frequency by frequency.
+    /// Felt impedances, by frequency.
     pub(super) fn felt(
         &self,
         experiment: &TeleoperationExperiment,

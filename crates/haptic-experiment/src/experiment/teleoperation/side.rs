@@ -50,7 +50,7 @@ pub(crate) enum FarEnd {
     Fault,
 }
 
-/// How a side connects to the other.
+/// Terms on which a side connects to the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Terms {
     /// Time to wait for the other side.
@@ -61,7 +61,7 @@ pub struct Terms {
 }
 
 impl Terms {
-    /// The same end, unless more ticks were skipped than a result may miss.
+    /// Changes the end to late if more ticks were skipped than a result may miss.
     fn judge(self, ended: FarEnd, skipped: u64, ticks: u64) -> FarEnd {
         let whole = matches!(ended, FarEnd::Done | FarEnd::OtherLeft);
         let late = skipped as f64 > self.skipped_most * ticks as f64;
@@ -72,7 +72,7 @@ impl Terms {
 /// The report of a side.
 #[derive(Clone, Debug, Serialize)]
 pub struct FarReport {
-    /// What happened to its device and its messages.
+    /// Counts of its device and its messages.
     #[serde(flatten)]
     seen: Rows,
     /// The log, or the first of its files.

@@ -1,4 +1,4 @@
-//! The device in the hand, and what is told of each of its ticks.
+//! The device in the hand, and the record of each of its ticks.
 
 use super::shape::{Grip, HandPath};
 use crate::run::simulate::Instrumented;
@@ -130,7 +130,7 @@ pub(super) fn depth<const D: usize>(shape: &Shape<f64, D>, position_m: &[f64]) -
 }
 
 impl<const D: usize> TouchTick<D> {
-    /// Of a device that tells neither where its hand wants to be nor what its motors make.
+    /// Of a device that reports neither the aim of its hand nor the output of its motors.
     pub(super) fn unknown(shape: Shape<f64, D>) -> Self {
         let tick = unknown(D);
         Self { tick, shape }

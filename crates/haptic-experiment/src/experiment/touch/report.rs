@@ -60,7 +60,7 @@ const CURVES: usize = 8;
 const ROUNDING: f64 = 1e-9;
 /// Limited samples that make no touch saturated, as a share.
 const LIMITED: f64 = 0.01;
-/// Samples that a retraction is looked at in, at most: Ting's contact costs their square.
+/// Largest number of samples of a retraction: Ting's contact costs their square.
 const RETRACED: usize = 4000;
 /// Points of the outline of a disc.
 const OUTLINE: u32 = 180;
@@ -171,7 +171,7 @@ impl TouchExperiment {
         let mut warnings = Warnings::default();
         let guarded = self.safety.guard == GuardChoice::EnergyBounding;
         let analysis = ran.preflight.as_ref();
-        // On a device it was told before the run.
+        // A device's analysis was reported before the run.
         let analysis = analysis.filter(|_| self.conduct.remote.is_none());
         (warnings.0).extend(analysis.and_then(|verdict| verdict.warning(guarded)));
         // The start ramp of a device is not the shape's.
@@ -215,7 +215,7 @@ impl TouchExperiment {
         let effective = effective(self.matter.depth_map());
         let energies = rising.map(|sample| {
             let share = (sample.time_s / rise_s).max(step);
-            // What is held at a place is more than its spring where the law remembers the way there.
+            // A force held at a place exceeds that of its spring if the law remembers the way there.
             // A map is convex, so the spring takes less than half of force times way.
             let spring = stiffness * effective(sample.position_m);
             let force = (sample.reaction_n() / share).max(spring);

@@ -1,4 +1,4 @@
-//! The loop of a touch: made of good parameters, looked at along the normal, run with a log, here or on a device at a port, where the
+//! The loop of a touch: made of good parameters, judged along the normal, run with a log, here or on a device at a port, where the
 //! shape is felt in a real hand, or in that of an emulated board.
 
 use super::device::{HandEnergy, HeldAxes, TouchTick, depth};
@@ -58,7 +58,7 @@ impl Experiment for TouchExperiment {
         self.axes
     }
 
-    /// What the document of a touch leaves to the kind, beside it in the log: where the shape is.
+    /// Metadata of a touch besides its document: the place of the shape.
     fn metadata(&self) -> BTreeMap<String, String> {
         let (key, numbers) = match &self.shape {
             TouchShape::Plane { normal, .. } => ("normal", normal),
@@ -67,7 +67,7 @@ impl Experiment for TouchExperiment {
         let numbers: Vec<String> = numbers.iter().map(f64::to_string).collect();
         let mut metadata = metadata("touch", &self.conduct, self.scheme, &self.safety);
         if self.conduct.remote.is_some() {
-            // What the document says of a simulated hand is not used.
+            // The simulated hand of the document is not used.
             metadata.insert("hand".to_owned(), "real".to_owned());
         }
         metadata.insert(key.to_owned(), numbers.join(" "));
@@ -230,7 +230,7 @@ impl TouchExperiment {
         self.publish::<D>(ran, None, posture)
     }
 
-    /// How deep the hand leads the device at most, m: as far as the largest force does, and by a spring no farther than its path.
+    /// Largest depth to which the hand leads the device, m: that of its largest force, and with a spring no farther than its path.
     fn deepest<const D: usize>(&self) -> Result<f64, Failure> {
         let crept = |force_n| self.matter.crept(force_n, self.duration_s);
         if self.conduct.remote.is_some() {
@@ -253,8 +253,8 @@ impl TouchExperiment {
         })
     }
 
-    /// What the device is told: limits, shape and law of its own loop, and the plant of an emulated one. Its hand is the one of the file as
-    /// far as a board has one: a spring to 0, or a push along the first axis.
+    /// Settings for the device: limits, shape and law of its own loop, and the plant of an emulated one. Its hand is that of the file as far as
+    /// a board has one: a spring to 0, or a push along the first axis.
     fn law_there<const D: usize>(
         &self,
         remote: &RemoteDevice,
@@ -294,7 +294,7 @@ struct Postures<'a> {
 }
 
 impl Postures<'_> {
-    /// The verdict of the worse of both, and its mass, with this device but for the mass and so many samples of delay on a line.
+    /// The verdict of the worse of both, and its mass, with this device but for the mass and `line` samples of delay on a line.
     fn worse(
         &self,
         dynamics: Dynamics,
@@ -365,7 +365,7 @@ impl TouchExperiment {
         })
     }
 
-    /// What the pre-flight is of.
+    /// Loops and masses for the pre-flight.
     fn postures<const D: usize>(&self, samples: u64) -> Result<Postures<'_>, Failure> {
         let look = self.look(samples);
         Ok(Postures {

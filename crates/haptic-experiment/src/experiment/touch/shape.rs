@@ -8,7 +8,7 @@ use haptic_loop::units::Metres;
 use haptic_loop::{Ball, Contact, Plane, Shape, SpringDamper};
 use std::f64::consts::{PI, TAU};
 
-/// How the hand moves the device.
+/// Means by which the hand moves the device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Grip {
     /// By a spring to the point of the path, N/m, above 0.
@@ -142,7 +142,7 @@ pub(super) struct TouchBall {
 }
 
 impl TouchShape {
-    /// For so many axes as it has.
+    /// The shape with D axes.
     pub(super) fn of<const D: usize>(&self) -> Result<Shape<f64, D>, Failure> {
         match self {
             Self::Plane { normal, surface_m } => {
@@ -178,7 +178,7 @@ impl TouchShape {
     }
 }
 
-/// A number an axis; there are as many.
+/// One number for each axis.
 pub(super) fn per_axis<const D: usize>(numbers: &[f64]) -> [f64; D] {
     std::array::from_fn(|axis| numbers.get(axis).copied().unwrap_or(0.0))
 }

@@ -1,4 +1,4 @@
-//! An experiment on a pushed device: what a wall and a coupler tell of themselves, and what follows for both.
+//! An experiment on a pushed device: the interface of a wall and a coupler, and the report of both.
 
 use super::setup::{Parts, TrialSetup};
 use crate::document::failure::Failure;
@@ -46,7 +46,7 @@ pub(crate) fn louder(noises: impl IntoIterator<Item = Option<f64>>) -> Option<f6
 /// A number for each sample, asked for in their order.
 pub(crate) type OfSample<'a> = Box<dyn FnMut(&KeptSample) -> f64 + 'a>;
 
-/// How far the force of each sample is off, N, or why that has no meaning.
+/// Error of the force in each sample, N, or the reason why it has no meaning.
 pub(crate) type OffN<'a> = Result<OfSample<'a>, &'static str>;
 
 /// An experiment on a pushed device.
@@ -62,7 +62,6 @@ pub(crate) trait Trial: Experiment + Clone {
 
     fn setup(&self) -> &TrialSetup;
 
-    /// The same, to change it.
     fn setup_mut(&mut self) -> &mut TrialSetup;
 
     fn operator_choice(&self) -> (Order, Scheme);
@@ -73,7 +72,7 @@ pub(crate) trait Trial: Experiment + Clone {
     /// The loop, made of good parameters.
     fn parts(&self) -> Result<Parts<Self::Law>, Failure>;
 
-    /// What the analysis says of the loop with this device and so many samples of delay on a line beside its own.
+    /// Analysis of the loop with this device and `line` samples of delay on a line besides its own.
     fn judge(
         &self,
         samples: u64,
@@ -81,7 +80,7 @@ pub(crate) trait Trial: Experiment + Clone {
         line: usize,
     ) -> Result<PreflightVerdict, Failure>;
 
-    /// The same law and push for a serial device.
+    /// The law and the push for a serial device.
     fn law_there(&self, remote: &RemoteDevice, samples: u64) -> Result<RemoteLaw, Failure>;
 
     /// The force of a run that reached its end against the full history.
@@ -173,7 +172,7 @@ pub(crate) trait Trial: Experiment + Clone {
         Ok((worst, hits.collect()))
     }
 
-    /// Runs it without log or files: does it settle?
+    /// Runs it without log or files, to see if it settles.
     fn tried(&self) -> Result<Settling, Failure> {
         let mut parts = self.parts()?;
         let (device, judge) = (&mut parts.device, &mut parts.judge);
@@ -181,8 +180,7 @@ pub(crate) trait Trial: Experiment + Clone {
         Ok(parts.judge.settling(whole, parts.rest_m))
     }
 
-    /// The same judgement, unless friction alone holds the device: then it is called that. Noise is that without friction: a hand that moves
-    /// feels it.
+    /// Changes the verdict if friction alone holds the device. Noise includes that of the device without friction: a moving hand feels it.
     fn named(&self, settling: Settling) -> Result<Settling, Failure> {
         let Some(smooth) = self.setup().smooth().filter(|_| settling.stable) else {
             return Ok(settling);

@@ -92,7 +92,7 @@ impl TrialSetup {
         }
     }
 
-    /// What to say of an impact that was asked for and that there was none of.
+    /// Warning about a requested impact that had no effect.
     pub(super) fn not_thrown(&self) -> Option<String> {
         let impact_m_per_s = self.plan.impact_m_per_s;
         let asked = self.impact_was_given && self.conduct.remote.is_some() && impact_m_per_s > 0.0;
@@ -135,7 +135,7 @@ impl TrialSetup {
         }
     }
 
-    /// The same without friction, if that could be all that holds the device.
+    /// A copy without friction, if friction could be all that holds the device.
     pub(super) fn smooth(&self) -> Option<Self> {
         let simulated = self.conduct.remote.is_none() && self.device.friction.0 > 0.0;
         (simulated && self.plan.criterion == Criterion::Settling).then(|| {

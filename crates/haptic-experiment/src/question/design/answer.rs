@@ -209,7 +209,7 @@ impl Design {
         format!("{seeds}six of six pushes, {least} to {most}{worst}")
     }
 
-    /// The same candidate on the device `laboratory`.
+    /// Trial of the candidate on the device `laboratory`.
     fn beside(&self, best: &Candidate) -> Result<RealisticTrial, Failure> {
         let mut real = self.clone();
         let laboratory = DeviceModel::find(Path::new(p::LABORATORY));
@@ -230,7 +230,7 @@ impl Design {
         })
     }
 
-    /// What is asked of a wall, in words.
+    /// The requirement for a wall, in words.
     fn requirement(&self) -> String {
         match self.gain_margin {
             Some(margin) if self.every_motion => {

@@ -15,9 +15,9 @@ use std::f64::consts::PI;
 
 /// Memory for which a full-memory operator is designed, samples: 1000 s at 1 kHz.
 const HORIZON: f64 = 1e6;
-/// The same where its noise is summed: twice the weights.
+/// Memory of an operator whose noise is summed, samples: twice the weights.
 const NOISE_HORIZON: f64 = 8192.0;
-/// Share of the largest wall that is taken.
+/// Share of the largest wall that is used.
 const INSIDE: f64 = 1.0 - 1e-4;
 /// Share of the largest β that a passive wall with the most damping has.
 const MOST_DAMPING: f64 = 0.99;
@@ -83,7 +83,7 @@ impl<'a> Bench<'a> {
         })
     }
 
-    /// The best wall, or why there is none.
+    /// The best wall, or the reason why no wall meets the wishes.
     pub(super) fn candidate(&self) -> Result<Candidate, AnalysisError> {
         let wall = match (&self.design.wish, self.design.gain_margin) {
             (Wish::Tissue { .. }, _) => self.tissue()?,
@@ -125,7 +125,7 @@ impl<'a> Bench<'a> {
         })
     }
 
-    /// The largest α beside β at which so many times the wall is within the limit; 0 if none is.
+    /// The largest α beside β at which the wall times `times` is within the limit, or 0.
     fn quiet_alpha(&self, beta: f64, times: f64) -> f64 {
         let most = self.largest_quiet_scale(1.0, 0.0) / times;
         if most.is_infinite() {

@@ -244,9 +244,9 @@ pub struct CouplerAnswer {
     pub frequency_hz: f64,
     /// The operator that was analysed, as documents write it.
     pub scheme: String,
-    /// The stiffest of each order.
+    /// The stiffest coupler of each order.
     pub(crate) candidates: Vec<CouplerCandidate>,
-    /// The stiffest of all as felt at the frequency; null if there is none.
+    /// The stiffest coupler of all orders, as felt at the frequency; null if no order has one.
     pub(crate) best: Option<CouplerCandidate>,
     /// The trial of the best, on the ideal device.
     pub simulated: Option<Settling>,

@@ -62,7 +62,7 @@ pub(crate) fn design(table: &Table<'_>, wish: WishName) -> Result<Design, FileEr
     Ok(design)
 }
 
-/// What is wanted most of a wall.
+/// The quantity that a wall is optimised for.
 fn aim(table: &Table<'_>, wish: WishName) -> Result<Wish, FileError> {
     let frequency_hz = table.number_if(&WISH_FREQUENCY)?;
     Ok(match wish {

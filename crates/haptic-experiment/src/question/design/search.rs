@@ -100,7 +100,7 @@ pub(super) struct Found {
     pub(super) noisier: Option<Noisier>,
 }
 
-/// A wall after as many of its trials as it passed, and the first that it did not.
+/// A wall after the trials that it passed, and the first that it did not pass.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Outcome {
     pub(super) passes: bool,
@@ -209,7 +209,7 @@ impl<'a> Ray<'a> {
         self.share * self.merit
     }
 
-    /// The ray of an order so many octaves beside the ratio with the same time β/α; `None` if it cannot be analysed.
+    /// The ray of an order this many octaves beside the ratio with the same time β/α; `None` if it cannot be analysed.
     fn beside(&self, bench: Arc<Bench<'a>>, octaves: f64) -> Option<Self> {
         let power = bench.order.get() / self.bench.order.get();
         let ratio = (self.beta / self.alpha).powf(power) * octaves.exp2();
@@ -267,7 +267,7 @@ impl Design {
             }
             return search.best(None);
         }
-        // Walls that do not come to rest do not with a limit either: the search goes on from there.
+        // Walls that do not come to rest do not with a limit either: the search continues from there.
         let noisier = search.run()?;
         search.limit_n = unasked_n;
         let noisier = noisier.filter(|(_, outcome)| !self.is_within(outcome.noise_n, unasked_n));
@@ -683,7 +683,7 @@ impl<'a> Search<'_, 'a> {
         better.transpose()
     }
 
-    /// A wall of a ray that is so many times better than one, if it passes.
+    /// A wall of a ray that is better than one by this factor, if it passes.
     fn better(
         &self,
         than: &Ray<'a>,
@@ -781,7 +781,7 @@ impl<'a> Search<'_, 'a> {
     }
 }
 
-/// A push and how long it is looked at, so many times as long as usual.
+/// A push and the time of its trial, longer than usual by the factor `stretch`.
 pub(super) fn plan(sample_time: Seconds, force_limit_n: f64, stretch: f64) -> TrialPlan {
     let larger = |least: (f64, f64)| least.0.max(least.1 * sample_time.0);
     TrialPlan {

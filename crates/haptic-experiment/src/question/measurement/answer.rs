@@ -69,7 +69,7 @@ impl Measurement {
         })
     }
 
-    /// The same, but waits this long for a device at a port.
+    /// Sets the time to wait for a device at a port.
     #[must_use]
     pub fn with_patience(mut self, patience: Duration) -> Self {
         if let Some(remote) = &mut self.remote {
@@ -153,7 +153,7 @@ pub struct MeasureReport {
     largest_force_n: f64,
     reach_low_m: f64,
     reach_high_m: f64,
-    /// Lines of the frequency response that are told, of 20; none if the record is too short.
+    /// Coherent lines of the frequency response, of 20; 0 if the record is too short.
     coherent_lines: usize,
     #[serde(skip)]
     lines: Vec<ResponseLine>,

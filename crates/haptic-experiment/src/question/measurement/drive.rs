@@ -50,7 +50,7 @@ pub(crate) struct Driven {
 pub(crate) enum DriveError<E> {
     /// Limits that make no safety chain.
     Plan(ParameterError),
-    /// The device did not do what it was told.
+    /// The device did not follow a command.
     Device(E),
 }
 
@@ -65,7 +65,7 @@ pub(super) fn steps(plan: &MeasurePlan) -> Vec<f64> {
     slow.iter().chain(&fast).map(|line| line.step).collect()
 }
 
-/// Drives a device through a measurement. `applied` tells the force that the device really applied in a tick, from the one that it was sent;
+/// Drives a device through a measurement. `applied` gives the force that the device really applied in a tick, from the one that it was sent;
 /// `progress` hears the number of ticks.
 ///
 /// Whatever ends it, the force is zero when this returns.
@@ -195,14 +195,14 @@ pub(crate) fn on_simulated(
 
 /// Lowest and highest line of the slow group, Hz: they move the device through the box.
 const SLOW_HZ: [f64; 2] = [1.5, 20.0];
-/// Lowest line of the fast group, Hz: its lines hardly move the device, but tell delay from lag.
+/// Lowest line of the fast group, Hz: its lines hardly move the device, but separate delay from lag.
 const FAST_FROM_HZ: f64 = 28.0;
 /// Highest line, Hz, and as cycles a sample; the lower of the two.
 const FAST_TO: (f64, f64) = (400.0, 0.22);
 const LINES: [usize; 2] = [8, 12];
 /// Shares of the largest force that the groups have, as rms.
 const RMS: [f64; 2] = [0.3, 0.3];
-/// Powers of the frequency with which the amplitudes of the groups grow: slow lines move the device furthest, and the fastest tell delay from
+/// Powers of the frequency with which the amplitudes of the groups grow: slow lines move the device furthest, the fastest separate delay from
 /// lag.
 const SLOPES: [f64; 2] = [1.0, 0.5];
 /// Force of the spring at the end of the box, as a share of the largest.
@@ -214,13 +214,13 @@ const AHEAD_S: f64 = 0.04;
 const GROWS_S: f64 = 1.0;
 const SHRINKS_S: f64 = 0.03;
 const BEGINS: f64 = 0.05;
-/// Time constant of the velocity that is looked at for that, s.
+/// Time constant of the velocity filter for that, s.
 const FOLLOWS_S: f64 = 0.01;
 /// Time in which the force of a ramp falls to zero, and time to come to rest after it, s.
 const FALL_S: f64 = 0.05;
 const PAUSE_S: f64 = 0.25;
-/// A device that moves less than this share of [`MeasurePlan::near_m`] in so many seconds of the multi-sine is blocked. While the slow group is
-/// small, so much less.
+/// A device that moves less than this share of [`MeasurePlan::near_m`] in this time of the multi-sine, s, is blocked; while the slow group is
+/// small, the share is smaller in proportion.
 const STILL: (f64, f64) = (0.005, 0.5);
 
 /// The part of the measurement that is going on.
@@ -267,9 +267,9 @@ struct Course {
     /// Position of the tick before, m, and velocity, m/s.
     last_m: f64,
     velocity_m_per_s: f64,
-    /// Lowest and highest position since it was looked at last, m.
+    /// Lowest and highest position since the last check, m.
     seen: (f64, f64),
-    /// What ends it before its time.
+    /// Reason to end before the planned time.
     finding: Option<Outcome>,
 }
 

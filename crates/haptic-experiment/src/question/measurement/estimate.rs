@@ -20,7 +20,7 @@ use crate::run::plant_file::{DeviceModel, DeviceValues, Interval};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
-/// A record that tells too little.
+/// A record that determines too little.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub(crate) enum MeasureError {
     #[error(
@@ -61,14 +61,14 @@ pub(crate) enum MeasureError {
     },
 }
 
-/// Length of a piece of the motion with a state of its own, s, and at least so many samples. In longer ones what no model knows adds up, and so
-/// does what friction makes of a wrong delay: then there is a minimum in every place. Shorter ones tell less.
+/// Length of a piece of the motion with a state of its own, s, and its least number of samples. In longer ones unmodelled motion adds up, and so
+/// does the effect of friction with a wrong delay: then every place has a minimum. Shorter ones determine less.
 const PIECE: (f64, usize) = (0.08, 40);
 /// The start of a piece is looked for within this share of it, where the device is fastest.
 const CHOICE: f64 = 0.4;
 /// Fewest samples of the multi-sine.
 const LEAST: usize = 500;
-/// One sample in so many may be lost.
+/// One sample in this number may be lost.
 const LOST: usize = 20;
 /// Steps of a sample in a finer model.
 const PARTS: u32 = 4;
@@ -76,17 +76,17 @@ const PARTS: u32 = 4;
 const LAG_SHARES: [f64; 4] = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0];
 /// From a delay of whole samples to the starts on its sides, samples.
 const BESIDE: [f64; 2] = [-0.05, 0.05];
-/// Residuals larger by this factor tell a worse fit from a better one.
+/// Factor by which the residual of a worse fit is larger.
 const TELLS_APART: f64 = 1.02;
-/// Residuals below it, m, are rounding and tell nothing.
+/// Residuals below it, m, are rounding errors.
 const NOTHING_M: f64 = 1e-15;
-/// What a device with a motor slower than its mass must fit better, m: far below any sensor, far above rounding.
+/// Improvement of the fit, m, that justifies a motor slower than the mass: far below any sensor, far above rounding.
 const UNEXPECTED_M: f64 = 1e-9;
 
 /// Finds the device that made a record.
 ///
-/// `hand` looks for the stiffness of a hand too. Intervals are those of the linearised problem, with residuals that go together for a while, and
-/// hold every minimum that fits as well as the best.
+/// `hand` estimates the stiffness of a hand too. Intervals are those of the linearised problem, with autocorrelated residuals, and
+/// include every minimum that fits equally well.
 /// *Cost*: some 2500 runs of the model over the record.
 pub(crate) fn estimate(record: &MotionRecord, hand: bool) -> Result<Measured, MeasureError> {
     check(record)?;
@@ -106,7 +106,7 @@ pub(crate) fn estimate(record: &MotionRecord, hand: bool) -> Result<Measured, Me
     }
     let told = minima.iter().filter_map(|minimum| search.told(minimum));
     let mut told: Vec<Measured> = told.collect();
-    // All fit as well: the first that is sure of its mass is told, the others widen its intervals.
+    // All fit equally well: the first with a certain mass is reported, the others widen its intervals.
     told.sort_by_key(|told| told.mass_kg.relative() > UNSURE);
     let mut told = told.into_iter();
     let best = told.next().ok_or(MeasureError::NoFit)?;
@@ -120,7 +120,7 @@ pub(crate) fn estimate(record: &MotionRecord, hand: bool) -> Result<Measured, Me
     Ok(measured)
 }
 
-/// The same device with its two time constants exchanged: m/b and that of the motor. Without friction both move alike,
+/// The device with its two time constants exchanged: m/b and that of the motor. Without friction both move alike,
 /// as 1/((m·s + b)(τ·s + 1)) is 1/(b(m/b·s + 1)(τ·s + 1)).
 fn exchanged(model: &Model, sample_time_s: f64) -> Option<Model> {
     let (mass, lag) = (
@@ -194,7 +194,7 @@ impl<'a> Search<'a> {
             minima.sort_by(|a, b| rms(a).total_cmp(&rms(b)));
             minima.first().cloned()
         };
-        // A lag that may be none is not exchanged: there is no device so light.
+        // A lag that may be zero is not exchanged: no device is so light.
         let has_lag = |best: &Fitted| {
             let told = self.told(best);
             is_slow(&best.model) || told.is_some_and(|told| told.current_lag_s.low > 0.0)
@@ -216,7 +216,7 @@ impl<'a> Search<'a> {
         minima
     }
 
-    /// What a minimum says of the device.
+    /// Estimates of the device at a minimum.
     fn told(&self, fitted: &Fitted) -> Option<Measured> {
         let known = self.position.iter().filter(|x| x.is_finite()).count();
         let numbers = 2 * self.replay.starts.len() + fitted.numbers.len();
@@ -348,7 +348,7 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
     }
 }
 
-/// Width of the Gaussian, s, and at least so many samples.
+/// Width of the Gaussian, s, and its least number of samples.
 const SMOOTH: (f64, f64) = (2.5e-3, 2.0);
 /// Slower than this share of the rms velocity counts as near zero.
 const SLOW: f64 = 0.15;
@@ -455,7 +455,7 @@ fn first_guess(record: &MotionRecord, hand: bool) -> Option<Model> {
 const WHOLE: f64 = 0.05;
 /// Differences below this are rounding, m.
 const ROUNDING_M: f64 = 1e-12;
-/// Levels below which nothing is said about steps.
+/// Number of levels below which steps are not reported.
 const LEVELS: usize = 5;
 
 /// q: the step of which all differences of positions are multiples, m; `None` if they have none.
@@ -487,7 +487,7 @@ fn encoder_step(positions_m: &[f64]) -> Option<f64> {
     Some((highest - lowest) / count)
 }
 
-/// Noise beside the rounding to steps of q, from what is left of a fit: value, low and high, m.
+/// Noise besides the rounding to steps of q, from the residual of a fit: value, low and high, m.
 ///
 /// ```text
 /// σ² = mean r² − q²/12        its error by blocks of the record
@@ -522,13 +522,13 @@ fn deviation_m(positions_m: &[f64]) -> f64 {
     (squares.sum::<f64>() / (known.len().max(2) - 1) as f64).sqrt()
 }
 
-/// Widest interval of the mass, half of it, that still is an answer.
+/// Largest half-width of the mass's interval, relative to the mass, that counts as an answer.
 const UNSURE: f64 = 0.5;
-/// Residuals beyond so many times what the sensor explains are worth a warning.
+/// Ratio of residual to sensor noise above which a warning is given.
 const UNEXPLAINED: f64 = 2.0;
-/// Residuals below it, m, are none, whatever the sensor explains: finer than the sensor of a desktop device.
+/// Residuals below it, m, give no warning, whatever the sensor explains: finer than the sensor of a desktop device.
 const UNNOTICED_M: f64 = 1e-7;
-/// One lost sample in so many is worth a warning.
+/// One lost sample in this number gives a warning.
 const LOST_NOTABLE: usize = 1000;
 
 /// A number and the interval in which it lies in 95 of 100 cases, if the model is right.
@@ -546,7 +546,7 @@ impl Estimate {
     }
 }
 
-/// A device, as a record tells it.
+/// A device as estimated from a record.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Measured {
     pub mass_kg: Estimate,
@@ -591,8 +591,8 @@ pub(crate) struct Measured {
 const APART: f64 = 1.1;
 
 impl Measured {
-    /// This device, and another one that fits as well: intervals wide enough for both. Where their masses are apart, the one with the
-    /// faster motor is told.
+    /// This device, and another one that fits equally well: intervals wide enough for both. If their masses differ, the device with the
+    /// faster motor is reported.
     fn or_as_well(self, other: Self) -> Self {
         let (mut found, mut other) = (self, other);
         let ratio = other.mass_kg.value / found.mass_kg.value;
@@ -624,7 +624,7 @@ impl Measured {
         found
     }
 
-    /// What a user should know. `ticks` are those of the whole record.
+    /// Adds warnings for the user. `ticks` are those of the whole record.
     fn warn(&mut self, ticks: usize) {
         let lost = self.lost_samples;
         if lost * LOST_NOTABLE >= ticks && lost > 0 {
@@ -633,7 +633,7 @@ impl Measured {
             ));
         }
         let (left, expected) = (self.residual_rms_m, self.expected_residual_rms_m);
-        // No sensor makes what goes on from sample to sample.
+        // Sensor noise is not autocorrelated.
         let sensed = left * (1.0 - self.residual_correlation.clamp(0.0, 1.0)).sqrt();
         let unexplained = left > UNEXPLAINED * expected || self.residual_correlation > GOES_ON;
         if unexplained && left > UNNOTICED_M {

@@ -11,9 +11,9 @@
 //! ```text
 //! cov = (K − 1)/K·Σ over K pieces of d_k·d_kᵀ,   d_k = (A − A_k)⁻¹·J_kᵀ·r_k,   A_k = J_kᵀ·J_k,   A = Σ A_k
 //! ```
-//! Residuals of an encoder, of friction that varies and of a hand go together for a while, so whole pieces are taken as what is independent:
-//! the jackknife, with sums over pieces; R. M. Bell and D. F. `McCaffrey`, Survey Methodology 28, 2002. Where what is left goes on from sample to
-//! sample, it is none of the sensor but a fault of the model, and another model may be as good whose residual is larger by as much again:
+//! Residuals of an encoder, of friction that varies and of a hand are autocorrelated, so whole pieces are treated as independent:
+//! the jackknife, with sums over pieces; R. M. Bell and D. F. `McCaffrey`, Survey Methodology 28, 2002. Autocorrelation of successive
+//! residuals comes from an error of the model, not from the sensor, and a model whose residual is larger by that amount may be as good:
 //!
 //! ```text
 //! half an interval = max(2·√cov, √(ρ·Σr²·A⁻¹)),   ρ = Σ r_n·r_(n−1)/Σ r²   where that is above 0.05
@@ -32,7 +32,7 @@ use std::ops::Range;
 
 /// Gauss–Newton steps for the states.
 const STATE_STEPS: usize = 5;
-/// Relative gain below which a further step is none.
+/// Relative gain below which the steps end.
 const STATES_SETTLED: f64 = 1e-5;
 /// Step of the difference quotient over the lag, samples.
 const LAG_STEP: f64 = 0.03;
@@ -72,7 +72,7 @@ const NUMBERS: [Number; 7] = [
     Number::Stiffness,
 ];
 
-/// What is fitted: positions about the start, where they are known.
+/// Fitted quantity: positions relative to the start, where they are known.
 #[derive(Debug)]
 pub(super) struct Fit<'a> {
     replay: &'a Replay,
@@ -176,7 +176,7 @@ impl<'a> Fit<'a> {
         for (left, y) in left.iter_mut().zip(self.position) {
             *left = if y.is_finite() { *left - y } else { 0.0 };
         }
-        // Before the first there is none.
+        // The first piece follows no other.
         if let (Some(arrival), Some(start)) = (arrivals.first_mut(), states.first()) {
             *arrival = *start;
         }
@@ -407,7 +407,7 @@ pub(super) struct Model {
 }
 
 impl Model {
-    /// The same with another lag, and as late in all.
+    /// Replaces the lag and keeps the total lateness.
     pub(super) const fn with_lag(self, lag: f64) -> Self {
         Self {
             delay: self.delay + self.lag.abs() - lag.abs(),
@@ -508,18 +508,18 @@ impl Replay {
 /// Standard errors on each side of a value between which it lies in 95 of 100 cases: Student's t of some hundred pieces.
 pub(super) const SIDES: f64 = 2.0;
 
-/// Correlation of successive residuals that white ones do not have.
+/// Autocorrelation of successive residuals above which they are not white.
 pub(super) const GOES_ON: f64 = 0.05;
 
 pub(super) fn goes_on(left: &[f64]) -> f64 {
     left.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>() / square(left).max(f64::MIN_POSITIVE)
 }
 
-/// What is known of the numbers of a fit.
+/// Uncertainty of the numbers of a fit.
 #[derive(Clone, Debug)]
 pub(super) struct Spread {
     covariance: DMatrix<f64>,
-    /// What the fault of the model allows.
+    /// Covariance that the error of the model allows.
     fault: DMatrix<f64>,
 }
 

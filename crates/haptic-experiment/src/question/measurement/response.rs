@@ -11,8 +11,8 @@
 //!
 //! - *Symbols*: f the force applied, N; x the position, m; T the sample time, s; γ² the coherence, 1 where the motion follows the force
 //!   alone, lower under friction, play, noise or a hand.
-//! - *Blocks*: as long as the closest lines need to be told apart, overlapping by half, once the multi-sine has its full size. Fewer than
-//!   four tell nothing: below 7 s of multi-sine at 1 ms a sample, and at 8 s from 7 ms on.
+//! - *Blocks*: as long as resolving the closest lines requires, overlapping by half, once the multi-sine has its full size. Fewer than
+//!   four blocks are not enough: below 7 s of multi-sine at 1 ms a sample, and at 8 s from 7 ms on.
 //!
 //! *Cost*: a least-squares problem a block, 42 numbers from some 1500 samples.
 
@@ -81,7 +81,7 @@ pub(crate) fn response(record: &MotionRecord, plan: &MeasurePlan) -> Vec<Respons
     }
 }
 
-/// F and X of each line in a stretch of the record; samples that are missing tell nothing.
+/// F and X of each line in a stretch of the record, without its missing samples.
 fn amplitudes(
     record: &MotionRecord,
     stretch: std::ops::Range<usize>,

@@ -169,7 +169,7 @@ struct Cell {
     held: Option<f64>,
 }
 
-/// How far the search of one order goes.
+/// Range that the search of one order covers.
 struct Extent {
     dissipation: f64,
     /// Of a real device: walls that came to rest.
@@ -184,14 +184,14 @@ struct Search<'a> {
     operator: Operator<f64>,
     /// The device as it is.
     device: MassDamper<1>,
-    /// The same without friction, if it has some.
+    /// The device without friction, if it has some.
     smooth: Option<MassDamper<1>>,
     chain: SafetyChain<f64>,
     samples: u64,
     rate: f64,
     encoder_step_m: f64,
     theory: Option<Theory>,
-    /// Largest α or β that is looked at.
+    /// Largest α or β that is tried.
     most: f64,
     /// N/m of α = 1, and N·s^μ/m of β = 1.
     units: (f64, f64),
@@ -327,7 +327,7 @@ impl<'a> Search<'a> {
         self.stop.load(Ordering::Relaxed) || self.remote.as_ref().is_some_and(failed)
     }
 
-    /// How far it goes; `None` if no wall of a real device comes to rest, or the search has ended.
+    /// The range to search; `None` if no wall of a real device comes to rest, or the search has ended.
     fn extent(&self) -> Option<Extent> {
         if self.remote.is_none() {
             return self.largest_dissipation().map(|dissipation| Extent {
@@ -336,7 +336,7 @@ impl<'a> Search<'a> {
             });
         }
         let rests = |alpha, beta| self.settles(&self.device, alpha, beta, 0);
-        // α = β·(T/τ)^μ: what is left of the way is an eighth of the time for it.
+        // α = β·(T/τ)^μ: τ, the time constant of the approach, is an eighth of the time for it.
         let plan = &self.plan;
         let tau_s = (plan.duration_s - plan.window_s) / 8.0;
         let soft = (self.rate * tau_s.powf(self.order.get())).recip();
@@ -347,9 +347,8 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// The largest β that is stable with any α, 0 if there is none; `None` if the search was stopped. Not with
-    /// α = 0: a pure damper of order 1 and more gives way for ever; and with A₃ at μ > 1 a wall needs
-    /// stiffness to be stable at all.
+    /// The largest β that is stable with any α, or 0; `None` if the search was stopped. α = 0 is excluded:
+    /// a pure damper of order 1 and more yields for ever; and with A₃ at μ > 1 a wall needs stiffness to be stable at all.
     fn largest_dissipation(&self) -> Option<f64> {
         let any_stiffness = |beta| {
             let mut walls = coarse(self.most).filter(|alpha| *alpha > 0.0);
@@ -460,7 +459,7 @@ impl Theory {
 
     /// True if the edge is within a share of this wall: with its K, or K and B together, made weaker by the
     /// share it is stable, and made stronger unstable. Both ways, because an edge may run along one of them.
-    /// `None` if that cannot be told.
+    /// `None` if the loop cannot be analysed.
     fn has_edge_within(&self, alpha: f64, beta: f64, share: f64) -> Option<bool> {
         let stable = |alpha: f64, beta: f64| {
             let closed = SampledLoop::with_plant(self.plant, alpha, beta, &self.operator).ok()?;

@@ -1,8 +1,7 @@
-//! Many short runs on one serial device, without log or files: what a search is made of.
+//! Many short runs on one serial device, without log or files, for a search.
 //!
-//! A trial that says nothing about its law is made again, ten times in all: samples missing or held up, a host, line or tick that was
-//! late. Then no more trials are made; nor after twenty in a row that ended at a limit of the device, nor after any fault that is none of
-//! the law.
+//! A trial that does not test its law is repeated, ten times in all: samples were missing or delayed, or a host, line or tick was late. Then
+//! no more trials are made; nor after twenty in a row that ended at a limit of the device, nor after any fault that the law does not cause.
 
 use crate::document::failure::Failure;
 use crate::document::parameters::{LOOP, TRIAL_DURATION};
@@ -24,9 +23,9 @@ use std::time::Duration;
 #[cfg(test)]
 mod tests;
 
-/// How often a trial that says nothing about its law is made.
+/// Attempts at a trial that does not test its law.
 const TRIES: usize = 10;
-/// So many trials in a row that ended at a limit of the device are enough.
+/// Consecutive trials that end at a limit of the device, after which the search ends.
 pub(crate) const TRIPS_IN_A_ROW: usize = 20;
 /// The force of a trial before has fallen to zero in this time: the longest of [`Limits`](haptic_link::Limits), and an idle host.
 const FALLEN_WITHIN: Duration = Duration::from_secs(5);
@@ -60,9 +59,9 @@ struct State {
     link: SerialLink,
     /// Why no more trials can be made.
     failure: Option<Failure>,
-    /// What the device's limits say of the trials was told.
+    /// True once the user was warned of the device's limits.
     told: bool,
-    /// So was that the device has to be moved out of the wall.
+    /// True once the user was asked to move the device out of the wall.
     told_too_deep: bool,
     runs: u32,
     /// Trials judged, those of them that ended at a limit of the device, the last of them in a row, and the last such fault.
@@ -111,7 +110,7 @@ impl<'a> Trials<'a> {
     }
 
     /// Position, m, and force, N, of each sample of one run; `None` if the law tripped the device, or if no more trials can be made:
-    /// the search then tells why.
+    /// the search then reports why.
     pub(super) fn motion(
         &self,
         law: &RemoteLaw,
@@ -193,7 +192,7 @@ impl<'a> Trials<'a> {
         }
     }
 
-    /// What can be done about a limit that ended a trial.
+    /// Remedy for a limit that ended a trial.
     fn remedy(&self, fault: Fault) -> String {
         let set = &self.set.limits;
         if fault == Fault::Workspace {
@@ -366,7 +365,7 @@ fn passes(refusal: Option<Refusal>) -> bool {
     )
 }
 
-/// What the device refused, if it refused something.
+/// The device's refusal, if the error is one.
 fn refusal(error: &SerialError) -> Option<Refusal> {
     let SerialError::Link(LinkError::Refused { refusal, .. }) = error else {
         return None;
@@ -374,7 +373,7 @@ fn refusal(error: &SerialError) -> Option<Refusal> {
     Some(*refusal)
 }
 
-/// Faults that say the wall is no stable one.
+/// Faults that show that the wall is not stable.
 const fn is_answer(fault: Fault) -> bool {
     matches!(fault, Fault::Workspace | Fault::Velocity)
 }

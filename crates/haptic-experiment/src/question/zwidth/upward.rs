@@ -8,7 +8,7 @@ use crate::question::bench::last;
 
 /// Doublings from the softest wall to the stiffest: 3e-4 of it.
 const DOUBLINGS: i32 = 14;
-/// Every so many of these a dissipation is tried, while no wall at all has come to rest.
+/// Stride of the dissipations tried while no wall at all has come to rest.
 const STRIDE: usize = 4;
 /// Halvings of the interval of the stiffness: within 0.8 % of the value found.
 const CLOSER: u32 = 7;

@@ -12,7 +12,7 @@ use haptic_loop::{Controller, Environment};
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 
-/// The verdict on a drive, alone and in contact, with loops so many seconds later than their devices; `None` if one is not known.
+/// The verdict on a drive, alone and in contact, with loops this many seconds later than their devices; `None` if one is unknown.
 type Judged<'a> = &'a dyn Fn([f64; 2]) -> Result<Option<DriveVerdict>, Failure>;
 
 /// A run on two devices.
@@ -20,7 +20,7 @@ pub(crate) struct PairRun<'a> {
     pub tissue: RemoteRun<'a>,
     pub drive: RemoteRun<'a>,
     pub judged: Judged<'a>,
-    /// Where the newest force goes that the tissue opposes, N, as its bits.
+    /// Newest force that the tissue opposes, N, as its bits.
     pub opposed_n: Arc<AtomicU64>,
 }
 
@@ -80,7 +80,7 @@ impl PairRun<'_> {
         let (first, second) = (partner(Side::Tissue), partner(Side::Drive));
         let mut tissue = tissue.session::<1>(recorder, Some(first))?;
         let mut drive = drive.session::<1>(drive_recorder, Some(second))?;
-        // The drive's thread is this one, which may tell of the progress.
+        // The drive's thread is this one, which may report the progress.
         let mut tissue = std::thread::scope(|scope| {
             let first = scope.spawn(move || {
                 let supervisor = Supervisor {

@@ -5,10 +5,10 @@
 //! second   armed ───────────────────────────────────┴▶ started: time 0 of the run ─▶ ends with its last tick
 //! ```
 //! - *Time* is that of the first device, and begins with tick 0 of the second. The second's ticks get the first's time by the clocks of
-//!   both, which keep-alives tell ([`DeviceClock`]): so long as the run lasts, and once more when it is over.
-//! - *Letting go*: whoever ends early, by a fault, a line that is gone or somebody who asks, is seen by the other's thread before the next
-//!   message, and its device is told to stop. One that is armed and says nothing for three quarters of the other's watchdog time, in which
-//!   that speaks, has ended too. If this program dies, both devices let go by their watchdogs.
+//!   both, which keep-alives carry ([`DeviceClock`]): as long as the run lasts, and once more when it is over.
+//! - *Letting go*: the thread of one side sees before its next message that the other ended early, by a fault, a lost line or a request,
+//!   and stops its device. A side that is armed and silent for three quarters of the other's watchdog time, while the other's device speaks,
+//!   has ended too. If this program dies, both devices let go by their watchdogs.
 //! - *Losses* are counted on each side.
 
 use crate::run::ending::Ending;
@@ -40,7 +40,7 @@ impl Side {
     }
 }
 
-/// What the sessions of both devices see of each other.
+/// State of both devices that their sessions share.
 #[derive(Debug, Default)]
 pub(super) struct Both {
     sides: [Shown; 2],
@@ -50,7 +50,7 @@ pub(super) struct Both {
     begun_s: OnceLock<f64>,
 }
 
-/// What a session shows to the other.
+/// State of a session that the other one sees.
 #[derive(Debug, Default)]
 struct Shown {
     armed: AtomicBool,
@@ -66,15 +66,15 @@ struct Shown {
 /// The clock of a device, as it becomes known.
 pub(super) type Clock = Arc<dyn Fn() -> Option<DeviceClock> + Send + Sync>;
 
-/// What a session knows of the other one.
+/// A session's view of the other one.
 pub(super) struct Partner<'a> {
     both: &'a Both,
     pub side: Side,
     /// Of the tissue's device and of the drive's.
     clocks: [Clock; 2],
-    /// Silence of the other after which this device is told to stop.
+    /// Silence of the other side after which this device is stopped.
     patience: Duration,
-    /// What was heard of this side and of the other, and for how long nothing was, pauses of this process left out.
+    /// Counts of messages from this side and from the other, and the silence of each, pauses of this process excluded.
     heard: [u64; 2],
     silent: [Duration; 2],
     looked: Moment,
@@ -274,7 +274,7 @@ impl Aligned {
     }
 }
 
-/// What is known of both clocks now.
+/// Present relation of both clocks; `None` until both are known.
 pub(super) fn aligned(both: &Both, clocks: &[Clock; 2]) -> Option<Aligned> {
     let [first, second] = clocks;
     let line = first()?.beside(&second()?)?;
@@ -288,14 +288,14 @@ pub(super) fn aligned(both: &Both, clocks: &[Clock; 2]) -> Option<Aligned> {
     })
 }
 
-/// What a drive on a device of its own leaves of a run.
+/// Result of a drive on a device of its own.
 #[derive(Debug)]
 pub(crate) struct DriveRan {
     /// The device, as on the command line.
     pub device: String,
     /// Its samples, in the time of the log.
     pub record: Record,
-    /// `None` if a device did not tell its time.
+    /// `None` if a device did not send its time.
     pub aligned: Option<Aligned>,
     pub fault_log: Option<PathBuf>,
 }

@@ -1,4 +1,4 @@
-//! A run to be made on a connected device: looked at, configured, then handed to its session.
+//! A run to be made on a connected device: judged, configured, then handed to its session.
 
 use super::session::{HostSession, Ready};
 use crate::document::failure::Failure;
@@ -38,7 +38,7 @@ pub(crate) struct RemoteRun<'a, M = TickMessage> {
     pub schedule: Schedule,
     /// The values at a time, s, that are known without the device, as the log needs them.
     pub blank: &'a (dyn Fn(f64) -> M + Sync),
-    /// The same loop for the analysis; `None` if it is not closed through the device's motion.
+    /// This loop for the analysis; `None` if it is not closed through the device's motion.
     pub preflight: Option<&'a Look<'a>>,
     pub wanted: PreflightRequest,
     pub request: &'a FolderRequest,
@@ -179,7 +179,7 @@ impl<'a, M: TickRecord> Ready<'a, M> {
         };
         record.not_realtime = raised(&self.link, self.schedule);
         if partner.as_ref().is_some_and(|partner| !partner.is_drive()) {
-            // Until its drive has told when it begins.
+            // Until its drive has sent its start.
             self.schedule.samples = u64::MAX;
         }
         Ok(HostSession {
@@ -305,7 +305,7 @@ fn describe_limits(limits: &Limits, metadata: &mut BTreeMap<String, String>) {
     metadata.extend(numbers.map(|(key, value)| (key.to_owned(), value.to_string())));
 }
 
-/// Adds the facts that only the connected device can tell.
+/// Adds the facts that only the connected device knows.
 fn describe(link: &SerialLink, device: &RemoteDevice, metadata: &mut BTreeMap<String, String>) {
     let mut add = |key: &str, value: String| metadata.insert(key.to_owned(), value);
     add("board", link.capabilities().board().to_owned());

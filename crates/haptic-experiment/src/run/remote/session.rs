@@ -42,7 +42,7 @@ pub(super) struct Ready<'a, M> {
     pub start: crate::run::record::Start,
     /// Ticks in which its force rises.
     pub rise_ticks: u64,
-    /// What is known of a time without the device.
+    /// Log values at a time, s, that are known without the device.
     pub blank: &'a (dyn Fn(f64) -> M + Sync),
     pub metadata: BTreeMap<String, String>,
     pub found: Option<Found>,
@@ -61,7 +61,7 @@ pub(super) struct HostSession<'a, M, const D: usize> {
     pub(super) deaf: bool,
     /// The device at the other side of a contact, if there is one.
     pub(super) partner: Option<Partner<'a>>,
-    /// What came before the time is known from which a run with a partner counts.
+    /// Samples before the time is known from which a run with a partner counts.
     pub(super) pending: Vec<M>,
 }
 
@@ -111,7 +111,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         self.recorder.metadata(name, flat(report, "", "."));
     }
 
-    /// The same of a drive, whose samples are in the log of the tissue's device.
+    /// Finishes a drive, whose samples are in the log of the tissue's device.
     pub(super) fn finish_drive(self) -> (Record, Result<Recorded, RecordError>) {
         let (record, recorder, _) = self.let_go();
         (record, recorder.finish())
@@ -181,7 +181,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     pub(super) fn listen(&mut self, supervisor: Supervisor<'_>) -> Result<(), SerialError> {
         /// Nothing for so long in the middle of a run is the end of it.
         const SILENCE: Duration = Duration::from_secs(2);
-        // A run of 2³² ticks and more is stopped from here, and so is that of a tissue whose drive tells when it begins.
+        // A run of 2³² ticks and more is stopped from here, and so is that of a tissue whose drive sends its start.
         let ticks = u32::try_from(self.ready.schedule.samples).unwrap_or(0);
         if !self.start(ticks, supervisor)? {
             return self.ready.link.disarm();
@@ -243,7 +243,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         self.ready.link.disarm()
     }
 
-    /// What the device says next; `None` after so long a silence. Somebody who stops the run is heard at once, whatever comes.
+    /// The device's next message; `None` after that silence. A stop of the run is noticed at once, whatever arrives.
     fn hear_or_stop(
         &mut self,
         patience: Duration,
@@ -358,7 +358,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     /// Asks for every n-th tick while nothing runs; 0 for none.
     fn stream_after_fault(&mut self, every: u16) {
         let batch = self.batch();
-        // A device that does not answer has nothing more to tell.
+        // A device that does not answer has nothing more to send.
         self.deaf |= !self.deaf
             && self
                 .ready
@@ -448,7 +448,7 @@ fn blow(refused: StartRefused) -> SerialError {
     })
 }
 
-/// Waits until the device tells, by its keep-alives, that it is idle: its force has fallen to zero.
+/// Waits until the device's keep-alives report that it is idle: its force has fallen to zero.
 fn waits_for_rest(link: &SerialLink) -> bool {
     link.wait_for_rest() && link.status().state == State::Idle
 }
@@ -468,8 +468,8 @@ pub(crate) fn blank(reference_m: f64) -> TickMessage {
 }
 
 impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
-    /// Takes a sample of the device. One of another number of axes is none, and its tick is missing. False for one behind all that a
-    /// device tells of a run that its fault has ended: it came because it was asked for.
+    /// Processes a sample of the device. One with another number of axes is dropped, and its tick counts as missing. False for a sample after
+    /// all those that a device sends of a run that its fault has ended: it came only on request.
     pub(super) fn take_sample(&mut self, sample: &Sample) -> bool {
         let tick = u64::from(sample.tick);
         if self.next_tick <= tick {
@@ -480,7 +480,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         };
         if let Some(last) = self.last_told() {
             let falls = !self.record.has_fallen() && message.kept().applied_force_n != 0.0;
-            // The next tick is none of those between, in which the device was not asked yet.
+            // The next tick leaves no gap in which the device was not asked.
             if tick > last && tick != self.next_tick && !falls {
                 self.came_until(last);
                 return false;
@@ -497,7 +497,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         self.partner.as_mut().and_then(Partner::left)
     }
 
-    /// Tells a partner when this tick was by the device's own clock, and hears of it when the run begins.
+    /// Gives a partner the time of this tick by the device's own clock, and gets from it the start of the run.
     fn dated(&mut self, tick: u64, time_us: u32) {
         /// Ticks from one look at the clocks to the next.
         const LOOK: u64 = 1024;
@@ -575,7 +575,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         faulted.is_some_and(|faulted| tick >= u64::from(faulted))
     }
 
-    /// The last tick after a fault of the device that the log needs: those before it are told unasked.
+    /// Last tick after a fault of the device that the log needs. The device sends those before it unasked.
     fn last_told(&self) -> Option<u64> {
         match self.record.ended {
             Some(Ending::DeviceFault(report)) => Some(u64::from(report.tick) + AFTER),
@@ -695,7 +695,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
 /// Time behind the watchdog time in which a device that hears nothing has let go.
 const FALLEN: Duration = Duration::from_secs(2);
 
-/// What a device says last of a run.
+/// Last report of a device about a run.
 enum Last {
     /// That the run is over, and its force zero.
     Over,
@@ -715,7 +715,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         if let LinkError::Impossible(what) = error {
             self.keep_impossible();
             self.ends(Ending::Impossible(what));
-            // It was told to let go: how the force falls.
+            // The device was commanded to let go: record how the force falls.
             let _ = self.hear_out();
             return;
         }

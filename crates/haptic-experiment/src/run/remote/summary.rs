@@ -80,7 +80,7 @@ pub struct RoundTrip {
 }
 
 impl RoundTrip {
-    /// Of these times, or why there are none.
+    /// Quantiles of these times, or the reason why there are no times.
     #[must_use]
     pub fn of(measured: &Histogram<u64>) -> (Option<Self>, Option<&'static str>) {
         if measured.is_empty() {

@@ -62,7 +62,7 @@ impl GuardedDevice {
         }
     }
 
-    /// What an experiment says of a device that is not simulated here: a delay or lag that it does not speak of is not known.
+    /// Facts that an experiment states about a device not simulated here; an omitted delay or lag is unknown.
     pub(crate) fn given(device: &MassDamperConfig) -> Self {
         let (delay, lag) = (device.delay.0, device.lag.0);
         Self {
@@ -74,7 +74,7 @@ impl GuardedDevice {
         }
     }
 
-    /// Facts that a board tells of its sensor: it rounds to its resolution.
+    /// Facts that a board reports about its sensor: it rounds to its resolution.
     pub(crate) fn read_by(capabilities: &Capabilities) -> Self {
         let sensors = Sensors {
             encoder_resolution_m: f64::from(capabilities.position_resolution_m),

@@ -1,4 +1,4 @@
-//! What is felt of a wall, `environment` and `transparency`, and what a coupler needs, `coupling`.
+//! The impedance that is felt of a wall, `environment` and `transparency`, and the damping that a coupler needs, `coupling`.
 
 use super::resolved::{HORIZON, logarithmic, path, path_result};
 use crate::files::Place;

@@ -45,8 +45,8 @@ pub(super) fn stability(options: Options<keys::Wall>, output: Output) -> Result<
         "gain_margin": margins.and_then(|margins| margins.gain_up).map(|at| at.value),
         "delay_margin_samples": margins.and_then(|margins| margins.delay).map(|at| at.value),
         "peak_sensitivity_db": margins.map(|margins| decibel(margins.sensitivity.value)),
-        // The same for contact that may pull, acts on one side or stiffens: proved for every motion while nowhere steeper than this
-        // factor on the wall; null if nothing is proved. And the factor that no such proof reaches.
+        // The factor on the wall up to which contact that may pull, acts on one side or stiffens, and is nowhere steeper than this, is proved
+        // stable for every motion; null if nothing is proved. And the factor that no such proof reaches.
         "pulling_contact_margin": factor(contact.proved),
         "pulling_contact_margin_reason": (contact.proved == 0.0 && contact.provable > 0.0)
             .then_some("no proof was found; a device without damping has none"),

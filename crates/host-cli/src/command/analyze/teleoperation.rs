@@ -55,7 +55,7 @@ pub(super) fn answer(asked: WithFiles<keys::Hands>, output: Output) -> Result<()
         false => Vec::new(),
     };
     let best = (candidates.iter()).min_by(|a, b| a.1.error.total_cmp(&b.1.error));
-    // What is shown is the best, if there is one.
+    // Show the best candidate, if there is one.
     let hands = Teleoperation {
         line: best.map_or(question.hands.line, |best| best.0),
         ..question.hands

@@ -86,9 +86,9 @@ impl Arguments {
             "unstable_poles": judged.unstable_poles.filter(|_| proved),
             "distance": judged.distance,
             "reason": verdict(&analysis),
-            // How many times as short the sample time has to be for the verdict to hold for the plant; null where it does.
+            // Factor by which the sample time must be shorter for the verdict to hold for the plant; null if it holds already.
             "coarse": analysis.coarse,
-            // None of an unstable loop: they would mean nothing.
+            // Null for an unstable loop, where margins have no meaning.
             "margins": (judged.stable && proved).then(|| margins(&analysis.margins)),
             "files": files,
         }))?;
@@ -190,7 +190,7 @@ fn stable(margins: &Margins) -> String {
 
 /// The verdict, its root and the way to the boundary, in sentences.
 fn verdict(analysis: &LoopAnalysis) -> String {
-    // Where that is lost, and at what frequency, only the model says.
+    // With a coarse rule the stability boundary and its frequency are known for the model only.
     analysis.coarse.map_or_else(
         || of_the_loop(analysis),
         |times| {

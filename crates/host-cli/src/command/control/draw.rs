@@ -78,7 +78,7 @@ pub(super) fn draw_run(
     page(title, &subtitle, 1, &[outputs, commands])
 }
 
-/// An axis for commands: where the kick of the first samples is many times the rest it is told, not drawn.
+/// An axis for commands: an initial kick many times larger than the rest is written as a number, not drawn.
 fn command_axis(command: &Points, beside: Option<&Points>) -> AxisSpec<'static> {
     const KICK: usize = 5;
     let axis = linear("command");
@@ -260,7 +260,7 @@ const TURNS: usize = 60;
 /// A turn is a change of direction by more than this share of the height.
 const TURN: f64 = 0.03;
 
-/// What is drawn of a controller.
+/// Curves of a controller.
 struct Curves {
     /// A name and a step for each gain.
     gains: Vec<(String, Points)>,
@@ -362,7 +362,7 @@ impl Curves {
     }
 }
 
-/// Samples until nothing moves any more that is stable, and half as many again; and no more than the first loop as it is run takes for the
+/// Samples until every stable signal has settled, and half of that again; and no more than the first loop needs for the
 /// turns that can be drawn.
 fn length(trials: &[&Trial]) -> usize {
     let settled = trials.iter().flat_map(|trial| {
@@ -379,7 +379,7 @@ fn length(trials: &[&Trial]) -> usize {
     let mut length = longest.map_or(samples, |longest| samples.min(3 * longest / 2));
     for signal in [&first.step.measured, &first.step.command] {
         let points = over_time(&signal[..length.min(signal.len())], 1.0);
-        // What grows is as high as what is seen of it.
+        // The height of a growing signal is that of its visible part.
         let ends = turns(&points, height(&points));
         length = ends.get(TURNS).map_or(length, |end| length.min(*end));
     }

@@ -78,12 +78,12 @@ pub(crate) struct Arguments {
     file: File,
 }
 
-/// A record of more samples is said to take its time.
+/// Number of samples above which the time is announced.
 const LONG: usize = 200_000;
-/// What a sample takes on one core of 2024, s, about.
+/// Approximate time for a sample on one core of 2024, s.
 const A_SAMPLE_S: f64 = 6e-5;
 
-/// What helps a function to fit.
+/// Advice for a poor fit.
 const TRY: &str = "give --delay, --subtract-start or --model";
 
 /// Signals, and the columns that they are in.
@@ -98,7 +98,7 @@ fn signal(text: &str) -> Result<(usize, String), String> {
     split.ok_or_else(|| "is not time=COLUMN, input=COLUMN or output=COLUMN".to_owned())
 }
 
-/// Works with a progress bar of so many steps.
+/// Works with a progress bar of `steps` steps.
 fn shown<T>(
     what: &'static str,
     steps: usize,
@@ -157,7 +157,7 @@ impl Arguments {
                 "no function was found: give --model with other terms"
             )));
         };
-        // A calmer function may stand first; the closest one tells what the record shows.
+        // A calmer function may stand first; the closest one represents the record.
         let closest = found.iter().min_by(|a, b| a.bic.total_cmp(&b.bic));
         if !closest.unwrap_or(best).shows_a_response(&record) {
             return Err(Failure::run(format_args!(
@@ -257,7 +257,7 @@ impl Arguments {
         }
     }
 
-    /// The record of a file, and what is said of its rows.
+    /// The record of a file, and notices about its rows.
     fn read(&self, path: &Path) -> Result<(InputOutput, Vec<String>), Failure> {
         let [time, input, output] = self.columns()?;
         let wrong = |error: String| table::wrong(path, format_args!("{error}; see --columns"));
@@ -372,7 +372,7 @@ fn report(
         "order_reason": order_reason(found, best),
         // Null with a pole at s = 0 or on the imaginary axis.
         "unstable_poles": identified.function.unstable_poles(),
-        // What the record does, if it does not come to rest.
+        // Behaviour of the record, if it does not come to rest.
         "unstable_poles_reason": (identified.fit >= LEAST && settles_as_well(found, record).is_none())
             .then(|| nature(&identified.function)).flatten(),
         "numbers": numbers(best).iter().map(Number::value).collect::<Vec<_>>(),
@@ -394,7 +394,7 @@ fn is_whole(function: &FractionalTransferFunction) -> bool {
     terms.all(|term| term.order.fract() == 0.0)
 }
 
-/// Where the plant was when the record began, behind its other figures.
+/// Initial state of the plant, to follow its other figures.
 fn counted_from(record: &InputOutput, found: &Identified) -> String {
     let offset = digits(found.offset, 5);
     match start_of(record, found) {
@@ -408,7 +408,7 @@ fn counted_from(record: &InputOutput, found: &Identified) -> String {
     }
 }
 
-/// The same in words.
+/// The start in words.
 fn begins(start: Start) -> &'static str {
     match start {
         Start::Rest => "at rest",
@@ -418,7 +418,7 @@ fn begins(start: Start) -> &'static str {
     }
 }
 
-/// Both readings of a table of a plant that answers at once: nothing else tells an output that was read before its row's input from one that was
+/// Both readings of a table of a plant that answers at once: nothing else separates an output that was read before its row's input from one that was
 /// read with an input of the row before.
 fn reading(found: &Identified, record: &InputOutput) -> Option<String> {
     let function = &found.function;
@@ -437,11 +437,11 @@ const LOOSE: f64 = 0.5;
 /// A share of the variance that no useful function leaves, and one that only noise may.
 const MUCH: f64 = 0.05;
 const SOME: f64 = 0.001;
-/// Of a function that explains less than this nothing more is said.
+/// Fit below which nothing more is reported about a function.
 const LEAST: f64 = 0.5;
 /// Neighbouring samples that are so much alike are no white noise.
 const ALIKE: f64 = 0.3;
-/// Times what a function leaves of its own record, from which on it is said of another one.
+/// Ratio to the residual on its own record from which on that on another record is reported.
 const WORSE: f64 = 2.0;
 /// Digits of a plant file: more than any record has.
 const DIGITS: usize = 9;
@@ -451,7 +451,7 @@ fn rounded(function: &FractionalTransferFunction) -> String {
     with_digits(function, 5).to_string()
 }
 
-/// The function with numbers of so many digits.
+/// The function with numbers of this many digits.
 fn with_digits(function: &FractionalTransferFunction, digits: usize) -> FractionalTransferFunction {
     let few = |value: f64| format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
     let terms = |polynomial: &FractionalPolynomial| {
@@ -533,7 +533,7 @@ fn numbers(best: &Found) -> Vec<Number> {
         .collect()
 }
 
-/// Where a function leaves much that is no noise, though little of the whole record.
+/// Warning about a stretch with a large residual that is not noise, though a small part of the whole record.
 fn lacking(at: &Unexplained) -> String {
     let part = if at.share > 1.0 {
         format!("{} times the output", digits(at.share, 4))
@@ -547,7 +547,7 @@ fn lacking(at: &Unexplained) -> String {
     )
 }
 
-/// What the function leaves unexplained, and what the record does not tell.
+/// Warnings about unexplained parts of the record and undetermined numbers.
 fn warnings(found: &[Found], best: &Found, record: &InputOutput) -> Vec<String> {
     let mut warnings = Vec::new();
     if record.start == Start::Moving && !is_whole(&best.identified.function) {
@@ -622,7 +622,7 @@ fn unsure(evidence: &DeadTimeEvidence<'_>, best: &Found) -> Option<String> {
     ))
 }
 
-/// Why the function has as many numbers as it has.
+/// Reason for the number of parameters.
 fn order_reason(found: &[Found], best: &Found) -> String {
     let numbers = |found: &Found| found.identified.standard_errors.len();
     let count = numbers(best);
@@ -639,11 +639,11 @@ fn order_reason(found: &[Found], best: &Found) -> String {
     }
 }
 
-/// What is left between function and record, where it is much.
+/// Warning about a large residual.
 fn unexplained(best: &Found) -> Option<String> {
     let (left, neighbours) = (1.0 - best.identified.fit, best.neighbours);
     let what = match (neighbours.abs() < ALIKE, best.identified.noise.order()) {
-        // What noise leaves has nothing in common from a sample to the next.
+        // White noise is not correlated from sample to sample.
         (true, 0) if left > MUCH => "as noise does".to_owned(),
         (true, order) if left > MUCH => format!(
             "as slow noise does (an autoregression of order {order}, which errors and choice count with)"
@@ -659,7 +659,7 @@ fn unexplained(best: &Found) -> Option<String> {
     ))
 }
 
-/// What to know of a function before it is used.
+/// Warning about the nature of a function.
 fn nature(function: &FractionalTransferFunction) -> Option<&'static str> {
     match function.unstable_poles() {
         Some(0) => None,

@@ -263,7 +263,7 @@ pub(super) fn check_step(height: f64) -> Result<(), Failure> {
     }
 }
 
-/// Samples of a run of this length, or else so many.
+/// Samples of a run of this length; `or_else` gives the default.
 pub(super) fn samples(
     duration: Option<f64>,
     sample_time_s: f64,

@@ -43,7 +43,7 @@ fn away(last: Option<&Row>, run: &LoopRun) -> Failure {
     ))
 }
 
-/// The integer-order PID with the same crossover and phase margin, and its run; said if there is none.
+/// The integer-order PID with the same crossover and phase margin, and its run; warns if that PID does not exist.
 fn baseline(
     file: &ControllerSetup,
     plant: &NamedPlant,

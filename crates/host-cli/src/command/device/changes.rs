@@ -1,4 +1,4 @@
-//! What `device set` changes: `KEY=VALUE`, read before the device is asked.
+//! Changes that `device set` makes: `KEY=VALUE`, read before the device is asked.
 
 use super::key_value::{count, in_range, key_and_value, keys_help, refused};
 use crate::output::warn;
@@ -109,7 +109,7 @@ pub(crate) fn names() -> Vec<&'static str> {
     keys().map(|key| without_unit(key.key)).collect()
 }
 
-/// What is set, in SI units.
+/// Changed settings, in SI units.
 #[derive(Default)]
 pub(super) struct Changes {
     given: BTreeSet<&'static str>,

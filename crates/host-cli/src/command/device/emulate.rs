@@ -466,7 +466,7 @@ fn words_of_own(done: &Emulated) -> String {
     )
 }
 
-/// What a stroking hand does: from here, this far, in this time.
+/// Motion of a stroking hand: start, distance and period.
 const STROKES: (f64, f64, f64) = (0.085, 0.015, 4.0);
 
 fn hand(text: &str) -> Result<Option<haply::Hand>, String> {

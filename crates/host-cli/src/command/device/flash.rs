@@ -45,7 +45,7 @@ pub(crate) struct Arguments {
 
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
-        // What is wrong with a file is said before anything has to be plugged in.
+        // Errors in a file are reported before anything has to be plugged in.
         let board = match self.board {
             Some(board) => board,
             None => Board::at(
@@ -130,11 +130,11 @@ impl Arguments {
     }
 }
 
-/// What programs a board, found before anything is built.
+/// Programmer of a board, found before anything is built.
 enum Programmer {
     /// A debug probe, by probe-rs, which knows the chip by this name.
     Probe(&'static str),
-    /// The drive at this place, which takes such a family of images for a flash that begins here.
+    /// The drive at this place, which accepts this family of images for a flash that begins at this address.
     Drive(PathBuf, u32, u32),
 }
 

@@ -233,7 +233,7 @@ impl Watch<'_> {
             if self.is_over() {
                 break None;
             }
-            // Nobody drives a device that this process serves: its board has failed, and what samples tell from now on is its last
+            // Nobody drives a device that this process serves: its board has failed, and samples report from now on its last
             // position. Asked for, as the message of a fault may be lost.
             if let Some(trouble) = trouble(link) {
                 let time_s = f64::from(next_tick.unwrap_or_default()) * period_s;
@@ -251,7 +251,7 @@ impl Watch<'_> {
                     self.count(&sample, &mut next_tick, period_s, log);
                     self.take(&sample, period_s, log);
                 }
-                // That of a board that has failed is told as its trouble, next.
+                // The fault of a board that has failed is reported with its trouble, next.
                 Some(Heard::Fault(report)) if trouble(link).is_none() => {
                     self.fault(&report, period_s, log);
                 }
@@ -325,7 +325,7 @@ impl Watch<'_> {
 /// A log while it can be written, and then nothing.
 struct SessionLog {
     recorder: Option<Recorder>,
-    /// What was handed over and is not in the log.
+    /// Number of entries handed over that the log lacks.
     dropped: u64,
     unwritten: Option<Failure>,
     bar: ProgressBar,
@@ -354,7 +354,7 @@ impl SessionLog {
         };
         match hand(&mut recorder) {
             Ok(()) => self.recorder = Some(recorder),
-            // The writer has ended, and tells why.
+            // The writer has ended, and reports why.
             Err(Stopped) => {
                 self.dropped += 1 + recorder.dropped();
                 if let Err(error) = recorder.finish() {

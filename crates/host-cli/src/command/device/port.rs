@@ -37,7 +37,7 @@ impl PortArguments {
         self.device.connect(Some(1), patience, &warn, stop)
     }
 
-    /// The same at a device of any number of axes.
+    /// Attempts at a device of any number of axes.
     pub(super) fn connect_any(&self) -> Result<SerialLink, Failure> {
         let (patience, stop) = self.attempts()?;
         self.device.connect(None, patience, &warn, stop)

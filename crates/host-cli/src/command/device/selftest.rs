@@ -78,12 +78,12 @@ impl Arguments {
     }
 }
 
-/// True if somebody looks on and wants to be told how far it is.
+/// True if somebody watches and wants to see the progress.
 fn is_watched(output: Output) -> bool {
     !output.quiet && !output.json && io::stderr().is_terminal()
 }
 
-/// What somebody beside the device has to know or do, whatever is quiet.
+/// Tells a person beside the device what to know or do, even with `--quiet`.
 fn say(notice: Notice, output: Output) {
     let now = |what| {
         let patience_s = SelfTest::PATIENCE.as_secs();

@@ -8,9 +8,9 @@ use haptic_quantity::{digits, written};
 use haptic_tissue::MeasuredLoading;
 use haptic_tissue::identify::{Fit, Identification, RecordKind, relative};
 
-/// Of a record about so many samples are drawn over the models.
+/// Approximate number of samples of a record that are drawn over the models.
 const SPARSE: usize = 60;
-/// Residuals are drawn of models up to so many times the rms of the chosen one.
+/// Largest rms, over that of the chosen model, of models whose residuals are drawn.
 const GOOD: f64 = 5.0;
 /// Colour of the record: black.
 const RECORD: usize = 5;

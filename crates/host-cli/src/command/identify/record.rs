@@ -49,7 +49,7 @@ pub(super) struct TableArguments {
 }
 
 impl TableArguments {
-    /// What the tables have to choose from, if that is asked for.
+    /// The choices that the tables offer, if they are asked for.
     pub(super) fn listed(&self, paths: &[PathBuf]) -> Result<Option<Value>, Failure> {
         if !self.segments {
             return Ok(None);

@@ -70,7 +70,7 @@ pub(crate) struct Plot {
     others: Others,
 }
 
-/// What is printed, a log that is not whole, and the picture.
+/// Printed report, a log that is not whole, and the picture.
 type Drawn = (Value, Option<PathBuf>, Result<Picture, FigureError>);
 
 impl Plot {
@@ -201,8 +201,8 @@ fn draw_topic(log: &Path, title: &str, topic: &Topic, span: Span) -> Result<Draw
     Ok((report, cut, page(title, &topic.name, 1, &panels)))
 }
 
-/// What is drawn of a tick: position and force on each axis by turns; then the reference on two axes, and indenter and contact
-/// force on the first.
+/// Curves of a tick: position and force on each axis by turns; then the reference on two axes, and indenter and contact force on the
+/// first.
 fn drawn(tick: &TickMessage) -> [f64; CURVES] {
     let turns = [tick.position_m, tick.commanded_force_n];
     std::array::from_fn(|n| {
@@ -213,7 +213,7 @@ fn drawn(tick: &TickMessage) -> [f64; CURVES] {
             _ => (tick.contact_force_n, 0),
         };
         let number = numbers.get(axis).copied().unwrap_or(f64::NAN);
-        // What pushes back is negative in a log.
+        // A force that pushes back is negative in a log.
         if n == 1 && tick.axes() == 1 {
             0.0 - number
         } else {
@@ -344,7 +344,7 @@ impl Run {
         .draw()
     }
 
-    /// A curve over time or over another, in units that are so many times as small.
+    /// A curve over time or over another, multiplied by `scale`.
     fn points(
         &self,
         n: usize,
@@ -395,7 +395,7 @@ fn panels(runs: &[Run], over_depth: bool) -> Vec<Panel<'static>> {
             };
             let points = || run.points(n, scale, over);
             panel = panel.with(name, Look::Line, colour, points());
-            // Where a path ends; beside a dot no line lies on the frame.
+            // End of a path, as a marker: it widens the axes, so that no line lies on the frame.
             let end = points().last().filter(|_| over_depth);
             panel = panel.with("", Look::Markers, colour, end);
         }

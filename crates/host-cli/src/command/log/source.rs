@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// Times that a log can hold, s.
 const TIMES: Range = Range::Within(0.0, 1.8e10);
 
-/// What is taken of a log that somebody else wrote.
+/// Selection from a log that another program wrote.
 #[derive(Debug, Args)]
 pub(crate) struct Others {
     /// Of a log of others: a topic or some of its columns, as in /wrench or /wrench.force.x,/wrench.force.y

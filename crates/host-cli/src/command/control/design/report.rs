@@ -1,4 +1,4 @@
-//! The report of a design: its numbers, and what they mean in sentences.
+//! The report of a design: its numbers, and their meaning in sentences.
 
 use crate::command::analyze::resolved::decibel;
 use crate::output::joined;

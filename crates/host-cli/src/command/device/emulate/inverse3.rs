@@ -26,7 +26,7 @@ pub(super) const KEYS: [(&str, &str); 2] = [
 /// Number of the device at its service.
 const ID: &str = "04BA";
 
-/// The version that it tells.
+/// The version that it reports.
 const VERSION: &str = "3.5.0";
 
 /// The hand of a device.

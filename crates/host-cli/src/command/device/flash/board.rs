@@ -16,7 +16,7 @@ pub(super) struct Board {
     pub(super) way: Way,
 }
 
-/// How an image gets into a board.
+/// Way to load an image into a board.
 #[derive(Debug)]
 pub(super) enum Way {
     /// As probe-rs calls the chip.

@@ -68,12 +68,12 @@ impl Image {
     }
 }
 
-/// What an image says of itself, and a device.
+/// Identity that an image or a device states.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Identity {
     board: String,
     firmware: [u8; 3],
-    /// 0 if it does not tell.
+    /// 0 if it has none.
     digest: u32,
 }
 

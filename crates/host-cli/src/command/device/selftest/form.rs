@@ -13,7 +13,7 @@ use haptic_selftest::SelfTestReport;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
-/// What a person does, step by step, and what ends it.
+/// Instructions for a person, step by step, and the conditions that end them.
 const BY_HAND: &str = include_str!("form.md");
 
 pub(super) fn of(report: &SelfTestReport) -> String {
@@ -54,7 +54,7 @@ fn limits(set: &Limits) -> Vec<Value> {
         ("watchdog_s", Some(1e-3 * f64::from(set.watchdog_ms)), 0.5),
     ];
     let rows = rows.map(|(key, set, most)| {
-        // What is set is in single precision.
+        // The limits set are in single precision.
         let is_tight = set.is_some_and(|set| set.abs() <= most * (1.0 + 1e-6));
         let first_time = match key.ends_with("low_m") {
             true => format!("{} or above", written(key, -most)),
