@@ -338,7 +338,7 @@ impl ExportFormat {
     }
 }
 
-/// How much of a material a text has.
+/// Part of a material that a text contains.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Card {
     /// The series, for a material whose elasticity stands elsewhere.
@@ -407,7 +407,7 @@ impl PronyFit {
         }
     }
 
-    /// What stands above the series in a whole material: its name and its elasticity.
+    /// Lines above the series of a whole material: its name and its elasticity.
     fn material(
         &self,
         format: ExportFormat,

@@ -16,7 +16,7 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use rayon::prelude::*;
 
-/// Fits `records` records, by so many independent residuals; `progress` is told of each.
+/// Fits `records` resampled records; `independent` residuals set the length of a block. Calls `progress` for each.
 pub(super) fn intervals(
     candidate: Candidate,
     target: &Target,

@@ -60,10 +60,10 @@ pub fn relative(residual: f64) -> f64 {
     libm::expm1(residual)
 }
 
-/// How often a creep that was rendered is fitted without what rendering did to it.
+/// Fits of a rendered creep record, each without the rendering that the fit before predicts.
 const RENDERINGS: usize = 3;
 const FAR_LESS: f64 = 0.25;
-/// Starts, and parameters of a model, that are enough to see how a record is to be read.
+/// Starts and parameters of a model that suffice to choose how to read a record.
 const FEW_STARTS: usize = 10;
 const FEW_PARAMETERS: usize = 4;
 
@@ -157,7 +157,7 @@ pub(super) fn identified(
     fitted.sort_by(|a, b| a.0.by_bic(&b.0));
     let fits = || fitted.iter().map(|fitted| &fitted.0);
     let Some(index) = choose(fits(), options.chosen) else {
-        // What the model with the fewest parameters needs.
+        // The error of the model with the fewest parameters.
         return Err(failed.into_iter().next().unwrap_or_else(|| {
             IdentifyError::Record("there is no model to fit: give at least one".to_owned())
         }));
@@ -291,7 +291,7 @@ pub(super) fn choose<'a>(
     if let Some(wanted) = wanted {
         return places.position(|(_, fit)| fit.kind == wanted);
     }
-    // What has come down to a simpler model, or is not settled, makes no tissue; it is taken only where there is nothing else.
+    // A fit that has degenerated to a simpler model, or is not settled, makes no tissue; it is chosen only if there is no other.
     let sound = |fit: &Fit| fit.is_settled() && fit.to_model().is_ok();
     let any = places.clone().any(|(_, fit)| sound(fit));
     let places = places.filter(|(_, fit)| !any || sound(fit));

@@ -40,7 +40,7 @@ pub struct Fit {
     /// The model's values at those of the record, in the order of
     /// [`measured`](super::Identification::measured).
     pub predicted: Vec<f64>,
-    /// So many independent residuals say as much as all do: their number for white noise, fewer for slow noise.
+    /// Effective number of independent residuals: their number for white noise, fewer for slow noise.
     pub independent: f64,
 }
 
@@ -89,10 +89,10 @@ impl Fit {
     }
 }
 
-/// What a fit says of its own errors.
+/// Numbers from which the intervals of a fit are calculated.
 #[derive(Clone, Debug)]
 pub(super) struct Certainty {
-    /// (JᵀJ)⁻¹ of the variables, 0 where one is fixed; none if the record does not settle them.
+    /// (JᵀJ)⁻¹ of the variables, 0 where one is fixed; `None` if the record does not settle them.
     spread: Option<DMatrix<f64>>,
     /// Independent residuals less free variables, at least 1.
     pub(super) freedom: f64,
@@ -102,7 +102,7 @@ pub(super) struct Certainty {
 }
 
 impl Certainty {
-    /// How the variables go with a sum of them along the valley, by the curvature, and the standard error of the sum.
+    /// Change of the variables along the valley for a unit change of a weighted sum of them, by the curvature; and the standard error of the sum.
     pub(super) fn along(&self, shares: &[f64]) -> Option<(Vec<f64>, f64)> {
         let shares = DVector::from_column_slice(shares);
         let moved = self.spread.as_ref()? * &shares;
@@ -165,7 +165,7 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
     (fit, certainty)
 }
 
-/// AIC and BIC of so many residuals and parameters, beside which the noise is one.
+/// AIC and BIC of `n` residuals and `parameters` parameters, plus one for the noise.
 pub(super) fn criteria(n: usize, sum: f64, parameters: usize) -> [f64; 2] {
     criteria_of(n, likelihood(n, sum), parameters)
 }
@@ -175,7 +175,7 @@ pub(super) fn likelihood(n: usize, sum: f64) -> f64 {
     n as f64 * libm::log((sum / n as f64).max(EXACT * EXACT))
 }
 
-/// The same of n·ln(S/n), or what stands for it.
+/// AIC and BIC from n·ln(S/n), or from the deviance of correlated noise.
 pub(super) fn criteria_of(n: usize, likelihood: f64, parameters: usize) -> [f64; 2] {
     let (count, k) = (n as f64, (parameters + 1) as f64);
     let small = 2.0 * k * (k + 1.0) / (count - k - 1.0);

@@ -28,7 +28,7 @@ use fracdiff::parameter::Shown;
 use nalgebra::{SMatrix, SVector};
 use std::ops::Range;
 
-/// How much faster or slower the tissue is at a temperature.
+/// Speed of the tissue at one temperature, relative to the reference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shift {
     /// The temperature that the record was measured at, °C.
@@ -50,7 +50,7 @@ pub struct Overlap {
     pub points: usize,
     /// Root of the mean square of their distances, in logarithms.
     pub misfit: f64,
-    /// The same of storage and loss modulus of a sweep, each at its own shift.
+    /// Misfit of storage and loss modulus of a sweep, each at its own shift.
     pub alone: Option<[f64; 2]>,
 }
 
@@ -328,7 +328,7 @@ fn levels(records: &[(f64, Record)]) -> Vec<Level> {
 /// One modulus, or both, of two neighbours.
 #[derive(Clone, Copy)]
 struct Shifted {
-    /// How far to the right the warmer one is to move onto the colder one.
+    /// Shift to the right that moves the warmer one onto the colder one.
     shift: f64,
     error: f64,
     points: usize,
@@ -455,7 +455,7 @@ impl Level {
         (sums[1] >= (OVERLAP * moduli.len()) as f64).then_some(sums)
     }
 
-    /// How far to the right the curves of another temperature are to move onto these, by some of their moduli.
+    /// Shift to the right that moves the curves of another temperature onto these, by some of their moduli.
     fn shift_to(&self, other: &Self, moduli: Range<usize>) -> Option<Shifted> {
         let ([low, high], [low_2, high_2]) = (self.ends(), other.ends());
         let mean = |s: f64| {

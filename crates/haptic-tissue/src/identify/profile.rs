@@ -38,7 +38,7 @@ const FIRST: f64 = 0.05;
 const FURTHEST: f64 = 0.15;
 /// ζ/t for a step that the pull misses.
 const STIFF: f64 = 10.0;
-/// Order by which the second spring-pot passes the first at ζ = t; a point with ten times that is none.
+/// Excess of the second spring-pot's order over the first at ζ = t; a point with ten times that is discarded.
 const ORDER_KEPT: f64 = 1e-3;
 /// The pull that keeps them in order over that which holds ψ, at least.
 const FIRM: f64 = 30.0;
@@ -96,7 +96,7 @@ pub(super) fn intervals(
         .flat_map(|parameter| [end(parameter, -1.0), end(parameter, 1.0)])
         .collect();
     for _ in 0..PASSES {
-        // What one end sees is for the others in the next pass: the result does not depend on the threads.
+        // Minima seen from one end reach the others in the next pass: the result does not depend on the threads.
         let seen: Vec<Vec<Minimum>> = (ends.par_iter_mut())
             .map(|end| profiles.pass(end))
             .collect();

@@ -360,7 +360,7 @@ impl Problem<'_> {
     }
 }
 
-/// Cosine of the angle between the residuals and a change of them that is none.
+/// Cosine of the angle between the residuals and a change of them, up to which the slope counts as 0.
 const FLAT: f64 = 1e-12;
 /// λ at first, and where no step gains anything any more.
 const DAMPING: f64 = 1e-3;

@@ -1,4 +1,4 @@
-//! How tissue stiffens, beside its memory: b of e(ε)·(exp(bε) − 1)/(bε).
+//! Stiffening of tissue beside its memory: b of e(ε)·(exp(bε) − 1)/(bε).
 //! ```text
 //! S(b) = min of S over the memory at b          b at the least S(b);  its 95 % interval: S(b) ≤ S·(1 + t²/ν),  t of Student, 97.5 %
 //! another parameter at such a b: its interval there, narrowed to √(1 − ζ²/t²),  ζ² = (S(b) − S)·ν/S;  then all of these together
@@ -179,7 +179,7 @@ const fn alone(b: f64) -> Estimate {
     }
 }
 
-/// What the interval of b says, beside the best fit of tissue that does not stiffen.
+/// Warning if the record does not settle b, or does not distinguish it from 0.
 fn said(record: &Record, best: &Fit, linear: Option<(f64, f64)>) -> Option<String> {
     let b = best.stiffening()?;
     let low = b.low_95.unwrap_or(0.0);
@@ -282,7 +282,7 @@ impl Valley<'_> {
         least.map_or(0, |least| least.0)
     }
 
-    /// Where the sum is least.
+    /// Point with the smallest sum.
     fn lowest(&self) -> &Point {
         &self.points[self.place()]
     }
@@ -325,7 +325,7 @@ impl Valley<'_> {
         }
     }
 
-    /// Where ζ is Student's t above b, or below; none if it stays below t to the end of the range.
+    /// End of the interval of b above or below it, where ζ is Student's t; `None` if it stays below t to the end of the range.
     fn end(&mut self, b: f64, limit: &Limit, above: bool) -> Option<f64> {
         let most = limit.student;
         let zeta = |point: &Point| (point.b, libm::sqrt(limit.square(point)));

@@ -84,7 +84,7 @@ impl Spectrum {
             Response::Relaxation => {
                 self.slope = (at_fast - at_slow) / (fast - slow);
                 self.constant = at_slow - self.slope * slow;
-                // Where G has all but vanished beside M, M says nothing of the tail; but it is small then.
+                // With G almost vanished beside M, M does not show the tail; but the tail is small then.
                 let (known, tail) = (form.equilibrium_pa(), self.tail());
                 let whole = known + self.modes_at(longest);
                 if tail <= SMALL_TAIL * whole {

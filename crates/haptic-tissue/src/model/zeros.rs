@@ -41,7 +41,7 @@ pub(super) fn beside_the_cut(constant: f64, first: Term, second: Option<Term>) -
     if first.power <= 2.0 / 3.0 {
         return None;
     }
-    // Where one term counts for nothing, or both have nearly the same power, two terms are a good guess.
+    // Two terms are a good guess if one of them is negligible, or both have nearly the same power.
     let sum = first.factor + second.factor;
     let middle = Term {
         factor: sum,

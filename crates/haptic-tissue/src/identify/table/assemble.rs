@@ -44,7 +44,7 @@ pub struct Columns {
 pub struct Understood {
     /// Ready to be fitted.
     pub record: Record,
-    /// How it was measured, as far as is known.
+    /// Loading of the specimen, as far as it is known.
     pub loading: MeasuredLoading,
     /// One sentence for each thing guessed or left out.
     pub notes: Vec<String>,
@@ -116,7 +116,7 @@ impl Understood {
     }
 }
 
-/// What a table cannot say of itself: the held value of a step, and the specimen.
+/// Details that a table lacks: the held value of a step, and the specimen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
     /// The kind; `None`: inferred from the columns if clear.
@@ -131,7 +131,7 @@ pub struct Reading {
     pub loading_is_told: bool,
     /// Poisson's ratio, if it is known.
     pub poisson_ratio: Option<f64>,
-    /// Where an indenter touches.
+    /// Depth at which an indenter touches.
     pub contact: ContactPoint,
     /// Length of the ramp to the held strain of a relaxation, s.
     pub ramp_time_s: Option<f64>,
@@ -142,7 +142,7 @@ pub struct Reading {
 }
 
 impl Default for Reading {
-    /// Nothing is told; forces compress a slab.
+    /// No detail is given; forces compress a slab.
     fn default() -> Self {
         Self {
             kind: None,
@@ -340,7 +340,7 @@ impl Columns {
         })
     }
 
-    /// How the record was measured: as a user said, else as the headers tell.
+    /// Loading of the specimen: as the user gives it, else as the headers do.
     fn measured(&mut self, reading: &Reading) -> Result<MeasuredLoading, IdentifyError> {
         if let Some(ratio) = reading.poisson_ratio
             && !(0.0..=INCOMPRESSIBLE).contains(&ratio)
@@ -834,7 +834,7 @@ impl Columns {
 /// Of so many rows one may be bad.
 const SKIPPED_OF: usize = 10;
 
-/// What all say, if they say the same.
+/// Value common to all; `None` if two differ or the iterator is empty.
 fn agreed<T: PartialEq>(mut all: impl Iterator<Item = T>) -> Option<T> {
     let first = all.next()?;
     all.all(|other| other == first).then_some(first)

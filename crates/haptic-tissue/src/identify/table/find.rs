@@ -37,7 +37,6 @@ pub(super) struct Block {
     pub(super) blank: Option<u64>,
 }
 
-/// What a cell holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Cell {
     Empty,
@@ -73,7 +72,7 @@ pub(super) fn is_gap(cell: &str) -> bool {
 }
 
 impl Block {
-    /// How many columns have numbers.
+    /// Number of columns with numbers.
     pub(super) fn width(&self) -> usize {
         self.numeric.len()
     }
@@ -92,7 +91,7 @@ impl Block {
         !self.numeric.contains(&place) && !self.text.contains(&place)
     }
 
-    /// How many columns the widest row has.
+    /// Number of columns up to the last that holds numbers or text.
     pub(super) fn columns(&self) -> usize {
         let last = self.numeric.last().max(self.text.last());
         last.map_or(0, |last| last + 1)

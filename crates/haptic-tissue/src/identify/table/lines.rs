@@ -8,7 +8,7 @@ pub(super) fn passed(lines: &[u64], why: &str) -> Option<String> {
     rows_named(lines).map(|rows| format!("{rows} left out, {why}"))
 }
 
-/// How many rows, and the lines of the first few; `None` without any.
+/// Number of rows, and the lines of the first few; `None` without any.
 #[must_use]
 pub fn rows_named(lines: &[u64]) -> Option<String> {
     const NAMED: usize = 5;
@@ -56,7 +56,7 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// What is wrong with a line.
+/// Error at a line of the table.
 pub(super) fn wrong(line: u64, reason: &str) -> IdentifyError {
     IdentifyError::Line {
         line,

@@ -17,7 +17,7 @@ const LEAST: usize = 3;
 const WITHIN_K: f64 = 1.0;
 const USUAL_STEPS: f64 = 5.0;
 
-/// Where the clock begins again.
+/// Rows at which the clock restarts.
 pub(super) fn restarts(clock: &[f64]) -> Vec<usize> {
     let known = clock.iter().copied().enumerate();
     let known: Vec<(usize, f64)> = known.filter(|at| at.1.is_finite()).collect();
@@ -50,7 +50,7 @@ pub(super) fn restarts(clock: &[f64]) -> Vec<usize> {
     cuts
 }
 
-/// Where the texts of a column change, if it has few of them.
+/// Rows at which the text of a column changes; empty if it changes too often.
 pub(super) fn changes(block: &Block, place: usize) -> Vec<usize> {
     let cuts: Vec<usize> = (1..block.rows.len())
         .filter(|&row| block.label(row, place) != block.label(row - 1, place))
@@ -59,7 +59,7 @@ pub(super) fn changes(block: &Block, place: usize) -> Vec<usize> {
     if few { cuts } else { Vec::new() }
 }
 
-/// Where the temperature jumps.
+/// Rows at which the temperature jumps.
 pub(super) fn jumps(temperature: &[f64]) -> Vec<usize> {
     let pairs = temperature.windows(2);
     let steps: Vec<f64> = pairs.map(|pair| (pair[1] - pair[0]).abs()).collect();

@@ -141,7 +141,7 @@ pub struct RecordColumns<const N: usize> {
 }
 
 impl<const N: usize> RecordColumns<N> {
-    /// How many rows lack a number, and the lines of the first; `None` if none does.
+    /// Number of rows that lack a number, and the lines of the first ones; `None` if all are complete.
     #[must_use]
     pub fn gaps(&self) -> Option<String> {
         rows_named(&self.gaps)
