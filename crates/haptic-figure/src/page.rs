@@ -425,7 +425,7 @@ impl Page {
     }
 }
 
-/// What a label takes that all panels share.
+/// Room for a label that all panels share.
 const fn room_of(label: &str) -> f64 {
     if label.is_empty() { 0.0 } else { SHARED_LABEL }
 }

@@ -180,7 +180,7 @@ pub(crate) fn fit(text: &str, size: u32, width: f64) -> (String, u32) {
     fit_between(text, SMALLEST_SIZE..=size, width)
 }
 
-/// The same with sizes of its own.
+/// As [`fit`], between two sizes.
 pub(crate) fn fit_between(text: &str, sizes: RangeInclusive<u32>, width: f64) -> (String, u32) {
     let least = *sizes.start();
     let fitting = sizes.rev().find(|&size| text_width(text, size) <= width);
