@@ -41,7 +41,7 @@ pub enum LiveError {
     /// The address is taken, not ours, or not reachable.
     #[error("live stream at {address}: {source}")]
     Open {
-        /// Where it should have listened.
+        /// Address to listen at, which failed.
         address: SocketAddr,
         /// The error of the system, as of a port that is taken.
         source: std::io::Error,
@@ -49,7 +49,7 @@ pub enum LiveError {
     /// The WebSocket server could not be started.
     #[error("live stream at {address}: {reason}")]
     Server {
-        /// Where it listens or should.
+        /// Address of the WebSocket server.
         address: SocketAddr,
         /// The reason in the words of the server.
         reason: String,

@@ -7,7 +7,7 @@ use super::new_file::refuse_own_source;
 use super::summary::TickCount;
 use super::{Condition, Entry, Leftover, LogFiles, NewFile, RecordError, TickMessage};
 
-/// How much of a log an export found.
+/// Rows of an export, and the condition of its log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExportSummary {
     /// Rows of data; the header does not count.
@@ -66,7 +66,7 @@ pub fn export_csv(
     Ok(summary)
 }
 
-/// The same into any sink; `name` is its name in messages.
+/// As [`export_csv`], into any sink; `name` is its name in messages.
 ///
 /// # Errors
 /// If the log cannot be read, or the sink fails.

@@ -62,7 +62,7 @@ pub enum Leftover {
 }
 
 impl Leftover {
-    /// What the name of an unfinished file ends with: of those that can be made again nobody knows another's.
+    /// Suffix of an unfinished file; one that can be made again gets a number, so that no two have the same name.
     fn suffix(self) -> String {
         match self {
             Self::Keep => ".part".to_owned(),

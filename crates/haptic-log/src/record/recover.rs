@@ -69,7 +69,7 @@ fn missing(count: &TickCount, condition: &Condition) -> Vec<String> {
         ));
     }
     match count.last {
-        // What is missing after the last tick is counted above.
+        // The samples missing after the last tick are counted above.
         Some(_) if condition.complete || count.end.is_some() => {}
         Some((tick, last_s)) => sentences.push(format!(
             "whatever came after tick {tick} at {last_s} s is not in it"

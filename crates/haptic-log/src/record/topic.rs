@@ -109,7 +109,7 @@ impl Topic {
         })
     }
 
-    /// The same into the new file `target`.
+    /// As [`write_csv`](Self::write_csv), into the new file `target`.
     ///
     /// # Errors
     /// If the target exists without `overwrite` or cannot be written.

@@ -28,7 +28,7 @@ const ELEMENTS_MOST: usize = 64;
 /// Bytes behind the last field that some writers leave: they fill up to a multiple of four.
 const PADDING_MOST: usize = 3;
 
-/// How to read the messages of a channel.
+/// Decoder of the messages of a channel.
 #[derive(Debug)]
 enum Decoder {
     /// The layout, and the names of its numbers.

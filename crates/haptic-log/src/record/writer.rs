@@ -174,7 +174,7 @@ impl<W: Write + Seek> LogWriter<W> {
         self.metadata(CLOCK, start.metadata())
     }
 
-    /// The same without metadata, for a copy that has them already.
+    /// As [`starts_at`](Self::starts_at), for a copy that already has the metadata.
     pub(super) const fn dated(&mut self, start: StartTime) {
         self.start_ns = start.since_1970_ns();
     }
