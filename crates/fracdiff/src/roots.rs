@@ -106,7 +106,7 @@ impl Polynomial<'_> {
             }
             for k in 0..places.len() {
                 let z = places[k];
-                // What is beyond all numbers stays there.
+                // A root whose size is zero, subnormal or not finite stays there.
                 if !moves[k] || !z.norm().is_normal() {
                     moves[k] = false;
                     continue;
@@ -160,7 +160,7 @@ fn inverse(z: Complex<f64>) -> Complex<f64> {
     }
 }
 
-/// p'/p, and if p is 0 there, to what can be told.
+/// p'/p, and true if p is 0 there within rounding.
 fn pulled(coefficients: &[f64], z: Complex<f64>) -> (Complex<f64>, bool) {
     let (mut value, mut slope) = (Complex::new(0.0, 0.0), Complex::new(0.0, 0.0));
     let (mut size, length) = (0.0, z.norm());

@@ -205,7 +205,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         self.error_bound = self.largest_error(weights);
     }
 
-    /// The same for swings of about `step` in ln j.
+    /// Takes the given modes and measures them, for swings of about `step` in ln j.
     #[cfg(feature = "std")]
     pub(super) fn refill(&mut self, core: Core, modes: &[Mode], step: f64) {
         self.take(modes.iter().copied());
@@ -229,7 +229,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         self.largest_error(lags.map(|lag| (lag, weight(lag))))
     }
 
-    /// The same from lags and their weights.
+    /// Largest relative error over pairs of lag and weight, raised as in [`measure`](Self::measure).
     fn largest_error(&self, weights: impl Iterator<Item = (f64, f64)>) -> f64 {
         let worst = weights
             .map(|(lag, want)| relative_error(self.mode_sum(lag), want))
