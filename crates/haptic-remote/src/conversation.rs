@@ -29,9 +29,9 @@ pub enum Incoming {
         /// Reason of the device.
         refusal: Refusal,
     },
-    /// Something that was not asked for: samples, events, faults.
+    /// Unrequested: samples, events, faults.
     Told(Report),
-    /// The same, and the first that is heard of a run whose start was asked for: the start was taken, even if its answer is lost.
+    /// As [`Told`](Self::Told), and the first of a run whose start was requested: the start was accepted, even if its answer is lost.
     Begun(Report),
     /// An answer to a keep-alive.
     Alive {
@@ -58,7 +58,7 @@ struct Outstanding {
     /// Numbers under which it was sent; the newest last.
     sequences: heapless::Vec<u32, { TRIES as usize }>,
     sent_us: u64,
-    /// What had come when it was sent for the second time: what was on its way when it was sent first says nothing of the device.
+    /// Counters when it was sent for the second time: frames already under way at the first sending prove nothing about the device.
     before: Option<LineCounters>,
 }
 

@@ -102,7 +102,7 @@ impl Holding {
 }
 
 impl<S> Prepared<S> {
-    /// The same with a controller in the place of its law; `values` are its coefficients, `digest` that of all.
+    /// Replaces the law by a controller; `values` are its coefficients, and `digest` covers all.
     #[inline(never)]
     pub(crate) fn holding(
         self,

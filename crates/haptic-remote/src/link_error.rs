@@ -65,7 +65,7 @@ pub enum LinkError {
         /// Time that was waited in vain, ms.
         waited_ms: u64,
     },
-    /// Samples stopped for this long although the device answers; it was told to let go.
+    /// Samples stopped for this long although the device answers; it was ordered to let go.
     #[error(
         "no sample for {waited_ms} ms, though the device answers: close other programs on this machine, or use a better line"
     )]
@@ -82,7 +82,7 @@ pub enum LinkError {
     /// Stopped before any sample came.
     #[error("stopped without a sample: check the device, then start again")]
     Stopped,
-    /// An impossible sample. The device was told to let go.
+    /// An impossible sample. The device was ordered to let go.
     #[error(
         "the device reported something impossible, {0}, and was ordered to let go: check its sensor and firmware"
     )]

@@ -174,7 +174,7 @@ impl SerialLink {
         check_keys(&keys, self.capabilities.axes, self.hello.firmware)?;
         let (configuration, _) = self.configuration()?;
         self.ticks_every(configuration.tick_period_us);
-        // Old samples and notices are none of this session.
+        // Old samples and notices do not belong to this session.
         while self.heard.try_recv().is_ok() {}
         Ok(())
     }

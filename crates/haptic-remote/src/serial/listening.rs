@@ -1,11 +1,11 @@
-//! The listening side of a line: one host at a time, the others are told so.
+//! Listening side of a line: one host at a time, the others get a notice.
 //!
 //! ```text
 //! comes ─▶ stranger ─ greets ─▶ waiting ─▶ present ─▶ gone
 //!              └ one of too many, or speaks of something else: dropped      └ refused while the present one speaks
 //! ```
-//! A stranger keeps nobody out: all of them are listened to, and the first that greets is served, with every byte that it
-//! has said.
+//! A stranger does not block others: the device listens to all of them, and serves the first that greets, with every byte that it
+//! has sent.
 
 use super::line::{Line, lock};
 use super::socket::{Stream as _, prompt, set_patience};

@@ -15,7 +15,7 @@ use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
 use std::vec::Vec;
 
-/// What a run may need besides its configuration and coefficients.
+/// Optional parts of a run besides its configuration and coefficients.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Beside<'a> {
     /// A workspace of its own for each axis of a device of several.
@@ -121,7 +121,7 @@ impl SerialLink {
             self.controller_cost()?;
         }
         self.set_within(configuration, values, beside, Scope::Run)?;
-        // Whoever runs within a limit is to be told of no force beyond it.
+        // During the run, a reported force beyond its limit is impossible.
         self.plausible.force_most_n = configuration.limits.force_n;
         Ok(())
     }

@@ -157,21 +157,21 @@ impl SerialLink {
         heard
     }
 
-    /// The end of a run whose sample cannot be. The device is told to let go before anything else is done.
+    /// The end of a run with an impossible sample. The device is ordered to let go before anything else is done.
     fn judged(&mut self, heard: &Heard) -> Option<Heard> {
         self.running?;
         let sample = match heard {
             Heard::Sample(sample) => sample,
             Heard::Event(event) => {
                 if event.kind == EventKind::Started {
-                    // What came before it is of the time before the run.
+                    // Earlier samples date from before the run.
                     self.plausible.begin(self.period_us());
                 }
                 return None;
             }
             Heard::Fault(_) | Heard::Over(_) => return None,
         };
-        // A device in a fault says itself that its samples are none.
+        // A device in a fault flags its own samples as invalid.
         let in_fault = |axis: &BatchItem| axis.limiters & Limiters::FAULT.bits() != 0;
         if sample.axes.iter().any(in_fault) {
             return None;
@@ -301,7 +301,7 @@ impl SerialLink {
     }
 }
 
-/// An element an axis; 0 where there is none.
+/// One element for each axis; 0 where it is missing.
 fn of_axes(mut elements: impl Iterator<Item = f32>) -> [f32; AXES_MAX] {
     core::array::from_fn(|_| elements.next().unwrap_or(0.0))
 }

@@ -51,8 +51,8 @@ impl Served {
         Self::serve(hardware, Moment::now, None)
     }
 
-    /// The same for emulated hardware: its clock follows its ticks and is never more than a period
-    /// past the last. So on a busy machine the device runs slowly but is never late.
+    /// Serves emulated hardware: its clock follows its ticks and is never more than a period
+    /// past the last. On a busy machine the device runs slowly but is never late.
     ///
     /// # Errors
     /// As [`start`](Self::start).
@@ -63,7 +63,7 @@ impl Served {
         Self::serve(hardware, Moment::now, Some(time))
     }
 
-    /// The same with this clock, or in its own time.
+    /// Serves hardware with this clock, or in its own time.
     ///
     /// # Errors
     /// As [`start`](Self::start).
@@ -204,7 +204,7 @@ impl<H: ServedHardware<D>, const D: usize> Serving<H, D> {
         let _ = self.line.set_patience(left.saturating_sub(SPIN));
         let count = match self.line.read(&mut bytes) {
             Ok(0) => {
-                // Nobody is there any more: the watchdog sees to it, until the end is told.
+                // The host has gone: the watchdog takes over until this thread is stopped.
                 std::thread::sleep(left.saturating_sub(SPIN));
                 0
             }
