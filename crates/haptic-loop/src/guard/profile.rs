@@ -110,9 +110,9 @@ pub(super) struct Profile<F> {
     variance: Form<F>,
     /// (1/4ρb)·∫a² over a sample, of f and r.
     whole_cost: Form<F>,
-    /// The same over the last hT of a sample.
+    /// As `whole_cost`, over the last hT of a sample.
     late_cost: Form<F>,
-    /// The same from a command f on, all later ones being zero, of f and a.
+    /// (1/4ρb)·∫a² from a command f on, all later ones being zero, of f and a.
     command_cost: Form<F>,
 }
 
@@ -255,7 +255,7 @@ pub(super) fn dot<F: Real, const D: usize>(left: &SVector<F, D>, right: &SVector
 pub(crate) struct GuardState<F, const D: usize> {
     /// E is this and `rest`.
     energy: F,
-    /// What rounding took from `energy`, and what was spent since the last sample, J.
+    /// Rounding error of `energy`, and energy spent since the last sample, J.
     rest: F,
     /// The energy still to be paid for noise, J.
     pub(super) owed: F,

@@ -54,7 +54,7 @@ impl Default for FacingContact {
 pub struct FacingConfig {
     /// Both devices, in the order of [`FacingSide`]. Their sample times are those of whoever commands them; here time is continuous.
     pub devices: [MassDamperConfig; 2],
-    /// What is between their tips, one-sided.
+    /// One-sided contact between their tips.
     pub contact: FacingContact,
 }
 

@@ -1,4 +1,4 @@
-//! What a loop asks of a system: a clock that waits; and how a system refuses.
+//! Services that a loop needs from a system: a clock that waits; and how a system refuses.
 
 use std::time::Duration;
 use thiserror::Error;
