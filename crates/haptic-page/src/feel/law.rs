@@ -26,7 +26,7 @@ pub(crate) type Felt = Pushing<Wall<f64, Operator<f64>>>;
 /// It, while it may change.
 pub(crate) type FadingFelt = Fading<Felt>;
 
-/// What is felt, with the verdict that let it run.
+/// Settings of a felt law, with the verdict that let it run.
 #[derive(Clone, Debug)]
 pub(crate) struct JudgedFeel {
     pub(crate) settings: FeelSettings,

@@ -276,7 +276,7 @@ impl FeelSettings {
         limits(Kilograms(self.device.values.mass_kg), samples as u32, t)
     }
 
-    /// What a log holds of it; of a wall also the experiment file, so that it can be run and felt again.
+    /// Metadata for a log; of a wall also the experiment file, so that it can be run and felt again.
     fn metadata(&self) -> BTreeMap<String, String> {
         let thing = match &self.environment {
             FeltThing::Tissue(name) => name,

@@ -50,7 +50,7 @@ pub(super) struct Ticked {
     pub(super) fresh: bool,
 }
 
-/// What others may read at any time, and the wish to stop.
+/// Counts that others may read at any time, and the wish to stop.
 #[derive(Debug, Default)]
 pub(super) struct LoopCounts {
     pub(super) made: AtomicU64,
@@ -90,7 +90,7 @@ struct Looping<'a> {
 type Working<'a> =
     Engaged<f64, 1, FadingFelt, &'a mut HeldDevice, &'a mut Controller<f64, 1, FadingFelt>>;
 
-/// Runs the loop until it is told to end or nobody gives orders any more. When it returns, the force is zero.
+/// Runs the loop until an order ends it or nobody gives orders any more. When it returns, the force is zero.
 pub(super) fn run(
     controller: &mut Controller<f64, 1, FadingFelt>,
     device: &mut HeldDevice,
@@ -162,7 +162,7 @@ impl Looping<'_> {
                     self.hand_back();
                 }
                 LoopOrder::Arm(ready, stops) => self.arm(engaged, ready, stops),
-                // What was asked for before a stop comes behind it here.
+                // A request to go on from before a stop arrives behind it here.
                 LoopOrder::Pause(paused) => self.paused = paused && !self.stopping,
             }
         }

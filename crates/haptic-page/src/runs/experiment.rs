@@ -67,7 +67,7 @@ fn run(
     })
 }
 
-/// What the page draws of a run.
+/// The part of a run that the page draws.
 fn shown(curves: &Curves) -> Value {
     match &curves.drawing {
         Drawing::Theory(theory) => {

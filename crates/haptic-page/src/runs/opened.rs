@@ -103,7 +103,7 @@ impl Opened {
         })
     }
 
-    /// What `runs.open` answers.
+    /// The answer to `runs.open`.
     pub(super) fn answer(&self) -> Value {
         let summary = &self.summary;
         let metadata = summary.metadata.iter();
@@ -133,7 +133,7 @@ fn no_sample(name: &str) -> Failure {
 
 const PIECE: usize = 1 << 16;
 
-/// What a table is to hold.
+/// Contents of a table.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TableRequest {

@@ -1,7 +1,7 @@
 //! The questions of a page's panels: of each panel the newest counts.
 //!
 //! One is worked on at a time, beside the reactor. A newer one gives up the one before it: one that waits is refused at
-//! once, and an identification that is worked on is told to end. So a slider that is dragged never queues.
+//! once, and a running identification is stopped. So a slider that is dragged never queues.
 
 use super::hub::blocking;
 use super::request::{Panel, Question, Turn};
