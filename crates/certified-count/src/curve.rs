@@ -18,7 +18,7 @@ pub struct Sample {
     pub theta: f64,
     /// F there, off by no more than `noise`.
     pub value: Complex<f64>,
-    /// |F| relative to what its closeness is told in.
+    /// |F| over the scale in which its closeness is reported.
     pub size: f64,
     /// |F| up to which it counts as 0: at least the rounding error of the value.
     pub noise: f64,
@@ -64,10 +64,10 @@ pub trait Curve {
     /// All that is known between two nodes.
     type Span;
 
-    /// What is known at an angle.
+    /// The node at this angle.
     fn node(&self, theta: f64) -> Self::Node;
 
-    /// What is known between two nodes.
+    /// The span between these two nodes.
     fn span(&self, a: &Self::Node, b: &Self::Node) -> Self::Span;
 
     /// F at a node.
