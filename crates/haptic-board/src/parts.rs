@@ -1,4 +1,4 @@
-//! What a board is: the parts of its chip that a device needs.
+//! Interface to a board: the parts of its chip that a device needs.
 
 /// The timer whose interrupt is the tick.
 pub trait TickTimer {

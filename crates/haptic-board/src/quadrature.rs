@@ -83,7 +83,7 @@ impl Quadrature {
         followed
     }
 
-    /// The same behind so many samples.
+    /// As [`take`](Self::take), behind `before_them` samples.
     #[inline]
     fn follow(&mut self, samples: u32, number: u32, before_them: u32) -> Result<(), Fault> {
         let mut followed = Ok(());
@@ -126,7 +126,7 @@ impl Quadrature {
     #[inline]
     pub fn take_ring(&mut self, ring: &[AtomicU8], end: usize) -> Result<(), Fault> {
         let (mut followed, mut taken) = (Ok(()), self.samples);
-        // Where the ring has just come round, the place behind its last byte is its beginning.
+        // An end at the length of the ring is its beginning.
         let end = end.checked_rem(ring.len()).unwrap_or(0);
         let parts = match core::mem::replace(&mut self.next, end) {
             next if next <= end => [next..end, 0..0],
