@@ -95,7 +95,7 @@ impl LineSide {
         }
     }
 
-    /// Writes the next frame for the host into `frame` and returns its length; 0 if there is none.
+    /// Writes the next frame for the host into `frame` and returns its length; 0 if no frame waits.
     pub fn next(&mut self, frame: &mut [u8; FRAME_MAX]) -> usize {
         let Ok(mut report) = self.reports.pop() else {
             return 0;
