@@ -25,7 +25,7 @@ pub trait AtLine {
     fn receive(&mut self, byte: u8, now_us: u64, out: &mut Vec<u8>);
 }
 
-/// What a line did to the bytes of both ways.
+/// Damage that a line did to the bytes of both directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Damage {
     /// Damage to requests; the device answers only those that arrive intact.

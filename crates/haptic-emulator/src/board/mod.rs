@@ -167,7 +167,7 @@ fn run<H: Hardware<D>, const D: usize, const N: usize>(
 
 struct Emulator<H: Hardware<D>, const D: usize> {
     boards: Vec<EmulatedBoard<H, D>>,
-    /// What came over the line of which board.
+    /// Bytes that arrived, with the index of their board.
     arriving: Receiver<(usize, Vec<u8>)>,
     clock: HeldClock,
     speed: f64,
@@ -195,7 +195,7 @@ impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
         for board in &mut self.boards {
             board.hear(now_us);
         }
-        // What was heard may have changed its period.
+        // A request may have changed its period.
         let next_us = self.boards[next].next_us();
         if now_us >= next_us {
             self.clock.ticked_us = next_us;

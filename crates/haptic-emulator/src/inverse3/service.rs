@@ -9,7 +9,7 @@ const GRIP_ID: &str = "1102";
 /// Silence after which a force ends, µs.
 pub const SILENCE_US: u64 = 100_000;
 
-/// What the service did since it was started.
+/// Counts of the service since its start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Counted {
     /// WebSocket connections that were made.

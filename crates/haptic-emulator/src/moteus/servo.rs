@@ -175,7 +175,7 @@ impl EmulatedServo {
             };
             if register == Register::Mode.address() {
                 commanded = Mode::try_from(value.to_i32() as u8).ok();
-                // What a frame does not name is at its default.
+                // Registers that a frame omits are at their default.
                 self.registers = Registers::default();
             } else if register == Register::SetOutputExact.address()
                 || register == Register::SetOutputNearest.address()
