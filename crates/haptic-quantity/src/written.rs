@@ -95,7 +95,7 @@ impl WrittenUnit {
     pub fn number(&self, value: f64) -> String {
         let plain = self.symbol.is_empty();
         match (value - 1.0).abs() {
-            // How far a ratio is from 1 is what it says.
+            // Near 1, the digits that count are those of the distance from 1.
             off if plain && off > 0.0 && off < 1e-2 => {
                 let decimals = (1.0 - off.log10()).ceil().min(15.0) as usize;
                 // Of 0.99 the first decimal is the first digit.
