@@ -1,11 +1,11 @@
-//! Who is at the other end: greeting, frames, and what does not belong to this connection.
+//! The peer at the other end: greeting, frames, and those that do not belong to this connection.
 
 use haptic_link::{
     Architecture, Direction, EncodeError, HandHello, HandMessage, HandSample, HandSide, Header,
     LineCounters, PROTOCOL_VERSION, Receiver, encode,
 };
 
-/// What this side is, for the other to agree with.
+/// Description of this side, for the other to agree with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Introduction {
     /// The hand of this side: the two must differ.
