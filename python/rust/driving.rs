@@ -26,7 +26,7 @@ static LET_GO: Condvar = Condvar::new();
 
 #[derive(Debug)]
 struct Driven {
-    /// What stops each run.
+    /// Flag that stops each run.
     runs: Vec<Arc<AtomicBool>>,
     heard: BTreeSet<c_int>,
 }

@@ -29,7 +29,7 @@ use std::time::Duration;
 ///     ``grunwald:N``, ``muir:N``, ``tustin-muir:N``, ``oustaloup:N:LOW_HZ:HIGH_HZ``, ``full[:TOLERANCE]``,
 ///     ``piecewise-linear[:TOLERANCE]`` or ``full-bdf2[:TOLERANCE]``.
 /// horizon : float, default 3600
-///     How long the stream may last in s, for the schemes with a tolerance: up to there it holds.
+///     Longest duration of the stream in s, for the schemes with a tolerance: up to there it holds.
 ///
 /// Raises
 /// ------
@@ -69,7 +69,7 @@ pub(crate) struct PyOperator {
 /// The arguments that make an operator.
 type Recipe = (f64, f64, String, f64);
 
-/// What pickling keeps beside the arguments: the history as bytes, and the reference.
+/// State for pickling beside the arguments: the history as bytes, and the reference.
 type State<'py> = (Bound<'py, PyBytes>, f64);
 
 /// Samples in, outputs in their place, until it is to stop.
@@ -191,7 +191,7 @@ impl PyOperator {
             py.detach(|| axis.process(&mut samples));
             return Ok(samples.into_pyarray(py));
         }
-        // What is interrupted leaves the operator as it was.
+        // An interruption leaves the operator as it was.
         let mut axis = self.axis.clone();
         let (axis, samples) = heard(py, about, move |conduct| {
             run_unless(conduct, &mut axis, &mut samples);
@@ -295,7 +295,7 @@ impl PyOperator {
         self.scheme.to_string()
     }
 
-    /// How long the stream may last in s.
+    /// Longest duration of the stream in s.
     #[getter]
     fn horizon(&self) -> f64 {
         self.horizon
