@@ -77,7 +77,7 @@ pub trait Curve {
     fn path(&self, a: &Self::Node, b: &Self::Node, span: &Self::Span) -> f64;
 
     /// Counts the zeros in |w| < 1 from the turn of F up to a first node, rad, and the ways from there to π, each with the node at its end. Halves
-    /// a way where it has to. None if some |F| is no more than its noise.
+    /// a way where it has to. `None` if some |F| is no more than its noise.
     fn count<'a>(
         &self,
         begin: &'a Self::Node,
@@ -110,7 +110,7 @@ pub trait Curve {
 struct Walk<'a, C> {
     curve: &'a C,
     winding: Winding,
-    /// F was 0, or too near to it to tell.
+    /// F was 0, or within its noise of 0.
     touched: bool,
 }
 

@@ -40,7 +40,7 @@ const STEPS: usize = 60;
 const KNOWN: f64 = 1e-12;
 /// Remainder of a delay, as a share of it, up to which a zero is met.
 const MET: f64 = 1e-9;
-/// The verdicts so near a zero, as a share of it, must differ.
+/// Distance from a zero, as a share of it, at which the verdicts on both sides must differ.
 const BESIDE: f64 = 1e-7;
 
 /// Verdict on the delays with one fractional part of a sample.
