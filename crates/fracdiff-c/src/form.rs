@@ -254,7 +254,7 @@ fn fading(plain: usize, count: usize) -> String {
     functions
 }
 
-/// The step for so many modes, the first of them without a carry.
+/// The step for `count` modes, the first `plain` of them without a carry.
 fn step<F: CNumber>(tapped: bool, plain: usize, count: usize) -> String {
     let (take_due, first_due) = match tapped {
         true => (DUE, "self->due[0]"),
