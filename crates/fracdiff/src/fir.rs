@@ -30,7 +30,7 @@ fn dot<F: Real>(taps: &[F], samples: &[F]) -> F {
 /// Adds the rest, fifteen products at most, and all lanes.
 #[inline]
 fn finish<F: Real>(mut lanes: [F; LANES], taps: &[F], samples: &[F]) -> F {
-    // The rest goes on in the lanes where the blocks ended: fifteen additions side by side, not in a row.
+    // The rest continues in the lanes where the blocks ended: fifteen additions side by side, not in a row.
     if cfg!(target_arch = "arm") {
         for (lane, (&tap, &sample)) in lanes.iter_mut().zip(taps.iter().zip(samples)) {
             *lane += tap * sample;

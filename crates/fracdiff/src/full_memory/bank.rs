@@ -146,7 +146,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
         },
     };
 
-    /// Of g, d and W of at most MODES modes, behind so many differences (> 0) or before so many sums (< 0); without corrections.
+    /// From g, d and W of at most MODES modes, behind `integer` differences (> 0) or before −`integer` sums (< 0); without corrections.
     pub(crate) fn of_modes(
         rate: f64,
         direct: f64,

@@ -22,7 +22,7 @@ pub enum DesignError {
     TooManyModes {
         /// Modes that the tolerance takes.
         needed: usize,
-        /// The design has room for so many: the constant MODES.
+        /// Room of the design, in modes: the constant MODES.
         room: usize,
     },
     /// The tolerance cannot be reached in double precision.
@@ -212,7 +212,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         self.error_bound = self.measure(|lag| core.weight(lag), step);
     }
 
-    /// Takes the given modes, as many as there is room for.
+    /// Takes the given modes, as far as there is room.
     fn take(&mut self, modes: impl Iterator<Item = Mode>) {
         self.modes = [Mode::default(); MODES];
         self.count = 0;

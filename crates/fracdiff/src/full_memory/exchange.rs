@@ -109,7 +109,7 @@ impl<'a> Exchange<'a> {
         .collect()
     }
 
-    /// Solutions of ever more modes until `enough` says so of the modes and the narrowest swing of their error; false if that is never.
+    /// Adds modes until `enough` accepts the modes and the narrowest swing of their error; false if it never does.
     pub(super) fn until(
         mut self,
         tolerance: f64,
@@ -143,7 +143,7 @@ impl<'a> Exchange<'a> {
         false
     }
 
-    /// As a start for so many modes.
+    /// Spreads the modes to a start for `count` modes.
     fn stretch(&mut self, count: usize) {
         // ln s, and the density w/h over it, at as many places in the same span.
         let spacing = |rates: &[f64]| -> Vec<f64> {

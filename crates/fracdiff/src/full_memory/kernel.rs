@@ -152,7 +152,7 @@ pub(super) struct Grid {
     pub(super) step: f64,
     /// Fastest node that still counts at the first lag after the taps.
     first: i32,
-    /// Slowest node kept by itself; all slower ones are lumped.
+    /// Slowest node kept separately; all slower ones are lumped.
     last: i32,
 }
 

@@ -26,7 +26,7 @@ pub trait Memory {
     fn density(&self, rate: f64) -> f64;
 
     /// ∫₀^s ρ ds, all that is slower than a rate s, for rates that are next to nothing; `None` to have it found by quadrature,
-    /// which sees no rate below e^(−690) and goes on from there as a power law.
+    /// which sees no rate below e^(−690) and extrapolates from there by a power law.
     fn slower(&self, rate: f64) -> Option<f64> {
         let _ = rate;
         None
