@@ -11,9 +11,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// A read waits so long: the device moves on in steps of it at least.
+/// Longest wait of a read: the device advances at least once in this time.
 const PATIENCE: Duration = Duration::from_millis(1);
-/// Pause while nobody has the port open.
+/// Pause while no host has the port open.
 pub(crate) const NOBODY: Duration = Duration::from_millis(5);
 
 /// A device without hardware that takes bytes and answers in bytes. Time is an argument, µs.

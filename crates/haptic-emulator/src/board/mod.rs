@@ -300,7 +300,7 @@ impl<H: Hardware<D>, const D: usize> EmulatedBoard<H, D> {
     fn tick(&mut self, hurried: bool) {
         self.ticked_us = self.next_us();
         let mut device = self.device.borrow_mut();
-        // A host lives in real time, so that is what its silence is measured in.
+        // A host lives in real time, so its silence is measured in real time.
         let watchdog_ms = device.configuration().0.limits.watchdog_ms;
         let silent = self.heard.elapsed() > Duration::from_millis(u64::from(watchdog_ms));
         if hurried && !silent {
@@ -408,7 +408,7 @@ impl<H: Hardware<D, Setup: FitsDevice>, const D: usize> Hardware<D> for Embodied
     }
 }
 
-/// Hands over what comes, until nobody takes it.
+/// Hands over arriving bytes, until they are no longer taken.
 fn read(mut port: Box<dyn Line>, taken: impl Fn(Vec<u8>) -> bool, over: &AtomicBool) {
     let mut bytes = [0; 1024];
     while !over.load(Ordering::Relaxed) {

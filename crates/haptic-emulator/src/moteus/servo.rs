@@ -210,7 +210,7 @@ impl EmulatedServo {
             self.turned_since_us.get_or_insert(self.now_us);
         }
         let asked = self.registers.command(Register::CommandTimeout);
-        // 0 is the servo's own time, and no number stands for none.
+        // Both 0 and NaN stand for the servo's default time.
         let time_s = if asked > 0.0 {
             asked
         } else {
