@@ -216,13 +216,13 @@ fn step_above(value: f64) -> f64 {
     step.unwrap_or(10.0) * decade
 }
 
-/// Up to so many decades each has its label; beyond, every other one.
+/// Most decades that each have a label; beyond, every other one.
 const LABELLED_DECADES: f64 = 8.0;
-/// Up to so many decades 2 and 5 times each power of ten have a label too.
+/// Most decades in which 2 and 5 times each power of ten have a label too.
 const FINE_DECADES: f64 = 3.0;
 /// Decades whose ticks are written in plain digits, 0.001 to 10000.
 const PLAIN_DECADES: std::ops::RangeInclusive<i32> = -3..=4;
-/// About so many ticks on a linear axis.
+/// Approximate number of ticks on a linear axis.
 const LINEAR_TICKS: f64 = 5.0;
 /// A decade shorter than this, px, has no small ticks.
 const NARROWEST_DECADE: f64 = 18.0;

@@ -16,7 +16,7 @@ use crate::{FigureError, Picture};
 const MOST_PANELS: usize = 26;
 /// More columns would leave no room for the boxes.
 const MOST_COLUMNS: usize = 5;
-/// Height of the boxes of a page with so many columns, px; their widths are about 760, 330, 200, 150 and 110.
+/// Height of the boxes of a page by its number of columns, px; their widths are about 760, 330, 200, 150 and 110.
 const BOX_HEIGHTS: [f64; MOST_COLUMNS] = [400.0, 262.0, 176.0, 140.0, 118.0];
 /// Space above the box of a single panel without a caption.
 const TOP_WITHOUT_CAPTION: f64 = 16.0;
@@ -357,7 +357,7 @@ impl<'a> Series<'a> {
         }
     }
 
-    /// The form of its look, or of the look so many `further` in line.
+    /// The form of its look, or of the look `further` places down the line.
     fn form(&self, further: usize, sizes: Sizes) -> Form {
         // Of which dash or shape the look begins.
         let first = match self.look {

@@ -14,7 +14,7 @@ pub enum FigureError {
         /// Number of samples given; none of them can be shown.
         samples: usize,
     },
-    /// A page has no letters for so many panels.
+    /// A page has no letters for this many panels.
     #[error("{found} panels on one page; at most {most} fit")]
     Panels {
         /// Panels that the page was asked for.

@@ -35,7 +35,7 @@ pub(crate) struct Frame {
     pub(crate) height: f64,
     pub(crate) edges: BoxEdges,
     pub(crate) sizes: Sizes,
-    /// Each curve has about so many points.
+    /// Approximate number of points of each curve.
     pub(crate) most_points: usize,
 }
 
