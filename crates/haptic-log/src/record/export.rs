@@ -60,7 +60,7 @@ pub fn export_csv(
     let mut reader = LogFiles::open(source)?;
     let (new_file, file) = NewFile::create(target, Leftover::Discard, overwrite)?;
     let summary = write_rows(&mut reader, BufWriter::new(file), target)?;
-    // Nor over one of the files that it goes on in.
+    // Nor may it replace one of the log's later files.
     (reader.read.iter()).try_for_each(|file| refuse_own_source(file, target))?;
     new_file.publish()?;
     Ok(summary)

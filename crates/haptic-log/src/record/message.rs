@@ -103,7 +103,7 @@ pub(crate) trait LogMessage: Sized {
 #[derive(Clone, Debug)]
 pub(crate) struct Layout<S> {
     fields: Vec<Field<S>>,
-    /// False if fields follow whose type is not defined, so that nobody knows their length.
+    /// False if fields of an undefined type follow, whose length is unknown.
     is_whole: bool,
     encoding: Encoding,
 }
@@ -145,7 +145,7 @@ pub(crate) enum Item<'a> {
 /// Definitions that stand in one schema: the message's own, without a name, and those of other types.
 struct Definitions<'a> {
     parts: Vec<(&'a str, Vec<&'a str>)>,
-    /// Fields that may still be made: a type that holds itself would go on for ever.
+    /// Fields that may still be made: a type that holds itself would never end.
     left: Cell<usize>,
     encoding: Encoding,
 }

@@ -80,7 +80,7 @@ pub enum Damage {
         /// Found in place of a record, in words.
         cause: String,
     },
-    /// The file that the log goes on in is not there, or not one of its own.
+    /// The next file of the log is missing, or belongs to another.
     #[error("the log goes on in `{}`, which {why}; files after it are read by their own names", .file.display())]
     Next {
         /// The file that the one before it names.

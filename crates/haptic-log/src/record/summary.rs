@@ -271,7 +271,7 @@ pub struct LogSummary {
 }
 
 impl LogSummary {
-    /// Why the log is not whole, a few words each; none if it is.
+    /// Reasons why the log is not whole, a few words each; empty if it is.
     #[must_use]
     pub fn reasons(&self) -> Vec<String> {
         let mut reasons = self.damage.clone();
@@ -322,7 +322,7 @@ impl LogSummary {
     }
 }
 
-/// The reason why a log with so many of them is not in order.
+/// The reason why a log with `ticks` ticks out of order is not whole.
 pub(super) fn out_of_order(ticks: u64) -> String {
     format!("{ticks} ticks come twice, or too late to be sorted")
 }
@@ -420,7 +420,7 @@ pub struct Skimmed {
     pub complete: bool,
 }
 
-/// Reads one file of a log without unpacking a sample, and no more than so many bytes of it: for a list of many.
+/// Reads one file of a log without unpacking a sample, at most `most_bytes` of it: for a list of many.
 ///
 /// # Errors
 /// If the file cannot be read or is not MCAP.

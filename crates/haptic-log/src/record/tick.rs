@@ -212,7 +212,7 @@ impl Column {
     }
 }
 
-/// Name of a field on one of so many axes: `contact_force_x_n` of `contact_force_n`, if it is not the only one.
+/// Name of a field on one of `axes` axes: `contact_force_x_n` of `contact_force_n`, if it is not the only one.
 #[must_use]
 pub fn column_name(field: &str, axis: usize, axes: usize) -> String {
     match field.rsplit_once('_') {
@@ -248,7 +248,7 @@ impl TickMessage {
         self.position_m.len()
     }
 
-    /// Columns of a table of ticks with so many axes, 1 to 3, in order.
+    /// Columns of a table of ticks with `axes` axes, 1 to 3, in order.
     #[must_use]
     pub fn columns(axes: usize) -> Vec<Column> {
         let of = |field: &Field| {

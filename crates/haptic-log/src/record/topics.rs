@@ -22,7 +22,7 @@ use std::collections::{BTreeMap, HashMap};
 /// The layout of a message, with the number of each field.
 type Layout = super::message::Layout<usize>;
 
-/// Elements of an array that are columns: of a picture or a scan nobody wants each.
+/// Most elements of an array that become columns: a picture or a scan has too many.
 const ELEMENTS_MOST: usize = 64;
 
 /// Bytes behind the last field that some writers leave: they fill up to a multiple of four.
