@@ -192,7 +192,7 @@ impl<F: Real> Profile<F> {
         cost
     }
 
-    /// q·r, what is left of it when the next command takes effect, N: there a = f + q·r.
+    /// q·r, the rest of r when the next command takes effect, N: there a = f + q·r.
     #[inline]
     pub(super) fn fading<const D: usize>(&self, last: &Sent<F, D>) -> SVector<F, D> {
         /// Below this it has decayed, N: its square would be no normal number.
@@ -285,7 +285,7 @@ impl<F: Real, const D: usize> GuardState<F, D> {
         }
     }
 
-    /// The device has let go by itself: no force is on its way any more, and no credit is left.
+    /// The device has let go on its own: no force is on its way any more, and no credit remains.
     pub(crate) fn let_go(&mut self) {
         self.sent = [Sent::none(); HISTORY];
         self.forget_credit();

@@ -80,7 +80,7 @@ impl<H: Holder> HeldRig<H> {
     /// As [`IndentationRig::new`]; a rigid contact, which has no mass to hold.
     pub fn new(config: RigConfig, holder: H) -> Result<Self, ParameterError> {
         let facing = config.facing()?;
-        // A push that is no number is refused before it is set aside.
+        // A push that is NaN is refused before it is set aside.
         IndentationRig::new(config)?;
         Self::between(facing, config.drive, config.sample_time, holder)
     }

@@ -152,7 +152,7 @@ impl<F: Real, const D: usize> Motion<F, D> {
         }
     }
 
-    /// The next position comes after so many that did not.
+    /// The next position comes after `samples` missed ones.
     pub(super) fn skip(&mut self, samples: F) {
         self.share = F::ONE / (F::ONE + samples);
     }
