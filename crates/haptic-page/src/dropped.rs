@@ -62,7 +62,7 @@ pub(crate) fn keep_tissue(
     Ok(path)
 }
 
-/// Refuses a tissue that nobody could feel: it is not taken in.
+/// Refuses a tissue that cannot be felt, before it joins the library.
 pub(crate) fn can_be_felt(tissue: &Material) -> Result<(), Failure> {
     let felt = ModelledTissue::new(tissue.clone())?;
     TissuePiece::usual(felt).map_err(Failure::input)?;

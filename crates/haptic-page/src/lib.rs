@@ -72,7 +72,7 @@ impl Announce {
     /// A sentence for people, at a page or at the terminal.
     pub(crate) fn notice(&self, text: String) {
         self.say(&json!({"notice": text}));
-        // Nor is a terminal that nobody reads.
+        // Nor is an unread terminal.
         let _ = self.terminal.try_send(text);
     }
 }

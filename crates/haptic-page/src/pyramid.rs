@@ -140,7 +140,7 @@ pub(crate) struct Span {
 }
 
 impl Span {
-    /// From `start` on, before `end`, in so many columns or a few less; none counts as one.
+    /// From `start` on, before `end`, in `columns` columns or a few less; 0 counts as 1.
     pub(crate) fn new(start: u64, end: u64, columns: u32) -> Self {
         Self {
             start,
@@ -258,7 +258,7 @@ impl Level {
         }
     }
 
-    /// First tick that is remembered, of so many samples.
+    /// First tick that is remembered, of `made` samples.
     fn first_tick(&self, made: u64) -> u64 {
         let entries = made.div_ceil(self.ticks);
         entries.saturating_sub(self.capacity) * self.ticks

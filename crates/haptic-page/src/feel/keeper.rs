@@ -48,7 +48,7 @@ pub(super) enum KeeperTask {
     Mark(String),
 }
 
-/// The newest of the loop, as `status` tells it.
+/// The newest of the loop, as `status` reports it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct FeelState {
     pub(crate) sample_time_s: f64,
@@ -328,7 +328,7 @@ impl Keeper {
         locked(&self.place.kept.state).clone_from(&work.state);
     }
 
-    /// Says what became of a recording that nobody ended.
+    /// Reports a recording that ended without a request.
     fn closed(&self, result: &Result<Finished, Failure>) {
         let text = match result {
             Ok(finished) => format!("recorded {}: {} samples", finished.name, finished.samples),

@@ -79,7 +79,7 @@ impl FeelSettings {
     }
 
     /// Itself with the pre-flight of the loop with the hand and without, whichever is nearer to the edge. A tissue whose size
-    /// nobody asked for is made as small as it has to be.
+    /// was not requested is made as small as it has to be.
     pub(crate) fn judged(mut self) -> Result<JudgedFeel, Failure> {
         let mut both = self.verdicts()?;
         if self.may_scale && both.iter().any(|(verdict, _)| !verdict.stable) {
@@ -100,7 +100,7 @@ impl FeelSettings {
         })
     }
 
-    /// Takes the factor at which the nearest edge is [`FITTED_MARGIN`] away, to two digits and rounded down, and says so.
+    /// Takes the factor at which the nearest edge is [`FITTED_MARGIN`] away, to two digits and rounded down, with a note.
     fn fit(&mut self, both: &[(PreflightVerdict, Dynamics)]) {
         let edges = both.iter().filter_map(|(verdict, _)| verdict.margin);
         let most = edges.fold(f64::INFINITY, f64::min);

@@ -249,7 +249,7 @@ impl Feel {
         let (nobody, _) = RingBuffer::new(1);
         drop(std::mem::replace(&mut *locked(&self.orders), nobody));
         for thread in locked(&self.threads).drain(..) {
-            // A panic in it is a defect that its own message has told.
+            // A panic in it is a defect that its own message has reported.
             let _ = thread.join();
         }
     }

@@ -208,7 +208,7 @@ pub(crate) struct FeelSettings {
     #[serde(flatten)]
     pub(super) law: WallNumbers,
     pub(super) scale: f64,
-    /// True if nobody asked for this factor, so that it may become one that is stable.
+    /// True if this factor was not requested, so that it may become one that is stable.
     #[serde(skip)]
     pub(super) may_scale: bool,
     #[serde(flatten)]

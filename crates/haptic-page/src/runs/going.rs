@@ -1,4 +1,4 @@
-//! The run that goes on: its thread, its samples for those who watch, its end.
+//! The run in progress: its thread, its samples for those who watch, its end.
 
 use super::channels::Channels;
 use super::opened::{push, pyramid};
@@ -258,7 +258,7 @@ impl Going {
         self.stop();
         let thread = locked(&self.thread).take();
         if let Some(thread) = thread {
-            // A panic in it is a defect that its own message has told.
+            // A panic in it is a defect that its own message has reported.
             let _ = thread.join();
         }
     }

@@ -12,7 +12,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-/// Logs up to here are read to their end for the list; of larger ones only so much of the beginning. No sample is unpacked.
+/// Logs up to this size are read to their end for the list; of larger ones only as much of the beginning. No sample is unpacked.
 const WHOLE_BYTES: u64 = 32 << 20;
 const BEGINNING_BYTES: u64 = 1 << 20;
 /// Folders below the folder of runs that are looked into.

@@ -1,4 +1,4 @@
-//! State that the sockets share: the loop that is felt, the run that goes on, the page that holds the controls.
+//! State that the sockets share: the felt loop, the run in progress, the page with the controls.
 
 use super::request::RunStart;
 use super::tables::Tables;
@@ -180,7 +180,7 @@ impl Hub {
         self.place.announce.pages.subscribe()
     }
 
-    /// A new page, which gets the controls if nobody has them.
+    /// A new page, which gets the controls if they are free.
     pub(super) fn enter(&self) -> u64 {
         let mut pages = locked(&self.pages);
         pages.newest += 1;
@@ -190,7 +190,7 @@ impl Hub {
         page
     }
 
-    /// A page is gone. With the controls goes what it controlled, unless that is to go on.
+    /// A page is gone. If it had the controls, the loop and the run that it controlled end, unless they are to continue.
     pub(super) async fn leave(self: &Arc<Self>, page: u64) {
         let (held, last) = {
             let mut pages = locked(&self.pages);

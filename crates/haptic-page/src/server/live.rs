@@ -136,7 +136,7 @@ impl Live {
         });
         let is_whole = increment.is_none();
         let columns = increment.unwrap_or_else(|| pyramid.columns(span));
-        // One whole picture at a time: others go on from it.
+        // One whole picture at a time: others continue it.
         let goes_on = |frame: &SentFrame| of_this_loop(frame) && frame.width == columns.width;
         if is_whole && self.on_the_way.iter().any(goes_on) {
             return None;

@@ -54,7 +54,7 @@ impl Panels {
         program: Option<String>,
     ) -> Result<Value, Failure> {
         let queue = &self.queues[panel as usize];
-        // Asked after `give_up` has seen the one before it: nobody waits for this one either.
+        // Asked after `give_up` has seen the one before it: this one is not awaited either.
         if self.gone.load(Ordering::Relaxed) {
             turn.give_up();
         }
@@ -69,7 +69,7 @@ impl Panels {
             .await
     }
 
-    /// The page is gone: nobody waits for what it asked.
+    /// The page is gone: its questions are given up.
     pub(super) fn give_up(&self) {
         self.gone.store(true, Ordering::Relaxed);
         for queue in &self.queues {

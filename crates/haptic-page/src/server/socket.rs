@@ -59,7 +59,7 @@ pub(super) async fn serve(stream: WebSocket, hub: Arc<Hub>) {
     let leaving = tokio::spawn({
         let hub = Arc::clone(&hub);
         async move {
-            // All that the page has asked for is to go on.
+            // All that the page has requested is to continue.
             if hub.options.on_close == OnClose::Continue {
                 let _ = clerk.await;
             }
