@@ -69,7 +69,7 @@ struct End {
     /// The unit that is written, and how many of it the number is.
     unit: &'static str,
     per_unit: f64,
-    /// Powers of ten that may stand before the unit, as 3 for k; none for 0 to 0.
+    /// Powers of ten that may stand before the unit, as 3 for k; 0 to 0 for no prefix.
     powers: (i32, i32),
 }
 
@@ -244,7 +244,7 @@ fn read(units: &[Unit], text: &str) -> Option<f64> {
     let mut all = units.iter().chain(&[("", 1.0)]);
     all.find_map(|(unit, factor)| {
         let number = text.strip_suffix(unit)?.trim_end();
-        // A comma separates the values of a list, as it does in TOML; none is of thousands.
+        // A comma separates the values of a list, as it does in TOML; it never groups thousands.
         let value = number_with(number, DecimalSign::Point).filter(|_| !number.contains(','))?;
         Some(scale(value, *factor)).filter(|value| value.is_finite())
     })
