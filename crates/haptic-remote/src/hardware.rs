@@ -69,7 +69,7 @@ pub trait Hardware<const D: usize = 1>: Device<f32, D, Error = Fault> {
 
 /// Somebody who lends a value to one user at a time: a critical section, a mutex.
 pub trait Exclusive<T> {
-    /// Runs `user` while nobody else can touch the value. Keep it short: ticks wait meanwhile.
+    /// Runs `user` with exclusive access to the value. Keep it short: ticks wait meanwhile.
     fn with<R>(&self, user: impl FnOnce(&mut T) -> R) -> R;
 }
 

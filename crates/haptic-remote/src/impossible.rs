@@ -62,7 +62,7 @@ impl Impossible {
 pub(crate) struct Plausible {
     /// Largest force that the device makes, N.
     pub(crate) force_most_n: f32,
-    /// T, µs. A batch tells the time of its first tick alone: that of another may be off by this.
+    /// T, µs. A batch carries the time of its first tick alone: that of another may be off by this.
     period_us: u32,
     /// Tick and time of the sample before, µs.
     before: Option<(u32, u32)>,

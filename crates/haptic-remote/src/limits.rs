@@ -14,7 +14,7 @@ pub(super) const FAR: f32 = haptic_link::Limits::PLACE_MOST_M;
 /// Most noise of a position, m: with more of it nothing can be guarded.
 const NOISE_MAX: f32 = 0.01;
 
-/// The fields of a configuration; the first refusal is kept and told at the end: each way out in between costs 20 B
+/// The fields of a configuration; the first refusal is kept and returned at the end: each early return costs 20 B
 /// of flash.
 #[derive(Debug, Default)]
 pub(super) struct Fields {

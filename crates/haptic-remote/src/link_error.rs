@@ -136,7 +136,7 @@ const fn silence(request: &str, line: &LineCounters) -> &'static str {
     }
 }
 
-/// A fault as a device has told it, and its tick.
+/// A fault as a device has reported it, and its tick.
 struct Latched<'a>(&'a FaultReport);
 
 impl fmt::Display for Latched<'_> {

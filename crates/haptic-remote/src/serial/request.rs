@@ -43,7 +43,7 @@ impl SerialLink {
             let _ = commands.try_send(Command::Tell(request));
             return Err(self.shared.conversation().no_answer().into());
         }
-        // An answer that nobody waited for belongs to another request.
+        // An answer left in the queue belongs to an earlier request.
         while self.answers.try_recv().is_ok() {}
         commands
             .send(Command::Ask(request))

@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, TryRecvError, TrySendError};
 use std::time::Duration;
 
-/// A run that gives no sample for so long is stuck.
+/// A run that gives no sample for this long is stuck.
 const SAMPLE_TIMEOUT: Duration = Duration::from_millis(2000);
 /// A pause in which a missing end is looked for, or somebody who stops the reading.
 const PAUSE: Duration = Duration::from_millis(50);

@@ -46,7 +46,7 @@ impl Served {
     ///
     /// # Errors
     /// Hardware that refuses its first configuration, which is a defect of that hardware;
-    /// no thread to be had.
+    /// no thread available.
     pub fn start<H: ServedHardware<D>, const D: usize>(hardware: H) -> Result<Self, ServeError> {
         Self::serve(hardware, Moment::now, None)
     }
@@ -128,7 +128,7 @@ pub enum ServeError {
     /// It refuses the configuration of a device at power-up.
     #[error("the device refuses its first configuration: {0:?}")]
     Hardware(Refusal),
-    /// No thread to be had.
+    /// The system gives no thread.
     #[error("a thread could not be started: {0}")]
     Thread(std::io::Error),
 }
@@ -141,7 +141,7 @@ struct Serving<H: Hardware<D>, const D: usize> {
     /// Held back only for a device in its own time.
     clock: HeldClock,
     own_time: Option<DeviceTime>,
-    /// Faults whose trouble has been told.
+    /// Faults whose trouble has been reported.
     faults: u16,
     trouble: Arc<Mutex<Option<BoardTrouble>>>,
 }
@@ -259,7 +259,7 @@ impl<H: ServedHardware<D>, const D: usize> Serving<H, D> {
         if length == 0 {
             return;
         }
-        // Nobody reads, or nobody is there: lost, as on a line that is too slow, and missed by its number.
+        // Without a reader the frame is lost, as on a line that is too slow, and missed by its number.
         let _ = self.line.write(&self.frame[..length]);
     }
 }
@@ -363,7 +363,7 @@ impl<H: Hardware<D>, const D: usize> Hardware<D> for Punctual<H> {
 pub struct DeviceTime(Arc<AtomicU64>);
 
 impl DeviceTime {
-    /// The time of the last tick, µs; 0 before the first. It goes on where the device is served anew.
+    /// The time of the last tick, µs; 0 before the first. It continues where the device is served anew.
     #[must_use]
     pub fn now_us(&self) -> u64 {
         self.0.load(Ordering::Acquire)
