@@ -5,9 +5,9 @@ use haptic_link::HandState;
 
 #[derive(Clone, Debug)]
 pub(crate) enum Law<O: Differintegrator<f64>> {
-    /// A coupler that tells its place.
+    /// A coupler that sends its position.
     Position(Coupled<O>),
-    /// A coupler that tells its force: the slave of position–force.
+    /// A coupler that sends its force: the slave of position–force.
     Reflecting(Coupled<O>),
     /// The master of position–force: the force of the slave's coupler, turned round.
     Reflected {
@@ -336,7 +336,7 @@ impl Account {
         self.balance_j += energy_j;
     }
 
-    /// Sends so much, J ≥ 0.
+    /// Sends this energy, J ≥ 0.
     pub(crate) fn send(&mut self, energy_j: f64) {
         self.balance_j -= energy_j;
         self.sent_j += energy_j;
