@@ -84,7 +84,7 @@ impl PronyFit {
     /// The numbers of branches that a fit takes: two for each decade of time give about 1 %.
     pub const BRANCHES: RangeInclusive<usize> = 1..=100;
 
-    /// Fits up to so many branches to G(t), `shortest_s` ≤ t ≤ `horizon_s`.
+    /// Fits at most `branches` branches to G(t), `shortest_s` ≤ t ≤ `horizon_s`.
     ///
     /// Relaxation times at even distances in log τ; moduli by least squares of the relative error
     /// without negative ones, so there may be fewer branches than requested. The first and the last

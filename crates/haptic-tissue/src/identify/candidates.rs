@@ -107,7 +107,7 @@ pub(super) fn read(
     identified(record, options, stop, progress)
 }
 
-/// Fits the candidates; none stiffens.
+/// Fits the candidates, without stiffening.
 pub(super) fn identified(
     record: &Record,
     options: &Options,
@@ -128,7 +128,7 @@ pub(super) fn identified(
     let target = target_of(record, options, stop);
     let compressed = target.compressed();
     let (mut fitted, mut failed) = (Vec::new(), Vec::new());
-    // Each by itself: the result does not depend on the threads.
+    // Each fit is separate: the result does not depend on the threads.
     let all = candidates.par_iter().map(|&candidate| {
         let mut best = search(candidate, &compressed, options.starts.max(1))?;
         let (mut fit, mut certainty) = fitted_to(candidate, &target, &best);
@@ -248,7 +248,7 @@ pub(super) fn richest(candidates: &[Candidate]) -> impl Iterator<Item = Candidat
     all.filter(move |candidate| Some(count(candidate)) == most)
 }
 
-/// A record of several motions with the noise of each, as the residuals of a first fit tell it; which was assumed is said.
+/// A record of several motions with the noise of each, from the residuals of a first fit, and a note on which noise was assumed.
 pub(super) fn noisy<'r, 's>(
     record: &'r Record,
     first: impl FnOnce(&'r Record) -> Option<(Fit, Target<'s>)>,
@@ -282,7 +282,7 @@ pub(super) fn noisy<'r, 's>(
     record
 }
 
-/// The place of the wanted one in fits by BIC; else of that with the fewest parameters of those as good as the best.
+/// Index of the wanted model in fits sorted by BIC; else of the one with the fewest parameters within [`AS_GOOD`] of the best.
 pub(super) fn choose<'a>(
     fits: impl Iterator<Item = &'a Fit> + Clone,
     wanted: Option<ModelKind>,

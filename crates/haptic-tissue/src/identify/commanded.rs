@@ -40,7 +40,7 @@ pub(super) fn is_level(values: &[f64]) -> bool {
     deviation <= WITHIN * libm::sqrt(white) || deviation <= CONTROLLED * mean.abs()
 }
 
-/// The levels of a channel; none if it was not commanded: if it moves, or stays at rest.
+/// The levels of a channel; `None` if it was not commanded: if it moves, or stays at rest.
 pub(super) fn levels(values: &[f64]) -> Option<Vec<Level>> {
     let mut open: Vec<Range<usize>> = std::iter::once(0..values.len()).collect();
     let mut found = Vec::new();

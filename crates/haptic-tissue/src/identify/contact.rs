@@ -127,7 +127,7 @@ pub(super) fn touched(
     };
     let near = search.near()?;
     let candidates = candidates(options, record)?;
-    // One by itself: the result does not depend on the threads.
+    // Each candidate is separate: the result does not depend on the threads.
     let places: Vec<Result<(Record, Fit, Place), IdentifyError>> = (candidates.par_iter())
         .map(|&candidate| {
             let place = search.lowest(candidate, near)?;

@@ -53,7 +53,7 @@ impl Candidate {
         candidate
     }
 
-    /// With a parameter of this name between these ends; none if it has none of this name.
+    /// Holds the parameter of this name between these ends; `None` if the model has no such parameter.
     pub(super) fn with_held(mut self, name: &str, low: f64, high: f64) -> Option<Self> {
         let parameters = self.kind.parameters();
         let parameter = parameters.iter().position(|one| one.name == name)?;
@@ -80,7 +80,7 @@ impl Candidate {
         (self.has_two_orders() && order < second).then_some((order, second))
     }
 
-    /// With so many parameters beside those of the model.
+    /// Sets the number of parameters beside those of the model.
     pub(super) const fn with_beside(self, beside: usize) -> Self {
         Self { beside, ..self }
     }
@@ -113,7 +113,7 @@ impl Candidate {
         self.is_fractional() && self.variables() > 2
     }
 
-    /// Number of parameters that the record is to tell, with those beside the model.
+    /// Number of parameters to be fitted, with those beside the model.
     pub(super) fn parameters(self) -> usize {
         let ranges = self.ranges[..self.variables()].iter();
         ranges.filter(|(low, high)| low < high).count() + self.beside

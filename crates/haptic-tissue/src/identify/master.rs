@@ -67,7 +67,7 @@ pub enum ShiftBy {
 }
 
 impl ShiftBy {
-    /// Columns of moduli of a curve with so many.
+    /// Columns of the moduli in use, of a curve with `count` of them.
     const fn moduli(self, count: usize) -> Range<usize> {
         match self {
             Self::Storage => 0..1,
@@ -84,7 +84,7 @@ pub struct ShiftLaw {
     pub name: &'static str,
     /// C₁ and C₂, or E.
     pub parameters: Vec<Estimate>,
-    /// Root of the mean square of what is left of `log₁₀ a_T`.
+    /// Root mean square of the residual of `log₁₀ a_T`.
     pub rms: f64,
     /// n·ln(S/n) + k·ln n of n shifts other than that of the reference, and k numbers with the noise.
     pub bic: f64,
@@ -111,9 +111,9 @@ pub struct MasterCurve {
 const TRIALS: usize = 400;
 /// Points in the overlap, at least.
 const OVERLAP: usize = 4;
-/// Temperatures so near, K, are one.
+/// Temperatures closer than this, K, are one.
 const ALIKE: f64 = 0.1;
-/// A reference temperature that is so near an end, K, is there.
+/// A reference temperature closer to an end than this, K, is at the end.
 const NEAR_END: f64 = 0.5;
 /// Shares of the range of the shifts, and multiples of their errors, by which no law may miss them.
 const MISSED: f64 = 0.1;
@@ -488,7 +488,7 @@ impl Level {
     }
 }
 
-/// Both laws, the better one first. The reference temperature tells nothing of either.
+/// Both laws, the better one first. The point at the reference temperature has no weight in either.
 fn laws(shifts: &[Shift], reference_c: f64) -> Vec<ShiftLaw> {
     let point = |shift: &Shift| [shift.temperature_c - reference_c, shift.log10];
     let points = shifts.iter().map(point);
@@ -514,7 +514,7 @@ fn solved<const N: usize>(
     Some([inverse * right, inverse.diagonal()])
 }
 
-/// C₁ and C₂ by Gauss–Newton from the linear problem y·(C₂ + x) = −C₁·x; none if its pole is among the temperatures.
+/// C₁ and C₂ by Gauss–Newton from the linear problem y·(C₂ + x) = −C₁·x; `None` if its pole is among the temperatures.
 fn wlf(points: &[[f64; 2]]) -> Option<ShiftLaw> {
     let [mut c, mut spread] = solved(points, |[x, y]| ([-x, -y], x * y))?;
     let left = |c: &SVector<f64, 2>, [x, y]: [f64; 2]| y + c[0] * x / (c[1] + x);

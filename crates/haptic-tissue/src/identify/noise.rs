@@ -19,12 +19,12 @@
 //!   Society A 160, 1937; E. B. Wilson, M. M. Hilferty, *The distribution of chi-square*, PNAS 17, 1931 (its 99 % point).
 
 const WINDOW: f64 = 2.5;
-/// Lags between which each one counts by itself.
+/// Fewest lags that are summed of a window that has more.
 const LAGS: usize = 50;
 /// Standard errors above 1 that are chance.
 const CHANCE: f64 = 2.1;
 
-/// n/τ of the residuals of a fit of so many parameters; they are so many series of equal length, one after the other.
+/// n/τ of the residuals of a fit with `parameters` parameters; they are `parts` series of equal length, one after the other.
 pub(super) fn independent(residuals: &[f64], parts: usize, parameters: usize) -> f64 {
     let n = residuals.len();
     let length = n / parts.max(1);

@@ -82,7 +82,7 @@ pub(super) struct Touch {
 }
 
 impl Touch {
-    /// At most so many samples of it, of which each is as it was.
+    /// At most `most` of its samples, each unchanged.
     pub(super) fn thinned(&self, most: usize) -> Self {
         let chosen: Vec<usize> = (0..1)
             .chain(chosen(&self.time_s, self.time_s[0], most))
@@ -101,9 +101,9 @@ impl Touch {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Motion {
     pub(super) samples: usize,
-    /// Times, s, and strains straight between them where the samples do not tell the motion; none if they do.
+    /// Times, s, and strains straight between them where the samples do not give the motion; `None` if they do.
     pub(super) way: Option<(Vec<f64>, Vec<f64>)>,
-    /// From its strain to what the memory sees; none if it is the strain.
+    /// From its strain to the strain that the memory sees; `None` if they are equal.
     pub(super) map: Option<DepthMap<f64>>,
     /// True if its strain grows with the depth, so that tissue can stiffen by it.
     can_stiffen: bool,
@@ -128,7 +128,7 @@ pub struct Record {
     /// Columns of which any sum may be in the stress beside the model's, such as a baseline; one number a sample.
     pub(super) beside: Vec<Vec<f64>>,
     /// Of a creep whose stress was commanded: time since the first step, s, and size over the largest stress of each step; and
-    /// the same if the steps came a row later, where rows do not tell.
+    /// the same with the steps a row later, where the rows leave that open.
     pub(super) steps: Vec<[f64; 2]>,
     later: Vec<[f64; 2]>,
     /// True if the residuals of a creep by steps are differences, as of noise of one size, not those of logarithms.
@@ -574,7 +574,7 @@ impl Record {
     }
 
     /// Several motions of the same tissue, such as presses to several depths, fitted together.
-    /// Their noise is taken to be the same, unless what is left of a first fit tells otherwise:
+    /// Their noise is assumed to be equal, unless the residuals of a first fit show otherwise:
     /// then errors count relative to the noise of their own motion. Each begins at the time 0.
     ///
     /// # Errors

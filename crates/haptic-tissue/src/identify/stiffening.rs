@@ -42,7 +42,7 @@ const ROUNDS_OF_END: usize = 12;
 const STEP: f64 = 1e-6;
 /// Change of ζ that ends a search for an end.
 const NEAR: f64 = 0.02;
-/// Width of an interval over b up to which the record tells b.
+/// Width of an interval over b up to which the record settles b.
 const SETTLED: f64 = 0.5;
 /// Points between two fits of an interval.
 const BETWEEN: usize = 10;
@@ -72,7 +72,7 @@ struct Search<'a> {
     most: f64,
 }
 
-/// As [`identified`], with b as a last parameter of each fit. A candidate that has no minimum at any b is left out, and told.
+/// As [`identified`], with b as a last parameter of each fit. A candidate that has no minimum at any b is left out, with a warning.
 pub(super) fn stiffened(
     record: &Record,
     options: &Options,
@@ -241,7 +241,7 @@ impl<'a> Search<'a> {
             (b, target.compressed(), target)
         });
         let targets: Vec<(f64, Target<'_>, Target<'_>)> = targets.collect();
-        // One by itself: the result does not depend on the threads.
+        // Each candidate is separate: the result does not depend on the threads.
         let valleys = candidates.par_iter().map(|&candidate| {
             let mut valley = Valley {
                 search: self,
@@ -297,7 +297,7 @@ impl Valley<'_> {
         }
     }
 
-    /// One more b, from the memories on both sides of it; its place, or none if there is no minimum.
+    /// Adds one more b, from the memories on both sides of it; its index, or `None` without a minimum.
     fn add(&mut self, b: f64) -> Option<usize> {
         let target = self.search.target(b);
         let index = self.points.partition_point(|point| point.b < b);

@@ -27,10 +27,10 @@ pub enum Weighting {
     LogSpacing,
 }
 
-/// Points at least of a mapped motion from end to end of its range: what is left of the map between them is 1e-6 of the largest value.
+/// Fewest points of a mapped motion from end to end of its range: the map deviates between them by 1e-6 of the largest value.
 const POINTS: usize = 1000;
 
-/// No force transducer is better than this share of what it measures (ISO 376, class 00): what is left below it buys no model another
+/// No force transducer is better than this share of its reading (ISO 376, class 00): a smaller residual does not justify another
 /// parameter.
 pub(super) const EXACT: f64 = 5e-4;
 
@@ -53,9 +53,9 @@ pub(super) struct Target<'a> {
     pub(super) beside: usize,
     /// ln of the middle of the record over the unit of time: 0 but in seconds.
     pub(super) shift: f64,
-    /// A sum of squares that is as good as 0.
+    /// A sum of squares that counts as 0.
     pub(super) exact: f64,
-    /// Lengths of the series of residuals, none of which goes on in the next.
+    /// Lengths of the series of residuals; each is independent of the next.
     lengths: Vec<usize>,
     /// The noise through whose filter the residuals go.
     noise: Autoregression,

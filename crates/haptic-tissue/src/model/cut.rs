@@ -105,7 +105,7 @@ impl Spectrum {
         }
     }
 
-    /// Sum of the weights before the first, if they go on as a geometric series.
+    /// Sum of the weights before the first, extrapolated as a geometric series.
     fn tail(&self) -> f64 {
         match *self.ladder().1 {
             [first, second, ..] if first < second => first * first / (second - first),

@@ -41,7 +41,7 @@ impl Joint {
         }
     }
 
-    /// The function of time that is the sum of those of the two elements, if one is.
+    /// The function of time that is the sum of those of the two elements, if there is one.
     pub(super) const fn sum(self) -> Option<Response> {
         match self {
             Self::KelvinVoigt => Some(Response::Relaxation),

@@ -35,7 +35,7 @@ pub struct Columns {
     pub segment: Option<String>,
     /// Its temperature, °C, if a column or its name says it.
     pub temperature_c: Option<f64>,
-    /// Lines of rows that are left out because a cell of them is no number, where rows that are no sample are to be left out too.
+    /// Lines of rows that are left out because of a cell that is not a number; `None` unless such rows are to be left out.
     pub bad: Option<Vec<u64>>,
 }
 
@@ -135,7 +135,7 @@ pub struct Reading {
     pub contact: ContactPoint,
     /// Length of the ramp to the held strain of a relaxation, s.
     pub ramp_time_s: Option<f64>,
-    /// When this ramp ends on the clock of the record, s; none if it begins at 0.
+    /// End of this ramp on the clock of the record, s; `None` if it begins at 0.
     pub ramp_ends_s: Option<f64>,
     /// True to count strain and stress of a motion from their first row: at rest, but not at 0.
     pub subtract_start: bool,
@@ -160,7 +160,7 @@ impl Default for Reading {
 }
 
 impl Columns {
-    /// Segments of a motion whose clock goes on over them, as creep and its recovery, as one.
+    /// Joins segments of a motion whose clock continues over them, as creep and its recovery.
     #[must_use]
     pub fn joined(all: Vec<Self>) -> Vec<Self> {
         let mut joined: Vec<Self> = Vec::new();
@@ -831,7 +831,7 @@ impl Columns {
     }
 }
 
-/// Of so many rows one may be bad.
+/// One row in this many may be bad.
 const SKIPPED_OF: usize = 10;
 
 /// Value common to all; `None` if two differ or the iterator is empty.

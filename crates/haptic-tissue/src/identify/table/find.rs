@@ -40,7 +40,7 @@ pub(super) struct Block {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Cell {
     Empty,
-    /// A sign that there is no number.
+    /// A mark for a missing number.
     Gap,
     Number,
     Text,
@@ -57,7 +57,7 @@ impl Cell {
     }
 }
 
-/// A cell that says that there is no number, perhaps behind that of its row: `10 (invalid)`.
+/// A cell that marks a missing number, perhaps behind an invalid one: `10 (invalid)`.
 pub(super) fn is_gap(cell: &str) -> bool {
     const GAPS: [&str; 7] = ["nan", "na", "n/a", "#n/a", "null", "none", "#div/0!"];
     let is_ruled = || cell.chars().all(|c| matches!(c, '-' | '*' | '–' | '—'));
@@ -470,7 +470,7 @@ fn below_names<'a>(
     is_short.then_some(cells)
 }
 
-/// Lines that a cell in quotes may have; more are a quote that nobody closed.
+/// Most lines of a cell in quotes; more mean a missing closing quote.
 const QUOTED_LINES: usize = 4;
 
 /// Line and cells of every row, one after another.

@@ -66,7 +66,7 @@ fn plain(name: &str) -> String {
     words.join(" ").to_lowercase().replace('\u{307}', "")
 }
 
-/// Words that tell a loading, and symbols that tell a modulus.
+/// Words for a loading, and symbols for a modulus.
 const LOADINGS: [(LoadingKind, &[&str]); 3] = [
     (LoadingKind::Shear, &["shear", "γ", "gamma", "τ", "tau"]),
     (LoadingKind::Tension, &["tension", "tensile"]),

@@ -177,7 +177,7 @@ impl Reader {
         let mut headings = block.headings();
         let mut choices = self.columns.iter();
         let is_numbered = choices.any(|choice| matches!(choice.1, Choice::Number(_)));
-        // A block without names of its own goes on with those before, as does one below a lone line between its rows.
+        // A block without names of its own keeps the previous ones, as does one below a lone line between its rows.
         let is_lone = |before: &Part| {
             let [line] = &block.above[..] else {
                 return false;
@@ -550,7 +550,7 @@ impl Part<'_> {
         let has = |columns: [Column; 2]| columns.iter().any(|of| self.of(*of).is_some());
         let moves = has([Column::Strain, Column::Position]) && has([Column::Stress, Column::Force]);
         let labels = self.labels();
-        // A motion goes on over its steps.
+        // A motion continues over its steps.
         if !moves {
             cuts.extend(labels.iter().flat_map(|place| changes(self.block, *place)));
         }

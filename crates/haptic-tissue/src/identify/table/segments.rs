@@ -13,7 +13,7 @@ use std::ops::Range;
 
 /// Rows of a segment, at least.
 const LEAST: usize = 3;
-/// A temperature stays the same within this, K, and within so many of its usual steps.
+/// A temperature is constant within this, K, or within `USUAL_STEPS` of its usual steps, if that is more.
 const WITHIN_K: f64 = 1.0;
 const USUAL_STEPS: f64 = 5.0;
 
@@ -38,7 +38,7 @@ pub(super) fn restarts(clock: &[f64]) -> Vec<usize> {
         }
         let middle = known[usize::midpoint(start, k)].1;
         let is_back = |value: f64| (value <= middle) == direction;
-        // The first pair may jump; what follows must go on.
+        // The first pair may jump; those that follow must keep the direction.
         let mut further = known[k..]
             .windows(2)
             .take_while(|pair| (pair[1].1 - pair[0].1 > 0.0) == up);
