@@ -42,7 +42,7 @@ impl Conduct {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// A function of each, as far as it goes on.
+    /// Applies a function to each, until it is to stop.
     pub(crate) fn each<X, Y>(&self, all: &[X], function: impl Fn(&X) -> Y) -> Vec<Y> {
         let going = all.iter().take_while(|_| !self.stops());
         going.map(function).collect()

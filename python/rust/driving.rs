@@ -71,7 +71,7 @@ fn rest() {
     }
 }
 
-/// Exit code of a program that a signal has ended, less its number, as shells tell it.
+/// Exit code of a program that a signal has ended, less its number, as shells report it.
 const EXIT: c_int = 128;
 
 /// A run that drives a device, from before its first force until it has let go.

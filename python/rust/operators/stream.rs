@@ -41,7 +41,7 @@ use std::time::Duration;
 /// A new operator is at rest: the signal was 0 for ever. A NaN or an infinity makes the outputs that it reaches not
 /// finite, which are all of them but for ``grunwald`` and ``muir``; `reset` forgets it. An operator belongs to one thread at
 /// a time: `process` releases the interpreter, and a call from another thread meanwhile is a ``RuntimeError``. Pickling and
-/// copying keep the history: the copy goes on where the original stood, to the bit.
+/// copying keep the history: the copy continues where the original stood, to the bit.
 ///
 /// References
 /// ----------
@@ -83,7 +83,7 @@ fn run_unless(conduct: &Conduct, axis: &mut Axis, samples: &mut [f64]) {
 }
 
 impl PyOperator {
-    /// About how long so many samples take: 1 ns for each sample of memory, up to where sums go by FFT; 50 ns for a recursion.
+    /// Approximate time for `samples` samples: 1 ns for each sample of memory, up to where sums go by FFT; 50 ns for a recursion.
     fn time_of(&self, samples: usize) -> Duration {
         use fracdiff::Differintegrator as _;
         let memory = self.axis.operator().memory_length().unwrap_or(50);
