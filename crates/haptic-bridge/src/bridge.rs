@@ -27,7 +27,7 @@ pub struct Ticker {
 }
 
 impl Ticker {
-    /// One call of the program, at this time of a clock that only goes on, µs, with its position, m: the force until the next
+    /// One call of the program, at this time of a monotonic clock, µs, with its position, m: the force until the next
     /// call, N. Elements beyond the axes of the device are ignored, and zero.
     ///
     /// A position that is missing or not finite, or a clock that stands still, is a fault: the force is zero at once. A panic in here

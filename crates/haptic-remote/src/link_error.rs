@@ -62,7 +62,7 @@ pub enum LinkError {
         "no sample for {waited_ms} ms, and the device does not answer: check its plug and supply, then reset it"
     )]
     NoSamples {
-        /// Time that was waited in vain, ms.
+        /// Time waited without success, ms.
         waited_ms: u64,
     },
     /// Samples stopped for this long although the device answers; it was ordered to let go.
@@ -70,7 +70,7 @@ pub enum LinkError {
         "no sample for {waited_ms} ms, though the device answers: close other programs on this machine, or use a better line"
     )]
     HeldUp {
-        /// Time that was waited in vain, ms.
+        /// Time waited without success, ms.
         waited_ms: u64,
     },
     /// The device's own program ended the run: it called `hb_stop`.

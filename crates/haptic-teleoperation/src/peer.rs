@@ -215,7 +215,7 @@ impl Peer {
 
     fn greeted(&mut self, hello: &HandHello) -> Result<Heard, PeerError> {
         if self.theirs.is_some_and(|theirs| theirs != hello.nonce) {
-            // Somebody else, or the same begun anew: this conversation goes on or falls silent.
+            // Another peer, or this one restarted: this conversation continues or falls silent.
             self.other_connections = self.other_connections.wrapping_add(1);
             return Ok(Heard::Nothing);
         }

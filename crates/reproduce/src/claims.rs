@@ -112,7 +112,7 @@ const CLAIMS: [(&str, &str, &str, &[Kind], Judge); 18] = claims! {
 /// Number of claims, for a progress bar.
 pub const COUNT: usize = CLAIMS.len();
 
-/// Judges all claims; `done` is called after each and says whether to go on.
+/// Judges all claims; `done` is called after each and returns true to continue.
 ///
 /// # Errors
 /// None: all parameters are constants.

@@ -8,7 +8,7 @@ use std::time::Instant;
 use tungstenite::client::IntoClientRequest as _;
 use tungstenite::{Message, WebSocket};
 
-/// Nothing takes so long, on however busy a machine.
+/// Nothing takes this long, on however busy a machine.
 pub use crate::PATIENCE;
 
 /// `127.0.0.1:PORT` and `/TOKEN/` of an address.
@@ -267,7 +267,7 @@ impl Page {
         self.wait("status", holds)
     }
 
-    /// The next thing told of this kind for which something holds.
+    /// The next message of this kind for which `holds` is true.
     #[track_caller]
     pub fn wait(&mut self, kind: &str, holds: impl Fn(&Value) -> bool) -> Value {
         let until = Instant::now() + PATIENCE;

@@ -42,10 +42,10 @@ pub fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-/// Cases to try: `CAMPAIGN_CASES`, or so many.
+/// Cases to try: `CAMPAIGN_CASES`, or `usual` without it.
 ///
 /// # Panics
-/// If `CAMPAIGN_CASES` is no number.
+/// If `CAMPAIGN_CASES` is not a number.
 #[must_use]
 pub fn cases<T: FromStr<Err: Debug>>(usual: T) -> T {
     std::env::var("CAMPAIGN_CASES").map_or(usual, |cases| cases.parse().expect("CAMPAIGN_CASES"))

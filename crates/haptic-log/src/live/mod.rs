@@ -29,7 +29,7 @@ pub trait Live: Debug + Send {
     /// An event; must not wait.
     fn event(&mut self, message: &EventMessage);
 
-    /// The run has ended: sends what is left, in less than a second, and says what was lost, if
+    /// The run has ended: sends the rest, in less than a second, and reports a loss, if
     /// anything was: a sentence for the user.
     fn finish(self: Box<Self>) -> Option<String>;
 }

@@ -127,7 +127,7 @@ impl NewFile {
             false => NewFileError::io(target, source),
         })?;
         if leftover == Leftover::Keep {
-            // Ends with the process however that dies. A file system without locks tells leftovers by their names
+            // Ends with the process however that dies. A file system without locks shows leftovers by their names
             // alone.
             let _ = file.try_lock();
         }

@@ -31,7 +31,7 @@ pub enum EndKind {
     Interrupted,
     /// A fault of the loop or of the device ended it.
     Fault,
-    /// The link to the device was lost: nobody knows how many samples it still made.
+    /// The link to the device was lost: the number of samples that it still made is unknown.
     Link,
 }
 

@@ -5,7 +5,7 @@
 //!                     └─ safety chain      └─ log
 //! settings ─▶ pre-flight ─▶ new law ─hears the past─▶ loop: from the old force to the new without a bump
 //! ```
-//! The thread that ticks waits for nobody and wakes nobody. Whatever is given up, dropped or lost ends with a zero force.
+//! The thread that ticks never waits and never wakes another. Whatever is given up, dropped or lost ends with a zero force.
 
 mod fading;
 mod hand;

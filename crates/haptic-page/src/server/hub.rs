@@ -331,7 +331,7 @@ impl Hub {
         let _making = self.making.lock().await;
         let feel = locked(&self.feel).take();
         if let Some(feel) = feel {
-            // It cannot fail but by a panic, which has told of itself.
+            // It can only fail by a panic, which has been reported.
             let _ = spawn_blocking(move || feel.end()).await;
         }
     }
@@ -347,7 +347,7 @@ impl Hub {
 
     pub(super) async fn end_run(self: &Arc<Self>) {
         let hub = Arc::clone(self);
-        // It cannot fail but by a panic, which has told of itself.
+        // It can only fail by a panic, which has been reported.
         let _ = spawn_blocking(move || hub.runs.end()).await;
     }
 }

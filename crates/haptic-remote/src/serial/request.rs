@@ -228,7 +228,7 @@ impl SerialLink {
     }
 
     /// Arms the device, and from then on sends a keep-alive every quarter of the watchdog time.
-    /// Clears a fault that [`status`](Self::status) knows of.
+    /// Clears a fault that [`status`](Self::status) has shown.
     ///
     /// # Errors
     /// As [`ask`](Self::ask).

@@ -62,7 +62,7 @@ impl SerialLink {
     }
 
     fn answer_after(&self, waited: Duration, request: Request) -> LinkError {
-        /// Two tries. The answers to keep-alives have told before, unless the line lost them all.
+        /// Two tries. The answers to keep-alives have shown it before, unless the line lost them all.
         const MORE: Duration = Duration::from_millis(200);
         let waited_ms = waited.as_millis() as u64;
         let answers = match self.answers(request, MORE) {

@@ -60,7 +60,7 @@ pub enum Baseline {
 /// Depth at which an indenter touches.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum ContactPoint {
-    /// At 0. A record that fits far better with another one says so.
+    /// At 0. A record that fits far better with another one gets a warning.
     #[default]
     Zero,
     /// At this depth of the file's own axis, m.
