@@ -151,7 +151,7 @@ impl Whole {
         })
     }
 
-    /// As a number of numbers, with room for `each` so many of them.
+    /// As a number of values, with room for `each` times as many.
     pub(crate) fn with_room(&self, name: &str, each: usize) -> PyResult<usize> {
         // As many as there can be addresses for.
         let count = self.within(name, 0..=isize::MAX as usize / size_of::<f64>())?;
@@ -159,7 +159,7 @@ impl Whole {
     }
 }
 
-/// An empty vector with room for `each` times so many.
+/// An empty vector with room for `each` times `count` values.
 pub(crate) fn room<T>(name: &str, count: usize, each: usize) -> PyResult<Vec<T>> {
     let mut room = Vec::new();
     let wanted = count.saturating_mul(each);

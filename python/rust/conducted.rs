@@ -20,7 +20,7 @@ const LISTENS_EVERY: Duration = Duration::from_millis(20);
 /// Work that takes longer has a thread of its own; what does not ends before Ctrl-C could be missed.
 pub(crate) const LONG: Duration = Duration::from_millis(20);
 
-/// What the work shares with whoever waits for it.
+/// State that the work shares with whoever waits for it.
 #[derive(Debug, Default)]
 pub(crate) struct Conduct {
     done: AtomicU64,
@@ -42,7 +42,7 @@ impl Conduct {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// A function of each, as far as it goes on.
+    /// Applies a function to each, until it is to stop.
     pub(crate) fn each<X, Y>(&self, all: &[X], function: impl Fn(&X) -> Y) -> Vec<Y> {
         let going = all.iter().take_while(|_| !self.stops());
         going.map(function).collect()
@@ -63,10 +63,10 @@ impl Conduct {
     }
 }
 
-/// What becomes of work that is interrupted: it is told to stop in any case.
+/// Treatment of interrupted work, which is asked to stop in any case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Interrupted {
-    /// It is waited for until all is kept, or it has ended: there is a force to bring to zero, a log to close.
+    /// The caller waits until all is kept, or it has ended: there is a force to bring to zero, a log to close.
     Awaited,
     /// It is left to end by itself, its result forgotten.
     Forgotten,

@@ -26,7 +26,7 @@ static LET_GO: Condvar = Condvar::new();
 
 #[derive(Debug)]
 struct Driven {
-    /// What stops each run.
+    /// Flag that stops each run.
     runs: Vec<Arc<AtomicBool>>,
     heard: BTreeSet<c_int>,
 }
@@ -71,7 +71,7 @@ fn rest() {
     }
 }
 
-/// Exit code of a program that a signal has ended, less its number, as shells tell it.
+/// Exit code of a program that a signal has ended, less its number, as shells report it.
 const EXIT: c_int = 128;
 
 /// A run that drives a device, from before its first force until it has let go.

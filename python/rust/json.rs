@@ -15,7 +15,7 @@ pub(crate) fn to_python<'py>(
     read_json(py, &serde_json::to_string(value).or_refused()?)
 }
 
-/// The same of their text.
+/// Values from their JSON text.
 pub(crate) fn read_json<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyAny>> {
     py.import("json")?.call_method1("loads", (text,))
 }

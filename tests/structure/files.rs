@@ -1,14 +1,16 @@
-//! Rules that are read from the text of files: what borrows another crate's file, tests that nobody runs, lines twice.
+//! Rules that are read from the text of files: sources of another crate, tests that nobody runs, lines twice, idioms in comments.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// The files of Rust below a folder, with their texts.
+/// The files of Rust below a folder, with their texts; builds are left out.
 fn files(folder: &Path, found: &mut Vec<(PathBuf, String)>) {
     for entry in std::fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();
         if path.is_dir() {
-            files(&path, found);
+            if !path.ends_with("target") {
+                files(&path, found);
+            }
         } else if path.extension().is_some_and(|kind| kind == "rs") {
             let text = std::fs::read_to_string(&path).expect("a text");
             found.push((path, text));
@@ -147,4 +149,104 @@ fn the_folders_that_decisions_name_are_there() {
         }
     }
     assert!(named > 1, "{named}");
+}
+
+/// Idioms in the comments of all product code. To be lowered, never raised.
+const IDIOMS_MOST: usize = 553;
+
+/// Lines of a file that are not tests: those before `#[cfg(test)] mod`, and none of a file of tests.
+fn product<'a>(path: &Path, text: &'a str) -> Vec<&'a str> {
+    let folders = ["tests", "benches"];
+    let mut parts = path.iter().filter_map(|part| part.to_str());
+    if path.to_string_lossy().ends_with("tests.rs") || parts.any(|part| folders.contains(&part)) {
+        return Vec::new();
+    }
+    let lines: Vec<&str> = text.lines().map(str::trim).collect();
+    let begins = |pair: &[&str]| {
+        pair[0].starts_with("#[cfg(test)]") && pair[1].contains("mod ") && pair[1].contains('{')
+    };
+    let end = lines.windows(2).position(begins).unwrap_or(lines.len());
+    lines[..end].to_vec()
+}
+
+/// Numbers from 0 of the lines with a comment that says "is none" or "is told", or whose first line begins with a question word, "The same" or "So".
+fn idioms(lines: &[&str]) -> Vec<usize> {
+    const SAID: [&str; 8] = [
+        "is none", "are none", "be none", "of none", "is told", "are told", "be told", "was told",
+    ];
+    const FIRST: [&str; 8] = [
+        "The same", "What", "Whether", "How", "Where", "Which", "Who", "So",
+    ];
+    let is_letter = |letter: char| letter.is_alphanumeric() || letter == '_';
+    let says = |line: &str, words: &str| {
+        line.match_indices(words).any(|(at, _)| {
+            let (before, behind) = (&line[..at], &line[at + words.len()..]);
+            !before.ends_with(is_letter) && !behind.starts_with(is_letter)
+        })
+    };
+    let begins = |comment: &str, words: &str| {
+        let behind = comment.strip_prefix(words);
+        behind.is_some_and(|behind| !behind.starts_with(is_letter))
+    };
+    let is_idiom = |&at: &usize| {
+        let Some(comment) = lines[at].strip_prefix("//") else {
+            return false;
+        };
+        let before = at.checked_sub(1).map_or("", |before| lines[before]);
+        let is_first = !before.starts_with("//") || ["//", "///", "//!"].contains(&before);
+        let comment = comment.strip_prefix(['/', '!']).unwrap_or(comment);
+        let comment = comment.strip_prefix(' ').filter(|_| is_first);
+        SAID.iter().any(|words| says(lines[at], words))
+            || comment.is_some_and(|comment| FIRST.iter().any(|words| begins(comment, words)))
+    };
+    (0..lines.len()).filter(is_idiom).collect()
+}
+
+#[test]
+fn an_idiom_is_found_in_the_first_line_of_a_comment_or_in_its_words() {
+    let found = [
+        "/// Whether it moves.",
+        "//! What it is: a loop.",
+        "// So the force falls.",
+        "/// The length; it is none.",
+        "// The user was told (twice).",
+    ];
+    for line in found {
+        assert_eq!(idioms(&["fn f() {}", line]), [1], "{line}");
+    }
+    let others = [
+        "/// True while it moves.",
+        "/// Whoever moves it.",
+        "/// `None`; this none knows.",
+        "let what = \"is told\";",
+    ];
+    for line in others {
+        assert_eq!(idioms(&["fn f() {}", line]), [0; 0], "{line}");
+    }
+    assert_eq!(idioms(&["/// A force.", "/// What is left."]), [0; 0]);
+    assert_eq!(idioms(&["/// A force.", "///", "/// What is left."]), [2]);
+}
+
+#[test]
+fn comments_name_the_thing_first() {
+    let root = crate::root();
+    let mut sources = Vec::new();
+    for folder in ["crates", "src", "firmware", "python/rust", "examples"] {
+        files(&root.join(folder), &mut sources);
+    }
+    let mut found = Vec::new();
+    for (file, text) in &sources {
+        let file = file.strip_prefix(root).expect("is below the root");
+        let lines = product(file, text);
+        let of_file = idioms(&lines).into_iter();
+        found.extend(of_file.map(|at| format!("{}:{}: {}", file.display(), at + 1, lines[at])));
+    }
+    assert!(
+        found.len() <= IDIOMS_MOST,
+        "{} comments, of at most {IDIOMS_MOST}, begin with a question word, `The same` or `So`, or say `is none` or `is told`. CONTRIBUTING.md: \
+         Name the thing first, write one idea per sentence, and put the verb early. Do not begin documentation with What, Whether, How, Where, \
+         Which or Who.\n{}",
+        found.len(),
+        found.join("\n")
+    );
 }

@@ -116,12 +116,12 @@ const BEYOND: f64 = 1.01;
 /// A turn is this near to a whole number of half turns.
 const WHOLE: f64 = 1e-3;
 
-/// What is known of an arc.
+/// Verdict on f over an arc.
 enum Known {
     Clear,
     /// Not proved: half of it may be.
     Unclear,
-    /// 0, to what rounding errors let know.
+    /// 0 within rounding errors.
     Zero,
 }
 
@@ -185,7 +185,7 @@ pub fn is_clear(f: impl Fn(&Arc) -> (Enclosed, Enclosed), [low, high]: [f64; 2])
         let (below, above) = f(arc);
         let (d, n) = (below.value, above.value);
         let nearest = -(d * n.conj()).re / n.norm_sqr();
-        // Where n is 0 any k will do.
+        // With n = 0 any k will do.
         let k = if nearest > low {
             nearest.min(high)
         } else {

@@ -18,7 +18,7 @@ pub struct Sample {
     pub theta: f64,
     /// F there, off by no more than `noise`.
     pub value: Complex<f64>,
-    /// |F| relative to what its closeness is told in.
+    /// |F| over the scale in which its closeness is reported.
     pub size: f64,
     /// |F| up to which it counts as 0: at least the rounding error of the value.
     pub noise: f64,
@@ -64,10 +64,10 @@ pub trait Curve {
     /// All that is known between two nodes.
     type Span;
 
-    /// What is known at an angle.
+    /// The node at this angle.
     fn node(&self, theta: f64) -> Self::Node;
 
-    /// What is known between two nodes.
+    /// The span between these two nodes.
     fn span(&self, a: &Self::Node, b: &Self::Node) -> Self::Span;
 
     /// F at a node.
@@ -77,7 +77,7 @@ pub trait Curve {
     fn path(&self, a: &Self::Node, b: &Self::Node, span: &Self::Span) -> f64;
 
     /// Counts the zeros in |w| < 1 from the turn of F up to a first node, rad, and the ways from there to π, each with the node at its end. Halves
-    /// a way where it has to. None if some |F| is no more than its noise.
+    /// a way where it has to. `None` if some |F| is no more than its noise.
     fn count<'a>(
         &self,
         begin: &'a Self::Node,
@@ -110,7 +110,7 @@ pub trait Curve {
 struct Walk<'a, C> {
     curve: &'a C,
     winding: Winding,
-    /// F was 0, or too near to it to tell.
+    /// F was 0, or within its noise of 0.
     touched: bool,
 }
 

@@ -38,12 +38,12 @@ const NEAR_MISSES: usize = 64;
 const STEPS: usize = 60;
 /// A delay is known to this share of it.
 const KNOWN: f64 = 1e-12;
-/// What is left of a delay, as a share of it, where a zero is met.
+/// Remainder of a delay, as a share of it, up to which a zero is met.
 const MET: f64 = 1e-9;
-/// The verdicts so near a zero, as a share of it, must differ.
+/// Distance from a zero, as a share of it, at which the verdicts on both sides must differ.
 const BESIDE: f64 = 1e-7;
 
-/// What is known of the delays with one part of a sample.
+/// Verdict on the delays with one fractional part of a sample.
 struct Part {
     more: f64,
     stable: bool,

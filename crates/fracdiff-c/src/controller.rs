@@ -14,7 +14,7 @@ use fractional_control::{
 /// A controller in C, in the parts that differ from law to law.
 #[derive(Default)]
 struct Law {
-    /// What it is, for the comment.
+    /// Kind of controller, for the comment.
     words: String,
     /// Its powers: tables, structs and functions.
     powers: String,
@@ -29,7 +29,7 @@ struct Law {
     terms: Vec<String>,
     /// The histories of a start beside a running plant.
     settle: String,
-    /// What the history takes in, by the controller and by hand.
+    /// Updates of the history, by the controller and by hand.
     advance: String,
     follow: String,
     /// New parameters: what is computed from them, what is taken over.
@@ -93,7 +93,7 @@ const USE: &str = " *
  */
 ";
 
-/// What all controllers have; words in capitals are put in.
+/// Code that all controllers share; words in capitals are replaced.
 const COMMON: &str = "
 /* What may be changed while it runs: gains, set-point weights, limits of the command. */
 typedef struct {
@@ -273,7 +273,7 @@ CHANGE    self->low = low;
 impl Law {
     fn code<F: CNumber>(&self, list: &ControllerList<F>) -> String {
         let parameters = self.parameters.iter();
-        // Where there is no limit, the largest number.
+        // The largest number stands for no limit.
         let limits = list
             .limits
             .map(|limit| limit.clamp(-F::LARGEST, F::LARGEST));
@@ -359,7 +359,7 @@ fn is_weighted<F>(branch: &BranchList<F>) -> bool {
     branch.order >= 0.0
 }
 
-/// What a branch sees.
+/// Input of a branch, in C.
 fn error<F>(branch: &BranchList<F>) -> String {
     match is_weighted(branch) {
         true => format!("self->{}_weight * r - y", branch.name),

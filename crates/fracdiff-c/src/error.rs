@@ -18,7 +18,7 @@ pub enum HeaderError {
          of an operator"
     )]
     List {
-        /// So many values are in the list.
+        /// Number of values in the list.
         count: usize,
         /// Differences (> 0) or sums (< 0) around them.
         integer: i8,

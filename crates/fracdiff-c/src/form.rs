@@ -26,7 +26,7 @@ pub(crate) struct Core {
     /// From `u` to `past`, without an input in between.
     pub(crate) step: String,
     pub(crate) direct: String,
-    /// What the numbers mean, for the comment.
+    /// Meaning of the numbers, for the comment.
     pub(crate) words: String,
 }
 
@@ -146,7 +146,7 @@ AS_WRITTEN    const real before = self->state[i];
 }
 ";
 
-/// What the taps leave for the next output.
+/// Contribution of the taps to the next output.
 const DUE: &str = "    for (i = 0U; i < 15U; ++i) {
         self->due[i] = self->due[i + 1U] + @_tap[i] * u;
     }
@@ -254,7 +254,7 @@ fn fading(plain: usize, count: usize) -> String {
     functions
 }
 
-/// The step for so many modes, the first of them without a carry.
+/// The step for `count` modes, the first `plain` of them without a carry.
 fn step<F: CNumber>(tapped: bool, plain: usize, count: usize) -> String {
     let (take_due, first_due) = match tapped {
         true => (DUE, "self->due[0]"),
@@ -304,7 +304,7 @@ const RECURSION: &str = "    const real y = DIRECT * u + self->state[0];
     past = self->state[0];
 ";
 
-/// The same for a single degree.
+/// As [`RECURSION`], for a single degree.
 const RECURSION_OF_ONE: &str = "    const real y = DIRECT * u + self->state[0];
     self->state[0] = ZERO + (@_forward[0] * u - @_backward[0] * y);
     past = self->state[0];

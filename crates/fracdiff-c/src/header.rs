@@ -274,7 +274,7 @@ static inline void @_add(real *sum, real *carry, real increment)
 }
 ";
 
-/// Clang contracts within an expression unless it is told not to.
+/// Clang contracts within an expression unless a pragma forbids it.
 const AS_WRITTEN: &str = "\
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF

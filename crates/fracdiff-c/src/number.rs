@@ -76,7 +76,7 @@ pub(crate) fn filled<S: AsRef<str>>(template: &str, words: &[(&str, S)]) -> Stri
     text
 }
 
-/// Longest name: with what is put behind it, C99 still tells all names apart.
+/// Longest name: with its suffixes, all names still differ for C99.
 const LONGEST: usize = 24;
 
 /// Words of C99, C++ and Arduino that name something else.

@@ -126,7 +126,7 @@ impl Batch {
         }
     }
 
-    /// The outputs of one channel, as many as samples.
+    /// The outputs of one channel, one for each sample.
     #[must_use]
     pub fn run(&self, x: &[f64]) -> Vec<f64> {
         self.channels(&[x]).pop().unwrap_or_default()
@@ -162,7 +162,7 @@ impl Batch {
         }
     }
 
-    /// The weights of a record of so many samples, up to the last that is not zero.
+    /// The weights of a record of `samples` samples, up to the last that is not zero.
     fn weights(&self, samples: usize) -> Vec<f64> {
         let count = self.memory.unwrap_or(samples).min(samples);
         let mut weights: Vec<f64> = match self.weights {
@@ -272,7 +272,7 @@ struct Convolution {
 }
 
 impl Convolution {
-    /// For records of at most so many samples.
+    /// For records of at most `samples` samples.
     fn new(weights: &[f64], samples: usize) -> Self {
         let length = if BLOCK * weights.len() < samples {
             BLOCK * weights.len()
@@ -322,7 +322,7 @@ impl Convolution {
         y
     }
 
-    /// Adds v·e^(−jπi/2S) to so many of its 2S places as there are.
+    /// Adds the first `y.len()` of the 2S values v·e^(−jπi/2S).
     fn add(&self, v: &[Bins<f64>], y: &mut [f64]) {
         let size = self.twist.size();
         let (early, late) = y.split_at_mut(size.min(y.len()));

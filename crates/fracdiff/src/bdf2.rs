@@ -106,7 +106,7 @@ impl<F: Real, const MODES: usize> Bdf2Memory<F, PORTABLE_TAPS, MODES> {
     /// operator, without the design.
     ///
     /// # Errors
-    /// As [`FullMemory::from_list`]; a filter of none or more than [`BDF2_TAPS`] coefficients, or of one that is not finite.
+    /// As [`FullMemory::from_list`]; a filter without coefficients, with more than [`BDF2_TAPS`], or with one that is not finite.
     pub fn from_list(integer: i8, values: &[F], filter: &[F]) -> Result<Self, ListError> {
         let memory = FullMemory::from_list(integer, values)?;
         Ok(Self::of(memory, Fir::from_slice(filter)?))

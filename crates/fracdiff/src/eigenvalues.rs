@@ -13,7 +13,7 @@ use std::vec::Vec;
 
 /// Steps for each eigenvalue at most; two or three are usual.
 const STEPS: usize = 60;
-/// Every so many steps the shift is another.
+/// Number of steps after which an exceptional shift is used.
 const EXCEPTIONAL: usize = 10;
 
 /// The eigenvalues of a square matrix of real numbers, by rows or by columns: conjugate to each other or real.

@@ -77,7 +77,7 @@ pub(crate) fn unit(phase: f64) -> (f64, f64) {
 /// A·d is small, so its rounding is lost in that of A and of the sum: to 3e-16, as the sines themselves.
 pub(crate) struct QuarterTurn {
     coarse: Vec<(f64, f64)>,
-    /// d, as many as a power of two.
+    /// d; their number is a power of two.
     rests: Vec<(f64, f64)>,
 }
 

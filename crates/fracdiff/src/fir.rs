@@ -30,14 +30,14 @@ fn dot<F: Real>(taps: &[F], samples: &[F]) -> F {
 /// Adds the rest, fifteen products at most, and all lanes.
 #[inline]
 fn finish<F: Real>(mut lanes: [F; LANES], taps: &[F], samples: &[F]) -> F {
-    // The rest goes on in the lanes where the blocks ended: fifteen additions side by side, not in a row.
+    // The rest continues in the lanes where the blocks ended: fifteen additions side by side, not in a row.
     if cfg!(target_arch = "arm") {
         for (lane, (&tap, &sample)) in lanes.iter_mut().zip(taps.iter().zip(samples)) {
             *lane += tap * sample;
         }
         return sum_of_16(lanes);
     }
-    // The same in fours: a vector that is read as a whole must not wait for numbers that were stored one by one.
+    // In fours: a vector that is read as a whole must not wait for numbers that were stored one by one.
     let ((taps, last_taps), (samples, last_samples)) =
         (taps.as_chunks::<4>(), samples.as_chunks::<4>());
     let last: [F; 4] = core::array::from_fn(|l| match (last_taps.get(l), last_samples.get(l)) {
@@ -160,7 +160,7 @@ pub struct FirHistory<F, const N: usize> {
     pub(crate) past: F,
 }
 
-/// The same as data: each sample once, newest first, wherever in the ring it lay.
+/// Serialized form: each sample once, newest first, wherever in the ring it lay.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename = "FirHistory")]
@@ -425,7 +425,7 @@ pub(crate) struct Ring<F> {
 
 #[cfg(feature = "alloc")]
 impl<F: Real> Ring<F> {
-    /// So many samples of one value.
+    /// Ring of `length` samples of one value.
     pub(crate) fn of(x: F, length: usize) -> Self {
         Self {
             twice: vec![x; 2 * length],

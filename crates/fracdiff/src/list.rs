@@ -27,7 +27,7 @@ pub enum ListError {
         "{count} coefficients do not fit this form of operator, or exceed the {most} there is room for"
     )]
     Count {
-        /// So many values are in the list.
+        /// Number of values in the list.
         count: usize,
         /// Number of values that this operator has room for, in this form.
         most: usize,

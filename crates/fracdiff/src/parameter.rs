@@ -103,7 +103,7 @@ pub struct Shown(pub f64);
 
 /// Digits of a number that is rounded.
 const DIGITS: usize = 6;
-/// A number of so many digits is a round one.
+/// Most digits of a round number.
 const ROUND: usize = 3;
 
 impl fmt::Display for Shown {

@@ -97,7 +97,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
     }
 
     /// Becomes the operator of this list, in its place: the same as [`new`](Self::new), on a stack without room for another
-    /// one. A history goes on only if it is made anew, by [`rest`](Differintegrator::rest).
+    /// one. A history of the operator before must be made anew, by [`rest`](Differintegrator::rest).
     ///
     /// # Errors
     /// As [`new`](Self::new); the operator is then unchanged.

@@ -44,13 +44,13 @@ pub trait Real:
     /// The step from 1 to the next number: a sum or product is off by half of this share of itself at most.
     const EPSILON: Self;
     /// A decayed state below this counts as zero: 2^(−90), 8e-28, or 2^(−900), 1e-271. Far above the subnormal
-    /// numbers, so that its products with weights are none either, and far below any signal.
+    /// numbers, so that its products with weights are normal too, and far below any signal.
     const NEGLIGIBLE: Self;
 
     /// Rounds to nearest, ties to even.
     fn from_f64(value: f64) -> Self;
 
-    /// The same number in double precision: nothing is lost.
+    /// This number in double precision, exactly.
     fn to_f64(self) -> f64;
 
     /// Neither infinite nor NaN.

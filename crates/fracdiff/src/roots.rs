@@ -97,7 +97,7 @@ impl Polynomial<'_> {
         places
     }
 
-    /// Moves all places to the roots; so many sweeps it took.
+    /// Moves all places to the roots and returns the number of sweeps.
     fn sweep(&mut self, places: &mut [Complex<f64>]) -> usize {
         let mut moves = vec![true; places.len()];
         for sweep in 0..SWEEPS {
@@ -106,7 +106,7 @@ impl Polynomial<'_> {
             }
             for k in 0..places.len() {
                 let z = places[k];
-                // What is beyond all numbers stays there.
+                // A root whose size is zero, subnormal or not finite stays there.
                 if !moves[k] || !z.norm().is_normal() {
                     moves[k] = false;
                     continue;
@@ -147,7 +147,7 @@ fn scaled(z: Complex<f64>, by: i32) -> Complex<f64> {
     Complex::new(libm::scalbn(z.re, by), libm::scalbn(z.im, by))
 }
 
-/// 1/z, also where |z|² is no number.
+/// 1/z, even if |z|² overflows or vanishes.
 fn inverse(z: Complex<f64>) -> Complex<f64> {
     if z.re.abs() > z.im.abs() {
         let share = z.im / z.re;
@@ -160,7 +160,7 @@ fn inverse(z: Complex<f64>) -> Complex<f64> {
     }
 }
 
-/// p'/p, and if p is 0 there, to what can be told.
+/// p'/p, and true if p is 0 there within rounding.
 fn pulled(coefficients: &[f64], z: Complex<f64>) -> (Complex<f64>, bool) {
     let (mut value, mut slope) = (Complex::new(0.0, 0.0), Complex::new(0.0, 0.0));
     let (mut size, length) = (0.0, z.norm());
@@ -178,7 +178,7 @@ fn pulled(coefficients: &[f64], z: Complex<f64>) -> (Complex<f64>, bool) {
     (slope / value, is_zero)
 }
 
-/// p of so many times its rounding is summed with twice the digits.
+/// Multiple of the rounding error below which p is summed with twice the digits.
 const NEAR: f64 = 1e6;
 
 /// p and p' with twice the digits.

@@ -18,7 +18,7 @@ pub(crate) fn serialize<T: Serialize, S: Serializer, const N: usize>(
     tuple.end()
 }
 
-/// The same back; another number of values is an error.
+/// Reads the tuple back; another number of values is an error.
 pub(crate) fn deserialize<'de, T, D: Deserializer<'de>, const N: usize>(
     deserializer: D,
 ) -> Result<[T; N], D::Error>

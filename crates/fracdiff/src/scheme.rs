@@ -227,7 +227,7 @@ impl Scheme {
         GRAMMAR
     }
 
-    /// How much of the past counts, s: `None` means the whole past. For the recursive forms it is
+    /// Length of the past that counts, s: `None` means the whole past. For the recursive forms it is
     /// the time that their slowest part takes to fade, about one period of the lower corner or N
     /// samples.
     #[must_use]

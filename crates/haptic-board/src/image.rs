@@ -1,4 +1,4 @@
-//! What an image says of itself: to `host-cli device flash` in its file, and to a host that asks the board.
+//! Identity of an image: for `host-cli device flash` in its file, and for a host that asks the board.
 
 use haptic_link::{Capabilities, IMAGE_MARK, image_digest};
 

@@ -1,4 +1,4 @@
-//! What a developer with a probe sees: changes of state and faults, told from the main loop.
+//! Log for a developer with a probe: changes of state and faults, written by the main loop.
 
 use haptic_link::{Reason, State, Status, Trouble};
 use haptic_loop::Fault;

@@ -1,4 +1,4 @@
-//! What a board is: the parts of its chip that a device needs.
+//! Interface to a board: the parts of its chip that a device needs.
 
 /// The timer whose interrupt is the tick.
 pub trait TickTimer {
@@ -17,7 +17,7 @@ pub trait Line {
     /// The next byte that came.
     fn receive(&mut self) -> Option<u8>;
 
-    /// Bytes that were lost since the last call, as nobody had fetched them in time.
+    /// Bytes lost since the last call because they were not fetched in time.
     fn take_lost(&mut self) -> u32;
 
     /// Bytes that can be sent now: a frame's length, [`FRAME_MAX`](haptic_link::FRAME_MAX), when the line is idle.

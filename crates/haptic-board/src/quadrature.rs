@@ -30,11 +30,11 @@ use haptic_loop::Fault;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Quadrature {
     count: i32,
-    /// Quarter of the line, 0 to 3; none before the first sample.
+    /// Quarter of the line, 0 to 3; `None` before the first sample.
     quarter: Option<u8>,
     /// Place in a ring of the next samples.
     next: usize,
-    /// Byte of a ring in which all samples are the last one; none before the first.
+    /// Byte of a ring in which all samples are the last one; `None` before the first.
     still: Option<u8>,
     /// Changes of A and B since a ring was last taken in.
     changes: [u8; 2],
@@ -51,7 +51,7 @@ pub struct Quadrature {
 const CHANGES_MOST: u8 = 4;
 const ALONE_MOST: u8 = 16;
 const NO_DWELL: (u32, u32) = (u32::MAX, 0);
-/// A turning shaft changes evenly; where one dwell is so many times another, a channel chatters on its edge.
+/// A turning shaft changes evenly; if one dwell is this many times another, a channel chatters on its edge.
 const UNEVEN: u32 = 4;
 
 impl Quadrature {
@@ -83,7 +83,7 @@ impl Quadrature {
         followed
     }
 
-    /// The same behind so many samples.
+    /// As [`take`](Self::take), behind `before_them` samples.
     #[inline]
     fn follow(&mut self, samples: u32, number: u32, before_them: u32) -> Result<(), Fault> {
         let mut followed = Ok(());
@@ -126,7 +126,7 @@ impl Quadrature {
     #[inline]
     pub fn take_ring(&mut self, ring: &[AtomicU8], end: usize) -> Result<(), Fault> {
         let (mut followed, mut taken) = (Ok(()), self.samples);
-        // Where the ring has just come round, the place behind its last byte is its beginning.
+        // An end at the length of the ring is its beginning.
         let end = end.checked_rem(ring.len()).unwrap_or(0);
         let parts = match core::mem::replace(&mut self.next, end) {
             next if next <= end => [next..end, 0..0],

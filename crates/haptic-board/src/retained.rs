@@ -27,7 +27,7 @@ impl RetainedMemory {
     /// Reads the memory and starts it afresh. Call this once, at start-up.
     #[must_use]
     pub fn take(&self) -> Retained {
-        // Only loads and stores: some processors have nothing else, and nobody else is there at start-up.
+        // Only loads and stores: some processors have nothing else, and nothing runs in parallel at start-up.
         let boot = self.boot.load(Ordering::Relaxed).wrapping_add(1);
         self.boot.store(boot, Ordering::Relaxed);
         let was_armed = self.live.load(Ordering::Relaxed) == ARMED;

@@ -23,7 +23,7 @@
 typedef struct hb_bridge hb_bridge;
 
 /**
- * What the device is and may do. No host can loosen these limits; it sets its own within them.
+ * Abilities and limits of the device. No host can loosen these limits; it sets its own within them.
  * Set everything to zero first (`hb_device device = {0};`, in C++ `hb_device device{};`), then `size`.
  */
 typedef struct hb_device {
@@ -57,7 +57,7 @@ typedef struct hb_device {
    */
   double position_resolution_m;
   /**
-   * Low ends of the workspace, m: outside of it there is no force. Ends that are both 0 are none.
+   * Low ends of the workspace, m: outside of it there is no force. Two ends of 0 mean no workspace limit.
    */
   double workspace_low_m[3];
   /**

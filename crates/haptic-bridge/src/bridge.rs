@@ -27,11 +27,11 @@ pub struct Ticker {
 }
 
 impl Ticker {
-    /// One call of the program, at this time of a clock that only goes on, µs, with its position, m: the force until the next
+    /// One call of the program, at this time of a monotonic clock, µs, with its position, m: the force until the next
     /// call, N. Elements beyond the axes of the device are ignored, and zero.
     ///
-    /// A position that is none and a time that stands are a fault: the force is zero at once. A panic in here ends at this
-    /// border and is one too, for good.
+    /// A position that is missing or not finite, or a clock that stands still, is a fault: the force is zero at once. A panic in here
+    /// ends at this border and is a fault too, for good.
     pub fn tick(&mut self, time_us: u64, position_m: Option<&[f64; 3]>) -> [f64; 3] {
         if self.ended {
             return [0.0; 3];
@@ -63,7 +63,7 @@ impl Ticker {
         self.pace.wait(waiter, period)
     }
 
-    /// What other threads may ask of it.
+    /// Handle for requests of other threads.
     #[must_use]
     pub fn handle(&self) -> Handle {
         self.handle.clone()

@@ -12,7 +12,7 @@ use std::ptr;
 use std::sync::{Mutex, PoisonError};
 use thiserror::Error;
 
-/// Where a bridge listens unless told: this machine alone.
+/// Default address of a bridge: this machine alone.
 const ADDRESS: &str = "127.0.0.1:4250";
 
 /// A pointer that is needed was null.
@@ -20,7 +20,7 @@ pub const HB_NULL: c_int = -1;
 /// The library failed inside and has let go for good: close the bridge.
 pub const HB_ENDED: c_int = -2;
 
-/// What the device is and may do. No host can loosen these limits; it sets its own within them.
+/// Abilities and limits of the device. No host can loosen these limits; it sets its own within them.
 /// Set everything to zero first (`hb_device device = {0};`, in C++ `hb_device device{};`), then `size`.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
@@ -40,7 +40,7 @@ pub struct HbDevice {
     pub force_rate_max_n_per_s: f64,
     /// Distance of one count of the sensor, m; 0 if it is not known.
     pub position_resolution_m: f64,
-    /// Low ends of the workspace, m: outside of it there is no force. Ends that are both 0 are none.
+    /// Low ends of the workspace, m: outside of it there is no force. Two ends of 0 mean no workspace limit.
     pub workspace_low_m: [f64; 3],
     /// High ends of the workspace, m.
     pub workspace_high_m: [f64; 3],
@@ -95,7 +95,7 @@ pub unsafe extern "C" fn hb_open(
     ptr::null_mut()
 }
 
-/// What `hb_open` cannot take.
+/// Arguments that `hb_open` refuses.
 #[derive(Debug, Error)]
 enum OpenError {
     #[error("the device is NULL: describe it by an hb_device")]

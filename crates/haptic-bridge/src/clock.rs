@@ -7,7 +7,7 @@
 //!   *Called at T*, each call is a tick, whatever the jitter below T/2 and whichever clock is the faster.
 //! - *A pause of more than 1.5·T between two calls* ends in a tick and skips as many ticks as are nearest to it, less one: they count as time and have
 //!   no samples, and the law takes them in on the line to the next.
-//! - *Time that does not go on* is a trouble; the loop's own time then goes on by T, so that its watchdog never waits for
+//! - *A clock that stands still* is a trouble; the loop's own time then advances by T, so that its watchdog never waits for
 //!   a clock that was set back.
 //! - *Units*: µs. *Cost*: a few comparisons.
 

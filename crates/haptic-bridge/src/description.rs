@@ -5,7 +5,7 @@ use haptic_loop::RangeError;
 use haptic_remote::abilities;
 use thiserror::Error;
 
-/// What a device is and may do. No host can loosen these limits; it sets its own within them.
+/// Abilities and limits of a device. No host can loosen these limits; it sets its own within them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Description {
     /// Name in `device info` and in logs, 1 to 16 bytes.
@@ -21,7 +21,7 @@ pub struct Description {
     pub force_rate_max_n_per_s: f64,
     /// Distance of one count of the sensor, m; 0 if it is not known.
     pub position_resolution_m: f64,
-    /// Low ends of the workspace, m. Outside of it there is no force. Ends that are both 0 are none.
+    /// Low ends of the workspace, m. Outside of it there is no force. Two ends of 0 mean no workspace limit.
     pub workspace_low_m: [f64; 3],
     /// High ends of the workspace, m.
     pub workspace_high_m: [f64; 3],
@@ -118,7 +118,7 @@ impl Description {
         })
     }
 
-    /// The ends of an axis, m; infinite where there are none.
+    /// The ends of an axis, m; infinite without a limit.
     pub(crate) fn workspace(&self, axis: usize) -> [f32; 2] {
         match [self.workspace_low_m[axis], self.workspace_high_m[axis]] {
             [low, high] if low < high => [low as f32, high as f32],

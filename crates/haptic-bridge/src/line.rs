@@ -17,16 +17,16 @@ const REQUESTS_WAITING: usize = 64;
 const REPORTS_WAITING: usize = 1024;
 /// Bytes read, or put together for a write, at once.
 const AT_ONCE: usize = 4096;
-/// Pause while nobody has said anything for long.
+/// Pause after a long silence of all.
 const NOBODY: Duration = Duration::from_millis(5);
 /// Rounds without a byte that are long.
 const QUIET_ROUNDS: u32 = 4000;
 
 /// Time from one look at the program to the next, µs.
 const LOOK_US: u64 = 250_000;
-/// Fewer calls in that time tell nothing of their unit.
+/// Fewest calls in that time from which their unit can be judged.
 const CALLS_LEAST: u32 = 20;
-/// A time that passes so many times too slowly is in ms or in s; no machine is so slow.
+/// A clock that runs slower by this factor is in ms or in s; no machine is that slow.
 const UNIT: u64 = 100;
 
 /// The host's end of a bridge: bytes in, bytes out, without a line.
@@ -95,7 +95,7 @@ impl LineSide {
         }
     }
 
-    /// Writes the next frame for the host into `frame` and returns its length; 0 if there is none.
+    /// Writes the next frame for the host into `frame` and returns its length; 0 if no frame waits.
     pub fn next(&mut self, frame: &mut [u8; FRAME_MAX]) -> usize {
         let Ok(mut report) = self.reports.pop() else {
             return 0;

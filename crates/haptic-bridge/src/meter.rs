@@ -9,7 +9,7 @@
 use crate::clock::Call;
 use haptic_link::{Reason, Trouble};
 
-/// Length of a window, µs, and the share of T, one in so many, by which its mean may be longer.
+/// Length of a window, µs, and the divisor of T that gives the allowed excess of its mean.
 const WINDOWS: [(u64, u64); 2] = [(200_000, 20), (2_000_000, 50)];
 /// Ticks that may be missing in a row, and ticks in a row that are not yet a fault by being late.
 const IN_ROW: u32 = 20;

@@ -26,7 +26,7 @@ impl<const D: usize> Program<D> {
         }
     }
 
-    /// Takes over the position of this call, m; false if it is none.
+    /// Takes over the position of this call, m; false if it is missing or not finite.
     pub(crate) fn take(&mut self, position_m: Option<&[f64; 3]>) -> bool {
         let single = position_m.map(|axes| std::array::from_fn(|axis| axes[axis] as f32));
         self.position_m = single.filter(|axes: &[f32; D]| axes.iter().all(|axis| axis.is_finite()));

@@ -43,7 +43,7 @@ impl Handle {
         reason(trouble, self.0.times.load(Ordering::Relaxed)).some()
     }
 
-    /// True once for each stop. Read before it is written: a tick in which nobody stops costs no exchange between cores.
+    /// True once for each stop. Read before it is written: a tick without a stop costs no exchange between cores.
     pub(crate) fn take_stop(&self) -> bool {
         self.0.stop.load(Ordering::Relaxed) && self.0.stop.swap(false, Ordering::Acquire)
     }

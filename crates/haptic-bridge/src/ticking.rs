@@ -46,7 +46,7 @@ pub(crate) struct Ticking<const D: usize> {
     handle: Handle,
     clock: ProgramClock,
     meter: Meter,
-    /// The calls by which T is measured, if nobody has declared it.
+    /// The calls by which T is measured, if it was not declared.
     first: Option<First>,
     /// Longest silence that the program allows, µs.
     silence_most_us: u64,
@@ -133,7 +133,7 @@ impl<const D: usize> Ticking<D> {
         }
     }
 
-    /// Counts a call of the first second; true once T is known, which takes effect with it. A time that does not go on begins anew.
+    /// Counts a call of the first second; true once T is known, which takes effect with it. A clock that stands still restarts the count.
     fn is_declared(&mut self, time_us: u64) -> bool {
         const LONG_US: u64 = 1_000_000;
         let Some(first) = &mut self.first else {

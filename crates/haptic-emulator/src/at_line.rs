@@ -11,9 +11,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// A read waits so long: the device moves on in steps of it at least.
+/// Longest wait of a read: the device advances at least once in this time.
 const PATIENCE: Duration = Duration::from_millis(1);
-/// Pause while nobody has the port open.
+/// Pause while no host has the port open.
 pub(crate) const NOBODY: Duration = Duration::from_millis(5);
 
 /// A device without hardware that takes bytes and answers in bytes. Time is an argument, µs.
@@ -25,7 +25,7 @@ pub trait AtLine {
     fn receive(&mut self, byte: u8, now_us: u64, out: &mut Vec<u8>);
 }
 
-/// What a line did to the bytes of both ways.
+/// Damage that a line did to the bytes of both directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Damage {
     /// Damage to requests; the device answers only those that arrive intact.

@@ -13,7 +13,7 @@ const LARGEST: f64 = 1e30;
 /// An axis is not narrower than this share of its values, or its ticks would not differ in `f64`.
 const NARROWEST: f64 = 1e-9;
 
-/// How values are spread along an axis; a logarithmic axis omits values that are not above 0.
+/// Spread of the values along an axis; a logarithmic axis omits values that are not above 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
     /// Equal differences are equal lengths.
@@ -53,7 +53,7 @@ impl Scale {
 pub(crate) struct Axis {
     /// Quantity and unit, with the prefix that the values ask for.
     pub(crate) label: String,
-    /// True where a neighbour or the page says it.
+    /// True where a neighbour or the page shows it.
     pub(crate) is_told: bool,
     /// One of the label's units, in those of the values.
     pub(crate) unit: f64,
@@ -120,7 +120,7 @@ impl Axis {
         Self::new(label, scale, low, high)
     }
 
-    /// The label, unless it is told elsewhere.
+    /// The label; empty where a neighbour or the page shows it.
     pub(crate) fn own_label(&self) -> &str {
         if self.is_told { "" } else { &self.label }
     }
@@ -158,7 +158,7 @@ fn narrowest(largest: f64) -> f64 {
     (NARROWEST * largest).max(1.0 / LARGEST)
 }
 
-/// The least and the largest value; infinite if there is none.
+/// The least and the largest value; infinite if the iterator is empty.
 pub(crate) fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
         (low.min(value), high.max(value))
@@ -216,13 +216,13 @@ fn step_above(value: f64) -> f64 {
     step.unwrap_or(10.0) * decade
 }
 
-/// Up to so many decades each has its label; beyond, every other one.
+/// Most decades that each have a label; beyond, every other one.
 const LABELLED_DECADES: f64 = 8.0;
-/// Up to so many decades 2 and 5 times each power of ten have a label too.
+/// Most decades in which 2 and 5 times each power of ten have a label too.
 const FINE_DECADES: f64 = 3.0;
 /// Decades whose ticks are written in plain digits, 0.001 to 10000.
 const PLAIN_DECADES: std::ops::RangeInclusive<i32> = -3..=4;
-/// About so many ticks on a linear axis.
+/// Approximate number of ticks on a linear axis.
 const LINEAR_TICKS: f64 = 5.0;
 /// A decade shorter than this, px, has no small ticks.
 const NARROWEST_DECADE: f64 = 18.0;

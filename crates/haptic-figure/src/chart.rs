@@ -16,7 +16,7 @@ use crate::{FigureError, Picture};
 const MOST_PANELS: usize = 26;
 /// More columns would leave no room for the boxes.
 const MOST_COLUMNS: usize = 5;
-/// Height of the boxes of a page with so many columns, px; their widths are about 760, 330, 200, 150 and 110.
+/// Height of the boxes of a page by its number of columns, px; their widths are about 760, 330, 200, 150 and 110.
 const BOX_HEIGHTS: [f64; MOST_COLUMNS] = [400.0, 262.0, 176.0, 140.0, 118.0];
 /// Space above the box of a single panel without a caption.
 const TOP_WITHOUT_CAPTION: f64 = 16.0;
@@ -45,9 +45,9 @@ pub struct AxisSpec<'a> {
 /// The look of a series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Look {
-    /// A line in the dash of its colour, which is solid for colour 0: series of different colours are told apart without colours too.
+    /// A line in the dash of its colour, which is solid for colour 0: series of different colours differ without colours too.
     Line,
-    /// A line in any colour of dashes with gaps as long: on another curve, both are seen.
+    /// A line in any colour, with dashes and gaps of equal length: on another curve, both are seen.
     Dashed,
     /// A dotted line in any colour.
     Dotted,
@@ -55,7 +55,7 @@ pub enum Look {
     Broad,
     /// A marker at each point, in the shape of its colour.
     Markers,
-    /// The same, outlined only: what lies beneath is seen in it.
+    /// An outlined marker, through which whatever lies beneath it is seen.
     OpenMarkers,
     /// A cross at each point in any colour, larger than a marker: it looks out from behind one of a later series.
     Crosses,
@@ -298,7 +298,7 @@ impl<'a> AxisSpec<'a> {
         }
     }
 
-    /// The same axis, limited to this range.
+    /// Limits the axis to this range.
     #[must_use]
     pub const fn between(self, low: f64, high: f64) -> Self {
         Self {
@@ -307,7 +307,7 @@ impl<'a> AxisSpec<'a> {
         }
     }
 
-    /// The same, where a line that goes beyond the range has an arrow with its largest or smallest value.
+    /// Limits the axis; a line that leaves the range has an arrow with its largest or smallest value.
     #[must_use]
     pub const fn focused(self, low: f64, high: f64) -> Self {
         Self {
@@ -316,13 +316,13 @@ impl<'a> AxisSpec<'a> {
         }
     }
 
-    /// True if a value is in the given range, or told where it is beyond.
+    /// True if a value is in the given range, or shown by an arrow beyond it.
     fn shows(&self, value: f64) -> bool {
         self.is_focused || (self.range).is_none_or(|(low, high)| (low..=high).contains(&value))
     }
 
-    /// The axis in the given range or, if that is none, made by `automatic` for the values: for
-    /// those marked as in the range of the other axis, if there are any.
+    /// The axis in the given range. Without a valid one, `automatic` makes it for the values marked as in the
+    /// range of the other axis, or for all if no value is marked.
     fn axis(
         &self,
         automatic: impl Fn(&str, Scale, f64, f64) -> Axis,
@@ -357,7 +357,7 @@ impl<'a> Series<'a> {
         }
     }
 
-    /// The form of its look, or of the look so many `further` in line.
+    /// The form of its look, or of the look `further` places down the line.
     fn form(&self, further: usize, sizes: Sizes) -> Form {
         // Of which dash or shape the look begins.
         let first = match self.look {

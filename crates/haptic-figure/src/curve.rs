@@ -11,7 +11,7 @@ pub(crate) const AREA_OPACITY: f64 = 0.1;
 const RIM: Stroke = Stroke::solid(PAPER, 1.2);
 /// Width of the outline of an open marker.
 const OPEN_RIM: f64 = 1.4;
-/// A marker takes as much of a file as so many points of a line.
+/// Size of a marker in a file, in points of a line.
 const POINTS_OF_A_MARKER: usize = 5;
 /// Length and height of a sample in the legend.
 pub(crate) const SAMPLE_LENGTH: f64 = 40.0;

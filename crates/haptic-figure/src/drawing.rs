@@ -1,4 +1,4 @@
-//! What is drawn: a sheet of paper and the few kinds of things that lie on it.
+//! A drawing: a sheet of paper and the few kinds of things that lie on it.
 //!
 //! Places are in CSS pixels from the upper left corner. They are rounded to hundredths here, so that both writers, of
 //! SVG text and of pixels, have the same numbers.
@@ -84,12 +84,12 @@ impl Item {
     }
 }
 
-/// What all markers of a series look like.
+/// Look of all markers of a series.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Marker {
     pub(crate) shape: Shape,
     pub(crate) radius: f64,
-    /// Colour within the rim; none if what lies beneath is seen there.
+    /// Colour within the rim; `None` leaves it transparent.
     pub(crate) inside: Option<&'static str>,
     pub(crate) rim: Stroke,
 }
@@ -171,13 +171,13 @@ impl Text {
         }
     }
 
-    /// The same with its middle or end there.
+    /// Anchors the text at its middle or end.
     pub(crate) fn anchored(self, anchor: Anchor) -> Self {
         Self { anchor, ..self }
     }
 }
 
-/// A hundredth of a pixel is seen by nobody, and further digits only make files large.
+/// Nobody sees a hundredth of a pixel, and further digits only make files large.
 pub(crate) fn hundredths(value: f64) -> f64 {
     (100.0 * value).round() / 100.0
 }

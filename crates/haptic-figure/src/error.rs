@@ -11,10 +11,10 @@ pub enum FigureError {
     Empty {
         /// The curve that is missing.
         what: &'static str,
-        /// How many were given, none of which can be shown.
+        /// Number of samples given; none of them can be shown.
         samples: usize,
     },
-    /// A page has no letters for so many panels.
+    /// A page has no letters for this many panels.
     #[error("{found} panels on one page; at most {most} fit")]
     Panels {
         /// Panels that the page was asked for.
@@ -27,9 +27,9 @@ pub enum FigureError {
     Lengths {
         /// The slice with another length.
         what: &'static str,
-        /// How many samples the time has.
+        /// Number of samples of the time.
         expected: usize,
-        /// How many samples this slice has.
+        /// Number of samples of this slice.
         found: usize,
     },
     /// A page has no such panel.
@@ -39,7 +39,7 @@ pub enum FigureError {
     Panel {
         /// The name that was asked for.
         wanted: String,
-        /// The panels that there are.
+        /// The panels of the page.
         known: String,
     },
     /// A page cannot be printed at this width.

@@ -29,7 +29,7 @@ const PANELS_BELOW: f64 = 12.0;
 const HEADING_GAP: f64 = 10.0;
 /// Room for a label that all panels share.
 const SHARED_LABEL: f64 = 24.0;
-/// All curves of a page have about so many points, which keeps its SVG below half a megabyte.
+/// Approximate number of points of all curves of a page, which keeps its SVG below half a megabyte.
 const POINTS_OF_A_PAGE: usize = 20_000;
 
 /// Pixels of a page per metre of paper at which its smallest text has 6 points; a wider page has larger ones.
@@ -55,7 +55,7 @@ impl Row {
         self.height - sizes.bottom + margins.fold(0.0, f64::max)
     }
 
-    /// Rows of so many of these panels; one that is left over beside a free place is as wide as two.
+    /// Rows of `columns` of these panels; a last one beside a free place is as wide as two.
     pub(crate) fn of(height: f64, columns: usize, panels: Vec<Panel>) -> Vec<Self> {
         let mut panels = panels.into_iter();
         let mut rows = Vec::new();
@@ -272,7 +272,7 @@ impl Page {
         frames
     }
 
-    /// Space to the left of each box in rows of so many columns. Boxes stand in line: all columns
+    /// Space to the left of each box in rows of `columns` columns. Boxes stand in line: all columns
     /// with axis labels have one margin, and all without.
     fn margins_left(&self, columns: usize) -> Vec<f64> {
         let widest = |labelled: bool| {
@@ -425,7 +425,7 @@ impl Page {
     }
 }
 
-/// What a label takes that all panels share.
+/// Room for a label that all panels share.
 const fn room_of(label: &str) -> f64 {
     if label.is_empty() { 0.0 } else { SHARED_LABEL }
 }

@@ -7,7 +7,7 @@ use crate::style::{GRID, INK, MUTED_INK, Sizes, fit, text_width};
 
 /// Of the space on the left, what lies beside the tick labels: axis label, ticks, gaps.
 const BESIDE_TICK_LABELS: f64 = 40.0;
-/// The same without an axis label.
+/// As [`BESIDE_TICK_LABELS`], without an axis label.
 const BESIDE_BARE_TICK_LABELS: f64 = 14.0;
 /// Between a vertical axis and its tick labels, and between these and the axis label.
 const TICK_LABEL_GAP: f64 = 8.0;
@@ -35,7 +35,7 @@ pub(crate) struct Frame {
     pub(crate) height: f64,
     pub(crate) edges: BoxEdges,
     pub(crate) sizes: Sizes,
-    /// Each curve has about so many points.
+    /// Approximate number of points of each curve.
     pub(crate) most_points: usize,
 }
 
@@ -59,7 +59,7 @@ pub(crate) struct Panel {
     pub(crate) curves: Vec<Curve>,
     /// Said in the middle of the box when there is no curve.
     pub(crate) note: Option<String>,
-    /// What of the curves lies beyond the axes.
+    /// Parts of the curves beyond the axes.
     pub(crate) beyond: Vec<Beyond>,
 }
 

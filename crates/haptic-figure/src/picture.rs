@@ -29,7 +29,7 @@ use crate::{FigureError, Sheet, svg};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     svg: String,
-    /// What the SVG says, for pixels.
+    /// Drawing of the SVG, for pixels.
     #[cfg(feature = "png")]
     pub(crate) drawing: Drawing,
     page: Page,
@@ -46,7 +46,7 @@ impl Picture {
         })
     }
 
-    /// The same picture, printed on a sheet.
+    /// Lays the picture out again for a printed sheet.
     ///
     /// # Errors
     /// If it cannot have this width, or has no such panel.

@@ -44,7 +44,7 @@ pub(crate) fn draw<S: Surface>(
 
 /// Paths are all that pixels and a page of PDF need.
 pub(crate) trait Surface {
-    /// What hides all outside a box; none where [`Surroundings::edges`] is enough.
+    /// Mask that hides all outside a box; `None` where [`Surroundings::edges`] is enough.
     fn mask(&self, edges: &Path, transform: Transform) -> Option<Mask>;
     fn fill(&mut self, path: &Path, colour: Color, around: Surroundings<'_>);
     fn stroke(&mut self, path: &Path, stroke: Stroke, colour: Color, around: Surroundings<'_>);
@@ -88,11 +88,11 @@ struct Canvas<S> {
     lettering: Lettering,
 }
 
-/// What holds for all that is drawn at one place.
+/// Settings for all that is drawn at one place.
 #[derive(Clone, Copy)]
 pub(crate) struct Surroundings<'a> {
     pub(crate) transform: Transform,
-    /// Where something is seen, as a mask and as a box; `None` is everywhere.
+    /// Visible area, as a mask and as a box; `None` is everywhere.
     mask: Option<&'a Mask>,
     pub(crate) edges: Option<Rect>,
     pub(crate) join: LineJoin,
@@ -220,7 +220,7 @@ impl<S: Surface> Canvas<S> {
     }
 }
 
-/// Straight lines through the points of each piece; `None` if there is none.
+/// Straight lines through the points of each piece; `None` without a point.
 fn joined(pieces: &[Points], closed: bool) -> Option<Path> {
     let mut path = PathBuilder::new();
     for piece in pieces {
@@ -285,7 +285,7 @@ fn colour(name: &str) -> Result<Color, FigureError> {
 
 /// PNG pixels per CSS pixel: 1760 pixels, 250 per inch on a page 7 inches wide.
 const SCALE: u32 = 2;
-/// The same of a picture whose width is given, and the least that it has per metre: 300 per inch.
+/// Least pixels per CSS pixel of a picture whose width is given, and least pixels per metre: 300 per inch.
 const PRINT_SCALE: f64 = 4.0;
 const PER_METRE: f64 = 300.0 / 0.0254;
 

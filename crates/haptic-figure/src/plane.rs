@@ -122,7 +122,7 @@ impl PlaneFigure<'_> {
         let stride = x.len().div_ceil(PATH_POINTS).max(1);
         let points = x.iter().copied().zip(y.iter().copied());
         let mut path = scaled(points.step_by(stride));
-        // Where it ends.
+        // The stride may miss the last point.
         path.extend(scaled(x.last().copied().zip(y.last().copied())));
         path
     }
@@ -186,7 +186,7 @@ fn axes(curves: &[Vec<(f64, f64)>]) -> Vec<Series<'_>> {
         .collect()
 }
 
-/// Ends of an axis; those of the data if there are none.
+/// Ends of an axis; `None` uses those of the data.
 type Ends = Option<(f64, f64)>;
 
 /// The ends of both axes for these points, with one scale for both.

@@ -9,10 +9,10 @@ pub(crate) const PAGE_WIDTH: f64 = 880.0;
 pub(crate) const PAGE_EDGE: f64 = 14.0;
 
 pub(crate) const TITLE_SIZE: u32 = 20;
-/// A title that is longer than this allows goes on in another line.
+/// A title that is longer than this allows continues in another line.
 pub(crate) const SMALLEST_TITLE_SIZE: u32 = 15;
 pub(crate) const SUBTITLE_SIZE: u32 = 16;
-/// Conditions that are longer than this allows go on in another line.
+/// Conditions that are longer than this allows continue in another line.
 pub(crate) const SMALLEST_SUBTITLE_SIZE: u32 = 12;
 pub(crate) const LABEL_SIZE: u32 = 17;
 /// No text is made smaller than this to fit.
@@ -68,7 +68,7 @@ pub(crate) const LOOKS: usize = SERIES_DASHES.len() * SERIES_COLOURS.len();
 /// Lengths of dashes and gaps by turns, px; `None` is a solid line.
 pub(crate) type Dash = Option<&'static [f64]>;
 
-/// The number of the dash or shape, and of the colour, of the look that comes so many `further` in line: first all of one colour.
+/// The number of the dash or shape, and of the colour, of the look `further` places down the line: first all of one colour.
 pub(crate) const fn further_look(style: usize, colour: usize, further: usize) -> (usize, usize) {
     let styles = SERIES_DASHES.len();
     (style + further % styles, colour + further / styles)
@@ -180,7 +180,7 @@ pub(crate) fn fit(text: &str, size: u32, width: f64) -> (String, u32) {
     fit_between(text, SMALLEST_SIZE..=size, width)
 }
 
-/// The same with sizes of its own.
+/// As [`fit`], between two sizes.
 pub(crate) fn fit_between(text: &str, sizes: RangeInclusive<u32>, width: f64) -> (String, u32) {
     let least = *sizes.start();
     let fitting = sizes.rev().find(|&size| text_width(text, size) <= width);

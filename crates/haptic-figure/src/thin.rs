@@ -11,7 +11,7 @@ use std::collections::{HashMap, HashSet};
 const INVISIBLE: f64 = 0.05;
 /// The narrowest columns of points of which only the extremes stay, px.
 const FINEST_COLUMN: f64 = 0.125;
-/// Up to so many points straight stretches are looked for: in the worst case that takes the square of their number.
+/// Most points among which straight stretches are searched: in the worst case the cost grows with the square of their number.
 const LONGEST_EXACT: usize = 6_000;
 
 /// Points of a curve, x and y.
@@ -20,7 +20,7 @@ pub(crate) type Points = Vec<Place>;
 /// A place, px to the right and down, or as shares of a box.
 pub(crate) type Place = (f64, f64);
 
-/// The highest point of each of so many equal bins of the axis, in order: an upper envelope.
+/// The highest point of each of `bins` equal bins of the axis, in order: an upper envelope.
 ///
 /// A curve through the changes of sign of an error would be a hedge of spikes on a logarithmic axis.
 #[must_use]
@@ -60,7 +60,7 @@ pub(crate) fn simplify(points: Points, most: usize) -> Points {
     }
 }
 
-/// Thins dots on the paper to at most `most` of them, or 1: of those that cover each other one stays.
+/// Thins dots on the paper to at most `most` of them, or 1: of dots that cover each other one stays.
 pub(crate) fn scatter(points: Points, most: usize) -> Points {
     let mut kept = points;
     let mut cell = FINEST_COLUMN;
@@ -181,7 +181,7 @@ fn cut(points: &[(f64, f64)], closed: bool, depth_of: Depth) -> Points {
     kept
 }
 
-/// A path that comes back to a place after so many times the width has come again; before, it is only slow.
+/// Length of path, over the width, after which a return to a place counts; before, the path is only slow.
 const LATER: f64 = 6.0;
 /// Shorter stretches, as multiples of the width, stay: a path that crosses itself has no gap there.
 const CROSSING: f64 = 20.0;
@@ -226,7 +226,7 @@ struct Seen {
 }
 
 impl Seen {
-    /// True if all of a piece of the path, which begins after so long a way, lies where the path was long before; and its length.
+    /// True if all of a piece of the path, which begins `walked` along it, lies where the path was long before; and its length.
     fn passes(&mut self, from: Place, to: Place, walked: f64) -> (bool, f64) {
         let (x, y) = (to.0 - from.0, to.1 - from.1);
         let length = x.hypot(y);

@@ -98,7 +98,7 @@ impl<F: Real, E: Environment<F, 1>, const D: usize, S: Surface<F, D>> Contact<F,
         }
     }
 
-    /// The same contact with a depth map, for shapes other than a slab: the environment receives e
+    /// Adds a depth map, for shapes other than a slab: the environment receives e
     /// of the penetration.
     #[must_use]
     pub fn with_depth_map(self, map: Option<DepthMap<F>>) -> Self {
@@ -242,7 +242,7 @@ impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for Pushing<E> {
     #[inline]
     fn force(&self, history: &E::History, position_m: &SVector<F, 1>) -> SVector<F, 1> {
         let force = self.inner.force(history, position_m);
-        // What is not finite must reach the safety chain.
+        // A force that is not finite must reach the safety chain.
         let pulls = force[0] > F::ZERO && force[0].is_finite();
         match pulls && !self.may_pull {
             true => SVector::from([F::ZERO]),

@@ -114,14 +114,14 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         )
     }
 
-    /// The rest of a tick of the environment: its history takes in what came with the force.
+    /// The rest of a tick of the environment: its history takes in the input and the applied force.
     #[inline]
     pub(crate) fn advance(&mut self, input: &SVector<F, D>, sample: &Sample<F, D>) {
         let applied = sample.force.newtons();
         (self.environment).advance_applied(&mut self.history, input, applied);
     }
 
-    /// The environment takes in ticks that did not come, evenly on the line from the last position, m, to this reading.
+    /// The environment takes in missed ticks, evenly on the line from the last position, m, to this reading.
     #[inline(never)]
     pub(crate) fn pass(&mut self, ticks: u32, last_m: &SVector<F, D>, reading: &Reading<F, D>) {
         let held = *self.safety.force();
@@ -199,7 +199,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         self.safety.stop();
     }
 
-    /// Forgets the past, clears a fault and a stop; the force goes on from where it is, at the rate
+    /// Forgets the past, clears a fault and a stop; the force continues from its present value, at the rate
     /// limit.
     pub fn reset(&mut self) {
         self.environment.rest(&mut self.history);
@@ -219,7 +219,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
 
     /// The environment and its memory, to change the law while the loop runs.
     ///
-    /// The safety chain goes on: the force moves to the new law's force at the rate limit. A
+    /// The safety chain continues: the force moves to the new law's force at the rate limit. A
     /// history of other positions makes the wanted force jump; a history of another environment
     /// makes it wrong.
     pub const fn law_mut(&mut self) -> (&mut E, &mut E::History) {

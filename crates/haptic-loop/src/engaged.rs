@@ -115,7 +115,7 @@ where
         self.close(reading, commanded)
     }
 
-    /// One tick after so many that did not come since the device was at this position, m. The law takes those in on the straight
+    /// One tick after some that were missed since the device was at this position, m. The law takes those in on the straight
     /// line from there to where the device is now, as if the whole motion had not been made in one sample time.
     ///
     /// # Errors
@@ -193,7 +193,7 @@ where
         written.map(|()| sample)
     }
 
-    /// Call this when the loop cannot go on: the device lets go at once, and this fault is latched
+    /// Call this when the loop cannot continue: the device lets go at once, and this fault is latched
     /// unless another already is. An error of the device does the same.
     #[inline(never)]
     pub fn let_go(&mut self, fault: Fault) {

@@ -155,7 +155,7 @@ impl<F: Real, O: Differintegrator<F>, const D: usize> Environment<F, D> for Spri
         array::from_fn(|_| self.operator.at_rest())
     }
 
-    /// Where the operator cannot rest, as an integral of a constant, the history stays.
+    /// An operator that cannot rest, as an integral of a constant, keeps its history.
     fn settle(&self, history: &mut Self::History, position_m: &SVector<F, D>) {
         for (history, &x) in history.iter_mut().zip(position_m.iter()) {
             if let Some(settled) = self.operator.settled(x) {

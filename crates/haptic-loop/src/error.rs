@@ -64,7 +64,7 @@ const fn less_braking(mass_known: bool) -> &'static str {
     }
 }
 
-/// The checks of a constructor with many parameters, one after another: the first that fails is kept, and told at the end.
+/// The checks of a constructor with many parameters, one after another: the first that fails is kept, and returned at the end.
 ///
 /// Each way out in between would copy the error, on a microcontroller some 40 B of flash. What is computed meanwhile from
 /// a refused value is thrown away.

@@ -1,4 +1,4 @@
-//! How tissue is pressed: the shape of a specimen, and a map from depth to what its memory sees.
+//! Loading of tissue: the shape of a specimen, and a map from depth to the strain that its memory sees.
 //!
 //! ```text
 //! f = γ·(M ∗ de(δ)/dt)        γ m, M the relaxation modulus Pa, e m, δ depth m
@@ -30,7 +30,7 @@ use core::f64::consts::PI;
 use fracdiff::Real;
 use fracdiff::parameter::{positive, range};
 
-/// Which modulus a number in Pa states.
+/// Kind of modulus that a number in Pa states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Modulus {
     /// G.
@@ -115,7 +115,7 @@ impl LoadingKind {
     }
 }
 
-/// How a specimen is loaded, and its sizes: those that its kind has.
+/// Kind of loading of a specimen, with the sizes that this kind has.
 ///
 /// | kind | needs | may have |
 /// |---|---|---|
@@ -518,7 +518,7 @@ fn growth<F: Real>(x: F) -> F {
 const SIXTEENTHS_MAX: u32 = 4;
 
 impl DepthMap<f64> {
-    /// The same map in the precision of a loop.
+    /// This map in the precision of a loop.
     ///
     /// # Errors
     /// If a number overflows or vanishes there.
@@ -550,7 +550,7 @@ impl DepthMap<f64> {
     }
 
     /// The largest depth, m, up to a kilometre, at which the slope of e is at most this, to a
-    /// relative 1e-12; 0 if there is none.
+    /// relative 1e-12; 0 if every slope is larger.
     #[must_use]
     pub fn depth_of_slope(&self, slope: f64) -> f64 {
         let (mut low, mut high) = (libm::log(1e-12), libm::log(1e3));

@@ -24,7 +24,7 @@ pub trait Surface<F: Real, const D: usize>: Clone + Debug {
     /// Distance into the environment, m, negative outside. Not finite if the position is not.
     fn depth(&self, position_m: &SVector<F, D>) -> F;
 
-    /// The same, and the normal into the environment, of length 1 at most.
+    /// Depth and normal into the environment, of length 1 at most.
     fn touch(&self, position_m: &SVector<F, D>) -> (F, SVector<F, D>);
 }
 

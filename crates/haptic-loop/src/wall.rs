@@ -52,7 +52,7 @@ impl<F: Real> WallShape<F> {
         checks.done().map(|()| shape)
     }
 
-    /// The same with a map of depth, which a wall without a surface ignores.
+    /// Adds a map of depth, which a wall without a surface ignores.
     #[must_use]
     pub fn with_depth_map(self, map: Option<DepthMap<F>>) -> Self {
         Self { map, ..self }

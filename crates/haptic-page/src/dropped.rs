@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 /// Folder of tissues in that of the runs.
 pub(crate) const TISSUES: &str = "tissues";
 
-/// What a TOML file is: its kind, and of an experiment the form that it fills.
+/// Kind of a TOML file, and for an experiment the form that it fills.
 pub(crate) fn looked_at(file: &TextFile) -> Result<Value, Failure> {
     let path = Path::new(&file.name);
     let table: toml::Table = toml::from_str(&file.text).map_err(|error| {
@@ -62,7 +62,7 @@ pub(crate) fn keep_tissue(
     Ok(path)
 }
 
-/// Refuses a tissue that nobody could feel: it is not taken in.
+/// Refuses a tissue that cannot be felt, before it joins the library.
 pub(crate) fn can_be_felt(tissue: &Material) -> Result<(), Failure> {
     let felt = ModelledTissue::new(tissue.clone())?;
     TissuePiece::usual(felt).map_err(Failure::input)?;

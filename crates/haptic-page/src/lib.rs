@@ -56,7 +56,7 @@ pub(crate) fn file_name<'de, D: Deserializer<'de>>(from: D) -> Result<String, D:
     }
 }
 
-/// Says something to all pages; to none if there is none. May be called in any thread, and never waits.
+/// Sends to all pages, if there are any. May be called in any thread, and never waits.
 #[derive(Clone, Debug)]
 pub(crate) struct Announce {
     pub(crate) pages: Sender<Arc<str>>,
@@ -72,18 +72,18 @@ impl Announce {
     /// A sentence for people, at a page or at the terminal.
     pub(crate) fn notice(&self, text: String) {
         self.say(&json!({"notice": text}));
-        // Nor is a terminal that nobody reads.
+        // Nor is an unread terminal.
         let _ = self.terminal.try_send(text);
     }
 }
 
-/// What happens to a loop or a run when the page that controls it is closed.
+/// Effect on a loop or a run of closing the page that controls it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OnClose {
     /// The force falls to zero and it ends.
     #[default]
     Stop,
-    /// It goes on; the next page that takes the controls has it.
+    /// It continues; the next page to take control gets it.
     Continue,
 }
 

@@ -72,7 +72,7 @@ impl Pyramid {
         self.begun += 1;
     }
 
-    /// How often all was forgotten: ticks of the same number are those of the same samples only if this is equal too.
+    /// Number of restarts with an empty memory: ticks of equal number belong to equal samples only if this is equal too.
     pub(crate) const fn begun(&self) -> u64 {
         self.begun
     }
@@ -112,7 +112,7 @@ impl Pyramid {
             |level: &&Level| level.ticks == 1 || level.ticks * (ENTRIES_MOST / FACTOR) <= wanted;
         let reaches = |level: &&Level| level.first_tick(self.made) <= start;
         let level = self.levels.iter().rev().filter(fine).find(reaches);
-        // What is forgotten there is looked for in coarser ones, finest first.
+        // A start that this level has forgotten is looked for in coarser ones, finest first.
         let level = level.or_else(|| self.levels.iter().find(reaches));
         let level = level.or_else(|| {
             self.levels
@@ -140,7 +140,7 @@ pub(crate) struct Span {
 }
 
 impl Span {
-    /// From `start` on, before `end`, in so many columns or a few less; none counts as one.
+    /// From `start` on, before `end`, in `columns` columns or a few less; 0 counts as 1.
     pub(crate) fn new(start: u64, end: u64, columns: u32) -> Self {
         Self {
             start,
@@ -177,7 +177,7 @@ pub(crate) struct Columns {
 }
 
 impl Columns {
-    /// So many columns without a number.
+    /// `count` columns without a number.
     fn empty(first_tick: u64, width: u64, count: usize, channels: usize) -> Self {
         Self {
             first_tick,
@@ -188,7 +188,7 @@ impl Columns {
         }
     }
 
-    /// The least of a channel in each column; NaN where there is none.
+    /// The least of a channel in each column; NaN in an empty one.
     pub(crate) fn least(&self, channel: usize) -> &[f32] {
         &self.numbers[2 * channel * self.count..][..self.count]
     }
@@ -258,7 +258,7 @@ impl Level {
         }
     }
 
-    /// First tick that is remembered, of so many samples.
+    /// First tick that is remembered, of `made` samples.
     fn first_tick(&self, made: u64) -> u64 {
         let entries = made.div_ceil(self.ticks);
         entries.saturating_sub(self.capacity) * self.ticks

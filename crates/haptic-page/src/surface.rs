@@ -1,4 +1,4 @@
-//! Where a tissue's surface stands after it was pushed in: the set that it remembers.
+//! Surface of a tissue after it was pushed in: the set that it remembers.
 //!
 //! ```text
 //! K·x₀ + B·D^μ x = 0 for the depth x₀ that follows the history: there it pushes with nothing
@@ -11,14 +11,14 @@ use serde::Deserialize;
 
 /// Memory of the picture, samples.
 const HORIZON: f64 = 1e4;
-/// Depths that a page may tell at a time: a minute of them.
+/// Depths in one request at most: a minute of them.
 const DEPTHS: usize = 3000;
 
-/// What a page tells of the tissue that it draws.
+/// Report of a page about the tissue that it draws.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SurfaceRequest {
-    /// The law, of a tissue that is untouched; without it the last goes on.
+    /// The law, of a tissue that is untouched; without it the last one continues.
     law: Option<SurfaceLaw>,
     depths_m: Vec<f64>,
 }

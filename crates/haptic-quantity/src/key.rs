@@ -33,7 +33,7 @@ impl fmt::Display for Key {
     }
 }
 
-/// What stands between a key and the value that it is to have.
+/// Text between a key and its value.
 const SET_TO: &str = " = ";
 
 /// A sentence with its keys as `names` calls them: `--sample-time` for `` `sample_time_s` ``, and
@@ -83,7 +83,7 @@ pub fn short(text: &str) -> Cow<'_, str> {
     format!("{kept}… ({length} characters)").into()
 }
 
-/// Advice to somebody who wrote a name that is none of these: the one that was meant, or all. Keys are compared without their
+/// Advice on an unknown name: the known one that was meant, or all. Keys are compared without their
 /// units, all without capitals.
 ///
 /// ```

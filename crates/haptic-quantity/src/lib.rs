@@ -15,9 +15,9 @@ use std::fmt;
 const TURN: f64 = 2.0 * PI;
 const DEGREE: f64 = PI / 180.0;
 
-/// A unit and how many SI units it is.
+/// A unit and its factor to SI.
 type Unit = (&'static str, f64);
-/// What a text may be, as a sentence says it, and its units, the SI unit first.
+/// Kind of quantity, as a sentence names it, and its units, the SI unit first.
 type Quantity = (&'static str, &'static [Unit]);
 
 #[rustfmt::skip]
@@ -58,18 +58,18 @@ const DISSIPATION: Quantity = (
     &[("", 1.0)],
 );
 
-/// What the end of a key says, as in `stiffness_n_per_m`.
+/// Suffix of a key, as in `stiffness_n_per_m`, and its meaning.
 struct End {
     /// The end; empty for a key that says no unit.
     end: &'static str,
-    /// What it is of, in a word.
+    /// Kind of the number, in a word.
     kind: &'static str,
-    /// What a text for it may be.
+    /// Quantity of a text for it.
     quantity: &'static Quantity,
     /// The unit that is written, and how many of it the number is.
     unit: &'static str,
     per_unit: f64,
-    /// Powers of ten that may stand before the unit, as 3 for k; none for 0 to 0.
+    /// Powers of ten that may stand before the unit, as 3 for k; 0 to 0 for no prefix.
     powers: (i32, i32),
 }
 
@@ -165,7 +165,7 @@ pub fn is_meant(key: &str, written: &str) -> bool {
     key == written || without_unit(key) == written
 }
 
-/// What a key is of, in a word: of `sample_time_s` `TIME`; `NUMBER` where it says no unit.
+/// Kind of a key's number, in a word: of `sample_time_s` `TIME`; `NUMBER` for a key without unit.
 #[must_use]
 pub fn kind_of_key(key: &str) -> &'static str {
     parts_of_key(key).1.kind
@@ -244,19 +244,19 @@ fn read(units: &[Unit], text: &str) -> Option<f64> {
     let mut all = units.iter().chain(&[("", 1.0)]);
     all.find_map(|(unit, factor)| {
         let number = text.strip_suffix(unit)?.trim_end();
-        // A comma separates the values of a list, as it does in TOML; none is of thousands.
+        // A comma separates the values of a list, as it does in TOML; it never groups thousands.
         let value = number_with(number, DecimalSign::Point).filter(|_| !number.contains(','))?;
         Some(scale(value, *factor)).filter(|value| value.is_finite())
     })
 }
 
-/// How a text that is not read would have had to be written: `2mins → 2min`, `4cm^2 → 4cm2`, `1/2 → 0.5`, `6dB → 1.995`, and
+/// Right spelling of a text that is not read: `2mins → 2min`, `4cm^2 → 4cm2`, `1/2 → 0.5`, `6dB → 1.995`, and
 /// `1kHz → 1ms` where a time is asked.
 fn meant(units: &[Unit], text: &str) -> Option<String> {
     otherwise_spelt(units, text).or_else(|| of_another_kind(units, text))
 }
 
-/// The same quantity with a point for its comma, and its unit as it is read; of 1,234 both numbers that it may be.
+/// Spelling with a point for the comma, and the unit as it is read; of 1,234 both numbers that it may be.
 fn otherwise_spelt(units: &[Unit], text: &str) -> Option<String> {
     let mut ends = (0..=text.len()).rev();
     let end = ends.find(|&end| text.get(..end).is_some_and(|text| number(text).is_some()))?;
@@ -319,7 +319,7 @@ pub fn is_unit(text: &str) -> bool {
 #[derive(Clone, Debug, PartialEq)]
 pub struct QuantityError {
     text: String,
-    /// How it is to be written, if that can be told.
+    /// The right spelling, if it can be guessed.
     meant: Option<String>,
     what: &'static str,
     /// `None` of a text that is too long.

@@ -75,7 +75,7 @@ pub fn number_with(text: &str, decimal_sign: DecimalSign) -> Option<f64> {
     plain(&number)
 }
 
-/// The decimal sign that a number shows beyond doubt: a comma and a point tell each other apart, as do groups of three
+/// The decimal sign that a number shows beyond doubt: a comma and a point identify each other, as do groups of three
 /// from decimals. `None` of `1.234`, `1,234` and `1234`.
 #[must_use]
 pub fn sign_of(text: &str) -> Option<DecimalSign> {

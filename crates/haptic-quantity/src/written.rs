@@ -95,7 +95,7 @@ impl WrittenUnit {
     pub fn number(&self, value: f64) -> String {
         let plain = self.symbol.is_empty();
         match (value - 1.0).abs() {
-            // How far a ratio is from 1 is what it says.
+            // Near 1, the digits that count are those of the distance from 1.
             off if plain && off > 0.0 && off < 1e-2 => {
                 let decimals = (1.0 - off.log10()).ceil().min(15.0) as usize;
                 // Of 0.99 the first decimal is the first digit.
@@ -148,7 +148,7 @@ pub fn written(key: &str, value: f64) -> String {
     }
 }
 
-/// A number in so many significant digits at most, without zeros that say nothing; with an exponent where it would be long.
+/// A number in at most `most` significant digits, without trailing zeros; with an exponent where it would be long.
 #[must_use]
 pub fn digits(value: f64, most: usize) -> String {
     rounded(value, most, Toward::Nearest)
@@ -158,7 +158,7 @@ fn rounded(value: f64, most: usize, toward: Toward) -> String {
     let decimals = most.clamp(1, 17) - 1;
     let nearest = |value: f64| -> f64 { format!("{value:.decimals$e}").parse().unwrap_or(value) };
     let mut rounded = nearest(value);
-    // A unit of the last digit; what is this near to a number of so many digits is that number.
+    // A unit of the last digit; a value this near to a number of `most` digits is that number.
     let last = 10_f64.powf(value.abs().log10().floor() - decimals as f64);
     let (off, step) = match toward {
         Toward::Nearest => (0.0, 0.0),

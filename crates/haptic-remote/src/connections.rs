@@ -22,7 +22,7 @@ pub(super) enum Arrived {
     Stranger,
 }
 
-/// The connections that a device knows, by their numbers; 0 is none.
+/// The connections that a device knows, by their numbers; 0 stands for no connection.
 #[derive(Debug)]
 pub(super) struct Connections {
     pool: u32,

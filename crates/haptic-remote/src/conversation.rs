@@ -14,7 +14,7 @@ const TRIES: u8 = 10;
 /// Between two looks at a request whose answer is due, µs.
 const LOOK_US: u64 = 1000;
 
-/// Keep-alives whose answers are known, the newest last: one that comes after the next was sent still tells its round trip.
+/// Keep-alives whose answers are known, the newest last: one that comes after the next was sent still gives its round trip.
 const TOKENS: usize = 32;
 
 /// Message that the host hears.
@@ -29,9 +29,9 @@ pub enum Incoming {
         /// Reason of the device.
         refusal: Refusal,
     },
-    /// Something that was not asked for: samples, events, faults.
+    /// Unrequested: samples, events, faults.
     Told(Report),
-    /// The same, and the first that is heard of a run whose start was asked for: the start was taken, even if its answer is lost.
+    /// As [`Told`](Self::Told), and the first of a run whose start was requested: the start was accepted, even if its answer is lost.
     Begun(Report),
     /// An answer to a keep-alive.
     Alive {
@@ -58,7 +58,7 @@ struct Outstanding {
     /// Numbers under which it was sent; the newest last.
     sequences: heapless::Vec<u32, { TRIES as usize }>,
     sent_us: u64,
-    /// What had come when it was sent for the second time: what was on its way when it was sent first says nothing of the device.
+    /// Counters when it was sent for the second time: frames already under way at the first sending prove nothing about the device.
     before: Option<LineCounters>,
 }
 
@@ -87,7 +87,7 @@ pub struct Conversation {
     retries: u32,
     outstanding: Option<Outstanding>,
     retry_us: u64,
-    /// The time of tries where a thread tells how long it listened; `None` where they go by the clock. Without end: only counted.
+    /// Listening time that limits the tries, as a thread reports it; `None` where they go by the clock. Without end: only counted.
     listening: Option<Patience>,
     /// Time from one keep-alive to the next; `None` for none.
     keep_alive_us: Option<u64>,
@@ -119,7 +119,7 @@ impl Conversation {
         }
     }
 
-    /// Tries count the time that [`waited`](Self::waited) tells, not the clock: an answer that nobody took is not missing.
+    /// Tries count the time that [`waited`](Self::waited) reports, not the clock: an answer that was not yet read is not missing.
     #[must_use]
     pub const fn by_listening(mut self) -> Self {
         self.listening = Some(Patience::new(Duration::MAX));
@@ -133,7 +133,7 @@ impl Conversation {
         }
     }
 
-    /// Time that was listened, as [`waited`](Self::waited) told; and for how long of it no good frame has come.
+    /// Listening time that [`waited`](Self::waited) reported, and how much of it has passed without a good frame.
     #[must_use]
     pub fn listened(&self) -> Patience {
         self.listening.unwrap_or(Patience::new(Duration::MAX))
@@ -341,7 +341,7 @@ impl Conversation {
         matches!(request, Some(Request::Start(_)))
     }
 
-    /// True if a run has begun since what was heard before: the device says so, or its ticks count anew.
+    /// True if a run has begun since the last report: the device says so, or its ticks count anew.
     fn is_of_new_run(&mut self, report: &Report) -> bool {
         let tick = if let Report::Sample(sample) = report {
             sample.tick

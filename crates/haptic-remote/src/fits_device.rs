@@ -57,7 +57,7 @@ impl<const D: usize> FitsDevice for Option<MassDamper<D>> {
 impl FitsDevice for Setup {
     fn fit(&mut self, device: &MassDamperConfig) -> Result<(), Refusal> {
         match &mut self.plant {
-            // What is imposed is the same for any device.
+            // An imposed motion does not depend on the device.
             Plant::Still | Plant::Imposed(_) => Ok(()),
             Plant::MassDamper(plant) => plant.fit(device),
             // The rig knows no more of its renderer than mass and damping.

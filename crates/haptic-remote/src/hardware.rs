@@ -28,7 +28,7 @@ pub trait Hardware<const D: usize = 1>: Device<f32, D, Error = Fault> {
     /// A plant that this board cannot be, a parameter outside its range.
     fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Self::Setup, Refusal>;
 
-    /// Adapts what was prepared to this very board, as an emulated one that is told which device to be; outside the
+    /// Adapts the prepared setup to this very board, such as an emulated one that can be any of several devices; outside the
     /// tick too.
     ///
     /// # Errors
@@ -69,7 +69,7 @@ pub trait Hardware<const D: usize = 1>: Device<f32, D, Error = Fault> {
 
 /// Somebody who lends a value to one user at a time: a critical section, a mutex.
 pub trait Exclusive<T> {
-    /// Runs `user` while nobody else can touch the value. Keep it short: ticks wait meanwhile.
+    /// Runs `user` with exclusive access to the value. Keep it short: ticks wait meanwhile.
     fn with<R>(&self, user: impl FnOnce(&mut T) -> R) -> R;
 }
 
@@ -90,7 +90,7 @@ impl<T> Exclusive<T> for std::sync::Mutex<T> {
     }
 }
 
-/// Which parts of such an exchange succeeded, in the same terms for every maker's board: the
+/// Parts of such an exchange that succeeded, in the same terms for every maker's board: the
 /// hardware reports them as they happen, and the loop counts them.
 ///
 /// ```

@@ -102,7 +102,7 @@ impl Holding {
 }
 
 impl<S> Prepared<S> {
-    /// The same with a controller in the place of its law; `values` are its coefficients, `digest` that of all.
+    /// Replaces the law by a controller; `values` are its coefficients, and `digest` covers all.
     #[inline(never)]
     pub(crate) fn holding(
         self,
@@ -146,7 +146,7 @@ impl<S> Prepared<S> {
 }
 
 /// A controller as it goes over the wire: the shape of its coefficients, these, and the rest of it. The limits of the command are
-/// those of the setup, within the force limit, N; the reference rises to `reference_m` in so many ticks.
+/// those of the setup, within the force limit, N; the reference rises to `reference_m` in `ramp_ticks` ticks.
 ///
 /// # Errors
 /// A parameter of the controller outside its range; a controller that is given as a transfer function.

@@ -1,4 +1,4 @@
-//! What a device tells that cannot be: one look at each sample of a run, for every device.
+//! Impossible samples of a device: one check of each sample of a run, for every device.
 
 #[cfg(feature = "std")]
 use haptic_link::Sample;
@@ -13,7 +13,7 @@ pub enum Impossible {
     Position {
         /// Number of the tick that it is said to be of.
         tick: u32,
-        /// The position as it was told, m.
+        /// The reported position, m.
         position_m: f32,
     },
     /// A force that is not a finite number, or beyond the largest that the device makes.
@@ -62,7 +62,7 @@ impl Impossible {
 pub(crate) struct Plausible {
     /// Largest force that the device makes, N.
     pub(crate) force_most_n: f32,
-    /// T, µs. A batch tells the time of its first tick alone: that of another may be off by this.
+    /// T, µs. A batch carries the time of its first tick alone: that of another may be off by this.
     period_us: u32,
     /// Tick and time of the sample before, µs.
     before: Option<(u32, u32)>,

@@ -14,7 +14,7 @@ pub(super) const FAR: f32 = haptic_link::Limits::PLACE_MOST_M;
 /// Most noise of a position, m: with more of it nothing can be guarded.
 const NOISE_MAX: f32 = 0.01;
 
-/// The fields of a configuration; the first refusal is kept and told at the end: each way out in between costs 20 B
+/// The fields of a configuration; the first refusal is kept and returned at the end: each early return costs 20 B
 /// of flash.
 #[derive(Debug, Default)]
 pub(super) struct Fields {
@@ -160,7 +160,7 @@ fn guard(guard: &haptic_link::Guard, tick_period_us: u32, fields: &mut Fields) -
     }
     let damping = fields.within(Field::GuardDamping, guard.damping_n_s_per_m, 1e-6, 1e6);
     let damping = NewtonSecondsPerMetre(f64::from(damping));
-    // So that it is at least the sample time in double precision too.
+    // Rounded up, to be at least the sample time in double precision too.
     let tick = (tick_period_us as f32 * 1e-6).next_up();
     let bounding = guard.kind == GuardKind::EnergyBounding;
     let at_once = bounding && guard.forget_s.abs() <= 0.0;
@@ -195,7 +195,7 @@ fn guard(guard: &haptic_link::Guard, tick_period_us: u32, fields: &mut Fields) -
     }))
 }
 
-/// The same limits on the wire, with the watchdog and late ticks of
+/// Limits for the wire, with the watchdog and late ticks of
 /// [`Limits::DEFAULT`](haptic_link::Limits::DEFAULT). A limit on the norm becomes the force limit,
 /// which there also limits the norm.
 #[must_use]
@@ -226,7 +226,7 @@ pub fn wire_limits(limits: &Limits, sample_time: Seconds) -> haptic_link::Limits
     wire
 }
 
-/// The same guard on the wire, for a tick of this time.
+/// Guard for the wire, for a tick of this time.
 #[must_use]
 pub fn wire_guard(guard: &Guard, sample_time: Seconds) -> haptic_link::Guard {
     match guard {

@@ -62,15 +62,15 @@ pub enum LinkError {
         "no sample for {waited_ms} ms, and the device does not answer: check its plug and supply, then reset it"
     )]
     NoSamples {
-        /// Time that was waited in vain, ms.
+        /// Time waited without success, ms.
         waited_ms: u64,
     },
-    /// Samples stopped for this long although the device answers; it was told to let go.
+    /// Samples stopped for this long although the device answers; it was ordered to let go.
     #[error(
         "no sample for {waited_ms} ms, though the device answers: close other programs on this machine, or use a better line"
     )]
     HeldUp {
-        /// Time that was waited in vain, ms.
+        /// Time waited without success, ms.
         waited_ms: u64,
     },
     /// The device's own program ended the run: it called `hb_stop`.
@@ -82,7 +82,7 @@ pub enum LinkError {
     /// Stopped before any sample came.
     #[error("stopped without a sample: check the device, then start again")]
     Stopped,
-    /// An impossible sample. The device was told to let go.
+    /// An impossible sample. The device was ordered to let go.
     #[error(
         "the device reported something impossible, {0}, and was ordered to let go: check its sensor and firmware"
     )]
@@ -136,7 +136,7 @@ const fn silence(request: &str, line: &LineCounters) -> &'static str {
     }
 }
 
-/// A fault as a device has told it, and its tick.
+/// A fault as a device has reported it, and its tick.
 struct Latched<'a>(&'a FaultReport);
 
 impl fmt::Display for Latched<'_> {

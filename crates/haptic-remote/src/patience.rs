@@ -42,7 +42,7 @@ impl Patience {
         Self::since(most, Duration::ZERO)
     }
 
-    /// With a device that was heard just now, by the count of a thread that has listened for so long.
+    /// With a device that was heard just now, by the count of a thread that has listened for `listened`.
     #[must_use]
     pub const fn since(most: Duration, listened: Duration) -> Self {
         Self {
@@ -62,7 +62,7 @@ impl Patience {
         self.listened = self.listened.saturating_add(asked.min(took));
     }
 
-    /// Another thread listens, and has for so long now. Read its count first, then take what has come, then tell it here: what
+    /// Another thread has listened for this long now. Read its count first, then take what has come, then pass the count here: what
     /// comes between the two is not missed.
     pub fn listened_for(&mut self, listened: Duration) {
         self.listened = self.listened.max(listened);

@@ -19,7 +19,7 @@ pub const MODES_MAX: usize = 48;
 /// Largest degree of a recursion, most sections.
 pub const DEGREE_MAX: usize = 16;
 
-/// Abilities of a real board of so many axes, as far as this crate knows them. The board adds its own: forces, in N and
+/// Abilities of a real board with `axes` axes, as far as this crate knows them. The board adds its own: forces, in N and
 /// N/s, the sensor's resolution, in m, other periods than 100 µs to 10 ms, and that it holds the last force where nothing lets go.
 #[must_use]
 pub const fn abilities(board: &str, axes: u8) -> Capabilities {

@@ -1,4 +1,4 @@
-//! What a device remembers of its ticks, apart from its loop: the samples around a fault, and what waits to be sent.
+//! Records of a device apart from its loop: the samples around a fault, and reports that wait to be sent.
 
 use haptic_link::{
     BATCH_MAX, Batch, BatchItem, Event, EventKind, FaultReport, Field, Flight, Refusal, Report,
@@ -6,7 +6,7 @@ use haptic_link::{
 };
 use heapless::{Deque, HistoryBuf, Vec};
 
-/// Flight recorder, and what waits to be sent: 3.3 KiB with one axis. A [`TickSide`](crate::TickSide) holds or
+/// Flight recorder, and reports that wait to be sent: 3.3 KiB with one axis. A [`TickSide`](crate::TickSide) holds or
 /// borrows them.
 #[derive(Debug, Default)]
 pub struct Records<const D: usize = 1> {
@@ -67,7 +67,7 @@ impl<const D: usize> FlightRecorder<D> {
         self.samples.clear();
     }
 
-    /// A sample, 0 the oldest. There is none before a fault has latched.
+    /// A sample, 0 the oldest. Samples exist only after a fault has latched.
     pub(super) fn read(&self, index: u16) -> Result<Report, Refusal> {
         let count = match self.left {
             Some(_) => self.samples.len() as u16,
@@ -258,7 +258,7 @@ impl<const D: usize> Tick<D> {
         flaws: 0,
     };
 
-    /// What a loop did in a tick, by the device's own number and time.
+    /// Sample of a loop, by the device's own number and time.
     #[inline]
     pub(crate) fn of(
         sample: &haptic_loop::Sample<f32, D>,

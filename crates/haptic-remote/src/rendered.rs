@@ -8,7 +8,7 @@ use haptic_loop::Environment;
 use haptic_loop::{Shape, Surface as _};
 use nalgebra::SVector;
 
-/// What a device renders: a wall along its first axis, or along the normal of a surface.
+/// Law that a device renders: a wall along its first axis, or along the normal of a surface.
 #[derive(Clone, Debug)]
 pub(crate) struct Rendered<const D: usize> {
     pub(crate) wall: DeviceWall,

@@ -146,7 +146,7 @@ fn setup(simulation: &Simulation, sample_time: Seconds) -> Result<Setup, Refusal
     })
 }
 
-/// Abilities of a simulated board of so many axes.
+/// Abilities of a simulated board with `axes` axes.
 pub(crate) const fn capabilities(board: [u8; 16], axes: u8) -> Capabilities {
     Capabilities {
         board,

@@ -51,7 +51,7 @@ pub(crate) fn shape<const D: usize>(surface: &SurfaceShape) -> Result<Shape<f32,
 }
 
 impl<S> Prepared<S> {
-    /// The same with its law behind a surface, and the digest of all.
+    /// Puts a surface in front of the law; `digest` covers all.
     pub(crate) fn behind<const D: usize>(
         self,
         surface: SurfaceShape,
@@ -60,7 +60,7 @@ impl<S> Prepared<S> {
         if self.configuration.loop_mode != LoopMode::Device {
             return Err(Refusal::Unsupported(Field::Surface));
         }
-        // Nothing is kept of it: it is made anew in its place.
+        // Only a check: the shape is made anew in its place.
         shape::<D>(&surface)?;
         Ok(Self {
             digest,

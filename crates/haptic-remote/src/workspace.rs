@@ -4,7 +4,7 @@ use crate::prepared::Prepared;
 use haptic_link::{Capabilities, Refusal, WorkspaceBox};
 
 impl<S> Prepared<S> {
-    /// The same within a box; `digest` is that of all.
+    /// Confines the run to a box; `digest` covers all.
     #[cfg(feature = "std")]
     pub(crate) fn within(
         self,

@@ -8,7 +8,7 @@ use rand_distr::{Distribution as _, StandardUniform};
 use rand_pcg::{Pcg32, rand_core::SeedableRng as _};
 use std::collections::BTreeMap;
 
-/// What one direction of a line does to messages.
+/// Effect of one direction of a line on messages.
 ///
 /// ```text
 /// a message takes h·(1 + j·r), r uniform in [−1, 1]        h delay s, j jitter; so messages overtake each other

@@ -5,9 +5,9 @@ use haptic_link::HandState;
 
 #[derive(Clone, Debug)]
 pub(crate) enum Law<O: Differintegrator<f64>> {
-    /// A coupler that tells its place.
+    /// A coupler that sends its position.
     Position(Coupled<O>),
-    /// A coupler that tells its force: the slave of position–force.
+    /// A coupler that sends its force: the slave of position–force.
     Reflecting(Coupled<O>),
     /// The master of position–force: the force of the slave's coupler, turned round.
     Reflected {
@@ -64,7 +64,7 @@ impl<O: Differintegrator<f64>> Law<O> {
         }
     }
 
-    /// What the other side is told.
+    /// State for the other side.
     pub(crate) fn said(&self, position_m: f64, applied_n: f64) -> HandState {
         match self {
             Self::Position(_) | Self::Reflected { .. } => HandState::Position { position_m },
@@ -190,7 +190,7 @@ impl<O: Differintegrator<f64>> Observed<O> {
         let given = wanted * moved;
         let available = self.share * self.account.available_j();
         if given > available {
-            // The same direction, less of it; given > 0.
+            // Scaled down in the same direction; given > 0.
             wanted * (available / given)
         } else {
             wanted
@@ -282,7 +282,7 @@ impl WavePort {
         let t = self.sample_time;
         let wave = self.incoming();
         self.taken += t * wave;
-        // What comes out of the line and what the device puts in.
+        // Energy that comes out of the line, and energy that the device puts in.
         let came = 0.5 * t * wave * wave;
         let budget = came - applied_n * moved;
         let outgoing = (self.impedance * moved / t - applied_n) / self.root;
@@ -290,7 +290,7 @@ impl WavePort {
         let outgoing = outgoing.clamp(-most, most);
         let sent = 0.5 * t * outgoing * outgoing;
         self.left += t * outgoing;
-        // What is left over is given up: as heat it can do no harm. A debt stays.
+        // The remainder is given up: as heat it can do no harm. A debt stays.
         self.account.book(budget.min(sent) - came);
         self.account.send(sent);
     }
@@ -316,7 +316,7 @@ pub(crate) struct Account {
 }
 
 impl Account {
-    /// Takes in the sum that the other side has sent. A smaller one than before is none.
+    /// Takes in the sum that the other side has sent. A smaller one than before is ignored.
     pub(crate) fn receive(&mut self, total_j: f64) {
         let fresh = total_j - self.received_j;
         // Not for a NaN.
@@ -336,7 +336,7 @@ impl Account {
         self.balance_j += energy_j;
     }
 
-    /// Sends so much, J ≥ 0.
+    /// Sends this energy, J ≥ 0.
     pub(crate) fn send(&mut self, energy_j: f64) {
         self.balance_j -= energy_j;
         self.sent_j += energy_j;

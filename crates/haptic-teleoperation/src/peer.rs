@@ -1,11 +1,11 @@
-//! Who is at the other end: greeting, frames, and what does not belong to this connection.
+//! The peer at the other end: greeting, frames, and those that do not belong to this connection.
 
 use haptic_link::{
     Architecture, Direction, EncodeError, HandHello, HandMessage, HandSample, HandSide, Header,
     LineCounters, PROTOCOL_VERSION, Receiver, encode,
 };
 
-/// What this side is, for the other to agree with.
+/// Description of this side, for the other to agree with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Introduction {
     /// The hand of this side: the two must differ.
@@ -215,7 +215,7 @@ impl Peer {
 
     fn greeted(&mut self, hello: &HandHello) -> Result<Heard, PeerError> {
         if self.theirs.is_some_and(|theirs| theirs != hello.nonce) {
-            // Somebody else, or the same begun anew: this conversation goes on or falls silent.
+            // Another peer, or this one restarted: this conversation continues or falls silent.
             self.other_connections = self.other_connections.wrapping_add(1);
             return Ok(Heard::Nothing);
         }

@@ -54,7 +54,7 @@ pub struct Port<O: Differintegrator<f64>> {
     tracker: RequestTracker,
     foreign: u32,
     silence_ticks: u64,
-    /// Ticks since the newest message; none before the first.
+    /// Ticks since the newest message; `None` before the first.
     quiet: Option<u64>,
     silent: bool,
     start_m: Option<f64>,

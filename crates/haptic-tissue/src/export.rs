@@ -84,7 +84,7 @@ impl PronyFit {
     /// The numbers of branches that a fit takes: two for each decade of time give about 1 %.
     pub const BRANCHES: RangeInclusive<usize> = 1..=100;
 
-    /// Fits up to so many branches to G(t), `shortest_s` ≤ t ≤ `horizon_s`.
+    /// Fits at most `branches` branches to G(t), `shortest_s` ≤ t ≤ `horizon_s`.
     ///
     /// Relaxation times at even distances in log τ; moduli by least squares of the relative error
     /// without negative ones, so there may be fewer branches than requested. The first and the last
@@ -338,7 +338,7 @@ impl ExportFormat {
     }
 }
 
-/// How much of a material a text has.
+/// Part of a material that a text contains.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Card {
     /// The series, for a material whose elasticity stands elsewhere.
@@ -407,7 +407,7 @@ impl PronyFit {
         }
     }
 
-    /// What stands above the series in a whole material: its name and its elasticity.
+    /// Lines above the series of a whole material: its name and its elasticity.
     fn material(
         &self,
         format: ExportFormat,

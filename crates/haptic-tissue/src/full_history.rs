@@ -23,7 +23,7 @@ pub struct FullHistory {
 }
 
 impl FullHistory {
-    /// For records of up to so many samples.
+    /// For records of up to `samples` samples.
     ///
     /// # Errors
     /// Beyond 1e12 samples.

@@ -22,7 +22,7 @@ pub(crate) fn mapped(
     let ends = time_s.windows(2).zip(depth.windows(2));
     for (time, depth) in ends {
         let share = (depth[1] - depth[0]).abs() / range;
-        // Less than a piece by rounding is none. A hold, whose share may be NaN, is straight.
+        // A piece shorter than the rounding error does not count. A hold, whose share may be NaN, is straight.
         let count = ((points as f64 * share - 1e-6).ceil() as usize).max(1);
         for piece in 0..count {
             let share = piece as f64 / count as f64;
@@ -62,10 +62,10 @@ fn touched(time_s: &[f64], depth_m: &[f64]) -> (Vec<f64>, Vec<f64>) {
 
 /// A depth that has fallen by more than this share of its largest is a retraction, no overshoot.
 const RETRACTION: f64 = 0.1;
-/// One that has fallen by less is where it was.
+/// A smaller fall counts as standing still.
 pub(crate) const NOISE: f64 = 0.01;
 
-/// How many samples there are before a retraction, and by how much of the largest depth it falls back before.
+/// Number of samples before a retraction, and the largest fall before it as a share of the largest depth.
 pub(crate) fn growing(depth_m: &[f64]) -> (usize, f64) {
     let most = depth_m.iter().copied().fold(0.0, f64::max);
     let mut deepest = f64::NEG_INFINITY;
@@ -103,8 +103,8 @@ pub(crate) fn cubic(x: f64) -> [f64; 4] {
 pub struct Ting {
     /// F/γ, Pa·m, sample by sample; fewer than there are samples if the contact grows again after it shrank.
     pub force_per_shape: Vec<f64>,
-    /// Number of the first sample of the retraction, or at which the contact is lost; of samples if
-    /// there is none.
+    /// Number of the first sample of the retraction, or at which the contact is lost; without either, the number
+    /// of samples.
     pub shrinks_from: usize,
 }
 

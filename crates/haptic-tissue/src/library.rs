@@ -116,7 +116,7 @@ impl Library {
         }
         let mut skipped = self.skipped.iter();
         if let Some(second) = skipped.find(|file| file.taken.as_deref() == Some(name)) {
-            // Which of them is meant, nobody knows.
+            // Two files have this name, and neither takes precedence.
             return Err(MaterialError::Twice(name.to_owned(), second.path.clone()));
         }
         let found = self.materials.iter().find(|known| known.name == name);

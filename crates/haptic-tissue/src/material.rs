@@ -25,7 +25,7 @@ pub struct Material {
     pub model: Model,
     /// b of matter that stiffens, see `haptic_loop::loading`; 0 if it does not.
     pub stiffening: f64,
-    /// How the parameters were measured.
+    /// Loading and modulus of the measurement.
     pub loading: MeasuredLoading,
     /// Times, frequencies and strains of the measurement: beyond them the model is a guess.
     pub range: ValidRange,
@@ -37,11 +37,11 @@ pub struct Material {
     two_elements: Option<[f64; 3]>,
 }
 
-/// How the parameters of a tissue were measured, and which modulus they are; `None` where the source says nothing.
+/// Loading of the specimen, and the modulus that the parameters of a tissue are; `None` where the source says nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(try_from = "WrittenLoading")]
 pub struct MeasuredLoading {
-    /// How the specimen was loaded.
+    /// Kind of loading of the specimen.
     pub kind: Option<LoadingKind>,
     /// The modulus that the parameters are.
     pub modulus: Option<Modulus>,
@@ -171,7 +171,7 @@ pub struct Source {
     /// The temperature of the specimen, with its unit, as `21 °C`.
     #[serde(default)]
     pub temperature: String,
-    /// How far the model is from the record.
+    /// Distance of the model from the record.
     #[serde(default)]
     pub residual: String,
 }
@@ -241,7 +241,7 @@ impl Material {
         Ok(material.with_range(ValidRange::default()))
     }
 
-    /// The same with how it was measured.
+    /// Replaces the loading of the measurement and b.
     #[must_use]
     pub fn with_loading(mut self, loading: MeasuredLoading, stiffening: f64) -> Self {
         (self.loading, self.stiffening) = (loading, stiffening);
@@ -249,7 +249,7 @@ impl Material {
         self
     }
 
-    /// The same with where it holds.
+    /// Replaces the range in which the model holds.
     #[must_use]
     pub fn with_range(mut self, range: ValidRange) -> Self {
         self.range = range;
@@ -268,8 +268,8 @@ impl Material {
         })
     }
 
-    /// The same with other numbers of its spring and its spring-pot, E₀ in Pa, η in Pa·s^α and α, as far as they are given. That is no
-    /// longer what was measured: its name and description say so, and it has no range.
+    /// Replaces the given numbers of its spring and its spring-pot, E₀ in Pa, η in Pa·s^α and α. The result was not measured:
+    /// its name and description say so, and it has no range.
     ///
     /// # Errors
     /// A model of other elements, an order or a size of a spring-pot that has only the one, a number outside its range.

@@ -102,7 +102,7 @@ impl SampledModel {
     /// Smallest order, above that of a spring, of an element that carries the slow motion.
     pub const ORDER_MIN: f64 = 1e-6;
 
-    /// E, Pa: what is left of the modulus at rest.
+    /// E, Pa: the equilibrium modulus.
     #[must_use]
     pub const fn elastic_modulus_pa(&self) -> f64 {
         self.whole.spring_pa
@@ -293,7 +293,7 @@ impl Part {
         }
     }
 
-    /// A modulus from those of the branches, Pa, beside so much.
+    /// Sum of `beside_pa` and a modulus of each branch, Pa.
     fn sum(&self, beside_pa: f64, modulus: impl Fn(&Branch) -> Complex64) -> Complex64 {
         let branches = self.branches.iter().map(modulus);
         branches.fold(Complex64::new(beside_pa, 0.0), |sum, one| sum + one)

@@ -109,10 +109,10 @@ const CLAIMS: [(&str, &str, &str, &[Kind], Judge); 18] = claims! {
         "The B term only stores energy at μ = 0 and 2, and dissipates at every order between. Read as: its damping is zero at all frequencies for those two orders alone.";
 };
 
-/// How many claims are judged, for a progress bar.
+/// Number of claims, for a progress bar.
 pub const COUNT: usize = CLAIMS.len();
 
-/// Judges all claims; `done` is called after each and says whether to go on.
+/// Judges all claims; `done` is called after each and returns true to continue.
 ///
 /// # Errors
 /// None: all parameters are constants.

@@ -409,7 +409,7 @@ pub(crate) fn meets_llewellyn(coupling: Coupling) -> Found {
     /// T, s, and couplers (`k_c`, `b_c`·(T/2)^μ), both in N·s/m.
     const T: f64 = 1e-3;
     const COUPLERS: [(f64, f64); 5] = [(1.0, 0.0), (1.0, 0.3), (1.0, 1.0), (0.3, 1.0), (0.0, 1.0)];
-    // What the port needs over what (5.20) promises, with μ and the coupler.
+    // Damping that the port needs over that of (5.20), with μ and the coupler.
     let mut needs = Vec::new();
     let mut active_above_one = true;
     for mu in [0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0] {

@@ -57,7 +57,7 @@ pub(crate) struct Panel {
 pub struct Figure {
     /// The number that the dissertation gives it.
     pub id: &'static str,
-    /// What the figure shows, as its title.
+    /// Content of the figure, as its title.
     pub title: &'static str,
     /// Parameters, and which of them are our choice; a line break where the picture has one.
     pub conditions: String,

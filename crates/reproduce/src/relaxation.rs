@@ -182,7 +182,7 @@ fn muscle(stop: &AtomicBool) -> Result<(Panel, String), Failure> {
         let opened = ExperimentFile::parse(&folder.join("muscle.toml"), MUSCLE)?;
         opened.run(&request, supervisor)
     });
-    // What is left of it in a folder of the system harms nobody.
+    // A leftover in a folder of the system harms nobody.
     let _ = std::fs::remove_dir_all(&folder);
     let curves = published?.curves;
     let curves = curves.ok_or_else(|| Failure::run("interrupted"))?;

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 pub struct ReportFigure {
     /// The number that the dissertation gives it.
     pub id: &'static str,
-    /// What the figure shows, as its title.
+    /// Content of the figure, as its title.
     pub title: &'static str,
     /// Parameters, shown below the picture.
     pub conditions: String,

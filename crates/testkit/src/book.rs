@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 /// A code block between fences.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Block {
-    /// First word behind the fence, as `sh`; empty if there is none.
+    /// First word behind the fence, as `sh`; empty without one.
     pub language: String,
     /// The words behind it, which no reader sees: the name of a file, or how a test treats the block.
     pub note: String,
@@ -20,7 +20,7 @@ pub struct Block {
 /// A link or a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Link {
-    /// Where it points to, as written.
+    /// Address or path, as written.
     pub target: String,
     /// Line, from 1.
     pub line: usize,

@@ -1,4 +1,4 @@
-//! A page without a browser: what it asks, and all that it is told. The protocol is `docs/page-protocol.md`.
+//! A page without a browser: its requests, and all messages that it gets. The protocol is `docs/page-protocol.md`.
 #![expect(clippy::missing_panics_doc, reason = "a test that panics has failed")]
 
 use serde_json::{Value, json};
@@ -8,7 +8,7 @@ use std::time::Instant;
 use tungstenite::client::IntoClientRequest as _;
 use tungstenite::{Message, WebSocket};
 
-/// Nothing takes so long, on however busy a machine.
+/// Nothing takes this long, on however busy a machine.
 pub use crate::PATIENCE;
 
 /// `127.0.0.1:PORT` and `/TOKEN/` of an address.
@@ -111,12 +111,12 @@ impl Frame {
 pub struct Page {
     socket: WebSocket<TcpStream>,
     id: u64,
-    /// What came unasked and was not yet looked at.
+    /// Unasked messages that were not yet looked at.
     pub told: Vec<Value>,
     /// Frames that were not yet looked at.
     pub frames: Vec<Frame>,
     picture: Option<Frame>,
-    /// Whether frames of a live view are acknowledged, as a page does it.
+    /// True to acknowledge frames of a live view, as a page does.
     pub acknowledges: bool,
 }
 
@@ -267,7 +267,7 @@ impl Page {
         self.wait("status", holds)
     }
 
-    /// The next thing told of this kind for which something holds.
+    /// The next message of this kind for which `holds` is true.
     #[track_caller]
     pub fn wait(&mut self, kind: &str, holds: impl Fn(&Value) -> bool) -> Value {
         let until = Instant::now() + PATIENCE;

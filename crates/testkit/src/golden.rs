@@ -18,7 +18,7 @@ pub fn cells(name: &str) -> Vec<Vec<String>> {
         .collect()
 }
 
-/// The same where all are numbers.
+/// As [`cells`], where all are numbers.
 ///
 /// # Panics
 /// If one is not.

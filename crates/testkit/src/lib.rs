@@ -42,10 +42,10 @@ pub fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-/// Cases to try: `CAMPAIGN_CASES`, or so many.
+/// Cases to try: `CAMPAIGN_CASES`, or `usual` without it.
 ///
 /// # Panics
-/// If `CAMPAIGN_CASES` is no number.
+/// If `CAMPAIGN_CASES` is not a number.
 #[must_use]
 pub fn cases<T: FromStr<Err: Debug>>(usual: T) -> T {
     std::env::var("CAMPAIGN_CASES").map_or(usual, |cases| cases.parse().expect("CAMPAIGN_CASES"))
@@ -100,7 +100,7 @@ pub fn skip(why: &str) {
     skip_for_load(why);
 }
 
-/// The same of a check by the clock on a machine that is too busy for it, which CI may be too.
+/// As [`skip`], but never a panic: for a check by the clock on a machine that is too busy for it, which CI may be too.
 pub fn skip_for_load(why: &str) {
     let thread = std::thread::current();
     let test = thread.name().unwrap_or("part of a test");

@@ -24,7 +24,7 @@ fn operator() -> Option<Operator> {
     Operator::from_list(INTEGER, &COEFFICIENTS).ok()
 }
 
-/// The same derivative, designed here, in closed form: a few more modes.
+/// This derivative, designed on the device, in closed form: a few more modes.
 #[cfg(feature = "design-on-device")]
 fn operator() -> Option<FullMemory<f32, 16, { MODES + 8 }>> {
     use fracdiff::full_memory::{Design, Kernel};

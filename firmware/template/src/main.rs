@@ -19,7 +19,7 @@ use haptic_board::{
 static IMAGE: Image = image!(NAME, [0, 1, 0]);
 
 /// TODO: in a section that no start-up code clears (`#[unsafe(link_section = ".uninit.retained")]` with cortex-m-rt),
-/// so that a watchdog's reset in a run is told as the fault Reset. As it is, a reset looks like power-up.
+/// so that a watchdog's reset in a run is reported as the fault Reset. As it is, a reset looks like power-up.
 static RETAINED: RetainedMemory = RetainedMemory::new();
 
 static TICKER: TickerSlot<Board, chip::Timer> = TickerSlot::empty();

@@ -159,7 +159,7 @@ impl PyLoop {
         Ok(report)
     }
 
-    /// How steep contact may be for stability under every motion, as a dictionary.
+    /// Largest slope of contact for stability under every motion, as a dictionary.
     fn _slope_limit<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let limit = heard_by(slf, |own, _| Ok(own.sampled()?.slope_limit()))?;
         let report = PyDict::new(slf.py());

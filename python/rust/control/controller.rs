@@ -182,7 +182,7 @@ impl PyPid {
             .unwrap_or_default())
     }
 
-    /// Samples in a row, up to now, whose reference or measurement was no number.
+    /// Samples in a row, up to now, whose reference or measurement was NaN.
     #[getter]
     fn missed(&self) -> u32 {
         self.running.missed()

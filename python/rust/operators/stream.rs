@@ -29,7 +29,7 @@ use std::time::Duration;
 ///     ``grunwald:N``, ``muir:N``, ``tustin-muir:N``, ``oustaloup:N:LOW_HZ:HIGH_HZ``, ``full[:TOLERANCE]``,
 ///     ``piecewise-linear[:TOLERANCE]`` or ``full-bdf2[:TOLERANCE]``.
 /// horizon : float, default 3600
-///     How long the stream may last in s, for the schemes with a tolerance: up to there it holds.
+///     Longest duration of the stream in s, for the schemes with a tolerance: up to there it holds.
 ///
 /// Raises
 /// ------
@@ -41,7 +41,7 @@ use std::time::Duration;
 /// A new operator is at rest: the signal was 0 for ever. A NaN or an infinity makes the outputs that it reaches not
 /// finite, which are all of them but for ``grunwald`` and ``muir``; `reset` forgets it. An operator belongs to one thread at
 /// a time: `process` releases the interpreter, and a call from another thread meanwhile is a ``RuntimeError``. Pickling and
-/// copying keep the history: the copy goes on where the original stood, to the bit.
+/// copying keep the history: the copy continues where the original stood, to the bit.
 ///
 /// References
 /// ----------
@@ -69,7 +69,7 @@ pub(crate) struct PyOperator {
 /// The arguments that make an operator.
 type Recipe = (f64, f64, String, f64);
 
-/// What pickling keeps beside the arguments: the history as bytes, and the reference.
+/// State for pickling beside the arguments: the history as bytes, and the reference.
 type State<'py> = (Bound<'py, PyBytes>, f64);
 
 /// Samples in, outputs in their place, until it is to stop.
@@ -83,7 +83,7 @@ fn run_unless(conduct: &Conduct, axis: &mut Axis, samples: &mut [f64]) {
 }
 
 impl PyOperator {
-    /// About how long so many samples take: 1 ns for each sample of memory, up to where sums go by FFT; 50 ns for a recursion.
+    /// Approximate time for `samples` samples: 1 ns for each sample of memory, up to where sums go by FFT; 50 ns for a recursion.
     fn time_of(&self, samples: usize) -> Duration {
         use fracdiff::Differintegrator as _;
         let memory = self.axis.operator().memory_length().unwrap_or(50);
@@ -191,7 +191,7 @@ impl PyOperator {
             py.detach(|| axis.process(&mut samples));
             return Ok(samples.into_pyarray(py));
         }
-        // What is interrupted leaves the operator as it was.
+        // An interruption leaves the operator as it was.
         let mut axis = self.axis.clone();
         let (axis, samples) = heard(py, about, move |conduct| {
             run_unless(conduct, &mut axis, &mut samples);
@@ -295,7 +295,7 @@ impl PyOperator {
         self.scheme.to_string()
     }
 
-    /// How long the stream may last in s.
+    /// Longest duration of the stream in s.
     #[getter]
     fn horizon(&self) -> f64 {
         self.horizon

@@ -17,7 +17,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-/// How a specimen is pressed, by the names of keys.
+/// Loading of a specimen, by the names of keys.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Pressed {

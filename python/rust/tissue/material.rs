@@ -25,12 +25,12 @@ use std::time::Duration;
 ///     ``citation``, ``conditions``, ``checked`` (bool); and as far as known ``note``, ``date``, ``sample``, ``temperature``,
 ///     ``residual``.
 /// loading : dict, optional
-///     How it was measured: ``kind`` (shear, tension, compression, punch, sphere, cone), ``modulus`` (shear, young),
-///     ``poisson_ratio``. What is not known is left out.
+///     Loading of the measurement: ``kind`` (shear, tension, compression, punch, sphere, cone), ``modulus`` (shear, young),
+///     ``poisson_ratio``. Unknown ones are left out.
 /// stiffening : float, default 0
 ///     b of tissue that stiffens by (exp(b e) - 1)/(b e) at the nominal strain e.
 /// range : dict, optional
-///     Where it holds: ``time_from_s``, ``time_to_s``, ``omega_from_rad_s``, ``omega_to_rad_s``, ``strain_to``.
+///     Range in which it holds: ``time_from_s``, ``time_to_s``, ``omega_from_rad_s``, ``omega_to_rad_s``, ``strain_to``.
 ///
 /// Raises
 /// ------
@@ -114,7 +114,7 @@ impl PyMaterial {
         to_python(py, &self.0.source)
     }
 
-    /// How it was measured, a dict; None where the source says nothing.
+    /// Loading of the measurement, a dict; None where the source says nothing.
     #[getter]
     fn loading<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         to_python(py, &self.0.loading)
@@ -126,7 +126,7 @@ impl PyMaterial {
         self.0.stiffening
     }
 
-    /// Where the parameters hold, a dict; None where the source says nothing.
+    /// Range in which the parameters hold, a dict; None where the source says nothing.
     #[getter]
     fn range<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         to_python(py, &self.0.range)

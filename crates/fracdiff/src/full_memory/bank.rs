@@ -11,9 +11,9 @@ use crate::{Differintegrator, FrequencyResponse, ParameterError, Real, Seconds};
 use num_complex::Complex;
 
 /// Modes that decay faster than this per sample need no compensation word even in `f32`: a state stands still where
-/// its change rounds to nothing, 2^(−25)/decay of it at most, here 2e-6. In an integral of a constant that is felt for ever.
+/// its change rounds to nothing, 2^(−25)/decay of it at most, here 2e-6. In an integral of a constant that error lasts for ever.
 const FAST: f64 = 1.0 / 64.0;
-/// The same for increments, where it is felt only while a motion goes on at one speed: 3e-5 of a mode that gives a tenth of the output.
+/// As [`FAST`] for increments, where it lasts only while a motion keeps one speed: 3e-5 of a mode that gives a tenth of the output.
 const FAST_INCREMENTS: f64 = 1.0 / 1024.0;
 
 /// D^μ with the whole history: TAPS recent increments and up to MODES decaying modes.
@@ -22,7 +22,7 @@ const FAST_INCREMENTS: f64 = 1.0 / 1024.0;
 /// y[n] = g·u[n] + Σ_{j=1}^{TAPS−1} k_j·u[n−j] + Σ_q W_q·z_q[n]
 /// z_q[n+1] = z_q[n] + (u[n] − d_q·z_q[n]),    d_q = 1 − e^(−s_q),   W_q = T^(−μ)·w_q·e^(−s_q)
 /// ```
-/// The modes take part from lag 1 on; `k_j` is what they leave of the true weight. For μ ≤ −1 running sums of y follow.
+/// The modes take part from lag 1 on; `k_j` is the rest of the true weight. For μ ≤ −1 running sums of y follow.
 ///
 /// - *Units*: x any unit \[x\], y \[x\]·s^(−μ), T s. *Start-up*: zero for ever before.
 /// - *Accuracy*: up to the horizon |error| ≤ `ε·T^(−μ)·Σ_j c_j·|u[n−j]|`, ε = [`Design::error_bound`], and the
@@ -101,11 +101,11 @@ pub(crate) struct Bank<F, const TAPS: usize, const MODES: usize> {
     shape: Shape,
 }
 
-/// What can be left out: on a small core without vectors it costs more to look than to do it.
+/// Parts of a step that may be skipped; on a small core without vectors the test costs more than the step.
 #[cfg(not(target_arch = "arm"))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Shape {
-    /// Whether a correction is not zero.
+    /// True if a correction is not zero.
     tapped: bool,
     tail: Tail,
 }
@@ -146,7 +146,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
         },
     };
 
-    /// Of g, d and W of at most MODES modes, behind so many differences (> 0) or before so many sums (< 0); without corrections.
+    /// From g, d and W of at most MODES modes, behind `integer` differences (> 0) or before −`integer` sums (< 0); without corrections.
     pub(crate) fn of_modes(
         rate: f64,
         direct: f64,
@@ -200,7 +200,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
         }
     }
 
-    /// Whether a correction is not zero, and the half block behind the others.
+    /// True if a correction is not zero, and the half block behind the others.
     #[inline]
     fn shape(&self) -> (bool, Tail) {
         #[cfg(target_arch = "arm")]
@@ -290,7 +290,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
 
     past_is_kept!(direct);
 
-    // So that S goes on to the integer part in a register.
+    // Inlined, so that S stays in a register up to the integer part.
     #[cfg_attr(target_arch = "arm", inline)]
     #[cfg_attr(not(target_arch = "arm"), inline(always))]
     fn advance(&self, history: &mut Self::History, x: F) {
@@ -408,7 +408,7 @@ fn advance_plain<F: Real, const SIZE: usize>(
     }
 }
 
-/// The same with compensation words.
+/// As [`advance_plain`], with compensation words.
 #[inline(always)]
 fn advance_compensated<F: Real>(
     states: &mut Block<F>,
@@ -487,7 +487,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
         Ok((taps, pairs))
     }
 
-    /// Becomes the bank of a list, in its place; a list that is none leaves it as it is.
+    /// Replaces the bank by that of a list, in its place; an invalid list leaves it unchanged.
     pub(crate) fn replace(&mut self, values: &[F], integer: i32) -> Result<(), ListError> {
         let (taps, pairs) = Self::parts(values)?;
         self.rate = 1.0;
@@ -495,7 +495,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
         self.corrections[..TAPS - 1].copy_from_slice(&taps[1..]);
         self.corrections[TAPS - 1] = F::ZERO;
         self.look_at_corrections();
-        // A decay of zero is no mode.
+        // A decay of zero stands for no mode.
         self.decays.fill(F::ZERO);
         self.weights.fill(F::ZERO);
         for (q, &[decay, weight]) in pairs.iter().enumerate() {

@@ -22,7 +22,7 @@ pub enum DesignError {
     TooManyModes {
         /// Modes that the tolerance takes.
         needed: usize,
-        /// The design has room for so many: the constant MODES.
+        /// Room of the design, in modes: the constant MODES.
         room: usize,
     },
     /// The tolerance cannot be reached in double precision.
@@ -205,14 +205,14 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         self.error_bound = self.largest_error(weights);
     }
 
-    /// The same for swings of about `step` in ln j.
+    /// Takes the given modes and measures them, for swings of about `step` in ln j.
     #[cfg(feature = "std")]
     pub(super) fn refill(&mut self, core: Core, modes: &[Mode], step: f64) {
         self.take(modes.iter().copied());
         self.error_bound = self.measure(|lag| core.weight(lag), step);
     }
 
-    /// Takes the given modes, as many as there is room for.
+    /// Takes the given modes, as far as there is room.
     fn take(&mut self, modes: impl Iterator<Item = Mode>) {
         self.modes = [Mode::default(); MODES];
         self.count = 0;
@@ -229,7 +229,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         self.largest_error(lags.map(|lag| (lag, weight(lag))))
     }
 
-    /// The same from lags and their weights.
+    /// Largest relative error over pairs of lag and weight, raised as in [`measure`](Self::measure).
     fn largest_error(&self, weights: impl Iterator<Item = (f64, f64)>) -> f64 {
         let worst = weights
             .map(|(lag, want)| relative_error(self.mode_sum(lag), want))

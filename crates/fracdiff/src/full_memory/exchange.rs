@@ -17,7 +17,7 @@ use std::vec::Vec;
 const FEWEST: usize = 3;
 /// More of them where they would be farther apart than this in ln s.
 const STEP_MOST: f64 = 2.5;
-/// What both ends add to ln(horizon/taps) in an error that falls like exp(−π²·modes/(ln(horizon/taps) + ENDS)).
+/// Length that both ends add to ln(horizon/taps) in an error that falls like exp(−π²·modes/(ln(horizon/taps) + ENDS)).
 const ENDS: f64 = 1.34;
 /// Modes that are added at once, at most.
 const AT_ONCE: usize = 5;
@@ -28,7 +28,7 @@ const SOLVED: f64 = 0.01;
 const FAR: f64 = 0.4;
 /// Errors are alike if none is larger than another by more than this factor.
 const ALIKE: f64 = 1.1;
-/// So do they have to be where the tolerance lies between them.
+/// As [`ALIKE`], where the tolerance lies between the errors.
 const SAME: f64 = 1.01;
 const EXCHANGES: usize = 12;
 /// An error of this share of the tolerance that is not enough will not be.
@@ -70,7 +70,7 @@ impl<'a> Exchange<'a> {
         let between = |q: usize| (slowest - fastest) * q as f64 / (count - 1) as f64;
         let mut rates: Vec<f64> = (0..count).map(|q| fastest + between(q)).collect();
         rates[count - 1] += libm::log(exponent);
-        // What has gone of the weight when a mode has decayed, and not when the one before has.
+        // Fall of the weight between the decay of a mode and that of the next slower one.
         let at = |rate: &f64| weight(libm::exp((-rate).clamp(ends.0, ends.1)));
         let left = |q: usize| rates.get(q).map_or(0.0, at);
         let gone = |q: usize| libm::log(left(q) - left(q + 1));
@@ -109,7 +109,7 @@ impl<'a> Exchange<'a> {
         .collect()
     }
 
-    /// Solutions of ever more modes until `enough` says so of the modes and the narrowest swing of their error; false if that is never.
+    /// Adds modes until `enough` accepts the modes and the narrowest swing of their error; false if it never does.
     pub(super) fn until(
         mut self,
         tolerance: f64,
@@ -125,7 +125,7 @@ impl<'a> Exchange<'a> {
         }
     }
 
-    /// More modes, as many as the tolerance is thought to take and not too many at once; false if there are none.
+    /// Adds the modes that the tolerance is expected to need, but not too many at once; false if no number of them succeeds.
     fn grow(&mut self, tolerance: f64) -> bool {
         let have = self.rates.len();
         let each = PI * PI / (self.ends.1 - self.ends.0 + ENDS);
@@ -143,7 +143,7 @@ impl<'a> Exchange<'a> {
         false
     }
 
-    /// As a start for so many modes.
+    /// Spreads the modes to a start for `count` modes.
     fn stretch(&mut self, count: usize) {
         // ln s, and the density w/h over it, at as many places in the same span.
         let spacing = |rates: &[f64]| -> Vec<f64> {

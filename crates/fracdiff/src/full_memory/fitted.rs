@@ -64,7 +64,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     /// ```
     /// - *Without exact modes* the best sum, as in [`pruned`](Self::pruned), where Newton's method finds it. Else least squares:
     /// - *Rates* of the other modes: ever finer geometric grids, finer still where the density is narrow, and two Gauss
-    ///   nodes for all that is slower than the horizon can tell apart.
+    ///   nodes for all that is too slow for the horizon to resolve.
     /// - `order`: μ, which sets the number n of differences and the unit s^(−μ).
     /// - `tolerance`: the largest relative error of a weight, 1e-11 to 0.1; `horizon`: up to this lag, samples, 1e2 to 1e12.
     /// - No weight is negative. With n = 1 the operator is passive, and what [`FullMemory`](super::FullMemory) says of
@@ -134,7 +134,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
             }
         }
         let typical = Grid::step_of(HALF, tolerance);
-        // Coarse grids, so few modes, first.
+        // Coarse grids first, as they have few modes.
         for twentieths in (6..=34).rev() {
             let modes = search.modes(typical * f64::from(twentieths) / 20.0, &exact);
             if modes.len() > MODES {
@@ -200,7 +200,7 @@ fn fit(
     scaled.filter(|mode| mode.weight > 0.0).collect()
 }
 
-/// An exponent like any other, of a density that nobody knows.
+/// An arbitrary exponent, for a density of unknown exponent.
 const HALF: f64 = 0.5;
 
 /// Points of the check grid, in ln j.

@@ -8,7 +8,7 @@ use crate::weights::{
 };
 use core::f64::consts::PI;
 
-/// How the signal is assumed to run between samples, which decides the weights of the memory.
+/// Assumed course of the signal between samples, which decides the weights of the memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -152,7 +152,7 @@ pub(super) struct Grid {
     pub(super) step: f64,
     /// Fastest node that still counts at the first lag after the taps.
     first: i32,
-    /// Slowest node kept by itself; all slower ones are lumped.
+    /// Slowest node kept separately; all slower ones are lumped.
     last: i32,
 }
 
@@ -184,7 +184,7 @@ impl Grid {
         Self::step_of(core.exponent(), tolerance)
     }
 
-    /// The same for a density that rises like s^exponent over ln s.
+    /// As [`step_for`](Self::step_for), for a density that rises like s^exponent over ln s.
     pub(super) fn step_of(exponent: f64, tolerance: f64) -> f64 {
         // 2|Γ(x+iy)|/Γ(x) = tolerance/2, x = 1 − ν, y = 2π/h, with |Γ(x+iy)| ≈ √(2π)·y^(x−½)·e^(−πy/2)
         let scale = 4.0 * libm::sqrt(2.0 * PI) / (libm::tgamma(exponent) * tolerance);

@@ -26,7 +26,7 @@ pub trait Memory {
     fn density(&self, rate: f64) -> f64;
 
     /// ∫₀^s ρ ds, all that is slower than a rate s, for rates that are next to nothing; `None` to have it found by quadrature,
-    /// which sees no rate below e^(−690) and goes on from there as a power law.
+    /// which sees no rate below e^(−690) and extrapolates from there by a power law.
     fn slower(&self, rate: f64) -> Option<f64> {
         let _ = rate;
         None
@@ -153,7 +153,7 @@ const HALVINGS: u32 = 40;
 const MOST: usize = 4000;
 /// The slowest rate, so that its digits are all there.
 const SLOWEST_LN: f64 = -690.0;
-/// What is slower than the last panel counts no more than this.
+/// Largest share of the sum that may be slower than the last panel.
 const REST: f64 = 1e-14;
 const NODES: usize = 16;
 /// A panel this much narrower than a grid of modes wants nodes of its own.

@@ -14,9 +14,9 @@ pub enum EmulatorError {
     /// The symbolic link could not be made.
     #[error("cannot make the link `{}`: {}", .path.display(), why(.error))]
     Path {
-        /// Where it was to be made.
+        /// Path that the link should have.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         error: Error,
     },
     /// The address cannot be listened at.

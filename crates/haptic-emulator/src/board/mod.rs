@@ -167,7 +167,7 @@ fn run<H: Hardware<D>, const D: usize, const N: usize>(
 
 struct Emulator<H: Hardware<D>, const D: usize> {
     boards: Vec<EmulatedBoard<H, D>>,
-    /// What came over the line of which board.
+    /// Bytes that arrived, with the index of their board.
     arriving: Receiver<(usize, Vec<u8>)>,
     clock: HeldClock,
     speed: f64,
@@ -195,7 +195,7 @@ impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
         for board in &mut self.boards {
             board.hear(now_us);
         }
-        // What was heard may have changed its period.
+        // A request may have changed its period.
         let next_us = self.boards[next].next_us();
         if now_us >= next_us {
             self.clock.ticked_us = next_us;
@@ -300,7 +300,7 @@ impl<H: Hardware<D>, const D: usize> EmulatedBoard<H, D> {
     fn tick(&mut self, hurried: bool) {
         self.ticked_us = self.next_us();
         let mut device = self.device.borrow_mut();
-        // A host lives in real time, so that is what its silence is measured in.
+        // A host lives in real time, so its silence is measured in real time.
         let watchdog_ms = device.configuration().0.limits.watchdog_ms;
         let silent = self.heard.elapsed() > Duration::from_millis(u64::from(watchdog_ms));
         if hurried && !silent {
@@ -408,7 +408,7 @@ impl<H: Hardware<D, Setup: FitsDevice>, const D: usize> Hardware<D> for Embodied
     }
 }
 
-/// Hands over what comes, until nobody takes it.
+/// Hands over arriving bytes, until they are no longer taken.
 fn read(mut port: Box<dyn Line>, taken: impl Fn(Vec<u8>) -> bool, over: &AtomicBool) {
     let mut bytes = [0; 1024];
     while !over.load(Ordering::Relaxed) {

@@ -29,7 +29,7 @@ impl Terminal {
         };
         let (mut master, slave) =
             TTYPort::pair().map_err(|error| failed("no pseudo-terminal to be had", &error))?;
-        // So that the reader thread notices the end.
+        // A timeout lets the reader thread notice the end.
         master
             .set_timeout(Duration::from_millis(20))
             .map_err(|error| failed("the pseudo-terminal does not take a timeout", &error))?;
@@ -38,7 +38,7 @@ impl Terminal {
         let path = PathBuf::from(path);
         if let Some(link) = link {
             if is_stale(link, &path) {
-                // If it does not go, the new one cannot be made, which is told.
+                // If it stays, the new one cannot be made, and that error is reported.
                 let _ = std::fs::remove_file(link);
             }
             std::os::unix::fs::symlink(&path, link).map_err(|error| EmulatorError::Path {

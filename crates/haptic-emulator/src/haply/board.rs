@@ -11,7 +11,7 @@ use nalgebra::Vector2;
 const PORTS: usize = 4;
 /// Pins that a pulse can go to.
 const PINS: usize = 14;
-/// After so long the rest of a frame is not waited for, µs.
+/// Longest wait for the rest of a frame, µs.
 const PATIENCE_US: u64 = 1_000_000;
 
 /// The board of a 2DIY, with its body.
@@ -277,7 +277,7 @@ fn listed(bytes: &[u8]) -> (Vec<(usize, u8)>, &[u8]) {
     )
 }
 
-/// A count and so many bytes; then the rest.
+/// The bytes behind a count, as many as it says; and the rest.
 fn counted(bytes: &[u8]) -> (&[u8], &[u8]) {
     bytes[1..].split_at(usize::from(bytes[0]))
 }

@@ -142,7 +142,7 @@ impl Body {
         }
     }
 
-    /// Where the hand wants the handle, so long after it began, and how fast.
+    /// Place and velocity that the hand wants for the handle, `since_s` after it began.
     fn target(&self, since_s: f64) -> (Vector2<f64>, Vector2<f64>) {
         let nowhere = (self.place_m, self.speed_m_per_s);
         match self.hand {

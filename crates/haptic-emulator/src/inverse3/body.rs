@@ -75,7 +75,7 @@ impl Body {
         }
     }
 
-    /// Where the hand wants the cursor, if there is one.
+    /// Place that the hand wants for the cursor; `None` without a hand.
     fn target(&self) -> Option<Vector3<f64>> {
         let since_s = self.led_s.map_or(0.0, |led_s| self.time_s - led_s);
         let share = |phase: f64| 0.5 * (1.0 - libm::cos(phase));

@@ -10,7 +10,7 @@ use tungstenite::handshake::derive_accept_key;
 use tungstenite::protocol::{Role, WebSocketConfig};
 use tungstenite::{Message, WebSocket};
 
-/// A longer head of a request is none.
+/// Longest head of a request, bytes.
 const HEAD_MOST: usize = 8192;
 /// Bytes of a WebSocket that are taken at once.
 const READ_AT_ONCE: usize = 64;

@@ -1,4 +1,4 @@
-//! The service: its devices, what it tells of them, and what it takes.
+//! The service: its devices, its reports of them, and its commands.
 
 use super::body::{Body, CENTRE_M};
 use nalgebra::Vector3;
@@ -9,7 +9,7 @@ const GRIP_ID: &str = "1102";
 /// Silence after which a force ends, µs.
 pub const SILENCE_US: u64 = 100_000;
 
-/// What the service did since it was started.
+/// Counts of the service since its start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Counted {
     /// WebSocket connections that were made.
@@ -75,7 +75,7 @@ impl Service {
         self.counted
     }
 
-    /// Unplugs a device: it is not told of any more.
+    /// Unplugs a device: it is no longer reported.
     pub fn unplug(&mut self, id: &str) {
         self.units.retain(|unit| unit.id != id);
     }
@@ -207,18 +207,18 @@ impl Unit {
     }
 }
 
-/// In single precision, as the service tells it.
+/// In single precision, as the service sends it.
 fn xyz(vector: Vector3<f64>) -> Value {
     let [x, y, z] = vector.map(|axis| axis as f32).into();
     json!({"x": x, "y": y, "z": z})
 }
 
-/// The orientation of what nobody turns.
+/// The orientation of a grip at rest.
 fn still() -> Value {
     json!({"w": 1.0, "x": 0.0, "y": 0.0, "z": 0.0})
 }
 
-/// The transform of a service to which nobody gave one.
+/// The default transform of a service.
 fn transform() -> Value {
     json!({"position": xyz(Vector3::zeros()), "rotation": still(), "scale": xyz(Vector3::repeat(1.0))})
 }

@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// A read waits so long: the service moves on in steps of it at least.
+/// Longest wait of a read: the service advances at least once in this time.
 const PATIENCE: Duration = Duration::from_millis(20);
 
 /// Serves whoever connects, each on a thread, until it is stopped or its time is over.

@@ -42,7 +42,7 @@ impl EmulatedAdapter {
         }
     }
 
-    /// The same with an adapter that knows no checksums: it ignores them in what it receives, and
+    /// An adapter without checksums: it ignores those that it receives, and
     /// sends none.
     #[must_use]
     pub fn without_checksums(servo: EmulatedServo) -> Self {

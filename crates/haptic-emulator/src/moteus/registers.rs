@@ -22,7 +22,7 @@ pub(super) enum Quantity {
     Scaled(f64, &'static Scaling),
 }
 
-/// What a position command sets; what it does not name is at its default.
+/// Registers of a position command; those that it omits are at their default.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Registers([f32; 14]);
 

@@ -175,7 +175,7 @@ impl EmulatedServo {
             };
             if register == Register::Mode.address() {
                 commanded = Mode::try_from(value.to_i32() as u8).ok();
-                // What a frame does not name is at its default.
+                // Registers that a frame omits are at their default.
                 self.registers = Registers::default();
             } else if register == Register::SetOutputExact.address()
                 || register == Register::SetOutputNearest.address()
@@ -210,7 +210,7 @@ impl EmulatedServo {
             self.turned_since_us.get_or_insert(self.now_us);
         }
         let asked = self.registers.command(Register::CommandTimeout);
-        // 0 is the servo's own time, and no number stands for none.
+        // Both 0 and NaN stand for the servo's default time.
         let time_s = if asked > 0.0 {
             asked
         } else {

@@ -87,7 +87,7 @@ impl Turning {
         (self.angle_rad, self.speed_rad_per_s) = (angle_rad, 0.0);
     }
 
-    /// Lets time pass at a torque; the hand began so long ago, if it has begun.
+    /// Lets time pass at a torque; `turned_s` is the time since the hand began, if it has begun.
     pub(super) fn step(&mut self, torque_nm: f64, passed_s: f64, turned_s: Option<f64>) {
         if let (Some(profile), Some(turned_s)) = (&self.profile, turned_s) {
             let ramp_s = profile.ramp_time().0;

@@ -17,7 +17,7 @@ use tracing::{Dispatch, Metadata, span};
 /// Messages that wait for a slow viewer before the oldest are dropped: at 1 kHz, 8 s.
 const BACKLOG: usize = 8192;
 
-/// Time for viewers to take the last messages; the library does not tell when they have.
+/// Time for viewers to take the last messages; the library does not report that they have.
 const DRAIN: Duration = Duration::from_millis(250);
 
 /// Time for viewers to say goodbye.
@@ -160,7 +160,7 @@ impl Live for Foxglove {
 }
 
 impl Drop for Foxglove {
-    /// A server whose handle is dropped would go on.
+    /// A server whose handle is dropped would continue.
     fn drop(&mut self) {
         if let Some(server) = self.server.take() {
             drop(server.stop());

@@ -29,7 +29,7 @@ pub trait Live: Debug + Send {
     /// An event; must not wait.
     fn event(&mut self, message: &EventMessage);
 
-    /// The run has ended: sends what is left, in less than a second, and says what was lost, if
+    /// The run has ended: sends the rest, in less than a second, and reports a loss, if
     /// anything was: a sentence for the user.
     fn finish(self: Box<Self>) -> Option<String>;
 }
@@ -41,7 +41,7 @@ pub enum LiveError {
     /// The address is taken, not ours, or not reachable.
     #[error("live stream at {address}: {source}")]
     Open {
-        /// Where it should have listened.
+        /// Address to listen at, which failed.
         address: SocketAddr,
         /// The error of the system, as of a port that is taken.
         source: std::io::Error,
@@ -49,7 +49,7 @@ pub enum LiveError {
     /// The WebSocket server could not be started.
     #[error("live stream at {address}: {reason}")]
     Server {
-        /// Where it listens or should.
+        /// Address of the WebSocket server.
         address: SocketAddr,
         /// The reason in the words of the server.
         reason: String,

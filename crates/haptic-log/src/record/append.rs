@@ -3,7 +3,7 @@
 //! … chunks │ DataEnd │ summary │ offsets │ footer     becomes     … chunks │ Metadata │ DataEnd │ summary, one index more │ footer
 //! ```
 //! Everything behind the chunks is written anew, so it costs the size of the index, not of the log. No sample is touched: a power cut in
-//! between leaves a log that ends behind its last chunk. The checksum of the data section, where there is one, goes on over the new record.
+//! between leaves a log that ends behind its last chunk. The checksum of the data section, if it has one, is continued over the new record.
 
 use std::fs::OpenOptions;
 use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
@@ -70,7 +70,7 @@ fn appended(path: &Path, verdict: &str) -> io::Result<()> {
         op::METADATA_INDEX,
         &[&data_end.to_le_bytes(), &length, &name],
     );
-    // None is written as 0.
+    // A missing checksum is written as 0.
     let sum = match sum {
         0 => 0,
         sum => checksum(sum, &metadata),

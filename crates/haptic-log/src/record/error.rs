@@ -31,7 +31,7 @@ pub enum RecordError {
     Lost {
         /// The name that it has until it is complete, under which it stays.
         path: PathBuf,
-        /// What happened to it, as "removed".
+        /// Damage to the file, as "removed".
         what: &'static str,
         /// Samples that were written to it.
         samples: u64,
@@ -73,7 +73,7 @@ pub enum RecordError {
     Topics {
         /// The file that the message names.
         path: PathBuf,
-        /// What is wrong with it, as "has several topics".
+        /// Reason, as "has several topics".
         why: &'static str,
         /// Its topics, each with what is known of it.
         topics: Vec<String>,
@@ -102,7 +102,7 @@ pub enum RecordError {
     },
 }
 
-/// What is left of a log, and what to do.
+/// Samples that are safe in a log, and the remedy.
 fn rest(samples_safe: u64) -> String {
     match samples_safe {
         0 => "no sample is in it: remove it, make space and try again".to_owned(),

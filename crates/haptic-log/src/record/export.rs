@@ -7,7 +7,7 @@ use super::new_file::refuse_own_source;
 use super::summary::TickCount;
 use super::{Condition, Entry, Leftover, LogFiles, NewFile, RecordError, TickMessage};
 
-/// How much of a log an export found.
+/// Rows of an export, and the condition of its log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExportSummary {
     /// Rows of data; the header does not count.
@@ -60,13 +60,13 @@ pub fn export_csv(
     let mut reader = LogFiles::open(source)?;
     let (new_file, file) = NewFile::create(target, Leftover::Discard, overwrite)?;
     let summary = write_rows(&mut reader, BufWriter::new(file), target)?;
-    // Nor over one of the files that it goes on in.
+    // Nor may it replace one of the log's later files.
     (reader.read.iter()).try_for_each(|file| refuse_own_source(file, target))?;
     new_file.publish()?;
     Ok(summary)
 }
 
-/// The same into any sink; `name` is its name in messages.
+/// As [`export_csv`], into any sink; `name` is its name in messages.
 ///
 /// # Errors
 /// If the log cannot be read, or the sink fails.

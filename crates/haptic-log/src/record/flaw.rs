@@ -1,4 +1,4 @@
-//! What may be wrong with a tick: bits of its field `flaws`.
+//! Flaws of a tick: bits of its field `flaws`.
 
 use serde::Serialize;
 
@@ -10,7 +10,7 @@ pub const UNANSWERED: u8 = 1;
 pub const NOT_TAKEN: u8 = 2;
 /// The device had not received the last forces of a loop on the host, so an older one acts.
 pub const LATE_FORCE: u8 = 4;
-/// What the device reported for the tick is impossible.
+/// The device reported something impossible for the tick.
 pub const IMPOSSIBLE: u8 = 8;
 
 /// A log with a larger share of stale ticks does not show what the loop did.

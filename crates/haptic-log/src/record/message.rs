@@ -1,4 +1,4 @@
-//! What a log holds: messages as plain CDR, and metadata. A message is the header `00 01 00 00` (plain CDR, little
+//! Messages of a log as plain CDR, and its metadata. A message is the header `00 01 00 00` (plain CDR, little
 //! endian, no options) and its fields in order, each aligned to its size counted from the end of that header.
 
 use serde::Serialize;
@@ -22,7 +22,7 @@ pub struct EventMessage {
 /// A named set of strings: parameters, versions, statistics.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct MetadataRecord {
-    /// What the strings are about, as `experiment`; a name may occur more than once.
+    /// Subject of the strings, as `experiment`; a name may occur more than once.
     pub name: String,
     /// The strings by key, in the order of the keys.
     pub values: BTreeMap<String, String>,
@@ -89,26 +89,26 @@ pub(crate) trait LogMessage: Sized {
     /// Puts the CDR bytes of this message into `buffer`, which is cleared first.
     fn encode_into(&self, buffer: &mut Vec<u8>) -> Result<(), MessageError>;
 
-    /// Where a field of a schema goes.
+    /// Destination of a field of a schema.
     type Slot: Copy;
 
-    /// The place of a field by its name; `None` for one that is not ours.
+    /// The slot of a field by its name; `None` for one that is not ours.
     fn slot(name: &str) -> Option<Self::Slot>;
 
     /// Reads a message from its CDR bytes, as the schema of its log says.
     fn decode(layout: &Layout<Self::Slot>, bytes: &[u8]) -> Result<Self, MessageError>;
 }
 
-/// The fields of a message in the order of its log's schema, and where each of them goes.
+/// The fields of a message in the order of its log's schema, and the slot of each.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout<S> {
     fields: Vec<Field<S>>,
-    /// False if fields follow whose type is not defined, so that nobody knows their length.
+    /// False if fields of an undefined type follow, whose length is unknown.
     is_whole: bool,
     encoding: Encoding,
 }
 
-/// How the fields of a message stand behind each other.
+/// Layout of the fields in the bytes of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Encoding {
     /// ROS 2: behind [`ENCAPSULATION`], numbers at multiples of their size, texts with a zero at their end.
@@ -145,7 +145,7 @@ pub(crate) enum Item<'a> {
 /// Definitions that stand in one schema: the message's own, without a name, and those of other types.
 struct Definitions<'a> {
     parts: Vec<(&'a str, Vec<&'a str>)>,
-    /// Fields that may still be made: a type that holds itself would go on for ever.
+    /// Fields that may still be made: a type that holds itself would never end.
     left: Cell<usize>,
     encoding: Encoding,
 }
@@ -271,7 +271,7 @@ impl<S: Copy> Layout<S> {
         }
     }
 
-    /// The same; how many bytes follow the last field, 0 where it is not known.
+    /// As [`read`](Self::read); returns the number of bytes behind the last field, 0 where it is not known.
     pub(crate) fn read_padded(
         &self,
         message: &[u8],

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum NewFileError {
-    /// Another file has the name, and nobody asked to replace it.
+    /// Another file has the name, and replacing it was not requested.
     #[error("`{}` already exists and is not overwritten; choose another name or move it away", .0.display())]
     Exists(PathBuf),
     /// A folder, a device, a pipe, a socket or a link has the name.
@@ -62,7 +62,7 @@ pub enum Leftover {
 }
 
 impl Leftover {
-    /// What the name of an unfinished file ends with: of those that can be made again nobody knows another's.
+    /// Suffix of an unfinished file; one that can be made again gets a number, so that no two have the same name.
     fn suffix(self) -> String {
         match self {
             Self::Keep => ".part".to_owned(),
@@ -71,7 +71,7 @@ impl Leftover {
     }
 }
 
-/// A number of 16 digits that nobody else has: the standard library draws the keys of its hash tables anew.
+/// A unique number of 16 digits: the standard library draws the keys of its hash tables anew.
 pub(super) fn drawn_number() -> String {
     format!("{:016x}", RandomState::new().hash_one(0))
 }
@@ -127,7 +127,7 @@ impl NewFile {
             false => NewFileError::io(target, source),
         })?;
         if leftover == Leftover::Keep {
-            // Ends with the process however that dies. A file system without locks tells leftovers by their names
+            // Ends with the process however that dies. A file system without locks shows leftovers by their names
             // alone.
             let _ = file.try_lock();
         }

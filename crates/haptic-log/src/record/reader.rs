@@ -36,13 +36,13 @@ const READ_BYTES: usize = 1 << 16;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Entry {
-    /// What the loop did in one sample time.
+    /// One sample of the loop.
     Tick(TickMessage),
-    /// What the drive did in one of its own, a second device that moves the first: the time is by the clock of the first.
+    /// One sample of the drive, a second device that moves the first: the time is by the clock of the first.
     Drive(TickMessage),
     /// Something worth a sentence, between two ticks.
     Event(EventMessage),
-    /// What is known of the run beside its samples.
+    /// Facts about the run beside its samples.
     Metadata(MetadataRecord),
 }
 
@@ -61,7 +61,7 @@ pub enum Damage {
     Chunk {
         /// End of the chunk, bytes from the start of the file; near enough to look at.
         at_byte: u64,
-        /// What was found in place of a record, in words.
+        /// Found in place of a record, in words.
         cause: String,
     },
     /// One record is damaged; reading went on behind it.
@@ -69,7 +69,7 @@ pub enum Damage {
     Record {
         /// End of the record, bytes from the start of the file.
         at_byte: u64,
-        /// What was found in place of a record, in words.
+        /// Found in place of a record, in words.
         cause: String,
     },
     /// The records no longer follow each other; nothing behind this place could be read.
@@ -77,10 +77,10 @@ pub enum Damage {
     Structure {
         /// Bytes read up to here.
         at_byte: u64,
-        /// What was found in place of a record, in words.
+        /// Found in place of a record, in words.
         cause: String,
     },
-    /// The file that the log goes on in is not there, or not one of its own.
+    /// The next file of the log is missing, or belongs to another.
     #[error("the log goes on in `{}`, which {why}; files after it are read by their own names", .file.display())]
     Next {
         /// The file that the one before it names.

@@ -69,7 +69,7 @@ fn missing(count: &TickCount, condition: &Condition) -> Vec<String> {
         ));
     }
     match count.last {
-        // What is missing after the last tick is counted above.
+        // The samples missing after the last tick are counted above.
         Some(_) if condition.complete || count.end.is_some() => {}
         Some((tick, last_s)) => sentences.push(format!(
             "whatever came after tick {tick} at {last_s} s is not in it"
@@ -80,7 +80,7 @@ fn missing(count: &TickCount, condition: &Condition) -> Vec<String> {
     sentences
 }
 
-/// Copies everything readable in `source`, and in the files that it goes on in, into the new,
+/// Copies everything readable in `source`, and in the files that continue it, into the new,
 /// finished log `target`, which gets one more metadata record, [`RECOVERED`]. The source is left
 /// unchanged. With `overwrite` the target may exist.
 ///
@@ -120,7 +120,7 @@ fn untouched(error: RecordError, target: &Path) -> RecordError {
     RecordError::Copy { path, source }
 }
 
-/// Copies a span of `source`, and of the files that it goes on in, into the new, finished log `target`. Times and numbers
+/// Copies a span of `source`, and of the files that continue it, into the new, finished log `target`. Times and numbers
 /// of the ticks stay those of the run, and so do the metadata, but for those of its end: these are called `source.end`, and
 /// the new log is judged by its gaps. One more record, [`CUT`], says what it is a part of. The source is left unchanged.
 ///

@@ -30,7 +30,7 @@ pub const ROLL_LEAST: u64 = 1_000_000;
 /// No log has more files.
 const FILES_MOST: usize = 9999;
 
-/// A log that goes on in another file when one is full. Brought to the disk as it grows.
+/// A log that continues in another file when one is full. Written to the disk as it grows.
 ///
 /// ```
 /// use haptic_log::record::{LogFiles, RollingLog, TickMessage};
@@ -54,7 +54,7 @@ pub struct RollingLog {
     log: LogWriter<BufWriter<File>>,
     first: PathBuf,
     overwrite: bool,
-    /// A file of so many bytes is full; `None` for one file however long.
+    /// Size at which a file is full, bytes; `None` for one file however long.
     full_bytes: Option<u64>,
     /// Metadata at the start of every file, the number of the run with them.
     metadata: BTreeMap<String, String>,
@@ -84,7 +84,7 @@ impl RollingLog {
         })
     }
 
-    /// From now on a file of so many bytes is full; less is raised to [`ROLL_LEAST`].
+    /// Sets the size at which a file is full, bytes; less is raised to [`ROLL_LEAST`].
     pub fn roll_at(&mut self, full_bytes: u64) {
         self.full_bytes = Some(full_bytes.max(ROLL_LEAST));
     }
@@ -207,7 +207,7 @@ pub fn nth_file(first: &Path, number: usize) -> PathBuf {
     first.with_file_name(format!("{stem}-{number:04}.mcap"))
 }
 
-/// NAME.mcap for NAME-0002.mcap, as [`nth_file`] names it; `None` for a name that goes on from no other.
+/// NAME.mcap for NAME-0002.mcap, as [`nth_file`] names it; `None` for a name that continues no other.
 #[must_use]
 pub fn first_file(file: &Path) -> Option<PathBuf> {
     let stem = file.file_stem()?.to_str()?;
@@ -228,7 +228,7 @@ pub struct LogFiles {
     pub(super) read: BTreeSet<PathBuf>,
     /// Number of the run, of a log that has one.
     run: Option<String>,
-    /// False until the file being read has told that it is of the run.
+    /// False until the file being read is known to be of the run.
     belongs: bool,
     before: Condition,
     /// Ticks, with what stands between them, and ticks of the drive.

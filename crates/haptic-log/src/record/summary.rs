@@ -1,4 +1,4 @@
-//! What a log says of its run: counts, times, gaps, how it ended.
+//! Summary of the run in a log: counts, times, gaps, end.
 
 use std::collections::BTreeMap;
 use std::io::{BufReader, Read as _};
@@ -18,7 +18,7 @@ pub const RECOVERED: &str = "recovered";
 
 /// Name of the metadata record that says how a run ended; the last of its log.
 pub const END: &str = "end";
-/// The same of a drive, a second device.
+/// As [`END`], of a drive, a second device.
 pub const DRIVE_END: &str = "drive.end";
 
 /// Kind of the end of a run.
@@ -31,7 +31,7 @@ pub enum EndKind {
     Interrupted,
     /// A fault of the loop or of the device ended it.
     Fault,
-    /// The link to the device was lost: nobody knows how many samples it still made.
+    /// The link to the device was lost: the number of samples that it still made is unknown.
     Link,
 }
 
@@ -47,7 +47,7 @@ const ENDS: [(&str, EndKind); 4] = [
 pub struct RunEnd {
     /// Why the run ended; `reason` says it in words.
     pub ended: EndKind,
-    /// How the run ended, in words; empty if it finished.
+    /// End of the run, in words; empty if it finished.
     pub reason: String,
     /// Samples that were to be made.
     pub planned_samples: u64,
@@ -127,7 +127,7 @@ pub(crate) struct TickCount {
     pub(crate) end: Option<RunEnd>,
     /// The first file of the log, if this is a later one.
     pub(crate) continues: Option<String>,
-    /// The same of a drive, if the log has one.
+    /// Ticks of the drive, if the log has one.
     pub(crate) drive: Option<Box<Self>>,
 }
 
@@ -253,7 +253,7 @@ pub struct LogSummary {
     /// Ticks that stood behind later ones and were put in their place, if there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sorted_ticks: Option<u64>,
-    /// How many ticks the device or the link got wrong, and how.
+    /// Ticks that the device or the link got wrong, by kind.
     #[serde(flatten)]
     pub flaws: FlawCounts,
     /// Parts missing from the log that this one was recovered from; `None` if not recovered or nothing is missing.
@@ -271,7 +271,7 @@ pub struct LogSummary {
 }
 
 impl LogSummary {
-    /// Why the log is not whole, a few words each; none if it is.
+    /// Reasons why the log is not whole, a few words each; empty if it is.
     #[must_use]
     pub fn reasons(&self) -> Vec<String> {
         let mut reasons = self.damage.clone();
@@ -322,7 +322,7 @@ impl LogSummary {
     }
 }
 
-/// The reason why a log with so many of them is not in order.
+/// The reason why a log with `ticks` ticks out of order is not whole.
 pub(super) fn out_of_order(ticks: u64) -> String {
     format!("{ticks} ticks come twice, or too late to be sorted")
 }
@@ -420,7 +420,7 @@ pub struct Skimmed {
     pub complete: bool,
 }
 
-/// Reads one file of a log without unpacking a sample, and no more than so many bytes of it: for a list of many.
+/// Reads one file of a log without unpacking a sample, at most `most_bytes` of it: for a list of many.
 ///
 /// # Errors
 /// If the file cannot be read or is not MCAP.

@@ -110,14 +110,14 @@ pub struct TickMessage {
     /// Limiters that acted, as bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, 16 start-up, 32 workspace,
     /// 64 velocity, 128 passivity guard.
     pub limiters: u8,
-    /// What is wrong with this tick, bits of [`flaw`](super::flaw); 0 if nothing is wrong.
+    /// Flaws of this tick, bits of [`flaw`](super::flaw); 0 for a good tick.
     pub flaws: u8,
     /// Energy that the passivity guard has observed, J: positive if the device gave it to the loop. NaN
     /// without a guard, and from a device that does not send it.
     pub observed_energy_j: f64,
 }
 
-/// How a field is reached.
+/// Access to a field by its kind.
 #[derive(Clone, Copy, Debug)]
 enum Reach {
     Count(fn(&mut TickMessage) -> &mut u64),
@@ -169,7 +169,7 @@ static FIELDS: [Field; 12] = [
     field!(Number observed_energy_j, "seen by the passivity guard, J; NaN if there is none"),
 ];
 
-/// Where a column goes: a field, and its axis.
+/// Destination of a column: a field, and its axis.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slot(Reach, usize);
 
@@ -212,7 +212,7 @@ impl Column {
     }
 }
 
-/// Name of a field on one of so many axes: `contact_force_x_n` of `contact_force_n`, if it is not the only one.
+/// Name of a field on one of `axes` axes: `contact_force_x_n` of `contact_force_n`, if it is not the only one.
 #[must_use]
 pub fn column_name(field: &str, axis: usize, axes: usize) -> String {
     match field.rsplit_once('_') {
@@ -248,7 +248,7 @@ impl TickMessage {
         self.position_m.len()
     }
 
-    /// Columns of a table of ticks with so many axes, 1 to 3, in order.
+    /// Columns of a table of ticks with `axes` axes, 1 to 3, in order.
     #[must_use]
     pub fn columns(axes: usize) -> Vec<Column> {
         let of = |field: &Field| {

@@ -46,7 +46,7 @@ impl Topic {
             .map(|(name, _)| name)
             .collect();
         if !asks {
-            // Beside ours, nobody means another.
+            // If our topic is there, it is the one that is meant.
             let ticks = wanted.iter().position(|name| *name == TickMessage::TOPIC);
             wanted = ticks.map_or(wanted.clone(), |ticks| vec![wanted[ticks]]);
         }
@@ -83,7 +83,7 @@ impl Topic {
         self.columns.first().map_or(0, |(_, column)| column.len())
     }
 
-    /// A header, and a line for each message; what is no number is an empty cell. `name` is that of the sink in messages.
+    /// A header, and a line for each message; NaN is an empty cell. `name` is that of the sink in messages.
     ///
     /// # Errors
     /// If the sink fails.
@@ -109,7 +109,7 @@ impl Topic {
         })
     }
 
-    /// The same into the new file `target`.
+    /// As [`write_csv`](Self::write_csv), into the new file `target`.
     ///
     /// # Errors
     /// If the target exists without `overwrite` or cannot be written.

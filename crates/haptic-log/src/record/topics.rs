@@ -22,13 +22,13 @@ use std::collections::{BTreeMap, HashMap};
 /// The layout of a message, with the number of each field.
 type Layout = super::message::Layout<usize>;
 
-/// Elements of an array that are columns: of a picture or a scan nobody wants each.
+/// Most elements of an array that become columns: a picture or a scan has too many.
 const ELEMENTS_MOST: usize = 64;
 
 /// Bytes behind the last field that some writers leave: they fill up to a multiple of four.
 const PADDING_MOST: usize = 3;
 
-/// How to read the messages of a channel.
+/// Decoder of the messages of a channel.
 #[derive(Debug)]
 enum Decoder {
     /// The layout, and the names of its numbers.

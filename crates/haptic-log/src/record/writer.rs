@@ -28,7 +28,7 @@ use super::{
 const FLUSH_INTERVAL_NS: u64 = 100_000_000;
 /// A chunk of this many bytes is closed early, whatever the time.
 const CHUNK_BYTES: u64 = 1 << 20;
-/// The time of a chunk doubles with so many chunks, but for the first time: at 1.8 hours.
+/// Number of chunks after which the time of a chunk doubles, the first time at 1.8 hours.
 const DOUBLED_AFTER: u64 = 1 << 15;
 
 /// Name of the writer. Readers of this crate trust the channel numbers below if a log has this name.
@@ -174,7 +174,7 @@ impl<W: Write + Seek> LogWriter<W> {
         self.metadata(CLOCK, start.metadata())
     }
 
-    /// The same without metadata, for a copy that has them already.
+    /// As [`starts_at`](Self::starts_at), for a copy that already has the metadata.
     pub(super) const fn dated(&mut self, start: StartTime) {
         self.start_ns = start.since_1970_ns();
     }

@@ -243,7 +243,7 @@ impl<F: Real> Bounding<F> {
     }
 }
 
-/// The largest s in [0, 1] with s²·`square` + s·`along` ≤ `spare`, in the form that does not cancel; 0 for what is no number.
+/// The largest s in [0, 1] with s²·`square` + s·`along` ≤ `spare`, in the form that does not cancel; 0 for NaN.
 #[inline]
 fn scale<F: Real>(square: F, along: F, spare: F) -> F {
     let four = F::from_f64(4.0);

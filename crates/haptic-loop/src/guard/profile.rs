@@ -110,9 +110,9 @@ pub(super) struct Profile<F> {
     variance: Form<F>,
     /// (1/4ρb)·∫a² over a sample, of f and r.
     whole_cost: Form<F>,
-    /// The same over the last hT of a sample.
+    /// As `whole_cost`, over the last hT of a sample.
     late_cost: Form<F>,
-    /// The same from a command f on, all later ones being zero, of f and a.
+    /// (1/4ρb)·∫a² from a command f on, all later ones being zero, of f and a.
     command_cost: Form<F>,
 }
 
@@ -192,7 +192,7 @@ impl<F: Real> Profile<F> {
         cost
     }
 
-    /// q·r, what is left of it when the next command takes effect, N: there a = f + q·r.
+    /// q·r, the rest of r when the next command takes effect, N: there a = f + q·r.
     #[inline]
     pub(super) fn fading<const D: usize>(&self, last: &Sent<F, D>) -> SVector<F, D> {
         /// Below this it has decayed, N: its square would be no normal number.
@@ -255,7 +255,7 @@ pub(super) fn dot<F: Real, const D: usize>(left: &SVector<F, D>, right: &SVector
 pub(crate) struct GuardState<F, const D: usize> {
     /// E is this and `rest`.
     energy: F,
-    /// What rounding took from `energy`, and what was spent since the last sample, J.
+    /// Rounding error of `energy`, and energy spent since the last sample, J.
     rest: F,
     /// The energy still to be paid for noise, J.
     pub(super) owed: F,
@@ -285,7 +285,7 @@ impl<F: Real, const D: usize> GuardState<F, D> {
         }
     }
 
-    /// The device has let go by itself: no force is on its way any more, and no credit is left.
+    /// The device has let go on its own: no force is on its way any more, and no credit remains.
     pub(crate) fn let_go(&mut self) {
         self.sent = [Sent::none(); HISTORY];
         self.forget_credit();

@@ -45,7 +45,7 @@ impl<const D: usize> Axes<D> {
         })
     }
 
-    /// Puts the device at `position` (m) with `velocity` (m/s). Forces and time go on.
+    /// Puts the device at `position` (m) with `velocity` (m/s). Forces and time continue.
     pub fn set_state(&mut self, position: SVector<f64, D>, velocity: SVector<f64, D>) {
         for (index, axis) in self.axes.iter_mut().enumerate() {
             axis.set_state([position[index]].into(), [velocity[index]].into());

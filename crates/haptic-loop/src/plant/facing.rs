@@ -54,7 +54,7 @@ impl Default for FacingContact {
 pub struct FacingConfig {
     /// Both devices, in the order of [`FacingSide`]. Their sample times are those of whoever commands them; here time is continuous.
     pub devices: [MassDamperConfig; 2],
-    /// What is between their tips, one-sided.
+    /// One-sided contact between their tips.
     pub contact: FacingContact,
 }
 
@@ -206,7 +206,7 @@ impl FacingDevices {
         })
     }
 
-    /// Back to rest at 0, no force acting or on its way. Time goes on.
+    /// Back to rest at 0, no force acting or on its way. Time continues.
     pub fn restart(&mut self) {
         self.state = SVector::zeros();
         self.coming = Default::default();
@@ -273,7 +273,7 @@ impl FacingDevices {
             {
                 self.coming[side].pop_front();
                 if self.config.devices[side].lag.0 > 0.0 {
-                    // The current goes on from where it is.
+                    // The actuator's force continues from its present value.
                     self.state[LAG[side]] += self.state[FORCE[side]] - force;
                 }
                 self.state[FORCE[side]] = force;
@@ -281,7 +281,7 @@ impl FacingDevices {
         }
     }
 
-    /// Moves on by a power of two of units, at most so many, in which contact neither begins nor ends; by one unit it may.
+    /// Advances by a power of two of units, at most `most`, in which contact neither begins nor ends; by one unit it may.
     fn piece(&mut self, most: u64) {
         let touching = self.contact_force() > 0.0;
         let mut piece = (self.steps.len() - 1).min(most.ilog2() as usize);

@@ -32,7 +32,7 @@ const SAMPLE: u64 = 1_000_000;
 /// - *Set point* r: the profile at the sample, y = x₂ (position); or the push, y = F (force).
 /// - *Reaction*: the contact force F acts on the holder's mass; the tissue moves as far as that mass does.
 /// - *Exact* while in contact or apart, as [`FacingDevices`]. *Start-up*: at rest, both at 0.
-/// - *Not finite*: a force that is not finite is none.
+/// - *Not finite*: a force that is not finite counts as 0.
 /// - *Cost*: that of [`FacingDevices`] and of the holder; no panic.
 #[derive(Clone, Debug)]
 pub struct HeldRig<H> {
@@ -80,7 +80,7 @@ impl<H: Holder> HeldRig<H> {
     /// As [`IndentationRig::new`]; a rigid contact, which has no mass to hold.
     pub fn new(config: RigConfig, holder: H) -> Result<Self, ParameterError> {
         let facing = config.facing()?;
-        // A push that is no number is refused before it is set aside.
+        // A push that is NaN is refused before it is set aside.
         IndentationRig::new(config)?;
         Self::between(facing, config.drive, config.sample_time, holder)
     }

@@ -151,7 +151,7 @@ impl<const D: usize> MassDamper<D> {
         self.tick = 0;
     }
 
-    /// Puts the mass at `position` (m) with `velocity` (m/s). Forces and time go on.
+    /// Puts the mass at `position` (m) with `velocity` (m/s). Forces and time continue.
     pub fn set_state(&mut self, position: SVector<f64, D>, velocity: SVector<f64, D>) {
         for (index, axis) in self.axes.iter_mut().enumerate() {
             axis.position = position[index];

@@ -15,7 +15,7 @@ use nalgebra::{Cholesky, Const, SMatrix, SVector};
 ///   axes have independent masses, as [`Axes`](super::Axes), has one for all,
 ///   [`of_axes`](Self::of_axes).
 /// - *Along the axes of M* the effective mass is an eigenvalue; any other lies between the least and the largest.
-/// - *Sideways* a device with unequal masses moves too when it is pushed along n. A loop along n does not know of that.
+/// - *Sideways* a device with unequal masses moves too when it is pushed along n. A loop along n does not see that.
 ///
 /// Source: O. Khatib, "Inertial properties in robotic manipulation: an object-level framework", Int. J. Robotics Research
 /// 14(1), 1995, for the effective mass in a direction.

@@ -74,7 +74,7 @@ impl RigServo {
         integral_time: Seconds(0.015),
     };
 
-    /// The same poles for two actuators of this mass and damping each, ω faster where their damping needs it.
+    /// Triple pole for two actuators of this mass and damping each, ω faster where their damping needs it.
     #[must_use]
     pub fn of(mass: Kilograms, damping: NewtonSecondsPerMetre) -> Self {
         let (m, b) = (2.0 * mass.0, 2.0 * damping.0);

@@ -14,7 +14,7 @@ use thread_priority::{
 /// library asks Windows for its finest timer, of 0.5 ms.
 pub(super) const SPINNING_IS_ONE_IN: u32 = 1;
 
-/// `std::thread::sleep` for what is left.
+/// `std::thread::sleep` for the remaining time.
 #[derive(Clone, Copy, Debug)]
 pub struct SystemWaiter(Moment);
 

@@ -65,7 +65,7 @@ mod tests {
     use std::process::Command;
     use std::string::String;
 
-    /// Time since the machine was started, its sleep included, as the system tells it to people, s.
+    /// Time since the machine was started, its sleep included, as the system shows it to people, s.
     fn uptime_s() -> f64 {
         let text = std::fs::read_to_string("/proc/uptime").expect("Linux tells it");
         let first = text.split_whitespace().next().expect("two numbers");

@@ -1,4 +1,4 @@
-//! What a loop asks of a system: a clock that waits; and how a system refuses.
+//! Services that a loop needs from a system: a clock that waits; and how a system refuses.
 
 use std::time::Duration;
 use thiserror::Error;
@@ -33,7 +33,7 @@ pub enum Refusal {
     /// This system has no such thing.
     #[error("not on this system")]
     Unsupported,
-    /// Any other refusal, by the code with which the system tells it.
+    /// Any other refusal, by the system's error code.
     #[error("error {0} of the system")]
     Other(i32),
 }

@@ -5,10 +5,10 @@ use fracdiff::parameter::RangeError;
 use hdrhistogram::Histogram;
 use std::time::Duration;
 
-/// Longest time that is told from longer ones, ns.
+/// Longest time that is counted as such, ns; longer ones count as this.
 const LONGEST_NS: u64 = 100_000_000_000;
 
-/// How the time of each cycle was spent.
+/// Distributions of the time that each cycle spent.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Timing {

@@ -1,4 +1,4 @@
-//! The output of the safety chain: a force, what limited it, or why there is none.
+//! The output of the safety chain: a force, the limiters that acted, or the reason for no force.
 
 use fracdiff::Real;
 use nalgebra::SVector;

@@ -134,7 +134,7 @@ impl<F: Real, const D: usize> SafetyState<F, D> {
         self.force.iter().all(|&axis| axis == F::ZERO)
     }
 
-    /// The next tick comes after so many that did not: the way to zero goes on by them, and a position may have
+    /// The next tick comes after `ticks` missed ones: the way to zero advances by them, and a position may have
     /// moved further.
     #[inline(never)]
     pub fn skip(&mut self, ticks: u64) {
@@ -146,14 +146,14 @@ impl<F: Real, const D: usize> SafetyState<F, D> {
         }
     }
 
-    /// The position of the next tick is the first that is measured after so many ticks that came without one: it may have moved
+    /// The position of the next tick is the first that is measured after `ticks` ticks without one: it may have moved
     /// further.
     #[inline(never)]
     pub fn unmeasured(&mut self, ticks: u32) {
         self.motion.skip(F::from_f64(f64::from(ticks)));
     }
 
-    /// Clears the fault and the wish to stop. The force goes on from where it is, and rises as after a
+    /// Clears the fault and the wish to stop. The force continues from its present value, and rises as after a
     /// start. At rest, where the device was is forgotten too, so that it may have been moved meanwhile; of the
     /// guard's energy a debt stays.
     pub fn clear(&mut self) {
@@ -334,7 +334,7 @@ impl<F: Real> SafetyChain<F> {
     fn released<const D: usize>(&self, state: &mut SafetyState<F, D>) -> SVector<F, D> {
         let none = SVector::from([F::ZERO; D]);
         if let Some(guard) = &self.guard {
-            // The books go on.
+            // The guard's energy account continues.
             guard.steer(&mut state.guard, &state.motion.moved, &none);
         }
         match &self.motion {

@@ -42,7 +42,7 @@ struct Standstill<F> {
 }
 
 impl<F: Real> Standstill<F> {
-    /// The same for an axis whose reading has not changed. On its own: a device that moves never comes here.
+    /// An axis whose reading has not changed. On its own: a device that moves never comes here.
     #[inline(never)]
     fn stands(&self, still: &mut F, least: &mut F, wanted: F, sent: F) -> bool {
         if *still < self.ticks {
@@ -94,7 +94,7 @@ impl<F: Real> Zone<F> {
 /// The ends of a workspace: towards high, and towards −low.
 type Ends<F> = [Zone<F>; 2];
 
-/// The zones at the ends of a workspace; refuses one that is none.
+/// The zones at the ends of a workspace; refuses an empty or inverted one.
 fn workspace<F: Real>(workspace: Workspace, checks: &mut Checks) -> Ends<F> {
     let (low, high, soft) = (workspace.low.0, workspace.high.0, workspace.soft.0);
     checks.range("low end of the workspace", low, true, "finite", "m");
@@ -109,7 +109,7 @@ fn workspace<F: Real>(workspace: Workspace, checks: &mut Checks) -> Ends<F> {
     ]
 }
 
-/// The zone below a speed limit; refuses one that is none.
+/// The zone below a speed limit; refuses one that is not above the soft limit.
 fn speed<F: Real>(speed: SpeedLimit, checks: &mut Checks) -> Zone<F> {
     let (soft, hard) = (speed.soft.0, speed.hard.0);
     checks.not_negative("soft speed limit", soft, "m/s");
@@ -152,7 +152,7 @@ impl<F: Real, const D: usize> Motion<F, D> {
         }
     }
 
-    /// The next position comes after so many that did not.
+    /// The next position comes after `samples` missed ones.
     pub(super) fn skip(&mut self, samples: F) {
         self.share = F::ONE / (F::ONE + samples);
     }

@@ -70,7 +70,7 @@ impl Touch {
             let back = if given < 0.0 { step } else { 0.0 };
             return f64::min(self.factor + back, 1.0);
         }
-        // What the force that is held until now has given is known.
+        // The energy from the force that is held until now is known.
         let left = f64::max(self.taken_j - self.sent_n * moved, 0.0) / SPEND;
         if self.factor * given > left {
             left / given

@@ -19,7 +19,7 @@ pub(crate) const HAND_STIFFNESS: NewtonsPerMetre = NewtonsPerMetre(300.0);
 pub(crate) const HAND_DAMPING: NewtonSecondsPerMetre = NewtonSecondsPerMetre(5.5);
 /// Fastest motion of the hand, m/s: below the soft limit of the safety chain, so that a fast pointer is no fault.
 const HAND_SPEED_M_PER_S: f64 = 0.5;
-/// Time constant of each of the two smoothings, s: a pointer tells its position 60 times a second.
+/// Time constant of each of the two smoothings, s: a pointer reports its position 60 times a second.
 const SMOOTHING_S: f64 = 0.006;
 /// Place of the device before it is touched, m: in front of the surface.
 pub(super) const START_M: f64 = -5e-3;

@@ -48,7 +48,7 @@ pub(super) enum KeeperTask {
     Mark(String),
 }
 
-/// The newest of the loop, as `status` tells it.
+/// The newest of the loop, as `status` reports it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct FeelState {
     pub(crate) sample_time_s: f64,
@@ -83,7 +83,7 @@ impl FeelState {
     }
 }
 
-/// What the keeper shares with those who watch.
+/// Data that the keeper shares with those who watch.
 #[derive(Debug)]
 pub(crate) struct Kept {
     pub(crate) pyramid: Mutex<Pyramid>,
@@ -95,7 +95,7 @@ pub(crate) fn locked<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What a loop needs from its server.
+/// Services of the server that a loop needs.
 #[derive(Clone, Debug)]
 pub(crate) struct FeelPlace {
     pub(crate) kept: Arc<Kept>,
@@ -190,7 +190,7 @@ impl Keeper {
                 && let Ok(entry) = self.from_loop.pop()
             {
                 if let FromLoop::Tick(ticked) = entry {
-                    // What was lost is no number, so that rows and ticks go together.
+                    // Lost ticks become NaN, so that rows and ticks go together.
                     let tick = ticked.sample.reading.tick;
                     let lost = tick.saturating_sub(work.next) as usize;
                     rows.resize(rows.len() + lost, [f32::NAN; CHANNELS.len()]);
@@ -233,7 +233,7 @@ impl Keeper {
                     None => Recording::start(&self.place.runs, metadata, &self.place.provenance)
                         .map(|new| work.recording.insert(new).name.clone()),
                 };
-                // Who asked may have gone.
+                // The page that asked may have gone.
                 let _ = answer.send(result);
             }
             KeeperTask::EndRecord(answer) => {
@@ -328,7 +328,7 @@ impl Keeper {
         locked(&self.place.kept.state).clone_from(&work.state);
     }
 
-    /// Says what became of a recording that nobody ended.
+    /// Reports a recording that ended without a request.
     fn closed(&self, result: &Result<Finished, Failure>) {
         let text = match result {
             Ok(finished) => format!("recorded {}: {} samples", finished.name, finished.samples),

@@ -26,7 +26,7 @@ pub(crate) type Felt = Pushing<Wall<f64, Operator<f64>>>;
 /// It, while it may change.
 pub(crate) type FadingFelt = Fading<Felt>;
 
-/// What is felt, with the verdict that let it run.
+/// Settings of a felt law, with the verdict that let it run.
 #[derive(Clone, Debug)]
 pub(crate) struct JudgedFeel {
     pub(crate) settings: FeelSettings,
@@ -79,7 +79,7 @@ impl FeelSettings {
     }
 
     /// Itself with the pre-flight of the loop with the hand and without, whichever is nearer to the edge. A tissue whose size
-    /// nobody asked for is made as small as it has to be.
+    /// was not requested is made as small as it has to be.
     pub(crate) fn judged(mut self) -> Result<JudgedFeel, Failure> {
         let mut both = self.verdicts()?;
         if self.may_scale && both.iter().any(|(verdict, _)| !verdict.stable) {
@@ -100,7 +100,7 @@ impl FeelSettings {
         })
     }
 
-    /// Takes the factor at which the nearest edge is [`FITTED_MARGIN`] away, to two digits and rounded down, and says so.
+    /// Takes the factor at which the nearest edge is [`FITTED_MARGIN`] away, to two digits and rounded down, with a note.
     fn fit(&mut self, both: &[(PreflightVerdict, Dynamics)]) {
         let edges = both.iter().filter_map(|(verdict, _)| verdict.margin);
         let most = edges.fold(f64::INFINITY, f64::min);

@@ -5,7 +5,7 @@
 //!                     └─ safety chain      └─ log
 //! settings ─▶ pre-flight ─▶ new law ─hears the past─▶ loop: from the old force to the new without a bump
 //! ```
-//! The thread that ticks waits for nobody and wakes nobody. Whatever is given up, dropped or lost ends with a zero force.
+//! The thread that ticks never waits and never wakes another. Whatever is given up, dropped or lost ends with a zero force.
 
 mod fading;
 mod hand;
@@ -249,7 +249,7 @@ impl Feel {
         let (nobody, _) = RingBuffer::new(1);
         drop(std::mem::replace(&mut *locked(&self.orders), nobody));
         for thread in locked(&self.threads).drain(..) {
-            // A panic in it is a defect that its own message has told.
+            // A panic in it is a defect that its own message has reported.
             let _ = thread.join();
         }
     }
@@ -276,7 +276,7 @@ impl FeelSettings {
         limits(Kilograms(self.device.values.mass_kg), samples as u32, t)
     }
 
-    /// What a log holds of it; of a wall also the experiment file, so that it can be run and felt again.
+    /// Metadata for a log; of a wall also the experiment file, so that it can be run and felt again.
     fn metadata(&self) -> BTreeMap<String, String> {
         let thing = match &self.environment {
             FeltThing::Tissue(name) => name,

@@ -1,8 +1,8 @@
-//! What is felt of an experiment file, a log or a tissue file.
+//! Wall or tissue of an experiment file, a log or a tissue file, to be felt.
 //! ```text
 //! [wall], or the log of one ─▶ wall and device, with the sample time        a tissue file ─▶ tissue
 //! ```
-//! Whatever else is run has no wall or tissue behind a single device, and is refused with what can be done instead.
+//! Other experiments have no wall or tissue behind a single device, and are refused with an alternative.
 
 use super::settings::{DeviceNumbers, WallNumbers};
 use crate::Number;
@@ -17,7 +17,7 @@ pub(crate) enum Opened {
     Tissue(Box<Material>),
 }
 
-/// What a document says is to be felt.
+/// Wall or tissue of a document, to be felt.
 ///
 /// # Errors
 /// A document that is wrong, with its line; one of something else, with what to do with it.

@@ -1,4 +1,4 @@
-//! What is felt: a tissue or a wall, a device, ghosts; changes of it, and the ranges of its numbers.
+//! Settings of a felt loop: a tissue or a wall, a device, ghosts; changes of it, and the ranges of its numbers.
 
 use crate::wall::judged_scheme;
 use crate::{Number, TextFile};
@@ -141,7 +141,7 @@ impl DeviceNumbers {
         all.filter(|name| *name != parameters::HAND_STIFFNESS.key)
     }
 
-    /// The same with these of its numbers.
+    /// Replaces these of its numbers.
     pub(super) fn with(mut self, numbers: &BTreeMap<String, Number>) -> Result<Self, Failure> {
         for (name, Number(number)) in numbers {
             if !Self::names().any(|known| known == name) {
@@ -168,7 +168,7 @@ impl DeviceNumbers {
     }
 }
 
-/// The same motion felt by another operator: the last second alone, or A₃, which remembers three samples.
+/// Another operator for the same motion: the last second alone, or A₃, which remembers three samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Ghost {
@@ -181,7 +181,7 @@ impl Ghost {
     pub(super) const ALL: [Self; 2] = [Self::Short, Self::A3];
 }
 
-/// What `feel.start` and `feel.set` say. What is not named stays, or is that of the environment.
+/// Fields of `feel.start` and `feel.set`. A missing one stays, or is that of the environment.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct FeelChange {
@@ -194,7 +194,7 @@ pub(crate) struct FeelChange {
     pub(crate) ghosts: Option<Vec<Ghost>>,
 }
 
-/// What is felt, checked but for its stability.
+/// Settings of a felt loop, checked but for its stability.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct FeelSettings {
     pub(super) environment: FeltThing,
@@ -208,7 +208,7 @@ pub(crate) struct FeelSettings {
     #[serde(flatten)]
     pub(super) law: WallNumbers,
     pub(super) scale: f64,
-    /// True if nobody asked for this factor, so that it may become one that is stable.
+    /// True if this factor was not requested, so that it may become one that is stable.
     #[serde(skip)]
     pub(super) may_scale: bool,
     #[serde(flatten)]
@@ -223,7 +223,7 @@ pub(crate) struct FeelSettings {
 }
 
 impl FeelSettings {
-    /// What `feel.start` asks for; what is not said of the device is `usual`.
+    /// Settings of `feel.start`; `usual` fills in the device.
     pub(crate) fn new(
         library: &Library,
         usual: DeviceNumbers,
@@ -324,7 +324,7 @@ impl FeelSettings {
         judged_scheme(&self.law.scheme)
     }
 
-    /// The same with a change; another environment brings its own numbers.
+    /// Applies a change; another environment brings its own numbers.
     pub(crate) fn changed(&self, library: &Library, change: &FeelChange) -> Result<Self, Failure> {
         if change.device.is_some() {
             return Err(Failure::bad_input(
@@ -366,7 +366,7 @@ impl FeelSettings {
     }
 }
 
-/// A tissue of the library by its name; a path is none.
+/// A tissue of the library by its name; a path is not accepted.
 fn library_material(library: &Library, name: &str) -> Result<Material, Failure> {
     let materials = library.materials();
     let named = materials.iter().find(|material| material.name == name);

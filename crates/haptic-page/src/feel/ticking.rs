@@ -16,7 +16,7 @@ pub(super) const RECENT: usize = 1 << 14;
 /// Positions that a new law hears in a tick until it has heard all.
 const CATCH_UP: u64 = 64;
 
-/// Orders to the loop. It ends, the force zero, when nobody gives any more.
+/// Orders to the loop. It ends, the force zero, when no one is left to give any.
 #[derive(Debug)]
 pub(super) enum LoopOrder {
     /// The pointer, m, and if the hand holds the device.
@@ -50,7 +50,7 @@ pub(super) struct Ticked {
     pub(super) fresh: bool,
 }
 
-/// What others may read at any time, and the wish to stop.
+/// Counts that others may read at any time, and the wish to stop.
 #[derive(Debug, Default)]
 pub(super) struct LoopCounts {
     pub(super) made: AtomicU64,
@@ -90,7 +90,7 @@ struct Looping<'a> {
 type Working<'a> =
     Engaged<f64, 1, FadingFelt, &'a mut HeldDevice, &'a mut Controller<f64, 1, FadingFelt>>;
 
-/// Runs the loop until it is told to end or nobody gives orders any more. When it returns, the force is zero.
+/// Runs the loop until an order ends it or nobody gives orders any more. When it returns, the force is zero.
 pub(super) fn run(
     controller: &mut Controller<f64, 1, FadingFelt>,
     device: &mut HeldDevice,
@@ -138,7 +138,7 @@ pub(super) fn run(
 }
 
 impl Looping<'_> {
-    /// Reads all orders. A stop comes by itself, beside the ring, so that it is never behind anything nor lost.
+    /// Reads all orders. A stop comes separately, beside the ring, so that it is never behind anything nor lost.
     fn obey(&mut self, engaged: &mut Working<'_>) {
         let stops = self.counts.stops.load(Ordering::Relaxed);
         if stops != self.stops {
@@ -162,7 +162,7 @@ impl Looping<'_> {
                     self.hand_back();
                 }
                 LoopOrder::Arm(ready, stops) => self.arm(engaged, ready, stops),
-                // What was asked for before a stop comes behind it here.
+                // A pause that was requested before a stop arrives behind it here.
                 LoopOrder::Pause(paused) => self.paused = paused && !self.stopping,
             }
         }
@@ -249,13 +249,13 @@ impl Looping<'_> {
         self.counts.made.store(self.next, Ordering::Relaxed);
     }
 
-    /// A law that waits hears some of the positions that it has missed; when it has heard all, and no other change goes on, it
+    /// A law that waits hears some of the positions that it has missed; when it has heard all, and no other change is in progress, it
     /// begins to be felt.
     fn catch_up(&mut self, engaged: &mut Working<'_>) {
         let Some(ready) = &mut self.pending else {
             return;
         };
-        // One that comes too late hears the rest alone: it has missed what nobody remembers.
+        // One that comes too late only hears the rest: the positions before it are no longer kept.
         ready.next = ready.next.max(self.next.saturating_sub(RECENT as u64));
         let until = self.next.min(ready.next + CATCH_UP);
         while ready.next < until {

@@ -33,7 +33,7 @@ impl Channels {
         columns.map(|column| column.name.clone()).collect()
     }
 
-    /// The numbers of a tick, one for each name; none of a tick of another number of axes.
+    /// The numbers of a tick, one for each name; empty for a tick of another number of axes.
     pub(super) fn numbers(&self, tick: &TickMessage) -> impl Iterator<Item = f64> {
         let columns = self.columns.iter().filter(|_| tick.axes() == self.axes);
         columns.map(|column| column.value(tick).to_f64())

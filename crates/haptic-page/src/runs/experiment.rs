@@ -24,7 +24,7 @@ pub(super) fn work(
     simulated(experiment.is_simulated())?;
     let experiment = experiment.in_pace(realtime.map_or(Pace::Virtual, Pace::Realtime));
     let samples = experiment.samples()?;
-    // A run refuses it too, but then the page has been told that it began.
+    // A run refuses it too, but only after the page has announced its start.
     experiment.check_start()?;
     let (mut request, name) = next_folder(runs, kind, provenance)?;
     document.keep_in(&mut request.provenance)?;
@@ -67,7 +67,7 @@ fn run(
     })
 }
 
-/// What the page draws of a run.
+/// The part of a run that the page draws.
 fn shown(curves: &Curves) -> Value {
     match &curves.drawing {
         Drawing::Theory(theory) => {

@@ -78,7 +78,7 @@ pub(super) fn kinds() -> impl Iterator<Item = &'static str> {
     KINDS.into_iter().chain(QUESTIONS)
 }
 
-/// What has to be given begins in a form with numbers that run: those of `experiments/` in the repository.
+/// Initial values of required fields, with which the form runs: those of `experiments/` in the repository.
 const SUGGESTED: &[(&str, &str, f64)] = &[
     ("wall", "order", 0.5),
     ("wall", "stiffness_n_per_m", 3000.0),

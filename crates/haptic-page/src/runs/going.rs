@@ -1,4 +1,4 @@
-//! The run that goes on: its thread, its samples for those who watch, its end.
+//! The run in progress: its thread, its samples for those who watch, its end.
 
 use super::channels::Channels;
 use super::opened::{push, pyramid};
@@ -16,10 +16,10 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// How far a piece of work is, in its steps; heard from any thread.
+/// Progress of a piece of work, in its steps; called in any thread.
 pub(super) type Progress<'a> = &'a (dyn Fn(u64) + Sync);
 
-/// Who looks after a piece of work.
+/// Callbacks of a piece of work.
 #[derive(Clone, Copy)]
 pub(super) struct Attendant<'a> {
     pub(super) stop: &'a AtomicBool,
@@ -30,7 +30,7 @@ pub(super) struct Attendant<'a> {
     pub(super) live: &'a LiveStreams,
 }
 
-/// What is drawn of a run while it goes.
+/// Channels drawn of a run while it goes.
 #[derive(Clone, Debug)]
 pub(super) struct Drawn {
     pub(super) channels: Channels,
@@ -46,7 +46,7 @@ pub(super) struct Finished {
     pub(super) ended_early: Option<String>,
 }
 
-/// What does a piece of work.
+/// Closure that does a piece of work.
 type Run = dyn FnOnce(Attendant<'_>) -> Result<Finished, Failure> + Send;
 
 /// An experiment, which is drawn while it goes, or a question, which is answered at its end.
@@ -184,7 +184,7 @@ impl Going {
                 let (state, more) = self.end_of(finished, keep);
                 say(state, more);
             }
-            // What was stopped before it had anything has not failed.
+            // Work that was stopped before it had a result has not failed.
             Err(error) if self.is_stopped() => {
                 say("stopped", json!({"error": error.to_string()}));
             }
@@ -221,7 +221,7 @@ impl Going {
         &self.name
     }
 
-    /// What `runs.open` answers while it goes: its samples are those that are planned.
+    /// The answer to `runs.open` while it goes: its samples are those that are planned.
     pub(super) fn answer(&self) -> Value {
         let Some(Watched { drawn, .. }) = &self.watched else {
             return json!({"name": self.name, "kind": self.kind, "running": true});
@@ -243,7 +243,7 @@ impl Going {
         })
     }
 
-    /// True if its log is whole, or there is none.
+    /// True if its log is whole, or it has no log.
     pub(super) fn is_over(&self) -> bool {
         self.over.load(Ordering::Relaxed)
     }
@@ -258,7 +258,7 @@ impl Going {
         self.stop();
         let thread = locked(&self.thread).take();
         if let Some(thread) = thread {
-            // A panic in it is a defect that its own message has told.
+            // A panic in it is a defect that its own message has reported.
             let _ = thread.join();
         }
     }

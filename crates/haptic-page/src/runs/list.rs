@@ -12,7 +12,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-/// Logs up to here are read to their end for the list; of larger ones only so much of the beginning. No sample is unpacked.
+/// Logs up to this size are read to their end for the list; of larger ones only as much of the beginning. No sample is unpacked.
 const WHOLE_BYTES: u64 = 32 << 20;
 const BEGINNING_BYTES: u64 = 1 << 20;
 /// Folders below the folder of runs that are looked into.
@@ -49,7 +49,7 @@ pub(super) struct Listed {
     running: bool,
 }
 
-/// What is known of the logs, so that none is read twice.
+/// Known logs, so that each is read only once.
 #[derive(Debug, Default)]
 pub(super) struct Listing {
     known: HashMap<PathBuf, (Seen, Listed)>,
@@ -156,7 +156,7 @@ pub(super) fn is_being_written(path: &Path) -> bool {
     unfinished && matches!(leftover_at(path), NewFileError::BeingWritten(_))
 }
 
-/// What a log says of itself; a log that cannot be read says that.
+/// Entry of a log by its contents; a log that cannot be read has the error in it.
 fn listed(name: &str, path: &Path, seen: Seen) -> Listed {
     let mut listed = Listed {
         name: name.to_owned(),
@@ -213,7 +213,7 @@ impl Listed {
 }
 
 pub(super) const ANSWER: &str = "answer.json";
-/// The same behind its name.
+/// As [`ANSWER`], behind the name of an answer.
 const SUFFIX: &str = ".answer.json";
 /// Longest file that is read, bytes: some thousand points are a megabyte.
 const ANSWER_MOST: u64 = 64 << 20;

@@ -95,7 +95,7 @@ impl Runs {
         Ok(json!({"runs": runs}))
     }
 
-    /// Metadata and events of a log, or of the run that goes on as far as they are known; or an answer.
+    /// Metadata and events of a log, or of the run in progress as far as they are known; or an answer.
     pub(crate) fn open(&self, name: &str) -> Result<Value, Failure> {
         if let Some(going) = self.going().filter(|going| going.name() == name) {
             return Ok(going.answer());
@@ -136,7 +136,7 @@ impl Runs {
         Ok(opened)
     }
 
-    /// Columns of a log, or of the run that goes on; `span` says of which ticks, of so many at this sample time.
+    /// Columns of a log, or of the run in progress; `span` gives their ticks, from the number of samples and the sample time.
     pub(crate) fn columns(
         &self,
         name: &str,
@@ -230,14 +230,14 @@ impl Runs {
         experiment::work(kind, parameters, realtime, folder, provenance)
     }
 
-    /// Ends the run that goes on, force ramped to zero.
+    /// Ends the run in progress, force ramped to zero.
     pub(crate) fn stop(&self) {
         if let Some(going) = self.going() {
             going.stop();
         }
     }
 
-    /// Ends the run that goes on, and waits for it.
+    /// Ends the run in progress, and waits for it.
     pub(crate) fn end(&self) {
         let going = locked(&self.going).take();
         if let Some(going) = going {

@@ -17,7 +17,7 @@ const NUMBERS: usize = 1 << 22;
 const COARSE_NUMBERS: usize = 1 << 20;
 /// Levels above: the last has 65 536 samples in an entry, enough for eight billion.
 const COARSER: u32 = 8;
-/// Ticks that may be missing in one place; more is a log that nobody should draw.
+/// Most ticks that may be missing in one place; a log with more is not drawn.
 const GAP_MOST: u64 = 100_000_000;
 
 #[derive(Debug)]
@@ -30,7 +30,7 @@ pub(super) struct Opened {
     summary: LogSummary,
 }
 
-/// A pyramid for so many samples, no larger than it has to be.
+/// A pyramid for `samples` samples, no larger than it has to be.
 pub(super) fn pyramid(channels: &Channels, samples: u64) -> Pyramid {
     let up_to = |numbers: usize, wanted: u64| {
         let most = numbers / channels.count();
@@ -103,7 +103,7 @@ impl Opened {
         })
     }
 
-    /// What `runs.open` answers.
+    /// The answer to `runs.open`.
     pub(super) fn answer(&self) -> Value {
         let summary = &self.summary;
         let metadata = summary.metadata.iter();
@@ -133,7 +133,7 @@ fn no_sample(name: &str) -> Failure {
 
 const PIECE: usize = 1 << 16;
 
-/// What a table is to hold.
+/// Contents of a table.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TableRequest {

@@ -107,7 +107,7 @@ fn hello(version: u32, hub: &Hub, page: &Page) -> Result<Value, Failure> {
         )));
     }
     let options = &hub.options;
-    // One of a folder that cannot be felt takes the others from nobody; who asks for it is told why.
+    // A file of the folder that cannot be felt does not hide the others; the reason comes when it is asked for.
     let tissues: Vec<Value> = (locked(&hub.library).materials().iter())
         .flat_map(tissue)
         .collect();

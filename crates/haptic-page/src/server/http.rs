@@ -69,7 +69,7 @@ impl Door {
         host.is_some_and(|host| self.hosts.iter().any(|known| known == host))
     }
 
-    /// What comes behind the token; `None` without it.
+    /// Path behind the token; `None` without the token.
     fn behind<'a>(&self, path: &'a str) -> Option<&'a str> {
         let (token, rest) = path.strip_prefix('/')?.split_once('/')?;
         same(token, &self.token).then_some(rest)
@@ -99,7 +99,7 @@ pub(super) fn with_headers(mut response: Answer) -> Answer {
     response
 }
 
-/// What is asked for, or why not.
+/// The requested file, or a refusal.
 pub(super) fn answer(
     door: &Door,
     hub: &Arc<Hub>,

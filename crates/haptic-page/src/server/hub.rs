@@ -1,4 +1,4 @@
-//! What the sockets share: the loop that is felt, the run that goes on, who holds the controls.
+//! State that the sockets share: the felt loop, the run in progress, the page with the controls.
 
 use super::request::RunStart;
 use super::tables::Tables;
@@ -33,14 +33,14 @@ const AT_DESK: usize = 2;
 /// Said when there is no place for another.
 pub(super) const BUSY: &str = "sixteen requests are being worked on: wait for an answer";
 
-/// What a server is started with, and keeps until it ends.
+/// Options of a server, which it keeps until it ends.
 #[derive(Clone, Debug)]
 pub struct ServerOptions {
     /// The port; 0 for any that is free.
     pub port: u16,
     /// Folder of the runs, made when the first is recorded.
     pub runs: PathBuf,
-    /// What happens to a loop or run when the page that controls it is closed.
+    /// Effect on a loop or run of closing the page that controls it.
     pub on_close: OnClose,
     /// For the thread of the loop.
     pub realtime: RealtimeOptions,
@@ -57,7 +57,7 @@ pub struct ServerOptions {
 #[derive(Debug)]
 pub(super) struct Hub {
     pub(super) options: ServerOptions,
-    /// What is felt first, unless a page asks for something else.
+    /// Settings of the first loop, unless a page asks for others.
     pub(super) opens: Option<FeelSettings>,
     /// Of the loop that is felt, and of the next.
     pub(super) place: FeelPlace,
@@ -175,12 +175,12 @@ impl Hub {
         blocking(move || work(&hub)).await
     }
 
-    /// What is said to all pages from now on.
+    /// All announcements to pages from now on.
     pub(super) fn hear(&self) -> broadcast::Receiver<Arc<str>> {
         self.place.announce.pages.subscribe()
     }
 
-    /// A new page, which gets the controls if nobody has them.
+    /// A new page, which gets the controls if they are free.
     pub(super) fn enter(&self) -> u64 {
         let mut pages = locked(&self.pages);
         pages.newest += 1;
@@ -190,7 +190,7 @@ impl Hub {
         page
     }
 
-    /// A page is gone. With the controls goes what it controlled, unless that is to go on.
+    /// A page is gone. If it had the controls, the loop and the run that it controlled end, unless they are to continue.
     pub(super) async fn leave(self: &Arc<Self>, page: u64) {
         let (held, last) = {
             let mut pages = locked(&self.pages);
@@ -263,7 +263,7 @@ impl Hub {
         // A log is read whole, which would keep other pages from their stop.
         let settings = blocking(move || hub.settings(start)).await?;
         let _making = self.making.lock().await;
-        // What was there goes on if the new one is refused.
+        // The old loop continues if the new one is refused.
         let old = self.feel();
         let place = self.place.clone();
         let made = blocking(move || Feel::start(place, settings.judged()?, old.as_deref()));
@@ -278,7 +278,7 @@ impl Hub {
         Ok(answer)
     }
 
-    /// What a start asks for; of a file or a log the wall or tissue in it.
+    /// Settings of a start; of a file or a log the wall or tissue in it.
     fn settings(&self, mut start: FeelChange) -> Result<FeelSettings, Failure> {
         let mut device = self.options.device;
         let document = match &start.environment {
@@ -331,7 +331,7 @@ impl Hub {
         let _making = self.making.lock().await;
         let feel = locked(&self.feel).take();
         if let Some(feel) = feel {
-            // It cannot fail but by a panic, which has told of itself.
+            // It can only fail by a panic, which has been reported.
             let _ = spawn_blocking(move || feel.end()).await;
         }
     }
@@ -347,7 +347,7 @@ impl Hub {
 
     pub(super) async fn end_run(self: &Arc<Self>) {
         let hub = Arc::clone(self);
-        // It cannot fail but by a panic, which has told of itself.
+        // It can only fail by a panic, which has been reported.
         let _ = spawn_blocking(move || hub.runs.end()).await;
     }
 }
@@ -360,7 +360,7 @@ pub(super) async fn blocking<T: Send + 'static>(
     done.unwrap_or_else(|_| Err(Failure::bad_input(panicked)))
 }
 
-/// What is felt and its verdict: the same in answers and to all pages.
+/// Settings of the felt loop and its verdict: the same in answers and to all pages.
 pub(super) fn felt(feel: &Feel) -> Value {
     let (felt, limits) = (feel.felt(), Limits::default());
     let (mut feel, mut verdict) = (json!(felt.settings), json!(felt.verdict));

@@ -1,4 +1,4 @@
-//! What a page is shown of the loop: frames of a view, byte by byte as `docs/page-protocol.md` has it, and the status.
+//! View of the loop for a page: frames, byte by byte as `docs/page-protocol.md` has it, and the status.
 //!
 //! A frame holds the columns that are new since the newest frame that the page has acknowledged. So a frame that the page never
 //! saw is made up for by the next, and a page far behind gets all that it has missed at once, at the width of the picture.
@@ -62,7 +62,7 @@ pub(super) struct Live {
 pub(super) struct Acknowledged(Arc<AtomicU64>);
 
 impl Acknowledged {
-    /// Takes the bytes of an acknowledgement; false if they are none.
+    /// Takes the bytes of an acknowledgement; false if their number is wrong.
     pub(super) fn take(&self, bytes: &[u8]) -> bool {
         // The request comes first, so it is in the lower half.
         let numbers = bytes
@@ -136,7 +136,7 @@ impl Live {
         });
         let is_whole = increment.is_none();
         let columns = increment.unwrap_or_else(|| pyramid.columns(span));
-        // One whole picture at a time: others go on from it.
+        // One whole picture at a time: others continue it.
         let goes_on = |frame: &SentFrame| of_this_loop(frame) && frame.width == columns.width;
         if is_whole && self.on_the_way.iter().any(goes_on) {
             return None;

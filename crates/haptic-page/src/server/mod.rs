@@ -151,7 +151,7 @@ impl PageServer {
             let _ = std::fs::remove_file(opener);
         }
         if let Some(thread) = self.thread.take() {
-            // A panic in it is a defect that its own message has told.
+            // A panic in it is a defect that its own message has reported.
             let _ = thread.join();
         }
     }
@@ -166,7 +166,7 @@ impl Drop for PageServer {
 async fn serve(listener: tokio::net::TcpListener, door: Door, hub: Arc<Hub>) {
     let ended = || {
         let mut ending = hub.ending.clone();
-        // An error means that nobody is there to say it: stop too.
+        // An error means that the hub is gone: stop too.
         async move { drop(ending.wait_for(Option::is_some).await) }
     };
     let service = connections(listener, door, &hub, ended);
@@ -182,7 +182,7 @@ async fn serve(listener: tokio::net::TcpListener, door: Door, hub: Arc<Hub>) {
         };
         tokio::join!(service, run);
     };
-    // Whoever asks nothing, or something that has no end, holds nobody up.
+    // An idle connection, or an endless answer, does not delay the end.
     let bounded = async {
         tokio::select! {
             () = rest => {}

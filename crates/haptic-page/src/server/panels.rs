@@ -1,7 +1,7 @@
 //! The questions of a page's panels: of each panel the newest counts.
 //!
 //! One is worked on at a time, beside the reactor. A newer one gives up the one before it: one that waits is refused at
-//! once, and an identification that is worked on is told to end. So a slider that is dragged never queues.
+//! once, and a running identification is stopped. So a slider that is dragged never queues.
 
 use super::hub::blocking;
 use super::request::{Panel, Question, Turn};
@@ -54,7 +54,7 @@ impl Panels {
         program: Option<String>,
     ) -> Result<Value, Failure> {
         let queue = &self.queues[panel as usize];
-        // Asked after `give_up` has seen the one before it: nobody waits for this one either.
+        // Asked after `give_up` has seen the one before it: this one is not awaited either.
         if self.gone.load(Ordering::Relaxed) {
             turn.give_up();
         }
@@ -69,7 +69,7 @@ impl Panels {
             .await
     }
 
-    /// The page is gone: nobody waits for what it asked.
+    /// The page is gone: its questions are given up.
     pub(super) fn give_up(&self) {
         self.gone.store(true, Ordering::Relaxed);
         for queue in &self.queues {

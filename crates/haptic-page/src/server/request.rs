@@ -206,7 +206,7 @@ pub(super) fn parse(text: &str) -> Result<(Value, Request), (Value, String)> {
     }
 }
 
-/// A line of so many characters at most, its middle left out: what is wrong stands before it, what is right behind it.
+/// A line of `most` characters at most, its middle left out: the mistake stands before it, the remedy behind it.
 pub(super) fn within(text: &str, most: usize) -> String {
     let length = text.chars().count();
     let half = if length <= most {

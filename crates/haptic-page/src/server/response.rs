@@ -1,4 +1,4 @@
-//! What HTTP answers with: whole bytes of the program, or pieces as they come.
+//! Bodies of HTTP answers: whole bytes of the program, or pieces as they come.
 
 use http_body_util::combinators::UnsyncBoxBody;
 use http_body_util::{BodyExt as _, Full};

@@ -59,7 +59,7 @@ pub(super) async fn serve(stream: WebSocket, hub: Arc<Hub>) {
     let leaving = tokio::spawn({
         let hub = Arc::clone(&hub);
         async move {
-            // All that the page has asked for is to go on.
+            // All that the page has requested is to continue.
             if hub.options.on_close == OnClose::Continue {
                 let _ = clerk.await;
             }
@@ -76,11 +76,11 @@ pub(super) async fn serve(stream: WebSocket, hub: Arc<Hub>) {
         stop_writer.abort();
     }
     if reason.is_some() {
-        // What the page still sent is read: a socket closed over unread bytes is reset, and the page would not hear the reason.
+        // The remaining messages are read: a socket closed over unread bytes is reset, and the page would not get the reason.
         let rest = async { while source.next().await.is_some_and(|message| message.is_ok()) {} };
         let _ = timeout(FAREWELL, rest).await;
     }
-    // It cannot fail but by a panic, which has told of itself.
+    // It can only fail by a panic, which has been reported.
     let _ = leaving.await;
 }
 

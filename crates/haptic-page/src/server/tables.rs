@@ -54,7 +54,7 @@ pub(super) fn fetched(
     };
     let table = tables.take(name)?;
     let (out, pieces) = mpsc::channel::<io::Result<Frame<Bytes>>>(AHEAD);
-    // It ends when nobody takes its pieces.
+    // It ends when its pieces are no longer taken.
     spawn_blocking(move || {
         let read = table.pieces(|piece| out.blocking_send(Ok(Frame::data(piece.into()))).is_ok());
         if let Err(error) = read {

@@ -224,7 +224,7 @@ impl DeviceClock {
             let [h_1, d_1, u_1] = *self.points.get(after)?;
             let share = (h - h_0) / (h_1 - h_0);
             let between = |a: f64, b: f64| a + share * (b - a);
-            // What it was held back in between, sooner or later.
+            // Longest time for which the device was held up in between, early or late.
             let held = (d_1 - d_0 - self.line.rate * (h_1 - h_0)).abs() - u_0 - u_1;
             let held = held.max(0.0) * share.max(1.0 - share);
             Some([

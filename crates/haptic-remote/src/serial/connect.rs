@@ -174,7 +174,7 @@ impl SerialLink {
         check_keys(&keys, self.capabilities.axes, self.hello.firmware)?;
         let (configuration, _) = self.configuration()?;
         self.ticks_every(configuration.tick_period_us);
-        // Old samples and notices are none of this session.
+        // Old samples and notices do not belong to this session.
         while self.heard.try_recv().is_ok() {}
         Ok(())
     }
@@ -197,7 +197,7 @@ impl SerialLink {
     }
 }
 
-/// Sleeps for so long; false if `stop` was set meanwhile, which is seen within 50 ms.
+/// Sleeps for `time`; false if `stop` was set meanwhile, which is noticed within 50 ms.
 fn sleep(time: Duration, stop: Option<&AtomicBool>) -> bool {
     let stopped = || stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
     let until = Moment::now() + time;
@@ -226,7 +226,7 @@ fn check_numbers(capabilities: &Capabilities) -> Result<(), LinkError> {
             force_rate_max_n_per_s,
             f32::MIN_POSITIVE,
         ),
-        // 0 where it does not tell.
+        // 0 if it is unknown.
         ("resolution of positions, m,", position_resolution_m, 0.0),
     ] {
         if !(least..=f32::MAX).contains(&value) {

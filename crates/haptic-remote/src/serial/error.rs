@@ -185,7 +185,7 @@ impl fmt::Display for BoardTrouble {
     }
 }
 
-/// Where the cause of a board's fault lies.
+/// Side on which a board's fault has its cause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TroubleCause {
     /// In the board: a fault of its own, or an answer that cannot be.

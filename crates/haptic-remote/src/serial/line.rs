@@ -58,7 +58,7 @@ impl Line for Box<dyn Line> {
     }
 }
 
-/// Bytes on their way at most: with more of them nobody reads.
+/// Most bytes on their way: more mean that the other end does not read.
 const ON_THE_WAY_MOST: usize = 1 << 18;
 /// Time that a read waits unless another is set, as that of a serial port.
 const PATIENCE: Duration = Duration::from_millis(20);

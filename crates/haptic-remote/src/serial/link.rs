@@ -96,7 +96,7 @@ pub struct SerialLink {
     /// Tick of the first sample of this run that a fault has shaped before its own frame was heard.
     pub(super) fault_tick: Option<u32>,
     pub(super) forces_skipped: u64,
-    /// The other end, if this process serves it. Last, so that it goes when nobody speaks to it any more.
+    /// The other end, if this process serves it. Last, so that it is dropped when nothing speaks to it any more.
     pub(super) served: Option<Served>,
 }
 
@@ -240,7 +240,7 @@ impl SerialLink {
         self.shared.alives.load(Ordering::Acquire)
     }
 
-    /// Patience with this device from now on: what its reader listens counts, so that nobody who was held up takes it for silent.
+    /// Patience with this device from now on: only the reader's listening time counts, so that a caller that was held up does not take it for silent.
     #[must_use]
     pub fn patience(&self, most: Duration) -> Patience {
         Patience::since(most, self.shared.listened())
@@ -256,7 +256,7 @@ impl SerialLink {
         is_silent && self.ahead.is_none()
     }
 
-    /// True if this patience is over, or nobody listens any more.
+    /// True if this patience is over, or the reader has ended.
     pub(super) fn is_over(&self, patience: &mut Patience) -> bool {
         patience.listened_for(self.shared.listened());
         patience.is_over() || self.shared.over.load(Ordering::Relaxed)
@@ -317,7 +317,7 @@ pub(super) struct Shared {
     pub(super) over: AtomicBool,
     /// Time for which the reader has listened, µs.
     pub(super) listened_us: AtomicU64,
-    /// It did not answer after a silence: it is still told what it should do, and no answer is waited for.
+    /// It did not answer after a silence: it still gets orders, but no answer is waited for.
     pub(super) deaf: AtomicBool,
     pub(super) samples_dropped: AtomicU64,
     pub(super) forces_dropped: AtomicU64,
@@ -491,7 +491,7 @@ impl Ends {
         self.end(LinkError::Gone);
         // The last request may have been taken but not sent.
         let _ = self.answers.try_send(Err(LinkError::Gone));
-        // Whoever asks from now on must hear that nobody listens.
+        // Later requests must be answered too: the reader has ended.
         while let Ok(command) = commands.recv() {
             if let Command::Ask(_) = command {
                 let _ = self.answers.try_send(Err(LinkError::Gone));
@@ -500,13 +500,13 @@ impl Ends {
     }
 }
 
-/// A read of the device waits so long.
+/// Longest wait of a read of the device.
 pub(super) const LISTENS: Duration = Duration::from_millis(20);
 
 /// A thread that is run in time is back by then: the timers of sockets go in steps of up to 10 ms.
 pub(super) const RETURNS: Duration = Duration::from_millis(30);
 
-/// A line that takes nothing for so long is gone.
+/// A line that takes nothing for this long is gone.
 const TAKES_NOTHING: Duration = Duration::from_secs(1);
 
 /// A read in which nothing came.

@@ -1,11 +1,11 @@
-//! The listening side of a line: one host at a time, the others are told so.
+//! Listening side of a line: one host at a time, the others get a notice.
 //!
 //! ```text
 //! comes ─▶ stranger ─ greets ─▶ waiting ─▶ present ─▶ gone
 //!              └ one of too many, or speaks of something else: dropped      └ refused while the present one speaks
 //! ```
-//! A stranger keeps nobody out: all of them are listened to, and the first that greets is served, with every byte that it
-//! has said.
+//! A stranger does not block others: the device listens to all of them, and serves the first that greets, with every byte that it
+//! has sent.
 
 use super::line::{Line, lock};
 use super::socket::{Stream as _, prompt, set_patience};
@@ -22,9 +22,9 @@ use std::time::Duration;
 
 /// Longest wait of a read or a write, so that the threads notice the end.
 const PATIENCE: Duration = Duration::from_millis(20);
-/// Nobody can be kept waiting while nobody is there, so that a longer pause is enough.
+/// Pause without a host: nobody can be kept waiting, so that a longer one is enough.
 const NOBODY: Duration = Duration::from_millis(5);
-/// A host that has said nothing for so long gives way to another.
+/// A host that is silent for this long gives way to another.
 const SILENCE: Duration = Duration::from_secs(2);
 /// Time between two looks at the door while a host is served.
 const LOOK: Duration = Duration::from_millis(100);
@@ -104,7 +104,7 @@ impl Host {
         }
     }
 
-    /// It has not read anything yet, so that these words find room. If it has gone, nobody misses them.
+    /// It has not read anything yet, so that these words find room. If it has gone, they do not matter.
     fn refuse(&self, present: SocketAddr) {
         let options = self.stream.options();
         let _ = options.set_nonblocking(true);
@@ -184,7 +184,7 @@ impl Door {
         })
     }
 
-    /// This host has said so much; it was `all` that had come.
+    /// This host has sent `count` bytes; `all` is true if nothing more had come.
     fn heard(&self, speaker: &Arc<TcpStream>, count: usize, all: bool, patience: Duration) {
         let hosts = &mut *lock(&self.hosts);
         let speaks = |host: &&mut Host| Arc::ptr_eq(&host.stream, speaker);

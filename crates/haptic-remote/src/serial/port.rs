@@ -88,7 +88,7 @@ pub fn port_of(path: &str) -> Result<String, SerialError> {
     Ok(real.unwrap_or_else(|| path.to_string()))
 }
 
-/// What stands before a serial number in a path.
+/// Prefix of a serial number in a path.
 const USB: &str = "usb:";
 
 fn with_number(number: &str, ports: &[PortInfo]) -> Result<String, SerialError> {

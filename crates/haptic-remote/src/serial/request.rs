@@ -15,7 +15,7 @@ use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
 use std::vec::Vec;
 
-/// What a run may need besides its configuration and coefficients.
+/// Optional parts of a run besides its configuration and coefficients.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Beside<'a> {
     /// A workspace of its own for each axis of a device of several.
@@ -43,7 +43,7 @@ impl SerialLink {
             let _ = commands.try_send(Command::Tell(request));
             return Err(self.shared.conversation().no_answer().into());
         }
-        // An answer that nobody waited for belongs to another request.
+        // An answer left in the queue belongs to an earlier request.
         while self.answers.try_recv().is_ok() {}
         commands
             .send(Command::Ask(request))
@@ -121,7 +121,7 @@ impl SerialLink {
             self.controller_cost()?;
         }
         self.set_within(configuration, values, beside, Scope::Run)?;
-        // Whoever runs within a limit is to be told of no force beyond it.
+        // During the run, a reported force beyond its limit is impossible.
         self.plausible.force_most_n = configuration.limits.force_n;
         Ok(())
     }
@@ -228,7 +228,7 @@ impl SerialLink {
     }
 
     /// Arms the device, and from then on sends a keep-alive every quarter of the watchdog time.
-    /// Clears a fault that [`status`](Self::status) knows of.
+    /// Clears a fault that [`status`](Self::status) has shown.
     ///
     /// # Errors
     /// As [`ask`](Self::ask).

@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, TryRecvError, TrySendError};
 use std::time::Duration;
 
-/// A run that gives no sample for so long is stuck.
+/// A run that gives no sample for this long is stuck.
 const SAMPLE_TIMEOUT: Duration = Duration::from_millis(2000);
 /// A pause in which a missing end is looked for, or somebody who stops the reading.
 const PAUSE: Duration = Duration::from_millis(50);
@@ -62,7 +62,7 @@ impl SerialLink {
     }
 
     fn answer_after(&self, waited: Duration, request: Request) -> LinkError {
-        /// Two tries. The answers to keep-alives have told before, unless the line lost them all.
+        /// Two tries. The answers to keep-alives have shown it before, unless the line lost them all.
         const MORE: Duration = Duration::from_millis(200);
         let waited_ms = waited.as_millis() as u64;
         let answers = match self.answers(request, MORE) {
@@ -157,21 +157,21 @@ impl SerialLink {
         heard
     }
 
-    /// The end of a run whose sample cannot be. The device is told to let go before anything else is done.
+    /// The end of a run with an impossible sample. The device is ordered to let go before anything else is done.
     fn judged(&mut self, heard: &Heard) -> Option<Heard> {
         self.running?;
         let sample = match heard {
             Heard::Sample(sample) => sample,
             Heard::Event(event) => {
                 if event.kind == EventKind::Started {
-                    // What came before it is of the time before the run.
+                    // Earlier samples date from before the run.
                     self.plausible.begin(self.period_us());
                 }
                 return None;
             }
             Heard::Fault(_) | Heard::Over(_) => return None,
         };
-        // A device in a fault says itself that its samples are none.
+        // A device in a fault flags its own samples as invalid.
         let in_fault = |axis: &BatchItem| axis.limiters & Limiters::FAULT.bits() != 0;
         if sample.axes.iter().any(in_fault) {
             return None;
@@ -301,7 +301,7 @@ impl SerialLink {
     }
 }
 
-/// An element an axis; 0 where there is none.
+/// One element for each axis; 0 where it is missing.
 fn of_axes(mut elements: impl Iterator<Item = f32>) -> [f32; AXES_MAX] {
     core::array::from_fn(|_| elements.next().unwrap_or(0.0))
 }

@@ -46,13 +46,13 @@ impl Served {
     ///
     /// # Errors
     /// Hardware that refuses its first configuration, which is a defect of that hardware;
-    /// no thread to be had.
+    /// no thread available.
     pub fn start<H: ServedHardware<D>, const D: usize>(hardware: H) -> Result<Self, ServeError> {
         Self::serve(hardware, Moment::now, None)
     }
 
-    /// The same for emulated hardware: its clock follows its ticks and is never more than a period
-    /// past the last. So on a busy machine the device runs slowly but is never late.
+    /// Serves emulated hardware: its clock follows its ticks and is never more than a period
+    /// past the last. On a busy machine the device runs slowly but is never late.
     ///
     /// # Errors
     /// As [`start`](Self::start).
@@ -63,7 +63,7 @@ impl Served {
         Self::serve(hardware, Moment::now, Some(time))
     }
 
-    /// The same with this clock, or in its own time.
+    /// Serves hardware with this clock, or in its own time.
     ///
     /// # Errors
     /// As [`start`](Self::start).
@@ -128,7 +128,7 @@ pub enum ServeError {
     /// It refuses the configuration of a device at power-up.
     #[error("the device refuses its first configuration: {0:?}")]
     Hardware(Refusal),
-    /// No thread to be had.
+    /// The system gives no thread.
     #[error("a thread could not be started: {0}")]
     Thread(std::io::Error),
 }
@@ -141,7 +141,7 @@ struct Serving<H: Hardware<D>, const D: usize> {
     /// Held back only for a device in its own time.
     clock: HeldClock,
     own_time: Option<DeviceTime>,
-    /// Faults whose trouble has been told.
+    /// Faults whose trouble has been reported.
     faults: u16,
     trouble: Arc<Mutex<Option<BoardTrouble>>>,
 }
@@ -204,7 +204,7 @@ impl<H: ServedHardware<D>, const D: usize> Serving<H, D> {
         let _ = self.line.set_patience(left.saturating_sub(SPIN));
         let count = match self.line.read(&mut bytes) {
             Ok(0) => {
-                // Nobody is there any more: the watchdog sees to it, until the end is told.
+                // The host has gone: the watchdog takes over until this thread is stopped.
                 std::thread::sleep(left.saturating_sub(SPIN));
                 0
             }
@@ -259,7 +259,7 @@ impl<H: ServedHardware<D>, const D: usize> Serving<H, D> {
         if length == 0 {
             return;
         }
-        // Nobody reads, or nobody is there: lost, as on a line that is too slow, and missed by its number.
+        // Without a reader the frame is lost, as on a line that is too slow, and missed by its number.
         let _ = self.line.write(&self.frame[..length]);
     }
 }
@@ -363,7 +363,7 @@ impl<H: Hardware<D>, const D: usize> Hardware<D> for Punctual<H> {
 pub struct DeviceTime(Arc<AtomicU64>);
 
 impl DeviceTime {
-    /// The time of the last tick, µs; 0 before the first. It goes on where the device is served anew.
+    /// The time of the last tick, µs; 0 before the first. It continues where the device is served anew.
     #[must_use]
     pub fn now_us(&self) -> u64 {
         self.0.load(Ordering::Acquire)

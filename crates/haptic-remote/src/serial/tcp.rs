@@ -151,8 +151,8 @@ impl TcpListening {
 
     /// The device's end. It serves one host at a time, who may come and go:
     ///
-    /// - *A stranger*, who has not greeted, keeps nobody out, not even among a hundred others: who greets first is served.
-    /// - *A second one* is told that the device is busy and with whom, then let go. If the first has said nothing for
+    /// - *A stranger*, who has not greeted, does not block others, even among a hundred: the first to greet is served.
+    /// - *A second one* gets a notice that the device is busy and with whom, then is disconnected. If the first has said nothing for
     ///   2 s, it has vanished, as our own hosts speak several times a second; then the second takes its place.
     /// - *Nobody there*: a read fails with [`TimedOut`](io::ErrorKind::TimedOut) within 5 ms, a write with
     ///   [`NotConnected`](io::ErrorKind::NotConnected).

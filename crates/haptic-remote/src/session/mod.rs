@@ -189,7 +189,7 @@ impl DeviceSession {
         let _ = device.with(|device| device.stream_idle(0, 1));
     }
 
-    /// Writes the next unrequested frame into `line` and returns its length; 0 if there is none.
+    /// Writes the next unrequested frame into `line` and returns its length; 0 if no frame waits.
     #[inline(never)]
     pub fn poll<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
         &mut self,
@@ -223,7 +223,7 @@ impl DeviceSession {
             self.feed(now_us, false, device);
         }
         if let Request::Force { tick, force_n } = &request {
-            // A force for another number of axes is none.
+            // A force for another number of axes is ignored.
             if owns
                 && let Ok(force_n) = force_n[..].try_into()
                 && device.with(|device| device.command(*tick, force_n))
@@ -326,7 +326,7 @@ impl DeviceSession {
             Ok(())
         })?;
         self.connections.own();
-        // Who arms is heard; an emulated device measures from here how long the host has been silent.
+        // Arming counts as a sign of life; an emulated device measures from here how long the host has been silent.
         self.fed = self.fed.wrapping_add(1);
         Ok(())
     }

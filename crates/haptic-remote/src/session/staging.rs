@@ -205,7 +205,7 @@ impl DeviceSession {
         })
     }
 
-    /// The same for a run: keeps what was set to last in its place.
+    /// As [`install`](Self::install) for a run: keeps the set configuration in place of the staged one.
     #[inline(never)]
     fn install_for_run<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
         &mut self,
@@ -286,7 +286,7 @@ fn used<'a>(configuration: &Configuration, values: &'a [f32]) -> &'a [f32] {
     values.get(..count).unwrap_or_default()
 }
 
-/// What can take effect now, of staged values.
+/// Prepares staged values, so that they can take effect now.
 #[inline]
 fn prepared<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
     configuration: &Configuration,

@@ -10,7 +10,7 @@ use haptic_link::{Event, EventKind, FaultReport, LoopMode, NOT_TAKEN, Reason, St
 use haptic_loop::{Fault, Limiters};
 use nalgebra::SVector;
 
-/// So many ticks after a fault are sent unasked: what a host keeps of them must not depend on how soon it asks.
+/// Number of ticks after a fault that are sent unasked: the host's record must not depend on how soon it asks.
 const AFTERMATH_TICKS: u8 = 100;
 
 impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R> {

@@ -84,7 +84,7 @@ fn at_ends(fit: &Fit) -> Vec<String> {
     ends.collect()
 }
 
-/// Pairs that the record cannot tell apart.
+/// Pairs that the record cannot separate.
 fn together(fit: &Fit) -> Vec<String> {
     if fit.correlation.is_empty() {
         return vec![format!(

@@ -16,7 +16,7 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use rayon::prelude::*;
 
-/// Fits `records` records, by so many independent residuals; `progress` is told of each.
+/// Fits `records` resampled records; `independent` residuals set the length of a block. Calls `progress` for each.
 pub(super) fn intervals(
     candidate: Candidate,
     target: &Target,
@@ -60,7 +60,7 @@ pub(super) fn intervals(
     (ends.collect(), fits.len())
 }
 
-/// Residuals in blocks from random places, as many as there are.
+/// Draws a series of the same length from the residuals, in blocks from random places.
 fn draw(residuals: &[f64], block: usize, seed: u64) -> Vec<f64> {
     let n = residuals.len();
     let mut generator = Pcg64::seed_from_u64(seed);

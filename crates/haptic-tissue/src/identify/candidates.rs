@@ -60,10 +60,10 @@ pub fn relative(residual: f64) -> f64 {
     libm::expm1(residual)
 }
 
-/// How often a creep that was rendered is fitted without what rendering did to it.
+/// Fits of a rendered creep record, each without the rendering that the fit before predicts.
 const RENDERINGS: usize = 3;
 const FAR_LESS: f64 = 0.25;
-/// Starts, and parameters of a model, that are enough to see how a record is to be read.
+/// Starts and parameters of a model that suffice to choose how to read a record.
 const FEW_STARTS: usize = 10;
 const FEW_PARAMETERS: usize = 4;
 
@@ -107,7 +107,7 @@ pub(super) fn read(
     identified(record, options, stop, progress)
 }
 
-/// Fits the candidates; none stiffens.
+/// Fits the candidates, without stiffening.
 pub(super) fn identified(
     record: &Record,
     options: &Options,
@@ -128,7 +128,7 @@ pub(super) fn identified(
     let target = target_of(record, options, stop);
     let compressed = target.compressed();
     let (mut fitted, mut failed) = (Vec::new(), Vec::new());
-    // Each by itself: the result does not depend on the threads.
+    // Each fit is separate: the result does not depend on the threads.
     let all = candidates.par_iter().map(|&candidate| {
         let mut best = search(candidate, &compressed, options.starts.max(1))?;
         let (mut fit, mut certainty) = fitted_to(candidate, &target, &best);
@@ -157,7 +157,7 @@ pub(super) fn identified(
     fitted.sort_by(|a, b| a.0.by_bic(&b.0));
     let fits = || fitted.iter().map(|fitted| &fitted.0);
     let Some(index) = choose(fits(), options.chosen) else {
-        // What the model with the fewest parameters needs.
+        // The error of the model with the fewest parameters.
         return Err(failed.into_iter().next().unwrap_or_else(|| {
             IdentifyError::Record("there is no model to fit: give at least one".to_owned())
         }));
@@ -248,7 +248,7 @@ pub(super) fn richest(candidates: &[Candidate]) -> impl Iterator<Item = Candidat
     all.filter(move |candidate| Some(count(candidate)) == most)
 }
 
-/// A record of several motions with the noise of each, as the residuals of a first fit tell it; which was assumed is said.
+/// A record of several motions with the noise of each, from the residuals of a first fit, and a note on which noise was assumed.
 pub(super) fn noisy<'r, 's>(
     record: &'r Record,
     first: impl FnOnce(&'r Record) -> Option<(Fit, Target<'s>)>,
@@ -282,7 +282,7 @@ pub(super) fn noisy<'r, 's>(
     record
 }
 
-/// The place of the wanted one in fits by BIC; else of that with the fewest parameters of those as good as the best.
+/// Index of the wanted model in fits sorted by BIC; else of the one with the fewest parameters within [`AS_GOOD`] of the best.
 pub(super) fn choose<'a>(
     fits: impl Iterator<Item = &'a Fit> + Clone,
     wanted: Option<ModelKind>,
@@ -291,7 +291,7 @@ pub(super) fn choose<'a>(
     if let Some(wanted) = wanted {
         return places.position(|(_, fit)| fit.kind == wanted);
     }
-    // What has come down to a simpler model, or is not settled, makes no tissue; it is taken only where there is nothing else.
+    // A fit that has degenerated to a simpler model, or is not settled, makes no tissue; it is chosen only if there is no other.
     let sound = |fit: &Fit| fit.is_settled() && fit.to_model().is_ok();
     let any = places.clone().any(|(_, fit)| sound(fit));
     let places = places.filter(|(_, fit)| !any || sound(fit));

@@ -1,9 +1,9 @@
-//! Which channel of a table was commanded, and its levels.
+//! The channel of a table that was commanded, and its levels.
 //! ```text
 //! level:  s ≤ 1.25·s_Δ/√2     s the standard deviation, s_Δ the root mean square of the first differences; or s ≤ 10⁻³ of the mean
 //! ```
 //! White noise has `s = s_Δ/√2`, and whatever moves from sample to sample far more. A machine that commands a stress keeps it at levels, one that
-//! commands a strain keeps that there; what answers carries the noise that matters, and is what a fit compares: a model driven by a noisy answer
+//! commands a strain keeps the strain; the answering channel carries the noise that matters, and a fit compares it: a model driven by a noisy answer
 //! differentiates its noise. Rows on the way from a level to the next are levels of their own.
 
 use std::ops::Range;
@@ -40,7 +40,7 @@ pub(super) fn is_level(values: &[f64]) -> bool {
     deviation <= WITHIN * libm::sqrt(white) || deviation <= CONTROLLED * mean.abs()
 }
 
-/// The levels of a channel; none if it was not commanded: if it moves, or stays at rest.
+/// The levels of a channel; `None` if it was not commanded: if it moves, or stays at rest.
 pub(super) fn levels(values: &[f64]) -> Option<Vec<Level>> {
     let mut open: Vec<Range<usize>> = std::iter::once(0..values.len()).collect();
     let mut found = Vec::new();

@@ -1,16 +1,16 @@
-//! Where an indenter touches, and the baseline of its force.
+//! Contact point of an indenter, and the baseline of its force.
 //! ```text
 //! f = f₀ + f₁·(t − t₁) + F(δ − δ₀)     F = 0 for δ ≤ δ₀, the law of the model above; t₁ the time of the first sample
 //! S(δ₀) = min of S over the memory, f₀ and f₁ at δ₀     δ₀ at the least S(δ₀)
 //! ```
-//! f₀ and f₁ are linear and leave with every evaluation, see [`history`](super::history): samples before the contact, where F is 0, tell
-//! f₀ by themselves, and the others add what they know. δ₀ is looked for on a grid with a spring-pot, then for each candidate by
+//! f₀ and f₁ are linear and leave with every evaluation, see [`history`](super::history): samples before the contact, where F is 0,
+//! determine f₀ alone, and the others refine it. δ₀ is looked for on a grid with a spring-pot, then for each candidate by
 //! parabolas through the lowest three points until a step is below 1e-5 of the depth. There −∂F/∂δ₀ is one more column beside the
 //! model's stress, so that the intervals of all parameters know that δ₀ is fitted too; its own is that of the linear problem.
 //!
 //! A record whose contact point was not asked for is fitted with a free one and with a baseline too, with the chosen model and with a
-//! spring-pot. If the least BIC is lower by more than 10 and the modulus at any frequency of the record another by more than 3 %, that
-//! is said.
+//! spring-pot. A warning is given if the least BIC is lower by more than 10 and the modulus at any frequency of the record differs by more
+//! than 3 %.
 //!
 //! *Cost*: some 30 fits of a spring-pot to 200 samples, then some 10 of each candidate to 2000 samples at most.
 //! *Errors*: a record of no single motion, or without an indenter where a contact point is looked for.
@@ -127,7 +127,7 @@ pub(super) fn touched(
     };
     let near = search.near()?;
     let candidates = candidates(options, record)?;
-    // One by itself: the result does not depend on the threads.
+    // Each candidate is separate: the result does not depend on the threads.
     let places: Vec<Result<(Record, Fit, Place), IdentifyError>> = (candidates.par_iter())
         .map(|&candidate| {
             let place = search.lowest(candidate, near)?;

@@ -53,7 +53,7 @@ impl Candidate {
         candidate
     }
 
-    /// With a parameter of this name between these ends; none if it has none of this name.
+    /// Holds the parameter of this name between these ends; `None` if the model has no such parameter.
     pub(super) fn with_held(mut self, name: &str, low: f64, high: f64) -> Option<Self> {
         let parameters = self.kind.parameters();
         let parameter = parameters.iter().position(|one| one.name == name)?;
@@ -80,7 +80,7 @@ impl Candidate {
         (self.has_two_orders() && order < second).then_some((order, second))
     }
 
-    /// With so many parameters beside those of the model.
+    /// Sets the number of parameters beside those of the model.
     pub(super) const fn with_beside(self, beside: usize) -> Self {
         Self { beside, ..self }
     }
@@ -113,7 +113,7 @@ impl Candidate {
         self.is_fractional() && self.variables() > 2
     }
 
-    /// Number of parameters that the record is to tell, with those beside the model.
+    /// Number of parameters to be fitted, with those beside the model.
     pub(super) fn parameters(self) -> usize {
         let ranges = self.ranges[..self.variables()].iter();
         ranges.filter(|(low, high)| low < high).count() + self.beside
@@ -136,7 +136,7 @@ impl Candidate {
         }
     }
 
-    /// How much of each variable a parameter is: ln Vᵢ = aᵢ + αᵢ ln t₀, an order is itself.
+    /// Share of each variable in a parameter: ln Vᵢ = aᵢ + αᵢ ln t₀; an order is its own variable.
     pub(super) fn shares(self, parameter: usize, ln_unit: f64) -> Vec<f64> {
         let own = self.variable(parameter);
         let mut shares = vec![0.0; self.variables()];
@@ -197,7 +197,7 @@ impl Elements {
         (0..candidate.variables()).map(value).collect()
     }
 
-    /// The same model with the larger order first, unless a modulus of either is held.
+    /// Puts the larger order first, unless a modulus of either is held.
     pub(super) fn sorted(mut self, candidate: Candidate) -> Self {
         let may = candidate.has_two_orders() && !candidate.is_held(0) && !candidate.is_held(2);
         if may && self.order[0] < self.order[1] {
@@ -233,7 +233,7 @@ pub(super) struct Slope {
 }
 
 impl Slope {
-    /// A sum of other values, each so many times.
+    /// Weighted sum of values and their derivatives.
     pub(super) fn sum<'a>(weights: &[f64], of: impl IntoIterator<Item = &'a Self>) -> Self {
         let mut sum = Self::default();
         for (weight, part) in weights.iter().zip(of) {
@@ -245,7 +245,7 @@ impl Slope {
         sum
     }
 
-    /// So many times a value and its derivatives by the aᵢ and the αᵢ.
+    /// A value and its derivatives by the aᵢ and the αᵢ, all times `scale`.
     pub(super) fn of(
         candidate: Candidate,
         scale: f64,

@@ -33,12 +33,12 @@ pub enum IdentifyError {
     TooFew {
         /// Its name as on the command line.
         model: &'static str,
-        /// What the record has: two numbers for each sample of an oscillation.
+        /// Numbers in the record: two for each sample of an oscillation.
         numbers: usize,
-        /// What the model has to tell; three numbers more say how well it fits.
+        /// Parameters of the model; three more numbers are needed to judge the fit.
         parameters: usize,
     },
-    /// It was told to stop.
+    /// The caller stopped the fit.
     #[error("interrupted")]
     Stopped,
     /// No start led to a minimum.
@@ -54,7 +54,7 @@ fn in_column(name: &Option<String>) -> String {
     name.as_ref().map_or(String::new(), named)
 }
 
-/// What came out well, and what did not.
+/// Separates the results from the errors.
 pub(super) fn sorted<T>(all: Vec<Result<T, IdentifyError>>) -> (Vec<T>, Vec<IdentifyError>) {
     let (mut well, mut failed) = (Vec::new(), Vec::new());
     for one in all {

@@ -11,12 +11,12 @@ use serde::Serialize;
 
 /// A model with no more BIC than the best and this is as good: odds of less than 3 to 1 (R. Kass, A. Raftery, *Bayes factors*, 1995).
 pub(super) const AS_GOOD: f64 = 2.0;
-/// A model with so much more BIC than the best is refused by the record: odds of more than 150 to 1 (the same source).
+/// A model whose BIC exceeds the best by this is refused by the record: odds of more than 150 to 1 (the same source).
 pub(super) const REFUSED: f64 = 10.0;
 
 /// Orders closer to 0 or 1 are 0 or 1.
 const CLASSICAL: f64 = 1e-4;
-/// Standard errors of so many times the value say that the record knows nothing of a modulus.
+/// Ratio of standard error to value beyond which the record does not determine a modulus.
 const WILD: f64 = 10.0;
 
 /// A model fitted to a record.
@@ -40,7 +40,7 @@ pub struct Fit {
     /// The model's values at those of the record, in the order of
     /// [`measured`](super::Identification::measured).
     pub predicted: Vec<f64>,
-    /// So many independent residuals say as much as all do: their number for white noise, fewer for slow noise.
+    /// Effective number of independent residuals: their number for white noise, fewer for slow noise.
     pub independent: f64,
 }
 
@@ -69,8 +69,8 @@ impl Fit {
         !self.correlation.is_empty() && !self.of_memory().iter().any(wild)
     }
 
-    /// By BIC; of those with the same, as all with the same number of parameters that leave less than the accuracy of the record, by
-    /// what they leave.
+    /// By BIC; if equal, as for all with the same number of parameters and residuals below the accuracy of the record, by
+    /// the residual.
     pub(super) fn by_bic(&self, other: &Self) -> Ordering {
         let left = || self.rms.total_cmp(&other.rms);
         self.bic.total_cmp(&other.bic).then_with(left)
@@ -89,10 +89,10 @@ impl Fit {
     }
 }
 
-/// What a fit says of its own errors.
+/// Numbers from which the intervals of a fit are calculated.
 #[derive(Clone, Debug)]
 pub(super) struct Certainty {
-    /// (JᵀJ)⁻¹ of the variables, 0 where one is fixed; none if the record does not settle them.
+    /// (JᵀJ)⁻¹ of the variables, 0 where one is fixed; `None` if the record does not settle them.
     spread: Option<DMatrix<f64>>,
     /// Independent residuals less free variables, at least 1.
     pub(super) freedom: f64,
@@ -102,7 +102,7 @@ pub(super) struct Certainty {
 }
 
 impl Certainty {
-    /// How the variables go with a sum of them along the valley, by the curvature, and the standard error of the sum.
+    /// Change of the variables along the valley for a unit change of a weighted sum of them, by the curvature; and the standard error of the sum.
     pub(super) fn along(&self, shares: &[f64]) -> Option<(Vec<f64>, f64)> {
         let shares = DVector::from_column_slice(shares);
         let moved = self.spread.as_ref()? * &shares;
@@ -165,7 +165,7 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
     (fit, certainty)
 }
 
-/// AIC and BIC of so many residuals and parameters, beside which the noise is one.
+/// AIC and BIC of `n` residuals and `parameters` parameters, plus one for the noise.
 pub(super) fn criteria(n: usize, sum: f64, parameters: usize) -> [f64; 2] {
     criteria_of(n, likelihood(n, sum), parameters)
 }
@@ -175,7 +175,7 @@ pub(super) fn likelihood(n: usize, sum: f64) -> f64 {
     n as f64 * libm::log((sum / n as f64).max(EXACT * EXACT))
 }
 
-/// The same of n·ln(S/n), or what stands for it.
+/// AIC and BIC from n·ln(S/n), or from the deviance of correlated noise.
 pub(super) fn criteria_of(n: usize, likelihood: f64, parameters: usize) -> [f64; 2] {
     let (count, k) = (n as f64, (parameters + 1) as f64);
     let small = 2.0 * k * (k + 1.0) / (count - k - 1.0);
@@ -194,7 +194,7 @@ pub struct Estimate {
     pub unit: &'static str,
     /// The value of the best fit.
     pub value: f64,
-    /// Standard error by the curvature of the sum of squares; none at an end of the range, or if the record does not settle the parameter.
+    /// Standard error by the curvature of the sum of squares; `None` at an end of the range, or if the record does not settle the parameter.
     pub standard_error: Option<f64>,
     /// Low end of the 95 % interval: from the profile of the sum of squares, or from the standard
     /// error if the record rejects the fit (BIC more than 10 above the least). None for a modulus
@@ -254,7 +254,7 @@ pub(super) fn parameters(candidate: Candidate, elements: &Elements, unit_s: f64)
         .collect()
 }
 
-/// Covariance of the variables over the variance of a residual, (JᵀJ)⁻¹, 0 where one is fixed; none if the record does not settle them.
+/// Covariance of the variables over the variance of a residual, (JᵀJ)⁻¹, 0 where one is fixed; `None` if the record does not settle them.
 fn spread(
     candidate: Candidate,
     n: usize,

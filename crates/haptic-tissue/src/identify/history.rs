@@ -8,9 +8,9 @@
 //! ‖Rq − Qᵀσ‖² and what Q leaves of σ. The error of the interpolation is below 1e-6 of Q. A step of strain between two samples is a ramp between them.
 //! Between its corners a motion is smooth, and its rate goes straight within a step: errors fall with the square of the step, of a dashpot too.
 //!
-//! Where the stress has a part B·c beside the model's, such as a baseline, with B known and c not, both sides are looked at without
-//! what any c could make: r = P(WQ − σ), P = 1 − BB⁺. PW and Pσ replace W and σ once, so that a model costs the same, and errors of
-//! the parameters know that c is fitted too (G. H. Golub, V. Pereyra, *Separable nonlinear least squares*, 2003).
+//! A part B·c of the stress beside the model's, such as a baseline, with B known and c not, is projected out of both sides:
+//! r = P(WQ − σ), P = 1 − BB⁺. PW and Pσ replace W and σ once, so that a model costs no more, and errors of
+//! the parameters account for the fit of c (G. H. Golub, V. Pereyra, *Separable nonlinear least squares*, 2003).
 
 use super::contour::{Contour, Quantity};
 use super::elements::{Candidate, Elements, Slope};
@@ -20,11 +20,11 @@ use rayon::prelude::*;
 
 /// Distance of the nodes in ln t.
 const SPACING: f64 = 0.05;
-/// The same where minima are looked for, over it: there the interpolation leaves 1e-4 of Q.
+/// Factor on the spacing for the search of minima: there the interpolation leaves 1e-4 of Q.
 const COARSER: usize = 4;
-/// At most so many samples are compared, and so many pairs of samples summed.
+/// Most samples compared; `PAIRS_MOST` limits the pairs of samples summed.
 const OUTPUTS_MOST: usize = 2000;
-/// Of a motion with so few corners, as a ramp and a hold, a row of W costs nothing.
+/// A motion with this few corners, such as a ramp and a hold, costs almost nothing per row of W.
 const FEW_CORNERS: usize = 100;
 const OUTPUTS_OF_FEW: usize = 10_000;
 const OUTPUTS_LEAST: usize = 300;
@@ -169,7 +169,7 @@ impl History {
         self.unit_s = 1.0;
     }
 
-    /// The same sum of squares by fewer rows, and what these are to reach, if there are more than twice as many samples as nodes.
+    /// Equal sum of squares by fewer rows, with their target values, if there are more than twice as many samples as nodes.
     pub(super) fn compressed(&self, wanted: &[f64], roots: &[f64]) -> Option<(Self, Vec<f64>)> {
         let (rows, columns) = (roots.len(), self.nodes + 1);
         if rows <= 2 * columns {
@@ -178,7 +178,7 @@ impl History {
         Some(self.triangle(wanted, roots))
     }
 
-    /// The same by fewer nodes and rows: near enough to tell where the minima are.
+    /// Fewer nodes and rows, accurate enough to locate the minima.
     pub(super) fn coarse(&self, wanted: &[f64], roots: &[f64]) -> (Self, Vec<f64>) {
         let spacing = COARSER as f64 * SPACING;
         let nodes = (self.nodes - 1) / COARSER + 4;
@@ -204,7 +204,7 @@ impl History {
         coarse.triangle(wanted, roots)
     }
 
-    /// The triangle of the weighted rows, and what its rows are to reach.
+    /// The triangle of the weighted rows, with its target values.
     fn triangle(&self, wanted: &[f64], roots: &[f64]) -> (Self, Vec<f64>) {
         let columns = self.nodes + 1;
         let at = |row: usize, column: usize| match column == self.nodes {

@@ -28,7 +28,7 @@ use fracdiff::parameter::Shown;
 use nalgebra::{SMatrix, SVector};
 use std::ops::Range;
 
-/// How much faster or slower the tissue is at a temperature.
+/// Speed of the tissue at one temperature, relative to the reference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shift {
     /// The temperature that the record was measured at, °C.
@@ -50,7 +50,7 @@ pub struct Overlap {
     pub points: usize,
     /// Root of the mean square of their distances, in logarithms.
     pub misfit: f64,
-    /// The same of storage and loss modulus of a sweep, each at its own shift.
+    /// Misfit of storage and loss modulus of a sweep, each at its own shift.
     pub alone: Option<[f64; 2]>,
 }
 
@@ -67,7 +67,7 @@ pub enum ShiftBy {
 }
 
 impl ShiftBy {
-    /// Columns of moduli of a curve with so many.
+    /// Columns of the moduli in use, of a curve with `count` of them.
     const fn moduli(self, count: usize) -> Range<usize> {
         match self {
             Self::Storage => 0..1,
@@ -84,7 +84,7 @@ pub struct ShiftLaw {
     pub name: &'static str,
     /// C₁ and C₂, or E.
     pub parameters: Vec<Estimate>,
-    /// Root of the mean square of what is left of `log₁₀ a_T`.
+    /// Root mean square of the residual of `log₁₀ a_T`.
     pub rms: f64,
     /// n·ln(S/n) + k·ln n of n shifts other than that of the reference, and k numbers with the noise.
     pub bic: f64,
@@ -111,9 +111,9 @@ pub struct MasterCurve {
 const TRIALS: usize = 400;
 /// Points in the overlap, at least.
 const OVERLAP: usize = 4;
-/// Temperatures so near, K, are one.
+/// Temperatures closer than this, K, are one.
 const ALIKE: f64 = 0.1;
-/// A reference temperature that is so near an end, K, is there.
+/// A reference temperature closer to an end than this, K, is at the end.
 const NEAR_END: f64 = 0.5;
 /// Shares of the range of the shifts, and multiples of their errors, by which no law may miss them.
 const MISSED: f64 = 0.1;
@@ -328,7 +328,7 @@ fn levels(records: &[(f64, Record)]) -> Vec<Level> {
 /// One modulus, or both, of two neighbours.
 #[derive(Clone, Copy)]
 struct Shifted {
-    /// How far to the right the warmer one is to move onto the colder one.
+    /// Shift to the right that moves the warmer one onto the colder one.
     shift: f64,
     error: f64,
     points: usize,
@@ -455,7 +455,7 @@ impl Level {
         (sums[1] >= (OVERLAP * moduli.len()) as f64).then_some(sums)
     }
 
-    /// How far to the right the curves of another temperature are to move onto these, by some of their moduli.
+    /// Shift to the right that moves the curves of another temperature onto these, by some of their moduli.
     fn shift_to(&self, other: &Self, moduli: Range<usize>) -> Option<Shifted> {
         let ([low, high], [low_2, high_2]) = (self.ends(), other.ends());
         let mean = |s: f64| {
@@ -488,7 +488,7 @@ impl Level {
     }
 }
 
-/// Both laws, the better one first. The reference temperature tells nothing of either.
+/// Both laws, the better one first. The point at the reference temperature has no weight in either.
 fn laws(shifts: &[Shift], reference_c: f64) -> Vec<ShiftLaw> {
     let point = |shift: &Shift| [shift.temperature_c - reference_c, shift.log10];
     let points = shifts.iter().map(point);
@@ -514,7 +514,7 @@ fn solved<const N: usize>(
     Some([inverse * right, inverse.diagonal()])
 }
 
-/// C₁ and C₂ by Gauss–Newton from the linear problem y·(C₂ + x) = −C₁·x; none if its pole is among the temperatures.
+/// C₁ and C₂ by Gauss–Newton from the linear problem y·(C₂ + x) = −C₁·x; `None` if its pole is among the temperatures.
 fn wlf(points: &[[f64; 2]]) -> Option<ShiftLaw> {
     let [mut c, mut spread] = solved(points, |[x, y]| ([-x, -y], x * y))?;
     let left = |c: &SVector<f64, 2>, [x, y]: [f64; 2]| y + c[0] * x / (c[1] + x);

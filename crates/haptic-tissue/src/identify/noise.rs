@@ -1,4 +1,4 @@
-//! What the residuals say of the noise: white, or slow, and of several motions the same, or not.
+//! Correlation of the noise by its residuals, white or slow, and whether several motions have one variance.
 //! ```text
 //! ρ_k = c_k/c₀,  c_k = Σ rᵢ rᵢ₊ₖ        τ = (1 + 2 Σ_{k ≤ W} ρ_k)/(1 − (2W + 1)p/n),   W the least with W ≥ 2.5 τ
 //! n residuals are worth n/τ independent ones
@@ -7,7 +7,7 @@
 //! τ is the integrated autocorrelation time in samples, twice that of the source. A fit of p parameters takes the slow part of the noise
 //! out of the residuals, (2W + 1)p/n of the sum, and the divisor, ½ at least, gives that back. White noise keeps τ = 1: what is above 1
 //! by less than 2.1 times its standard error √(2(2W + 1)/n) is chance. That widens 2 to 5 % of the intervals of white noise. A short record
-//! cannot tell: 50 residuals of which each is like the one before by 0.5 are taken for white in one of two cases, 30 by 0.7 in four
+//! cannot show it: 50 residuals with an autocorrelation of 0.5 at lag 1 are taken for white in one of two cases, 30 with 0.7 in four
 //! of ten, and their intervals are too narrow.
 //!
 //! B is that of Bartlett: of M motions of the same noise it is χ² of M − 1 degrees of freedom. Below its 99 % point the noise of one
@@ -19,12 +19,12 @@
 //!   Society A 160, 1937; E. B. Wilson, M. M. Hilferty, *The distribution of chi-square*, PNAS 17, 1931 (its 99 % point).
 
 const WINDOW: f64 = 2.5;
-/// Lags between which each one counts by itself.
+/// Fewest lags that are summed of a window that has more.
 const LAGS: usize = 50;
 /// Standard errors above 1 that are chance.
 const CHANCE: f64 = 2.1;
 
-/// n/τ of the residuals of a fit of so many parameters; they are so many series of equal length, one after the other.
+/// n/τ of the residuals of a fit with `parameters` parameters; they are `parts` series of equal length, one after the other.
 pub(super) fn independent(residuals: &[f64], parts: usize, parameters: usize) -> f64 {
     let n = residuals.len();
     let length = n / parts.max(1);
@@ -52,10 +52,10 @@ pub(super) fn independent(residuals: &[f64], parts: usize, parameters: usize) ->
 
 /// 99 % point of the normal distribution.
 const SURE: f64 = 2.326;
-/// What the interpolation of a history leaves of the stress.
+/// Interpolation error of a history, as a share of the stress.
 const EXACT: f64 = 1e-6;
 
-/// Standard deviations of several motions by their residuals, fitted with so many parameters: one for all, or one of each if they
+/// Standard deviations of several motions from the residuals of a fit with `parameters` parameters: one for all, or one of each if they
 /// differ.
 pub(super) fn of_motions(residuals: &[&[f64]], stresses: &[&[f64]], parameters: usize) -> Vec<f64> {
     let mean_square = |values: &[f64]| {

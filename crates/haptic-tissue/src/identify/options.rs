@@ -1,11 +1,11 @@
-//! What is fitted: the candidates of a record, and parameters that are held.
+//! Options of a fit: the candidates of a record, and parameters that are held.
 //! ```text
 //! V between low and high:  ln V = a + α·ln t₀ is between their logarithms, with t₀ = 1 s a range of one variable
 //! ```
-//! A model without a parameter that is held is no candidate, nor is one that a record of this kind cannot show: a dashpot has
+//! A model that lacks a held parameter is not a candidate, nor is one that a record of this kind cannot show: a dashpot has
 //! no stress after a step of strain, a spring no loss.
 //!
-//! *Errors*: an unknown name, a range that is none or outside that of the parameter, no candidate left.
+//! *Errors*: an unknown name, a range that is empty or outside that of the parameter, no candidate left.
 
 use super::elements::Candidate;
 use super::error::IdentifyError;
@@ -19,7 +19,7 @@ use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 use std::sync::atomic::AtomicBool;
 
-/// What is fitted to a record, and how thoroughly; see [`identify`](super::identify()).
+/// Candidates and effort of a fit to a record; see [`identify`](super::identify()).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// The candidates, of [`CANDIDATES`].
@@ -32,7 +32,7 @@ pub struct Options {
     pub starts: usize,
     /// Records of the bootstrap, [`Options::BOOTSTRAP_ALLOWED`]; 0 for intervals by profiles.
     pub bootstrap: usize,
-    /// The same seed draws the same records of the bootstrap, whatever the number of threads.
+    /// Seed of the bootstrap: equal seeds draw equal records, whatever the number of threads.
     pub seed: u64,
     /// True to find b of tissue that stiffens too, see `haptic_loop::loading`: the last parameter of the chosen fit, from 0 to 100.
     pub stiffening: bool,
@@ -181,7 +181,7 @@ pub(super) fn target_of<'a>(
 }
 
 impl Held {
-    /// What is wrong with it, with the remedy.
+    /// Checks name and range; the error names the remedy.
     fn check(&self, options: &Options) -> Result<(), IdentifyError> {
         let Self { name, low, high } = self;
         let wrong = |reason: String| Err(IdentifyError::Record(reason));

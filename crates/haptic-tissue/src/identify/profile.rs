@@ -9,7 +9,7 @@
 //!
 //! A valley may bend, fork, or have others beside it. So each point within the limit that the search or the walk to any end has seen
 //! is a start for the ends that it lies beyond, and an end stands when no other minimum within the limit leads past it; one of these is
-//! the best with its spring-pots exchanged, since where their orders are alike one valley goes on as the other. A modulus that goes
+//! the best with its spring-pots exchanged, since where their orders are equal one valley continues as the other. A modulus that goes
 //! on to the end of its range has no bound.
 //!
 //! - *Cost*: some 15 evaluations of the model an end where S is nearly a parabola, some 100 along a valley, 4000 at most for each walk.
@@ -27,7 +27,7 @@ const OTHERS: usize = 3;
 const PASSES: usize = 3;
 /// Fits of a walk, at most.
 const ROUNDS: usize = 20;
-/// ζ so near to t, over t, is at the end; a straight line gives the rest.
+/// A ζ this near to t, over t, is at the end; a straight line gives the rest.
 const NEAR: f64 = 0.05;
 /// ζ/t of a point that is only known to be beyond.
 const FAR: f64 = 3.0;
@@ -38,15 +38,15 @@ const FIRST: f64 = 0.05;
 const FURTHEST: f64 = 0.15;
 /// ζ/t for a step that the pull misses.
 const STIFF: f64 = 10.0;
-/// Order by which the second spring-pot passes the first at ζ = t; a point with ten times that is none.
+/// Excess of the second spring-pot's order over the first at ζ = t; a point with ten times that is discarded.
 const ORDER_KEPT: f64 = 1e-3;
 /// The pull that keeps them in order over that which holds ψ, at least.
 const FIRM: f64 = 30.0;
 /// First step of ψ over t that has no standard error.
 const UNKNOWN: f64 = 0.02;
-/// Minima that are so near, over the range of each variable, are one; an order twice as near to an end is there.
+/// Minima this near, over the range of each variable, are one; an order twice as near to an end is at the end.
 const INSIDE: f64 = 1e-3;
-/// A modulus so near to an end of its range, over the range, has no bound.
+/// A modulus this near to an end of its range, over the range, has no bound.
 const OPEN: f64 = 0.05;
 
 /// Low and high end of each parameter; infinite where the record gives none.
@@ -96,7 +96,7 @@ pub(super) fn intervals(
         .flat_map(|parameter| [end(parameter, -1.0), end(parameter, 1.0)])
         .collect();
     for _ in 0..PASSES {
-        // What one end sees is for the others in the next pass: the result does not depend on the threads.
+        // Minima seen from one end reach the others in the next pass: the result does not depend on the threads.
         let seen: Vec<Vec<Minimum>> = (ends.par_iter_mut())
             .map(|end| profiles.pass(end))
             .collect();
@@ -117,7 +117,7 @@ struct End {
     shares: Vec<f64>,
     /// Of ψ.
     range: (f64, f64),
-    /// ψ; none before the first pass.
+    /// ψ; `None` before the first pass.
     at: Option<f64>,
 }
 
@@ -253,7 +253,7 @@ impl Profiles<'_> {
         refused
     }
 
-    /// All variables fitted with ψ pulled to an aim, from values that are moved there; ζ grows by so much for each 1 that ψ misses.
+    /// Fits all variables with ψ pulled to `aim`, from values that are moved there; ζ grows by `stiff` for each 1 that ψ misses.
     fn held(&self, end: &End, aim: f64, stiff: f64, mut values: Vec<f64>) -> Point {
         let pull = Pull {
             shares: end.shares.clone(),

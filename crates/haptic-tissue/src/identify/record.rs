@@ -57,15 +57,15 @@ pub enum Baseline {
     Linear,
 }
 
-/// Where on the axis of its depth an indenter touches.
+/// Depth at which an indenter touches.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum ContactPoint {
-    /// At 0. A record that fits far better with another one says so.
+    /// At 0. A record that fits far better with another one gets a warning.
     #[default]
     Zero,
     /// At this depth of the file's own axis, m.
     At(f64),
-    /// Where the record fits best.
+    /// The depth at which the record fits best.
     Fitted,
 }
 
@@ -82,7 +82,7 @@ pub(super) struct Touch {
 }
 
 impl Touch {
-    /// At most so many samples of it, of which each is as it was.
+    /// At most `most` of its samples, each unchanged.
     pub(super) fn thinned(&self, most: usize) -> Self {
         let chosen: Vec<usize> = (0..1)
             .chain(chosen(&self.time_s, self.time_s[0], most))
@@ -101,9 +101,9 @@ impl Touch {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Motion {
     pub(super) samples: usize,
-    /// Times, s, and strains straight between them where the samples do not tell the motion; none if they do.
+    /// Times, s, and strains straight between them where the samples do not give the motion; `None` if they do.
     pub(super) way: Option<(Vec<f64>, Vec<f64>)>,
-    /// From its strain to what the memory sees; none if it is the strain.
+    /// From its strain to the strain that the memory sees; `None` if they are equal.
     pub(super) map: Option<DepthMap<f64>>,
     /// True if its strain grows with the depth, so that tissue can stiffen by it.
     can_stiffen: bool,
@@ -128,7 +128,7 @@ pub struct Record {
     /// Columns of which any sum may be in the stress beside the model's, such as a baseline; one number a sample.
     pub(super) beside: Vec<Vec<f64>>,
     /// Of a creep whose stress was commanded: time since the first step, s, and size over the largest stress of each step; and
-    /// the same if the steps came a row later, where rows do not tell.
+    /// the same with the steps a row later, where the rows leave that open.
     pub(super) steps: Vec<[f64; 2]>,
     later: Vec<[f64; 2]>,
     /// True if the residuals of a creep by steps are differences, as of noise of one size, not those of logarithms.
@@ -371,7 +371,7 @@ impl Record {
         Ok(Self { untimed, ..record })
     }
 
-    /// The same, where a strain up to this share of its range counts as rest.
+    /// A motion; a strain up to `rest` of its range counts as rest.
     fn motion(
         time_s: Vec<f64>,
         strain: Vec<f64>,
@@ -446,7 +446,7 @@ impl Record {
         Self::pressed_from(ContactPoint::Zero, time_s, depth_m, force_n, specimen)
     }
 
-    /// The same of a depth whose axis has its 0 elsewhere.
+    /// As [`pressed`](Self::pressed), of a depth axis whose 0 is elsewhere.
     ///
     /// # Errors
     /// As [`pressed`](Self::pressed); a contact point that is not finite; one to be fitted of a slab.
@@ -574,7 +574,7 @@ impl Record {
     }
 
     /// Several motions of the same tissue, such as presses to several depths, fitted together.
-    /// Their noise is taken to be the same, unless what is left of a first fit tells otherwise:
+    /// Their noise is assumed to be equal, unless the residuals of a first fit show otherwise:
     /// then errors count relative to the noise of their own motion. Each begins at the time 0.
     ///
     /// # Errors
@@ -618,7 +618,7 @@ impl Record {
         Ok(all)
     }
 
-    /// The same of tissue that stiffens by b.
+    /// This record for tissue that stiffens by b.
     pub(super) fn stiffened(&self, stiffening: f64) -> Self {
         let mut record = self.clone();
         for motion in &mut record.motions {
@@ -630,7 +630,7 @@ impl Record {
         record
     }
 
-    /// The same motion with the other sign of strain and stress, as where compression is written below 0.
+    /// Reverses the sign of strain and stress, for records in which compression is negative.
     pub(super) fn turned(&self) -> Self {
         let mut record = self.clone();
         let ways = record
@@ -651,7 +651,7 @@ impl Record {
         !self.motions.is_empty() && self.motions.iter().all(|motion| motion.can_stiffen)
     }
 
-    /// The same with the largest strain of the specimen; one that is not small is said.
+    /// Sets the largest strain of the specimen, with a warning if it is not small.
     pub(super) fn with_strain_to(mut self, strain: f64) -> Self {
         self.strain_to = Some(strain);
         if strain > SMALL {
@@ -674,7 +674,7 @@ impl Record {
         self.kind
     }
 
-    /// How many samples were kept of what the constructor got.
+    /// Number of samples that the constructor kept.
     #[must_use]
     pub fn samples(&self) -> usize {
         self.x.len()
@@ -803,14 +803,14 @@ const GROWTH: f64 = 0.02;
 /// Share of the largest modulus that an instrument may resolve; and samples above it without which none is left out.
 const RESOLVED: f64 = 1e-9;
 const FEW_RESOLVED: usize = 8;
-/// A modulus that rises so often at first, and by so much, does so in a ramp.
+/// Initial rises of a modulus, and their factor, that suggest a ramp.
 const FEW_RISES: usize = 2;
 const RISE: f64 = 1.05;
-/// The highest frequency over the lowest, of a sweep that is none.
+/// Ratio of the highest to the lowest frequency below which a record is not a sweep.
 const ONE_FREQUENCY: f64 = 1.01;
 /// A strain below this share of its range counts as rest.
 const REST: f64 = 0.01;
-/// The same where the contact point is sought, so that it may be a little before the record.
+/// Share that counts as rest while the contact point is sought, which may be a little before the record.
 pub(super) const REST_OF_FIT: f64 = 0.05;
 /// Strain up to which a linear law is believed.
 const SMALL: f64 = 0.2;
@@ -849,12 +849,12 @@ pub(super) fn within(
     })
 }
 
-/// Where a clock begins whose times are spread evenly in the logarithm from there on, if that is far from 0 and next to the first time, as on the
-/// clock of a whole test: the origin with the straightest ln(t − origin), at the roundest number near it.
+/// Origin of a clock whose times are evenly spaced in the logarithm from there on, if it is far from 0 and close to the first time, as on the
+/// clock of a whole test: the one with the straightest ln(t − origin), at the roundest number near it.
 fn late_clock(time_s: &[f64]) -> Option<f64> {
     const LEAST: usize = 8;
     const LATE: f64 = 10.0;
-    /// What is left of a straight line, at most, over that of the clock as it is.
+    /// Largest deviation from a straight line, over that with the origin at 0.
     const STRAIGHT: f64 = 0.05;
     /// Steps of the search, and how near the round number is, over the first time.
     const STEPS: i32 = 400;

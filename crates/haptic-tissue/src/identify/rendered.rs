@@ -22,7 +22,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// A fit that leaves more than this share of the stress is not that of a rendered record.
 const NEAR: f64 = 0.1;
-/// The parameters of what is rendered, in ln V and α, are so near to the fitted ones. Two elements with one order can be exchanged
+/// Largest distance of the rendered parameters, in ln V and α, from the fitted ones. Two elements with one order can be exchanged
 /// without end, and would make nearly any stress.
 const BESIDE: f64 = 0.1;
 /// Times are even within this share of the sample time.

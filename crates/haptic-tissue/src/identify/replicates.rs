@@ -1,4 +1,4 @@
-//! Records of several specimens of one tissue, each fitted by itself: the tissue is their mean, with its spread.
+//! Records of several specimens of one tissue, each fitted separately: the tissue is their mean, with its spread.
 //! ```text
 //! θᵢ, eᵢ  a parameter of specimen i of n and its standard error        m = Σ θᵢ/n,   s² = Σ (θᵢ − m)²/(n − 1)
 //! between specimens  τ² = s² − Σ eᵢ²/n, at least 0                       95 % interval of the mean  m ± t·s/√n,  of a modulus m·exp(±t·s/(m√n)),  t of Student, n − 1
@@ -32,7 +32,7 @@ pub struct Spread {
     pub between: f64,
 }
 
-/// Specimens of one tissue, each fitted by itself, and what they have in common.
+/// Specimens of one tissue, each fitted separately, and their common parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Replicates {
     /// Each fitted by the model of all, which comes first in its fits.
@@ -43,7 +43,7 @@ pub struct Replicates {
     pub all: Identification,
 }
 
-/// Fits each record by itself and summarises the parameters.
+/// Fits each record separately and summarises the parameters.
 ///
 /// # Errors
 /// Fewer than two records, records of different kinds, no model that fits all; a stop.

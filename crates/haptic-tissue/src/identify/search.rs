@@ -26,9 +26,9 @@ const SAME: f64 = 1e-4;
 const CLOSE: Effort = Effort::to(1e-7, 25);
 /// Effort of a fit that counts.
 pub(super) const FINE: Effort = Effort::to(1e-11, 100);
-/// A variable so near to an end of its range, over the range, is at the end.
+/// A variable this near to an end of its range, over the range, is at the end.
 const AT_END: f64 = 2e-4;
-/// A fixed end may cost so much of the sum.
+/// Share of the sum that a fixed end may cost.
 const COST_OF_END: f64 = 1e-5;
 
 #[derive(Clone, Debug)]
@@ -42,13 +42,13 @@ pub(super) struct Best {
     pub(super) others: Vec<Minimum>,
 }
 
-/// Fits a candidate from so many starts.
+/// Fits a candidate from `starts` starts.
 pub(super) fn search(
     candidate: Candidate,
     target: &Target,
     starts: usize,
 ) -> Result<Best, IdentifyError> {
-    // The noise is a parameter too, and the criterion of small samples divides by what is left.
+    // The noise is a parameter too, and the criterion of small samples divides by the remaining degrees of freedom.
     if target.len() <= candidate.parameters() + 2 {
         return Err(IdentifyError::TooFew {
             model: candidate.kind().name(),
@@ -102,7 +102,7 @@ pub(super) fn polished<'a>(
         let best = match valley.converged {
             true => Some(valley),
             false => limit(candidate, target, &ranges, &valley, &all).or_else(|| {
-                // A valley that falls no further in as many steps again is as good as level.
+                // A valley that falls no further in as many steps again counts as level.
                 let further = along(&valley.values);
                 let is_level = valley.sum <= further.sum * (1.0 + COST_OF_END);
                 (further.converged || is_level).then_some(further)
@@ -210,7 +210,7 @@ fn start(candidate: Candidate, target: &Target, n: usize) -> Vec<f64> {
     values
 }
 
-/// A modulus is at most so many times above or below all moduli of the record, as a logarithm: e^14 is 10⁶.
+/// Largest ratio of a modulus to the moduli of the record, as a logarithm: e^14 is 10⁶.
 const BEYOND: f64 = 14.0;
 
 /// Low and high end of each variable.
@@ -232,7 +232,7 @@ pub(super) struct Minimum {
     pub(super) values: Vec<f64>,
     /// Sum of the squared residuals, weights in.
     pub(super) sum: f64,
-    /// True if the solver met one of its criteria, or nothing is left that a record tells.
+    /// True if the solver met one of its criteria, or the residual is below the accuracy of a record.
     pub(super) converged: bool,
 }
 
@@ -360,7 +360,7 @@ impl Problem<'_> {
     }
 }
 
-/// Cosine of the angle between the residuals and a change of them that is none.
+/// Cosine of the angle between the residuals and a change of them, up to which the slope counts as 0.
 const FLAT: f64 = 1e-12;
 /// λ at first, and where no step gains anything any more.
 const DAMPING: f64 = 1e-3;

@@ -1,4 +1,4 @@
-//! How tissue stiffens, beside its memory: b of e(ε)·(exp(bε) − 1)/(bε).
+//! Stiffening of tissue beside its memory: b of e(ε)·(exp(bε) − 1)/(bε).
 //! ```text
 //! S(b) = min of S over the memory at b          b at the least S(b);  its 95 % interval: S(b) ≤ S·(1 + t²/ν),  t of Student, 97.5 %
 //! another parameter at such a b: its interval there, narrowed to √(1 − ζ²/t²),  ζ² = (S(b) − S)·ν/S;  then all of these together
@@ -43,7 +43,7 @@ const ROUNDS_OF_END: usize = 12;
 const STEP: f64 = 1e-6;
 /// Change of ζ that ends a search for an end.
 const NEAR: f64 = 0.02;
-/// Width of an interval over b up to which the record tells b.
+/// Width of an interval over b up to which the record settles b.
 const SETTLED: f64 = 0.5;
 /// Points between two fits of an interval.
 const BETWEEN: usize = 10;
@@ -72,7 +72,7 @@ struct Search<'a> {
     most: f64,
 }
 
-/// As [`identified`], with b as a last parameter of each fit. A candidate that has no minimum at any b is left out, and told.
+/// As [`identified`], with b as a last parameter of each fit. A candidate that has no minimum at any b is left out, with a warning.
 pub(super) fn stiffened(
     record: &Record,
     options: &Options,
@@ -181,7 +181,7 @@ const fn alone(b: f64) -> Estimate {
     }
 }
 
-/// What the interval of b says, beside the best fit of tissue that does not stiffen.
+/// Warning if the record does not settle b, or does not distinguish it from 0.
 fn said(record: &Record, best: &Fit, linear: Option<(f64, f64)>) -> Option<String> {
     let b = best.stiffening()?;
     let low = b.low_95.unwrap_or(0.0);
@@ -243,7 +243,7 @@ impl<'a> Search<'a> {
             (b, target.compressed(), target)
         });
         let targets: Vec<(f64, Target<'_>, Target<'_>)> = targets.collect();
-        // One by itself: the result does not depend on the threads.
+        // Each candidate is separate: the result does not depend on the threads.
         let valleys = candidates.par_iter().map(|&candidate| {
             let mut valley = Valley {
                 search: self,
@@ -283,7 +283,7 @@ impl Valley<'_> {
         least.map_or(0, |least| least.0)
     }
 
-    /// Where the sum is least.
+    /// Point with the smallest sum.
     fn lowest(&self) -> &Point {
         &self.points[self.place()]
     }
@@ -306,7 +306,7 @@ impl Valley<'_> {
         }
     }
 
-    /// One more b, from the memories on both sides of it; its place, or none if there is no minimum.
+    /// Adds one more b, from the memories on both sides of it; its index, or `None` without a minimum.
     fn add(&mut self, b: f64) -> Option<usize> {
         let target = self.search.target(b);
         let index = self.points.partition_point(|point| point.b < b);
@@ -338,7 +338,7 @@ impl Valley<'_> {
         }
     }
 
-    /// Where ζ is Student's t above b, or below; none if it stays below t to the end of the range.
+    /// End of the interval of b above or below it, where ζ is Student's t; `None` if it stays below t to the end of the range.
     fn end(&mut self, b: f64, limit: &Limit, above: bool) -> Option<f64> {
         let most = limit.student;
         let zeta = |point: &Point| (point.b, libm::sqrt(limit.square(point)));

@@ -27,10 +27,10 @@ pub enum Weighting {
     LogSpacing,
 }
 
-/// Points at least of a mapped motion from end to end of its range: what is left of the map between them is 1e-6 of the largest value.
+/// Fewest points of a mapped motion from end to end of its range: the map deviates between them by 1e-6 of the largest value.
 const POINTS: usize = 1000;
 
-/// No force transducer is better than this share of what it measures (ISO 376, class 00): what is left below it buys no model another
+/// No force transducer is better than this share of its reading (ISO 376, class 00): a smaller residual does not justify another
 /// parameter.
 pub(super) const EXACT: f64 = 5e-4;
 
@@ -38,7 +38,7 @@ pub(super) const EXACT: f64 = 5e-4;
 #[derive(Clone, Debug)]
 pub(super) struct Target<'a> {
     rows: Rows,
-    /// What the model is to reach: logarithms, of an oscillation all storage and then all loss moduli; or stresses over their scale.
+    /// Target values: logarithms, of an oscillation all storage and then all loss moduli; or stresses over their scale.
     wanted: Vec<f64>,
     /// The root of the weight of each residual.
     roots: Vec<f64>,
@@ -53,9 +53,9 @@ pub(super) struct Target<'a> {
     pub(super) beside: usize,
     /// ln of the middle of the record over the unit of time: 0 but in seconds.
     pub(super) shift: f64,
-    /// A sum of squares that is as good as 0.
+    /// A sum of squares that counts as 0.
     pub(super) exact: f64,
-    /// Lengths of the series of residuals, none of which goes on in the next.
+    /// Lengths of the series of residuals; each is independent of the next.
     lengths: Vec<usize>,
     /// The noise through whose filter the residuals go.
     noise: Autoregression,
@@ -256,8 +256,8 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// The same sum of squares by as many rows as it needs: of a long history far fewer than it has samples. Its residuals are none
-    /// of samples.
+    /// An equal sum of squares by as many rows as it needs: for a long history far fewer than samples. Its residuals do not correspond
+    /// to samples.
     pub(super) fn compressed(&self) -> Self {
         let (wanted, roots) = (&self.wanted, &self.roots);
         let compressed = match &self.rows {
@@ -280,7 +280,7 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// The same for a first pass: at most about so many samples, evenly chosen, or of a motion fewer nodes.
+    /// Fewer values for a first pass: at most about `most` samples, evenly chosen; for a motion fewer nodes.
     pub(super) fn thinned(&self, most: usize) -> Self {
         let (wanted, roots) = (&self.wanted, &self.roots);
         let (rows, wanted, roots) = match &self.rows {
@@ -332,7 +332,7 @@ impl<'a> Target<'a> {
         self.lengths.iter().map(own).collect()
     }
 
-    /// The same with residuals through the filter of a noise.
+    /// Filters the residuals by a model of the noise.
     pub(super) fn filtered(&self, noise: Autoregression) -> Self {
         Self {
             noise,
@@ -340,7 +340,7 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// A long sampled record by means of neighbours, so many that [`AVERAGED`] remain.
+    /// Averages neighbours of a long sampled record, so that about [`AVERAGED`] values remain.
     pub(super) fn averaged(&self) -> Self {
         let (samples, mut own) = (self.samples(), self.clone());
         let Rows::Sampled(quantity, ln_x) = &self.rows else {
@@ -425,7 +425,7 @@ impl<'a> Target<'a> {
         finite
     }
 
-    /// What the model is to reach: a logarithm, or a stress over its scale.
+    /// Target value: a logarithm, or a stress over its scale.
     pub(super) fn wanted(&self, n: usize) -> f64 {
         self.wanted[n]
     }
@@ -477,7 +477,7 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// What belongs to each motion, of as many numbers as are compared.
+    /// Splits `all`, one number for each compared value, into those of each motion.
     pub(super) fn of_motions<'b>(&self, record: &Record, all: &'b [f64]) -> Vec<&'b [f64]> {
         let Rows::History(history) = &self.rows else {
             return vec![all];
@@ -494,7 +494,7 @@ impl<'a> Target<'a> {
         record.motions.iter().map(of).collect()
     }
 
-    /// The same record with other values: logarithms, or stresses over their scale.
+    /// Replaces the target values: logarithms, or stresses over their scale.
     pub(super) fn with_values(&self, values: Vec<f64>) -> Self {
         Self {
             wanted: values,

@@ -8,14 +8,14 @@ use super::table::Understood;
 use crate::material::{Material, Source, ValidRange};
 use haptic_quantity::digits;
 
-/// What a tissue says of its record beside the numbers.
+/// Origin of a fitted tissue, for its file.
 #[derive(Clone, Copy, Debug)]
 pub struct Provenance<'a> {
     /// The program that fits, with its version.
     pub program: &'a str,
     /// The name of the record.
     pub record: &'a str,
-    /// Specimen, temperature and preparation; `None` where nobody said.
+    /// Specimen, temperature and preparation; `None` if not given.
     pub conditions: Option<&'a str>,
     /// The day of the fit, as 2026-11-26.
     pub date: &'a str,

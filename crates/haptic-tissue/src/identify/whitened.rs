@@ -4,9 +4,9 @@
 //! criterion = n·ln(Σ e²/n) + what the first samples add + (k + order)·ln n + …       e the filtered residuals, one n for all candidates
 //! ```
 //! A residual that drifts makes every criterion prefer the model that draws the drift. The filter runs along time or frequency, in each series
-//! of residuals by itself. Order 0, of white noise, changes nothing. Neither does a residual that does not look like noise: more than a few per
+//! of residuals separately. Order 0, of white noise, changes nothing. Neither does a residual that does not look like noise: more than a few per
 //! cent of the record, or so smooth that its filter leaves next to nothing of it. That is what a model misses, and no drift excuses it. A record of
-//! fewer than 100 samples cannot tell the two apart, and is compared as it is.
+//! fewer than 100 samples cannot distinguish the two, and is compared as it is.
 //!
 //! Parameters stay those of least squares: with either filter they are the same within their errors, and the errors know how alike residuals are.
 //!
@@ -36,7 +36,7 @@ fn residuals(candidate: Candidate, target: &Target<'_>, elements: &Elements) -> 
     all
 }
 
-/// AIC and BIC of a candidate, from the best fit of plain residuals: by filtered ones, where what is left looks like noise and the filter gains
+/// AIC and BIC of a candidate, from the best fit of plain residuals: by filtered ones, where the residual looks like noise and the filter gains
 /// anything.
 pub(super) fn criteria(candidate: Candidate, target: &Target<'_>, best: &Best) -> [f64; 2] {
     let plain = target.averaged();
@@ -54,7 +54,7 @@ pub(super) fn criteria(candidate: Candidate, target: &Target<'_>, best: &Best) -
         .unwrap_or(as_they_are)
 }
 
-/// The noise of what is left, and the fit through its filter; none if that is white, or no noise.
+/// The noise of the residual, and the fit through its filter; `None` if the residual is white, or does not look like noise.
 fn filtered(
     candidate: Candidate,
     plain: &Target<'_>,

@@ -84,7 +84,7 @@ impl Spectrum {
             Response::Relaxation => {
                 self.slope = (at_fast - at_slow) / (fast - slow);
                 self.constant = at_slow - self.slope * slow;
-                // Where G has all but vanished beside M, M says nothing of the tail; but it is small then.
+                // With G almost vanished beside M, M does not show the tail; but the tail is small then.
                 let (known, tail) = (form.equilibrium_pa(), self.tail());
                 let whole = known + self.modes_at(longest);
                 if tail <= SMALL_TAIL * whole {
@@ -105,7 +105,7 @@ impl Spectrum {
         }
     }
 
-    /// Sum of the weights before the first, if they go on as a geometric series.
+    /// Sum of the weights before the first, extrapolated as a geometric series.
     fn tail(&self) -> f64 {
         match *self.ladder().1 {
             [first, second, ..] if first < second => first * first / (second - first),

@@ -192,7 +192,7 @@ impl Spectrum {
         }
     }
 
-    /// The same without constant and slope.
+    /// Sum of the modes, without constant and slope.
     pub(super) fn modes_at(&self, time_s: f64) -> f64 {
         let relaxation = self.response == Response::Relaxation;
         let sum = match &self.modes {
@@ -223,7 +223,7 @@ impl Spectrum {
 /// e^(−rt) of a complex rate with Re r ≥ 0.
 fn left(rate: Complex64, time_s: f64) -> Complex64 {
     let size = libm::exp(-rate.re * time_s);
-    // Where the rate overflows, its angle has no meaning.
+    // The angle of an overflowing rate has no meaning.
     if size > 0.0 {
         let (sin, cos) = libm::sincos(rate.im * time_s);
         Complex64::new(size * cos, -size * sin)

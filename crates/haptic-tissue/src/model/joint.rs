@@ -1,11 +1,11 @@
-//! How two elements are joined, and all that follows from it: a new joint is written here, its kinds and their parameters
+//! Joints of two elements, and all that follows from them: a new joint is written here, its kinds and their parameters
 //! in [`kind`](super::kind).
 
 use super::spring_pot::{Response, SpringPot, inverse};
 use super::zeros::{Pole, Term, beside_the_cut};
 use num_complex::Complex64;
 
-/// How two elements, and a spring where the model has one, are joined.
+/// Joint of two elements, and of a spring where the model has one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Joint {
     KelvinVoigt,
@@ -41,7 +41,7 @@ impl Joint {
         }
     }
 
-    /// The function of time that is the sum of those of the two elements, if one is.
+    /// The function of time that is the sum of those of the two elements, if there is one.
     pub(super) const fn sum(self) -> Option<Response> {
         match self {
             Self::KelvinVoigt => Some(Response::Relaxation),

@@ -40,7 +40,7 @@ pub enum ModelError {
     Range {
         /// The parameter's key in a tissue file.
         name: &'static str,
-        /// What was given.
+        /// The value that was given.
         value: f64,
         /// The range in words.
         allowed: &'static str,

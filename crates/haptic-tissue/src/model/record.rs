@@ -264,7 +264,7 @@ fn excess(x: f64, m: f64) -> f64 {
 fn lag(rate: Complex64, step: f64, m: Complex64) -> Complex64 {
     let x = rate * step;
     if x.norm() > 0.1 {
-        // Where the rate overflows, this is Δ.
+        // This is Δ if the rate overflows.
         return inverse(rate) * m + step;
     }
     let mut sum = Complex64::ZERO;

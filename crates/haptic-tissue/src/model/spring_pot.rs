@@ -69,7 +69,7 @@ impl SpringPot {
         self.modulus_along(ln_r, turned(self.order * half_turns))
     }
 
-    /// The same with e^(iπα·`half_turns`) known.
+    /// M(s) as [`Self::modulus_at`], with e^(iπα·`half_turns`) known.
     pub(super) fn modulus_along(&self, ln_r: f64, direction: Complex64) -> Complex64 {
         if self.is_spring() {
             return Complex64::new(self.size, 0.0);

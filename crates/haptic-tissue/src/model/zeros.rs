@@ -41,7 +41,7 @@ pub(super) fn beside_the_cut(constant: f64, first: Term, second: Option<Term>) -
     if first.power <= 2.0 / 3.0 {
         return None;
     }
-    // Where one term counts for nothing, or both have nearly the same power, two terms are a good guess.
+    // Two terms are a good guess if one of them is negligible, or both have nearly the same power.
     let sum = first.factor + second.factor;
     let middle = Term {
         factor: sum,
@@ -106,7 +106,7 @@ fn real_part(constant: f64, first: Term, second: Term, over: f64) -> (f64, f64) 
     (ln_r, if sum.is_nan() { 1.0 } else { sum })
 }
 
-/// Newton's steps on ln s, none longer than 1/2; and what is left of D.
+/// Newton's steps on ln s, each at most 1/2 long; and the residual of D.
 fn polished(constant: f64, first: Term, second: Term, start: Pole) -> (Pole, f64) {
     let mut pole = start;
     let mut rest = f64::INFINITY;

@@ -38,9 +38,9 @@ static TICKER: TickerSlot<Axis, Alarm> = TickerSlot::empty();
 
 /// Time without a tick after which the chip is reset: more than two ticks of the longest period.
 const WATCHDOG: Duration = Duration::from_millis(20);
-/// The same until the main loop runs, while nothing enables the motor: much more than the digest takes.
+/// Time until the main loop runs, while nothing enables the motor: much more than the digest takes.
 const START_UP: Duration = Duration::from_secs(1);
-/// The main loop looks for something to say at least so often: twice a tick of 1 ms.
+/// Longest time between two looks of the main loop for something to send: half a tick of 1 ms.
 const ROUND: Duration = Duration::from_micros(500);
 
 #[embassy_executor::main]

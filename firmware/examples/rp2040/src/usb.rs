@@ -78,7 +78,7 @@ pub(crate) async fn receive(receiver: &mut Receiver<'static, Port>) {
     }
 }
 
-/// What waits in the queue, to the host.
+/// Sends the queue to the host.
 pub(crate) async fn send(sender: &mut Sender<'static, Port>) {
     let mut packet = [0; PACKET];
     loop {

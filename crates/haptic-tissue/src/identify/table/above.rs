@@ -24,7 +24,7 @@ fn is_units(row: &StringRecord) -> bool {
 }
 
 impl Block {
-    /// What may stand above the columns, the nearest first.
+    /// Candidate headings above the columns, the nearest first.
     pub(super) fn headings(&self) -> Vec<Heading> {
         let mut headings = Vec::from_iter(self.signals());
         let mut between: Vec<&StringRecord> = Vec::new();

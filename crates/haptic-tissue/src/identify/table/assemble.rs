@@ -35,7 +35,7 @@ pub struct Columns {
     pub segment: Option<String>,
     /// Its temperature, °C, if a column or its name says it.
     pub temperature_c: Option<f64>,
-    /// Lines of rows that are left out because a cell of them is no number, where rows that are no sample are to be left out too.
+    /// Lines of rows that are left out because of a cell that is not a number; `None` unless such rows are to be left out.
     pub bad: Option<Vec<u64>>,
 }
 
@@ -44,7 +44,7 @@ pub struct Columns {
 pub struct Understood {
     /// Ready to be fitted.
     pub record: Record,
-    /// How it was measured, as far as is known.
+    /// Loading of the specimen, as far as it is known.
     pub loading: MeasuredLoading,
     /// One sentence for each thing guessed or left out.
     pub notes: Vec<String>,
@@ -116,7 +116,7 @@ impl Understood {
     }
 }
 
-/// What a table cannot say of itself: the held value of a step, and the specimen.
+/// Details that a table lacks: the held value of a step, and the specimen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
     /// The kind; `None`: inferred from the columns if clear.
@@ -131,18 +131,18 @@ pub struct Reading {
     pub loading_is_told: bool,
     /// Poisson's ratio, if it is known.
     pub poisson_ratio: Option<f64>,
-    /// Where an indenter touches.
+    /// Depth at which an indenter touches.
     pub contact: ContactPoint,
     /// Length of the ramp to the held strain of a relaxation, s.
     pub ramp_time_s: Option<f64>,
-    /// When this ramp ends on the clock of the record, s; none if it begins at 0.
+    /// End of this ramp on the clock of the record, s; `None` if it begins at 0.
     pub ramp_ends_s: Option<f64>,
     /// True to count strain and stress of a motion from their first row: at rest, but not at 0.
     pub subtract_start: bool,
 }
 
 impl Default for Reading {
-    /// Nothing is told; forces compress a slab.
+    /// No detail is given; forces compress a slab.
     fn default() -> Self {
         Self {
             kind: None,
@@ -160,7 +160,7 @@ impl Default for Reading {
 }
 
 impl Columns {
-    /// Segments of a motion whose clock goes on over them, as creep and its recovery, as one.
+    /// Joins segments of a motion whose clock continues over them, as creep and its recovery.
     #[must_use]
     pub fn joined(all: Vec<Self>) -> Vec<Self> {
         let mut joined: Vec<Self> = Vec::new();
@@ -340,7 +340,7 @@ impl Columns {
         })
     }
 
-    /// How the record was measured: as a user said, else as the headers tell.
+    /// Loading of the specimen: as the user gives it, else as the headers do.
     fn measured(&mut self, reading: &Reading) -> Result<MeasuredLoading, IdentifyError> {
         if let Some(ratio) = reading.poisson_ratio
             && !(0.0..=INCOMPRESSIBLE).contains(&ratio)
@@ -831,10 +831,10 @@ impl Columns {
     }
 }
 
-/// Of so many rows one may be bad.
+/// One row in this many may be bad.
 const SKIPPED_OF: usize = 10;
 
-/// What all say, if they say the same.
+/// Value common to all; `None` if two differ or the iterator is empty.
 fn agreed<T: PartialEq>(mut all: impl Iterator<Item = T>) -> Option<T> {
     let first = all.next()?;
     all.all(|other| other == first).then_some(first)

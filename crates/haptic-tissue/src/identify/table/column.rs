@@ -32,7 +32,7 @@ pub enum Column {
     Phase,
     /// Loss over storage modulus, 1.
     LossTangent,
-    /// Temperature, °C: it tells segments apart, and is no number of a record.
+    /// Temperature, °C: it separates segments, and is not a value of a record.
     Temperature,
 }
 

@@ -37,11 +37,10 @@ pub(super) struct Block {
     pub(super) blank: Option<u64>,
 }
 
-/// What a cell holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Cell {
     Empty,
-    /// A sign that there is no number.
+    /// A mark for a missing number.
     Gap,
     Number,
     Text,
@@ -58,7 +57,7 @@ impl Cell {
     }
 }
 
-/// A cell that says that there is no number, perhaps behind that of its row: `10 (invalid)`.
+/// A cell that marks a missing number, perhaps behind an invalid one: `10 (invalid)`.
 pub(super) fn is_gap(cell: &str) -> bool {
     const GAPS: [&str; 7] = ["nan", "na", "n/a", "#n/a", "null", "none", "#div/0!"];
     let is_ruled = || cell.chars().all(|c| matches!(c, '-' | '*' | '–' | '—'));
@@ -73,7 +72,7 @@ pub(super) fn is_gap(cell: &str) -> bool {
 }
 
 impl Block {
-    /// How many columns have numbers.
+    /// Number of columns with numbers.
     pub(super) fn width(&self) -> usize {
         self.numeric.len()
     }
@@ -92,7 +91,7 @@ impl Block {
         !self.numeric.contains(&place) && !self.text.contains(&place)
     }
 
-    /// How many columns the widest row has.
+    /// Number of columns up to the last that holds numbers or text.
     pub(super) fn columns(&self) -> usize {
         let last = self.numeric.last().max(self.text.last());
         last.map_or(0, |last| last + 1)
@@ -471,7 +470,7 @@ fn below_names<'a>(
     is_short.then_some(cells)
 }
 
-/// Lines that a cell in quotes may have; more are a quote that nobody closed.
+/// Most lines of a cell in quotes; more mean a missing closing quote.
 const QUOTED_LINES: usize = 4;
 
 /// Line and cells of every row, one after another.

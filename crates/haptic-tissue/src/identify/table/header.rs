@@ -20,13 +20,13 @@ pub(super) struct Meaning {
 /// The unit of a column.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Unit {
-    /// How many SI units one of them is.
+    /// Size of one in SI units.
     Factor(f64),
     /// Neither the name nor the line below says one.
     Untold,
     /// Hz or rad/s: 1/s can be either, and so can a plain frequency.
     Either,
-    /// One of another quantity, or of none.
+    /// Unknown, or a unit of another quantity.
     Foreign(String),
 }
 
@@ -66,7 +66,7 @@ fn plain(name: &str) -> String {
     words.join(" ").to_lowercase().replace('\u{307}', "")
 }
 
-/// Words that tell a loading, and symbols that tell a modulus.
+/// Words for a loading, and symbols for a modulus.
 const LOADINGS: [(LoadingKind, &[&str]); 3] = [
     (LoadingKind::Shear, &["shear", "γ", "gamma", "τ", "tau"]),
     (LoadingKind::Tension, &["tension", "tensile"]),
@@ -82,7 +82,7 @@ const MODULI: [(Modulus, &[&str]); 2] = [
     ),
 ];
 
-/// What a header says of how the specimen was loaded, and which modulus it is of.
+/// Loading of the specimen and kind of modulus that a header names.
 pub(super) fn told(header: &str) -> MeasuredLoading {
     let name = plain(&split(header).0);
     let says = |words: &[&str]| name.split(' ').any(|word| words.contains(&word));
@@ -205,7 +205,7 @@ fn with_suffix(header: &str) -> Option<(Column, f64)> {
     })
 }
 
-/// What is wrong with the unit of a column, and the remedy.
+/// Message for a column whose unit is wrong, with the remedy.
 pub(super) fn foreign(unit: &str, column: Column) -> String {
     let (name, dimension) = (column.name(), column.dimension());
     format!(

@@ -16,7 +16,7 @@ pub(super) fn are_units<'a>(cells: impl Iterator<Item = &'a str> + Clone) -> boo
     units > 0 && 2 * units >= cells.count() && lengths.all(|length| length <= 2 * UNIT_LENGTH)
 }
 
-/// What stands above the columns of a block.
+/// Names and units above the columns of a block.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Heading {
     /// The line of the names; of the first row without any.
@@ -61,7 +61,7 @@ impl Heading {
         }
     }
 
-    /// The unit in the line of units; empty if there is none.
+    /// The unit in the line of units; empty without such a line.
     pub(super) fn below(&self, place: usize) -> &str {
         bare(self.units.get(place).map_or("", String::as_str))
     }

@@ -8,7 +8,7 @@ pub(super) fn passed(lines: &[u64], why: &str) -> Option<String> {
     rows_named(lines).map(|rows| format!("{rows} left out, {why}"))
 }
 
-/// How many rows, and the lines of the first few; `None` without any.
+/// Number of rows, and the lines of the first few; `None` without any.
 #[must_use]
 pub fn rows_named(lines: &[u64]) -> Option<String> {
     const NAMED: usize = 5;
@@ -26,7 +26,7 @@ pub fn rows_named(lines: &[u64]) -> Option<String> {
     ))
 }
 
-/// Lines of rows: the reader's own count does not know of empty lines before a row.
+/// Lines of rows: the reader's own count omits empty lines before a row.
 pub(super) struct Lines<'a> {
     bytes: &'a [u8],
     seen: usize,
@@ -56,7 +56,7 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// What is wrong with a line.
+/// Error at a line of the table.
 pub(super) fn wrong(line: u64, reason: &str) -> IdentifyError {
     IdentifyError::Line {
         line,
@@ -65,7 +65,7 @@ pub(super) fn wrong(line: u64, reason: &str) -> IdentifyError {
     }
 }
 
-/// A cell or a name as a message shows it: whole, unless nobody would read it.
+/// A cell or a name as a message shows it: whole, unless it is too long to read.
 pub(super) fn brief(text: &str) -> String {
     const LETTERS: usize = 60;
     let mut letters = text.chars();

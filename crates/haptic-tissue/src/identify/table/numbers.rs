@@ -43,7 +43,7 @@ pub struct Segment {
     pub name: String,
     /// Its first and its last line in the file, from 1.
     pub lines: [u64; 2],
-    /// How many rows it has.
+    /// Number of rows of the segment.
     pub rows: usize,
     /// Least and largest time, s, or angular frequency, rad/s.
     pub clock: Option<[f64; 2]>,
@@ -103,7 +103,7 @@ impl Reader {
     /// The chosen segments of a table, in the order of the file; of a table with one, that.
     ///
     /// # Errors
-    /// Several segments without a choice, a choice of none, a wrong unit, a cell that is not a number, with line and column.
+    /// Several segments without a choice, a choice that fits no single segment, a wrong unit, a cell that is not a number, with line and column.
     pub fn read_all(&self, table: &TextTable) -> Result<Vec<Columns>, IdentifyError> {
         let parts = self.parts(table)?;
         let pieces = pieces(&parts);
@@ -119,7 +119,7 @@ impl Reader {
         chosen.collect()
     }
 
-    /// What there is to choose from.
+    /// Segments from which a user can choose.
     ///
     /// # Errors
     /// A table without a column that is known.
@@ -177,7 +177,7 @@ impl Reader {
         let mut headings = block.headings();
         let mut choices = self.columns.iter();
         let is_numbered = choices.any(|choice| matches!(choice.1, Choice::Number(_)));
-        // A block without names of its own goes on with those before, as does one below a lone line between its rows.
+        // A block without names of its own keeps the previous ones, as does one below a lone line between its rows.
         let is_lone = |before: &Part| {
             let [line] = &block.above[..] else {
                 return false;
@@ -305,7 +305,7 @@ impl Reader {
         found[named..].sort_by_key(|found| found.place);
     }
 
-    /// What is to be asked of a unit.
+    /// Question about a unit that could be misread.
     fn doubt(&self, found: &Found, line: u64) -> Option<(Column, String)> {
         let (column, name) = (found.column, &found.name);
         let is_named = self.columns.iter().any(|choice| choice.0 == column);
@@ -388,7 +388,7 @@ impl Reader {
                     f.name,
                     Shown(reach)
                 );
-                // Who names the column, or its unit, knows.
+                // A user who names the column, or its unit, is not asked again.
                 let is_named = self.columns.iter().any(|choice| choice.0 == f.column);
                 let is_told = is_named || self.unit_of(f.column).is_some();
                 unclear.extend((!is_told).then_some((f.column, asked)));
@@ -550,7 +550,7 @@ impl Part<'_> {
         let has = |columns: [Column; 2]| columns.iter().any(|of| self.of(*of).is_some());
         let moves = has([Column::Strain, Column::Position]) && has([Column::Stress, Column::Force]);
         let labels = self.labels();
-        // A motion goes on over its steps.
+        // A motion continues over its steps.
         if !moves {
             cuts.extend(labels.iter().flat_map(|place| changes(self.block, *place)));
         }
@@ -620,7 +620,7 @@ fn listed(pieces: &[Piece]) -> String {
     named.collect::<Vec<_>>().join(", ")
 }
 
-/// What stands above the table and was not read, for the user to know.
+/// Text above the table that was not read, for the user to know.
 fn preamble(part: &Part) -> Option<String> {
     let (mut lines, mut texts) = (Vec::new(), Vec::new());
     for (line, row) in &part.block.above {

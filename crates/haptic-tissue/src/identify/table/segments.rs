@@ -13,11 +13,11 @@ use std::ops::Range;
 
 /// Rows of a segment, at least.
 const LEAST: usize = 3;
-/// A temperature stays the same within this, K, and within so many of its usual steps.
+/// A temperature is constant within this, K, or within `USUAL_STEPS` of its usual steps, if that is more.
 const WITHIN_K: f64 = 1.0;
 const USUAL_STEPS: f64 = 5.0;
 
-/// Where the clock begins again.
+/// Rows at which the clock restarts.
 pub(super) fn restarts(clock: &[f64]) -> Vec<usize> {
     let known = clock.iter().copied().enumerate();
     let known: Vec<(usize, f64)> = known.filter(|at| at.1.is_finite()).collect();
@@ -38,7 +38,7 @@ pub(super) fn restarts(clock: &[f64]) -> Vec<usize> {
         }
         let middle = known[usize::midpoint(start, k)].1;
         let is_back = |value: f64| (value <= middle) == direction;
-        // The first pair may jump; what follows must go on.
+        // The first pair may jump; those that follow must keep the direction.
         let mut further = known[k..]
             .windows(2)
             .take_while(|pair| (pair[1].1 - pair[0].1 > 0.0) == up);
@@ -50,7 +50,7 @@ pub(super) fn restarts(clock: &[f64]) -> Vec<usize> {
     cuts
 }
 
-/// Where the texts of a column change, if it has few of them.
+/// Rows at which the text of a column changes; empty if it changes too often.
 pub(super) fn changes(block: &Block, place: usize) -> Vec<usize> {
     let cuts: Vec<usize> = (1..block.rows.len())
         .filter(|&row| block.label(row, place) != block.label(row - 1, place))
@@ -59,7 +59,7 @@ pub(super) fn changes(block: &Block, place: usize) -> Vec<usize> {
     if few { cuts } else { Vec::new() }
 }
 
-/// Where the temperature jumps.
+/// Rows at which the temperature jumps.
 pub(super) fn jumps(temperature: &[f64]) -> Vec<usize> {
     let pairs = temperature.windows(2);
     let steps: Vec<f64> = pairs.map(|pair| (pair[1] - pair[0]).abs()).collect();

@@ -141,7 +141,7 @@ pub struct RecordColumns<const N: usize> {
 }
 
 impl<const N: usize> RecordColumns<N> {
-    /// How many rows lack a number, and the lines of the first; `None` if none does.
+    /// Number of rows that lack a number, and the lines of the first ones; `None` if all are complete.
     #[must_use]
     pub fn gaps(&self) -> Option<String> {
         rows_named(&self.gaps)
@@ -215,7 +215,7 @@ impl Chosen {
         Ok((Self { block, heading }, taken))
     }
 
-    /// Numbers of columns, none of one that there is not, their lines, and the rows with gaps, which are NaN.
+    /// Numbers of columns, empty for a missing one, their lines, and the rows with gaps, which are NaN.
     fn numbers<const N: usize>(
         &self,
         places: [Option<usize>; N],
@@ -259,7 +259,7 @@ impl Chosen {
 
 const NO_VALUE: &str = "no value, or NaN: give a number in every row";
 
-/// The places of these names; none of a time that the table need not have.
+/// The places of these names; `None` for a missing time, which is optional.
 fn places_of<const N: usize>(
     names: [&str; N],
     heading: &Heading,

@@ -42,7 +42,7 @@ impl Dimension {
         named.join(", ")
     }
 
-    /// How many SI units a unit is; capitals count only where they must, as in `MPa` and `mPa`.
+    /// Factor from a unit to SI; capitals count only where they must, as in `MPa` and `mPa`.
     pub(super) fn factor(self, unit: &str) -> Option<f64> {
         let plain = plain(unit);
         let exact = self.units().find(|known| known.0 == plain);
@@ -51,7 +51,7 @@ impl Dimension {
         exact.or_else(alike).map(|known| known.1)
     }
 
-    /// The same of the end of a name like `modulus_kpa`, where all is lower case.
+    /// Factor of the suffix of a name like `modulus_kpa`, where all is lower case.
     pub(super) fn factor_of_suffix(self, suffix: &str) -> Option<f64> {
         let unit = match suffix {
             "rad_s" | "rad_per_s" => "rad/s".to_owned(),
