@@ -152,7 +152,7 @@ fn the_folders_that_decisions_name_are_there() {
 }
 
 /// Idioms in the comments of all product code. To be lowered, never raised.
-const IDIOMS_MOST: usize = 553;
+const IDIOMS_MOST: usize = 10;
 
 /// Lines of a file that are not tests: those before `#[cfg(test)] mod`, and none of a file of tests.
 fn product<'a>(path: &Path, text: &'a str) -> Vec<&'a str> {
