@@ -38,7 +38,7 @@ pub use guard::{
 pub use loading::{DepthMap, INCOMPRESSIBLE, Loading, LoadingKind, Modulus, Specimen};
 pub use safety::{
     Fault, Limit, Limiters, Limits, SafeForce, SafetyChain, SafetyState, SpeedLimit, StartRefused,
-    Stuck, Workspace,
+    Stuck, Tighter, Workspace,
 };
 pub use surface::{Ball, Plane, Shape, ShapeKind, ShapeNumbers, Surface};
 pub use tissue::Tissue;

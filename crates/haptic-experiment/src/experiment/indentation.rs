@@ -46,7 +46,6 @@ use crate::run::remote::{
     PairRun, RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, indentation, no_operator,
     portable, push,
 };
-use crate::run::safety::keys::SPEED_LIMIT;
 use crate::run::safety::{GuardChoice, GuardedDevice, Safety, safety};
 use crate::run::schedule::samples;
 use crate::run::sensors::Sensors;
@@ -63,7 +62,7 @@ use haptic_loop::plant::{
     RigDrive, RigServo, Sensed,
 };
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
-use haptic_loop::{Contact as OneSided, Controller, Limits, SafetyChain, SpringDamper};
+use haptic_loop::{Contact as OneSided, Controller, Limit, Limits, SafetyChain, SpringDamper};
 use haptic_tissue::{Library, MaterialError};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -357,7 +356,7 @@ impl Indentation {
         let safety = &self.safety;
         let bare = RemoteLaw {
             unchanged: UnchangedLimits {
-                speed: safety.number(SPEED_LIMIT).is_none(),
+                speed: safety.number(Limit::Speed).is_none(),
                 ..UnchangedLimits::default()
             },
             ..RemoteLaw::bare(self.limits_of(drive), push(0.0))
@@ -568,7 +567,7 @@ impl Indentation {
         let safety = &self.safety;
         let bare = RemoteLaw {
             unchanged: UnchangedLimits {
-                speed: safety.number(SPEED_LIMIT).is_none(),
+                speed: safety.number(Limit::Speed).is_none(),
                 ..UnchangedLimits::default()
             },
             guard: (safety.guard, safety.guarded(GuardedDevice::default())),

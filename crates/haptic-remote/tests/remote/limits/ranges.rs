@@ -195,4 +195,11 @@ fn what_a_chain_on_the_host_has_goes_over_the_wire_and_is_good() {
     let bare = haptic_loop::Limits::bare(Newtons(10.0), NewtonsPerSecond(1000.0));
     let wire = haptic_remote::wire_limits(&bare, Seconds(1e-3));
     assert_eq!(wire, Limits::bare(10.0, 1000.0));
+    // A device does not know how much braking it bears.
+    let wire = haptic_remote::wire_limits(&haptic_loop::Limits::default(), Seconds(1e-3));
+    let want = Limits {
+        braking_n_s_per_m: 5.0,
+        ..Limits::DEFAULT
+    };
+    assert_eq!(wire, want);
 }
