@@ -31,6 +31,7 @@ pub use device::{Device, Reading};
 pub use engaged::Engaged;
 pub use environment::{Environment, SpringDamper};
 pub use error::ParameterError;
+pub use fracdiff::enumerated;
 pub use fracdiff::parameter::RangeError;
 pub use guard::{
     EnergyBounding, Guard, MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES, PassivityObserver,

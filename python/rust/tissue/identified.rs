@@ -41,9 +41,9 @@ impl Pressed {
     }
 
     fn specimen(&self) -> PyResult<Specimen> {
-        let kind = LoadingKind::ALL.iter().find(|one| one.1 == self.loading);
-        let Some(&(kind, _)) = kind else {
-            let known = LoadingKind::ALL.map(|one| one.1).join(", ");
+        let mut kinds = LoadingKind::ALL.into_iter();
+        let Some(kind) = kinds.find(|kind| kind.name() == self.loading) else {
+            let known = LoadingKind::ALL.map(LoadingKind::name).join(", ");
             return Err(refused(format_args!(
                 "loading \"{}\" is not one of {known}",
                 self.loading

@@ -31,8 +31,8 @@ use crate::document::parameters as p;
 use crate::document::parameters::{
     CONTACT, CONTROLLER, DEVICE, DRIVE_LOOP, LOOP, Parameter, SAMPLE_TIME, TISSUE, TRIAL_DURATION,
 };
+use crate::document::parameters::{CONTROLLER_IN_LOG, TISSUE_IN_LOG};
 use crate::document::reader::Table;
-use crate::document::{CONTROLLER_IN_LOG, TISSUE_IN_LOG};
 use crate::experiment::drive::{self, Drive, DriveDevice, SimulatedRig, TissueLaw};
 use crate::judge::against::Measured;
 use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece};
@@ -107,6 +107,10 @@ impl Experiment for Indentation {
         self.sample_time_s
     }
 
+    fn axes(&self) -> usize {
+        1
+    }
+
     fn metadata(&self) -> BTreeMap<String, String> {
         let kind = match self.load {
             RigDrive::Position(_) => "relax",
@@ -141,6 +145,10 @@ impl Experiment for Indentation {
         let ran = self.record(watched)?;
         let (report, curves) = self.report(&ran)?;
         Ok(Published::new(report, curves, ran))
+    }
+
+    fn check_start(&self) -> Result<(), Failure> {
+        Ok(())
     }
 
     /// The controller of a drive is looked at wherever it runs.

@@ -88,6 +88,15 @@ impl Named for WallContact {
             "The position, outside too: pushes before contact, but can be proved",
         ),
     ];
+
+    fn name(self) -> &'static str {
+        match self {
+            // No choice of this key: without `one_sided` a wall pulls too.
+            Self::Linear => "linear",
+            Self::OneSided => "depth",
+            Self::Signed => "signed",
+        }
+    }
 }
 
 /// The contact that a table asks for.

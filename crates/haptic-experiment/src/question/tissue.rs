@@ -210,7 +210,11 @@ impl RecordQuestion {
         let models = CANDIDATES.map(|kind| (kind, kind.name()));
         let moduli = SHIFTS_BY.map(|one| (one.0, one.1));
         let baselines = BASELINES.map(|one| (one.0, one.1));
-        let loading = named("loading", form.loading.as_ref(), &LoadingKind::ALL)?;
+        let loading = named(
+            "loading",
+            form.loading.as_ref(),
+            &LoadingKind::ALL.map(|kind| (kind, kind.name())),
+        )?;
         let one = |key: &str, text: &str, read| parts(key, text, read).map(|mut all| all.pop());
         let contact = match form.contact_point_m.as_str() {
             "" => None,

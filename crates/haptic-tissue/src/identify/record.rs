@@ -8,43 +8,25 @@ use crate::identify::keys::{
     SUBTRACT_START, THICKNESS,
 };
 use crate::indentation::{NOISE, begin_s, growing};
+use fracdiff::enumerated;
 use fracdiff::parameter::Shown;
 use haptic_loop::{DepthMap, LoadingKind, Specimen};
 
 /// A longer record is refused; every second sample carries nearly as much information.
 pub const SAMPLES_MOST: usize = 1_000_000;
 
-/// The four kinds of records.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RecordKind {
-    /// Time after a step of strain, and stress over strain.
-    Relaxation,
-    /// Time after a step of stress, and strain over stress.
-    Creep,
-    /// Angular frequency, storage and loss modulus.
-    Oscillation,
-    /// Time, any strain that begins at rest, and stress.
-    History,
-}
-
-impl RecordKind {
-    /// The kinds in the order of help and messages.
-    pub const ALL: [Self; 4] = [
-        Self::Relaxation,
-        Self::Creep,
-        Self::Oscillation,
-        Self::History,
-    ];
-
-    /// Its name on the command line and in JSON.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Relaxation => "relaxation",
-            Self::Creep => "creep",
-            Self::Oscillation => "oscillation",
-            Self::History => "record",
-        }
+enumerated! {
+    /// The four kinds of records.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum RecordKind {
+        /// Time after a step of strain, and stress over strain.
+        Relaxation "relaxation",
+        /// Time after a step of stress, and strain over stress.
+        Creep "creep",
+        /// Angular frequency, storage and loss modulus.
+        Oscillation "oscillation",
+        /// Time, any strain that begins at rest, and stress.
+        History "record",
     }
 }
 

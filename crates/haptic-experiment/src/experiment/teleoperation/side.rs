@@ -521,7 +521,7 @@ impl Side<'_> {
             indenter_position_m: reading.position_m[0].into(),
             position_m: reading.position_m[0].into(),
             contact_force_n: (0.0 - self.body.outside_n(time_s)).into(),
-            ..TickMessage::default()
+            ..TickMessage::unknown(1)
         }
     }
 
