@@ -181,8 +181,8 @@ fn digits(mantissa: &str) -> usize {
     mantissa.bytes().filter(u8::is_ascii_digit).count()
 }
 
-/// An enumeration whose `ALL` has every variant, in this order; with a text behind each variant also its `name`. A variant that a
-/// list of its own would lack compiles and is never offered.
+/// An enumeration whose `ALL` has every variant, in this order; with a text behind each variant also its `name`, and with another one
+/// for people `CHOICES`, which has both. A variant that a list of its own would lack compiles and is never offered.
 ///
 /// ```
 /// fracdiff::enumerated! {
@@ -230,6 +230,22 @@ macro_rules! enumerated {
                     $(Self::$variant => $text,)+
                 }
             }
+        }
+    };
+    ($(#[$meta:meta])* $vis:vis enum $name:ident {
+        $($(#[$about:meta])* $variant:ident $text:literal $words:literal,)+
+    }) => {
+        $crate::enumerated! {
+            $(#[$meta])*
+            $vis enum $name {
+                $($(#[$about])* $variant $text,)+
+            }
+        }
+
+        impl $name {
+            /// Each with its name and a few words for people.
+            $vis const CHOICES: [(Self, &'static str, &'static str); Self::ALL.len()] =
+                [$((Self::$variant, $text, $words)),+];
         }
     };
 }

@@ -327,26 +327,16 @@ impl ExportFormat {
     }
 }
 
-/// How much of a material a text has.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Card {
-    /// The series, for a material whose elasticity stands elsewhere.
-    #[default]
-    Series,
-    /// The elasticity too: a material that is ready.
-    Material,
-}
-
-impl Card {
-    /// Each with its name on the command line.
-    pub const ALL: [(Self, &'static str, &'static str); 2] = [
-        (Self::Series, "series", "the Prony series alone"),
-        (
-            Self::Material,
-            "material",
-            "a whole material, of ansys and abaqus",
-        ),
-    ];
+enumerated! {
+    /// How much of a material a text has.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum Card {
+        /// The series, for a material whose elasticity stands elsewhere.
+        #[default]
+        Series "series" "the Prony series alone",
+        /// The elasticity too: a material that is ready.
+        Material "material" "a whole material, of ansys and abaqus",
+    }
 }
 
 /// Ansys takes no Poisson's ratio of 0.5.

@@ -39,10 +39,10 @@ use crate::judge::preflight::WallContact;
 use crate::judge::settling::Criterion;
 use crate::question::design::{RequireName, WishName};
 use crate::question::measurement::MeasuredAxis;
-use crate::question::tissue::{BASELINES, SHIFTS_BY};
 use crate::{GuardChoice, Named, Precision};
 use crate::{experiment, question};
 use haptic_link::Architecture;
+use haptic_tissue::identify::{Baseline, ShiftBy};
 
 /// Tables that this sort of file may have, `controller`, `plant`, or `experiment`, with those of
 /// questions: heading and keys.
@@ -151,8 +151,8 @@ pub fn choices(parameter: &Parameter) -> Vec<(&'static str, &'static str)> {
     }
     match parameter.key {
         "axis" => names::<MeasuredAxis>(),
-        "baseline" => BASELINES.map(|one| (one.1, one.2)).to_vec(),
-        "shift_by" => SHIFTS_BY.map(|one| (one.1, one.2)).to_vec(),
+        "baseline" => Baseline::CHOICES.map(|one| (one.1, one.2)).to_vec(),
+        "shift_by" => ShiftBy::CHOICES.map(|one| (one.1, one.2)).to_vec(),
         "architecture" => names::<Architecture>(),
         "contact" if *parameter == WALL_CONTACT => names::<WallContact>(),
         "contact" => names::<Contact>(),

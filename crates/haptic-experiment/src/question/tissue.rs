@@ -23,19 +23,6 @@ const CONTACT_POINTS: Range = Range::Within(-1.0, 1.0);
 const TEMPERATURES: Range = Range::Within(-273.15, 10_000.0);
 const ZERO_CELSIUS: f64 = 273.15;
 
-/// Kinds of a baseline, with a few words for people.
-pub const BASELINES: [(Baseline, &str, &str); 2] = [
-    (Baseline::Constant, "constant", "an offset"),
-    (Baseline::Linear, "linear", "an offset and a drift"),
-];
-
-/// The moduli that can decide a shift, with a few words for people.
-pub const SHIFTS_BY: [(ShiftBy, &str, &str); 3] = [
-    (ShiftBy::Storage, "storage", "the storage modulus"),
-    (ShiftBy::Loss, "loss", "the loss modulus"),
-    (ShiftBy::Both, "both", "both alike"),
-];
-
 /// What the tables of records do not say, by the names of keys; numbers in SI units.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -208,8 +195,8 @@ impl RecordQuestion {
     pub fn of(form: &RecordForm) -> Result<Self, Failure> {
         let kinds = RecordKind::ALL.map(|kind| (kind, kind.name()));
         let models = CANDIDATES.map(|kind| (kind, kind.name()));
-        let moduli = SHIFTS_BY.map(|one| (one.0, one.1));
-        let baselines = BASELINES.map(|one| (one.0, one.1));
+        let moduli = ShiftBy::CHOICES.map(|one| (one.0, one.1));
+        let baselines = Baseline::CHOICES.map(|one| (one.0, one.1));
         let loading = named(
             "loading",
             form.loading.as_ref(),

@@ -20,23 +20,25 @@ enumerated! {
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum RecordKind {
         /// Time after a step of strain, and stress over strain.
-        Relaxation "relaxation",
+        Relaxation "relaxation" "stress after a step of strain",
         /// Time after a step of stress, and strain over stress.
-        Creep "creep",
+        Creep "creep" "strain after a step of stress",
         /// Angular frequency, storage and loss modulus.
-        Oscillation "oscillation",
+        Oscillation "oscillation" "storage and loss modulus over frequency",
         /// Time, any strain that begins at rest, and stress.
-        History "record",
+        History "record" "strain and stress of any motion from rest",
     }
 }
 
-/// A part of the force that is not the tissue's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Baseline {
-    /// f₀ alone, as a load cell shows that was not set to 0.
-    Constant,
-    /// f₀ and the drift f₁ of a load cell that warms up.
-    Linear,
+enumerated! {
+    /// A part of the force that is not the tissue's.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Baseline {
+        /// f₀ alone, as a load cell shows that was not set to 0.
+        Constant "constant" "an offset",
+        /// f₀ and the drift f₁ of a load cell that warms up.
+        Linear "linear" "an offset and a drift",
+    }
 }
 
 /// Where on the axis of its depth an indenter touches.

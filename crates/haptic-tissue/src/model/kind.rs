@@ -143,9 +143,6 @@ fracdiff::enumerated! {
     }
 }
 
-// A kind that is missing in the list is found by no name.
-const _: () = assert!(ModelKind::Prony as usize + 1 == ModelKind::ALL.len());
-
 /// The models that are fitted, those with few parameters first. A classical Poynting–Thomson model is a Zener model with other numbers.
 #[cfg(feature = "identify")]
 pub const CANDIDATES: [ModelKind; 10] = [
@@ -217,11 +214,17 @@ impl ModelKind {
     }
 
     /// Two elements that are joined so; `classical` if they are a dashpot and a spring.
-    pub(super) fn of_two(joint: Joint, classical: bool) -> Self {
-        let is = |kind: &Self| {
-            kind.joint() == Some(joint) && kind.parameters().contains(&ORDER) != classical
-        };
-        Self::ALL.into_iter().find(is).unwrap_or(Self::SpringPot)
+    pub(super) const fn of_two(joint: Joint, classical: bool) -> Self {
+        match (joint, classical) {
+            (Joint::KelvinVoigt, true) => Self::KelvinVoigt,
+            (Joint::KelvinVoigt, false) => Self::FractionalKelvinVoigt,
+            (Joint::Maxwell, true) => Self::Maxwell,
+            (Joint::Maxwell, false) => Self::FractionalMaxwell,
+            (Joint::Zener, true) => Self::Zener,
+            (Joint::Zener, false) => Self::FractionalZener,
+            (Joint::PoyntingThomson, true) => Self::PoyntingThomson,
+            (Joint::PoyntingThomson, false) => Self::FractionalPoyntingThomson,
+        }
     }
 
     /// The parameter of the value at a place.
