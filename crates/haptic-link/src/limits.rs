@@ -130,6 +130,8 @@ impl Limits {
 impl Limits {
     /// The number of a limit, and the field by which a device refuses it.
     #[must_use]
+    // As `Limit::set`.
+    #[inline(never)]
     pub const fn number(&mut self, limit: Limit) -> (&mut f32, Field) {
         match limit {
             Limit::Force => (&mut self.force_n, Field::ForceLimit),

@@ -24,8 +24,9 @@ fn rows(text: &str) -> Vec<Row> {
     let row = |line: &str| {
         let cells: Vec<&str> = line.split(',').collect();
         let number = |at: usize| cells[at].parse().ok();
-        let mut kinds = LoadingKind::ALL.into_iter();
-        let kind = kinds.find(|kind| kind.name() == cells[0]);
+        let kind = LoadingKind::ALL
+            .into_iter()
+            .find(|kind| kind.name() == cells[0]);
         let loading = Loading {
             area_m2: number(1),
             thickness_m: number(2),

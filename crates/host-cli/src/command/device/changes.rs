@@ -68,14 +68,13 @@ const KEYS: &[Key] = keys! {
     "push_n" in parameters::PUSH.range().or_0() => c.simulation.push_n, "Push of the hand on a simulated device";
 };
 
-/// Every limit that is one number, in the range in which a document asks for it. Where 0 is no limit, it may be 0.
+/// Every limit that is one number, in the range in which a document asks for it. Where a device takes 0, it may be 0.
 fn limits() -> impl Iterator<Item = Key> {
     Limit::ALL.into_iter().map(|limit| {
         let asked = Range::of(limit);
-        let range = if limit.is_off(0.0) {
-            asked.or_0()
-        } else {
-            asked
+        let range = match limit.least_for(0.0) <= 0.0 {
+            true => asked.or_0(),
+            false => asked,
         };
         let help = if limit == Limit::Speed {
             "Largest speed; 0 for any"
