@@ -478,11 +478,11 @@ mod tests {
             .filter(|limit| *limit != Limit::Braking)
         {
             same(Range::of(limit), limit.key(), &|limits, x| {
-                *limits.number(limit).0 = x
+                *limits.number(limit).0 = x;
             });
         }
         same(p::WORKSPACE_HIGH.range(), "workspace", &|limits, x| {
-            limits.workspace_high_m = x
+            limits.workspace_high_m = x;
         });
     }
 

@@ -291,7 +291,7 @@ impl Limit {
             Tighter::Less => value <= set,
             Tighter::More => value >= set,
             Tighter::LessUnlessOff => self.is_off(set) || (!self.is_off(value) && value <= set),
-            Tighter::Unordered => self.is_off(set) || value == set,
+            Tighter::Unordered => self.is_off(set) || (value - set).abs() <= 0.0,
         }
     }
 }
