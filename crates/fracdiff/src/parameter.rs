@@ -181,6 +181,75 @@ fn digits(mantissa: &str) -> usize {
     mantissa.bytes().filter(u8::is_ascii_digit).count()
 }
 
+/// An enumeration whose `ALL` has every variant, in this order; with a text behind each variant also its `name`, and with another one
+/// for people `CHOICES`, which has both. A variant that a list of its own would lack compiles and is never offered.
+///
+/// ```
+/// fracdiff::enumerated! {
+///     /// The side on which a force acts.
+///     #[derive(Debug, PartialEq)]
+///     pub enum Side {
+///         /// Towards lower positions.
+///         Low "low",
+///         /// Towards higher positions.
+///         High "high",
+///     }
+/// }
+/// assert_eq!(Side::ALL.map(|side| side.name()), ["low", "high"]);
+/// ```
+#[macro_export]
+macro_rules! enumerated {
+    ($(#[$meta:meta])* $vis:vis enum $name:ident {
+        $($(#[$about:meta])* $variant:ident $(= $code:literal)?,)+
+    }) => {
+        $(#[$meta])*
+        $vis enum $name {
+            $($(#[$about])* $variant $(= $code)?,)+
+        }
+
+        impl $name {
+            /// Every one, in the order in which they are declared.
+            $vis const ALL: [Self; [$(Self::$variant),+].len()] = [$(Self::$variant),+];
+        }
+    };
+    ($(#[$meta:meta])* $vis:vis enum $name:ident {
+        $($(#[$about:meta])* $variant:ident $text:literal,)+
+    }) => {
+        $crate::enumerated! {
+            $(#[$meta])*
+            $vis enum $name {
+                $($(#[$about])* $variant,)+
+            }
+        }
+
+        impl $name {
+            /// Its name in files, options and messages.
+            #[must_use]
+            $vis const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $text,)+
+                }
+            }
+        }
+    };
+    ($(#[$meta:meta])* $vis:vis enum $name:ident {
+        $($(#[$about:meta])* $variant:ident $text:literal $words:literal,)+
+    }) => {
+        $crate::enumerated! {
+            $(#[$meta])*
+            $vis enum $name {
+                $($(#[$about])* $variant $text,)+
+            }
+        }
+
+        impl $name {
+            /// Each with its name and a few words for people.
+            $vis const CHOICES: [(Self, &'static str, &'static str); Self::ALL.len()] =
+                [$((Self::$variant, $text, $words)),+];
+        }
+    };
+}
+
 #[cfg(test)]
 mod tests {
     extern crate std;

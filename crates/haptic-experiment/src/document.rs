@@ -60,13 +60,6 @@ struct Given {
 
 /// Group and name of the document in the log of its run.
 pub(crate) const IN_LOG: (&str, &str) = ("experiment", "document");
-/// Files that a document names, as a log of its run has them.
-pub(crate) const TISSUE_IN_LOG: &str = "tissue_file";
-pub(crate) const CONTROLLER_IN_LOG: &str = "drive.file";
-pub(crate) const DEVICE_IN_LOG: &str = "device_model.file";
-/// As `DEVICE_IN_LOG`, for the device of a drive.
-pub(crate) const DRIVE_DEVICE_IN_LOG: &str = "drive_device_model.file";
-
 impl Document {
     /// A document without a file: a table of this name, to which values are given.
     #[must_use]

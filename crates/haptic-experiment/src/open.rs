@@ -19,13 +19,9 @@ mod tests;
 
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
-use crate::document::parameters::{CONTROLLER, DEVICE, DRIVE_DEVICE_MODEL, FORCE_UNSTABLE, TISSUE};
-use crate::document::parameters::{Parameter, Value};
+use crate::document::parameters::{CONTROLLER, DEVICE, FILES, FORCE_UNSTABLE, Parameter, Value};
 use crate::document::reader::Table;
-use crate::document::{
-    CONTROLLER_IN_LOG, DEVICE_IN_LOG, DRIVE_DEVICE_IN_LOG, Document, IN_LOG, TISSUE_IN_LOG, choice,
-    line,
-};
+use crate::document::{Document, IN_LOG, choice, line};
 use crate::experiment;
 use crate::experiment::indentation::Indentation;
 use crate::experiment::kind::{Beside, Experiment, Watched};
@@ -313,21 +309,14 @@ impl Document {
         let then = read(self).ok().filter(|_| !self.logged.is_empty())?;
         // Of files that cannot be read any more there is nothing.
         let today = read(&today).unwrap_or_default();
-        let changed = |(_, entry): &(&str, &str)| then.get(*entry) != today.get(*entry);
-        let (key, _) = FILES_IN_LOG.into_iter().find(changed)?;
+        let mut files = FILES.into_iter();
+        let (key, _) = files
+            .find(|(_, entry)| entry.is_some_and(|entry| then.get(entry) != today.get(entry)))?;
         Some(format!(
             "the file of {key} has changed since the log was made: the run takes it from the log; give {key} for today's"
         ))
     }
 }
-
-/// Files that a document names: the key, and where a log has the text.
-const FILES_IN_LOG: [(&str, &str); 4] = [
-    (TISSUE.key, TISSUE_IN_LOG),
-    (CONTROLLER.key, CONTROLLER_IN_LOG),
-    (DEVICE_MODEL.key, DEVICE_IN_LOG),
-    (DRIVE_DEVICE_MODEL.key, DRIVE_DEVICE_IN_LOG),
-];
 
 /// The table above the values of its device file, if its kind takes one.
 fn above_device<'a>(name: &str, table: Table<'a>) -> Result<Table<'a>, FileError> {

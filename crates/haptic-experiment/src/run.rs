@@ -61,7 +61,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::SystemTime;
 use tick::{KeptSample, TickRecord};
-pub use tick::{by_device, by_loop, unknown};
+pub use tick::{by_device, by_loop};
 
 /// Watcher of a run: may stop it, hears how far it is, and sees the samples.
 #[derive(Clone, Copy)]

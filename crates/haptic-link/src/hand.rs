@@ -2,6 +2,7 @@
 //! to a datagram. The connection is 0 in a hello and then the numbers of both, xored.
 
 use crate::report::MessageKey;
+use haptic_loop::enumerated;
 use postcard_schema::Schema;
 use postcard_schema::key::Key;
 use serde::{Deserialize, Serialize};
@@ -52,43 +53,29 @@ impl core::fmt::Display for HandSide {
     }
 }
 
-/// Coupling of the two sides.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
-pub enum Architecture {
-    /// Each side is pulled to the place of the other by a fractional coupler.
-    PositionPosition,
-    /// The slave is pulled to the place of the master, which feels the force of that coupler.
-    PositionForce,
-    /// Waves (b·v + F)/√(2b): passive at any delay.
-    Wave,
-    /// Position–position, whose force gives back no more energy than has come from the other side: passive at any delay.
-    TimeDomain,
+enumerated! {
+    /// How the two sides are coupled.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+    pub enum Architecture {
+        /// Each side is pulled to the place of the other by a fractional coupler.
+        PositionPosition "position-position",
+        /// The slave is pulled to the place of the master, which feels the force of that coupler.
+        PositionForce "position-force",
+        /// Waves (b·v + F)/√(2b): passive at any delay.
+        Wave "wave",
+        /// Position–position, whose force gives back no more energy than has come from the other side: passive at any delay.
+        TimeDomain "time-domain",
+    }
 }
 
 impl Architecture {
-    /// Every architecture, in the order of the options.
-    pub const ALL: [Self; 4] = [
-        Self::PositionPosition,
-        Self::PositionForce,
-        Self::Wave,
-        Self::TimeDomain,
-    ];
-
-    /// Its name in files and options.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::PositionPosition => "position-position",
-            Self::PositionForce => "position-force",
-            Self::Wave => "wave",
-            Self::TimeDomain => "time-domain",
-        }
-    }
-
     /// True if the line between the two sides gives no energy, whatever its delay.
     #[must_use]
     pub const fn is_passive(self) -> bool {
-        matches!(self, Self::Wave | Self::TimeDomain)
+        match self {
+            Self::PositionPosition | Self::PositionForce => false,
+            Self::Wave | Self::TimeDomain => true,
+        }
     }
 }
 

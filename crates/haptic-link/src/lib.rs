@@ -36,7 +36,7 @@ pub use frame::{
 pub use hand::{Architecture, HandHello, HandMessage, HandSample, HandSide, HandState};
 pub use image::{IMAGE_MARK, image_digest};
 pub use keys::{REPORT_KEYS, REQUEST_KEYS};
-pub use limits::{Field, Guard, GuardKind, Limit, Limits, LoopMode, Tighter};
+pub use limits::{Field, Guard, GuardKind, Limits, LoopMode};
 pub use report::{
     Ack, Alive, Capabilities, Event, EventKind, FaultReport, Hello, KEYS_MAX, Keys, MessageKey,
     Outcome, Reason, Refusal, Report, State, Statistics, Status, Trouble,

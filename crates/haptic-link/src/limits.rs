@@ -1,6 +1,7 @@
 //! Limits of a device and its passivity guard: their names, ranges and defaults, and what is tighter.
 
 use crate::in_order::{Blank, Fixed, blank, in_order};
+use haptic_loop::{Limit, SpeedLimit};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -72,14 +73,19 @@ impl Limits {
     /// 10 N, 1000 N/s, 500 ms of silence, 20 late ticks, a start with at most 1 N that rises in 0.5
     /// s, 1.5 m/s, a jump of 1 mm, 3 N in 0.1 s on a sensor that stands still. Workspace, braking
     /// and guard are off, because they depend on the device.
-    pub const DEFAULT: Self = Self {
-        start_force_n: 1.0,
-        rise_time_s: 0.5,
-        speed_soft_m_per_s: 1.0,
-        speed_hard_m_per_s: 1.5,
-        stuck_force_n: 3.0,
-        jump_m: 1e-3,
-        ..Self::bare(10.0, 1000.0)
+    pub const DEFAULT: Self = {
+        let mut limits = Self::bare(0.0, 0.0);
+        let mut row = 0;
+        while row < Limit::ALL.len() {
+            let (number, _) = limits.number(Limit::ALL[row]);
+            *number = Limit::ALL[row].default_number() as f32;
+            row += 1;
+        }
+        Self {
+            speed_soft_m_per_s: SpeedLimit::SOFT.0 as f32,
+            braking_n_s_per_m: 0.0,
+            ..limits
+        }
     };
 
     /// Force and its rate, 500 ms of silence, 20 late ticks, 0.1 s to stop; everything else off.
@@ -98,14 +104,14 @@ impl Limits {
             workspace_soft_m: 0.0,
             speed_soft_m_per_s: 0.0,
             speed_hard_m_per_s: 0.0,
-            velocity_bandwidth_hz: 50.0,
+            velocity_bandwidth_hz: Limit::VelocityBandwidth.default_number() as f32,
             braking_n_s_per_m: 0.0,
-            stop_time_s: 0.1,
-            brake_force_n: 2.0,
+            stop_time_s: Limit::StopTime.default_number() as f32,
+            brake_force_n: Limit::BrakeForce.default_number() as f32,
             device_mass_kg: 0.0,
             device_delay_ticks: 1,
             stuck_force_n: 0.0,
-            stuck_time_s: 0.1,
+            stuck_time_s: Limit::StuckTime.default_number() as f32,
             jump_m: 0.0,
             guard: Guard::OFF,
         }
@@ -117,96 +123,32 @@ impl Limits {
     pub const WATCHDOG_MAX_MS: u16 = 1000;
     /// Furthest end of a workspace from zero, m.
     pub const PLACE_MOST_M: f32 = 100.0;
-    /// Least and most of [`stuck_time_s`](Self::stuck_time_s), s.
-    pub const STUCK_TIME_S: [f64; 2] = [1e-3, 10.0];
     /// Largest [`max_age_ticks`](Self::max_age_ticks).
     pub const MAX_AGE_TICKS: u16 = 1000;
 }
 
-/// Direction in which a limit is tighter. NaN means no limit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Tighter {
-    /// The smaller of two values is the tighter one.
-    Less,
-    /// The larger of two values is the tighter one.
-    More,
-    /// The smaller one, but 0 is no limit at all.
-    LessUnlessOff,
-}
-
-/// A number of [`Limits`] that is a limit independent of the others: one row of [`Limits::TABLE`].
-#[derive(Clone, Copy, Debug)]
-pub struct Limit {
-    /// Its name on the wire; its key is [`Field::key`].
-    pub field: Field,
-    /// Finds the number in the limits.
-    pub of: fn(&mut Limits) -> &mut f32,
-    /// Least value; 0 is allowed too where it means no limit.
-    pub least: f32,
-    /// Largest value; a board may allow less.
-    pub most: f32,
-    /// Direction in which this limit is stricter.
-    pub tighter: Tighter,
-}
-
-impl Limit {
-    /// The least value allowed: 0 where a `value` of 0 means no limit, else `least`.
-    #[must_use]
-    pub const fn least_for(&self, value: f32) -> f32 {
-        if value <= 0.0 && matches!(self.tighter, Tighter::LessUnlessOff) {
-            0.0
-        } else {
-            self.least
-        }
-    }
-
-    /// True if `value` is at least as tight as what is set.
-    #[must_use]
-    pub const fn is_tight(&self, value: f32, set: f32) -> bool {
-        match self.tighter {
-            Tighter::Less => value <= set,
-            Tighter::More => value >= set,
-            Tighter::LessUnlessOff => set <= 0.0 || (value > 0.0 && value <= set),
-        }
-    }
-}
-
-macro_rules! table {
-    ($($field:ident $number:ident [$least:expr, $most:expr] $tighter:ident;)*) => {
-        /// Once in memory, whoever reads it.
-        static TABLE: [Limit; 11] = [$(Limit {
-            field: Field::$field,
-            of: |limits| &mut limits.$number,
-            least: $least as f32,
-            most: $most as f32,
-            tighter: Tighter::$tighter,
-        }),*];
-
-        impl Limits {
-            /// Least and most of each row of [`TABLE`](Self::TABLE) as they are written, for whoever asks a person.
-            pub const RANGES: [[f64; 2]; 11] = [$([$least as f64, $most as f64]),*];
-        }
-    };
-}
-
-table! {
-    ForceLimit force_n [f32::MIN_POSITIVE, 1e6] Less;
-    ForceRateLimit force_rate_n_per_s [f32::MIN_POSITIVE, 1e10] Less;
-    StartForce start_force_n [0.0, 1e6] LessUnlessOff;
-    RiseTime rise_time_s [0.0, 60.0] More;
-    SpeedHard speed_hard_m_per_s [1e-6, 100.0] LessUnlessOff;
-    VelocityBandwidth velocity_bandwidth_hz [0.1, 1e4] More;
-    StopTime stop_time_s [1e-3, 1.0] Less;
-    BrakeForce brake_force_n [0.0, 10.0] Less;
-    DeviceMass device_mass_kg [1e-6, 100.0] LessUnlessOff;
-    StuckForce stuck_force_n [0.0, 1e4] LessUnlessOff;
-    Jump jump_m [1e-6, 1.0] LessUnlessOff;
-}
-
 impl Limits {
-    /// The limits that do not depend on one another. Workspace, speed zone, braking, stuck time and
-    /// guard do: see [`tightened`](Self::tightened).
-    pub const TABLE: &'static [Limit; 11] = &TABLE;
+    /// The number of a limit, and the field by which a device refuses it.
+    #[must_use]
+    // As `Limit::set`.
+    #[inline(never)]
+    pub const fn number(&mut self, limit: Limit) -> (&mut f32, Field) {
+        match limit {
+            Limit::Force => (&mut self.force_n, Field::ForceLimit),
+            Limit::ForceRate => (&mut self.force_rate_n_per_s, Field::ForceRateLimit),
+            Limit::StartForce => (&mut self.start_force_n, Field::StartForce),
+            Limit::Speed => (&mut self.speed_hard_m_per_s, Field::SpeedHard),
+            Limit::RiseTime => (&mut self.rise_time_s, Field::RiseTime),
+            Limit::VelocityBandwidth => (&mut self.velocity_bandwidth_hz, Field::VelocityBandwidth),
+            Limit::Braking => (&mut self.braking_n_s_per_m, Field::Braking),
+            Limit::StopTime => (&mut self.stop_time_s, Field::StopTime),
+            Limit::BrakeForce => (&mut self.brake_force_n, Field::BrakeForce),
+            Limit::StuckForce => (&mut self.stuck_force_n, Field::StuckForce),
+            Limit::StuckTime => (&mut self.stuck_time_s, Field::StuckTime),
+            Limit::Jump => (&mut self.jump_m, Field::Jump),
+            Limit::DeviceMass => (&mut self.device_mass_kg, Field::DeviceMass),
+        }
+    }
 
     /// These limits, each replaced by that of `set` where that is tighter; also the first one that
     /// was looser.
@@ -221,15 +163,12 @@ impl Limits {
     pub fn tightened(&self, set: &Self) -> (Self, Option<Field>) {
         let mut looser = None;
         let (mut tight, mut of_set) = (*self, *set);
-        for limit in Self::TABLE {
-            let (value, set) = ((limit.of)(&mut tight), *(limit.of)(&mut of_set));
-            let is_tight = limit.is_tight(*value, set);
-            keep(value, set, is_tight, limit.field, &mut looser);
-        }
-        if set.stuck_force_n > 0.0 {
-            let is_tight = self.stuck_time_s <= set.stuck_time_s;
-            let (time, set) = (&mut tight.stuck_time_s, set.stuck_time_s);
-            keep(time, set, is_tight, Field::StuckTime, &mut looser);
+        for limit in Limit::ALL {
+            let ((value, field), set_to) = (tight.number(limit), *of_set.number(limit).0);
+            let no_effect =
+                limit == Limit::StuckTime && Limit::StuckForce.is_off(set.stuck_force_n);
+            let is_tight = no_effect || limit.is_tight(*value, set_to);
+            keep(value, set_to, is_tight, field, &mut looser);
         }
         if set.device_mass_kg > 0.0 && self.device_delay_ticks < set.device_delay_ticks {
             looser.get_or_insert(Field::DeviceMass);
@@ -259,9 +198,6 @@ impl Limits {
 
     fn tighten_braking(&self, set: &Self, tight: &mut Self, looser: &mut Option<Field>) {
         if set.braking_n_s_per_m > 0.0 {
-            let same = (self.braking_n_s_per_m - set.braking_n_s_per_m).abs() <= 0.0;
-            let braking = &mut tight.braking_n_s_per_m;
-            keep(braking, set.braking_n_s_per_m, same, Field::Braking, looser);
             let half = 0.5 * (tight.workspace_high_m - tight.workspace_low_m);
             let least = set.workspace_soft_m.min(half);
             let (zone, wide) = (&mut tight.workspace_soft_m, self.workspace_soft_m >= least);
@@ -370,24 +306,13 @@ pub enum GuardKind {
     EnergyBounding,
 }
 
-/// Names of what can be refused, each with its words and, of a limit, its key.
+/// Names of what can be refused, each with its words.
 macro_rules! fields {
-    ($($name:ident = $words:literal $(, $key:literal)?;)+) => {
+    ($($name:ident = $words:literal;)+) => {
         /// The fields that a device can refuse, numbered as on the wire.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
         pub enum Field {
             $(#[doc = $words] $name,)+
-        }
-
-        impl Field {
-            /// The key of a limit in files, options and reports; empty for a field that is not a
-            /// limit.
-            #[must_use]
-            pub const fn key(self) -> &'static str {
-                match self {
-                    $(Self::$name => concat!("" $(, $key)?),)+
-                }
-            }
         }
 
         impl core::fmt::Display for Field {
@@ -410,8 +335,8 @@ fields! {
     CoefficientCount = "number of coefficients";
     Coefficient = "coefficient";
     Offset = "offset of coefficients";
-    ForceLimit = "force limit (N)", "force_limit_n";
-    ForceRateLimit = "force rate limit (N/s)", "force_rate_limit_n_per_s";
+    ForceLimit = "force limit (N)";
+    ForceRateLimit = "force rate limit (N/s)";
     Watchdog = "watchdog time (ms)";
     SimulationKind = "simulation";
     Mass = "mass (kg)";
@@ -423,21 +348,21 @@ fields! {
     BatchLength = "samples in a frame";
     Every = "ticks from sample to sample";
     FlightIndex = "index of a flight-recorder sample";
-    StartForce = "start force (N)", "start_force_n";
-    RiseTime = "rise time (s)", "rise_time_s";
+    StartForce = "start force (N)";
+    RiseTime = "rise time (s)";
     WorkspaceLow = "low end of the workspace (m)";
     WorkspaceHigh = "high end of the workspace (m)";
-    WorkspaceSoft = "workspace soft zone (m)", "workspace_soft_m";
-    SpeedSoft = "soft speed limit (m/s)", "speed_soft_m_per_s";
-    SpeedHard = "speed limit (m/s)", "speed_limit_m_per_s";
-    VelocityBandwidth = "velocity bandwidth (Hz)", "velocity_bandwidth_hz";
-    Braking = "braking (N·s/m)", "braking_n_s_per_m";
-    StopTime = "stop time (s)", "stop_time_s";
-    BrakeForce = "brake force (N)", "brake_force_n";
-    DeviceMass = "mass of the device (kg)", "device_mass_kg";
-    StuckForce = "stuck force (N)", "stuck_force_n";
-    StuckTime = "stuck time (s)", "stuck_time_s";
-    Jump = "jump (m)", "jump_m";
+    WorkspaceSoft = "workspace soft zone (m)";
+    SpeedSoft = "soft speed limit (m/s)";
+    SpeedHard = "speed limit (m/s)";
+    VelocityBandwidth = "velocity bandwidth (Hz)";
+    Braking = "braking (N·s/m)";
+    StopTime = "stop time (s)";
+    BrakeForce = "brake force (N)";
+    DeviceMass = "mass of the device (kg)";
+    StuckForce = "stuck force (N)";
+    StuckTime = "stuck time (s)";
+    Jump = "jump (m)";
     GuardDamping = "damping of the guard (N·s/m)";
     GuardShare = "share of the damping that the guard uses";
     GuardForget = "time in which the guard forgets (s)";

@@ -5,6 +5,7 @@ use crate::configuration::{CoefficientBlock, Configuration};
 use crate::controller::ControllerCost;
 use crate::limits::Field;
 use crate::sample::{Batch, Flight, Sample};
+use haptic_loop::enumerated;
 use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -208,37 +209,26 @@ pub struct Reason {
     pub told_us: u32,
 }
 
-/// Trouble with the calls of a program that is a device.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
-pub enum Trouble {
-    /// No trouble, or a device without such a program.
-    #[default]
-    Nothing,
-    /// A position that is NaN, infinite, or beyond single precision.
-    Position,
-    /// A time that is not later than that of the call before.
-    Time,
-    /// No position was given, or no room for the force.
-    Missing,
-    /// The library itself failed, which is a defect of it: it does not tick again.
-    Library,
-    /// Calls are further apart than was declared.
-    Slow,
-    /// The time that is given passes much more slowly than that of the machine: it is in another unit.
-    Unit,
-}
-
-impl Trouble {
-    /// All of them, by number.
-    pub const ALL: [Self; 7] = [
-        Self::Nothing,
-        Self::Position,
-        Self::Time,
-        Self::Missing,
-        Self::Library,
-        Self::Slow,
-        Self::Unit,
-    ];
+enumerated! {
+    /// Trouble with the calls of a program that is a device.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+    pub enum Trouble {
+        /// No trouble, or a device without such a program.
+        #[default]
+        Nothing,
+        /// A position that is NaN, infinite, or beyond single precision.
+        Position,
+        /// A time that is not later than that of the call before.
+        Time,
+        /// No position was given, or no room for the force.
+        Missing,
+        /// The library itself failed, which is a defect of it: it does not tick again.
+        Library,
+        /// Calls are further apart than was declared.
+        Slow,
+        /// The time that is given passes much more slowly than that of the machine: it is in another unit.
+        Unit,
+    }
 }
 
 impl Reason {

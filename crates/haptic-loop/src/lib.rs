@@ -31,6 +31,7 @@ pub use device::{Device, Reading};
 pub use engaged::Engaged;
 pub use environment::{Environment, SpringDamper};
 pub use error::ParameterError;
+pub use fracdiff::enumerated;
 pub use fracdiff::parameter::RangeError;
 pub use guard::{
     EnergyBounding, Guard, MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES, PassivityObserver,
@@ -38,7 +39,7 @@ pub use guard::{
 pub use loading::{DepthMap, INCOMPRESSIBLE, Loading, LoadingKind, Modulus, Specimen};
 pub use safety::{
     Fault, Limit, Limiters, Limits, SafeForce, SafetyChain, SafetyState, SpeedLimit, StartRefused,
-    Stuck, Workspace,
+    Stuck, Tighter, Workspace,
 };
 pub use surface::{Ball, Plane, Shape, ShapeKind, ShapeNumbers, Surface};
 pub use tissue::Tissue;

@@ -27,63 +27,40 @@
 use crate::error::{Checks, ParameterError};
 use crate::units::{Metres, SquareMetres};
 use core::f64::consts::PI;
-use fracdiff::Real;
 use fracdiff::parameter::{positive, range};
+use fracdiff::{Real, enumerated};
 
-/// Kind of modulus that a number in Pa states.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Modulus {
-    /// G.
-    Shear,
-    /// E = 2(1+ν)·G.
-    Young,
-}
-
-impl Modulus {
-    /// Both moduli, with their names in files.
-    pub const ALL: [(Self, &'static str); 2] = [(Self::Shear, "shear"), (Self::Young, "young")];
-
-    /// Its name in files and messages.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        Self::ALL[self as usize].1
+enumerated! {
+    /// Which modulus a number in Pa states.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Modulus {
+        /// G.
+        Shear "shear",
+        /// E = 2(1+ν)·G.
+        Young "young",
     }
 }
 
-/// The kinds of [`Loading`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LoadingKind {
-    /// Simple shear of a slab.
-    Shear,
-    /// Tension of a slab between two plates.
-    Tension,
-    /// Compression of a slab between two plates.
-    Compression,
-    /// Indentation by a flat round punch.
-    Punch,
-    /// Indentation by a sphere, of a deep body or a layer.
-    Sphere,
-    /// Indentation of a deep body by a cone.
-    Cone,
+enumerated! {
+    /// The kinds of [`Loading`].
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum LoadingKind {
+        /// Simple shear of a slab.
+        Shear "shear",
+        /// Tension of a slab between two plates.
+        Tension "tension",
+        /// Compression of a slab between two plates.
+        Compression "compression",
+        /// Indentation by a flat round punch.
+        Punch "punch",
+        /// Indentation by a sphere, of a deep body or a layer.
+        Sphere "sphere",
+        /// Indentation of a deep body by a cone.
+        Cone "cone",
+    }
 }
 
 impl LoadingKind {
-    /// All kinds, with their names in files.
-    pub const ALL: [(Self, &'static str); 6] = [
-        (Self::Shear, "shear"),
-        (Self::Tension, "tension"),
-        (Self::Compression, "compression"),
-        (Self::Punch, "punch"),
-        (Self::Sphere, "sphere"),
-        (Self::Cone, "cone"),
-    ];
-
-    /// The word for it in files and messages.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        Self::ALL[self as usize].1
-    }
-
     /// The modulus in which such a measurement is reported, unless stated otherwise: G for shear,
     /// else E.
     #[must_use]
@@ -111,7 +88,10 @@ impl LoadingKind {
     /// True for a slab, which has an area and a thickness; false for an indenter on a deep body.
     #[must_use]
     pub const fn is_slab(self) -> bool {
-        matches!(self, Self::Shear | Self::Tension | Self::Compression)
+        match self {
+            Self::Shear | Self::Tension | Self::Compression => true,
+            Self::Punch | Self::Sphere | Self::Cone => false,
+        }
     }
 }
 

@@ -15,7 +15,7 @@ mod wall;
 pub use feel::DeviceNumbers;
 pub use server::{PageServer, ServerOptions};
 
-use haptic_experiment::Named;
+use haptic_experiment::named;
 use haptic_quantity::short;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -87,13 +87,7 @@ pub enum OnClose {
     Continue,
 }
 
-impl Named for OnClose {
-    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
-        (Self::Stop, "stop", "The force falls to zero and it ends"),
-        (
-            Self::Continue,
-            "continue",
-            "It goes on; the next page that takes the controls has it",
-        ),
-    ];
+named! { OnClose:
+    Stop = "stop", "The force falls to zero and it ends";
+    Continue = "continue", "It goes on; the next page that takes the controls has it";
 }

@@ -4,7 +4,7 @@ use haptic_link::{Capabilities, Field, GuardKind, Refusal};
 use haptic_loop::units::{
     Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond, Seconds,
 };
-use haptic_loop::{EnergyBounding, Guard, Limits, PassivityObserver, Stuck, Workspace};
+use haptic_loop::{EnergyBounding, Guard, Limit, Limits, PassivityObserver, Workspace};
 use haptic_loop::{MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES};
 
 /// Narrowest zone of braking, m or m/s: a share of a narrower one would have no digits.
@@ -40,18 +40,6 @@ impl Fields {
     }
 }
 
-const ROWS: usize = haptic_link::Limits::TABLE.len();
-/// Sets the limit of the chain for each row of the wire: the one with its key.
-static SET: [fn(&mut Limits, Option<f64>); ROWS] = {
-    let mut set = [Limits::SET[0]; ROWS];
-    let mut row = 0;
-    while row < ROWS {
-        set[row] = Limits::SET[Limits::row(haptic_link::Limits::TABLE[row].field.key())];
-        row += 1;
-    }
-    set
-};
-
 /// The limits of the chain of a device, each within the range that its field states, or refused.
 pub(super) fn chain_limits(
     limits: &haptic_link::Limits,
@@ -61,22 +49,22 @@ pub(super) fn chain_limits(
 ) -> Limits {
     let mut numbers = *limits;
     let mut chain = Limits::bare(Newtons(0.0), NewtonsPerSecond(0.0));
-    for (limit, set) in haptic_link::Limits::TABLE.iter().zip(&SET) {
-        let value = *(limit.of)(&mut numbers);
-        let most = if limit.field == Field::ForceLimit {
+    for limit in Limit::ALL {
+        let (value, field) = numbers.number(limit);
+        let value = *value;
+        // Braking within what the mass bears, as soon as that is known.
+        if limit == Limit::Braking {
+            continue;
+        }
+        let most = if limit == Limit::Force {
             capabilities.force_max_n
-        } else if limit.field == Field::ForceRateLimit {
+        } else if limit == Limit::ForceRate {
             capabilities.force_rate_max_n_per_s
         } else {
-            limit.most
+            limit.range()[1] as f32
         };
-        fields.within(limit.field, value, limit.least_for(value), most);
-        set(&mut chain, (value > 0.0).then_some(f64::from(value)));
-    }
-    let [least, most] = haptic_link::Limits::STUCK_TIME_S.map(|time| time as f32);
-    let time = fields.within(Field::StuckTime, limits.stuck_time_s, least, most);
-    if let Some(stuck) = &mut chain.stuck {
-        stuck.time = Seconds(f64::from(time));
+        fields.within(field, value, limit.least_for(value), most);
+        limit.set(&mut chain, (value > 0.0).then_some(f64::from(value)));
     }
     let several = cfg!(feature = "several-axes") && capabilities.axes > 1;
     chain.norm = several.then_some(chain.force);
@@ -209,18 +197,17 @@ pub fn wire_limits(limits: &Limits, sample_time: Seconds) -> haptic_link::Limits
         workspace_high_m: high as f32,
         workspace_soft_m: soft as f32,
         speed_soft_m_per_s: limits.speed.map_or(0.0, |speed| speed.soft.0 as f32),
-        braking_n_s_per_m: limits.braking.map_or(0.0, |braking| braking.0 as f32),
         // More than the wire can say is more than anybody waits for.
         device_delay_ticks: u8::try_from(limits.device_delay_samples).unwrap_or(u8::MAX),
-        stuck_time_s: limits.stuck.unwrap_or(Stuck::DEFAULT).time.0 as f32,
         guard: guard.map_or(haptic_link::Guard::OFF, |guard| {
             wire_guard(guard, sample_time)
         }),
         ..haptic_link::Limits::bare(0.0, 0.0)
     };
-    for limit in haptic_link::Limits::TABLE {
-        let row = &Limits::TABLE[Limits::row(limit.field.key())];
-        *(limit.of)(&mut wire) = (row.get)(limits).unwrap_or(0.0) as f32;
+    for limit in Limit::ALL {
+        if let Some(number) = limit.get(limits) {
+            *wire.number(limit).0 = number as f32;
+        }
     }
     wire.force_n = limits.force.0.min(norm) as f32;
     wire

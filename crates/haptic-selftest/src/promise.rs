@@ -1,5 +1,6 @@
 //! Input and output of a self-test: settings, notices to the person beside the device, promises, rows.
 
+use fracdiff::enumerated;
 use fracdiff::parameter::Shown;
 use haptic_experiment::parameters::FORCE_LIMIT;
 use haptic_experiment::{Failure, Named};
@@ -64,6 +65,15 @@ impl Named for EmergencyStop {
         (Self::Pressed, "pressed", "Somebody presses it when told to"),
         (Self::Absent, "none", "The device has none"),
     ];
+
+    fn name(self) -> &'static str {
+        match self {
+            // Nobody chooses this one.
+            Self::AsTheDevice => "",
+            Self::Pressed => "pressed",
+            Self::Absent => "none",
+        }
+    }
 }
 
 /// Notice for the person beside the device.
@@ -99,58 +109,35 @@ impl fmt::Debug for Attendant<'_> {
 /// Names of the axes.
 pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// A promise of the device.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Promise {
-    /// No force and no start before it is armed.
-    Arm,
-    /// Limits of force and rate hold, and a run cannot loosen them.
-    ForceLimit,
-    /// A stop takes the force to zero.
-    Stop,
-    /// It moves with its force.
-    Direction,
-    /// A force that is no number is a fault.
-    FiniteCheck,
-    /// A silent host is a fault.
-    Watchdog,
-    /// The samples around a fault can be read afterwards.
-    FlightRecorder,
-    /// A new connection finds the device without force, and as it was set.
-    Reconnect,
-    /// The emergency stop is a fault until it is closed.
-    EmergencyStop,
-}
-
-impl Promise {
-    /// Every one, in the order in which they are tried.
-    pub const ALL: [Self; 9] = [
-        Self::Arm,
-        Self::ForceLimit,
-        Self::Stop,
-        Self::Direction,
-        Self::FiniteCheck,
-        Self::Watchdog,
-        Self::FlightRecorder,
-        Self::Reconnect,
-        Self::EmergencyStop,
-    ];
+enumerated! {
+    /// A promise of the device.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Promise {
+        /// No force and no start before it is armed.
+        Arm "arm",
+        /// Limits of force and rate hold, and a run cannot loosen them.
+        ForceLimit "force limit",
+        /// A stop takes the force to zero.
+        Stop "stop",
+        /// It moves with its force.
+        Direction "direction",
+        /// A force that is no number is a fault.
+        FiniteCheck "finite check",
+        /// A silent host is a fault.
+        Watchdog "watchdog",
+        /// The samples around a fault can be read afterwards.
+        FlightRecorder "flight recorder",
+        /// A new connection finds the device without force, and as it was set.
+        Reconnect "reconnect",
+        /// The emergency stop is a fault until it is closed.
+        EmergencyStop "emergency stop",
+    }
 }
 
 impl fmt::Display for Promise {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Arm => "arm",
-            Self::ForceLimit => "force limit",
-            Self::Stop => "stop",
-            Self::Direction => "direction",
-            Self::FiniteCheck => "finite check",
-            Self::Watchdog => "watchdog",
-            Self::FlightRecorder => "flight recorder",
-            Self::Reconnect => "reconnect",
-            Self::EmergencyStop => "emergency stop",
-        })
+        f.write_str(self.name())
     }
 }
 

@@ -6,6 +6,7 @@
 use crate::material::MeasuredLoading;
 use crate::model::{Form, MaxwellBranch, Model, ModelError, ModelKind};
 use crate::sampled::{Branch, Part};
+use fracdiff::enumerated;
 use fracdiff::full_memory::non_negative_least_squares;
 use fracdiff::parameter::Shown;
 use haptic_loop::Modulus;
@@ -297,26 +298,25 @@ impl Band {
 /// FEBio's material `viscoelastic` has parameters up to `g6`, `t6`.
 const FEBIO_TERMS: usize = 6;
 
-/// The programs whose conventions are known.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ExportFormat {
-    /// A table in SI units: modulus and relaxation time of each branch, the spring as branch 0.
-    Table,
-    /// ANSYS Mechanical APDL, `TB,PRONY,,,N,SHEAR` and the same of `BULK`, for Poisson's ratio is constant: relative moduli
-    /// `α_i = E_i/G(0)` and `τ_i`; the elastic modulus is the instantaneous one. A spring has no card.
-    Ansys,
-    /// Abaqus, `*VISCOELASTIC, TIME=PRONY`: `g_i = k_i = E_i/G(0)`, for Poisson's ratio is constant, `τ_i`, with
-    /// `MODULI=INSTANTANEOUS`. A spring has no card.
-    Abaqus,
-    /// FEBio, material `viscoelastic`: `g0 = 1`, `g_i = E_i/E`, `t_i`, up to six; the elastic material inside has the long-term
-    /// modulus E. Source: `FEViscoElasticMaterial.cpp` of FEBio.
-    Febio,
+enumerated! {
+    /// The programs whose conventions are known.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum ExportFormat {
+        /// A table in SI units: modulus and relaxation time of each branch, the spring as branch 0.
+        Table "table",
+        /// ANSYS Mechanical APDL, `TB,PRONY,,,N,SHEAR` and the same of `BULK`, for Poisson's ratio is constant: relative moduli
+        /// `α_i = E_i/G(0)` and `τ_i`; the elastic modulus is the instantaneous one. A spring has no card.
+        Ansys "ansys",
+        /// Abaqus, `*VISCOELASTIC, TIME=PRONY`: `g_i = k_i = E_i/G(0)`, for Poisson's ratio is constant, `τ_i`, with
+        /// `MODULI=INSTANTANEOUS`. A spring has no card.
+        Abaqus "abaqus",
+        /// FEBio, material `viscoelastic`: `g0 = 1`, `g_i = E_i/E`, `t_i`, up to six; the elastic material inside has the long-term
+        /// modulus E. Source: `FEViscoElasticMaterial.cpp` of FEBio.
+        Febio "febio",
+    }
 }
 
 impl ExportFormat {
-    /// The formats in the order of help and messages.
-    pub const ALL: [Self; 4] = [Self::Table, Self::Ansys, Self::Abaqus, Self::Febio];
-
     /// Default number of branches of a series for it: 12, or the most that it takes.
     #[must_use]
     pub const fn branches(self) -> usize {
@@ -325,39 +325,18 @@ impl ExportFormat {
             Self::Table | Self::Ansys | Self::Abaqus => 12,
         }
     }
+}
 
-    /// The name on the command line.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Table => "table",
-            Self::Ansys => "ansys",
-            Self::Abaqus => "abaqus",
-            Self::Febio => "febio",
-        }
+enumerated! {
+    /// How much of a material a text has.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum Card {
+        /// The series, for a material whose elasticity stands elsewhere.
+        #[default]
+        Series "series" "the Prony series alone",
+        /// The elasticity too: a material that is ready.
+        Material "material" "a whole material, of ansys and abaqus",
     }
-}
-
-/// Part of a material that a text contains.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Card {
-    /// The series, for a material whose elasticity stands elsewhere.
-    #[default]
-    Series,
-    /// The elasticity too: a material that is ready.
-    Material,
-}
-
-impl Card {
-    /// Each with its name on the command line.
-    pub const ALL: [(Self, &'static str, &'static str); 2] = [
-        (Self::Series, "series", "the Prony series alone"),
-        (
-            Self::Material,
-            "material",
-            "a whole material, of ansys and abaqus",
-        ),
-    ];
 }
 
 /// Ansys takes no Poisson's ratio of 0.5.

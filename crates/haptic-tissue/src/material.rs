@@ -102,8 +102,16 @@ impl TryFrom<WrittenLoading> for MeasuredLoading {
             ));
         }
         Ok(Self {
-            kind: named("kind", written.kind, &LoadingKind::ALL)?,
-            modulus: named("modulus", written.modulus, &Modulus::ALL)?,
+            kind: named(
+                "kind",
+                written.kind,
+                &LoadingKind::ALL.map(|kind| (kind, kind.name())),
+            )?,
+            modulus: named(
+                "modulus",
+                written.modulus,
+                &Modulus::ALL.map(|kind| (kind, kind.name())),
+            )?,
             poisson_ratio: ratio,
         })
     }
@@ -592,7 +600,11 @@ fn parse(text: &str) -> Result<Material, Wrong> {
                 None,
             )
         }
-        (kind, columns) => (kind.unwrap_or(ModelKind::SpringPot), columns.concat(), None),
+        (Some(kind), columns) => (kind, columns.concat(), None),
+        (None, columns) => {
+            let count = columns.len();
+            return Err((block, format!("{count} numbers are not E₀, η and α")));
+        }
     };
     let model =
         Model::from_parameters(kind, &values).map_err(|error| (block, error.to_string()))?;

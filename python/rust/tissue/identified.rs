@@ -7,7 +7,7 @@ use crate::conducted::{Interrupted, conduct};
 use crate::json::{from_python, to_python};
 use crate::refused::{OrRefused as _, refused};
 use haptic_experiment::question::tissue::{
-    BASELINES, RecordForm, RecordQuestion, contact_point, held,
+    RecordForm, RecordQuestion, contact_point, held,
 };
 use haptic_loop::{Loading, LoadingKind, Specimen};
 use haptic_tissue::identify::{
@@ -41,9 +41,9 @@ impl Pressed {
     }
 
     fn specimen(&self) -> PyResult<Specimen> {
-        let kind = LoadingKind::ALL.iter().find(|one| one.1 == self.loading);
-        let Some(&(kind, _)) = kind else {
-            let known = LoadingKind::ALL.map(|one| one.1).join(", ");
+        let mut kinds = LoadingKind::ALL.into_iter();
+        let Some(kind) = kinds.find(|kind| kind.name() == self.loading) else {
+            let known = LoadingKind::ALL.map(LoadingKind::name).join(", ");
             return Err(refused(format_args!(
                 "loading \"{}\" is not one of {known}",
                 self.loading
@@ -159,9 +159,9 @@ impl IdentifyOptions {
         let Some(name) = &self.baseline else {
             return Ok(None);
         };
-        let known = BASELINES.iter().find(|one| one.1 == name);
+        let known = Baseline::CHOICES.iter().find(|one| one.1 == name);
         known.map(|one| Some(one.0)).ok_or_else(|| {
-            let names = BASELINES.map(|one| one.1).join(", ");
+            let names = Baseline::CHOICES.map(|one| one.1).join(", ");
             refused(format_args!("baseline \"{name}\" is not one of {names}"))
         })
     }

@@ -294,8 +294,8 @@ impl PyModel {
         title: &str,
         card: &str,
     ) -> PyResult<String> {
-        let cards = Card::ALL.map(|one| one.1);
-        let known = Card::ALL.iter().find(|one| one.1 == card);
+        let cards = Card::CHOICES.map(|one| one.1);
+        let known = Card::CHOICES.iter().find(|one| one.1 == card);
         let card = known.ok_or_else(|| {
             refused(format_args!(
                 "card \"{card}\" is not one of {}",

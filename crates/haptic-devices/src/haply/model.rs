@@ -6,14 +6,16 @@ use nalgebra::{Matrix2, Vector2};
 use std::fmt;
 use thiserror::Error;
 
-/// A version of the hardware.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Version {
-    /// The one with a metal plate: both arms turn about one axis.
-    V2,
-    /// The one of plastic: the arms turn about axes 38 mm apart.
-    #[default]
-    V3,
+haptic_loop::enumerated! {
+    /// A version of the hardware.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum Version {
+        /// The one with a metal plate: both arms turn about one axis.
+        V2,
+        /// The one of plastic: the arms turn about axes 38 mm apart.
+        #[default]
+        V3,
+    }
 }
 
 /// Sense in which a motor or an encoder counts.
@@ -53,9 +55,6 @@ pub struct Model {
 }
 
 impl Version {
-    /// Every version that a name can choose.
-    pub const ALL: [Self; 2] = [Self::V2, Self::V3];
-
     /// The version, 2 or 3, which is not printed on the device.
     #[must_use]
     pub const fn number(self) -> u8 {

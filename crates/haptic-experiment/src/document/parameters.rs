@@ -33,21 +33,28 @@ pub(crate) const PIN: Key = Key("pin");
 /// Rate of a loop, Hz.
 pub(crate) const RATE: Key = Key("rate_hz");
 
-/// Parameters that name a file or a folder of files, some of them also by a name that is no path.
-const FILES: [&str; 7] = [
-    TISSUE.key,
-    AGAINST.key,
-    LIBRARY.key,
-    CONTROLLER.key,
-    DEVICE_MODEL.key,
-    DRIVE_DEVICE_MODEL.key,
-    RESPONSE_FILE.key,
+/// Files that a document names, as a log of its run has them.
+pub(crate) const TISSUE_IN_LOG: &str = "tissue_file";
+pub(crate) const CONTROLLER_IN_LOG: &str = "drive.file";
+pub(crate) const DEVICE_IN_LOG: &str = "device_model.file";
+/// The same of the device of a drive.
+pub(crate) const DRIVE_DEVICE_IN_LOG: &str = "drive_device_model.file";
+
+/// Parameters that name a file or a folder of files, some of them also by a name that is no path, and where a log has the text.
+pub(crate) const FILES: [(&str, Option<&str>); 7] = [
+    (TISSUE.key, Some(TISSUE_IN_LOG)),
+    (AGAINST.key, None),
+    (LIBRARY.key, None),
+    (CONTROLLER.key, Some(CONTROLLER_IN_LOG)),
+    (DEVICE_MODEL.key, Some(DEVICE_IN_LOG)),
+    (DRIVE_DEVICE_MODEL.key, Some(DRIVE_DEVICE_IN_LOG)),
+    (RESPONSE_FILE.key, None),
 ];
 
 /// True if this value of the parameter with this key is a path to a file or a folder of files.
 #[must_use]
 pub fn is_path(key: &str, text: &str) -> bool {
-    FILES.contains(&key)
+    FILES.iter().any(|file| file.0 == key)
         && match key {
             key if key == TISSUE.key => Path::new(text).extension().is_some_and(|e| e == "toml"),
             key if key.ends_with(DEVICE_MODEL.key) && text == LABORATORY => false,

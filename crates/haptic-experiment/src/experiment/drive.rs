@@ -12,10 +12,10 @@ mod second;
 #[cfg(test)]
 mod tests;
 
-use crate::document::CONTROLLER_IN_LOG;
 use crate::document::controller_file::ControllerFile;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
+use crate::document::parameters::CONTROLLER_IN_LOG;
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::{DAMPINGS, FORCE_LIMITS, STIFFNESSES};
 use crate::document::parameters::{
@@ -515,7 +515,7 @@ impl Instrumented for SimulatedRig {
                     reference_m: depth.into(),
                     indenter_position_m: depth.into(),
                     contact_force_n: rig.force_n.into(),
-                    ..TickMessage::default()
+                    ..TickMessage::unknown(1)
                 }
             }
             Self::Held(held) => {
@@ -525,7 +525,7 @@ impl Instrumented for SimulatedRig {
                     reference_m: held.reference().unwrap_or(indenter_m).into(),
                     indenter_position_m: indenter_m.into(),
                     contact_force_n: devices.contact_force().into(),
-                    ..TickMessage::default()
+                    ..TickMessage::unknown(1)
                 }
             }
         }

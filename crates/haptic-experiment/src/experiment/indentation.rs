@@ -31,8 +31,8 @@ use crate::document::parameters as p;
 use crate::document::parameters::{
     CONTACT, CONTROLLER, DEVICE, DRIVE_LOOP, LOOP, Parameter, SAMPLE_TIME, TISSUE, TRIAL_DURATION,
 };
+use crate::document::parameters::{CONTROLLER_IN_LOG, TISSUE_IN_LOG};
 use crate::document::reader::Table;
-use crate::document::{CONTROLLER_IN_LOG, TISSUE_IN_LOG};
 use crate::experiment::drive::{self, Drive, DriveDevice, SimulatedRig, TissueLaw};
 use crate::judge::against::Measured;
 use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece};
@@ -46,7 +46,6 @@ use crate::run::remote::{
     PairRun, RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, indentation, no_operator,
     portable, push,
 };
-use crate::run::safety::keys::SPEED_LIMIT;
 use crate::run::safety::{GuardChoice, GuardedDevice, Safety, safety};
 use crate::run::schedule::samples;
 use crate::run::sensors::Sensors;
@@ -63,7 +62,7 @@ use haptic_loop::plant::{
     RigDrive, RigServo, Sensed,
 };
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
-use haptic_loop::{Contact as OneSided, Controller, Limits, SafetyChain, SpringDamper};
+use haptic_loop::{Contact as OneSided, Controller, Limit, Limits, SafetyChain, SpringDamper};
 use haptic_tissue::{Library, MaterialError};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -108,6 +107,10 @@ impl Experiment for Indentation {
         self.sample_time_s
     }
 
+    fn axes(&self) -> usize {
+        1
+    }
+
     fn metadata(&self) -> BTreeMap<String, String> {
         let kind = match self.load {
             RigDrive::Position(_) => "relax",
@@ -142,6 +145,10 @@ impl Experiment for Indentation {
         let ran = self.record(watched)?;
         let (report, curves) = self.report(&ran)?;
         Ok(Published::new(report, curves, ran))
+    }
+
+    fn check_start(&self) -> Result<(), Failure> {
+        Ok(())
     }
 
     /// The controller of a drive is looked at wherever it runs.
@@ -357,7 +364,7 @@ impl Indentation {
         let safety = &self.safety;
         let bare = RemoteLaw {
             unchanged: UnchangedLimits {
-                speed: safety.number(SPEED_LIMIT).is_none(),
+                speed: safety.number(Limit::Speed).is_none(),
                 ..UnchangedLimits::default()
             },
             ..RemoteLaw::bare(self.limits_of(drive), push(0.0))
@@ -568,7 +575,7 @@ impl Indentation {
         let safety = &self.safety;
         let bare = RemoteLaw {
             unchanged: UnchangedLimits {
-                speed: safety.number(SPEED_LIMIT).is_none(),
+                speed: safety.number(Limit::Speed).is_none(),
                 ..UnchangedLimits::default()
             },
             guard: (safety.guard, safety.guarded(GuardedDevice::default())),

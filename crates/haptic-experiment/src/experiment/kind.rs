@@ -92,9 +92,7 @@ pub(crate) trait Experiment: Any + Debug + Send + Sync {
 
     fn sample_time_s(&self) -> f64;
 
-    fn axes(&self) -> usize {
-        1
-    }
+    fn axes(&self) -> usize;
 
     /// Metadata for the log of its run, which overrides its document.
     fn metadata(&self) -> BTreeMap<String, String>;
@@ -116,12 +114,8 @@ pub(crate) trait Experiment: Any + Debug + Send + Sync {
     }
 
     /// Refuses a simulated hand that begins inside the shape that it touches.
-    fn check_start(&self) -> Result<(), Failure> {
-        Ok(())
-    }
+    fn check_start(&self) -> Result<(), Failure>;
 
     /// True if the pre-flight may refuse it on the simulated device too.
-    fn may_be_refused(&self) -> bool {
-        false
-    }
+    fn may_be_refused(&self) -> bool;
 }

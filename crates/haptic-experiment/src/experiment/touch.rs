@@ -32,7 +32,7 @@ use crate::document::parameters::{
 use crate::document::reader::Table;
 use crate::judge::preflight::{Matter, Preflight, WallContact};
 use crate::run::record::WHOLE_MOST;
-use crate::run::safety::keys::{BRAKING, WORKSPACE_LOW};
+use crate::run::safety::keys::WORKSPACE_LOW;
 use crate::run::safety::safety;
 use crate::run::safety::{GuardChoice, Safety, workspace};
 use crate::run::sensors::Sensors;
@@ -41,7 +41,7 @@ use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
-use haptic_loop::{Limits, SafetyChain};
+use haptic_loop::{Limit, Limits, SafetyChain};
 use shape::{Circle, Grip, HandPath, TouchBall, TouchShape};
 pub(crate) use shape::{GripName, ShapeName};
 
@@ -208,7 +208,7 @@ impl TouchExperiment {
 
     fn norm_and_box(&self) -> Limits {
         let (force, rate) = (self.force_limit_n, self.force_rate_limit_n_per_s);
-        let brakes = self.safety.number(BRAKING).is_some();
+        let brakes = self.safety.number(Limit::Braking).is_some();
         let workspace_box = self.workspace_m.as_ref().map(|[low_m, high_m]| {
             // An axis beyond those of the device repeats the last one.
             [0, 1, 2].map(|axis: usize| {

@@ -22,12 +22,11 @@ use crate::run::Ran;
 use crate::run::preflight::PreflightVerdict;
 use crate::run::remote::{RemoteDevice, RemoteLaw, portable};
 use crate::run::safety::GuardChoice;
-use crate::run::safety::keys::SPEED_LIMIT;
 use crate::run::samples::Samples;
 use fracdiff::{FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_analysis::Dynamics;
 use haptic_link::LoopMode;
-use haptic_loop::{Controller, Pushing};
+use haptic_loop::{Controller, Limit, Pushing};
 use haptic_tissue::Model;
 use serde_json::{Value, json};
 
@@ -89,6 +88,15 @@ impl Named for WallContact {
             "The position, outside too: pushes before contact, but can be proved",
         ),
     ];
+
+    fn name(self) -> &'static str {
+        match self {
+            // No choice of this key: without `one_sided` a wall pulls too.
+            Self::Linear => "linear",
+            Self::OneSided => "depth",
+            Self::Signed => "signed",
+        }
+    }
 }
 
 /// The contact that a table asks for.
@@ -243,7 +251,7 @@ impl Trial for WallExperiment {
 
     fn hits(&self) -> Vec<f64> {
         let TrialSetup { plan, conduct, .. } = &self.setup;
-        let most = self.setup.safety.number(SPEED_LIMIT);
+        let most = self.setup.safety.number(Limit::Speed);
         let hits = plan.hits(self.contact);
         // A serial device cannot be thrown, and beyond its speed limit a hit is a fault.
         let may_be = |hit: &f64| conduct.remote.is_none() && most.is_none_or(|most| *hit < most);

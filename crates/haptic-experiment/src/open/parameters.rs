@@ -39,10 +39,10 @@ use crate::judge::preflight::WallContact;
 use crate::judge::settling::Criterion;
 use crate::question::design::{RequireName, WishName};
 use crate::question::measurement::MeasuredAxis;
-use crate::question::tissue::{BASELINES, SHIFTS_BY};
 use crate::{GuardChoice, Named, Precision};
 use crate::{experiment, question};
 use haptic_link::Architecture;
+use haptic_tissue::identify::{Baseline, ShiftBy};
 
 /// Tables that this sort of file may have, `controller`, `plant`, or `experiment`, with those of
 /// questions: heading and keys.
@@ -151,8 +151,8 @@ pub fn choices(parameter: &Parameter) -> Vec<(&'static str, &'static str)> {
     }
     match parameter.key {
         "axis" => names::<MeasuredAxis>(),
-        "baseline" => BASELINES.map(|one| (one.1, one.2)).to_vec(),
-        "shift_by" => SHIFTS_BY.map(|one| (one.1, one.2)).to_vec(),
+        "baseline" => Baseline::CHOICES.map(|one| (one.1, one.2)).to_vec(),
+        "shift_by" => ShiftBy::CHOICES.map(|one| (one.1, one.2)).to_vec(),
         "architecture" => names::<Architecture>(),
         "contact" if *parameter == WALL_CONTACT => names::<WallContact>(),
         "contact" => names::<Contact>(),
@@ -221,24 +221,34 @@ mod tests {
         use crate::experiment::drive::DRIVE;
         use crate::experiment::rendering::{CREEP, RELAX, RENDERING};
         use crate::experiment::wall::{WALL, WALL_REQUIRED};
+        use haptic_loop::Limit;
         use haptic_quantity::parse_for_key;
         use question::measurement::MEASURE;
-        let mut numbers = 0;
-        for parameter in [RELAX, CREEP, RENDERING, DRIVE, MEASURE, WALL_REQUIRED, WALL].concat() {
-            let (Value::Number(Some(default), _), false) =
-                (parameter.value, parameter.shown.is_empty())
-            else {
-                continue;
+        let all = [RELAX, CREEP, RENDERING, DRIVE, MEASURE, WALL_REQUIRED, WALL].concat();
+        let numbers = all.iter().filter_map(|parameter| {
+            let Value::Number(default, _) = parameter.value else {
+                return None;
             };
-            let (shown, key) = (parameter.shown, parameter.key);
+            Some((parameter.key, parameter.shown, default?))
+        });
+        let limits = Limit::ALL.into_iter().filter_map(|limit| {
+            let (_, shown) = limit.help().split_once(" [default: ")?;
+            let shown = shown.split([' ', ']']).next()?;
+            Some((limit.key(), shown, limit.default_number()))
+        });
+        let mut count = 0;
+        for (key, shown, default) in numbers
+            .chain(limits)
+            .filter(|(_, shown, _)| !shown.is_empty())
+        {
             let number = parse_for_key(key, shown).expect("a quantity");
             assert!(
                 (number - default).abs() <= 1e-15 * default.abs(),
                 "{key}: {shown} is {number}, not {default}"
             );
-            numbers += 1;
+            count += 1;
         }
-        assert!(numbers > 15, "{numbers}");
+        assert!(count > 20, "{count}");
     }
 
     #[test]

@@ -4,7 +4,7 @@ use super::ExperimentFile;
 use crate::document::Document;
 use crate::experiment::coupler::CouplerExperiment;
 use crate::experiment::wall::WallExperiment;
-use crate::run::safety::keys::DEVICE_MASS;
+use haptic_loop::Limit;
 use std::path::Path;
 
 const WALL: &str = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 2e-3\n\
@@ -353,7 +353,11 @@ fn a_device_file_is_no_sensor_of_the_rig() {
         let file = read.expect("good");
         let relax = file.indentation().expect("a relaxation");
         assert!(relax.sensors.are_ideal(), "{device}");
-        assert_eq!(relax.safety.number(DEVICE_MASS), Some(0.08), "{device}");
+        assert_eq!(
+            relax.safety.number(Limit::DeviceMass),
+            Some(0.08),
+            "{device}"
+        );
     }
 }
 

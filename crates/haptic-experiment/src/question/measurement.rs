@@ -68,6 +68,10 @@ impl Named for MeasuredAxis {
         (Self(1), "y", "The second"),
         (Self(2), "z", "The third"),
     ];
+
+    fn name(self) -> &'static str {
+        Self::CHOICES.get(self.0).map_or("", |choice| choice.1)
+    }
 }
 
 /// The question that measures a device by moving it.

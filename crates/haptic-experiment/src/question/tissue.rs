@@ -23,20 +23,7 @@ const CONTACT_POINTS: Range = Range::Within(-1.0, 1.0);
 const TEMPERATURES: Range = Range::Within(-273.15, 10_000.0);
 const ZERO_CELSIUS: f64 = 273.15;
 
-/// Kinds of a baseline, with a few words for people.
-pub const BASELINES: [(Baseline, &str, &str); 2] = [
-    (Baseline::Constant, "constant", "an offset"),
-    (Baseline::Linear, "linear", "an offset and a drift"),
-];
-
-/// The moduli that can decide a shift, with a few words for people.
-pub const SHIFTS_BY: [(ShiftBy, &str, &str); 3] = [
-    (ShiftBy::Storage, "storage", "the storage modulus"),
-    (ShiftBy::Loss, "loss", "the loss modulus"),
-    (ShiftBy::Both, "both", "both alike"),
-];
-
-/// Facts that the tables of records lack, by the names of keys; numbers in SI units.
+/// What the tables of records do not say, by the names of keys; numbers in SI units.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[expect(missing_docs, reason = "each field is the option of its name")]
@@ -208,9 +195,13 @@ impl RecordQuestion {
     pub fn of(form: &RecordForm) -> Result<Self, Failure> {
         let kinds = RecordKind::ALL.map(|kind| (kind, kind.name()));
         let models = CANDIDATES.map(|kind| (kind, kind.name()));
-        let moduli = SHIFTS_BY.map(|one| (one.0, one.1));
-        let baselines = BASELINES.map(|one| (one.0, one.1));
-        let loading = named("loading", form.loading.as_ref(), &LoadingKind::ALL)?;
+        let moduli = ShiftBy::CHOICES.map(|one| (one.0, one.1));
+        let baselines = Baseline::CHOICES.map(|one| (one.0, one.1));
+        let loading = named(
+            "loading",
+            form.loading.as_ref(),
+            &LoadingKind::ALL.map(|kind| (kind, kind.name())),
+        )?;
         let one = |key: &str, text: &str, read| parts(key, text, read).map(|mut all| all.pop());
         let contact = match form.contact_point_m.as_str() {
             "" => None,

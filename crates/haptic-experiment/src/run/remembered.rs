@@ -7,8 +7,9 @@
 //! the device from being armed.
 
 use crate::document::failure::Failure;
-use haptic_link::{Configuration, GuardKind, Limits, Tighter};
+use haptic_link::{Configuration, GuardKind, Limits};
 use haptic_log::record::NewFile;
+use haptic_loop::Limit;
 use haptic_quantity::{digits, label, written};
 use serde::Serialize;
 use serde_json::Value;
@@ -196,20 +197,24 @@ fn in_order(value: &Value) -> Value {
 #[must_use]
 pub fn loosened(before: &Limits, after: &Limits) -> Vec<String> {
     let (mut then, mut now) = (*before, *after);
-    let numbers = Limits::TABLE.iter().filter_map(|limit| {
-        let (before, after) = (*(limit.of)(&mut then), *(limit.of)(&mut now));
-        let off = |value: f32| limit.tighter == Tighter::LessUnlessOff && value <= 0.0;
-        let told = |value: f32| if off(value) { f32::INFINITY } else { value };
-        (!limit.is_tight(after, before)).then(|| (limit.field.key(), told(before), told(after)))
+    let numbers = Limit::ALL.into_iter().filter_map(|limit| {
+        let (before, after) = (*then.number(limit).0, *now.number(limit).0);
+        let told = |value| {
+            if limit.is_off(value) {
+                f32::INFINITY
+            } else {
+                value
+            }
+        };
+        (!limit.is_tight(after, before)).then(|| (limit.key(), told(before), told(after)))
     });
-    let of_run = |limits: &Limits| -> [(&str, f32); 4] {
+    let of_run = |limits: &Limits| -> [(&str, f32); 3] {
         // 0 is no limit.
         let late_ticks = match limits.late_ticks {
             0 => f32::INFINITY,
             ticks => ticks.into(),
         };
         [
-            ("stuck_time_s", limits.stuck_time_s),
             ("watchdog_ms", limits.watchdog_ms.into()),
             ("late_ticks", late_ticks),
             ("max_age_ticks", limits.max_age_ticks.into()),
@@ -251,12 +256,6 @@ pub fn loosened(before: &Limits, after: &Limits) -> Vec<String> {
             }
         });
     }
-    let braking = |limits: &Limits| limits.braking_n_s_per_m.to_bits();
-    if before.braking_n_s_per_m > 0.0 && braking(after) != braking(before) {
-        let [before, after] = [before, after].map(|limits| limits.braking_n_s_per_m);
-        let [before, after] = [before, after].map(|b| written("braking_n_s_per_m", b.into()));
-        words.push(format!("braking from {before} to {after}"));
-    }
     words
 }
 
@@ -277,8 +276,8 @@ mod tests {
                 tick_period_us: 250,
                 ..Configuration::PASSIVE
             };
-            for limit in Limits::TABLE {
-                *(limit.of)(&mut set.limits) = random.log_between(1e-37, 1e37) as f32;
+            for limit in Limit::ALL {
+                *set.limits.number(limit).0 = random.log_between(1e-37, 1e37) as f32;
             }
             let text = place.text(&set).expect("text");
             assert_eq!(place.read(&text).expect("reads"), set);

@@ -23,7 +23,6 @@ pub(crate) use session::blank;
 pub(crate) use summary::{FrameCounts, LinkSummary};
 pub use summary::{RoundTrip, cycles};
 
-use super::safety::keys::{RISE_TIME, SPEED_LIMIT};
 use super::safety::{GuardChoice, GuardedDevice, Safety};
 use super::schedule::Schedule;
 use crate::document::failure::Failure;
@@ -37,7 +36,7 @@ use haptic_link::{
 };
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::Seconds;
-use haptic_loop::{DepthMap, Guard};
+use haptic_loop::{DepthMap, Guard, Limit};
 use haptic_remote::serial::SerialLink;
 use haptic_remote::wire_limits;
 use std::time::Duration;
@@ -144,8 +143,8 @@ impl RemoteLaw {
         Self {
             unchanged: UnchangedLimits {
                 rate: rate.is_none(),
-                speed: safety.number(SPEED_LIMIT).is_none(),
-                rise: safety.number(RISE_TIME).is_none(),
+                speed: safety.number(Limit::Speed).is_none(),
+                rise: safety.number(Limit::RiseTime).is_none(),
             },
             guard: (safety.guard, safety.guarded(device)),
             ..Self::bare(limits, simulation)

@@ -4,26 +4,31 @@ mod guard;
 
 pub(crate) mod keys {
     use crate::document::parameters::Parameter;
-    use crate::document::parameters::kind::{joined, parameters};
+    use crate::document::parameters::kind::parameters;
     use crate::document::parameters::range::{
-        DAMPINGS_ABOVE_0, DEVICE_TIMES, Range, SENSOR_STEPS, WORKSPACES,
+        DAMPINGS_ABOVE_0, DEVICE_TIMES, SENSOR_STEPS, WORKSPACES,
     };
-    use haptic_link::Limits as Wire;
-    use haptic_loop::Limits;
+    use haptic_loop::Limit;
 
     parameters! {
-        /// Settings before the limits that are one number.
-        all BEFORE;
+        all SAFETY;
         GUARD = text("guard", "off", "Keep the loop from feeding the device energy");
         /// Low end of the workspace, m.
         WORKSPACE_LOW = optional("workspace_low_m", WORKSPACES, "Lowest position; below it a fault ends the run");
         /// High end of the workspace, m.
         WORKSPACE_HIGH = optional("workspace_high_m", WORKSPACES, "Highest position; above it a fault ends the run");
-    }
-
-    parameters! {
-        /// Facts of a real device, behind them.
-        all BEHIND;
+        /// Ends a run that goes faster.
+        SPEED_LIMIT = limit(Limit::Speed);
+        RISE_TIME = limit(Limit::RiseTime);
+        /// Brakes near limits, and after a fault or stop.
+        BRAKING = limit(Limit::Braking);
+        STOP_TIME = limit(Limit::StopTime);
+        BRAKE_FORCE = limit(Limit::BrakeForce);
+        STUCK_FORCE = limit(Limit::StuckForce);
+        /// Together with the stuck force it detects a stuck sensor.
+        STUCK_TIME = limit(Limit::StuckTime);
+        JUMP = limit(Limit::Jump);
+        DEVICE_MASS = limit(Limit::DeviceMass);
         /// Damping of a real device, N·s/m.
         DEVICE_DAMPING = optional("device_damping_n_s_per_m", DAMPINGS_ABOVE_0,
             "Damping of a real device, for guard energy-bounding and the stability check before a run");
@@ -41,64 +46,24 @@ pub(crate) mod keys {
              of its resolution]");
     }
 
-    /// Limits of the chain's table that have no parameter elsewhere: the last of its rows.
-    const FIRST: usize = Limits::row("speed_limit_m_per_s");
-    pub(super) const LIMITS: [Parameter; Limits::TABLE.len() - FIRST] = {
-        let mut limits = [GUARD; Limits::TABLE.len() - FIRST];
-        let mut row = FIRST;
-        while row < Limits::TABLE.len() {
-            limits[row - FIRST] = limit(Limits::TABLE[row].key);
-            row += 1;
-        }
-        limits
-    };
-
-    /// Of the safety chain, for every experiment.
-    pub(crate) const SAFETY: &[Parameter] =
-        &joined::<{ BEFORE.len() + LIMITS.len() + BEHIND.len() }>(&[BEFORE, &LIMITS, BEHIND]);
-
-    /// The parameter of a limit of the chain's table, in the range that a device has for it.
-    const fn limit(key: &str) -> Parameter {
-        let limit = &Limits::TABLE[Limits::row(key)];
-        Parameter::optional(limit.key, range(Limits::row(key)), limit.help)
-    }
-
-    const fn range(row: usize) -> Range {
-        let mut on_wire = 0;
-        while on_wire < Wire::RANGES.len() {
-            let [least, most] = Wire::RANGES[on_wire];
-            if Limits::row(Wire::TABLE[on_wire].field.key()) == row {
-                let range = Range::Within(least, most);
-                return if row == Limits::row("jump_m") {
-                    range.or_0()
-                } else if row == Limits::row("rise_time_s") {
-                    // Nobody asks for a force at once by a document.
-                    Range::AboveUpTo(least, most)
-                } else {
-                    range
-                };
+    /// The parameter by which every experiment asks for a limit. Force and rate have one of their own in each kind; nobody asks
+    /// for the other two.
+    pub(super) const fn asked(limit: Limit) -> Option<Parameter> {
+        Some(match limit {
+            Limit::Force | Limit::ForceRate | Limit::StartForce | Limit::VelocityBandwidth => {
+                return None;
             }
-            on_wire += 1;
-        }
-        let [least, most] = Wire::STUCK_TIME_S;
-        match row == Limits::row("stuck_time_s") {
-            true => Range::Within(least, most),
-            // Of braking: the mass and the tick of the device bound it further.
-            false => DAMPINGS_ABOVE_0,
-        }
+            Limit::Speed => SPEED_LIMIT,
+            Limit::RiseTime => RISE_TIME,
+            Limit::Braking => BRAKING,
+            Limit::StopTime => STOP_TIME,
+            Limit::BrakeForce => BRAKE_FORCE,
+            Limit::StuckForce => STUCK_FORCE,
+            Limit::StuckTime => STUCK_TIME,
+            Limit::Jump => JUMP,
+            Limit::DeviceMass => DEVICE_MASS,
+        })
     }
-
-    /// Ends a run that goes faster.
-    pub const SPEED_LIMIT: Parameter = limit("speed_limit_m_per_s");
-    pub(crate) const RISE_TIME: Parameter = limit("rise_time_s");
-    /// Brakes near limits, and after a fault or stop.
-    pub const BRAKING: Parameter = limit("braking_n_s_per_m");
-    pub(crate) const STOP_TIME: Parameter = limit("stop_time_s");
-    pub(super) const STUCK_FORCE: Parameter = limit("stuck_force_n");
-    /// Together with the stuck force it detects a stuck sensor.
-    pub const STUCK_TIME: Parameter = limit("stuck_time_s");
-    pub(super) const JUMP: Parameter = limit("jump_m");
-    pub(crate) const DEVICE_MASS: Parameter = limit("device_mass_kg");
 }
 
 use crate::document::error::FileError;
@@ -108,10 +73,10 @@ use crate::document::parameters::{DEVICE, DEVICE_MODEL, Parameter};
 use crate::document::reader::Table;
 use fracdiff::parameter::Shown;
 pub use guard::{GuardChoice, GuardedDevice};
-use haptic_loop::units::{
-    Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, Seconds,
+use haptic_loop::units::{Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Seconds};
+use haptic_loop::{
+    EnergyBounding, Guard, Limit, Limits, PassivityObserver, SpeedLimit, Stuck, Workspace,
 };
-use haptic_loop::{EnergyBounding, Guard, Limits, PassivityObserver, SpeedLimit, Stuck, Workspace};
 use keys::{
     self as p, BRAKING, DEVICE_DAMPING, DEVICE_DELAY_LEAST, DEVICE_DELAY_MOST, DEVICE_LAG,
     DEVICE_MASS, GUARD, JUMP, SPEED_LIMIT, STUCK_FORCE, STUCK_TIME,
@@ -124,8 +89,8 @@ pub(crate) struct Safety {
     pub guard: GuardChoice,
     /// Lowest and highest position, m.
     pub workspace_m: Option<(f64, f64)>,
-    /// Limits by their row in the chain's table. 0 switches off a limit that a real device has by default.
-    numbers: [Option<f64>; Limits::TABLE.len()],
+    /// In the order of [`Limit::ALL`]. 0 switches off what a real device has unless it is told otherwise.
+    numbers: [Option<f64>; Limit::ALL.len()],
     /// Facts of the device for its guard, but for the mass, which is a limit of braking too.
     device: GuardedDevice,
 }
@@ -176,21 +141,23 @@ pub(crate) fn safety(table: &Table<'_>) -> Result<Safety, FileError> {
             noise_m: table.number_if(&p::DEVICE_NOISE)?,
         },
     };
-    for parameter in &p::LIMITS {
-        safety.numbers[Limits::row(parameter.key)] = table.number_if(parameter)?;
+    for limit in Limit::ALL {
+        if let Some(parameter) = p::asked(limit) {
+            safety = safety.with(limit, table.number_if(&parameter)?);
+        }
     }
     Ok(safety)
 }
 
 impl Safety {
-    /// The limit that this parameter asks for, if it is given.
-    pub(crate) const fn number(&self, limit: Parameter) -> Option<f64> {
-        self.numbers[Limits::row(limit.key)]
+    /// A limit, if it is given.
+    pub(crate) const fn number(&self, limit: Limit) -> Option<f64> {
+        self.numbers[limit as usize]
     }
 
-    /// Sets one limit.
-    pub(crate) const fn with(mut self, limit: Parameter, number: Option<f64>) -> Self {
-        self.numbers[Limits::row(limit.key)] = number;
+    /// The same with a limit.
+    pub(crate) const fn with(mut self, limit: Limit, number: Option<f64>) -> Self {
+        self.numbers[limit as usize] = number;
         self
     }
 
@@ -208,20 +175,17 @@ impl Safety {
             (p::DEVICE_DELAY_MOST, delay.1),
         ];
         let others = others.map(|(parameter, number)| (parameter.key, number));
-        let limits = Limits::TABLE.iter().map(|limit| limit.key);
+        let limits = Limit::ALL.iter().map(|limit| limit.key());
         let all = limits.zip(self.numbers).chain(others);
         all.filter_map(|(key, number)| Some((key, number?)))
     }
 }
 
-/// Largest force with which a run on a real or serial device starts, N.
-const START_FORCE_N: f64 = 1.0;
-
 impl Safety {
     /// Adds all but the guard to limits of force and rate. On a device that is not simulated here, `real`, a start
     /// with a blow is refused, and an implausible position is a fault unless that is switched off.
     pub(crate) fn on(&self, limits: Limits, real: bool) -> Limits {
-        let brakes = self.number(BRAKING).is_some();
+        let brakes = self.number(Limit::Braking).is_some();
         let default = Limits::default();
         let mut chain = Limits {
             stop_time: default.stop_time,
@@ -229,7 +193,7 @@ impl Safety {
             device_mass: None,
             stuck: Some(Stuck::DEFAULT).filter(|_| real),
             jump: default.jump.filter(|_| real),
-            start_force: real.then_some(Newtons(START_FORCE_N)),
+            start_force: default.start_force.filter(|_| real),
             rise_time: None,
             workspace: self
                 .workspace_m
@@ -238,9 +202,9 @@ impl Safety {
             braking: None,
             ..limits
         };
-        for (set, number) in Limits::SET.iter().zip(self.numbers) {
-            if let Some(number) = number {
-                set(&mut chain, Some(number).filter(|number| *number > 0.0));
+        for (limit, number) in Limit::ALL.into_iter().zip(self.numbers) {
+            if number.is_some() {
+                limit.set(&mut chain, number.filter(|number| *number > 0.0));
             }
         }
         chain.speed = chain.speed.map(|limit| speed(limit.hard.0, brakes));
@@ -249,7 +213,7 @@ impl Safety {
 
     /// Refuses what would do nothing on a simulated device. A real one may have the limits set that are missing here.
     pub(crate) fn acts(&self) -> Result<(), Failure> {
-        if let (Some(jump), None) = (self.number(JUMP), self.number(SPEED_LIMIT))
+        if let (Some(jump), None) = (self.number(Limit::Jump), self.number(Limit::Speed))
             && jump > 0.0
         {
             return Err(Failure::bad_input(format_args!(
@@ -257,15 +221,15 @@ impl Safety {
                 jump = Shown(jump)
             )));
         }
-        let stuck = (self.number(STUCK_FORCE)).is_some_and(|force| force > 0.0);
-        if let Some(time) = self.number(STUCK_TIME).filter(|_| !stuck) {
+        let stuck = (self.number(Limit::StuckForce)).is_some_and(|force| force > 0.0);
+        if let Some(time) = self.number(Limit::StuckTime).filter(|_| !stuck) {
             return Err(Failure::bad_input(format_args!(
                 "stuck time {time} s has no effect without a stuck force: give {STUCK_FORCE} too, or omit {STUCK_TIME}",
                 time = Shown(time)
             )));
         }
-        let asked = self.guard == GuardChoice::Observer || self.number(BRAKING).is_some();
-        if let Some(mass) = self.number(DEVICE_MASS).filter(|_| !asked) {
+        let asked = self.guard == GuardChoice::Observer || self.number(Limit::Braking).is_some();
+        if let Some(mass) = self.number(Limit::DeviceMass).filter(|_| !asked) {
             return Err(Failure::bad_input(format_args!(
                 "device mass {mass} kg has no effect on a simulated device: give {} or {BRAKING} too, or omit {DEVICE_MASS}",
                 GUARD.set_to(GuardChoice::Observer.name()),
@@ -286,7 +250,7 @@ impl Safety {
     /// simulated here.
     pub(crate) fn with_device(self, known: &GuardedDevice, real: bool) -> Self {
         let bounded = self.guard == GuardChoice::EnergyBounding;
-        let braked = self.guard == GuardChoice::Observer || self.number(BRAKING).is_some();
+        let braked = self.guard == GuardChoice::Observer || self.number(Limit::Braking).is_some();
         let mass = known.mass_kg.filter(|_| real || braked);
         let device = GuardedDevice {
             mass_kg: None,
@@ -297,7 +261,7 @@ impl Safety {
         };
         Self {
             device: self.device.or(device),
-            ..self.with(DEVICE_MASS, self.number(DEVICE_MASS).or(mass))
+            ..self.with(Limit::DeviceMass, self.number(Limit::DeviceMass).or(mass))
         }
     }
 
@@ -339,7 +303,7 @@ impl Safety {
     /// Facts of the device as the experiment gives them; where it gives none, those of `device`.
     pub(crate) fn guarded(&self, device: GuardedDevice) -> GuardedDevice {
         let said = GuardedDevice {
-            mass_kg: self.number(DEVICE_MASS),
+            mass_kg: self.number(Limit::DeviceMass),
             ..self.device
         };
         said.or(device)
@@ -465,9 +429,9 @@ mod tests {
             let hard = 10_f64.powf(f64::from(step) / 100.0);
             for braking in [None, Some(1.0)] {
                 let safety = Safety::default()
-                    .with(SPEED_LIMIT, Some(hard))
-                    .with(BRAKING, braking)
-                    .with(DEVICE_MASS, Some(1.0));
+                    .with(Limit::Speed, Some(hard))
+                    .with(Limit::Braking, braking)
+                    .with(Limit::DeviceMass, Some(1.0));
                 let limits = safety.on(Limits::default(), true);
                 let configuration = Configuration {
                     limits: wire_limits(&limits, Seconds(1e-3)),
@@ -482,7 +446,7 @@ mod tests {
 
     #[test]
     fn document_and_device_take_the_same_numbers_for_every_limit() {
-        use crate::document::parameters::{FORCE_LIMIT, FORCE_RATE_LIMIT};
+        use crate::document::parameters::Range;
         use haptic_link::{Capabilities, Configuration, Limits as Wire, Simulation};
         use haptic_remote::{Hardware as _, SimulatedPlant, prepare};
         let abilities = Capabilities {
@@ -490,10 +454,12 @@ mod tests {
             force_rate_max_n_per_s: 1e10,
             ..SimulatedPlant::new("plain", || 0).capabilities()
         };
-        let same = |parameter: &Parameter, set: &dyn Fn(&mut Wire, f32)| {
+        let same = |range: Range, key: &str, set: &dyn Fn(&mut Wire, f32)| {
             let decades = (-90..=110).map(|tenths| 10_f64.powf(f64::from(tenths) / 10.0));
-            let ends = parameter.range().ends();
-            let beside = ends.map(|end| [0.999 * end, end, 1.001 * end]).concat();
+            let beside = range
+                .ends()
+                .map(|end| [0.999 * end, end, 1.001 * end])
+                .concat();
             // 0 is asked for only where it switches off what is on unless somebody says so.
             for x in decades.chain(beside).filter(|x| *x > 0.0) {
                 let mut configuration = Configuration {
@@ -503,25 +469,21 @@ mod tests {
                 configuration.limits.speed_soft_m_per_s = 0.0;
                 set(&mut configuration.limits, x as f32);
                 let taken = prepare::<SimulatedPlant, 1>(configuration, &[0.0], &abilities).is_ok();
-                assert_eq!(
-                    parameter.range().contains(x),
-                    taken,
-                    "{} = {x}",
-                    parameter.key
-                );
+                assert_eq!(range.contains(x), taken, "{key} = {x}");
             }
         };
-        let known = [&[FORCE_LIMIT, FORCE_RATE_LIMIT], &p::LIMITS[..]].concat();
-        let mut walked = 0;
-        for limit in Wire::TABLE {
-            if let Some(known) = known.iter().find(|known| known.key == limit.field.key()) {
-                same(known, &|limits, x| *(limit.of)(limits) = x);
-                walked += 1;
-            }
+        // How much braking a device bears follows from its mass.
+        for limit in Limit::ALL
+            .into_iter()
+            .filter(|limit| *limit != Limit::Braking)
+        {
+            same(Range::of(limit), limit.key(), &|limits, x| {
+                *limits.number(limit).0 = x;
+            });
         }
-        assert_eq!(walked, 9);
-        same(&p::WORKSPACE_HIGH, &|limits, x| limits.workspace_high_m = x);
-        same(&STUCK_TIME, &|limits, x| limits.stuck_time_s = x);
+        same(p::WORKSPACE_HIGH.range(), "workspace", &|limits, x| {
+            limits.workspace_high_m = x;
+        });
     }
 
     #[test]

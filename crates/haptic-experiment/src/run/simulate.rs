@@ -112,7 +112,7 @@ impl Instrumented for IndentationRig {
                 .into(),
             indenter_position_m: self.indenter_position().into(),
             contact_force_n: self.contact_force().into(),
-            ..TickMessage::default()
+            ..TickMessage::unknown(1)
         }
     }
 }
@@ -123,9 +123,10 @@ impl Instrumented for MassDamper<1> {
     /// The true position, and the force that the actuator really makes.
     fn observe(&self) -> TickMessage {
         TickMessage {
+            reference_m: 0.0.into(),
             indenter_position_m: self.position()[0].into(),
             contact_force_n: self.applied_force()[0].into(),
-            ..TickMessage::default()
+            ..TickMessage::unknown(1)
         }
     }
 }

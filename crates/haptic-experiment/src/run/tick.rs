@@ -65,19 +65,6 @@ pub(crate) fn per_axis<F: Real, const D: usize>(vector: &SVector<F, D>) -> PerAx
     PerAxis::new(vector.map(F::to_f64).as_slice())
 }
 
-/// The message of a tick on 1 to 3 axes, of a device that reports neither its hand's
-/// target nor its motors' force.
-#[must_use]
-pub fn unknown(axes: usize) -> TickMessage {
-    let unknown = PerAxis::new(&[f64::NAN; 3][..axes.clamp(1, 3)]);
-    TickMessage {
-        reference_m: unknown,
-        indenter_position_m: unknown,
-        contact_force_n: unknown,
-        ..TickMessage::at_rest(axes)
-    }
-}
-
 /// The message of a tick with what the device reported about it.
 #[must_use]
 pub fn by_device(message: TickMessage, sample: &haptic_link::Sample, time_s: f64) -> TickMessage {

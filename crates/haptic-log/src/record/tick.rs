@@ -222,6 +222,13 @@ pub fn column_name(field: &str, axis: usize, axes: usize) -> String {
 }
 
 impl TickMessage {
+    /// A tick of which nothing is known yet, with this many axes, 1 to 3: whoever leaves a number out logs NaN and not a rest that
+    /// nobody saw.
+    #[must_use]
+    pub fn unknown(axes: usize) -> Self {
+        Self::filled(PerAxis::new(&[f64::NAN; 3][..axes.clamp(1, 3)]))
+    }
+
     /// A tick with this many axes, 1 to 3, all zero and without a guard's energy.
     #[must_use]
     pub fn at_rest(axes: usize) -> Self {

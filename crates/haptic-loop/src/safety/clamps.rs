@@ -1,7 +1,7 @@
 //! Magnitude, norm and rate, all at once; and the way of a force to zero.
 
 use super::force::Limiters;
-use super::limits::Limits;
+use super::limits::{Limit, Limits};
 use crate::error::Checks;
 use core::array;
 use fracdiff::Real;
@@ -193,10 +193,13 @@ impl<F: Real> Released<F> {
 impl<F: Real> Release<F> {
     pub(super) fn new(limits: &Limits, sample_time: f64, checks: &mut Checks) -> Self {
         let (stop, brake) = (limits.stop_time.0, limits.brake_force.0);
-        let [least, most] = Limits::STOP_TIME_S;
-        let within = (least..=most).contains(&stop);
+        let is_within = |limit: Limit, number| {
+            let [least, most] = limit.range();
+            (least..=most).contains(&number)
+        };
+        let within = is_within(Limit::StopTime, stop);
         checks.range("stop time", stop, within, "in [0.001, 1] {}", "s");
-        let within = (0.0..=Limits::BRAKE_FORCE_MAX_N).contains(&brake);
+        let within = is_within(Limit::BrakeForce, brake);
         checks.range("brake force", brake, within, "in [0, 10] {}", "N");
         let ticks = whole_ticks(stop, sample_time);
         Self {

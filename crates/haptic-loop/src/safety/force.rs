@@ -85,89 +85,81 @@ impl Limiters {
     }
 }
 
-/// Why the chain holds the force at zero. The numbers are the same on the wire and in the log.
-///
-/// The chain itself latches [`NonFiniteForce`](Self::NonFiniteForce), [`Workspace`](Self::Workspace),
-/// [`Velocity`](Self::Velocity), [`PositionStuck`](Self::PositionStuck) and [`PositionJump`](Self::PositionJump);
-/// the others are found elsewhere and handed to it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[non_exhaustive]
-#[repr(u8)]
-pub enum Fault {
-    /// The wanted force was NaN or infinite, or so was a position that a limit or guard needs.
-    #[error("the wanted force was not a finite number")]
-    NonFiniteForce = 1,
-    /// A device whose force depends on the host heard nothing from it for the watchdog time.
-    #[error("the device heard nothing from the host for the watchdog time")]
-    HostSilent = 2,
-    /// A tick took longer than its period, or began a whole period late.
-    #[error("a tick of the loop was a whole period late")]
-    TickOverrun = 3,
-    /// The emergency stop is open.
-    #[error("the emergency stop is open")]
-    EmergencyStop = 4,
-    /// The measured current does not follow the commanded one.
-    #[error("the measured current does not follow the commanded one")]
-    CurrentMismatch = 5,
-    /// The device left its workspace: a position beyond [`Workspace::low`](crate::Workspace::low) or
-    /// [`high`](crate::Workspace::high) on some axis.
-    #[error("the device left its workspace")]
-    Workspace = 6,
-    /// The device moved too fast: an estimated speed above [`Limits::speed`](crate::Limits::speed) on some
-    /// axis. A position that jumps is a speed too.
-    #[error("the device moved faster than its limit")]
-    Velocity = 7,
-    /// The hardware watchdog reset the device while it was armed.
-    #[error("the device was reset by its hardware watchdog")]
-    Reset = 8,
-    /// The position stands still while the force on the device grows: see [`Stuck`](crate::Stuck).
-    #[error("the position stands still while the force on the device grows")]
-    PositionStuck = 9,
-    /// The position moved in a tick by more than [`Limits::jump`](crate::Limits::jump) beyond what the speed limit
-    /// allows.
-    #[error("the position jumped by more than the speed limit allows")]
-    PositionJump = 10,
-    /// The host of a host loop sent a force that answers a sample too many ticks ago.
-    #[error("the host sent a force for a sample too many ticks ago")]
-    StaleForce = 11,
-    /// The device failed to measure or to apply: a board of another maker did not answer in time, answered what cannot be, or reports a
-    /// fault of its own; a [`Device`](crate::Device) gave an error.
-    #[error("the board was silent, implausible or in a fault of its own")]
-    BoardFailed = 12,
-    /// One channel of an encoder changes again and again, the other never: its wire is off, and the position stands still
-    /// whatever the device does.
-    #[error("one channel of the encoder changes without the other")]
-    EncoderWire = 13,
+fracdiff::enumerated! {
+    /// Why the chain holds the force at zero. The numbers are the same on the wire and in the log.
+    ///
+    /// The chain itself latches [`NonFiniteForce`](Self::NonFiniteForce), [`Workspace`](Self::Workspace),
+    /// [`Velocity`](Self::Velocity), [`PositionStuck`](Self::PositionStuck) and [`PositionJump`](Self::PositionJump);
+    /// the others are found elsewhere and handed to it.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+    #[non_exhaustive]
+    #[repr(u8)]
+    pub enum Fault {
+        /// The wanted force was NaN or infinite, or so was a position that a limit or guard needs.
+        #[error("the wanted force was not a finite number")]
+        NonFiniteForce = 1,
+        /// A device whose force depends on the host heard nothing from it for the watchdog time.
+        #[error("the device heard nothing from the host for the watchdog time")]
+        HostSilent = 2,
+        /// A tick took longer than its period, or began a whole period late.
+        #[error("a tick of the loop was a whole period late")]
+        TickOverrun = 3,
+        /// The emergency stop is open.
+        #[error("the emergency stop is open")]
+        EmergencyStop = 4,
+        /// The measured current does not follow the commanded one.
+        #[error("the measured current does not follow the commanded one")]
+        CurrentMismatch = 5,
+        /// The device left its workspace: a position beyond [`Workspace::low`](crate::Workspace::low) or
+        /// [`high`](crate::Workspace::high) on some axis.
+        #[error("the device left its workspace")]
+        Workspace = 6,
+        /// The device moved too fast: an estimated speed above [`Limits::speed`](crate::Limits::speed) on some
+        /// axis. A position that jumps is a speed too.
+        #[error("the device moved faster than its limit")]
+        Velocity = 7,
+        /// The hardware watchdog reset the device while it was armed.
+        #[error("the device was reset by its hardware watchdog")]
+        Reset = 8,
+        /// The position stands still while the force on the device grows: see [`Stuck`](crate::Stuck).
+        #[error("the position stands still while the force on the device grows")]
+        PositionStuck = 9,
+        /// The position moved in a tick by more than [`Limits::jump`](crate::Limits::jump) beyond what the speed limit
+        /// allows.
+        #[error("the position jumped by more than the speed limit allows")]
+        PositionJump = 10,
+        /// The host of a host loop sent a force that answers a sample too many ticks ago.
+        #[error("the host sent a force for a sample too many ticks ago")]
+        StaleForce = 11,
+        /// The device failed to measure or to apply: a board of another maker did not answer in time, answered what cannot be, or reports a
+        /// fault of its own; a [`Device`](crate::Device) gave an error.
+        #[error("the board was silent, implausible or in a fault of its own")]
+        BoardFailed = 12,
+        /// One channel of an encoder changes again and again, the other never: its wire is off, and the position stands still
+        /// whatever the device does.
+        #[error("one channel of the encoder changes without the other")]
+        EncoderWire = 13,
+    }
 }
 
 impl Fault {
-    /// Every fault, in the order of the codes.
-    pub const ALL: [Self; 13] = [
-        Self::NonFiniteForce,
-        Self::HostSilent,
-        Self::TickOverrun,
-        Self::EmergencyStop,
-        Self::CurrentMismatch,
-        Self::Workspace,
-        Self::Velocity,
-        Self::Reset,
-        Self::PositionStuck,
-        Self::PositionJump,
-        Self::StaleForce,
-        Self::BoardFailed,
-        Self::EncoderWire,
-    ];
-
     /// True if a damper can still oppose the motion: it needs its sensor and its actuator.
     pub(crate) const fn leaves_braking(self) -> bool {
-        !matches!(
-            self,
+        match self {
             Self::CurrentMismatch
-                | Self::PositionStuck
-                | Self::PositionJump
-                | Self::BoardFailed
-                | Self::EncoderWire
-        )
+            | Self::PositionStuck
+            | Self::PositionJump
+            | Self::BoardFailed
+            | Self::EncoderWire => false,
+            Self::NonFiniteForce
+            | Self::HostSilent
+            | Self::TickOverrun
+            | Self::EmergencyStop
+            | Self::Workspace
+            | Self::Velocity
+            | Self::Reset
+            | Self::StaleForce => true,
+        }
     }
 
     /// The code on the wire and in the log, from 1.

@@ -67,19 +67,16 @@ pub struct Limits {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self {
-            norm: Some(Newtons(10.0)),
-            start_force: Some(Newtons(1.0)),
-            rise_time: Some(Seconds(0.5)),
-            speed: Some(SpeedLimit {
-                soft: MetresPerSecond(1.0),
-                hard: MetresPerSecond(1.5),
-            }),
-            braking: Some(Self::BRAKING_WITHOUT_MASS),
-            stuck: Some(Stuck::DEFAULT),
-            jump: Some(Metres(1e-3)),
-            ..Self::bare(Newtons(10.0), NewtonsPerSecond(1000.0))
+        let mut limits = Self::bare(Newtons(0.0), NewtonsPerSecond(0.0));
+        for limit in Limit::ALL {
+            let number = limit.default_number();
+            limit.set(&mut limits, (number > 0.0).then_some(number));
         }
+        limits.norm = Some(limits.force);
+        if let Some(speed) = &mut limits.speed {
+            speed.soft = SpeedLimit::SOFT;
+        }
+        limits
     }
 }
 
@@ -87,10 +84,6 @@ impl Limits {
     /// The most braking for a device of unknown mass: stable with a margin of 2 for 15 g and more at 1 kHz and a
     /// sample of delay.
     pub const BRAKING_WITHOUT_MASS: NewtonSecondsPerMetre = NewtonSecondsPerMetre(5.0);
-    /// Shortest and longest `stop_time`, s.
-    pub const STOP_TIME_S: [f64; 2] = [1e-3, 1.0];
-    /// Largest `brake_force`, N.
-    pub const BRAKE_FORCE_MAX_N: f64 = 10.0;
 
     /// The most braking that is accepted: half of what makes a free mass shake, for whatever bandwidth of the
     /// velocity.
@@ -125,29 +118,16 @@ impl Limits {
             #[cfg(feature = "std")]
             workspace_box: None,
             speed: None,
-            velocity_bandwidth: Hertz(50.0),
+            velocity_bandwidth: Hertz(Limit::VelocityBandwidth.default_number()),
             braking: None,
-            stop_time: Seconds(0.1),
-            brake_force: Newtons(2.0),
+            stop_time: Seconds(Limit::StopTime.default_number()),
+            brake_force: Newtons(Limit::BrakeForce.default_number()),
             device_mass: None,
             device_delay_samples: 1,
             stuck: None,
             jump: None,
             guard: None,
         }
-    }
-
-    /// Index of the row with this key in [`TABLE`](Self::TABLE).
-    ///
-    /// # Panics
-    /// If there is none: a constant that asks for it does not compile.
-    #[must_use]
-    pub const fn row(key: &str) -> usize {
-        let mut row = 0;
-        while !is_same(Self::TABLE[row].key, key) {
-            row += 1;
-        }
-        row
     }
 
     pub(super) const fn bound_places(&self) -> bool {
@@ -159,85 +139,161 @@ impl Limits {
     }
 }
 
-/// A limit that is one number: the row from which experiments, options and the wire make it.
-#[derive(Clone, Copy, Debug)]
-pub struct Limit {
-    /// Names the limit in files, options and reports, with its unit.
-    pub key: &'static str,
-    /// One line for people; empty for a limit that has a parameter of its own elsewhere.
-    pub help: &'static str,
-    /// Reads the number; `None` is off.
-    pub get: fn(&Limits) -> Option<f64>,
+/// Which of two values of a limit is tighter. NaN means no limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tighter {
+    /// The smaller of two values is the tighter one.
+    Less,
+    /// The larger of two values is the tighter one.
+    More,
+    /// The smaller one, but 0 is no limit at all.
+    LessUnlessOff,
+    /// Neither: on, it stays as it was set; off, it may be switched on.
+    Unordered,
 }
 
 /// How a number of the limits is read and set; `None` is off, or 0 where nothing is ever off.
 macro_rules! number {
-    ($field:ident: Option<$unit:ident>) => {
-        (
-            |limits| limits.$field.map(|number| number.0),
-            |limits, number| limits.$field = number.map($unit),
-        )
+    (get $field:ident Option<$unit:ident>) => {
+        |limits: &Limits| limits.$field.map(|number| number.0)
     };
-    ($field:ident: $unit:ident) => {
-        (
-            |limits| Some(limits.$field.0),
-            |limits, number| limits.$field = $unit(number.unwrap_or_default()),
-        )
+    (set $field:ident Option<$unit:ident>) => {
+        |limits: &mut Limits, number: Option<f64>| limits.$field = number.map($unit)
+    };
+    (get $field:ident $unit:ident) => {
+        |limits: &Limits| Some(limits.$field.0)
+    };
+    (set $field:ident $unit:ident) => {
+        |limits: &mut Limits, number: Option<f64>| limits.$field = $unit(number.unwrap_or_default())
+    };
+    (get $within:ident.$field:ident by $set:path) => {
+        |limits: &Limits| limits.$within.map(|within| within.$field.0)
+    };
+    (set $within:ident.$field:ident by $set:path) => {
+        $set
     };
 }
 
 macro_rules! table {
-    ($($key:literal $number:expr, $help:literal;)*) => {
-        impl Limits {
-            /// Every limit that is one number. A new one needs its field, a row here, what enforces it, and its place on the wire.
-            pub const TABLE: &'static [Limit] = &[$(Limit {
-                key: $key,
-                help: $help,
-                get: { let number: (fn(&Self) -> Option<f64>, fn(&mut Self, Option<f64>)) = $number; number.0 },
-            }),*];
+    ($($name:ident $key:literal [$least:expr, $most:expr] $default:expr, $tighter:ident, ($($number:tt)*), $help:literal;)*) => {
+        /// A limit that is one number, wherever it stands: in the chain, on the wire, in documents, on the command line.
+        /// A new one needs its field and its row here, and what enforces it; whoever has to know of it does not compile before.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Limit {
+            $(#[doc = concat!("`", $key, "`: ", $help)] $name,)*
+        }
 
-            /// Sets the number of the same row of [`TABLE`](Self::TABLE). On its own, for a microcontroller has no room for keys and help.
-            pub const SET: &'static [fn(&mut Self, Option<f64>)] = &[$({
-                let number: (fn(&Self) -> Option<f64>, fn(&mut Self, Option<f64>)) = $number;
-                number.1
-            }),*];
+        // A function for each column: a microcontroller has no room for keys and help, which it never asks for.
+        impl Limit {
+            /// Each once.
+            pub const ALL: [Self; [$(Self::$name),*].len()] = [$(Self::$name),*];
+
+            /// Names the limit in files, options and reports, with its unit.
+            #[must_use]
+            pub const fn key(self) -> &'static str {
+                match self { $(Self::$name => $key,)* }
+            }
+
+            /// One line for people.
+            #[must_use]
+            pub const fn help(self) -> &'static str {
+                match self { $(Self::$name => $help,)* }
+            }
+
+            /// Least and most; 0 is allowed too where it means no limit. A device may allow less.
+            #[must_use]
+            pub const fn range(self) -> [f64; 2] {
+                match self { $(Self::$name => [$least, $most],)* }
+            }
+
+            /// The number in [`Limits::default`]; 0 is off.
+            #[must_use]
+            pub const fn default_number(self) -> f64 {
+                match self { $(Self::$name => $default,)* }
+            }
+
+            /// Which of two values is stricter.
+            #[must_use]
+            pub const fn tighter(self) -> Tighter {
+                match self { $(Self::$name => Tighter::$tighter,)* }
+            }
+
+            /// Reads the number; `None` is off.
+            #[must_use]
+            pub fn get(self, limits: &Limits) -> Option<f64> {
+                match self { $(Self::$name => number!(get $($number)*)(limits),)* }
+            }
+
+            /// Sets the number; `None` is off. The stuck time comes after the stuck force, without which there is none to set.
+            // In line, loops over all limits are unrolled, for 0.4 KiB of flash.
+            #[inline(never)]
+            pub fn set(self, limits: &mut Limits, number: Option<f64>) {
+                match self { $(Self::$name => number!(set $($number)*)(limits, number),)* }
+            }
         }
     };
 }
 
 table! {
-    "force_limit_n" number!(force: Newtons), "";
-    "force_rate_limit_n_per_s" number!(rate: NewtonsPerSecond), "";
-    "start_force_n" number!(start_force: Option<Newtons>), "";
-    "velocity_bandwidth_hz" number!(velocity_bandwidth: Hertz), "";
-    "speed_limit_m_per_s" (|limits| limits.speed.map(|speed| speed.hard.0), SpeedLimit::set),
+    Force "force_limit_n" [ABOVE_0, 1e6] 10.0, Less, (force Newtons), "Largest force";
+    ForceRate "force_rate_limit_n_per_s" [ABOVE_0, 1e10] 1000.0, Less, (rate NewtonsPerSecond), "Largest rate of force";
+    StartForce "start_force_n" [0.0, 1e6] 1.0, LessUnlessOff, (start_force Option<Newtons>),
+        "Largest force with which the loop may start; 0 for any";
+    Speed "speed_limit_m_per_s" [1e-6, 100.0] 1.5, LessUnlessOff, (speed.hard by SpeedLimit::set),
         "Largest speed; above it a fault ends the run";
-    "rise_time_s" number!(rise_time: Option<Seconds>), "Ramp the force up over this time at the start";
-    "braking_n_s_per_m" number!(braking: Option<NewtonSecondsPerMetre>),
+    RiseTime "rise_time_s" [0.0, 60.0] 0.5, More, (rise_time Option<Seconds>), "Ramp the force up over this time at the start";
+    VelocityBandwidth "velocity_bandwidth_hz" [0.1, 1e4] 50.0, More, (velocity_bandwidth Hertz),
+        "Bandwidth of the velocity that is estimated from positions";
+    Braking "braking_n_s_per_m" [0.0, 1e6] Limits::BRAKING_WITHOUT_MASS.0, Unordered, (braking Option<NewtonSecondsPerMetre>),
         "Damping that brakes near workspace and speed limits, and after a fault or stop";
-    "stop_time_s" number!(stop_time: Seconds),
+    StopTime "stop_time_s" [1e-3, 1.0] 0.1, Less, (stop_time Seconds),
         "Time to zero force after a fault, a stop or the end, 1ms to 1s [default: 0.1s]";
-    "brake_force_n" number!(brake_force: Newtons),
+    BrakeForce "brake_force_n" [0.0, 10.0] 2.0, Less, (brake_force Newtons),
         "Largest braking force during that time, 0N to 10N [default: 2N]";
-    "stuck_force_n" (|limits| limits.stuck.map(|stuck| stuck.force.0), Stuck::set_force),
+    StuckForce "stuck_force_n" [0.0, 1e4] Stuck::DEFAULT.force.0, LessUnlessOff, (stuck.force by Stuck::set_force),
         "Fault if the force rises by this much while the position is frozen; 0 = off [default: 3N on a serial device, else never]";
-    "stuck_time_s" (|limits| limits.stuck.map(|stuck| stuck.time.0), Stuck::set_time),
+    StuckTime "stuck_time_s" [1e-3, 10.0] Stuck::DEFAULT.time.0, Less, (stuck.time by Stuck::set_time),
         "Time for which the position must be frozen [default: 0.1s]";
-    "jump_m" number!(jump: Option<Metres>),
+    Jump "jump_m" [1e-6, 1.0] 1e-3, LessUnlessOff, (jump Option<Metres>),
         "Fault if the position moves in one sample by this much more than the speed limit allows; 0 = off \
          [default: 1mm on a serial device, else never]";
-    "device_mass_kg" number!(device_mass: Option<Kilograms>),
+    DeviceMass "device_mass_kg" [1e-6, 100.0] 0.0, LessUnlessOff, (device_mass Option<Kilograms>),
         "Mass of a real device, for guard observer, braking and the stability check before a run";
 }
 
-/// True of equal texts; `==` is no constant.
-const fn is_same(one: &str, other: &str) -> bool {
-    let (one, other) = (one.as_bytes(), other.as_bytes());
-    let mut at = 0;
-    while at < one.len() && at < other.len() && one[at] == other[at] {
-        at += 1;
+/// Least number above 0 that is normal in single precision.
+const ABOVE_0: f64 = f32::MIN_POSITIVE as f64;
+
+impl Limit {
+    /// The least value allowed: 0 where a `value` of 0 means no limit, else that of the [`range`](Self::range).
+    #[must_use]
+    pub const fn least_for(self, value: f32) -> f32 {
+        if self.is_off(value) {
+            0.0
+        } else {
+            self.range()[0] as f32
+        }
     }
-    at == one.len() && at == other.len()
+
+    /// True if a `value` of 0 means no limit, and this is one.
+    #[must_use]
+    pub const fn is_off(self, value: f32) -> bool {
+        match self.tighter() {
+            Tighter::LessUnlessOff | Tighter::Unordered => value <= 0.0,
+            Tighter::Less | Tighter::More => false,
+        }
+    }
+
+    /// True if `value` is at least as tight as what is set.
+    #[must_use]
+    pub const fn is_tight(self, value: f32, set: f32) -> bool {
+        match self.tighter() {
+            Tighter::Less => value <= set,
+            Tighter::More => value >= set,
+            Tighter::LessUnlessOff => self.is_off(set) || (!self.is_off(value) && value <= set),
+            Tighter::Unordered => self.is_off(set) || (value - set).abs() <= 0.0,
+        }
+    }
 }
 
 /// The range in which the device may move on an axis.
@@ -270,6 +326,9 @@ pub struct SpeedLimit {
 }
 
 impl SpeedLimit {
+    /// The default of `soft`.
+    pub const SOFT: MetresPerSecond = MetresPerSecond(1.0);
+
     /// A limit that is not braked before it is reached.
     fn set(limits: &mut Limits, hard: Option<f64>) {
         let hard = hard.map(MetresPerSecond);

@@ -22,7 +22,7 @@ mod limits;
 mod motion;
 
 pub use force::{Fault, Limiters, SafeForce};
-pub use limits::{Limit, Limits, SpeedLimit, StartRefused, Stuck, Workspace};
+pub use limits::{Limit, Limits, SpeedLimit, StartRefused, Stuck, Tighter, Workspace};
 
 use crate::error::{Checks, ParameterError};
 use crate::guard::{GuardLaw, GuardState};

@@ -24,15 +24,16 @@ fn rows(text: &str) -> Vec<Row> {
     let row = |line: &str| {
         let cells: Vec<&str> = line.split(',').collect();
         let number = |at: usize| cells[at].parse().ok();
-        let kinds = LoadingKind::ALL.iter();
-        let kind = kinds.clone().find(|(_, name)| *name == cells[0]);
+        let kind = LoadingKind::ALL
+            .into_iter()
+            .find(|kind| kind.name() == cells[0]);
         let loading = Loading {
             area_m2: number(1),
             thickness_m: number(2),
             radius_m: number(3),
             half_angle_rad: number(4),
             bonded: cells[5] == "1",
-            ..Loading::new(kind.expect("a kind").0)
+            ..Loading::new(kind.expect("a kind"))
         };
         let numbers: Vec<f64> = (6..cells.len()).filter_map(number).collect();
         Row {

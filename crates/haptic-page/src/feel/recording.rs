@@ -59,7 +59,7 @@ impl Recording {
             reference_m: ticked.hand_m.into(),
             indenter_position_m: ticked.hand_m.into(),
             contact_force_n: ticked.hand_force_n.into(),
-            ..TickMessage::default()
+            ..TickMessage::unknown(1)
         };
         let message = TickMessage {
             tick: reading.tick - first_tick,

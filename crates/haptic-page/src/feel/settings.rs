@@ -3,7 +3,7 @@
 use crate::wall::judged_scheme;
 use crate::{Number, TextFile};
 use fracdiff::parameter::Shown;
-use fracdiff::{Scheme, Seconds};
+use fracdiff::{Scheme, Seconds, enumerated};
 use haptic_experiment::parameters::{self, Range};
 use haptic_experiment::run::DeviceValues;
 use haptic_experiment::{Failure, ModelledTissue, TissuePiece};
@@ -168,17 +168,14 @@ impl DeviceNumbers {
     }
 }
 
-/// Another operator for the same motion: the last second alone, or A₃, which remembers three samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum Ghost {
-    Short,
-    A3,
-}
-
-impl Ghost {
-    /// Both, in the order of the channels.
-    pub(super) const ALL: [Self; 2] = [Self::Short, Self::A3];
+enumerated! {
+    /// The same motion felt by another operator: the last second alone, or A₃, which remembers three samples.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+    #[serde(rename_all = "lowercase")]
+    pub(crate) enum Ghost {
+        Short,
+        A3,
+    }
 }
 
 /// Fields of `feel.start` and `feel.set`. A missing one stays, or is that of the environment.

@@ -132,15 +132,14 @@ fn record_parameter(given: &Parameter, is_option: bool) -> Value {
     let size = label(given.key);
     let is_size = |kind: LoadingKind| kind.sizes().contains(&size.as_str());
     let is_held = [parameters::STRAIN.key, parameters::STRESS.key].contains(&given.key);
-    let kinds = LoadingKind::ALL.map(|one| one.0);
-    let is_of_some = kinds.into_iter().any(is_size);
+    let is_of_some = LoadingKind::ALL.into_iter().any(is_size);
     let is_contact = given.key == parameters::CONTACT_POINT.key;
     let takes = |kind: &LoadingKind| match (is_of_some, is_contact) {
         (true, _) => is_size(*kind),
         (false, true) => !kind.is_slab(),
         (false, false) => kind.is_slab() || !is_held,
     };
-    let loadings = kinds.iter().filter(|kind| takes(kind));
+    let loadings = LoadingKind::ALL.iter().filter(|kind| takes(kind));
     let loadings: Vec<&str> = loadings.map(|kind| kind.name()).collect();
     let mut field = parameter("identify", given, false);
     field["loadings"] = json!(loadings);

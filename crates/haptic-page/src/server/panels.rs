@@ -33,7 +33,7 @@ struct Queue {
 /// The panels of a page, and the tissue that it draws.
 #[derive(Debug, Default)]
 pub(super) struct Panels {
-    queues: [Queue; 4],
+    queues: [Queue; Panel::ALL.len()],
     gone: AtomicBool,
     pub(super) surface: Mutex<Option<Surface>>,
 }

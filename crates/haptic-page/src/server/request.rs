@@ -93,14 +93,16 @@ impl Turn {
     }
 }
 
-/// A part of the page that asks for itself.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum Panel {
-    Design,
-    Safety,
-    Control,
-    Identify,
+fracdiff::enumerated! {
+    /// A part of the page that asks for itself.
+    #[derive(Clone, Copy, Debug, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub(super) enum Panel {
+        Design,
+        Safety,
+        Control,
+        Identify,
+    }
 }
 
 #[derive(Debug, Deserialize)]
@@ -137,20 +139,33 @@ pub(super) struct RunStart {
 impl Request {
     /// True if only the page that holds the controls may ask for it.
     pub(super) const fn needs_controls(&self) -> bool {
-        matches!(
-            self,
+        match self {
             Self::ReleaseControls {}
-                | Self::FeelStart(_)
-                | Self::FeelSet(_)
-                | Self::FeelHand { .. }
-                | Self::FeelPause { .. }
-                | Self::FeelMark { .. }
-                | Self::FeelRecord { .. }
-                | Self::FeelEnd {}
-                | Self::Arm {}
-                | Self::RunsStart(_)
-                | Self::RunsStop {}
-        )
+            | Self::FeelStart(_)
+            | Self::FeelSet(_)
+            | Self::FeelHand { .. }
+            | Self::FeelPause { .. }
+            | Self::FeelMark { .. }
+            | Self::FeelRecord { .. }
+            | Self::FeelEnd {}
+            | Self::Arm {}
+            | Self::RunsStart(_)
+            | Self::RunsStop {} => true,
+            Self::Hello { .. }
+            | Self::TakeControls { .. }
+            | Self::Stop {}
+            | Self::View(_)
+            | Self::ViewEnd {}
+            | Self::RunsList {}
+            | Self::RunsOpen { .. }
+            | Self::RunsTable(_)
+            | Self::RunsForms {}
+            | Self::TissueKeep { .. }
+            | Self::File(_)
+            | Self::Ask { .. }
+            | Self::Quantity { .. }
+            | Self::Surface(_) => false,
+        }
     }
 
     /// True if it is answered where it is read: nothing that was asked before holds up a stop.

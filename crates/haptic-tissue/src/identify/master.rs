@@ -54,16 +54,18 @@ pub struct Overlap {
     pub alone: Option<[f64; 2]>,
 }
 
-/// The modulus of a sweep that decides its shift.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ShiftBy {
-    /// The storage modulus.
-    Storage,
-    /// The loss modulus.
-    Loss,
-    /// Both, which count the same.
-    #[default]
-    Both,
+fracdiff::enumerated! {
+    /// The modulus of a sweep that decides its shift.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum ShiftBy {
+        /// The storage modulus.
+        Storage "storage" "the storage modulus",
+        /// The loss modulus.
+        Loss "loss" "the loss modulus",
+        /// Both, which count the same.
+        #[default]
+        Both "both" "both alike",
+    }
 }
 
 impl ShiftBy {

@@ -150,10 +150,25 @@ pub(super) fn candidates(
 
 /// True if a record of this kind can be that of a model: no value of it is 0 or infinite throughout.
 const fn shows(model: ModelKind, kind: RecordKind) -> bool {
+    use RecordKind::{Creep, History, Oscillation, Relaxation};
+    let (relaxes, oscillates) = match model {
+        ModelKind::Dashpot => (false, false),
+        ModelKind::KelvinVoigt => (false, true),
+        ModelKind::Spring => (true, false),
+        ModelKind::SpringPot
+        | ModelKind::FractionalKelvinVoigt
+        | ModelKind::Maxwell
+        | ModelKind::FractionalMaxwell
+        | ModelKind::Zener
+        | ModelKind::FractionalZener
+        | ModelKind::PoyntingThomson
+        | ModelKind::FractionalPoyntingThomson
+        | ModelKind::Prony => (true, true),
+    };
     match kind {
-        RecordKind::Relaxation => !matches!(model, ModelKind::Dashpot | ModelKind::KelvinVoigt),
-        RecordKind::Oscillation => !matches!(model, ModelKind::Dashpot | ModelKind::Spring),
-        RecordKind::Creep | RecordKind::History => true,
+        Relaxation => relaxes,
+        Oscillation => oscillates,
+        Creep | History => true,
     }
 }
 

@@ -8,53 +8,37 @@ use crate::identify::keys::{
     SUBTRACT_START, THICKNESS,
 };
 use crate::indentation::{NOISE, begin_s, growing};
+use fracdiff::enumerated;
 use fracdiff::parameter::Shown;
 use haptic_loop::{DepthMap, LoadingKind, Specimen};
 
 /// A longer record is refused; every second sample carries nearly as much information.
 pub const SAMPLES_MOST: usize = 1_000_000;
 
-/// The four kinds of records.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RecordKind {
-    /// Time after a step of strain, and stress over strain.
-    Relaxation,
-    /// Time after a step of stress, and strain over stress.
-    Creep,
-    /// Angular frequency, storage and loss modulus.
-    Oscillation,
-    /// Time, any strain that begins at rest, and stress.
-    History,
-}
-
-impl RecordKind {
-    /// The kinds in the order of help and messages.
-    pub const ALL: [Self; 4] = [
-        Self::Relaxation,
-        Self::Creep,
-        Self::Oscillation,
-        Self::History,
-    ];
-
-    /// Its name on the command line and in JSON.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Relaxation => "relaxation",
-            Self::Creep => "creep",
-            Self::Oscillation => "oscillation",
-            Self::History => "record",
-        }
+enumerated! {
+    /// The four kinds of records.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum RecordKind {
+        /// Time after a step of strain, and stress over strain.
+        Relaxation "relaxation" "stress after a step of strain",
+        /// Time after a step of stress, and strain over stress.
+        Creep "creep" "strain after a step of stress",
+        /// Angular frequency, storage and loss modulus.
+        Oscillation "oscillation" "storage and loss modulus over frequency",
+        /// Time, any strain that begins at rest, and stress.
+        History "record" "strain and stress of any motion from rest",
     }
 }
 
-/// A part of the force that is not the tissue's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Baseline {
-    /// f₀ alone, as a load cell shows that was not set to 0.
-    Constant,
-    /// f₀ and the drift f₁ of a load cell that warms up.
-    Linear,
+enumerated! {
+    /// A part of the force that is not the tissue's.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Baseline {
+        /// f₀ alone, as a load cell shows that was not set to 0.
+        Constant "constant" "an offset",
+        /// f₀ and the drift f₁ of a load cell that warms up.
+        Linear "linear" "an offset and a drift",
+    }
 }
 
 /// Depth at which an indenter touches.

@@ -110,39 +110,38 @@ pub(crate) const TWO_ELEMENTS: [Parameter; 3] = [
     ORDER,
 ];
 
-/// The models that have names. The classical ones are those with α = 1 and β = 0. `E_{a,b}` is the Mittag-Leffler function;
-/// where a function of time has no closed form, it is the integral over its spectrum.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum ModelKind {
-    /// σ = E·ε.
-    Spring,
-    /// σ = η·dε/dt.
-    Dashpot,
-    /// σ = V·D^α ε: G = V·t^(−α)/Γ(1−α), J = t^α/(V·Γ(1+α)).
-    SpringPot,
-    /// A spring and a dashpot side by side.
-    KelvinVoigt,
-    /// Two spring-pots side by side: G is the sum of theirs, J = (t^α/V)·E_{α−β,1+α}(−(G/V)·t^(α−β)).
-    FractionalKelvinVoigt,
-    /// A spring and a dashpot in series.
-    Maxwell,
-    /// Two spring-pots in series: G = G·t^(−β)·E_{α−β,1−β}(−(G/V)·t^(α−β)), J is the sum of theirs.
-    FractionalMaxwell,
-    /// A spring beside a Maxwell model.
-    Zener,
-    /// A spring beside a fractional Maxwell model, whose G it adds to; J has no closed form.
-    FractionalZener,
-    /// A spring in series with a Kelvin–Voigt model.
-    PoyntingThomson,
-    /// A spring in series with a fractional Kelvin–Voigt model, whose J it adds to; G has no closed form.
-    FractionalPoyntingThomson,
-    /// A spring and Maxwell branches side by side: G = E + Σ `E_i`·e^(−t/`τ_i`), J has an exponential at each zero of M.
-    Prony,
+fracdiff::enumerated! {
+    /// The models that have names. The classical ones are those with α = 1 and β = 0. `E_{a,b}` is the Mittag-Leffler function;
+    /// where a function of time has no closed form, it is the integral over its spectrum.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+    #[non_exhaustive]
+    pub enum ModelKind {
+        /// σ = E·ε.
+        Spring "spring",
+        /// σ = η·dε/dt.
+        Dashpot "dashpot",
+        /// σ = V·D^α ε: G = V·t^(−α)/Γ(1−α), J = t^α/(V·Γ(1+α)).
+        SpringPot "spring-pot",
+        /// A spring and a dashpot side by side.
+        KelvinVoigt "kelvin-voigt",
+        /// Two spring-pots side by side: G is the sum of theirs, J = (t^α/V)·E_{α−β,1+α}(−(G/V)·t^(α−β)).
+        FractionalKelvinVoigt "fractional-kelvin-voigt",
+        /// A spring and a dashpot in series.
+        Maxwell "maxwell",
+        /// Two spring-pots in series: G = G·t^(−β)·E_{α−β,1−β}(−(G/V)·t^(α−β)), J is the sum of theirs.
+        FractionalMaxwell "fractional-maxwell",
+        /// A spring beside a Maxwell model.
+        Zener "zener",
+        /// A spring beside a fractional Maxwell model, whose G it adds to; J has no closed form.
+        FractionalZener "fractional-zener",
+        /// A spring in series with a Kelvin–Voigt model.
+        PoyntingThomson "poynting-thomson",
+        /// A spring in series with a fractional Kelvin–Voigt model, whose J it adds to; G has no closed form.
+        FractionalPoyntingThomson "fractional-poynting-thomson",
+        /// A spring and Maxwell branches side by side: G = E + Σ `E_i`·e^(−t/`τ_i`), J has an exponential at each zero of M.
+        Prony "prony",
+    }
 }
-
-// A kind that is missing in the list is found by no name.
-const _: () = assert!(ModelKind::Prony as usize + 1 == ModelKind::ALL.len());
 
 /// The models that are fitted, those with few parameters first. A classical Poynting–Thomson model is a Zener model with other numbers.
 #[cfg(feature = "identify")]
@@ -160,41 +159,6 @@ pub const CANDIDATES: [ModelKind; 10] = [
 ];
 
 impl ModelKind {
-    /// All of them, simple ones first.
-    pub const ALL: [Self; 12] = [
-        Self::Spring,
-        Self::Dashpot,
-        Self::SpringPot,
-        Self::KelvinVoigt,
-        Self::FractionalKelvinVoigt,
-        Self::Maxwell,
-        Self::FractionalMaxwell,
-        Self::Zener,
-        Self::FractionalZener,
-        Self::PoyntingThomson,
-        Self::FractionalPoyntingThomson,
-        Self::Prony,
-    ];
-
-    /// The name in tissue files and on the command line.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Spring => "spring",
-            Self::Dashpot => "dashpot",
-            Self::SpringPot => "spring-pot",
-            Self::KelvinVoigt => "kelvin-voigt",
-            Self::FractionalKelvinVoigt => "fractional-kelvin-voigt",
-            Self::Maxwell => "maxwell",
-            Self::FractionalMaxwell => "fractional-maxwell",
-            Self::Zener => "zener",
-            Self::FractionalZener => "fractional-zener",
-            Self::PoyntingThomson => "poynting-thomson",
-            Self::FractionalPoyntingThomson => "fractional-poynting-thomson",
-            Self::Prony => "prony",
-        }
-    }
-
     /// The model of a name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
@@ -250,11 +214,17 @@ impl ModelKind {
     }
 
     /// Two elements that are joined so; `classical` if they are a dashpot and a spring.
-    pub(super) fn of_two(joint: Joint, classical: bool) -> Self {
-        let is = |kind: &Self| {
-            kind.joint() == Some(joint) && kind.parameters().contains(&ORDER) != classical
-        };
-        Self::ALL.into_iter().find(is).unwrap_or(Self::SpringPot)
+    pub(super) const fn of_two(joint: Joint, classical: bool) -> Self {
+        match (joint, classical) {
+            (Joint::KelvinVoigt, true) => Self::KelvinVoigt,
+            (Joint::KelvinVoigt, false) => Self::FractionalKelvinVoigt,
+            (Joint::Maxwell, true) => Self::Maxwell,
+            (Joint::Maxwell, false) => Self::FractionalMaxwell,
+            (Joint::Zener, true) => Self::Zener,
+            (Joint::Zener, false) => Self::FractionalZener,
+            (Joint::PoyntingThomson, true) => Self::PoyntingThomson,
+            (Joint::PoyntingThomson, false) => Self::FractionalPoyntingThomson,
+        }
     }
 
     /// The parameter of the value at a place.

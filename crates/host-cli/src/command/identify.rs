@@ -12,7 +12,7 @@ use crate::output::{Output, joined};
 use crate::parse::{choice, of, one_of, whole};
 use clap::Args;
 use haptic_experiment::question::tissue::{
-    BASELINES, RecordAnswer, RecordQuestion, contact_point, estimates, held,
+    RecordAnswer, RecordQuestion, contact_point, estimates, held,
 };
 use haptic_experiment::{Failure, parameters};
 use haptic_log::record::StartTime;
@@ -30,19 +30,6 @@ use std::time::SystemTime;
 
 /// The model that was asked for; none for the simplest that the record supports.
 type Chosen = Option<ModelKind>;
-
-fn kinds() -> Vec<(RecordKind, &'static str, &'static str)> {
-    let words = [
-        "stress after a step of strain",
-        "strain after a step of stress",
-        "storage and loss modulus over frequency",
-        "strain and stress of any motion from rest",
-    ];
-    let kinds = RecordKind::ALL.into_iter().zip(words);
-    kinds
-        .map(|(kind, words)| (kind, kind.name(), words))
-        .collect()
-}
 
 fn models() -> Vec<(Chosen, &'static str, &'static str)> {
     let auto = (None, "auto", "the simplest that the record supports");
@@ -85,7 +72,7 @@ pub(crate) struct Arguments {
     #[arg(value_name = "DATA", required = true)]
     data: Vec<PathBuf>,
     /// Kind of record [default: by its columns]
-    #[arg(long, value_parser = one_of(kinds()))]
+    #[arg(long, value_parser = one_of(RecordKind::CHOICES.to_vec()))]
     kind: Option<RecordKind>,
     /// Model to fit; auto selects by the record
     #[arg(long, value_parser = one_of(models()), default_value = "auto")]
@@ -191,7 +178,7 @@ struct FitArguments {
     #[arg(long)]
     stiffening: bool,
     /// Find the part of the force that is not the tissue's too
-    #[arg(long, value_parser = one_of(BASELINES.to_vec()))]
+    #[arg(long, value_parser = one_of(Baseline::CHOICES.to_vec()))]
     baseline: Option<Baseline>,
     /// Parameters to hold at a value or in a range, as in order=0.2 or order=0.1..0.3
     #[arg(long, value_name = "PARAMETER=VALUE", value_delimiter = ',', value_parser = held)]

@@ -131,7 +131,7 @@ pub(crate) struct Export {
     #[arg(long, value_parser = one_of(ExportFormat::ALL.map(|one| (one, one.name(), "")).to_vec()), default_value = "table")]
     format: ExportFormat,
     /// How much of the material is written
-    #[arg(long, value_parser = one_of(Card::ALL.to_vec()), default_value = "series")]
+    #[arg(long, value_parser = one_of(Card::CHOICES.to_vec()), default_value = "series")]
     card: Card,
     #[command(flatten)]
     file: TextFile,

@@ -1,14 +1,14 @@
 //! Keys that several kinds share, or that a room below the kinds names.
 
 use super::range::Range;
-use crate::document::named::Named;
+use crate::document::named::named;
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::{
     DAMPINGS, DEVICE_TIMES, DISSIPATIONS, DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES,
     HALF_ANGLES, MASSES, POISSON_RATIOS, SAMPLE_TIMES, SENSOR_STEPS, SPECIMENS, STIFFNESSES,
 };
 use haptic_link::Limits as Wire;
-use haptic_loop::LoadingKind;
+use haptic_loop::{Limit, LoadingKind};
 
 parameters! {
     /// `k_c` of a coupler, N·s/m.
@@ -47,14 +47,14 @@ parameters! {
     SAMPLE_TIME = number("sample_time_s", 1e-3, "1ms", SAMPLE_TIMES, "Sample time of the loop");
     CONTACT = text("contact", "compliant", "Contact between indenter and tissue");
     /// Force limit of a rendered tissue, N.
-    FORCE_LIMIT = number("force_limit_n", 10.0, "10N", FORCE_LIMITS, "Largest force the loop may command");
+    FORCE_LIMIT = number("force_limit_n", Limit::Force.default_number(), "10N", FORCE_LIMITS, "Largest force the loop may command");
     CONTROLLER = text("controller", "", "Controller file of the indenter, which is then a mass");
     /// Device of a drive at a port.
     DRIVE_DEVICE = text("drive_device", "", "Second device, which the controller moves: it presses the tissue that the other one renders");
     DRIVE_DEVICE_MODEL = text("drive_device_model", "", "Its device file from `device measure`");
     DRIVE_LOOP = text("drive_loop", "device", "Where the loop of the second device runs");
     /// Rate limit of a rendered tissue, N/s.
-    FORCE_RATE_LIMIT = number("force_rate_limit_n_per_s", 1000.0, "1000N/s", FORCE_RATES, "Largest rate of change of the force");
+    FORCE_RATE_LIMIT = number("force_rate_limit_n_per_s", Limit::ForceRate.default_number(), "1000N/s", FORCE_RATES, "Largest rate of change of the force");
     TOUCH_AXES = count("axes", 2, "2", "Number of axes, 2 or 3");
     /// Length of a trial, s.
     TRIAL_DURATION = number("duration_s", 5.0, "5s", DURATIONS, "Length of a run");
@@ -75,27 +75,13 @@ pub(crate) const PIECE: &[Parameter] = &[
 /// `PIECE` without the name of the tissue.
 pub(crate) const UNNAMED_PIECE: &[Parameter] = PIECE.split_at(1).1;
 
-impl Named for LoadingKind {
-    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
-        (Self::Shear, Self::Shear.name(), "Simple shear of a slab"),
-        (Self::Tension, Self::Tension.name(), "Tension of a slab"),
-        (
-            Self::Compression,
-            Self::Compression.name(),
-            "Compression of a slab",
-        ),
-        (
-            Self::Punch,
-            Self::Punch.name(),
-            "A flat round punch on a deep body",
-        ),
-        (
-            Self::Sphere,
-            Self::Sphere.name(),
-            "A sphere on a deep body, or on a layer",
-        ),
-        (Self::Cone, Self::Cone.name(), "A cone on a deep body"),
-    ];
+named! { LoadingKind:
+    Shear = LoadingKind::Shear.name(), "Simple shear of a slab";
+    Tension = LoadingKind::Tension.name(), "Tension of a slab";
+    Compression = LoadingKind::Compression.name(), "Compression of a slab";
+    Punch = LoadingKind::Punch.name(), "A flat round punch on a deep body";
+    Sphere = LoadingKind::Sphere.name(), "A sphere on a deep body, or on a layer";
+    Cone = LoadingKind::Cone.name(), "A cone on a deep body";
 }
 
 /// The device file that is shipped.

@@ -1,6 +1,7 @@
 //! Kinds of parameters: values, and what stands of each.
 
 use super::range::Range;
+use haptic_loop::Limit;
 use haptic_quantity::Key;
 use std::fmt;
 
@@ -54,6 +55,11 @@ impl Parameter {
 
     pub(crate) const fn optional(key: &'static str, range: Range, help: &'static str) -> Self {
         Self::new(key, Value::Number(None, range), "", help)
+    }
+
+    /// A limit of the safety chain, off or as the device has it unless it is given.
+    pub(crate) const fn limit(limit: Limit) -> Self {
+        Self::optional(limit.key(), Range::of(limit), limit.help())
     }
 
     pub(crate) const fn text(key: &'static str, default: &'static str, help: &'static str) -> Self {

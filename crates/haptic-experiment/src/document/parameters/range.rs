@@ -6,6 +6,7 @@
 use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
 use haptic_analysis::{ForcePath, Nondimensional, SampledPlant};
+use haptic_loop::Limit;
 use haptic_teleoperation::ChannelModel;
 use std::fmt;
 
@@ -33,7 +34,28 @@ impl Range {
         }
     }
 
-    /// Extends the range by 0, where 0 switches something off.
+    /// The range in which a document asks for a limit: 0 only where it is a limit too, or switches off what a device has
+    /// unless it is asked.
+    #[must_use]
+    pub const fn of(limit: Limit) -> Self {
+        let [least, most] = limit.range();
+        match limit {
+            Limit::Force
+            | Limit::ForceRate
+            | Limit::StartForce
+            | Limit::RiseTime
+            | Limit::Braking => above_0(most),
+            Limit::StuckForce | Limit::Jump => Self::Within(least, most).or_0(),
+            Limit::Speed
+            | Limit::VelocityBandwidth
+            | Limit::StopTime
+            | Limit::BrakeForce
+            | Limit::StuckTime
+            | Limit::DeviceMass => Self::Within(least, most),
+        }
+    }
+
+    /// The same range and 0, where 0 switches something off.
     #[must_use]
     pub const fn or_0(self) -> Self {
         match self {
@@ -120,10 +142,10 @@ pub(crate) const DISSIPATIONS: Range = up_to(1e8);
 pub(crate) const FORCES: Range = up_to(1e4);
 /// Forces of a push that has to be there, N.
 pub(crate) const FORCES_ABOVE_0: Range = above_0(1e4);
-/// Limits of a force, N: a larger one has no effect.
-pub(crate) const FORCE_LIMITS: Range = above_0(1e6);
+/// Limits of a force, N: so high a one limits nothing any more.
+pub(crate) const FORCE_LIMITS: Range = Range::of(Limit::Force);
 /// Limits of its rate, N/s: that force within 0.1 ms.
-pub(crate) const FORCE_RATES: Range = above_0(1e10);
+pub(crate) const FORCE_RATES: Range = Range::of(Limit::ForceRate);
 /// Speeds of an impact, m/s: ten times what a hand does.
 pub(crate) const IMPACTS: Range = up_to(10.0);
 /// Steps of an encoder and noise, m: a ruler is finer than 1 mm.

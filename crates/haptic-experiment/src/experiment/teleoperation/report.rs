@@ -4,9 +4,9 @@ use super::pair::{Pair, PairTick};
 use super::{
     ARCHITECTURE, HandMotion, MUST_BE_PASSIVE, SLAVE_DAMPING, SLAVE_MASS, TeleoperationExperiment,
 };
-use crate::document::TISSUE_IN_LOG;
 use crate::document::failure::Failure;
 use crate::document::parameters::SAMPLE_TIME;
+use crate::document::parameters::TISSUE_IN_LOG;
 use crate::experiment::kind::{Conduct, Experiment, Watched};
 use crate::experiment::reading::metadata;
 use crate::judge::decimated::Decimated;
@@ -110,7 +110,7 @@ fn message(tick: &PairTick, hand_m: f64) -> TickMessage {
         contact_force_n: (0.0 - slave.outside_n).into(),
         limiters: master.limiters.bits() | slave.limiters.bits(),
         observed_energy_j: 0.0 - tick.given_j,
-        ..TickMessage::default()
+        ..TickMessage::unknown(1)
     }
 }
 
@@ -180,6 +180,10 @@ impl Experiment for TeleoperationExperiment {
         self.sample_time().0
     }
 
+    fn axes(&self) -> usize {
+        1
+    }
+
     fn metadata(&self) -> BTreeMap<String, String> {
         let mut metadata = metadata("teleoperation", &self.conduct, self.scheme, &self.safety);
         let frequencies: Vec<String> =
@@ -241,7 +245,11 @@ impl Experiment for TeleoperationExperiment {
         Ok(Published::new(report, curves, ran))
     }
 
-    /// The pre-flight judges the slave in its remote place.
+    fn check_start(&self) -> Result<(), Failure> {
+        Ok(())
+    }
+
+    /// The slave in its remote place is looked at.
     fn may_be_refused(&self) -> bool {
         true
     }

@@ -17,7 +17,6 @@ use crate::run::folder::{FolderRequest, OutputFolder, Table};
 use crate::run::realtime::RealtimeOptions;
 use crate::run::record::Record;
 use crate::run::recorder::Recorder;
-use crate::run::safety::keys::STOP_TIME;
 use crate::run::schedule::{Pace, Schedule};
 use crate::run::tick::by_loop;
 use crate::run::{Ran, Supervisor, close, recorder, tell_end, told};
@@ -26,7 +25,7 @@ use haptic_link::{Architecture, HandSide, hand_digest};
 use haptic_log::record::flaw::LATE_FORCE;
 use haptic_log::record::{END, StartTime, TickMessage};
 use haptic_loop::realtime::Periodic;
-use haptic_loop::{Limiters, SafeForce};
+use haptic_loop::{Limit, Limiters, SafeForce};
 use haptic_quantity::{digits, written};
 use haptic_teleoperation::{Heard, Introduction, Port};
 use serde::Serialize;
@@ -296,8 +295,8 @@ impl TeleoperationExperiment {
         let logs: Vec<String> = ran.log.paths.iter().map(shown).collect();
         let t = self.sample_time().0;
         let (counts, line) = (side.port.counts(), side.line.state.counters());
-        let stop_time_s = self.safety.number(STOP_TIME);
-        let stop_time_s = stop_time_s.unwrap_or(haptic_loop::Limits::default().stop_time.0);
+        let stop_time_s = self.safety.number(Limit::StopTime);
+        let stop_time_s = stop_time_s.unwrap_or(Limit::StopTime.default_number());
         let (name, architecture) = (side.line.state.side(), self.architecture.name());
         let seen = json!({
             "side": name.to_string(),
@@ -522,7 +521,7 @@ impl Side<'_> {
             indenter_position_m: reading.position_m[0].into(),
             position_m: reading.position_m[0].into(),
             contact_force_n: (0.0 - self.body.outside_n(time_s)).into(),
-            ..TickMessage::default()
+            ..TickMessage::unknown(1)
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::shape::{Grip, HandPath};
 use crate::run::simulate::Instrumented;
-use crate::run::tick::{KeptSample, TickRecord, judged_force_n, per_axis, unknown};
+use crate::run::tick::{KeptSample, TickRecord, judged_force_n, per_axis};
 use fracdiff::Real;
 use haptic_log::record::TickMessage;
 use haptic_loop::plant::Axes;
@@ -132,7 +132,7 @@ pub(super) fn depth<const D: usize>(shape: &Shape<f64, D>, position_m: &[f64]) -
 impl<const D: usize> TouchTick<D> {
     /// Of a device that reports neither the aim of its hand nor the output of its motors.
     pub(super) fn unknown(shape: Shape<f64, D>) -> Self {
-        let tick = unknown(D);
+        let tick = TickMessage::unknown(D);
         Self { tick, shape }
     }
 }
@@ -177,7 +177,7 @@ impl<const D: usize> Instrumented<D> for HeldAxes<D> {
                 reference_m: per_axis(&reference),
                 indenter_position_m: per_axis(&position),
                 contact_force_n: per_axis(&self.axes.applied_force()),
-                ..TickMessage::at_rest(D)
+                ..TickMessage::unknown(D)
             },
             shape: self.shape,
         }

@@ -21,7 +21,7 @@ use crate::run::safety::GuardChoice;
 use crate::run::safety::keys::{GUARD, RISE_TIME};
 use crate::run::tick::{KeptSample, judged_force_n};
 use haptic_log::record::{Entry, LogReader, TickMessage, column_name};
-use haptic_loop::{Limiters, LoadingKind};
+use haptic_loop::{Limit, Limiters, LoadingKind};
 use haptic_tissue::ting;
 use serde::Serialize;
 use serde_json::json;
@@ -205,7 +205,7 @@ impl TouchExperiment {
     /// E = ½·Σ f·x·Δs,   s the share of the force that is used, from 0 to 1 in the rise time, f the force for s = 1
     /// ```
     fn risen_j(&self, record: &Record) -> f64 {
-        let Some(rise_s) = self.safety.number(RISE_TIME) else {
+        let Some(rise_s) = self.safety.number(Limit::RiseTime) else {
             return 0.0;
         };
         let step = self.sample_time().0 / rise_s;

@@ -8,9 +8,9 @@ use super::{
     TOUCH_BOX_HIGH, TOUCH_BOX_LOW, TOUCH_CIRCLE_START, TOUCH_MUST_BE_PASSIVE, TOUCH_WAY,
     TouchExperiment,
 };
-use crate::document::TISSUE_IN_LOG;
 use crate::document::failure::Failure;
 use crate::document::parameters::DEVICE;
+use crate::document::parameters::TISSUE_IN_LOG;
 use crate::experiment::kind::{Conduct, Experiment, Watched};
 use crate::experiment::reading::metadata;
 use crate::experiment::trial::no_law_there;
@@ -101,6 +101,10 @@ impl Experiment for TouchExperiment {
             3 => self.outside(&self.parts::<3>()?),
             _ => self.outside(&self.parts::<2>()?),
         }
+    }
+
+    fn may_be_refused(&self) -> bool {
+        false
     }
 }
 

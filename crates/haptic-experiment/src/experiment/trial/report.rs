@@ -304,6 +304,10 @@ impl<T: Trial> Experiment for T {
         self.setup().device.sample_time.0
     }
 
+    fn axes(&self) -> usize {
+        1
+    }
+
     fn metadata(&self) -> BTreeMap<String, String> {
         let (setup, scheme) = (self.setup(), self.operator_choice().1);
         let mut metadata = metadata(Self::KIND, &setup.conduct, scheme, &setup.safety());
@@ -325,6 +329,14 @@ impl<T: Trial> Experiment for T {
         let ran = self.recorded(watched)?;
         let (report, curves) = self.report(&ran)?;
         Ok(Published::new(report, curves, ran))
+    }
+
+    fn check_start(&self) -> Result<(), Failure> {
+        Ok(())
+    }
+
+    fn may_be_refused(&self) -> bool {
+        false
     }
 }
 

@@ -57,7 +57,10 @@ impl Number {
     /// True of a coordinate that may be negative. So may a lag and a delay: no device has such ones, but the best of those that fit a device
     /// without delay or lag is as often there as not.
     const fn is_signed(self) -> bool {
-        !matches!(self, Self::Damping | Self::Friction | Self::Stiffness)
+        match self {
+            Self::Damping | Self::Friction | Self::Stiffness => false,
+            Self::Mass | Self::Bias | Self::Lateness | Self::Lag => true,
+        }
     }
 }
 

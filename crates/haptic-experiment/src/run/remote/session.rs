@@ -13,7 +13,7 @@ use crate::run::remote::RemoteDevice;
 use crate::run::remote::partner::{Partner, Side};
 use crate::run::remote::summary::{LinkSummary, summarise};
 use crate::run::schedule::Schedule;
-use crate::run::tick::{TickRecord, by_device, by_loop, per_axis, unknown};
+use crate::run::tick::{TickRecord, by_device, by_loop, per_axis};
 use crate::run::{Ran, Supervisor, close, tell_end};
 use fracdiff::Real;
 use haptic_link::{
@@ -463,7 +463,7 @@ fn applied_n<const D: usize>(sample: &Sample) -> SVector<f64, D> {
 pub(crate) fn blank(reference_m: f64) -> TickMessage {
     TickMessage {
         reference_m: reference_m.into(),
-        ..unknown(1)
+        ..TickMessage::unknown(1)
     }
 }
 

@@ -171,22 +171,16 @@ fn what_a_chain_on_the_host_has_goes_over_the_wire_and_is_good() {
         let want = Limits {
             // The smaller of force and norm.
             force_n: 5.0,
-            force_rate_n_per_s: 1000.0,
-            start_force_n: 1.0,
-            rise_time_s: 0.5,
             workspace_low_m: -0.1,
             workspace_high_m: 0.1,
             workspace_soft_m: 0.1,
             speed_soft_m_per_s: 0.5,
             speed_hard_m_per_s: 2.0,
             velocity_bandwidth_hz: 30.0,
+            // A device does not know how much it bears.
             braking_n_s_per_m: 5.0,
-            stop_time_s: 0.1,
-            brake_force_n: 2.0,
-            stuck_force_n: 3.0,
-            stuck_time_s: 0.1,
-            jump_m: 1e-3,
-            ..wire
+            guard: wire.guard,
+            ..Limits::DEFAULT
         };
         assert_eq!(wire, want);
         let mut bench = Bench::ideal();

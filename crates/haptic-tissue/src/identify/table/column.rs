@@ -2,38 +2,40 @@
 
 use super::unit::{Dimension, rows};
 
-/// A quantity of a record.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Column {
-    /// Time, s; of any origin.
-    Time,
-    /// Relaxation modulus, Pa.
-    Modulus,
-    /// Creep compliance, 1/Pa.
-    Compliance,
-    /// Strain, 1.
-    Strain,
-    /// Nominal stress, Pa: force over the area at rest.
-    Stress,
-    /// Force on the specimen, N.
-    Force,
-    /// Position into the specimen, m: its depth.
-    Position,
-    /// Angular frequency, rad/s; a column in Hz is converted.
-    Omega,
-    /// Storage modulus, Pa.
-    Storage,
-    /// Loss modulus, Pa.
-    Loss,
-    /// Magnitude of the complex modulus, Pa.
-    Complex,
-    /// Phase angle between strain and stress, rad.
-    Phase,
-    /// Loss over storage modulus, 1.
-    LossTangent,
-    /// Temperature, °C: it separates segments, and is not a value of a record.
-    Temperature,
+fracdiff::enumerated! {
+    /// A quantity of a record.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[non_exhaustive]
+    pub enum Column {
+        /// Time, s; of any origin.
+        Time,
+        /// Relaxation modulus, Pa.
+        Modulus,
+        /// Creep compliance, 1/Pa.
+        Compliance,
+        /// Strain, 1.
+        Strain,
+        /// Nominal stress, Pa: force over the area at rest.
+        Stress,
+        /// Force on the specimen, N.
+        Force,
+        /// Position into the specimen, m: its depth.
+        Position,
+        /// Angular frequency, rad/s; a column in Hz is converted.
+        Omega,
+        /// Storage modulus, Pa.
+        Storage,
+        /// Loss modulus, Pa.
+        Loss,
+        /// Magnitude of the complex modulus, Pa.
+        Complex,
+        /// Phase angle between strain and stress, rad.
+        Phase,
+        /// Loss over storage modulus, 1.
+        LossTangent,
+        /// Temperature, °C: it tells segments apart, and is no number of a record.
+        Temperature,
+    }
 }
 
 /// The place of a column that a user named.
@@ -46,24 +48,6 @@ pub enum Choice {
 }
 
 impl Column {
-    /// All, in the order of messages, which is that of the file of their spellings.
-    pub const ALL: [Self; 14] = [
-        Self::Time,
-        Self::Modulus,
-        Self::Compliance,
-        Self::Strain,
-        Self::Stress,
-        Self::Force,
-        Self::Position,
-        Self::Omega,
-        Self::Storage,
-        Self::Loss,
-        Self::Complex,
-        Self::Phase,
-        Self::LossTangent,
-        Self::Temperature,
-    ];
-
     /// Its name where a user chooses columns or units.
     #[must_use]
     pub fn name(self) -> &'static str {

@@ -206,12 +206,8 @@ const WRONG_LOADINGS: &str = r"
 fn a_loading_that_does_not_fit_is_refused_with_the_remedy() {
     for [header, given, wanted] in testkit::table(WRONG_LOADINGS) {
         let (kind, sizes) = given.split_once(' ').unwrap_or((&given, ""));
-        let kinds = LoadingKind::ALL.into_iter();
-        let kind = kinds
-            .into_iter()
-            .find(|one| one.1 == kind)
-            .expect("a kind")
-            .0;
+        let mut kinds = LoadingKind::ALL.into_iter();
+        let kind = kinds.find(|one| one.name() == kind).expect("a kind");
         let mut reading = Reading {
             loading: Loading::new(kind),
             loading_is_told: true,

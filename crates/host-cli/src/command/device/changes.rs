@@ -11,6 +11,7 @@ use haptic_experiment::run::single;
 use haptic_experiment::run::{GuardedDevice, speed, workspace};
 use haptic_experiment::{GuardChoice, Named};
 use haptic_link::{Configuration, Guard, Limits, LoopMode, SimulationKind};
+use haptic_loop::Limit;
 use haptic_quantity::{parse_for_key, without_unit};
 use haptic_remote::{operator_shape, wire_guard};
 use std::collections::BTreeSet;
@@ -19,7 +20,7 @@ use std::collections::BTreeSet;
 #[derive(Clone, Copy)]
 enum Place {
     Own(fn(&mut Configuration) -> &mut f32),
-    Limit(fn(&mut Limits) -> &mut f32),
+    Limit(Limit),
 }
 
 #[derive(Clone, Copy)]
@@ -53,17 +54,7 @@ const KEYS: &[Key] = keys! {
     "watchdog_s", "Silence from the host after which the device lets go";
     "late_ticks", "Late ticks in a row that are a fault; 0 = off";
     "max_age_ticks", "Loop on the host: largest age of a force, in ticks from its sample";
-    "force_limit_n" in parameters::FORCE_LIMIT.range() => c.limits.force_n, "Largest force";
-    "force_rate_limit_n_per_s" in parameters::FORCE_RATE_LIMIT.range() => c.limits.force_rate_n_per_s,
-        "Largest rate of force";
-    "start_force_n" in parameters::FORCE_LIMIT.range().or_0() => c.limits.start_force_n,
-        "Largest force with which the loop may start; 0 for any";
     "workspace_m", "Range of positions, as -10mm:20mm; none for any";
-    "speed_limit_m_per_s", "Largest speed; 0 for any";
-    "braking_n_s_per_m" in parameters::BRAKING.range().or_0() => c.limits.braking_n_s_per_m,
-        "Damping that brakes near a limit and after a fault or stop; 0 = off";
-    "stuck_time_s" in parameters::STUCK_TIME.range() => c.limits.stuck_time_s,
-        "Time for which the position must be frozen";
     "guard", "Keep the loop from feeding the device energy: off, observer or energy-bounding";
     "device_damping_n_s_per_m", "Its damping, for guard=energy-bounding; so are the next three";
     "device_delay_s", "Delay from a measurement to the effect of its force, as 1ms or 0.2ms:1ms";
@@ -77,22 +68,31 @@ const KEYS: &[Key] = keys! {
     "push_n" in parameters::PUSH.range().or_0() => c.simulation.push_n, "Push of the hand on a simulated device";
 };
 
-/// Every other number that is a limit by itself, by the row of its table and the parameter of an experiment. Where 0 is no limit, it
-/// may be 0.
+/// Every limit that is one number, in the range in which a document asks for it. Where a device takes 0, it may be 0.
 fn limits() -> impl Iterator<Item = Key> {
-    Limits::TABLE.iter().filter_map(|limit| {
-        let key = limit.field.key();
-        let mut known = parameters::tables("experiment")
-            .into_iter()
-            .flat_map(|(_, table)| table);
-        let parameter = known.find(|parameter| parameter.key == key)?;
+    Limit::ALL.into_iter().map(|limit| {
+        let asked = Range::of(limit);
         let range = match limit.least_for(0.0) <= 0.0 {
-            true => parameter.range().or_0(),
-            false => parameter.range(),
+            true => asked.or_0(),
+            false => asked,
         };
-        let help = parameter.help.split(" [default").next()?;
-        let number = Some((range, Place::Limit(limit.of)));
-        (KEYS.iter().all(|known| known.key != key)).then_some(Key { key, help, number })
+        let help = if limit == Limit::Speed {
+            "Largest speed; 0 for any"
+        } else if limit == Limit::Braking {
+            "Damping that brakes near a limit and after a fault or stop; 0 = off"
+        } else {
+            let (help, _) = limit
+                .help()
+                .split_once(" [default")
+                .unwrap_or((limit.help(), ""));
+            help
+        };
+        let number = Some((range, Place::Limit(limit)));
+        Key {
+            key: limit.key(),
+            help,
+            number,
+        }
     })
 }
 
@@ -113,7 +113,7 @@ pub(crate) fn names() -> Vec<&'static str> {
 #[derive(Default)]
 pub(super) struct Changes {
     given: BTreeSet<&'static str>,
-    numbers: Vec<(Place, f32)>,
+    numbers: Vec<(Place, f64)>,
     loop_mode: Option<LoopMode>,
     tick_period_us: Option<u32>,
     order: Option<Order>,
@@ -126,7 +126,6 @@ pub(super) struct Changes {
     max_age_ticks: Option<u16>,
     /// `Some(None)` for no workspace.
     workspace_m: Option<Option<(f64, f64)>>,
-    speed_limit_m_per_s: Option<f64>,
     guard: Option<GuardChoice>,
     known: GuardedDevice,
 }
@@ -168,8 +167,8 @@ impl Changes {
 
     fn set(&mut self, Key { key, number, .. }: Key, text: &str) -> Result<(), String> {
         if let Some((range, place)) = number {
-            let value = single(key, in_range(key, range, text)?);
-            let value = value.map_err(|error| format!("is too small: {error}"))?;
+            let value = in_range(key, range, text)?;
+            single(key, value).map_err(|error| format!("is too small: {error}"))?;
             self.numbers.push((place, value));
             return Ok(());
         }
@@ -196,7 +195,7 @@ impl Changes {
                 self.watchdog_ms = Some(watchdog_ms(within(parameters::WATCHDOG, text)?)?);
             }
             "late_ticks" => self.late_ticks = Some(count(text, 0, u16::MAX)?),
-            "max_age_ticks" => self.max_age_ticks = Some(count(text, 1, 1000)?),
+            "max_age_ticks" => self.max_age_ticks = Some(count(text, 1, Limits::MAX_AGE_TICKS)?),
             "workspace_m" => {
                 self.workspace_m = Some(unless_none(text, |text| {
                     let (low, high) = text
@@ -208,10 +207,6 @@ impl Changes {
                         .then_some((low, high))
                         .ok_or_else(|| "has its low end not below its high end".to_owned())
                 })?);
-            }
-            "speed_limit_m_per_s" => {
-                let range = parameters::SPEED_LIMIT.range().or_0();
-                self.speed_limit_m_per_s = Some(in_range(key, range, text)?);
             }
             "guard" => self.guard = Some(named(text)?),
             "device_damping_n_s_per_m" => {
@@ -246,8 +241,8 @@ impl Changes {
         for (place, value) in &self.numbers {
             *match place {
                 Place::Own(of) => of(configuration),
-                Place::Limit(of) => of(&mut configuration.limits),
-            } = *value;
+                Place::Limit(limit) => configuration.limits.number(*limit).0,
+            } = *value as f32;
         }
         let given = |key| self.given.contains(key);
         let plant = [
@@ -329,7 +324,9 @@ impl Changes {
             None => {}
         }
         let before = braking_changes.then_some(f64::from(limits.speed_hard_m_per_s));
-        if let Some(hard) = self.speed_limit_m_per_s.or(before) {
+        let mut given = self.numbers.iter();
+        let given = given.find(|(place, _)| matches!(place, Place::Limit(Limit::Speed)));
+        if let Some(hard) = given.map(|(_, hard)| *hard).or(before) {
             let speed = speed(hard, brakes);
             limits.speed_soft_m_per_s = speed.soft.0 as f32;
             limits.speed_hard_m_per_s = speed.hard.0 as f32;

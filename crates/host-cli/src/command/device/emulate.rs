@@ -15,7 +15,7 @@ use haptic_emulator::board::{self, Body, Emulated, Emulation, EmulatorError, Por
 use haptic_emulator::{Damage, LineFaults, emulate, haply, moteus};
 use haptic_experiment::parameters::{self, Range};
 use haptic_experiment::run::DeviceModel;
-use haptic_experiment::{Failure, Named};
+use haptic_experiment::{Failure, named};
 use haptic_loop::plant::{FacingContact, MassDamperConfig};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
 use haptic_quantity::without_unit;
@@ -39,17 +39,11 @@ enum Kind {
     Inverse3,
 }
 
-impl Named for Kind {
-    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
-        (Self::Own, "own", "The device of this program"),
-        (Self::Haply2Diy, "haply-2diy", "The board of a Haply 2DIY"),
-        (Self::Moteus, "moteus", "A moteus servo behind an fdcanusb"),
-        (
-            Self::Inverse3,
-            "inverse3",
-            "The service of a Haply Inverse3",
-        ),
-    ];
+named! { Kind:
+    Own = "own", "The device of this program";
+    Haply2Diy = "haply-2diy", "The board of a Haply 2DIY";
+    Moteus = "moteus", "A moteus servo behind an fdcanusb";
+    Inverse3 = "inverse3", "The service of a Haply Inverse3";
 }
 
 impl Kind {

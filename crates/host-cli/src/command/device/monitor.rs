@@ -7,10 +7,10 @@ use crate::files::RunFiles;
 use crate::output::{Output, note, warn};
 use crate::parse::{quantity, whole};
 use clap::Args;
-use haptic_experiment::run::{Recorder, Stopped, by_device, trouble, unknown};
+use haptic_experiment::run::{Recorder, Stopped, by_device, trouble};
 use haptic_experiment::{Failure, parameters};
 use haptic_link::{BATCH_MAX, FaultReport, Sample};
-use haptic_log::record::{RecordError, StartTime};
+use haptic_log::record::{RecordError, StartTime, TickMessage};
 use haptic_loop::realtime::Moment;
 use haptic_remote::serial::{Heard, SerialLink};
 use indicatif::ProgressBar;
@@ -307,7 +307,7 @@ impl Watch<'_> {
             return;
         };
         let time_s = f64::from(sample.tick) * period_s;
-        let message = by_device(unknown(sample.axes.len()), sample, time_s);
+        let message = by_device(TickMessage::unknown(sample.axes.len()), sample, time_s);
         log.keep(|log| log.tick(&message));
         if self.watched.samples.is_multiple_of(50) {
             self.bar.set_message(format!(

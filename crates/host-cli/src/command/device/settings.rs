@@ -6,9 +6,8 @@ use crate::output::{Output, joined, warn};
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::run::{Remembered, at_port, loosened, refused_at_port};
-use haptic_link::{
-    Configuration, Field, GuardKind, Limits, LoopMode, OperatorForm, SimulationKind, Tighter,
-};
+use haptic_link::{Configuration, GuardKind, Limits, LoopMode, OperatorForm, SimulationKind};
+use haptic_loop::Limit;
 use haptic_quantity::without_unit;
 use serde_json::{Value, json};
 
@@ -117,24 +116,27 @@ fn parameters(device: &str, configuration: &Configuration, coefficients: &[f32])
     })
 }
 
-/// The safety chain beyond force and rate, row by row of the table of limits; 0 or null is off, and `X_reason` says why.
+/// The safety chain beyond force and rate, limit by limit; 0 or null is off, and `X_reason` says why.
 fn chain(limits: &Limits) -> Value {
     let n = number;
     let mut limits = *limits;
     let mut chain = serde_json::Map::new();
-    // Force and its rate stand beside the chain.
-    for limit in &Limits::TABLE[2..] {
-        let (value, key) = (*(limit.of)(&mut limits), limit.field.key());
-        let without_speed = limit.field == Field::Jump && limits.speed_hard_m_per_s <= 0.0;
-        let off = value <= 0.0 || without_speed;
-        let unknown = limit.field == Field::DeviceMass && off;
+    for limit in Limit::ALL {
+        let (value, key) = (*limits.number(limit).0, limit.key());
+        // They stand beside the chain.
+        if limit == Limit::Force || limit == Limit::ForceRate {
+            continue;
+        }
+        let without_speed = limit == Limit::Jump && limits.speed_hard_m_per_s <= 0.0;
+        let off = limit.is_off(value) || without_speed;
+        let unknown = limit == Limit::DeviceMass && off;
         chain.insert(key.to_owned(), json!((!unknown).then(|| n(value))));
-        if limit.tighter == Tighter::LessUnlessOff {
-            let why = if limit.field == Field::StartForce {
+        if limit.is_off(0.0) {
+            let why = if limit == Limit::StartForce {
                 "off: any force"
-            } else if limit.field == Field::SpeedHard {
+            } else if limit == Limit::Speed {
                 "off: any speed"
-            } else if limit.field == Field::Jump {
+            } else if limit == Limit::Jump {
                 "off: it needs a speed limit, and to be above 0"
             } else {
                 "off"
@@ -149,10 +151,7 @@ fn chain(limits: &Limits) -> Value {
         "workspace_reason": (low >= high).then_some("none is set"),
         "workspace_soft_m": n(limits.workspace_soft_m),
         "speed_soft_m_per_s": n(limits.speed_soft_m_per_s),
-        "braking_n_s_per_m": n(limits.braking_n_s_per_m),
-        "braking_reason": (limits.braking_n_s_per_m <= 0.0).then_some("off"),
         "device_delay_ticks": limits.device_delay_ticks,
-        "stuck_time_s": n(limits.stuck_time_s),
     });
     joined([Value::Object(chain), rest])
 }

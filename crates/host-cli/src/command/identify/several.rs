@@ -3,7 +3,7 @@
 use crate::parse::one_of;
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::question::tissue::{RecordQuestion, SHIFTS_BY, Several, temperature};
+use haptic_experiment::question::tissue::{RecordQuestion, Several, temperature};
 use haptic_tissue::identify::ShiftBy;
 
 /// Options of several records.
@@ -20,7 +20,7 @@ pub(super) struct SeveralArguments {
     #[arg(long, value_name = "TEMPERATURE", value_delimiter = ',', value_parser = temperature, allow_hyphen_values = true, requires = "master_curve")]
     pub(super) temperature: Vec<f64>,
     /// Modulus of a sweep that decides the shift [default: both]
-    #[arg(long, value_parser = one_of(SHIFTS_BY.to_vec()), requires = "master_curve")]
+    #[arg(long, value_parser = one_of(ShiftBy::CHOICES.to_vec()), requires = "master_curve")]
     shift_by: Option<ShiftBy>,
 }
 

@@ -8,6 +8,7 @@ use crate::files::PROGRAM;
 use crate::output::joined;
 use haptic_experiment::{Line, lines};
 use haptic_link::Limits;
+use haptic_loop::Limit;
 use haptic_quantity::{label, written};
 use haptic_selftest::SelfTestReport;
 use serde_json::{Value, json};
@@ -28,33 +29,36 @@ pub(super) fn of(report: &SelfTestReport) -> String {
 
 /// A row for each limit: what is set, the largest magnitude of it at a first time, and what is to be done.
 fn limits(set: &Limits) -> Vec<Value> {
+    let mut limits = *set;
+    let numbers = Limit::ALL.into_iter().filter_map(|limit| {
+        let most = match limit {
+            Limit::Force => 0.5,
+            Limit::ForceRate => 20.0,
+            Limit::Speed => 0.25,
+            Limit::StopTime => 0.1,
+            Limit::StartForce
+            | Limit::RiseTime
+            | Limit::VelocityBandwidth
+            | Limit::Braking
+            | Limit::BrakeForce
+            | Limit::StuckForce
+            | Limit::StuckTime
+            | Limit::Jump
+            | Limit::DeviceMass => return None,
+        };
+        let value = *limits.number(limit).0;
+        Some((limit.key(), (!limit.is_off(value)).then_some(value), most))
+    });
     let within = set.workspace_low_m < set.workspace_high_m;
-    let unless_off = |value: f32, is_set: bool| is_set.then_some(f64::from(value));
-    let number = |value: f32| unless_off(value, true);
-    let speed = set.speed_hard_m_per_s;
-    let rows = [
-        ("force_limit_n", number(set.force_n), 0.5),
-        (
-            "force_rate_limit_n_per_s",
-            number(set.force_rate_n_per_s),
-            20.0,
-        ),
-        (
-            "workspace_low_m",
-            unless_off(set.workspace_low_m, within),
-            0.02,
-        ),
-        (
-            "workspace_high_m",
-            unless_off(set.workspace_high_m, within),
-            0.02,
-        ),
-        ("speed_limit_m_per_s", unless_off(speed, speed > 0.0), 0.25),
-        ("stop_time_s", number(set.stop_time_s), 0.1),
-        ("watchdog_s", Some(1e-3 * f64::from(set.watchdog_ms)), 0.5),
+    let end = |end: f32| within.then_some(end);
+    let others = [
+        ("workspace_low_m", end(set.workspace_low_m), 0.02),
+        ("workspace_high_m", end(set.workspace_high_m), 0.02),
+        ("watchdog_s", Some(1e-3 * f32::from(set.watchdog_ms)), 0.5),
     ];
-    let rows = rows.map(|(key, set, most)| {
-        // The limits set are in single precision.
+    let rows = numbers.chain(others).map(|(key, set, most)| {
+        let set = set.map(f64::from);
+        // What is set is in single precision.
         let is_tight = set.is_some_and(|set| set.abs() <= most * (1.0 + 1e-6));
         let first_time = match key.ends_with("low_m") {
             true => format!("{} or above", written(key, -most)),
@@ -67,7 +71,7 @@ fn limits(set: &Limits) -> Vec<Value> {
             "do": if is_tight { "keep it" } else { "tighten it first" },
         })
     });
-    rows.into()
+    rows.collect()
 }
 
 /// The lines of a report as tables of Markdown: rows that follow each other are one.
@@ -146,10 +150,10 @@ mod tests {
         let looser: [fn(&mut Limits); 7] = [
             |set| set.force_n = 0.51,
             |set| set.force_rate_n_per_s = 21.0,
-            |set| set.workspace_low_m = -0.021,
-            |set| set.workspace_high_m = 0.021,
             |set| set.speed_hard_m_per_s = 0.0,
             |set| set.stop_time_s = 0.11,
+            |set| set.workspace_low_m = -0.021,
+            |set| set.workspace_high_m = 0.021,
             |set| set.watchdog_ms = 501,
         ];
         for (index, loosen) in looser.into_iter().enumerate() {
