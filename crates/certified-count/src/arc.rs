@@ -4,7 +4,9 @@
 //! |f(θ) − f(m)| ≤ (h/2)·sup|f′|   on an arc of width h about m:   the image of the arc lies in a disc
 //! ```
 
+use crate::bounds::{Bounds, Jet, product};
 use crate::circle::{Count, Place, Winding};
+use crate::open_loop::AtAngle;
 use core::f64::consts::PI;
 use num_complex::Complex;
 
@@ -54,42 +56,83 @@ impl Arc {
     }
 }
 
-/// A value at the middle of an arc, with bounds on its size and derivative over the whole arc.
+/// A value and its derivative at the middle of an arc, with bounds over the whole arc.
 #[derive(Clone, Copy, Debug)]
 pub struct Enclosed {
-    /// The value at the middle, to rounding; the bounds say how far it is from the others.
-    pub value: Complex<f64>,
+    /// f and f′ at the middle, to rounding; the bounds say how far they are from the others.
+    pub middle: Jet,
     /// Bound of |f|, or of the sum of the sizes of its terms.
     pub size: f64,
     /// Bound of |f′|.
     pub rate: f64,
+    /// Bound of |f″|; may be infinite.
+    pub bend: f64,
 }
 
 impl Enclosed {
-    /// With the size that value and rate allow.
+    /// With the size that value and rate allow, where the derivative in the middle is not known.
     #[must_use]
     pub fn new(value: Complex<f64>, rate: f64, arc: &Arc) -> Self {
-        let size = value.norm() + rate * arc.half_width();
-        Self { value, size, rate }
+        let unknown = Complex::new(f64::NAN, f64::NAN);
+        Self::bent(Jet::new(value, unknown), rate, f64::INFINITY, arc)
+    }
+
+    /// With the size and the rate that these bounds allow.
+    #[must_use]
+    pub fn bent(middle: Jet, rate: f64, bend: f64, arc: &Arc) -> Self {
+        let bounds = Self {
+            middle,
+            size: f64::INFINITY,
+            rate,
+            bend,
+        };
+        bounds.within(arc)
+    }
+
+    /// With the bounds that follow from the middle, where they are less.
+    #[must_use]
+    pub fn within(self, arc: &Arc) -> Self {
+        let half = arc.half_width();
+        // No derivative, no bound.
+        let rate = self
+            .rate
+            .min(self.middle.rate.norm() + product(half, self.bend));
+        let size = self.size.min(self.middle.value.norm() + half * rate);
+        Self { size, rate, ..self }
+    }
+
+    /// Of the whole arc, as an interval.
+    #[must_use]
+    pub fn bounds(&self, arc: &Arc) -> Bounds {
+        Bounds {
+            size: self.size,
+            rate: self.rate,
+            bend: self.bend,
+            travel: 2.0 * arc.half_width() * self.rate,
+        }
     }
 
     /// The sum of two functions: their bounds add up too.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
         Self {
-            value: self.value + other.value,
+            middle: self.middle.plus(other.middle),
             size: self.size + other.size,
             rate: self.rate + other.rate,
+            bend: self.bend + other.bend,
         }
     }
 
-    /// The product of two functions, whose rate follows from both sizes and both rates.
+    /// The product of two functions, whose bounds follow from those of both.
     #[must_use]
     pub fn times(self, other: Self) -> Self {
         Self {
-            value: self.value * other.value,
+            middle: self.middle.times(other.middle),
             size: self.size * other.size,
             rate: self.rate * other.size + self.size * other.rate,
+            bend: product(self.bend, other.size)
+                + 2.0 * product(self.rate, other.rate)
+                + product(self.size, other.bend),
         }
     }
 
@@ -97,9 +140,10 @@ impl Enclosed {
     #[must_use]
     pub fn scaled(self, factor: f64) -> Self {
         Self {
-            value: self.value * factor,
+            middle: Jet::new(self.middle.value * factor, self.middle.rate * factor),
             size: self.size * factor.abs(),
             rate: self.rate * factor.abs(),
+            bend: product(self.bend, factor.abs()),
         }
     }
 }
@@ -125,9 +169,9 @@ enum Known {
     Zero,
 }
 
-/// Goes from 0 to π in arcs; true if each was proved.
-fn walk(mut judge: impl FnMut(&Arc) -> Known) -> bool {
-    let (mut theta, mut width) = (0.0, FIRST);
+/// Goes from an angle to π in arcs; true if each was proved.
+fn walk(from: f64, mut judge: impl FnMut(&Arc) -> Known) -> bool {
+    let (mut theta, mut width) = (from, FIRST);
     for _ in 0..ARCS_MAX {
         let next = if theta + width > PI {
             PI
@@ -154,17 +198,29 @@ fn walk(mut judge: impl FnMut(&Arc) -> Known) -> bool {
 /// zeros = −(1/π)·Σ arg(F(θ_{i+1})/F(θ_i)),   each arc with |F(m)| > (h/2)·sup|F′|, so that each turn is below π
 /// ```
 pub fn count(f: impl Fn(&Arc) -> Enclosed) -> Count {
-    let at = |theta: f64| f(&Arc::new(theta, theta)).value;
+    let (is_proved, winding) = wind(0.0, f);
+    winding.counted(is_proved, WHOLE)
+}
+
+/// The turn of F, rad, from an angle to π, and the angle at which F is nearest to 0; `None` where the turn is not proved.
+pub fn turn(from: f64, f: impl Fn(&Arc) -> Enclosed) -> Option<AtAngle> {
+    let (is_proved, winding) = wind(from, f);
+    is_proved.then_some(AtAngle::new(winding.turned, winding.theta))
+}
+
+fn wind(from: f64, f: impl Fn(&Arc) -> Enclosed) -> (bool, Winding) {
+    let at = |theta: f64| f(&Arc::new(theta, theta)).middle.value;
     let mut winding = Winding::new(0.0);
-    let mut here = at(0.0);
-    let is_proved = walk(|arc| {
-        let enclosed = f(arc);
-        let relative = enclosed.value.norm() / enclosed.size;
+    let mut here = at(from);
+    let is_proved = walk(from, |arc| {
+        let terms = f(arc);
+        let (value, rate) = (terms.middle.value, terms.within(arc).rate);
+        let relative = value.norm() / terms.size;
         winding.meets(relative, arc.middle());
         if relative.is_nan() || relative <= ZERO {
             return Known::Zero;
         }
-        if enclosed.value.norm() <= BEYOND * arc.half_width() * enclosed.rate {
+        if value.norm() <= BEYOND * arc.half_width() * rate {
             return Known::Unclear;
         }
         let there = at(arc.high);
@@ -172,7 +228,7 @@ pub fn count(f: impl Fn(&Arc) -> Enclosed) -> Count {
         here = there;
         Known::Clear
     });
-    winding.counted(is_proved, WHOLE)
+    (is_proved, winding)
 }
 
 /// True if below + k·above is proved to be 0 nowhere on the circle, whatever k is from `low` to `high`, both above 0.
@@ -181,9 +237,9 @@ pub fn count(f: impl Fn(&Arc) -> Enclosed) -> Count {
 /// min over k of |d + kn| > (h/2)·(sup|d′| + high·sup|n′|)   on each arc,   the least at k = −Re(d·n̄)/|n|², or at an end
 /// ```
 pub fn is_clear(f: impl Fn(&Arc) -> (Enclosed, Enclosed), [low, high]: [f64; 2]) -> bool {
-    walk(|arc| {
+    walk(0.0, |arc| {
         let (below, above) = f(arc);
-        let (d, n) = (below.value, above.value);
+        let (d, n) = (below.middle.value, above.middle.value);
         let nearest = -(d * n.conj()).re / n.norm_sqr();
         // Where n is 0 any k will do.
         let k = if nearest > low {
@@ -193,7 +249,7 @@ pub fn is_clear(f: impl Fn(&Arc) -> (Enclosed, Enclosed), [low, high]: [f64; 2])
         };
         let distance = (d + n * k).norm();
         let size = below.size + high * above.size;
-        let rate = below.rate + high * above.rate;
+        let rate = below.within(arc).rate + high * above.within(arc).rate;
         if distance <= ZERO * size || distance.is_nan() {
             return Known::Zero;
         }

@@ -58,7 +58,8 @@ impl Place {
     /// H|d + kn| − k|e|,   the least at k = −b + |e|·c/√(H²|n|² − |e|²), or at an end;   b = Re(d·n̄)/|n|², c = |Im(d·n̄)|/|n|²
     /// ```
     fn judged(&self, [low, high]: [f64; 2]) -> Judged {
-        let (d, n, e) = (self.below.value, self.above.value, self.error.value.norm());
+        let [d, n, e] = [self.below, self.above, self.error].map(|part| part.middle.value);
+        let e = e.norm();
         let beside = d * n.conj() / n.norm_sqr();
         let steep = HOLDS * HOLDS * n.norm_sqr() - e * e;
         let lowest = -beside.re + e * beside.im.abs() / libm::sqrt(steep);

@@ -2,7 +2,6 @@
 
 use crate::enclosure::Fraction;
 use crate::held_response::HeldResponse;
-use crate::sampled_plant::Peaks;
 use crate::{ControlError, ControllerParameters, LoadedPlant, Memory, SampledPlant};
 use certified_count::{Arc, Count, Enclosed, count};
 use fracdiff::Seconds;
@@ -43,7 +42,6 @@ pub struct SampledLoop {
     memory_s: Option<f64>,
     /// The plant behind its hold, of one that follows a rule.
     held: Option<HeldResponse>,
-    peaks: Peaks,
     /// True if that is its open loop, in place of the rule.
     is_held: bool,
     sample_time: Seconds,
@@ -79,7 +77,6 @@ impl SampledLoop {
             memory_s: memories.min_by(f64::total_cmp),
             held: plant.held_response().cloned(),
             part: plant.part(),
-            peaks: plant.peaks().clone(),
             ..rule
         })
     }
@@ -110,7 +107,6 @@ impl SampledLoop {
             gain: 1.0,
             part: 0.0,
             held: None,
-            peaks: Peaks::default(),
             is_held: false,
             sample_time,
         })
@@ -122,17 +118,6 @@ impl SampledLoop {
     #[must_use]
     pub fn memory_s(&self) -> Option<f64> {
         self.memory_s
-    }
-
-    /// Where the plant may have narrow peaks.
-    pub(crate) fn peaks(&self) -> &Peaks {
-        &self.peaks
-    }
-
-    /// The same with the peaks of another loop, whose plant differs by a dead time.
-    pub(crate) fn beside(self, other: &Self) -> Self {
-        let peaks = other.peaks.clone();
-        Self { peaks, ..self }
     }
 
     /// The same with the gain of the plant times this.
@@ -230,13 +215,29 @@ impl SampledLoop {
     /// C·G at the angle θ, of the weights held: the open loop.
     #[must_use]
     pub fn open(&self, theta: f64) -> Complex<f64> {
-        let arc = Arc::new(theta, theta);
-        let at =
-            |fraction: &Fraction| fraction.above.at(&arc).value / fraction.below.at(&arc).value;
-        let plant = match &self.held {
-            Some(held) if self.is_held => held.at(theta),
-            _ => at(&self.plant),
+        let [below, above] = self.open_parts(&Arc::new(theta, theta));
+        above.middle.value / below.middle.value
+    }
+
+    /// Below and above of the open loop: of the plant behind its hold in place of a rule where this is of it.
+    pub(crate) fn open_parts(&self, arc: &Arc) -> [Enclosed; 2] {
+        let [below, above] =
+            [&self.controller.below, &self.controller.above].map(|sum| sum.at(arc));
+        let [below, above] = match &self.held {
+            Some(held) if self.is_held => [below, above.times(held.enclosed(arc))],
+            _ => [
+                below.times(self.plant.below.at(arc)),
+                above.times(self.plant.above.at(arc)),
+            ],
         };
-        at(&self.controller) * plant * self.gain
+        [below, above.scaled(self.gain)]
+    }
+
+    /// With less dead time by whole samples, which turn L alone.
+    pub(crate) fn prompt(&self) -> Self {
+        let mut prompt = self.clone();
+        prompt.plant.above = prompt.plant.above.prompt();
+        prompt.held = prompt.held.map(HeldResponse::prompt);
+        prompt
     }
 }

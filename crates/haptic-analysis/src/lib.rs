@@ -29,13 +29,13 @@ mod stability;
 mod teleoperation;
 mod transparency;
 
+pub use certified_count::AtAngle;
 pub use coupling::Coupler;
 pub use coupling::LeastDamping;
 pub use dynamics::Dynamics;
 pub use error::AnalysisError;
 pub use fracdiff::parameter::RangeError;
 pub use largest::Largest;
-pub use margin::AtAngle;
 pub use margin::Margins;
 pub use noise::NoiseGain;
 pub use object::{CoupledLoop, CoupledObject, CouplerOperator};
