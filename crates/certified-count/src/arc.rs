@@ -150,9 +150,9 @@ impl Enclosed {
 
 /// |F| over the sizes of its terms below which it counts as 0.
 const ZERO: f64 = 1e-11;
-/// The first arc, and the least that is looked at.
+/// The first arc from 0, and the least that is looked at, as a share of the first.
 const FIRST: f64 = 1e-9;
-const NARROWEST: f64 = 1e-13;
+const NARROWEST: f64 = 1e-4;
 /// Arcs at most: some ten times what any loop of the tests takes.
 const ARCS_MAX: usize = 200_000;
 /// A bound has to be passed by this factor: its rounding errors are less.
@@ -171,7 +171,8 @@ enum Known {
 
 /// Goes from an angle to π in arcs; true if each was proved.
 fn walk(from: f64, mut judge: impl FnMut(&Arc) -> Known) -> bool {
-    let (mut theta, mut width) = (from, FIRST);
+    let first = if from > 0.0 { 0.1 * from } else { FIRST };
+    let (mut theta, mut width) = (from, first);
     for _ in 0..ARCS_MAX {
         let next = if theta + width > PI {
             PI
@@ -180,7 +181,7 @@ fn walk(from: f64, mut judge: impl FnMut(&Arc) -> Known) -> bool {
         };
         match judge(&Arc::new(theta, next)) {
             Known::Zero => return false,
-            _ if width < NARROWEST => return false,
+            _ if width < NARROWEST * first.max(FIRST * theta) => return false,
             Known::Unclear => width *= 0.5,
             Known::Clear if next >= PI => return true,
             Known::Clear => {

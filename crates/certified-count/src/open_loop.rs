@@ -120,6 +120,11 @@ pub trait OpenLoop {
     /// A and B at an angle.
     fn terms(&self, theta: f64) -> Terms<Self::Node>;
 
+    /// A and B at an angle with derivatives that tell a rise from a fall, where those of [`terms`](Self::terms) are not numbers.
+    fn sloped(&self, theta: f64) -> Terms<Self::Node> {
+        self.terms(theta)
+    }
+
     /// Bounds of A and of B between two angles.
     fn bounds(&self, a: &Terms<Self::Node>, b: &Terms<Self::Node>) -> [Bounds; 2];
 
@@ -237,7 +242,7 @@ fn improve<L: OpenLoop + ?Sized>(
     sample: &Terms<L::Node>,
     [low, high]: [f64; 2],
 ) -> AtAngle {
-    let theta = bisect(low, high, |theta| open.terms(theta).climb(peak) > 0.0);
+    let theta = bisect(low, high, |theta| open.sloped(theta).climb(peak) > 0.0);
     let value = open.terms(theta).share(peak);
     if value > sample.share(peak) {
         AtAngle::new(value, theta)

@@ -92,18 +92,24 @@ impl Factor {
                 Enclosed::bent(Jet::new(value, value * TURN * d), d, d * d, arc)
             }
             Self::Memory(taps, modes) => {
-                let mut sum = polynomial(taps, arc.w, turn, 1.0, arc);
+                let Enclosed {
+                    mut middle,
+                    mut rate,
+                    mut bend,
+                    ..
+                } = polynomial(taps, arc.w, turn, 1.0, arc);
                 for &(weight, decay) in modes {
                     // 1 − rw = d + rv, |1 − rw|² = d² + r|v|²
                     let r = 1.0 - decay;
                     let least = decay * decay + r * arc.least_square;
                     let mode = (arc.v * r + decay).inv();
-                    let rate = weight.abs() * r / least;
-                    let bend = rate * (1.0 + 2.0 * r / libm::sqrt(least));
-                    let middle = Jet::new(mode * weight, mode * mode * turn * (r * weight));
-                    sum = sum.plus(Enclosed::bent(middle, rate, bend, arc));
+                    middle.value += mode * weight;
+                    middle.rate += mode * mode * turn * (r * weight);
+                    let steep = weight.abs() * r / least;
+                    rate += steep;
+                    bend += steep * (1.0 + 2.0 * r / libm::sqrt(least));
                 }
-                Enclosed::bent(sum.middle, sum.rate, sum.bend, arc)
+                Enclosed::bent(middle, rate, bend, arc)
             }
             Self::Law(SharedLaw(law)) => {
                 let value = law.response(arc.middle());

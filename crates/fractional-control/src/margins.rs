@@ -17,7 +17,7 @@ const FLAT: f64 = 1e-3;
 const AT_A_POLE: f64 = 1e-10;
 /// Share by which a peak may be exceeded, of a plant behind its hold, of whose response one derivative is bounded.
 const PEAK: f64 = 1e-6;
-const PEAK_HELD: f64 = 1e-4;
+const PEAK_HELD: f64 = 1e-3;
 /// A derivative that is not known is found over this share of an angle.
 const BESIDE: f64 = 1e-6;
 
@@ -65,21 +65,23 @@ impl OpenLoop for Open<'_> {
     type Node = ();
 
     fn terms(&self, theta: f64) -> Terms<()> {
-        let parts = |theta: f64| self.0.open_parts(&Arc::new(theta, theta));
-        let mut own = parts(theta).map(|part| part.middle);
-        if own.iter().any(|part| part.rate.is_nan()) {
-            let ends = [theta * (1.0 - BESIDE), (theta * (1.0 + BESIDE)).min(PI)];
-            let [before, behind] = ends.map(parts);
-            for (part, (before, behind)) in own.iter_mut().zip(before.iter().zip(behind)) {
-                let moved = behind.middle.value - before.middle.value;
-                part.rate = moved / (ends[1] - ends[0]);
-            }
-        }
+        let parts = self.0.open_parts(&Arc::new(theta, theta));
         Terms {
             theta,
-            parts: own,
+            parts: parts.map(|part| part.middle),
             node: (),
         }
+    }
+
+    fn sloped(&self, theta: f64) -> Terms<()> {
+        let mut own = self.terms(theta);
+        if own.parts.iter().any(|part| part.rate.is_nan()) {
+            let ends = [theta * (1.0 - BESIDE), (theta * (1.0 + BESIDE)).min(PI)];
+            let [before, behind] = ends.map(|theta| self.terms(theta).parts);
+            let rate = |k: usize| (behind[k].value - before[k].value) / (ends[1] - ends[0]);
+            (own.parts[0].rate, own.parts[1].rate) = (rate(0), rate(1));
+        }
+        own
     }
 
     fn bounds(&self, a: &Terms<()>, b: &Terms<()>) -> [Bounds; 2] {
@@ -94,7 +96,7 @@ impl OpenLoop for Open<'_> {
     }
 
     fn angles(&self) -> Vec<f64> {
-        let octaves = core::iter::successors(Some(PI), |theta| Some(0.5 * theta));
+        let octaves = core::iter::successors(Some(PI), |theta| Some(0.125 * theta));
         let mut angles: Vec<f64> = octaves.take_while(|theta| *theta > self.1).collect();
         angles.push(self.1);
         angles.reverse();
@@ -106,7 +108,12 @@ impl OpenLoop for Open<'_> {
     }
 
     fn narrow(&self, theta: f64) -> f64 {
-        1e-11 * theta
+        theta
+            * if self.0.is_held() {
+                PEAK_HELD * PEAK_HELD
+            } else {
+                1e-11
+            }
     }
 
     fn noise(&self) -> f64 {
