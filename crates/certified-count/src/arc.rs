@@ -5,7 +5,7 @@
 //! ```
 
 use crate::bounds::{Bounds, Jet, product};
-use crate::circle::{Count, Place, Winding};
+use crate::circle::{Place, StabilityVerdict, Winding};
 use crate::open_loop::AtAngle;
 use core::f64::consts::PI;
 use num_complex::Complex;
@@ -198,7 +198,7 @@ fn walk(from: f64, mut judge: impl FnMut(&Arc) -> Known) -> bool {
 /// ```text
 /// zeros = −(1/π)·Σ arg(F(θ_{i+1})/F(θ_i)),   each arc with |F(m)| > (h/2)·sup|F′|, so that each turn is below π
 /// ```
-pub fn count(f: impl Fn(&Arc) -> Enclosed) -> Count {
+pub fn count(f: impl Fn(&Arc) -> Enclosed) -> StabilityVerdict {
     let (is_proved, winding) = wind(0.0, f);
     winding.counted(is_proved, WHOLE)
 }

@@ -10,7 +10,7 @@ mod open_loop;
 
 pub use arc::{Arc, Enclosed, count, is_clear, turn};
 pub use bounds::{Bounds, Jet, product};
-pub use circle::{Count, Place};
+pub use circle::{Place, StabilityVerdict};
 pub use curve::{Curve, Sample};
 pub use late::{Late, Unknown, Zero, delay_margin};
 pub use open_loop::{AtAngle, OpenLoop, Peak, Terms};

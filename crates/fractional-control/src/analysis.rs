@@ -141,7 +141,7 @@ pub(crate) fn analysed(
     let drifts = plant.order_at_rest() > 0.0 && adds_up(&setup.law);
     if drifts && verdict.stable {
         // The product hides it: the command grows for ever, though no output does.
-        (verdict.stable, verdict.unstable_poles, verdict.omega_rad_s) = (false, None, 0.0);
+        (verdict.stable, verdict.unstable_poles, verdict.theta) = (false, None, 0.0);
     }
     let place = margins.phase.unwrap_or(margins.sensitivity).omega_rad_s;
     let t = setup.sample_time_s;

@@ -27,7 +27,7 @@ impl Late for Later {
     fn lost(&self) -> Result<Option<f64>, Unknown> {
         let Some(turn) = self.turn else {
             let verdict = self.late.verdict();
-            return Ok((!verdict.stable).then(|| verdict.omega_rad_s / self.late.rate()));
+            return Ok((!verdict.stable).then_some(verdict.theta));
         };
         let late = self.late.turn().ok_or(Unknown)?;
         Ok(((late.value - turn).abs() > 0.5 * PI).then_some(late.theta))

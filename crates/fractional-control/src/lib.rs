@@ -86,6 +86,7 @@ pub use transfer::FractionalTransferFunction;
 pub use transfer::{FractionalPolynomial, Term};
 #[cfg(feature = "std")]
 pub use {
+    certified_count::StabilityVerdict,
     curves::ControllerParameters,
     enclosure::SampledLaw,
     identify::{
@@ -103,7 +104,7 @@ pub use {
     setup::{ControllerSetup, UseController, rule_of_scheme},
     simulate::{Response, Shape, simulate},
     state_space::StateSpace,
-    verdict::{SampledLoop, StabilityVerdict},
+    verdict::SampledLoop,
 };
 
 /// The crate of operators, whose types this crate's interface has.

@@ -3,7 +3,7 @@
 use crate::enclosure::Fraction;
 use crate::held_response::HeldResponse;
 use crate::{ControlError, ControllerParameters, LoadedPlant, Memory, SampledPlant};
-use certified_count::{Arc, Count, Enclosed, count};
+use certified_count::{Arc, Enclosed, StabilityVerdict, count};
 use fracdiff::Seconds;
 use num_complex::Complex;
 
@@ -45,20 +45,6 @@ pub struct SampledLoop {
     /// True if that is its open loop, in place of the rule.
     is_held: bool,
     sample_time: Seconds,
-}
-
-/// The verdict on a [`SampledLoop`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct StabilityVerdict {
-    /// No zero of F in |w| ≤ 1. Not so on the boundary, where `unstable_poles` is `None`.
-    pub stable: bool,
-    /// Zeros of F in |w| < 1, each a pole with |z| > 1; `None` on the boundary.
-    pub unstable_poles: Option<usize>,
-    /// The least |F| on the circle, divided by the sum of the sizes of its terms.
-    pub distance: f64,
-    /// The frequency of that, rad/s.
-    pub omega_rad_s: f64,
 }
 
 impl SampledLoop {
@@ -160,7 +146,7 @@ impl SampledLoop {
     /// False if the rule of the plant has another number of growing poles than the plant. One at rest is not counted.
     pub(crate) fn grows_as(&self, held: &HeldResponse) -> bool {
         let below = self.plant.below.clone().without_differences();
-        let poles = count(|arc| below.at(arc)).zeros;
+        let poles = count(|arc| below.at(arc)).unstable_poles;
         poles.is_some() && poles == held.growing_poles()
     }
 
@@ -196,20 +182,10 @@ impl SampledLoop {
         below.plus(above.scaled(self.gain))
     }
 
-    /// The verdict, as a proof: no zero of F on or inside the circle, or how many.
+    /// The verdict, as a proof: no zero of F on or inside the circle, or how many. |F| is told relative to the sum of the sizes of its terms.
     #[must_use]
     pub fn verdict(&self) -> StabilityVerdict {
-        let Count {
-            zeros,
-            closest,
-            theta,
-        } = count(|arc| self.enclosed(arc));
-        StabilityVerdict {
-            stable: zeros == Some(0),
-            unstable_poles: zeros,
-            distance: closest,
-            omega_rad_s: theta / self.sample_time.0,
-        }
+        count(|arc| self.enclosed(arc))
     }
 
     /// C·G at the angle θ, of the weights held: the open loop.

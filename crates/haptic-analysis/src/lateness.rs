@@ -41,8 +41,8 @@ impl Late for Later<'_> {
     }
 
     fn lost(&self) -> Result<Option<f64>, Unknown> {
-        let count = self.late.as_ref().ok_or(Unknown)?.count();
-        Ok((count.zeros != Some(0)).then_some(count.theta))
+        let verdict = self.late.as_ref().ok_or(Unknown)?.verdict();
+        Ok((!verdict.stable).then_some(verdict.theta))
     }
 }
 

@@ -29,7 +29,7 @@ mod stability;
 mod teleoperation;
 mod transparency;
 
-pub use certified_count::AtAngle;
+pub use certified_count::{AtAngle, StabilityVerdict};
 pub use coupling::Coupler;
 pub use coupling::LeastDamping;
 pub use dynamics::Dynamics;
@@ -48,7 +48,7 @@ pub use path::ForcePath;
 pub use plant::SampledPlant;
 pub use region::{StabilityRegion, StableArea};
 pub use slope::SlopeLimit;
-pub use stability::{Nondimensional, SampledLoop, StabilityVerdict};
+pub use stability::{Nondimensional, SampledLoop};
 pub use teleoperation::{
     AbsoluteStability, BestCoupler, CouplerSearch, HandCoupler, HandLine, HandMass, LargestDelay,
     Teleoperation, Transparency,
