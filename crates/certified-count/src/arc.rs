@@ -6,7 +6,6 @@
 
 use crate::bounds::{Bounds, Jet, product};
 use crate::circle::{Place, StabilityVerdict, Winding};
-use crate::open_loop::AtAngle;
 use core::f64::consts::PI;
 use num_complex::Complex;
 
@@ -150,9 +149,9 @@ impl Enclosed {
 
 /// |F| over the sizes of its terms below which it counts as 0.
 const ZERO: f64 = 1e-11;
-/// The first arc from 0, and the least that is looked at, as a share of the first.
+/// The first arc, and the least that is looked at.
 const FIRST: f64 = 1e-9;
-const NARROWEST: f64 = 1e-4;
+const NARROWEST: f64 = 1e-13;
 /// Arcs at most: some ten times what any loop of the tests takes.
 const ARCS_MAX: usize = 200_000;
 /// A bound has to be passed by this factor: its rounding errors are less.
@@ -169,10 +168,9 @@ enum Known {
     Zero,
 }
 
-/// Goes from an angle to π in arcs; true if each was proved.
-fn walk(from: f64, mut judge: impl FnMut(&Arc) -> Known) -> bool {
-    let first = if from > 0.0 { 0.1 * from } else { FIRST };
-    let (mut theta, mut width) = (from, first);
+/// Goes from 0 to π in arcs; true if each was proved.
+fn walk(mut judge: impl FnMut(&Arc) -> Known) -> bool {
+    let (mut theta, mut width) = (0.0, FIRST);
     for _ in 0..ARCS_MAX {
         let next = if theta + width > PI {
             PI
@@ -181,7 +179,7 @@ fn walk(from: f64, mut judge: impl FnMut(&Arc) -> Known) -> bool {
         };
         match judge(&Arc::new(theta, next)) {
             Known::Zero => return false,
-            _ if width < NARROWEST * first.max(FIRST * theta) => return false,
+            _ if width < NARROWEST => return false,
             Known::Unclear => width *= 0.5,
             Known::Clear if next >= PI => return true,
             Known::Clear => {
@@ -199,23 +197,15 @@ fn walk(from: f64, mut judge: impl FnMut(&Arc) -> Known) -> bool {
 /// zeros = −(1/π)·Σ arg(F(θ_{i+1})/F(θ_i)),   each arc with |F(m)| > (h/2)·sup|F′|, so that each turn is below π
 /// ```
 pub fn count(f: impl Fn(&Arc) -> Enclosed) -> StabilityVerdict {
-    let (is_proved, winding) = wind(0.0, f);
-    winding.counted(is_proved, WHOLE)
-}
-
-/// The turn of F, rad, from an angle to π, and the angle at which F is nearest to 0; `None` where the turn is not proved.
-pub fn turn(from: f64, f: impl Fn(&Arc) -> Enclosed) -> Option<AtAngle> {
-    let (is_proved, winding) = wind(from, f);
-    is_proved.then_some(AtAngle::new(winding.turned, winding.theta))
-}
-
-fn wind(from: f64, f: impl Fn(&Arc) -> Enclosed) -> (bool, Winding) {
     let at = |theta: f64| f(&Arc::new(theta, theta)).middle.value;
     let mut winding = Winding::new(0.0);
-    let mut here = at(from);
-    let is_proved = walk(from, |arc| {
+    let mut here = at(0.0);
+    let is_proved = walk(|arc| {
         let terms = f(arc);
         let (value, rate) = (terms.middle.value, terms.within(arc).rate);
+        if terms.size.is_infinite() {
+            return Known::Unclear;
+        }
         let relative = value.norm() / terms.size;
         winding.meets(relative, arc.middle());
         if relative.is_nan() || relative <= ZERO {
@@ -229,7 +219,7 @@ fn wind(from: f64, f: impl Fn(&Arc) -> Enclosed) -> (bool, Winding) {
         here = there;
         Known::Clear
     });
-    (is_proved, winding)
+    winding.counted(is_proved, WHOLE)
 }
 
 /// True if below + k·above is proved to be 0 nowhere on the circle, whatever k is from `low` to `high`, both above 0.
@@ -238,7 +228,7 @@ fn wind(from: f64, f: impl Fn(&Arc) -> Enclosed) -> (bool, Winding) {
 /// min over k of |d + kn| > (h/2)·(sup|d′| + high·sup|n′|)   on each arc,   the least at k = −Re(d·n̄)/|n|², or at an end
 /// ```
 pub fn is_clear(f: impl Fn(&Arc) -> (Enclosed, Enclosed), [low, high]: [f64; 2]) -> bool {
-    walk(0.0, |arc| {
+    walk(|arc| {
         let (below, above) = f(arc);
         let (d, n) = (below.middle.value, above.middle.value);
         let nearest = -(d * n.conj()).re / n.norm_sqr();
@@ -251,7 +241,7 @@ pub fn is_clear(f: impl Fn(&Arc) -> (Enclosed, Enclosed), [low, high]: [f64; 2])
         let distance = (d + n * k).norm();
         let size = below.size + high * above.size;
         let rate = below.within(arc).rate + high * above.within(arc).rate;
-        if distance <= ZERO * size || distance.is_nan() {
+        if size.is_finite() && distance <= ZERO * size || distance.is_nan() {
             return Known::Zero;
         }
         if distance <= BEYOND * arc.half_width() * rate {

@@ -52,7 +52,7 @@ pub(crate) struct Winding {
     /// The turn of F so far, rad.
     pub(crate) turned: f64,
     closest: f64,
-    pub(crate) theta: f64,
+    theta: f64,
 }
 
 impl Winding {

@@ -1,36 +1,25 @@
 //! The delay margin of a plant behind a hold: a dead time of a part of a sample turns the loop otherwise than whole samples do.
 
 use crate::{Crossing, SampledLoop};
-use certified_count::{AtAngle, Late, Unknown, delay_margin, turn};
+use certified_count::{Late, Unknown, delay_margin};
 use core::f64::consts::PI;
 use std::vec::Vec;
 
 /// Parts of a sample that are looked at.
 const PARTS: u32 = 16;
 
-/// A loop with more dead time, and the turn of F without it where a rule stands for its plant: that of the plant behind its hold, which stays
-/// the same while the loop is stable, as dead time adds no poles.
-struct Later {
-    late: SampledLoop,
-    turn: Option<f64>,
-}
-
-impl Late for Later {
+impl Late for SampledLoop {
     fn crossovers(&self) -> Vec<(f64, f64)> {
-        self.late.crossovers().collect()
+        self.turns().collect()
     }
 
     fn is_turned(&self) -> bool {
-        self.late.open(PI).norm() >= 1.0
+        self.open(PI).norm() >= 1.0
     }
 
     fn lost(&self) -> Result<Option<f64>, Unknown> {
-        let Some(turn) = self.turn else {
-            let verdict = self.late.verdict();
-            return Ok((!verdict.stable).then_some(verdict.theta));
-        };
-        let late = self.late.turn().ok_or(Unknown)?;
-        Ok(((late.value - turn).abs() > 0.5 * PI).then_some(late.theta))
+        let verdict = self.verdict();
+        Ok((!verdict.stable).then_some(verdict.theta))
     }
 }
 
@@ -59,37 +48,22 @@ impl SampledLoop {
         first: Option<Crossing>,
         later: &dyn Fn(f64) -> Result<Self, E>,
     ) -> Result<Option<Crossing>, E> {
+        let later = |delay_s: f64| {
+            let late = later(delay_s)?;
+            Ok(late.of_plant().unwrap_or(late))
+        };
         let prompt = later(0.0)?;
         if !prompt.verdict().stable {
             return Ok(first);
         }
-        let (rate, to_whole) = (prompt.rate(), prompt.to_whole());
-        let prompt = prompt.of_plant().unwrap_or(prompt);
-        let turn = prompt.is_held().then(|| prompt.turn()).flatten();
-        if prompt.is_held() && turn.is_none() {
-            return Ok(first);
-        }
-        let later = |samples: f64| {
-            let late = later(samples / rate)?;
-            let late = late.of_plant().unwrap_or(late);
-            let turn = turn.map(|turn| turn.value);
-            Ok(Later { late, turn })
-        };
+        let rate = prompt.rate();
         let equal = (0..PARTS).map(|part| f64::from(part) / f64::from(PARTS));
-        let mut mores: Vec<f64> = equal.chain([to_whole]).collect();
+        let mut mores: Vec<f64> = equal.chain([prompt.to_whole()]).collect();
         mores.sort_by(f64::total_cmp);
         mores.dedup();
-        let zero = self::delay_margin(&later, &mores, 1)?;
+        let zero = self::delay_margin(&|samples| later(samples / rate), &mores, 1)?;
         Ok(zero
             .map(|(samples, theta)| Crossing::new(theta * rate, samples / rate))
             .or(first))
-    }
-
-    /// The turn of F = A + B of the open loop B/A, from where L has come to rest to half the sample rate.
-    fn turn(&self) -> Option<AtAngle> {
-        turn(self.lowest(), |arc| {
-            let [below, above] = self.open_parts(arc);
-            below.plus(above)
-        })
     }
 }

@@ -46,8 +46,6 @@ mod portable;
 #[cfg(feature = "std")]
 mod records;
 #[cfg(feature = "std")]
-mod rule_error;
-#[cfg(feature = "std")]
 pub mod run;
 mod sampled;
 #[cfg(feature = "std")]
@@ -99,7 +97,6 @@ pub use {
     plant::Plant,
     poles::Commensurate,
     records::{MODES, impulse_response, respond, step_response},
-    rule_error::RuleError,
     sampled_plant::{PlantState, SampledPlant},
     setup::{ControllerSetup, UseController, rule_of_scheme},
     simulate::{Response, Shape, simulate},

@@ -128,7 +128,7 @@ impl SampledLoop {
         let (open, rate) = (Open(self, self.lowest()), self.rate());
         let gains = self.gain_crossings();
         let margins: Vec<Crossing> = self
-            .crossovers()
+            .turns()
             .map(|(theta, turn)| Crossing::new(theta * rate, turn))
             .collect();
         let size = |a: &&Crossing, b: &&Crossing| a.value.abs().total_cmp(&b.value.abs());
@@ -154,7 +154,7 @@ impl SampledLoop {
     }
 
     /// The angles at which |L| = 1, and the turn, −π to π, that takes L to −1 there.
-    pub(crate) fn crossovers(&self) -> impl Iterator<Item = (f64, f64)> {
+    pub(crate) fn turns(&self) -> impl Iterator<Item = (f64, f64)> {
         // |L| is that without whole samples of dead time, and found sooner.
         let prompt = self.prompt();
         let angles = Open(&prompt, self.lowest()).crossovers();
@@ -202,20 +202,16 @@ impl SampledLoop {
 }
 
 impl SampledLoop {
-    /// Margins and peaks of the loop around the plant behind its hold. `own` are the
-    /// [`margins`](Self::margins) of this loop, `later` is the loop whose plant has this much more
+    /// Margins and peaks of the loop around the plant behind its hold. `later` is the loop whose plant has this much more
     /// dead time, s; if this is refused, the delay margin is in whole samples.
     ///
     /// A delay is one that the memory [holds](Self::remembered). Cost: that of [`delay_margin`](Self::delay_margin), some dozen verdicts.
-    pub fn margins_of_plant<E>(
-        &self,
-        own: Margins,
-        later: &dyn Fn(f64) -> Result<Self, E>,
-    ) -> Margins {
+    pub fn margins_of_plant<E>(&self, later: &dyn Fn(f64) -> Result<Self, E>) -> Margins {
         let held = self.of_plant();
-        let mut margins = held.map_or(own, |held| held.margins());
+        let mut margins = held.as_ref().unwrap_or(self).margins();
         let first = self.remembered(margins.delay_s);
-        margins.delay_s = self.remembered(Self::delay_margin(first, later).unwrap_or(first));
+        let delay_s = Self::delay_margin(first, later).unwrap_or(first);
+        margins.delay_s = self.remembered(delay_s);
         margins
     }
 }

@@ -7,6 +7,10 @@ use certified_count::{Arc, Enclosed, StabilityVerdict, count};
 use fracdiff::Seconds;
 use num_complex::Complex;
 
+/// The first angle at most at which a plant is not its rule, and times 1/(the samples that are remembered).
+const FIRST: f64 = 1e-4;
+const OF_MEMORY: f64 = 100.0;
+
 /// The loop that is really run: the weights of the controller, the hold, the dead time, the sampled plant.
 /// ```text
 /// F(w) = A_C·A_G + k·B_C·B_G,   C = B_C/A_C,  G = B_G/A_G:   stable ⇔ no zero in |w| ≤ 1,  w = z⁻¹
@@ -42,8 +46,10 @@ pub struct SampledLoop {
     memory_s: Option<f64>,
     /// The plant behind its hold, of one that follows a rule.
     held: Option<HeldResponse>,
-    /// True if that is its open loop, in place of the rule.
+    /// True if it is of that, in place of the rule.
     is_held: bool,
+    /// False if the rule of such a plant does not grow as the plant does, of which nothing is proved then.
+    is_known: bool,
     sample_time: Seconds,
 }
 
@@ -94,6 +100,7 @@ impl SampledLoop {
             part: 0.0,
             held: None,
             is_held: false,
+            is_known: true,
             sample_time,
         })
     }
@@ -115,14 +122,17 @@ impl SampledLoop {
         }
     }
 
-    /// The same loop, but with [`open`](Self::open) and so [`margins`](Self::margins) computed for
-    /// the plant behind its hold instead of the rule that replaces it; the verdict is still the
-    /// rule's. `None` for a plant that is sampled exactly.
+    /// The loop of the plant behind its hold instead of the rule that replaces it; `None` for a plant that is sampled exactly. Its verdict is
+    /// neither stable nor any number of poles where nothing is proved.
+    /// ```text
+    /// F = A_C·A_G + k·B_C·A_G·G_d,   G_d the response behind the hold:   the rule's A_G has as many growing poles as the plant
+    /// ```
     #[must_use]
     pub fn of_plant(&self) -> Option<Self> {
-        self.held.as_ref()?;
+        let is_known = self.grows_as(self.held.as_ref()?);
         Some(Self {
             is_held: true,
+            is_known,
             ..self.clone()
         })
     }
@@ -132,19 +142,18 @@ impl SampledLoop {
         self.is_held
     }
 
-    pub(crate) fn held(&self) -> Option<&HeldResponse> {
-        self.held.as_ref()
-    }
-
-    /// `B_C·(A_G·G_d − B_G)`, at the nominal gain, of a plant with the response `G_d`.
-    pub(crate) fn missed(&self, arc: &Arc, response: Enclosed) -> Enclosed {
-        let rule = self.plant.above.at(arc).scaled(-1.0);
-        let plant = self.plant.below.at(arc).times(response);
-        self.controller.above.at(arc).times(plant.plus(rule))
+    /// The loop whose verdict is to be told, and true where it is of the plant: that of the plant behind its hold if it is proved, else that of
+    /// the rule.
+    pub(crate) fn judged(&self) -> (Self, bool) {
+        match self.of_plant() {
+            None => (self.clone(), true),
+            Some(held) if held.verdict().unstable_poles.is_some() => (held, true),
+            Some(_) => (self.clone(), false),
+        }
     }
 
     /// False if the rule of the plant has another number of growing poles than the plant. One at rest is not counted.
-    pub(crate) fn grows_as(&self, held: &HeldResponse) -> bool {
+    fn grows_as(&self, held: &HeldResponse) -> bool {
         let below = self.plant.below.clone().without_differences();
         let poles = count(|arc| below.at(arc)).unstable_poles;
         poles.is_some() && poles == held.growing_poles()
@@ -155,12 +164,22 @@ impl SampledLoop {
         1.0 / self.sample_time.0
     }
 
-    /// `A_C·A_G` and `B_C·B_G`, the latter at the nominal gain.
+    /// `A_C·A_G` and `B_C·B_G`, the latter at the nominal gain; `B_C·A_G·G_d` of a plant behind its hold with the response `G_d`, but next to
+    /// rest, where a rule is right as long as its memory lasts.
     pub(crate) fn parts(&self, arc: &Arc) -> (Enclosed, Enclosed) {
-        let (controller, plant) = (&self.controller, &self.plant);
+        let (controller, below) = (&self.controller, self.plant.below.at(arc));
+        let of_memory = |s: f64| OF_MEMORY / (s * self.rate());
+        let above = match &self.held {
+            Some(held)
+                if self.is_held && arc.low >= self.memory_s.map_or(FIRST, of_memory).min(FIRST) =>
+            {
+                below.times(held.enclosed(arc))
+            }
+            _ => self.plant.above.at(arc),
+        };
         (
-            controller.below.at(arc).times(plant.below.at(arc)),
-            controller.above.at(arc).times(plant.above.at(arc)),
+            controller.below.at(arc).times(below),
+            controller.above.at(arc).times(above),
         )
     }
 
@@ -177,15 +196,18 @@ impl SampledLoop {
         self.gain
     }
 
-    fn enclosed(&self, arc: &Arc) -> Enclosed {
-        let (below, above) = self.parts(arc);
-        below.plus(above.scaled(self.gain))
-    }
-
     /// The verdict, as a proof: no zero of F on or inside the circle, or how many. |F| is told relative to the sum of the sizes of its terms.
     #[must_use]
     pub fn verdict(&self) -> StabilityVerdict {
-        count(|arc| self.enclosed(arc))
+        let verdict = count(|arc| {
+            let (below, above) = self.parts(arc);
+            below.plus(above.scaled(self.gain))
+        });
+        StabilityVerdict {
+            stable: verdict.stable && self.is_known,
+            unstable_poles: verdict.unstable_poles.filter(|_| self.is_known),
+            ..verdict
+        }
     }
 
     /// C·G at the angle θ, of the weights held: the open loop.
