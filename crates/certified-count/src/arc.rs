@@ -4,7 +4,8 @@
 //! |f(θ) − f(m)| ≤ (h/2)·sup|f′|   on an arc of width h about m:   the image of the arc lies in a disc
 //! ```
 
-use crate::circle::{Count, Place, Winding};
+use crate::bounds::{Bounds, Jet, product};
+use crate::circle::{Place, StabilityVerdict, Winding};
 use core::f64::consts::PI;
 use num_complex::Complex;
 
@@ -54,42 +55,83 @@ impl Arc {
     }
 }
 
-/// A value at the middle of an arc, with bounds on its size and derivative over the whole arc.
+/// A value and its derivative at the middle of an arc, with bounds over the whole arc.
 #[derive(Clone, Copy, Debug)]
 pub struct Enclosed {
-    /// The value at the middle, to rounding; the bounds say how far it is from the others.
-    pub value: Complex<f64>,
+    /// f and f′ at the middle, to rounding; the bounds say how far they are from the others.
+    pub middle: Jet,
     /// Bound of |f|, or of the sum of the sizes of its terms.
     pub size: f64,
     /// Bound of |f′|.
     pub rate: f64,
+    /// Bound of |f″|; may be infinite.
+    pub bend: f64,
 }
 
 impl Enclosed {
-    /// With the size that value and rate allow.
+    /// With the size that value and rate allow, where the derivative in the middle is not known.
     #[must_use]
     pub fn new(value: Complex<f64>, rate: f64, arc: &Arc) -> Self {
-        let size = value.norm() + rate * arc.half_width();
-        Self { value, size, rate }
+        let unknown = Complex::new(f64::NAN, f64::NAN);
+        Self::bent(Jet::new(value, unknown), rate, f64::INFINITY, arc)
+    }
+
+    /// With the size and the rate that these bounds allow.
+    #[must_use]
+    pub fn bent(middle: Jet, rate: f64, bend: f64, arc: &Arc) -> Self {
+        let bounds = Self {
+            middle,
+            size: f64::INFINITY,
+            rate,
+            bend,
+        };
+        bounds.within(arc)
+    }
+
+    /// With the bounds that follow from the middle, where they are less.
+    #[must_use]
+    pub fn within(self, arc: &Arc) -> Self {
+        let half = arc.half_width();
+        // No derivative, no bound.
+        let rate = self
+            .rate
+            .min(self.middle.rate.norm() + product(half, self.bend));
+        let size = self.size.min(self.middle.value.norm() + half * rate);
+        Self { size, rate, ..self }
+    }
+
+    /// Of the whole arc, as an interval.
+    #[must_use]
+    pub fn bounds(&self, arc: &Arc) -> Bounds {
+        Bounds {
+            size: self.size,
+            rate: self.rate,
+            bend: self.bend,
+            travel: 2.0 * arc.half_width() * self.rate,
+        }
     }
 
     /// The sum of two functions: their bounds add up too.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
         Self {
-            value: self.value + other.value,
+            middle: self.middle.plus(other.middle),
             size: self.size + other.size,
             rate: self.rate + other.rate,
+            bend: self.bend + other.bend,
         }
     }
 
-    /// The product of two functions, whose rate follows from both sizes and both rates.
+    /// The product of two functions, whose bounds follow from those of both.
     #[must_use]
     pub fn times(self, other: Self) -> Self {
         Self {
-            value: self.value * other.value,
+            middle: self.middle.times(other.middle),
             size: self.size * other.size,
             rate: self.rate * other.size + self.size * other.rate,
+            bend: product(self.bend, other.size)
+                + 2.0 * product(self.rate, other.rate)
+                + product(self.size, other.bend),
         }
     }
 
@@ -97,9 +139,10 @@ impl Enclosed {
     #[must_use]
     pub fn scaled(self, factor: f64) -> Self {
         Self {
-            value: self.value * factor,
+            middle: Jet::new(self.middle.value * factor, self.middle.rate * factor),
             size: self.size * factor.abs(),
             rate: self.rate * factor.abs(),
+            bend: product(self.bend, factor.abs()),
         }
     }
 }
@@ -153,18 +196,22 @@ fn walk(mut judge: impl FnMut(&Arc) -> Known) -> bool {
 /// ```text
 /// zeros = −(1/π)·Σ arg(F(θ_{i+1})/F(θ_i)),   each arc with |F(m)| > (h/2)·sup|F′|, so that each turn is below π
 /// ```
-pub fn count(f: impl Fn(&Arc) -> Enclosed) -> Count {
-    let at = |theta: f64| f(&Arc::new(theta, theta)).value;
+pub fn count(f: impl Fn(&Arc) -> Enclosed) -> StabilityVerdict {
+    let at = |theta: f64| f(&Arc::new(theta, theta)).middle.value;
     let mut winding = Winding::new(0.0);
     let mut here = at(0.0);
     let is_proved = walk(|arc| {
-        let enclosed = f(arc);
-        let relative = enclosed.value.norm() / enclosed.size;
+        let terms = f(arc);
+        let (value, rate) = (terms.middle.value, terms.within(arc).rate);
+        if terms.size.is_infinite() {
+            return Known::Unclear;
+        }
+        let relative = value.norm() / terms.size;
         winding.meets(relative, arc.middle());
         if relative.is_nan() || relative <= ZERO {
             return Known::Zero;
         }
-        if enclosed.value.norm() <= BEYOND * arc.half_width() * enclosed.rate {
+        if value.norm() <= BEYOND * arc.half_width() * rate {
             return Known::Unclear;
         }
         let there = at(arc.high);
@@ -183,7 +230,7 @@ pub fn count(f: impl Fn(&Arc) -> Enclosed) -> Count {
 pub fn is_clear(f: impl Fn(&Arc) -> (Enclosed, Enclosed), [low, high]: [f64; 2]) -> bool {
     walk(|arc| {
         let (below, above) = f(arc);
-        let (d, n) = (below.value, above.value);
+        let (d, n) = (below.middle.value, above.middle.value);
         let nearest = -(d * n.conj()).re / n.norm_sqr();
         // With n = 0 any k will do.
         let k = if nearest > low {
@@ -193,8 +240,8 @@ pub fn is_clear(f: impl Fn(&Arc) -> (Enclosed, Enclosed), [low, high]: [f64; 2])
         };
         let distance = (d + n * k).norm();
         let size = below.size + high * above.size;
-        let rate = below.rate + high * above.rate;
-        if distance <= ZERO * size || distance.is_nan() {
+        let rate = below.within(arc).rate + high * above.within(arc).rate;
+        if size.is_finite() && distance <= ZERO * size || distance.is_nan() {
             return Known::Zero;
         }
         if distance <= BEYOND * arc.half_width() * rate {

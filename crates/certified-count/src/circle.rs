@@ -34,13 +34,15 @@ impl Place {
     }
 }
 
-/// Zeros of a function in |w| ≤ 1.
+/// The verdict on a loop, stable or not, by the zeros of its characteristic function F in |w| ≤ 1, with its distance from the edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Count {
-    /// `None` where it comes too close to 0 on the circle.
-    pub zeros: Option<usize>,
-    /// The least |F| met, relative to the size that was given with it.
-    pub closest: f64,
+pub struct StabilityVerdict {
+    /// No zero of F in |w| ≤ 1. Not so on the boundary, where `unstable_poles` is `None`.
+    pub stable: bool,
+    /// Zeros of F in |w| < 1, each a pole with |z| > 1; `None` on the boundary, where F comes too close to 0 on the circle to tell.
+    pub unstable_poles: Option<usize>,
+    /// The least |F| met on the circle, relative to the size that is given with it.
+    pub distance: f64,
     /// The angle at which that was, rad/sample.
     pub theta: f64,
 }
@@ -70,13 +72,14 @@ impl Winding {
     }
 
     /// The zeros, if the whole walk was proved and they are this near to a whole number: rounding errors turn F by less.
-    pub(crate) fn counted(&self, is_proved: bool, near: f64) -> Count {
+    pub(crate) fn counted(&self, is_proved: bool, near: f64) -> StabilityVerdict {
         let zeros = -self.turned / PI;
         let whole = libm::round(zeros);
         let holds = is_proved && whole >= 0.0 && (zeros - whole).abs() < near;
-        Count {
-            zeros: holds.then_some(whole as usize),
-            closest: self.closest,
+        StabilityVerdict {
+            stable: holds && whole == 0.0,
+            unstable_poles: holds.then_some(whole as usize),
+            distance: self.closest,
             theta: self.theta,
         }
     }

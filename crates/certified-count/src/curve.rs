@@ -3,7 +3,7 @@
 //! *Certificate*: between two samples a and b the curve stays within the ellipse with foci F(a) and F(b) whose long axis is the length L of the
 //! path. If |F(a)| + |F(b)| > L the ellipse does not hold 0, so the argument changes by exactly that of F(b)/F(a).
 
-use crate::circle::{Count, Winding};
+use crate::circle::{StabilityVerdict, Winding};
 use num_complex::Complex;
 
 /// A turn is this near to a whole number of half turns.
@@ -54,7 +54,7 @@ pub struct Sample {
 ///
 /// let zeros = |c: f64| {
 ///     let (curve, [begin, end]) = (Linear(c), [0.0, std::f64::consts::PI].map(Place::new));
-///     curve.count(&begin, 0.0, [(&curve.span(&begin, &end), &end)]).zeros
+///     curve.count(&begin, 0.0, [(&curve.span(&begin, &end), &end)]).unstable_poles
 /// };
 /// assert_eq!((zeros(2.0), zeros(0.5), zeros(1.0)), (Some(1), Some(0), None));
 /// ```
@@ -83,7 +83,7 @@ pub trait Curve {
         begin: &'a Self::Node,
         turned: f64,
         ways: impl IntoIterator<Item = (&'a Self::Span, &'a Self::Node)>,
-    ) -> Count
+    ) -> StabilityVerdict
     where
         Self: Sized,
         Self::Node: 'a,

@@ -2,14 +2,18 @@
 #![forbid(unsafe_code)]
 
 mod arc;
+mod bounds;
 mod circle;
 mod curve;
 mod late;
+mod open_loop;
 
 pub use arc::{Arc, Enclosed, count, is_clear};
-pub use circle::{Count, Place};
+pub use bounds::{Bounds, Jet, product};
+pub use circle::{Place, StabilityVerdict};
 pub use curve::{Curve, Sample};
 pub use late::{Late, Unknown, Zero, delay_margin};
+pub use open_loop::{AtAngle, OpenLoop, Peak, Terms};
 
 /// The crate of complex numbers.
 pub use num_complex;

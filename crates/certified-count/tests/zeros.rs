@@ -20,13 +20,13 @@ impl Factors {
                 value.times(Enclosed::new(1.0 - arc.w * c, c.abs(), arc))
             })
         });
-        found.zeros
+        found.unstable_poles
     }
 
     fn between_samples(&self) -> Option<usize> {
         let (begin, end) = (Place::new(0.0), Place::new(core::f64::consts::PI));
         let whole = self.span(&begin, &end);
-        Curve::count(self, &begin, 0.0, [(&whole, &end)]).zeros
+        Curve::count(self, &begin, 0.0, [(&whole, &end)]).unstable_poles
     }
 }
 

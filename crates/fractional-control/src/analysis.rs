@@ -2,7 +2,7 @@
 
 use crate::{
     ControlError, ControllerParameters, ControllerSetup, Crossing, FractionalTransferFunction,
-    Margins, Plant, SampledLoop, SampledPlant, StabilityVerdict,
+    Margins, Plant, SampledLoop, StabilityVerdict,
 };
 use core::f64::consts::PI;
 use num_complex::Complex;
@@ -22,15 +22,14 @@ const BESIDE: f64 = 0.01;
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct LoopAnalysis {
-    /// The verdict, as a proof; if `coarse` is not `None`, it is proved only for the rule.
+    /// The verdict, as a proof for the plant behind its hold; if `coarse` is not `None`, for the rule alone.
     pub verdict: StabilityVerdict,
     /// Margins and peaks: of a stable loop, the way to the boundary; of another they mean nothing.
     pub margins: Margins,
     /// The reason of the verdict.
     pub cause: Cause,
-    /// Least factor by which the loop must be sampled more often, if the plant is sampled by a rule and
-    /// not exactly ([`SampledPlant::is_exact`]) and the loop is too fast for that. The verdict then holds
-    /// for the rule, not for the plant.
+    /// Where the plant is sampled by a rule and not exactly ([`SampledPlant::is_exact`](crate::SampledPlant::is_exact)) and nothing is proved of
+    /// the plant itself: the least factor by which it must be sampled more often. The verdict then is of the rule.
     pub coarse: Option<f64>,
     /// The open loop L and S = 1/(1 + L) over frequency.
     pub curve: Vec<LoopPoint>,
@@ -124,24 +123,22 @@ pub fn analyse_at(
 ) -> Result<LoopAnalysis, ControlError> {
     let sampled = setup.sampled(plant)?;
     let closed = setup.closed_with(&sampled)?.with_gain(gain);
-    let own = closed.margins();
-    analysed(setup, plant, &sampled, &closed, own)
+    analysed(setup, plant, &closed)
 }
 
-/// Judges a loop that is closed already; `own` are its margins.
+/// The same of a loop that is closed already.
 pub(crate) fn analysed(
     setup: &ControllerSetup,
     plant: &Plant,
-    sampled: &SampledPlant,
     closed: &SampledLoop,
-    own: Margins,
 ) -> Result<LoopAnalysis, ControlError> {
+    let (judged, is_plants) = closed.judged();
     let later = |delay_s: f64| later(setup, plant, delay_s).map(|own| own.with_gain(closed.gain()));
-    let (mut verdict, margins) = (closed.verdict(), closed.margins_of_plant(own, &later));
+    let (mut verdict, margins) = (judged.verdict(), closed.margins_of_plant(&later));
     let drifts = plant.order_at_rest() > 0.0 && adds_up(&setup.law);
     if drifts && verdict.stable {
         // The product hides it: the command grows for ever, though no output does.
-        (verdict.stable, verdict.unstable_poles, verdict.omega_rad_s) = (false, None, 0.0);
+        (verdict.stable, verdict.unstable_poles, verdict.theta) = (false, None, 0.0);
     }
     let place = margins.phase.unwrap_or(margins.sensitivity).omega_rad_s;
     let t = setup.sample_time_s;
@@ -151,15 +148,15 @@ pub(crate) fn analysed(
     let open = held.as_ref().unwrap_or(closed);
     let curve = curve(low, PI / t, |omega| Some(open.open(omega * t)));
     let cause = match curve.len() {
-        // A loop with values that are not finite cannot be judged.
-        POINTS => cause(setup, plant, closed, &verdict)?,
+        // Of what is no number nothing can be told.
+        POINTS => cause(setup, plant, &judged, &verdict)?,
         _ => Cause::TooLarge,
     };
     Ok(LoopAnalysis {
         verdict,
         margins,
         cause,
-        coarse: coarse(sampled, closed),
+        coarse: (!is_plants).then(|| coarse(closed)),
         curve,
     })
 }
@@ -174,19 +171,13 @@ fn later(
     setup.closed_with(&setup.sampled(&plant)?)
 }
 
-/// Least factor by which this loop would have to be sampled more often for the rule of its plant to stand for the plant; `None` if the rule
-/// does already, or the plant is sampled exactly.
-pub(crate) fn coarse(plant: &SampledPlant, closed: &SampledLoop) -> Option<f64> {
-    if plant.is_exact() {
-        return None;
-    }
+/// How many times as often, at least, a loop would have to be sampled whose rule is not proved to stand for its plant.
+pub(crate) fn coarse(closed: &SampledLoop) -> f64 {
     let slow = |theta: &f64| closed.open(*theta).norm() >= 1.0;
     let step = (PI / RULE_HOLDS_TO).ln() / POINTS as f64;
     let angles = (0..=POINTS).map(|k| (PI * (-step * k as f64).exp()).max(RULE_HOLDS_TO));
     let fastest = angles.into_iter().find(slow).unwrap_or(0.0);
-    let times = fastest / RULE_HOLDS_TO;
-    let holds = closed.rule_error().is_none_or(|rule| rule.holds());
-    (times > 1.0 || !holds).then_some(if holds { times } else { times.max(TWICE) })
+    (fastest / RULE_HOLDS_TO).max(TWICE)
 }
 
 /// Responses between two frequencies, in equal steps of the logarithm; unknown ones are omitted.
@@ -355,7 +346,7 @@ fn cause(
     if plant.delay_s() > 0.0
         && let Some(prompt) = plant.without_dead_time()
     {
-        let closed = setup.closed_with(&setup.sampled(&prompt)?)?;
+        let (closed, _) = setup.closed_with(&setup.sampled(&prompt)?)?.judged();
         let first = closed.margins().delay_s;
         let later = |delay_s| later(setup, &prompt, delay_s);
         if closed.verdict().stable

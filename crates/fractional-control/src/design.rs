@@ -1,6 +1,6 @@
 //! From wishes to a controller, with the best PID of order 1 beside it.
 
-use crate::analysis::{LoopAnalysis, analysed, coarse};
+use crate::analysis::{LoopAnalysis, analysed};
 use crate::run;
 use crate::tuning::{GAINS, Sampling, Specification, Tuned, steps, tune, tune_integer};
 pub use crate::tuning::{Wish, WishName};
@@ -82,11 +82,8 @@ pub struct Candidate {
 pub struct Trial {
     /// Verdict, margins and curve, at the nominal gain.
     pub analysis: LoopAnalysis,
-    /// As [`LoopAnalysis::coarse`], up to double the gain: if it is coarse, the verdicts hold for
-    /// the rule that replaces the plant, not for the plant.
-    pub coarse: Option<f64>,
     /// The gains of the plant, over the nominal one, between which the loop is proved stable;
-    /// `None` if it is not stable. If `coarse` is not `None`, they are the rule's.
+    /// `None` if it is not stable. If [`LoopAnalysis::coarse`] is not `None`, they are the rule's.
     pub stable_gains: Option<[f64; 2]>,
     /// Steps while the gain of the plant goes from half to double, without limits: gain, shape, verdict.
     pub robustness: Vec<GainStep>,
@@ -118,7 +115,7 @@ impl Trial {
     /// The margins; `None` of a loop that is not proved stable, where they mean nothing.
     #[must_use]
     pub fn margins(&self) -> Option<&Margins> {
-        let is_proved = self.analysis.verdict.stable && self.coarse.is_none();
+        let is_proved = self.analysis.verdict.stable && self.analysis.coarse.is_none();
         is_proved.then_some(&self.analysis.margins)
     }
 
@@ -215,6 +212,7 @@ impl ControlDesign {
     pub fn trial(&self, setup: &ControllerSetup) -> Result<Trial, ControlError> {
         let plant = setup.sampled(&self.plant)?;
         let closed: SampledLoop = setup.closed_with(&plant)?;
+        let (judged, _) = closed.judged();
         let (memory, t) = (setup.memory()?, setup.sample_time());
         let runs = setup
             .pid()
@@ -227,25 +225,14 @@ impl ControlDesign {
                 gain,
                 shape: response.shape(),
                 response,
-                stable: closed.with_gain(gain).verdict().stable,
+                stable: judged.with_gain(gain).verdict().stable,
             });
         let step = vec![self.step; self.samples];
         let run = run::run(setup, &self.plant, &step, Some(self.step))?;
-        let own = closed.margins();
-        let by_rule = closed.gain_interval(&own);
-        // The loop is fastest at the highest gain that is spoken of.
-        let most = by_rule.map_or(1.0, |[_, high]| high.min(ROBUST_GAINS[1]));
-        let coarse = coarse(&plant, &closed.with_gain(most));
-        // A proof for the rule covers the plant only at gains at which the rule stands for the plant.
-        let rule = closed.rule_error().filter(|_| coarse.is_none());
-        let stable_gains = match rule {
-            Some(rule) => by_rule.map(|gains| rule.within(gains)),
-            None => by_rule,
-        };
+        let analysis = analysed(setup, &self.plant, &closed)?;
         Ok(Trial {
-            analysis: analysed(setup, &self.plant, &plant, &closed, own)?,
-            coarse,
-            stable_gains,
+            stable_gains: judged.gain_interval(&analysis.margins),
+            analysis,
             robustness: robustness.collect(),
             shape: run.response.shape_of_step(self.step),
             limited_share: run.limited_share,

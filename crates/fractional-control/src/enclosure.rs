@@ -2,7 +2,7 @@
 
 use crate::ControlError;
 use crate::records::largest;
-use certified_count::{Arc, Enclosed};
+use certified_count::{Arc, Enclosed, Jet};
 use core::fmt::Debug;
 use fracdiff::parameter::range;
 use num_complex::Complex;
@@ -23,47 +23,93 @@ pub(crate) enum Factor {
     Law(SharedLaw),
 }
 
-fn horner(coefficients: &[f64], x: Complex<f64>) -> Complex<f64> {
+/// Σ `c_k` x^k and its derivative by x.
+fn horner(coefficients: &[f64], x: Complex<f64>) -> (Complex<f64>, Complex<f64>) {
     let zero = Complex::new(0.0, 0.0);
-    coefficients.iter().rev().fold(zero, |sum, c| sum * x + c)
+    let terms = coefficients.iter().rev();
+    terms.fold((zero, zero), |(value, slope), c| {
+        (value * x + c, slope * x + value)
+    })
 }
 
-/// `Σ j|c_j|·most^(j−1)`
-fn slope(coefficients: &[f64], most: f64) -> f64 {
-    let terms = coefficients.iter().enumerate().skip(1);
-    terms
-        .map(|(j, c)| j as f64 * c.abs() * most.powi(j as i32 - 1))
-        .sum()
+/// `Σ k|c_k|·most^(k−1)` and `Σ k(k−1)|c_k|·most^(k−2)`
+fn slopes(coefficients: &[f64], most: f64) -> (f64, f64) {
+    let sizes: (f64, f64, f64) =
+        coefficients
+            .iter()
+            .rev()
+            .fold((0.0, 0.0, 0.0), |(value, slope, curl), c| {
+                (
+                    value * most + c.abs(),
+                    slope * most + value,
+                    curl * most + 2.0 * slope,
+                )
+            });
+    (sizes.1, sizes.2)
+}
+
+/// dw/dθ = −jw, dv/dθ = jw
+const TURN: Complex<f64> = Complex::new(0.0, -1.0);
+
+/// Of powers of v, or of w with its size of 1.
+fn polynomial(
+    coefficients: &[f64],
+    x: Complex<f64>,
+    turn: Complex<f64>,
+    most: f64,
+    arc: &Arc,
+) -> Enclosed {
+    let (value, slope) = horner(coefficients, x);
+    let (rate, curl) = slopes(coefficients, most);
+    Enclosed::bent(Jet::new(value, slope * turn), rate, rate + curl, arc)
 }
 
 impl Factor {
     pub(crate) fn at(&self, arc: &Arc) -> Enclosed {
+        let turn = arc.w * TURN;
         match self {
-            Self::InW(c) => Enclosed::new(horner(c, arc.w), slope(c, 1.0), arc),
-            Self::InV(c) => Enclosed::new(horner(c, arc.v), slope(c, arc.most), arc),
+            Self::InW(c) => polynomial(c, arc.w, turn, 1.0, arc),
+            Self::InV(c) => polynomial(c, arc.v, -turn, arc.most, arc),
             Self::Difference(n) => {
-                let rate = if *n == 0 {
-                    0.0
-                } else {
-                    f64::from(*n) * arc.most.powi(n - 1)
+                let power = |less: i32| {
+                    let factor: i32 = (0..less).map(|k| n - k).product();
+                    match factor {
+                        0 => 0.0,
+                        _ => f64::from(factor) * arc.most.powi(n - less),
+                    }
                 };
-                Enclosed::new(arc.v.powi(*n), rate, arc)
+                let slope = match n {
+                    0 => Complex::new(0.0, 0.0),
+                    _ => arc.v.powi(n - 1) * f64::from(*n) * -turn,
+                };
+                let rate = power(1);
+                Enclosed::bent(Jet::new(arc.v.powi(*n), slope), rate, rate + power(2), arc)
             }
             Self::Delay(d) => {
-                let angle = *d as f64 * arc.middle();
-                let (sin, cos) = libm::sincos(angle);
-                Enclosed::new(Complex::new(cos, -sin), *d as f64, arc)
+                let d = *d as f64;
+                let (sin, cos) = libm::sincos(d * arc.middle());
+                let value = Complex::new(cos, -sin);
+                Enclosed::bent(Jet::new(value, value * TURN * d), d, d * d, arc)
             }
             Self::Memory(taps, modes) => {
-                let mut value = horner(taps, arc.w);
-                let mut rate = slope(taps, 1.0);
+                let Enclosed {
+                    mut middle,
+                    mut rate,
+                    mut bend,
+                    ..
+                } = polynomial(taps, arc.w, turn, 1.0, arc);
                 for &(weight, decay) in modes {
                     // 1 − rw = d + rv, |1 − rw|² = d² + r|v|²
                     let r = 1.0 - decay;
-                    value += (arc.v * r + decay).inv() * weight;
-                    rate += weight.abs() * r / (decay * decay + r * arc.least_square);
+                    let least = decay * decay + r * arc.least_square;
+                    let mode = (arc.v * r + decay).inv();
+                    middle.value += mode * weight;
+                    middle.rate += mode * mode * turn * (r * weight);
+                    let steep = weight.abs() * r / least;
+                    rate += steep;
+                    bend += steep * (1.0 + 2.0 * r / libm::sqrt(least));
                 }
-                Enclosed::new(value, rate, arc)
+                Enclosed::bent(middle, rate, bend, arc)
             }
             Self::Law(SharedLaw(law)) => {
                 let value = law.response(arc.middle());
@@ -96,13 +142,9 @@ pub(crate) struct Sum(pub(crate) Vec<Product>);
 
 impl Sum {
     pub(crate) fn at(&self, arc: &Arc) -> Enclosed {
-        let nothing = Enclosed {
-            value: Complex::new(0.0, 0.0),
-            size: 0.0,
-            rate: 0.0,
-        };
+        let one = Enclosed::bent(Jet::ONE, 0.0, 0.0, arc);
+        let nothing = one.scaled(0.0);
         self.0.iter().fold(nothing, |sum, product| {
-            let one = Enclosed::new(Complex::new(1.0, 0.0), 0.0, arc);
             let factors = product.factors.iter();
             let value = factors.fold(one, |value, factor| value.times(factor.at(arc)));
             sum.plus(value.scaled(product.scale))
@@ -119,6 +161,21 @@ impl Sum {
         for product in &mut self.0 {
             if let Some(Factor::Difference(n)) = product.factors.first_mut() {
                 *n -= common;
+            }
+        }
+        self
+    }
+
+    /// Without the whole samples of dead time with which all products end.
+    pub(crate) fn prompt(mut self) -> Self {
+        let late = |product: &Product| match product.factors.last() {
+            Some(Factor::Delay(samples)) => *samples,
+            _ => 0,
+        };
+        let common = self.0.iter().map(late).min().unwrap_or(0);
+        for product in &mut self.0 {
+            if let Some(Factor::Delay(samples)) = product.factors.last_mut() {
+                *samples -= common;
             }
         }
         self

@@ -4,7 +4,7 @@ use crate::enclosure::Factor;
 use crate::plant::Model;
 use crate::poles::OnAxis;
 use crate::{FractionalPolynomial, FractionalTransferFunction, Plant, Term};
-use certified_count::{Arc, Enclosed};
+use certified_count::{Arc, Enclosed, Jet};
 use core::f64::consts::PI;
 use num_complex::Complex;
 use std::sync::{Arc as Shared, OnceLock};
@@ -62,12 +62,7 @@ impl HeldResponse {
         })
     }
 
-    /// `G_d` at the angle θ, 0 < θ ≤ π; not finite where the sum does not end.
-    pub(crate) fn at(&self, theta: f64) -> Complex<f64> {
-        self.enclosed(&Arc::new(theta, theta)).value
-    }
-
-    /// `G_d` on an arc that begins above 0; its rate is not finite where the arc is too wide for a bound.
+    /// `G_d` on an arc that begins above 0; not finite where the sum does not end, and its rate is not finite where the arc is too wide for a bound.
     pub(crate) fn enclosed(&self, arc: &Arc) -> Enclosed {
         let (theta, turn) = (arc.middle(), 2.0 * PI);
         let sum = self.term(theta) + self.aliases(theta);
@@ -77,14 +72,21 @@ impl HeldResponse {
         };
         let sum = Enclosed::new(sum, rate, arc);
         let late = |samples: f64| {
-            let turned = Complex::from_polar(1.0, -samples * theta);
-            Enclosed::new(turned, samples, arc)
+            let value = Complex::from_polar(1.0, -samples * theta);
+            let slope = value * Complex::new(0.0, -samples);
+            Enclosed::bent(Jet::new(value, slope), samples, samples * samples, arc)
         };
         let later = libm::ceil(self.delay - 1e-9).max(1.0);
         let changes = Factor::Difference(1).at(arc);
         let held = sum.times(late(self.delay)).times(changes);
         held.scaled(1.0 / self.sample_time_s)
             .plus(late(later).scaled(self.direct))
+    }
+
+    /// With less dead time by whole samples, which turn the response alone.
+    pub(crate) fn prompt(mut self) -> Self {
+        self.delay -= (libm::ceil(self.delay) - 1.0).max(0.0);
+        self
     }
 
     /// The number of poles of the plant that grow, where it is known.

@@ -46,8 +46,6 @@ mod portable;
 #[cfg(feature = "std")]
 mod records;
 #[cfg(feature = "std")]
-mod rule_error;
-#[cfg(feature = "std")]
 pub mod run;
 mod sampled;
 #[cfg(feature = "std")]
@@ -86,6 +84,7 @@ pub use transfer::FractionalTransferFunction;
 pub use transfer::{FractionalPolynomial, Term};
 #[cfg(feature = "std")]
 pub use {
+    certified_count::StabilityVerdict,
     curves::ControllerParameters,
     enclosure::SampledLaw,
     identify::{
@@ -98,12 +97,11 @@ pub use {
     plant::Plant,
     poles::Commensurate,
     records::{MODES, impulse_response, respond, step_response},
-    rule_error::RuleError,
     sampled_plant::{PlantState, SampledPlant},
     setup::{ControllerSetup, UseController, rule_of_scheme},
     simulate::{Response, Shape, simulate},
     state_space::StateSpace,
-    verdict::{SampledLoop, StabilityVerdict},
+    verdict::SampledLoop,
 };
 
 /// The crate of operators, whose types this crate's interface has.

@@ -1,32 +1,27 @@
 //! Margins and peaks of the loop that is really run.
 
 use crate::SampledLoop;
-use certified_count::is_clear;
+use certified_count::{Arc, AtAngle, Bounds, OpenLoop, Peak, Terms, is_clear};
 use core::f64::consts::PI;
 use num_complex::Complex;
+use std::vec;
 use std::vec::Vec;
 
 /// The slowest angle of the grid, rad a sample: at 1 kHz that of a time constant of 3000 years.
 const SLOWEST: f64 = 1e-14;
 /// The grid starts at 1e-8 rad a sample, or below if L has not come to rest there.
 const DECADES_BELOW: usize = 6;
-/// Points a decade before any is put between.
-const A_DECADE: f64 = 100.0;
-/// Neighbours are at most so far apart in ln L: gain and phase in rad.
-const APART: f64 = 0.2;
-/// Largest number of times that points are put between two neighbours.
-const HALVINGS: u32 = 12;
 /// L moves and turns by less than this share where it has come to rest at low frequency.
 const FLAT: f64 = 1e-3;
-/// First step from a peak, as a share of its angle, to both sides, doubled each time.
-const SIDE: f64 = 1e-11;
-/// Smaller gains at which L meets −1 do not count: L jumps there from one end of the numbers to the other, through a pole on the circle.
+/// A smaller gain at which L meets −1 is none: L jumps there from one end of the numbers to the other, through a pole on the circle.
 const AT_A_POLE: f64 = 1e-10;
-/// Times the place of a peak is narrowed by the golden section, or that of a crossing halved.
-const NARROWED: usize = 60;
-
-/// ln |L| that is 0 but for rounding.
+/// Share by which a peak may be exceeded, of a plant behind its hold, of whose response one derivative is bounded.
+const PEAK: f64 = 1e-6;
+const PEAK_HELD: f64 = 1e-3;
+/// |L| is 1, or L real, but for rounding.
 const ROUNDING: f64 = 1e-13;
+/// A derivative that is not known is found over this share of an angle.
+const BESIDE: f64 = 1e-6;
 
 /// A value and where it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,9 +38,9 @@ impl Crossing {
     }
 }
 
-/// Margins and peaks of a [`SampledLoop`], up to half the sample rate, by a grid that is finer
-/// where L moves. They say how far a loop is from the boundary, not on which side, which the
-/// verdict says.
+/// Margins and peaks of a [`SampledLoop`], from where L has come to rest to half the sample rate. They say how far a loop is from the boundary,
+/// not on which side, which the verdict says. No crossing is missed, as [`OpenLoop`] says, and no peak exceeds its value by more than
+/// 1e-6, of a plant behind its hold 1e-3.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Margins {
@@ -65,82 +60,130 @@ pub struct Margins {
     pub complementary: Crossing,
 }
 
-/// θ and L.
-pub(crate) type Point = (f64, Complex<f64>);
+/// L as A below B, with the angle at which it has come to rest.
+pub(crate) struct Open<'a>(pub(crate) &'a SampledLoop, f64);
 
-/// Angles on both sides of a peak, up to the step of the grid.
-fn beside(peak: f64) -> impl Iterator<Item = f64> {
-    let sides = core::iter::successors(Some(SIDE), |side| Some(2.0 * side));
-    let sides = sides.take_while(|side| *side < 1.0 / A_DECADE);
-    sides.flat_map(move |side| [peak * (1.0 - side), peak * (1.0 + side)])
+impl OpenLoop for Open<'_> {
+    type Node = ();
+
+    fn terms(&self, theta: f64) -> Terms<()> {
+        let parts = self.0.open_parts(&Arc::new(theta, theta));
+        Terms {
+            theta,
+            parts: parts.map(|part| part.middle),
+            node: (),
+        }
+    }
+
+    fn sloped(&self, theta: f64) -> Terms<()> {
+        let mut own = self.terms(theta);
+        if own.parts.iter().any(|part| part.rate.is_nan()) {
+            let ends = [theta * (1.0 - BESIDE), (theta * (1.0 + BESIDE)).min(PI)];
+            let [before, behind] = ends.map(|theta| self.terms(theta).parts);
+            let rate = |k: usize| (behind[k].value - before[k].value) / (ends[1] - ends[0]);
+            (own.parts[0].rate, own.parts[1].rate) = (rate(0), rate(1));
+        }
+        own
+    }
+
+    fn bounds(&self, a: &Terms<()>, b: &Terms<()>) -> [Bounds; 2] {
+        let arc = Arc::new(a.theta, b.theta);
+        self.0
+            .open_parts(&arc)
+            .map(|part| part.within(&arc).bounds(&arc))
+    }
+
+    fn least(&self) -> f64 {
+        self.1
+    }
+
+    fn angles(&self) -> Vec<f64> {
+        let eighths = core::iter::successors(Some(PI), |theta| Some(0.125 * theta));
+        let mut angles: Vec<f64> = eighths.take_while(|theta| *theta > self.1).collect();
+        angles.push(self.1);
+        angles.reverse();
+        angles
+    }
+
+    fn ends(&self) -> Vec<f64> {
+        vec![PI]
+    }
+
+    fn narrow(&self, theta: f64) -> f64 {
+        let share = if self.0.is_held() { 1e-6 } else { 1e-11 };
+        share * theta
+    }
+
+    fn noise(&self) -> f64 {
+        ROUNDING
+    }
 }
 
 impl SampledLoop {
     /// Margins and peaks of any loop; for an unstable one they mean nothing.
     #[must_use]
     pub fn margins(&self) -> Margins {
-        let grid = self.grid();
-        let gains = self.gains(&grid);
-        let margins = self.phase_margins(&grid);
+        let (open, rate) = (Open(self, self.lowest()), self.rate());
+        let gains = self.gain_crossings();
+        let margins: Vec<Crossing> = self
+            .turns()
+            .map(|(theta, turn)| Crossing::new(theta * rate, turn))
+            .collect();
         let size = |a: &&Crossing, b: &&Crossing| a.value.abs().total_cmp(&b.value.abs());
-        let by_value = |a: &&Crossing, b: &&Crossing| a.value.total_cmp(&b.value);
         let whole = |turn: f64| if turn < 0.0 { turn + 2.0 * PI } else { turn };
         let delays = margins.iter().map(|margin| Crossing {
             value: whole(margin.value) / margin.omega_rad_s,
             ..*margin
         });
-        let above = gains.iter().filter(|gain| gain.value > 1.0);
-        let below = gains.iter().filter(|gain| gain.value < 1.0);
+        let tolerance = if self.is_held() { PEAK_HELD } else { PEAK };
+        let peak = |peak| {
+            let at = open.peak(peak, tolerance);
+            Crossing::new(at.theta * rate, at.value)
+        };
         Margins {
             phase: margins.iter().min_by(size).copied(),
             crossovers: margins.len(),
-            gain_up: above.min_by(by_value).copied(),
-            gain_down: below.max_by(by_value).copied(),
+            gain_up: gains.iter().find(|gain| gain.value > 1.0).copied(),
+            gain_down: gains.iter().rfind(|gain| gain.value < 1.0).copied(),
             delay_s: delays.min_by(|a, b| a.value.total_cmp(&b.value)),
-            sensitivity: self.peak(&grid, |l| (l + 1.0).inv().norm()),
-            complementary: self.peak(&grid, |l| (l / (l + 1.0)).norm()),
+            sensitivity: peak(Peak::Sensitivity),
+            complementary: peak(Peak::Complementary),
         }
     }
 
-    /// The phase margin of each crossover, rad, −π to π.
-    pub(crate) fn phase_margins(&self, grid: &[Point]) -> Vec<Crossing> {
-        // A loop that comes to rest at 1 crosses it by rounding only.
-        let log = |l: Complex<f64>| libm::log(l.norm());
-        let apart = grid.iter().filter(|(_, l)| log(*l).abs() > ROUNDING);
-        let apart: Vec<Point> = apart.copied().collect();
-        let crossovers = self.where_zero(&apart, log, |_| true);
-        let rate = self.rate();
-        let margin = |&(theta, l): &Point| Crossing::new(theta * rate, (-l).arg());
-        crossovers.iter().map(margin).collect()
+    /// The angles at which |L| = 1, and the turn, −π to π, that takes L to −1 there.
+    pub(crate) fn turns(&self) -> impl Iterator<Item = (f64, f64)> {
+        // |L| is that without whole samples of dead time, and found sooner.
+        let prompt = self.prompt();
+        let angles = Open(&prompt, self.lowest()).crossovers();
+        angles
+            .into_iter()
+            .map(|theta| (theta, (-self.open(theta)).arg()))
     }
 
     /// The gains, over the present one, at which L meets −1: the least first.
     #[must_use]
     pub fn gain_crossings(&self) -> Vec<Crossing> {
-        let mut gains = self.gains(&self.grid());
-        gains.sort_by(|a, b| a.value.total_cmp(&b.value));
-        gains
-    }
-
-    /// The gains at which L meets −1.
-    fn gains(&self, grid: &[Point]) -> Vec<Crossing> {
-        let mut places = self.where_zero(grid, |l| l.im, |l| l.re < 0.0);
-        // At half the sample rate L is real; at rest too, where it has an end.
-        let at_rest = grid.get(..2).filter(|pair| {
-            let (first, second) = (pair[0].1, pair[1].1);
-            (second / first - 1.0).norm() < FLAT && first.im.abs() < FLAT * -first.re
-        });
-        places.extend(at_rest.and_then(<[Point]>::first));
-        places.extend(grid.last().filter(|(_, l)| l.re < 0.0));
-        let gains = places
+        let lowest = self.lowest();
+        let mut found = Open(self, lowest).gain_crossings();
+        // At rest too, where L has an end.
+        let [first, second] = [lowest, lowest * (1.0 + FLAT)].map(|theta| self.open(theta));
+        let is_end =
+            (second / first - 1.0).norm() < FLAT * FLAT && first.im.abs() < FLAT * -first.re;
+        found.extend(is_end.then(|| AtAngle::new(first.norm().recip(), lowest)));
+        let counts = |gain: &AtAngle| gain.value.is_finite() && gain.value > AT_A_POLE;
+        found.retain(counts);
+        found.sort_by(|a, b| a.value.total_cmp(&b.value));
+        found.dedup_by(|a, b| a.value - b.value < 1e-9 * a.value);
+        let rate = self.rate();
+        let crossings = found
             .into_iter()
-            .map(|(theta, l)| Crossing::new(theta * self.rate(), l.norm().recip()));
-        let counts = |gain: &Crossing| gain.value.is_finite() && gain.value > AT_A_POLE;
-        gains.filter(counts).collect()
+            .map(|at| Crossing::new(at.theta * rate, at.value));
+        crossings.collect()
     }
 
-    /// The angle at which the grid begins. Below it L is a whole power of θ, as integrators leave one, that crosses neither 1 nor −1.
-    fn lowest(&self) -> f64 {
+    /// The angle at which a search begins. Below it L is a whole power of θ, as integrators leave one, that crosses neither 1 nor −1.
+    pub(crate) fn lowest(&self) -> f64 {
         let theta = |decade: usize| SLOWEST * libm::pow(10.0, decade as f64);
         let values: Vec<Complex<f64>> = (0..=DECADES_BELOW + 1)
             .map(|decade| self.open(theta(decade)))
@@ -154,122 +197,19 @@ impl SampledLoop {
         let resting = values.windows(2).take_while(rests).count();
         theta(resting.saturating_sub(1))
     }
-
-    /// L from where it is at rest to half the sample rate.
-    pub(crate) fn grid(&self) -> Vec<Point> {
-        let lowest = self.lowest();
-        let decades = libm::log10(PI / lowest);
-        let count = libm::ceil(decades * A_DECADE) as usize;
-        let even = (0..=count).map(|k| {
-            let share = k as f64 / count as f64;
-            (lowest * libm::pow(10.0, decades * share)).min(PI)
-        });
-        let near = self.peaks().angles().iter().flat_map(|peak| beside(*peak));
-        let near = near.filter(|theta| *theta > lowest && *theta < PI);
-        let mut thetas: Vec<f64> = even.chain(near).collect();
-        thetas.sort_by(f64::total_cmp);
-        thetas.dedup();
-        let mut grid: Vec<Point> = Vec::new();
-        for theta in thetas {
-            let next = (theta, self.open(theta));
-            if let Some(last) = grid.last().copied() {
-                self.between(&mut grid, last, next, HALVINGS);
-            }
-            grid.push(next);
-        }
-        grid.retain(|(_, l)| l.is_finite());
-        grid
-    }
-
-    /// Puts points between two until neighbours are close.
-    fn between(&self, grid: &mut Vec<Point>, from: Point, to: Point, halvings: u32) {
-        // Neither is kept.
-        if !from.1.is_finite() && !to.1.is_finite() {
-            return;
-        }
-        let apart = (to.1 / from.1).ln();
-        // A response that is small and far from −1 need not be followed.
-        let matters = from.1.norm().max(to.1.norm()) > 1e-3;
-        if halvings == 0 || !matters || apart.norm() < APART {
-            return;
-        }
-        let theta = libm::sqrt(from.0 * to.0);
-        let middle = (theta, self.open(theta));
-        self.between(grid, from, middle, halvings - 1);
-        grid.push(middle);
-        self.between(grid, middle, to, halvings - 1);
-    }
-
-    /// The places where this changes its sign and L is so, by halving.
-    fn where_zero(
-        &self,
-        grid: &[Point],
-        of: impl Fn(Complex<f64>) -> f64,
-        counts: impl Fn(Complex<f64>) -> bool,
-    ) -> Vec<Point> {
-        let changes = |pair: &&[Point]| of(pair[0].1) * of(pair[1].1) < 0.0;
-        let places = grid.windows(2).filter(changes).map(|pair| {
-            let (mut low, mut high) = (pair[0], pair[1]);
-            for _ in 0..NARROWED {
-                let theta = 0.5 * (low.0 + high.0);
-                let middle = (theta, self.open(theta));
-                if of(middle.1) * of(low.1) > 0.0 {
-                    low = middle;
-                } else {
-                    high = middle;
-                }
-            }
-            high
-        });
-        places.filter(|(_, l)| counts(*l)).collect()
-    }
-
-    /// The largest value, narrowed between the neighbours of the largest on the grid.
-    fn peak(&self, grid: &[Point], of: impl Fn(Complex<f64>) -> f64) -> Crossing {
-        let value = |point: &Point| of(point.1);
-        let best = (0..grid.len()).max_by(|&a, &b| value(&grid[a]).total_cmp(&value(&grid[b])));
-        let best = best.unwrap_or(0);
-        let at = |index: usize| grid.get(index).map_or(PI, |point| point.0);
-        let (mut low, mut high) = (at(best.saturating_sub(1)), at(best + 1));
-        let golden = 0.5 * (libm::sqrt(5.0) - 1.0);
-        for _ in 0..NARROWED {
-            let (a, b) = (high - golden * (high - low), low + golden * (high - low));
-            if of(self.open(a)) > of(self.open(b)) {
-                high = b;
-            } else {
-                low = a;
-            }
-        }
-        let theta = 0.5 * (low + high);
-        let narrowed = of(self.open(theta));
-        let on_grid = grid.get(best).map_or(f64::NAN, value);
-        let (theta, value) = if narrowed >= on_grid {
-            (theta, narrowed)
-        } else {
-            (at(best), on_grid)
-        };
-        Crossing::new(theta * self.rate(), value)
-    }
 }
 
 impl SampledLoop {
-    /// Margins and peaks of the loop around the plant behind its hold. `own` are the
-    /// [`margins`](Self::margins) of this loop, `later` is the loop whose plant has this much more
+    /// Margins and peaks of the loop around the plant behind its hold. `later` is the loop whose plant has this much more
     /// dead time, s; if this is refused, the delay margin is in whole samples.
     ///
     /// A delay is one that the memory [holds](Self::remembered). Cost: that of [`delay_margin`](Self::delay_margin), some dozen verdicts.
-    pub fn margins_of_plant<E>(
-        &self,
-        own: Margins,
-        later: &dyn Fn(f64) -> Result<Self, E>,
-    ) -> Margins {
+    pub fn margins_of_plant<E>(&self, later: &dyn Fn(f64) -> Result<Self, E>) -> Margins {
         let held = self.of_plant();
-        let mut margins = held.map_or(own, |held| held.margins());
+        let mut margins = held.as_ref().unwrap_or(self).margins();
         let first = self.remembered(margins.delay_s);
-        margins.delay_s = self.remembered(
-            Self::delay_margin(first, &|delay_s| Ok::<_, E>(later(delay_s)?.beside(self)))
-                .unwrap_or(first),
-        );
+        let delay_s = Self::delay_margin(first, later).unwrap_or(first);
+        margins.delay_s = self.remembered(delay_s);
         margins
     }
 }
@@ -278,7 +218,7 @@ impl SampledLoop {
 const GAIN_RANGE: [f64; 2] = [0.01, 100.0];
 /// Share by which the interval stays away from the gains at which L meets −1.
 const AWAY: f64 = 1e-3;
-/// Times the interval is narrowed to half its logarithm, where a margin was missed by the grid.
+/// Times the interval is narrowed to half its logarithm, where it is not proved as far as the margins.
 const INTERVAL_NARROWED: usize = 8;
 
 impl SampledLoop {

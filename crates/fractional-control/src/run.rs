@@ -93,11 +93,12 @@ pub fn run(
         .filter(|u| at(setup.output_low, **u) || at(setup.output_high, **u))
         .count();
     let closed = setup.closed_with(&plant)?;
+    let (judged, is_plants) = closed.judged();
     let ends = ends(&closed, &response);
     Ok(LoopRun {
         shape: step.map(|height| response.shape_of_step(height)),
-        verdict: closed.verdict(),
-        coarse: coarse(&plant, &closed),
+        verdict: judged.verdict(),
+        coarse: (!is_plants).then(|| coarse(&closed)),
         settles: ends.map(|ends| ends[0]),
         at_reference: ends.map(|ends| ends[1]),
         limited_share: limited as f64 / response.command.len().max(1) as f64,

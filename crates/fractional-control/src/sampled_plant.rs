@@ -8,14 +8,11 @@ use crate::plant::Model;
 use crate::records::MODES;
 use crate::state_space::{SampledStates, StatesInV};
 use crate::{ControlError, Memory, Plant, Rule, SampledHistory, SampledTransferFunction};
-use core::f64::consts::PI;
 use fracdiff::parameter::range;
 use fracdiff::{Differintegrator, Seconds};
 use nalgebra::DVector;
 use std::collections::VecDeque;
-use std::sync::OnceLock;
 use std::vec;
-use std::vec::Vec;
 
 /// Above over below of it on the circle.
 const PLANT: &str = "gain of the plant over a sample";
@@ -54,7 +51,6 @@ pub struct SampledPlant {
     memory_s: Option<f64>,
     /// Response without the rule.
     held: Option<HeldResponse>,
-    peaks: Peaks,
     sample_time: Seconds,
 }
 
@@ -93,13 +89,6 @@ impl SampledPlant {
     /// # Errors
     /// A measured response, which does not run; a dead time of more than 10 000 samples; as [`SampledTransferFunction::new`].
     pub fn new(plant: &Plant, memory: Memory, sample_time: Seconds) -> Result<Self, ControlError> {
-        Ok(Self {
-            peaks: Peaks::new(plant, sample_time.0),
-            ..Self::sampled(plant, memory, sample_time)?
-        })
-    }
-
-    fn sampled(plant: &Plant, memory: Memory, sample_time: Seconds) -> Result<Self, ControlError> {
         sample_time.rate_to_the(fracdiff::Order::new(0.0)?)?;
         let samples = delay_samples(plant, sample_time)?;
         let nearest = libm::round(samples);
@@ -136,7 +125,6 @@ impl SampledPlant {
             direct: (0.0, 1),
             memory_s: curve.remembers().then_some(memory.horizon_s()),
             held: HeldResponse::new(plant, sample_time.0),
-            peaks: Peaks::default(),
             curve,
             sample_time,
         })
@@ -165,7 +153,6 @@ impl SampledPlant {
             },
             memory_s: None,
             held: None,
-            peaks: Peaks::default(),
             sample_time,
         })
     }
@@ -197,11 +184,6 @@ impl SampledPlant {
     /// The plant without its rule; `None` if it is sampled exactly.
     pub(crate) fn held_response(&self) -> Option<&HeldResponse> {
         self.held.as_ref()
-    }
-
-    /// Peaks of its response that may be narrow.
-    pub(crate) fn peaks(&self) -> &Peaks {
-        &self.peaks
     }
 
     pub(crate) fn curve(&self) -> &Fraction {
@@ -306,42 +288,4 @@ fn states_fraction(in_v: StatesInV, integrators: f64, direct: f64, later: usize)
         above.push(term(direct, denominator.clone(), later));
     }
     Fraction::new(above, vec![term(1.0, denominator, 0)])
-}
-
-/// A pole that decays by less than this share of its turn has a peak that a grid may miss, where a zero is next to it.
-const SHARP: f64 = 0.05;
-
-/// The angles, folded into (0, π), by which such poles turn in a sample. Found when first asked for: the poles of a function of a hundred
-/// powers cost as much as all else in a verdict. A dead time does not move them.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Peaks {
-    /// The plant and T, s; `None` of one that has none.
-    of: Option<(Plant, f64)>,
-    found: OnceLock<Vec<f64>>,
-}
-
-impl Peaks {
-    pub(crate) fn new(plant: &Plant, sample_time: f64) -> Self {
-        Self {
-            of: Some((plant.clone(), sample_time)),
-            found: OnceLock::new(),
-        }
-    }
-
-    pub(crate) fn angles(&self) -> &[f64] {
-        self.found.get_or_init(|| {
-            let of = self.of.as_ref();
-            of.map_or_else(Vec::new, |(plant, sample_time)| find(plant, *sample_time))
-        })
-    }
-}
-
-fn find(plant: &Plant, sample_time: f64) -> Vec<f64> {
-    let poles = plant.poles().unwrap_or_default().into_iter();
-    let sharp = poles.filter(|pole| pole.im > 0.0 && pole.re.abs() < SHARP * pole.im);
-    let angles = sharp.map(|pole| {
-        let turn = libm::fmod(pole.im * sample_time, 2.0 * PI);
-        turn.min(2.0 * PI - turn)
-    });
-    angles.filter(|angle| *angle > 0.0).collect()
 }

@@ -2,11 +2,14 @@
 
 use crate::enclosure::Fraction;
 use crate::held_response::HeldResponse;
-use crate::sampled_plant::Peaks;
 use crate::{ControlError, ControllerParameters, LoadedPlant, Memory, SampledPlant};
-use certified_count::{Arc, Count, Enclosed, count};
+use certified_count::{Arc, Enclosed, StabilityVerdict, count};
 use fracdiff::Seconds;
 use num_complex::Complex;
+
+/// The first angle at most at which a plant is not its rule, and times 1/(the samples that are remembered).
+const FIRST: f64 = 1e-4;
+const OF_MEMORY: f64 = 100.0;
 
 /// The loop that is really run: the weights of the controller, the hold, the dead time, the sampled plant.
 /// ```text
@@ -43,24 +46,11 @@ pub struct SampledLoop {
     memory_s: Option<f64>,
     /// The plant behind its hold, of one that follows a rule.
     held: Option<HeldResponse>,
-    peaks: Peaks,
-    /// True if that is its open loop, in place of the rule.
+    /// True if it is of that, in place of the rule.
     is_held: bool,
+    /// False if the rule of such a plant does not grow as the plant does, of which nothing is proved then.
+    is_known: bool,
     sample_time: Seconds,
-}
-
-/// The verdict on a [`SampledLoop`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct StabilityVerdict {
-    /// No zero of F in |w| ≤ 1. Not so on the boundary, where `unstable_poles` is `None`.
-    pub stable: bool,
-    /// Zeros of F in |w| < 1, each a pole with |z| > 1; `None` on the boundary.
-    pub unstable_poles: Option<usize>,
-    /// The least |F| on the circle, divided by the sum of the sizes of its terms.
-    pub distance: f64,
-    /// The frequency of that, rad/s.
-    pub omega_rad_s: f64,
 }
 
 impl SampledLoop {
@@ -79,7 +69,6 @@ impl SampledLoop {
             memory_s: memories.min_by(f64::total_cmp),
             held: plant.held_response().cloned(),
             part: plant.part(),
-            peaks: plant.peaks().clone(),
             ..rule
         })
     }
@@ -110,8 +99,8 @@ impl SampledLoop {
             gain: 1.0,
             part: 0.0,
             held: None,
-            peaks: Peaks::default(),
             is_held: false,
+            is_known: true,
             sample_time,
         })
     }
@@ -123,18 +112,7 @@ impl SampledLoop {
         self.memory_s
     }
 
-    /// Peaks of the plant's response that may be narrow.
-    pub(crate) fn peaks(&self) -> &Peaks {
-        &self.peaks
-    }
-
-    /// Takes over the peaks of another loop, whose plant differs by a dead time.
-    pub(crate) fn beside(self, other: &Self) -> Self {
-        let peaks = other.peaks.clone();
-        Self { peaks, ..self }
-    }
-
-    /// Sets the factor on the gain of the plant.
+    /// The same with the gain of the plant times this.
     #[must_use]
     pub fn with_gain(&self, gain: f64) -> Self {
         Self {
@@ -143,14 +121,17 @@ impl SampledLoop {
         }
     }
 
-    /// The loop with [`open`](Self::open) and so [`margins`](Self::margins) computed for the plant
-    /// behind its hold instead of the rule that replaces it; the verdict is still the rule's. `None` for
-    /// a plant that is sampled exactly.
+    /// The loop of the plant behind its hold instead of the rule that replaces it; `None` for a plant that is sampled exactly. Its verdict is
+    /// neither stable nor any number of poles where nothing is proved.
+    /// ```text
+    /// F = A_C·A_G + k·B_C·A_G·G_d,   G_d the response behind the hold:   the rule's A_G has as many growing poles as the plant
+    /// ```
     #[must_use]
     pub fn of_plant(&self) -> Option<Self> {
-        self.held.as_ref()?;
+        let is_known = self.grows_as(self.held.as_ref()?);
         Some(Self {
             is_held: true,
+            is_known,
             ..self.clone()
         })
     }
@@ -160,21 +141,20 @@ impl SampledLoop {
         self.is_held
     }
 
-    pub(crate) fn held(&self) -> Option<&HeldResponse> {
-        self.held.as_ref()
-    }
-
-    /// `B_C·(A_G·G_d − B_G)`, at the nominal gain, of a plant with the response `G_d`.
-    pub(crate) fn missed(&self, arc: &Arc, response: Enclosed) -> Enclosed {
-        let rule = self.plant.above.at(arc).scaled(-1.0);
-        let plant = self.plant.below.at(arc).times(response);
-        self.controller.above.at(arc).times(plant.plus(rule))
+    /// The loop whose verdict is to be told, and true where it is of the plant: that of the plant behind its hold if it is proved, else that of
+    /// the rule.
+    pub(crate) fn judged(&self) -> (Self, bool) {
+        match self.of_plant() {
+            None => (self.clone(), true),
+            Some(held) if held.verdict().unstable_poles.is_some() => (held, true),
+            Some(_) => (self.clone(), false),
+        }
     }
 
     /// False if the rule of the plant has another number of growing poles than the plant. One at rest is not counted.
-    pub(crate) fn grows_as(&self, held: &HeldResponse) -> bool {
+    fn grows_as(&self, held: &HeldResponse) -> bool {
         let below = self.plant.below.clone().without_differences();
-        let poles = count(|arc| below.at(arc)).zeros;
+        let poles = count(|arc| below.at(arc)).unstable_poles;
         poles.is_some() && poles == held.growing_poles()
     }
 
@@ -183,12 +163,22 @@ impl SampledLoop {
         1.0 / self.sample_time.0
     }
 
-    /// `A_C·A_G` and `B_C·B_G`, the latter at the nominal gain.
+    /// `A_C·A_G` and `B_C·B_G`, the latter at the nominal gain; `B_C·A_G·G_d` of a plant behind its hold with the response `G_d`, but next to
+    /// rest, where a rule is right as long as its memory lasts.
     pub(crate) fn parts(&self, arc: &Arc) -> (Enclosed, Enclosed) {
-        let (controller, plant) = (&self.controller, &self.plant);
+        let (controller, below) = (&self.controller, self.plant.below.at(arc));
+        let of_memory = |s: f64| OF_MEMORY / (s * self.rate());
+        let above = match &self.held {
+            Some(held)
+                if self.is_held && arc.low >= self.memory_s.map_or(FIRST, of_memory).min(FIRST) =>
+            {
+                below.times(held.enclosed(arc))
+            }
+            _ => self.plant.above.at(arc),
+        };
         (
-            controller.below.at(arc).times(plant.below.at(arc)),
-            controller.above.at(arc).times(plant.above.at(arc)),
+            controller.below.at(arc).times(below),
+            controller.above.at(arc).times(above),
         )
     }
 
@@ -205,37 +195,46 @@ impl SampledLoop {
         self.gain
     }
 
-    fn enclosed(&self, arc: &Arc) -> Enclosed {
-        let (below, above) = self.parts(arc);
-        below.plus(above.scaled(self.gain))
-    }
-
-    /// The verdict, as a proof: no zero of F on or inside the circle, or how many.
+    /// The verdict, as a proof: no zero of F on or inside the circle, or how many. |F| is told relative to the sum of the sizes of its terms.
     #[must_use]
     pub fn verdict(&self) -> StabilityVerdict {
-        let Count {
-            zeros,
-            closest,
-            theta,
-        } = count(|arc| self.enclosed(arc));
+        let verdict = count(|arc| {
+            let (below, above) = self.parts(arc);
+            below.plus(above.scaled(self.gain))
+        });
         StabilityVerdict {
-            stable: zeros == Some(0),
-            unstable_poles: zeros,
-            distance: closest,
-            omega_rad_s: theta / self.sample_time.0,
+            stable: verdict.stable && self.is_known,
+            unstable_poles: verdict.unstable_poles.filter(|_| self.is_known),
+            ..verdict
         }
     }
 
     /// C·G at the angle θ, of the weights held: the open loop.
     #[must_use]
     pub fn open(&self, theta: f64) -> Complex<f64> {
-        let arc = Arc::new(theta, theta);
-        let at =
-            |fraction: &Fraction| fraction.above.at(&arc).value / fraction.below.at(&arc).value;
-        let plant = match &self.held {
-            Some(held) if self.is_held => held.at(theta),
-            _ => at(&self.plant),
+        let [below, above] = self.open_parts(&Arc::new(theta, theta));
+        above.middle.value / below.middle.value
+    }
+
+    /// Below and above of the open loop: of the plant behind its hold in place of a rule where this is of it.
+    pub(crate) fn open_parts(&self, arc: &Arc) -> [Enclosed; 2] {
+        let [below, above] =
+            [&self.controller.below, &self.controller.above].map(|sum| sum.at(arc));
+        let [below, above] = match &self.held {
+            Some(held) if self.is_held => [below, above.times(held.enclosed(arc))],
+            _ => [
+                below.times(self.plant.below.at(arc)),
+                above.times(self.plant.above.at(arc)),
+            ],
         };
-        at(&self.controller) * plant * self.gain
+        [below, above.scaled(self.gain)]
+    }
+
+    /// With less dead time by whole samples, which turn L alone.
+    pub(crate) fn prompt(&self) -> Self {
+        let mut prompt = self.clone();
+        prompt.plant.above = prompt.plant.above.prompt();
+        prompt.held = prompt.held.map(HeldResponse::prompt);
+        prompt
     }
 }

@@ -7,10 +7,10 @@
 //! F·D = A·e·D + (A·u + S·e)·(αvD + βN),   v = 1 − w,   e/u the object
 //! ```
 
-use crate::curve::{Bounds, Jet, bounds_in_v, jet_in_v, powers_in_v, product, size_in_v, w_to};
+use crate::curve::{bounds_in_v, jet_in_v, powers_in_v, size_in_v, w_to};
 use crate::operator::OperatorNode;
 use crate::{LoopOperator, SampledPlant};
-use certified_count::Place;
+use certified_count::{Bounds, Jet, Place, product};
 use core::f64::consts::PI;
 use num_complex::Complex;
 

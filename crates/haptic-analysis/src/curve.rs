@@ -1,7 +1,6 @@
-//! Functions on the unit circle with their derivatives, and bounds of both over an interval: what
-//! makes it possible to prove that a curve stays away from zero between two samples.
+//! Powers and polynomials on the unit circle with their derivatives, and bounds of both over an interval.
 
-use certified_count::Place;
+use certified_count::{Bounds, Jet, Place};
 use num_complex::Complex;
 
 /// w^k: by squaring while that is exact to a few rounding errors, by the angle beyond.
@@ -11,106 +10,6 @@ pub(crate) fn w_to(place: &Place, k: usize) -> Complex<f64> {
     }
     let (sin, cos) = libm::sincos(k as f64 * place.theta);
     Complex::new(cos, -sin)
-}
-
-/// A function of θ and its derivative by θ.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Jet {
-    pub(crate) value: Complex<f64>,
-    pub(crate) rate: Complex<f64>,
-}
-
-impl Jet {
-    pub(crate) const fn new(value: Complex<f64>, rate: Complex<f64>) -> Self {
-        Self { value, rate }
-    }
-
-    pub(crate) const ONE: Self = Self::new(Complex::new(1.0, 0.0), Complex::new(0.0, 0.0));
-
-    pub(crate) fn times(self, other: Self) -> Self {
-        Self::new(
-            self.value * other.value,
-            self.rate * other.value + self.value * other.rate,
-        )
-    }
-
-    pub(crate) fn over(self, other: Self) -> Self {
-        let value = self.value / other.value;
-        Self {
-            value,
-            rate: (self.rate - value * other.rate) / other.value,
-        }
-    }
-
-    pub(crate) fn plus(self, other: Self) -> Self {
-        Self::new(self.value + other.value, self.rate + other.rate)
-    }
-
-    pub(crate) fn conj(self) -> Self {
-        Self::new(self.value.conj(), self.rate.conj())
-    }
-}
-
-/// Upper bounds over an interval of θ. May be infinite, never NaN.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Bounds {
-    /// sup |f|.
-    pub(crate) size: f64,
-    /// sup |f′|.
-    pub(crate) rate: f64,
-    /// sup |f″|.
-    pub(crate) bend: f64,
-    /// ∫|f′| dθ, the length of the path: finite even where the rate is not.
-    pub(crate) travel: f64,
-}
-
-impl Bounds {
-    pub(crate) const ONE: Self = Self {
-        size: 1.0,
-        rate: 0.0,
-        bend: 0.0,
-        travel: 0.0,
-    };
-
-    pub(crate) fn times(self, other: Self) -> Self {
-        Self {
-            size: product(self.size, other.size),
-            rate: product(self.rate, other.size) + product(self.size, other.rate),
-            bend: product(self.bend, other.size)
-                + 2.0 * product(self.rate, other.rate)
-                + product(self.size, other.bend),
-            travel: product(self.travel, other.size) + product(self.size, other.travel),
-        }
-    }
-
-    pub(crate) fn plus(self, other: Self) -> Self {
-        Self {
-            size: self.size + other.size,
-            rate: self.rate + other.rate,
-            bend: self.bend + other.bend,
-            travel: self.travel + other.travel,
-        }
-    }
-
-    /// Of a function with these global bounds of rate and bend, from its jets at both ends.
-    pub(crate) fn from_ends(a: &Jet, b: &Jet, width: f64, rate: f64, bend: f64) -> Self {
-        let (rate_a, rate_b) = (a.rate.norm(), b.rate.norm());
-        let rate_here = (rate_a.max(rate_b) + 0.5 * bend * width).min(rate);
-        // ∫ min(|f′(a)| + bend·t, |f′(b)| + bend·(width − t)) dt
-        let mean = 0.5 * (rate_a + rate_b) + 0.25 * bend * width;
-        let travel = width * mean.min(rate_here);
-        Self {
-            size: 0.5 * (a.value.norm() + b.value.norm() + travel),
-            rate: rate_here,
-            bend,
-            travel,
-        }
-    }
-}
-
-/// The product of two bounds, where nothing times anything is nothing.
-pub(crate) fn product(x: f64, y: f64) -> f64 {
-    if x == 0.0 || y == 0.0 { 0.0 } else { x * y }
 }
 
 /// A polynomial and its derivative at v, the coefficient of v⁰ first.

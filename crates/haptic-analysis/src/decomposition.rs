@@ -13,7 +13,8 @@
 
 use crate::AnalysisError;
 use crate::characteristic::{Characteristic, Node};
-use crate::curve::{Bounds, Jet, Real};
+use crate::curve::Real;
+use certified_count::{Bounds, Jet};
 use core::f64::consts::PI;
 
 /// Ends of the curve: below this angle (and above π less it) it is within about 1e-12 of the straight line it ends on.

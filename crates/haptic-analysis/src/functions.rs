@@ -1,7 +1,6 @@
 //! The functions that operators are made of: powers, polynomials, decaying modes, cascades.
 
-use crate::curve::{Bounds, Jet, product};
-use certified_count::Place;
+use certified_count::{Bounds, Jet, Place, product};
 use num_complex::Complex;
 
 #[derive(Clone, Debug, PartialEq)]

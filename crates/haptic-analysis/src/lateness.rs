@@ -7,10 +7,9 @@
 //! meets −1. So a few parts of a sample give the first zero for every delay, however long; there it is narrowed.
 
 use crate::characteristic::Characteristic;
-use crate::curve::Bounds;
-use crate::margin::{AtAngle, Terms};
+use crate::margin::Open;
 use crate::{AnalysisError, SampledLoop};
-use certified_count::{Late, Unknown, delay_margin};
+use certified_count::{AtAngle, Late, OpenLoop, Unknown, delay_margin};
 use core::f64::consts::PI;
 
 /// Least and largest number of parts of a sample that are tried.
@@ -42,8 +41,8 @@ impl Late for Later<'_> {
     }
 
     fn lost(&self) -> Result<Option<f64>, Unknown> {
-        let count = self.late.as_ref().ok_or(Unknown)?.count();
-        Ok((count.zeros != Some(0)).then_some(count.theta))
+        let verdict = self.late.as_ref().ok_or(Unknown)?.verdict();
+        Ok((!verdict.stable).then_some(verdict.theta))
     }
 }
 
@@ -72,18 +71,10 @@ impl SampledLoop<'_> {
 
     /// The angles at which |GH| = 1, and the turn, −π to π, that takes GH to −1 there.
     fn crossovers(&self) -> Vec<(f64, f64)> {
-        let excess = |at: &Terms| {
-            let rate = at.feedback_rate * at.feedback.conj() - at.plant_rate * at.plant.conj();
-            let excess = at.feedback.norm_sqr() - at.plant.norm_sqr();
-            [excess, 2.0 * rate.re]
-        };
-        let bend = |plant: Bounds, feedback: Bounds| {
-            plant.times(plant).bend + feedback.times(feedback).bend
-        };
         // |GH| is the same without the whole samples, and found sooner.
         let path = self.plant().path();
         let prompt = self.delayed_by(path.fraction()).unwrap_or(*self);
-        let angles = prompt.zeros(excess, bend).into_iter();
+        let angles = Open(&prompt).crossovers().into_iter();
         angles
             .map(|theta| (theta, (-self.loop_gain(theta)).arg()))
             .collect()

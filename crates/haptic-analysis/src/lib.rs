@@ -29,13 +29,13 @@ mod stability;
 mod teleoperation;
 mod transparency;
 
+pub use certified_count::{AtAngle, StabilityVerdict};
 pub use coupling::Coupler;
 pub use coupling::LeastDamping;
 pub use dynamics::Dynamics;
 pub use error::AnalysisError;
 pub use fracdiff::parameter::RangeError;
 pub use largest::Largest;
-pub use margin::AtAngle;
 pub use margin::Margins;
 pub use noise::NoiseGain;
 pub use object::{CoupledLoop, CoupledObject, CouplerOperator};
@@ -48,7 +48,7 @@ pub use path::ForcePath;
 pub use plant::SampledPlant;
 pub use region::{StabilityRegion, StableArea};
 pub use slope::SlopeLimit;
-pub use stability::{Nondimensional, SampledLoop, StabilityVerdict};
+pub use stability::{Nondimensional, SampledLoop};
 pub use teleoperation::{
     AbsoluteStability, BestCoupler, CouplerSearch, HandCoupler, HandLine, HandMass, LargestDelay,
     Teleoperation, Transparency,

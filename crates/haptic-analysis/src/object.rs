@@ -151,7 +151,9 @@ impl<'a> CoupledLoop<'a> {
     pub fn unstable_poles(&self) -> Option<usize> {
         let circle = self.inner.characteristic.circle();
         let gains = [self.inner.alpha, self.inner.beta];
-        circle.count(gains, 0.0, self.inner.beside_rest).zeros
+        circle
+            .count(gains, 0.0, self.inner.beside_rest)
+            .unstable_poles
     }
 
     /// The least factor above 1 on `k_c` and `b_c` together that takes a stable loop to the edge; `None` if none does.

@@ -1,8 +1,7 @@
 //! The operator P(w) as the analysis sees it.
 
-use crate::curve::{Bounds, Jet};
 use crate::functions::{Curve, Polynomial, Power};
-use certified_count::Place;
+use certified_count::{Bounds, Jet, Place};
 use fracdiff::{FrequencyResponse, Order};
 use num_complex::Complex;
 

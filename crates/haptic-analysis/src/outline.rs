@@ -138,7 +138,9 @@ impl Outline<'_> {
             at[0] - side * along[1] / size,
             at[1] + side * along[0] / size,
         );
-        alpha >= 0.0 && beta >= 0.0 && self.circle.count([alpha, beta], 0.0, false).zeros == Some(0)
+        alpha >= 0.0
+            && beta >= 0.0
+            && self.circle.count([alpha, beta], 0.0, false).unstable_poles == Some(0)
     }
 
     /// The distance from a point to everything but its own piece.

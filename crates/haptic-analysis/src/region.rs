@@ -331,7 +331,7 @@ pub(crate) fn polygons(decomposition: &Decomposition) -> Vec<Polygon> {
     let mut strips: Vec<[(f64, Option<f64>); 2]> = Vec::new();
     for pair in edges.windows(2) {
         let kappa = 0.5 * (pair[0].0 + pair[1].0);
-        if circle.count([kappa, 0.0], 0.0, false).zeros != Some(0) {
+        if circle.count([kappa, 0.0], 0.0, false).unstable_poles != Some(0) {
             continue;
         }
         match strips.last_mut() {

@@ -18,10 +18,12 @@
 //! for absolute stability*, European J. Control 28, 2016.
 
 use crate::SampledLoop;
-use crate::curve::{Bounds, Jet, bounds_in_v, jet_in_v, size_in_v};
+use crate::characteristic::Node;
+use crate::curve::{bounds_in_v, jet_in_v, size_in_v};
 use crate::extremum::Grid;
-use crate::margin::{AtAngle, Terms};
+use crate::margin::Open;
 use crate::stability::BOUNDARY;
+use certified_count::{AtAngle, Bounds, Jet, OpenLoop, Terms};
 use core::f64::consts::PI;
 use fracdiff::full_memory::non_negative_least_squares;
 use num_complex::Complex;
@@ -135,7 +137,7 @@ impl SampledLoop<'_> {
     /// The least k > 0 with 1 + kL = 0 on the circle, if the loop is stable below, and θ there.
     fn linear_limit(&self) -> (f64, f64) {
         let none = AtAngle::new(f64::INFINITY, PI);
-        let crossings = self.gain_crossings();
+        let crossings = Open(self).gain_crossings().into_iter();
         let least = crossings.fold(none, |a, b| if b.value < a.value { b } else { a });
         let (least, theta) = (least.value, least.theta);
         let below = if least.is_finite() { 0.5 * least } else { 1.0 };
@@ -267,7 +269,7 @@ impl Row {
 
 /// One angle with its derivatives.
 struct Point {
-    terms: Terms,
+    terms: Terms<Node>,
     parts: [Jet; 4],
     row: Row,
     /// Among the rows of the programme.
@@ -322,9 +324,8 @@ impl<'a, 'b> Search<'a, 'b> {
     }
 
     fn point(&self, theta: f64) -> Point {
-        let node = self.subject.characteristic.node(theta);
-        let terms = Terms::new(self.subject, node);
-        let feedback = Jet::new(terms.feedback, terms.feedback_rate);
+        let terms = Open(self.subject).terms(theta);
+        let (node, [own, feedback]) = (terms.node, terms.parts);
         let parts = if self.drifts {
             // s = |v| = 2 sin(θ/2),  u = |v|/v = −je^(jθ/2)
             let (sin, cos) = libm::sincos(0.5 * theta);
@@ -333,7 +334,6 @@ impl<'a, 'b> Search<'a, 'b> {
             let own = jet_in_v(self.denominator(), &node.place);
             [own.times(node.operator.denominator), feedback, size, turn]
         } else {
-            let own = Jet::new(terms.plant, terms.plant_rate);
             [own, feedback, Jet::ONE, Jet::ONE]
         };
         let [plant, feedback, near, turn] = parts;
@@ -546,7 +546,7 @@ impl<'a, 'b> Search<'a, 'b> {
 
     /// Of the left side of the inequality over an interval.
     fn bounds(&self, a: &Point, b: &Point, multiplier: Bounds, slope: f64) -> Bounds {
-        let (mut plant, feedback) = Terms::bounds(self.subject, &a.terms, &b.terms);
+        let [mut plant, feedback] = Open(self.subject).bounds(&a.terms, &b.terms);
         let (mut size, mut turn) = (Bounds::ONE, Bounds::ONE);
         if self.drifts {
             let (low, high) = (&a.terms.node.place, &b.terms.node.place);
@@ -573,6 +573,6 @@ impl<'a, 'b> Search<'a, 'b> {
 
 impl Point {
     fn theta(&self) -> f64 {
-        self.terms.theta()
+        self.terms.theta
     }
 }

@@ -3,7 +3,7 @@
 use crate::characteristic::{Characteristic, Node, Span};
 use crate::operator::multiply;
 use crate::{AnalysisError, Environment, LoopOperator, SampledPlant};
-use certified_count::{Count, Curve, Sample};
+use certified_count::{Curve, Sample, StabilityVerdict};
 use core::f64::consts::PI;
 use fracdiff::Order;
 use fracdiff::parameter::{positive, range};
@@ -99,26 +99,6 @@ pub struct SampledLoop<'a> {
     pub(crate) beside_rest: bool,
 }
 
-/// The verdict on a loop, stable or not, with its distance from the edge.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct StabilityVerdict {
-    /// No zero of F in |w| ≤ 1. Not so on the boundary, where `unstable_poles` is `None`.
-    pub stable: bool,
-    /// Zeros of F in |w| < 1, each a pole with |z| > 1; `None` on the boundary, that is where |F| ≤ 1e-9 of the sizes of its
-    /// terms was met on the circle, and of n₁ + n₀: changing α, β and the plant by that share could take it there.
-    pub unstable_poles: Option<usize>,
-    /// The least |F|/(n₁ + n₀) met on the circle. It would take about this change of α, as a complex
-    /// number, to reach the boundary. The margins proper are in [`Margins`](crate::Margins). Of a loop that
-    /// [drifts](SampledLoop::beside_rest) over |v|^p too, as F falls towards rest.
-    pub distance: f64,
-    /// The angle at which that was, rad/sample.
-    pub theta: f64,
-    /// The largest |z| of a pole, that of a drift left out; for polynomial and rational operators with a characteristic
-    /// polynomial of degree up to 64.
-    pub spectral_radius: Option<f64>,
-}
-
 /// Largest degree for which a verdict takes the trouble to find all poles.
 const EIGENVALUE_DEGREE: usize = 64;
 /// |F| over the sizes of its terms, and over n₁ + n₀, at which a loop is on the boundary.
@@ -189,28 +169,23 @@ impl<'a> SampledLoop<'a> {
         node.value([self.alpha, self.beta]) / node.operator.denominator.value
     }
 
-    /// The certified verdict, by encirclement. Cost: about 100 responses of the operator, some ten
-    /// more for each decade that F comes closer to zero, and n³ for the poles of a polynomial.
+    /// The certified verdict, by encirclement. Cost: about 100 responses of the operator, and some ten
+    /// more for each decade that F comes closer to zero.
+    ///
+    /// - *On the boundary*: |F| ≤ 1e-9 of the sizes of its terms was met, and of n₁ + n₀: changing α, β and the plant by that share could
+    ///   take the loop there.
+    /// - *Distance*: |F|/(n₁ + n₀). It would take about this change of α, as a complex number, to reach the boundary. The margins proper are
+    ///   in [`Margins`](crate::Margins). Of a loop that [drifts](Self::beside_rest) over |v|^p too, as F falls towards rest.
     #[must_use]
     pub fn verdict(&self) -> StabilityVerdict {
-        let Count {
-            zeros,
-            closest,
-            theta,
-        } = self.count();
-        StabilityVerdict {
-            stable: zeros == Some(0),
-            unstable_poles: zeros,
-            distance: closest,
-            theta,
-            spectral_radius: self.spectral_radius(),
-        }
+        let circle = self.characteristic.circle();
+        circle.count([self.alpha, self.beta], BOUNDARY, self.beside_rest)
     }
 
-    /// The verdict alone, without looking for poles.
+    /// The verdict alone.
     #[must_use]
     pub fn is_stable(&self) -> bool {
-        self.count().zeros == Some(0)
+        self.verdict().stable
     }
 
     /// Nothing holds the device at rest: no spring, however weak, so α = γ = 0, and βP(1) = 0 to what the boundary is known. F has a
@@ -227,11 +202,6 @@ impl<'a> SampledLoop<'a> {
     pub fn beside_rest(mut self) -> Self {
         self.beside_rest = self.drifts();
         self
-    }
-
-    pub(crate) fn count(&self) -> Count {
-        let circle = self.characteristic.circle();
-        circle.count([self.alpha, self.beta], BOUNDARY, self.beside_rest)
     }
 
     /// F·D in powers of w, of w⁰ first, where P = N/D is polynomial or rational; its zeros are those of F, since D has none in |w| ≤ 1.
@@ -259,7 +229,10 @@ impl<'a> SampledLoop<'a> {
         poles(self.characteristic_polynomial()?)
     }
 
-    fn spectral_radius(&self) -> Option<f64> {
+    /// The largest |z| of a pole, that of a drift left out; `None` of an operator that is neither polynomial nor rational, and of a
+    /// characteristic polynomial of degree above 64. Cost: n³.
+    #[must_use]
+    pub fn spectral_radius(&self) -> Option<f64> {
         let polynomial = self.characteristic_polynomial()?;
         if polynomial.len() > EIGENVALUE_DEGREE + 1 {
             return None;
@@ -315,7 +288,12 @@ impl Circle<'_> {
     ///
     /// Cost: about 80 evaluations of three multiply-adds, and a full node wherever F is so small that
     /// an interval has to be halved: some ten for each decade.
-    pub(crate) fn count(&self, gains: [f64; 2], tolerance: f64, beside_rest: bool) -> Count {
+    pub(crate) fn count(
+        &self,
+        gains: [f64; 2],
+        tolerance: f64,
+        beside_rest: bool,
+    ) -> StabilityVerdict {
         let mut curve = Weighed {
             circle: self,
             gains,

@@ -126,16 +126,17 @@ impl PyLoop {
 
     /// The verdict as a dictionary.
     fn _verdict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
-        let (verdict, drifts) = heard_by(slf, |own, _| {
+        let (verdict, radius, drifts) = heard_by(slf, |own, _| {
             let own = own.sampled()?;
-            Ok((own.beside_rest().verdict(), own.drifts()))
+            let judged = own.beside_rest();
+            Ok((judged.verdict(), judged.spectral_radius(), own.drifts()))
         })?;
         let report = PyDict::new(slf.py());
         report.set_item("stable", verdict.stable)?;
         report.set_item("unstable_poles", verdict.unstable_poles)?;
         report.set_item("distance", verdict.distance)?;
         report.set_item("omega_rad_s", verdict.theta / slf.get().sample_time)?;
-        report.set_item("spectral_radius", verdict.spectral_radius)?;
+        report.set_item("spectral_radius", radius)?;
         report.set_item("drifts", drifts)?;
         Ok(report)
     }

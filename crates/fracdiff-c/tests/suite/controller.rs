@@ -66,6 +66,41 @@ const PID: PidParameters = PidParameters {
     derivative_order: 0.6,
 };
 
+const STEEP: PidParameters = PidParameters {
+    integral_order: 1.3,
+    derivative: 1e-4,
+    derivative_order: 1.4,
+    ..PID
+};
+const WHOLE: PidParameters = PidParameters {
+    integral_order: 1.0,
+    derivative: 1e-3,
+    derivative_order: 1.0,
+    ..PID
+};
+const NO_INTEGRAL: PidParameters = PidParameters {
+    integral: 0.0,
+    ..PID
+};
+const TID: TidParameters = TidParameters {
+    tilt: 2.0,
+    tilt_divisor: 3.0,
+    integral: 1.5,
+    derivative: 1e-3,
+};
+const CRONE: CroneParameters = CroneParameters {
+    gain: 2.0,
+    order: 0.6,
+    low_rad_s: 1.0,
+    high_rad_s: 100.0,
+};
+const LEAD: LeadLagParameters = LeadLagParameters {
+    gain: 1.5,
+    lambda_s: 0.5,
+    x: 0.1,
+    order: 1.4,
+};
+
 /// Every law, both rules, orders beyond 1, limits and none, a derivative against the others, and parts that are not there.
 pub(crate) fn cases() -> Vec<Case> {
     let limits = Some([-0.8, 1.2]);
@@ -89,48 +124,14 @@ pub(crate) fn cases() -> Vec<Case> {
         case.changed.output_low = Some(-0.5);
         case
     };
-    let steep = PidParameters {
-        integral_order: 1.3,
-        derivative: 1e-4,
-        derivative_order: 1.4,
-        ..PID
-    };
-    let whole = PidParameters {
-        integral_order: 1.0,
-        derivative: 1e-3,
-        derivative_order: 1.0,
-        ..PID
-    };
-    let no_integral = PidParameters {
-        integral: 0.0,
-        ..PID
-    };
-    let tid = TidParameters {
-        tilt: 2.0,
-        tilt_divisor: 3.0,
-        integral: 1.5,
-        derivative: 1e-3,
-    };
-    let crone = CroneParameters {
-        gain: 2.0,
-        order: 0.6,
-        low_rad_s: 1.0,
-        high_rad_s: 100.0,
-    };
-    let lead = LeadLagParameters {
-        gain: 1.5,
-        lambda_s: 0.5,
-        x: 0.1,
-        order: 1.4,
-    };
     vec![
         pid(PID, "full", limits),
         pid(PID, "full-bdf2", limits),
         pid(PID, "full:1e-4", None),
-        pid(steep, "full", limits),
-        pid(steep, "full-bdf2", None),
-        pid(whole, "full", limits),
-        pid(no_integral, "full", limits),
+        pid(STEEP, "full", limits),
+        pid(STEEP, "full-bdf2", None),
+        pid(WHOLE, "full", limits),
+        pid(NO_INTEGRAL, "full", limits),
         case(
             "gain",
             "full",
@@ -148,7 +149,7 @@ pub(crate) fn cases() -> Vec<Case> {
             [-0.2, -1.0].map(|proportional| PidParameters {
                 proportional,
                 derivative: 0.0,
-                ..whole
+                ..WHOLE
             }),
             limits,
             "to.proportional = -1",
@@ -156,21 +157,21 @@ pub(crate) fn cases() -> Vec<Case> {
         case(
             "tid",
             "full",
-            [tid, TidParameters { tilt: 1.0, ..tid }],
+            [TID, TidParameters { tilt: 1.0, ..TID }],
             limits,
             "to.tilt = 1",
         ),
         case(
             "crone",
             "full",
-            [crone, CroneParameters { gain: 0.7, ..crone }],
+            [CRONE, CroneParameters { gain: 0.7, ..CRONE }],
             limits,
             "to.gain = 0.7",
         ),
         case(
             "lead",
             "full",
-            [lead, LeadLagParameters { gain: 0.7, ..lead }],
+            [LEAD, LeadLagParameters { gain: 0.7, ..LEAD }],
             limits,
             "to.gain = 0.7",
         ),
@@ -180,7 +181,7 @@ pub(crate) fn cases() -> Vec<Case> {
             [2.0, 1.5].map(|gain| LeadLagParameters {
                 gain,
                 order: -0.7,
-                ..lead
+                ..LEAD
             }),
             None,
             "to.gain = 1.5",

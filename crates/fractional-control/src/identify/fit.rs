@@ -434,7 +434,7 @@ impl<'a> Fit<'a> {
             let step = Seconds(self.record.sample_time.0 / self.steps as f64);
             let below = transfer_fraction(function, self.memory, step)?.below;
             let below = below.without_differences();
-            if count(|arc| below.at(arc)).zeros != Some(poles) {
+            if count(|arc| below.at(arc)).unstable_poles != Some(poles) {
                 return Err(UNFIT);
             }
         }

@@ -365,39 +365,7 @@ pub fn identify(
             }
         }
     }
-    let is_alike = search.leaves_alike(found.iter());
-    if is_alike {
-        each_once(&mut found);
-        search.whiten(&mut found);
-        each_once(&mut found);
-        drop_what_is_loose(&mut found, &search);
-        each_once(&mut found);
-    }
-    cancel(&mut found, &search);
-    put_to_rest(&mut found, &search);
-    to_their_limits(&mut found, &search);
-    calm_down(&mut found, &search);
-    found.retain(|own| wanted.allows(&own.identified.function));
-    drop_what_grows(&mut found, record);
-    resolve_finer(&mut found, &search);
-    each_once(&mut found);
-    if let Some(place) = simplest_as_good(&found) {
-        found[..=place].rotate_right(1);
-    }
-    if let Some(place) = simplest_at_rest(&found) {
-        found[..=place].rotate_right(1);
-    }
-    if let Some(place) = calm_instead(&found, record) {
-        found[..=place].rotate_right(1);
-    }
-    slow_instead(&mut found, &search);
-    found.retain(|own| wanted.allows(&own.identified.function));
-    if is_alike && let Some(place) = plainest(&found, record) {
-        found[..=place].rotate_right(1);
-    }
-    if is_alike {
-        late_by_whole_samples(&mut found, &search);
-    }
+    put_in_order(&mut found, &mut search, wanted);
     found.truncate(KEPT);
     match refused {
         Some(error) if found.is_empty() => Err(error),
@@ -406,7 +374,42 @@ pub fn identify(
     }
 }
 
-/// Sorts the best first, and keeps one of the guesses that end in the same function.
+/// Betters what was found, drops what is not wanted, and puts the best first: the simplest of those that are as good.
+fn put_in_order(found: &mut Vec<Found>, search: &mut Search<'_>, wanted: Wanted) {
+    let is_alike = search.leaves_alike(found.iter());
+    if is_alike {
+        each_once(found);
+        search.whiten(found);
+        each_once(found);
+        drop_what_is_loose(found, search);
+        each_once(found);
+    }
+    cancel(found, search);
+    put_to_rest(found, search);
+    to_their_limits(found, search);
+    calm_down(found, search);
+    found.retain(|own| wanted.allows(&own.identified.function));
+    drop_what_grows(found, search.record);
+    resolve_finer(found, search);
+    each_once(found);
+    to_the_front(found, simplest_as_good);
+    to_the_front(found, simplest_at_rest);
+    to_the_front(found, |found| calm_instead(found, search.record));
+    slow_instead(found, search);
+    found.retain(|own| wanted.allows(&own.identified.function));
+    if is_alike {
+        to_the_front(found, |found| plainest(found, search.record));
+        late_by_whole_samples(found, search);
+    }
+}
+
+fn to_the_front(found: &mut [Found], of: impl Fn(&[Found]) -> Option<usize>) {
+    if let Some(place) = of(found) {
+        found[..=place].rotate_right(1);
+    }
+}
+
+/// The best first, and of guesses that end in one function one.
 fn each_once(found: &mut Vec<Found>) {
     found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     found.dedup_by(|a, b| {

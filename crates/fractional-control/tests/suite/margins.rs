@@ -2,7 +2,11 @@
 
 use crate::fixture::{Draw, plant};
 use fracdiff::Seconds;
-use fractional_control::{ControlError, Memory, PidParameters, Plant, Rule, SampledLoop};
+use fractional_control::{
+    ControlError, ControllerParameters, FractionalTransferFunction, Memory, PidParameters, Plant,
+    Rule, SampledLoop, SampledPlant,
+};
+use std::str::FromStr as _;
 use testkit::{assert_close, assert_relative};
 
 const T: Seconds = Seconds(1e-3);
@@ -12,6 +16,15 @@ fn closed(function: &str, controller: &str) -> SampledLoop {
     let controller = controller.parse().expect("a controller");
     crate::fixture::closed(controller, &plant(function), memory, T.0)
 }
+
+/// A controller that is a function.
+fn of_function(plant: &str, controller: &str) -> SampledLoop {
+    let memory = Memory::new(Rule::Bdf2, 1e-8, 100.0).expect("valid");
+    let controller = FractionalTransferFunction::from_str(controller).expect("a function");
+    let plant = SampledPlant::new(&self::plant(plant), memory, T).expect("runs");
+    SampledLoop::new(ControllerParameters::Function(controller), memory, &plant).expect("a loop")
+}
+
 /// True if it is stable with so much more delay.
 fn stable(later: impl Fn(f64) -> Result<SampledLoop, ()>, delay: f64) -> bool {
     later(delay).expect("runs").verdict().stable
@@ -53,13 +66,25 @@ fn a_delay_margin_of_a_part_of_a_sample_is_that_of_the_hold() {
 }
 
 /// (s² + 1)/((s² + r)(s + 2)): L is next to 1/(s + 2) but for a peak as narrow as the gap between zero and pole, through which L turns once round.
-/// Its edge is where the verdict changes, not where a grid looks.
+/// Its edge is where the verdict changes, not where a grid looks; the pair is the plant's or the controller's.
 #[test]
 fn a_narrow_peak_beside_a_zero_has_its_margins() {
-    for gap in [1e-3, 1e-5, 1e-8] {
+    for (gap, is_plants) in [
+        (1e-3, true),
+        (1e-5, true),
+        (1e-8, true),
+        (1e-3, false),
+        (1e-5, false),
+    ] {
         let later = |delay: f64| {
-            let plant = format!("exp(-{delay}s)*(s^2+1)/((s^2+{})*(s+2))", 1.0 + gap);
-            Ok::<_, ()>(closed(&plant, "1"))
+            let (late, pair) = (
+                format!("exp(-{delay}s)"),
+                format!("(s^2+1)/(s^2+{})", 1.0 + gap),
+            );
+            Ok::<_, ()>(match is_plants {
+                true => closed(&format!("{late}*{pair}/(s+2)"), "1"),
+                false => of_function(&format!("{late}/(s+2)"), &pair),
+            })
         };
         let prompt = later(0.0).expect("runs");
         let margins = prompt.margins();

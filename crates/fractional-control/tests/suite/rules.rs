@@ -18,10 +18,14 @@ fn sampled(plant: &str, gains: PidParameters, rule: Rule, sample_time: Seconds) 
     SampledLoop::new(gains.into(), memory, &plant).expect("valid")
 }
 
-/// The gain above 1 at which the loop of the plant itself is lost.
+/// The loop of the plant itself.
+fn truth(own: &SampledLoop) -> SampledLoop {
+    own.of_plant().expect("a rule")
+}
+
+/// The gain above 1 at which that is lost.
 fn lost_at(own: &SampledLoop) -> f64 {
-    let truth = own.of_plant().expect("a rule");
-    truth.margins().gain_up.expect("ends").value
+    truth(own).margins().gain_up.expect("ends").value
 }
 
 /// The answer of 1/s^order to one held sample, late by this.
@@ -69,7 +73,7 @@ fn a_short_dead_time_of_a_low_order_is_seen() {
     let crossings = up.iter().map(|gain| gain.value);
     let first = crossings.fold(f64::INFINITY, f64::min);
     assert!((0.37..0.40).contains(&first), "{first}");
-    assert!(!own.verdict().stable || !own.rule_error().expect("a rule").holds());
+    assert!(!truth(&own).verdict().stable);
 }
 
 /// The loop u[n] = −K·y[n] by the weights: its swing at the end over that in the middle.
@@ -84,30 +88,34 @@ fn grows(gain: f64) -> bool {
 }
 
 #[test]
-fn where_a_rule_stands_for_its_plant_its_verdict_is_that_of_the_weights() {
+fn the_verdict_on_a_plant_behind_its_hold_is_that_of_the_weights() {
     let up = lost_at(&closed("1/s^0.5", 0.55));
     assert!(!grows(0.55 * 0.99 * up) && grows(0.55 * 1.01 * up), "{up}");
-    for gain in [0.05, 0.2, 0.4, 0.55, 0.9, 1.05, 1.2, 1.3, 2.0, 10.0] {
-        let own = closed("1/s^0.5", gain);
-        let holds = own.rule_error().expect("a rule").holds();
-        assert!(!holds || own.verdict().stable != grows(gain), "{gain}");
-        assert!(holds || gain > 0.5, "{gain}");
+    // 1.2 and 1.3 are stable by the rule.
+    for gain in [0.05, 0.2, 0.4, 0.55, 0.9, 1.05, 1.2, 1.3] {
+        let verdict = truth(&closed("1/s^0.5", gain)).verdict();
+        assert_eq!(
+            verdict.unstable_poles,
+            Some(usize::from(grows(gain))),
+            "{gain}"
+        );
     }
-    // Not even at the gain of 1.3 that was called stable.
-    assert!(!closed("1/s^0.5", 1.3).rule_error().expect("a rule").holds());
-    let soft = closed("1/s^0.5", 0.2);
-    let rule = soft.rule_error().expect("a rule");
-    let [low, high] = rule.within([0.01, 100.0]);
-    assert!(low < 0.011 && (2.0..5.5).contains(&high), "{low} {high}");
-    assert!(closed("1/(s+1)", 1.0).rule_error().is_none());
+    let soft = truth(&closed("1/s^0.5", 0.2));
+    let [low, high] = soft.gain_interval(&soft.margins()).expect("stable");
+    let up = 0.55 * up / 0.2;
+    assert!(
+        low < 0.011 && (0.99 * up..up).contains(&high),
+        "{low} {high}"
+    );
+    assert!(closed("1/(s+1)", 1.0).of_plant().is_none());
 }
 
 /// What a fractional function passes on at once turns errors over at the next sample, however fast that comes.
 #[test]
 fn a_gain_at_once_is_not_halved_by_the_rule() {
     let own = closed("(2s^0.5+0.001)/(s^0.5+0.001)", 0.7);
-    assert!(own.verdict().stable && !own.rule_error().expect("a rule").holds());
-    let gains = own.of_plant().expect("a rule").gain_crossings();
+    assert!(own.verdict().stable && !truth(&own).verdict().stable);
+    let gains = truth(&own).gain_crossings();
     let half_rate = |gain: f64| (gain - 1.0 / 1.4).abs() < 0.02;
     assert!(gains.iter().any(|gain| half_rate(gain.value)), "{gains:?}");
 }
@@ -145,61 +153,25 @@ fn a_resonance_that_the_rule_damps_is_not_proved_stable() {
             let square = omega * omega;
             let text = format!("exp(-0.3s)/(s^2+{damping}s+{square})/(0.01s^0.5+1)");
             let own = swinging(&text, gain, rule);
-            let holds = own.rule_error().expect("a rule").holds();
             damped += usize::from(own.verdict().stable);
-            apart += usize::from(!holds);
-            assert!(!own.verdict().stable || !holds, "{rule:?} {omega}");
+            apart += usize::from(!truth(&own).verdict().stable);
         }
         assert_eq!((damped, apart), (6, 6), "{rule:?}");
     }
 }
 
-/// One that decays as fast as the rule has it is proved, with its interval of gains.
+/// One that decays by itself is proved, with its interval of gains.
 #[test]
 fn a_resonance_that_decays_by_itself_is_proved() {
-    let own = swinging("exp(-0.3s)/(s^2+0.2s+1)/(0.01s^0.5+1)", 0.1, Rule::Bdf2);
-    let rule = own.rule_error().expect("a rule");
-    assert!(own.verdict().stable && rule.holds());
+    let own = truth(&swinging(
+        "exp(-0.3s)/(s^2+0.2s+1)/(0.01s^0.5+1)",
+        0.1,
+        Rule::Bdf2,
+    ));
     let up = lost_at(&own);
-    let [low, high] = rule.within([0.01, up]);
-    let reaches = high > 0.8 * up && high < up;
-    assert!(low < 0.011 && reaches, "{low} {high} {up}");
-}
-
-/// Where the arcs say that a rule holds, it does at each of some hundred angles, and at each gain of the interval.
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn what_is_said_of_arcs_is_so_at_the_angles_on_them() {
-    let mut held = 0;
-    for plant in [
-        "1/s^0.5",
-        "exp(-0.3s)/s^1.2",
-        "(s^0.3+2)/(0.8s^2.2+0.5s^0.9+1)",
-        "(2s^0.5+0.1)/(s^0.5+1)",
-        "exp(-0.25s)*(3s^1.5+1)/(s^1.5+20s+5)",
-        "1/(40s^2+0.2s+1)/(s^0.5+1)",
-        "1/(9s^2+0.001s+1)/(s^0.5+1)",
-        "1/(40s^1.5-10s+1)",
-    ] {
-        for gain in [1e-3, 0.03, 0.3, 3.0] {
-            let own = closed(plant, gain);
-            let rule = own.rule_error().expect("a rule");
-            if !rule.holds() {
-                continue;
-            }
-            held += 1;
-            let truth = own.of_plant().expect("a rule");
-            let gains = rule.within([0.1, 10.0]);
-            for k in 0..=250 {
-                let theta = PI * libm::pow(1e-4 / PI, f64::from(k) / 250.0);
-                let open = own.open(theta);
-                let wrong = (truth.open(theta) - open).norm();
-                for gain in [gains[0], 1.0, gains[1]] {
-                    let room = (open * gain + 1.0).norm();
-                    assert!(wrong * gain < 0.71 * room, "{plant} {theta} {gain}");
-                }
-            }
-        }
-    }
-    assert!(held >= 12, "{held}");
+    let [low, high] = own.gain_interval(&own.margins()).expect("stable");
+    assert!(
+        low < 0.011 && high > 0.99 * up && high < up,
+        "{low} {high} {up}"
+    );
 }

@@ -304,7 +304,7 @@ impl DesignWords<'_> {
             .as_ref()
             .filter(|trial| !trial.is_robust())?;
         let [low, high] = trial.stable_gains?;
-        let verdict = match trial.coarse {
+        let verdict = match trial.analysis.coarse {
             None => "proved stable",
             Some(_) => "held by the sampled model, not proved,",
         };
@@ -328,7 +328,7 @@ impl DesignWords<'_> {
             _ => "Lower the crossover, raise the phase margin or shorten the sample time",
         };
         // Why the verdict of a loop is not that of its plant.
-        let too_fast = trial.coarse.map(|times| {
+        let too_fast = trial.analysis.coarse.map(|times| {
             let times = digits(times, 4);
             format!("too fast to prove it for the plant: divide the sample time by {times}")
         });

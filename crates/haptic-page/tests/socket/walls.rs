@@ -153,6 +153,12 @@ fn every_tissue_is_felt_and_one_that_is_too_stiff_is_made_smaller_and_says_so() 
     assert_eq!(library.materials().len(), 16);
 }
 
+fn is_refused(page: &mut Page, start: Value, words: &str) {
+    let refused = page.refused("feel.start", start);
+    let is_line = !refused.contains('\n');
+    assert!(refused.contains(words) && is_line, "{refused}");
+}
+
 #[test]
 fn the_device_of_a_start_is_that_of_the_server_but_for_what_is_said() {
     let runs = tempfile::tempdir().expect("a folder");
@@ -213,11 +219,7 @@ fn the_device_of_a_start_is_that_of_the_server_but_for_what_is_said() {
         ),
     ] {
         let start = json!({"environment": {"tissue": "prostate-healthy"}, "device": device});
-        let refused = page.refused("feel.start", start);
-        assert!(
-            refused.contains(words) && !refused.contains('\n'),
-            "{refused}"
-        );
+        is_refused(&mut page, start, words);
     }
     for (wall, words) in [
         (json!({"order": 2.1}), "`order` = 2.1 is not from 0 to 2"),
@@ -242,13 +244,24 @@ fn the_device_of_a_start_is_that_of_the_server_but_for_what_is_said() {
             "`stiffness_n_per_m` = 0 of a signed wall",
         ),
     ] {
-        let refused = page.refused("feel.start", json!({"environment": {"wall": wall}}));
-        assert!(
-            refused.contains(words) && !refused.contains('\n'),
-            "{refused}"
-        );
+        is_refused(&mut page, json!({"environment": {"wall": wall}}), words);
     }
-    // The ends of all ranges are felt or refused in a line.
+    let start = json!({"environment": {"tissue": "liver"}, "device": {"sample_time_s": 2e-3}});
+    page.ask("feel.start", start);
+    page.refused(
+        "feel.start",
+        json!({"environment": {"wall": {"stiffness_n_per_m": 1e8}}}),
+    );
+    // What ran before goes on.
+    assert_eq!(
+        page.ask("hello", json!({"version": 1}))["feel"]["sample_time_s"],
+        2e-3
+    );
+}
+
+#[test]
+fn the_ends_of_all_ranges_are_felt_or_refused_in_a_line() {
+    let (_runs, _server, mut page) = opened();
     for device in [
         json!({"mass_kg": 100, "damping_n_s_per_m": 1e6, "sample_time_s": 0.01}),
         json!({"mass_kg": 1e-12, "damping_n_s_per_m": 0}),
@@ -270,17 +283,6 @@ fn the_device_of_a_start_is_that_of_the_server_but_for_what_is_said() {
             );
         }
     }
-    let start = json!({"environment": {"tissue": "liver"}, "device": {"sample_time_s": 2e-3}});
-    page.ask("feel.start", start);
-    page.refused(
-        "feel.start",
-        json!({"environment": {"wall": {"stiffness_n_per_m": 1e8}}}),
-    );
-    // What ran before goes on.
-    assert_eq!(
-        page.ask("hello", json!({"version": 1}))["feel"]["sample_time_s"],
-        2e-3
-    );
 }
 
 #[test]

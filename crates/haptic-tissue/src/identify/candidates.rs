@@ -2,7 +2,7 @@
 
 use super::elements::Candidate;
 use super::error::IdentifyError;
-use super::fit::{AS_GOOD, Estimate, Fit, REFUSED, criteria, fit as fitted_to};
+use super::fit::{AS_GOOD, Certainty, Estimate, Fit, REFUSED, criteria, fit as fitted_to};
 use super::noise::of_motions;
 use super::options::{Options, candidates, target_of};
 use super::record::digits;
@@ -128,24 +128,10 @@ pub(super) fn identified(
     let target = target_of(record, options, stop);
     let compressed = target.compressed();
     let (mut fitted, mut failed) = (Vec::new(), Vec::new());
-    // Each fit is separate: the result does not depend on the threads.
-    let all = candidates.par_iter().map(|&candidate| {
-        let mut best = search(candidate, &compressed, options.starts.max(1))?;
-        let (mut fit, mut certainty) = fitted_to(candidate, &target, &best);
-        let by_filter = whitened::criteria(candidate, &target, &best);
-        let mut is_rendered = rendered::is_rendered(record, &target, candidate, &best, &fit);
-        let mut own = None;
-        if let Some((to, closer)) = unrendered(record, &target, candidate, (&best, &fit)) {
-            (fit, certainty) = fitted_to(candidate, &to, &closer);
-            (best, own, is_rendered) = (closer, Some(to), true);
-        }
-        [fit.aic, fit.bic] = by_filter;
-        if is_rendered {
-            let numbers = candidate.parameters() + target.beside;
-            [fit.aic, fit.bic] = criteria(target.len(), 0.0, numbers);
-        }
-        Ok((fit, candidate, best, certainty, own))
-    });
+    // Each by itself: the result does not depend on the threads.
+    let all = candidates.par_iter();
+    let all =
+        all.map(|&candidate| tried(candidate, record, [&target, &compressed], options.starts));
     let all: Vec<Result<_, IdentifyError>> = all.collect();
     for (one, candidate) in all.into_iter().zip(candidates) {
         match one {
@@ -217,6 +203,33 @@ pub(super) fn identified(
         is_timed: record.untimed.is_none(),
         warnings,
     })
+}
+
+/// A fit, the model it is of, the minimum with its certainty, and the record without what rendering did to it.
+type Tried<'a> = (Fit, Candidate, Best, Certainty, Option<Target<'a>>);
+
+/// Fits a candidate to a record, whole and compressed.
+fn tried<'a>(
+    candidate: Candidate,
+    record: &Record,
+    [target, compressed]: [&Target<'a>; 2],
+    starts: usize,
+) -> Result<Tried<'a>, IdentifyError> {
+    let mut best = search(candidate, compressed, starts.max(1))?;
+    let (mut fit, mut certainty) = fitted_to(candidate, target, &best);
+    let by_filter = whitened::criteria(candidate, target, &best);
+    let mut is_rendered = rendered::is_rendered(record, target, candidate, &best, &fit);
+    let mut own = None;
+    if let Some((to, closer)) = unrendered(record, target, candidate, (&best, &fit)) {
+        (fit, certainty) = fitted_to(candidate, &to, &closer);
+        (best, own, is_rendered) = (closer, Some(to), true);
+    }
+    [fit.aic, fit.bic] = by_filter;
+    if is_rendered {
+        let numbers = candidate.parameters() + target.beside;
+        [fit.aic, fit.bic] = criteria(target.len(), 0.0, numbers);
+    }
+    Ok((fit, candidate, best, certainty, own))
 }
 
 /// A creep without what rendering makes of the model of a fit, and the minimum there, if that leaves far less.

@@ -27,7 +27,7 @@ use fracdiff::Seconds;
 use haptic_loop::plant::{RampHold, RigDrive};
 use haptic_loop::units::Newtons;
 use haptic_quantity::{digits, written};
-use serde_json::json;
+use serde_json::{Value, json};
 
 /// The comparison with the full history begins here, s after contact.
 const FROM_S: f64 = 0.01;
@@ -103,173 +103,262 @@ enum Driven {
 /// Says of each sample what theory says.
 type Theory<'a> = Box<dyn FnMut(&KeptSample) -> TheorySample + 'a>;
 
+/// A run that is being judged, sample by sample.
+struct Judge<'a> {
+    of: &'a Indentation,
+    quantity: Quantity,
+    /// By the full history, by the closed form, of the sampling alone, of the rig.
+    errors: [LargestError; 4],
+    curves: Decimated<5>,
+    drive: Option<Driven>,
+    csv: Option<Table>,
+    against: Option<Comparison<'a>>,
+    beginning: Beginning,
+    last: Option<TheorySample>,
+    unseen_until_s: Option<f64>,
+    deepest_m: f64,
+    ends_limited: bool,
+}
+
+/// What a judged run has to say, apart from its errors.
+struct Judged {
+    last: Option<TheorySample>,
+    final_over_theory: Option<f64>,
+    /// That ratio, where neither the beginning nor the drive explains it.
+    unexplained: Option<f64>,
+    /// From when on the tissue is seen and not the rig, s; `None` if never.
+    seen_from_s: Option<f64>,
+    deepest_m: f64,
+    /// The loop held less than the whole push at the end.
+    unrendered: bool,
+    drive: Option<DriveReport>,
+}
+
+impl<'a> Judge<'a> {
+    fn new(of: &'a Indentation, ran: &Ran) -> Result<Self, Failure> {
+        let (record, quantity) = (&ran.record, of.quantity());
+        let (unit, from_s) = (quantity.unit, quantity.from_s);
+        let driven = |drive| {
+            let (t, on_device) = (of.sample_time_s, of.conduct.remote.is_some());
+            let judge = DriveJudge::new(drive, of.load, t, ran.drive, on_device)?;
+            Ok::<_, Failure>(match &ran.second {
+                None => Driven::Here(judge),
+                Some(second) => Driven::Beside(DriveSamples::new(judge, second, record, t)),
+            })
+        };
+        let drive = of.drive.as_ref().map(driven).transpose()?;
+        let columns = drive.as_ref().map(|_| drive_columns(of.load));
+        Ok(Self {
+            errors: [
+                LargestError::new(FROM_S, "the force by the full history", " N"),
+                LargestError::new(from_s, "the closed form", unit),
+                LargestError::new(from_s, "the closed form", unit),
+                LargestError::new(from_s, quantity.without_rig, unit),
+            ],
+            curves: Decimated::of(record),
+            csv: is_whole(ran).then(|| table(ran, quantity.moved, columns)),
+            against: of.against.as_ref().map(Comparison::new),
+            beginning: Beginning::of(ran, from_s),
+            last: None,
+            unseen_until_s: None,
+            deepest_m: 0.0,
+            ends_limited: false,
+            of,
+            quantity,
+            drive,
+        })
+    }
+
+    fn add(&mut self, sample: &KeptSample, judged: TheorySample) {
+        let (value, closed_form) = (judged.value, judged.closed_form);
+        let force_n = self.of.opposed_n(sample);
+        self.beginning.add(sample.time_s, closed_form);
+        let pairs = [
+            (force_n, judged.full_history_force_n),
+            (value, closed_form),
+            (judged.ideal, closed_form),
+            (judged.with_rig, judged.ideal),
+        ];
+        for (largest, (have, want)) in self.errors.iter_mut().zip(pairs) {
+            match sample.is_comparable() {
+                true => largest.add(sample.time_s, have, want),
+                false => largest.pass(sample.time_s),
+            }
+        }
+        if let Some(against) = &mut self.against {
+            let value = sample.is_comparable().then_some(value);
+            against.add(sample.time_s, value);
+        }
+        self.last = Some(judged);
+        self.ends_limited = !sample.is_comparable();
+        self.deepest_m = f64::max(self.deepest_m, sample.position_m);
+        if self.quantity.moved.is_some() && (value / closed_form - 1.0).abs() > SEEN_WITHIN {
+            self.unseen_until_s = Some(sample.time_s);
+        }
+        let driven = self.drive.as_mut().map(|drive| match drive {
+            Driven::Here(judge) => judge.add(sample),
+            Driven::Beside(samples) => samples.at(sample.time_s),
+        });
+        let Some(csv) = &mut self.csv else {
+            return;
+        };
+        let error = relative_error(value, closed_form);
+        let (tracking_error, [_, drive_n]) = driven.unwrap_or_default();
+        let values = [value, closed_form, error, tracking_error, drive_n];
+        self.curves.add(sample.time_s, values);
+        let row = [
+            sample.time_s,
+            judged.ideal_position_m,
+            sample.position_m,
+            force_n,
+            judged.full_history_force_n,
+        ];
+        // The force of a relaxation stands there already.
+        let row = row.into_iter().chain(self.quantity.moved.map(|_| value));
+        let mut row: Vec<Option<f64>> = row.chain([closed_form]).map(Some).collect();
+        // A sample without a relative error has an empty cell.
+        row.push(Some(error).filter(|error| error.is_finite()));
+        row.extend(driven.iter().flat_map(|driven| driven.1.map(Some)));
+        csv.row(row);
+    }
+
+    fn judged(&mut self, duration_s: f64) -> Judged {
+        let of = self.of;
+        // On the ideal rig the depth is the tissue's own, whatever is left of the force.
+        let unrendered = of.is_ideal() && self.ends_limited;
+        let ratio = (self.last.map(|last| last.value / last.closed_form))
+            .filter(|ratio: &f64| ratio.is_finite() && !unrendered);
+        let beginning = &mut self.beginning;
+        let final_over_theory = beginning.ratio("final_over_theory", ratio);
+        let seen_from_s = self
+            .unseen_until_s
+            .map_or(0.0, |until_s| until_s + of.sample_time_s);
+        Judged {
+            last: self.last,
+            final_over_theory,
+            // No operator of this program makes the force of a drive.
+            unexplained: final_over_theory
+                .filter(|ratio| !of.holds_device() && !beginning.explains(*ratio)),
+            seen_from_s: Some(seen_from_s).filter(|from_s| *from_s <= duration_s),
+            deepest_m: self.deepest_m,
+            unrendered,
+            drive: self.drive.take().map(|drive| match drive {
+                Driven::Here(judge) => judge.finish(),
+                Driven::Beside(samples) => samples.finish(),
+            }),
+        }
+    }
+}
+
+/// True of a run that neither of its devices cut short.
+fn is_whole(ran: &Ran) -> bool {
+    let second = ran.second.as_ref().and_then(|second| second.record.ended);
+    ran.record.ended.or(second).is_none()
+}
+
 impl Indentation {
     /// Judges a run; the table of one that reached its end goes beside its log. A run that was cut short leaves its log alone.
     pub(crate) fn report(&self, ran: &Ran) -> Result<(Report, Option<Curves>), Failure> {
         let record = &ran.record;
-        let quantity = self.quantity();
-        let (unit, from_s) = (quantity.unit, quantity.from_s);
         let mut theory = match self.load {
             RigDrive::Position(profile) => self.relaxed(profile, ran)?,
             RigDrive::Force(push) => self.crept(push, ran)?,
         };
-        let mut errors = [
-            LargestError::new(FROM_S, "the force by the full history", " N"),
-            LargestError::new(from_s, "the closed form", unit),
-            LargestError::new(from_s, "the closed form", unit),
-            LargestError::new(from_s, quantity.without_rig, unit),
-        ];
-        let mut curves = Decimated::of(record);
-        let mut drive = match &self.drive {
-            Some(drive) => {
-                let (t, on_device) = (self.sample_time_s, self.conduct.remote.is_some());
-                let judge = DriveJudge::new(drive, self.load, t, ran.drive, on_device)?;
-                Some(match &ran.second {
-                    None => Driven::Here(judge),
-                    Some(second) => Driven::Beside(DriveSamples::new(judge, second, record, t)),
-                })
-            }
-            None => None,
-        };
-        let second_ended = (ran.second.as_ref()).and_then(|second| second.record.ended);
-        let whole = record.ended.or(second_ended).is_none();
-        let mut csv = whole.then(|| {
-            let driven = drive.as_ref().map(|_| drive_columns(self.load));
-            table(ran, quantity.moved, driven)
-        });
-        let mut against = self.against.as_ref().map(Comparison::new);
-        let (mut last, mut unseen_until_s, mut deepest_m) = (None, None, 0.0);
-        let mut ends_limited = false;
-        let mut beginning = Beginning::of(ran, from_s);
+        let mut judge = Judge::new(self, ran)?;
         Samples::of(record, &ran.log.paths).for_each(|sample| {
-            let judged = theory(sample);
-            let (value, closed_form) = (judged.value, judged.closed_form);
-            beginning.add(sample.time_s, closed_form);
-            let pairs = [
-                (self.opposed_n(sample), judged.full_history_force_n),
-                (value, closed_form),
-                (judged.ideal, closed_form),
-                (judged.with_rig, judged.ideal),
-            ];
-            for (largest, (have, want)) in errors.iter_mut().zip(pairs) {
-                match sample.is_comparable() {
-                    true => largest.add(sample.time_s, have, want),
-                    false => largest.pass(sample.time_s),
-                }
-            }
-            if let Some(against) = &mut against {
-                let value = sample.is_comparable().then_some(value);
-                against.add(sample.time_s, value);
-            }
-            last = Some(judged);
-            ends_limited = !sample.is_comparable();
-            deepest_m = f64::max(deepest_m, sample.position_m);
-            if quantity.moved.is_some() && (value / closed_form - 1.0).abs() > SEEN_WITHIN {
-                unseen_until_s = Some(sample.time_s);
-            }
-            let driven = drive.as_mut().map(|drive| match drive {
-                Driven::Here(judge) => judge.add(sample),
-                Driven::Beside(samples) => samples.at(sample.time_s),
-            });
-            let Some(csv) = &mut csv else {
-                return Ok(());
-            };
-            let error = relative_error(value, closed_form);
-            let (tracking_error, [_, force_n]) = driven.unwrap_or_default();
-            let values = [value, closed_form, error, tracking_error, force_n];
-            curves.add(sample.time_s, values);
-            let mut row = vec![
-                sample.time_s,
-                judged.ideal_position_m,
-                sample.position_m,
-                self.opposed_n(sample),
-                judged.full_history_force_n,
-            ];
-            // The force of a relaxation stands there already.
-            row.extend(quantity.moved.map(|_| value));
-            let mut row: Vec<Option<f64>> = row.into_iter().map(Some).collect();
-            // A sample without a relative error has an empty cell.
-            row.extend([
-                Some(closed_form),
-                Some(error).filter(|error| error.is_finite()),
-            ]);
-            row.extend(driven.iter().flat_map(|driven| driven.1.map(Some)));
-            csv.row(row);
+            judge.add(sample, theory(sample));
             Ok(())
         })?;
-        let mut files = Files::of_run(ran, csv);
-        if against.is_none() {
-            ran.folder.remove_stale("against.csv");
+        let quantity = judge.quantity;
+        let mut files = Files::of_run(ran, judge.csv.take());
+        let (mut beside, mut overlay) = (Vec::new(), None);
+        match judge.against.take() {
+            None => ran.folder.remove_stale("against.csv"),
+            Some(against) => {
+                let column = quantity.moved.map_or("force_n", |moved| moved.column);
+                let found = against.finish(ran, column, quantity.from_s, &mut judge.beginning);
+                (beside, overlay) = (found.0, Some(found.1));
+                files.unwritten = files.unwritten.or(found.2);
+            }
         }
-        let column = quantity.moved.map_or("force_n", |moved| moved.column);
-        let against = against.map(|against| against.finish(ran, column, from_s, &mut beginning));
-        let (against, overlay, unwritten) = match against {
-            Some((rows, overlay, unwritten)) => (rows, Some(overlay), unwritten),
-            None => (Vec::new(), None, None),
-        };
-        files.unwritten = files.unwritten.or(unwritten);
-        // On the ideal rig the depth is the tissue's own, whatever is left of the force.
-        let unrendered = self.is_ideal() && ends_limited;
-        let final_over_theory = (last.map(|last| last.value / last.closed_form))
-            .filter(|ratio: &f64| ratio.is_finite() && !unrendered);
-        let final_over_theory = beginning.ratio("final_over_theory", final_over_theory);
-        let drive = drive.map(|drive| match drive {
-            Driven::Here(judge) => judge.finish(),
-            Driven::Beside(samples) => samples.finish(),
-        });
-        let mut warnings = Warnings::default();
-        let piece = &self.piece;
-        let memory_s = self.scheme.memory_s(Seconds(self.sample_time_s));
-        let duration_s = record.duration_s();
-        let seen_from_s = unseen_until_s.map_or(0.0, |until_s| until_s + self.sample_time_s);
-        let seen_from_s = Some(seen_from_s).filter(|from_s| *from_s <= duration_s);
-        let has_masses = quantity.moved.is_some() && !self.is_ideal();
-        if has_masses {
-            warnings.0.extend(rig_is_seen(seen_from_s, duration_s));
-        }
-        // The load asks for times from the ramp on, or from a sample after a step.
-        let shortest_s = match self.load {
-            RigDrive::Position(profile) => profile.ramp_time().0,
-            RigDrive::Force(_) => self.sample_time_s,
-        };
-        (warnings.0).extend(piece.leaves((shortest_s, duration_s), deepest_m));
-        warnings.operator(
-            memory_s,
-            duration_s,
-            // No operator of this program makes the force of a drive.
-            final_over_theory.filter(|ratio| !self.holds_device() && !beginning.explains(*ratio)),
-            quantity.name,
-        );
-        warnings.limited(record);
-        if unrendered {
-            warnings.0.push(format!(
-                "the closed form assumes the whole push, which the loop did not render up to the end: change {STRESS}, {FORCE} or {FORCE_LIMIT}"
-            ));
-        }
-        (warnings.0).extend(drive.iter().flat_map(DriveReport::warnings));
+        let judged = judge.judged(record.duration_s());
+        let Judge {
+            mut beginning,
+            curves,
+            errors,
+            ..
+        } = judge;
         let [full_history, closed_form, discretisation, rig] = errors.map(LargestError::get);
         let closed_form = beginning.error("closed_form_error", closed_form);
         let rig = beginning.error("rig_error", rig);
-        (warnings.0).extend(beginning.warning());
-        if self.holds_device() && record.link.as_ref().is_some_and(|link| link.simulated) {
-            warnings.0.push(
-                "the simulated device has no tissue before it: the force is that of its own mass and damping"
-                    .to_owned(),
-            );
-        }
         let mut run = RunReport::new(
             ran,
             device_name(self.conduct.remote.as_ref()),
             self.sample_time_s,
             files,
-            warnings,
+            self.warnings(ran, &judged, beginning.warning()),
         );
         run.final_force_n = (record.last.as_ref()).map_or(0.0, |last| self.opposed_n(last));
         if let Some(second) = &ran.second {
             tell(&mut run, record, second);
         }
-        let material = &piece.material;
-        let law = json!({
+        // A creep test says where it ended.
+        let end = judged.last.zip(quantity.moved);
+        let end = end.map(|(last, moved)| json!({ moved.end: last.value }));
+        let held = judged.drive.as_ref().map(|drive| json!({ "drive": drive }));
+        let results = json!({
+            // Of the weights that stand for the full history in a run of more than 10⁶ samples; null for exact sums.
+            "reference_tolerance": record.whole.is_none().then_some(TOLERANCE),
+            // Part of `closed_form_error` that an ideal indenter and the full history leave over the same samples: the sampling.
+            "discretisation_error": discretisation.largest,
+            // From when on a rig with masses stays within 5 % of the closed form of a creep test; null if never, and without such a rig.
+            "tissue_seen_from_s": judged.seen_from_s.filter(|_| self.has_masses()),
+            // Part of `closed_form_error` that contact, servo, masses and sensors of the rig add.
+            "rig_error": rig.largest,
+            "final_over_theory": judged.final_over_theory,
+        });
+        let results = [
+            full_history_error(&full_history),
+            closed_form_error(&closed_form),
+            results,
+        ];
+        let off = closed_form.largest;
+        let report = Report {
+            law: rows([self.law_rows()]),
+            run,
+            results: rows(results.into_iter().chain(end).chain(held).chain(beside)),
+            verdict: off.map(|error| format!("{:.2} % from the closed form", 1e2 * error)),
+            unmet: None,
+        };
+        let held = judged.drive.map(|_| ["tracking_error", "drive_force_n"]);
+        let [tracking_error, force_n] = held.unwrap_or_default();
+        let names = [
+            "values",
+            "closed_form",
+            "relative_error",
+            tracking_error,
+            force_n,
+        ];
+        let origin = origin(record);
+        let (title, subtitle) = self.titles(origin, &report.run.device);
+        let drawing = Drawing::Theory(judge::Theory {
+            quantity: quantity.name,
+            label: quantity.label,
+            record: overlay,
+        });
+        let curves = is_whole(ran).then(|| curves.named(names, origin, title, subtitle, drawing));
+        Ok((report, curves))
+    }
+
+    /// True of a creep test on a rig with masses, which is not seen at once.
+    fn has_masses(&self) -> bool {
+        self.quantity().moved.is_some() && !self.is_ideal()
+    }
+
+    /// Rows about the law that was rendered.
+    fn law_rows(&self) -> Value {
+        let (piece, material) = (&self.piece, &self.piece.material);
+        json!({
             "tissue": material.name,
             // α of the tissue.
             "order": material.order().get(),
@@ -281,46 +370,51 @@ impl Indentation {
             "precision": self.precision_run(),
             "contact": self.contact,
             // Null for everything.
-            "memory_s": memory_s,
-        });
-        let results = json!({
-            // Of the weights that stand for the full history in a run of more than 10⁶ samples; null for exact sums.
-            "reference_tolerance": record.whole.is_none().then_some(TOLERANCE),
-            // Part of `closed_form_error` that an ideal indenter and the full history leave over the same samples: the sampling.
-            "discretisation_error": discretisation.largest,
-            // From when on a rig with masses stays within 5 % of the closed form of a creep test; null if never, and without such a rig.
-            "tissue_seen_from_s": seen_from_s.filter(|_| has_masses),
-            // Part of `closed_form_error` that contact, servo, masses and sensors of the rig add.
-            "rig_error": rig.largest,
-            "final_over_theory": final_over_theory,
-        });
-        // A creep test says where it ended.
-        let end = (last.zip(quantity.moved)).map(|(last, moved)| json!({ moved.end: last.value }));
-        let held = drive.as_ref().map(|drive| json!({ "drive": drive }));
-        let errors = [
-            full_history_error(&full_history),
-            closed_form_error(&closed_form),
-        ];
-        let beside = [end, held].into_iter().flatten().chain(against);
-        let off = closed_form.largest;
-        let report = Report {
-            law: rows([law]),
-            run,
-            results: rows(errors.into_iter().chain([results]).chain(beside)),
-            verdict: off.map(|error| format!("{:.2} % from the closed form", 1e2 * error)),
-            unmet: None,
+            "memory_s": self.scheme.memory_s(Seconds(self.sample_time_s)),
+        })
+    }
+
+    fn warnings(&self, ran: &Ran, judged: &Judged, beginning: Option<String>) -> Warnings {
+        let (record, mut warnings) = (&ran.record, Warnings::default());
+        let duration_s = record.duration_s();
+        if self.has_masses() {
+            warnings
+                .0
+                .extend(rig_is_seen(judged.seen_from_s, duration_s));
+        }
+        // The load asks for times from the ramp on, or from a sample after a step.
+        let shortest_s = match self.load {
+            RigDrive::Position(profile) => profile.ramp_time().0,
+            RigDrive::Force(_) => self.sample_time_s,
         };
-        let held = drive.map(|_| ["tracking_error", "drive_force_n"]);
-        let [tracking_error, force_n] = held.unwrap_or_default();
-        let names = [
-            "values",
-            "closed_form",
-            "relative_error",
-            tracking_error,
-            force_n,
-        ];
-        let loading = piece.specimen.loading().kind.name();
-        let slab = piece.specimen.slab_sizes();
+        let leaves = self
+            .piece
+            .leaves((shortest_s, duration_s), judged.deepest_m);
+        warnings.0.extend(leaves);
+        let memory_s = self.scheme.memory_s(Seconds(self.sample_time_s));
+        let name = self.quantity().name;
+        warnings.operator(memory_s, duration_s, judged.unexplained, name);
+        warnings.limited(record);
+        if judged.unrendered {
+            warnings.0.push(format!(
+                "the closed form assumes the whole push, which the loop did not render up to the end: change {STRESS}, {FORCE} or {FORCE_LIMIT}"
+            ));
+        }
+        (warnings.0).extend(judged.drive.iter().flat_map(DriveReport::warnings));
+        warnings.0.extend(beginning);
+        if self.holds_device() && record.link.as_ref().is_some_and(|link| link.simulated) {
+            warnings.0.push(
+                "the simulated device has no tissue before it: the force is that of its own mass and damping"
+                    .to_owned(),
+            );
+        }
+        warnings
+    }
+
+    /// Title and subtitle of the picture.
+    fn titles(&self, origin: &str, device: &str) -> (String, String) {
+        let (material, specimen) = (&self.piece.material, &self.piece.specimen);
+        let (loading, slab) = (specimen.loading().kind.name(), specimen.slab_sizes());
         let (test, remark) = match self.load {
             RigDrive::Position(profile) => {
                 let (depth_m, ramp_s) = (profile.depth().0, profile.ramp_time().0);
@@ -340,21 +434,16 @@ impl Indentation {
                 ("Creep", format!("{loading}, {push} from t = 0"))
             }
         };
-        let origin = origin(record);
-        let title = format!("{test} of {}, {origin}", material.description);
         // An order that was identified has all digits of its fit.
         let order = (1e4 * material.order().get()).round() / 1e4;
         let subtitle = format!(
-            "{}  ·  order μ = {order}  ·  device {}  ·  scheme {}  ·  {remark}",
-            material.name, report.run.device, self.scheme
+            "{}  ·  order μ = {order}  ·  device {device}  ·  scheme {}  ·  {remark}",
+            material.name, self.scheme
         );
-        let drawing = Drawing::Theory(judge::Theory {
-            quantity: quantity.name,
-            label: quantity.label,
-            record: overlay,
-        });
-        let curves = whole.then(|| curves.named(names, origin, title, subtitle, drawing));
-        Ok((report, curves))
+        (
+            format!("{test} of {}, {origin}", material.description),
+            subtitle,
+        )
     }
 
     /// Closed form of the force of a relaxation, N; zero for creep, whose closed form is a depth.

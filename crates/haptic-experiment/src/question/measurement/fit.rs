@@ -59,7 +59,7 @@ impl Number {
     const fn is_signed(self) -> bool {
         match self {
             Self::Damping | Self::Friction | Self::Stiffness => false,
-            Self::Mass | Self::Bias | Self::Lateness | Self::Lag => true,
+            Self::Mass | Self::Bias | Self::Lateness | Self::SquareOfLag => true,
         }
     }
 }

@@ -38,7 +38,7 @@ pub(super) fn stability(options: Options<keys::Wall>, output: Output) -> Result<
         },
         "drifts": drifts,
         // Largest |z| of a pole; null if P is irrational or the polynomial too long.
-        "spectral_radius": verdict.spectral_radius,
+        "spectral_radius": sampled.spectral_radius(),
         // Poles with |z| > 1; null on the boundary.
         "encirclements": verdict.unstable_poles,
         // By how much the wall could grow, and how much more delay it could bear; null for any, or if unstable.

@@ -205,9 +205,7 @@ fn verdict(analysis: &LoopAnalysis) -> String {
 
 /// True if the loop comes nearest to the boundary where nothing moves.
 fn at_rest(analysis: &LoopAnalysis) -> bool {
-    // The curve ends at half the sample rate.
-    let half = analysis.curve.last().map_or(f64::NAN, |at| at.omega_rad_s);
-    analysis.verdict.omega_rad_s < AT_REST / PI * half
+    analysis.verdict.theta < AT_REST
 }
 
 fn of_the_loop(analysis: &LoopAnalysis) -> String {
@@ -216,7 +214,9 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
         Some(poles) => format!("{poles} poles grow"),
         None => "a pole does not decay".to_owned(),
     };
-    let omega = digits(analysis.verdict.omega_rad_s, 4);
+    // The curve ends at half the sample rate.
+    let half = analysis.curve.last().map_or(f64::NAN, |at| at.omega_rad_s);
+    let omega = digits(analysis.verdict.theta / PI * half, 4);
     let at = |crossing: &Crossing| digits(crossing.omega_rad_s, 4);
     // The gains for which it is stable.
     let where_stable = |beyond: &str, edge: f64, end: Option<f64>| match end {

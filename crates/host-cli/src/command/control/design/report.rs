@@ -15,7 +15,7 @@ pub(super) struct Report<'a> {
 /// The verdict on a loop; null for a plant that was measured, which does not run, and where nothing is proved of the plant.
 fn stable(candidate: &Candidate) -> Option<bool> {
     let trial = candidate.trial.as_ref();
-    let proved = trial.filter(|trial| trial.coarse.is_none());
+    let proved = trial.filter(|trial| trial.analysis.coarse.is_none());
     proved.map(|trial| trial.analysis.verdict.stable)
 }
 
@@ -24,7 +24,7 @@ fn trial(candidate: &Candidate, t: f64) -> Value {
     let Some(trial) = &candidate.trial else {
         return json!({});
     };
-    let proved = trial.coarse.is_none();
+    let proved = trial.analysis.coarse.is_none();
     let between = trial.stable_gains.filter(|_| proved);
     let robustness = trial.robustness.iter().map(|row| {
         let gain_db = decibel(row.gain);
@@ -34,7 +34,7 @@ fn trial(candidate: &Candidate, t: f64) -> Value {
     json!({
         // None of an unstable loop, nor a shape: they would mean nothing.
         "margins": trial.margins().map(margins),
-        "coarse": trial.coarse,
+        "coarse": trial.analysis.coarse,
         // Over the nominal gain of the plant.
         "stable_gain_low": between.map(|[low, _]| low),
         "stable_gain_high": between.map(|[_, high]| high),
