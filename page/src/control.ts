@@ -8,6 +8,7 @@ import { el, onSize, say, set, svg } from "./dom";
 import type { Dropped, TextFile } from "./drop";
 import { number, plain, quantity } from "./format";
 import { Knob } from "./knob";
+import { PlantRecord } from "./plant-record";
 import { save } from "./save";
 import { CONTROL_ENDS, type Control, type State } from "./state";
 
@@ -97,6 +98,7 @@ export class ControlView implements ViewPart {
   private readonly phase: Chart;
   private readonly nyquist = svg("svg", { class: "nyquist", role: "img", "aria-label": "Nyquist plot of the open loop" });
   private readonly panel: Panel;
+  private readonly record: PlantRecord;
   private readonly ask: (control: Control) => void;
   private designed: Designed | null = null;
   /** Files that were dropped or chosen: they are not in the address. */
@@ -114,6 +116,7 @@ export class ControlView implements ViewPart {
     this.gain = new Chart({ ...bode, name: "Gain of the open loop over frequency" });
     this.phase = new Chart({ ...bode, name: "Phase of the open loop over frequency" });
     this.panel = app.connection.panel("control");
+    this.record = new PlantRecord(app, (file) => this.take({ is: "plant", file }));
     this.ask = latest(
       (wishes) => this.design(wishes),
       (error) => this.refused(error),
@@ -150,6 +153,7 @@ export class ControlView implements ViewPart {
           { class: "knobs single" },
           el("label", { class: "choice" }, "Plant", this.plant),
           el("label", { class: "choice" }, "or a file of a plant or of your controller", this.choose),
+          this.record.root,
           this.files,
           this.trouble,
           this.crossover.root,
@@ -176,7 +180,10 @@ export class ControlView implements ViewPart {
   take(dropped: Dropped): void {
     if (dropped.is === "plant") this.plantFile = dropped.file;
     else if (dropped.is === "controller") this.controllerFile = dropped.file;
-    else return;
+    else {
+      if (dropped.is === "record") this.record.take(dropped.file);
+      return;
+    }
     this.ask(this.app.state.control);
   }
 
@@ -357,6 +364,7 @@ export class ControlView implements ViewPart {
 
   themed(): void {
     for (const chart of [this.step, this.gain, this.phase]) chart?.redraw();
+    this.record.themed();
   }
 
   key(): boolean {

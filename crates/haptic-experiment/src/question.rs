@@ -5,6 +5,7 @@ pub(crate) mod bench;
 pub(crate) mod design;
 mod machine_check;
 pub(crate) mod measurement;
+pub mod plant;
 pub mod tissue;
 pub(crate) mod zwidth;
 

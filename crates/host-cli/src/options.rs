@@ -8,7 +8,6 @@ use crate::names::option_of;
 use crate::parse::read_whole;
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
-use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme};
 use haptic_experiment::Failure;
 use haptic_experiment::document::{Document, short};
@@ -19,6 +18,7 @@ use haptic_experiment::parameters::{
 };
 use haptic_experiment::run::DeviceModel;
 use haptic_quantity::{did_you_mean, doubt, is_meant, kind_of_key, parse_for_key, without_unit};
+use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
 use std::marker::PhantomData;
 use std::ops::RangeInclusive;
@@ -245,19 +245,31 @@ pub(crate) struct Given(BTreeMap<&'static str, Value>);
 impl Given {
     fn set(&mut self, written: &str, parameter: &Parameter, text: &str) -> Result<(), String> {
         let value = value_of(written, parameter, text)?;
-        if let (Some(number), Kind::Number(_, range)) = (value.as_float(), parameter.value)
-            && !range.contains(number)
-        {
-            let key = parameter.key;
-            return Err(format!(
-                "{key} = {} is not {range}: change it",
-                Shown(number)
-            ));
+        if let (Some(number), Kind::Number(..)) = (value.as_float(), parameter.value) {
+            parameter.check(number)?;
         }
         match self.0.insert(parameter.key, value) {
             None => Ok(()),
             Some(_) => Err("is given twice: give it once".to_owned()),
         }
+    }
+
+    /// Takes a text out; empty if it was not given.
+    pub(crate) fn take(&mut self, parameter: &Parameter) -> String {
+        let taken = self.0.remove(parameter.key);
+        taken
+            .and_then(|text| Some(text.as_str()?.to_owned()))
+            .unwrap_or_default()
+    }
+
+    /// A form of a library, whose fields have the names of keys.
+    pub(crate) fn form<T: DeserializeOwned>(self) -> Result<T, Failure> {
+        let values = self
+            .0
+            .into_iter()
+            .map(|(key, value)| (key.to_owned(), value));
+        let form = Value::Table(values.collect()).try_into();
+        form.map_err(Failure::bad_input)
     }
 
     pub(crate) fn has(&self, parameter: &Parameter) -> bool {
@@ -406,13 +418,15 @@ pub(crate) mod keys {
     use haptic_experiment::parameters::{
         AGAINST, ARCHITECTURE, AREA, BONDED, CONTACT, CONTROLLER, COUPLER_DAMPING, COUPLER_SPRING,
         CREEP_CONTACT, CREEP_DURATION, CURRENT_LAG, DAMPING, DELAY, DEPTH, DESIGN_ORDERS, DEVICE,
-        DEVICE_MODEL, DISSIPATION, FORCE, FORCE_NOISE_LIMIT, GAIN_MARGIN, GUARD, HALF_ANGLE,
-        HAND_COUPLER_DISSIPATION, HAND_COUPLER_ORDER, HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, HELD,
-        INDENTER_RADIUS, LIBRARY, LINE_DELAY, LOADING, LOOP, MASS, MEASURE_BOX, MEASURE_DEVICE,
-        MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, ONE_SIDED, ORDER, PIECE_ORDER,
-        PUSH, Parameter, RAMP_TIME, RELAX_DURATION, REQUIRE, SAMPLE_TIME, SCHEME, SLAVE_DAMPING,
-        SLAVE_MASS, STIFFNESS, STRAIN, STRESS, THICKNESS, TISSUE, TRIAL_FORCE_LIMIT, WALL_CONTACT,
-        WAVE_IMPEDANCE, WISH, WISH_FREQUENCY, WISH_TISSUE, ZWIDTH_ORDERS, ZWIDTH_POINTS,
+        DEVICE_MODEL, DISSIPATION, FIRST_ROW, FORCE, FORCE_NOISE_LIMIT, GAIN_MARGIN, GUARD,
+        HALF_ANGLE, HAND_COUPLER_DISSIPATION, HAND_COUPLER_ORDER, HAND_COUPLER_STIFFNESS,
+        HAND_STIFFNESS, HELD, INDENTER_RADIUS, KNOWN_DELAY, LIBRARY, LINE_DELAY, LOADING, LOOP,
+        MASS, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT,
+        MEASURE_SAMPLE_TIME, MODEL, ONE_SIDED, ORDER, PIECE_ORDER, PLANT_COLUMNS, POLES, PUSH,
+        Parameter, RAMP_TIME, RELAX_DURATION, REQUIRE, ROW_TIME, SAMPLE_TIME, SCHEME,
+        SLAVE_DAMPING, SLAVE_MASS, SMOOTH, STABLE, STIFFNESS, STRAIN, STRESS, THICKNESS, TISSUE,
+        TRIAL_FORCE_LIMIT, VALIDATE, WALL_CONTACT, WAVE_IMPEDANCE, WISH, WISH_FREQUENCY,
+        WISH_TISSUE, ZWIDTH_ORDERS, ZWIDTH_POINTS,
     };
 
     /// A command whose options are made from tables of parameters.
@@ -519,6 +533,11 @@ pub(crate) mod keys {
         Coupling: &[&[
             &ORDER, &a::ANALYSED_SCHEME, &COUPLER_DAMPING, &COUPLER_SPRING,
             &ANALYSED_SAMPLE_TIME, &ANALYSED_DAMPING,
+        ]];
+        // Of `control`.
+        PlantRecord: &[&[
+            &PLANT_COLUMNS, &ROW_TIME, &FIRST_ROW, &SMOOTH, &MODEL, &POLES, &STABLE, &VALIDATE,
+            &KNOWN_DELAY,
         ]];
         // Two hands over a line; then their devices, and the tissue.
         Hands: &[&[

@@ -5,28 +5,37 @@ They go to python-control and come from there: `TransferFunction.to_control`, `T
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
 import numpy as np
 
 from fractional_haptics import _native
 from fractional_haptics._native import Plant
-from fractional_haptics._values import Shown, needed, same, which
+from fractional_haptics._values import HoldsArrays, Shown, needed, same, which
 
 if TYPE_CHECKING:
+    from typing import TypeAlias
+
     import control
     from numpy.typing import ArrayLike, NDArray
+
+    _Record: TypeAlias = str | os.PathLike[str] | tuple[ArrayLike, ArrayLike, ArrayLike]
 
 __all__ = [
     "ClosedLoop",
     "Crossing",
+    "Identified",
     "Pid",
     "Plant",
     "Response",
     "TransferFunction",
     "Tuned",
     "closed_loop",
+    "identify",
     "plant",
     "simulate",
     "tune",
@@ -398,3 +407,117 @@ def simulate(controller: Pid, plant: Plant, reference: ArrayLike) -> Response:
         A plant that does not run.
     """
     return Response(*_native.simulate_loop(controller, plant, reference))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Identified(HoldsArrays, Shown):
+    """A plant that was found in a record."""
+
+    report: Mapping[str, Any]
+    """What ``host-cli control identify --json`` reports: function, dead time with its interval, numbers with their errors, other
+    candidates, ``validation`` and ``warnings``, which one should read."""
+    t: NDArray[np.float64]
+    """Times of the record as it was fitted, s."""
+    u: NDArray[np.float64]
+    """Its input."""
+    y: NDArray[np.float64]
+    """Its output."""
+    model: NDArray[np.float64]
+    """The output of the function for this input."""
+    file: str
+    """The plant file, TOML."""
+
+    @property
+    def function(self) -> TransferFunction:
+        """The function, without its dead time."""
+        return TransferFunction(self.report["function"])
+
+    @property
+    def plant(self) -> Plant:
+        """Function and dead time."""
+        return Plant._from_function(self.function, self.report["delay_s"])
+
+    def _shown(self) -> dict[str, Any]:
+        return dict(self.report)
+
+
+def identify(
+    record: _Record,
+    *,
+    columns: str = "",
+    sample_time_s: float | None = None,
+    subtract_start: bool = False,
+    smooth: bool = False,
+    model: str = "",
+    poles: int | None = None,
+    stable: bool = False,
+    delay_s: float | None = None,
+    validate: _Record | None = None,
+    progress: Callable[[int], object] | None = None,
+) -> Identified:
+    """A fractional transfer function from a record of input and output, found as ``host-cli control identify`` finds it.
+
+    Parameters
+    ----------
+    record : path or (t, u, y)
+        A CSV with a header, or times in s with the input and output there; a missing output is NaN. Sentences about a row of
+        arrays call it a line, from 1.
+    columns : str, optional
+        Columns of a table, as in ``"input=valve,output=temperature"``; without it ``time_s``, ``input`` and ``output``.
+    sample_time_s : float, optional
+        Time from row to row of a table without times, s.
+    subtract_start : bool, default False
+        Subtract the first row: the record begins at rest, but not at 0.
+    smooth : bool, default False
+        The input is smooth between samples, not held.
+    model : str, optional
+        Terms and first values as in ``"2exp(-5s)/(30s^0.9+1)"``; without it they are found.
+    poles : int, optional
+        Integer orders with this number of poles, 1 to 4.
+    stable : bool, default False
+        Only functions that come to rest by themselves.
+    delay_s : float, optional
+        Known dead time, s; without it it is found.
+    validate : path or (t, u, y), optional
+        A second record with the same columns, on which the function is tried.
+    progress : callable, optional
+        Called with the number of steps that are done.
+
+    Returns
+    -------
+    Identified
+
+    Raises
+    ------
+    OSError
+        A table that cannot be read.
+    ValueError
+        What the command refuses, with value, range and remedy; a record without a response to its input.
+
+    Examples
+    --------
+    >>> t = np.arange(80) * 0.1
+    >>> found = identify((t, np.ones(80), 2 - 2 * np.exp(-t)), poles=1)
+    >>> found.report["begins"], round(found.report["numbers"][0]["value"], 6)
+    ('at rest', 2.0)
+    """
+    form = {
+        "columns": columns,
+        "sample_time_s": sample_time_s,
+        "subtract_start": subtract_start,
+        "smooth": smooth,
+        "model": model,
+        "poles": poles,
+        "stable": stable,
+        "delay_s": delay_s,
+    }
+    other = None if validate is None else _given(validate)
+    report, signals, file = _native.identify_plant(_given(record), other, form, progress)
+    return Identified(report, *signals, file)
+
+
+def _given(record: _Record) -> tuple[Any, ...]:
+    if isinstance(record, tuple):
+        return record
+    path = Path(record)
+    return path.name, path.read_bytes()

@@ -26,6 +26,10 @@ pub use crate::question::measurement::{
     HELD, MEASURE_AXIS, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT,
     MEASURE_SAMPLE_TIME, MEASUREMENT,
 };
+pub use crate::question::plant::{
+    FIRST_ROW, KNOWN_DELAY, MODEL, PLANT_COLUMNS, PLANT_RECORD, POLES, ROW_TIME, SMOOTH, STABLE,
+    VALIDATE,
+};
 pub use crate::question::zwidth::{ZWIDTH_ORDERS, ZWIDTH_POINTS};
 pub use crate::question::{QUESTIONS, analysis};
 pub use crate::run::safety::keys::*;

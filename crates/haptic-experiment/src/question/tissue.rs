@@ -142,7 +142,11 @@ pub fn temperature(text: &str) -> Result<f64, String> {
 }
 
 /// The parts of a list such as `time=1,modulus=3`.
-fn parts<T>(key: &str, text: &str, read: fn(&str) -> Result<T, String>) -> Result<Vec<T>, Failure> {
+pub(super) fn parts<T>(
+    key: &str,
+    text: &str,
+    read: fn(&str) -> Result<T, String>,
+) -> Result<Vec<T>, Failure> {
     let parts = text.split(',').map(str::trim);
     let parts = parts.filter(|part| !part.is_empty());
     let refused =

@@ -164,7 +164,16 @@ pub(crate) fn forms() -> Value {
         all.iter().map(move |one| record_parameter(one, is_option))
     };
     let record = fields(parameters::RECORD, false).chain(fields(parameters::RECORD_OPTIONS, true));
-    json!({"forms": kinds().map(form).collect::<Vec<_>>(), "record": record.collect::<Vec<_>>()})
+    // The second record is a file.
+    let plant = parameters::PLANT_RECORD
+        .iter()
+        .filter(|one| **one != parameters::VALIDATE);
+    let plant = plant.map(|one| parameter("control identify", one, false));
+    json!({
+        "forms": kinds().map(form).collect::<Vec<_>>(),
+        "record": record.collect::<Vec<_>>(),
+        "plant_record": plant.collect::<Vec<_>>(),
+    })
 }
 
 #[cfg(test)]

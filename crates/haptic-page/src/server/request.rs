@@ -3,10 +3,12 @@
 use crate::TextFile;
 use crate::control::ControlRequest;
 use crate::feel::FeelChange;
-use crate::identify::IdentifyRequest;
+use crate::identify::RecordRequest;
 use crate::runs::TableRequest;
 use crate::surface::SurfaceRequest;
 use crate::wall::WallQuestion;
+use haptic_experiment::question::plant::PlantForm;
+use haptic_experiment::question::tissue::RecordForm;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use std::sync::Arc;
@@ -108,7 +110,8 @@ pub(super) enum Panel {
 pub(super) enum Question {
     Wall(WallQuestion),
     Control(ControlRequest),
-    Record(Box<IdentifyRequest>),
+    Record(Box<RecordRequest<RecordForm>>),
+    PlantRecord(RecordRequest<PlantForm>),
 }
 
 pub(super) const LIVE: &str = "live";

@@ -283,7 +283,7 @@ fn noise_is_no_plant_and_a_short_rise_tells_its_dead_time_only_between_two() {
     assert_eq!(json["delay_determined"], false);
     says(
         &json["warnings"].to_string(),
-        &["does not determine the dead time, from", "--delay"],
+        &["does not determine the dead time, from", "`delay_s`"],
     );
 }
 

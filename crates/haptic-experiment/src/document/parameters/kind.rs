@@ -1,7 +1,8 @@
 //! Kinds of parameters: values, and what stands of each.
 
 use super::range::Range;
-use haptic_quantity::Key;
+use fracdiff::parameter::Shown;
+use haptic_quantity::{Key, WrittenUnit};
 use std::fmt;
 
 /// The kind of value that a parameter takes, and its default.
@@ -97,6 +98,25 @@ impl Parameter {
     /// One that is off unless it is given.
     pub(crate) const fn flag(key: &'static str, help: &'static str) -> Self {
         Self::new(key, Value::Flag(false), "", help)
+    }
+
+    /// Refuses a number outside the range.
+    ///
+    /// # Errors
+    /// With value, range and remedy.
+    pub fn check(&self, number: f64) -> Result<(), String> {
+        let range = self.range();
+        if range.contains(number) {
+            return Ok(());
+        }
+        let unit = WrittenUnit::of_key(self.key, 1.0).symbol;
+        let [value, range] =
+            [Shown(number).to_string(), range.to_string()].map(|text| format!("{text} {unit}"));
+        let (value, range) = (value.trim_end(), range.trim_end());
+        Err(format!(
+            "{}: change it",
+            self.set_to(format_args!("{value} is not {range}"))
+        ))
     }
 
     /// It and the value that it is to have, in a sentence.

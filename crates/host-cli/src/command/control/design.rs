@@ -7,7 +7,7 @@ use super::draw::{design_columns, draw_design};
 use super::loops::{
     Limits, NamedPlant, PlantArguments, check_step, controller_scheme, parse_limits, samples,
 };
-use super::words::refused;
+use super::refused;
 use crate::files::{Files, PROGRAM, Place};
 use crate::output::Output;
 use crate::parse::{in_range, quantity};

@@ -1,6 +1,6 @@
 //! Plant and controller, as the commands of `control` ask for them.
 
-use super::words::refused;
+use super::refused;
 use crate::output::warn;
 use crate::parse::{in_range, of, parse_scheme, quantity};
 use clap::Args;

@@ -2,7 +2,7 @@
 
 use super::draw::draw_run;
 use super::loops::{ControllerArguments, NamedPlant, PlantArguments, check_step, samples};
-use super::words::refused;
+use super::refused;
 use crate::files::Files;
 use crate::output::{Output, warn};
 use crate::parse::quantity;
