@@ -114,13 +114,14 @@ def library(folder: str | os.PathLike[str] | None) -> list[Material]: ...
 def find_material(name: str, folder: str | os.PathLike[str] | None) -> Material: ...
 def identify_record(
     records: list[tuple[Any, ...]],
-    kind: str,
-    pressed: dict[str, Any] | None,
-    options: dict[str, Any],
+    models: list[str] | None,
+    form: dict[str, Any],
     progress: _Progress | None,
 ) -> dict[str, Any]: ...
 
-def identify_tables(tables: list[tuple[str, bytes]], options: dict[str, Any]) -> dict[str, Any]: ...
+def identify_tables(
+    tables: list[tuple[str, bytes]], options: dict[str, Any], progress: _Progress | None
+) -> dict[str, Any]: ...
 
 class Device(Shown):
     @property
@@ -321,6 +322,9 @@ def tune_controller(
 ) -> dict[str, Any]: ...
 def closed_loop(controller: Pid, plant: Plant, gain: float) -> dict[str, Any]: ...
 def identify_plant(
-    record: tuple[Any, ...], other: tuple[Any, ...] | None, form: dict[str, Any], progress: _Progress | None
+    record: tuple[str, bytes] | None,
+    other: tuple[str, bytes] | None,
+    form: dict[str, Any],
+    progress: _Progress | None,
 ) -> tuple[dict[str, Any], list[_Floats], str]: ...
 def simulate_loop(controller: Pid, plant: Plant, reference: ArrayLike) -> tuple[_Floats, _Floats]: ...

@@ -325,9 +325,13 @@ class ClosedLoop(Shown):
     """The verdict on a sampled loop, and its margins."""
 
     stable: bool
-    """Certified, for the hold, dead time and weights that run."""
+    """For the hold, dead time and weights that run: certified, unless `coarse` says otherwise."""
     unstable_poles: int | None
     """None on the boundary."""
+    verdict: str
+    """In a few words, as the command says it; ``not proved`` where the sampled model alone is judged."""
+    coarse: float | None
+    """By how much the sample time has to be divided for the verdict to hold for the plant; None where it holds."""
     phase_rad: Crossing | None
     """Least phase margin."""
     gain_up: Crossing | None
@@ -460,8 +464,8 @@ def identify(
     Parameters
     ----------
     record : path or (t, u, y)
-        A CSV with a header, or times in s with the input and output there; a missing output is NaN. Sentences about a row of
-        arrays call it a line, from 1.
+        A CSV with a header, or times in s with the input and output there; a missing output is NaN. Sentences call the first row of
+        arrays line 2, as of a table with a header.
     columns : str, optional
         Columns of a table, as in ``"input=valve,output=temperature"``; without it ``time_s``, ``input`` and ``output``.
     sample_time_s : float, optional
@@ -511,13 +515,22 @@ def identify(
         "stable": stable,
         "delay_s": delay_s,
     }
-    other = None if validate is None else _given(validate)
-    report, signals, file = _native.identify_plant(_given(record), other, form, progress)
+    if columns and (isinstance(record, tuple) or isinstance(validate, tuple)):
+        raise ValueError("columns belong to tables: leave them out beside arrays")
+    other = None if validate is None else _table(validate)
+    report, signals, file = _native.identify_plant(_table(record), other, form, progress)
     return Identified(report, *signals, file)
 
 
-def _given(record: _Record) -> tuple[Any, ...]:
-    if isinstance(record, tuple):
-        return record
-    path = Path(record)
-    return path.name, path.read_bytes()
+def _table(record: _Record) -> tuple[str, bytes]:
+    """Name and bytes of a table; arrays become one."""
+    if not isinstance(record, tuple):
+        path = Path(record)
+        return path.name, path.read_bytes()
+    signals = [_native.numbers(name, signal) for name, signal in zip(("t", "u", "y"), record)]
+    shapes = [signal.shape for signal in signals]
+    if len(record) != 3 or len(set(shapes)) > 1 or signals[0].ndim != 1:
+        raise ValueError(f"the record has arrays of the shapes {shapes}: give (t, u, y), one number of each for each time")
+    rows = zip(*(signal.tolist() for signal in signals), strict=True)
+    lines = (",".join("" if value != value else repr(value) for value in row) for row in rows)
+    return "the record", "\n".join(["time_s,input,output", *lines]).encode()

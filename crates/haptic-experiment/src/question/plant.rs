@@ -6,10 +6,10 @@ mod report;
 
 use super::tissue::parts;
 use crate::document::failure::Failure;
-use crate::document::parameters::Parameter;
 use crate::document::parameters::kind::parameters;
 use crate::document::parameters::range::{DEAD_TIMES, Range, SAMPLE_TIMES};
 use crate::document::record_check::{check_signals, fill_gaps, one_row_a_time};
+use crate::experiment::kind::Keys;
 use crate::judge::control::refused;
 use crate::run::plant_file::PlantModel;
 use fracdiff::Seconds;
@@ -39,17 +39,10 @@ parameters! {
     VALIDATE = text("validate", "", "A second record with the same columns, on which the function is tried");
 }
 
-/// Parameters for a record of a plant.
-pub const PLANT_RECORD: &[Parameter] = &[
-    PLANT_COLUMNS,
-    ROW_TIME,
-    FIRST_ROW,
-    SMOOTH,
-    MODEL,
-    POLES,
-    STABLE,
-    KNOWN_DELAY,
-    VALIDATE,
+/// Parameters for a record of a plant, under headings.
+pub const PLANT_RECORD: &[Keys] = &[
+    ("Table", &[PLANT_COLUMNS, ROW_TIME, FIRST_ROW, SMOOTH]),
+    ("Options", &[MODEL, POLES, STABLE, KNOWN_DELAY, VALIDATE]),
 ];
 
 /// Values of [`PLANT_RECORD`] by the names of keys, in SI units; a second record is read by whoever asks.
@@ -173,9 +166,7 @@ impl PlantQuestion {
             (KNOWN_DELAY, form.delay_s),
         ];
         for (parameter, given) in numbers {
-            given
-                .map_or(Ok(()), |given| parameter.check(given))
-                .map_err(Failure::bad_input)?;
+            parameter.check(given)?;
         }
         if let Some(poles) = form.poles.filter(|poles| poles.fract() != 0.0) {
             return Err(Failure::bad_input(format_args!(
@@ -208,11 +199,13 @@ impl PlantQuestion {
     /// What is wrong with it, with line and column.
     pub fn read(&self, columns: &[String; 3], bytes: &[u8]) -> Result<PlantRecord, String> {
         let remedy = format!("see {PLANT_COLUMNS}; a table without times takes {ROW_TIME}");
-        let [time, ..] = columns;
-        let names = columns.each_ref().map(String::as_str);
-        let found = read_record(bytes, names)
+        let [time, signals @ ..] = columns.each_ref().map(String::as_str);
+        let found = read_record(bytes, [time, signals[0], signals[1]])
             .map_err(|error| format!("{}; {remedy}", short(&error.to_string())))?;
-        let (lines, [mut time_s, input, output]) = (found.lines, found.columns);
+        let gaps = found.gaps().map(|rows| {
+            format!("{rows} without an output: it is put on a straight line between its neighbours")
+        });
+        let (mut lines, [mut time_s, input, output]) = (found.lines, found.columns);
         match (self.sample_time_s, time_s.is_empty()) {
             (None, false) => {}
             (None, true) => return Err(format!("no column {time}; {remedy}")),
@@ -223,60 +216,23 @@ impl PlantQuestion {
             }
             (Some(step), true) => time_s = (0..lines.len()).map(|n| step * n as f64).collect(),
         }
-        let record = InputOutput {
+        let mut record = InputOutput {
             time_s,
             input,
             output,
             ..InputOutput::default()
         };
-        let wrong = |error| format!("{error}; see {PLANT_COLUMNS}");
-        self.record(record, lines, names).map_err(wrong)
-    }
-
-    /// The same of signals, whose rows have these lines and its columns these names; outputs that are missing are NaN.
-    ///
-    /// # Errors
-    /// What is wrong with them, with line and column.
-    pub fn record(
-        &self,
-        mut record: InputOutput,
-        mut lines: Vec<u64>,
-        [time, input, output]: [&str; 3],
-    ) -> Result<PlantRecord, String> {
-        let rows = lines.len();
-        for (name, signal) in [
-            (time, &record.time_s),
-            (input, &record.input),
-            (output, &record.output),
-        ] {
-            if signal.len() != rows {
-                return Err(format!(
-                    "{name} has {} values and {time} {rows}: give one for each time",
-                    signal.len()
-                ));
-            }
-        }
-        if let Some(row) = record.time_s.iter().position(|time| !time.is_finite()) {
-            return Err(format!(
-                "line {}: the time is not a number: correct it",
-                lines[row]
-            ));
-        }
-        let rows = lines.iter().zip(&record.output);
-        let gaps = rows.filter(|(_, y)| y.is_nan()).map(|(line, _)| *line);
-        let gaps = rows_named(&gaps.collect::<Vec<u64>>()).map(|rows| {
-            format!("{rows} without an output: it is put on a straight line between its neighbours")
-        });
+        let wrong = |error: String| format!("{error}; see {PLANT_COLUMNS}");
         let repeated = one_row_a_time(&mut record, &mut lines)
-            .map_err(|error| format!("{error}; the time is column {}", short(time)))?;
+            .map_err(|error| wrong(format!("{error}; the time is column {}", short(time))))?;
         let repeated = rows_named(&repeated).map(|rows| {
             format!("{rows} at the time of the row before: of one time the first output counts and the last input, which acts from then on")
         });
-        fill_gaps(&mut record, &lines, [input, output])?;
+        fill_gaps(&mut record, &lines, signals).map_err(wrong)?;
         if self.subtract_start {
             record.subtract_start();
         }
-        check_signals(&record, &lines, [input, output])?;
+        check_signals(&record, &lines, signals).map_err(wrong)?;
         let notes = gaps.into_iter().chain(repeated).collect();
         Ok(PlantRecord { record, notes })
     }

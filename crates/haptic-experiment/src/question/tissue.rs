@@ -3,15 +3,21 @@
 //! A form holds what somebody gives, by the names of keys, each text as the command takes it; a question is a form that is understood.
 
 use crate::document::failure::Failure;
-use crate::document::parameters::Range;
+use crate::document::named::{Named, choices};
+use crate::document::parameters::kind::parameters;
+use crate::document::parameters::range::{Range, SPECIMENS, STRAINS, STRESSES};
+use crate::document::parameters::{
+    BONDED, HALF_ANGLE, INDENTER_RADIUS, POISSON_RATIO, Parameter, STIFFENING,
+};
 use crate::document::short;
+use crate::experiment::kind::Keys;
 use haptic_loop::{Loading, LoadingKind};
 use haptic_quantity::{is_meant, number, parse_for_key};
 use haptic_tissue::ModelKind;
 use haptic_tissue::identify::table::{Column, Columns, Reader, Reading, Understood, read_table};
 use haptic_tissue::identify::{
     Baseline, CANDIDATES, ContactPoint, Estimate, Held, Identification, IdentifyError, MasterCurve,
-    Options, RecordKind, Replicates, ShiftBy, identify_unless, replicates,
+    Options, RecordKind, Replicates, ShiftBy, Weighting, identify_unless, replicates,
 };
 use serde::{Deserialize, Deserializer};
 use serde_json::{Map, Value, json};
@@ -19,22 +25,136 @@ use std::sync::atomic::AtomicBool;
 
 /// Contact points on the axis of a depth, m.
 const CONTACT_POINTS: Range = Range::Within(-1.0, 1.0);
+/// Times in a record, s.
+const RECORD_TIMES: Range = Range::Within(-1e12, 1e12);
 /// Temperatures that a tissue can have, °C.
 const TEMPERATURES: Range = Range::Within(-273.15, 10_000.0);
 const ZERO_CELSIUS: f64 = 273.15;
 
-/// Kinds of a baseline, with a few words for people.
-pub const BASELINES: [(Baseline, &str, &str); 2] = [
-    (Baseline::Constant, "constant", "an offset"),
-    (Baseline::Linear, "linear", "an offset and a drift"),
+choices! {
+    RecordKind {
+        Relaxation: "relaxation", "stress after a step of strain";
+        Creep: "creep", "strain after a step of stress";
+        Oscillation: "oscillation", "storage and loss modulus over frequency";
+        History: "record", "strain and stress of any motion from rest";
+    }
+}
+
+choices! {
+    Weighting {
+        Equal: "equal", "all samples count the same";
+        LogSpacing: "log-spacing", "by spacing in log time or frequency";
+    }
+}
+
+choices! {
+    Baseline {
+        Constant: "constant", "an offset";
+        Linear: "linear", "an offset and a drift";
+    }
+}
+
+choices! {
+    ShiftBy {
+        Storage: "storage", "the storage modulus";
+        Loss: "loss", "the loss modulus";
+        Both: "both", "both alike";
+    }
+}
+
+/// The model that a record chooses.
+const AUTO: &str = "auto";
+
+/// Names of the models of a record, with a few words for people.
+pub(crate) fn models() -> Vec<(&'static str, &'static str)> {
+    let auto = (AUTO, "the simplest that the record supports");
+    let all = CANDIDATES.map(|kind| (kind.name(), kind.description()));
+    std::iter::once(auto).chain(all).collect()
+}
+
+parameters! {
+    KIND = text("kind", "", "Kind of record [default: by its columns]");
+    /// Model that is fitted.
+    TISSUE_MODEL = text("model", AUTO, "Model to fit; auto selects by the record");
+    /// The columns of a record by number or header.
+    COLUMNS = text("columns", "",
+        "Columns by number or header, as in time=1,modulus=3: time, modulus, compliance, strain, stress, force, position, omega, storage, loss");
+    /// The units of a record that its headers lack.
+    UNITS = text("units", "", "Units that headers lack, as in time=ms,stress=kPa");
+    SEGMENT = text("segment", "", "Segments of a table with several, by number or name, as in 1,3; all of them");
+    FROM = optional("from_s", RECORD_TIMES, "First time, or angular frequency of an oscillation, rad/s");
+    TO = optional("to_s", RECORD_TIMES, "Last time or angular frequency");
+    SKIP_BAD_ROWS = flag("skip_bad_rows", "Leave out rows that are no sample, a tenth at most, and name them");
+    RECORD_STRAIN = optional("strain", STRAINS, "Held strain of a relaxation");
+    RECORD_STRESS = optional("stress_pa", STRESSES, "Held stress of a creep test");
+    RECORD_LOADING = text("loading", "", "How it was loaded [default: as the header says]");
+    RECORD_AREA = optional("area_m2", SPECIMENS, "Area, to turn force into stress");
+    RECORD_THICKNESS = optional("thickness_m", SPECIMENS, "Thickness, to turn position into strain; of a layer under a sphere");
+    CONTACT_POINT = text("contact_point_m", "", "Depth at which an indenter touches, or fit, to find it [default: 0]");
+    RECORD_RAMP_TIME = optional("ramp_time_s", Range::AboveUpTo(0.0, 1e9), "Time of the ramp to the held strain of a relaxation");
+    RECORD_RAMP_ENDS = optional("ramp_ends_s", RECORD_TIMES,
+        "Time of the record's clock at which this ramp ends, as 0 of one that begins with the hold [default: the ramp begins at 0]");
+    SUBTRACT_START = flag("subtract_start", "Subtract the first row of strain and stress: a motion that begins at rest, but not at 0");
+    BASELINE = text("baseline", "", "Find the part of the force that is not the tissue's too");
+    FIX = text("fix", "", "Parameters to hold at a value or in a range, as in order=0.2 or order=0.1..0.3");
+    WEIGHTS = text("weights", "equal", "Weights of the samples");
+    STARTS = count("starts", Options::STARTS as u64, "40", "Starts per model");
+    BOOTSTRAP = count("bootstrap", 0, "0", "Bootstrap records for the intervals; 0 takes them from profiles of the likelihood");
+    /// Seed of a bootstrap.
+    BOOTSTRAP_SEED = count("seed", 1, "1", "Seed of the bootstrap");
+    REPLICATES = flag("replicates", "The records are of several specimens: fit each by itself, and take the mean");
+    MASTER_CURVE = text("master_curve", "", "The records, or segments, are at several temperatures: shift them to this one, as in 20degC or 293.15K");
+    TEMPERATURE = text("temperature", "", "Temperatures of the files that have no column of it, one for each in their order");
+    SHIFT_BY = text("shift_by", "", "Modulus of a sweep that decides the shift [default: both]");
+}
+
+/// Parameters for records of a tissue, under headings: the values that their tables omit. The first two are enough for most.
+pub const RECORD: &[Keys] = &[
+    ("Options", &[COLUMNS, UNITS, KIND, TISSUE_MODEL]),
+    (
+        "Specimen",
+        &[
+            RECORD_LOADING,
+            INDENTER_RADIUS,
+            HALF_ANGLE,
+            RECORD_AREA,
+            RECORD_THICKNESS,
+            BONDED,
+            POISSON_RATIO,
+            RECORD_STRAIN,
+            RECORD_STRESS,
+        ],
+    ),
+    ("Table", &[SEGMENT, FROM, TO, SKIP_BAD_ROWS]),
+    (
+        "Beginning",
+        &[
+            CONTACT_POINT,
+            RECORD_RAMP_TIME,
+            RECORD_RAMP_ENDS,
+            SUBTRACT_START,
+        ],
+    ),
+    (
+        "Fit",
+        &[
+            STIFFENING,
+            BASELINE,
+            FIX,
+            WEIGHTS,
+            STARTS,
+            BOOTSTRAP,
+            BOOTSTRAP_SEED,
+        ],
+    ),
+    (
+        "Several records",
+        &[REPLICATES, MASTER_CURVE, TEMPERATURE, SHIFT_BY],
+    ),
 ];
 
-/// The moduli that can decide a shift, with a few words for people.
-pub const SHIFTS_BY: [(ShiftBy, &str, &str); 3] = [
-    (ShiftBy::Storage, "storage", "the storage modulus"),
-    (ShiftBy::Loss, "loss", "the loss modulus"),
-    (ShiftBy::Both, "both", "both alike"),
-];
+/// Fewer records of a bootstrap say nothing of the ends of an interval.
+const BOOTSTRAP_LEAST: u64 = 40;
 
 /// What the tables of records do not say, by the names of keys; numbers in SI units.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -46,8 +166,8 @@ pub struct RecordForm {
     pub columns: String,
     pub units: String,
     pub segment: String,
-    pub from: Option<f64>,
-    pub to: Option<f64>,
+    pub from_s: Option<f64>,
+    pub to_s: Option<f64>,
     pub skip_bad_rows: bool,
     pub strain: Option<f64>,
     pub stress_pa: Option<f64>,
@@ -66,12 +186,60 @@ pub struct RecordForm {
     pub stiffening: bool,
     pub baseline: Option<String>,
     pub fix: String,
+    pub weights: Option<String>,
+    pub starts: Option<u64>,
+    pub bootstrap: u64,
+    pub seed: Option<u64>,
     pub replicates: bool,
     #[serde(deserialize_with = "text")]
     pub master_curve: String,
     pub shift_by: Option<String>,
     #[serde(deserialize_with = "text")]
     pub temperature: String,
+}
+
+impl RecordForm {
+    /// Refuses numbers outside their ranges.
+    fn check(&self) -> Result<(), Failure> {
+        let numbers = [
+            (FROM, self.from_s),
+            (TO, self.to_s),
+            (RECORD_STRAIN, self.strain),
+            (RECORD_STRESS, self.stress_pa),
+            (RECORD_AREA, self.area_m2),
+            (RECORD_THICKNESS, self.thickness_m),
+            (INDENTER_RADIUS, self.indenter_radius_m),
+            (HALF_ANGLE, self.half_angle_rad),
+            (POISSON_RATIO, self.poisson_ratio),
+            (RECORD_RAMP_TIME, self.ramp_time_s),
+            (RECORD_RAMP_ENDS, self.ramp_ends_s),
+        ];
+        for (parameter, given) in numbers {
+            parameter.check(given)?;
+        }
+        let (least, most) = Options::STARTS_ALLOWED.into_inner();
+        if let Some(starts) = self
+            .starts
+            .filter(|n| !(u64::from(least)..=u64::from(most)).contains(n))
+        {
+            return Err(Failure::bad_input(format_args!(
+                "{STARTS} = {starts} is not a whole number from {least} to {most}: change it"
+            )));
+        }
+        let most = *Options::BOOTSTRAP_ALLOWED.end();
+        let records = self.bootstrap;
+        if records != 0 && !(BOOTSTRAP_LEAST..=u64::from(most)).contains(&records) {
+            return Err(Failure::bad_input(format_args!(
+                "{BOOTSTRAP} = {records} is not 0 or from {BOOTSTRAP_LEAST} to {most}: change it, as fewer records say nothing of the ends of an interval"
+            )));
+        }
+        if self.seed.is_some() && records == 0 {
+            return Err(Failure::bad_input(format_args!(
+                "{BOOTSTRAP_SEED} has no effect without {BOOTSTRAP}: omit it"
+            )));
+        }
+        Ok(())
+    }
 }
 
 /// A text, or a number as one.
@@ -86,10 +254,7 @@ fn text<'de, D: Deserializer<'de>>(value: D) -> Result<String, D::Error> {
 }
 
 /// Reads a contact point: `fit`, or a length.
-///
-/// # Errors
-/// Another text, or a length beyond 1 m.
-pub fn contact_point(text: &str) -> Result<ContactPoint, String> {
+fn contact_point(text: &str) -> Result<ContactPoint, String> {
     const KEY: &str = "contact_point_m";
     if text == "fit" {
         return Ok(ContactPoint::Fitted);
@@ -102,10 +267,7 @@ pub fn contact_point(text: &str) -> Result<ContactPoint, String> {
 }
 
 /// Reads `order=0.2` or `order=0.1..0.3`; names are those of tissue files, with the unit or without.
-///
-/// # Errors
-/// Another form, or a number that is none of the unit.
-pub fn held(text: &str) -> Result<Held, String> {
+fn held(text: &str) -> Result<Held, String> {
     let split = text.split_once('=');
     let (name, value) =
         split.ok_or("is not PARAMETER=VALUE or PARAMETER=LOW..HIGH, decimals with a point")?;
@@ -122,10 +284,7 @@ pub fn held(text: &str) -> Result<Held, String> {
 }
 
 /// Reads a temperature in °C: `20degC`, `20`, or `293.15K`.
-///
-/// # Errors
-/// Another text, or a temperature that no tissue has.
-pub fn temperature(text: &str) -> Result<f64, String> {
+fn temperature(text: &str) -> Result<f64, String> {
     let units = [
         ("degC", 0.0),
         ("°C", 0.0),
@@ -156,20 +315,36 @@ pub(super) fn parts<T>(
         .collect()
 }
 
-fn named<T: Copy>(
-    key: &str,
-    wanted: Option<&String>,
-    known: &[(T, &str)],
-) -> Result<Option<T>, Failure> {
-    let Some(wanted) = wanted else {
+fn named<T: Named>(parameter: Parameter, wanted: Option<&String>) -> Result<Option<T>, Failure> {
+    let of = |wanted: &String| {
+        T::named(wanted)
+            .ok_or_else(|| unknown(parameter, wanted, T::CHOICES.iter().map(|one| one.1)))
+    };
+    wanted.map(of).transpose()
+}
+
+fn unknown(
+    parameter: Parameter,
+    wanted: &str,
+    names: impl Iterator<Item = &'static str>,
+) -> Failure {
+    let names: Vec<&str> = names.collect();
+    Failure::bad_input(format_args!(
+        "{parameter} {wanted:?} is not one of {}",
+        names.join(", ")
+    ))
+}
+
+/// The model of this name; none where the record is to choose.
+fn model(name: Option<&String>) -> Result<Option<ModelKind>, Failure> {
+    let Some(name) = name.filter(|name| *name != AUTO) else {
         return Ok(None);
     };
-    let found = known.iter().find(|one| one.1 == wanted);
-    found.map(|one| Some(one.0)).ok_or_else(|| {
-        let names: Vec<&str> = known.iter().map(|one| one.1).collect();
-        let names = names.join(", ");
-        Failure::bad_input(format_args!("`{key}` {wanted:?} is not one of {names}"))
-    })
+    let found = CANDIDATES.into_iter().find(|kind| kind.name() == name);
+    let names = models().into_iter().map(|one| one.0);
+    found
+        .map(Some)
+        .ok_or_else(|| unknown(TISSUE_MODEL, name, names))
 }
 
 /// How several records belong together.
@@ -210,29 +385,26 @@ impl RecordQuestion {
     /// # Errors
     /// A text that is none of its key, options that do not belong together.
     pub fn of(form: &RecordForm) -> Result<Self, Failure> {
-        let kinds = RecordKind::ALL.map(|kind| (kind, kind.name()));
-        let models = CANDIDATES.map(|kind| (kind, kind.name()));
-        let moduli = SHIFTS_BY.map(|one| (one.0, one.1));
-        let baselines = BASELINES.map(|one| (one.0, one.1));
-        let loading = named("loading", form.loading.as_ref(), &LoadingKind::ALL)?;
+        form.check()?;
+        let loading = named(RECORD_LOADING, form.loading.as_ref())?;
         let one = |key: &str, text: &str, read| parts(key, text, read).map(|mut all| all.pop());
         let contact = match form.contact_point_m.as_str() {
             "" => None,
             text => parts("contact_point_m", text, contact_point)?.pop(),
         };
         let master: Option<f64> = one("master_curve", &form.master_curve, temperature)?;
-        let by = named("shift_by", form.shift_by.as_ref(), &moduli)?;
+        let by = named(SHIFT_BY, form.shift_by.as_ref())?;
         Ok(Self {
             reader: Reader {
                 columns: parts("columns", &form.columns, Column::chosen)?,
                 units: parts("units", &form.units, Column::with_unit)?,
-                from: form.from,
-                to: form.to,
+                from: form.from_s,
+                to: form.to_s,
                 segments: parts("segment", &form.segment, |text| Ok(text.to_owned()))?,
                 skip_bad_rows: form.skip_bad_rows,
             },
             reading: Reading {
-                kind: named("kind", form.kind.as_ref(), &kinds)?,
+                kind: named(KIND, form.kind.as_ref())?,
                 strain: form.strain,
                 stress_pa: form.stress_pa,
                 loading: Loading {
@@ -251,10 +423,16 @@ impl RecordQuestion {
                 subtract_start: form.subtract_start,
             },
             options: Options {
+                weighting: named(WEIGHTS, form.weights.as_ref())?.unwrap_or_default(),
+                starts: form
+                    .starts
+                    .map_or(Options::STARTS, |starts| starts as usize),
+                bootstrap: form.bootstrap as usize,
+                seed: form.seed.unwrap_or(1),
                 stiffening: form.stiffening,
-                baseline: named("baseline", form.baseline.as_ref(), &baselines)?,
+                baseline: named(BASELINE, form.baseline.as_ref())?,
                 held: parts("fix", &form.fix, held)?,
-                ..Self::choosing(named("model", form.model.as_ref(), &models)?)
+                ..Self::choosing(model(form.model.as_ref())?)
             },
             several: Self::several(form.replicates, master, by)?,
             temperatures_c: parts("temperature", &form.temperature, temperature)?,
@@ -262,8 +440,7 @@ impl RecordQuestion {
     }
 
     /// The candidates where this model was asked for: it, and those with fewer parameters, to say if one of these is as good.
-    #[must_use]
-    pub fn choosing(chosen: Option<ModelKind>) -> Options {
+    fn choosing(chosen: Option<ModelKind>) -> Options {
         let wanted = |candidate: &ModelKind| {
             let parameters = |kind: ModelKind| kind.parameters().len();
             let fewer = |one: ModelKind| parameters(*candidate) < parameters(one);
@@ -280,7 +457,7 @@ impl RecordQuestion {
     ///
     /// # Errors
     /// Options that do not belong together.
-    pub fn several(
+    fn several(
         is_replicates: bool,
         reference_c: Option<f64>,
         by: Option<ShiftBy>,
@@ -493,7 +670,7 @@ mod tests {
         {"contact_point_m": "deep"} | nor fit
         {"baseline": "curved"} | `baseline` "curved" is not one of constant, linear
         {"kind": "x"} | is not one of relaxation, creep, oscillation, record
-        {"model": "x"} | is not one of spring
+        {"model": "x"} | is not one of auto, spring
         {"loading": "bend"} | is not one of shear
         {"master_curve": "-300degC"} | is not from -273.15 to 10000 degC
         {"master_curve": 20, "replicates": true} | exclude each other

@@ -1,6 +1,7 @@
 //! Kinds of parameters: values, and what stands of each.
 
-use super::range::Range;
+use super::range::{Range, in_degrees};
+use crate::document::failure::Failure;
 use fracdiff::parameter::Shown;
 use haptic_quantity::{Key, WrittenUnit};
 use std::fmt;
@@ -100,23 +101,22 @@ impl Parameter {
         Self::new(key, Value::Flag(false), "", help)
     }
 
-    /// Refuses a number outside the range.
+    /// Refuses a number outside the range, if there is one.
     ///
     /// # Errors
-    /// With value, range and remedy.
-    pub fn check(&self, number: f64) -> Result<(), String> {
+    /// With value, range, unit and remedy.
+    pub fn check(&self, number: Option<f64>) -> Result<(), Failure> {
         let range = self.range();
-        if range.contains(number) {
+        let Some(number) = number.filter(|number| !range.contains(*number)) else {
             return Ok(());
-        }
-        let unit = WrittenUnit::of_key(self.key, 1.0).symbol;
-        let [value, range] =
-            [Shown(number).to_string(), range.to_string()].map(|text| format!("{text} {unit}"));
-        let (value, range) = (value.trim_end(), range.trim_end());
-        Err(format!(
-            "{}: change it",
-            self.set_to(format_args!("{value} is not {range}"))
-        ))
+        };
+        let within = format!("{range} {}", WrittenUnit::of_key(self.key, 1.0).symbol);
+        Err(Failure::bad_input(format_args!(
+            "{self} = {} is not {}{}: change it",
+            Shown(number),
+            within.trim_end(),
+            in_degrees(self.key, range)
+        )))
     }
 
     /// It and the value that it is to have, in a sentence.
