@@ -13,6 +13,7 @@ from fractional_haptics.control import (
     Pid,
     TransferFunction,
     closed_loop,
+    design,
     identify,
     plant,
     simulate,
@@ -150,6 +151,19 @@ def test_a_tuned_loop_has_its_margin_and_keeps_its_overshoot() -> None:
     assert tune(oven, 0.05, math.radians(70), integer=True).parameters["integral_order"] == 1.0
 
 
+def test_a_design_is_that_of_the_command_and_says_what_it_misses() -> None:
+    oven = plant("0.55exp(-s)/(62s+1)")
+    wishes = {"noise": (10.0, 0.1), "disturbance": "0.01rad/s:0dB", "output_limits": (0.0, 10.0), "step": 2.0}
+    found = design(oven, 0.1, math.radians(65), **wishes)
+    gains = tune(oven, 0.1, math.radians(65), sample_time=0.2, noise=(10.0, 0.1), disturbance=(0.01, 1.0)).parameters
+    assert found.report["controller"]["proportional_gain"] == pytest.approx(gains["proportional"], rel=1e-6)
+    assert found.report["stable"] is True
+    assert 0.0 <= min(row["command"] for row in found.report["step"]) <= max(row["command"] for row in found.report["step"]) <= 10.0
+    assert "output_high = 10" in found.file
+    assert "margins" in found.report and found.report["notes"]
+    assert design(oven, 0.1, math.radians(65), sensitivity_peak=1.01).unmet == ("sensitivity_peak",)
+
+
 def test_a_delay_margin_is_where_the_verdict_changes_inside_a_sample() -> None:
     pid = Pid(0.1, proportional=12.0)
     margin = closed_loop(pid, plant("1/(s+1)")).delay_s
@@ -218,6 +232,9 @@ def test_a_record_of_a_plant_is_refused_as_the_command_refuses_it(given, text: s
         (lambda: Pid(0.01, integral=1.0, integral_order=3.0), "3"),
         (lambda: Pid(0.01, low=1.0, high=0.0), "lower limit"),
         (lambda: Pid(0.0, proportional=1.0, integral=1.0), "."),
+        (lambda: design(plant("1/(s+1)"), 1.0, noise="10"), "`noise`: \"10\" is not FREQUENCY:GAIN"),
+        (lambda: design(plant("1/(s+1)"), 1.0, step=0.0), "give `step` another height"),
+        (lambda: design(plant("1/(s+1)"), 1.0, output_limits=(1.0, 0.0)), "is not below the high limit"),
         (lambda: tune(plant("1/(s+1)"), -1.0, 1.0), "crossover"),
         (lambda: tune(plant("1/(s+1)"), 1.0, 4.0), "phase margin"),
         (lambda: simulate(Pid(0.01, proportional=1.0), plant("1/(s+1)"), [[1.0]]), "reference has the shape"),

@@ -2,6 +2,7 @@
 
 pub mod analysis;
 pub(crate) mod bench;
+pub mod controller;
 pub(crate) mod design;
 mod machine_check;
 pub(crate) mod measurement;

@@ -1,13 +1,12 @@
 //! A tissue or a plant from records that were dropped on the page, read and fitted as on the command line.
 
-use crate::{TextFile, file_name};
+use crate::{TextFile, file_name, form};
 use haptic_experiment::Failure;
 use haptic_experiment::question::plant::{PlantForm, PlantQuestion};
-use haptic_experiment::question::tissue::{RecordAnswer, RecordForm, RecordQuestion};
+use haptic_experiment::question::tissue::{RecordAnswer, RecordQuestion};
 use haptic_log::record::StartTime;
 use haptic_tissue::identify::{Fit, Provenance};
 use serde::Deserialize;
-use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 use std::fmt::Display;
 use std::sync::atomic::AtomicBool;
@@ -16,46 +15,34 @@ use std::time::SystemTime;
 /// Points of a curve that is sent, at most.
 const POINTS: usize = 2000;
 
-/// Records, and a form of what their tables do not say.
+/// Records, and keys for what their tables do not say.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(try_from = "Map<String, Value>", bound = "F: DeserializeOwned")]
-pub(crate) struct RecordRequest<F> {
-    /// The first, which gives the answer its name, and more of them.
-    files: Vec<TextFile>,
-    form: F,
+pub(crate) struct RecordRequest {
+    #[serde(default = "unnamed", deserialize_with = "file_name")]
+    name: String,
+    #[serde(default)]
+    text: String,
+    #[serde(default)]
+    more: Vec<TextFile>,
+    #[serde(flatten)]
+    form: Map<String, Value>,
 }
 
-impl<F: DeserializeOwned> TryFrom<Map<String, Value>> for RecordRequest<F> {
-    type Error = serde_json::Error;
-
-    fn try_from(mut fields: Map<String, Value>) -> Result<Self, Self::Error> {
-        let [name, text, more] = ["name", "text", "more"].map(|key| fields.remove(key));
-        let first = TextFile {
-            name: name.map_or_else(|| Ok("the record".to_owned()), file_name)?,
-            text: text.map_or_else(|| Ok(String::new()), String::deserialize)?,
-        };
-        let more = more.map_or_else(|| Ok(Vec::new()), Vec::deserialize)?;
-        Ok(Self {
-            files: std::iter::once(first).chain(more).collect(),
-            form: serde_json::from_value(Value::Object(fields))?,
-        })
-    }
+fn unnamed() -> String {
+    "the record".to_owned()
 }
 
-impl<F> RecordRequest<F> {
-    /// The name of the first file.
-    fn name(&self) -> &str {
-        self.files.first().map_or("", |file| &file.name)
-    }
-
-    /// The records of each file, which is read with its number.
+impl RecordRequest {
+    /// The records of each file, which is read with its number, and the name of the file.
     fn read<T, E: Display>(
         &self,
         mut read: impl FnMut(usize, &[u8]) -> Result<T, E>,
-    ) -> Result<Vec<T>, Failure> {
-        let files = self.files.iter().enumerate();
-        let records = files.map(|(n, TextFile { name, text })| {
-            let record = read(n, text.as_bytes());
+    ) -> Result<Vec<(T, &str)>, Failure> {
+        let first = (&self.name, &self.text);
+        let files =
+            std::iter::once(first).chain(self.more.iter().map(|one| (&one.name, &one.text)));
+        let records = files.enumerate().map(|(n, (name, text))| {
+            let record = read(n, text.as_bytes()).map(|record| (record, name.as_str()));
             record.map_err(|error| Failure::bad_input(format_args!("{name}: {error}")))
         });
         records.collect()
@@ -64,18 +51,18 @@ impl<F> RecordRequest<F> {
 
 /// The answer to records; a tissue that is made of them says that `program` did.
 pub(crate) fn identified(
-    request: &RecordRequest<RecordForm>,
+    request: &RecordRequest,
     program: &str,
     stop: &AtomicBool,
 ) -> Result<Value, Failure> {
-    let question = RecordQuestion::of(&request.form)?;
-    question.check(request.files.len())?;
+    let question = RecordQuestion::of(&form(&request.form)?)?;
+    question.check(1 + request.more.len())?;
     let read = |n, bytes: &[u8]| question.read(n, question.reader.clone(), bytes);
-    let records = request.read(read)?;
-    let pairs = records.iter().zip(&request.files);
-    let names = pairs.flat_map(|(records, file)| vec![file.name.clone(); records.len()]);
-    let mut names: Vec<String> = names.collect();
-    let records = records.into_iter().flatten().collect();
+    let (mut records, mut names) = (Vec::new(), Vec::new());
+    for (all, name) in request.read(read)? {
+        names.extend(all.iter().map(|_| name.to_owned()));
+        records.extend(all);
+    }
     let found = question.answer(records, &names, stop, &|_| {});
     names.dedup();
     let source = names.join(", ");
@@ -87,7 +74,7 @@ pub(crate) fn identified(
         conditions: None,
         date: &date,
     };
-    let name = tissue_name(request.name());
+    let name = tissue_name(&request.name);
     let tissue = found.found.tissue(&name, &found.understood, told);
     let mut answer = answer(&found);
     answer["tissue_reason"] = json!(tissue.as_ref().err().map(ToString::to_string));
@@ -101,13 +88,14 @@ pub(crate) fn identified(
 
 /// The plant in a record, tried on a second one; its file says that `program` made it.
 pub(crate) fn plant(
-    request: &RecordRequest<PlantForm>,
+    request: &RecordRequest,
     program: &str,
     stop: &AtomicBool,
 ) -> Result<Value, Failure> {
-    let question = PlantQuestion::of(&request.form)?;
+    let question = PlantQuestion::of(&form::<PlantForm>(&request.form)?)?;
     let read = |_, bytes: &[u8]| question.read(&question.columns, bytes);
-    let mut records = request.read(read)?.into_iter();
+    let records = request.read(read)?.into_iter();
+    let mut records = records.map(|(record, _)| record);
     let (Some(record), other, None) = (records.next(), records.next(), records.next()) else {
         return Err(Failure::bad_input("give one record to try the function on"));
     };
@@ -117,7 +105,7 @@ pub(crate) fn plant(
     answer["x"] = json!(thinned(&found.record.time_s));
     answer["measured"] = json!(thinned(&found.record.output));
     answer["predicted"] = json!(thinned(found.model()));
-    answer["file"] = json!({"name": "plant.toml", "text": found.to_toml(program, request.name())});
+    answer["file"] = json!({"name": "plant.toml", "text": found.to_toml(program, &request.name)});
     Ok(answer)
 }
 

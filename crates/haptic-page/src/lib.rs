@@ -15,11 +15,12 @@ mod wall;
 pub use feel::DeviceNumbers;
 pub use server::{PageServer, ServerOptions};
 
-use haptic_experiment::Named;
+use crate::server::in_a_line;
+use haptic_experiment::{Failure, Named};
 use haptic_quantity::short;
-use serde::de::Error as _;
+use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer, Serialize};
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
 use tokio::sync::broadcast::Sender;
@@ -42,6 +43,12 @@ pub(crate) struct TextFile {
     #[serde(deserialize_with = "file_name")]
     pub(crate) name: String,
     pub(crate) text: String,
+}
+
+/// A form of keys, whose mistakes are said in a line.
+pub(crate) fn form<F: DeserializeOwned>(keys: &Map<String, Value>) -> Result<F, Failure> {
+    let form = serde_json::from_value(Value::Object(keys.clone()));
+    form.map_err(|error| Failure::bad_input(in_a_line(&error.to_string())))
 }
 
 /// The name of a file, as far as messages show it.

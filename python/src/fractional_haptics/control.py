@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 __all__ = [
     "ClosedLoop",
     "Crossing",
+    "Designed",
     "Identified",
     "Pid",
     "Plant",
@@ -35,6 +36,7 @@ __all__ = [
     "TransferFunction",
     "Tuned",
     "closed_loop",
+    "design",
     "identify",
     "plant",
     "simulate",
@@ -309,15 +311,122 @@ def tune(
     wishes = {
         "crossover_rad_s": crossover_rad_s,
         "phase_margin_rad": phase_margin_rad,
-        "iso_damping": iso_damping,
-        "noise": noise,
-        "disturbance": disturbance,
+        "not_flat": not iso_damping,
+        "noise": _bound(noise),
+        "disturbance": _bound(disturbance),
         "sensitivity_peak": sensitivity_peak,
         "complementary_peak": complementary_peak,
     }
     sampling = None if sample_time is None else (sample_time, rule)
     found = _native.tune_controller(plant, wishes, sampling, integer)
     return Tuned(**{**found, "unmet": tuple(found["unmet"])})
+
+
+def _bound(bound: tuple[float, float] | str | None) -> str:
+    """A frequency in rad/s and the largest gain from it on, or up to it, as the command takes both."""
+    if bound is None or isinstance(bound, str):
+        return bound or ""
+    omega_rad_s, at_most = map(float, bound)
+    return f"{omega_rad_s!r}rad/s:{at_most!r}"
+
+
+@dataclass(frozen=True)
+class Designed(Shown):
+    """A controller by wishes, with the best PID of order 1 beside it."""
+
+    report: Mapping[str, Any]
+    """What ``host-cli control design --json`` reports: gains, wishes with what is reached, verdict, margins, steps, robustness, and
+    ``notes``, which one should read; of the other controller under ``integer``."""
+    file: str
+    """The controller file, TOML."""
+
+    @property
+    def unmet(self) -> tuple[str, ...]:
+        """Wishes that are missed, by their names."""
+        return tuple(wish["name"] for wish in self.report["specification"] if not wish["met"])
+
+    def _shown(self) -> dict[str, Any]:
+        return dict(self.report)
+
+
+def design(
+    plant: Plant,
+    crossover_rad_s: float,
+    phase_margin_rad: float | None = None,
+    *,
+    not_flat: bool = False,
+    sensitivity_peak: float | str | None = None,
+    complementary_peak: float | str | None = None,
+    noise: tuple[float, float] | str | None = None,
+    disturbance: tuple[float, float] | str | None = None,
+    sample_time_s: float | None = None,
+    scheme: str = "",
+    output_limits: tuple[float, float] | str | None = None,
+    step: float = 1.0,
+    duration_s: float | None = None,
+    name: str = "a plant",
+) -> Designed:
+    """A sampled PI^λD^μ by wishes, tried and judged as ``host-cli control design`` does; `tune` has its gains alone.
+
+    Parameters
+    ----------
+    plant : Plant
+        The plant.
+    crossover_rad_s : float
+        About 1.3 over the rise time.
+    phase_margin_rad : float, optional
+        Without it π/3.
+    not_flat : bool, default False
+        Do not make the phase flat: the overshoot may then change with the gain.
+    sensitivity_peak, complementary_peak : float or str, optional
+        Largest sensitivity and complementary sensitivity, as 1.6 or ``"4dB"``.
+    noise, disturbance : (omega_rad_s, at_most) or str, optional
+        Largest complementary sensitivity above a frequency, and sensitivity below one, as ``"10rad/s:-20dB"``.
+    sample_time_s : float, optional
+        Without it about 1/(50 crossover).
+    scheme : str, optional
+        ``full`` or ``full-bdf2``, each with ``:TOLERANCE``.
+    output_limits : (low, high) or str, optional
+        Limits of the command.
+    step : float, default 1
+        Height of the simulated step.
+    duration_s : float, optional
+        Length of the steps; without it 60 times 1/crossover.
+    name : str, optional
+        Of the plant, for the controller file.
+
+    Returns
+    -------
+    Designed
+
+    Raises
+    ------
+    ValueError
+        What the command refuses; no controller with this crossover and margin.
+
+    Examples
+    --------
+    >>> import math
+    >>> found = design(plant("0.55exp(-s)/(62s+1)"), 0.1, math.radians(65))
+    >>> found.unmet, found.report["stable"]
+    ((), True)
+    """
+    limits = output_limits if isinstance(output_limits, str) else ":".join(repr(float(end)) for end in output_limits or ())
+    wishes = {
+        "crossover_rad_s": crossover_rad_s,
+        "phase_margin_rad": phase_margin_rad,
+        "not_flat": not_flat,
+        "sensitivity_peak": sensitivity_peak,
+        "complementary_peak": complementary_peak,
+        "noise": _bound(noise),
+        "disturbance": _bound(disturbance),
+        "sample_time_s": sample_time_s,
+        "scheme": scheme,
+        "output_limits": limits,
+        "step": step,
+        "duration_s": duration_s,
+    }
+    return Designed(*_native.design_controller(plant, name, wishes))
 
 
 @dataclass(frozen=True)

@@ -243,7 +243,7 @@ impl RecordForm {
 }
 
 /// A text, or a number as one.
-fn text<'de, D: Deserializer<'de>>(value: D) -> Result<String, D::Error> {
+pub(super) fn text<'de, D: Deserializer<'de>>(value: D) -> Result<String, D::Error> {
     let value = Value::deserialize(value)?;
     if value.is_null() {
         return Ok(String::new());

@@ -172,7 +172,15 @@ pub(crate) fn forms() -> Value {
         .flat_map(|(_, table)| *table);
     let plant = plant.filter(|one| **one != parameters::VALIDATE);
     let plant = plant.map(|one| parameter("control identify", one, false));
+    // The page has controls of its own for the first three.
+    let design = parameters::CONTROL_DESIGN
+        .iter()
+        .flat_map(|(_, table)| *table);
+    let design = design
+        .skip(3)
+        .map(|one| parameter("control design", one, false));
     json!({
+        "control_design": design.collect::<Vec<_>>(),
         "forms": kinds().map(form).collect::<Vec<_>>(),
         "record": record.collect::<Vec<_>>(),
         "plant_record": plant.collect::<Vec<_>>(),

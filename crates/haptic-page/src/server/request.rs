@@ -7,8 +7,6 @@ use crate::identify::RecordRequest;
 use crate::runs::TableRequest;
 use crate::surface::SurfaceRequest;
 use crate::wall::WallQuestion;
-use haptic_experiment::question::plant::PlantForm;
-use haptic_experiment::question::tissue::RecordForm;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use std::sync::Arc;
@@ -110,8 +108,8 @@ pub(super) enum Panel {
 pub(super) enum Question {
     Wall(WallQuestion),
     Control(ControlRequest),
-    Record(Box<RecordRequest<RecordForm>>),
-    PlantRecord(RecordRequest<PlantForm>),
+    Record(Box<RecordRequest>),
+    PlantRecord(Box<RecordRequest>),
 }
 
 pub(super) const LIVE: &str = "live";
@@ -202,11 +200,15 @@ pub(super) fn parse(text: &str) -> Result<(Value, Request), (Value, String)> {
     match Request::deserialize(Value::Object(object)) {
         Ok(request) => Ok((id, request)),
         Err(error) => {
-            let told = error.to_string();
-            let told = within(&told, ECHO);
+            let told = in_a_line(&error.to_string());
             Err((id, format!("the request is not understood: {told}")))
         }
     }
+}
+
+/// What is wrong with a value, in a line that does not show all of a long one.
+pub(crate) fn in_a_line(told: &str) -> String {
+    within(told, ECHO)
 }
 
 /// A line of so many characters at most, its middle left out: what is wrong stands before it, what is right behind it.

@@ -3,7 +3,7 @@
 use crate::process::Place;
 use fracdiff::parameter::Shown;
 use haptic_experiment::parameters::{
-    self, PLANT_RECORD, Parameter, RECORD, Range, VALIDATE, Value, choices,
+    self, CONTROL_DESIGN, PLANT_RECORD, Parameter, RECORD, Range, VALIDATE, Value, choices,
 };
 use haptic_quantity::without_unit;
 use std::collections::BTreeMap;
@@ -181,9 +181,10 @@ fn made() -> String {
     tables(&mut text, &parameters::tables("controller"), &shared);
     text.push_str("\n## Plant files\n\nOne of the first four. In `[device]` mass and damping are required; `[intervals]` beside it has the same\nkeys, each `[low, high]`.\n");
     tables(&mut text, &parameters::tables("plant"), &shared);
-    text.push_str("\n## Questions to a record\n\nThe command, the page and Python ask them alike: `tissue.identify_tables` and `control.identify`.\n");
+    text.push_str("\n## Questions\n\nThe command, the page and Python ask them alike; in Python they are `tissue.identify_tables`, `control.identify` and `control.design`.\n");
     asked(&mut text, "identify", RECORD);
     asked(&mut text, "control identify", PLANT_RECORD);
+    asked(&mut text, "control design", CONTROL_DESIGN);
     text
 }
 
