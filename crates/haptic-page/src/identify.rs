@@ -92,11 +92,17 @@ pub(crate) fn plant(
     program: &str,
     stop: &AtomicBool,
 ) -> Result<Value, Failure> {
-    let question = PlantQuestion::of(&form::<PlantForm>(&request.form)?)?;
+    let form: PlantForm = form(&request.form)?;
+    let question = PlantQuestion::of(&form)?;
     let read = |_, bytes: &[u8]| question.read(&question.columns, bytes);
     let records = request.read(read)?.into_iter();
     let mut records = records.map(|(record, _)| record);
-    let (Some(record), other, None) = (records.next(), records.next(), records.next()) else {
+    let (Some(record), other, None, "") = (
+        records.next(),
+        records.next(),
+        records.next(),
+        &*form.validate,
+    ) else {
         return Err(Failure::bad_input("give one record to try the function on"));
     };
     let found = question.answer(record, other, stop, &|_, _, _| {})?;

@@ -277,14 +277,6 @@ impl Given {
         }
     }
 
-    /// Takes a text out; empty if it was not given.
-    pub(crate) fn take(&mut self, parameter: &Parameter) -> String {
-        let taken = self.0.remove(parameter.key);
-        taken
-            .and_then(|text| Some(text.as_str()?.to_owned()))
-            .unwrap_or_default()
-    }
-
     /// A form of a library, whose fields have the names of keys.
     pub(crate) fn form<T: DeserializeOwned>(self) -> Result<T, Failure> {
         let values = self

@@ -2,14 +2,12 @@
 
 mod report;
 
-use super::tissue::text;
+use super::form::form;
 use crate::document::failure::Failure;
-use crate::document::parameters::kind::parameters;
 use crate::document::parameters::range::{
     ANGULAR_FREQUENCIES, DURATIONS, NUMBERS, Range, SAMPLE_TIMES,
 };
 use crate::document::parameters::{CONTROLLER_SCHEME, Parameter};
-use crate::experiment::kind::Keys;
 use crate::judge::control::{check_gain, refused, sample_time_for};
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
@@ -19,7 +17,6 @@ use fractional_control::tuning::{Bound, Specification};
 use fractional_control::{ControlError, Plant};
 use haptic_quantity::{digits, parse_for_key, short};
 pub use report::DesignedController;
-use serde::Deserialize;
 use std::f64::consts::FRAC_PI_3;
 
 /// Amplitude ratios, -300 to 120 dB: a smaller ratio is lost in the rounding of a loop.
@@ -27,57 +24,24 @@ const GAINS: Range = Range::Within(1e-15, 1e6);
 /// Angles, which the tuning judges in degrees.
 const ANGLES: Range = Range::Within(f64::MIN, f64::MAX);
 
-parameters! {
-    CROSSOVER = optional("crossover_rad_s", ANGULAR_FREQUENCIES, "Crossover in rad/s or Hz: about 1.3/rise time");
-    PHASE_MARGIN = number("phase_margin_rad", FRAC_PI_3, "60deg", ANGLES, "Phase margin");
-    NOT_FLAT = flag("not_flat", "Do not make the phase flat: the overshoot may then change with the gain");
-    SENSITIVITY_PEAK = text("sensitivity_peak", "", "Largest |S|: how much errors may grow, as in 1.6 or 4dB");
-    COMPLEMENTARY_PEAK = text("complementary_peak", "", "Largest |T|, as in 1.3 or 2dB");
-    NOISE = text("noise", "", "Noise: largest |T| above a frequency, as in 10rad/s:-20dB");
-    DISTURBANCE = text("disturbance", "", "Disturbance: largest |S| below a frequency, as in 0.01rad/s:0.1");
-    LOOP_TIME = optional("sample_time_s", SAMPLE_TIMES, "Sample time [default: about 1/(50 crossover)]");
-    OUTPUT_LIMITS = text("output_limits", "", "Limits of the command, as in -10:10 [default: none]");
-    STEP = number("step", 1.0, "1", NUMBERS, "Height of the simulated step");
-    STEP_LENGTH = optional("duration_s", DURATIONS, "Length of the steps [default: 60 times 1/crossover]");
-}
-
-/// Parameters of a design, under headings.
-pub const CONTROL_DESIGN: &[Keys] = &[
-    (
-        "Wishes",
-        &[
-            CROSSOVER,
-            PHASE_MARGIN,
-            NOT_FLAT,
-            SENSITIVITY_PEAK,
-            COMPLEMENTARY_PEAK,
-            NOISE,
-            DISTURBANCE,
-        ],
-    ),
-    ("Controller", &[LOOP_TIME, CONTROLLER_SCHEME, OUTPUT_LIMITS]),
-    ("Options", &[STEP, STEP_LENGTH]),
-];
-
-/// Values of [`CONTROL_DESIGN`] by the names of keys, in SI units.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-#[expect(missing_docs, reason = "each field is the key of its name")]
-pub struct DesignForm {
-    pub crossover_rad_s: Option<f64>,
-    pub phase_margin_rad: Option<f64>,
-    pub not_flat: bool,
-    #[serde(deserialize_with = "text")]
-    pub sensitivity_peak: String,
-    #[serde(deserialize_with = "text")]
-    pub complementary_peak: String,
-    pub noise: String,
-    pub disturbance: String,
-    pub sample_time_s: Option<f64>,
-    pub scheme: String,
-    pub output_limits: String,
-    pub step: Option<f64>,
-    pub duration_s: Option<f64>,
+form! {
+    /// Wishes, and how they are tried, by the names of keys; numbers in SI units.
+    DesignForm, CONTROL_DESIGN:
+    "Wishes"
+    CROSSOVER = crossover_rad_s: optional(ANGULAR_FREQUENCIES, "Crossover in rad/s or Hz: about 1.3/rise time");
+    PHASE_MARGIN = phase_margin_rad: number(FRAC_PI_3, "60deg", ANGLES, "Phase margin");
+    NOT_FLAT = not_flat: flag("Do not make the phase flat: the overshoot may then change with the gain");
+    SENSITIVITY_PEAK = sensitivity_peak: text("", "Largest |S|: how much errors may grow, as in 1.6 or 4dB");
+    COMPLEMENTARY_PEAK = complementary_peak: text("", "Largest |T|, as in 1.3 or 2dB");
+    NOISE = noise: text("", "Noise: largest |T| above a frequency, as in 10rad/s:-20dB");
+    DISTURBANCE = disturbance: text("", "Disturbance: largest |S| below a frequency, as in 0.01rad/s:0.1");
+    "Controller"
+    LOOP_TIME = sample_time_s: optional(SAMPLE_TIMES, "Sample time [default: about 1/(50 crossover)]");
+    DESIGN_SCHEME = scheme: text(CONTROLLER_SCHEME.shown, CONTROLLER_SCHEME.help);
+    OUTPUT_LIMITS = output_limits: text("", "Limits of the command, as in -10:10 [default: none]");
+    "Options"
+    STEP = step: number(1.0, "1", NUMBERS, "Height of the simulated step");
+    STEP_LENGTH = duration_s: optional(DURATIONS, "Length of the steps [default: 60 times 1/crossover]");
 }
 
 /// Limits of a command.
@@ -179,7 +143,7 @@ impl DesignForm {
     /// # Errors
     /// A number outside its range, a text that is none of its key.
     pub fn wishes(&self) -> Result<Specification, Failure> {
-        CROSSOVER.check(self.crossover_rad_s)?;
+        self.check()?;
         let Some(crossover) = self.crossover_rad_s else {
             return Err(Failure::bad_input(format_args!(
                 "{CROSSOVER} is missing: give it"
@@ -201,13 +165,6 @@ impl DesignForm {
     /// As [`wishes`](Self::wishes); a crossover at which the plant has no gain.
     pub fn design(&self, plant: Plant) -> Result<ControlDesign, Failure> {
         let wishes = self.wishes()?;
-        for (parameter, given) in [
-            (LOOP_TIME, self.sample_time_s),
-            (STEP, self.step),
-            (STEP_LENGTH, self.duration_s),
-        ] {
-            parameter.check(given)?;
-        }
         let step = self.step.unwrap_or(1.0);
         check_step(step)?;
         let crossover = wishes.crossover_rad_s;

@@ -4,12 +4,11 @@
 
 mod report;
 
+use super::form::form;
 use super::tissue::parts;
 use crate::document::failure::Failure;
-use crate::document::parameters::kind::parameters;
 use crate::document::parameters::range::{DEAD_TIMES, Range, SAMPLE_TIMES};
 use crate::document::record_check::{check_signals, fill_gaps, one_row_a_time};
-use crate::experiment::kind::Keys;
 use crate::judge::control::refused;
 use crate::run::plant_file::PlantModel;
 use fracdiff::Seconds;
@@ -22,42 +21,22 @@ use haptic_quantity::{digits, short};
 use haptic_tissue::identify::table::{read_record, rows_named};
 pub use report::{CandidateRow, NumberRow, PlantReport, ValidationRow};
 use report::{DIGITS, TRY, counted_from, rounded, with_digits};
-use serde::Deserialize;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-parameters! {
-    /// Columns of input and output.
-    PLANT_COLUMNS = text("columns", "", "Columns, as in input=valve,output=temperature [default: time_s, input, output]");
-    /// Time from row to row.
-    ROW_TIME = optional("sample_time_s", SAMPLE_TIMES, "Time from row to row of a table without times");
-    FIRST_ROW = flag("subtract_start", "Subtract the first row: the record begins at rest, but not at 0");
-    SMOOTH = flag("smooth", "The input is smooth between samples, not held");
-    MODEL = text("model", "", "Terms and first values as in 2exp(-5s)/(30s^0.9+1) [default: found from the record]");
-    POLES = optional("poles", Range::Within(1.0, 4.0), "Integer orders with this number of poles [default: found from the record]");
-    STABLE = flag("stable", "Only functions that come to rest by themselves");
-    KNOWN_DELAY = optional("delay_s", DEAD_TIMES, "Known dead time [default: found from the record]");
-    VALIDATE = text("validate", "", "A second record with the same columns, on which the function is tried");
-}
-
-/// Parameters for a record of a plant, under headings.
-pub const PLANT_RECORD: &[Keys] = &[
-    ("Table", &[PLANT_COLUMNS, ROW_TIME, FIRST_ROW, SMOOTH]),
-    ("Options", &[MODEL, POLES, STABLE, KNOWN_DELAY, VALIDATE]),
-];
-
-/// Values of [`PLANT_RECORD`] by the names of keys, in SI units; a second record is read by whoever asks.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-#[expect(missing_docs, reason = "each field is the key of its name")]
-pub struct PlantForm {
-    pub columns: String,
-    pub sample_time_s: Option<f64>,
-    pub subtract_start: bool,
-    pub smooth: bool,
-    pub model: String,
-    pub poles: Option<f64>,
-    pub stable: bool,
-    pub delay_s: Option<f64>,
+form! {
+    /// What the table of a plant does not say, by the names of keys; numbers in SI units.
+    PlantForm, PLANT_RECORD:
+    "Table"
+    PLANT_COLUMNS = columns: text("", "Columns, as in input=valve,output=temperature [default: time_s, input, output]");
+    ROW_TIME = sample_time_s: optional(SAMPLE_TIMES, "Time from row to row of a table without times");
+    FIRST_ROW = subtract_start: flag("Subtract the first row: the record begins at rest, but not at 0");
+    SMOOTH = smooth: flag("The input is smooth between samples, not held");
+    "Options"
+    MODEL = model: text("", "Terms and first values as in 2exp(-5s)/(30s^0.9+1) [default: found from the record]");
+    POLES = poles: optional(Range::Within(1.0, 4.0), "Integer orders with this number of poles [default: found from the record]");
+    STABLE = stable: flag("Only functions that come to rest by themselves");
+    KNOWN_DELAY = delay_s: optional(DEAD_TIMES, "Known dead time [default: found from the record]");
+    VALIDATE = validate: text("", "A second record with the same columns, on which the function is tried: whoever asks reads it");
 }
 
 /// Signals, and the columns that they are in.
@@ -119,7 +98,7 @@ pub struct PlantRecord {
 /// // 2/(s + 1) after a step of its input.
 /// let rows = (0..60).map(|n| format!("{},1,{}\n", 0.1 * f64::from(n), 2.0 - 2.0 * (-0.1 * f64::from(n)).exp()));
 /// let table = format!("time_s,valve,output\n{}", rows.collect::<String>());
-/// let form = PlantForm { columns: "input=valve".to_owned(), poles: Some(1.0), ..PlantForm::default() };
+/// let form: PlantForm = serde_json::from_str("{\"columns\": \"input=valve\", \"poles\": 1}")?;
 /// let question = PlantQuestion::of(&form)?;
 /// let record = question.read(&question.columns, table.as_bytes()).expect("a record");
 /// let answer = question.answer(record, None, &AtomicBool::new(false), &|_, _, _| {})?;
@@ -160,14 +139,7 @@ impl PlantQuestion {
                 short(&columns[index])
             )));
         }
-        let numbers = [
-            (ROW_TIME, form.sample_time_s),
-            (POLES, form.poles),
-            (KNOWN_DELAY, form.delay_s),
-        ];
-        for (parameter, given) in numbers {
-            parameter.check(given)?;
-        }
+        form.check()?;
         if let Some(poles) = form.poles.filter(|poles| poles.fract() != 0.0) {
             return Err(Failure::bad_input(format_args!(
                 "{POLES} = {poles} is not a whole number: change it"
@@ -178,7 +150,7 @@ impl PlantQuestion {
                 "{MODEL} and {POLES} exclude each other: omit one"
             )));
         }
-        let model = Some(form.model.as_str()).filter(|model| !model.is_empty());
+        let model = Some(&*form.model).filter(|model| !model.is_empty());
         Ok(Self {
             columns,
             sample_time_s: form.sample_time_s,

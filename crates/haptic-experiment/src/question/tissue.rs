@@ -2,15 +2,16 @@
 //!
 //! A form holds what somebody gives, by the names of keys, each text as the command takes it; a question is a form that is understood.
 
+use super::form::form;
 use crate::document::failure::Failure;
 use crate::document::named::{Named, choices};
-use crate::document::parameters::kind::parameters;
-use crate::document::parameters::range::{Range, SPECIMENS, STRAINS, STRESSES};
+use crate::document::parameters::range::{
+    HALF_ANGLES, POISSON_RATIOS, Range, SPECIMENS, STRAINS, STRESSES,
+};
 use crate::document::parameters::{
     BONDED, HALF_ANGLE, INDENTER_RADIUS, POISSON_RATIO, Parameter, STIFFENING,
 };
 use crate::document::short;
-use crate::experiment::kind::Keys;
 use haptic_loop::{Loading, LoadingKind};
 use haptic_quantity::{is_meant, number, parse_for_key};
 use haptic_tissue::ModelKind;
@@ -19,7 +20,6 @@ use haptic_tissue::identify::{
     Baseline, CANDIDATES, ContactPoint, Estimate, Held, Identification, IdentifyError, MasterCurve,
     Options, RecordKind, Replicates, ShiftBy, Weighting, identify_unless, replicates,
 };
-use serde::{Deserialize, Deserializer};
 use serde_json::{Map, Value, json};
 use std::sync::atomic::AtomicBool;
 
@@ -72,151 +72,57 @@ pub(crate) fn models() -> Vec<(&'static str, &'static str)> {
     std::iter::once(auto).chain(all).collect()
 }
 
-parameters! {
-    KIND = text("kind", "", "Kind of record [default: by its columns]");
-    /// Model that is fitted.
-    TISSUE_MODEL = text("model", AUTO, "Model to fit; auto selects by the record");
-    /// The columns of a record by number or header.
-    COLUMNS = text("columns", "",
+form! {
+    /// What the tables of records do not say, by the names of keys; numbers in SI units.
+    RecordForm, RECORD:
+    "Options"
+    COLUMNS = columns: text("",
         "Columns by number or header, as in time=1,modulus=3: time, modulus, compliance, strain, stress, force, position, omega, storage, loss");
-    /// The units of a record that its headers lack.
-    UNITS = text("units", "", "Units that headers lack, as in time=ms,stress=kPa");
-    SEGMENT = text("segment", "", "Segments of a table with several, by number or name, as in 1,3; all of them");
-    FROM = optional("from_s", RECORD_TIMES, "First time, or angular frequency of an oscillation, rad/s");
-    TO = optional("to_s", RECORD_TIMES, "Last time or angular frequency");
-    SKIP_BAD_ROWS = flag("skip_bad_rows", "Leave out rows that are no sample, a tenth at most, and name them");
-    RECORD_STRAIN = optional("strain", STRAINS, "Held strain of a relaxation");
-    RECORD_STRESS = optional("stress_pa", STRESSES, "Held stress of a creep test");
-    RECORD_LOADING = text("loading", "", "How it was loaded [default: as the header says]");
-    RECORD_AREA = optional("area_m2", SPECIMENS, "Area, to turn force into stress");
-    RECORD_THICKNESS = optional("thickness_m", SPECIMENS, "Thickness, to turn position into strain; of a layer under a sphere");
-    CONTACT_POINT = text("contact_point_m", "", "Depth at which an indenter touches, or fit, to find it [default: 0]");
-    RECORD_RAMP_TIME = optional("ramp_time_s", Range::AboveUpTo(0.0, 1e9), "Time of the ramp to the held strain of a relaxation");
-    RECORD_RAMP_ENDS = optional("ramp_ends_s", RECORD_TIMES,
+    UNITS = units: text("", "Units that headers lack, as in time=ms,stress=kPa");
+    KIND = kind: text("", "Kind of record [default: by its columns]");
+    TISSUE_MODEL = model: text(AUTO, "Model to fit; auto selects by the record");
+    "Specimen"
+    RECORD_LOADING = loading: text("", "How it was loaded [default: as the header says]");
+    RECORD_RADIUS = indenter_radius_m: optional(SPECIMENS, INDENTER_RADIUS.help);
+    RECORD_ANGLE = half_angle_rad: optional(HALF_ANGLES, HALF_ANGLE.help);
+    RECORD_AREA = area_m2: optional(SPECIMENS, "Area, to turn force into stress");
+    RECORD_THICKNESS = thickness_m: optional(SPECIMENS, "Thickness, to turn position into strain; of a layer under a sphere");
+    RECORD_BONDED = bonded: flag(BONDED.help);
+    RECORD_RATIO = poisson_ratio: optional(POISSON_RATIOS, POISSON_RATIO.help);
+    RECORD_STRAIN = strain: optional(STRAINS, "Held strain of a relaxation");
+    RECORD_STRESS = stress_pa: optional(STRESSES, "Held stress of a creep test");
+    "Table"
+    SEGMENT = segment: text("", "Segments of a table with several, by number or name, as in 1,3, or all");
+    FROM = from_s: optional(RECORD_TIMES, "First time, or angular frequency of an oscillation, rad/s");
+    TO = to_s: optional(RECORD_TIMES, "Last time or angular frequency");
+    SKIP_BAD_ROWS = skip_bad_rows: flag("Leave out rows that are no sample, a tenth at most, and name them");
+    "Beginning"
+    CONTACT_POINT = contact_point_m: text("", "Depth at which an indenter touches, or fit, to find it [default: 0]");
+    RECORD_RAMP_TIME = ramp_time_s: optional(Range::AboveUpTo(0.0, 1e9), "Time of the ramp to the held strain of a relaxation");
+    RECORD_RAMP_ENDS = ramp_ends_s: optional(RECORD_TIMES,
         "Time of the record's clock at which this ramp ends, as 0 of one that begins with the hold [default: the ramp begins at 0]");
-    SUBTRACT_START = flag("subtract_start", "Subtract the first row of strain and stress: a motion that begins at rest, but not at 0");
-    BASELINE = text("baseline", "", "Find the part of the force that is not the tissue's too");
-    FIX = text("fix", "", "Parameters to hold at a value or in a range, as in order=0.2 or order=0.1..0.3");
-    WEIGHTS = text("weights", "equal", "Weights of the samples");
-    STARTS = count("starts", Options::STARTS as u64, "40", "Starts per model");
-    BOOTSTRAP = count("bootstrap", 0, "0", "Bootstrap records for the intervals; 0 takes them from profiles of the likelihood");
-    /// Seed of a bootstrap.
-    BOOTSTRAP_SEED = count("seed", 1, "1", "Seed of the bootstrap");
-    REPLICATES = flag("replicates", "The records are of several specimens: fit each by itself, and take the mean");
-    MASTER_CURVE = text("master_curve", "", "The records, or segments, are at several temperatures: shift them to this one, as in 20degC or 293.15K");
-    TEMPERATURE = text("temperature", "", "Temperatures of the files that have no column of it, one for each in their order");
-    SHIFT_BY = text("shift_by", "", "Modulus of a sweep that decides the shift [default: both]");
+    SUBTRACT_START = subtract_start: flag("Subtract the first row of strain and stress: a motion that begins at rest, but not at 0");
+    "Fit"
+    RECORD_STIFFENING = stiffening: flag(STIFFENING.help);
+    BASELINE = baseline: text("", "Find the part of the force that is not the tissue's too");
+    FIX = fix: text("", "Parameters to hold at a value or in a range, as in order=0.2 or order=0.1..0.3");
+    WEIGHTS = weights: text("equal", "Weights of the samples");
+    STARTS = starts: count(Options::STARTS as u64, "40", "Starts per model");
+    BOOTSTRAP = bootstrap: count(0, "0", "Bootstrap records for the intervals; 0 takes them from profiles of the likelihood");
+    BOOTSTRAP_SEED = seed: count(1, "1", "Seed of the bootstrap");
+    "Several records"
+    REPLICATES = replicates: flag("The records are of several specimens: fit each by itself, and take the mean");
+    MASTER_CURVE = master_curve: text("", "The records, or segments, are at several temperatures: shift them to this one, as in 20degC or 293.15K");
+    TEMPERATURE = temperature: text("", "Temperatures of the files that have no column of it, one for each in their order");
+    SHIFT_BY = shift_by: text("", "Modulus of a sweep that decides the shift [default: both]");
 }
-
-/// Parameters for records of a tissue, under headings: the values that their tables omit. The first two are enough for most.
-pub const RECORD: &[Keys] = &[
-    ("Options", &[COLUMNS, UNITS, KIND, TISSUE_MODEL]),
-    (
-        "Specimen",
-        &[
-            RECORD_LOADING,
-            INDENTER_RADIUS,
-            HALF_ANGLE,
-            RECORD_AREA,
-            RECORD_THICKNESS,
-            BONDED,
-            POISSON_RATIO,
-            RECORD_STRAIN,
-            RECORD_STRESS,
-        ],
-    ),
-    ("Table", &[SEGMENT, FROM, TO, SKIP_BAD_ROWS]),
-    (
-        "Beginning",
-        &[
-            CONTACT_POINT,
-            RECORD_RAMP_TIME,
-            RECORD_RAMP_ENDS,
-            SUBTRACT_START,
-        ],
-    ),
-    (
-        "Fit",
-        &[
-            STIFFENING,
-            BASELINE,
-            FIX,
-            WEIGHTS,
-            STARTS,
-            BOOTSTRAP,
-            BOOTSTRAP_SEED,
-        ],
-    ),
-    (
-        "Several records",
-        &[REPLICATES, MASTER_CURVE, TEMPERATURE, SHIFT_BY],
-    ),
-];
 
 /// Fewer records of a bootstrap say nothing of the ends of an interval.
 const BOOTSTRAP_LEAST: u64 = 40;
 
-/// What the tables of records do not say, by the names of keys; numbers in SI units.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-#[expect(missing_docs, reason = "each field is the option of its name")]
-pub struct RecordForm {
-    pub kind: Option<String>,
-    pub model: Option<String>,
-    pub columns: String,
-    pub units: String,
-    pub segment: String,
-    pub from_s: Option<f64>,
-    pub to_s: Option<f64>,
-    pub skip_bad_rows: bool,
-    pub strain: Option<f64>,
-    pub stress_pa: Option<f64>,
-    pub loading: Option<String>,
-    pub area_m2: Option<f64>,
-    pub thickness_m: Option<f64>,
-    pub indenter_radius_m: Option<f64>,
-    pub half_angle_rad: Option<f64>,
-    pub bonded: bool,
-    pub poisson_ratio: Option<f64>,
-    #[serde(deserialize_with = "text")]
-    pub contact_point_m: String,
-    pub ramp_time_s: Option<f64>,
-    pub ramp_ends_s: Option<f64>,
-    pub subtract_start: bool,
-    pub stiffening: bool,
-    pub baseline: Option<String>,
-    pub fix: String,
-    pub weights: Option<String>,
-    pub starts: Option<u64>,
-    pub bootstrap: u64,
-    pub seed: Option<u64>,
-    pub replicates: bool,
-    #[serde(deserialize_with = "text")]
-    pub master_curve: String,
-    pub shift_by: Option<String>,
-    #[serde(deserialize_with = "text")]
-    pub temperature: String,
-}
-
 impl RecordForm {
-    /// Refuses numbers outside their ranges.
-    fn check(&self) -> Result<(), Failure> {
-        let numbers = [
-            (FROM, self.from_s),
-            (TO, self.to_s),
-            (RECORD_STRAIN, self.strain),
-            (RECORD_STRESS, self.stress_pa),
-            (RECORD_AREA, self.area_m2),
-            (RECORD_THICKNESS, self.thickness_m),
-            (INDENTER_RADIUS, self.indenter_radius_m),
-            (HALF_ANGLE, self.half_angle_rad),
-            (POISSON_RATIO, self.poisson_ratio),
-            (RECORD_RAMP_TIME, self.ramp_time_s),
-            (RECORD_RAMP_ENDS, self.ramp_ends_s),
-        ];
-        for (parameter, given) in numbers {
-            parameter.check(given)?;
-        }
+    /// Refuses counts outside their ranges.
+    fn check_counts(&self) -> Result<(), Failure> {
         let (least, most) = Options::STARTS_ALLOWED.into_inner();
         if let Some(starts) = self
             .starts
@@ -227,7 +133,7 @@ impl RecordForm {
             )));
         }
         let most = *Options::BOOTSTRAP_ALLOWED.end();
-        let records = self.bootstrap;
+        let records = self.bootstrap.unwrap_or_default();
         if records != 0 && !(BOOTSTRAP_LEAST..=u64::from(most)).contains(&records) {
             return Err(Failure::bad_input(format_args!(
                 "{BOOTSTRAP} = {records} is not 0 or from {BOOTSTRAP_LEAST} to {most}: change it, as fewer records say nothing of the ends of an interval"
@@ -240,17 +146,6 @@ impl RecordForm {
         }
         Ok(())
     }
-}
-
-/// A text, or a number as one.
-pub(super) fn text<'de, D: Deserializer<'de>>(value: D) -> Result<String, D::Error> {
-    let value = Value::deserialize(value)?;
-    if value.is_null() {
-        return Ok(String::new());
-    }
-    Ok(value
-        .as_str()
-        .map_or_else(|| value.to_string(), str::to_owned))
 }
 
 /// Reads a contact point: `fit`, or a length.
@@ -315,12 +210,13 @@ pub(super) fn parts<T>(
         .collect()
 }
 
-fn named<T: Named>(parameter: Parameter, wanted: Option<&String>) -> Result<Option<T>, Failure> {
-    let of = |wanted: &String| {
-        T::named(wanted)
-            .ok_or_else(|| unknown(parameter, wanted, T::CHOICES.iter().map(|one| one.1)))
-    };
-    wanted.map(of).transpose()
+fn named<T: Named>(parameter: Parameter, wanted: &str) -> Result<Option<T>, Failure> {
+    let names = T::CHOICES.iter().map(|one| one.1);
+    let of = |wanted| T::named(wanted).ok_or_else(|| unknown(parameter, wanted, names));
+    Some(wanted)
+        .filter(|wanted| !wanted.is_empty())
+        .map(of)
+        .transpose()
 }
 
 fn unknown(
@@ -336,10 +232,10 @@ fn unknown(
 }
 
 /// The model of this name; none where the record is to choose.
-fn model(name: Option<&String>) -> Result<Option<ModelKind>, Failure> {
-    let Some(name) = name.filter(|name| *name != AUTO) else {
+fn model(name: &str) -> Result<Option<ModelKind>, Failure> {
+    if ["", AUTO].contains(&name) {
         return Ok(None);
-    };
+    }
     let found = CANDIDATES.into_iter().find(|kind| kind.name() == name);
     let names = models().into_iter().map(|one| one.0);
     found
@@ -386,14 +282,15 @@ impl RecordQuestion {
     /// A text that is none of its key, options that do not belong together.
     pub fn of(form: &RecordForm) -> Result<Self, Failure> {
         form.check()?;
-        let loading = named(RECORD_LOADING, form.loading.as_ref())?;
+        form.check_counts()?;
+        let loading = named(RECORD_LOADING, &form.loading)?;
         let one = |key: &str, text: &str, read| parts(key, text, read).map(|mut all| all.pop());
-        let contact = match form.contact_point_m.as_str() {
+        let contact = match &*form.contact_point_m {
             "" => None,
             text => parts("contact_point_m", text, contact_point)?.pop(),
         };
         let master: Option<f64> = one("master_curve", &form.master_curve, temperature)?;
-        let by = named(SHIFT_BY, form.shift_by.as_ref())?;
+        let by = named(SHIFT_BY, &form.shift_by)?;
         Ok(Self {
             reader: Reader {
                 columns: parts("columns", &form.columns, Column::chosen)?,
@@ -404,7 +301,7 @@ impl RecordQuestion {
                 skip_bad_rows: form.skip_bad_rows,
             },
             reading: Reading {
-                kind: named(KIND, form.kind.as_ref())?,
+                kind: named(KIND, &form.kind)?,
                 strain: form.strain,
                 stress_pa: form.stress_pa,
                 loading: Loading {
@@ -423,16 +320,16 @@ impl RecordQuestion {
                 subtract_start: form.subtract_start,
             },
             options: Options {
-                weighting: named(WEIGHTS, form.weights.as_ref())?.unwrap_or_default(),
+                weighting: named(WEIGHTS, &form.weights)?.unwrap_or_default(),
                 starts: form
                     .starts
                     .map_or(Options::STARTS, |starts| starts as usize),
-                bootstrap: form.bootstrap as usize,
+                bootstrap: form.bootstrap.unwrap_or_default() as usize,
                 seed: form.seed.unwrap_or(1),
                 stiffening: form.stiffening,
-                baseline: named(BASELINE, form.baseline.as_ref())?,
+                baseline: named(BASELINE, &form.baseline)?,
                 held: parts("fix", &form.fix, held)?,
-                ..Self::choosing(model(form.model.as_ref())?)
+                ..Self::choosing(model(&form.model)?)
             },
             several: Self::several(form.replicates, master, by)?,
             temperatures_c: parts("temperature", &form.temperature, temperature)?,

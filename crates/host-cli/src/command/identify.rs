@@ -72,7 +72,7 @@ impl Arguments {
             names.extend(read.iter().map(|_| name.to_string_lossy().into_owned()));
             all.extend(read);
         }
-        let bar = progress_bar(form.bootstrap, output);
+        let bar = progress_bar(form.bootstrap.unwrap_or_default(), output);
         let stop = AtomicBool::new(false);
         let answer = question.answer(all, &names, &stop, &|records| bar.inc(records as u64));
         bar.finish_and_clear();

@@ -8,7 +8,6 @@ use crate::output::{Output, note};
 use crate::table;
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::parameters::VALIDATE;
 use haptic_experiment::question::plant::{PlantForm, PlantQuestion, PlantRecord, PlantReport};
 use haptic_quantity::written;
 use serde::Serialize;
@@ -56,11 +55,11 @@ struct Shown<'a> {
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let mut outputs = PlaceOfFile::look(&self.file, "plant")?;
-        let mut given = self.asked.given()?;
-        let other = given.take(&VALIDATE);
-        let question = PlantQuestion::of(&given.form::<PlantForm>()?)?;
+        let form: PlantForm = self.asked.given()?.form()?;
+        let question = PlantQuestion::of(&form)?;
         let record = read(&question, &self.data)?;
-        let other = (!other.is_empty()).then(|| read(&question, Path::new(&other)));
+        let other = Some(&*form.validate).filter(|path| !path.is_empty());
+        let other = other.map(|path| read(&question, Path::new(path)));
         let other = other.transpose()?;
         let samples = record.record.time_s.len();
         if samples > LONG && !output.quiet {
