@@ -5,6 +5,7 @@ Names of parameters carry their units: ``_pa``, ``_pa_s_alpha`` (Pa·s^α), ``_s
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -348,17 +349,20 @@ def identify(
         "baseline": baseline,
         "fix": ",".join(_fixed(fix)),
         "weights": weights,
-        "starts": starts,
-        **_bootstrap(bootstrap, seed),
+        **_counts(starts, bootstrap, seed),
     }
     records = _motions(t, y, strain, depth)
     found = _native.identify_record(records, None if models is None else list(models), given, progress)
     return _identification(found)
 
 
-def _bootstrap(records: int, seed: int) -> dict[str, int]:
-    """Of a bootstrap alone a seed says something."""
-    return {"bootstrap": records, "seed": seed} if records else {}
+def _counts(starts: int, bootstrap: int, seed: int) -> dict[str, int]:
+    """Counts of the fit; of a bootstrap alone a seed says something."""
+    counts = {"starts": starts, "bootstrap": bootstrap, **({"seed": seed} if bootstrap else {})}
+    for name, count in counts.items():
+        if not 0 <= operator.index(count) < 2**64:
+            raise ValueError(f"{name} {count} is not a whole number from 0 to 2**64 - 1")
+    return counts
 
 
 def identify_tables(
@@ -480,8 +484,7 @@ def identify_tables(
         "stiffening": stiffening,
         "fix": ",".join(_fixed(fix)),
         "weights": weights,
-        "starts": starts,
-        **_bootstrap(bootstrap, seed),
+        **_counts(starts, bootstrap, seed),
         "replicates": replicates,
         "master_curve": master_curve_c,
         "shift_by": shift_by,

@@ -17,14 +17,3 @@ pub trait Named: Copy + PartialEq + 'static {
         found.map_or("", |choice| choice.1)
     }
 }
-
-/// The names of a choice: each with its name and a few words for people.
-macro_rules! choices {
-    ($kind:ty { $($choice:ident: $name:expr, $help:expr;)* }) => {
-        impl $crate::document::named::Named for $kind {
-            const CHOICES: &'static [(Self, &'static str, &'static str)] =
-                &[$((Self::$choice, $name, $help)),*];
-        }
-    };
-}
-pub(crate) use choices;

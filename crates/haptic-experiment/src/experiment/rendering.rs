@@ -1,6 +1,6 @@
 //! Keys of relaxation and creep: the load, the operator that renders the tissue, and the rig it is rendered on.
 
-use crate::document::named::choices;
+use crate::document::named::Named;
 use crate::document::parameters as p;
 use crate::document::parameters::kind::{Parameter, joined, parameters};
 use crate::document::parameters::range::{
@@ -76,12 +76,20 @@ pub(crate) enum Contact {
     Ideal,
 }
 
-choices! {
-    Contact {
-        Compliant: "compliant", "A stiff one-sided spring and damper between two masses, as on a real rig";
-        Rigid: "rigid", "The indentation is imposed exactly, or the push on the renderer's mass";
-        Ideal: "ideal", "Nothing has a mass: the tissue alone";
-    }
+impl Named for Contact {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (
+            Self::Compliant,
+            "compliant",
+            "A stiff one-sided spring and damper between two masses, as on a real rig",
+        ),
+        (
+            Self::Rigid,
+            "rigid",
+            "The indentation is imposed exactly, or the push on the renderer's mass",
+        ),
+        (Self::Ideal, "ideal", "Nothing has a mass: the tissue alone"),
+    ];
 }
 
 /// The number type of the loop.
@@ -94,9 +102,9 @@ pub enum Precision {
     F32,
 }
 
-choices! {
-    Precision {
-        F64: "f64", "Double, 53 bits";
-        F32: "f32", "Single, 24 bits, as on a microcontroller";
-    }
+impl Named for Precision {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (Self::F64, "f64", "Double, 53 bits"),
+        (Self::F32, "f32", "Single, 24 bits, as on a microcontroller"),
+    ];
 }

@@ -27,7 +27,7 @@ use super::trial::{
 };
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
-use crate::document::named::choices;
+use crate::document::named::Named;
 use crate::document::parameters::kind::{Parameter, joined, parameters};
 use crate::document::parameters::range::{
     ARM_PLACES, COUPLER_ORDERS, DAMPINGS, DAMPINGS_ABOVE_0, DISSIPATIONS, DURATIONS,
@@ -131,13 +131,25 @@ pub(crate) const TELEOPERATION: &[Parameter] = &joined::<43>(&[
     &[FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, MUST_BE_PASSIVE],
 ]);
 
-choices! {
-    Architecture {
-        PositionPosition: Self::PositionPosition.name(), "A fractional coupler pulls each side to the other";
-        PositionForce: Self::PositionForce.name(), "The slave is pulled to the master, which feels that force";
-        Wave: Self::Wave.name(), "Waves: passive at any delay";
-        TimeDomain: Self::TimeDomain.name(), "Position-position with an energy account: passive at any delay";
-    }
+impl Named for Architecture {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (
+            Self::PositionPosition,
+            Self::PositionPosition.name(),
+            "A fractional coupler pulls each side to the other",
+        ),
+        (
+            Self::PositionForce,
+            Self::PositionForce.name(),
+            "The slave is pulled to the master, which feels that force",
+        ),
+        (Self::Wave, Self::Wave.name(), "Waves: passive at any delay"),
+        (
+            Self::TimeDomain,
+            Self::TimeDomain.name(),
+            "Position-position with an energy account: passive at any delay",
+        ),
+    ];
 }
 
 /// The hand that holds the master; by default there is none.
@@ -515,11 +527,15 @@ pub(crate) enum PlaceName {
     Wall,
 }
 
-choices! {
-    PlaceName {
-        Tissue: "tissue", "A tissue of the library, to which the slave is joined";
-        Wall: "wall", "A spring and a fractional damper";
-    }
+impl Named for PlaceName {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (
+            Self::Tissue,
+            "tissue",
+            "A tissue of the library, to which the slave is joined",
+        ),
+        (Self::Wall, "wall", "A spring and a fractional damper"),
+    ];
 }
 
 /// What the slave touches, and is joined to, from its start on.

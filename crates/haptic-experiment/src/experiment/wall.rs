@@ -8,7 +8,7 @@ use super::trial::{
 };
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
-use crate::document::named::choices;
+use crate::document::named::Named;
 use crate::document::parameters::kind::{Parameter, joined, parameters};
 use crate::document::parameters::range::{DISSIPATIONS, STIFFNESSES, WALL_ORDERS};
 use crate::document::parameters::{
@@ -76,11 +76,19 @@ pub(crate) struct WallExperiment {
     pub contact: WallContact,
 }
 
-choices! {
-    WallContact {
-        OneSided: "depth", "The depth, zero outside: no force before contact, but no proof";
-        Signed: "signed", "The position, outside too: pushes before contact, but can be proved";
-    }
+impl Named for WallContact {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (
+            Self::OneSided,
+            "depth",
+            "The depth, zero outside: no force before contact, but no proof",
+        ),
+        (
+            Self::Signed,
+            "signed",
+            "The position, outside too: pushes before contact, but can be proved",
+        ),
+    ];
 }
 
 /// The contact that a table asks for.

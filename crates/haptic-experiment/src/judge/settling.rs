@@ -26,7 +26,7 @@
 //!
 //! Source of the old rule: O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4, figure 4.3.
 
-use crate::document::named::choices;
+use crate::document::named::Named;
 use serde::Serialize;
 
 /// Share of the samples in which the force may be at its limit.
@@ -42,11 +42,19 @@ pub(crate) enum Criterion {
     Dissertation,
 }
 
-choices! {
-    Criterion {
-        Settling: "settling", "Position and force come to rest";
-        Dissertation: "dissertation", "The position varies by little, after a push from rest";
-    }
+impl Named for Criterion {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (
+            Self::Settling,
+            "settling",
+            "Position and force come to rest",
+        ),
+        (
+            Self::Dissertation,
+            "dissertation",
+            "The position varies by little, after a push from rest",
+        ),
+    ];
 }
 
 /// Everything about a wall that its tolerance depends on.

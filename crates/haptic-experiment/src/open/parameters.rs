@@ -41,11 +41,12 @@ use crate::judge::preflight::WallContact;
 use crate::judge::settling::Criterion;
 use crate::question::design::{RequireName, WishName};
 use crate::question::measurement::MeasuredAxis;
-use crate::question::tissue::{KIND, TISSUE_MODEL, models};
+use crate::question::tissue::{
+    BASELINES, KIND, RECORD_KINDS, SHIFTS_BY, TISSUE_MODEL, WEIGHTINGS, models,
+};
 use crate::{GuardChoice, Named, Precision};
 use crate::{experiment, question};
 use haptic_link::Architecture;
-use haptic_tissue::identify::{Baseline, RecordKind, ShiftBy, Weighting};
 
 /// Tables that this sort of file may have, `controller`, `plant`, or `experiment`, with those of
 /// questions: heading and keys.
@@ -101,16 +102,21 @@ pub fn of_kind(kind: &str) -> Vec<Keys> {
 #[must_use]
 pub fn choices(parameter: &Parameter) -> Vec<(&'static str, &'static str)> {
     fn names<T: Named>() -> Vec<(&'static str, &'static str)> {
-        let choices = T::CHOICES.iter();
-        choices.map(|(_, name, help)| (*name, *help)).collect()
+        words(T::CHOICES)
+    }
+    fn words<T>(choices: &[(T, &'static str, &'static str)]) -> Vec<(&'static str, &'static str)> {
+        choices
+            .iter()
+            .map(|(_, name, help)| (*name, *help))
+            .collect()
     }
     match parameter.key {
         "axis" => names::<MeasuredAxis>(),
-        "baseline" => names::<Baseline>(),
-        "kind" if *parameter == KIND => names::<RecordKind>(),
-        "model" if *parameter == TISSUE_MODEL => models(),
-        "shift_by" => names::<ShiftBy>(),
-        "weights" => names::<Weighting>(),
+        "baseline" => words(&BASELINES),
+        "kind" if *parameter == KIND => words(&RECORD_KINDS),
+        "model" if *parameter == TISSUE_MODEL => words(&models()),
+        "shift_by" => words(&SHIFTS_BY),
+        "weights" => words(&WEIGHTINGS),
         "architecture" => names::<Architecture>(),
         "contact" if *parameter == WALL_CONTACT => names::<WallContact>(),
         "contact" => names::<Contact>(),

@@ -34,7 +34,7 @@ pub(crate) mod reading;
 mod search;
 
 use crate::document::failure::Failure;
-use crate::document::named::choices;
+use crate::document::named::Named;
 use crate::document::parameters::kind::{Parameter, joined, parameters};
 use crate::document::parameters::range::Range;
 use crate::document::parameters::{DEVICE_MODEL, ENCODER_RESOLUTION, SCHEME, UNNAMED_PIECE, range};
@@ -91,13 +91,25 @@ pub(crate) enum WishName {
     Coupler,
 }
 
-choices! {
-    WishName {
-        StiffestWall: "stiffest-wall", "The largest stiffness";
-        MostDamping: "most-damping", "The largest effective damping at a frequency";
-        Tissue: "tissue", "A specimen of a tissue: does it fit, and how large may it be";
-        Coupler: "coupler", "The virtual coupler that feels stiffest at a frequency";
-    }
+impl Named for WishName {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (Self::StiffestWall, "stiffest-wall", "The largest stiffness"),
+        (
+            Self::MostDamping,
+            "most-damping",
+            "The largest effective damping at a frequency",
+        ),
+        (
+            Self::Tissue,
+            "tissue",
+            "A specimen of a tissue: does it fit, and how large may it be",
+        ),
+        (
+            Self::Coupler,
+            "coupler",
+            "The virtual coupler that feels stiffest at a frequency",
+        ),
+    ];
 }
 
 /// What a wall or coupler must be.
@@ -108,12 +120,24 @@ pub(crate) enum RequireName {
     Passive,
 }
 
-choices! {
-    RequireName {
-        Stable: "stable", "Stable with a gain margin; a coupler passes Llewellyn's criterion too";
-        EveryMotion: "every-motion", "The same, and proved for every motion: of contact that may pull, or of what runs with contact = \"signed\"; not for couplers";
-        Passive: "passive", "Passive, for the operator that really runs";
-    }
+impl Named for RequireName {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (
+            Self::Stable,
+            "stable",
+            "Stable with a gain margin; a coupler passes Llewellyn's criterion too",
+        ),
+        (
+            Self::EveryMotion,
+            "every-motion",
+            "The same, and proved for every motion: of contact that may pull, or of what runs with contact = \"signed\"; not for couplers",
+        ),
+        (
+            Self::Passive,
+            "passive",
+            "Passive, for the operator that really runs",
+        ),
+    ];
 }
 
 #[derive(Clone, Debug, PartialEq)]

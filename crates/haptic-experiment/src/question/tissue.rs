@@ -4,7 +4,7 @@
 
 use super::form::form;
 use crate::document::failure::Failure;
-use crate::document::named::{Named, choices};
+use crate::document::named::Named;
 use crate::document::parameters::range::{
     HALF_ANGLES, POISSON_RATIOS, Range, SPECIMENS, STRAINS, STRESSES,
 };
@@ -31,44 +31,56 @@ const RECORD_TIMES: Range = Range::Within(-1e12, 1e12);
 const TEMPERATURES: Range = Range::Within(-273.15, 10_000.0);
 const ZERO_CELSIUS: f64 = 273.15;
 
-choices! {
-    RecordKind {
-        Relaxation: "relaxation", "stress after a step of strain";
-        Creep: "creep", "strain after a step of stress";
-        Oscillation: "oscillation", "storage and loss modulus over frequency";
-        History: "record", "strain and stress of any motion from rest";
-    }
-}
+/// Kinds of a record, with a few words for people.
+pub(crate) const RECORD_KINDS: [(RecordKind, &str, &str); 4] = [
+    (
+        RecordKind::Relaxation,
+        "relaxation",
+        "stress after a step of strain",
+    ),
+    (RecordKind::Creep, "creep", "strain after a step of stress"),
+    (
+        RecordKind::Oscillation,
+        "oscillation",
+        "storage and loss modulus over frequency",
+    ),
+    (
+        RecordKind::History,
+        "record",
+        "strain and stress of any motion from rest",
+    ),
+];
 
-choices! {
-    Weighting {
-        Equal: "equal", "all samples count the same";
-        LogSpacing: "log-spacing", "by spacing in log time or frequency";
-    }
-}
+/// Weights of samples, with a few words for people.
+pub(crate) const WEIGHTINGS: [(Weighting, &str, &str); 2] = [
+    (Weighting::Equal, "equal", "all samples count the same"),
+    (
+        Weighting::LogSpacing,
+        "log-spacing",
+        "by spacing in log time or frequency",
+    ),
+];
 
-choices! {
-    Baseline {
-        Constant: "constant", "an offset";
-        Linear: "linear", "an offset and a drift";
-    }
-}
+/// Kinds of a baseline, with a few words for people.
+pub(crate) const BASELINES: [(Baseline, &str, &str); 2] = [
+    (Baseline::Constant, "constant", "an offset"),
+    (Baseline::Linear, "linear", "an offset and a drift"),
+];
 
-choices! {
-    ShiftBy {
-        Storage: "storage", "the storage modulus";
-        Loss: "loss", "the loss modulus";
-        Both: "both", "both alike";
-    }
-}
+/// The moduli that can decide a shift, with a few words for people.
+pub(crate) const SHIFTS_BY: [(ShiftBy, &str, &str); 3] = [
+    (ShiftBy::Storage, "storage", "the storage modulus"),
+    (ShiftBy::Loss, "loss", "the loss modulus"),
+    (ShiftBy::Both, "both", "both alike"),
+];
 
 /// The model that a record chooses.
 const AUTO: &str = "auto";
 
-/// Names of the models of a record, with a few words for people.
-pub(crate) fn models() -> Vec<(&'static str, &'static str)> {
-    let auto = (AUTO, "the simplest that the record supports");
-    let all = CANDIDATES.map(|kind| (kind.name(), kind.description()));
+/// Models of a record, with a few words for people.
+pub(crate) fn models() -> Vec<(Option<ModelKind>, &'static str, &'static str)> {
+    let auto = (None, AUTO, "the simplest that the record supports");
+    let all = CANDIDATES.map(|kind| (Some(kind), kind.name(), kind.description()));
     std::iter::once(auto).chain(all).collect()
 }
 
@@ -136,7 +148,7 @@ impl RecordForm {
         let records = self.bootstrap.unwrap_or_default();
         if records != 0 && !(BOOTSTRAP_LEAST..=u64::from(most)).contains(&records) {
             return Err(Failure::bad_input(format_args!(
-                "{BOOTSTRAP} = {records} is not 0 or from {BOOTSTRAP_LEAST} to {most}: change it, as fewer records say nothing of the ends of an interval"
+                "{BOOTSTRAP} = {records} is not 0 or a whole number from {BOOTSTRAP_LEAST} to {most}: change it, as fewer records say nothing of the ends of an interval"
             )));
         }
         if self.seed.is_some() && records == 0 {
@@ -210,37 +222,20 @@ pub(super) fn parts<T>(
         .collect()
 }
 
-fn named<T: Named>(parameter: Parameter, wanted: &str) -> Result<Option<T>, Failure> {
-    let names = T::CHOICES.iter().map(|one| one.1);
-    let of = |wanted| T::named(wanted).ok_or_else(|| unknown(parameter, wanted, names));
-    Some(wanted)
-        .filter(|wanted| !wanted.is_empty())
-        .map(of)
-        .transpose()
-}
-
-fn unknown(
+fn named<T: Copy>(
     parameter: Parameter,
     wanted: &str,
-    names: impl Iterator<Item = &'static str>,
-) -> Failure {
-    let names: Vec<&str> = names.collect();
-    Failure::bad_input(format_args!(
+    known: &[(T, &str, &str)],
+) -> Result<Option<T>, Failure> {
+    let found = known.iter().find(|one| one.1 == wanted);
+    if found.is_some() || wanted.is_empty() {
+        return Ok(found.map(|one| one.0));
+    }
+    let names: Vec<&str> = known.iter().map(|one| one.1).collect();
+    Err(Failure::bad_input(format_args!(
         "{parameter} {wanted:?} is not one of {}",
         names.join(", ")
-    ))
-}
-
-/// The model of this name; none where the record is to choose.
-fn model(name: &str) -> Result<Option<ModelKind>, Failure> {
-    if ["", AUTO].contains(&name) {
-        return Ok(None);
-    }
-    let found = CANDIDATES.into_iter().find(|kind| kind.name() == name);
-    let names = models().into_iter().map(|one| one.0);
-    found
-        .map(Some)
-        .ok_or_else(|| unknown(TISSUE_MODEL, name, names))
+    )))
 }
 
 /// How several records belong together.
@@ -283,14 +278,14 @@ impl RecordQuestion {
     pub fn of(form: &RecordForm) -> Result<Self, Failure> {
         form.check()?;
         form.check_counts()?;
-        let loading = named(RECORD_LOADING, &form.loading)?;
+        let loading = named(RECORD_LOADING, &form.loading, LoadingKind::CHOICES)?;
         let one = |key: &str, text: &str, read| parts(key, text, read).map(|mut all| all.pop());
         let contact = match &*form.contact_point_m {
             "" => None,
             text => parts("contact_point_m", text, contact_point)?.pop(),
         };
         let master: Option<f64> = one("master_curve", &form.master_curve, temperature)?;
-        let by = named(SHIFT_BY, &form.shift_by)?;
+        let by = named(SHIFT_BY, &form.shift_by, &SHIFTS_BY)?;
         Ok(Self {
             reader: Reader {
                 columns: parts("columns", &form.columns, Column::chosen)?,
@@ -301,7 +296,7 @@ impl RecordQuestion {
                 skip_bad_rows: form.skip_bad_rows,
             },
             reading: Reading {
-                kind: named(KIND, &form.kind)?,
+                kind: named(KIND, &form.kind, &RECORD_KINDS)?,
                 strain: form.strain,
                 stress_pa: form.stress_pa,
                 loading: Loading {
@@ -320,16 +315,16 @@ impl RecordQuestion {
                 subtract_start: form.subtract_start,
             },
             options: Options {
-                weighting: named(WEIGHTS, &form.weights)?.unwrap_or_default(),
+                weighting: named(WEIGHTS, &form.weights, &WEIGHTINGS)?.unwrap_or_default(),
                 starts: form
                     .starts
                     .map_or(Options::STARTS, |starts| starts as usize),
                 bootstrap: form.bootstrap.unwrap_or_default() as usize,
                 seed: form.seed.unwrap_or(1),
                 stiffening: form.stiffening,
-                baseline: named(BASELINE, &form.baseline)?,
+                baseline: named(BASELINE, &form.baseline, &BASELINES)?,
                 held: parts("fix", &form.fix, held)?,
-                ..Self::choosing(model(&form.model)?)
+                ..Self::choosing(named(TISSUE_MODEL, &form.model, &models())?.flatten())
             },
             several: Self::several(form.replicates, master, by)?,
             temperatures_c: parts("temperature", &form.temperature, temperature)?,

@@ -1,7 +1,7 @@
 //! Device of an experiment: `sim`, `serial:PATH[@BAUD]`, `tcp:HOST:PORT`, or one of another maker, as `haply:PATH`.
 
 use crate::document::failure::Failure;
-use crate::document::named::choices;
+use crate::document::named::Named;
 use crate::document::parameters::{DEVICE, TOUCH_AXES};
 use crate::run::ending::LetGo;
 use crate::run::remembered::{Remembered, loosened};
@@ -404,11 +404,19 @@ pub fn firmware_digest(abilities: &Capabilities) -> Option<String> {
     (abilities.image_digest != 0).then(|| format!("{:08x}", abilities.image_digest))
 }
 
-choices! {
-    LoopMode {
-        Device: "device", "On the device; this program sets parameters and records";
-        Host: "host", "On this computer; the device reports positions and applies forces";
-    }
+impl Named for LoopMode {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (
+            Self::Device,
+            "device",
+            "On the device; this program sets parameters and records",
+        ),
+        (
+            Self::Host,
+            "host",
+            "On this computer; the device reports positions and applies forces",
+        ),
+    ];
 }
 
 /// A serial device that cannot be used, with its port: exit code 3. A fault that latched on it has ended a run: exit code 1.

@@ -223,12 +223,6 @@ fn a_record_of_a_plant_is_identified_tried_on_another_and_has_all_keys_of_the_co
     has(&file, json!({"is": "plant"}));
     for (key, value, words) in [
         ("poles", json!(5), "`poles` = 5 is not from 1 to 4"),
-        ("model", json!("1/(s+"), "change `model`"),
-        (
-            "columns",
-            json!("level=1"),
-            "`columns`: \"level=1\" is not time=COLUMN",
-        ),
         ("more", json!([again, again]), "give one record"),
         ("colour", json!(1), "unknown field `colour`"),
     ] {

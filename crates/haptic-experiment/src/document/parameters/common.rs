@@ -1,7 +1,7 @@
 //! Keys that several kinds share, or that a room below the kinds names.
 
 use super::range::Range;
-use crate::document::named::choices;
+use crate::document::named::Named;
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::{
     DAMPINGS, DEVICE_TIMES, DISSIPATIONS, DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES,
@@ -75,15 +75,27 @@ pub(crate) const PIECE: &[Parameter] = &[
 /// The same without its name.
 pub(crate) const UNNAMED_PIECE: &[Parameter] = PIECE.split_at(1).1;
 
-choices! {
-    LoadingKind {
-        Shear: Self::Shear.name(), "Simple shear of a slab";
-        Tension: Self::Tension.name(), "Tension of a slab";
-        Compression: Self::Compression.name(), "Compression of a slab";
-        Punch: Self::Punch.name(), "A flat round punch on a deep body";
-        Sphere: Self::Sphere.name(), "A sphere on a deep body, or on a layer";
-        Cone: Self::Cone.name(), "A cone on a deep body";
-    }
+impl Named for LoadingKind {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (Self::Shear, Self::Shear.name(), "Simple shear of a slab"),
+        (Self::Tension, Self::Tension.name(), "Tension of a slab"),
+        (
+            Self::Compression,
+            Self::Compression.name(),
+            "Compression of a slab",
+        ),
+        (
+            Self::Punch,
+            Self::Punch.name(),
+            "A flat round punch on a deep body",
+        ),
+        (
+            Self::Sphere,
+            Self::Sphere.name(),
+            "A sphere on a deep body, or on a layer",
+        ),
+        (Self::Cone, Self::Cone.name(), "A cone on a deep body"),
+    ];
 }
 
 /// The device file that is shipped.

@@ -2,7 +2,7 @@
 
 use super::{TOUCH_NORMAL, TOUCH_SURFACE};
 use crate::document::failure::Failure;
-use crate::document::named::choices;
+use crate::document::named::Named;
 use fracdiff::Operator;
 use haptic_loop::units::Metres;
 use haptic_loop::{Ball, Contact, Plane, Shape, SpringDamper};
@@ -23,11 +23,15 @@ pub(crate) enum GripName {
     Force,
 }
 
-choices! {
-    GripName {
-        Spring: "spring", "A spring to a point that moves along the path";
-        Force: "force", "A force that follows the path";
-    }
+impl Named for GripName {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (
+            Self::Spring,
+            "spring",
+            "A spring to a point that moves along the path",
+        ),
+        (Self::Force, "force", "A force that follows the path"),
+    ];
 }
 
 /// Path of the hand over time, m or N.
@@ -105,12 +109,16 @@ pub(crate) enum ShapeName {
     HollowBall,
 }
 
-choices! {
-    ShapeName {
-        Plane: "plane", "A plane";
-        Ball: "ball", "A disc with two axes, a sphere with three";
-        HollowBall: "hollow-ball", "A room inside a ball";
-    }
+impl Named for ShapeName {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (Self::Plane, "plane", "A plane"),
+        (
+            Self::Ball,
+            "ball",
+            "A disc with two axes, a sphere with three",
+        ),
+        (Self::HollowBall, "hollow-ball", "A room inside a ball"),
+    ];
 }
 
 #[derive(Clone, Debug, PartialEq)]

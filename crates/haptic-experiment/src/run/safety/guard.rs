@@ -1,6 +1,6 @@
 //! The guard that an experiment asks for, and what it has to know of the device.
 
-use crate::document::named::choices;
+use crate::document::named::Named;
 use crate::run::sensors::Sensors;
 use haptic_link::Capabilities;
 use haptic_loop::plant::MassDamperConfig;
@@ -19,12 +19,20 @@ pub enum GuardChoice {
     EnergyBounding,
 }
 
-choices! {
-    GuardChoice {
-        Off: "off", "Nothing";
-        Observer: "observer", "Time-domain passivity observer, with the damping that the device bears";
-        EnergyBounding: "energy-bounding", "Energy bounding by damping, delay and lag of the device";
-    }
+impl Named for GuardChoice {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (Self::Off, "off", "Nothing"),
+        (
+            Self::Observer,
+            "observer",
+            "Time-domain passivity observer, with the damping that the device bears",
+        ),
+        (
+            Self::EnergyBounding,
+            "energy-bounding",
+            "Energy bounding by damping, delay and lag of the device",
+        ),
+    ];
 }
 
 /// Device that a guard is made for.
