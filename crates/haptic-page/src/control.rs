@@ -10,7 +10,8 @@ use haptic_experiment::control::{
     gains, in_degrees, in_short, loose_factor, margins, refused, shape,
 };
 use haptic_experiment::document::{ControllerFile, short};
-use haptic_experiment::question::controller::{DesignForm, designed as designed_by};
+use haptic_experiment::question::controller::DesignForm;
+use haptic_experiment::question::controller::report::designed as designed_by;
 use haptic_experiment::run::PlantModel;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};

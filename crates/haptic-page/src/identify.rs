@@ -2,7 +2,8 @@
 
 use crate::{TextFile, file_name, form};
 use haptic_experiment::Failure;
-use haptic_experiment::question::plant::{PlantForm, PlantQuestion};
+use haptic_experiment::question::plant::PlantQuestion;
+use haptic_experiment::question::plant::keys::PlantForm;
 use haptic_experiment::question::tissue::{RecordAnswer, RecordQuestion};
 use haptic_log::record::StartTime;
 use haptic_tissue::identify::{Fit, Provenance};

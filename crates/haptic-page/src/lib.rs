@@ -15,7 +15,6 @@ mod wall;
 pub use feel::DeviceNumbers;
 pub use server::{PageServer, ServerOptions};
 
-use crate::server::in_a_line;
 use haptic_experiment::{Failure, Named};
 use haptic_quantity::short;
 use serde::de::{DeserializeOwned, Error as _};
@@ -43,6 +42,29 @@ pub(crate) struct TextFile {
     #[serde(deserialize_with = "file_name")]
     pub(crate) name: String,
     pub(crate) text: String,
+}
+
+/// Longest sentence about a value that has the wrong type, which it shows whole, characters.
+const ECHO: usize = 200;
+
+/// What is wrong with a value, in a line that does not show all of a long one.
+pub(crate) fn in_a_line(told: &str) -> String {
+    within(told, ECHO)
+}
+
+/// A line of so many characters at most, its middle left out: what is wrong stands before it, what is right behind it.
+pub(crate) fn within(text: &str, most: usize) -> String {
+    let length = text.chars().count();
+    let half = if length <= most {
+        length
+    } else {
+        (most - 1) / 2
+    };
+    let first = text.chars().take(half);
+    let mark = (half < length).then_some('…');
+    let last = text.chars().skip(half.max(length - half));
+    let all = first.chain(mark).chain(last);
+    all.map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
 /// A form of keys, whose mistakes are said in a line.

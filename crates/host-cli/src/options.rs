@@ -267,9 +267,9 @@ impl Given {
     fn set(&mut self, written: &str, parameter: &Parameter, text: &str) -> Result<(), String> {
         let value = value_of(written, parameter, text)?;
         if let Kind::Number(..) = parameter.value {
-            let checked = parameter.check(value.as_float());
-            // Behind the words in which it was said.
-            checked.map_err(|failure| failure.to_string().replace('`', ""))?;
+            let outside = parameter.outside(value.as_float());
+            let said = outside.map(|said| format!("{} = {said}", parameter.key));
+            said.map_or(Ok(()), Err)?;
         }
         match self.0.insert(parameter.key, value) {
             None => Ok(()),

@@ -3,7 +3,8 @@
 use crate::conducted::{Interrupted, conduct};
 use crate::json::{from_python, to_python};
 use crate::refused::{OrRefused as _, refused};
-use haptic_experiment::question::plant::{PlantForm, PlantQuestion, PlantRecord};
+use haptic_experiment::question::plant::keys::PlantForm;
+use haptic_experiment::question::plant::{PlantQuestion, PlantRecord};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 

@@ -543,7 +543,7 @@ class Identified(HoldsArrays, Shown):
     @property
     def function(self) -> TransferFunction:
         """The function, without its dead time."""
-        return TransferFunction(self.report["function"])
+        return cast("TransferFunction", TransferFunction(self.report["function"]))
 
     @property
     def plant(self) -> Plant:
@@ -628,7 +628,8 @@ def identify(
         raise ValueError("columns belong to tables: leave them out beside arrays")
     other = None if validate is None else _table(validate)
     report, signals, file = _native.identify_plant(_table(record), other, form, progress)
-    return Identified(report, *signals, file)
+    t, u, y, response = signals
+    return Identified(report, t, u, y, response, file)
 
 
 def _table(record: _Record) -> tuple[str, bytes]:

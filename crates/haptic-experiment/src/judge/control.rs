@@ -60,9 +60,9 @@ pub fn in_degrees(error: &ControlError) -> String {
 #[must_use]
 pub fn refused(error: ControlError) -> Failure {
     let text = in_degrees(&error);
-    match error {
-        ControlError::NotFound { .. } => Failure::run(text),
-        _ => Failure::bad_input(text),
+    match matches!(error, ControlError::NotFound { .. }) {
+        true => Failure::run(text),
+        false => Failure::bad_input(text),
     }
 }
 

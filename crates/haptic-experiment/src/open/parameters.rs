@@ -27,7 +27,7 @@ pub use crate::question::measurement::{
     HELD, MEASURE_AXIS, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT,
     MEASURE_SAMPLE_TIME, MEASUREMENT,
 };
-pub use crate::question::plant::{PLANT_RECORD, VALIDATE};
+pub use crate::question::plant::keys::{PLANT_RECORD, VALIDATE};
 pub use crate::question::tissue::RECORD;
 pub use crate::question::zwidth::{ZWIDTH_ORDERS, ZWIDTH_POINTS};
 pub use crate::question::{QUESTIONS, analysis};

@@ -1,6 +1,6 @@
 //! A controller for a plant, by wishes: the command, the page and Python ask for it by this.
 
-mod report;
+pub mod report;
 
 use super::form::form;
 use crate::document::failure::Failure;
@@ -8,15 +8,14 @@ use crate::document::parameters::range::{
     ANGULAR_FREQUENCIES, DURATIONS, NUMBERS, Range, SAMPLE_TIMES,
 };
 use crate::document::parameters::{CONTROLLER_SCHEME, Parameter};
-use crate::judge::control::{check_gain, refused, sample_time_for};
+use crate::judge::control::{check_gain, sample_time_for};
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
+use fractional_control::Plant;
 use fractional_control::design::ControlDesign;
 use fractional_control::run::{SAMPLES_MOST, samples_for};
 use fractional_control::tuning::{Bound, Specification};
-use fractional_control::{ControlError, Plant};
 use haptic_quantity::{digits, parse_for_key, short};
-pub use report::DesignedController;
 use std::f64::consts::FRAC_PI_3;
 
 /// Amplitude ratios, -300 to 120 dB: a smaller ratio is lost in the rounding of a loop.
@@ -193,19 +192,6 @@ impl DesignForm {
     }
 }
 
-/// Tunes by wishes.
-///
-/// # Errors
-/// Wishes that no controller meets.
-pub fn designed(design: ControlDesign) -> Result<DesignedController, Failure> {
-    let answer = design.answer().map_err(|error| match error {
-        ControlError::NotFound { .. } => {
-            refused(error).and(&format!("see {CROSSOVER}, {PHASE_MARGIN} and {NOT_FLAT}"))
-        }
-        _ => refused(error),
-    })?;
-    Ok(DesignedController { design, answer })
-}
 /// Reads a largest amplitude ratio: a number, or in decibel.
 fn parse_peak(text: &str) -> Result<f64, String> {
     parse_gain(text).map_err(|refused| format!("{refused}: give one as in 1.6 or 4dB"))

@@ -1,5 +1,8 @@
 //! Forms of questions: each key with its table, range and value stands in one row.
 
+use crate::document::failure::Failure;
+use crate::document::parameters::Parameter;
+use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 use std::ops::Deref;
@@ -21,9 +24,20 @@ impl<'de> Deserialize<'de> for Text {
         Ok(Self(match Value::deserialize(value)? {
             Value::Null => String::new(),
             Value::String(text) => text,
-            other => other.to_string(),
+            Value::Number(number) => number.to_string(),
+            other @ (Value::Bool(_) | Value::Array(_) | Value::Object(_)) => {
+                return Err(D::Error::custom(format_args!("{other} is no text")));
+            }
         }))
     }
+}
+
+/// Refuses a number outside its range.
+pub(crate) fn check(parameter: Parameter, number: Option<f64>) -> Result<(), Failure> {
+    let refused = |said| Failure::bad_input(parameter.set_to::<String>(said));
+    parameter
+        .outside(number)
+        .map_or(Ok(()), |said| Err(refused(said)))
 }
 
 /// A form, its tables under headings, and a constant for each key: `NAME = key: kind(parts of the parameter);`.
@@ -54,8 +68,8 @@ macro_rules! form {
 
         impl $form {
             /// Refuses numbers outside their ranges.
-            fn check(&self) -> Result<(), Failure> {
-                $($($name.check(form!(@number $kind self.$key))?;)*)*
+            pub(crate) fn check(&self) -> Result<(), $crate::document::failure::Failure> {
+                $($($crate::question::form::check($name, form!(@number $kind self.$key))?;)*)*
                 Ok(())
             }
         }

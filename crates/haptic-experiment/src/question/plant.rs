@@ -2,42 +2,25 @@
 //!
 //! A form holds the values that somebody gives, by the names of keys; a question is a form that is understood.
 
-mod report;
+pub mod keys;
+pub mod report;
 
-use super::form::form;
 use super::tissue::parts;
 use crate::document::failure::Failure;
-use crate::document::parameters::range::{DEAD_TIMES, Range, SAMPLE_TIMES};
 use crate::document::record_check::{check_signals, fill_gaps, one_row_a_time};
 use crate::judge::control::refused;
 use crate::run::plant_file::PlantModel;
 use fracdiff::Seconds;
 use fractional_control::model_search::{
-    Found, InputOutput, Validation, Wanted, candidates, candidates_of, dead_time_evidence,
-    find_start, identify, validate,
+    Found, InputOutput, Wanted, candidates, candidates_of, dead_time_evidence, find_start,
+    identify, validate,
 };
 use fractional_control::{ControlError, FractionalTransferFunction, Plant};
 use haptic_quantity::{digits, short};
 use haptic_tissue::identify::table::{read_record, rows_named};
-pub use report::{CandidateRow, NumberRow, PlantReport, ValidationRow};
-use report::{DIGITS, TRY, counted_from, rounded, with_digits};
+use keys::{MODEL, PLANT_COLUMNS, POLES, PlantForm, ROW_TIME, STABLE};
+use report::{DIGITS, PlantReport, Tried, counted_from, remedies, rounded, with_digits};
 use std::sync::atomic::{AtomicBool, Ordering};
-
-form! {
-    /// What the table of a plant does not say, by the names of keys; numbers in SI units.
-    PlantForm, PLANT_RECORD:
-    "Table"
-    PLANT_COLUMNS = columns: text("", "Columns, as in input=valve,output=temperature [default: time_s, input, output]");
-    ROW_TIME = sample_time_s: optional(SAMPLE_TIMES, "Time from row to row of a table without times");
-    FIRST_ROW = subtract_start: flag("Subtract the first row: the record begins at rest, but not at 0");
-    SMOOTH = smooth: flag("The input is smooth between samples, not held");
-    "Options"
-    MODEL = model: text("", "Terms and first values as in 2exp(-5s)/(30s^0.9+1) [default: found from the record]");
-    POLES = poles: optional(Range::Within(1.0, 4.0), "Integer orders with this number of poles [default: found from the record]");
-    STABLE = stable: flag("Only functions that come to rest by themselves");
-    KNOWN_DELAY = delay_s: optional(DEAD_TIMES, "Known dead time [default: found from the record]");
-    VALIDATE = validate: text("", "A second record with the same columns, on which the function is tried: whoever asks reads it");
-}
 
 /// Signals, and the columns that they are in.
 const SIGNALS: [(&str, &str); 3] = [("time", "time_s"), ("input", "input"), ("output", "output")];
@@ -92,7 +75,8 @@ pub struct PlantRecord {
 /// A record to be read and fitted.
 ///
 /// ```
-/// use haptic_experiment::question::plant::{PlantForm, PlantQuestion};
+/// use haptic_experiment::question::plant::PlantQuestion;
+/// use haptic_experiment::question::plant::keys::PlantForm;
 /// use std::sync::atomic::AtomicBool;
 ///
 /// // 2/(s + 1) after a step of its input.
@@ -288,21 +272,13 @@ impl PlantQuestion {
             if is_found || (self.model.is_some() && !is_asked) {
                 return refused(error);
             }
+            let other = remedies();
             Failure::run(match is_asked {
-                true => format!("no function that was asked for fits the record: leave {POLES} or {STABLE} out, or {TRY}"),
-                false => format!("no function fits the record: {TRY}"),
+                true => format!("no function that was asked for fits the record: leave {POLES} or {STABLE} out, or {other}"),
+                false => format!("no function fits the record: {other}"),
             })
         })
     }
-}
-
-/// A function beside another record than its own.
-#[derive(Clone, Debug)]
-pub struct Tried {
-    /// The other record.
-    pub record: InputOutput,
-    /// The function there.
-    pub beside: Validation,
 }
 
 /// A plant that was found.

@@ -22,7 +22,6 @@ use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use rand::TryRng as _;
 use rand::rngs::SysRng;
-pub(crate) use request::in_a_line;
 use std::convert::Infallible;
 use std::fs::OpenOptions;
 use std::io::Write as _;

@@ -1,20 +1,17 @@
 //! Requests of a page: see `docs/page-protocol.md`.
 
-use crate::TextFile;
 use crate::control::ControlRequest;
 use crate::feel::FeelChange;
 use crate::identify::RecordRequest;
 use crate::runs::TableRequest;
 use crate::surface::SurfaceRequest;
 use crate::wall::WallQuestion;
+use crate::{TextFile, in_a_line};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tokio::sync::Notify;
-
-/// Longest sentence about a value that has the wrong type, which it shows whole, characters.
-const ECHO: usize = 200;
 
 #[derive(Debug, Deserialize)]
 #[serde(tag = "do", deny_unknown_fields)]
@@ -204,26 +201,6 @@ pub(super) fn parse(text: &str) -> Result<(Value, Request), (Value, String)> {
             Err((id, format!("the request is not understood: {told}")))
         }
     }
-}
-
-/// What is wrong with a value, in a line that does not show all of a long one.
-pub(crate) fn in_a_line(told: &str) -> String {
-    within(told, ECHO)
-}
-
-/// A line of so many characters at most, its middle left out: what is wrong stands before it, what is right behind it.
-pub(super) fn within(text: &str, most: usize) -> String {
-    let length = text.chars().count();
-    let half = if length <= most {
-        length
-    } else {
-        (most - 1) / 2
-    };
-    let first = text.chars().take(half);
-    let mark = (half < length).then_some('…');
-    let last = text.chars().skip(half.max(length - half));
-    let all = first.chain(mark).chain(last);
-    all.map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
 #[cfg(test)]

@@ -1,7 +1,6 @@
 //! Kinds of parameters: values, and what stands of each.
 
 use super::range::{Range, in_degrees};
-use crate::document::failure::Failure;
 use fracdiff::parameter::Shown;
 use haptic_quantity::{Key, WrittenUnit};
 use std::fmt;
@@ -101,22 +100,18 @@ impl Parameter {
         Self::new(key, Value::Flag(false), "", help)
     }
 
-    /// Refuses a number outside the range, if there is one.
-    ///
-    /// # Errors
-    /// With value, range, unit and remedy.
-    pub fn check(&self, number: Option<f64>) -> Result<(), Failure> {
+    /// A number outside the range, with the range, its unit and the remedy; `None` of one inside, and of none.
+    #[must_use]
+    pub fn outside(&self, number: Option<f64>) -> Option<String> {
         let range = self.range();
-        let Some(number) = number.filter(|number| !range.contains(*number)) else {
-            return Ok(());
-        };
+        let number = number.filter(|number| !range.contains(*number))?;
         let within = format!("{range} {}", WrittenUnit::of_key(self.key, 1.0).symbol);
-        Err(Failure::bad_input(format_args!(
-            "{self} = {} is not {}{}: change it",
+        Some(format!(
+            "{} is not {}{}: change it",
             Shown(number),
             within.trim_end(),
             in_degrees(self.key, range)
-        )))
+        ))
     }
 
     /// It and the value that it is to have, in a sentence.

@@ -2,8 +2,9 @@
 
 use super::{CROSSOVER, LOOP_TIME, NOT_FLAT, PHASE_MARGIN};
 use crate::document::failure::Failure;
-use crate::judge::control::{DesignWords, gains, in_degrees, margins, row_of_wish, shape};
+use crate::judge::control::{DesignWords, gains, in_degrees, margins, refused, row_of_wish, shape};
 use crate::judge::rows;
+use fractional_control::ControlError;
 use fractional_control::design::{Candidate, ControlAnswer, ControlDesign, Wish};
 use serde_json::{Value, json};
 
@@ -14,6 +15,22 @@ pub struct DesignedController {
     pub design: ControlDesign,
     /// Controllers and trials.
     pub answer: ControlAnswer,
+}
+
+/// Tunes by wishes.
+///
+/// # Errors
+/// Wishes that no controller meets.
+pub fn designed(design: ControlDesign) -> Result<DesignedController, Failure> {
+    let answer = design.answer().map_err(|error| {
+        let is_lost = matches!(error, ControlError::NotFound { .. });
+        let failure = refused(error);
+        match is_lost {
+            true => failure.and(&format!("see {CROSSOVER}, {PHASE_MARGIN} and {NOT_FLAT}")),
+            false => failure,
+        }
+    })?;
+    Ok(DesignedController { design, answer })
 }
 
 /// The verdict on a loop; null for a plant that was measured, which does not run, and where nothing is proved of the plant.

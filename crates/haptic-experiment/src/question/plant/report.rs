@@ -1,8 +1,8 @@
 //! The report on a plant that was found, with its warnings.
 
-use super::{KNOWN_DELAY, MODEL, Tried, VALIDATE};
+use super::keys::{FIRST_ROW, KNOWN_DELAY, MODEL, VALIDATE};
 use fractional_control::model_search::{
-    DeadTimeEvidence, Found, InputOutput, Unexplained, settles_as_well,
+    DeadTimeEvidence, Found, InputOutput, Unexplained, Validation, settles_as_well,
 };
 use fractional_control::{
     DeadTime, FractionalPolynomial, FractionalTransferFunction, FreeNumber, Identified, Start, Term,
@@ -92,6 +92,15 @@ pub struct ValidationRow {
     pub rms_residual: f64,
     /// 1 less the share of its variance that the function leaves.
     pub fit: f64,
+}
+
+/// A function beside another record than its own.
+#[derive(Clone, Debug)]
+pub struct Tried {
+    /// The other record.
+    pub record: InputOutput,
+    /// The function there.
+    pub beside: Validation,
 }
 
 impl PlantReport {
@@ -202,8 +211,10 @@ fn reading(found: &Identified, record: &InputOutput) -> Option<String> {
     })
 }
 
-/// What helps a function to fit.
-pub(super) const TRY: &str = "give `delay_s`, `subtract_start` or `model`";
+/// Keys that help a function to fit.
+pub(super) fn remedies() -> String {
+    format!("give {KNOWN_DELAY}, {FIRST_ROW} or {MODEL}")
+}
 
 /// A number whose standard error is above this share of it is not determined.
 const LOOSE: f64 = 0.5;
@@ -408,7 +419,10 @@ fn unexplained(best: &Found) -> Option<String> {
             "as slow noise does (an autoregression of order {order}, which errors and choice count with)"
         ),
         _ if left > MUCH || (left > SOME && neighbours > ALIKE) => {
-            format!("not as noise does (correlation of neighbours {neighbours:.2}): {TRY}")
+            format!(
+                "not as noise does (correlation of neighbours {neighbours:.2}): {}",
+                remedies()
+            )
         }
         _ => return None,
     };

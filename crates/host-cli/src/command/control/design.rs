@@ -8,7 +8,8 @@ use crate::output::Output;
 use clap::Args;
 use fractional_control::design::ControlAnswer;
 use haptic_experiment::Failure;
-use haptic_experiment::question::controller::{DesignForm, designed};
+use haptic_experiment::question::controller::DesignForm;
+use haptic_experiment::question::controller::report::designed;
 use serde::Serialize;
 use serde_json::Value;
 
