@@ -16,6 +16,9 @@ fn read(question: &PlantQuestion, (name, bytes): &Named) -> PyResult<PlantRecord
     record.map_err(|error| refused(format_args!("{name}: {error}")))
 }
 
+/// Report, signals and plant file.
+type Found<'py> = (Bound<'py, PyAny>, Vec<Bound<'py, PyArray1<f64>>>, String);
+
 /// The plant in a record, tried on another, if there is one: report, signals with the function's output, and plant file.
 #[pyfunction]
 pub(crate) fn identify_plant<'py>(
@@ -24,7 +27,7 @@ pub(crate) fn identify_plant<'py>(
     other: Option<Named>,
     form: &Bound<'py, PyAny>,
     progress: Option<&Bound<'py, PyAny>>,
-) -> PyResult<(Bound<'py, PyAny>, Vec<Bound<'py, PyArray1<f64>>>, String)> {
+) -> PyResult<Found<'py>> {
     let form: PlantForm = from_python("options", form)?;
     let question = PlantQuestion::of(&form).or_refused()?;
     let record = read(&question, &record)?;

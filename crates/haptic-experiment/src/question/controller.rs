@@ -16,10 +16,12 @@ use fractional_control::design::ControlDesign;
 use fractional_control::run::{SAMPLES_MOST, samples_for};
 use fractional_control::tuning::{Bound, Specification};
 use haptic_quantity::{digits, parse_for_key, short};
-use std::f64::consts::FRAC_PI_3;
+use std::f64::consts::PI;
 
 /// Amplitude ratios, -300 to 120 dB: a smaller ratio is lost in the rounding of a loop.
 const GAINS: Range = Range::Within(1e-15, 1e6);
+/// As 60deg is read, to the last bit.
+const USUAL_MARGIN: f64 = 60.0 * (PI / 180.0);
 /// Angles, which the tuning judges in degrees.
 const ANGLES: Range = Range::Within(f64::MIN, f64::MAX);
 
@@ -28,7 +30,7 @@ form! {
     DesignForm, CONTROL_DESIGN:
     "Wishes"
     CROSSOVER = crossover_rad_s: optional(ANGULAR_FREQUENCIES, "Crossover in rad/s or Hz: about 1.3/rise time");
-    PHASE_MARGIN = phase_margin_rad: number(FRAC_PI_3, "60deg", ANGLES, "Phase margin");
+    PHASE_MARGIN = phase_margin_rad: number(USUAL_MARGIN, "60deg", ANGLES, "Phase margin");
     NOT_FLAT = not_flat: flag("Do not make the phase flat: the overshoot may then change with the gain");
     SENSITIVITY_PEAK = sensitivity_peak: text("", "Largest |S|: how much errors may grow, as in 1.6 or 4dB");
     COMPLEMENTARY_PEAK = complementary_peak: text("", "Largest |T|, as in 1.3 or 2dB");
@@ -38,7 +40,7 @@ form! {
     LOOP_TIME = sample_time_s: optional(SAMPLE_TIMES, "Sample time [default: about 1/(50 crossover)]");
     DESIGN_SCHEME = scheme: text(CONTROLLER_SCHEME.shown, CONTROLLER_SCHEME.help);
     OUTPUT_LIMITS = output_limits: text("", "Limits of the command, as in -10:10 [default: none]");
-    "Options"
+    "Trial"
     STEP = step: number(1.0, "1", NUMBERS, "Height of the simulated step");
     STEP_LENGTH = duration_s: optional(DURATIONS, "Length of the steps [default: 60 times 1/crossover]");
 }
@@ -154,7 +156,7 @@ impl DesignForm {
             disturbance: read(DISTURBANCE, &self.disturbance, parse_bound)?,
             sensitivity_peak: read(SENSITIVITY_PEAK, &self.sensitivity_peak, parse_peak)?,
             complementary_peak: read(COMPLEMENTARY_PEAK, &self.complementary_peak, parse_peak)?,
-            ..Specification::new(crossover, self.phase_margin_rad.unwrap_or(FRAC_PI_3))
+            ..Specification::new(crossover, self.phase_margin_rad.unwrap_or(USUAL_MARGIN))
         })
     }
 

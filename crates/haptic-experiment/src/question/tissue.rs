@@ -87,7 +87,7 @@ pub(crate) fn models() -> Vec<(Option<ModelKind>, &'static str, &'static str)> {
 form! {
     /// What the tables of records do not say, by the names of keys; numbers in SI units.
     RecordForm, RECORD:
-    "Options"
+    "Record"
     COLUMNS = columns: text("",
         "Columns by number or header, as in time=1,modulus=3: time, modulus, compliance, strain, stress, force, position, omega, storage, loss");
     UNITS = units: text("", "Units that headers lack, as in time=ms,stress=kPa");
