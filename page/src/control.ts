@@ -6,8 +6,11 @@ import { joined } from "./columns";
 import { latest, type Panel } from "./connection";
 import { el, onSize, say, set, svg } from "./dom";
 import type { Dropped, TextFile } from "./drop";
+import { Fields } from "./forms";
 import { number, plain, quantity } from "./format";
 import { Knob } from "./knob";
+import { PlantRecord } from "./plant-record";
+import type { Parameter } from "./protocol";
 import { save } from "./save";
 import { CONTROL_ENDS, type Control, type State } from "./state";
 
@@ -97,6 +100,10 @@ export class ControlView implements ViewPart {
   private readonly phase: Chart;
   private readonly nyquist = svg("svg", { class: "nyquist", role: "img", "aria-label": "Nyquist plot of the open loop" });
   private readonly panel: Panel;
+  private readonly record: PlantRecord;
+  private readonly fields: Fields;
+  private readonly rows = el("div", { class: "fields" });
+  private readonly more = el("details", { class: "more" }, el("summary", {}, "More wishes: noise, peaks, limits, sample time"), this.rows);
   private readonly ask: (control: Control) => void;
   private designed: Designed | null = null;
   /** Files that were dropped or chosen: they are not in the address. */
@@ -114,6 +121,10 @@ export class ControlView implements ViewPart {
     this.gain = new Chart({ ...bode, name: "Gain of the open loop over frequency" });
     this.phase = new Chart({ ...bode, name: "Phase of the open loop over frequency" });
     this.panel = app.connection.panel("control");
+    this.fields = new Fields(app);
+    this.more.addEventListener("toggle", () => void this.askFields());
+    this.rows.addEventListener("change", () => this.ask(app.state.control));
+    this.record = new PlantRecord(app, (file) => this.take({ is: "plant", file }));
     this.ask = latest(
       (wishes) => this.design(wishes),
       (error) => this.refused(error),
@@ -150,11 +161,13 @@ export class ControlView implements ViewPart {
           { class: "knobs single" },
           el("label", { class: "choice" }, "Plant", this.plant),
           el("label", { class: "choice" }, "or a file of a plant or of your controller", this.choose),
+          this.record.root,
           this.files,
           this.trouble,
           this.crossover.root,
           this.margin.root,
           el("label", { class: "check", for: "flat" }, this.flat, "flat phase: the overshoot stays when the gain of the plant changes"),
+          this.more,
         ),
         this.verdict,
         this.read,
@@ -176,7 +189,10 @@ export class ControlView implements ViewPart {
   take(dropped: Dropped): void {
     if (dropped.is === "plant") this.plantFile = dropped.file;
     else if (dropped.is === "controller") this.controllerFile = dropped.file;
-    else return;
+    else {
+      if (dropped.is === "record") this.record.take(dropped.file);
+      return;
+    }
     this.ask(this.app.state.control);
   }
 
@@ -206,10 +222,18 @@ export class ControlView implements ViewPart {
     this.ask(control);
   }
 
+  /** Asks for the other keys of a design, once. */
+  private async askFields(): Promise<void> {
+    if (!this.more.open || this.fields.all.length > 0) return;
+    const { control_design: keys } = await this.app.connection.ask<{ control_design: Parameter[] }>("runs.forms");
+    if (this.fields.all.length === 0) this.rows.replaceChildren(...keys.map((key) => this.fields.add(key)));
+  }
+
   private async design({ plant, crossover, margin, flat }: Control): Promise<void> {
     this.drawFiles();
+    this.fields.refuse("");
     const files = { ...(this.plantFile === null ? {} : { plant_file: this.plantFile }), ...(this.controllerFile === null ? {} : { controller_file: this.controllerFile }) };
-    const wishes = { plant, ...files, crossover_rad_s: crossover, phase_margin_rad: margin / DEGREES, flat_phase: flat };
+    const wishes = { plant, ...files, crossover_rad_s: crossover, phase_margin_rad: margin / DEGREES, not_flat: !flat, ...(await this.fields.values()) };
     const designed = await this.panel.ask<Designed>({ control: wishes });
     if (designed === null) return;
     this.designed = designed;
@@ -234,7 +258,7 @@ export class ControlView implements ViewPart {
     say(this.trouble, of.plant ? text : "");
     this.margin.refuse(!of.plant && of.margin ? text : "");
     this.crossover.refuse(!of.plant && !of.margin && of.crossover ? text : "");
-    return of.plant || of.margin || of.crossover;
+    return of.plant || of.margin || of.crossover || this.fields.refuse(text) !== null;
   }
 
   /** The three, of which each may be absent. */
@@ -357,6 +381,7 @@ export class ControlView implements ViewPart {
 
   themed(): void {
     for (const chart of [this.step, this.gain, this.phase]) chart?.redraw();
+    this.record.themed();
   }
 
   key(): boolean {

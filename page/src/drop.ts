@@ -59,8 +59,11 @@ export async function look(app: App, file: File): Promise<{ view: View; dropped:
   if (/\.mcap$/i.test(name)) return { view: "runs", dropped: { is: "log", name: await runOf(app, file) } };
   if (file.size > SIZE_MOST) throw new Error(`${name} is larger than 15 MB: cut it into pieces.`);
   if (/\.(csv|tsv|txt|tab|dat)$/i.test(name)) {
-    // Beside a plant a table is a measured response, anywhere else a record.
-    if (app.state.view === "control") return { view: "control", dropped: { is: "plant", file: { name, text: await textOf(file) } } };
+    // Beside a plant a table of frequencies is a measured response, and any other one a record of its input and output.
+    if (app.state.view === "control") {
+      const text = await textOf(file);
+      return { view: "control", dropped: /omega_rad_s|frequency_hz/.test(text) ? { is: "plant", file: { name, text } } : { is: "record", file } };
+    }
     return { view: "runs", dropped: { is: "record", file } };
   }
   const text = await textOf(file);

@@ -5,9 +5,10 @@ import { Chart, legend, type Line } from "./chart";
 import { decimate, joined } from "./columns";
 import type { Panel } from "./connection";
 import { el, say } from "./dom";
-import { feelTissue, keepTissue, textOf } from "./drop";
+import { feelTissue, keepTissue, textOf, type TextFile } from "./drop";
 import { Fields } from "./forms";
 import { number } from "./format";
+import { spoken } from "./names";
 import type { Parameter } from "./protocol";
 
 interface Estimate {
@@ -65,7 +66,7 @@ const AXES: Record<string, [string, string]> = {
 
 export class IdentifyPanel {
   readonly root: HTMLElement;
-  private readonly file = el("input", { type: "file", accept: ".csv,.tsv,.txt,text/csv", "aria-label": "CSV file" });
+  private readonly file = el("input", { type: "file", accept: ".csv,.tsv,.txt,text/csv", multiple: true, "aria-label": "CSV files" });
   private readonly state = el("p", { class: "hint", role: "status" }, "Drop a CSV of a relaxation, a creep, a modulus over frequency, or force and depth anywhere on the page.");
   private readonly result = el("div", { class: "result" });
   private readonly holder = el("div", { class: "chart-holder", hidden: true });
@@ -76,7 +77,7 @@ export class IdentifyPanel {
   private readonly fields: Fields;
   private chart: Chart | null = null;
   private readonly panel: Panel;
-  private record: { name: string; text: Promise<string> } | null = null;
+  private records: { name: string; text: Promise<string> }[] = [];
   private found: Identified | null = null;
   /** The name under which what is shown was kept. */
   private saved = "";
@@ -85,8 +86,7 @@ export class IdentifyPanel {
     this.fields = new Fields(app);
     this.panel = app.connection.panel("identify");
     this.file.addEventListener("change", () => {
-      const file = this.file.files?.[0];
-      if (file) this.read(file);
+      this.look([...(this.file.files ?? [])]);
     });
     this.rows.addEventListener("change", () => {
       this.fit();
@@ -119,15 +119,20 @@ export class IdentifyPanel {
     for (const { parameter, row } of this.fields.all) row.hidden = loading !== "" && !(parameter.loadings ?? [loading]).includes(loading);
   }
 
-  /** Reads a file and asks what it is. */
+  /** Reads a file that was dropped, and asks what it is. */
   read(file: File): void {
-    // What was found of another record is not that of this.
-    this.clear();
-    // One that was dropped is named as one that was chosen.
+    // It is named as one that was chosen.
     const chosen = new DataTransfer();
     chosen.items.add(file);
     this.file.files = chosen.files;
-    this.record = { name: file.name, text: textOf(file) };
+    this.look([file]);
+  }
+
+  /** Asks what these files are: motions, specimens or temperatures of one tissue. */
+  private look(files: File[]): void {
+    // What was found of another record is not that of this.
+    this.clear();
+    this.records = files.map((file) => ({ name: file.name, text: textOf(file) }));
     void this.ask();
   }
 
@@ -153,13 +158,17 @@ export class IdentifyPanel {
   }
 
   private async ask(): Promise<void> {
-    const { record } = this;
-    if (!record) return;
-    const { name } = record;
+    const [first, ...others] = this.records;
+    if (!first) return;
+    const name = this.records.map((record) => record.name).join(", ");
     this.state.classList.remove("trouble");
     this.fields.refuse("");
     say(this.state, `${name} is looked at …`);
-    const question = async (): Promise<object> => ({ record: { name, text: await record.text, ...(await this.fields.values()) } });
+    const file = async (record: typeof first): Promise<TextFile> => ({ name: record.name, text: await record.text });
+    const question = async (): Promise<object> => {
+      const more = await Promise.all(others.map(file));
+      return { record: { ...(await file(first)), ...(more.length === 0 ? {} : { more }), ...(await this.fields.values()) } };
+    };
     try {
       const found = await this.panel.ask<Identified>(question());
       if (found !== null) this.show(name, found);
@@ -178,7 +187,7 @@ export class IdentifyPanel {
       const figures = `rms ${number(model.rms)}, AIC ${number(model.aic, 4)}`;
       return el("tr", { class: model.model === found.best ? "best" : undefined }, el("th", { scope: "row" }, model.model), el("td", {}, ...cells), el("td", {}, figures));
     });
-    const said = [...found.warnings, ...found.notes].map((text) => el("p", { class: "hint" }, text));
+    const said = [...found.warnings, ...found.notes].map((text) => el("p", { class: "hint" }, spoken(text)));
     const head = el("tr", {}, ...["model", "numbers, with 95 % intervals", "fit"].map((text) => el("th", { scope: "col" }, text)));
     this.result.replaceChildren(el("table", {}, el("thead", {}, head), el("tbody", {}, ...models)), ...shifts(found), ...said);
     this.drawCurves(found);

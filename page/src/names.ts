@@ -22,3 +22,8 @@ export function readable(channel: string): string {
   const unit = units.find(([pattern]) => pattern.test(channel));
   return (unit ? channel.replace(unit[0], "") : channel).replace(/_/g, " ") + (unit?.[1] ?? "");
 }
+
+/** A sentence of the server with its keys as the fields are called. */
+export function spoken(sentence: string): string {
+  return sentence.replace(/`([a-z]\w*)`/g, (_, key: string) => readable(key).replace(/,.*/, ""));
+}

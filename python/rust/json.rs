@@ -4,8 +4,19 @@ use crate::refused::OrRefused as _;
 use haptic_quantity::{did_you_mean, doubt, is_meant, parse_for_key};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use pyo3::types::IntoPyDict as _;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+
+/// A dictionary of these items.
+macro_rules! dict {
+    ($py:expr; $($key:literal: $value:expr,)*) => {{
+        let dict = pyo3::types::PyDict::new($py);
+        $(dict.set_item($key, $value)?;)*
+        dict
+    }};
+}
+pub(crate) use dict;
 
 /// Dictionaries, lists and numbers.
 pub(crate) fn to_python<'py>(
@@ -69,7 +80,13 @@ pub(crate) fn from_python<T: DeserializeOwned>(
     name: &str,
     value: &Bound<'_, PyAny>,
 ) -> PyResult<T> {
-    let text = value.py().import("json")?.call_method1("dumps", (value,))?;
+    let py = value.py();
+    // A number of NumPy as Python's.
+    let default = py
+        .import("operator")?
+        .call_method1("methodcaller", ("item",))?;
+    let options = [("default", default)].into_py_dict(py)?;
+    let text = (py.import("json")?).call_method("dumps", (value,), Some(&options))?;
     let text: String = text.extract()?;
     serde_json::from_str(&text)
         .map_err(|error| crate::refused::refused(format_args!("{name}: {error}")))

@@ -24,7 +24,8 @@ mod _native {
     use super::arrays::numbers;
     #[pymodule_export]
     use super::control::{
-        PyControlPlant, PyPid, PyTransferFunction, closed_loop, simulate_loop, tune_controller,
+        PyControlPlant, PyPid, PyTransferFunction, closed_loop, design_controller, identify_plant,
+        simulate_loop, tune_controller,
     };
     #[pymodule_export]
     use super::driving::{forked, let_go};

@@ -1,7 +1,7 @@
 //! Logs of runs, whole or cut.
 
 use crate::conducted::{Interrupted, conduct};
-use crate::json::to_python;
+use crate::json::{dict, to_python};
 use crate::refused::unread;
 use haptic_log::record::{
     Condition, Entry, EventMessage, LogFiles, MetadataRecord, RecordError, TickMessage, Value,
@@ -57,7 +57,6 @@ pub(crate) fn read_log(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDi
     let log = conduct(py, None, Interrupted::Forgotten, move |conduct| {
         read(&path, || conduct.stops()).map_err(|error| unread(&error))
     })?;
-    let result = PyDict::new(py);
     let columns = PyDict::new(py);
     for (name, values) in log.columns {
         match values {
@@ -66,25 +65,21 @@ pub(crate) fn read_log(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDi
             Column::Bits(values) => columns.set_item(name, PyArray1::from_vec(py, values)),
         }?;
     }
-    result.set_item("columns", columns)?;
     let metadata = PyDict::new(py);
     for record in &log.metadata {
         metadata.set_item(&record.name, to_python(py, &record.values)?)?;
     }
-    result.set_item("metadata", metadata)?;
     let events = log.events.iter();
     let events = events.map(|event| (event.time_s, event.kind.as_str(), event.text.as_str()));
-    result.set_item("events", events.collect::<Vec<_>>())?;
-    result.set_item("complete", log.condition.complete)?;
-    let damage: Vec<String> = log
-        .condition
-        .damage
-        .iter()
-        .map(ToString::to_string)
-        .collect();
-    result.set_item("damage", damage)?;
-    result.set_item("started", log.started)?;
-    Ok(result)
+    let damage = log.condition.damage.iter().map(ToString::to_string);
+    Ok(dict! {py;
+        "columns": columns,
+        "metadata": metadata,
+        "events": events.collect::<Vec<_>>(),
+        "complete": log.condition.complete,
+        "damage": damage.collect::<Vec<String>>(),
+        "started": log.started,
+    })
 }
 
 /// The columns of the ticks, in their order.

@@ -13,6 +13,8 @@ from fractional_haptics.control import (
     Pid,
     TransferFunction,
     closed_loop,
+    design,
+    identify,
     plant,
     simulate,
     tune,
@@ -145,7 +147,21 @@ def test_a_tuned_loop_has_its_margin_and_keeps_its_overshoot() -> None:
     assert max(overshoots) - min(overshoots) < 0.02
     assert closed_loop(pid, oven).phase_rad.value == pytest.approx(math.radians(70), abs=0.02)
     assert not closed_loop(pid, oven, 1e4).stable
+    assert closed_loop(pid, oven).verdict == "stable, proved"
     assert tune(oven, 0.05, math.radians(70), integer=True).parameters["integral_order"] == 1.0
+
+
+def test_a_design_is_that_of_the_command_and_says_what_it_misses() -> None:
+    oven = plant("0.55exp(-s)/(62s+1)")
+    wishes = {"noise": (10.0, 0.1), "disturbance": "0.01rad/s:0dB", "output_limits": (0.0, 10.0), "step": 2.0}
+    found = design(oven, 0.1, math.radians(65), **wishes)
+    gains = tune(oven, 0.1, math.radians(65), sample_time=0.2, noise=(10.0, 0.1), disturbance=(0.01, 1.0)).parameters
+    assert found.report["controller"]["proportional_gain"] == pytest.approx(gains["proportional"], rel=1e-6)
+    assert found.report["stable"] is True
+    assert 0.0 <= min(row["command"] for row in found.report["step"]) <= max(row["command"] for row in found.report["step"]) <= 10.0
+    assert "output_high = 10" in found.file
+    assert "margins" in found.report and found.report["notes"]
+    assert design(oven, 0.1, math.radians(65), sensitivity_peak=1.01).unmet == ("sensitivity_peak",)
 
 
 def test_a_delay_margin_is_where_the_verdict_changes_inside_a_sample() -> None:
@@ -155,6 +171,47 @@ def test_a_delay_margin_is_where_the_verdict_changes_inside_a_sample() -> None:
     assert margin.value % 0.1 > 0.01
     for share, stable in ((0.999, True), (1.001, False)):
         assert closed_loop(pid, plant(TransferFunction("1/(s+1)"), share * margin.value)).stable is stable
+
+
+def test_a_plant_comes_back_from_arrays_and_from_a_table_and_is_tried_on_another(tmp_path) -> None:
+    t = np.arange(120) * 0.05
+    u = np.ones(120)
+    # 2·exp(-0.35 s)/(s + 1) after a step.
+    y = -2.0 * np.expm1(-np.maximum(t - 0.35, 0.0))
+    gap = np.where(np.arange(120) == 50, math.nan, y)
+    seen: list[int] = []
+    found = identify((t, u, gap), poles=1, validate=(t, 2 * u, 2 * y), progress=seen.append)
+    assert found.report["delay_s"] == pytest.approx(0.35, abs=1e-3) == found.plant.delay_s
+    assert found.report["validation"]["fit"] > 0.999
+    assert any("1 row (line 52) without an output" in said for said in found.report["warnings"])
+    assert seen
+    np.testing.assert_allclose(found.model, y, atol=1e-3)
+    np.testing.assert_allclose(found.function.response(1.0), 2 / (1j + 1), rtol=1e-3)
+    table = tmp_path / "tank.csv"
+    table.write_text("\n".join(["time_s;valve;output", *(f"{a};{b};{c}" for a, b, c in zip(t, u, y, strict=True))]))
+    again = identify(table, columns="input=valve", poles=1)
+    assert again.report["function"] == identify((t, u, y), poles=1).report["function"]
+    (tmp_path / "plant.toml").write_text(again.file)
+    assert "[transfer_function]" in again.file
+    assert "delay_s" in again.summary()
+
+
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        ({"poles": 5}, "`poles` = 5 is not from 1 to 4: change it"),
+        ({"poles": 1, "model": "1/(s+1)"}, "exclude each other"),
+        ({"model": "1/(s+"}, "change `model`"),
+        ({"delay_s": -1.0}, "`delay_s` = -1 is not from 0 to 86400 s"),
+        ({"columns": "input=valve"}, "columns belong to tables"),
+        ({"sample_time_s": 0.1}, "leave `sample_time_s` out"),
+        ({"validate": ([0.0, 1.0], [1.0])}, "give \\(t, u, y\\)"),
+    ],
+)
+def test_a_record_of_a_plant_is_refused_as_the_command_refuses_it(given, text: str) -> None:
+    t = np.arange(20) * 0.1
+    with pytest.raises(ValueError, match=text):
+        identify((t, np.ones(20), 1 - np.exp(-t)), **given)
 
 
 @pytest.mark.parametrize(
@@ -175,6 +232,9 @@ def test_a_delay_margin_is_where_the_verdict_changes_inside_a_sample() -> None:
         (lambda: Pid(0.01, integral=1.0, integral_order=3.0), "3"),
         (lambda: Pid(0.01, low=1.0, high=0.0), "lower limit"),
         (lambda: Pid(0.0, proportional=1.0, integral=1.0), "."),
+        (lambda: design(plant("1/(s+1)"), 1.0, noise="10"), "`noise`: \"10\" is not FREQUENCY:GAIN"),
+        (lambda: design(plant("1/(s+1)"), 1.0, step=0.0), "give `step` another height"),
+        (lambda: design(plant("1/(s+1)"), 1.0, output_limits=(1.0, 0.0)), "is not below the high limit"),
         (lambda: tune(plant("1/(s+1)"), -1.0, 1.0), "crossover"),
         (lambda: tune(plant("1/(s+1)"), 1.0, 4.0), "phase margin"),
         (lambda: simulate(Pid(0.01, proportional=1.0), plant("1/(s+1)"), [[1.0]]), "reference has the shape"),

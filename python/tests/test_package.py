@@ -5,11 +5,12 @@ import importlib
 import inspect
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 import fractional_haptics
-from fractional_haptics import _native
+from fractional_haptics import _native, control, tissue
 
 MODULES = ("analysis", "control", "experiment", "log", "operators", "plot", "tissue")
 
@@ -35,6 +36,17 @@ def test_the_version_is_that_of_the_package() -> None:
         assert version("fractional-haptics") == fractional_haptics.__version__
     except PackageNotFoundError:
         pytest.skip("run from the source tree")
+
+
+@pytest.mark.parametrize(
+    ("question", "function"), [("identify", tissue.identify_tables), ("control identify", control.identify), ("control design", control.design)]
+)
+def test_every_key_of_a_record_is_an_argument(question: str, function) -> None:
+    page = Path(__file__).parents[2] / "docs/guide/src/experiment-keys.md"
+    table = page.read_text().split(f"\n### {question}\n")[1].split("\n### ")[0]
+    names = [row.split("|")[4].strip(" `") for row in table.splitlines() if row.startswith("| `")]
+    assert len(names) > 8
+    assert set(names) <= set(inspect.signature(function).parameters)
 
 
 def test_a_name_that_is_none_says_so() -> None:

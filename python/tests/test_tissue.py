@@ -273,6 +273,8 @@ def test_tables_are_read_with_segments_and_shifted_to_a_master_curve(tmp_path):
         ({"temperatures_c": [20.0], "master_curve_c": 20.0}, "there are 3 files, and not as many"),
         ({"segment": "9"}, "20.0.csv: there is no one segment"),
         ({"fix": {"order": "x"}}, "fix"),
+        ({"bootstrap": 5}, "not 0 or a whole number from 40 to"),
+        ({"strain": 5.0}, "`strain` = 5 is not above 0 and at most 1"),
     ]:
         with pytest.raises(ValueError, match=said):
             identify_tables(*paths, **given)

@@ -6,7 +6,7 @@ pub(crate) mod failure;
 pub(crate) mod named;
 pub(crate) mod parameters;
 pub(crate) mod reader;
-mod record_check;
+pub(crate) mod record_check;
 
 pub use controller_file::{ControllerFile, ControllerOrigin};
 pub use error::{Excerpt, FileError};
@@ -16,7 +16,6 @@ use haptic_quantity::parse_for_key;
 pub use haptic_quantity::short;
 use parameters::{Parameter, Value as Kind};
 use reader::{Part, Table, in_order};
-pub use record_check::{check_signals, fill_gaps, one_row_a_time};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf, absolute};
 use toml::Value;

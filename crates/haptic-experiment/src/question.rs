@@ -2,9 +2,12 @@
 
 pub mod analysis;
 pub(crate) mod bench;
+pub mod controller;
 pub(crate) mod design;
+pub mod form;
 mod machine_check;
 pub(crate) mod measurement;
+pub mod plant;
 pub mod tissue;
 pub(crate) mod zwidth;
 

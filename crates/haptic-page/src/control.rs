@@ -1,38 +1,35 @@
 //! A controller for a plant that was typed or dropped on the page: the answer of `control design`, and beside it a controller of
 //! one's own.
 
-use crate::{Number, TextFile};
+use crate::{TextFile, form};
 use fractional_control::design::{Candidate, ControlDesign, Trial};
 use fractional_control::run::samples_for;
-use fractional_control::tuning::Specification;
 use fractional_control::{ControlError, ControllerSetup};
 use haptic_experiment::Failure;
 use haptic_experiment::control::{
-    DesignWords, check_gain, gains, in_degrees, in_short, loose_factor, margins, sample_time_for,
-    shape,
+    gains, in_degrees, in_short, loose_factor, margins, refused, shape,
 };
 use haptic_experiment::document::{ControllerFile, short};
-use haptic_experiment::parameters::CONTROLLER_SCHEME;
+use haptic_experiment::question::controller::DesignForm;
+use haptic_experiment::question::controller::report::designed as designed_by;
 use haptic_experiment::run::PlantModel;
 use serde::Deserialize;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use std::path::Path;
 
 /// Points of a curve that is sent, at most.
 const POINTS: usize = 600;
 
-/// A plant, and what is wanted of its loop.
+/// A plant, and keys for what is wanted of its loop.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub(crate) struct ControlRequest {
     plant: String,
     /// A plant file, or the table of a measured response, in place of the notation.
     plant_file: Option<TextFile>,
     /// A controller file, to be compared.
     controller_file: Option<TextFile>,
-    crossover_rad_s: Number,
-    phase_margin_rad: Number,
-    flat_phase: bool,
+    #[serde(flatten)]
+    form: Map<String, Value>,
 }
 
 impl ControlRequest {
@@ -55,39 +52,23 @@ fn own(TextFile { name, text }: &TextFile, design: &ControlDesign) -> Result<Val
         samples: samples_for(crossover, setup.sample_time_s) as usize,
         ..design.clone()
     };
-    let refused =
+    let wrong =
         |error: ControlError| Failure::bad_input(format_args!("{name}: {}", in_degrees(&error)));
-    Ok(seen(&setup, &design.trial(&setup).map_err(refused)?))
+    Ok(seen(&setup, &design.trial(&setup).map_err(wrong)?))
 }
 
 pub(crate) fn designed(request: &ControlRequest) -> Result<Value, Failure> {
-    let failure = |error: ControlError| Failure::bad_input(in_degrees(&error));
+    let wishes: DesignForm = form(&request.form)?;
     let model = request.model()?;
-    let plant = model.plant().map_err(failure)?;
-    let wishes = Specification {
-        iso_damping: request.flat_phase,
-        ..Specification::new(request.crossover_rad_s.0, request.phase_margin_rad.0)
-    };
-    let sample_time = sample_time_for(request.crossover_rad_s.0)?;
-    check_gain(&plant, request.crossover_rad_s.0)?;
-    let design = ControlDesign {
-        samples: samples_for(Some(wishes.crossover_rad_s), sample_time.0) as usize,
-        plant,
-        wishes,
-        sample_time,
-        scheme: CONTROLLER_SCHEME.shown.parse().map_err(Failure::input)?,
-        output_low: None,
-        output_high: None,
-        step: 1.0,
-    };
+    let design = wishes.design(model.plant().map_err(refused)?)?;
     let own = request
         .controller_file
         .as_ref()
         .map(|file| own(file, &design))
         .transpose()?;
-    let answer = design.answer().map_err(failure)?;
-    let (fractional, integer) = (&answer.fractional, answer.integer.as_ref());
-    let words = DesignWords(&answer);
+    let found = designed_by(design)?;
+    let (design, words) = (&found.design, found.words());
+    let (fractional, integer) = (&found.answer.fractional, found.answer.integer.as_ref());
     // Of a file the notation is not read.
     let notation = request.plant_file.is_none().then_some(&request.plant);
     let reading =
@@ -104,13 +85,13 @@ pub(crate) fn designed(request: &ControlRequest) -> Result<Value, Failure> {
     };
     Ok(json!({
         "plant": model.in_words(),
-        "sample_time_s": sample_time.0,
+        "sample_time_s": design.sample_time.0,
         "fractional": seen(fractional),
         "integer": integer.ok().map(seen),
         "integer_reason": integer.err().map(in_degrees),
         "own": own,
         "notes": reading.into_iter().chain(unmet).chain(words.sentences()).collect::<Vec<_>>(),
-        "file": words.file(&model.in_words(), &wishes, "").to_toml(),
+        "file": words.file(&model.in_words(), &design.wishes, "").to_toml(),
     }))
 }
 

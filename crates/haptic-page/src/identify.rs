@@ -1,8 +1,10 @@
-//! A tissue from a record that was dropped on the page: the same reading and the same fits as on the command line.
+//! A tissue or a plant from records that were dropped on the page, read and fitted as on the command line.
 
-use crate::file_name;
+use crate::{TextFile, file_name, form};
 use haptic_experiment::Failure;
-use haptic_experiment::question::tissue::{RecordAnswer, RecordForm, RecordQuestion};
+use haptic_experiment::question::plant::PlantQuestion;
+use haptic_experiment::question::plant::keys::PlantForm;
+use haptic_experiment::question::tissue::{RecordAnswer, RecordQuestion};
 use haptic_log::record::StartTime;
 use haptic_tissue::identify::{Fit, Provenance};
 use serde::Deserialize;
@@ -14,51 +16,62 @@ use std::time::SystemTime;
 /// Points of a curve that is sent, at most.
 const POINTS: usize = 2000;
 
-/// A record, and what its table does not say.
+/// Records, and keys for what their tables do not say.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(try_from = "Map<String, Value>")]
-pub(crate) struct IdentifyRequest {
+pub(crate) struct RecordRequest {
+    #[serde(default = "unnamed", deserialize_with = "file_name")]
     name: String,
-    /// The table: CSV or TSV.
+    #[serde(default)]
     text: String,
-    form: RecordForm,
+    #[serde(default)]
+    more: Vec<TextFile>,
+    #[serde(flatten)]
+    form: Map<String, Value>,
 }
 
-impl TryFrom<Map<String, Value>> for IdentifyRequest {
-    type Error = serde_json::Error;
+fn unnamed() -> String {
+    "the record".to_owned()
+}
 
-    fn try_from(mut fields: Map<String, Value>) -> Result<Self, Self::Error> {
-        let [name, text] = ["name", "text"].map(|key| fields.remove(key));
-        Ok(Self {
-            name: name.map_or_else(|| Ok(String::new()), file_name)?,
-            text: text.map_or_else(|| Ok(String::new()), String::deserialize)?,
-            form: serde_json::from_value(Value::Object(fields))?,
-        })
+impl RecordRequest {
+    /// The records of each file, which is read with its number, and the name of the file.
+    fn read<T, E: Display>(
+        &self,
+        mut read: impl FnMut(usize, &[u8]) -> Result<T, E>,
+    ) -> Result<Vec<(T, &str)>, Failure> {
+        let first = (&self.name, &self.text);
+        let files =
+            std::iter::once(first).chain(self.more.iter().map(|one| (&one.name, &one.text)));
+        let records = files.enumerate().map(|(n, (name, text))| {
+            let record = read(n, text.as_bytes()).map(|record| (record, name.as_str()));
+            record.map_err(|error| Failure::bad_input(format_args!("{name}: {error}")))
+        });
+        records.collect()
     }
 }
 
-/// The answer to a record; a tissue that is made of it says that `program` did.
+/// The answer to records; a tissue that is made of them says that `program` did.
 pub(crate) fn identified(
-    request: &IdentifyRequest,
+    request: &RecordRequest,
     program: &str,
     stop: &AtomicBool,
 ) -> Result<Value, Failure> {
-    let name = match request.name.as_str() {
-        "" => "the record",
-        name => name,
-    };
-    let refused = |error: &dyn Display| Failure::bad_input(format_args!("{name}: {error}"));
-    let question = RecordQuestion::of(&request.form)?;
-    question.check(1)?;
-    let records = question.read(0, question.reader.clone(), request.text.as_bytes());
-    let records = records.map_err(|error| refused(&error))?;
-    let names = vec![name.to_owned(); records.len()];
+    let question = RecordQuestion::of(&form(&request.form)?)?;
+    question.check(1 + request.more.len())?;
+    let read = |n, bytes: &[u8]| question.read(n, question.reader.clone(), bytes);
+    let (mut records, mut names) = (Vec::new(), Vec::new());
+    for (all, name) in request.read(read)? {
+        names.extend(all.iter().map(|_| name.to_owned()));
+        records.extend(all);
+    }
     let found = question.answer(records, &names, stop, &|_| {});
-    let found = found.map_err(|error| refused(&error))?;
+    names.dedup();
+    let source = names.join(", ");
+    let found = found.map_err(|error| Failure::bad_input(format_args!("{source}: {error}")))?;
     let date = StartTime::at(SystemTime::now()).day();
     let told = Provenance {
         program,
-        record: name,
+        record: &source,
         conditions: None,
         date: &date,
     };
@@ -72,6 +85,41 @@ pub(crate) fn identified(
             .map(|of| json!({"name": of.name, "text": of.text}))
     );
     Ok(answer)
+}
+
+/// The plant in a record, tried on a second one; its file says that `program` made it.
+pub(crate) fn plant(
+    request: &RecordRequest,
+    program: &str,
+    stop: &AtomicBool,
+) -> Result<Value, Failure> {
+    let form: PlantForm = form(&request.form)?;
+    let question = PlantQuestion::of(&form)?;
+    let read = |_, bytes: &[u8]| question.read(&question.columns, bytes);
+    let records = request.read(read)?.into_iter();
+    let mut records = records.map(|(record, _)| record);
+    let (Some(record), other, None, "") = (
+        records.next(),
+        records.next(),
+        records.next(),
+        &*form.validate,
+    ) else {
+        return Err(Failure::bad_input("give one record to try the function on"));
+    };
+    let found = question.answer(record, other, stop, &|_, _, _| {})?;
+    let thinned = |signal: &[f64]| thinned(signal, signal.len());
+    let mut answer = json!(found.report);
+    answer["x"] = json!(thinned(&found.record.time_s));
+    answer["measured"] = json!(thinned(&found.record.output));
+    answer["predicted"] = json!(thinned(found.model()));
+    answer["file"] = json!({"name": "plant.toml", "text": found.to_toml(program, &request.name)});
+    Ok(answer)
+}
+
+/// One in so many of the numbers, evenly: a curve of the page has no more pixels.
+fn thinned(numbers: &[f64], of: usize) -> Vec<f64> {
+    let every = of.div_ceil(POINTS).max(1);
+    numbers.iter().copied().step_by(every).collect()
 }
 
 /// A name for the tissue of a file: lower-case letters, digits and hyphens.
@@ -89,10 +137,7 @@ fn answer(answer: &RecordAnswer) -> Value {
         found,
         rows,
     } = answer;
-    // Evenly thinned: a curve of the page has no more pixels.
-    let every = found.x.len().div_ceil(POINTS).max(1);
-    let thinned =
-        |numbers: &[f64]| -> Vec<f64> { numbers.iter().copied().step_by(every).collect() };
+    let thinned = |numbers: &[f64]| thinned(numbers, found.x.len());
     let model = |fit: &Fit| {
         json!({
             "model": fit.kind.name(),

@@ -15,11 +15,11 @@ mod wall;
 pub use feel::DeviceNumbers;
 pub use server::{PageServer, ServerOptions};
 
-use haptic_experiment::named;
+use haptic_experiment::{Failure, Named};
 use haptic_quantity::short;
-use serde::de::Error as _;
+use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer, Serialize};
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
 use tokio::sync::broadcast::Sender;
@@ -42,6 +42,35 @@ pub(crate) struct TextFile {
     #[serde(deserialize_with = "file_name")]
     pub(crate) name: String,
     pub(crate) text: String,
+}
+
+/// Longest sentence about a value that has the wrong type, which it shows whole, characters.
+const ECHO: usize = 200;
+
+/// What is wrong with a value, in a line that does not show all of a long one.
+pub(crate) fn in_a_line(told: &str) -> String {
+    within(told, ECHO)
+}
+
+/// A line of so many characters at most, its middle left out: what is wrong stands before it, what is right behind it.
+pub(crate) fn within(text: &str, most: usize) -> String {
+    let length = text.chars().count();
+    let half = if length <= most {
+        length
+    } else {
+        (most - 1) / 2
+    };
+    let first = text.chars().take(half);
+    let mark = (half < length).then_some('…');
+    let last = text.chars().skip(half.max(length - half));
+    let all = first.chain(mark).chain(last);
+    all.map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
+/// A form of keys, whose mistakes are said in a line.
+pub(crate) fn form<F: DeserializeOwned>(keys: &Map<String, Value>) -> Result<F, Failure> {
+    let form = serde_json::from_value(Value::Object(keys.clone()));
+    form.map_err(|error| Failure::bad_input(in_a_line(&error.to_string())))
 }
 
 /// The name of a file, as far as messages show it.

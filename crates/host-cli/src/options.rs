@@ -8,7 +8,6 @@ use crate::names::option_of;
 use crate::parse::read_whole;
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
-use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme};
 use haptic_experiment::Failure;
 use haptic_experiment::document::{Document, short};
@@ -19,6 +18,7 @@ use haptic_experiment::parameters::{
 };
 use haptic_experiment::run::DeviceModel;
 use haptic_quantity::{did_you_mean, doubt, is_meant, kind_of_key, parse_for_key, without_unit};
+use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
 use std::marker::PhantomData;
 use std::ops::RangeInclusive;
@@ -102,6 +102,9 @@ pub(crate) fn help(parameter: &Parameter) -> String {
     }
 }
 
+/// Keys whose texts are lists: given again they go on.
+const LISTS: [&str; 5] = ["columns", "fix", "segment", "temperature", "units"];
+
 fn argument(parameter: &'static Parameter) -> Arg {
     let argument = Arg::new(parameter.key)
         .long(option_of(parameter.key))
@@ -110,6 +113,10 @@ fn argument(parameter: &'static Parameter) -> Arg {
         return argument.action(ArgAction::SetTrue);
     }
     let argument = argument.allow_hyphen_values(true);
+    let argument = match LISTS.contains(&parameter.key) {
+        true => argument.action(ArgAction::Append),
+        false => argument,
+    };
     let names = choices(parameter);
     if !names.is_empty() {
         let names = names.into_iter().map(|(name, _)| name);
@@ -135,10 +142,19 @@ impl<N: Named> Args for Options<N> {
             let options = parameters.iter();
             options.map(move |parameter| argument(parameter).hide_short_help(hidden))
         });
+        let command = command.args(options);
+        let tables = N::TABLES.iter().flat_map(|tables| *tables);
+        let headed = tables.flat_map(|(heading, parameters)| {
+            let options = parameters.iter();
+            options.map(|parameter| argument(parameter).help_heading(*heading))
+        });
+        if !N::TABLES.is_empty() {
+            return command.args(headed);
+        }
         let values = Arg::new(VALUES)
             .num_args(0..)
             .help("Any key, as in sample_time=1ms; `host-cli run --help` lists them");
-        command.args(options).arg(values)
+        command.arg(values)
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -149,18 +165,23 @@ impl<N: Named> Args for Options<N> {
 impl<N: Named> FromArgMatches for Options<N> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
         let mut options = Vec::new();
-        for parameter in N::OPTIONS.concat() {
+        let tables = N::TABLES.iter().flat_map(|tables| *tables);
+        let headed = tables.flat_map(|(_, parameters)| *parameters);
+        for parameter in N::OPTIONS.concat().into_iter().chain(headed) {
             let name = option_of(parameter.key);
             if let Kind::Flag(_) = parameter.value {
                 if matches.get_flag(parameter.key) {
                     options.push((parameter, "true".to_owned(), format!("--{name}")));
                 }
-            } else if let Some(text) = matches.get_one::<String>(parameter.key) {
-                let said = format!("--{name} {}", short(text));
-                options.push((parameter, text.clone(), said));
+            } else if let Some(texts) = matches.get_many::<String>(parameter.key) {
+                let text = texts.cloned().collect::<Vec<_>>().join(",");
+                let said = format!("--{name} {}", short(&text));
+                options.push((parameter, text, said));
             }
         }
-        let values = matches.get_many::<String>(VALUES).unwrap_or_default();
+        let takes_values = N::TABLES.is_empty();
+        let values = takes_values.then(|| matches.get_many::<String>(VALUES));
+        let values = values.flatten().unwrap_or_default();
         Ok(Self {
             options,
             values: values.cloned().collect(),
@@ -245,19 +266,25 @@ pub(crate) struct Given(BTreeMap<&'static str, Value>);
 impl Given {
     fn set(&mut self, written: &str, parameter: &Parameter, text: &str) -> Result<(), String> {
         let value = value_of(written, parameter, text)?;
-        if let (Some(number), Kind::Number(_, range)) = (value.as_float(), parameter.value)
-            && !range.contains(number)
-        {
-            let key = parameter.key;
-            return Err(format!(
-                "{key} = {} is not {range}: change it",
-                Shown(number)
-            ));
+        if let Kind::Number(..) = parameter.value {
+            let outside = parameter.outside(value.as_float());
+            let said = outside.map(|said| format!("{} = {said}", parameter.key));
+            said.map_or(Ok(()), Err)?;
         }
         match self.0.insert(parameter.key, value) {
             None => Ok(()),
             Some(_) => Err("is given twice: give it once".to_owned()),
         }
+    }
+
+    /// A form of a library, whose fields have the names of keys.
+    pub(crate) fn form<T: DeserializeOwned>(self) -> Result<T, Failure> {
+        let values = self
+            .0
+            .into_iter()
+            .map(|(key, value)| (key.to_owned(), value));
+        let form = Value::Table(values.collect()).try_into();
+        form.map_err(Failure::bad_input)
     }
 
     pub(crate) fn has(&self, parameter: &Parameter) -> bool {
@@ -404,30 +431,34 @@ impl DeviceModelArguments {
 pub(crate) mod keys {
     use haptic_experiment::parameters::analysis as a;
     use haptic_experiment::parameters::{
-        AGAINST, ARCHITECTURE, AREA, BONDED, CONTACT, CONTROLLER, COUPLER_DAMPING, COUPLER_SPRING,
-        CREEP_CONTACT, CREEP_DURATION, CURRENT_LAG, DAMPING, DELAY, DEPTH, DESIGN_ORDERS, DEVICE,
-        DEVICE_MODEL, DISSIPATION, FORCE, FORCE_NOISE_LIMIT, GAIN_MARGIN, GUARD, HALF_ANGLE,
-        HAND_COUPLER_DISSIPATION, HAND_COUPLER_ORDER, HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, HELD,
-        INDENTER_RADIUS, LIBRARY, LINE_DELAY, LOADING, LOOP, MASS, MEASURE_BOX, MEASURE_DEVICE,
-        MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, ONE_SIDED, ORDER, PIECE_ORDER,
-        PUSH, Parameter, RAMP_TIME, RELAX_DURATION, REQUIRE, SAMPLE_TIME, SCHEME, SLAVE_DAMPING,
-        SLAVE_MASS, STIFFNESS, STRAIN, STRESS, THICKNESS, TISSUE, TRIAL_FORCE_LIMIT, WALL_CONTACT,
-        WAVE_IMPEDANCE, WISH, WISH_FREQUENCY, WISH_TISSUE, ZWIDTH_ORDERS, ZWIDTH_POINTS,
+        AGAINST, ARCHITECTURE, AREA, BONDED, CONTACT, CONTROL_DESIGN, CONTROLLER, COUPLER_DAMPING,
+        COUPLER_SPRING, CREEP_CONTACT, CREEP_DURATION, CURRENT_LAG, DAMPING, DELAY, DEPTH,
+        DESIGN_ORDERS, DEVICE, DEVICE_MODEL, DISSIPATION, FORCE, FORCE_NOISE_LIMIT, GAIN_MARGIN,
+        GUARD, HALF_ANGLE, HAND_COUPLER_DISSIPATION, HAND_COUPLER_ORDER, HAND_COUPLER_STIFFNESS,
+        HAND_STIFFNESS, HELD, INDENTER_RADIUS, LIBRARY, LINE_DELAY, LOADING, LOOP, MASS,
+        MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME,
+        ONE_SIDED, ORDER, PIECE_ORDER, PLANT_RECORD, PUSH, Parameter, RAMP_TIME, RECORD,
+        RELAX_DURATION, REQUIRE, SAMPLE_TIME, SCHEME, SLAVE_DAMPING, SLAVE_MASS, STIFFNESS, STRAIN,
+        STRESS, THICKNESS, TISSUE, TRIAL_FORCE_LIMIT, WALL_CONTACT, WAVE_IMPEDANCE, WISH,
+        WISH_FREQUENCY, WISH_TISSUE, ZWIDTH_ORDERS, ZWIDTH_POINTS,
     };
 
     /// A command whose options are made from tables of parameters.
     pub(crate) trait Named {
         /// In the order of the help, in groups. The first is what most runs change, and all that `-h` shows.
         const OPTIONS: &'static [&'static [&'static Parameter]];
+        /// More of them under headings, of a command that takes files in place of `KEY=VALUE`; `-h` shows all.
+        const TABLES: &'static [&'static [(&'static str, &'static [Parameter])]];
     }
 
     macro_rules! named {
-        ($($command:ident: $groups:expr;)*) => {$(
+        ($($command:ident: $groups:expr $(, $tables:expr)?;)*) => {$(
             #[derive(Clone, Debug)]
             pub(crate) struct $command;
 
             impl Named for $command {
                 const OPTIONS: &'static [&'static [&'static Parameter]] = $groups;
+                const TABLES: &'static [&'static [(&'static str, &'static [Parameter])]] = &[$($tables)?];
             }
         )*};
     }
@@ -520,6 +551,10 @@ pub(crate) mod keys {
             &ORDER, &a::ANALYSED_SCHEME, &COUPLER_DAMPING, &COUPLER_SPRING,
             &ANALYSED_SAMPLE_TIME, &ANALYSED_DAMPING,
         ]];
+        // Of `identify` and `control`.
+        ControlDesign: &[], CONTROL_DESIGN;
+        Record: &[], RECORD;
+        PlantRecord: &[], PLANT_RECORD;
         // Two hands over a line; then their devices, and the tissue.
         Hands: &[&[
             &ARCHITECTURE, &LINE_DELAY, &HAND_COUPLER_STIFFNESS, &HAND_COUPLER_DISSIPATION,

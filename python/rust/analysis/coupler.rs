@@ -3,6 +3,7 @@
 use super::operator;
 use super::plant::{PyDevice, path};
 use crate::conducted::{heard, heard_by};
+use crate::json::dict;
 use crate::refused::OrRefused as _;
 use fracdiff::Order;
 use haptic_analysis::{CoupledLoop, CoupledObject, Coupler, LeastDamping};
@@ -137,11 +138,11 @@ impl PyCoupler {
             Ok((unstable, margin))
         })?;
         let margin = margin.map(|margin| super::at(margin, sample_time));
-        let report = PyDict::new(py);
-        report.set_item("stable", unstable == Some(0))?;
-        report.set_item("unstable_poles", unstable)?;
-        report.set_item("gain_up", margin)?;
-        Ok(report)
+        Ok(dict! {py;
+            "stable": unstable == Some(0),
+            "unstable_poles": unstable,
+            "gain_up": margin,
+        })
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, (f64, f64, f64, f64)) {

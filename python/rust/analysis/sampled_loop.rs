@@ -4,6 +4,7 @@ use super::plant::AnyPlant;
 use super::{at, environment, operator, scheme_of};
 use crate::arrays::frequencies;
 use crate::conducted::{heard, heard_by};
+use crate::json::dict;
 use crate::refused::OrRefused as _;
 use haptic_analysis::{Dynamics, LoopOperator, SampledLoop, SampledPlant};
 use numpy::{Complex64, Element, IntoPyArray as _, PyArray1, PyArrayDyn, PyArrayMethods as _};
@@ -131,14 +132,14 @@ impl PyLoop {
             let judged = own.beside_rest();
             Ok((judged.verdict(), judged.spectral_radius(), own.drifts()))
         })?;
-        let report = PyDict::new(slf.py());
-        report.set_item("stable", verdict.stable)?;
-        report.set_item("unstable_poles", verdict.unstable_poles)?;
-        report.set_item("distance", verdict.distance)?;
-        report.set_item("omega_rad_s", verdict.theta / slf.get().sample_time)?;
-        report.set_item("spectral_radius", radius)?;
-        report.set_item("drifts", drifts)?;
-        Ok(report)
+        Ok(dict! {slf.py();
+            "stable": verdict.stable,
+            "unstable_poles": verdict.unstable_poles,
+            "distance": verdict.distance,
+            "omega_rad_s": verdict.theta / slf.get().sample_time,
+            "spectral_radius": verdict.spectral_radius,
+            "drifts": drifts,
+        })
     }
 
     /// The margins as a dictionary of pairs.
@@ -148,27 +149,24 @@ impl PyLoop {
         })?;
         let sample_time = slf.get().sample_time;
         let pair = |value| at(value, sample_time);
-        let report = PyDict::new(slf.py());
-        report.set_item("gain_up", margins.gain_up.map(pair))?;
-        report.set_item("gain_down", margins.gain_down.map(pair))?;
         let delay = margins.delay.map(pair);
-        report.set_item(
-            "delay_s",
-            delay.map(|(samples, omega)| (samples * sample_time, omega)),
-        )?;
-        report.set_item("sensitivity", pair(margins.sensitivity))?;
-        Ok(report)
+        Ok(dict! {slf.py();
+            "gain_up": margins.gain_up.map(pair),
+            "gain_down": margins.gain_down.map(pair),
+            "delay_s": delay.map(|(samples, omega)| (samples * sample_time, omega)),
+            "sensitivity": pair(margins.sensitivity),
+        })
     }
 
     /// Largest slope of contact for stability under every motion, as a dictionary.
     fn _slope_limit<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let limit = heard_by(slf, |own, _| Ok(own.sampled()?.slope_limit()))?;
-        let report = PyDict::new(slf.py());
-        report.set_item("linear", limit.linear)?;
-        report.set_item("provable", limit.provable)?;
-        report.set_item("proved", limit.proved)?;
-        report.set_item("multiplier", limit.multiplier)?;
-        Ok(report)
+        Ok(dict! {slf.py();
+            "linear": limit.linear,
+            "provable": limit.provable,
+            "proved": limit.proved,
+            "multiplier": limit.multiplier,
+        })
     }
 
     /// The peak of the sensitivity as a pair.

@@ -5,53 +5,32 @@ use super::rule;
 use super::transfer::PyControlPlant;
 use crate::arrays::vector;
 use crate::conducted::heard;
+use crate::json::{dict, from_python, to_python};
 use crate::refused::OrRefused as _;
 use fracdiff::Seconds;
 use fractional_control::analysis::{LoopAnalysis, analyse_at};
-use fractional_control::tuning::{
-    Bound as GainBound, Sampling, Specification, Tuned, tune, tune_integer,
-};
-use fractional_control::{ControllerSetup, Crossing, SampledPlant, simulate};
+use fractional_control::tuning::{Sampling, Tuned, tune, tune_integer};
+use fractional_control::{ControllerSetup, Crossing, Plant, SampledPlant, simulate};
+use haptic_experiment::control::in_short;
+use haptic_experiment::question::controller::DesignForm;
+use haptic_experiment::question::controller::report::designed;
 use numpy::{IntoPyArray as _, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Wishes by their names.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub(crate) struct Wishes {
-    crossover_rad_s: f64,
-    phase_margin_rad: f64,
-    iso_damping: bool,
-    noise: Option<(f64, f64)>,
-    disturbance: Option<(f64, f64)>,
-    sensitivity_peak: Option<f64>,
-    complementary_peak: Option<f64>,
-}
-
 /// Gains and orders for a plant, as a dictionary.
 #[pyfunction]
 pub(crate) fn tune_controller<'py>(
     py: Python<'py>,
     plant: &Bound<'py, PyControlPlant>,
-    wishes: Wishes,
+    wishes: &Bound<'py, PyAny>,
     sampling: Option<(f64, String)>,
     integer: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let bound = |(omega_rad_s, at_most)| GainBound {
-        omega_rad_s,
-        at_most,
-    };
-    let specification = Specification {
-        iso_damping: wishes.iso_damping,
-        noise: wishes.noise.map(bound),
-        disturbance: wishes.disturbance.map(bound),
-        sensitivity_peak: wishes.sensitivity_peak,
-        complementary_peak: wishes.complementary_peak,
-        ..Specification::new(wishes.crossover_rad_s, wishes.phase_margin_rad)
-    };
+    let wishes: DesignForm = from_python("wishes", wishes)?;
+    let specification = wishes.wishes().or_refused()?;
     let sampling = match sampling {
         Some((sample_time, name)) => Some(Sampling {
             sample_time: Seconds(sample_time),
@@ -69,19 +48,38 @@ pub(crate) fn tune_controller<'py>(
 
 fn report<'py>(py: Python<'py>, tuned: &Tuned) -> PyResult<Bound<'py, PyDict>> {
     let measures = &tuned.measures;
-    let report = PyDict::new(py);
-    report.set_item("parameters", gains(py, &tuned.parameters)?)?;
-    report.set_item("gain_at_crossover", tuned.gain_at_crossover)?;
-    report.set_item("phase_margin_rad", tuned.phase_margin_rad)?;
-    report.set_item("phase_slope_rad", tuned.phase_slope_rad)?;
-    report.set_item("sensitivity_peak", measures.sensitivity_peak)?;
-    report.set_item("complementary_peak", measures.complementary_peak)?;
-    report.set_item("overshoot_spread", measures.overshoot_spread)?;
-    report.set_item("margin_spread_rad", measures.margin_spread_rad)?;
-    report.set_item("stable", measures.stable)?;
-    let unmet: Vec<String> = tuned.unmet.iter().map(ToString::to_string).collect();
-    report.set_item("unmet", unmet)?;
-    Ok(report)
+    let unmet = tuned.unmet.iter().map(ToString::to_string);
+    Ok(dict! {py;
+        "parameters": gains(py, &tuned.parameters)?,
+        "gain_at_crossover": tuned.gain_at_crossover,
+        "phase_margin_rad": tuned.phase_margin_rad,
+        "phase_slope_rad": tuned.phase_slope_rad,
+        "sensitivity_peak": measures.sensitivity_peak,
+        "complementary_peak": measures.complementary_peak,
+        "overshoot_spread": measures.overshoot_spread,
+        "margin_spread_rad": measures.margin_spread_rad,
+        "stable": measures.stable,
+        "unmet": unmet.collect::<Vec<String>>(),
+    })
+}
+
+/// A controller for a plant that is called so, by wishes: the command's report, and the controller file.
+#[pyfunction]
+pub(crate) fn design_controller<'py>(
+    plant: &Bound<'py, PyControlPlant>,
+    name: String,
+    wishes: &Bound<'py, PyAny>,
+) -> PyResult<(Bound<'py, PyAny>, String)> {
+    let py = plant.py();
+    let wishes: DesignForm = from_python("wishes", wishes)?;
+    let plant = Plant::clone(&plant.get().plant);
+    let (report, file) = heard(py, Duration::MAX, move |_| {
+        let found = designed(wishes.design(plant).or_refused()?).or_refused()?;
+        let program = concat!("fractional_haptics ", env!("CARGO_PKG_VERSION"));
+        let file = found.words().file(&name, &found.design.wishes, program);
+        Ok((found.report(&name), file.to_toml()))
+    })?;
+    Ok((to_python(py, &report)?, file))
 }
 
 /// Certified verdict and margins of a sampled loop, as a dictionary; `gain` is a factor on the plant.
@@ -99,22 +97,25 @@ pub(crate) fn closed_loop<'py>(
         ..ControllerSetup::new(own.parameters, own.sample_time)
     };
     let plant = Arc::clone(&plant.get().plant);
-    let LoopAnalysis {
-        verdict, margins, ..
-    } = heard(py, Duration::MAX, move |_| {
+    let analysis = heard(py, Duration::MAX, move |_| {
         analyse_at(&setup, &plant, gain).or_refused()
     })?;
+    let LoopAnalysis {
+        verdict, margins, ..
+    } = &analysis;
     let pair = |crossing: Crossing| (crossing.value, crossing.omega_rad_s);
-    let report = PyDict::new(py);
-    report.set_item("stable", verdict.stable)?;
-    report.set_item("unstable_poles", verdict.unstable_poles)?;
-    report.set_item("phase_rad", margins.phase.map(pair))?;
-    report.set_item("gain_up", margins.gain_up.map(pair))?;
-    report.set_item("gain_down", margins.gain_down.map(pair))?;
-    report.set_item("delay_s", margins.delay_s.map(pair))?;
-    report.set_item("sensitivity", pair(margins.sensitivity))?;
-    report.set_item("complementary", pair(margins.complementary))?;
-    Ok(report)
+    Ok(dict! {py;
+        "stable": verdict.stable,
+        "unstable_poles": verdict.unstable_poles,
+        "verdict": in_short(&analysis),
+        "coarse": analysis.coarse,
+        "phase_rad": margins.phase.map(pair),
+        "gain_up": margins.gain_up.map(pair),
+        "gain_down": margins.gain_down.map(pair),
+        "delay_s": margins.delay_s.map(pair),
+        "sensitivity": pair(margins.sensitivity),
+        "complementary": pair(margins.complementary),
+    })
 }
 
 /// Measurement and command of a loop from rest.

@@ -3,6 +3,7 @@
 use super::memory;
 use super::transfer::responses;
 use crate::conducted::heard;
+use crate::json::dict;
 use crate::refused::OrRefused as _;
 use fracdiff::Seconds;
 use fracdiff::parameter::range;
@@ -80,13 +81,13 @@ pub(crate) struct PyPid {
 
 /// Gains and orders by the keywords of [`PyPid::new`].
 pub(super) fn gains<'py>(py: Python<'py>, of: &PidParameters) -> PyResult<Bound<'py, PyDict>> {
-    let gains = PyDict::new(py);
-    gains.set_item("proportional", of.proportional)?;
-    gains.set_item("integral", of.integral)?;
-    gains.set_item("integral_order", of.integral_order)?;
-    gains.set_item("derivative", of.derivative)?;
-    gains.set_item("derivative_order", of.derivative_order)?;
-    Ok(gains)
+    Ok(dict! {py;
+        "proportional": of.proportional,
+        "integral": of.integral,
+        "integral_order": of.integral_order,
+        "derivative": of.derivative,
+        "derivative_order": of.derivative_order,
+    })
 }
 
 #[pymethods]

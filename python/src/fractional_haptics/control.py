@@ -5,28 +5,39 @@ They go to python-control and come from there: `TransferFunction.to_control`, `T
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
 import numpy as np
 
 from fractional_haptics import _native
 from fractional_haptics._native import Plant
-from fractional_haptics._values import Shown, needed, same, which
+from fractional_haptics._values import HoldsArrays, Shown, needed, same, which
 
 if TYPE_CHECKING:
+    from typing import TypeAlias
+
     import control
     from numpy.typing import ArrayLike, NDArray
+
+    _Record: TypeAlias = str | os.PathLike[str] | tuple[ArrayLike, ArrayLike, ArrayLike]
 
 __all__ = [
     "ClosedLoop",
     "Crossing",
+    "Designed",
+    "Identified",
     "Pid",
     "Plant",
     "Response",
     "TransferFunction",
     "Tuned",
     "closed_loop",
+    "design",
+    "identify",
     "plant",
     "simulate",
     "tune",
@@ -300,9 +311,9 @@ def tune(
     wishes = {
         "crossover_rad_s": crossover_rad_s,
         "phase_margin_rad": phase_margin_rad,
-        "iso_damping": iso_damping,
-        "noise": noise,
-        "disturbance": disturbance,
+        "not_flat": not iso_damping,
+        "noise": _bound(noise),
+        "disturbance": _bound(disturbance),
         "sensitivity_peak": sensitivity_peak,
         "complementary_peak": complementary_peak,
     }
@@ -311,14 +322,125 @@ def tune(
     return Tuned(**{**found, "unmet": tuple(found["unmet"])})
 
 
+def _bound(bound: tuple[float, float] | str | None) -> str:
+    """A frequency in rad/s and the largest gain from it on, or up to it, as the command takes both."""
+    if bound is None or isinstance(bound, str):
+        return bound or ""
+    omega_rad_s, at_most = map(float, bound)
+    return f"{omega_rad_s!r}rad/s:{at_most!r}"
+
+
+@dataclass(frozen=True)
+class Designed(Shown):
+    """A controller by wishes, with the best PID of order 1 beside it."""
+
+    report: Mapping[str, Any]
+    """What ``host-cli control design --json`` reports: gains, wishes with what is reached, verdict, margins, steps, robustness, and
+    ``notes``, which one should read; of the other controller under ``integer``."""
+    file: str
+    """The controller file, TOML."""
+
+    @property
+    def unmet(self) -> tuple[str, ...]:
+        """Wishes that are missed, by their names."""
+        return tuple(wish["name"] for wish in self.report["specification"] if not wish["met"])
+
+    def _shown(self) -> dict[str, Any]:
+        return dict(self.report)
+
+
+def design(
+    plant: Plant,
+    crossover_rad_s: float,
+    phase_margin_rad: float | None = None,
+    *,
+    not_flat: bool = False,
+    sensitivity_peak: float | str | None = None,
+    complementary_peak: float | str | None = None,
+    noise: tuple[float, float] | str | None = None,
+    disturbance: tuple[float, float] | str | None = None,
+    sample_time_s: float | None = None,
+    scheme: str = "",
+    output_limits: tuple[float, float] | str | None = None,
+    step: float = 1.0,
+    duration_s: float | None = None,
+    name: str = "a plant",
+) -> Designed:
+    """A sampled PI^λD^μ by wishes, tried and judged as ``host-cli control design`` does; `tune` has its gains alone.
+
+    Parameters
+    ----------
+    plant : Plant
+        The plant.
+    crossover_rad_s : float
+        About 1.3 over the rise time.
+    phase_margin_rad : float, optional
+        Without it π/3.
+    not_flat : bool, default False
+        Do not make the phase flat: the overshoot may then change with the gain.
+    sensitivity_peak, complementary_peak : float or str, optional
+        Largest sensitivity and complementary sensitivity, as 1.6 or ``"4dB"``.
+    noise, disturbance : (omega_rad_s, at_most) or str, optional
+        Largest complementary sensitivity above a frequency, and sensitivity below one, as ``"10rad/s:-20dB"``.
+    sample_time_s : float, optional
+        Without it about 1/(50 crossover).
+    scheme : str, optional
+        ``full`` or ``full-bdf2``, each with ``:TOLERANCE``.
+    output_limits : (low, high) or str, optional
+        Limits of the command.
+    step : float, default 1
+        Height of the simulated step.
+    duration_s : float, optional
+        Length of the steps; without it 60 times 1/crossover.
+    name : str, optional
+        Of the plant, for the controller file.
+
+    Returns
+    -------
+    Designed
+
+    Raises
+    ------
+    ValueError
+        What the command refuses; no controller with this crossover and margin.
+
+    Examples
+    --------
+    >>> import math
+    >>> found = design(plant("0.55exp(-s)/(62s+1)"), 0.1, math.radians(65))
+    >>> found.unmet, found.report["stable"]
+    ((), True)
+    """
+    limits = output_limits if isinstance(output_limits, str) else ":".join(repr(float(end)) for end in output_limits or ())
+    wishes = {
+        "crossover_rad_s": crossover_rad_s,
+        "phase_margin_rad": phase_margin_rad,
+        "not_flat": not_flat,
+        "sensitivity_peak": sensitivity_peak,
+        "complementary_peak": complementary_peak,
+        "noise": _bound(noise),
+        "disturbance": _bound(disturbance),
+        "sample_time_s": sample_time_s,
+        "scheme": scheme,
+        "output_limits": limits,
+        "step": step,
+        "duration_s": duration_s,
+    }
+    return Designed(*_native.design_controller(plant, name, wishes))
+
+
 @dataclass(frozen=True)
 class ClosedLoop(Shown):
     """The verdict on a sampled loop, and its margins."""
 
     stable: bool
-    """Certified, for the hold, dead time and weights that run."""
+    """For the hold, dead time and weights that run: certified, unless `coarse` says otherwise."""
     unstable_poles: int | None
     """None on the boundary."""
+    verdict: str
+    """In a few words, as the command says it; ``not proved`` where the sampled model alone is judged."""
+    coarse: float | None
+    """By how much the sample time has to be divided for the verdict to hold for the plant; None where it holds."""
     phase_rad: Crossing | None
     """Least phase margin."""
     gain_up: Crossing | None
@@ -398,3 +520,127 @@ def simulate(controller: Pid, plant: Plant, reference: ArrayLike) -> Response:
         A plant that does not run.
     """
     return Response(*_native.simulate_loop(controller, plant, reference))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Identified(HoldsArrays, Shown):
+    """A plant that was found in a record."""
+
+    report: Mapping[str, Any]
+    """What ``host-cli control identify --json`` reports: function, dead time with its interval, numbers with their errors, other
+    candidates, ``validation`` and ``warnings``, which one should read."""
+    t: NDArray[np.float64]
+    """Times of the record as it was fitted, s."""
+    u: NDArray[np.float64]
+    """Its input."""
+    y: NDArray[np.float64]
+    """Its output."""
+    model: NDArray[np.float64]
+    """The output of the function for this input."""
+    file: str
+    """The plant file, TOML."""
+
+    @property
+    def function(self) -> TransferFunction:
+        """The function, without its dead time."""
+        return cast("TransferFunction", TransferFunction(self.report["function"]))
+
+    @property
+    def plant(self) -> Plant:
+        """Function and dead time."""
+        return Plant._from_function(self.function, self.report["delay_s"])
+
+    def _shown(self) -> dict[str, Any]:
+        return dict(self.report)
+
+
+def identify(
+    record: _Record,
+    *,
+    columns: str = "",
+    sample_time_s: float | None = None,
+    subtract_start: bool = False,
+    smooth: bool = False,
+    model: str = "",
+    poles: int | None = None,
+    stable: bool = False,
+    delay_s: float | None = None,
+    validate: _Record | None = None,
+    progress: Callable[[int], object] | None = None,
+) -> Identified:
+    """A fractional transfer function from a record of input and output, found as ``host-cli control identify`` finds it.
+
+    Parameters
+    ----------
+    record : path or (t, u, y)
+        A CSV with a header, or times in s with the input and output there; a missing output is NaN. Sentences call the first row of
+        arrays line 2, as of a table with a header.
+    columns : str, optional
+        Columns of a table, as in ``"input=valve,output=temperature"``; without it ``time_s``, ``input`` and ``output``.
+    sample_time_s : float, optional
+        Time from row to row of a table without times, s.
+    subtract_start : bool, default False
+        Subtract the first row: the record begins at rest, but not at 0.
+    smooth : bool, default False
+        The input is smooth between samples, not held.
+    model : str, optional
+        Terms and first values as in ``"2exp(-5s)/(30s^0.9+1)"``; without it they are found.
+    poles : int, optional
+        Integer orders with this number of poles, 1 to 4.
+    stable : bool, default False
+        Only functions that come to rest by themselves.
+    delay_s : float, optional
+        Known dead time, s; without it it is found.
+    validate : path or (t, u, y), optional
+        A second record with the same columns, on which the function is tried.
+    progress : callable, optional
+        Called with the number of steps that are done.
+
+    Returns
+    -------
+    Identified
+
+    Raises
+    ------
+    OSError
+        A table that cannot be read.
+    ValueError
+        What the command refuses, with value, range and remedy; a record without a response to its input.
+
+    Examples
+    --------
+    >>> t = np.arange(80) * 0.1
+    >>> found = identify((t, np.ones(80), 2 - 2 * np.exp(-t)), poles=1)
+    >>> found.report["begins"], round(found.report["numbers"][0]["value"], 6)
+    ('at rest', 2.0)
+    """
+    form = {
+        "columns": columns,
+        "sample_time_s": sample_time_s,
+        "subtract_start": subtract_start,
+        "smooth": smooth,
+        "model": model,
+        "poles": poles,
+        "stable": stable,
+        "delay_s": delay_s,
+    }
+    if columns and (isinstance(record, tuple) or isinstance(validate, tuple)):
+        raise ValueError("columns belong to tables: leave them out beside arrays")
+    other = None if validate is None else _table(validate)
+    report, signals, file = _native.identify_plant(_table(record), other, form, progress)
+    t, u, y, response = signals
+    return Identified(report, t, u, y, response, file)
+
+
+def _table(record: _Record) -> tuple[str, bytes]:
+    """Name and bytes of a table; arrays become one."""
+    if not isinstance(record, tuple):
+        path = Path(record)
+        return path.name, path.read_bytes()
+    signals = [_native.numbers(name, signal) for name, signal in zip(("t", "u", "y"), record)]
+    shapes = [signal.shape for signal in signals]
+    if len(record) != 3 or len(set(shapes)) > 1 or signals[0].ndim != 1:
+        raise ValueError(f"the record has arrays of the shapes {shapes}: give (t, u, y), one number of each for each time")
+    rows = zip(*(signal.tolist() for signal in signals), strict=True)
+    lines = (",".join("" if value != value else repr(value) for value in row) for row in rows)
+    return "the record", "\n".join(["time_s,input,output", *lines]).encode()

@@ -5,6 +5,7 @@ Names of parameters carry their units: ``_pa``, ``_pa_s_alpha`` (Pa·s^α), ``_s
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -285,7 +286,7 @@ def identify(
     starts : int, default 40
         Starts of the search for each model.
     bootstrap : int, default 0
-        Records drawn for the intervals; 0 takes profiles of the likelihood. Fewer than 40 say nothing.
+        Records drawn for the intervals, at least 40; 0 takes profiles of the likelihood.
     seed : int, default 1
         Seed of the bootstrap: same seed, same numbers.
     stiffening : bool, default False
@@ -328,19 +329,13 @@ def identify(
     >>> best.kind, round(best.model.parameters["order"], 6)
     ('spring-pot', 0.2)
     """
-    options = {
-        "models": None if models is None else list(models),
-        "chosen": chosen,
-        "weights": weights,
-        "starts": starts,
-        "bootstrap": bootstrap,
-        "seed": seed,
-        "stiffening": stiffening,
-        "baseline": baseline,
-        "ramp_time_s": ramp_time_s,
-        "fix": _fixed(fix),
-    }
-    pressed = {
+    if contact_point is not None and depth is None:
+        raise ValueError("contact_point belongs to depth: give both, or neither")
+    if (depth is None) != (loading is None):
+        raise ValueError("depth and loading belong together: give both, or neither")
+    given = {
+        "kind": kind,
+        "model": chosen,
         "loading": loading,
         "area_m2": area_m2,
         "thickness_m": thickness_m,
@@ -348,15 +343,26 @@ def identify(
         "half_angle_rad": half_angle_rad,
         "bonded": bonded,
         "poisson_ratio": poisson_ratio,
-        "contact_point": None if contact_point is None else str(contact_point),
+        "contact_point_m": contact_point,
+        "ramp_time_s": ramp_time_s,
+        "stiffening": stiffening,
+        "baseline": baseline,
+        "fix": ",".join(_fixed(fix)),
+        "weights": weights,
+        **_counts(starts, bootstrap, seed),
     }
-    if contact_point is not None and depth is None:
-        raise ValueError("contact_point belongs to depth: give both, or neither")
-    if (depth is None) != (loading is None):
-        raise ValueError("depth and loading belong together: give both, or neither")
     records = _motions(t, y, strain, depth)
-    found = _native.identify_record(records, kind, None if depth is None else pressed, options, progress)
+    found = _native.identify_record(records, None if models is None else list(models), given, progress)
     return _identification(found)
+
+
+def _counts(starts: int, bootstrap: int, seed: int) -> dict[str, int]:
+    """Counts of the fit; of a bootstrap alone a seed says something."""
+    counts = {"starts": starts, "bootstrap": bootstrap, **({"seed": seed} if bootstrap else {})}
+    for name, count in counts.items():
+        if not 0 <= operator.index(count) < 2**64:
+            raise ValueError(f"{name} {count} is not a whole number from 0 to 2**64 - 1")
+    return counts
 
 
 def identify_tables(
@@ -385,10 +391,15 @@ def identify_tables(
     subtract_start: bool = False,
     stiffening: bool = False,
     fix: Mapping[str, float | tuple[float, float]] | None = None,
+    weights: Literal["equal", "log-spacing"] = "equal",
+    starts: int = 40,
+    bootstrap: int = 0,
+    seed: int = 1,
     replicates: bool = False,
     master_curve_c: float | None = None,
     shift_by: Literal["storage", "loss", "both"] | None = None,
     temperatures_c: Sequence[float] = (),
+    progress: Callable[[int], object] | None = None,
 ) -> Identification:
     """Models from tables, read as ``host-cli identify`` reads them.
 
@@ -409,7 +420,7 @@ def identify_tables(
         Leave out rows that are no sample, a tenth of them at most; `Identification.notes` names them.
     loading, area_m2, thickness_m, indenter_radius_m, half_angle_rad, bonded, poisson_ratio
         As in `identify`.
-    contact_point, baseline, ramp_time_s, stiffening, fix
+    contact_point, baseline, ramp_time_s, stiffening, fix, weights, starts, bootstrap, seed, progress
         As in `identify`.
     ramp_ends_s : float, optional
         Time of the table's clock at which the ramp ends; without it the ramp begins at 0.
@@ -453,8 +464,8 @@ def identify_tables(
         "columns": columns,
         "units": units,
         "segment": segment,
-        "from": from_,
-        "to": to,
+        "from_s": from_,
+        "to_s": to,
         "skip_bad_rows": skip_bad_rows,
         "strain": strain,
         "stress_pa": stress_pa,
@@ -472,6 +483,8 @@ def identify_tables(
         "subtract_start": subtract_start,
         "stiffening": stiffening,
         "fix": ",".join(_fixed(fix)),
+        "weights": weights,
+        **_counts(starts, bootstrap, seed),
         "replicates": replicates,
         "master_curve": master_curve_c,
         "shift_by": shift_by,
@@ -480,7 +493,7 @@ def identify_tables(
     paths = [pathlib.Path(table) for table in tables]
     read = [(path.name, path.read_bytes()) for path in paths]
     options = {key: value for key, value in given.items() if value is not None}
-    return _identification(_native.identify_tables(read, options))
+    return _identification(_native.identify_tables(read, options, progress))
 
 
 def _fixed(fix: Mapping[str, float | tuple[float, float]] | None) -> list[str]:

@@ -12,7 +12,10 @@ const RATIOS: [f64; 2] = [1e-50, 1e50];
 ///
 /// # Errors
 /// With the line of a row whose time falls, or if all are at one time.
-pub fn one_row_a_time(record: &mut InputOutput, lines: &mut Vec<u64>) -> Result<Vec<u64>, String> {
+pub(crate) fn one_row_a_time(
+    record: &mut InputOutput,
+    lines: &mut Vec<u64>,
+) -> Result<Vec<u64>, String> {
     let pairs = record.time_s.windows(2);
     if let Some(row) = pairs.into_iter().position(|pair| pair[1] < pair[0]) {
         return Err(format!(
@@ -58,7 +61,7 @@ const GAP: usize = 3;
 /// # Errors
 /// A missing input, because its effect cannot be known; a longer gap, or one at an end.
 /// With column and line.
-pub fn fill_gaps(
+pub(crate) fn fill_gaps(
     record: &mut InputOutput,
     lines: &[u64],
     [input, output]: [&str; 2],
@@ -103,7 +106,7 @@ pub fn fill_gaps(
 ///
 /// # Errors
 /// With the column, the value and, where there is one, the line of the row.
-pub fn check_signals(
+pub(crate) fn check_signals(
     record: &InputOutput,
     lines: &[u64],
     [input, output]: [&str; 2],

@@ -56,6 +56,16 @@ pub fn in_degrees(error: &ControlError) -> String {
     }
 }
 
+/// A refusal of the library: bad input, or a search that ended with nothing.
+#[must_use]
+pub fn refused(error: ControlError) -> Failure {
+    let text = in_degrees(&error);
+    match matches!(error, ControlError::NotFound { .. }) {
+        true => Failure::run(text),
+        false => Failure::bad_input(text),
+    }
+}
+
 /// The value of a wish with its unit, an angle in degrees.
 fn with_unit(key: &str, value: f64) -> String {
     match key == PHASE_MARGIN.0 {

@@ -19,6 +19,7 @@ pub use crate::experiment::wall::{
     DISSIPATION, MUST_BE_STABLE, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT,
 };
 pub use crate::experiment::{DRIVE_TABLE, KINDS};
+pub use crate::question::controller::CONTROL_DESIGN;
 pub use crate::question::design::{
     DESIGN_ORDERS, FORCE_NOISE_LIMIT, GAIN_MARGIN, REQUIRE, WISH, WISH_FREQUENCY, WISH_TISSUE,
 };
@@ -26,11 +27,12 @@ pub use crate::question::measurement::{
     HELD, MEASURE_AXIS, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT,
     MEASURE_SAMPLE_TIME, MEASUREMENT,
 };
+pub use crate::question::plant::keys::{PLANT_RECORD, VALIDATE};
+pub use crate::question::tissue::RECORD;
 pub use crate::question::zwidth::{ZWIDTH_ORDERS, ZWIDTH_POINTS};
 pub use crate::question::{QUESTIONS, analysis};
 pub use crate::run::safety::keys::*;
 
-use crate::document::parameters::kind::parameters;
 use crate::experiment::kind::{Beside, Keys};
 use crate::experiment::rendering::Contact;
 use crate::experiment::teleoperation::PlaceName;
@@ -39,6 +41,9 @@ use crate::judge::preflight::WallContact;
 use crate::judge::settling::Criterion;
 use crate::question::design::{RequireName, WishName};
 use crate::question::measurement::MeasuredAxis;
+use crate::question::tissue::{
+    BASELINES, KIND, RECORD_KINDS, SHIFTS_BY, TISSUE_MODEL, WEIGHTINGS, models,
+};
 use crate::{GuardChoice, Named, Precision};
 use crate::{experiment, question};
 use haptic_link::Architecture;
@@ -80,54 +85,6 @@ const PLANT_TABLES: &[Keys] = &[
     ("[source], optional", PLANT_SOURCE),
 ];
 
-parameters! {
-    /// The columns of a record by number or header.
-    COLUMNS = text("columns", "",
-        "Columns by number or header, as time=1,modulus=3; strain, stress, force, position, omega, storage, loss");
-    /// The units of a record that its headers lack.
-    UNITS = text("units", "", "Units that headers lack, as time=ms,stress=kPa");
-    SEGMENT = text("segment", "", "Segments of a table with several, by number or name, as 1,3");
-    SKIP_BAD_ROWS = flag("skip_bad_rows", "Leave out rows that are no sample, a tenth at most, and name them");
-    CONTACT_POINT = text("contact_point_m", "", "Depth at which an indenter touches, or fit, to find it");
-    BASELINE = text("baseline", "", "Find the part of the force that is not the tissue's too");
-    RECORD_RAMP_TIME = optional("ramp_time_s", Range::AboveUpTo(0.0, 1e9), "Time of the ramp to the held strain of a relaxation");
-    RECORD_RAMP_ENDS = optional("ramp_ends_s", Range::Within(-1e12, 1e12), "Time of the record's clock at which this ramp ends; without it the ramp begins at 0");
-    SUBTRACT_START = flag("subtract_start", "Subtract the first row of strain and stress");
-    FIX = text("fix", "", "Parameters to hold at a value or in a range, as order=0.2 or order=0.1..0.3");
-    MASTER_CURVE = text("master_curve", "", "Temperature to which the segments are shifted, as 20degC");
-    SHIFT_BY = text("shift_by", "", "Modulus of a sweep that decides the shift");
-}
-
-/// Parameters for a record of a tissue: the values that its table omits.
-pub const RECORD: &[Parameter] = &[
-    COLUMNS,
-    UNITS,
-    LOADING.without_default(),
-    INDENTER_RADIUS,
-    HALF_ANGLE,
-    AREA.without_default(),
-    THICKNESS.without_default(),
-    BONDED,
-    POISSON_RATIO,
-    STRAIN.without_default(),
-    STRESS.without_default(),
-    STIFFENING,
-];
-
-/// Of a record too, for those who know more of it.
-pub const RECORD_OPTIONS: &[Parameter] = &[
-    SEGMENT,
-    SKIP_BAD_ROWS,
-    CONTACT_POINT,
-    BASELINE,
-    RECORD_RAMP_TIME,
-    RECORD_RAMP_ENDS,
-    SUBTRACT_START,
-    FIX,
-    MASTER_CURVE,
-    SHIFT_BY,
-];
-
 /// True of a kind whose simulated device is that of its device file.
 pub(crate) fn takes_device(name: &str) -> bool {
     match experiment::find(name) {
@@ -146,13 +103,21 @@ pub fn of_kind(kind: &str) -> Vec<Keys> {
 #[must_use]
 pub fn choices(parameter: &Parameter) -> Vec<(&'static str, &'static str)> {
     fn names<T: Named>() -> Vec<(&'static str, &'static str)> {
-        let choices = T::CHOICES.iter();
-        choices.map(|(_, name, help)| (*name, *help)).collect()
+        words(T::CHOICES)
+    }
+    fn words<T>(choices: &[(T, &'static str, &'static str)]) -> Vec<(&'static str, &'static str)> {
+        choices
+            .iter()
+            .map(|(_, name, help)| (*name, *help))
+            .collect()
     }
     match parameter.key {
         "axis" => names::<MeasuredAxis>(),
-        "baseline" => Baseline::CHOICES.map(|one| (one.1, one.2)).to_vec(),
-        "shift_by" => ShiftBy::CHOICES.map(|one| (one.1, one.2)).to_vec(),
+        "baseline" => words(&BASELINES),
+        "kind" if *parameter == KIND => words(&RECORD_KINDS),
+        "model" if *parameter == TISSUE_MODEL => words(&models()),
+        "shift_by" => words(&SHIFTS_BY),
+        "weights" => words(&WEIGHTINGS),
         "architecture" => names::<Architecture>(),
         "contact" if *parameter == WALL_CONTACT => names::<WallContact>(),
         "contact" => names::<Contact>(),

@@ -2,8 +2,15 @@
 //!
 //! A form holds what somebody gives, by the names of keys, each text as the command takes it; a question is a form that is understood.
 
+use super::form::form;
 use crate::document::failure::Failure;
-use crate::document::parameters::Range;
+use crate::document::named::Named;
+use crate::document::parameters::range::{
+    HALF_ANGLES, POISSON_RATIOS, Range, SPECIMENS, STRAINS, STRESSES,
+};
+use crate::document::parameters::{
+    BONDED, HALF_ANGLE, INDENTER_RADIUS, POISSON_RATIO, Parameter, STIFFENING,
+};
 use crate::document::short;
 use haptic_loop::{Loading, LoadingKind};
 use haptic_quantity::{is_meant, number, parse_for_key};
@@ -11,72 +18,150 @@ use haptic_tissue::ModelKind;
 use haptic_tissue::identify::table::{Column, Columns, Reader, Reading, Understood, read_table};
 use haptic_tissue::identify::{
     Baseline, CANDIDATES, ContactPoint, Estimate, Held, Identification, IdentifyError, MasterCurve,
-    Options, RecordKind, Replicates, ShiftBy, identify_unless, replicates,
+    Options, RecordKind, Replicates, ShiftBy, Weighting, identify_unless, replicates,
 };
-use serde::{Deserialize, Deserializer};
 use serde_json::{Map, Value, json};
 use std::sync::atomic::AtomicBool;
 
 /// Contact points on the axis of a depth, m.
 const CONTACT_POINTS: Range = Range::Within(-1.0, 1.0);
+/// Times in a record, s.
+const RECORD_TIMES: Range = Range::Within(-1e12, 1e12);
 /// Temperatures that a tissue can have, °C.
 const TEMPERATURES: Range = Range::Within(-273.15, 10_000.0);
 const ZERO_CELSIUS: f64 = 273.15;
 
-/// What the tables of records do not say, by the names of keys; numbers in SI units.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-#[expect(missing_docs, reason = "each field is the option of its name")]
-pub struct RecordForm {
-    pub kind: Option<String>,
-    pub model: Option<String>,
-    pub columns: String,
-    pub units: String,
-    pub segment: String,
-    pub from: Option<f64>,
-    pub to: Option<f64>,
-    pub skip_bad_rows: bool,
-    pub strain: Option<f64>,
-    pub stress_pa: Option<f64>,
-    pub loading: Option<String>,
-    pub area_m2: Option<f64>,
-    pub thickness_m: Option<f64>,
-    pub indenter_radius_m: Option<f64>,
-    pub half_angle_rad: Option<f64>,
-    pub bonded: bool,
-    pub poisson_ratio: Option<f64>,
-    #[serde(deserialize_with = "text")]
-    pub contact_point_m: String,
-    pub ramp_time_s: Option<f64>,
-    pub ramp_ends_s: Option<f64>,
-    pub subtract_start: bool,
-    pub stiffening: bool,
-    pub baseline: Option<String>,
-    pub fix: String,
-    pub replicates: bool,
-    #[serde(deserialize_with = "text")]
-    pub master_curve: String,
-    pub shift_by: Option<String>,
-    #[serde(deserialize_with = "text")]
-    pub temperature: String,
+/// Kinds of a record, with a few words for people.
+pub(crate) const RECORD_KINDS: [(RecordKind, &str, &str); 4] = [
+    (
+        RecordKind::Relaxation,
+        "relaxation",
+        "stress after a step of strain",
+    ),
+    (RecordKind::Creep, "creep", "strain after a step of stress"),
+    (
+        RecordKind::Oscillation,
+        "oscillation",
+        "storage and loss modulus over frequency",
+    ),
+    (
+        RecordKind::History,
+        "record",
+        "strain and stress of any motion from rest",
+    ),
+];
+
+/// Weights of samples, with a few words for people.
+pub(crate) const WEIGHTINGS: [(Weighting, &str, &str); 2] = [
+    (Weighting::Equal, "equal", "all samples count the same"),
+    (
+        Weighting::LogSpacing,
+        "log-spacing",
+        "by spacing in log time or frequency",
+    ),
+];
+
+/// Kinds of a baseline, with a few words for people.
+pub(crate) const BASELINES: [(Baseline, &str, &str); 2] = [
+    (Baseline::Constant, "constant", "an offset"),
+    (Baseline::Linear, "linear", "an offset and a drift"),
+];
+
+/// The moduli that can decide a shift, with a few words for people.
+pub(crate) const SHIFTS_BY: [(ShiftBy, &str, &str); 3] = [
+    (ShiftBy::Storage, "storage", "the storage modulus"),
+    (ShiftBy::Loss, "loss", "the loss modulus"),
+    (ShiftBy::Both, "both", "both alike"),
+];
+
+/// The model that a record chooses.
+const AUTO: &str = "auto";
+
+/// Models of a record, with a few words for people.
+pub(crate) fn models() -> Vec<(Option<ModelKind>, &'static str, &'static str)> {
+    let auto = (None, AUTO, "the simplest that the record supports");
+    let all = CANDIDATES.map(|kind| (Some(kind), kind.name(), kind.description()));
+    std::iter::once(auto).chain(all).collect()
 }
 
-/// A text, or a number as one.
-fn text<'de, D: Deserializer<'de>>(value: D) -> Result<String, D::Error> {
-    let value = Value::deserialize(value)?;
-    if value.is_null() {
-        return Ok(String::new());
+form! {
+    /// What the tables of records do not say, by the names of keys; numbers in SI units.
+    RecordForm, RECORD:
+    "Record"
+    COLUMNS = columns: text("",
+        "Columns by number or header, as in time=1,modulus=3: time, modulus, compliance, strain, stress, force, position, omega, storage, loss");
+    UNITS = units: text("", "Units that headers lack, as in time=ms,stress=kPa");
+    KIND = kind: text("", "Kind of record [default: by its columns]");
+    TISSUE_MODEL = model: text(AUTO, "Model to fit; auto selects by the record");
+    "Specimen"
+    RECORD_LOADING = loading: text("", "How it was loaded [default: as the header says]");
+    RECORD_RADIUS = indenter_radius_m: optional(SPECIMENS, INDENTER_RADIUS.help);
+    RECORD_ANGLE = half_angle_rad: optional(HALF_ANGLES, HALF_ANGLE.help);
+    RECORD_AREA = area_m2: optional(SPECIMENS, "Area, to turn force into stress");
+    RECORD_THICKNESS = thickness_m: optional(SPECIMENS, "Thickness, to turn position into strain; of a layer under a sphere");
+    RECORD_BONDED = bonded: flag(BONDED.help);
+    RECORD_RATIO = poisson_ratio: optional(POISSON_RATIOS, POISSON_RATIO.help);
+    RECORD_STRAIN = strain: optional(STRAINS, "Held strain of a relaxation");
+    RECORD_STRESS = stress_pa: optional(STRESSES, "Held stress of a creep test");
+    "Table"
+    SEGMENT = segment: text("", "Segments of a table with several, by number or name, as in 1,3, or all");
+    FROM = from_s: optional(RECORD_TIMES, "First time, or angular frequency of an oscillation, rad/s");
+    TO = to_s: optional(RECORD_TIMES, "Last time or angular frequency");
+    SKIP_BAD_ROWS = skip_bad_rows: flag("Leave out rows that are no sample, a tenth at most, and name them");
+    "Beginning"
+    CONTACT_POINT = contact_point_m: text("", "Depth at which an indenter touches, or fit, to find it [default: 0]");
+    RECORD_RAMP_TIME = ramp_time_s: optional(Range::AboveUpTo(0.0, 1e9), "Time of the ramp to the held strain of a relaxation");
+    RECORD_RAMP_ENDS = ramp_ends_s: optional(RECORD_TIMES,
+        "Time of the record's clock at which this ramp ends, as 0 of one that begins with the hold [default: the ramp begins at 0]");
+    SUBTRACT_START = subtract_start: flag("Subtract the first row of strain and stress: a motion that begins at rest, but not at 0");
+    "Fit"
+    RECORD_STIFFENING = stiffening: flag(STIFFENING.help);
+    BASELINE = baseline: text("", "Find the part of the force that is not the tissue's too");
+    FIX = fix: text("", "Parameters to hold at a value or in a range, as in order=0.2 or order=0.1..0.3");
+    WEIGHTS = weights: text("equal", "Weights of the samples");
+    STARTS = starts: count(Options::STARTS as u64, "40", "Starts per model");
+    BOOTSTRAP = bootstrap: count(0, "0", "Bootstrap records for the intervals; 0 takes them from profiles of the likelihood");
+    BOOTSTRAP_SEED = seed: count(1, "1", "Seed of the bootstrap");
+    "Several records"
+    REPLICATES = replicates: flag("The records are of several specimens: fit each by itself, and take the mean");
+    MASTER_CURVE = master_curve: text("", "The records, or segments, are at several temperatures: shift them to this one, as in 20degC or 293.15K");
+    TEMPERATURE = temperature: text("", "Temperatures of the files that have no column of it, one for each in their order");
+    SHIFT_BY = shift_by: text("", "Modulus of a sweep that decides the shift [default: both]");
+}
+
+/// Fewer records of a bootstrap say nothing of the ends of an interval.
+const BOOTSTRAP_LEAST: u64 = 40;
+
+impl RecordForm {
+    /// Refuses counts outside their ranges.
+    fn check_counts(&self) -> Result<(), Failure> {
+        let (least, most) = Options::STARTS_ALLOWED.into_inner();
+        if let Some(starts) = self
+            .starts
+            .filter(|n| !(u64::from(least)..=u64::from(most)).contains(n))
+        {
+            return Err(Failure::bad_input(format_args!(
+                "{STARTS} = {starts} is not a whole number from {least} to {most}: change it"
+            )));
+        }
+        let most = *Options::BOOTSTRAP_ALLOWED.end();
+        let records = self.bootstrap.unwrap_or_default();
+        if records != 0 && !(BOOTSTRAP_LEAST..=u64::from(most)).contains(&records) {
+            return Err(Failure::bad_input(format_args!(
+                "{BOOTSTRAP} = {records} is not 0 or a whole number from {BOOTSTRAP_LEAST} to {most}: change it, as fewer records say nothing of the ends of an interval"
+            )));
+        }
+        if self.seed.is_some() && records == 0 {
+            return Err(Failure::bad_input(format_args!(
+                "{BOOTSTRAP_SEED} has no effect without {BOOTSTRAP}: omit it"
+            )));
+        }
+        Ok(())
     }
-    Ok(value
-        .as_str()
-        .map_or_else(|| value.to_string(), str::to_owned))
 }
 
 /// Reads a contact point: `fit`, or a length.
-///
-/// # Errors
-/// Another text, or a length beyond 1 m.
-pub fn contact_point(text: &str) -> Result<ContactPoint, String> {
+fn contact_point(text: &str) -> Result<ContactPoint, String> {
     const KEY: &str = "contact_point_m";
     if text == "fit" {
         return Ok(ContactPoint::Fitted);
@@ -89,10 +174,7 @@ pub fn contact_point(text: &str) -> Result<ContactPoint, String> {
 }
 
 /// Reads `order=0.2` or `order=0.1..0.3`; names are those of tissue files, with the unit or without.
-///
-/// # Errors
-/// Another form, or a number that does not fit the unit.
-pub fn held(text: &str) -> Result<Held, String> {
+fn held(text: &str) -> Result<Held, String> {
     let split = text.split_once('=');
     let (name, value) =
         split.ok_or("is not PARAMETER=VALUE or PARAMETER=LOW..HIGH, decimals with a point")?;
@@ -109,10 +191,7 @@ pub fn held(text: &str) -> Result<Held, String> {
 }
 
 /// Reads a temperature in °C: `20degC`, `20`, or `293.15K`.
-///
-/// # Errors
-/// Another text, or a temperature that no tissue has.
-pub fn temperature(text: &str) -> Result<f64, String> {
+fn temperature(text: &str) -> Result<f64, String> {
     let units = [
         ("degC", 0.0),
         ("°C", 0.0),
@@ -129,7 +208,11 @@ pub fn temperature(text: &str) -> Result<f64, String> {
 }
 
 /// The parts of a list such as `time=1,modulus=3`.
-fn parts<T>(key: &str, text: &str, read: fn(&str) -> Result<T, String>) -> Result<Vec<T>, Failure> {
+pub(super) fn parts<T>(
+    key: &str,
+    text: &str,
+    read: fn(&str) -> Result<T, String>,
+) -> Result<Vec<T>, Failure> {
     let parts = text.split(',').map(str::trim);
     let parts = parts.filter(|part| !part.is_empty());
     let refused =
@@ -140,19 +223,19 @@ fn parts<T>(key: &str, text: &str, read: fn(&str) -> Result<T, String>) -> Resul
 }
 
 fn named<T: Copy>(
-    key: &str,
-    wanted: Option<&String>,
-    known: &[(T, &str)],
+    parameter: Parameter,
+    wanted: &str,
+    known: &[(T, &str, &str)],
 ) -> Result<Option<T>, Failure> {
-    let Some(wanted) = wanted else {
-        return Ok(None);
-    };
     let found = known.iter().find(|one| one.1 == wanted);
-    found.map(|one| Some(one.0)).ok_or_else(|| {
-        let names: Vec<&str> = known.iter().map(|one| one.1).collect();
-        let names = names.join(", ");
-        Failure::bad_input(format_args!("`{key}` {wanted:?} is not one of {names}"))
-    })
+    if found.is_some() || wanted.is_empty() {
+        return Ok(found.map(|one| one.0));
+    }
+    let names: Vec<&str> = known.iter().map(|one| one.1).collect();
+    Err(Failure::bad_input(format_args!(
+        "{parameter} {wanted:?} is not one of {}",
+        names.join(", ")
+    )))
 }
 
 /// Relation between several records.
@@ -193,33 +276,27 @@ impl RecordQuestion {
     /// # Errors
     /// A text that does not fit its key, options that do not belong together.
     pub fn of(form: &RecordForm) -> Result<Self, Failure> {
-        let kinds = RecordKind::ALL.map(|kind| (kind, kind.name()));
-        let models = CANDIDATES.map(|kind| (kind, kind.name()));
-        let moduli = ShiftBy::CHOICES.map(|one| (one.0, one.1));
-        let baselines = Baseline::CHOICES.map(|one| (one.0, one.1));
-        let loading = named(
-            "loading",
-            form.loading.as_ref(),
-            &LoadingKind::ALL.map(|kind| (kind, kind.name())),
-        )?;
+        form.check()?;
+        form.check_counts()?;
+        let loading = named(RECORD_LOADING, &form.loading, LoadingKind::CHOICES)?;
         let one = |key: &str, text: &str, read| parts(key, text, read).map(|mut all| all.pop());
-        let contact = match form.contact_point_m.as_str() {
+        let contact = match &*form.contact_point_m {
             "" => None,
             text => parts("contact_point_m", text, contact_point)?.pop(),
         };
         let master: Option<f64> = one("master_curve", &form.master_curve, temperature)?;
-        let by = named("shift_by", form.shift_by.as_ref(), &moduli)?;
+        let by = named(SHIFT_BY, &form.shift_by, &SHIFTS_BY)?;
         Ok(Self {
             reader: Reader {
                 columns: parts("columns", &form.columns, Column::chosen)?,
                 units: parts("units", &form.units, Column::with_unit)?,
-                from: form.from,
-                to: form.to,
+                from: form.from_s,
+                to: form.to_s,
                 segments: parts("segment", &form.segment, |text| Ok(text.to_owned()))?,
                 skip_bad_rows: form.skip_bad_rows,
             },
             reading: Reading {
-                kind: named("kind", form.kind.as_ref(), &kinds)?,
+                kind: named(KIND, &form.kind, &RECORD_KINDS)?,
                 strain: form.strain,
                 stress_pa: form.stress_pa,
                 loading: Loading {
@@ -238,10 +315,16 @@ impl RecordQuestion {
                 subtract_start: form.subtract_start,
             },
             options: Options {
+                weighting: named(WEIGHTS, &form.weights, &WEIGHTINGS)?.unwrap_or_default(),
+                starts: form
+                    .starts
+                    .map_or(Options::STARTS, |starts| starts as usize),
+                bootstrap: form.bootstrap.unwrap_or_default() as usize,
+                seed: form.seed.unwrap_or(1),
                 stiffening: form.stiffening,
-                baseline: named("baseline", form.baseline.as_ref(), &baselines)?,
+                baseline: named(BASELINE, &form.baseline, &BASELINES)?,
                 held: parts("fix", &form.fix, held)?,
-                ..Self::choosing(named("model", form.model.as_ref(), &models)?)
+                ..Self::choosing(named(TISSUE_MODEL, &form.model, &models())?.flatten())
             },
             several: Self::several(form.replicates, master, by)?,
             temperatures_c: parts("temperature", &form.temperature, temperature)?,
@@ -249,8 +332,7 @@ impl RecordQuestion {
     }
 
     /// The candidates where this model was asked for: it, and those with fewer parameters, to say if one of these is as good.
-    #[must_use]
-    pub fn choosing(chosen: Option<ModelKind>) -> Options {
+    fn choosing(chosen: Option<ModelKind>) -> Options {
         let wanted = |candidate: &ModelKind| {
             let parameters = |kind: ModelKind| kind.parameters().len();
             let fewer = |one: ModelKind| parameters(*candidate) < parameters(one);
@@ -267,7 +349,7 @@ impl RecordQuestion {
     ///
     /// # Errors
     /// Options that do not belong together.
-    pub fn several(
+    fn several(
         is_replicates: bool,
         reference_c: Option<f64>,
         by: Option<ShiftBy>,
@@ -480,7 +562,7 @@ mod tests {
         {"contact_point_m": "deep"} | nor fit
         {"baseline": "curved"} | `baseline` "curved" is not one of constant, linear
         {"kind": "x"} | is not one of relaxation, creep, oscillation, record
-        {"model": "x"} | is not one of spring
+        {"model": "x"} | is not one of auto, spring
         {"loading": "bend"} | is not one of shear
         {"master_curve": "-300degC"} | is not from -273.15 to 10000 degC
         {"master_curve": 20, "replicates": true} | exclude each other

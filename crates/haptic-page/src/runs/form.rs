@@ -5,6 +5,7 @@ use haptic_experiment::document::Document;
 use haptic_experiment::parameters::{
     self, KINDS, Parameter, QUESTIONS, Value as Default, choices, is_path,
 };
+use haptic_experiment::question::tissue::CONTACT_POINT;
 use haptic_loop::LoadingKind;
 use haptic_quantity::{label, short};
 use serde_json::{Map, Value, json};
@@ -132,8 +133,9 @@ fn record_parameter(given: &Parameter, is_option: bool) -> Value {
     let size = label(given.key);
     let is_size = |kind: LoadingKind| kind.sizes().contains(&size.as_str());
     let is_held = [parameters::STRAIN.key, parameters::STRESS.key].contains(&given.key);
-    let is_of_some = LoadingKind::ALL.into_iter().any(is_size);
-    let is_contact = given.key == parameters::CONTACT_POINT.key;
+    let kinds = LoadingKind::ALL.map(|one| one.0);
+    let is_of_some = kinds.into_iter().any(is_size);
+    let is_contact = given.key == CONTACT_POINT.key;
     let takes = |kind: &LoadingKind| match (is_of_some, is_contact) {
         (true, _) => is_size(*kind),
         (false, true) => !kind.is_slab(),
@@ -159,11 +161,30 @@ pub(crate) fn forms() -> Value {
         });
         json!({"kind": kind, "tables": tables.collect::<Vec<_>>()})
     };
-    let fields = |all: &'static [Parameter], is_option: bool| {
-        all.iter().map(move |one| record_parameter(one, is_option))
-    };
-    let record = fields(parameters::RECORD, false).chain(fields(parameters::RECORD_OPTIONS, true));
-    json!({"forms": kinds().map(form).collect::<Vec<_>>(), "record": record.collect::<Vec<_>>()})
+    let tables = parameters::RECORD.iter().enumerate();
+    let record = tables.flat_map(|(place, (_, table))| {
+        let fields = table.iter();
+        fields.map(move |one| record_parameter(one, place > 1))
+    });
+    // The second record is a file.
+    let plant = parameters::PLANT_RECORD
+        .iter()
+        .flat_map(|(_, table)| *table);
+    let plant = plant.filter(|one| **one != parameters::VALIDATE);
+    let plant = plant.map(|one| parameter("control identify", one, false));
+    // The page has controls of its own for the first three.
+    let design = parameters::CONTROL_DESIGN
+        .iter()
+        .flat_map(|(_, table)| *table);
+    let design = design
+        .skip(3)
+        .map(|one| parameter("control design", one, false));
+    json!({
+        "control_design": design.collect::<Vec<_>>(),
+        "forms": kinds().map(form).collect::<Vec<_>>(),
+        "record": record.collect::<Vec<_>>(),
+        "plant_record": plant.collect::<Vec<_>>(),
+    })
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::live::LiveView;
 use super::panels::Panels;
-use super::request::within;
+use crate::within;
 use haptic_experiment::Failure;
 use serde_json::{Value, json};
 use std::sync::Arc;

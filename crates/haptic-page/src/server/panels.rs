@@ -7,7 +7,7 @@ use super::hub::blocking;
 use super::request::{Panel, Question, Turn};
 use crate::control::designed;
 use crate::feel::locked;
-use crate::identify::identified;
+use crate::identify::{identified, plant};
 use crate::surface::Surface;
 use haptic_experiment::Failure;
 use serde_json::Value;
@@ -20,6 +20,7 @@ impl Question {
             Self::Wall(wall) => wall.answer().map_err(Failure::bad_input),
             Self::Control(plant) => designed(plant),
             Self::Record(record) => identified(record, program, given_up),
+            Self::PlantRecord(record) => plant(record, program, given_up),
         }
     }
 }

@@ -1,20 +1,17 @@
 //! Requests of a page: see `docs/page-protocol.md`.
 
-use crate::TextFile;
 use crate::control::ControlRequest;
 use crate::feel::FeelChange;
-use crate::identify::IdentifyRequest;
+use crate::identify::RecordRequest;
 use crate::runs::TableRequest;
 use crate::surface::SurfaceRequest;
 use crate::wall::WallQuestion;
+use crate::{TextFile, in_a_line};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tokio::sync::Notify;
-
-/// Longest sentence about a value that has the wrong type, which it shows whole, characters.
-const ECHO: usize = 200;
 
 #[derive(Debug, Deserialize)]
 #[serde(tag = "do", deny_unknown_fields)]
@@ -110,7 +107,8 @@ fracdiff::enumerated! {
 pub(super) enum Question {
     Wall(WallQuestion),
     Control(ControlRequest),
-    Record(Box<IdentifyRequest>),
+    Record(Box<RecordRequest>),
+    PlantRecord(Box<RecordRequest>),
 }
 
 pub(super) const LIVE: &str = "live";
@@ -214,26 +212,10 @@ pub(super) fn parse(text: &str) -> Result<(Value, Request), (Value, String)> {
     match Request::deserialize(Value::Object(object)) {
         Ok(request) => Ok((id, request)),
         Err(error) => {
-            let told = error.to_string();
-            let told = within(&told, ECHO);
+            let told = in_a_line(&error.to_string());
             Err((id, format!("the request is not understood: {told}")))
         }
     }
-}
-
-/// A line of `most` characters at most, its middle left out: the mistake stands before it, the remedy behind it.
-pub(super) fn within(text: &str, most: usize) -> String {
-    let length = text.chars().count();
-    let half = if length <= most {
-        length
-    } else {
-        (most - 1) / 2
-    };
-    let first = text.chars().take(half);
-    let mark = (half < length).then_some('…');
-    let last = text.chars().skip(half.max(length - half));
-    let all = first.chain(mark).chain(last);
-    all.map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
 #[cfg(test)]

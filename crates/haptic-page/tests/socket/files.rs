@@ -8,7 +8,7 @@ use testkit::assert_relative;
 
 fn control(more: &Value) -> Value {
     let mut asked = json!({"plant": "0.55exp(-s)/(62s+1)", "crossover_rad_s": 0.1,
-        "phase_margin_rad": 65_f64.to_radians(), "flat_phase": true});
+        "phase_margin_rad": 65_f64.to_radians(), "not_flat": false});
     for (key, value) in more.as_object().expect("an object") {
         asked[key] = value.clone();
     }
@@ -63,6 +63,15 @@ fn a_plant_and_a_controller_may_be_files() {
         (json!({"plant": "1/(s+"}), "plant \"1/(s+\": "),
         (json!({"plant": "1e30/(s+1)"}), "is not from"),
         (json!({"crossover_rad_s": 1e9}), "`crossover_rad_s`"),
+        (
+            json!({"noise": "10"}),
+            "`noise`: \"10\" is not FREQUENCY:GAIN",
+        ),
+        (
+            json!({"output_limits": "1:0"}),
+            "`output_limits`: the low limit",
+        ),
+        (json!({"step": 0}), "give `step` another height"),
         (json!({"phase_margin_rad": 4}), "phase margin 229"),
     ] {
         let said = page.refused("ask", control(&wrong));

@@ -230,7 +230,7 @@ const REQUESTS: &str = r#"
     runs.table {"name": "x", "channels": ["y"], "from_s": 0}
     runs.start {"kind": "wall", "parameters": {"order": "x", "mass_kg": [1]}, "realtime": false}
     ask {"panel": "design", "question": {"wall": {"scheme": "exact", "order": 0.5, "stiffness_n_per_m": 100, "dissipation_n_s_mu_per_m": 1, "mass_kg": 0.065, "damping_n_s_per_m": 3.5, "hand_stiffness_n_per_m": 0, "delay_s": 0, "current_lag_s": 0, "sample_time_s": 0.001, "position_noise_m": 0, "points": 16}}}
-    ask {"panel": "control", "question": {"control": {"plant": "1/(s+1)", "crossover_rad_s": 1, "phase_margin_rad": 1, "flat_phase": false, "plant_file": {"name": "p.toml", "text": "[transfer_function]"}, "controller_file": {"name": "c", "text": "[pid]"}}}}
+    ask {"panel": "control", "question": {"control": {"plant": "1/(s+1)", "crossover_rad_s": 1, "phase_margin_rad": 1, "not_flat": true, "plant_file": {"name": "p.toml", "text": "[transfer_function]"}, "controller_file": {"name": "c", "text": "[pid]"}}}}
     ask {"panel": "identify", "question": {"record": {"name": "x.csv", "text": "time_s,relaxation_modulus_pa\n1,2\n", "columns": "t", "units": "s", "strain": 0.1, "model": "x"}}}
     quantity {"key": "_s", "text": "1 s"}
     surface {"law": {"order": 0.5, "stiffness_n_per_m": 1, "dissipation_n_s_mu_per_m": 1, "step_s": 0.1}, "depths_m": [0, 1]}

@@ -1,6 +1,7 @@
 //! Questions of the page's panels: what is answered, what is refused, and that the newest wins.
 
 use crate::{assert_documented, has, opened, question, record};
+use haptic_experiment::parameters::{CONTROL_DESIGN, PLANT_RECORD, RECORD, VALIDATE};
 use serde_json::{Value, json};
 use testkit::browser::Page;
 use testkit::{Random, assert_close, assert_relative};
@@ -187,6 +188,59 @@ fn the_newest_question_of_a_panel_wins_and_those_before_it_are_given_up() {
             "x.csv: interrupted",
         ];
         assert!(words.map(Value::from).contains(&said), "{said}");
+    }
+}
+
+#[test]
+fn a_record_of_a_plant_is_identified_tried_on_another_and_has_all_keys_of_the_command() {
+    let (_runs, _server, mut page) = opened();
+    // 2·exp(−0.3 s)/(s + 1) after a step.
+    let rows = (0..100).map(|n| {
+        let t = 0.05 * f64::from(n);
+        format!("{t},1,{}\n", -2.0 * f64::exp_m1(-(t - 0.3).max(0.0)))
+    });
+    let text = format!("time_s,input,level\n{}", rows.collect::<String>());
+    let again = json!({"name": "again.csv", "text": text});
+    let plant = |key: &str, value: Value| {
+        let asked = json!({"name": "tank.csv", "text": text, "columns": "output=level", "more": [again], key: value});
+        question("identify", "plant_record", asked)
+    };
+    let found = page.ask("ask", plant("poles", json!(1)));
+    assert_documented("plant_record", &found);
+    assert_close(
+        "dead time",
+        found["delay_s"].as_f64().expect("s"),
+        0.3,
+        1e-3,
+    );
+    has(
+        &found,
+        json!({"begins": "at rest", "samples": 100, "unstable_poles": 0}),
+    );
+    let fit = found["validation"]["fit"].as_f64().expect("a fit");
+    assert!(fit > 0.999, "{fit}");
+    let file = page.ask("file", found["file"].clone());
+    has(&file, json!({"is": "plant"}));
+    for (key, value, words) in [
+        ("poles", json!(5), "`poles` = 5 is not from 1 to 4"),
+        ("more", json!([again, again]), "give one record"),
+        ("colour", json!(1), "unknown field `colour`"),
+    ] {
+        page.refuses("ask", plant(key, value), words);
+    }
+    let forms = page.ask("runs.forms", json!({}));
+    for (question, tables) in [
+        ("record", RECORD),
+        ("plant_record", PLANT_RECORD),
+        ("control_design", CONTROL_DESIGN),
+    ] {
+        let fields = forms[question].as_array().expect("fields").iter();
+        let fields: Vec<&str> = fields.filter_map(|field| field["key"].as_str()).collect();
+        let keys = tables.iter().flat_map(|(_, table)| *table);
+        // The second record is a file; crossover, margin and flat phase have controls of their own.
+        let keys = keys.filter(|one| **one != VALIDATE).map(|one| one.key);
+        let own = if question == "control_design" { 3 } else { 0 };
+        assert_eq!(fields, keys.skip(own).collect::<Vec<_>>());
     }
 }
 

@@ -106,7 +106,7 @@ fn a_controller_is_designed_and_a_plant_without_one_is_refused() {
     // The tank of Monje and others, 2008.
     let wishes = |plant: &str, crossover: f64| {
         asked(
-            json!({"plant": plant, "crossover_rad_s": crossover, "phase_margin_rad": 1.2, "flat_phase": true}),
+            json!({"plant": plant, "crossover_rad_s": crossover, "phase_margin_rad": 1.2, "not_flat": false}),
         )
     };
     let found = page.ask("ask", wishes("0.55exp(-s)/(62s+1)", 0.1));
@@ -141,7 +141,7 @@ fn a_controller_is_designed_and_a_plant_without_one_is_refused() {
         ),
         ("1/(s^0.5+1)", 2.094, "It does not settle in the time shown"),
     ] {
-        let wishes = json!({"plant": plant, "crossover_rad_s": 3.0, "phase_margin_rad": margin, "flat_phase": true});
+        let wishes = json!({"plant": plant, "crossover_rad_s": 3.0, "phase_margin_rad": margin, "not_flat": false});
         let notes = page.ask("ask", asked(wishes))["notes"].take();
         let notes = notes.as_array().expect("sentences").iter();
         let mut notes = notes.map(|note| note.as_str().expect("a sentence"));
@@ -193,7 +193,7 @@ fn the_margins_of_a_fractional_plant_are_those_of_the_library() {
     let mut judged = 0;
     for number in 0..testkit::cases(12) {
         let (text, omega) = fractional(number);
-        let wishes = json!({"plant": text, "crossover_rad_s": omega, "phase_margin_rad": 1.0, "flat_phase": false});
+        let wishes = json!({"plant": text, "crossover_rad_s": omega, "phase_margin_rad": 1.0, "not_flat": true});
         let found = page.ask("ask", asked(wishes));
         let file = found["file"].as_str().expect("a file");
         std::fs::write(&path, file).expect("written");

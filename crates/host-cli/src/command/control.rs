@@ -6,13 +6,12 @@ mod draw;
 mod identify;
 mod loops;
 mod simulate;
-mod words;
 
 use crate::output::Output;
 use clap::Subcommand;
 use haptic_experiment::Failure;
+pub(crate) use haptic_experiment::control::refused;
 pub(crate) use loops::ControllerOption;
-pub(crate) use words::refused;
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {

@@ -1,8 +1,8 @@
 //! Kinds of parameters: values, and what stands of each.
 
-use super::range::Range;
-use haptic_loop::Limit;
-use haptic_quantity::Key;
+use super::range::{Range, in_degrees};
+use fracdiff::parameter::Shown;
+use haptic_quantity::{Key, WrittenUnit};
 use std::fmt;
 
 /// The kind of value that a parameter takes, and its default.
@@ -103,6 +103,20 @@ impl Parameter {
     /// One that is off unless it is given.
     pub(crate) const fn flag(key: &'static str, help: &'static str) -> Self {
         Self::new(key, Value::Flag(false), "", help)
+    }
+
+    /// A number outside the range, with the range, its unit and the remedy; `None` of one inside, and of none.
+    #[must_use]
+    pub fn outside(&self, number: Option<f64>) -> Option<String> {
+        let range = self.range();
+        let number = number.filter(|number| !range.contains(*number))?;
+        let within = format!("{range} {}", WrittenUnit::of_key(self.key, 1.0).symbol);
+        Some(format!(
+            "{} is not {}{}: change it",
+            Shown(number),
+            within.trim_end(),
+            in_degrees(self.key, range)
+        ))
     }
 
     /// It and the value that it is to have, in a sentence.

@@ -192,7 +192,7 @@ fn a_record_that_no_model_describes_is_said_to_be_one() {
     };
     let said = warned(compliance(&rings)).expect("a warning");
     assert!(
-        said.contains("it leaves ") && said.ends_with("with `from`"),
+        said.contains("it leaves ") && said.ends_with("with `from_s`"),
         "{said}"
     );
     assert_eq!(warned(compliance(&noisy)), None);

@@ -2,7 +2,7 @@
 
 use super::draw::{draw_loop, draw_plant};
 use super::loops::{ControllerArguments, NamedPlant, PlantArguments};
-use super::words::refused;
+use super::refused;
 use crate::command::analyze::resolved::decibel;
 use crate::files::Files;
 use crate::output::Output;

@@ -2,12 +2,13 @@
 
 use super::loops::NamedPlant;
 use crate::command::analyze::resolved::decibel;
-use crate::picture::{Panel, Points, linear, logarithmic, page};
+use crate::picture::{Panel, Points, linear, logarithmic, page, short_name};
 use fractional_control::analysis::{LoopAnalysis, LoopPoint};
 use fractional_control::design::{Candidate, ControlAnswer, Trial};
 use fractional_control::model_search::InputOutput;
 use fractional_control::{ControllerSetup, Crossing, Response};
 use haptic_experiment::control::in_short;
+use haptic_experiment::question::plant::PlantAnswer;
 use haptic_figure::{AxisSpec, FigureError, Look, Picture};
 use haptic_quantity::{digits, written};
 
@@ -116,18 +117,19 @@ fn beside(record: &InputOutput, model: &[f64], title: &'static str) -> [Panel<'s
 }
 
 /// A function beside its record, and beside another one that it is tried on.
-pub(super) fn draw_identified(
-    record: &InputOutput,
-    model: &[f64],
-    other: Option<(&InputOutput, &[f64])>,
-    function: &str,
-    source: &str,
-) -> Result<Picture, FigureError> {
-    let mut panels = Vec::from(beside(record, model, "record and function"));
-    if let Some((record, model)) = other {
-        panels.extend(beside(record, model, "a second record and the function"));
+pub(super) fn draw_identified(answer: &PlantAnswer, name: &str) -> Result<Picture, FigureError> {
+    let own = beside(&answer.record, answer.model(), "record and function");
+    let mut panels = Vec::from(own);
+    if let Some(tried) = &answer.tried {
+        let other = "a second record and the function";
+        panels.extend(beside(&tried.record, &tried.beside.model, other));
     }
-    let subtitle = format!("{source}\n{function}");
+    let subtitle = format!(
+        "{} · {} samples\n{}",
+        short_name(name),
+        answer.report.samples,
+        answer.function()
+    );
     let title = "A transfer function from a record";
     page(title, &subtitle, 1, &panels)
 }

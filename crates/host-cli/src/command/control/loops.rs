@@ -1,21 +1,20 @@
 //! Plant and controller, as the commands of `control` ask for them.
 
-use super::words::refused;
+use super::refused;
 use crate::output::warn;
-use crate::parse::{in_range, of, parse_scheme, quantity};
+use crate::parse::{of, quantity};
 use clap::Args;
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
-use fractional_control::run::SAMPLES_MOST;
 use fractional_control::{
     ControllerParameters, ControllerSetup, FractionalTransferFunction, PidParameters, Plant,
     SetPoint,
 };
 use haptic_experiment::control::{in_degrees, loose_factor};
 use haptic_experiment::document::{ControllerFile, short};
+use haptic_experiment::question::controller::{CommandLimits, controller_scheme};
 use haptic_experiment::run::{DeviceValues, PlantModel};
 use haptic_experiment::{Failure, parameters};
-use haptic_quantity::{digits, parse_for_key};
 use std::path::Path;
 
 #[derive(Debug, Args)]
@@ -172,14 +171,8 @@ pub(super) struct ControllerArguments {
     #[arg(long, value_parser = controller_scheme)]
     scheme: Option<Scheme>,
     /// Limits of the command [default: from the controller file, else none]
-    #[arg(long, value_name = "LOW:HIGH", value_parser = parse_limits)]
-    output_limits: Option<Limits>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Limits {
-    pub(super) low: f64,
-    pub(super) high: f64,
+    #[arg(long, value_name = "LOW:HIGH", value_parser = CommandLimits::parse)]
+    output_limits: Option<CommandLimits>,
 }
 
 impl ControllerArguments {
@@ -219,63 +212,4 @@ fn law(text: &str) -> Result<ControllerParameters, Failure> {
             "controller \"{text}\": {error}; change --controller, as in 2+3/s^0.9+0.1s^0.5"
         ))
     })
-}
-
-/// Reads a SCHEME that a controller may have.
-pub(super) fn controller_scheme(text: &str) -> Result<Scheme, String> {
-    let scheme = parse_scheme(text)?;
-    let full = matches!(scheme, Scheme::Full { .. } | Scheme::FullBdf2 { .. });
-    (full && text.starts_with("full"))
-        .then_some(scheme)
-        .ok_or_else(|| {
-            format!("scheme \"{scheme}\" is not for a controller: give full or full-bdf2")
-        })
-}
-
-/// Reads two limits of a command.
-pub(super) fn parse_limits(text: &str) -> Result<Limits, String> {
-    let wrong = || format!("\"{}\" is not LOW:HIGH, as in -10:10", short(text));
-    let (low, high) = text.split_once(':').ok_or_else(wrong)?;
-    let end = |text| {
-        in_range(
-            "",
-            parse_for_key("", text).map_err(|_| wrong())?,
-            parameters::OUTPUT_HIGH.range(),
-        )
-    };
-    let (low, high) = (end(low)?, end(high)?);
-    if low < high {
-        return Ok(Limits { low, high });
-    }
-    Err(format!(
-        "the low limit {} is not below the high limit {}",
-        digits(low, 4),
-        digits(high, 4)
-    ))
-}
-
-pub(super) fn check_step(height: f64) -> Result<(), Failure> {
-    match height {
-        0.0 => Err(Failure::bad_input(
-            "a step of height 0 moves nothing: give --step another height",
-        )),
-        _ => Ok(()),
-    }
-}
-
-/// Samples of a run of this length; `or_else` gives the default.
-pub(super) fn samples(
-    duration: Option<f64>,
-    sample_time_s: f64,
-    or_else: impl FnOnce() -> f64,
-) -> Result<usize, Failure> {
-    let samples = duration.map_or_else(or_else, |time| (time / sample_time_s).round() + 1.0);
-    if (2.0..=SAMPLES_MOST).contains(&samples) {
-        return Ok(samples as usize);
-    }
-    Err(Failure::bad_input(format_args!(
-        "{} samples of {} s are not 2 to {SAMPLES_MOST:e}: change --duration or --sample-time",
-        digits(samples, 4),
-        Shown(sample_time_s)
-    )))
 }

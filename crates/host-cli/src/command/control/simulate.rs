@@ -1,8 +1,8 @@
 //! `control simulate`: a step, or any record, through a loop or a plant alone.
 
 use super::draw::draw_run;
-use super::loops::{ControllerArguments, NamedPlant, PlantArguments, check_step, samples};
-use super::words::refused;
+use super::loops::{ControllerArguments, NamedPlant, PlantArguments};
+use super::refused;
 use crate::files::Files;
 use crate::output::{Output, warn};
 use crate::parse::quantity;
@@ -13,6 +13,7 @@ use fracdiff::parameter::Shown;
 use fractional_control::run::{LoopRun, integer_baseline, run, run_plant, samples_for};
 use fractional_control::{ControlError, ControllerSetup, Response};
 use haptic_experiment::control::{in_degrees, shape};
+use haptic_experiment::question::controller::{check_step, samples};
 use haptic_experiment::{Failure, parameters};
 use haptic_quantity::digits;
 use serde::Serialize;

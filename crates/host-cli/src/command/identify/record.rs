@@ -1,11 +1,8 @@
 //! From the file to a record.
 
 use crate::mcap::{self, warn_of_order};
-use crate::parse::quantity;
 use crate::table;
-use clap::Args;
 use haptic_experiment::document::Document;
-use haptic_experiment::parameters::Range;
 use haptic_experiment::question::tissue::RecordQuestion;
 use haptic_experiment::{ExperimentFile, Failure};
 use haptic_log::record::{Entry, LogFiles, TickMessage};
@@ -17,144 +14,99 @@ use haptic_tissue::identify::table::{
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// Times in a record, s.
-const RECORD_TIMES: Range = Range::Within(-1e12, 1e12);
-
-/// Options of the table.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Table")]
-pub(super) struct TableArguments {
-    /// Columns by number or header, as in time=1,modulus=3: time, modulus, compliance, strain, stress,
-    /// force, position, omega, storage, loss
-    #[arg(long, value_name = "QUANTITY=COLUMN", value_delimiter = ',', value_parser = Column::chosen)]
-    columns: Vec<(Column, Choice)>,
-    /// Units that headers lack, as in time=ms,stress=kPa
-    #[arg(long, value_name = "QUANTITY=UNIT", value_delimiter = ',', value_parser = Column::with_unit)]
-    units: Vec<(Column, String)>,
-    /// Segments of a file with several, by number or name, as in 1,3; `all` of them
-    #[arg(long, value_name = "SEGMENT", value_delimiter = ',')]
-    segment: Vec<String>,
-    /// List the segments of the file, and fit nothing
-    #[arg(long, conflicts_with_all = ["segment", "out"])]
-    segments: bool,
-    /// First time, or angular frequency of an oscillation, rad/s
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", RECORD_TIMES))]
-    from: Option<f64>,
-    /// Last time or angular frequency
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", RECORD_TIMES))]
-    to: Option<f64>,
-    /// Leave out rows that are no sample, a tenth of them at most, and name them
-    #[arg(long)]
-    skip_bad_rows: bool,
-}
-
-impl TableArguments {
-    /// The choices that the tables offer, if they are asked for.
-    pub(super) fn listed(&self, paths: &[PathBuf]) -> Result<Option<Value>, Failure> {
-        if !self.segments {
-            return Ok(None);
-        }
-        let mut listed = Vec::new();
-        for path in paths {
-            if self.is_ours(path)? {
-                return Err(Failure::bad_input(format_args!(
-                    "{} is a log, which has no segments: omit --segments",
-                    path.display()
-                )));
-            }
-            let (reader, bytes) = self.opened(path)?;
-            let segments = read_table(&bytes).and_then(|table| reader.segments(&table));
-            listed.extend(segments.map_err(|error| table::wrong(path, error))?);
-        }
-        Ok(Some(json!({"segments": listed})))
-    }
-
-    /// The bytes of a table, or of a log that is read as one, and how to read them.
-    fn opened(&self, path: &Path) -> Result<(Reader, Vec<u8>), Failure> {
-        let mut reader = Reader {
-            columns: self.columns.clone(),
-            units: self.units.clone(),
-            from: self.from,
-            to: self.to,
-            segments: self.segment.clone(),
-            skip_bad_rows: self.skip_bad_rows,
-        };
-        let names = reader.columns.iter_mut();
-        let names = names.filter_map(|(_, choice)| match choice {
-            Choice::Name(name) => Some(name),
-            Choice::Number(_) => None,
-        });
-        let bytes = table::bytes_with(path, names.collect())?;
-        Ok((reader, bytes))
-    }
-
-    /// True of a log of ours whose columns are not named: its ticks are the record.
-    fn is_ours(&self, path: &Path) -> Result<bool, Failure> {
-        let is_log = path.extension().is_some_and(|end| end == "mcap");
-        let is_topic =
-            |choice: &Choice| matches!(choice, Choice::Name(name) if name.starts_with('/'));
-        let asks = self.columns.iter().any(|(_, choice)| is_topic(choice));
-        Ok(is_log && !asks && mcap::is_ours(path)?)
-    }
-
-    /// The records in the file of this number: one, or the segments that were chosen, or all.
-    pub(super) fn read(
-        &self,
-        file: usize,
-        path: &Path,
-        question: &RecordQuestion,
-    ) -> Result<Vec<Understood>, Failure> {
-        if path.to_string_lossy().ends_with(".mcap.part") {
+/// The segments that tables have to choose from.
+pub(super) fn segments(question: &RecordQuestion, paths: &[PathBuf]) -> Result<Value, Failure> {
+    let mut listed = Vec::new();
+    for path in paths {
+        if is_ours(&question.reader, path)? {
             return Err(Failure::bad_input(format_args!(
-                "{} is the log of an interrupted run: give what host-cli log recover saves of it",
+                "{} is a log, which has no segments: omit --segments",
                 path.display()
             )));
         }
-        let understood = if self.is_ours(path)? {
-            let mut reading = question.reading;
-            let said = loading_of(path, &mut reading);
-            let mut columns = self.log(path, &reading.loading)?;
-            columns.notes.extend(said);
-            columns.record(&reading).map(|one| vec![one])
-        } else {
-            let (reader, bytes) = self.opened(path)?;
-            question.read(file, reader, &bytes)
-        };
-        understood.map_err(|error| table::wrong(path, error))
+        let (reader, bytes) = opened(&question.reader, path)?;
+        let segments = read_table(&bytes).and_then(|table| reader.segments(&table));
+        listed.extend(segments.map_err(|error| table::wrong(path, error))?);
     }
+    Ok(json!({"segments": listed}))
+}
 
-    /// Time, position and reaction force of a log; the force on the device is the other way round.
-    fn log(&self, path: &Path, loading: &Loading) -> Result<Columns, Failure> {
-        if !(self.columns.is_empty() && self.units.is_empty() && self.segment.is_empty()) {
-            return Err(Failure::bad_input(
-                "--columns, --units and --segment apply only to tables: omit them for a log",
-            ));
-        }
-        let sized = loading.area_m2.is_some() && loading.thickness_m.is_some();
-        if loading.kind.is_slab() && !sized {
-            return Err(Failure::bad_input(
-                "a log has positions and forces: give --area and --thickness, as in 4cm2 and 20mm, or --loading",
-            ));
-        }
-        let (from, to) = (self.from, self.to);
-        let mut read = LogColumns::default();
-        let mut log = LogFiles::open(path)?;
-        for entry in &mut log {
-            let Entry::Tick(tick) = entry? else { continue };
-            let early = from.is_some_and(|from| tick.time_s < from);
-            if early || to.is_some_and(|to| tick.time_s > to) {
-                read.outside += 1;
-            } else if !read.take(&tick) {
-                return Err(Failure::bad_input(format_args!(
-                    "{}: more than {SAMPLES_MOST} samples: give --from and --to",
-                    path.display()
-                )));
-            }
-        }
-        let condition = log.condition();
-        warn_of_order(&condition);
-        Ok(read.columns(condition.complete && condition.out_of_order == 0))
+/// The bytes of a table, or of a log that is read as one, and how to read them.
+fn opened(reader: &Reader, path: &Path) -> Result<(Reader, Vec<u8>), Failure> {
+    let mut reader = reader.clone();
+    let names = reader.columns.iter_mut();
+    let names = names.filter_map(|(_, choice)| match choice {
+        Choice::Name(name) => Some(name),
+        Choice::Number(_) => None,
+    });
+    let bytes = table::bytes_with(path, names.collect())?;
+    Ok((reader, bytes))
+}
+
+/// True of a log of ours whose columns are not named: its ticks are the record.
+fn is_ours(reader: &Reader, path: &Path) -> Result<bool, Failure> {
+    let is_log = path.extension().is_some_and(|end| end == "mcap");
+    let is_topic = |choice: &Choice| matches!(choice, Choice::Name(name) if name.starts_with('/'));
+    let asks = reader.columns.iter().any(|(_, choice)| is_topic(choice));
+    Ok(is_log && !asks && mcap::is_ours(path)?)
+}
+
+/// The records in the file of this number: one, or the segments that were chosen, or all.
+pub(super) fn read(
+    question: &RecordQuestion,
+    file: usize,
+    path: &Path,
+) -> Result<Vec<Understood>, Failure> {
+    if path.to_string_lossy().ends_with(".mcap.part") {
+        return Err(Failure::bad_input(format_args!(
+            "{} is the log of an interrupted run: give what host-cli log recover saves of it",
+            path.display()
+        )));
     }
+    let understood = if is_ours(&question.reader, path)? {
+        let mut reading = question.reading;
+        let said = loading_of(path, &mut reading);
+        let mut columns = log(&question.reader, path, &reading.loading)?;
+        columns.notes.extend(said);
+        columns.record(&reading).map(|one| vec![one])
+    } else {
+        let (reader, bytes) = opened(&question.reader, path)?;
+        question.read(file, reader, &bytes)
+    };
+    understood.map_err(|error| table::wrong(path, error))
+}
+
+/// Time, position and reaction force of a log; the force on the device is the other way round.
+fn log(reader: &Reader, path: &Path, loading: &Loading) -> Result<Columns, Failure> {
+    if !(reader.columns.is_empty() && reader.units.is_empty() && reader.segments.is_empty()) {
+        return Err(Failure::bad_input(
+            "--columns, --units and --segment apply only to tables: omit them for a log",
+        ));
+    }
+    let sized = loading.area_m2.is_some() && loading.thickness_m.is_some();
+    if loading.kind.is_slab() && !sized {
+        return Err(Failure::bad_input(
+            "a log has positions and forces: give --area and --thickness, as in 4cm2 and 20mm, or --loading",
+        ));
+    }
+    let (from, to) = (reader.from, reader.to);
+    let mut read = LogColumns::default();
+    let mut log = LogFiles::open(path)?;
+    for entry in &mut log {
+        let Entry::Tick(tick) = entry? else { continue };
+        let early = from.is_some_and(|from| tick.time_s < from);
+        if early || to.is_some_and(|to| tick.time_s > to) {
+            read.outside += 1;
+        } else if !read.take(&tick) {
+            return Err(Failure::bad_input(format_args!(
+                "{}: more than {SAMPLES_MOST} samples: give --from and --to",
+                path.display()
+            )));
+        }
+    }
+    let condition = log.condition();
+    warn_of_order(&condition);
+    Ok(read.columns(condition.complete && condition.out_of_order == 0))
 }
 
 /// Takes how the tissue was pressed from the document in the log, unless options say anything of it; what was taken, for people.

@@ -1,7 +1,11 @@
 //! The page of all keys of experiment, controller and plant files, made from the tables that read them.
 
+use crate::process::Place;
 use fracdiff::parameter::Shown;
-use haptic_experiment::parameters::{self, Parameter, Range, Value, choices};
+use haptic_experiment::parameters::{
+    self, CONTROL_DESIGN, PLANT_RECORD, Parameter, RECORD, Range, VALIDATE, Value, choices,
+};
+use haptic_quantity::without_unit;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use testkit::book;
@@ -108,6 +112,46 @@ fn tables(text: &mut String, tables: &[(&str, &[Parameter])], shared: &[String])
     }
 }
 
+/// Arguments that Python calls otherwise than the key.
+const IN_PYTHON: [(&str, &str); 5] = [
+    ("contact_point_m", "contact_point"),
+    ("from_s", "from_"),
+    ("master_curve", "master_curve_c"),
+    ("temperature", "temperatures_c"),
+    ("to_s", "to"),
+];
+
+/// Keys of a question to a record: option, field and argument of each, which the help of the command has.
+fn asked(text: &mut String, command: &str, tables: &[(&str, &[Parameter])]) {
+    let help = Place::new().run(&format!("{command} --help")).stdout;
+    let head = "| key | command | page | Python | default | range | meaning |\n|---|---|---|---|---|---|---|";
+    let _ = writeln!(text, "\n### {command}\n\n{head}");
+    for parameter in tables.iter().flat_map(|(_, table)| *table) {
+        let key = parameter.key;
+        let option = format!("--{}", without_unit(key).replace('_', "-"));
+        assert!(
+            help.contains(&format!("{option} ")) || help.contains(&format!("{option}\n")),
+            "{option}"
+        );
+        let page = if key == VALIDATE.key {
+            "second file"
+        } else {
+            "field"
+        };
+        let python = IN_PYTHON.iter().find(|one| one.0 == key);
+        let python = python.map_or(key, |one| one.1);
+        let [default, range, meaning] = [
+            default(parameter, false),
+            range(parameter),
+            meaning(parameter),
+        ];
+        let _ = writeln!(
+            text,
+            "| `{key}` | `{option}` | {page} | `{python}` | {default} | {range} | {meaning} |"
+        );
+    }
+}
+
 /// The page below its mark.
 fn made() -> String {
     let all = ["experiment", "controller", "plant"]
@@ -137,6 +181,10 @@ fn made() -> String {
     tables(&mut text, &parameters::tables("controller"), &shared);
     text.push_str("\n## Plant files\n\nOne of the first four. In `[device]` mass and damping are required; `[intervals]` beside it has the same\nkeys, each `[low, high]`.\n");
     tables(&mut text, &parameters::tables("plant"), &shared);
+    text.push_str("\n## Questions\n\nThe command, the page and Python ask them alike; in Python they are `tissue.identify_tables`, `control.identify` and `control.design`.\n");
+    asked(&mut text, "identify", RECORD);
+    asked(&mut text, "control identify", PLANT_RECORD);
+    asked(&mut text, "control design", CONTROL_DESIGN);
     text
 }
 

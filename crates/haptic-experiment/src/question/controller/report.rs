@@ -1,15 +1,36 @@
-//! The report of a design: its numbers, and their meaning in sentences.
+//! The report of a designed controller: its numbers, and sentences on them.
 
-use crate::command::analyze::resolved::decibel;
-use crate::output::joined;
+use super::{CROSSOVER, LOOP_TIME, NOT_FLAT, PHASE_MARGIN};
+use crate::document::failure::Failure;
+use crate::judge::control::{DesignWords, gains, in_degrees, margins, refused, row_of_wish, shape};
+use crate::judge::rows;
+use fractional_control::ControlError;
 use fractional_control::design::{Candidate, ControlAnswer, ControlDesign, Wish};
-use haptic_experiment::Failure;
-use haptic_experiment::control::{DesignWords, gains, in_degrees, margins, row_of_wish, shape};
 use serde_json::{Value, json};
 
-pub(super) struct Report<'a> {
-    pub(super) design: &'a ControlDesign,
-    pub(super) answer: &'a ControlAnswer,
+/// A controller that was designed, with the best PID of order 1 beside it.
+#[derive(Clone, Debug)]
+pub struct DesignedController {
+    /// The wishes, and how they were tried.
+    pub design: ControlDesign,
+    /// Controllers and trials.
+    pub answer: ControlAnswer,
+}
+
+/// Tunes by wishes.
+///
+/// # Errors
+/// Wishes that no controller meets.
+pub fn designed(design: ControlDesign) -> Result<DesignedController, Failure> {
+    let answer = design.answer().map_err(|error| {
+        let is_lost = matches!(error, ControlError::NotFound { .. });
+        let failure = refused(error);
+        match is_lost {
+            true => failure.and(&format!("see {CROSSOVER}, {PHASE_MARGIN} and {NOT_FLAT}")),
+            false => failure,
+        }
+    })?;
+    Ok(DesignedController { design, answer })
 }
 
 /// The verdict on a loop; null for a plant that was measured, which does not run, and where nothing is proved of the plant.
@@ -27,7 +48,7 @@ fn trial(candidate: &Candidate, t: f64) -> Value {
     let proved = trial.analysis.coarse.is_none();
     let between = trial.stable_gains.filter(|_| proved);
     let robustness = trial.robustness.iter().map(|row| {
-        let gain_db = decibel(row.gain);
+        let gain_db = 20.0 * row.gain.log10();
         let shape = row.stable.then(|| shape(&row.shape, t));
         json!({"gain_db": gain_db, "stable": row.stable, "shape": shape})
     });
@@ -46,12 +67,16 @@ fn trial(candidate: &Candidate, t: f64) -> Value {
     })
 }
 
-impl Report<'_> {
-    pub(super) fn words(&self) -> DesignWords<'_> {
-        DesignWords(self.answer)
+impl DesignedController {
+    /// The answer in sentences.
+    #[must_use]
+    pub const fn words(&self) -> DesignWords<'_> {
+        DesignWords(&self.answer)
     }
 
-    pub(super) fn value(&self, plant: &str, controller: Option<&str>, files: &[String]) -> Value {
+    /// The report for a plant in words. The keys are a contract of the command line.
+    #[must_use]
+    pub fn report(&self, plant: &str) -> Value {
         let (fractional, t) = (&self.answer.fractional, self.design.sample_time.0);
         let integer = self.answer.integer.as_ref().ok();
         let wish = |wish: &Wish| {
@@ -85,34 +110,35 @@ impl Report<'_> {
             "integer": integer.map(|other| {
                 let controller = gains(&other.tuned.parameters);
                 let verdict = json!({"controller": controller, "stable": stable(other)});
-                joined([verdict, trial(other, t)])
+                Value::Object(rows([verdict, trial(other, t)]))
             }),
             "integer_reason": self.answer.integer.as_ref().err().map(in_degrees),
             "step": step.unwrap_or_default(),
-            "controller_file": controller,
-            "files": files,
         });
-        joined([asked, trial(fractional, t), beside])
+        Value::Object(rows([asked, trial(fractional, t), beside]))
     }
 
-    /// The end of the command: an error if a wish is not met, or the loop is not stable.
-    pub(super) fn judge(&self) -> Result<(), Failure> {
+    /// Refuses an unstable loop, and a wish that is not met.
+    ///
+    /// # Errors
+    /// As said, with the remedy.
+    pub fn judge(&self) -> Result<(), Failure> {
         let trial = self.answer.fractional.trial.as_ref();
         if trial.is_some_and(|trial| !trial.analysis.verdict.stable) {
             return Err(Failure::run(format_args!(
-                "the loop is not stable: lower --crossover or shorten --sample-time"
+                "the loop is not stable: lower {CROSSOVER} or shorten {LOOP_TIME}"
             )));
         }
         let unmet = self.words().unmet();
         if unmet.is_empty() {
             return Ok(());
         }
-        let remedies = match self.design.wishes.iso_damping {
-            true => "move --crossover, change --phase-margin, or give --not-flat",
-            false => "move --crossover, or change --phase-margin",
+        let or = match self.design.wishes.iso_damping {
+            true => format!(", change {PHASE_MARGIN}, or give {NOT_FLAT}"),
+            false => format!(", or change {PHASE_MARGIN}"),
         };
         Err(Failure::run(format_args!(
-            "not met: {unmet}; this is the best found: allow more, {remedies}"
+            "not met: {unmet}; this is the best found: allow more, move {CROSSOVER}{or}"
         )))
     }
 }

@@ -1,0 +1,322 @@
+//! A plant from a record of its input and output: the command, the page and Python read, fit and report by this.
+//!
+//! A form holds the values that somebody gives, by the names of keys; a question is a form that is understood.
+
+pub mod keys;
+pub mod report;
+
+use super::tissue::parts;
+use crate::document::failure::Failure;
+use crate::document::record_check::{check_signals, fill_gaps, one_row_a_time};
+use crate::judge::control::refused;
+use crate::run::plant_file::PlantModel;
+use fracdiff::Seconds;
+use fractional_control::model_search::{
+    Found, InputOutput, Wanted, candidates, candidates_of, dead_time_evidence, find_start,
+    identify, validate,
+};
+use fractional_control::{ControlError, FractionalTransferFunction, Plant};
+use haptic_quantity::{digits, short};
+use haptic_tissue::identify::table::{read_record, rows_named};
+use keys::{MODEL, PLANT_COLUMNS, POLES, PlantForm, ROW_TIME, STABLE};
+use report::{DIGITS, PlantReport, Tried, counted_from, remedies, rounded, with_digits};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Signals, and the columns that they are in.
+const SIGNALS: [(&str, &str); 3] = [("time", "time_s"), ("input", "input"), ("output", "output")];
+
+/// Index of a signal in [`SIGNALS`], and its column.
+fn signal(text: &str) -> Result<(usize, String), String> {
+    let split = text.split_once('=').and_then(|(name, column)| {
+        let index = SIGNALS.iter().position(|signal| signal.0 == name.trim())?;
+        Some((index, column.trim().to_owned()))
+    });
+    split.ok_or_else(|| "is not time=COLUMN, input=COLUMN or output=COLUMN".to_owned())
+}
+
+/// A function to begin from, and its dead time, if it has one.
+#[derive(Clone, Copy, Debug)]
+struct Begun {
+    function: FractionalTransferFunction,
+    delay: Option<Seconds>,
+}
+
+impl Begun {
+    fn of(text: &str) -> Result<Self, Failure> {
+        let refused = |error: &dyn std::fmt::Display| {
+            Failure::bad_input(format_args!("model \"{text}\": {error}; change {MODEL}"))
+        };
+        let plant: Plant = text.parse().map_err(|error| refused(&error))?;
+        let function = plant.function();
+        let Some(function) = function.filter(|own| own.denominator().degree() > 0.0) else {
+            return Err(refused(
+                &"its denominator has no power of s: give one, as in 2/(30s^0.9+1)",
+            ));
+        };
+        let late = plant.delay_s();
+        Ok(Self {
+            function: *function,
+            delay: (late > 0.0).then_some(Seconds(late)),
+        })
+    }
+}
+
+/// A part of the work, of how many steps it is, and how many more of them are done.
+pub type Steps<'a> = &'a (dyn Fn(&'static str, usize, usize) + Sync);
+
+/// A record that can be one of a plant, and sentences about its rows.
+#[derive(Clone, Debug)]
+pub struct PlantRecord {
+    /// Times, input and output.
+    pub record: InputOutput,
+    notes: Vec<String>,
+}
+
+/// A record to be read and fitted.
+///
+/// ```
+/// use haptic_experiment::question::plant::PlantQuestion;
+/// use haptic_experiment::question::plant::keys::PlantForm;
+/// use std::sync::atomic::AtomicBool;
+///
+/// // 2/(s + 1) after a step of its input.
+/// let rows = (0..60).map(|n| format!("{},1,{}\n", 0.1 * f64::from(n), 2.0 - 2.0 * (-0.1 * f64::from(n)).exp()));
+/// let table = format!("time_s,valve,output\n{}", rows.collect::<String>());
+/// let form: PlantForm = serde_json::from_str("{\"columns\": \"input=valve\", \"poles\": 1}")?;
+/// let question = PlantQuestion::of(&form)?;
+/// let record = question.read(&question.columns, table.as_bytes()).expect("a record");
+/// let answer = question.answer(record, None, &AtomicBool::new(false), &|_, _, _| {})?;
+/// assert_eq!(answer.report.begins, "at rest");
+/// assert!((answer.report.numbers[0].value - 2.0).abs() < 1e-6);
+/// let wrong = PlantForm { poles: Some(5.0), ..PlantForm::default() };
+/// let refused = PlantQuestion::of(&wrong).expect_err("five poles").to_string();
+/// assert_eq!(refused, "`poles` = 5 is not from 1 to 4: change it");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct PlantQuestion {
+    /// Names of the columns of time, input and output.
+    pub columns: [String; 3],
+    sample_time_s: Option<f64>,
+    subtract_start: bool,
+    held: bool,
+    model: Option<Begun>,
+    wanted: Wanted,
+    delay: Option<Seconds>,
+}
+
+impl PlantQuestion {
+    /// Understands a form.
+    ///
+    /// # Errors
+    /// A text that is none of its key, a number outside its range, keys that exclude each other.
+    pub fn of(form: &PlantForm) -> Result<Self, Failure> {
+        let mut columns = SIGNALS.map(|(_, column)| column.to_owned());
+        for (index, name) in parts(PLANT_COLUMNS.key, &form.columns, signal)? {
+            columns[index] = name;
+        }
+        if let Some(index) =
+            (1..columns.len()).find(|&index| columns[..index].contains(&columns[index]))
+        {
+            return Err(Failure::bad_input(format_args!(
+                "column {} is used for two signals: give each its own with {PLANT_COLUMNS}",
+                short(&columns[index])
+            )));
+        }
+        form.check()?;
+        if let Some(poles) = form.poles.filter(|poles| poles.fract() != 0.0) {
+            return Err(Failure::bad_input(format_args!(
+                "{POLES} = {poles} is not a whole number: change it"
+            )));
+        }
+        if form.poles.is_some() && !form.model.is_empty() {
+            return Err(Failure::bad_input(format_args!(
+                "{MODEL} and {POLES} exclude each other: omit one"
+            )));
+        }
+        let model = Some(&*form.model).filter(|model| !model.is_empty());
+        Ok(Self {
+            columns,
+            sample_time_s: form.sample_time_s,
+            subtract_start: form.subtract_start,
+            held: !form.smooth,
+            model: model.map(Begun::of).transpose()?,
+            wanted: Wanted {
+                poles: form.poles.map(|poles| poles as usize),
+                is_stable: form.stable,
+            },
+            delay: form.delay_s.map(Seconds),
+        })
+    }
+
+    /// The record in a table with columns of these names.
+    ///
+    /// # Errors
+    /// What is wrong with it, with line and column.
+    pub fn read(&self, columns: &[String; 3], bytes: &[u8]) -> Result<PlantRecord, String> {
+        let remedy = format!("see {PLANT_COLUMNS}; a table without times takes {ROW_TIME}");
+        let [time, signals @ ..] = columns.each_ref().map(String::as_str);
+        let found = read_record(bytes, [time, signals[0], signals[1]])
+            .map_err(|error| format!("{}; {remedy}", short(&error.to_string())))?;
+        let gaps = found.gaps().map(|rows| {
+            format!("{rows} without an output: it is put on a straight line between its neighbours")
+        });
+        let (mut lines, [mut time_s, input, output]) = (found.lines, found.columns);
+        match (self.sample_time_s, time_s.is_empty()) {
+            (None, false) => {}
+            (None, true) => return Err(format!("no column {time}; {remedy}")),
+            (Some(_), false) => {
+                return Err(format!(
+                    "it has a column of time: leave {ROW_TIME} out, or that column"
+                ));
+            }
+            (Some(step), true) => time_s = (0..lines.len()).map(|n| step * n as f64).collect(),
+        }
+        let mut record = InputOutput {
+            time_s,
+            input,
+            output,
+            ..InputOutput::default()
+        };
+        let wrong = |error: String| format!("{error}; see {PLANT_COLUMNS}");
+        let repeated = one_row_a_time(&mut record, &mut lines)
+            .map_err(|error| wrong(format!("{error}; the time is column {}", short(time))))?;
+        let repeated = rows_named(&repeated).map(|rows| {
+            format!("{rows} at the time of the row before: of one time the first output counts and the last input, which acts from then on")
+        });
+        fill_gaps(&mut record, &lines, signals).map_err(wrong)?;
+        if self.subtract_start {
+            record.subtract_start();
+        }
+        check_signals(&record, &lines, signals).map_err(wrong)?;
+        let notes = gaps.into_iter().chain(repeated).collect();
+        Ok(PlantRecord { record, notes })
+    }
+
+    /// Finds the function of a record, and tries it on another, if there is one. A set `stop` ends it after the part that goes on.
+    ///
+    /// # Errors
+    /// No function that fits, a record without a response to its input, a stop.
+    pub fn answer(
+        &self,
+        PlantRecord { mut record, notes }: PlantRecord,
+        other: Option<PlantRecord>,
+        stop: &AtomicBool,
+        steps: Steps<'_>,
+    ) -> Result<PlantAnswer, Failure> {
+        let found = self.search(&mut record, stop, steps)?;
+        let [best, ..] = &found[..] else {
+            return Err(Failure::run(format_args!(
+                "no function was found: give {MODEL} with other terms"
+            )));
+        };
+        // A calmer function may stand first; the closest one tells what the record shows.
+        let closest = found.iter().min_by(|a, b| a.bic.total_cmp(&b.bic));
+        if !closest.unwrap_or(best).shows_a_response(&record) {
+            return Err(Failure::run(format_args!(
+                "the record shows no response to its input: {} explains {} % of the output's variance, and as much as chance would; move the input more, or check {PLANT_COLUMNS}",
+                rounded(&best.identified.function),
+                digits(100.0 * best.identified.fit, 2)
+            )));
+        }
+        let evidence = self.delay.is_none().then(|| {
+            steps("dead time", 1, 0);
+            dead_time_evidence(&found, &record, self.held)
+        });
+        let tried = other.and_then(|other| {
+            let beside = validate(best, record.start, &other.record, self.held)?;
+            Some(Tried {
+                record: other.record,
+                beside,
+            })
+        });
+        let report = PlantReport::of(&found, best, &record, evidence.flatten(), tried.as_ref());
+        let report = report.warned(notes);
+        let best = best.clone();
+        Ok(PlantAnswer {
+            report,
+            record,
+            tried,
+            best,
+        })
+    }
+
+    /// The functions that fit, the one to take first.
+    fn search(
+        &self,
+        record: &mut InputOutput,
+        stop: &AtomicBool,
+        steps: Steps<'_>,
+    ) -> Result<Vec<Found>, Failure> {
+        let going = || match stop.load(Ordering::Relaxed) {
+            true => Err(Failure::interrupted()),
+            false => Ok(()),
+        };
+        let (held, delay) = (self.held, self.delay);
+        steps("first guesses", 1, 0);
+        find_start(record, held, delay);
+        let guesses = match self.model {
+            Some(own) => candidates_of(own.function, record, held, delay, own.delay),
+            None => candidates(record, held, delay, self.wanted),
+        };
+        going()?;
+        let (what, all) = ("functions", guesses.len());
+        steps(what, all, 0);
+        let done = |done| steps(what, all, done);
+        let found = identify(record, &guesses, held, self.wanted, &done);
+        going()?;
+        found.map_err(|error| {
+            let is_found = !matches!(error, ControlError::NotFound { .. });
+            let is_asked = self.wanted != Wanted::default();
+            // With a model that was given the error names it.
+            if is_found || (self.model.is_some() && !is_asked) {
+                return refused(error);
+            }
+            let other = remedies();
+            Failure::run(match is_asked {
+                true => format!("no function that was asked for fits the record: leave {POLES} or {STABLE} out, or {other}"),
+                false => format!("no function fits the record: {other}"),
+            })
+        })
+    }
+}
+
+/// A plant that was found.
+#[derive(Clone, Debug)]
+pub struct PlantAnswer {
+    /// Function, dead time and how certain they are, with warnings.
+    pub report: PlantReport,
+    /// The record as it was fitted.
+    pub record: InputOutput,
+    /// The function on the second record.
+    pub tried: Option<Tried>,
+    best: Found,
+}
+
+impl PlantAnswer {
+    /// The function, its numbers with five digits.
+    #[must_use]
+    pub fn function(&self) -> String {
+        rounded(&self.best.identified.function)
+    }
+
+    /// The output of the function at the times of the record.
+    #[must_use]
+    pub fn model(&self) -> &[f64] {
+        &self.best.identified.model
+    }
+
+    /// The plant file: what was found in the record of this name, by this program.
+    #[must_use]
+    pub fn to_toml(&self, program: &str, name: &str) -> String {
+        let (identified, samples) = (&self.best.identified, self.report.samples);
+        let model = PlantModel::Function {
+            function: Box::new(with_digits(&identified.function, DIGITS)),
+            delay_s: identified.dead_time.seconds(),
+        };
+        let rms = digits(identified.rms_residual, 4);
+        let begins = counted_from(&self.record, identified);
+        let note = format!("identified from {name}, {samples} samples, rms {rms}{begins}");
+        model.to_toml(program, &note).unwrap_or_default()
+    }
+}

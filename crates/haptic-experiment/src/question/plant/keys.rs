@@ -1,0 +1,20 @@
+//! The keys of a question to the record of a plant.
+
+use crate::document::parameters::range::{DEAD_TIMES, Range, SAMPLE_TIMES};
+use crate::question::form::form;
+
+form! {
+    /// What the table of a plant does not say, by the names of keys; numbers in SI units.
+    PlantForm, PLANT_RECORD:
+    "Table"
+    PLANT_COLUMNS = columns: text("", "Columns, as in input=valve,output=temperature [default: time_s, input, output]");
+    ROW_TIME = sample_time_s: optional(SAMPLE_TIMES, "Time from row to row of a table without times");
+    FIRST_ROW = subtract_start: flag("Subtract the first row: the record begins at rest, but not at 0");
+    SMOOTH = smooth: flag("The input is smooth between samples, not held");
+    "Function"
+    MODEL = model: text("", "Terms and first values as in 2exp(-5s)/(30s^0.9+1) [default: found from the record]");
+    POLES = poles: optional(Range::Within(1.0, 4.0), "Integer orders with this number of poles [default: found from the record]");
+    STABLE = stable: flag("Only functions that come to rest by themselves");
+    KNOWN_DELAY = delay_s: optional(DEAD_TIMES, "Known dead time [default: found from the record]");
+    VALIDATE = validate: text("", "A second record with the same columns, on which the function is tried");
+}

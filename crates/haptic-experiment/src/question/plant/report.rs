@@ -1,0 +1,445 @@
+//! The report on a plant that was found, with its warnings.
+
+use super::keys::{FIRST_ROW, KNOWN_DELAY, MODEL, VALIDATE};
+use fractional_control::model_search::{
+    DeadTimeEvidence, Found, InputOutput, Unexplained, Validation, settles_as_well,
+};
+use fractional_control::{
+    DeadTime, FractionalPolynomial, FractionalTransferFunction, FreeNumber, Identified, Start, Term,
+};
+use haptic_quantity::{digits, written};
+use serde::Serialize;
+
+/// The report. The keys are a contract of the command line.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PlantReport {
+    /// The function in notation, without its dead time.
+    pub function: String,
+    /// The dead time.
+    pub delay_s: f64,
+    /// Low end of the 95 % interval of the dead time; null of one that was given.
+    pub delay_low_s: Option<f64>,
+    /// High end of it.
+    pub delay_high_s: Option<f64>,
+    /// True if the record determines the dead time.
+    pub delay_determined: Option<bool>,
+    /// Output at rest; null of a record that begins at rest.
+    pub offset: Option<f64>,
+    /// Input that the plant had settled at.
+    pub input_before: Option<f64>,
+    /// Where the plant was when the record began, in words.
+    pub begins: &'static str,
+    /// The reading of the table, of a plant that answers at once.
+    pub output_read: Option<String>,
+    /// Rows of the record.
+    pub samples: usize,
+    /// Mean time from row to row.
+    pub sample_time_s: f64,
+    /// Root mean square of what the function leaves.
+    pub rms_residual: f64,
+    /// 1 less the share of the output's variance that it leaves.
+    pub fit: f64,
+    /// Schwarz's criterion: the lower, the better.
+    pub bic: f64,
+    /// Order of the noise as an autoregression; 0 of white noise.
+    pub noise_order: usize,
+    /// Why the function has as many numbers as it has.
+    pub order_reason: String,
+    /// Poles that grow; null with a pole at s = 0 or on the imaginary axis.
+    pub unstable_poles: Option<usize>,
+    /// What the record does, if it does not come to rest.
+    pub unstable_poles_reason: Option<&'static str>,
+    /// The numbers of the function.
+    pub numbers: Vec<NumberRow>,
+    /// Functions that fit, the chosen one first.
+    pub candidates: Vec<CandidateRow>,
+    /// The function on the second record.
+    pub validation: Option<ValidationRow>,
+    /// Sentences that one should read.
+    pub warnings: Vec<String>,
+}
+
+/// A number of the function.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct NumberRow {
+    /// Its place, as `denominator_order_1`.
+    pub name: String,
+    /// The number.
+    pub value: f64,
+    /// Its standard error; infinite where the record says nothing.
+    pub standard_error: f64,
+    /// True if the error is at most half of the value.
+    pub determined: bool,
+}
+
+/// A function that fits.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CandidateRow {
+    /// The function in notation.
+    pub function: String,
+    /// Root mean square of what it leaves.
+    pub rms_residual: f64,
+    /// Schwarz's criterion.
+    pub bic: f64,
+}
+
+/// The function on a second record.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ValidationRow {
+    /// Rows of that record.
+    pub samples: usize,
+    /// Root mean square of what the function leaves of it.
+    pub rms_residual: f64,
+    /// 1 less the share of its variance that the function leaves.
+    pub fit: f64,
+}
+
+/// A function beside another record than its own.
+#[derive(Clone, Debug)]
+pub struct Tried {
+    /// The other record.
+    pub record: InputOutput,
+    /// The function there.
+    pub beside: Validation,
+}
+
+impl PlantReport {
+    pub(super) fn of(
+        found: &[Found],
+        best: &Found,
+        record: &InputOutput,
+        evidence: Option<DeadTimeEvidence<'_>>,
+        tried: Option<&Tried>,
+    ) -> Self {
+        let (identified, start) = (&best.identified, start_of(record, &best.identified));
+        let interval = evidence.map(|evidence| evidence.interval_s);
+        let candidates = found.iter().map(|found| CandidateRow {
+            function: with_digits(&found.identified.function, DIGITS).to_string(),
+            rms_residual: found.identified.rms_residual,
+            bic: found.bic,
+        });
+        let mut warnings = warnings(found, best, record);
+        warnings.extend(evidence.and_then(|evidence| unsure(&evidence, best)));
+        warnings.extend(tried.and_then(|tried| worse(tried, best)));
+        let grows = identified.fit >= LEAST && settles_as_well(found, record).is_none();
+        Self {
+            function: with_digits(&identified.function, DIGITS).to_string(),
+            delay_s: identified.dead_time.seconds(),
+            delay_low_s: interval.map(|[low, _]| low),
+            delay_high_s: interval.map(|[_, high]| high),
+            delay_determined: evidence.map(|evidence| evidence.is_determined),
+            offset: (record.start != Start::Rest).then_some(identified.offset),
+            input_before: (start == Start::Settled).then_some(identified.input_before),
+            begins: begins(start),
+            output_read: reading(identified, record),
+            samples: record.time_s.len(),
+            sample_time_s: record.sample_time_s(),
+            rms_residual: identified.rms_residual,
+            fit: identified.fit,
+            bic: best.bic,
+            noise_order: identified.noise.order(),
+            order_reason: order_reason(found, best),
+            unstable_poles: identified.function.unstable_poles(),
+            unstable_poles_reason: grows.then(|| nature(&identified.function)).flatten(),
+            numbers: numbers(best),
+            candidates: candidates.collect(),
+            validation: tried.map(|tried| ValidationRow {
+                samples: tried.record.time_s.len(),
+                rms_residual: tried.beside.rms_residual,
+                fit: tried.beside.fit,
+            }),
+            warnings,
+        }
+    }
+
+    /// With these sentences before its own warnings.
+    pub(super) fn warned(mut self, notes: Vec<String>) -> Self {
+        self.warnings.splice(..0, notes);
+        self
+    }
+}
+
+/// A plant of other than whole orders has no finite state, so it counts as settled.
+fn start_of(record: &InputOutput, found: &Identified) -> Start {
+    match record.start {
+        Start::Moving if !is_whole(&found.function) => Start::Settled,
+        start @ (Start::Rest | Start::Offset | Start::Settled | Start::Moving) => start,
+    }
+}
+
+fn is_whole(function: &FractionalTransferFunction) -> bool {
+    let sides = [function.numerator(), function.denominator()];
+    let mut terms = sides.iter().flat_map(|side| side.terms());
+    terms.all(|term| term.order.fract() == 0.0)
+}
+
+/// Where the plant was when the record began, behind its other figures.
+pub(super) fn counted_from(record: &InputOutput, found: &Identified) -> String {
+    let offset = digits(found.offset, 5);
+    match start_of(record, found) {
+        Start::Rest => String::new(),
+        Start::Offset => format!(", output counted from {offset}"),
+        Start::Settled => {
+            let before = digits(found.input_before, 5);
+            format!(", output counted from {offset}, input from {before}")
+        }
+        Start::Moving => format!(", output counted from {offset}, of a plant that was moving"),
+    }
+}
+
+/// The same in words.
+fn begins(start: Start) -> &'static str {
+    match start {
+        Start::Rest => "at rest",
+        Start::Offset => "at rest, at an offset",
+        Start::Settled => "settled at an input before",
+        Start::Moving => "moving",
+    }
+}
+
+/// Both readings of a table of a plant that answers at once: nothing else tells an output that was read before its row's input from one that was
+/// read with an input of the row before.
+fn reading(found: &Identified, record: &InputOutput) -> Option<String> {
+    let function = &found.function;
+    let at_once = function.numerator().degree() >= function.denominator().degree();
+    let more = written("delay_s", record.sample_time_s());
+    at_once.then(|| match found.dead_time {
+        DeadTime::JustAfter(_) => format!(
+            "before the new input of its row; read with it, another function behind {more} more fits the same"
+        ),
+        DeadTime::Known(_) | DeadTime::From(_) => "with the new input of its row".to_owned(),
+    })
+}
+
+/// Keys that help a function to fit.
+pub(super) fn remedies() -> String {
+    format!("give {KNOWN_DELAY}, {FIRST_ROW} or {MODEL}")
+}
+
+/// A number whose standard error is above this share of it is not determined.
+const LOOSE: f64 = 0.5;
+/// A share of the variance that no useful function leaves, and one that only noise may.
+const MUCH: f64 = 0.05;
+const SOME: f64 = 0.001;
+/// Of a function that explains less than this nothing more is said.
+const LEAST: f64 = 0.5;
+/// Neighbouring samples that are so much alike are no white noise.
+const ALIKE: f64 = 0.3;
+/// Times what a function leaves of its own record, from which on it is said of another one.
+const WORSE: f64 = 2.0;
+/// Digits of a plant file: more than any record has.
+pub(super) const DIGITS: usize = 9;
+
+/// The function with numbers of five digits.
+pub(super) fn rounded(function: &FractionalTransferFunction) -> String {
+    with_digits(function, 5).to_string()
+}
+
+/// The function with numbers of so many digits.
+pub(super) fn with_digits(
+    function: &FractionalTransferFunction,
+    digits: usize,
+) -> FractionalTransferFunction {
+    let few = |value: f64| format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
+    let terms = |polynomial: &FractionalPolynomial| {
+        let terms = polynomial.terms().iter();
+        terms
+            .map(|term| Term::new(few(term.coefficient), few(term.order)))
+            .collect::<Vec<_>>()
+    };
+    let (above, below) = (terms(function.numerator()), terms(function.denominator()));
+    FractionalTransferFunction::new(&above, &below).unwrap_or(*function)
+}
+
+impl NumberRow {
+    fn of(found: &Identified, number: FreeNumber, error: f64) -> Self {
+        let function = &found.function;
+        let (above, below) = (function.numerator().terms(), function.denominator().terms());
+        let (part, terms, n, is_order) = match number {
+            FreeNumber::NumeratorCoefficient(n) => ("numerator", above, n, false),
+            FreeNumber::NumeratorOrder(n) => ("numerator", above, n, true),
+            FreeNumber::DenominatorCoefficient(n) => ("denominator", below, n, false),
+            FreeNumber::DenominatorOrder(n) => ("denominator", below, n, true),
+            FreeNumber::DeadTime => {
+                return Self::with_error("delay_s".to_owned(), found.dead_time.seconds(), error);
+            }
+        };
+        let of = |term: &Term| match is_order {
+            true => term.order,
+            false => term.coefficient,
+        };
+        let value = terms.get(n).map_or(f64::NAN, of);
+        // Errors of coefficients are relative.
+        let (kind, scale) = match is_order {
+            true => ("order", 1.0),
+            false => ("coefficient", value.abs()),
+        };
+        Self::with_error(format!("{part}_{kind}_{}", n + 1), value, error * scale)
+    }
+
+    fn with_error(name: String, value: f64, standard_error: f64) -> Self {
+        Self {
+            name,
+            value,
+            standard_error,
+            determined: standard_error <= LOOSE * value.abs(),
+        }
+    }
+}
+
+fn numbers(best: &Found) -> Vec<NumberRow> {
+    let found = &best.identified;
+    let errors = found.standard_errors.iter();
+    errors
+        .map(|(number, error)| NumberRow::of(found, *number, *error))
+        .collect()
+}
+
+/// Where a function leaves much that is no noise, though little of the whole record.
+fn lacking(at: &Unexplained) -> String {
+    let part = if at.share > 1.0 {
+        format!("{} times the output", digits(at.share, 4))
+    } else {
+        format!("{} % of the output", digits(100.0 * at.share, 4))
+    };
+    format!(
+        "from {} to {} the function leaves {part}, not noise: record a shorter time, or give {MODEL}",
+        written("from_s", at.from_s),
+        written("to_s", at.to_s)
+    )
+}
+
+/// What the function leaves unexplained, and what the record does not tell.
+fn warnings(found: &[Found], best: &Found, record: &InputOutput) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if record.start == Start::Moving && !is_whole(&best.identified.function) {
+        let what = "the plant was moving when the record began, and one of these orders has no finite state: only an offset and an input before are fitted";
+        warnings.push(what.to_owned());
+    }
+    let unexplained = unexplained(best);
+    warnings.extend(unexplained.or_else(|| best.unexplained.as_ref().map(lacking)));
+    if best.identified.fit < LEAST {
+        return warnings;
+    }
+    let loose = numbers(best)
+        .into_iter()
+        .filter(|number| !number.determined);
+    let loose: Vec<String> = loose.map(|number| number.name).collect();
+    if !loose.is_empty() {
+        let loose = loose.join(", ");
+        warnings.push(format!(
+            "the record does not determine {loose}: record for longer, or give {MODEL} with fewer terms"
+        ));
+    }
+    if let Some([omega, damping]) = best.hidden_swing() {
+        warnings.push(format!(
+            "the pole at {} rad/s is barely damped (damping ratio {}) and a zero lies beside it within its errors: rather noise than a resonance of the plant; give {MODEL} without it",
+            digits(omega, 4),
+            digits(damping, 2)
+        ));
+    }
+    warnings.extend(one_of_two(best, record));
+    if let Some(other) = settles_as_well(found, record) {
+        warnings.push(format!(
+            "{}, which comes to rest, fits nearly as well (BIC {:+.1}): record for longer",
+            rounded(&other.identified.function),
+            other.bic - best.bic
+        ));
+    }
+    warnings
+}
+
+/// An input that never changes makes one constant of what passes at once and of an offset.
+fn one_of_two(best: &Found, record: &InputOutput) -> Option<String> {
+    let first = *record.input.first()?;
+    let rests = record.input.iter().all(|u| (u - first).abs() == 0.0);
+    let is_open = rests && record.start != Start::Rest;
+    is_open.then(|| {
+        let offset = best.identified.offset;
+        format!(
+            "the input never changes: an offset of {} and a direct path of {} explain the record alike; begin before the input moves",
+            digits(offset, 4),
+            digits(offset / first, 4)
+        )
+    })
+}
+
+/// A second record that the function leaves much more of than of its own.
+fn worse(tried: &Tried, best: &Found) -> Option<String> {
+    let [own, other] = [best.identified.rms_residual, tried.beside.rms_residual];
+    (other > WORSE * own).then(|| {
+        format!(
+            "of the record of {VALIDATE} the function leaves {} times as much as of its own (fit {})",
+            digits(other / own, 3),
+            digits(tried.beside.fit, 4)
+        )
+    })
+}
+
+/// Another function with another dead time that fits as well, or an interval that is long.
+fn unsure(evidence: &DeadTimeEvidence<'_>, best: &Found) -> Option<String> {
+    let Some(other) = evidence.instead else {
+        let [low, high] = evidence.interval_s.map(|end| written("delay_s", end));
+        return (!evidence.is_determined).then(|| {
+            format!("the record does not determine the dead time, from {low} to {high}: jump the input more often, or give {KNOWN_DELAY}")
+        });
+    };
+    Some(format!(
+        "the record cannot tell its dead time from a pole: {} behind {} fits as well (BIC {:+.1}): sample faster, or give {KNOWN_DELAY}",
+        rounded(&other.identified.function),
+        written("delay_s", other.identified.dead_time.seconds()),
+        other.bic - best.bic
+    ))
+}
+
+/// Why the function has as many numbers as it has.
+fn order_reason(found: &[Found], best: &Found) -> String {
+    let numbers = |found: &Found| found.identified.standard_errors.len();
+    let count = numbers(best);
+    let nearest = |is_other: &dyn Fn(usize) -> bool| {
+        let others = found.iter().filter(|found| is_other(numbers(found)));
+        let nearest = others.min_by(|a, b| a.bic.total_cmp(&b.bic));
+        nearest.map(|other| format!("{:+.1} with {}", other.bic - best.bic, numbers(other)))
+    };
+    let others = [nearest(&|n| n < count), nearest(&|n| n > count)];
+    let others: Vec<String> = others.into_iter().flatten().collect();
+    match others.is_empty() {
+        true => format!("nothing else fits, with {count} numbers"),
+        false => format!("{count} numbers; BIC {}", others.join(", ")),
+    }
+}
+
+/// What is left between function and record, where it is much.
+fn unexplained(best: &Found) -> Option<String> {
+    let (left, neighbours) = (1.0 - best.identified.fit, best.neighbours);
+    let what = match (neighbours.abs() < ALIKE, best.identified.noise.order()) {
+        // What noise leaves has nothing in common from a sample to the next.
+        (true, 0) if left > MUCH => "as noise does".to_owned(),
+        (true, order) if left > MUCH => format!(
+            "as slow noise does (an autoregression of order {order}, which errors and choice count with)"
+        ),
+        _ if left > MUCH || (left > SOME && neighbours > ALIKE) => {
+            format!(
+                "not as noise does (correlation of neighbours {neighbours:.2}): {}",
+                remedies()
+            )
+        }
+        _ => return None,
+    };
+    let share = digits(100.0 * left, 4);
+    Some(format!(
+        "the function leaves {share} % of the output's variance, {what}"
+    ))
+}
+
+/// What to know of a function before it is used.
+fn nature(function: &FractionalTransferFunction) -> Option<&'static str> {
+    match function.unstable_poles() {
+        Some(0) => None,
+        Some(_) => Some("the record grows: close the loop with control design"),
+        None if function.denominator().lowest() == 0.0 => {
+            Some("the record oscillates undamped: close the loop with control design")
+        }
+        None => Some("the plant integrates: close the loop with control design"),
+    }
+}

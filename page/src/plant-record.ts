@@ -1,0 +1,152 @@
+// A record of input and output: which plant is it? Then a controller is designed for it.
+
+import type { App } from "./app";
+import { Chart, legend, type Line } from "./chart";
+import { decimate, joined } from "./columns";
+import type { Panel } from "./connection";
+import { el, say } from "./dom";
+import { textOf, type TextFile } from "./drop";
+import { Fields } from "./forms";
+import { number, quantity } from "./format";
+import { spoken } from "./names";
+import type { Parameter } from "./protocol";
+
+interface NumberRow {
+  name: string;
+  value: number;
+  /** Null where the record says nothing. */
+  standard_error: number | null;
+  determined: boolean;
+}
+
+/** As `control identify --json` has it, with the record and the function's output. */
+interface FoundPlant {
+  function: string;
+  delay_s: number;
+  delay_low_s: number | null;
+  delay_high_s: number | null;
+  begins: string;
+  samples: number;
+  fit: number;
+  order_reason: string;
+  numbers: NumberRow[];
+  validation: { fit: number; rms_residual: number } | null;
+  warnings: string[];
+  x: number[];
+  measured: number[];
+  predicted: number[];
+  file: TextFile;
+}
+
+const LINES: Line[] = [
+  { label: "record", colour: "--theory", width: 5 },
+  { label: "function", colour: "--blue" },
+];
+
+/** A file as its name and text; null where none is chosen. */
+async function chosen(input: HTMLInputElement): Promise<TextFile | null> {
+  const file = input.files?.[0];
+  return file ? { name: file.name, text: await textOf(file) } : null;
+}
+
+export class PlantRecord {
+  readonly root: HTMLDetailsElement;
+  private readonly record = el("input", { type: "file", accept: ".csv,.tsv,.txt", "aria-label": "Record of input and output" });
+  private readonly other = el("input", { type: "file", accept: ".csv,.tsv,.txt", "aria-label": "Second record" });
+  private readonly rows = el("div", { class: "fields" });
+  private readonly said = el("p", { class: "hint", role: "status" });
+  private readonly found = el("div");
+  private readonly use = el("button", { type: "button", class: "primary", hidden: true }, "Design for this plant");
+  private readonly fields: Fields;
+  private readonly panel: Panel;
+  private chart: Chart | null = null;
+  private file: TextFile | null = null;
+
+  constructor(private readonly app: App, taken: (plant: TextFile) => void) {
+    this.fields = new Fields(app);
+    this.panel = app.connection.panel("identify");
+    const asks = [this.record, this.other, this.rows];
+    for (const part of asks) part.addEventListener("change", () => void this.ask());
+    this.use.addEventListener("click", () => {
+      if (this.file) taken(this.file);
+    });
+    this.root = el(
+      "details",
+      { class: "plant-record" },
+      el("summary", {}, "or a record of its input and output"),
+      el("label", { class: "choice" }, "Record", this.record),
+      el("label", { class: "choice" }, "Second record, to try the function on", this.other),
+      this.rows,
+      this.said,
+      this.found,
+      this.use,
+    );
+    this.root.addEventListener("toggle", () => void this.askFields());
+  }
+
+  /** A record that fell on the page. */
+  take(file: File): void {
+    const dropped = new DataTransfer();
+    dropped.items.add(file);
+    this.record.files = dropped.files;
+    this.root.open = true;
+    void this.askFields().then(() => this.ask());
+  }
+
+  themed(): void {
+    this.chart?.redraw();
+  }
+
+  /** Asks for the keys of a record, once. */
+  private async askFields(): Promise<void> {
+    if (!this.root.open || this.fields.all.length > 0) return;
+    const { plant_record: keys } = await this.app.connection.ask<{ plant_record: Parameter[] }>("runs.forms");
+    if (this.fields.all.length === 0) this.rows.replaceChildren(...keys.map((key) => this.fields.add(key)));
+  }
+
+  private async ask(): Promise<void> {
+    this.said.classList.remove("trouble");
+    this.fields.refuse("");
+    const question = async (): Promise<object> => {
+      const [record, other] = await Promise.all([chosen(this.record), chosen(this.other)]);
+      return { plant_record: { ...record, ...(other === null ? {} : { more: [other] }), ...(await this.fields.values()) } };
+    };
+    if (!this.record.files?.[0]) return;
+    say(this.said, "The record is looked at …");
+    try {
+      const found = await this.panel.ask<FoundPlant>(question());
+      if (found !== null) this.show(found);
+    } catch (error) {
+      this.refuse(error instanceof Error ? error.message : String(error));
+    }
+  }
+
+  private refuse(text: string): void {
+    this.file = null;
+    this.use.hidden = true;
+    this.found.replaceChildren();
+    const beside = this.fields.refuse(text);
+    this.said.classList.add("trouble");
+    say(this.said, beside === null ? spoken(text) : `Not understood yet: see ${beside}.`);
+  }
+
+  private show(found: FoundPlant): void {
+    this.file = found.file;
+    this.use.hidden = false;
+    const interval = found.delay_low_s === null ? "" : ` (${quantity(found.delay_low_s, "s")} to ${quantity(found.delay_high_s ?? 0, "s")})`;
+    const tried = found.validation === null ? "" : ` On the second record: fit ${number(found.validation.fit, 4)}.`;
+    say(this.said, `${found.function} behind ${quantity(found.delay_s, "s")}${interval}; ${found.begins}, ${found.samples} samples, fit ${number(found.fit, 4)}. ${found.order_reason}.${tried}`);
+    const rows = found.numbers.map((row) => {
+      const error = row.standard_error === null ? "?" : number(row.standard_error, 2);
+      const cells = [row.name.replace(/_/g, " "), `${number(row.value, 5)} ± ${error}`, row.determined ? "" : "not determined"];
+      return el("tr", {}, ...cells.map((text) => el("td", {}, text)));
+    });
+    const warnings = found.warnings.map((text) => el("p", { class: "hint trouble" }, spoken(text)));
+    this.chart?.destroy();
+    this.chart = new Chart({ name: "The record and its function", lines: LINES, xTexts: (ticks) => ticks.map((tick) => quantity(tick, "s")) });
+    const holder = el("div", { class: "chart-holder" }, this.chart.root);
+    this.found.replaceChildren(...warnings, el("table", { class: "result" }, el("tbody", {}, ...rows)), legend(LINES).root, holder);
+    const { x, points } = joined([found.measured, found.predicted].map((y) => decimate(found.x, y, 800)));
+    this.chart.draw(x, points, [x[0] ?? 0, x.at(-1) ?? 1]);
+  }
+}
