@@ -6,9 +6,7 @@ use crate::arrays::{Whole, complex_vector, vector};
 use crate::conducted::{Interrupted, conduct};
 use crate::json::{from_python, to_python};
 use crate::refused::{OrRefused as _, refused};
-use haptic_experiment::question::tissue::{
-    RecordForm, RecordQuestion, contact_point, held,
-};
+use haptic_experiment::question::tissue::{RecordForm, RecordQuestion, contact_point, held};
 use haptic_loop::{Loading, LoadingKind, Specimen};
 use haptic_tissue::identify::{
     self, Baseline, CANDIDATES, ContactPoint, Identification, Options, Record, Weighting, table,
