@@ -255,7 +255,7 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
           const { feel } = loop;
           loop.feel = { ...feelOf({ ...message, device: feel, ghosts: message.ghosts ?? feel.ghosts }) };
         }
-        if (message.order > 0.95) throw new Error("this would be unstable: take at most 0.5 of K and B");
+        if (message.order > 0.95) throw new Error("this would be unstable: use at most 0.5 of K and B");
         apply(message);
         if (message.order !== undefined || message.environment) loop.law();
         return { later: SLOW_MS, feel: judged({ ...loop.feel }) };

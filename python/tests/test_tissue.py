@@ -190,7 +190,7 @@ def test_a_prony_series_says_its_error() -> None:
 @pytest.mark.parametrize(
     ("call", "text"),
     [
-        (lambda: Model("jelly"), "is not known: take one of spring"),
+        (lambda: Model("jelly"), "is not known: use one of spring"),
         (lambda: Model("maxwell", elastic_modulus_pa=1.0), "viscosity_pa_s is missing"),
         (lambda: Model("spring", elastic_modulus_pa=1.0, order=0.1), "order is not a parameter"),
         (lambda: Model("spring", elastic_modulus_pa=math.nan), "elastic_modulus_pa = NaN"),

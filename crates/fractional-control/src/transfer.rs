@@ -150,7 +150,7 @@ pub(crate) fn in_samples<F: fracdiff::Real>(
     value: f64,
 ) -> Result<F, RangeError> {
     let rounded = F::from_f64(value);
-    let allowed = "a number in the type of the samples: give plant and controller in other units, or take `f64`";
+    let allowed = "a number in the type of the samples: give plant and controller in other units, or use `f64`";
     range(what, value, rounded.is_finite(), allowed, "")?;
     Ok(rounded)
 }

@@ -208,7 +208,7 @@ impl Teleoperation {
         if samples > MOST {
             return Err(AnalysisError::Unresolved {
                 what: "absolute stability",
-                why: "the delay is more than 50000 samples: take a longer sample time",
+                why: "the delay is more than 50000 samples: use a longer sample time",
             });
         }
         Ok(Grid::new(samples as usize))

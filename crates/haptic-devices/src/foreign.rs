@@ -134,7 +134,7 @@ pub enum OpenError {
     #[error(transparent)]
     Inverse3(#[from] Inverse3OpenError),
     /// It has fewer axes.
-    #[error("it has {most} {}, but {axes} are needed: change `axes`, or take another device", if *most == 1 { "axis" } else { "axes" })]
+    #[error("it has {most} {}, but {axes} are needed: change `axes`, or use another device", if *most == 1 { "axis" } else { "axes" })]
     Axes {
         /// Number of axes that were asked for.
         axes: usize,

@@ -17,7 +17,7 @@ pub(crate) struct Settings<'a> {
 #[non_exhaustive]
 pub enum NameError {
     /// A kind of device that is not known.
-    #[error("\"{kind}\" is not a kind of device: take one of {known}")]
+    #[error("\"{kind}\" is not a kind of device: use one of {known}")]
     Kind {
         /// The word before the colon, as it was given.
         kind: String,

@@ -58,9 +58,9 @@ pub enum ParameterError {
 const fn less_braking(mass_known: bool) -> &'static str {
     match mass_known {
         true => {
-            "half of what mass, delay and sample time bear: take less braking or a shorter sample time"
+            "half of what mass, delay and sample time bear: use less braking or a shorter sample time"
         }
-        false => "the most for a device of unknown mass: give its mass, or take less braking",
+        false => "the most for a device of unknown mass: give its mass, or use less braking",
     }
 }
 

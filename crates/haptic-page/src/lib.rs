@@ -15,7 +15,7 @@ mod wall;
 pub use feel::DeviceNumbers;
 pub use server::{PageServer, ServerOptions};
 
-use haptic_experiment::{Failure, Named};
+use haptic_experiment::{Failure, named};
 use haptic_quantity::short;
 use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer, Serialize};

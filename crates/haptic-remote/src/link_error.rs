@@ -97,7 +97,7 @@ pub enum LinkError {
     },
     /// The device runs no controllers.
     #[error(
-        "the device cannot run a controller on its own: flash firmware of this version that can, or take another board"
+        "the device cannot run a controller on its own: flash firmware of this version that can, or use another board"
     )]
     NoControllers,
     /// The device renders no shape.

@@ -252,7 +252,7 @@ pub fn operator_shape(
 ) -> Result<(haptic_link::OperatorShape, std::vec::Vec<f32>), haptic_loop::ParameterError> {
     let Some(list) = operator.list() else {
         let what = "convergence order of the scheme";
-        let allowed = "1, as of all that a device runs: take full in place of full-bdf2";
+        let allowed = "1, as of all that a device runs: use full in place of full-bdf2";
         return Err(haptic_loop::RangeError::new(what, 2.0, allowed, "").into());
     };
     let count = list.values.len();
@@ -265,7 +265,7 @@ pub fn operator_shape(
         integer: list.integer,
         count: u16::try_from(count).map_err(|_| {
             let what = "number of coefficients for a device";
-            let allowed = "at most 65535: take a full memory";
+            let allowed = "at most 65535: use a full memory";
             haptic_loop::RangeError::new(what, count as f64, allowed, "")
         })?,
     };

@@ -88,7 +88,7 @@ impl core::fmt::Display for PeerError {
                  `coupler_dissipation_n_s_mu_per_m`, `order` and `scheme`, best the same file",
             ),
             Self::Busy => f.write_str(
-                "the other side is busy: it is at work with somebody else; wait until that has ended, or take another port",
+                "the other side is busy: it is at work with somebody else; wait until that has ended, or use another port",
             ),
             Self::OtherImpedance { theirs, ours } => write!(
                 f,

@@ -66,7 +66,7 @@ pub enum ExportError {
     Vanished(f64),
     /// More terms than the format has: their number, and the most.
     #[error(
-        "the format takes {1} branches, the series has {0}: take {fewer}",
+        "the format takes {1} branches, the series has {0}: use {fewer}",
         fewer = BRANCHES.set_to(.1)
     )]
     Terms(usize, usize),
@@ -405,7 +405,7 @@ impl PronyFit {
         let is_incompressible = ratio > ANSYS_RATIO;
         let [hybrid, mixed] = [
             "** nu = 0.5 needs hybrid elements\n",
-            "! nu = 0.5 is written 0.4999: take elements with u-P formulation\n",
+            "! nu = 0.5 is written 0.4999: use elements with u-P formulation\n",
         ]
         .map(|note| if is_incompressible { note } else { "" });
         match format {

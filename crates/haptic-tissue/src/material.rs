@@ -124,7 +124,7 @@ fn named<T: Copy>(key: &str, name: Option<String>, all: &[(T, &str)]) -> Result<
     found.map(|one| Some(one.0)).ok_or_else(|| {
         let known: Vec<&str> = all.iter().map(|one| one.1).collect();
         format!(
-            "{key} = \"{name}\" is not known: take one of {}, or omit it if the source does not say",
+            "{key} = \"{name}\" is not known: use one of {}, or omit it if the source does not say",
             known.join(", ")
         )
     })
@@ -572,7 +572,7 @@ fn parse(text: &str) -> Result<Material, Wrong> {
         Some(name) => Some(ModelKind::from_name(name.get_ref()).ok_or_else(|| {
             let known = ModelKind::ALL.map(ModelKind::name).join(", ");
             let reason = format!(
-                "model \"{}\" is not known: take one of {known}",
+                "model \"{}\" is not known: use one of {known}",
                 name.get_ref()
             );
             (name.span().start, reason)

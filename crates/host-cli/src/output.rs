@@ -22,7 +22,7 @@ pub(crate) struct Output {
 }
 
 impl Output {
-    /// Prints a report: as JSON, or its lines.
+    /// Prints a report: as JSON, or its lines; without JSON nothing for a quiet person.
     pub(crate) fn report<T: Serialize>(self, report: &T) -> Result<(), Failure> {
         self.report_as(report, report)
     }
@@ -33,6 +33,9 @@ impl Output {
         report: &T,
         shown: &S,
     ) -> Result<(), Failure> {
+        if self.quiet && !self.json {
+            return Ok(());
+        }
         let mut lines = lines(shown);
         lines.iter_mut().for_each(|line| self.rename(line));
         self.text(report, |out| print_lines(out, &lines))
@@ -51,14 +54,6 @@ impl Output {
                 rename(&mut row.reason);
             }
             Line::Table(table) => table.rows.iter_mut().flatten().for_each(rename),
-        }
-    }
-
-    /// Prints the report of what left something behind: nothing for a quiet person.
-    pub(crate) fn summary<T: Serialize>(self, report: &T) -> Result<(), Failure> {
-        match self.quiet && !self.json {
-            true => Ok(()),
-            false => self.report(report),
         }
     }
 

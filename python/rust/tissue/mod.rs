@@ -18,7 +18,7 @@ fn kind_of(name: &str) -> PyResult<ModelKind> {
     ModelKind::from_name(name).ok_or_else(|| {
         let known: Vec<&str> = ModelKind::ALL.iter().map(|kind| kind.name()).collect();
         refused(format_args!(
-            "model \"{name}\" is not known: take one of {}",
+            "model \"{name}\" is not known: use one of {}",
             known.join(", ")
         ))
     })

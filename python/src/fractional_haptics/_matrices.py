@@ -24,10 +24,10 @@ def of(operator: Operator) -> _Matrices:
     """A, B, C and D of an operator."""
     listed = operator._list()
     if listed is None:
-        raise ValueError(f"scheme {operator.scheme} is no list of coefficients: take full, or frequency_response")
+        raise ValueError(f"scheme {operator.scheme} is no list of coefficients: use full, or frequency_response")
     form, integer, values = listed
     if form == "taps" and len(values) > _STATES_MOST + 1:
-        raise ValueError(f"scheme {operator.scheme} has {len(values) - 1} states, more than {_STATES_MOST}: take full")
+        raise ValueError(f"scheme {operator.scheme} has {len(values) - 1} states, more than {_STATES_MOST}: use full")
     core = {"taps": _taps, "modes": _modes, "recursion": _recursion}[form](values)
     difference = (np.zeros((1, 1)), np.ones(1), -np.ones(1), 1.0)
     total = (np.ones((1, 1)), np.ones(1), np.ones(1), 1.0)

@@ -199,7 +199,7 @@ impl Specification {
                     first_value: omega,
                     second: "sample_time_s",
                     second_value: t,
-                    remedy: "take more than six samples a period",
+                    remedy: "use more than six samples a period",
                 });
             }
         }

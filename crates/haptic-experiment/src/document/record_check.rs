@@ -114,7 +114,7 @@ pub(crate) fn check_signals(
     for (name, signal) in [(input, &record.input), (output, &record.output)] {
         if let Some(row) = signal.iter().position(|value| value.abs() > MOST) {
             return Err(format!(
-                "line {}: column `{name}` is {}, above {MOST:e}: correct the row, or take a larger unit",
+                "line {}: column `{name}` is {}, above {MOST:e}: correct the row, or use a larger unit",
                 lines[row],
                 Shown(signal[row])
             ));
@@ -122,7 +122,7 @@ pub(crate) fn check_signals(
         let largest = largest(signal);
         if largest > 0.0 && largest < 1.0 / MOST {
             return Err(format!(
-                "column `{name}` is {} at most, below {:e}: take a smaller unit",
+                "column `{name}` is {} at most, below {:e}: use a smaller unit",
                 Shown(largest),
                 1.0 / MOST
             ));

@@ -477,24 +477,24 @@ impl Indentation {
                 && second.remote.loop_mode == LoopMode::Device
             {
                 return Err(Failure::bad_input(format_args!(
-                    "the force that the {CONTROLLER} of a drive holds in a creep test is that of the other device: take {}",
+                    "the force that the {CONTROLLER} of a drive holds in a creep test is that of the other device: use {}",
                     DRIVE_LOOP.set_to("host")
                 )));
             }
             if !keeps_all(self.check()?) {
                 return Err(Failure::bad_input(format_args!(
-                    "a run on two devices has at most {WHOLE_MOST} samples: take a shorter {TRIAL_DURATION}, or a longer {SAMPLE_TIME}"
+                    "a run on two devices has at most {WHOLE_MOST} samples: use a shorter {TRIAL_DURATION}, or a longer {SAMPLE_TIME}"
                 )));
             }
         } else if let Some(remote) = &self.conduct.remote {
             if matches!(self.load, RigDrive::Force(_)) {
                 return Err(Failure::bad_input(format_args!(
-                    "no device measures the force that the {CONTROLLER} of a drive holds in a creep test: take [relax], or omit {DEVICE}"
+                    "no device measures the force that the {CONTROLLER} of a drive holds in a creep test: use [relax], or omit {DEVICE}"
                 )));
             }
             if remote.loop_mode == LoopMode::Host {
                 return Err(Failure::bad_input(format_args!(
-                    "the {CONTROLLER} of a drive runs on the device: take {loop_device}",
+                    "the {CONTROLLER} of a drive runs on the device: use {loop_device}",
                     loop_device = LOOP.set_to("device")
                 )));
             }
@@ -502,7 +502,7 @@ impl Indentation {
         match self.contact {
             Contact::Compliant => Ok(()),
             Contact::Rigid | Contact::Ideal => Err(Failure::bad_input(format_args!(
-                "the {CONTROLLER} of a drive moves a mass, and this contact has none: take {contact_compliant}",
+                "the {CONTROLLER} of a drive moves a mass, and this contact has none: use {contact_compliant}",
                 contact_compliant = CONTACT.set_to("compliant")
             ))),
         }
@@ -622,9 +622,8 @@ impl Indentation {
         let portable = drive.portable(profile, self.sample_time_s);
         let (shape, values, controller) = match &drive.device {
             None => portable?,
-            Some(_) => portable.map_err(|failure| {
-                failure.and(&format!("or take {}", DRIVE_LOOP.set_to("host")))
-            })?,
+            Some(_) => portable
+                .map_err(|failure| failure.and(&format!("or use {}", DRIVE_LOOP.set_to("host"))))?,
         };
         Ok(RemoteLaw {
             operator: (shape, values),
@@ -754,7 +753,7 @@ fn changed(table: &Table<'_>, piece: TissuePiece) -> Result<TissuePiece, FileErr
             with_one_order(table)
         } else if matches!(error, MaterialError::NoSpringPot(_)) {
             format!(
-                "give {PIECE_DISSIPATION} and {PIECE_ORDER} together, or take the tissue spring-pot"
+                "give {PIECE_DISSIPATION} and {PIECE_ORDER} together, or use the tissue spring-pot"
             )
         } else {
             format!("change {PIECE_STIFFNESS} or {PIECE_DISSIPATION}")

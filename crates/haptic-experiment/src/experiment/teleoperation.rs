@@ -500,7 +500,7 @@ fn playout(table: &Table<'_>, t: Seconds) -> Result<Option<u32>, FileError> {
     let samples = 1.0 + (time / t.0).round();
     if samples > f64::from(Settings::PLAYOUT_MOST) {
         let most = f64::from(Settings::PLAYOUT_MOST - 1) * t.0;
-        let reason = format!("playout_s = {time} is more than {most} s: take a shorter one");
+        let reason = format!("playout_s = {time} is more than {most} s: use a shorter one");
         return Err(table.fail_at("playout_s", reason));
     }
     Ok(Some(samples as u32))

@@ -111,6 +111,6 @@ impl Beginning {
             ),
             false => "the clocks of both devices do not tell when the drive began".to_owned(),
         };
-        format!("{known}: take lines with less delay, or a longer run")
+        format!("{known}: use lines with less delay, or a longer run")
     }
 }

@@ -404,7 +404,7 @@ fn design(
     } = scheme
     else {
         return Err(Failure::bad_input(format_args!(
-            "scheme {scheme} makes one spring-pot, not a model with more elements: take {scheme_full}",
+            "scheme {scheme} makes one spring-pot, not a model with more elements: use {scheme_full}",
             scheme_full = SCHEME.set_to("full")
         )));
     };
@@ -414,7 +414,7 @@ fn design(
             Failure::input_with_advice(
                 error,
                 format_args!(
-                    "give {SCHEME} a larger tolerance, as in full:1e-4, or take a shorter run"
+                    "give {SCHEME} a larger tolerance, as in full:1e-4, or use a shorter run"
                 ),
             )
         })

@@ -38,7 +38,7 @@ fn remedy(limiter: Limiters, on_device: bool) -> String {
             "it ramped up over the device's rise time, which a run cannot shorten: set a shorter {RISE_TIME} there (`host-cli device set`), or begin outside"
         ),
         Limiters::STARTUP => {
-            format!("it ramped up at the start: take a shorter {RISE_TIME}, or begin outside")
+            format!("it ramped up at the start: use a shorter {RISE_TIME}, or begin outside")
         }
         Limiters::WORKSPACE => format!(
             "it braked near the end of the workspace: stay inside, or widen {WORKSPACE_LOW} to {WORKSPACE_HIGH}{here}"
@@ -136,7 +136,7 @@ impl Warnings {
         }
         if let Some(link) = &record.link {
             self.0.push(format!(
-                "of {} ticks of the device {} were a whole period late, and {} had no new force: take a longer sample time",
+                "of {} ticks of the device {} were a whole period late, and {} had no new force: use a longer sample time",
                 link.ticks, link.overruns, link.stale_forces
             ));
             return;

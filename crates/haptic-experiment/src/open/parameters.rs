@@ -47,7 +47,6 @@ use crate::question::tissue::{
 use crate::{GuardChoice, Named, Precision};
 use crate::{experiment, question};
 use haptic_link::Architecture;
-use haptic_tissue::identify::{Baseline, ShiftBy};
 
 /// Tables that this sort of file may have, `controller`, `plant`, or `experiment`, with those of
 /// questions: heading and keys.

@@ -76,7 +76,7 @@ pub fn analysed(error: AnalysisError) -> Failure {
     }
     Failure::input_with_advice(
         error,
-        "take a device, a wall and a sample time that are more usual",
+        "use a device, a wall and a sample time that are more usual",
     )
 }
 

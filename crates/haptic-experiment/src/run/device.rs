@@ -262,7 +262,7 @@ impl LinkedName {
                 TOUCH_AXES.set_to(has)
             ))),
             (1, _) => Err(Failure::bad_input(format_args!(
-                "{self} has one axis and the [touch] has {axes}: name another {DEVICE}, or take [wall] or [relax]"
+                "{self} has one axis and the [touch] has {axes}: name another {DEVICE}, or use [wall] or [relax]"
             ))),
             _ => Err(Failure::bad_input(format_args!(
                 "{self} has {has} axes and the [touch] has {axes}: change {TOUCH_AXES}, or name another {DEVICE}"

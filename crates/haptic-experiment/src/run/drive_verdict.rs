@@ -76,7 +76,7 @@ impl DriveVerdict {
         };
         let remedy = unstable.remedy();
         Err(Failure::bad_input(format_args!(
-            "pre-flight: the loop of the drive would be unstable {whether}; {remedy}: take another {CONTROLLER}, or {FORCE_UNSTABLE}"
+            "pre-flight: the loop of the drive would be unstable {whether}; {remedy}: use another {CONTROLLER}, or {FORCE_UNSTABLE}"
         )))
     }
 }

@@ -155,10 +155,10 @@ impl PreflightVerdict {
             let factor = (factor * 1e3).floor() / 1e3;
             match self.coupler {
                 Some(_) => format!(
-                    "take {COUPLER_DAMPING} and {COUPLER_SPRING} both {factor} times as large or smaller,"
+                    "use {COUPLER_DAMPING} and {COUPLER_SPRING} both {factor} times as large or smaller,"
                 ),
                 None => {
-                    format!("take a softer K and less B, both {factor} times as large or smaller,")
+                    format!("use a softer K and less B, both {factor} times as large or smaller,")
                 }
             }
         };
@@ -170,8 +170,8 @@ impl PreflightVerdict {
                     Some(needed) if coupler.damping_n_s_per_m > 0.0 => {
                         smaller(coupler.damping_n_s_per_m / needed)
                     }
-                    Some(_) => "take a device with damping,".to_owned(),
-                    None => "take another scheme, as full,".to_owned(),
+                    Some(_) => "use a device with damping,".to_owned(),
+                    None => "use another scheme, as full,".to_owned(),
                 },
             ),
             None => (
@@ -182,8 +182,8 @@ impl PreflightVerdict {
                 self.numbers(),
                 match (self.margin, self.coupler) {
                     (Some(factor), _) => smaller(factor),
-                    (None, Some(_)) => "a weaker coupler does not help alone: shorten the delay, or take another object,".to_owned(),
-                    (None, None) => "a softer K and less B do not help alone: shorten the delay, take another order or scheme,".to_owned(),
+                    (None, Some(_)) => "a weaker coupler does not help alone: shorten the delay, or use another object,".to_owned(),
+                    (None, None) => "a softer K and less B do not help alone: shorten the delay, use another order or scheme,".to_owned(),
                 },
             ),
         };

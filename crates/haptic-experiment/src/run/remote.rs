@@ -356,7 +356,7 @@ pub(crate) fn portable(operator: &Operator<f32>) -> Result<(OperatorShape, Vec<f
         Failure::input_with_advice(
             error,
             format_args!(
-                "change {SCHEME}, or take {loop_host}",
+                "change {SCHEME}, or use {loop_host}",
                 loop_host = LOOP.set_to("host")
             ),
         )

@@ -24,7 +24,7 @@ pub enum NewFileError {
     Leftover(PathBuf),
     /// Another process is writing the file just now.
     #[error(
-        "`{}` is being written by another run; wait until that run has ended, or take another folder",
+        "`{}` is being written by another run; wait until that run has ended, or use another folder",
         .0.display()
     )]
     BeingWritten(PathBuf),

@@ -53,7 +53,7 @@ impl RigConfig {
     pub fn facing(&self) -> Result<FacingConfig, ParameterError> {
         let RigContact::Compliant { stiffness, damping } = self.contact else {
             let allowed =
-                "finite where the indenter is a mass that is held: take a compliant contact";
+                "finite where the indenter is a mass that is held: use a compliant contact";
             return Err(RangeError::new("contact stiffness", f64::INFINITY, allowed, "N/m").into());
         };
         let device = |mass, damping| MassDamperConfig::ideal(mass, damping, self.sample_time);

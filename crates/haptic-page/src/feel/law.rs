@@ -155,11 +155,8 @@ fn refuse_unstable(verdict: &PreflightVerdict) -> Result<(), Failure> {
     }
     let advice = match verdict.margin {
         // Rounded down, so that what is proposed is accepted.
-        Some(factor) => format!(
-            "take at most {} of K and B",
-            digits(rounded_down(factor), 2)
-        ),
-        None => "take another order, or a heavier or more damped device".to_owned(),
+        Some(factor) => format!("use at most {} of K and B", digits(rounded_down(factor), 2)),
+        None => "use another order, or a heavier or more damped device".to_owned(),
     };
     Err(Failure::bad_input(format_args!(
         "this would be unstable (alpha {:.3}, beta {:.3}, delta {:.3}): {advice}",

@@ -370,7 +370,7 @@ fn library_material(library: &Library, name: &str) -> Result<Material, Failure> 
     named.cloned().ok_or_else(|| {
         let known: Vec<&str> = materials.iter().map(|m| m.name.as_str()).collect();
         Failure::bad_input(format_args!(
-            "tissue {:?} is not in the library: take one of {}",
+            "tissue {:?} is not in the library: use one of {}",
             short(name),
             known.join(", ")
         ))
@@ -431,7 +431,7 @@ mod tests {
             assert!(error.contains(words), "{error}");
         };
         let secret = started(tissue("../secret.toml"));
-        refused(secret, "take one of prostate-cancerous");
+        refused(secret, "use one of prostate-cancerous");
         refused(started(order(0.5)), "`environment` is missing");
         let felt = started(tissue("prostate-cancerous")).expect("known");
         for wrong in [-0.1, 2.1, f64::NAN, f64::INFINITY] {

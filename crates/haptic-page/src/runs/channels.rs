@@ -46,7 +46,7 @@ pub(crate) fn places(wanted: &[String], names: &[String]) -> Result<Vec<usize>, 
         let place = names.iter().position(|known| known == name);
         place.ok_or_else(|| {
             Failure::bad_input(format_args!(
-                "there is no channel {:?}: take some of {}",
+                "there is no channel {:?}: use some of {}",
                 short(name),
                 names.join(", ")
             ))

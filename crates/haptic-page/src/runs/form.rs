@@ -133,7 +133,7 @@ fn record_parameter(given: &Parameter, is_option: bool) -> Value {
     let size = label(given.key);
     let is_size = |kind: LoadingKind| kind.sizes().contains(&size.as_str());
     let is_held = [parameters::STRAIN.key, parameters::STRESS.key].contains(&given.key);
-    let kinds = LoadingKind::ALL.map(|one| one.0);
+    let kinds = LoadingKind::ALL;
     let is_of_some = kinds.into_iter().any(is_size);
     let is_contact = given.key == CONTACT_POINT.key;
     let takes = |kind: &LoadingKind| match (is_of_some, is_contact) {

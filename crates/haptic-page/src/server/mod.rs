@@ -247,12 +247,12 @@ fn listener(port: u16) -> Result<TcpListener, Failure> {
     let listener = TcpListener::bind(SocketAddr::from((Ipv4Addr::LOCALHOST, port))).map_err(|error| {
         if error.kind() == std::io::ErrorKind::AddrInUse {
             Failure::bad_input(format_args!(
-                "{PORT} {port} is taken by another program: take another, or 0 for any that is free"
+                "{PORT} {port} is taken by another program: use another, or 0 for any that is free"
             ))
         } else {
             Failure::input_with_advice(
                 format_args!("cannot listen at {PORT} {port}: {error}"),
-                "take a port above 1023, or 0 for any that is free",
+                "use a port above 1023, or 0 for any that is free",
             )
         }
     })?;

@@ -84,7 +84,7 @@ fn a_port_that_is_taken_is_refused() {
     let refused = PageServer::start(taken).expect_err("taken");
     let said = refused.to_string();
     assert!(
-        said.contains("is taken by another program: take another, or 0"),
+        said.contains("is taken by another program: use another, or 0"),
         "{said}"
     );
 }

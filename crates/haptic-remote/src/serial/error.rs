@@ -77,7 +77,7 @@ pub enum SerialError {
     },
     /// It cannot be opened for another reason, or not at this speed.
     #[error(
-        "port {path} cannot be opened at {baud} baud ({reason}): take another speed, or plug the device in again"
+        "port {path} cannot be opened at {baud} baud ({reason}): use another speed, or plug the device in again"
     )]
     Open {
         /// Path of the port, as it was given.

@@ -70,7 +70,7 @@ fn at_ends(fit: &Fit) -> Vec<String> {
         let element = match (parameter.is_order(), value) {
             (false, _) if fixed => {
                 return Some(format!(
-                    "`{name}` is at the end of its range: take a model without this element"
+                    "`{name}` is at the end of its range: use a model without this element"
                 ));
             }
             (true, 0.0) => "spring",
@@ -88,7 +88,7 @@ fn at_ends(fit: &Fit) -> Vec<String> {
 fn together(fit: &Fit) -> Vec<String> {
     if fit.correlation.is_empty() {
         return vec![format!(
-            "the record does not determine the parameters of {}: take a longer record or another model",
+            "the record does not determine the parameters of {}: use a longer record or another model",
             fit.kind
         )];
     }

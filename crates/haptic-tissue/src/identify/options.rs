@@ -99,7 +99,7 @@ pub(super) fn candidates(
     for &model in &options.candidates {
         if !CANDIDATES.contains(&model) {
             return wrong(format!(
-                "{model} is not fitted by itself: take one of {}",
+                "{model} is not fitted by itself: use one of {}",
                 CANDIDATES.map(ModelKind::name).join(", ")
             ));
         }

@@ -114,7 +114,7 @@ gel | order = 0.3 |  | x.toml:4: missing field `order` of a tissue without `mode
 gel | order = 0.3 | ordre = 0.3 | x.toml:7: ordre is not a parameter of a tissue without `model`, which has elastic_modulus_pa,
 gel | "gel" | "Gel 1" | x.toml:1: name "Gel 1" is not made of
 gel | [source] | [source | x.toml:9:
-muscle | fractional-maxwell | jelly | x.toml:3: model "jelly" is not known: take one of spring, dashpot,
+muscle | fractional-maxwell | jelly | x.toml:3: model "jelly" is not known: use one of spring, dashpot,
 muscle | order = 0.675 | order = 1.5 | x.toml:7: order = 1.5 is not in [0, 1]
 muscle | = 22100 | = -1 | x.toml:8: second_viscosity_pa_s_beta = -1 Pa·s^β is not above 0 and finite
 muscle | = 22100 | = nan | x.toml:8: second_viscosity_pa_s_beta = NaN Pa·s^β

@@ -140,7 +140,7 @@ fn conduct(
     for warning in &report.run.warnings {
         output.warn(warning);
     }
-    output.summary(&report)?;
+    output.report(&report)?;
     both_saved(report.run.lost_table(), unsaved)?;
     ended_well(&report.run)?;
     Ok(report)

@@ -79,9 +79,7 @@ pub(crate) fn run(arguments: Arguments, output: Output) -> Result<(), Failure> {
             }
         }
     }
-    if !output.quiet || output.json {
-        output.report_as(&report, &shown)?;
-    }
+    output.report_as(&report, &shown)?;
     outputs.close(answer.require(&warn))
 }
 

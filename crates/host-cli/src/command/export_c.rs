@@ -154,7 +154,7 @@ impl Arguments {
         what["precision"] = json!(self.precision.name());
         what["file"] = json!(file);
         what["header"] = json!(header);
-        output.summary(&what)
+        output.report(&what)
     }
 
     fn horizon_s(&self) -> f64 {

@@ -60,7 +60,7 @@ impl Arguments {
         let form: RecordForm = self.asked.clone().given()?.form()?;
         let question = RecordQuestion::of(&form)?;
         if self.segments {
-            return output.summary(&record::segments(&question, &self.data)?);
+            return output.report(&record::segments(&question, &self.data)?);
         }
         let name = self.tissue_name()?;
         let mut place = PlaceOfFile::look(&self.file, "tissue")?;
@@ -128,7 +128,7 @@ impl Arguments {
             "notes": notes,
             "warnings": warnings,
         });
-        output.summary(&joined([chosen, rows, quality(&found, fit), beside]))?;
+        output.report(&joined([chosen, rows, quality(&found, fit), beside]))?;
         place.close(Ok(()))
     }
 

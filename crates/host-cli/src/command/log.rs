@@ -105,7 +105,7 @@ impl Command {
                 warn_of_order(&done.condition);
                 let complete = done.is_whole();
                 let csv = target.display().to_string();
-                output.summary(&json!({
+                output.report(&json!({
                     "samples": done.rows,
                     "complete": complete,
                     "csv": csv,
@@ -129,7 +129,7 @@ impl Copied {
             Some(span) => cut(&log, &target, span, self.overwrite)?,
             None => recover(&log, &target, self.overwrite)?,
         };
-        output.summary(&summary)?;
+        output.report(&summary)?;
         require_complete(summary.complete, &log, &target.display().to_string())
     }
 }
@@ -178,7 +178,7 @@ fn check(log: &Path, output: Output) -> Result<(), Failure> {
         ));
     }
     let reasons = summary.reasons();
-    output.summary(&summary)?;
+    output.report(&summary)?;
     match reasons.is_empty() {
         true => Ok(()),
         false => Err(Failure::data_lost(format_args!(

@@ -184,7 +184,7 @@ impl Export {
             "file": file,
         });
         match in_file {
-            true => output.summary(&exported),
+            true => output.report(&exported),
             false => output.text(&exported, |out| write!(out, "{text}")),
         }
     }

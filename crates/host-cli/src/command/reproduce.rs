@@ -69,7 +69,7 @@ impl Arguments {
         // Files that exist are complete.
         let ended_early = stopped().then_some("interrupted");
         let (drawn, judged) = (figures.len(), claims.len());
-        output.summary(&json!({
+        output.report(&json!({
             "figures": figures,
             "claims": claims,
             "report": report,

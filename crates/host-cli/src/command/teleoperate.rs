@@ -148,7 +148,7 @@ fn shown(
     } = run;
     let (picture, unsaved) = drawn(curves, &folder, pictures);
     report.figure = picture;
-    output.summary(&report)?;
+    output.report(&report)?;
     let unwritten = report.unwritten.as_ref();
     let table = unwritten.map(|lost| Failure::data_lost(format_args!("{lost}")));
     both_saved(table, unsaved)?;

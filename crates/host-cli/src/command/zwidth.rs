@@ -39,7 +39,7 @@ pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), 
         false => Vec::new(),
     };
     warn_of(&report);
-    output.summary(&Shown {
+    output.report(&Shown {
         report: &report,
         files,
     })?;

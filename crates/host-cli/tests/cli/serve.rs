@@ -114,7 +114,7 @@ fn a_port_that_is_taken_is_bad_usage_with_the_remedy_in_a_line() {
     let second = place.run(&format!("serve --no-browser --port {port}"));
     assert_eq!(second.code, Some(2), "{second}");
     let want = format!(
-        "error: --port {port} is taken by another program: take another, or 0 for any that is free\n"
+        "error: --port {port} is taken by another program: use another, or 0 for any that is free\n"
     );
     assert_eq!(second.stderr, want);
 }

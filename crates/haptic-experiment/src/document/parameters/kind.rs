@@ -2,6 +2,7 @@
 
 use super::range::{Range, in_degrees};
 use fracdiff::parameter::Shown;
+use haptic_loop::Limit;
 use haptic_quantity::{Key, WrittenUnit};
 use std::fmt;
 

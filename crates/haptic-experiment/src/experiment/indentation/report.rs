@@ -65,7 +65,7 @@ fn rig_is_seen(until_s: Option<f64>, duration_s: f64) -> Option<String> {
     };
     let ideal = CONTACT.set_to("ideal");
     Some(format!(
-        "{when}, not the tissue: take {ideal}, or a longer run"
+        "{when}, not the tissue: use {ideal}, or a longer run"
     ))
 }
 

@@ -416,7 +416,7 @@ fn a_piece_has_the_stiffness_dissipation_and_order_that_are_given() {
         ),
         (
             "tissue = 'spring'\norder = 0.5",
-            "give `dissipation_n_s_mu_per_m` and `order` together, or take the tissue spring-pot",
+            "give `dissipation_n_s_mu_per_m` and `order` together, or use the tissue spring-pot",
         ),
         (
             "tissue = 'passive-muscle'\nstiffness_n_per_m = 5",

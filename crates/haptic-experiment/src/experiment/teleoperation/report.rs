@@ -296,7 +296,7 @@ impl TeleoperationExperiment {
             "off_formula_most_db": most.map(f64::abs).reduce(f64::max),
         });
         let broken = self.must_be_passive && verdict != TeleoperationVerdict::Passive;
-        let remedy = "take a passive architecture, a softer coupler or a smaller motion";
+        let remedy = "use a passive architecture, a softer coupler or a smaller motion";
         Ok(Report {
             law: rows([law]),
             run: RunReport::new(ran, "sim".to_owned(), self.sample_time().0, files, warnings),
@@ -322,7 +322,7 @@ impl TeleoperationExperiment {
         }
         if verdict == TeleoperationVerdict::HeldForcesGaveEnergy {
             warnings.0.push(format!(
-                "holding forces added {:.3e} J more than damping absorbed: shorten {SAMPLE_TIME}, or take a softer coupler",
+                "holding forces added {:.3e} J more than damping absorbed: shorten {SAMPLE_TIME}, or use a softer coupler",
                 judged.beyond_damping_most_j
             ));
         }
@@ -335,7 +335,7 @@ impl TeleoperationExperiment {
     /// The warning of a force that was at its limit.
     pub(super) fn saturated(&self) -> String {
         format!(
-            "a force was at its limit of {} N: what was felt is not what was touched; take a softer coupler, a smaller \
+            "a force was at its limit of {} N: what was felt is not what was touched; use a softer coupler, a smaller \
              motion or a passive {ARCHITECTURE}",
             self.force_limit_n
         )

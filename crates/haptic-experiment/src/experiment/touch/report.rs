@@ -121,7 +121,7 @@ impl TouchExperiment {
             "given_most_j": energy.map(|energy| energy.most_j),
         });
         let broken = self.must_be_passive && verdict != TouchVerdict::Passive;
-        let remedy = "take a softer shape, a shorter sample time or a guard";
+        let remedy = "use a softer shape, a shorter sample time or a guard";
         let report = Report {
             law: rows([law]),
             run,
@@ -186,10 +186,10 @@ impl TouchExperiment {
         if let (TouchVerdict::GaveEnergy, Some(energy)) = (verdict, energy) {
             let remedy = if self.risen_j(&ran.record) > 0.5 * energy.most_j {
                 &format!(
-                    "the shape grew stiff while it was pressed: take a shorter {RISE_TIME}, or let the hand touch after it"
+                    "the shape grew stiff while it was pressed: use a shorter {RISE_TIME}, or let the hand touch after it"
                 )
             } else {
-                &format!("take a softer K and less B, a shorter {SAMPLE_TIME}, or a {GUARD}")
+                &format!("use a softer K and less B, a shorter {SAMPLE_TIME}, or a {GUARD}")
             };
             warnings.0.push(format!(
                 "the hand was given {:.3e} J more than it gave: {remedy}",

@@ -331,13 +331,6 @@ fn warnings(found: &[Found], best: &Found, record: &InputOutput) -> Vec<String> 
             "the record does not determine {loose}: record for longer, or give {MODEL} with fewer terms"
         ));
     }
-    if let Some([omega, damping]) = best.hidden_swing() {
-        warnings.push(format!(
-            "the pole at {} rad/s is barely damped (damping ratio {}) and a zero lies beside it within its errors: rather noise than a resonance of the plant; give {MODEL} without it",
-            digits(omega, 4),
-            digits(damping, 2)
-        ));
-    }
     warnings.extend(one_of_two(best, record));
     if let Some(other) = settles_as_well(found, record) {
         warnings.push(format!(

@@ -80,7 +80,7 @@ impl<'a, M> RemoteRun<'a, M> {
             true if error.is_about(Field::SimulationKind) => Failure::input_with_advice(
                 error,
                 format_args!(
-                    "this board cannot simulate a compliant contact: take {contact_rigid}",
+                    "this board cannot simulate a compliant contact: use {contact_rigid}",
                     contact_rigid = CONTACT.set_to("rigid")
                 ),
             ),

@@ -56,7 +56,7 @@ impl Arguments {
             .file(&plant.words, &found.design.wishes, PROGRAM);
         let controller_file = outputs.text("toml", &file.to_toml());
         let files = &write(&plant, &found.answer, &mut outputs);
-        output.summary(&Shown {
+        output.report(&Shown {
             report: found.report(&plant.words),
             controller_file,
             files,

@@ -90,7 +90,7 @@ impl Arguments {
         for warning in &answer.report.warnings {
             output.warn(warning);
         }
-        output.summary(&Shown {
+        output.report(&Shown {
             report: &answer.report,
             plant_file,
             files: figure.as_slice(),

@@ -180,7 +180,7 @@ impl Arguments {
         let shape = |run: &LoopRun| run.shape.as_ref().map(|found| shape(found, t));
         let closed = closed.as_ref();
         let limited_share = closed.map_or(0.0, |run| run.limited_share);
-        output.summary(&json!({
+        output.report(&json!({
             "plant": plant.words,
             "controller": file.map(|file| file.law.to_string()),
             "sample_time_s": t,

@@ -97,7 +97,7 @@ impl Arguments {
         });
         let digest = firmware_digest(link.capabilities());
         let proved = digest.map(|digest| json!({"firmware_digest": digest, "verified": true}));
-        output.summary(&joined([written, proved.unwrap_or_default()]))
+        output.report(&joined([written, proved.unwrap_or_default()]))
     }
 
     fn build(&self, board: &Board, output: Output) -> Result<PathBuf, Failure> {

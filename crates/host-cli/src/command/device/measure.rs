@@ -73,7 +73,7 @@ impl Arguments {
             );
         }
         report.frequency_response = outputs.write_beside("csv", table);
-        output.summary(&report)?;
+        output.report(&report)?;
         outputs.close(Ok(()))
     }
 }

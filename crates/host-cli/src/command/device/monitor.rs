@@ -65,7 +65,7 @@ struct Watched {
 impl Watched {
     fn report(&self, output: Output) -> Result<(), Failure> {
         let missing = self.samples_lost + self.dropped_samples;
-        output.summary(self)?;
+        output.report(self)?;
         let lost = match (&self.unwritten, missing) {
             (None, 0) => String::new(),
             (None, missing) => format!("{missing} samples are missing from the logs"),

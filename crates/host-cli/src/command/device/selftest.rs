@@ -71,9 +71,7 @@ impl Arguments {
         let form = self.out.is_some().then(|| form::of(&shown));
         report.form = place.write_beside("md", form);
         shown.form.clone_from(&report.form);
-        if output.json || !output.quiet {
-            output.report_as(&report, &shown)?;
-        }
+        output.report_as(&report, &shown)?;
         place.close(judge(&report))
     }
 }

@@ -64,7 +64,7 @@ impl Set {
         for limit in loosened(&before, &configuration.limits) {
             warn(&format!("loosened: {limit}"));
         }
-        output.summary(&parameters(&link.name(), &configuration, &values))
+        output.report(&parameters(&link.name(), &configuration, &values))
     }
 }
 
@@ -72,7 +72,7 @@ impl Set {
 pub(super) fn forget(port: &PortArguments, output: Output) -> Result<(), Failure> {
     let link = port.connect_any()?;
     let forgotten = port.device.remembered(&link)?.forget()?;
-    output.summary(&json!({"device": link.name(), "forgotten": forgotten}))
+    output.report(&json!({"device": link.name(), "forgotten": forgotten}))
 }
 
 /// A number of a device in its shortest form: 0.1, not 0.10000000149.

@@ -91,7 +91,7 @@ impl Plot {
             Some(_) => return refused(first, "is a log of others: draw it alone, over time"),
         };
         let figure = self.pictures.save(picture, &stem, self.overwrite)?;
-        output.summary(&joined([report, json!({ "figure": figure })]))?;
+        output.report(&joined([report, json!({ "figure": figure })]))?;
         require_complete(cut.is_none(), cut.as_deref().unwrap_or(first), &figure)
     }
 
