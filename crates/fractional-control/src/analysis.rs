@@ -28,7 +28,7 @@ pub struct LoopAnalysis {
     pub margins: Margins,
     /// The reason of the verdict.
     pub cause: Cause,
-    /// Where the plant is sampled by a rule and not exactly ([`SampledPlant::is_exact`](crate::SampledPlant::is_exact)) and nothing is proved of
+    /// If the plant is sampled by a rule and not exactly ([`SampledPlant::is_exact`](crate::SampledPlant::is_exact)) and nothing is proved of
     /// the plant itself: the least factor by which it must be sampled more often. The verdict then is of the rule.
     pub coarse: Option<f64>,
     /// The open loop L and S = 1/(1 + L) over frequency.
@@ -126,7 +126,7 @@ pub fn analyse_at(
     analysed(setup, plant, &closed)
 }
 
-/// The same of a loop that is closed already.
+/// Analyses a loop that is closed already.
 pub(crate) fn analysed(
     setup: &ControllerSetup,
     plant: &Plant,
@@ -148,7 +148,7 @@ pub(crate) fn analysed(
     let open = held.as_ref().unwrap_or(closed);
     let curve = curve(low, PI / t, |omega| Some(open.open(omega * t)));
     let cause = match curve.len() {
-        // Of what is no number nothing can be told.
+        // NaN cannot be judged.
         POINTS => cause(setup, plant, &judged, &verdict)?,
         _ => Cause::TooLarge,
     };
@@ -171,7 +171,7 @@ fn later(
     setup.closed_with(&setup.sampled(&plant)?)
 }
 
-/// How many times as often, at least, a loop would have to be sampled whose rule is not proved to stand for its plant.
+/// Least factor by which a loop must be sampled more often, if its rule is not proved to represent its plant.
 pub(crate) fn coarse(closed: &SampledLoop) -> f64 {
     let slow = |theta: &f64| closed.open(*theta).norm() >= 1.0;
     let step = (PI / RULE_HOLDS_TO).ln() / POINTS as f64;

@@ -13,7 +13,7 @@ const SLOWEST: f64 = 1e-14;
 const DECADES_BELOW: usize = 6;
 /// L moves and turns by less than this share where it has come to rest at low frequency.
 const FLAT: f64 = 1e-3;
-/// A smaller gain at which L meets −1 is none: L jumps there from one end of the numbers to the other, through a pole on the circle.
+/// Smaller gains at which L meets −1 do not count: L jumps there from one end of the numbers to the other, through a pole on the circle.
 const AT_A_POLE: f64 = 1e-10;
 /// Share by which a peak may be exceeded, of a plant behind its hold, of whose response one derivative is bounded.
 const PEAK: f64 = 1e-6;

@@ -112,7 +112,7 @@ impl SampledLoop {
         self.memory_s
     }
 
-    /// The same with the gain of the plant times this.
+    /// Sets the factor on the gain of the plant.
     #[must_use]
     pub fn with_gain(&self, gain: f64) -> Self {
         Self {
@@ -141,8 +141,8 @@ impl SampledLoop {
         self.is_held
     }
 
-    /// The loop whose verdict is to be told, and true where it is of the plant: that of the plant behind its hold if it is proved, else that of
-    /// the rule.
+    /// The loop to be judged, and true if that is of the plant: the plant behind its hold if its verdict is proved, else
+    /// its rule.
     pub(crate) fn judged(&self) -> (Self, bool) {
         match self.of_plant() {
             None => (self.clone(), true),
@@ -195,7 +195,7 @@ impl SampledLoop {
         self.gain
     }
 
-    /// The verdict, as a proof: no zero of F on or inside the circle, or how many. |F| is told relative to the sum of the sizes of its terms.
+    /// The verdict, as a proof: no zero of F on or inside the circle, or how many. |F| is relative to the sum of the sizes of its terms.
     #[must_use]
     pub fn verdict(&self) -> StabilityVerdict {
         let verdict = count(|arc| {

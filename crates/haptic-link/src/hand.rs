@@ -54,7 +54,7 @@ impl core::fmt::Display for HandSide {
 }
 
 enumerated! {
-    /// How the two sides are coupled.
+    /// Coupling of the two sides.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
     pub enum Architecture {
         /// Each side is pulled to the place of the other by a fractional coupler.

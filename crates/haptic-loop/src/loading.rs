@@ -31,7 +31,7 @@ use fracdiff::parameter::{positive, range};
 use fracdiff::{Real, enumerated};
 
 enumerated! {
-    /// Which modulus a number in Pa states.
+    /// Modulus that a number in Pa states.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Modulus {
         /// G.

@@ -47,7 +47,7 @@ pub(crate) struct TextFile {
 /// Longest sentence about a value that has the wrong type, which it shows whole, characters.
 const ECHO: usize = 200;
 
-/// What is wrong with a value, in a line that does not show all of a long one.
+/// The error of a value, in a line that shortens a long one.
 pub(crate) fn in_a_line(told: &str) -> String {
     within(told, ECHO)
 }

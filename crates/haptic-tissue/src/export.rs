@@ -328,7 +328,7 @@ impl ExportFormat {
 }
 
 enumerated! {
-    /// How much of a material a text has.
+    /// Part of a material that a text has.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum Card {
         /// The series, for a material whose elasticity stands elsewhere.

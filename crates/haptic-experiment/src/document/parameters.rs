@@ -37,7 +37,7 @@ pub(crate) const RATE: Key = Key("rate_hz");
 pub(crate) const TISSUE_IN_LOG: &str = "tissue_file";
 pub(crate) const CONTROLLER_IN_LOG: &str = "drive.file";
 pub(crate) const DEVICE_IN_LOG: &str = "device_model.file";
-/// The same of the device of a drive.
+/// Parameters of the device of a drive.
 pub(crate) const DRIVE_DEVICE_IN_LOG: &str = "drive_device_model.file";
 
 /// Parameters that name a file or a folder of files, some of them also by a name that is no path, and where a log has the text.

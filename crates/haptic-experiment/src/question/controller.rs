@@ -142,7 +142,7 @@ impl DesignForm {
     /// The wishes.
     ///
     /// # Errors
-    /// A number outside its range, a text that is none of its key.
+    /// A number outside its range, a text that its key does not allow.
     pub fn wishes(&self) -> Result<Specification, Failure> {
         self.check()?;
         let Some(crossover) = self.crossover_rad_s else {

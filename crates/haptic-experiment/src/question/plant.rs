@@ -109,7 +109,7 @@ impl PlantQuestion {
     /// Understands a form.
     ///
     /// # Errors
-    /// A text that is none of its key, a number outside its range, keys that exclude each other.
+    /// A text that its key does not allow, a number outside its range, keys that exclude each other.
     pub fn of(form: &PlantForm) -> Result<Self, Failure> {
         let mut columns = SIGNALS.map(|(_, column)| column.to_owned());
         for (index, name) in parts(PLANT_COLUMNS.key, &form.columns, signal)? {

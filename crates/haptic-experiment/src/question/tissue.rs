@@ -85,7 +85,7 @@ pub(crate) fn models() -> Vec<(Option<ModelKind>, &'static str, &'static str)> {
 }
 
 form! {
-    /// What the tables of records do not say, by the names of keys; numbers in SI units.
+    /// Values that complete the tables of records, by the names of keys; numbers in SI units.
     RecordForm, RECORD:
     "Record"
     COLUMNS = columns: text("",

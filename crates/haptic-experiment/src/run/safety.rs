@@ -89,7 +89,7 @@ pub(crate) struct Safety {
     pub guard: GuardChoice,
     /// Lowest and highest position, m.
     pub workspace_m: Option<(f64, f64)>,
-    /// In the order of [`Limit::ALL`]. 0 switches off what a real device has unless it is told otherwise.
+    /// In the order of [`Limit::ALL`]. 0 switches off a default of a real device.
     numbers: [Option<f64>; Limit::ALL.len()],
     /// Facts of the device for its guard, but for the mass, which is a limit of braking too.
     device: GuardedDevice,
@@ -155,7 +155,7 @@ impl Safety {
         self.numbers[limit as usize]
     }
 
-    /// The same with a limit.
+    /// Sets a limit.
     pub(crate) const fn with(mut self, limit: Limit, number: Option<f64>) -> Self {
         self.numbers[limit as usize] = number;
         self

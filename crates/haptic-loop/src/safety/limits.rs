@@ -139,7 +139,7 @@ impl Limits {
     }
 }
 
-/// Which of two values of a limit is tighter. NaN means no limit.
+/// Order in which values of a limit are tighter. NaN means no limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tighter {
     /// The smaller of two values is the tighter one.
@@ -152,7 +152,7 @@ pub enum Tighter {
     Unordered,
 }
 
-/// How a number of the limits is read and set; `None` is off, or 0 where nothing is ever off.
+/// Access to a number of the limits; `None` is off, or 0 for a limit that cannot be off.
 macro_rules! number {
     (get $field:ident Option<$unit:ident>) => {
         |limits: &Limits| limits.$field.map(|number| number.0)
@@ -212,7 +212,7 @@ macro_rules! table {
                 match self { $(Self::$name => $default,)* }
             }
 
-            /// Which of two values is stricter.
+            /// Order in which values are stricter.
             #[must_use]
             pub const fn tighter(self) -> Tighter {
                 match self { $(Self::$name => Tighter::$tighter,)* }
@@ -224,7 +224,7 @@ macro_rules! table {
                 match self { $(Self::$name => number!(get $($number)*)(limits),)* }
             }
 
-            /// Sets the number; `None` is off. The stuck time comes after the stuck force, without which there is none to set.
+            /// Sets the number; `None` is off. The stuck time comes after the stuck force, without which it has no effect.
             // In line, loops over all limits are unrolled, for 0.4 KiB of flash.
             #[inline(never)]
             pub fn set(self, limits: &mut Limits, number: Option<f64>) {
@@ -340,7 +340,7 @@ impl SpeedLimit {
 ///
 /// A reading that has been the same, to the last bit, for `time`, and goes on so while the wanted force, limited,
 /// grows in magnitude by more than `force` and more than `force` is applied, latches
-/// [`Fault::PositionStuck`](crate::Fault::PositionStuck). A force that only falls is none: that is how a tissue
+/// [`Fault::PositionStuck`](crate::Fault::PositionStuck). A force that only falls does not count: that is how a tissue
 /// relaxes that is held. Nor is one that stays, as against a hand that does not move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stuck {

@@ -169,7 +169,7 @@ impl DeviceNumbers {
 }
 
 enumerated! {
-    /// The same motion felt by another operator: the last second alone, or A₃, which remembers three samples.
+    /// Another operator for the motion that is felt: the last second alone, or A₃, which remembers three samples.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
     #[serde(rename_all = "lowercase")]
     pub(crate) enum Ghost {

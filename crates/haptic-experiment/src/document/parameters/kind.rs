@@ -106,7 +106,7 @@ impl Parameter {
         Self::new(key, Value::Flag(false), "", help)
     }
 
-    /// A number outside the range, with the range, its unit and the remedy; `None` of one inside, and of none.
+    /// A number outside the range, with the range, its unit and the remedy; an omitted number passes.
     #[must_use]
     pub fn outside(&self, number: Option<f64>) -> Option<String> {
         let range = self.range();

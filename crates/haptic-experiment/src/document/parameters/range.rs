@@ -55,7 +55,7 @@ impl Range {
         }
     }
 
-    /// The same range and 0, where 0 switches something off.
+    /// Adds 0 to the range, for a value that 0 switches off.
     #[must_use]
     pub const fn or_0(self) -> Self {
         match self {

@@ -120,7 +120,7 @@ struct Judge<'a> {
     ends_limited: bool,
 }
 
-/// What a judged run has to say, apart from its errors.
+/// Warnings of a judged run.
 struct Judged {
     last: Option<TheorySample>,
     final_over_theory: Option<f64>,

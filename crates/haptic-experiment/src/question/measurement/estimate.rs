@@ -285,7 +285,7 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
     let lag = only(Number::SquareOfLag) * if wide > 0.0 { chord } else { 0.0 };
     // Of what is late the delay is what the lag is not.
     let delay = only(Number::Lateness) - &lag;
-    // A negative lag is none, and all that is late is delay.
+    // A negative lag counts as 0, and the whole lateness as delay.
     let lateness = model.delay + model.lag.abs();
     let delayed = (lateness - model.lag.max(0.0)).max(0.0);
     let [delay_low, delay_high] = match model.lag < 0.0 {

@@ -4,7 +4,7 @@ use crate::document::parameters::range::{DEAD_TIMES, Range, SAMPLE_TIMES};
 use crate::question::form::form;
 
 form! {
-    /// What the table of a plant does not say, by the names of keys; numbers in SI units.
+    /// Values that complete the table of a plant, by the names of keys; numbers in SI units.
     PlantForm, PLANT_RECORD:
     "Table"
     PLANT_COLUMNS = columns: text("", "Columns, as in input=valve,output=temperature [default: time_s, input, output]");

@@ -27,7 +27,7 @@ pub struct PlantReport {
     pub offset: Option<f64>,
     /// Input that the plant had settled at.
     pub input_before: Option<f64>,
-    /// Where the plant was when the record began, in words.
+    /// State of the plant at the beginning of the record, in words.
     pub begins: &'static str,
     /// The reading of the table, of a plant that answers at once.
     pub output_read: Option<String>,
@@ -47,7 +47,7 @@ pub struct PlantReport {
     pub order_reason: String,
     /// Poles that grow; null with a pole at s = 0 or on the imaginary axis.
     pub unstable_poles: Option<usize>,
-    /// What the record does, if it does not come to rest.
+    /// Behaviour of the record, if it does not come to rest.
     pub unstable_poles_reason: Option<&'static str>,
     /// The numbers of the function.
     pub numbers: Vec<NumberRow>,
@@ -173,7 +173,7 @@ fn is_whole(function: &FractionalTransferFunction) -> bool {
     terms.all(|term| term.order.fract() == 0.0)
 }
 
-/// Where the plant was when the record began, behind its other figures.
+/// State of the plant at the beginning of the record, after its other figures.
 pub(super) fn counted_from(record: &InputOutput, found: &Identified) -> String {
     let offset = digits(found.offset, 5);
     match start_of(record, found) {
@@ -187,7 +187,7 @@ pub(super) fn counted_from(record: &InputOutput, found: &Identified) -> String {
     }
 }
 
-/// The same in words.
+/// As a sentence.
 fn begins(start: Start) -> &'static str {
     match start {
         Start::Rest => "at rest",
@@ -295,7 +295,7 @@ fn numbers(best: &Found) -> Vec<NumberRow> {
         .collect()
 }
 
-/// Where a function leaves much that is no noise, though little of the whole record.
+/// A residual that is large and not noise, though a small part of the whole record.
 fn lacking(at: &Unexplained) -> String {
     let part = if at.share > 1.0 {
         format!("{} times the output", digits(at.share, 4))
@@ -309,7 +309,7 @@ fn lacking(at: &Unexplained) -> String {
     )
 }
 
-/// What the function leaves unexplained, and what the record does not tell.
+/// Warnings about the residual, and about numbers that the record does not determine.
 fn warnings(found: &[Found], best: &Found, record: &InputOutput) -> Vec<String> {
     let mut warnings = Vec::new();
     if record.start == Start::Moving && !is_whole(&best.identified.function) {
@@ -402,11 +402,11 @@ fn order_reason(found: &[Found], best: &Found) -> String {
     }
 }
 
-/// What is left between function and record, where it is much.
+/// A large residual between function and record.
 fn unexplained(best: &Found) -> Option<String> {
     let (left, neighbours) = (1.0 - best.identified.fit, best.neighbours);
     let what = match (neighbours.abs() < ALIKE, best.identified.noise.order()) {
-        // What noise leaves has nothing in common from a sample to the next.
+        // White noise is uncorrelated from sample to sample.
         (true, 0) if left > MUCH => "as noise does".to_owned(),
         (true, order) if left > MUCH => format!(
             "as slow noise does (an autoregression of order {order}, which errors and choice count with)"
@@ -425,7 +425,7 @@ fn unexplained(best: &Found) -> Option<String> {
     ))
 }
 
-/// What to know of a function before it is used.
+/// Warnings about a function before it is used.
 fn nature(function: &FractionalTransferFunction) -> Option<&'static str> {
     match function.unstable_poles() {
         Some(0) => None,

@@ -22,9 +22,9 @@ use std::sync::atomic::AtomicBool;
 /// began: at rest, settled at another input, or moving. Writes a plant file for the other commands of control.
 ///
 /// Without --model it tries integer orders with up to four poles, and one or two powers of s with
-/// free orders, and takes the simplest function whose BIC is close to the lowest. Warnings say what
+/// free orders, and chooses the simplest function whose BIC is close to the lowest. Warnings say what
 /// the function does not explain, which numbers the record does not determine, and whether dead
-/// time and a pole can be told apart.
+/// time and a pole can be distinguished.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli control identify record.csv --columns \

@@ -58,7 +58,7 @@ fn limits(set: &Limits) -> Vec<Value> {
     ];
     let rows = numbers.chain(others).map(|(key, set, most)| {
         let set = set.map(f64::from);
-        // What is set is in single precision.
+        // Set values are in single precision.
         let is_tight = set.is_some_and(|set| set.abs() <= most * (1.0 + 1e-6));
         let first_time = match key.ends_with("low_m") {
             true => format!("{} or above", written(key, -most)),
