@@ -179,7 +179,7 @@ def test_python_control_runs_the_same_operator(scheme: str, order: float) -> Non
 
 def test_what_has_no_matrices_says_so() -> None:
     for scheme in ("full-bdf2", "grunwald:5000"):
-        with pytest.raises(ValueError, match="take full"):
+        with pytest.raises(ValueError, match="use full"):
             state_space(Operator(0.5, T, scheme))
 
 

@@ -14,7 +14,7 @@ pub enum HeaderError {
     Name(String),
     /// A list of coefficients that no operator has.
     #[error(
-        "{count} coefficients with an integer part of {integer} are not what this form of operator has: take the list \
+        "{count} coefficients with an integer part of {integer} are not what this form of operator has: use the list \
          of an operator"
     )]
     List {

@@ -47,7 +47,7 @@ pub enum ControlError {
         what: &'static str,
     },
     /// More terms than there is room for.
-    #[error("{count} terms are more than the largest number, {most}: take fewer orders")]
+    #[error("{count} terms are more than the largest number, {most}: use fewer orders")]
     TooManyTerms {
         /// Number of terms asked for.
         count: usize,

@@ -62,7 +62,7 @@ pub enum ExportError {
     )]
     Impulse(ModelKind),
     /// G has fallen to nothing within the band, at this time, s.
-    #[error("the modulus has decayed to zero by {} s: take a {HORIZON} below it", Shown(*.0))]
+    #[error("the modulus has decayed to zero by {} s: use a {HORIZON} below it", Shown(*.0))]
     Vanished(f64),
     /// More terms than the format has: their number, and the most.
     #[error(
@@ -71,10 +71,10 @@ pub enum ExportError {
     )]
     Terms(usize, usize),
     /// A format that refers to the long-term modulus, and a series without one.
-    #[error("the format needs a long-term modulus: take the format table")]
+    #[error("the format needs a long-term modulus: use the format table")]
     NoLongTermModulus,
     /// A format without whole materials.
-    #[error("the format {0} has no card of a whole material: take ansys or abaqus, or omit {CARD}")]
+    #[error("the format {0} has no card of a whole material: use ansys or abaqus, or omit {CARD}")]
     Card(&'static str),
     /// A series that is no model.
     #[error(transparent)]

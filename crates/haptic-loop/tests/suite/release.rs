@@ -53,7 +53,7 @@ fn braking_beyond_what_the_device_bears_is_refused_in_one_line() {
     };
     for (limits, most, words) in [
         (of(5.001, None, 1), 5.0, "give its mass"),
-        (of(1000.0, Some(0.065), 0), 65.0, "take less braking"),
+        (of(1000.0, Some(0.065), 0), 65.0, "use less braking"),
         (of(22.0, Some(0.065), 1), 0.065 / 3e-3, "half of what"),
     ] {
         let refused = SafetyChain::<f32>::from_limits(&limits, T).expect_err("too much");

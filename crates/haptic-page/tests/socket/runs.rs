@@ -163,7 +163,7 @@ fn frames_answer_their_requests_and_a_table_is_the_samples_of_the_log() {
     for (wrong, want) in [
         (
             json!({"name": name, "channels": ["colour"]}),
-            "take some of reference_m",
+            "use some of reference_m",
         ),
         (late, "before"),
         (json!({"name": "../x", "channels": []}), "there is no log"),

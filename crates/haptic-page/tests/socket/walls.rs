@@ -86,7 +86,7 @@ fn verdicts_agree(cases: u32) {
             // The remedy helps.
             let most = edge(unstable_one);
             let named = refused
-                .split("take at most ")
+                .split("use at most ")
                 .nth(1)
                 .map(|rest| rest.split(' ').next());
             let factor = named.flatten().and_then(|text| text.parse::<f64>().ok());

@@ -215,10 +215,7 @@ fn what_cannot_be_exported_is_refused_with_a_remedy() {
             &MeasuredLoading::default(),
         )
         .expect_err("six terms");
-    assert!(
-        error.to_string().ends_with("take `branches` = 6"),
-        "{error}"
-    );
+    assert!(error.to_string().ends_with("use `branches` = 6"), "{error}");
 }
 
 /// (1 − what has relaxed) of a card's pairs at a time.
@@ -455,7 +452,7 @@ fn a_whole_material_has_its_elasticity_at_0() {
         let refused = fit.text(format(name), Card::Material, "gel", &loading);
         let said = refused.expect_err(name).to_string();
         assert!(
-            said.contains("take ansys or abaqus, or omit `card`"),
+            said.contains("use ansys or abaqus, or omit `card`"),
             "{said}"
         );
     }

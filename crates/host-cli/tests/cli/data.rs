@@ -457,7 +457,7 @@ fn a_tissue_is_exported_for_finite_elements_with_its_error() {
     assert_eq!(lengths[0], lengths[1]);
     assert_eq!(json["file"], Value::Null);
     let few = place.run("materials export fish-muscle --format febio --prony 7");
-    few.refused(2, &["take --prony", "6"]);
+    few.refused(2, &["use --prony", "6"]);
     // The card of a motion begins at its first step.
     let rows = (0..40).map(|n| {
         let [t, e] = [0.05 * f64::from(n), 0.05 * (0.5 * f64::from(n)).min(1.0)];

@@ -255,7 +255,7 @@ impl TeleoperationExperiment {
                 )
             }
             FarEnd::Late => format!(
-                "{} of {} ticks were skipped, more than {} %: the result is not valid; free this machine, take a longer {SAMPLE_TIME}, or allow it \
+                "{} of {} ticks were skipped, more than {} %: the result is not valid; free this machine, use a longer {SAMPLE_TIME}, or allow it \
                  with {SKIPPED_SHARE}",
                 side.skipped,
                 side.tick,

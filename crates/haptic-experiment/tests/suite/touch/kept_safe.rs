@@ -71,7 +71,7 @@ fn a_shape_that_grows_stiff_while_it_is_pressed_is_told_as_that() {
     assert_eq!(verdict(&report), "gave-energy");
     let said = report.run.warnings.join("; ");
     assert!(
-        said.contains("take a shorter `rise_time_s`") && !said.contains("softer K"),
+        said.contains("use a shorter `rise_time_s`") && !said.contains("softer K"),
         "{said}"
     );
     let (report, _) = run(&risen(2.5));
