@@ -137,7 +137,7 @@ impl PyLoop {
             "unstable_poles": verdict.unstable_poles,
             "distance": verdict.distance,
             "omega_rad_s": verdict.theta / slf.get().sample_time,
-            "spectral_radius": verdict.spectral_radius,
+            "spectral_radius": radius,
             "drifts": drifts,
         })
     }

@@ -6,11 +6,11 @@ use crate::arrays::{complex_vector, vector};
 use crate::conducted::{Interrupted, conduct};
 use crate::json::{dict, from_python, to_python};
 use crate::refused::{OrRefused as _, refused};
-use haptic_experiment::question::tissue::{RecordForm, RecordQuestion, contact_point, held};
-use haptic_loop::{Loading, LoadingKind, Specimen};
-use haptic_tissue::identify::{
-    self, Baseline, CANDIDATES, ContactPoint, Identification, Options, Record, Weighting, table,
-};
+use haptic_experiment::question::tissue::{RecordForm, RecordQuestion};
+use haptic_loop::{INCOMPRESSIBLE, Specimen};
+use haptic_tissue::ModelKind;
+use haptic_tissue::identify::table::{self, Reading};
+use haptic_tissue::identify::{self, CANDIDATES, Identification, Record, RecordKind};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
