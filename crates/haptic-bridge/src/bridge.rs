@@ -73,11 +73,12 @@ impl Ticker {
 /// A device that a host can reach over TCP. Dropping it closes the connection.
 #[derive(Debug)]
 pub struct Bridge {
+    // Dropped first: its thread has ended before what it shares is let go.
+    pub(crate) serving: Serving,
     /// To be moved into the thread that ticks.
     pub ticker: Ticker,
     /// Clones of it may be used by any thread.
     pub handle: Handle,
-    pub(crate) serving: Serving,
 }
 
 impl Bridge {
