@@ -1,5 +1,6 @@
 //! The verdict on a loop, its margins, and the reason of the verdict.
 
+use crate::verdict::Judged;
 use crate::{
     ControlError, ControllerParameters, ControllerSetup, Crossing, FractionalTransferFunction,
     Margins, Plant, SampledLoop, StabilityVerdict,
@@ -123,18 +124,19 @@ pub fn analyse_at(
 ) -> Result<LoopAnalysis, ControlError> {
     let sampled = setup.sampled(plant)?;
     let closed = setup.closed_with(&sampled)?.with_gain(gain);
-    analysed(setup, plant, &closed)
+    analysed(setup, plant, &closed.judged())
 }
 
-/// Analyses a loop that is closed already.
+/// Analyses a loop that is judged already.
 pub(crate) fn analysed(
     setup: &ControllerSetup,
     plant: &Plant,
-    closed: &SampledLoop,
+    judged: &Judged,
 ) -> Result<LoopAnalysis, ControlError> {
-    let (judged, is_plants) = closed.judged();
-    let later = |delay_s: f64| later(setup, plant, delay_s).map(|own| own.with_gain(closed.gain()));
-    let (mut verdict, margins) = (judged.verdict(), closed.margins_of_plant(&later));
+    // Of the plant, as the margins are, and not of the rule that stands for it.
+    let open = &judged.of_plant;
+    let later = |delay_s: f64| later(setup, plant, delay_s).map(|own| own.with_gain(open.gain()));
+    let (mut verdict, margins) = (judged.verdict, open.margins_of_plant(&later));
     let drifts = plant.order_at_rest() > 0.0 && adds_up(&setup.law);
     if drifts && verdict.stable {
         // The product hides it: the command grows for ever, though no output does.
@@ -143,20 +145,17 @@ pub(crate) fn analysed(
     let place = margins.phase.unwrap_or(margins.sensitivity).omega_rad_s;
     let t = setup.sample_time_s;
     let low = (place / BELOW).min(0.01 * PI / t);
-    // Of the plant, as the margins are, and not of the rule that stands for it.
-    let held = closed.of_plant();
-    let open = held.as_ref().unwrap_or(closed);
     let curve = curve(low, PI / t, |omega| Some(open.open(omega * t)));
     let cause = match curve.len() {
         // NaN cannot be judged.
-        POINTS => cause(setup, plant, &judged, &verdict)?,
+        POINTS => cause(setup, plant, judged.own(), &verdict)?,
         _ => Cause::TooLarge,
     };
     Ok(LoopAnalysis {
         verdict,
         margins,
         cause,
-        coarse: (!is_plants).then(|| coarse(closed)),
+        coarse: judged.of_rule().map(coarse),
         curve,
     })
 }
@@ -346,10 +345,10 @@ fn cause(
     if plant.delay_s() > 0.0
         && let Some(prompt) = plant.without_dead_time()
     {
-        let (closed, _) = setup.closed_with(&setup.sampled(&prompt)?)?.judged();
-        let first = closed.margins().delay_s;
+        let judged = setup.closed_with(&setup.sampled(&prompt)?)?.judged();
+        let first = judged.own().margins().delay_s;
         let later = |delay_s| later(setup, &prompt, delay_s);
-        if closed.verdict().stable
+        if judged.verdict.stable
             && let Some(delay) = SampledLoop::delay_margin(first, &later).unwrap_or(first)
         {
             return Ok(Cause::DeadTime(delay));

@@ -1,12 +1,11 @@
 //! From wishes to a controller, with the best PID of order 1 beside it.
 
 use crate::analysis::{LoopAnalysis, analysed};
-use crate::run;
+use crate::run::limited_share;
 use crate::tuning::{GAINS, Sampling, Specification, Tuned, steps, tune, tune_integer};
 pub use crate::tuning::{Wish, WishName};
 use crate::{
-    ControlError, ControllerSetup, Margins, PidParameters, Plant, Response, SampledLoop, SetPoint,
-    Shape,
+    ControlError, ControllerSetup, Margins, PidParameters, Plant, Response, SetPoint, Shape,
 };
 use fracdiff::{Scheme, Seconds};
 use std::vec;
@@ -211,8 +210,7 @@ impl ControlDesign {
     /// A plant that does not run, parameters outside their range.
     pub fn trial(&self, setup: &ControllerSetup) -> Result<Trial, ControlError> {
         let plant = setup.sampled(&self.plant)?;
-        let closed: SampledLoop = setup.closed_with(&plant)?;
-        let (judged, _) = closed.judged();
+        let judged = setup.closed_with(&plant)?.judged();
         let (memory, t) = (setup.memory()?, setup.sample_time());
         let runs = setup
             .pid()
@@ -225,19 +223,19 @@ impl ControlDesign {
                 gain,
                 shape: response.shape(),
                 response,
-                stable: judged.with_gain(gain).verdict().stable,
+                stable: judged.own().with_gain(gain).verdict().stable,
             });
         let step = vec![self.step; self.samples];
-        let run = run::run(setup, &self.plant, &step, Some(self.step))?;
-        let analysis = analysed(setup, &self.plant, &closed)?;
+        let step = setup.simulate(&plant, &step)?;
+        let analysis = analysed(setup, &self.plant, &judged)?;
         Ok(Trial {
-            stable_gains: judged.gain_interval(&analysis.margins),
+            stable_gains: judged.own().gain_interval(&analysis.margins),
             analysis,
             robustness: robustness.collect(),
-            shape: run.response.shape_of_step(self.step),
-            limited_share: run.limited_share,
+            shape: step.shape_of_step(self.step),
+            limited_share: limited_share(setup, &step),
             loaded: setup.simulate_loaded(&plant, &vec![0.0; self.samples], self.step)?,
-            step: run.response,
+            step,
         })
     }
 

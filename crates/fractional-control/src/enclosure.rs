@@ -4,6 +4,7 @@ use crate::ControlError;
 use crate::records::largest;
 use certified_count::{Arc, Enclosed, Jet};
 use core::fmt::Debug;
+use core::ops::SubAssign;
 use fracdiff::parameter::range;
 use num_complex::Complex;
 use std::vec::Vec;
@@ -152,32 +153,31 @@ impl Sum {
     }
 
     /// Without the power of v that all products have in common.
-    pub(crate) fn without_differences(mut self) -> Self {
-        let power = |product: &Product| match product.factors.first() {
-            Some(Factor::Difference(n)) => *n,
-            _ => 0,
-        };
-        let common = self.0.iter().map(power).min().unwrap_or(0);
-        for product in &mut self.0 {
-            if let Some(Factor::Difference(n)) = product.factors.first_mut() {
-                *n -= common;
-            }
-        }
-        self
+    pub(crate) fn without_differences(self) -> Self {
+        self.without_common(|product| match product.factors.first_mut() {
+            Some(Factor::Difference(n)) => Some(n),
+            _ => None,
+        })
     }
 
     /// Without the whole samples of dead time with which all products end.
-    pub(crate) fn prompt(mut self) -> Self {
-        let late = |product: &Product| match product.factors.last() {
-            Some(Factor::Delay(samples)) => *samples,
-            _ => 0,
-        };
-        let common = self.0.iter().map(late).min().unwrap_or(0);
-        for product in &mut self.0 {
-            if let Some(Factor::Delay(samples)) = product.factors.last_mut() {
-                *samples -= common;
-            }
-        }
+    pub(crate) fn prompt(self) -> Self {
+        self.without_common(|product| match product.factors.last_mut() {
+            Some(Factor::Delay(samples)) => Some(samples),
+            _ => None,
+        })
+    }
+
+    /// Without the least of these powers, 0 of a product that has none.
+    fn without_common<N: Copy + Default + Ord + SubAssign>(
+        mut self,
+        power: fn(&mut Product) -> Option<&mut N>,
+    ) -> Self {
+        let all = self.0.iter_mut();
+        let common = all.map(|product| power(product).map_or(N::default(), |n| *n));
+        let common = common.min().unwrap_or_default();
+        let all = self.0.iter_mut();
+        all.filter_map(power).for_each(|n| *n -= common);
         self
     }
 

@@ -205,7 +205,11 @@ impl SampledLoop {
     ///
     /// A delay is one that the memory [holds](Self::remembered). Cost: that of [`delay_margin`](Self::delay_margin), some dozen verdicts.
     pub fn margins_of_plant<E>(&self, later: &dyn Fn(f64) -> Result<Self, E>) -> Margins {
-        let held = self.of_plant();
+        let held = if self.is_held() {
+            None
+        } else {
+            self.of_plant()
+        };
         let mut margins = held.as_ref().unwrap_or(self).margins();
         let first = self.remembered(margins.delay_s);
         let delay_s = Self::delay_margin(first, later).unwrap_or(first);

@@ -86,24 +86,25 @@ pub fn run(
 ) -> Result<LoopRun, ControlError> {
     let plant = setup.sampled(plant)?;
     let response = setup.simulate(&plant, reference)?;
-    let at = |limit: Option<f64>, u: f64| limit.is_some_and(|limit| (u - limit).abs() == 0.0);
-    let limited = response
-        .command
-        .iter()
-        .filter(|u| at(setup.output_low, **u) || at(setup.output_high, **u))
-        .count();
-    let closed = setup.closed_with(&plant)?;
-    let (judged, is_plants) = closed.judged();
-    let ends = ends(&closed, &response);
+    let judged = setup.closed_with(&plant)?.judged();
+    let ends = ends(&judged.closed, &response);
     Ok(LoopRun {
         shape: step.map(|height| response.shape_of_step(height)),
-        verdict: judged.verdict(),
-        coarse: (!is_plants).then(|| coarse(&closed)),
+        verdict: judged.verdict,
+        coarse: judged.of_rule().map(coarse),
         settles: ends.map(|ends| ends[0]),
         at_reference: ends.map(|ends| ends[1]),
-        limited_share: limited as f64 / response.command.len().max(1) as f64,
+        limited_share: limited_share(setup, &response),
         response,
     })
+}
+
+/// Share of the samples with the command at a limit.
+pub(crate) fn limited_share(setup: &ControllerSetup, run: &Response) -> f64 {
+    let at = |limit: Option<f64>, u: f64| limit.is_some_and(|limit| (u - limit).abs() == 0.0);
+    let limited = |u: &&f64| at(setup.output_low, **u) || at(setup.output_high, **u);
+    let count = run.command.iter().filter(limited).count();
+    count as f64 / run.command.len().max(1) as f64
 }
 
 /// The output of a plant alone for an input, from rest.

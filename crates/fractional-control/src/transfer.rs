@@ -82,8 +82,9 @@ impl FractionalTransferFunction {
         &self.denominator
     }
 
-    #[cfg(feature = "std")]
-    pub(crate) fn is_whole(&self) -> bool {
+    /// True if all orders are integers.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
         let (above, below) = (self.numerator.terms(), self.denominator.terms());
         let mut terms = above.iter().chain(below);
         terms.all(|term| (term.order - libm::round(term.order)).abs() <= 0.0)

@@ -53,6 +53,33 @@ pub struct SampledLoop {
     sample_time: Seconds,
 }
 
+/// A loop with its verdict, which is found once.
+#[derive(Clone, Debug)]
+pub(crate) struct Judged {
+    /// The loop as it runs, of a rule where that replaces the plant.
+    pub(crate) closed: SampledLoop,
+    /// The loop of the plant, behind its hold in place of a rule.
+    pub(crate) of_plant: SampledLoop,
+    /// True if the verdict is on that loop, false if on the rule's.
+    is_plants: bool,
+    pub(crate) verdict: StabilityVerdict,
+}
+
+impl Judged {
+    /// The loop that the verdict is on.
+    pub(crate) fn own(&self) -> &SampledLoop {
+        match self.is_plants {
+            true => &self.of_plant,
+            false => &self.closed,
+        }
+    }
+
+    /// The loop of the rule where the verdict is on that.
+    pub(crate) fn of_rule(&self) -> Option<&SampledLoop> {
+        (!self.is_plants).then_some(&self.closed)
+    }
+}
+
 impl SampledLoop {
     /// The controller's memory may differ from the one that the plant is sampled with.
     ///
@@ -141,13 +168,19 @@ impl SampledLoop {
         self.is_held
     }
 
-    /// The loop to be judged, and true if that is of the plant: the plant behind its hold if its verdict is proved, else
-    /// its rule.
-    pub(crate) fn judged(&self) -> (Self, bool) {
-        match self.of_plant() {
-            None => (self.clone(), true),
-            Some(held) if held.verdict().unstable_poles.is_some() => (held, true),
-            Some(_) => (self.clone(), false),
+    /// Judges the plant behind its hold if that is proved, else the rule that replaces it.
+    pub(crate) fn judged(self) -> Judged {
+        let of_plant = self.of_plant().unwrap_or_else(|| self.clone());
+        let verdict = of_plant.verdict();
+        let is_plants = !of_plant.is_held || verdict.unstable_poles.is_some();
+        Judged {
+            verdict: match is_plants {
+                true => verdict,
+                false => self.verdict(),
+            },
+            is_plants,
+            of_plant,
+            closed: self,
         }
     }
 
