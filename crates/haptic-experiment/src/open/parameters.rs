@@ -41,12 +41,11 @@ use crate::judge::preflight::WallContact;
 use crate::judge::settling::Criterion;
 use crate::question::design::{RequireName, WishName};
 use crate::question::measurement::MeasuredAxis;
-use crate::question::tissue::{
-    BASELINES, KIND, RECORD_KINDS, SHIFTS_BY, TISSUE_MODEL, WEIGHTINGS, models,
-};
+use crate::question::tissue::{KIND, TISSUE_MODEL, models};
 use crate::{GuardChoice, Named, Precision};
 use crate::{experiment, question};
 use haptic_link::Architecture;
+use haptic_tissue::identify::{Baseline, RecordKind, ShiftBy, Weighting};
 
 /// Tables that this sort of file may have, `controller`, `plant`, or `experiment`, with those of
 /// questions: heading and keys.
@@ -112,11 +111,11 @@ pub fn choices(parameter: &Parameter) -> Vec<(&'static str, &'static str)> {
     }
     match parameter.key {
         "axis" => names::<MeasuredAxis>(),
-        "baseline" => words(&BASELINES),
-        "kind" if *parameter == KIND => words(&RECORD_KINDS),
+        "baseline" => words(&Baseline::CHOICES),
+        "kind" if *parameter == KIND => words(&RecordKind::CHOICES),
         "model" if *parameter == TISSUE_MODEL => words(&models()),
-        "shift_by" => words(&SHIFTS_BY),
-        "weights" => words(&WEIGHTINGS),
+        "shift_by" => words(&ShiftBy::CHOICES),
+        "weights" => words(&Weighting::CHOICES),
         "architecture" => names::<Architecture>(),
         "contact" if *parameter == WALL_CONTACT => names::<WallContact>(),
         "contact" => names::<Contact>(),

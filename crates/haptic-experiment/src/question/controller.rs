@@ -150,13 +150,15 @@ impl DesignForm {
                 "{CROSSOVER} is missing: give it"
             )));
         };
+        let margin = self.phase_margin_rad;
+        let margin = margin.unwrap_or(PHASE_MARGIN.default_number());
         Ok(Specification {
             iso_damping: !self.not_flat,
             noise: read(NOISE, &self.noise, parse_bound)?,
             disturbance: read(DISTURBANCE, &self.disturbance, parse_bound)?,
             sensitivity_peak: read(SENSITIVITY_PEAK, &self.sensitivity_peak, parse_peak)?,
             complementary_peak: read(COMPLEMENTARY_PEAK, &self.complementary_peak, parse_peak)?,
-            ..Specification::new(crossover, self.phase_margin_rad.unwrap_or(USUAL_MARGIN))
+            ..Specification::new(crossover, margin)
         })
     }
 
@@ -166,7 +168,7 @@ impl DesignForm {
     /// As [`wishes`](Self::wishes); a crossover at which the plant has no gain.
     pub fn design(&self, plant: Plant) -> Result<ControlDesign, Failure> {
         let wishes = self.wishes()?;
-        let step = self.step.unwrap_or(1.0);
+        let step = self.step.unwrap_or(STEP.default_number());
         check_step(step)?;
         let crossover = wishes.crossover_rad_s;
         let sample_time = match self.sample_time_s {

@@ -112,7 +112,7 @@ impl PlantQuestion {
     /// A text that its key does not allow, a number outside its range, keys that exclude each other.
     pub fn of(form: &PlantForm) -> Result<Self, Failure> {
         let mut columns = SIGNALS.map(|(_, column)| column.to_owned());
-        for (index, name) in parts(PLANT_COLUMNS.key, &form.columns, signal)? {
+        for (index, name) in parts(PLANT_COLUMNS, &form.columns, signal)? {
             columns[index] = name;
         }
         if let Some(index) =

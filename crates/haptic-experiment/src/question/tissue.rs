@@ -31,49 +31,6 @@ const RECORD_TIMES: Range = Range::Within(-1e12, 1e12);
 const TEMPERATURES: Range = Range::Within(-273.15, 10_000.0);
 const ZERO_CELSIUS: f64 = 273.15;
 
-/// Kinds of a record, with a few words for people.
-pub(crate) const RECORD_KINDS: [(RecordKind, &str, &str); 4] = [
-    (
-        RecordKind::Relaxation,
-        "relaxation",
-        "stress after a step of strain",
-    ),
-    (RecordKind::Creep, "creep", "strain after a step of stress"),
-    (
-        RecordKind::Oscillation,
-        "oscillation",
-        "storage and loss modulus over frequency",
-    ),
-    (
-        RecordKind::History,
-        "record",
-        "strain and stress of any motion from rest",
-    ),
-];
-
-/// Weights of samples, with a few words for people.
-pub(crate) const WEIGHTINGS: [(Weighting, &str, &str); 2] = [
-    (Weighting::Equal, "equal", "all samples count the same"),
-    (
-        Weighting::LogSpacing,
-        "log-spacing",
-        "by spacing in log time or frequency",
-    ),
-];
-
-/// Kinds of a baseline, with a few words for people.
-pub(crate) const BASELINES: [(Baseline, &str, &str); 2] = [
-    (Baseline::Constant, "constant", "an offset"),
-    (Baseline::Linear, "linear", "an offset and a drift"),
-];
-
-/// The moduli that can decide a shift, with a few words for people.
-pub(crate) const SHIFTS_BY: [(ShiftBy, &str, &str); 3] = [
-    (ShiftBy::Storage, "storage", "the storage modulus"),
-    (ShiftBy::Loss, "loss", "the loss modulus"),
-    (ShiftBy::Both, "both", "both alike"),
-];
-
 /// The model that a record chooses.
 const AUTO: &str = "auto";
 
@@ -162,11 +119,11 @@ impl RecordForm {
 
 /// Reads a contact point: `fit`, or a length.
 fn contact_point(text: &str) -> Result<ContactPoint, String> {
-    const KEY: &str = "contact_point_m";
     if text == "fit" {
         return Ok(ContactPoint::Fitted);
     }
-    let length = parse_for_key(KEY, text).map_err(|error| format!("{error}, nor fit"))?;
+    let length =
+        parse_for_key(CONTACT_POINT.key, text).map_err(|error| format!("{error}, nor fit"))?;
     match CONTACT_POINTS.contains(length) {
         true => Ok(ContactPoint::At(length)),
         false => Err(format!("{length} m is not from -1 m to 1 m, nor fit")),
@@ -209,17 +166,27 @@ fn temperature(text: &str) -> Result<f64, String> {
 
 /// The parts of a list such as `time=1,modulus=3`.
 pub(super) fn parts<T>(
-    key: &str,
+    parameter: Parameter,
     text: &str,
     read: fn(&str) -> Result<T, String>,
 ) -> Result<Vec<T>, Failure> {
     let parts = text.split(',').map(str::trim);
     let parts = parts.filter(|part| !part.is_empty());
-    let refused =
-        |part: &str, why| Failure::bad_input(format_args!("`{key}`: \"{}\" {why}", short(part)));
+    let refused = |part: &str, why| {
+        Failure::bad_input(format_args!("{parameter}: \"{}\" {why}", short(part)))
+    };
     parts
         .map(|part| read(part).map_err(|why| refused(part, why)))
         .collect()
+}
+
+/// A text with one part; `None` if nothing is given.
+fn part<T>(
+    parameter: Parameter,
+    text: &str,
+    read: fn(&str) -> Result<T, String>,
+) -> Result<Option<T>, Failure> {
+    parts(parameter, text, read).map(|mut all| all.pop())
 }
 
 fn named<T: Copy>(
@@ -279,24 +246,20 @@ impl RecordQuestion {
         form.check()?;
         form.check_counts()?;
         let loading = named(RECORD_LOADING, &form.loading, LoadingKind::CHOICES)?;
-        let one = |key: &str, text: &str, read| parts(key, text, read).map(|mut all| all.pop());
-        let contact = match &*form.contact_point_m {
-            "" => None,
-            text => parts("contact_point_m", text, contact_point)?.pop(),
-        };
-        let master: Option<f64> = one("master_curve", &form.master_curve, temperature)?;
-        let by = named(SHIFT_BY, &form.shift_by, &SHIFTS_BY)?;
+        let contact = part(CONTACT_POINT, &form.contact_point_m, contact_point)?;
+        let master = part(MASTER_CURVE, &form.master_curve, temperature)?;
+        let by = named(SHIFT_BY, &form.shift_by, &ShiftBy::CHOICES)?;
         Ok(Self {
             reader: Reader {
-                columns: parts("columns", &form.columns, Column::chosen)?,
-                units: parts("units", &form.units, Column::with_unit)?,
+                columns: parts(COLUMNS, &form.columns, Column::chosen)?,
+                units: parts(UNITS, &form.units, Column::with_unit)?,
                 from: form.from_s,
                 to: form.to_s,
-                segments: parts("segment", &form.segment, |text| Ok(text.to_owned()))?,
+                segments: parts(SEGMENT, &form.segment, |text| Ok(text.to_owned()))?,
                 skip_bad_rows: form.skip_bad_rows,
             },
             reading: Reading {
-                kind: named(KIND, &form.kind, &RECORD_KINDS)?,
+                kind: named(KIND, &form.kind, &RecordKind::CHOICES)?,
                 strain: form.strain,
                 stress_pa: form.stress_pa,
                 loading: Loading {
@@ -315,19 +278,19 @@ impl RecordQuestion {
                 subtract_start: form.subtract_start,
             },
             options: Options {
-                weighting: named(WEIGHTS, &form.weights, &WEIGHTINGS)?.unwrap_or_default(),
+                weighting: named(WEIGHTS, &form.weights, &Weighting::CHOICES)?.unwrap_or_default(),
                 starts: form
                     .starts
                     .map_or(Options::STARTS, |starts| starts as usize),
                 bootstrap: form.bootstrap.unwrap_or_default() as usize,
-                seed: form.seed.unwrap_or(1),
+                seed: form.seed.unwrap_or(BOOTSTRAP_SEED.default_count()),
                 stiffening: form.stiffening,
-                baseline: named(BASELINE, &form.baseline, &BASELINES)?,
-                held: parts("fix", &form.fix, held)?,
+                baseline: named(BASELINE, &form.baseline, &Baseline::CHOICES)?,
+                held: parts(FIX, &form.fix, held)?,
                 ..Self::choosing(named(TISSUE_MODEL, &form.model, &models())?.flatten())
             },
             several: Self::several(form.replicates, master, by)?,
-            temperatures_c: parts("temperature", &form.temperature, temperature)?,
+            temperatures_c: parts(TEMPERATURE, &form.temperature, temperature)?,
         })
     }
 

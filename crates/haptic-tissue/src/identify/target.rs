@@ -17,14 +17,16 @@ use fractional_control::autoregression::Autoregression;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The weights of the samples.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Weighting {
-    /// Each sample counts the same, so that crowded samples count together.
-    #[default]
-    Equal,
-    /// Each sample counts as much as it covers of ln t (or ln ω): for samples that crowd at one end.
-    LogSpacing,
+fracdiff::enumerated! {
+    /// The weights of the samples.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum Weighting {
+        /// Each sample counts the same, so that crowded samples count together.
+        #[default]
+        Equal "equal" "all samples count the same",
+        /// Each sample counts as much as it covers of ln t (or ln ω): for samples that crowd at one end.
+        LogSpacing "log-spacing" "by spacing in log time or frequency",
+    }
 }
 
 /// Fewest points of a mapped motion from end to end of its range: the map deviates between them by 1e-6 of the largest value.

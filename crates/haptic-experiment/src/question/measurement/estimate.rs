@@ -278,11 +278,14 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
         DVector::from_fn(fitted.numbers.len(), weight)
     };
     let side = |number| spread.side(&only(number));
-    let square_of_lag = model.lag * model.lag.abs();
     let wide = side(Number::SquareOfLag);
-    let lags = [-wide, wide].map(|by| lag_of_square(square_of_lag + by));
-    let chord = (lags[1] - lags[0]) / (2.0 * wide);
-    let lag = only(Number::SquareOfLag) * if wide > 0.0 { chord } else { 0.0 };
+    let lags = [-wide, wide].map(|by| lag_of_square(model.square_of_lag() + by));
+    // The chord over the interval, as the root has no slope at 0.
+    let slope = match wide > 0.0 {
+        true => (lags[1] - lags[0]) / (2.0 * wide),
+        false => 0.0,
+    };
+    let lag = only(Number::SquareOfLag) * slope;
     // Of what is late the delay is what the lag is not.
     let delay = only(Number::Lateness) - &lag;
     // A negative lag counts as 0, and the whole lateness as delay.

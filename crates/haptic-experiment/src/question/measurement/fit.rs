@@ -126,7 +126,7 @@ impl<'a> Fit<'a> {
             Number::Friction => start.friction,
             Number::Bias => start.bias,
             Number::Lateness => start.delay + start.lag.abs(),
-            Number::SquareOfLag => start.lag * start.lag.abs(),
+            Number::SquareOfLag => start.square_of_lag(),
             Number::Stiffness => start.stiffness,
         });
         let theta = DVector::from_iterator(numbers.len(), theta);
@@ -410,6 +410,11 @@ pub(super) struct Model {
 }
 
 impl Model {
+    /// The square of the lag, with its sign.
+    pub(super) const fn square_of_lag(self) -> f64 {
+        self.lag * self.lag.abs()
+    }
+
     /// Replaces the lag and keeps the total lateness.
     pub(super) const fn with_lag(self, lag: f64) -> Self {
         Self {

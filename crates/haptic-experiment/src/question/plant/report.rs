@@ -162,15 +162,9 @@ impl PlantReport {
 /// A plant of other than whole orders has no finite state, so it counts as settled.
 fn start_of(record: &InputOutput, found: &Identified) -> Start {
     match record.start {
-        Start::Moving if !is_whole(&found.function) => Start::Settled,
+        Start::Moving if !found.function.is_whole() => Start::Settled,
         start @ (Start::Rest | Start::Offset | Start::Settled | Start::Moving) => start,
     }
-}
-
-fn is_whole(function: &FractionalTransferFunction) -> bool {
-    let sides = [function.numerator(), function.denominator()];
-    let mut terms = sides.iter().flat_map(|side| side.terms());
-    terms.all(|term| term.order.fract() == 0.0)
 }
 
 /// State of the plant at the beginning of the record, after its other figures.
@@ -312,7 +306,7 @@ fn lacking(at: &Unexplained) -> String {
 /// Warnings about the residual, and about numbers that the record does not determine.
 fn warnings(found: &[Found], best: &Found, record: &InputOutput) -> Vec<String> {
     let mut warnings = Vec::new();
-    if record.start == Start::Moving && !is_whole(&best.identified.function) {
+    if record.start == Start::Moving && !best.identified.function.is_whole() {
         let what = "the plant was moving when the record began, and one of these orders has no finite state: only an offset and an input before are fitted";
         warnings.push(what.to_owned());
     }
