@@ -18,6 +18,13 @@ export type Dropped =
   | { is: "experiment"; kind: string; parameters: Record<string, unknown> }
   | { is: "log"; name: string };
 
+/** Puts a file that was dropped where it would stand if it had been chosen. */
+export function choose(input: HTMLInputElement, file: File): void {
+  const chosen = new DataTransfer();
+  chosen.items.add(file);
+  input.files = chosen.files;
+}
+
 /** The text of a file as the command reads it: UTF-8, UTF-16 with its mark or without, else Windows-1252. */
 export async function textOf(file: Blob): Promise<string> {
   const bytes = new Uint8Array(await file.arrayBuffer());

@@ -2,7 +2,7 @@
 
 import type { App } from "./app";
 import { el, say } from "./dom";
-import { readable } from "./names";
+import { readable, spoken } from "./names";
 import type { Form, Parameter } from "./protocol";
 
 /** What is asked, in words. */
@@ -53,6 +53,13 @@ export class Fields {
     field.row.closest("details")?.setAttribute("open", "");
     field.input.focus();
     return readable(field.parameter.key);
+  }
+
+  /** Refuses beside the field that a sentence is about, and names it in `state`; a sentence about none of them stands there. */
+  refusedIn(state: HTMLElement, text: string): void {
+    const beside = this.refuse(text);
+    state.classList.add("trouble");
+    say(state, beside === null ? spoken(text) : `Not understood yet: see ${beside}.`);
   }
 
   /** Fills the fields with the values of a file, in SI units. */

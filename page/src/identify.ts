@@ -5,7 +5,7 @@ import { Chart, legend, type Line } from "./chart";
 import { decimate, joined } from "./columns";
 import type { Panel } from "./connection";
 import { el, say } from "./dom";
-import { feelTissue, keepTissue, textOf, type TextFile } from "./drop";
+import { choose, feelTissue, keepTissue, textOf, type TextFile } from "./drop";
 import { Fields } from "./forms";
 import { number } from "./format";
 import { spoken } from "./names";
@@ -121,10 +121,7 @@ export class IdentifyPanel {
 
   /** Reads a file that was dropped, and asks what it is. */
   read(file: File): void {
-    // It is named as one that was chosen.
-    const chosen = new DataTransfer();
-    chosen.items.add(file);
-    this.file.files = chosen.files;
+    choose(this.file, file);
     this.look([file]);
   }
 
@@ -142,10 +139,7 @@ export class IdentifyPanel {
 
   private refuse(text: string): void {
     this.clear();
-    // What is about a field stands there.
-    const beside = this.fields.refuse(text);
-    this.state.classList.add("trouble");
-    say(this.state, beside === null ? text : `Not understood yet: see ${beside}.`);
+    this.fields.refusedIn(this.state, text);
   }
 
   private clear(): void {

@@ -5,7 +5,7 @@ import { Chart, legend, type Line } from "./chart";
 import { decimate, joined } from "./columns";
 import type { Panel } from "./connection";
 import { el, say } from "./dom";
-import { textOf, type TextFile } from "./drop";
+import { choose, textOf, type TextFile } from "./drop";
 import { Fields } from "./forms";
 import { number, quantity } from "./format";
 import { spoken } from "./names";
@@ -86,9 +86,7 @@ export class PlantRecord {
 
   /** A record that fell on the page. */
   take(file: File): void {
-    const dropped = new DataTransfer();
-    dropped.items.add(file);
-    this.record.files = dropped.files;
+    choose(this.record, file);
     this.root.open = true;
     void this.askFields().then(() => this.ask());
   }
@@ -125,9 +123,7 @@ export class PlantRecord {
     this.file = null;
     this.use.hidden = true;
     this.found.replaceChildren();
-    const beside = this.fields.refuse(text);
-    this.said.classList.add("trouble");
-    say(this.said, beside === null ? spoken(text) : `Not understood yet: see ${beside}.`);
+    this.fields.refusedIn(this.said, text);
   }
 
   private show(found: FoundPlant): void {
