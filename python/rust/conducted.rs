@@ -25,7 +25,6 @@ pub(crate) const LONG: Duration = Duration::from_millis(20);
 pub(crate) struct Conduct {
     done: AtomicU64,
     stop: Arc<AtomicBool>,
-    kept: Arc<AtomicBool>,
 }
 
 impl Conduct {
@@ -48,11 +47,6 @@ impl Conduct {
         going.map(function).collect()
     }
 
-    /// To be set once there is nothing left that an interruption could lose.
-    pub(crate) fn kept(&self) -> &Arc<AtomicBool> {
-        &self.kept
-    }
-
     /// To be called before a device is driven, and kept until it has let go.
     pub(crate) fn drives(&self) -> PyResult<Driving> {
         Driving::new(&self.stop)
@@ -66,7 +60,7 @@ impl Conduct {
 /// Treatment of interrupted work, which is asked to stop in any case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Interrupted {
-    /// The caller waits until all is kept, or it has ended: there is a force to bring to zero, a log to close.
+    /// The caller waits until it has ended: there is a force to bring to zero, a log to close, a verdict to add to it.
     Awaited,
     /// It is left to end by itself, its result forgotten.
     Forgotten,
@@ -127,9 +121,8 @@ pub(crate) fn conduct<T: Send + 'static>(
         }
         if let Err(error) = report(&shared).and_then(|()| py.check_signals()) {
             shared.stop.store(true, Ordering::Relaxed);
-            let waits =
-                || interrupted == Interrupted::Awaited && !shared.kept.load(Ordering::Relaxed);
-            while waits() && matches!(listened(), Err(RecvTimeoutError::Timeout)) {}
+            let waits = interrupted == Interrupted::Awaited;
+            while waits && matches!(listened(), Err(RecvTimeoutError::Timeout)) {}
             return Err(error);
         }
     }

@@ -169,6 +169,8 @@ def test_ctrl_c_stops_a_run(tmp_path) -> None:
     table = log.read_log(tmp_path / "long" / "relax.mcap")
     assert table.attrs["complete"] is True
     assert table.attrs["metadata"]["end"]["ended"] == "interrupted"
+    # It is added to the log when all else is done: a log is not read while that goes on.
+    assert table.attrs["metadata"]["verdict"]["verdict"]
 
 
 def test_a_log_has_the_run_and_its_metadata(tmp_path) -> None:

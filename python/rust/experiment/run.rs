@@ -8,15 +8,12 @@ use haptic_experiment::document::Document;
 use haptic_experiment::parameters::{Parameter, Value, of_kind};
 use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Supervisor};
-use haptic_log::live::{Live, LiveStreams};
-use haptic_log::record::{EventMessage, TickMessage};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::Mutex;
 
 /// Section, key, default (None without one), whether it has to be given, range and help of each parameter of a kind.
 #[pyfunction]
@@ -48,21 +45,6 @@ fn default<'py>(py: Python<'py>, parameter: &Parameter) -> PyResult<Bound<'py, P
         Value::Text(text) => text.into_pyobject(py)?.into_any(),
         Value::Number(None, _) | Value::List(_) => py.None().into_bound(py),
     })
-}
-
-/// Tells that a log is closed.
-#[derive(Debug)]
-struct Closed(Arc<AtomicBool>);
-
-impl Live for Closed {
-    fn tick(&mut self, _: &TickMessage) {}
-
-    fn event(&mut self, _: &EventMessage) {}
-
-    fn finish(self: Box<Self>) -> Option<String> {
-        self.0.store(true, Ordering::Relaxed);
-        None
-    }
 }
 
 struct Finished {
@@ -137,15 +119,10 @@ fn run(
             heard.push(text.to_owned());
         }
     };
-    // A device is to be let go too. Of what is simulated only the log is kept: report and table of an interrupted run are not seen.
-    let closed: Vec<Box<dyn Live>> = match experiment.is_simulated() {
-        false => Vec::new(),
-        true => vec![Box::new(Closed(Arc::clone(conduct.kept())))],
-    };
     let supervisor = Supervisor {
         stop: conduct.stop(),
         progress: &|done| conduct.set(done),
-        live: Some(&LiveStreams::new(closed)),
+        live: None,
         warn: &warn,
     };
     let report = experiment.run(request, supervisor)?.report;
