@@ -12,6 +12,7 @@ use fractional_control::num_complex::Complex;
 use fractional_control::{
     DeadTime, FractionalTransferFunction, Record, Start, identify_coefficients,
 };
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use testkit::Random;
 
@@ -160,6 +161,11 @@ impl Case {
     }
 
     fn record(&self, random: &mut Random) -> InputOutput {
+        self.record_and_answer(random).0
+    }
+
+    /// The record, and the output in it without noise.
+    fn record_and_answer(&self, random: &mut Random) -> (InputOutput, Vec<f64>) {
         let mut input = self.input.signal(self.samples, random);
         let (whole, part) = (self.delay.floor() as usize, self.delay.fract());
         let mut states = vec![Complex::new(0.0, 0.0); self.modes.len()];
@@ -191,6 +197,7 @@ impl Case {
         } else {
             largest
         };
+        let answer = output.clone();
         for (y, noise) in output.iter_mut().zip(noise) {
             *y += self.noise * unit * noise;
             if let Some(digits) = self.digits {
@@ -200,13 +207,26 @@ impl Case {
                 *y = written.parse().expect("a number");
             }
         }
-        InputOutput {
+        let record = InputOutput {
             time_s: (0..self.samples).map(|n| T * n as f64).collect(),
             input,
             output,
             ..InputOutput::default()
-        }
+        };
+        (record, answer)
     }
+}
+
+/// Square sum of an answer by the variance of the noise, less what a parabola and the plant's free motion can be as well.
+fn told(record: &InputOutput, answer: &[f64]) -> f64 {
+    let other = DMatrix::from_fn(answer.len(), 4, |n, column| match column {
+        3 => (-(n as f64) / SAMPLED).exp(),
+        power => (n as f64 / answer.len() as f64).powi(power as i32),
+    });
+    let (answer, directions) = (DVector::from_column_slice(answer), other.qr().q());
+    let left = &answer - &directions * directions.tr_mul(&answer);
+    let noise = DVector::from_column_slice(&record.output) - &answer;
+    left.norm_squared() / (noise.norm_squared() / noise.len() as f64)
 }
 
 /// Integrators.
@@ -374,6 +394,9 @@ fn by_the_truth(case: &Case, record: &InputOutput) -> f64 {
     found.dead_time.seconds() / T
 }
 
+/// A gain, a time constant, a dead time, and two to start from.
+const NUMBERS: f64 = 5.0;
+
 /// Of 300 records 285 are found, of the next 300 290; by a fit that is told the function 585 of the 600. The interval says of 546 that they are
 /// determined, and 542 of these are right. Most that miss are integrators in a loop of little gain, whose records do not tell.
 #[test]
@@ -383,7 +406,7 @@ fn dead_times_are_found_within_5_percent_or_half_a_sample() {
     let judged = (0..count).into_par_iter().map(|number| {
         let mut random = Random(number + 1_000_000);
         let case = Case::late(number, &mut random);
-        let record = case.record(&mut random);
+        let (record, answer) = case.record_and_answer(&mut random);
         let found = identify(&record, &candidates(&record, true, None, Wanted::default()), true, Wanted::default(), &|_| ());
         let found = found.expect("some function fits");
         let evidence = dead_time_evidence(&found, &record, true).expect("a function");
@@ -397,7 +420,11 @@ fn dead_times_are_found_within_5_percent_or_half_a_sample() {
                 case.input, case.samples, case.delay, by_the_truth(&case, &record), own.function,
             );
         }
-        assert!(found[0].shows_a_response(&record), "{number}");
+        if !found[0].shows_a_response(&record) {
+            let (told, price) = (told(&record, &answer), NUMBERS * (case.samples as f64).ln());
+            println!("{number}: no response, {told:.1} told for a price of {price:.1}");
+            assert!(told < price, "{number}");
+        }
         let has_order = (order(&own.function) - case.integrators as f64).abs() == 0.0;
         if !has_order {
             println!("{number} {:?}: {} integrators: {}", case.input, case.integrators, own.function);
