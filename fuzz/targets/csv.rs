@@ -3,8 +3,8 @@
 #![forbid(unsafe_code)]
 
 use fractional_haptics_fuzz as _;
-use haptic_tissue::identify::table::read_record;
 use libfuzzer_sys::fuzz_target;
+use measured_table::read_record;
 
 fuzz_target!(|bytes: &[u8]| {
     match read_record(bytes, ["time_s", "x"]) {

@@ -3,9 +3,9 @@
 #![forbid(unsafe_code)]
 
 use fractional_haptics_fuzz as _;
-use haptic_tissue::identify::RecordKind;
-use haptic_tissue::identify::table::{Reader, Reading, read_table};
+use haptic_tissue::identify::{IdentifyError, Reading, RecordKind};
 use libfuzzer_sys::fuzz_target;
+use measured_table::{Reader, read_table};
 
 fuzz_target!(|bytes: &[u8]| {
     let reader = Reader {
@@ -26,7 +26,8 @@ fuzz_target!(|bytes: &[u8]| {
     }
     let record = table
         .and_then(|table| Reader::default().read(table))
-        .and_then(|columns| columns.record(&Reading::default()));
+        .map_err(IdentifyError::from)
+        .and_then(|columns| Reading::default().record(columns));
     match record {
         Ok(understood) => {
             let record = understood.record;

@@ -11,7 +11,6 @@ mod library;
 mod material;
 mod model;
 mod sampled;
-mod text_file;
 
 pub use export::{Card, ExportError, ExportFormat, PronyFit};
 pub use full_history::FullHistory;
@@ -20,4 +19,3 @@ pub use library::Library;
 pub use material::{Material, MaterialError, MeasuredLoading, Source, ValidRange};
 pub use model::{MaxwellBranch, Model, ModelError, ModelKind, Parameter, ParameterRange};
 pub use sampled::SampledModel;
-pub use text_file::{TEXT_MOST, read_bytes, read_text};

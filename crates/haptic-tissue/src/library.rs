@@ -1,7 +1,7 @@
 //! The tissue library: the files that come with the crate, and a folder of the user's.
 
 use crate::material::{Material, MaterialError};
-use crate::text_file::read_text;
+use measured_table::read_text;
 use std::path::{Path, PathBuf};
 
 /// The files that come with the program.

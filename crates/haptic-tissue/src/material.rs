@@ -3,10 +3,10 @@
 use crate::model::{
     Form, Joint, Model, ModelError, ModelKind, Parameter, TWO_ELEMENTS, out_of_range,
 };
-use crate::text_file::read_text;
 use fracdiff::parameter::Shown;
 use haptic_loop::{INCOMPRESSIBLE, LoadingKind, Modulus, Specimen};
 use haptic_quantity::{did_you_mean, digits};
+use measured_table::read_text;
 use serde::ser::SerializeMap as _;
 use serde::{Deserialize, Serialize, Serializer};
 use std::collections::BTreeMap;

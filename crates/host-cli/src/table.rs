@@ -4,8 +4,7 @@ use crate::mcap;
 use haptic_experiment::Failure;
 use haptic_experiment::document::short;
 use haptic_quantity::written;
-use haptic_tissue::identify::table::{RecordColumns, TABLE_MOST, read_record};
-use haptic_tissue::read_bytes;
+use measured_table::{RecordColumns, TABLE_MOST, read_bytes, read_record};
 use std::io::{self, Read};
 use std::path::Path;
 

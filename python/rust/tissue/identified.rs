@@ -9,8 +9,8 @@ use crate::refused::{OrRefused as _, refused};
 use haptic_experiment::question::tissue::{RecordForm, RecordQuestion};
 use haptic_loop::{INCOMPRESSIBLE, Specimen};
 use haptic_tissue::ModelKind;
-use haptic_tissue::identify::table::{self, Reading};
-use haptic_tissue::identify::{self, CANDIDATES, Identification, Record, RecordKind};
+use haptic_tissue::identify::{self, CANDIDATES, Identification, Reading, Record, RecordKind};
+use measured_table::{Column, Columns};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -73,14 +73,14 @@ fn ramped(time_s: Vec<f64>, modulus_pa: Vec<f64>, reading: &Reading) -> PyResult
     {
         return Err(refused("ramp_time_s belongs to kind=\"relaxation\" only"));
     }
-    let columns = table::Columns {
+    let columns = Columns {
         values: vec![
-            (table::Column::Time, "t".to_owned(), time_s),
-            (table::Column::Modulus, "y".to_owned(), modulus_pa),
+            (Column::Time, "t".to_owned(), time_s),
+            (Column::Modulus, "y".to_owned(), modulus_pa),
         ],
-        ..table::Columns::default()
+        ..Columns::default()
     };
-    Ok(columns.record(reading).or_refused()?.record)
+    Ok(reading.record(columns).or_refused()?.record)
 }
 
 /// Models fitted to records, as dictionaries: these models, or all, and options by the keys of a form.

@@ -1,7 +1,7 @@
 //! A document that is wrong, and the place where it is.
 
 use haptic_quantity::renamed;
-use haptic_tissue::read_text;
+use measured_table::read_text;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;

@@ -30,9 +30,8 @@ use fracdiff::parameter::Shown;
 use haptic_log::record::{Entry, LogFiles};
 use haptic_loop::plant::RigDrive;
 use haptic_quantity::{Key, digits, written};
-use haptic_tissue::identify::RecordKind;
-use haptic_tissue::identify::table::{Column, Columns, Reader, Reading, TABLE_MOST, read_table};
-use haptic_tissue::read_bytes;
+use haptic_tissue::identify::{Reading, RecordKind};
+use measured_table::{Column, Columns, Reader, TABLE_MOST, read_bytes, read_table};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -308,9 +307,7 @@ fn of_material(columns: Columns, piece: &TissuePiece, load: RigDrive) -> Result<
         kind: Some(kind),
         ..Reading::default()
     };
-    let understood = columns
-        .record(&reading)
-        .map_err(|error| error.to_string())?;
+    let understood = reading.record(columns).map_err(|error| error.to_string())?;
     let of_loading = piece.specimen.loading().kind.modulus();
     let shape = (piece.specimen).shape(understood.loading.modulus.unwrap_or(of_loading));
     let record = understood.record;

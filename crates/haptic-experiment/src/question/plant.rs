@@ -17,8 +17,8 @@ use fractional_control::model_search::{
 };
 use fractional_control::{ControlError, FractionalTransferFunction, Plant};
 use haptic_quantity::{digits, short};
-use haptic_tissue::identify::table::{read_record, rows_named};
 use keys::{MODEL, PLANT_COLUMNS, POLES, PlantForm, ROW_TIME, STABLE};
+use measured_table::{read_record, rows_named};
 use report::{DIGITS, PlantReport, Tried, counted_from, remedies, rounded, with_digits};
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -15,11 +15,12 @@ use crate::document::short;
 use haptic_loop::{Loading, LoadingKind};
 use haptic_quantity::{is_meant, number, parse_for_key};
 use haptic_tissue::ModelKind;
-use haptic_tissue::identify::table::{Column, Columns, Reader, Reading, Understood, read_table};
 use haptic_tissue::identify::{
     Baseline, CANDIDATES, ContactPoint, Estimate, Held, Identification, IdentifyError, MasterCurve,
-    Options, RecordKind, Replicates, ShiftBy, Weighting, identify_unless, replicates,
+    Options, Reading, RecordKind, Replicates, ShiftBy, Understood, Weighting, identify_unless,
+    replicates,
 };
+use measured_table::{Column, Columns, Reader, read_table};
 use serde_json::{Map, Value, json};
 use std::sync::atomic::AtomicBool;
 
@@ -372,7 +373,7 @@ impl RecordQuestion {
         let records = all.into_iter().map(|mut columns| {
             let given = self.temperatures_c.get(file).copied();
             columns.temperature_c = given.or(columns.temperature_c);
-            columns.record(&self.reading)
+            self.reading.record(columns)
         });
         records.collect()
     }

@@ -1,5 +1,7 @@
 //! Records that give no model.
 
+use measured_table::TableError;
+
 /// A record that cannot be used or fitted, in one line with the remedy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -12,16 +14,9 @@ pub enum IdentifyError {
         /// The mistake and the remedy.
         reason: String,
     },
-    /// A cell or line of a table that is wrong, counted from 1.
-    #[error("line {line}{}: {reason}", in_column(.column))]
-    Line {
-        /// The line in the file, from 1, with those before the header.
-        line: u64,
-        /// The column's name, if it is one column.
-        column: Option<String>,
-        /// The mistake and the remedy.
-        reason: String,
-    },
+    /// Its table.
+    #[error(transparent)]
+    Table(#[from] TableError),
     /// A record that is wrong as a whole.
     #[error("{0}")]
     Record(String),
@@ -47,11 +42,6 @@ pub enum IdentifyError {
         /// Name of the model.
         model: &'static str,
     },
-}
-
-fn in_column(name: &Option<String>) -> String {
-    let named = |name: &String| format!(", column {name}");
-    name.as_ref().map_or(String::new(), named)
 }
 
 /// Separates the results from the errors.

@@ -22,6 +22,7 @@
 //! - *Cost*: 40 starts of four parameters on 566 samples take about 0.1 s.
 
 mod advice;
+mod assemble;
 mod binned;
 mod bootstrap;
 mod candidates;
@@ -43,12 +44,12 @@ mod replicates;
 mod search;
 mod stiffening;
 mod strain_noise;
-pub mod table;
 mod target;
 mod tissue;
 mod whitened;
 
 pub use crate::model::CANDIDATES;
+pub use assemble::{Reading, Understood};
 use candidates::read;
 pub use candidates::{Identification, relative};
 pub use error::IdentifyError;

@@ -1,10 +1,10 @@
 //! The tissue of a record: the best fit, the range in which it was measured, and where it comes from.
 
+use super::assemble::Understood;
 use super::candidates::Identification;
 use super::error::IdentifyError;
 use super::keys::MODEL;
 use super::record::RecordKind;
-use super::table::Understood;
 use crate::material::{Material, Source, ValidRange};
 use haptic_quantity::digits;
 

@@ -9,7 +9,7 @@ use fracdiff::full_memory::Kernel;
 use fracdiff::scheme::DEFAULT_TOLERANCE;
 use fracdiff::{Channel, Operator, Order, Scheme, SchemeError, Seconds, grunwald_weights};
 use haptic_experiment::{Failure, parameters};
-use haptic_tissue::identify::table::RecordColumns;
+use measured_table::RecordColumns;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 

@@ -2,9 +2,11 @@
 //! `CAMPAIGN_CASES` sets how many.
 
 use super::recovery::{holds, noise};
-use haptic_tissue::identify::table::{Column, Columns, Reading};
-use haptic_tissue::identify::{CANDIDATES, Identification, Options, Record, RecordKind, identify};
+use haptic_tissue::identify::{
+    CANDIDATES, Identification, Options, Reading, Record, RecordKind, identify,
+};
 use haptic_tissue::{Model, ModelKind};
+use measured_table::{Column, Columns};
 use testkit::Random;
 
 /// Models with the elements of the middle of the band.
@@ -175,7 +177,7 @@ fn record(kind: Kind, model: &Model, count: usize, noise: &[f64]) -> Record {
                 ],
                 ..Columns::default()
             };
-            let understood = columns.record(&Reading::default());
+            let understood = Reading::default().record(columns);
             return understood.map(|one| one.record).expect("a record of creep");
         }
     };

@@ -3,7 +3,8 @@
 use super::layouts::reader;
 use super::{candidate, one};
 use haptic_loop::{Loading, LoadingKind};
-use haptic_tissue::identify::table::{Reader, Reading, read_table};
+use haptic_tissue::identify::{IdentifyError, Reading};
+use measured_table::{Reader, read_table};
 use std::path::PathBuf;
 use testkit::{assert_close, assert_relative};
 
@@ -72,7 +73,7 @@ fn a_tissue_does_not_depend_on_the_layout_of_its_record() {
         let reader = reader(&options);
         let table = read_table(&bytes(&name)).expect(&name);
         let columns = reader.read(table).expect(&name);
-        let record = columns.record(&reading(&name)).expect(&name).record;
+        let record = reading(&name).record(columns).expect(&name).record;
         assert_eq!(record.samples().to_string(), samples, "{name}");
         let found = one(&record, candidate("spring-pot"));
         let number = |cell: &str| cell.parse().expect("a number");
@@ -88,8 +89,8 @@ fn a_tissue_does_not_depend_on_the_layout_of_its_record() {
 fn what_a_case_leaves_open_is_asked() {
     for [name, wanted] in testkit::table(ASKED) {
         let table = read_table(&bytes(&name)).expect(&name);
-        let columns = Reader::default().read(table);
-        let refused = columns.and_then(|columns| columns.record(&reading(&name)));
+        let columns = Reader::default().read(table).map_err(IdentifyError::from);
+        let refused = columns.and_then(|columns| reading(&name).record(columns));
         let message = refused.expect_err(&name).to_string();
         for wanted in wanted.split(" & ") {
             assert!(message.contains(wanted), "{name}: {message}");

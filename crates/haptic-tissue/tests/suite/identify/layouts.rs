@@ -1,6 +1,7 @@
 //! Files in the layouts of instruments and programs: every row is read, in SI units, without a word or with at most two.
 
-use haptic_tissue::identify::table::{Choice, Column, Columns, Reader, read_table};
+use haptic_tissue::identify::{IdentifyError, Reading};
+use measured_table::{Choice, Column, Columns, Reader, read_table};
 use testkit::assert_relative;
 
 /// A file, the options that it needs, and the law that its numbers obey.
@@ -169,9 +170,8 @@ fn what_needs_a_word_says_so() {
             continue;
         }
         let table = read_table(&bytes(&name)).expect("a table");
-        let record = Reader::default().read(table).and_then(|columns| {
-            columns.record(&haptic_tissue::identify::table::Reading::default())
-        });
+        let record = Reader::default().read(table).map_err(IdentifyError::from);
+        let record = record.and_then(|columns| Reading::default().record(columns));
         let message = record.expect_err(&name).to_string();
         let asked = ["`columns`", "`segment`", "`strain`", "`loading`"];
         assert!(

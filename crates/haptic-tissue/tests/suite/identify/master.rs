@@ -1,9 +1,9 @@
 //! Records at several temperatures: the shifts that made them come out, and those that others publish.
 
 use super::{candidate, one};
-use haptic_tissue::identify::table::{Reader, Reading, read_table};
-use haptic_tissue::identify::{MasterCurve, Record, ShiftBy, master_curve};
+use haptic_tissue::identify::{MasterCurve, Reading, Record, ShiftBy, master_curve};
 use haptic_tissue::{Model, ModelKind};
+use measured_table::{Reader, read_table};
 
 const TEMPERATURES_C: [f64; 6] = [-10.0, 0.0, 10.0, 20.0, 30.0, 40.0];
 
@@ -239,7 +239,7 @@ fn segments(table: &str) -> Vec<(f64, Record)> {
     let all = reader.read_all(&read_table(table.as_bytes()).expect("a table"));
     let records = all.expect("segments").into_iter().map(|columns| {
         let celsius = columns.temperature_c.expect("a temperature");
-        let read = columns.record(&Reading::default()).expect("a record");
+        let read = Reading::default().record(columns).expect("a record");
         (celsius, read.record)
     });
     records.collect()

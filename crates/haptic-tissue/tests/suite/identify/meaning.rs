@@ -2,16 +2,14 @@
 
 use super::candidate;
 use haptic_loop::{Loading, LoadingKind};
-use haptic_tissue::identify::table::{Reader, Reading, Understood, read_table};
 use haptic_tissue::identify::{
-    ContactPoint, Identification, IdentifyError, Options, RecordKind, identify,
+    ContactPoint, Identification, IdentifyError, Options, Reading, RecordKind, Understood, identify,
 };
+use measured_table::{Reader, read_table};
 use testkit::assert_relative;
 
 pub(super) fn understood(table: &str, reading: &Reading) -> Result<Understood, IdentifyError> {
-    Reader::default()
-        .read(read_table(table.as_bytes())?)?
-        .record(reading)
+    reading.record(Reader::default().read(read_table(table.as_bytes())?)?)
 }
 
 fn fitted(understood: &Understood) -> Identification {

@@ -3,7 +3,7 @@
 use super::meaning::understood;
 use super::{one, read_public};
 use haptic_tissue::ModelKind;
-use haptic_tissue::identify::table::Reading;
+use haptic_tissue::identify::Reading;
 
 /// Root of the mean square of the logarithms at the best spring-pot of 40 starts, of `tests/golden/meaning/make_golden.py` with the
 /// folder of the records. One of equal frequencies is among them.

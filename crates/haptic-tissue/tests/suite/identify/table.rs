@@ -1,10 +1,8 @@
 //! Tables as rheometers and testing machines write them, and tables that are wrong.
 
 use haptic_loop::{Loading, LoadingKind, Modulus};
-use haptic_tissue::identify::RecordKind;
-use haptic_tissue::identify::table::{
-    Choice, Column, Columns, Reader, Reading, Understood, read_record, read_table,
-};
+use haptic_tissue::identify::{IdentifyError, Reading, RecordKind, Understood};
+use measured_table::{Choice, Column, Columns, Reader, read_record, read_table};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use testkit::assert_relative;
@@ -12,7 +10,7 @@ use testkit::assert_relative;
 fn understand(text: &str, reader: &Reader, reading: &Reading) -> Result<Understood, String> {
     let table = read_table(text.as_bytes()).map_err(|error| error.to_string())?;
     let columns = reader.read(table).map_err(|error| error.to_string())?;
-    columns.record(reading).map_err(|error| error.to_string())
+    reading.record(columns).map_err(|error| error.to_string())
 }
 
 fn plain(text: &str) -> Understood {
@@ -797,7 +795,8 @@ fn damaged_tables_never_panic() {
         }
         let record = read_table(&bytes)
             .and_then(|table| Reader::default().read(table))
-            .and_then(|columns| columns.record(&Reading::default()));
+            .map_err(IdentifyError::from)
+            .and_then(|columns| Reading::default().record(columns));
         match record {
             Ok(_) => read += 1,
             Err(error) => {
@@ -875,7 +874,7 @@ fn segments_that_go_on_with_the_clock_are_one_motion() {
     let mut joined = Columns::joined(all.clone());
     let one = joined.pop().expect("one");
     assert!(joined.is_empty());
-    let read = one.record(&Reading::default()).expect("a creep");
+    let read = Reading::default().record(one).expect("a creep");
     assert_eq!(read.record.kind(), RecordKind::Creep);
     let found = super::one(&read.record, haptic_tissue::ModelKind::SpringPot);
     let values = &found.fits[0].parameters;

@@ -2,8 +2,8 @@
 
 use haptic_loop::{Loading, LoadingKind};
 use haptic_tissue::ModelKind;
-use haptic_tissue::identify::table::{Reader, Reading, Understood, read_table};
-use haptic_tissue::identify::{Identification, Options, RecordKind, identify};
+use haptic_tissue::identify::{Identification, Options, Reading, RecordKind, Understood, identify};
+use measured_table::{Reader, read_table};
 use testkit::assert_relative;
 
 /// The record of these files, loaded so; none where they are not there.
@@ -31,7 +31,7 @@ fn read_as(names: &[&str], reading: &Reading) -> Option<Understood> {
     let one = |name: &&str| {
         let bytes = std::fs::read(folder.join(name)).expect("a file");
         let columns = Reader::default().read(read_table(&bytes).expect(name));
-        columns.expect(name).record(reading).expect(name)
+        reading.record(columns.expect(name)).expect(name)
     };
     let all: Vec<Understood> = names.iter().map(one).collect();
     Some(Understood::together(all).expect("one tissue"))
@@ -164,9 +164,8 @@ fn a_ramp_inside_a_relaxation_names_its_time() {
     let Some(folder) = folder() else { return };
     let bytes = std::fs::read(folder.join("ramp-inside-relaxation.csv")).expect("a file");
     let columns = || Reader::default().read(read_table(&bytes).expect("a table"));
-    let refused = columns()
-        .expect("columns")
-        .record(&strain)
+    let refused = strain
+        .record(columns().expect("columns"))
         .expect_err("a ramp");
     assert!(
         refused.to_string().contains("give `ramp_time_s` = 1s,"),
@@ -176,7 +175,7 @@ fn a_ramp_inside_a_relaxation_names_its_time() {
         ramp_time_s: Some(1.0),
         ..strain
     };
-    let understood = columns().expect("columns").record(&ramp).expect("a ramp");
+    let understood = ramp.record(columns().expect("columns")).expect("a ramp");
     let ([viscosity, order], _) = spring_pot(&understood);
     assert_relative("V", viscosity, 3000.0, 1e-3);
     assert_relative("order", order, 0.2, 1e-3);

@@ -2,14 +2,14 @@
 
 use super::{candidate, one};
 use haptic_loop::{Loading, LoadingKind};
-use haptic_tissue::identify::table::{Reader, Reading, Understood, read_table};
-use haptic_tissue::identify::{Held, IdentifyError, Options, Record, identify};
+use haptic_tissue::identify::{
+    Held, IdentifyError, Options, Reading, Record, Understood, identify,
+};
+use measured_table::{Reader, read_table};
 use testkit::assert_relative;
 
 fn read(table: &str, reading: &Reading) -> Result<Understood, IdentifyError> {
-    Reader::default()
-        .read(read_table(table.as_bytes())?)?
-        .record(reading)
+    reading.record(Reader::default().read(read_table(table.as_bytes())?)?)
 }
 
 /// A sphere of 5 mm on a spring of 3 kPa, f = (16/9)·√R·E·δ^1.5, at depths alone.

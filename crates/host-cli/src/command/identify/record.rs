@@ -7,10 +7,8 @@ use haptic_experiment::question::tissue::RecordQuestion;
 use haptic_experiment::{ExperimentFile, Failure};
 use haptic_log::record::{Entry, LogFiles, TickMessage};
 use haptic_loop::Loading;
-use haptic_tissue::identify::SAMPLES_MOST;
-use haptic_tissue::identify::table::{
-    Choice, Column, Columns, Reader, Reading, Understood, read_table,
-};
+use haptic_tissue::identify::{Reading, SAMPLES_MOST, Understood};
+use measured_table::{Choice, Column, Columns, Reader, read_table};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -68,7 +66,7 @@ pub(super) fn read(
         let said = loading_of(path, &mut reading);
         let mut columns = log(&question.reader, path, &reading.loading)?;
         columns.notes.extend(said);
-        columns.record(&reading).map(|one| vec![one])
+        reading.record(columns).map(|one| vec![one])
     } else {
         let (reader, bytes) = opened(&question.reader, path)?;
         question.read(file, reader, &bytes)

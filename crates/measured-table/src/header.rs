@@ -1,11 +1,9 @@
 //! A name as quantity and unit: `Time [s]`, `G' (Pa)`, `Storage Modulus / kPa`, `stress_pa`, or with its unit in the line below.
 
 use super::column::Column;
+use super::keys::UNITS;
 use super::lines::brief;
 use super::unit::is_per_second;
-use crate::MeasuredLoading;
-use crate::identify::keys::UNITS;
-use haptic_loop::{LoadingKind, Modulus};
 
 /// The quantity that a name means.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,33 +64,15 @@ fn plain(name: &str) -> String {
     words.join(" ").to_lowercase().replace('\u{307}', "")
 }
 
-/// Words for a loading, and symbols for a modulus.
-const LOADINGS: [(LoadingKind, &[&str]); 3] = [
-    (LoadingKind::Shear, &["shear", "γ", "gamma", "τ", "tau"]),
-    (LoadingKind::Tension, &["tension", "tensile"]),
-    (LoadingKind::Compression, &["compressive"]),
-];
-const MODULI: [(Modulus, &[&str]); 2] = [
-    (Modulus::Shear, &["g", "g(t)", "g'", "g''", "gp", "gpp"]),
-    (
-        Modulus::Young,
-        &[
-            "e", "e(t)", "e'", "e''", "ep", "epp", "young", "young's", "youngs",
-        ],
-    ),
-];
-
-/// Loading of the specimen and kind of modulus that a header names.
-pub(super) fn told(header: &str) -> MeasuredLoading {
+/// Words of a name without its unit, in lower case.
+///
+/// ```
+/// assert_eq!(measured_table::words("Shear-Stress [kPa]"), ["shear", "stress"]);
+/// ```
+#[must_use]
+pub fn words(header: &str) -> Vec<String> {
     let name = plain(&split(header).0);
-    let says = |words: &[&str]| name.split(' ').any(|word| words.contains(&word));
-    let kind = LOADINGS.iter().find(|known| says(known.1));
-    let modulus = MODULI.iter().find(|known| says(known.1));
-    MeasuredLoading {
-        kind: kind.map(|known| known.0),
-        modulus: modulus.map(|known| known.0),
-        poisson_ratio: None,
-    }
+    name.split(' ').map(str::to_owned).collect()
 }
 
 impl Unit {

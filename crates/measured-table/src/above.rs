@@ -5,7 +5,7 @@
 //! preamble all other lines; the last that names a step, an interval or a test is the block's own name
 //! ```
 
-use super::super::error::IdentifyError;
+use super::error::TableError;
 use super::find::Block;
 use super::heading::{Heading, UNIT_LENGTH, are_units};
 use super::lines::{brief, wrong};
@@ -78,8 +78,8 @@ impl Block {
         &self,
         headings: Vec<Heading>,
         mut choose: impl FnMut(&Heading) -> Result<T, String>,
-    ) -> Result<(Heading, T), Option<(usize, IdentifyError)>> {
-        let mut refused: Option<(usize, IdentifyError)> = None;
+    ) -> Result<(Heading, T), Option<(usize, TableError)>> {
+        let mut refused: Option<(usize, TableError)> = None;
         for heading in headings {
             let names = heading.names.len();
             match choose(&heading) {

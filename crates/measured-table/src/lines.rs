@@ -1,10 +1,11 @@
 //! Lines of a table, for messages.
 
-use super::super::error::IdentifyError;
+use super::error::TableError;
 use csv::StringRecord;
 
-/// Says which rows were passed over, and why.
-pub(super) fn passed(lines: &[u64], why: &str) -> Option<String> {
+/// Says which rows were passed over, and why; `None` without any.
+#[must_use]
+pub fn passed(lines: &[u64], why: &str) -> Option<String> {
     rows_named(lines).map(|rows| format!("{rows} left out, {why}"))
 }
 
@@ -57,8 +58,8 @@ impl<'a> Lines<'a> {
 }
 
 /// Error at a line of the table.
-pub(super) fn wrong(line: u64, reason: &str) -> IdentifyError {
-    IdentifyError::Line {
+pub(super) fn wrong(line: u64, reason: &str) -> TableError {
+    TableError::Line {
         line,
         column: None,
         reason: reason.to_owned(),

@@ -1,16 +1,18 @@
 //! The text of a table as blocks of numbers, and columns of one block by their names.
 
-use super::super::error::IdentifyError;
 use super::column::Column;
+use super::error::TableError;
 use super::find::{Block, Blocks};
 use super::header::{Unit, foreign, understand};
 use super::heading::{Heading, are_units};
 use super::lines::{brief, rows_named, wrong};
-use crate::text_file::decoded;
+use super::text_file::decoded;
 use csv::StringRecord;
 
 /// Largest size of a table, bytes.
 pub const TABLE_MOST: u64 = 1 << 28;
+/// Most rows of numbers in a block.
+pub const ROWS_MOST: usize = 1_000_000;
 
 /// The blocks of numbers of a table with what stands above them, not yet numbers, with lines for messages.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +27,7 @@ pub struct TextTable {
 ///
 /// # Errors
 /// A file that is not text, is empty or too long; one without a row of two numbers.
-pub fn read_table(bytes: &[u8]) -> Result<TextTable, IdentifyError> {
+pub fn read_table(bytes: &[u8]) -> Result<TextTable, TableError> {
     let table = TextTable::new(bytes)?;
     if table.blocks.iter().all(|block| block.columns() < 2) {
         let first = table.blocks.first();
@@ -40,22 +42,22 @@ pub fn read_table(bytes: &[u8]) -> Result<TextTable, IdentifyError> {
 }
 
 impl TextTable {
-    fn new(bytes: &[u8]) -> Result<Self, IdentifyError> {
+    fn new(bytes: &[u8]) -> Result<Self, TableError> {
         if bytes.len() as u64 > TABLE_MOST {
-            return Err(IdentifyError::Record(format!(
+            return Err(TableError::Whole(format!(
                 "the table is longer than {TABLE_MOST} bytes: cut it into pieces, or omit unneeded columns"
             )));
         }
-        let refused = |why| IdentifyError::Record(format!("{why}: export the table as CSV"));
+        let refused = |why| TableError::Whole(format!("{why}: export the table as CSV"));
         let text = decoded(bytes).map_err(refused)?;
         if text.trim().is_empty() {
-            return Err(IdentifyError::Record(
+            return Err(TableError::Whole(
                 "the table is empty: give a header and rows of numbers below it".to_owned(),
             ));
         }
         let Blocks { blocks, spaced } = Blocks::of(&text)?;
         if blocks.is_empty() {
-            return Err(IdentifyError::Record(format!(
+            return Err(TableError::Whole(format!(
                 "no row with numbers in {} lines, so there are no rows of a table: give a header and numbers below it",
                 text.lines().count()
             )));
@@ -65,7 +67,7 @@ impl TextTable {
 
     /// Refuses what would be lost, rows of numbers without a header above the one that was chosen, and cells that have moved to another
     /// column.
-    pub(super) fn check(&self, block: &Block, heading: &Heading) -> Result<(), IdentifyError> {
+    pub(super) fn check(&self, block: &Block, heading: &Heading) -> Result<(), TableError> {
         let is_above =
             |other: &&Block| other.lines()[1] < heading.line && other.headings().is_empty();
         let width = heading.names.len();
@@ -77,7 +79,7 @@ impl TextTable {
         let lost = lost.filter(|row| is_sample(&row.1)).map(|row| row.0);
         let lost: Vec<u64> = lost.collect();
         if let Some(rows) = rows_named(&lost) {
-            return Err(IdentifyError::Record(format!(
+            return Err(TableError::Whole(format!(
                 "{rows} of numbers above the header in line {}: put them below it, or delete them",
                 heading.line
             )));
@@ -114,7 +116,7 @@ impl TextTable {
 pub fn read_record<const N: usize>(
     bytes: &[u8],
     names: [&str; N],
-) -> Result<RecordColumns<N>, IdentifyError> {
+) -> Result<RecordColumns<N>, TableError> {
     let (chosen, places) = Chosen::of(bytes, |heading| places_of(names, heading))?;
     let mut found = chosen.numbers(places)?;
     let Some(time) = places.first().copied().flatten() else {
@@ -155,7 +157,7 @@ impl<const N: usize> RecordColumns<N> {
 pub fn read_chosen<const N: usize>(
     bytes: &[u8],
     mut choose: impl FnMut(&[&str]) -> Result<[usize; N], String>,
-) -> Result<(Vec<u64>, [Vec<f64>; N]), IdentifyError> {
+) -> Result<(Vec<u64>, [Vec<f64>; N]), TableError> {
     let mut choose = |heading: &Heading| {
         let names: Vec<&str> = heading.names.iter().map(String::as_str).collect();
         choose(&names)
@@ -182,7 +184,7 @@ impl Chosen {
     fn of<T>(
         bytes: &[u8],
         mut choose: impl FnMut(&Heading) -> Result<T, String>,
-    ) -> Result<(Self, T), IdentifyError> {
+    ) -> Result<(Self, T), TableError> {
         let table = TextTable::new(bytes)?;
         let (mut found, mut refused) = (Vec::new(), Vec::new());
         for block in &table.blocks {
@@ -196,7 +198,7 @@ impl Chosen {
             }
         }
         if let [(_, first, _), (_, second, _), ..] = &found[..] {
-            return Err(IdentifyError::Record(format!(
+            return Err(TableError::Whole(format!(
                 "{} tables have these columns, below line {} and below line {}: keep one of them in the file",
                 found.len(),
                 first.line,
@@ -206,8 +208,7 @@ impl Chosen {
         let Some((block, heading, taken)) = found.pop() else {
             // Of as many names the first.
             let most = refused.into_iter().rev().max_by_key(|(names, _)| *names);
-            let nothing =
-                || IdentifyError::Record("no rows below the header: give numbers".to_owned());
+            let nothing = || TableError::Whole("no rows below the header: give numbers".to_owned());
             return Err(most.map_or_else(nothing, |(_, error)| error));
         };
         table.check(block, &heading)?;
@@ -219,7 +220,7 @@ impl Chosen {
     fn numbers<const N: usize>(
         &self,
         places: [Option<usize>; N],
-    ) -> Result<RecordColumns<N>, IdentifyError> {
+    ) -> Result<RecordColumns<N>, TableError> {
         let rows = &self.block.rows;
         let known: Vec<usize> = places.iter().copied().flatten().collect();
         let columns = (self.block).numbers(&self.heading, &known, 0..rows.len(), None)?;
@@ -248,7 +249,7 @@ impl Chosen {
     }
 
     /// Seconds in the unit of a column of time, which its name or the line below says.
-    fn time_factor(&self, column: usize) -> Result<f64, IdentifyError> {
+    fn time_factor(&self, column: usize) -> Result<f64, TableError> {
         match self.heading.unit_as(Column::Time, column) {
             Unit::Factor(factor) => Ok(factor),
             Unit::Untold | Unit::Either => Ok(1.0),

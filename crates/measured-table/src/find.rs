@@ -11,10 +11,10 @@
 //! - *Errors*: a line that is no row of a table, more rows than a record may have.
 //! - *Cost*: one pass over the first lines for each separator, one over all for the best.
 
-use super::super::error::IdentifyError;
-use super::super::record::SAMPLES_MOST;
+use super::error::TableError;
 use super::heading::{Heading, are_units};
 use super::lines::{Lines, brief, wrong};
+use super::text::ROWS_MOST;
 use csv::StringRecord;
 use haptic_quantity::{DecimalSign, number, number_with, sign_of};
 use std::borrow::Cow;
@@ -151,7 +151,7 @@ impl Block {
     }
 
     /// The decimal sign of its numbers, by all of them; a comma in one of these columns that may be of thousands as well is refused.
-    fn decimal_sign(&self, places: &[usize]) -> Result<DecimalSign, IdentifyError> {
+    fn decimal_sign(&self, places: &[usize]) -> Result<DecimalSign, TableError> {
         let (mut point, mut comma, mut thousands, mut has_point) = (false, false, false, false);
         let mut first_comma = None;
         for (line, row) in &self.rows {
@@ -196,7 +196,7 @@ impl Block {
         places: &[usize],
         rows: Range<usize>,
         mut bad: Option<&mut Vec<u64>>,
-    ) -> Result<Vec<Vec<f64>>, IdentifyError> {
+    ) -> Result<Vec<Vec<f64>>, TableError> {
         let width = heading.names.len();
         let sign = self.decimal_sign(places)?;
         let mut columns = vec![Vec::with_capacity(rows.len()); places.len()];
@@ -219,7 +219,7 @@ impl Block {
                     bad.push(*line);
                     value = Some(f64::NAN);
                 }
-                column.push(value.ok_or_else(|| IdentifyError::Line {
+                column.push(value.ok_or_else(|| TableError::Line {
                     line: *line,
                     column: heading.names.get(place).cloned(),
                     reason: format!(
@@ -280,7 +280,7 @@ type Texts = Vec<(u64, StringRecord)>;
 const LOOKED_AT: usize = 4000;
 
 impl Blocks {
-    pub(super) fn of(text: &str) -> Result<Self, IdentifyError> {
+    pub(super) fn of(text: &str) -> Result<Self, TableError> {
         let end = text.match_indices('\n').nth(LOOKED_AT);
         let head = end.map_or(text, |(end, _)| &text[..end]);
         // Rows of the longest block with at least two columns of numbers, or one.
@@ -322,7 +322,7 @@ impl Blocks {
         }
     }
 
-    fn separated(text: &str, separator: u8) -> Result<Self, IdentifyError> {
+    fn separated(text: &str, separator: u8) -> Result<Self, TableError> {
         let spaced = separator == b' ';
         let (text, delimiter) = match spaced {
             true => (Cow::Owned(by_spaces(text)), b'\t'),
@@ -355,10 +355,9 @@ impl Blocks {
                 return Ok(());
             }
             rows += 1;
-            if rows > SAMPLES_MOST + 1 {
-                let reason = format!(
-                    "more than {SAMPLES_MOST} rows: omit every second one, or cut the record"
-                );
+            if rows > ROWS_MOST + 1 {
+                let reason =
+                    format!("more than {ROWS_MOST} rows: omit every second one, or cut the record");
                 return Err(wrong(line, &reason));
             }
             let joins = !open.rows.is_empty() && open.takes(&cells, is_after_blank);
@@ -477,8 +476,8 @@ const QUOTED_LINES: usize = 4;
 fn each_row(
     bytes: &[u8],
     delimiter: u8,
-    mut take: impl FnMut(u64, &StringRecord) -> Result<(), IdentifyError>,
-) -> Result<(), IdentifyError> {
+    mut take: impl FnMut(u64, &StringRecord) -> Result<(), TableError>,
+) -> Result<(), TableError> {
     let is_closed = |row: &StringRecord| {
         let lines = |cell: &str| cell.matches('\n').count();
         row.iter().all(|cell| lines(cell) < QUOTED_LINES)

@@ -1,43 +1,20 @@
 //! Columns as a record: its kind, how its specimen was loaded, and forces as stresses.
 
-use super::super::commanded::{is_level, of_stress, without_noise};
-use super::super::error::IdentifyError;
-use super::super::master::{MasterCurve, ShiftBy, master_curve};
-use super::super::record::{ContactPoint, Record, RecordKind, area, within};
-use super::column::Column;
-use super::header::told;
-use super::lines::passed;
-use crate::MeasuredLoading;
-use crate::identify::keys::{
+use super::commanded::{is_level, of_stress, without_noise};
+use super::error::IdentifyError;
+use super::keys::{
     AREA, BONDED, COLUMNS, CONTACT_POINT, FROM, HALF_ANGLE, KIND, LOADING, MASTER_CURVE,
     POISSON_RATIO, RADIUS, RAMP_ENDS, RAMP_TIME, SKIP_BAD_ROWS, STRAIN, STRESS, SUBTRACT_START,
     TEMPERATURE, THICKNESS,
 };
+use super::master::{MasterCurve, ShiftBy, master_curve};
+use super::record::{ContactPoint, Record, RecordKind, area, within};
+use crate::MeasuredLoading;
 use fracdiff::parameter::Shown;
 use haptic_loop::{INCOMPRESSIBLE, Loading, LoadingKind, Modulus, ParameterError, Specimen};
 use haptic_quantity::{Key, label};
+use measured_table::{Column, Columns, TableError, passed, words};
 use std::collections::HashSet;
-
-/// Columns of numbers in SI units, all of one length.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Columns {
-    /// Lines of the samples, for messages.
-    pub lines: Vec<u64>,
-    /// The columns with their names.
-    pub values: Vec<(Column, String, Vec<f64>)>,
-    /// Those that a user named: they come first, and each must have an effect.
-    pub chosen: Vec<Column>,
-    /// One sentence for each thing guessed, converted or left out, for the user to check.
-    pub notes: Vec<String>,
-    /// Quantities that more than one header could be, and the sentence that asks which: an error of a record that uses one.
-    pub unclear: Vec<(Column, String)>,
-    /// The name of the segment, of a file with several.
-    pub segment: Option<String>,
-    /// Its temperature, °C, if a column or its name says it.
-    pub temperature_c: Option<f64>,
-    /// Lines of rows that are left out because of a cell that is not a number; `None` unless such rows are to be left out.
-    pub bad: Option<Vec<u64>>,
-}
 
 /// A record and its notes.
 #[derive(Clone, Debug, PartialEq)]
@@ -159,65 +136,34 @@ impl Default for Reading {
     }
 }
 
-impl Columns {
-    /// Joins segments of a motion whose clock continues over them, as creep and its recovery.
-    #[must_use]
-    pub fn joined(all: Vec<Self>) -> Vec<Self> {
-        let mut joined: Vec<Self> = Vec::new();
-        for one in all {
-            match joined.last_mut().filter(|before| before.goes_on_in(&one)) {
-                Some(before) => before.extend(one),
-                None => joined.push(one),
-            }
-        }
-        joined
-    }
-
-    fn goes_on_in(&self, next: &Self) -> bool {
-        let clock = |of: &Self, at: fn(&[f64]) -> Option<&f64>| {
-            let time = of.values.iter().find(|value| value.0 == Column::Time)?;
-            at(&time.2).copied()
-        };
-        let ends = clock(self, <[f64]>::last).zip(clock(next, <[f64]>::first));
-        let has = |a, b| self.has(a) || self.has(b);
-        let is_motion = has(Column::Strain, Column::Position) && has(Column::Stress, Column::Force);
-        let of = |all: &Self| all.values.iter().map(|value| value.0).collect::<Vec<_>>();
-        is_motion && of(self) == of(next) && ends.is_some_and(|(end, begin)| begin > end)
-    }
-
-    fn extend(&mut self, next: Self) {
-        for (own, (_, _, values)) in self.values.iter_mut().zip(next.values) {
-            own.2.extend(values);
-        }
-        self.lines.extend(next.lines);
-        let names = [&self.segment, &next.segment].map(|name| name.clone().unwrap_or_default());
-        self.notes.push(format!(
-            "segment {} goes on on the clock of {}: both are one motion",
-            names[1], names[0]
-        ));
-        self.segment = Some(names.join(" + "));
-        self.temperature_c = self
-            .temperature_c
-            .filter(|_| self.temperature_c == next.temperature_c);
-    }
-
-    /// Makes a record from the columns.
+impl Reading {
+    /// The record that columns make.
     ///
     /// # Errors
     /// Columns that do not make exactly one record; bad numbers, with their lines; more of them than may be left out.
-    pub fn record(mut self, reading: &Reading) -> Result<Understood, IdentifyError> {
-        let Some(mut bad) = self.bad.take() else {
+    pub fn record(&self, columns: Columns) -> Result<Understood, IdentifyError> {
+        Assembly(columns).record(self)
+    }
+}
+
+/// Columns that become a record.
+#[derive(Clone)]
+struct Assembly(Columns);
+
+impl Assembly {
+    fn record(mut self, reading: &Reading) -> Result<Understood, IdentifyError> {
+        let Some(mut bad) = self.0.bad.take() else {
             return self.made(reading);
         };
-        let most = (self.lines.len() + bad.len()).div_ceil(SKIPPED_OF);
+        let most = (self.0.lines.len() + bad.len()).div_ceil(SKIPPED_OF);
         loop {
             let made = self.clone().made(reading);
-            if let Err(IdentifyError::Line { line, .. }) = made
-                && let Some(row) = self.lines.iter().position(|known| *known == line)
+            if let Err(IdentifyError::Table(TableError::Line { line, .. })) = made
+                && let Some(row) = self.0.lines.iter().position(|known| *known == line)
             {
                 bad.push(line);
-                self.lines.remove(row);
-                for (.., values) in &mut self.values {
+                self.0.lines.remove(row);
+                for (.., values) in &mut self.0.values {
                     values.remove(row);
                 }
             } else if bad.len() <= most {
@@ -250,7 +196,7 @@ impl Columns {
         let poisson_ratio = measured.poisson_ratio();
         let indented = !loading.kind.is_slab() && !self.is_of_material();
         match indented {
-            true if !(self.has(Column::Force) && self.has(Column::Position)) => {
+            true if !(self.0.has(Column::Force) && self.0.has(Column::Position)) => {
                 return Err(IdentifyError::Record(format!(
                     "{LOADING} {} needs columns force_n and position_m, found {}: name them by {COLUMNS}",
                     loading.kind.name(),
@@ -265,14 +211,14 @@ impl Columns {
         }
         let kind = match (reading.kind, self.is_commanded_creep(reading, indented)) {
             (Some(RecordKind::Creep | RecordKind::History) | None, true) => {
-                self.notes.push("kind creep: the stress stays at levels within its noise, so it was commanded, and the strain is fitted".to_owned());
+                self.0.notes.push("kind creep: the stress stays at levels within its noise, so it was commanded, and the strain is fitted".to_owned());
                 RecordKind::Creep
             }
             (Some(kind), _) => kind,
             (None, _) => {
                 let kind = self.guess(reading)?;
-                let names: Vec<&str> = self.values.iter().map(|value| value.1.as_str()).collect();
-                self.notes.push(format!(
+                let names: Vec<&str> = self.0.values.iter().map(|value| value.1.as_str()).collect();
+                self.0.notes.push(format!(
                     "kind {}, by the columns {}",
                     kind.name(),
                     names.join(", ")
@@ -283,7 +229,7 @@ impl Columns {
         if (indented || loading.bonded) && measured.poisson_ratio.is_none() {
             // The modulus is one of this number.
             measured.poisson_ratio = Some(poisson_ratio);
-            self.notes.push(format!(
+            self.0.notes.push(format!(
                 "Poisson's ratio is taken as {poisson_ratio}, incompressible: give {POISSON_RATIO} if it is another"
             ));
         }
@@ -313,9 +259,9 @@ impl Columns {
             RecordKind::History => self.history(reading.subtract_start),
         };
         self.is_clear()?;
-        let lines = &self.lines;
-        let mut values = self.values.iter();
-        let unused = values.find(|value| self.chosen.contains(&value.0));
+        let lines = &self.0.lines;
+        let mut values = self.0.values.iter();
+        let unused = values.find(|value| self.0.chosen.contains(&value.0));
         if let (Ok(_), Some((column, name, _))) = (&record, unused) {
             return Err(IdentifyError::Record(format!(
                 "column {name} has no effect on a record of kind {}: omit {COLUMNS} {}=",
@@ -327,14 +273,14 @@ impl Columns {
         Ok(Understood {
             record,
             loading: measured,
-            notes: self.notes,
-            temperature_c: self.temperature_c,
+            notes: self.0.notes,
+            temperature_c: self.0.temperature_c,
         })
     }
 
     /// Refuses a record of a quantity that two headers could be: one that was taken out.
     fn is_clear(&self) -> Result<(), IdentifyError> {
-        let doubt = self.unclear.iter().find(|of| !self.has(of.0));
+        let doubt = self.0.unclear.iter().find(|of| !self.0.has(of.0));
         doubt.map_or(Ok(()), |(_, asked)| {
             Err(IdentifyError::Record(asked.clone()))
         })
@@ -356,7 +302,7 @@ impl Columns {
             Column::Loss,
             Column::Complex,
         ];
-        let said = self.values.iter().map(|value| {
+        let said = self.0.values.iter().map(|value| {
             let told = told(&value.1);
             let modulus = told.modulus.filter(|_| of_modulus.contains(&value.0));
             (value.1.as_str(), told.kind, modulus)
@@ -392,8 +338,8 @@ impl Columns {
             modulus,
             poisson_ratio: reading.poisson_ratio,
         };
-        self.notes.extend(other);
-        self.notes.extend(match (given, modulus) {
+        self.0.notes.extend(other);
+        self.0.notes.extend(match (given, modulus) {
             (Some(_), _) => None,
             (None, Some(modulus)) => Some(format!(
                 "the modulus is {}, by the columns: give {LOADING} if it is another",
@@ -420,27 +366,23 @@ impl Columns {
             (Column::Stress, &[Column::Force]),
             (Column::Strain, &[Column::Position]),
         ];
-        let chosen = &self.chosen;
+        let chosen = &self.0.chosen;
         let left_out = made.into_iter().filter(|(column, of)| {
             !chosen.contains(column) && of.iter().any(|column| chosen.contains(column))
         });
         let left_out: Vec<Column> = left_out.map(|(column, _)| column).collect();
-        self.values.retain(|value| !left_out.contains(&value.0));
-    }
-
-    fn has(&self, column: Column) -> bool {
-        self.values.iter().any(|value| value.0 == column)
+        self.0.values.retain(|value| !left_out.contains(&value.0));
     }
 
     fn take(&mut self, column: Column) -> Option<Vec<f64>> {
-        let index = self.values.iter().position(|value| value.0 == column)?;
-        Some(self.values.remove(index).2)
+        let index = self.0.values.iter().position(|value| value.0 == column)?;
+        Some(self.0.values.remove(index).2)
     }
 
     /// True if a modulus or compliance is there already.
     fn is_of_material(&self) -> bool {
         let columns = [Column::Modulus, Column::Compliance, Column::Storage];
-        columns.iter().any(|column| self.has(*column))
+        columns.iter().any(|column| self.0.has(*column))
     }
 
     /// Forces and positions as stresses and strains of a slab, if its sizes are known.
@@ -454,7 +396,7 @@ impl Columns {
         for (given, key) in [
             (loading.radius_m.is_some(), RADIUS),
             (loading.half_angle_rad.is_some(), HALF_ANGLE),
-            (loading.bonded && !self.has(Column::Force), BONDED),
+            (loading.bonded && !self.0.has(Column::Force), BONDED),
         ] {
             if given {
                 return Err(IdentifyError::Record(format!(
@@ -462,7 +404,7 @@ impl Columns {
                 )));
             }
         }
-        if loading.bonded && (self.has(Column::Stress) || self.is_of_material()) {
+        if loading.bonded && (self.0.has(Column::Stress) || self.is_of_material()) {
             return Err(IdentifyError::Record(format!(
                 "{BONDED} acts on the force, and the record has columns {}: give {COLUMNS} {}=, or omit {BONDED}",
                 self.names(),
@@ -495,16 +437,16 @@ impl Columns {
                     size = Shown(size)
                 )));
             }
-            if self.has(to) {
+            if self.0.has(to) {
                 continue;
             }
-            if let Some(value) = self.values.iter_mut().find(|value| value.0 == from) {
+            if let Some(value) = self.0.values.iter_mut().find(|value| value.0 == from) {
                 value.0 = to;
-                if self.chosen.contains(&from) {
-                    self.chosen.push(to);
+                if self.0.chosen.contains(&from) {
+                    self.0.chosen.push(to);
                 }
                 if let Some(kind) = known.filter(|_| from == Column::Position) {
-                    within(&value.2, size, kind).map_err(|error| of_line(error, &self.lines))?;
+                    within(&value.2, size, kind).map_err(|error| of_line(error, &self.0.lines))?;
                 }
                 value.2.iter_mut().for_each(|x| *x /= size);
             } else if !(loading.bonded && from == Column::Position) {
@@ -519,7 +461,7 @@ impl Columns {
     }
 
     fn guess(&self, reading: &Reading) -> Result<RecordKind, IdentifyError> {
-        let has = |column| self.has(column);
+        let has = |column| self.0.has(column);
         let moves = has(Column::Strain) || has(Column::Position);
         let pushes = has(Column::Stress) || has(Column::Force);
         let mut kinds = Vec::new();
@@ -552,7 +494,7 @@ impl Columns {
     }
 
     fn names(&self) -> String {
-        let names: Vec<String> = (self.values.iter())
+        let names: Vec<String> = (self.0.values.iter())
             .map(|(column, name, _)| format!("{name} ({})", column.name()))
             .collect();
         names.join(", ")
@@ -560,7 +502,7 @@ impl Columns {
 
     /// Columns that make no record, with what is missing.
     fn no_record(&self) -> IdentifyError {
-        let has = |column| self.has(column);
+        let has = |column| self.0.has(column);
         let found = match self.names() {
             names if names.is_empty() => "none that is known".to_owned(),
             names => names,
@@ -569,7 +511,7 @@ impl Columns {
             format!("give {STRAIN}, the held strain of a relaxation")
         } else if has(Column::Time) && (has(Column::Strain) || has(Column::Position)) {
             format!("give {STRESS}, the held stress of a creep test")
-        } else if self.values.len() > 1 && !has(Column::Time) && !has(Column::Omega) {
+        } else if self.0.values.len() > 1 && !has(Column::Time) && !has(Column::Omega) {
             format!("add a column of times, or name it with {COLUMNS}, as in time=3")
         } else {
             format!("give time_s and relaxation_modulus_pa, or {COLUMNS}, as in time=1,modulus=3")
@@ -581,9 +523,9 @@ impl Columns {
 
     /// True of strain and stress of a slab whose stress was commanded.
     fn is_commanded_creep(&self, reading: &Reading, indented: bool) -> bool {
-        let values = |column| self.values.iter().find(|value| value.0 == column);
+        let values = |column| self.0.values.iter().find(|value| value.0 == column);
         let both = values(Column::Strain).zip(values(Column::Stress));
-        let is_plain = !indented && self.has(Column::Time) && !reading.subtract_start;
+        let is_plain = !indented && self.0.has(Column::Time) && !reading.subtract_start;
         let is_told = reading.strain.is_some() || reading.stress_pa.is_some();
         let levels = both.and_then(|(strain, stress)| of_stress(&strain.2, &stress.2));
         is_plain && !is_told && !self.is_of_material() && levels.is_some()
@@ -594,15 +536,15 @@ impl Columns {
         if let Some(taken) = self.take(column) {
             return Ok(taken);
         }
-        if self.has(Column::Force) && self.has(Column::Position) {
+        if self.0.has(Column::Force) && self.0.has(Column::Position) {
             return Err(IdentifyError::Record(format!(
                 "force and depth need a specimen: give {} and {RADIUS} for an indenter, or {AREA} and {THICKNESS} for a slab",
                 LOADING.set_to(LoadingKind::Sphere.name())
             )));
         }
-        let size = if column == Column::Stress && self.has(Column::Force) {
+        let size = if column == Column::Stress && self.0.has(Column::Force) {
             format!(", or give {AREA}")
-        } else if column == Column::Strain && self.has(Column::Position) {
+        } else if column == Column::Strain && self.0.has(Column::Position) {
             format!(", or give {THICKNESS}")
         } else {
             String::new()
@@ -622,7 +564,7 @@ impl Columns {
         column: Column,
         reading: &Reading,
     ) -> Result<Option<Vec<f64>>, IdentifyError> {
-        if !self.has(column) {
+        if !self.0.has(column) {
             return Ok(None);
         }
         no_effect(reading.strain, STRAIN, "")?;
@@ -639,14 +581,14 @@ impl Columns {
     /// Storage and loss modulus of what a rheometer writes instead: G′ = |G*|·cos δ, G″ = |G*|·sin δ = G′·tan δ.
     fn storage_and_loss(&mut self) {
         let both = [Column::Storage, Column::Loss];
-        if both.into_iter().all(|column| self.has(column)) {
+        if both.into_iter().all(|column| self.0.has(column)) {
             let others = [Column::Complex, Column::Phase, Column::LossTangent];
-            let chosen = &self.chosen;
+            let chosen = &self.0.chosen;
             let stays = |of: Column| !others.contains(&of) || chosen.contains(&of);
-            self.values.retain(|value| stays(value.0));
+            self.0.values.retain(|value| stays(value.0));
             return;
         }
-        let find = |column| self.values.iter().find(|value| value.0 == column);
+        let find = |column| self.0.values.iter().find(|value| value.0 == column);
         let tangents =
             |angle: &dyn Fn(f64) -> f64, of: &[f64]| of.iter().map(|x| angle(*x)).collect();
         let tangents: Option<Vec<f64>> = (find(Column::LossTangent).map(|value| value.2.clone()))
@@ -667,18 +609,19 @@ impl Columns {
             Column::LossTangent,
             Column::Storage,
         ];
-        let names = self.values.iter().filter(|value| made.contains(&value.0));
+        let names = self.0.values.iter().filter(|value| made.contains(&value.0));
         let names: Vec<&str> = names.map(|value| value.1.as_str()).collect();
         let names = names.join(" and ");
-        self.notes
+        self.0
+            .notes
             .push(format!("storage and loss modulus are made of {names}"));
-        self.values.retain(|value| !made.contains(&value.0));
-        self.chosen.retain(|column| !made.contains(column));
+        self.0.values.retain(|value| !made.contains(&value.0));
+        self.0.chosen.retain(|column| !made.contains(column));
         let pairs = storage.iter().zip(tangents);
         let loss = pairs.map(|(storage, tangent)| storage * tangent).collect();
         for (column, values) in both.into_iter().zip([storage, loss]) {
             let name = column.header().to_owned();
-            self.values.push((column, name, values));
+            self.0.values.push((column, name, values));
         }
     }
 
@@ -686,7 +629,7 @@ impl Columns {
     fn upright(&mut self, work: f64, loads: &mut [f64], what: &str) {
         if work < 0.0 {
             loads.iter_mut().for_each(|load| *load = -*load);
-            self.notes.push(format!(
+            self.0.notes.push(format!(
                 "the {what} is read with the other sign, so that the modulus is above 0"
             ));
         }
@@ -698,7 +641,7 @@ impl Columns {
         if let Some(modulus) = self.ready(Column::Modulus, reading)? {
             return self.relaxed(time, modulus, None, reading);
         }
-        if !self.has(Column::Stress) {
+        if !self.0.has(Column::Stress) {
             return Err(self.neither(Column::Modulus, kind));
         }
         no_effect(reading.stress_pa, STRESS, " Pa")?;
@@ -734,7 +677,7 @@ impl Columns {
         let held = strain.unwrap_or(1.0);
         let ends_s = reading.ramp_ends_s.unwrap_or(ramp_s);
         if time.first().is_some_and(|first| *first > ends_s - ramp_s) {
-            self.lines.splice(..0, self.lines.first().copied());
+            self.0.lines.splice(..0, self.0.lines.first().copied());
         }
         let stress = modulus.iter().map(|modulus| modulus * held).collect();
         let mut record = Record::ramp(time, stress, held, ramp_s, ends_s)?;
@@ -751,7 +694,7 @@ impl Columns {
         if let Some(compliance) = self.ready(Column::Compliance, reading)? {
             return Record::creep(time, compliance);
         }
-        if !self.has(Column::Strain) {
+        if !self.0.has(Column::Strain) {
             return Err(self.neither(Column::Compliance, kind));
         }
         no_effect(reading.strain, STRAIN, "")?;
@@ -778,15 +721,15 @@ impl Columns {
         let mut order: Vec<usize> = (0..omega.len()).collect();
         order.sort_by(|&a, &b| omega[a].total_cmp(&omega[b]));
         let sorted = |values: &[f64]| order.iter().map(|&i| values[i]).collect();
-        if !self.lines.is_empty() {
-            self.lines = order.iter().map(|&i| self.lines[i]).collect();
+        if !self.0.lines.is_empty() {
+            self.0.lines = order.iter().map(|&i| self.0.lines[i]).collect();
         }
         Record::oscillation(sorted(&omega), sorted(&storage), sorted(&loss))
     }
 
     /// Times, or the same one for all samples of a table without.
     fn times(&mut self) -> Vec<f64> {
-        let samples = self.values.first().map_or(0, |value| value.2.len());
+        let samples = self.0.values.first().map_or(0, |value| value.2.len());
         self.take(Column::Time)
             .unwrap_or_else(|| vec![0.0; samples])
     }
@@ -834,6 +777,35 @@ impl Columns {
 /// One row in this many may be bad.
 const SKIPPED_OF: usize = 10;
 
+/// Words for a loading, and symbols for a modulus.
+const LOADINGS: [(LoadingKind, &[&str]); 3] = [
+    (LoadingKind::Shear, &["shear", "γ", "gamma", "τ", "tau"]),
+    (LoadingKind::Tension, &["tension", "tensile"]),
+    (LoadingKind::Compression, &["compressive"]),
+];
+const MODULI: [(Modulus, &[&str]); 2] = [
+    (Modulus::Shear, &["g", "g(t)", "g'", "g''", "gp", "gpp"]),
+    (
+        Modulus::Young,
+        &[
+            "e", "e(t)", "e'", "e''", "ep", "epp", "young", "young's", "youngs",
+        ],
+    ),
+];
+
+/// Loading of the specimen and kind of modulus that a header names.
+fn told(header: &str) -> MeasuredLoading {
+    let name = words(header);
+    let says = |known: &[&str]| name.iter().any(|word| known.contains(&word.as_str()));
+    let kind = LOADINGS.iter().find(|known| says(known.1));
+    let modulus = MODULI.iter().find(|known| says(known.1));
+    MeasuredLoading {
+        kind: kind.map(|known| known.0),
+        modulus: modulus.map(|known| known.0),
+        poisson_ratio: None,
+    }
+}
+
 /// Value common to all; `None` if two differ or the iterator is empty.
 fn agreed<T: PartialEq>(mut all: impl Iterator<Item = T>) -> Option<T> {
     let first = all.next()?;
@@ -867,11 +839,12 @@ fn of_line(error: IdentifyError, lines: &[u64]) -> IdentifyError {
         return error;
     };
     match lines.get(index) {
-        Some(&line) => IdentifyError::Line {
+        Some(&line) => TableError::Line {
             line,
             column: None,
             reason,
-        },
+        }
+        .into(),
         None => IdentifyError::Sample { index, reason },
     }
 }

@@ -1,16 +1,16 @@
 //! Columns of numbers in SI units from the blocks of a table.
 
-use super::super::error::IdentifyError;
-use super::assemble::Columns;
 use super::column::{Choice, Column};
+use super::columns::Columns;
+use super::error::TableError;
 use super::find::Block;
 use super::header::{Meaning, Unit, foreign, split, understand};
 use super::heading::Heading;
+use super::keys::{COLUMNS, FROM, SEGMENT, SEGMENTS, TO, UNITS};
 use super::lines::{brief, passed, rows_named, wrong};
 use super::segments::{between, changes, jumps, restarts};
 use super::text::TextTable;
 use super::unit::celsius;
-use crate::identify::keys::{COLUMNS, FROM, SEGMENT, SEGMENTS, TO, UNITS};
 use fracdiff::parameter::Shown;
 use serde::Serialize;
 use std::f64::consts::FRAC_PI_2;
@@ -89,11 +89,11 @@ impl Reader {
     ///
     /// # Errors
     /// As [`read_all`](Self::read_all), and if it would read more than one.
-    pub fn read(&self, table: TextTable) -> Result<Columns, IdentifyError> {
+    pub fn read(&self, table: TextTable) -> Result<Columns, TableError> {
         let mut all = self.read_all(&table)?;
         match (all.pop(), all.len()) {
             (Some(one), 0) => Ok(one),
-            (_, others) => Err(IdentifyError::Record(format!(
+            (_, others) => Err(TableError::Whole(format!(
                 "{} segments are more than one record: give {SEGMENT} one of them",
                 others + 1
             ))),
@@ -104,7 +104,7 @@ impl Reader {
     ///
     /// # Errors
     /// Several segments without a choice, a choice that fits no single segment, a wrong unit, a cell that is not a number, with line and column.
-    pub fn read_all(&self, table: &TextTable) -> Result<Vec<Columns>, IdentifyError> {
+    pub fn read_all(&self, table: &TextTable) -> Result<Vec<Columns>, TableError> {
         let parts = self.parts(table)?;
         let pieces = pieces(&parts);
         let chosen = self.chosen(&pieces)?.into_iter().map(|n| {
@@ -123,7 +123,7 @@ impl Reader {
     ///
     /// # Errors
     /// A table without a column that is known.
-    pub fn segments(&self, table: &TextTable) -> Result<Vec<Segment>, IdentifyError> {
+    pub fn segments(&self, table: &TextTable) -> Result<Vec<Segment>, TableError> {
         let parts = self.parts(table)?;
         let segments = pieces(&parts).into_iter().enumerate().map(|(n, piece)| {
             let clock = piece.part.clock().and_then(|clock| {
@@ -151,7 +151,7 @@ impl Reader {
 
     /// Blocks that may be records, each with its heading and columns: those with a clock and something beside it, if there are any; of
     /// blocks in which nothing is known the largest.
-    fn parts<'a>(&self, table: &'a TextTable) -> Result<Vec<Part<'a>>, IdentifyError> {
+    fn parts<'a>(&self, table: &'a TextTable) -> Result<Vec<Part<'a>>, TableError> {
         let mut parts: Vec<Part<'a>> = Vec::new();
         let mut refused = None;
         for block in &table.blocks {
@@ -173,7 +173,7 @@ impl Reader {
     }
 
     /// The names above a block: those that the user's choice, or any known quantity, is found in.
-    fn heading(&self, block: &Block, before: Option<&Part>) -> Result<Heading, IdentifyError> {
+    fn heading(&self, block: &Block, before: Option<&Part>) -> Result<Heading, TableError> {
         let mut headings = block.headings();
         let mut choices = self.columns.iter();
         let is_numbered = choices.any(|choice| matches!(choice.1, Choice::Number(_)));
@@ -214,7 +214,7 @@ impl Reader {
         })
     }
 
-    fn part<'a>(&self, block: &'a Block, heading: Heading) -> Result<Part<'a>, IdentifyError> {
+    fn part<'a>(&self, block: &'a Block, heading: Heading) -> Result<Part<'a>, TableError> {
         let mut part = Part {
             found: self.named(&heading)?,
             block,
@@ -244,7 +244,7 @@ impl Reader {
     }
 
     /// Columns that a user named; their units as far as they are known.
-    fn named(&self, heading: &Heading) -> Result<Vec<Found>, IdentifyError> {
+    fn named(&self, heading: &Heading) -> Result<Vec<Found>, TableError> {
         let named = self.columns.iter().map(|&(column, ref choice)| {
             let place = place(heading, choice).map_err(|what| wrong(heading.line, &what))?;
             let name = heading.names[place].clone();
@@ -326,9 +326,9 @@ impl Reader {
     }
 
     /// Places of the chosen segments in the list.
-    fn chosen(&self, pieces: &[Piece]) -> Result<Vec<usize>, IdentifyError> {
+    fn chosen(&self, pieces: &[Piece]) -> Result<Vec<usize>, TableError> {
         if self.segments.is_empty() && pieces.len() > 1 {
-            return Err(IdentifyError::Record(format!(
+            return Err(TableError::Whole(format!(
                 "{} segments could be meant, {}: give {SEGMENT} one or several of them, or {SEGMENTS} to list all",
                 pieces.len(),
                 listed(pieces)
@@ -352,7 +352,7 @@ impl Reader {
                 Err(_) => one(&|name| name == lower).or_else(|| one(&|name| name.contains(&lower))),
             };
             chosen.extend(found.ok_or_else(|| {
-                IdentifyError::Record(format!(
+                TableError::Whole(format!(
                     "there is no one segment {wanted:?}: give {SEGMENT} a number from 1 to {}, or a name, of {}",
                     pieces.len(),
                     listed(pieces)
@@ -365,7 +365,7 @@ impl Reader {
     }
 
     /// A segment in SI units.
-    fn columns(&self, piece: &Piece) -> Result<Columns, IdentifyError> {
+    fn columns(&self, piece: &Piece) -> Result<Columns, TableError> {
         let part = piece.part;
         let (mut notes, mut empty, mut outside) = (Vec::new(), Vec::new(), Vec::new());
         let places: Vec<usize> = part.found.iter().map(|found| found.place).collect();
@@ -396,7 +396,7 @@ impl Reader {
         }
         let is_read = |column| part.found.iter().any(|found| found.column == column);
         if let Some((column, unit)) = self.units.iter().find(|unit| !is_read(unit.0)) {
-            return Err(IdentifyError::Record(format!(
+            return Err(TableError::Whole(format!(
                 "{}={unit} of {UNITS} has no effect on this record, of which no such column is read: omit it",
                 column.name()
             )));
@@ -422,14 +422,14 @@ impl Reader {
         if let (Some(from), Some(to)) = (self.from, self.to)
             && from > to
         {
-            return Err(IdentifyError::Record(format!(
+            return Err(TableError::Whole(format!(
                 "{FROM} {} is above {TO} {}: exchange them",
                 Shown(from),
                 Shown(to)
             )));
         }
         if kept.is_empty() {
-            return Err(IdentifyError::Record(
+            return Err(TableError::Whole(
                 "no row with numbers is left: give at least one more than the model has parameters"
                     .to_owned(),
             ));
@@ -464,7 +464,7 @@ impl Reader {
         found: &Found,
         reach: f64,
         notes: &mut Vec<String>,
-    ) -> Result<f64, IdentifyError> {
+    ) -> Result<f64, TableError> {
         let (column, name) = (found.column, &found.name);
         let Some(unit) = self.unit_of(column) else {
             if column == Column::Phase && found.unit == Unit::Untold && reach > FRAC_PI_2 {
@@ -484,9 +484,9 @@ impl Reader {
             return Ok(found.unit.factor().unwrap_or(1.0));
         };
         let given = column.dimension().factor(unit);
-        let given = given.ok_or_else(|| IdentifyError::Record(foreign(unit, column)))?;
+        let given = given.ok_or_else(|| TableError::Whole(foreign(unit, column)))?;
         match found.unit.factor() {
-            Some(told) if (told / given - 1.0).abs() > 1e-9 => Err(IdentifyError::Record(format!(
+            Some(told) if (told / given - 1.0).abs() > 1e-9 => Err(TableError::Whole(format!(
                 "column {name} names its own unit: omit {}={unit} of {UNITS}",
                 column.name()
             ))),

@@ -1,23 +1,33 @@
-//! Records out of tables as rheometers and testing machines write them.
+#![doc = include_str!("../README.md")]
+#![cfg_attr(docsrs, feature(doc_cfg))]
+#![forbid(unsafe_code)]
 //!
 //! The numbers are found first: `decoded` makes text of bytes, `find` blocks of numbers of text, `above` its `heading` among the
 //! lines above it, `header` a quantity of a name, `segments` the rows that belong together. `numbers` reads a record's
 //! columns by what they mean, `text` columns by their names.
 
 mod above;
-mod assemble;
 mod column;
+mod columns;
+mod error;
 mod find;
 mod header;
 mod heading;
+mod keys;
 mod lines;
 mod numbers;
 mod segments;
 mod text;
+mod text_file;
 mod unit;
 
-pub use assemble::{Columns, Reading, Understood};
 pub use column::{Choice, Column};
-pub use lines::rows_named;
+pub use columns::Columns;
+pub use error::TableError;
+pub use header::words;
+pub use lines::{passed, rows_named};
 pub use numbers::{Reader, Segment};
-pub use text::{RecordColumns, TABLE_MOST, TextTable, read_chosen, read_record, read_table};
+pub use text::{
+    ROWS_MOST, RecordColumns, TABLE_MOST, TextTable, read_chosen, read_record, read_table,
+};
+pub use text_file::{TEXT_MOST, read_bytes, read_text};
