@@ -14,12 +14,14 @@
 use super::error::TableError;
 use super::heading::{Heading, are_units};
 use super::lines::{Lines, brief, wrong};
-use super::text::ROWS_MOST;
 use csv::StringRecord;
 use haptic_quantity::{DecimalSign, number, number_with, sign_of};
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::ops::Range;
+
+/// Most rows of numbers in a table.
+pub const ROWS_MOST: usize = 1_000_000;
 
 /// Rows that belong together, and what stands above them.
 #[derive(Clone, Debug, Default, PartialEq)]

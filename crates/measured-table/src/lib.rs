@@ -24,10 +24,9 @@ mod unit;
 pub use column::{Choice, Column};
 pub use columns::Columns;
 pub use error::TableError;
+pub use find::ROWS_MOST;
 pub use header::words;
 pub use lines::{passed, rows_named};
 pub use numbers::{Reader, Segment};
-pub use text::{
-    ROWS_MOST, RecordColumns, TABLE_MOST, TextTable, read_chosen, read_record, read_table,
-};
+pub use text::{RecordColumns, TABLE_MOST, TextTable, read_chosen, read_record, read_table};
 pub use text_file::{TEXT_MOST, read_bytes, read_text};

@@ -11,8 +11,6 @@ use csv::StringRecord;
 
 /// Largest size of a table, bytes.
 pub const TABLE_MOST: u64 = 1 << 28;
-/// Most rows of numbers in a block.
-pub const ROWS_MOST: usize = 1_000_000;
 
 /// The blocks of numbers of a table with what stands above them, not yet numbers, with lines for messages.
 #[derive(Clone, Debug, PartialEq)]
