@@ -153,7 +153,7 @@ fn a_controller_is_designed_and_a_plant_without_one_is_refused() {
             0.1,
             "plant \"0.55exp(-s)/(62s+\": character 17",
         ),
-        ("", 0.1, "plant \"\""),
+        ("", 0.1, "no plant: give `plant`"),
         ("0.55exp(-s)/(62s+1)", 20.0, "crossover"),
         ("1/(s+1)", f64::MAX, "is not from"),
         ("1/(s+1)", -1.0, "is not from"),
@@ -163,6 +163,66 @@ fn a_controller_is_designed_and_a_plant_without_one_is_refused() {
             refused.contains(why) && !refused.contains('\n'),
             "{refused}"
         );
+    }
+}
+
+#[test]
+fn a_loop_is_judged_and_run_as_the_command_does_it() {
+    let (_runs, _server, mut page) = opened();
+    let controller = "[pid]\nproportional_gain = 1\n[loop]\nsample_time_s = 0.01\n";
+    let file = |name: &str, text: &str| json!({"name": name, "text": text});
+    // A gain of 1 over 1/(s + 1) rests at half of its reference.
+    let given = json!({"plant": "1/(s+1)", "controller_file": file("p.toml", controller), "duration_s": 20, "step": 2.0});
+    let run = page.ask("ask", question("loop", "simulate", given.clone()));
+    assert_documented("simulate", &run);
+    has(
+        &run["report"],
+        json!({"stable": true, "at_reference": false}),
+    );
+    let warnings = run["report"]["warnings"].to_string();
+    assert!(warnings.contains("the loop rests beside it"), "{warnings}");
+    let last = run["output"]
+        .as_array()
+        .and_then(|all| all.last()?.as_f64());
+    assert_close("output", last.expect("a number"), 1.0, 1e-3);
+    let judged = page.ask("ask", question("loop", "analyze", given));
+    assert_documented("analyze", &judged);
+    let reason = judged["report"]["reason"].as_str().expect("a sentence");
+    assert!(reason.starts_with("Stable, proved."), "{reason}");
+    // A ramp of a table, held between its rows.
+    let ramp = file("ramp.csv", "time_s,reference\n0,0\n1,0.5\n2,1\n");
+    let given = json!({"mass_kg": 0.5, "damping_n_s_per_m": 2, "controller": "9", "sample_time_s": 0.01, "reference_file": ramp});
+    let run = page.ask("ask", question("loop", "simulate", given));
+    let reference = run["reference"].as_array().expect("numbers");
+    assert_eq!((reference.len(), &reference[150]), (201, &json!(0.5)));
+    for (key, value, words) in [
+        ("plant", json!("plant.toml"), "plant \"plant.toml\""),
+        (
+            "reference_file",
+            file("r.csv", "time_s,reference\n0,0\n0,1\n"),
+            "r.csv: line 3: the time does not increase",
+        ),
+        (
+            "scheme",
+            json!("muir:3"),
+            "`scheme`: scheme \"muir:3\" is not for a controller",
+        ),
+        (
+            "output_limits",
+            json!("1:0"),
+            "`output_limits`: the low limit 1 is not below",
+        ),
+        (
+            "damping_n_s_per_m",
+            json!(1),
+            "`damping_n_s_per_m` belongs to a device: give `mass_kg`",
+        ),
+        ("step", json!(0), "a step of height 0 moves nothing"),
+        ("colour", json!(1), "unknown field `colour`"),
+    ] {
+        let given =
+            json!({"plant": "1/(s+1)", "controller": "1", "sample_time_s": 0.01, key: value});
+        page.refuses("ask", question("loop", "simulate", given), words);
     }
 }
 

@@ -4,14 +4,15 @@ mod analyze;
 mod design;
 mod draw;
 mod identify;
-mod loops;
 mod simulate;
 
+use crate::options::Options;
+use crate::options::keys::Named;
 use crate::output::Output;
 use clap::Subcommand;
 use haptic_experiment::Failure;
-pub(crate) use haptic_experiment::control::refused;
-pub(crate) use loops::ControllerOption;
+use haptic_experiment::question::control_loop::{ControlLoop, LoopForm};
+use serde_json::{Value, json};
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -30,4 +31,21 @@ impl Command {
             Self::Identify(arguments) => arguments.run(output),
         }
     }
+}
+
+/// The loop of the options of a command, and their form.
+fn asked<N: Named>(options: Options<N>) -> Result<(LoopForm, ControlLoop), Failure> {
+    let form: LoopForm = options.given()?.form()?;
+    let asked = ControlLoop::of(&form, form.files()?)?;
+    Ok((form, asked))
+}
+
+/// Prints the report of a loop and says its warnings, as on every line of the command.
+fn told(mut report: Value, files: &[String], output: Output) -> Result<(), Failure> {
+    let warnings = report["warnings"].as_array().into_iter().flatten();
+    warnings
+        .filter_map(Value::as_str)
+        .for_each(|said| output.warn(said));
+    report["files"] = json!(files);
+    output.report(&report)
 }
