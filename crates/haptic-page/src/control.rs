@@ -49,7 +49,7 @@ impl ControlRequest {
     }
 
     fn asked(&self) -> Result<ControlLoop, Failure> {
-        ControlLoop::of(&form(&self.form)?, self.held()?)
+        ControlLoop::of(form(&self.form)?, self.held()?)
     }
 
     /// The answer of `control analyze`.

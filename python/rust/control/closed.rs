@@ -3,7 +3,6 @@
 use super::controller::{PyPid, gains};
 use super::rule;
 use super::transfer::PyControlPlant;
-use crate::arrays::vector;
 use crate::conducted::heard;
 use crate::experiment::failed;
 use crate::json::{dict, from_python, to_python};
@@ -101,7 +100,7 @@ fn asked(
     if let Some(controller) = controller {
         held.controller = Some(controller.try_borrow()?.setup.clone());
     }
-    ControlLoop::of(&form, held).or_refused()
+    ControlLoop::of(form, held).or_refused()
 }
 
 /// The report of `control analyze`.
@@ -120,26 +119,21 @@ pub(crate) fn analyze_loop<'py>(
 /// Report, and reference, output and command.
 type Run<'py> = (Bound<'py, PyAny>, [Bound<'py, PyArray1<f64>>; 3]);
 
-/// The report of `control simulate`, and its signals; the reference is a table or one value a sample.
+/// The report of `control simulate`, and its signals; the reference is name and bytes of a table.
 #[pyfunction]
 pub(crate) fn simulate_loop<'py>(
     py: Python<'py>,
     plant: Option<&Bound<'py, PyControlPlant>>,
     controller: Option<&Bound<'py, PyPid>>,
     form: &Bound<'py, PyAny>,
-    table: Option<(String, Vec<u8>)>,
-    reference: Option<&Bound<'py, PyAny>>,
+    reference: Option<(String, Vec<u8>)>,
 ) -> PyResult<Run<'py>> {
     let asked = asked(plant, controller, form)?;
-    let table = table.map(|(name, bytes)| {
+    let reference = reference.map(|(name, bytes)| {
         let read = Reference::read(&Reference::COLUMNS.map(str::to_owned), &bytes);
         read.map_err(|error| refused(format_args!("{name}: {error}")))
     });
-    let sampled = reference.map(|values| {
-        let t = asked.sample_time_s().or_refused()?;
-        Reference::sampled(vector("reference", values)?, t).or_refused()
-    });
-    let reference = sampled.or(table).transpose()?;
+    let reference = reference.transpose()?;
     let found = heard(py, Duration::MAX, move |_| {
         asked.simulated(reference.as_ref()).or_refused()
     })?;

@@ -332,6 +332,5 @@ def simulate_loop(
     plant: Plant | None,
     controller: Pid | None,
     form: dict[str, Any],
-    table: tuple[str, bytes] | None,
-    reference: ArrayLike | None,
+    reference: tuple[str, bytes] | None,
 ) -> tuple[dict[str, Any], list[_Floats]]: ...

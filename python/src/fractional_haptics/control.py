@@ -555,7 +555,7 @@ def simulate(
     step : float, default 1
         Height of the step.
     reference : array_like, shape (n,), or path, optional
-        In place of a step: at t = 0, T, 2T, …; or a CSV with ``time_s`` and ``reference``.
+        In place of a step: at t = 0, T, 2T, …, with T of a Pid or `sample_time_s`; or a CSV with ``time_s`` and ``reference``.
 
     Returns
     -------
@@ -588,9 +588,24 @@ def simulate(
         duration_s=duration_s,
         step=step,
     )
-    table = _table(reference) if isinstance(reference, str | os.PathLike) else None
-    report, signals = _native.simulate_loop(*asked, table, reference if table is None else None)
+    sample_time = controller.sample_time if sample_time_s is None and isinstance(controller, _native.Pid) else sample_time_s
+    table = None if reference is None else _sampled(reference, sample_time)
+    report, signals = _native.simulate_loop(*asked, table)
     return Response(report, *signals)
+
+
+def _sampled(reference: ArrayLike | str | os.PathLike[str], sample_time_s: float | None) -> tuple[str, bytes]:
+    """Name and bytes of a table; one value a sample becomes one."""
+    if isinstance(reference, str | os.PathLike):
+        return _table(reference)
+    values = _native.numbers("reference", reference)
+    if values.ndim != 1:
+        raise ValueError(f"reference has the shape {values.shape}: give one value for each sample")
+    if sample_time_s is None:
+        raise ValueError("values of a reference without times: give `sample_time_s`, or a Pid")
+    rows = enumerate(values.tolist())
+    lines = (f"{n * sample_time_s!r},{'' if value != value else repr(value)}" for n, value in rows)
+    return "the reference", "\n".join(["time_s,reference", *lines]).encode()
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -35,7 +35,7 @@ form! {
     CONTROLLER_TIME = sample_time_s: optional(SAMPLE_TIMES, "Sample time [default: from the controller file]");
     LOOP_SCHEME = scheme: text("", "Scheme: full or full-bdf2, each with :TOLERANCE [default: from the controller file, else full-bdf2]");
     COMMAND_LIMITS = output_limits: text("", "Limits of the command, as in -10:10 [default: from the controller file, else none]");
-    "Run"
+    "Trial"
     RUN_LENGTH = duration_s: optional(DURATIONS, "Length [default: 60 times 1/crossover]");
     STEP_HEIGHT = step: number(1.0, "1", NUMBERS, "Height of the step");
     REFERENCE = reference: text("", "CSV with time_s and reference, in place of a step");
@@ -96,10 +96,11 @@ impl LoopForm {
     pub fn files(&self) -> Result<Held, Failure> {
         let plant = path(&self.plant, &["csv", "toml"]);
         let plant = plant.map(|path| NamedPlant::of(&PlantModel::read(path)?));
-        let controller = path(&self.controller, &["toml"]).map(ControllerFile::read);
+        let controller = path(&self.controller, &["toml"]);
+        let controller = controller.map(|_| controller_of(&self.controller, self.sample_time_s));
         Ok(Held {
             plant: plant.transpose()?,
-            controller: controller.transpose()?.map(|file| file.setup),
+            controller: controller.transpose()?,
         })
     }
 
@@ -169,34 +170,33 @@ impl LoopForm {
             ..NamedPlant::of(&model)?
         })
     }
+}
 
-    /// The controller, if there is one, with the sample time that is given.
-    ///
-    /// # Errors
-    /// A notation that is wrong, or has no sample time.
-    pub fn controller(
-        &self,
-        held: Option<ControllerSetup>,
-    ) -> Result<Option<ControllerSetup>, Failure> {
-        if let Some(mut setup) = held {
-            setup.sample_time_s = self.sample_time_s.unwrap_or(setup.sample_time_s);
-            return Ok(Some(setup));
-        }
-        if self.controller.is_empty() {
-            return Ok(None);
-        }
-        let law = law(&self.controller)?;
-        let Some(sample_time_s) = self.sample_time_s else {
-            return Err(Failure::bad_input(format_args!(
-                "a controller in notation has no sample time: give {CONTROLLER_TIME}, as in 1ms"
-            )));
-        };
-        Ok(Some(ControllerSetup {
-            // On the error, as it is written.
-            set_point: SetPoint::ERROR,
-            ..ControllerSetup::new(law, Seconds(sample_time_s))
-        }))
-    }
+/// The controller of a file or of a notation, at this sample time.
+///
+/// # Errors
+/// A file or a notation that is wrong; a notation without a sample time.
+pub fn controller_of(text: &str, sample_time_s: Option<f64>) -> Result<ControllerSetup, Failure> {
+    let Some(path) = path(text, &["toml"]) else {
+        return noted(text, sample_time_s);
+    };
+    let mut setup = ControllerFile::read(path)?.setup;
+    setup.sample_time_s = sample_time_s.unwrap_or(setup.sample_time_s);
+    Ok(setup)
+}
+
+fn noted(text: &str, sample_time_s: Option<f64>) -> Result<ControllerSetup, Failure> {
+    let law = law(text)?;
+    let Some(sample_time_s) = sample_time_s else {
+        return Err(Failure::bad_input(format_args!(
+            "a controller in notation has no sample time: give {CONTROLLER_TIME}, as in 1ms"
+        )));
+    };
+    Ok(ControllerSetup {
+        // On the error, as it is written.
+        set_point: SetPoint::ERROR,
+        ..ControllerSetup::new(law, Seconds(sample_time_s))
+    })
 }
 
 /// A PI^λD^μ, or any proper function.
@@ -221,7 +221,7 @@ fn law(text: &str) -> Result<ControllerParameters, Failure> {
 ///
 /// let form = "{\"plant\": \"1/(s+1)\", \"controller\": \"2+1/s\", \"sample_time_s\": 0.01}";
 /// let form: LoopForm = serde_json::from_str(form)?;
-/// let asked = ControlLoop::of(&form, Held::default())?;
+/// let asked = ControlLoop::of(form, Held::default())?;
 /// let judged = asked.analysed()?.report;
 /// assert!(judged["reason"].as_str().is_some_and(|reason| reason.starts_with("Stable, proved.")));
 /// assert_eq!(asked.simulated(None)?.report["at_reference"], true);
@@ -233,36 +233,33 @@ pub struct ControlLoop {
     pub plant: NamedPlant,
     /// The controller; a plant without one is looked at alone.
     pub controller: Option<ControllerSetup>,
+    /// Its form.
+    pub form: LoopForm,
     warnings: Vec<String>,
-    sample_time_s: Option<f64>,
-    duration_s: Option<f64>,
-    step: Option<f64>,
 }
 
 impl ControlLoop {
     /// Understands a form, with what is held of it.
     ///
     /// # Errors
-    /// As [`LoopForm::plant`] and [`LoopForm::controller`]; keys without an effect.
-    pub fn of(form: &LoopForm, held: Held) -> Result<Self, Failure> {
-        let plant = form.plant(held.plant)?;
+    /// As [`LoopForm::plant`] and [`controller_of`]; keys without an effect.
+    pub fn of(form: LoopForm, held: Held) -> Result<Self, Failure> {
+        let mut plant = form.plant(held.plant)?;
+        let mut warnings = Vec::from_iter(plant.hint.take());
         let scheme = read(LOOP_SCHEME, &form.scheme, controller_scheme)?;
         let limits = read(COMMAND_LIMITS, &form.output_limits, CommandLimits::parse)?;
-        let is_notation = held.controller.is_none();
-        let mut controller = form.controller(held.controller)?;
-        let mut warnings = Vec::from_iter(plant.hint.clone());
+        let mut controller = held.controller;
+        if controller.is_none() && !form.controller.is_empty() {
+            controller = Some(noted(&form.controller, form.sample_time_s)?);
+            warnings.extend(loose_factor("controller", &form.controller));
+        }
         if let Some(setup) = &mut controller {
+            setup.sample_time_s = form.sample_time_s.unwrap_or(setup.sample_time_s);
             setup.scheme = scheme.unwrap_or(setup.scheme);
             if let Some(limits) = limits {
                 (setup.output_low, setup.output_high) = (Some(limits.low), Some(limits.high));
             }
             setup.check().map_err(refused)?;
-            let is_read = is_notation && setup.function().is_some();
-            warnings.extend(
-                is_read
-                    .then(|| loose_factor("controller", &form.controller))
-                    .flatten(),
-            );
         } else if scheme.is_some() || limits.is_some() {
             let key = scheme.map_or(COMMAND_LIMITS, |_| LOOP_SCHEME);
             return Err(Failure::bad_input(format_args!(
@@ -272,10 +269,8 @@ impl ControlLoop {
         Ok(Self {
             plant,
             controller,
+            form,
             warnings,
-            sample_time_s: form.sample_time_s,
-            duration_s: form.duration_s,
-            step: form.step,
         })
     }
 }

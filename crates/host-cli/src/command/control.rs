@@ -33,11 +33,11 @@ impl Command {
     }
 }
 
-/// The loop of the options of a command, and their form.
-fn asked<N: Named>(options: Options<N>) -> Result<(LoopForm, ControlLoop), Failure> {
+/// The loop of the options of a command.
+fn asked<N: Named>(options: Options<N>) -> Result<ControlLoop, Failure> {
     let form: LoopForm = options.given()?.form()?;
-    let asked = ControlLoop::of(&form, form.files()?)?;
-    Ok((form, asked))
+    let held = form.files()?;
+    ControlLoop::of(form, held)
 }
 
 /// Prints the report of a loop and says its warnings, as on every line of the command.

@@ -15,7 +15,7 @@ use fracdiff::scheme::DEFAULT_TOLERANCE;
 use fracdiff::{Operator, OperatorList, Order, Scheme, Seconds};
 use fracdiff_c::{CNumber, Header, HeaderError, Law};
 use haptic_experiment::judge::operator;
-use haptic_experiment::question::control_loop::LoopForm;
+use haptic_experiment::question::control_loop::controller_of;
 use haptic_experiment::{Failure, ModelledTissue, Named as _, Precision, parameters as p};
 use haptic_loop::{Loading, LoadingKind, Specimen};
 use haptic_quantity::{digits, label, without_unit, written};
@@ -90,12 +90,8 @@ struct What<'a> {
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let pressed = self.tissue.clone().given()?;
-        let form = LoopForm {
-            controller: self.controller.clone().unwrap_or_default().into(),
-            sample_time_s: self.sample_time,
-            ..LoopForm::default()
-        };
-        if let Some(mut setup) = form.controller(form.files()?.controller)? {
+        if let Some(text) = &self.controller {
+            let mut setup = controller_of(text, self.sample_time)?;
             setup.scheme = self.scheme.unwrap_or(setup.scheme);
             alone(&pressed, "--controller")?;
             return self.controller(setup, output);

@@ -41,25 +41,10 @@ impl Reference {
                 "{rows} without a reference: give one in every row, or delete the row"
             ));
         }
-        let [time_s, value] = found.columns;
-        match time_s.is_empty() {
-            true => Err(format!("no column time_s; {remedy}")),
-            false => Self::of(&found.lines, time_s, value),
+        let (lines, [time_s, value]) = (found.lines, found.columns);
+        if time_s.is_empty() {
+            return Err(format!("no column time_s; {remedy}"));
         }
-    }
-
-    /// One value for each sample; the first stands in line 2, as of a table with a header.
-    ///
-    /// # Errors
-    /// A value that is no number, or too large.
-    pub fn sampled(value: Vec<f64>, sample_time_s: f64) -> Result<Self, String> {
-        let time_s = (0..value.len()).map(|n| n as f64 * sample_time_s);
-        let lines: Vec<u64> = (2..).take(value.len()).collect();
-        Self::of(&lines, time_s.collect(), value)
-    }
-
-    /// The values from these times on, which stand in these lines.
-    fn of(lines: &[u64], time_s: Vec<f64>, value: Vec<f64>) -> Result<Self, String> {
         if let Some(row) = time_s.windows(2).position(|pair| pair[1] <= pair[0]) {
             let line = lines[row + 1];
             return Err(format!(
@@ -153,36 +138,31 @@ fn away(run: &LoopRun) -> String {
     format!("the output ends at {output}, not at its reference {reference}: {why}")
 }
 
-/// The sample time of a plant that runs alone for so long.
-fn sample_time_of(duration_s: f64) -> Result<f64, Failure> {
-    let sample_time_s = duration_s / SAMPLES_ALONE;
-    if SAMPLE_TIMES.contains(sample_time_s) {
-        return Ok(sample_time_s);
-    }
-    let [low, high] = DURATIONS.ends();
-    let shortest = SAMPLE_TIMES.ends()[0] * SAMPLES_ALONE;
-    Err(Failure::bad_input(format_args!(
-        "duration {} s is not from {} to {} s, shown in {SAMPLES_ALONE} samples: change {RUN_LENGTH}",
-        Shown(duration_s),
-        digits(shortest.max(low), 4),
-        Shown(high)
-    )))
-}
-
 impl ControlLoop {
     /// The sample time of a run.
-    ///
-    /// # Errors
-    /// A plant alone of which neither it nor the length is given, or a length outside its range.
-    pub fn sample_time_s(&self) -> Result<f64, Failure> {
-        match (&self.controller, self.sample_time_s, self.duration_s) {
-            (Some(setup), ..) => Ok(setup.sample_time_s),
-            (None, Some(sample_time_s), _) => Ok(sample_time_s),
-            (None, None, Some(duration_s)) => sample_time_of(duration_s),
-            (None, None, None) => Err(Failure::bad_input(format_args!(
-                "a plant alone has no crossover: give {RUN_LENGTH}, as in 20s, or {LOOP_CONTROLLER}"
-            ))),
+    fn sample_time_s(&self) -> Result<f64, Failure> {
+        let setup = self.controller.as_ref();
+        let given = setup.map(|setup| setup.sample_time_s);
+        if let Some(sample_time_s) = given.or(self.form.sample_time_s) {
+            return Ok(sample_time_s);
         }
+        let Some(duration_s) = self.form.duration_s else {
+            return Err(Failure::bad_input(format_args!(
+                "a plant alone has no crossover: give {RUN_LENGTH}, as in 20s, or {LOOP_CONTROLLER}"
+            )));
+        };
+        let sample_time_s = duration_s / SAMPLES_ALONE;
+        if SAMPLE_TIMES.contains(sample_time_s) {
+            return Ok(sample_time_s);
+        }
+        let [low, high] = DURATIONS.ends();
+        let shortest = SAMPLE_TIMES.ends()[0] * SAMPLES_ALONE;
+        Err(Failure::bad_input(format_args!(
+            "duration {} s is not from {} to {} s, shown in {SAMPLES_ALONE} samples: change {RUN_LENGTH}",
+            Shown(duration_s),
+            digits(shortest.max(low), 4),
+            Shown(high)
+        )))
     }
 
     /// The crossover of the loop, rad/s.
@@ -195,11 +175,11 @@ impl ControlLoop {
 
     /// The reference, one value a sample.
     fn signal(&self, reference: Option<&Reference>, t: f64) -> Result<Vec<f64>, Failure> {
-        let samples = samples(self.duration_s, t, || match reference {
+        let samples = samples(self.form.duration_s, t, || match reference {
             Some(reference) => (reference.length_s() / t).floor() + 1.0,
             None => samples_for(self.crossover(), t),
         })?;
-        let height = self.step.unwrap_or(1.0);
+        let height = self.form.step.unwrap_or(1.0);
         let at = |n| reference.map_or(height, |reference| reference.at(n as f64 * t));
         Ok((0..samples).map(at).collect())
     }
@@ -227,12 +207,12 @@ impl ControlLoop {
     /// # Errors
     /// A plant that does not run, a step of no height, too many samples.
     pub fn simulated(&self, reference: Option<&Reference>) -> Result<Simulated, Failure> {
-        if self.step.is_some() && reference.is_some() {
+        if self.form.step.is_some() && reference.is_some() {
             return Err(Failure::bad_input(format_args!(
                 "{STEP_HEIGHT} and {REFERENCE} exclude each other: omit one"
             )));
         }
-        let height = self.step.unwrap_or(1.0);
+        let height = self.form.step.unwrap_or(1.0);
         check_step(height)?;
         let (plant, setup) = (&self.plant.plant, self.controller.as_ref());
         let t = self.sample_time_s()?;

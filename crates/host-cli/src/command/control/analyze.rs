@@ -44,7 +44,7 @@ fn open(point: &LoopPoint) -> (f64, f64, f64) {
 
 impl Arguments {
     pub(super) fn run(self, output: Output) -> Result<(), Failure> {
-        let (_, asked) = asked(self.asked)?;
+        let asked = asked(self.asked)?;
         let stem = asked.controller.as_ref().map_or("plant", |_| "loop");
         let mut outputs = self.files.look(stem, &[])?;
         let found = asked.analysed()?;

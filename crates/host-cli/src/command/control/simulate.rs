@@ -11,7 +11,6 @@ use haptic_experiment::Failure;
 use haptic_experiment::question::control_loop::run::{Reference, Simulated};
 use serde::Serialize;
 use serde_json::json;
-use std::path::Path;
 
 /// Run a step or a record through a loop, or a plant alone
 ///
@@ -54,10 +53,12 @@ fn rows(found: &Simulated) -> Vec<Row> {
 
 impl Arguments {
     pub(super) fn run(self, output: Output) -> Result<(), Failure> {
-        let (form, asked) = asked(self.asked)?;
+        let asked = asked(self.asked)?;
         let mut outputs = self.files.look("response", &[])?;
-        let reference = Some(&*form.reference).filter(|path| !path.is_empty());
-        let reference = reference.map(|path| read(Path::new(path))).transpose()?;
+        let path = Some(&*asked.form.reference).filter(|path| !path.is_empty());
+        let columns = Reference::COLUMNS.map(str::to_owned);
+        let reference = path.map(|path| table::read(path.as_ref(), columns, Reference::read));
+        let reference = reference.transpose()?;
         let mut found = asked.simulated(reference.as_ref())?;
         let rows = rows(&found);
         let picture = || draw_run(&found, &asked);
@@ -67,11 +68,4 @@ impl Arguments {
         told(found.report, &files, output)?;
         outputs.close(ended)
     }
-}
-
-/// The reference of a file or of a log.
-fn read(path: &Path) -> Result<Reference, Failure> {
-    let mut columns = Reference::COLUMNS.map(str::to_owned);
-    let bytes = table::bytes_with(path, columns.iter_mut().collect())?;
-    Reference::read(&columns, &bytes).map_err(|error| table::wrong(path, error))
 }

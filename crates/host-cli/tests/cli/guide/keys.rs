@@ -182,7 +182,7 @@ fn made() -> String {
     tables(&mut text, &parameters::tables("controller"), &shared);
     text.push_str("\n## Plant files\n\nOne of the first four. In `[device]` mass and damping are required; `[intervals]` beside it has the same\nkeys, each `[low, high]`.\n");
     tables(&mut text, &parameters::tables("plant"), &shared);
-    text.push_str("\n## Questions\n\nThe command, the page and Python ask them alike; in Python they are `tissue.identify_tables`, `control.identify`, `control.design`, `control.analyze` and `control.simulate`.\n");
+    text.push_str("\n## Questions\n\nThe command, the page and Python ask them alike; in Python they are `tissue.identify_tables`, `control.identify`, `control.design`, `control.analyze` and `control.simulate`. `control design` takes a plant as `control analyze` does; the page a notation or a file, Python a `Plant`.\n");
     asked(&mut text, "identify", RECORD);
     asked(&mut text, "control identify", PLANT_RECORD);
     asked(&mut text, "control design", CONTROL_DESIGN);
