@@ -126,7 +126,7 @@ function rows(value: unknown): Values[] {
 }
 
 /** A line of a report. */
-function line(line: Line): Node[] {
+export function line(line: Line): Node[] {
   if ("columns" in line) {
     const head = el("tr", {}, ...line.columns.map((name) => el("th", { scope: "col" }, name)));
     const body = line.rows.map((row) => el("tr", {}, ...row.map((cell) => el("td", {}, cell))));

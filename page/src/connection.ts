@@ -69,7 +69,7 @@ export class Connection {
   }
 
   /** A part of the page that asks for itself; its newest question counts, here and on the server. */
-  panel(panel: "design" | "safety" | "control" | "identify"): Panel {
+  panel(panel: "design" | "safety" | "control" | "loop" | "identify"): Panel {
     return new Panel((question) => this.ask("ask", { panel, question }));
   }
 

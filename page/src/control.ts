@@ -9,6 +9,7 @@ import type { Dropped, TextFile } from "./drop";
 import { Fields } from "./forms";
 import { number, plain, quantity } from "./format";
 import { Knob } from "./knob";
+import { OwnLoop } from "./loop";
 import { PlantRecord } from "./plant-record";
 import type { Parameter } from "./protocol";
 import { save } from "./save";
@@ -101,6 +102,7 @@ export class ControlView implements ViewPart {
   private readonly nyquist = svg("svg", { class: "nyquist", role: "img", "aria-label": "Nyquist plot of the open loop" });
   private readonly panel: Panel;
   private readonly record: PlantRecord;
+  private readonly loop: OwnLoop;
   private readonly fields: Fields;
   private readonly rows = el("div", { class: "fields" });
   private readonly more = el("details", { class: "more" }, el("summary", {}, "More wishes: noise, peaks, limits, sample time"), this.rows);
@@ -125,6 +127,7 @@ export class ControlView implements ViewPart {
     this.more.addEventListener("toggle", () => void this.askFields());
     this.rows.addEventListener("change", () => this.ask(app.state.control));
     this.record = new PlantRecord(app, (file) => this.take({ is: "plant", file }));
+    this.loop = new OwnLoop(app, () => this.given(app.state.control.plant));
     this.ask = latest(
       (wishes) => this.design(wishes),
       (error) => this.refused(error),
@@ -168,6 +171,7 @@ export class ControlView implements ViewPart {
           this.margin.root,
           el("label", { class: "check", for: "flat" }, this.flat, "flat phase: the overshoot stays when the gain of the plant changes"),
           this.more,
+          this.loop.root,
         ),
         this.verdict,
         this.read,
@@ -229,11 +233,15 @@ export class ControlView implements ViewPart {
     if (this.fields.all.length === 0) this.rows.replaceChildren(...keys.map((key) => this.fields.add(key)));
   }
 
+  /** The plant and the files that count. */
+  private given(plant: string): { plant: string; plant_file?: TextFile; controller_file?: TextFile } {
+    return { plant, ...(this.plantFile === null ? {} : { plant_file: this.plantFile }), ...(this.controllerFile === null ? {} : { controller_file: this.controllerFile }) };
+  }
+
   private async design({ plant, crossover, margin, flat }: Control): Promise<void> {
     this.drawFiles();
     this.fields.refuse("");
-    const files = { ...(this.plantFile === null ? {} : { plant_file: this.plantFile }), ...(this.controllerFile === null ? {} : { controller_file: this.controllerFile }) };
-    const wishes = { plant, ...files, crossover_rad_s: crossover, phase_margin_rad: margin / DEGREES, not_flat: !flat, ...(await this.fields.values()) };
+    const wishes = { ...this.given(plant), crossover_rad_s: crossover, phase_margin_rad: margin / DEGREES, not_flat: !flat, ...(await this.fields.values()) };
     const designed = await this.panel.ask<Designed>({ control: wishes });
     if (designed === null) return;
     this.designed = designed;
@@ -382,6 +390,7 @@ export class ControlView implements ViewPart {
   themed(): void {
     for (const chart of [this.step, this.gain, this.phase]) chart?.redraw();
     this.record.themed();
+    this.loop.themed();
   }
 
   key(): boolean {

@@ -44,7 +44,7 @@ const LINES: Line[] = [
 ];
 
 /** A file as its name and text; null where none is chosen. */
-async function chosen(input: HTMLInputElement): Promise<TextFile | null> {
+export async function chosen(input: HTMLInputElement): Promise<TextFile | null> {
   const file = input.files?.[0];
   return file ? { name: file.name, text: await textOf(file) } : null;
 }

@@ -322,7 +322,7 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
         return { name: message.name, channels: run.channels, samples: run.samples[0].length, sample_time_s: T, first_s: 0, last_s: run.samples[0].length * T, complete: true, damage: null, missing_samples: 0, axes: run.axes ?? 1, metadata: run.metadata ?? { kind: run.entry.kind, order: 0.2 }, events: [{ time_s: 1, kind: "phase", text: "hold" }], end: "done", curves: run.curves };
       }
       case "runs.forms":
-        return { forms: FORMS, record: RECORD, plant_record: [] };
+        return { forms: FORMS, record: RECORD, plant_record: [], control_loop: LOOP };
       case "runs.start": {
         controls(page);
         if (message.kind === "zwidth") {
@@ -364,8 +364,9 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
         for (const depth of message.depths_m) page.surface = Math.max(depth, page.surface * Math.exp(-0.02 / 3));
         return { surface_m: page.surface };
       case "ask": {
-        const { wall, record, control } = message.question;
+        const { wall, record, control, analyze, simulate } = message.question;
         if (control) return designedControl(control);
+        if (analyze || simulate) return askedLoop(analyze ?? simulate, simulate !== undefined);
         if (wall) return judgedWall(wall);
         const rows = record.text.trim().split("\n").map((row) => row.split(",").map(Number));
         if (rows.length < 5) throw new Error("the CSV has no table: give a header and two columns of numbers");
@@ -454,6 +455,17 @@ function quantity(key, text) {
   if (number === undefined || Number.isNaN(Number(number))) throw new Error(`"${text}" is not a number`);
   if (!(unit in UNITS)) throw new Error(`"${text}" is not ${key.endsWith("_kg") ? "a mass" : "a value"}`);
   return Number(number) * UNITS[unit];
+}
+
+const LOOP = ["controller", "sample_time_s"].map((key) => ({ key, kind: key.endsWith("_s") ? "number" : "text", default: null, shown: "", least: null, most: null, range: null, required: false, choices: [], help: key }));
+
+/** A loop that comes to rest at half of its reference. */
+function askedLoop({ plant, controller, sample_time_s: sample }, runs) {
+  if (sample === undefined) throw new Error("a controller in notation has no sample time: give `sample_time_s`, as in 1ms");
+  const time = Array.from({ length: 100 }, (_, n) => n * sample);
+  const signals = runs ? { time_s: time, reference: time.map(() => 1), output: time.map((t) => 0.5 * (1 - Math.exp(-t))), command: time.map(() => 0.5) } : {};
+  const row = (key, value) => ({ level: 0, key, label: key, value, reason: "" });
+  return { report: { warnings: runs ? ["the output ends at 0.5: give a longer `duration_s`"] : [] }, lines: [row("plant", plant), row("controller", controller), row("stable", "yes")], ...signals };
 }
 
 /** First order for the reference, the more overshoot the smaller the margin. */

@@ -97,6 +97,26 @@ test("a controller follows its wishes, and a plant that is none is refused besid
   await context.close();
 });
 
+test("a controller is judged and run as it is, and what is missing is said beside its field", async () => {
+  const { page, context, errors } = await begin({}, "#control?plant=1/(s%2B1)");
+  await page.getByText("Judge or run a controller as it is").click();
+  const own = page.locator(".own-loop");
+  await own.locator("label", { hasText: "controller" }).locator("input").fill("2+1/s");
+  await own.getByText("Run it").click();
+  const time = own.locator("label", { hasText: "sample time, s" });
+  await until(async () => /no sample time/.test(await time.locator(".trouble").textContent()), "not refused");
+  await time.locator("input").fill("10 ms");
+  await own.getByText("Run it").click();
+  await until(async () => (await own.locator("canvas").count()) === 1, "the run is not drawn");
+  assert.match(await own.textContent(), /plant1\/\(s\+1\)controller2\+1\/s/);
+  assert.match(await own.locator(".answer-body .trouble").textContent(), /give a longer duration$/);
+  await own.getByText("Judge it").click();
+  await until(async () => (await own.locator("canvas").count()) === 0, "the verdict is not shown");
+  assert.match(await own.textContent(), /stableyes/);
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
 test("it is small, and asks nobody but its server", async () => {
   const folder = new URL("../../crates/haptic-page/assets/", import.meta.url);
   const names = readdirSync(folder).filter((name) => !/\.(gz|br)$/.test(name));

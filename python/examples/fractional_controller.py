@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from fractional_haptics.control import closed_loop, plant, simulate, tune
+from fractional_haptics.control import analyze, plant, simulate, tune
 
 # An oven with a slow heater and a dead time: crossover at 0.3 rad/s, 60° of margin, flat phase. Without the lag of the
 # heater a derivative of an order above 1 would have no end of gain at high frequencies.
@@ -20,10 +20,11 @@ for name, integer in (("fractional", False), ("integer", True)):
     print(f"{name}: {pid}")
     own = []
     for gain in (0.5, 1.0, 2.0):
-        verdict = closed_loop(pid, oven, gain)
-        run = simulate(pid, plant(f"{0.55 * gain}{LAGS}"), np.ones(4000))
+        other = f"{0.55 * gain}{LAGS}"
+        verdict = analyze(other, pid)
+        run = simulate(other, pid, reference=np.ones(4000))
         own.append(100 * (run.measured.max() - 1))
-        print(f"  gain × {gain}: stable {verdict.stable}, overshoot {own[-1]:.1f} %")
+        print(f"  gain × {gain}: stable {verdict['stable']}, overshoot {own[-1]:.1f} %")
     overshoots[name] = max(own) - min(own)
 assert overshoots["fractional"] < 0.3 * overshoots["integer"]
 

@@ -24,7 +24,7 @@ mod _native {
     use super::arrays::numbers;
     #[pymodule_export]
     use super::control::{
-        PyControlPlant, PyPid, PyTransferFunction, closed_loop, design_controller, identify_plant,
+        PyControlPlant, PyPid, PyTransferFunction, analyze_loop, design_controller, identify_plant,
         simulate_loop, tune_controller,
     };
     #[pymodule_export]

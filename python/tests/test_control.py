@@ -12,7 +12,7 @@ from fractional_haptics.analysis import Device, Loop
 from fractional_haptics.control import (
     Pid,
     TransferFunction,
-    closed_loop,
+    analyze,
     design,
     identify,
     plant,
@@ -140,14 +140,15 @@ def test_a_tuned_loop_has_its_margin_and_keeps_its_overshoot() -> None:
     assert math.isclose(math.pi + np.angle(loop), math.radians(70), rel_tol=1e-6)
     overshoots = []
     for gain in (0.7, 1.0, 1.4):
-        closed = closed_loop(pid, oven, gain)
-        assert closed.stable
-        run = simulate(pid, plant(f"{0.55 * gain}exp(-s)/(62s+1)"), np.ones(4000))
+        other = plant(f"{0.55 * gain}exp(-s)/(62s+1)")
+        assert analyze(other, pid)["stable"]
+        run = simulate(other, pid, reference=np.ones(4000))
         overshoots.append(run.measured.max())
     assert max(overshoots) - min(overshoots) < 0.02
-    assert closed_loop(pid, oven).phase_rad.value == pytest.approx(math.radians(70), abs=0.02)
-    assert not closed_loop(pid, oven, 1e4).stable
-    assert closed_loop(pid, oven).verdict == "stable, proved"
+    found = analyze(oven, pid)
+    assert found["margins"]["phase_margin_deg"] == pytest.approx(70, abs=1)
+    assert found["reason"].startswith("Stable, proved.")
+    assert not analyze("5500exp(-s)/(62s+1)", pid)["stable"]
     assert tune(oven, 0.05, math.radians(70), integer=True).parameters["integral_order"] == 1.0
 
 
@@ -164,13 +165,42 @@ def test_a_design_is_that_of_the_command_and_says_what_it_misses() -> None:
     assert design(oven, 0.1, math.radians(65), sensitivity_peak=1.01).unmet == ("sensitivity_peak",)
 
 
+def test_a_loop_is_that_of_the_command_however_its_parts_are_given(tmp_path) -> None:
+    (tmp_path / "ramp.csv").write_text("time_s,reference\n0,0\n1,0.5\n2,1\n4,1\n")
+    (tmp_path / "pi.toml").write_text("[pid]\nproportional_gain = 2\nintegral_gain_per_s_lambda = 1\n[loop]\nsample_time_s = 0.01\n")
+    (tmp_path / "lag.toml").write_text('[transfer_function]\nfunction = "1/(s+1)"\n')
+    pid = Pid(0.01, proportional=2.0, integral=1.0, high=0.8)
+    # 1/(s + 1) with 2 + 1/s: the ramp of the table, sample by sample.
+    ramp = np.minimum(np.floor(np.arange(401) / 100 + 1e-9), 2) / 2
+    runs = [
+        simulate(plant("1/(s+1)"), pid, reference=ramp),
+        simulate(tmp_path / "lag.toml", tmp_path / "pi.toml", output_limits=(-1e12, 0.8), reference=tmp_path / "ramp.csv"),
+    ]
+    for run in runs:
+        assert run.report["shape"] is None
+        assert run.command.max() == 0.8
+        np.testing.assert_array_equal(run.reference, ramp)
+        np.testing.assert_allclose(run.measured, runs[0].measured, atol=1e-6)
+        assert run.t[-1] == pytest.approx(4.0)
+    # No integral: it rests beside the reference, which is said.
+    beside = simulate("1/(s+1)", "1", sample_time_s=0.01, duration_s=20.0, step=2.0)
+    assert beside.measured[-1] == pytest.approx(1.0, abs=1e-3)
+    assert beside.report["at_reference"] is False
+    assert "rests beside it" in beside.report["warnings"][-1]
+    # A mass of 0.5 kg with a damper of 1 N·s/m and a hand of 8 N/m: poles at −1 ± j√15.
+    alone = analyze(mass_kg=0.5, damping_n_s_per_m=1.0, hand_stiffness_n_per_m=8.0)
+    assert sorted(pole["im"] for pole in alone["poles"]) == pytest.approx([-math.sqrt(15), math.sqrt(15)])
+    assert analyze("1/2s", pid)["warnings"][0].startswith('plant "1/2s"')
+    with pytest.raises(FileNotFoundError):
+        analyze(tmp_path / "none.toml", pid)
+
+
 def test_a_delay_margin_is_where_the_verdict_changes_inside_a_sample() -> None:
     pid = Pid(0.1, proportional=12.0)
-    margin = closed_loop(pid, plant("1/(s+1)")).delay_s
-    assert margin is not None
-    assert margin.value % 0.1 > 0.01
+    margin = analyze("1/(s+1)", pid)["margins"]["delay_margin_s"]
+    assert margin % 0.1 > 0.01
     for share, stable in ((0.999, True), (1.001, False)):
-        assert closed_loop(pid, plant(TransferFunction("1/(s+1)"), share * margin.value)).stable is stable
+        assert analyze("1/(s+1)", pid, delay_s=share * margin)["stable"] is stable
 
 
 def test_a_plant_comes_back_from_arrays_and_from_a_table_and_is_tried_on_another(tmp_path) -> None:
@@ -237,7 +267,16 @@ def test_a_record_of_a_plant_is_refused_as_the_command_refuses_it(given, text: s
         (lambda: design(plant("1/(s+1)"), 1.0, output_limits=(1.0, 0.0)), "is not below the high limit"),
         (lambda: tune(plant("1/(s+1)"), -1.0, 1.0), "crossover"),
         (lambda: tune(plant("1/(s+1)"), 1.0, 4.0), "phase margin"),
-        (lambda: simulate(Pid(0.01, proportional=1.0), plant("1/(s+1)"), [[1.0]]), "reference has the shape"),
+        (lambda: simulate("1/(s+1)", Pid(0.01, proportional=1.0), reference=[[1.0]]), "reference has the shape"),
+        (lambda: simulate("1/(s+1)", "2", sample_time_s=0.01, reference=[0.0, math.nan]), r"the reference: 1 row \(line 3\) without a reference"),
+        (lambda: simulate("1/(s+1)", "2", sample_time_s=0.01, reference=[0.0, 1.0], step=1.0), "`step` and `reference` exclude"),
+        (lambda: simulate("1/(s+1)"), "give `duration_s`, as in 20s, or `controller`"),
+        (lambda: analyze("1/(s+1)", "2"), "give `sample_time_s`, as in 1ms"),
+        (lambda: analyze("1/(s+1)", scheme="full"), "`scheme` has no effect without a controller"),
+        (lambda: analyze("1/(s+1)", mass_kg=1.0), "`mass_kg` belongs to a device"),
+        (lambda: analyze(mass_kg=0.0), "`mass_kg` = 0 is not above 0"),
+        (lambda: analyze(), "no plant: give `plant`"),
+        (lambda: analyze(3), "a int is no plant here: give a Plant, a text or a path"),
     ],
 )
 def test_what_is_wrong_is_refused_with_a_reason(call, text: str) -> None:

@@ -36,7 +36,7 @@ CALLS = {
     "frequency_response": lambda: late.frequency_response(omega),
     "loop_gain": lambda: loop.loop_gain(omega),
     "transparency": lambda: analysis.transparency(device, 500.0, 1.0, 0.5, T, omega, "grunwald:5000"),
-    "simulate": lambda: control.simulate(pid, lag, long),
+    "simulate": lambda: control.simulate(lag, pid, reference=long[:2_000_000]),
     "step_response": lambda: control.TransferFunction("1/(s^0.5+1)").step_response(T, 5_000_000),
     "differintegrate": lambda: operators.differintegrate(np.zeros((20, 500_000)), 0.5, T),
     "stress": lambda: muscle.stress(np.arange(40_000) * T, np.ones(40_000)),

@@ -39,7 +39,14 @@ def test_the_version_is_that_of_the_package() -> None:
 
 
 @pytest.mark.parametrize(
-    ("question", "function"), [("identify", tissue.identify_tables), ("control identify", control.identify), ("control design", control.design)]
+    ("question", "function"),
+    [
+        ("identify", tissue.identify_tables),
+        ("control identify", control.identify),
+        ("control design", control.design),
+        ("control analyze", control.analyze),
+        ("control simulate", control.simulate),
+    ],
 )
 def test_every_key_of_a_record_is_an_argument(question: str, function) -> None:
     page = Path(__file__).parents[2] / "docs/guide/src/experiment-keys.md"

@@ -44,12 +44,11 @@ IMMUTABLE: dict[str, Callable[[], Any]] = {
     "Plant from a function": lambda: control.plant(control.TransferFunction("1/(s^0.5+1)"), 0.5),
     "Plant from matrices": lambda: control.plant(ct.ss([[-1.0]], [[1.0]], [[2.0]], [[0.0]]), 0.5),
     "Plant from a response": lambda: control.plant(ct.FrequencyResponseData(1 / (1 + 1j * np.arange(1, 9)), np.arange(1, 9))),
-    "ClosedLoop": lambda: control.closed_loop(control.Pid(0.1, proportional=2.0), control.plant("1/(s+1)")),
 }
 
 HOLD_ARRAYS: dict[str, Callable[[], Any]] = {
     "Felt": lambda: analysis.transparency(device(), 500.0, 1.0, 0.5, T, [1.0, 10.0]),
-    "Response": lambda: control.simulate(control.Pid(0.1, proportional=2.0), control.plant("1/(s+1)"), np.ones(9)),
+    "Response": lambda: control.simulate("1/(s+1)", control.Pid(0.1, proportional=2.0), reference=np.ones(9)),
     "Tuned": lambda: control.tune(control.plant("0.55exp(-s)/(62s+1)"), 0.05, 1.2),
     "Identification": lambda: tissue.identify(
         np.geomspace(0.1, 10, 20), 1e3 * np.geomspace(0.1, 10, 20) ** -0.2, models=["spring-pot"]
@@ -188,7 +187,7 @@ MASKED = np.ma.masked_array([1.0, 2.0, 3.0], [False, True, False])
         lambda: analysis.transparency(device(), 1.0, 1.0, 0.5, T, MASKED),
         lambda: analysis.LinearPlant([[0.0]], np.ma.masked_array([1.0], [True]), [1.0]),
         lambda: analysis.region(device(), 0.5, T).contains(MASKED, 1.0),
-        lambda: control.simulate(control.Pid(0.1, proportional=2.0), control.plant("1/(s+1)"), MASKED),
+        lambda: control.simulate("1/(s+1)", control.Pid(0.1, proportional=2.0), reference=MASKED),
         lambda: Grid(x=MASKED),
     ],
 )

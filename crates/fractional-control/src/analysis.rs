@@ -110,21 +110,8 @@ impl LoopPoint {
 /// # Errors
 /// A plant that does not run, parameters outside their range.
 pub fn analyse(setup: &ControllerSetup, plant: &Plant) -> Result<LoopAnalysis, ControlError> {
-    analyse_at(setup, plant, 1.0)
-}
-
-/// Judges the loop with the plant's gain multiplied by `gain`.
-///
-/// # Errors
-/// As [`analyse`].
-pub fn analyse_at(
-    setup: &ControllerSetup,
-    plant: &Plant,
-    gain: f64,
-) -> Result<LoopAnalysis, ControlError> {
     let sampled = setup.sampled(plant)?;
-    let closed = setup.closed_with(&sampled)?.with_gain(gain);
-    analysed(setup, plant, &closed.judged())
+    analysed(setup, plant, &setup.closed_with(&sampled)?.judged())
 }
 
 /// Analyses a loop that is judged already.

@@ -2,6 +2,7 @@
 
 pub mod analysis;
 pub(crate) mod bench;
+pub mod control_loop;
 pub mod controller;
 pub(crate) mod design;
 pub mod form;

@@ -1,18 +1,18 @@
 //! A controller for a plant that was typed or dropped on the page: the answer of `control design`, and beside it a controller of
-//! one's own.
+//! one's own; a loop that is judged or run as it is.
 
 use crate::{TextFile, form};
 use fractional_control::design::{Candidate, ControlDesign, Trial};
 use fractional_control::run::samples_for;
 use fractional_control::{ControlError, ControllerSetup};
-use haptic_experiment::Failure;
-use haptic_experiment::control::{
-    gains, in_degrees, in_short, loose_factor, margins, refused, shape,
-};
-use haptic_experiment::document::{ControllerFile, short};
+use haptic_experiment::control::{gains, in_degrees, in_short, margins, shape};
+use haptic_experiment::document::ControllerFile;
+use haptic_experiment::question::control_loop::run::Reference;
+use haptic_experiment::question::control_loop::{ControlLoop, Held, LoopForm, NamedPlant};
 use haptic_experiment::question::controller::DesignForm;
 use haptic_experiment::question::controller::report::designed as designed_by;
 use haptic_experiment::run::PlantModel;
+use haptic_experiment::{Failure, lines};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use std::path::Path;
@@ -20,33 +20,75 @@ use std::path::Path;
 /// Points of a curve that is sent, at most.
 const POINTS: usize = 600;
 
-/// A plant, and keys for what is wanted of its loop.
+/// A plant, and keys for what is asked of its loop.
 #[derive(Clone, Debug, Deserialize)]
 pub(crate) struct ControlRequest {
-    plant: String,
     /// A plant file, or the table of a measured response, in place of the notation.
     plant_file: Option<TextFile>,
-    /// A controller file, to be compared.
+    /// A controller file: of a design, to be compared; of a loop, in place of the notation.
     controller_file: Option<TextFile>,
+    /// A table, in place of a step.
+    reference_file: Option<TextFile>,
     #[serde(flatten)]
     form: Map<String, Value>,
 }
 
 impl ControlRequest {
-    fn model(&self) -> Result<PlantModel, Failure> {
-        if let Some(TextFile { name, text }) = &self.plant_file {
-            return PlantModel::parse(Path::new(name), text);
-        }
-        self.plant.parse().map_err(|error: ControlError| {
-            let (text, error) = (short(&self.plant), in_degrees(&error));
-            Failure::bad_input(format_args!("plant \"{text}\": {error}"))
+    /// Plant and controller of the files.
+    fn held(&self) -> Result<Held, Failure> {
+        let plant = self.plant_file.as_ref().map(|TextFile { name, text }| {
+            NamedPlant::of(&PlantModel::parse(Path::new(name), text)?)
+        });
+        let controller = self.controller_file.as_ref();
+        let controller =
+            controller.map(|TextFile { name, text }| ControllerFile::parse(Path::new(name), text));
+        Ok(Held {
+            plant: plant.transpose()?,
+            controller: controller.transpose()?.map(|file| file.setup),
         })
+    }
+
+    fn asked(&self) -> Result<ControlLoop, Failure> {
+        ControlLoop::of(form(&self.form)?, self.held()?)
+    }
+
+    /// The answer of `control analyze`.
+    pub(crate) fn analysed(&self) -> Result<Value, Failure> {
+        let report = self.asked()?.analysed()?.report;
+        Ok(json!({"lines": lines(&report), "report": report}))
+    }
+
+    /// The answer of `control simulate`, with its signals.
+    pub(crate) fn simulated(&self) -> Result<Value, Failure> {
+        let reference = self.reference_file.as_ref().map(|TextFile { name, text }| {
+            let read = Reference::read(&Reference::COLUMNS.map(str::to_owned), text.as_bytes());
+            read.map_err(|error| Failure::bad_input(format_args!("{name}: {error}")))
+        });
+        let found = self.asked()?.simulated(reference.transpose()?.as_ref())?;
+        let (run, report) = (&found.response, found.judged());
+        let samples = run.measured.len();
+        let every = samples.div_ceil(POINTS).max(1);
+        let times = (0..samples)
+            .step_by(every)
+            .map(|n| n as f64 * found.sample_time_s);
+        Ok(json!({
+            "lines": lines(&report),
+            "report": report,
+            "time_s": times.collect::<Vec<_>>(),
+            "reference": thinned(&run.reference, every),
+            "output": thinned(&run.measured, every),
+            "command": thinned(&run.command, every),
+        }))
     }
 }
 
+/// One in so many of the numbers.
+fn thinned(numbers: &[f64], every: usize) -> Vec<f64> {
+    numbers.iter().copied().step_by(every).collect()
+}
+
 /// The controller of a file, in the loop of a design.
-fn own(TextFile { name, text }: &TextFile, design: &ControlDesign) -> Result<Value, Failure> {
-    let setup = ControllerFile::parse(Path::new(name), text)?.setup;
+fn own(name: &str, setup: &ControllerSetup, design: &ControlDesign) -> Result<Value, Failure> {
     let crossover = Some(design.wishes.crossover_rad_s);
     let design = ControlDesign {
         samples: samples_for(crossover, setup.sample_time_s) as usize,
@@ -54,25 +96,26 @@ fn own(TextFile { name, text }: &TextFile, design: &ControlDesign) -> Result<Val
     };
     let wrong =
         |error: ControlError| Failure::bad_input(format_args!("{name}: {}", in_degrees(&error)));
-    Ok(seen(&setup, &design.trial(&setup).map_err(wrong)?))
+    Ok(seen(setup, &design.trial(setup).map_err(wrong)?))
 }
 
 pub(crate) fn designed(request: &ControlRequest) -> Result<Value, Failure> {
-    let wishes: DesignForm = form(&request.form)?;
-    let model = request.model()?;
-    let design = wishes.design(model.plant().map_err(refused)?)?;
-    let own = request
-        .controller_file
-        .as_ref()
-        .map(|file| own(file, &design))
-        .transpose()?;
+    let mut keys = request.form.clone();
+    let plant = keys
+        .remove("plant")
+        .map(|plant| ("plant".to_owned(), plant));
+    let wishes: DesignForm = form(&keys)?;
+    let plant: LoopForm = form(&Map::from_iter(plant))?;
+    let held = request.held()?;
+    let plant = plant.plant(held.plant)?;
+    let design = wishes.design(plant.plant)?;
+    let compared = held.controller.zip(request.controller_file.as_ref());
+    let own = compared.map(|(setup, file)| own(&file.name, &setup, &design));
+    let own = own.transpose()?;
     let found = designed_by(design)?;
     let (design, words) = (&found.design, found.words());
     let (fractional, integer) = (&found.answer.fractional, found.answer.integer.as_ref());
-    // Of a file the notation is not read.
-    let notation = request.plant_file.is_none().then_some(&request.plant);
-    let reading =
-        notation.and_then(|text| Some(format!("Warning: {}.", loose_factor("plant", text)?)));
+    let reading = plant.hint.iter().map(|text| format!("Warning: {text}."));
     let unmet = Some(words.unmet()).filter(|unmet| !unmet.is_empty());
     let unmet = unmet.map(|unmet| format!("Warning: not met: {unmet}."));
     let seen = |candidate: &Candidate| match &candidate.trial {
@@ -84,14 +127,14 @@ pub(crate) fn designed(request: &ControlRequest) -> Result<Value, Failure> {
         }),
     };
     Ok(json!({
-        "plant": model.in_words(),
+        "plant": plant.words,
         "sample_time_s": design.sample_time.0,
         "fractional": seen(fractional),
         "integer": integer.ok().map(seen),
         "integer_reason": integer.err().map(in_degrees),
         "own": own,
-        "notes": reading.into_iter().chain(unmet).chain(words.sentences()).collect::<Vec<_>>(),
-        "file": words.file(&model.in_words(), &design.wishes, "").to_toml(),
+        "notes": reading.chain(unmet).chain(words.sentences()).collect::<Vec<_>>(),
+        "file": words.file(&plant.words, &design.wishes, "").to_toml(),
     }))
 }
 
@@ -99,7 +142,7 @@ fn seen(setup: &ControllerSetup, trial: &Trial) -> Value {
     let t = setup.sample_time_s;
     let samples = trial.step.measured.len();
     let every = samples.div_ceil(POINTS).max(1);
-    let thinned = |values: &[f64]| -> Vec<f64> { values.iter().copied().step_by(every).collect() };
+    let thinned = |values: &[f64]| thinned(values, every);
     let gains_tried = trial.robustness.iter().map(|row| {
         json!({
             "gain": row.gain,

@@ -2,9 +2,9 @@
 
 use crate::mcap;
 use haptic_experiment::Failure;
-use haptic_experiment::document::short;
 use haptic_quantity::written;
-use measured_table::{RecordColumns, TABLE_MOST, read_bytes, read_record};
+use measured_table::{RecordColumns, TABLE_MOST, read_bytes};
+use std::fmt::Display;
 use std::io::{self, Read};
 use std::path::Path;
 
@@ -89,23 +89,18 @@ pub(crate) fn uneven_row(
     ))
 }
 
-/// Time and signals of a record, whose gaps are NaN; without times, nothing may be missing.
-pub(crate) fn record<const N: usize>(
+/// Reads a table or a log with columns of these names; an error has the name of the file.
+pub(crate) fn read<T, E: Display, const N: usize>(
     path: &Path,
-    names: [&str; N],
-    remedy: &str,
-) -> Result<RecordColumns<N>, Failure> {
-    let mut names = names.map(str::to_owned);
-    let bytes = bytes_with(path, names.iter_mut().collect())?;
-    let found = read_record(&bytes, names.each_ref().map(String::as_str));
-    found.map_err(|error| {
-        let error = error.to_string();
-        wrong(path, format_args!("{}; {remedy}", short(&error)))
-    })
+    mut columns: [String; N],
+    read: impl FnOnce(&[String; N], &[u8]) -> Result<T, E>,
+) -> Result<T, Failure> {
+    let bytes = bytes_with(path, columns.iter_mut().collect())?;
+    read(&columns, &bytes).map_err(|error| wrong(path, error))
 }
 
 /// An error in a table, behind its name.
-pub(crate) fn wrong(path: &Path, what: impl std::fmt::Display) -> Failure {
+pub(crate) fn wrong(path: &Path, what: impl Display) -> Failure {
     Failure::bad_input(match path.as_os_str() == "-" {
         true => format!("standard input: {what}"),
         false => format!("{}: {what}", path.display()),

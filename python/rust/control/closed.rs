@@ -3,15 +3,15 @@
 use super::controller::{PyPid, gains};
 use super::rule;
 use super::transfer::PyControlPlant;
-use crate::arrays::vector;
 use crate::conducted::heard;
+use crate::experiment::failed;
 use crate::json::{dict, from_python, to_python};
-use crate::refused::OrRefused as _;
+use crate::refused::{OrRefused as _, refused};
 use fracdiff::Seconds;
-use fractional_control::analysis::{LoopAnalysis, analyse_at};
+use fractional_control::Plant;
 use fractional_control::tuning::{Sampling, Tuned, tune, tune_integer};
-use fractional_control::{ControllerSetup, Crossing, Plant, SampledPlant, simulate};
-use haptic_experiment::control::in_short;
+use haptic_experiment::question::control_loop::run::Reference;
+use haptic_experiment::question::control_loop::{ControlLoop, LoopForm, NamedPlant};
 use haptic_experiment::question::controller::DesignForm;
 use haptic_experiment::question::controller::report::designed;
 use numpy::{IntoPyArray as _, PyArray1};
@@ -82,61 +82,63 @@ pub(crate) fn design_controller<'py>(
     Ok((to_python(py, &report)?, file))
 }
 
-/// Certified verdict and margins of a sampled loop, as a dictionary; `gain` is a factor on the plant.
-#[pyfunction]
-pub(crate) fn closed_loop<'py>(
-    controller: &Bound<'py, PyPid>,
-    plant: &Bound<'py, PyControlPlant>,
-    gain: f64,
-) -> PyResult<Bound<'py, PyDict>> {
-    let py = controller.py();
-    let own = controller.try_borrow()?;
-    let setup = ControllerSetup {
-        scheme: own.memory.scheme(),
-        memory_s: Some(own.memory.horizon_s()),
-        ..ControllerSetup::new(own.parameters, own.sample_time)
-    };
-    let plant = Arc::clone(&plant.get().plant);
-    let analysis = heard(py, Duration::MAX, move |_| {
-        analyse_at(&setup, &plant, gain).or_refused()
-    })?;
-    let LoopAnalysis {
-        verdict, margins, ..
-    } = &analysis;
-    let pair = |crossing: Crossing| (crossing.value, crossing.omega_rad_s);
-    Ok(dict! {py;
-        "stable": verdict.stable,
-        "unstable_poles": verdict.unstable_poles,
-        "verdict": in_short(&analysis),
-        "coarse": analysis.coarse,
-        "phase_rad": margins.phase.map(pair),
-        "gain_up": margins.gain_up.map(pair),
-        "gain_down": margins.gain_down.map(pair),
-        "delay_s": margins.delay_s.map(pair),
-        "sensitivity": pair(margins.sensitivity),
-        "complementary": pair(margins.complementary),
-    })
+/// The loop of a plant and a controller, each an object or a text of the form.
+fn asked(
+    plant: Option<&Bound<'_, PyControlPlant>>,
+    controller: Option<&Bound<'_, PyPid>>,
+    form: &Bound<'_, PyAny>,
+) -> PyResult<ControlLoop> {
+    let form: LoopForm = from_python("options", form)?;
+    let mut held = form.files().map_err(|failure| failed(&failure))?;
+    if let Some(plant) = plant {
+        held.plant = Some(NamedPlant {
+            plant: Plant::clone(&plant.get().plant),
+            words: "a plant".to_owned(),
+            hint: None,
+        });
+    }
+    if let Some(controller) = controller {
+        held.controller = Some(controller.try_borrow()?.setup.clone());
+    }
+    ControlLoop::of(form, held).or_refused()
 }
 
-/// Measurement and command of a loop from rest.
-type Columns<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
+/// The report of `control analyze`.
+#[pyfunction]
+pub(crate) fn analyze_loop<'py>(
+    py: Python<'py>,
+    plant: Option<&Bound<'py, PyControlPlant>>,
+    controller: Option<&Bound<'py, PyPid>>,
+    form: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let asked = asked(plant, controller, form)?;
+    let found = heard(py, Duration::MAX, move |_| asked.analysed().or_refused())?;
+    to_python(py, &found.report)
+}
 
-/// Runs a loop from rest over a record of the reference.
+/// Report, and reference, output and command.
+type Run<'py> = (Bound<'py, PyAny>, [Bound<'py, PyArray1<f64>>; 3]);
+
+/// The report of `control simulate`, and its signals; the reference is name and bytes of a table.
 #[pyfunction]
 pub(crate) fn simulate_loop<'py>(
-    controller: &Bound<'py, PyPid>,
-    plant: &Bound<'py, PyControlPlant>,
-    reference: &Bound<'py, PyAny>,
-) -> PyResult<Columns<'py>> {
-    let py = controller.py();
-    let own = controller.try_borrow()?;
-    let reference = vector("reference", reference)?;
-    let (controller, sample_time) = (own.running.controller().clone(), own.sample_time);
-    let plant = Arc::clone(&plant.get().plant);
-    let run = heard(py, Duration::MAX, move |_| {
-        let plant = SampledPlant::with_usual_memory(&plant, sample_time).or_refused()?;
-        let samples = reference.len();
-        Ok(simulate(&controller, &plant, |n| reference[n], samples))
+    py: Python<'py>,
+    plant: Option<&Bound<'py, PyControlPlant>>,
+    controller: Option<&Bound<'py, PyPid>>,
+    form: &Bound<'py, PyAny>,
+    reference: Option<(String, Vec<u8>)>,
+) -> PyResult<Run<'py>> {
+    let asked = asked(plant, controller, form)?;
+    let reference = reference.map(|(name, bytes)| {
+        let read = Reference::read(&Reference::COLUMNS.map(str::to_owned), &bytes);
+        read.map_err(|error| refused(format_args!("{name}: {error}")))
+    });
+    let reference = reference.transpose()?;
+    let found = heard(py, Duration::MAX, move |_| {
+        asked.simulated(reference.as_ref()).or_refused()
     })?;
-    Ok((run.measured.into_pyarray(py), run.command.into_pyarray(py)))
+    let report = to_python(py, &found.judged())?;
+    let run = found.response;
+    let signals = [run.reference, run.measured, run.command];
+    Ok((report, signals.map(|signal| signal.into_pyarray(py))))
 }

@@ -7,7 +7,9 @@ use crate::json::dict;
 use crate::refused::OrRefused as _;
 use fracdiff::Seconds;
 use fracdiff::parameter::range;
-use fractional_control::{Actuator, FractionalPid, Memory, PidParameters, SetPoint, Station};
+use fractional_control::{
+    Actuator, ControllerSetup, FractionalPid, PidParameters, SetPoint, Station,
+};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::time::Duration;
@@ -16,7 +18,7 @@ use std::time::Duration;
 type Running = Station<f64, FractionalPid<f64, MODES>>;
 
 /// Modes of each memory: enough for 1e-9 over a day at 1 kHz.
-pub(super) const MODES: usize = 64;
+const MODES: usize = 64;
 
 /// PI^lambda D^mu: ``u = Kp (b r - y) + Ki I^lambda (r - y) + Kd D^mu (c r - y)``, limited, with anti-windup.
 ///
@@ -73,10 +75,10 @@ pub(super) const MODES: usize = 64;
 #[pyclass(name = "Pid", module = "fractional_haptics.control", subclass)]
 #[derive(Debug)]
 pub(crate) struct PyPid {
-    pub(super) running: Running,
-    pub(super) parameters: PidParameters,
-    pub(super) memory: Memory,
-    pub(super) sample_time: Seconds,
+    running: Running,
+    parameters: PidParameters,
+    /// Parameters, memory and limits, for a loop.
+    pub(super) setup: ControllerSetup,
 }
 
 /// Gains and orders by the keywords of [`PyPid::new`].
@@ -126,14 +128,22 @@ impl PyPid {
         };
         let actuator = Actuator::new(low, high).or_refused()?;
         let (memory, sample_time) = (memory(rule, tolerance, horizon)?, Seconds(sample_time));
+        let limit = |end: f64| end.is_finite().then_some(end);
+        let setup = ControllerSetup {
+            set_point,
+            output_low: limit(low),
+            output_high: limit(high),
+            scheme: memory.scheme(),
+            memory_s: Some(horizon),
+            ..ControllerSetup::new(parameters, sample_time)
+        };
         let controller = heard(py, Duration::MAX, move |_| {
             FractionalPid::new(parameters, set_point, actuator, memory, sample_time).or_refused()
         })?;
         Ok(Self {
             running: Station::new(controller),
             parameters,
-            memory,
-            sample_time,
+            setup,
         })
     }
 
@@ -209,7 +219,7 @@ impl PyPid {
     /// T in s.
     #[getter]
     fn sample_time(&self) -> f64 {
-        self.sample_time.0
+        self.setup.sample_time_s
     }
 
     fn __str__(&self) -> String {
@@ -217,6 +227,9 @@ impl PyPid {
     }
 
     fn __repr__(&self) -> String {
-        format!("<Pid {} at {} s>", self.parameters, self.sample_time.0)
+        format!(
+            "<Pid {} at {} s>",
+            self.parameters, self.setup.sample_time_s
+        )
     }
 }

@@ -19,7 +19,7 @@ use pyo3::types::{PyBool, PyDict, PyString};
 use std::path::Path;
 
 /// Bad input is a `ValueError`; a run, device or disk that failed a `RuntimeError`.
-fn failed(failure: &Failure) -> PyErr {
+pub(crate) fn failed(failure: &Failure) -> PyErr {
     match failure {
         Failure::Input(cause) => unread(cause),
         Failure::Run(_) | Failure::Device(_) | Failure::DataLost(_) => {

@@ -9,13 +9,13 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 
 from fractional_haptics import _native
 from fractional_haptics._native import Plant
-from fractional_haptics._values import HoldsArrays, Shown, needed, same, which
+from fractional_haptics._values import HoldsArrays, Shown, needed, which
 
 if TYPE_CHECKING:
     from typing import TypeAlias
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     _Record: TypeAlias = str | os.PathLike[str] | tuple[ArrayLike, ArrayLike, ArrayLike]
 
 __all__ = [
-    "ClosedLoop",
-    "Crossing",
     "Designed",
     "Identified",
     "Pid",
@@ -35,20 +33,13 @@ __all__ = [
     "Response",
     "TransferFunction",
     "Tuned",
-    "closed_loop",
+    "analyze",
     "design",
     "identify",
     "plant",
     "simulate",
     "tune",
 ]
-
-
-class Crossing(NamedTuple):
-    """A value and its frequency."""
-
-    value: float
-    omega_rad_s: float
 
 
 class TransferFunction(_native._TransferFunction):
@@ -240,7 +231,7 @@ class Tuned(Shown):
     """Largest less least overshoot while the gain goes from half to double."""
     margin_spread_rad: float
     stable: bool
-    """By Nyquist's count; the verdict that counts is `closed_loop`'s."""
+    """By Nyquist's count; the verdict that counts is `analyze`'s."""
     unmet: tuple[str, ...]
     """Wishes that are missed, a sentence each."""
 
@@ -330,6 +321,11 @@ def _bound(bound: tuple[float, float] | str | None) -> str:
     return f"{omega_rad_s!r}rad/s:{at_most!r}"
 
 
+def _limits(limits: tuple[float, float] | str | None) -> str:
+    """Two limits, as the command takes them."""
+    return limits if isinstance(limits, str) else ":".join(repr(float(end)) for end in limits or ())
+
+
 @dataclass(frozen=True)
 class Designed(Shown):
     """A controller by wishes, with the best PID of order 1 beside it."""
@@ -411,7 +407,6 @@ def design(
     >>> found.unmet, found.report["stable"]
     ((), True)
     """
-    limits = output_limits if isinstance(output_limits, str) else ":".join(repr(float(end)) for end in output_limits or ())
     wishes = {
         "crossover_rad_s": crossover_rad_s,
         "phase_margin_rad": phase_margin_rad,
@@ -422,104 +417,197 @@ def design(
         "disturbance": _bound(disturbance),
         "sample_time_s": sample_time_s,
         "scheme": scheme,
-        "output_limits": limits,
+        "output_limits": _limits(output_limits),
         "step": step,
         "duration_s": duration_s,
     }
     return Designed(*_native.design_controller(plant, name, wishes))
 
 
-@dataclass(frozen=True)
-class ClosedLoop(Shown):
-    """The verdict on a sampled loop, and its margins."""
-
-    stable: bool
-    """For the hold, dead time and weights that run: certified, unless `coarse` says otherwise."""
-    unstable_poles: int | None
-    """None on the boundary."""
-    verdict: str
-    """In a few words, as the command says it; ``not proved`` where the sampled model alone is judged."""
-    coarse: float | None
-    """By how much the sample time has to be divided for the verdict to hold for the plant; None where it holds."""
-    phase_rad: Crossing | None
-    """Least phase margin."""
-    gain_up: Crossing | None
-    gain_down: Crossing | None
-    delay_s: Crossing | None
-    """Least further dead time that makes it unstable."""
-    sensitivity: Crossing
-    complementary: Crossing
+def _asked(
+    plant: object, controller: object, output_limits: tuple[float, float] | str | None, **keys: object
+) -> tuple[Plant | None, Pid | None, dict[str, Any]]:
+    """Plant and controller as objects, and all other keys as the command takes them."""
+    form: dict[str, Any] = {**keys, "output_limits": _limits(output_limits)}
+    objects: list[Any] = [None, None]
+    for at, (name, given, kind) in enumerate((("plant", plant, Plant), ("controller", controller, _native.Pid))):
+        if isinstance(given, kind):
+            objects[at] = given
+        elif isinstance(given, str | os.PathLike):
+            form[name] = os.fspath(given)
+        elif given is not None:
+            raise ValueError(f"a {type(given).__name__} is no {name} here: give a {kind.__name__}, a text or a path{which(given)}")
+    return objects[0], objects[1], form
 
 
-def closed_loop(controller: Pid, plant: Plant, gain: float = 1.0) -> ClosedLoop:
-    """The certified verdict on the loop that is really run.
+def analyze(
+    plant: Plant | str | os.PathLike[str] | None = None,
+    controller: Pid | str | os.PathLike[str] | None = None,
+    *,
+    mass_kg: float | None = None,
+    damping_n_s_per_m: float | None = None,
+    hand_stiffness_n_per_m: float | None = None,
+    current_lag_s: float | None = None,
+    delay_s: float | None = None,
+    sample_time_s: float | None = None,
+    scheme: str = "",
+    output_limits: tuple[float, float] | str | None = None,
+) -> dict[str, Any]:
+    """The verdict on the loop that is really run, or the poles of a plant alone, as ``host-cli control analyze`` finds them.
 
     Parameters
     ----------
-    controller : Pid
-        The controller; its limits play no part.
-    plant : Plant
-        The plant; not a measured one.
-    gain : float, default 1
-        Factor on the plant.
+    plant : Plant, str or path
+        The plant, its notation, or its file; not a measured one.
+    controller : Pid, str or path, optional
+        The controller, its notation, or its file; without it the plant is looked at alone.
+    mass_kg, damping_n_s_per_m, hand_stiffness_n_per_m, current_lag_s : float, optional
+        A device in place of a plant, force in and position out, with the hand that holds it and the lag of its current.
+    delay_s : float, optional
+        Dead time, in addition to the plant's.
+    sample_time_s : float, optional
+        Without it that of the controller.
+    scheme : str, optional
+        ``full`` or ``full-bdf2``, each with ``:TOLERANCE``; without it that of the controller.
+    output_limits : (low, high) or str, optional
+        Limits of the command, which play no part in the verdict.
 
     Returns
     -------
-    ClosedLoop
+    dict
+        What ``host-cli control analyze --json`` reports: ``stable``, None where nothing is proved, ``reason``, ``margins``, ``poles``;
+        and ``warnings``.
 
     Raises
     ------
+    OSError
+        A file that cannot be read.
     ValueError
-        A plant that does not run.
+        What the command refuses.
+
+    Examples
+    --------
+    >>> found = analyze("0.55exp(-s)/(62s+1)", Pid(0.1, proportional=5.0))
+    >>> found["stable"], found["margins"]["phase_margin_deg"] > 90
+    (True, True)
     """
-    found = _native.closed_loop(controller, plant, gain)
-    known = {name: Crossing(*value) if isinstance(value, tuple) else value for name, value in found.items()}
-    return ClosedLoop(**cast("dict[str, Any]", known))
+    return _native.analyze_loop(
+        *_asked(
+            plant,
+            controller,
+            output_limits,
+            mass_kg=mass_kg,
+            damping_n_s_per_m=damping_n_s_per_m,
+            hand_stiffness_n_per_m=hand_stiffness_n_per_m,
+            current_lag_s=current_lag_s,
+            delay_s=delay_s,
+            sample_time_s=sample_time_s,
+            scheme=scheme,
+        )
+    )
 
 
-class _Response(NamedTuple):
+@dataclass(frozen=True, eq=False, repr=False)
+class Response(HoldsArrays, Shown):
+    """A simulated loop."""
+
+    report: Mapping[str, Any]
+    """What ``host-cli control simulate --json`` reports, but for its samples: ``stable``, ``shape``, ``at_reference``, the PID of order 1
+    under ``integer``; and ``warnings``, which one should read."""
+    reference: NDArray[np.float64]
+    """At t = 0, T, 2T, …"""
     measured: NDArray[np.float64]
+    """The output there."""
     command: NDArray[np.float64]
+    """The command from there on."""
+
+    @property
+    def t(self) -> NDArray[np.float64]:
+        """Times of the samples, s."""
+        return cast("NDArray[np.float64]", np.arange(len(self.measured)) * float(self.report["sample_time_s"]))
+
+    def _shown(self) -> dict[str, Any]:
+        return dict(self.report)
 
 
-class Response(_Response, Shown):
-    """A simulated loop: measurement and command."""
-
-    __slots__ = ()
-
-    def __hash__(self) -> int:
-        raise TypeError("unhashable type: 'Response' holds arrays")
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Response) and same(tuple(self), tuple(other))
-
-    def __ne__(self, other: object) -> bool:
-        return not self == other
-
-
-def simulate(controller: Pid, plant: Plant, reference: ArrayLike) -> Response:
-    """Runs a loop from rest; the controller's own history plays no part.
+def simulate(
+    plant: Plant | str | os.PathLike[str] | None = None,
+    controller: Pid | str | os.PathLike[str] | None = None,
+    *,
+    mass_kg: float | None = None,
+    damping_n_s_per_m: float | None = None,
+    hand_stiffness_n_per_m: float | None = None,
+    current_lag_s: float | None = None,
+    delay_s: float | None = None,
+    sample_time_s: float | None = None,
+    scheme: str = "",
+    output_limits: tuple[float, float] | str | None = None,
+    duration_s: float | None = None,
+    step: float | None = None,
+    reference: ArrayLike | str | os.PathLike[str] | None = None,
+) -> Response:
+    """Runs a step or a record through a loop, or a plant alone, from rest, as ``host-cli control simulate`` does.
 
     Parameters
     ----------
-    controller : Pid
-        The controller.
-    plant : Plant
-        The plant; not a measured one.
-    reference : array_like, shape (n,)
-        At t = 0, T, 2T, …
+    plant, controller, mass_kg, damping_n_s_per_m, hand_stiffness_n_per_m, current_lag_s, delay_s, sample_time_s, scheme, output_limits
+        As in `analyze`; the controller's own history plays no part.
+    duration_s : float, optional
+        Without it the length of the reference, or 60 times 1/crossover.
+    step : float, default 1
+        Height of the step.
+    reference : array_like, shape (n,), or path, optional
+        In place of a step: at t = 0, T, 2T, …, with T of a Pid or `sample_time_s`; or a CSV with ``time_s`` and ``reference``.
 
     Returns
     -------
     Response
-        ``measured`` and ``command``, shape (n,).
 
     Raises
     ------
+    OSError
+        A file that cannot be read.
     ValueError
-        A plant that does not run.
+        What the command refuses; a plant that does not run.
+
+    Examples
+    --------
+    >>> run = simulate("1/(s+1)", "2+1/s", sample_time_s=0.01, output_limits=(0, 1.5))
+    >>> run.report["at_reference"], float(run.command.max())
+    (True, 1.5)
     """
-    return Response(*_native.simulate_loop(controller, plant, reference))
+    asked = _asked(
+        plant,
+        controller,
+        output_limits,
+        mass_kg=mass_kg,
+        damping_n_s_per_m=damping_n_s_per_m,
+        hand_stiffness_n_per_m=hand_stiffness_n_per_m,
+        current_lag_s=current_lag_s,
+        delay_s=delay_s,
+        sample_time_s=sample_time_s,
+        scheme=scheme,
+        duration_s=duration_s,
+        step=step,
+    )
+    sample_time = controller.sample_time if sample_time_s is None and isinstance(controller, _native.Pid) else sample_time_s
+    table = None if reference is None else _sampled(reference, sample_time)
+    report, signals = _native.simulate_loop(*asked, table)
+    return Response(report, *signals)
+
+
+def _sampled(reference: ArrayLike | str | os.PathLike[str], sample_time_s: float | None) -> tuple[str, bytes]:
+    """Name and bytes of a table; one value a sample becomes one."""
+    if isinstance(reference, str | os.PathLike):
+        return _table(reference)
+    values = _native.numbers("reference", reference)
+    if values.ndim != 1:
+        raise ValueError(f"reference has the shape {values.shape}: give one value for each sample")
+    if sample_time_s is None:
+        raise ValueError("values of a reference without times: give `sample_time_s`, or a Pid")
+    rows = enumerate(values.tolist())
+    lines = (f"{n * sample_time_s!r},{'' if value != value else repr(value)}" for n, value in rows)
+    return "the reference", "\n".join(["time_s,reference", *lines]).encode()
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -19,7 +19,8 @@ pub use crate::experiment::wall::{
     DISSIPATION, MUST_BE_STABLE, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT,
 };
 pub use crate::experiment::{DRIVE_TABLE, KINDS};
-pub use crate::question::controller::CONTROL_DESIGN;
+pub use crate::question::control_loop::{CONTROL_LOOP, PLANT, REFERENCE};
+pub use crate::question::controller::{CONTROL_DESIGN, CROSSOVER, NOT_FLAT, PHASE_MARGIN};
 pub use crate::question::design::{
     DESIGN_ORDERS, FORCE_NOISE_LIMIT, GAIN_MARGIN, REQUIRE, WISH, WISH_FREQUENCY, WISH_TISSUE,
 };

@@ -128,7 +128,7 @@ pub fn samples(
 }
 
 /// A text of a key, if there is one, that is read so.
-fn read<T>(
+pub(super) fn read<T>(
     parameter: Parameter,
     text: &str,
     read: fn(&str) -> Result<T, String>,

@@ -149,6 +149,16 @@ fn record_parameter(given: &Parameter, is_option: bool) -> Value {
     field
 }
 
+/// Keys for which the page has controls, or takes a file.
+const OF_THE_PAGE: [Parameter; 6] = [
+    parameters::VALIDATE,
+    parameters::PLANT,
+    parameters::REFERENCE,
+    parameters::CROSSOVER,
+    parameters::PHASE_MARGIN,
+    parameters::NOT_FLAT,
+];
+
 /// The forms of the experiments.
 pub(crate) fn forms() -> Value {
     let form = |kind: &str| {
@@ -166,24 +176,17 @@ pub(crate) fn forms() -> Value {
         let fields = table.iter();
         fields.map(move |one| record_parameter(one, place > 1))
     });
-    // The second record is a file.
-    let plant = parameters::PLANT_RECORD
-        .iter()
-        .flat_map(|(_, table)| *table);
-    let plant = plant.filter(|one| **one != parameters::VALIDATE);
-    let plant = plant.map(|one| parameter("control identify", one, false));
-    // The page has controls of its own for the first three.
-    let design = parameters::CONTROL_DESIGN
-        .iter()
-        .flat_map(|(_, table)| *table);
-    let design = design
-        .skip(3)
-        .map(|one| parameter("control design", one, false));
+    let fields = |tables: &[(&str, &[Parameter])]| -> Vec<Value> {
+        let all = tables.iter().flat_map(|(_, table)| *table);
+        let all = all.filter(|one| !OF_THE_PAGE.contains(one));
+        all.map(|one| parameter("control", one, false)).collect()
+    };
     json!({
-        "control_design": design.collect::<Vec<_>>(),
+        "control_design": fields(parameters::CONTROL_DESIGN),
+        "control_loop": fields(parameters::CONTROL_LOOP),
         "forms": kinds().map(form).collect::<Vec<_>>(),
         "record": record.collect::<Vec<_>>(),
-        "plant_record": plant.collect::<Vec<_>>(),
+        "plant_record": fields(parameters::PLANT_RECORD),
     })
 }
 

@@ -19,6 +19,8 @@ impl Question {
         match self {
             Self::Wall(wall) => wall.answer().map_err(Failure::bad_input),
             Self::Control(plant) => designed(plant),
+            Self::Analyze(asked) => asked.analysed(),
+            Self::Simulate(asked) => asked.simulated(),
             Self::Record(record) => identified(record, program, given_up),
             Self::PlantRecord(record) => plant(record, program, given_up),
         }

@@ -98,6 +98,7 @@ fracdiff::enumerated! {
         Design,
         Safety,
         Control,
+        Loop,
         Identify,
     }
 }
@@ -107,6 +108,8 @@ fracdiff::enumerated! {
 pub(super) enum Question {
     Wall(WallQuestion),
     Control(ControlRequest),
+    Analyze(ControlRequest),
+    Simulate(ControlRequest),
     Record(Box<RecordRequest>),
     PlantRecord(Box<RecordRequest>),
 }

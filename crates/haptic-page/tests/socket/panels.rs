@@ -1,7 +1,9 @@
 //! Questions of the page's panels: what is answered, what is refused, and that the newest wins.
 
 use crate::{assert_documented, has, opened, question, record};
-use haptic_experiment::parameters::{CONTROL_DESIGN, PLANT_RECORD, RECORD, VALIDATE};
+use haptic_experiment::parameters::{
+    CONTROL_DESIGN, CONTROL_LOOP, PLANT, PLANT_RECORD, RECORD, REFERENCE, VALIDATE,
+};
 use serde_json::{Value, json};
 use testkit::browser::Page;
 use testkit::{Random, assert_close, assert_relative};
@@ -233,12 +235,14 @@ fn a_record_of_a_plant_is_identified_tried_on_another_and_has_all_keys_of_the_co
         ("record", RECORD),
         ("plant_record", PLANT_RECORD),
         ("control_design", CONTROL_DESIGN),
+        ("control_loop", CONTROL_LOOP),
     ] {
         let fields = forms[question].as_array().expect("fields").iter();
         let fields: Vec<&str> = fields.filter_map(|field| field["key"].as_str()).collect();
         let keys = tables.iter().flat_map(|(_, table)| *table);
-        // The second record is a file; crossover, margin and flat phase have controls of their own.
-        let keys = keys.filter(|one| **one != VALIDATE).map(|one| one.key);
+        // Records are files; plant, crossover, margin and flat phase have controls of their own.
+        let keys = keys.filter(|one| ![VALIDATE, REFERENCE, PLANT].contains(one));
+        let keys = keys.map(|one| one.key);
         let own = if question == "control_design" { 3 } else { 0 };
         assert_eq!(fields, keys.skip(own).collect::<Vec<_>>());
     }

@@ -153,7 +153,7 @@ fn a_controller_is_designed_and_a_plant_without_one_is_refused() {
             0.1,
             "plant \"0.55exp(-s)/(62s+\": character 17",
         ),
-        ("", 0.1, "plant \"\""),
+        ("", 0.1, "no plant: give `plant`"),
         ("0.55exp(-s)/(62s+1)", 20.0, "crossover"),
         ("1/(s+1)", f64::MAX, "is not from"),
         ("1/(s+1)", -1.0, "is not from"),
@@ -163,6 +163,59 @@ fn a_controller_is_designed_and_a_plant_without_one_is_refused() {
             refused.contains(why) && !refused.contains('\n'),
             "{refused}"
         );
+    }
+}
+
+#[test]
+fn a_loop_is_judged_and_run_as_the_command_does_it() {
+    let (_runs, _server, mut page) = opened();
+    let asked = |of: &str, key: &str, value: Value| {
+        let text = "[pid]\nproportional_gain = 1\n[loop]\nsample_time_s = 0.01\n";
+        let file = json!({"name": "p.toml", "text": text});
+        let given = json!({"plant": "1/(s+1)", "controller_file": file, key: value});
+        question("loop", of, given)
+    };
+    // A gain of 1 over 1/(s + 1) rests at half of its reference, a ramp that is held between its rows.
+    let table = |text: &str| json!({"name": "ramp.csv", "text": text});
+    let ramp = table("time_s,reference\n0,0\n1,1\n2,2\n20,2\n");
+    let run = page.ask("ask", asked("simulate", "reference_file", ramp));
+    assert_documented("simulate", &run);
+    has(
+        &run["report"],
+        json!({"stable": true, "at_reference": false}),
+    );
+    let warnings = run["report"]["warnings"].to_string();
+    assert!(warnings.contains("the loop rests beside it"), "{warnings}");
+    assert_close(
+        "output",
+        run["output"][500].as_f64().expect("a number"),
+        1.0,
+        1e-3,
+    );
+    assert_eq!(run["reference"][37], 1.0);
+    let judged = page.ask("ask", asked("analyze", "delay_s", json!(0.1)));
+    assert_documented("analyze", &judged);
+    let reason = judged["report"]["reason"].as_str().expect("a sentence");
+    assert!(reason.starts_with("Stable, proved."), "{reason}");
+    for (key, value, words) in [
+        ("plant", json!("plant.toml"), "plant \"plant.toml\""),
+        (
+            "reference_file",
+            table("time_s,reference\n0,0\n0,1\n"),
+            "ramp.csv: line 3: the time does not increase",
+        ),
+        (
+            "scheme",
+            json!("muir:3"),
+            "`scheme`: scheme \"muir:3\" is not for a controller",
+        ),
+        (
+            "mass_kg",
+            json!(1),
+            "`mass_kg` belongs to a device: give `mass_kg` and no `plant`",
+        ),
+    ] {
+        page.refuses("ask", asked("simulate", key, value), words);
     }
 }
 

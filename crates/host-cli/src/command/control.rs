@@ -10,8 +10,6 @@ mod simulate;
 use crate::output::Output;
 use clap::Subcommand;
 use haptic_experiment::Failure;
-pub(crate) use haptic_experiment::control::refused;
-pub(crate) use loops::ControllerOption;
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {

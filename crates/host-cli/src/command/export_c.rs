@@ -2,7 +2,6 @@
 
 mod controller;
 
-use crate::command::control::ControllerOption;
 use crate::files::TextFile;
 use crate::names::option_of;
 use crate::options::keys::{self, NO_TISSUE, Named as _};
@@ -16,6 +15,7 @@ use fracdiff::scheme::DEFAULT_TOLERANCE;
 use fracdiff::{Operator, OperatorList, Order, Scheme, Seconds};
 use fracdiff_c::{CNumber, Header, HeaderError, Law};
 use haptic_experiment::judge::operator;
+use haptic_experiment::question::control_loop::controller_of;
 use haptic_experiment::{Failure, ModelledTissue, Named as _, Precision, parameters as p};
 use haptic_loop::{Loading, LoadingKind, Specimen};
 use haptic_quantity::{digits, label, without_unit, written};
@@ -43,8 +43,14 @@ pub(crate) struct Arguments {
     order: Option<Order>,
     #[command(flatten)]
     tissue: Options<keys::ExportC>,
-    #[command(flatten)]
-    controller: ControllerOption,
+    /// Controller file (*.toml), or notation, as in '2+3/s^0.9+0.1s^0.5'
+    #[arg(
+        long,
+        value_name = "FILE|FUNCTION",
+        allow_hyphen_values = true,
+        help_heading = "Controller"
+    )]
+    controller: Option<String>,
     /// Time between two samples [default: from the controller file]
     #[arg(long, value_name = "TIME", value_parser = quantity("_s", p::SAMPLE_TIME.range()))]
     sample_time: Option<f64>,
@@ -84,8 +90,9 @@ struct What<'a> {
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let pressed = self.tissue.clone().given()?;
-        let controller = &self.controller;
-        if let Some(setup) = controller.resolve(self.sample_time, self.scheme)? {
+        if let Some(text) = &self.controller {
+            let mut setup = controller_of(text, self.sample_time)?;
+            setup.scheme = self.scheme.unwrap_or(setup.scheme);
             alone(&pressed, "--controller")?;
             return self.controller(setup, output);
         }

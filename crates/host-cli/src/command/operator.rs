@@ -8,8 +8,9 @@ use fracdiff::batch::uneven;
 use fracdiff::full_memory::Kernel;
 use fracdiff::scheme::DEFAULT_TOLERANCE;
 use fracdiff::{Channel, Operator, Order, Scheme, SchemeError, Seconds, grunwald_weights};
+use haptic_experiment::document::short;
 use haptic_experiment::{Failure, parameters};
-use measured_table::RecordColumns;
+use measured_table::{RecordColumns, read_record};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -101,8 +102,12 @@ impl Differintegrate {
                 "--caputo takes an order above 0 and at most 1, not {mu}: beyond 1 the first slope is needed too; omit it"
             )));
         }
-        let remedy = "give --column the column to take";
-        let signal = table::record(path, ["time_s", &self.column], remedy)?;
+        let columns = ["time_s", &self.column].map(str::to_owned);
+        let signal = table::read(path, columns, |columns, bytes| {
+            let found = read_record(bytes, columns.each_ref().map(String::as_str));
+            let remedy = "give --column the column to take";
+            found.map_err(|error| format!("{}; {remedy}", short(&error.to_string())))
+        })?;
         if let Some(rows) = signal.gaps() {
             let what = format_args!("{rows}: no value, or NaN: give a number in every row");
             return Err(table::wrong(path, what));

@@ -1,13 +1,13 @@
 //! `control design`: from wishes to a controller file, with the best integer-order PID beside it.
 
 use super::draw::{design_columns, draw_design};
-use super::loops::{NamedPlant, PlantArguments};
 use crate::files::{Files, PROGRAM, Place};
 use crate::options::{Options, keys};
 use crate::output::Output;
 use clap::Args;
 use fractional_control::design::ControlAnswer;
 use haptic_experiment::Failure;
+use haptic_experiment::question::control_loop::{LoopForm, NamedPlant};
 use haptic_experiment::question::controller::DesignForm;
 use haptic_experiment::question::controller::report::designed;
 use serde::Serialize;
@@ -29,7 +29,7 @@ use serde_json::Value;
 )]
 pub(crate) struct Arguments {
     #[command(flatten)]
-    plant: PlantArguments,
+    plant: Options<keys::ControlPlant>,
     #[command(flatten)]
     asked: Options<keys::ControlDesign>,
     #[command(flatten)]
@@ -48,7 +48,9 @@ struct Shown<'a> {
 impl Arguments {
     pub(super) fn run(self, output: Output) -> Result<(), Failure> {
         let mut outputs = self.files.look("controller", &["toml"])?;
-        let plant = self.plant.resolve()?;
+        let plant: LoopForm = self.plant.given()?.form()?;
+        let plant = plant.plant(plant.files()?.plant)?;
+        plant.hint.iter().for_each(|said| output.warn(said));
         let form: DesignForm = self.asked.given()?.form()?;
         let found = designed(form.design(plant.plant.clone())?)?;
         let file = found

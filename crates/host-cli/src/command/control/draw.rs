@@ -1,13 +1,14 @@
 //! Pictures of loops: runs, records, frequency responses, designs.
 
-use super::loops::NamedPlant;
 use crate::command::analyze::resolved::decibel;
 use crate::picture::{Panel, Points, linear, logarithmic, page, short_name};
 use fractional_control::analysis::{LoopAnalysis, LoopPoint};
 use fractional_control::design::{Candidate, ControlAnswer, Trial};
 use fractional_control::model_search::InputOutput;
-use fractional_control::{ControllerSetup, Crossing, Response};
+use fractional_control::{ControllerSetup, Crossing};
 use haptic_experiment::control::in_short;
+use haptic_experiment::question::control_loop::run::Simulated;
+use haptic_experiment::question::control_loop::{ControlLoop, NamedPlant};
 use haptic_experiment::question::plant::PlantAnswer;
 use haptic_figure::{AxisSpec, FigureError, Look, Picture};
 use haptic_quantity::{digits, written};
@@ -25,14 +26,14 @@ fn in_five_digits(formula: &str) -> String {
     shortened.collect()
 }
 
-fn subtitle(plant: &NamedPlant, file: &ControllerSetup) -> String {
-    format!(
-        "plant {}\ncontroller {} · T = {} · {}",
-        in_five_digits(&plant.words),
-        in_five_digits(&file.law.to_string()),
-        written("sample_time_s", file.sample_time_s),
-        file.scheme
-    )
+fn subtitle(plant: &NamedPlant, controller: Option<&ControllerSetup>) -> String {
+    let mut words = format!("plant {}", in_five_digits(&plant.words));
+    if let Some(setup) = controller {
+        let law = in_five_digits(&setup.law.to_string());
+        let t = written("sample_time_s", setup.sample_time_s);
+        words += &format!("\ncontroller {law} · T = {t} · {}", setup.scheme);
+    }
+    words
 }
 
 pub(super) fn over_time(values: &[f64], sample_time_s: f64) -> Points {
@@ -43,27 +44,17 @@ pub(super) fn over_time(values: &[f64], sample_time_s: f64) -> Points {
 }
 
 /// A run of a loop, or of a plant without a controller: output over reference, command below; beside a integer-order PID where there is one.
-pub(super) fn draw_run(
-    run: &Response,
-    integer: Option<&Response>,
-    plant: &NamedPlant,
-    file: Option<&ControllerSetup>,
-    sample_time_s: f64,
-) -> Result<Picture, FigureError> {
-    let (title, name, subtitle) = match file {
-        Some(file) => (
-            "A loop, simulated",
-            "this controller",
-            subtitle(plant, file),
-        ),
-        None => {
-            let subtitle = format!("plant {}", in_five_digits(&plant.words));
-            ("A plant alone, simulated", "plant", subtitle)
-        }
+pub(super) fn draw_run(found: &Simulated, asked: &ControlLoop) -> Result<Picture, FigureError> {
+    let (title, name) = match asked.controller {
+        Some(_) => ("A loop, simulated", "this controller"),
+        None => ("A plant alone, simulated", "plant"),
     };
-    let of = |values: &[f64]| over_time(values, sample_time_s);
+    let subtitle = subtitle(&asked.plant, asked.controller.as_ref());
+    let of = |values: &[f64]| over_time(values, found.sample_time_s);
+    let run = &found.response;
     let (reference, output, command) = (of(&run.reference), of(&run.measured), of(&run.command));
-    let beside = integer.map(|other| (of(&other.measured), of(&other.command)));
+    let beside = found.integer.as_ref();
+    let beside = beside.map(|other| (of(&other.measured), of(&other.command)));
     let axis = command_axis(&command, beside.as_ref().map(|(_, command)| command));
     let time = || linear("time / s");
     let mut outputs = Panel::new("output", time(), linear("output"))
@@ -167,14 +158,14 @@ fn half_turn(curve: &[LoopPoint], crossing: &Crossing) -> Option<f64> {
 /// Bode with margins, sensitivities, and Nyquist's curve near −1.
 pub(super) fn draw_loop(
     analysis: &LoopAnalysis,
-    plant: &NamedPlant,
-    file: &ControllerSetup,
+    asked: &ControlLoop,
 ) -> Result<Picture, FigureError> {
     let [gain, phase] = open_loop(analysis);
     let [closed, nyquist] = closed_loop(analysis);
     let title = format!("A sampled loop: {}", in_short(analysis));
     let panels = [gain, phase, closed, nyquist];
-    page(&title, &subtitle(plant, file), 2, &panels)
+    let subtitle = subtitle(&asked.plant, asked.controller.as_ref());
+    page(&title, &subtitle, 2, &panels)
 }
 
 /// Gain and phase of the open loop, with margins of a stable one.
@@ -251,8 +242,7 @@ pub(super) fn draw_plant(points: &[LoopPoint], plant: &NamedPlant) -> Result<Pic
         panel("gain", "|G| / dB", |point| decibel(point.open.norm())),
         panel("phase", "phase / °", |point| point.phase_rad.to_degrees()),
     ];
-    let subtitle = format!("plant {}", in_five_digits(&plant.words));
-    page("A plant alone", &subtitle, 2, &panels)
+    page("A plant alone", &subtitle(plant, None), 2, &panels)
 }
 
 /// No panel is higher than this. A step of a loop that is not stable is drawn until it is.
@@ -423,7 +413,7 @@ pub(super) fn draw_design(
     let mut outputs = outputs.with(law, Look::Broad, 6, flat.output.iter().copied());
     let commands = Panel::new("command", time, axis);
     let mut commands = commands.with(law, Look::Broad, 6, flat.command.iter().copied());
-    let mut about = vec![subtitle(plant, file)];
+    let mut about = vec![subtitle(plant, Some(file))];
     about.extend(flat.left_out(law).filter(|_| flat.is_stable));
     if let Some(other) = &other {
         let [output, command] = other

@@ -8,9 +8,9 @@ use crate::output::{Output, note};
 use crate::table;
 use clap::Args;
 use haptic_experiment::Failure;
+use haptic_experiment::question::plant::PlantQuestion;
 use haptic_experiment::question::plant::keys::PlantForm;
 use haptic_experiment::question::plant::report::PlantReport;
-use haptic_experiment::question::plant::{PlantQuestion, PlantRecord};
 use haptic_quantity::written;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -59,10 +59,15 @@ impl Arguments {
         let mut outputs = PlaceOfFile::look(&self.file, "plant")?;
         let form: PlantForm = self.asked.given()?.form()?;
         let question = PlantQuestion::of(&form)?;
-        let record = read(&question, &self.data)?;
+        let read = |path: &Path| {
+            let columns = question.columns.clone();
+            table::read(path, columns, |columns, bytes| {
+                question.read(columns, bytes)
+            })
+        };
+        let record = read(&self.data)?;
         let other = Some(&*form.validate).filter(|path| !path.is_empty());
-        let other = other.map(|path| read(&question, Path::new(path)));
-        let other = other.transpose()?;
+        let other = other.map(|path| read(path.as_ref())).transpose()?;
         let samples = record.record.time_s.len();
         if samples > LONG && !output.quiet {
             let words = format!(
@@ -97,12 +102,4 @@ impl Arguments {
         })?;
         outputs.close(Ok(()))
     }
-}
-
-/// The record of a file or of a log.
-fn read(question: &PlantQuestion, path: &Path) -> Result<PlantRecord, Failure> {
-    let mut columns = question.columns.clone();
-    let bytes = table::bytes_with(path, columns.iter_mut().collect())?;
-    let record = question.read(&columns, &bytes);
-    record.map_err(|error| table::wrong(path, error))
 }

@@ -1,10 +1,10 @@
 //! A controller as a header.
 
 use super::{Arguments, named};
-use crate::command::control::refused;
 use crate::output::Output;
 use fracdiff_c::{CNumber, Header};
 use fractional_control::{ControllerList, ControllerParameters, ControllerSetup, rule_of_scheme};
+use haptic_experiment::control::refused;
 use haptic_experiment::{Failure, Named as _, Precision};
 use serde_json::json;
 

@@ -3,7 +3,8 @@
 use crate::process::Place;
 use fracdiff::parameter::Shown;
 use haptic_experiment::parameters::{
-    self, CONTROL_DESIGN, PLANT_RECORD, Parameter, RECORD, Range, VALIDATE, Value, choices,
+    self, CONTROL_DESIGN, CONTROL_LOOP, PLANT_RECORD, Parameter, RECORD, REFERENCE, Range,
+    VALIDATE, Value, choices,
 };
 use haptic_quantity::without_unit;
 use std::collections::BTreeMap;
@@ -133,10 +134,10 @@ fn asked(text: &mut String, command: &str, tables: &[(&str, &[Parameter])]) {
             help.contains(&format!("{option} ")) || help.contains(&format!("{option}\n")),
             "{option}"
         );
-        let page = if key == VALIDATE.key {
-            "second file"
-        } else {
-            "field"
+        let page = match *parameter {
+            VALIDATE => "second file",
+            REFERENCE => "file",
+            _ => "field",
         };
         let python = IN_PYTHON.iter().find(|one| one.0 == key);
         let python = python.map_or(key, |one| one.1);
@@ -181,10 +182,12 @@ fn made() -> String {
     tables(&mut text, &parameters::tables("controller"), &shared);
     text.push_str("\n## Plant files\n\nOne of the first four. In `[device]` mass and damping are required; `[intervals]` beside it has the same\nkeys, each `[low, high]`.\n");
     tables(&mut text, &parameters::tables("plant"), &shared);
-    text.push_str("\n## Questions\n\nThe command, the page and Python ask them alike; in Python they are `tissue.identify_tables`, `control.identify` and `control.design`.\n");
+    text.push_str("\n## Questions\n\nThe command, the page and Python ask them alike; in Python they are `tissue.identify_tables`, `control.identify`, `control.design`, `control.analyze` and `control.simulate`. `control design` takes a plant as `control analyze` does; the page a notation or a file, Python a `Plant`.\n");
     asked(&mut text, "identify", RECORD);
     asked(&mut text, "control identify", PLANT_RECORD);
     asked(&mut text, "control design", CONTROL_DESIGN);
+    asked(&mut text, "control analyze", &CONTROL_LOOP[..2]);
+    asked(&mut text, "control simulate", CONTROL_LOOP);
     text
 }
 
