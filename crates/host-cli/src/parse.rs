@@ -135,16 +135,6 @@ pub(crate) fn parse_scheme(text: &str) -> Result<Scheme, String> {
         .map_err(|error: fracdiff::SchemeError| error.to_string())
 }
 
-/// The sample time for an operator without units, which matters only to a scheme with frequencies in Hz.
-pub(crate) fn sample_time_of(scheme: Scheme, given_s: Option<f64>) -> Result<Seconds, Failure> {
-    match (scheme, given_s) {
-        (Scheme::Oustaloup { .. }, None) => Err(Failure::bad_input(format_args!(
-            "scheme {scheme} has frequencies in Hz: give --sample-time, as in 1ms"
-        ))),
-        _ => Ok(Seconds(given_s.unwrap_or(1.0))),
-    }
-}
-
 /// T^(−μ), if the sample time is in the range that operators take.
 pub(crate) fn rate(sample_time: Seconds, mu: Order) -> Result<f64, Failure> {
     sample_time

@@ -6,6 +6,7 @@ use crate::document::parameters::{Parameter, Range, Value, in_degrees, is_path};
 use fracdiff::parameter::Shown;
 use haptic_quantity::did_you_mean;
 use haptic_quantity::short;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
@@ -312,6 +313,22 @@ impl<'a> Table<'a> {
             );
             found.fail(reason)
         })
+    }
+
+    /// A whole number in a range.
+    pub(crate) fn count_in(
+        &self,
+        parameter: &Parameter,
+        range: RangeInclusive<u64>,
+    ) -> Result<usize, FileError> {
+        let (key, count) = (parameter.key, self.count(parameter)?);
+        if range.contains(&count) {
+            return Ok(count as usize);
+        }
+        let (least, most) = range.into_inner();
+        let reason =
+            format!("{key} = {count} is not a whole number from {least} to {most}: change it");
+        Err(self.fail_at(key, reason))
     }
 
     pub(crate) fn flag(&self, parameter: &Parameter) -> Result<bool, FileError> {

@@ -1,11 +1,40 @@
-//! Parameters of analyses, besides those of experiments: a loop without units, its frequencies, and two hands over a line.
+//! Analyses of a wall, a coupler or two hands over a line: what is stable, passive and felt, before anything is tried.
 
-use crate::document::parameters::SCHEME;
-use crate::document::parameters::kind::parameters;
+pub(crate) mod felt;
+pub(crate) mod teleoperation;
+pub(crate) mod wall;
+
+use crate::document::failure::Failure;
+use crate::document::named::{Named as _, named};
+use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::{
     ANGULAR_FREQUENCIES, DELAY_SAMPLES as SAMPLES, DELTAS, FREQUENCIES_HZ, WALL_NUMBERS,
     WALL_ORDERS,
 };
+use crate::document::parameters::{
+    AREA, COUPLER_DAMPING, COUPLER_SPRING, CURRENT_LAG, DAMPING, DELAY, DEVICE_MODEL,
+    HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, LIBRARY, MASS, SAMPLE_TIME,
+    SCHEME, THICKNESS, TISSUE,
+};
+use crate::document::reader::Table;
+use crate::experiment::kind::Keys;
+use crate::experiment::teleoperation::{
+    ARCHITECTURE, HAND_COUPLER_ORDER, LINE_DELAY, SLAVE_DAMPING, SLAVE_MASS, WAVE_IMPEDANCE,
+};
+use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
+use crate::run::device::Warn;
+use crate::run::folder::OutputFolder;
+pub use felt::FeltPoint;
+use felt::{CouplerNeed, Felt};
+use fracdiff::{Order, Scheme, Seconds};
+use haptic_quantity::short;
+use serde::Serialize;
+use serde_json::{Map, Value};
+use std::sync::atomic::AtomicBool;
+pub use teleoperation::HandPoint;
+use teleoperation::HandsQuestion;
+use wall::WallLoop;
+pub use wall::{Region, RegionPoint, SensitivityPoint};
 
 parameters! {
     ANALYSED_SCHEME = text("scheme", "exact", SCHEME.help);
@@ -30,4 +59,282 @@ parameters! {
     PLAYOUT_SAMPLES = count("playout", 2, "2", "Samples over which waves are played out");
     /// Search for the best coupler.
     BEST = flag("best", "Find the best coupler of each order, or the best wave impedance");
+}
+
+// The parts of a device that an analysis knows only if they are given.
+const ANALYSED_MASS: Parameter = MASS.without_default();
+const ANALYSED_DAMPING: Parameter = DAMPING.without_default();
+const ANALYSED_HAND: Parameter = HAND_STIFFNESS.without_default();
+const ANALYSED_SAMPLE_TIME: Parameter = SAMPLE_TIME.without_default();
+const ANALYSED_DELAY: Parameter = DELAY.without_default();
+const ANALYSED_LAG: Parameter = CURRENT_LAG.without_default();
+
+#[rustfmt::skip]
+const WALL: Keys = ("Wall", &[ORDER, ANALYSED_SCHEME, STIFFNESS, DISSIPATION, ANALYSED_SAMPLE_TIME]);
+const ON_DEVICE: Keys = (
+    "Device",
+    &[
+        DEVICE_MODEL,
+        ANALYSED_MASS,
+        ANALYSED_DAMPING,
+        ANALYSED_HAND,
+        ANALYSED_DELAY,
+        ANALYSED_LAG,
+    ],
+);
+const THROUGH_DEVICE: Keys = (
+    "Device",
+    &[
+        DEVICE_MODEL,
+        ANALYSED_MASS,
+        ANALYSED_DAMPING,
+        ANALYSED_DELAY,
+        ANALYSED_LAG,
+        DELAY_SAMPLES,
+    ],
+);
+const WITHOUT_UNITS: Keys = ("Without units", &[ALPHA, BETA, DELTA, GAMMA, DELAY_SAMPLES]);
+const OMEGAS: Keys = ("Frequencies", &[OMEGA_MIN, OMEGA_MAX, POINTS]);
+
+/// Keys of an analysis of a wall on a device.
+pub const ON_WALL: &[Keys] = &[WALL, ON_DEVICE, WITHOUT_UNITS];
+/// Keys of a sensitivity.
+pub const SENSITIVITY: &[Keys] = &[
+    WALL,
+    ON_DEVICE,
+    WITHOUT_UNITS,
+    ("Frequencies", &[SENSITIVITY_POINTS]),
+];
+/// Keys of the impedance of a wall alone.
+pub const ENVIRONMENT: &[Keys] = &[WALL, OMEGAS];
+/// Keys of the impedance of a wall behind a device.
+pub const TRANSPARENCY: &[Keys] = &[WALL, THROUGH_DEVICE, OMEGAS];
+/// Keys of the passivity of a coupler.
+pub const COUPLING: &[Keys] = &[(
+    "Coupler",
+    &[
+        COUPLING_ORDER,
+        ANALYSED_SCHEME,
+        COUPLER_DAMPING,
+        COUPLER_SPRING,
+        ANALYSED_SAMPLE_TIME,
+        ANALYSED_DAMPING,
+    ],
+)];
+/// Keys of two hands over a line.
+#[rustfmt::skip]
+pub const HANDS: &[Keys] = &[
+    ("Line", &[
+        ARCHITECTURE, LINE_DELAY, HAND_COUPLER_STIFFNESS, HAND_COUPLER_DISSIPATION,
+        HAND_COUPLER_ORDER, WAVE_IMPEDANCE, PLAYOUT_SAMPLES, BEST,
+    ]),
+    ("Tissue", &[TISSUE, LIBRARY, AREA, THICKNESS, FELT_LOW, FELT_HIGH, FELT_POINTS]),
+    ("Devices", &[MASS, DAMPING, SLAVE_MASS, SLAVE_DAMPING, SAMPLE_TIME]),
+];
+
+/// An analysis, by the name of its table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum AnalysisKind {
+    Environment,
+    Stability,
+    StabilityRegion,
+    Passivity,
+    Coupling,
+    Teleoperation,
+    Transparency,
+    Sensitivity,
+}
+
+named! { AnalysisKind:
+    Environment = "analyze-environment", "what does a wall feel like?";
+    Stability = "analyze-stability", "is a wall stable?";
+    StabilityRegion = "analyze-stability-region", "which walls are stable?";
+    Passivity = "analyze-passivity", "is a wall passive?";
+    Coupling = "analyze-coupling", "is a coupler passive?";
+    Teleoperation = "analyze-teleoperation", "what does a hand feel over a line?";
+    Transparency = "analyze-transparency", "what does a wall feel like through a device?";
+    Sensitivity = "analyze-sensitivity", "how much do model errors grow?";
+}
+
+impl AnalysisKind {
+    pub(crate) const fn tables(self) -> &'static [Keys] {
+        match self {
+            Self::Environment => ENVIRONMENT,
+            Self::Stability | Self::StabilityRegion | Self::Passivity => ON_WALL,
+            Self::Coupling => COUPLING,
+            Self::Teleoperation => HANDS,
+            Self::Transparency => TRANSPARENCY,
+            Self::Sensitivity => SENSITIVITY,
+        }
+    }
+}
+
+/// The question of an analysis in words; none for another kind.
+#[must_use]
+pub fn title(kind: &str) -> Option<&'static str> {
+    let mut kinds = AnalysisKind::CHOICES.iter();
+    kinds.find(|known| known.1 == kind).map(|known| known.2)
+}
+
+/// An analysis, all of its parameters checked.
+#[derive(Clone, Debug)]
+pub(crate) enum Analysis {
+    Felt(Felt),
+    Stability(WallLoop),
+    Region(WallLoop),
+    Passivity(WallLoop),
+    Coupling(CouplerNeed),
+    Teleoperation(HandsQuestion),
+    Sensitivity(WallLoop, usize),
+}
+
+impl Analysis {
+    pub(crate) fn of(kind: AnalysisKind, table: &Table<'_>) -> Result<Self, Failure> {
+        Ok(match kind {
+            AnalysisKind::Environment => Self::Felt(Felt::alone(table)?),
+            AnalysisKind::Transparency => Self::Felt(Felt::through_device(table)?),
+            AnalysisKind::Stability => Self::Stability(WallLoop::needed(table)?),
+            AnalysisKind::StabilityRegion => Self::Region(WallLoop::sought(table)?),
+            AnalysisKind::Passivity => Self::Passivity(WallLoop::needed(table)?),
+            AnalysisKind::Coupling => Self::Coupling(CouplerNeed::of(table)?),
+            AnalysisKind::Teleoperation => Self::Teleoperation(HandsQuestion::of(table)?),
+            AnalysisKind::Sensitivity => {
+                let points = table.count_in(&SENSITIVITY_POINTS, 2..=FREQUENCIES_MOST)?;
+                Self::Sensitivity(WallLoop::needed(table)?, points)
+            }
+        })
+    }
+
+    pub(crate) const fn steps(&self) -> u64 {
+        match self {
+            Self::Teleoperation(asked) => asked.steps(),
+            Self::Felt(_)
+            | Self::Stability(_)
+            | Self::Region(_)
+            | Self::Passivity(_)
+            | Self::Coupling(_)
+            | Self::Sensitivity(..) => 1,
+        }
+    }
+
+    pub(crate) fn answer(
+        &self,
+        progress: &(dyn Fn(u64) + Sync),
+        stop: &AtomicBool,
+        warn: Warn<'_>,
+    ) -> Result<Analysed, Failure> {
+        match self {
+            Self::Felt(felt) => felt.answer(),
+            Self::Stability(wall) => wall.stability(),
+            Self::Region(wall) => wall.region(warn),
+            Self::Passivity(wall) => wall.passivity(),
+            Self::Coupling(coupler) => coupler.answer(),
+            Self::Teleoperation(asked) => asked.answer(progress, stop),
+            Self::Sensitivity(wall, points) => wall.sensitivity(*points),
+        }
+    }
+}
+
+/// The answer of an analysis. The keys of its report are a contract of the command line.
+#[derive(Clone, Debug, Serialize)]
+pub struct Analysed {
+    #[serde(flatten)]
+    report: Map<String, Value>,
+    /// Its table and picture.
+    #[serde(skip)]
+    pub drawn: Drawn,
+    /// The question in the words below a picture.
+    #[serde(skip)]
+    pub about: String,
+}
+
+/// What stands in the table and the picture of an analysis.
+#[derive(Clone, Debug)]
+#[expect(missing_docs, reason = "each is of the analysis of its name")]
+pub enum Drawn {
+    Nothing,
+    Felt(Vec<FeltPoint>),
+    Region(Region),
+    Sensitivity(Vec<SensitivityPoint>),
+    Teleoperation {
+        points: Vec<HandPoint>,
+        /// Order and error of each best coupler.
+        errors: Vec<(f64, f64)>,
+    },
+}
+
+impl Analysed {
+    pub(crate) fn verdict(&self) -> &'static str {
+        let verdicts = [
+            ("stable", "stable", "unstable"),
+            ("passive", "passive", "not passive"),
+            (
+                "absolutely_stable",
+                "absolutely stable",
+                "not absolutely stable",
+            ),
+        ];
+        let mut verdicts = verdicts.into_iter().filter_map(|(key, yes, no)| {
+            let is_so = self.report.get(key)?.as_bool()?;
+            Some(if is_so { yes } else { no })
+        });
+        verdicts.next().unwrap_or_default()
+    }
+
+    pub(crate) fn write_table(&self, folder: &OutputFolder) -> Result<Option<String>, Failure> {
+        let written = match &self.drawn {
+            Drawn::Nothing => return Ok(None),
+            Drawn::Felt(points) => folder.write_table(&[], points.iter()),
+            Drawn::Region(region) => folder.write_table(&[], region.points.iter()),
+            Drawn::Sensitivity(points) => folder.write_table(&[], points.iter()),
+            Drawn::Teleoperation { points, .. } => folder.write_table(&[], points.iter()),
+        };
+        written.map(Some)
+    }
+}
+
+/// Most frequencies of a curve.
+const FREQUENCIES_MOST: u64 = 100_000;
+
+/// Memory for which a full-memory operator is designed, samples: 1000 s at 1 kHz.
+const HORIZON: f64 = 1e6;
+
+fn scheme(table: &Table<'_>) -> Result<Scheme, Failure> {
+    let scheme = short(table.text(&ANALYSED_SCHEME)?).parse();
+    scheme.map_err(Failure::input)
+}
+
+fn order(table: &Table<'_>, parameter: &Parameter) -> Result<Order, Failure> {
+    Order::new(table.required(parameter)?).map_err(Failure::input)
+}
+
+/// The sample time for an operator without units, which matters only to a scheme with frequencies in
+/// Hz.
+///
+/// # Errors
+/// If such a scheme has none.
+pub fn sample_time_of(scheme: Scheme, given_s: Option<f64>) -> Result<Seconds, Failure> {
+    match (scheme, given_s) {
+        (Scheme::Oustaloup { .. }, None) => Err(Failure::bad_input(format_args!(
+            "scheme {scheme} has frequencies in Hz: give {SAMPLE_TIME}, as in 1ms"
+        ))),
+        _ => Ok(Seconds(given_s.unwrap_or(1.0))),
+    }
+}
+
+/// An amplitude ratio in decibel.
+#[must_use]
+pub fn decibel(magnitude: f64) -> f64 {
+    20.0 * magnitude.log10()
+}
+
+/// `count` frequencies from `low` to `high`, equal steps of their logarithm.
+pub fn logarithmic(low: f64, high: f64, count: usize) -> impl Iterator<Item = f64> {
+    let ratio = (high / low).ln();
+    let steps = count.saturating_sub(1).max(1) as f64;
+    // The last is exactly `high`.
+    (0..count).map(move |i| match i + 1 == count {
+        true => high,
+        false => low * (ratio * i as f64 / steps).exp(),
+    })
 }

@@ -1,14 +1,18 @@
 //! `analyze`: what is stable, passive and transparent, before any hardware.
 
-mod felt;
-mod loops;
-pub(super) mod resolved;
-mod teleoperation;
+mod draw;
 
+use crate::files::Place;
+use crate::options::keys::Named;
 use crate::options::{Options, WithFiles, keys};
-use crate::output::Output;
+use crate::output::{Output, joined};
 use clap::Subcommand;
 use haptic_experiment::Failure;
+use haptic_experiment::document::Document;
+use haptic_experiment::question::analysis::Drawn;
+use haptic_experiment::question::{Answer, Question};
+use serde_json::json;
+use std::sync::atomic::AtomicBool;
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -75,14 +79,50 @@ pub(crate) enum Command {
 impl Command {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         match self {
-            Self::Environment(asked) => felt::environment(asked, output),
-            Self::Stability(options) => loops::stability(options, output),
-            Self::StabilityRegion(asked) => loops::region(asked, output),
-            Self::Passivity(options) => loops::passivity(options, output),
-            Self::Coupling(options) => felt::coupling(options, output),
-            Self::Teleoperation(asked) => teleoperation::answer(asked, output),
-            Self::Transparency(asked) => felt::transparency(asked, output),
-            Self::Sensitivity(asked) => loops::sensitivity(asked, output),
+            Self::Environment(asked) => kept("environment", asked, output),
+            Self::Stability(options) => shown("stability", options, output),
+            Self::StabilityRegion(asked) => kept("stability-region", asked, output),
+            Self::Passivity(options) => shown("passivity", options, output),
+            Self::Coupling(options) => shown("coupling", options, output),
+            Self::Teleoperation(asked) => kept("teleoperation", asked, output),
+            Self::Transparency(asked) => kept("transparency", asked, output),
+            Self::Sensitivity(asked) => kept("sensitivity", asked, output),
         }
     }
+}
+
+fn shown<N: Named>(name: &str, options: Options<N>, output: Output) -> Result<(), Failure> {
+    answer(name, options, Place::look(None, name, false, &[])?, output)
+}
+
+fn kept<N: Named>(name: &str, asked: WithFiles<N>, output: Output) -> Result<(), Failure> {
+    let stem = if name == "stability-region" {
+        "region"
+    } else {
+        name
+    };
+    answer(name, asked.options, asked.files.look(stem, &[])?, output)
+}
+
+fn answer<N: Named>(
+    name: &str,
+    options: Options<N>,
+    mut outputs: Place,
+    output: Output,
+) -> Result<(), Failure> {
+    let document = options.over(Document::new(&format!("analyze-{name}")))?;
+    let question = Question::open(&document)?;
+    let answer = question.answer(&|_| (), &AtomicBool::new(false), &|text| output.warn(text))?;
+    let files = match &answer {
+        Answer::Analysis(found) if !matches!(found.drawn, Drawn::Nothing) => {
+            let table = outputs.write(|folder| answer.write_table(folder)).flatten();
+            let picture = outputs.picture(|| draw::draw(found));
+            json!({"files": Vec::from_iter(table.into_iter().chain(picture))})
+        }
+        Answer::Analysis(_) | Answer::ZWidth(_) | Answer::Design(_) | Answer::Coupler(_) => {
+            json!({})
+        }
+    };
+    output.report(&joined([json!(answer), files]))?;
+    outputs.close(Ok(()))
 }

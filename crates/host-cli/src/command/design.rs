@@ -54,13 +54,14 @@ pub(crate) fn run(arguments: Arguments, output: Output) -> Result<(), Failure> {
         outputs.without(&["toml"]);
     }
     let experiment = experiment.and_then(|text| outputs.text("toml", text));
-    let mut files = Vec::from_iter(outputs.write(|folder| answer.write_table(folder)));
+    let table = outputs.write(|folder| answer.write_table(folder)).flatten();
+    let mut files = Vec::from_iter(table);
     match &answer {
         Answer::Design(report) if report.best.is_some() => {
             files.extend(outputs.picture(|| draw(report)));
         }
         Answer::Design(_) => outputs.without(&["svg", "png", "pdf"]),
-        Answer::ZWidth(_) | Answer::Coupler(_) => {}
+        Answer::ZWidth(_) | Answer::Coupler(_) | Answer::Analysis(_) => {}
     }
     let report = json!(Shown {
         answer: &answer,

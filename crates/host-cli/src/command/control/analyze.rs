@@ -3,7 +3,6 @@
 use super::draw::{draw_loop, draw_plant};
 use super::loops::{ControllerArguments, NamedPlant, PlantArguments};
 use super::refused;
-use crate::command::analyze::resolved::decibel;
 use crate::files::Files;
 use crate::output::Output;
 use clap::Args;
@@ -15,6 +14,7 @@ use fractional_control::num_complex::Complex;
 use fractional_control::{ControllerSetup, Crossing, Margins};
 use haptic_experiment::Failure;
 use haptic_experiment::control::{in_short, margins};
+use haptic_experiment::question::analysis::decibel;
 use haptic_quantity::{digits, written};
 use serde_json::{Value, json};
 

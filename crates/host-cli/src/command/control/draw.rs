@@ -1,13 +1,13 @@
 //! Pictures of loops: runs, records, frequency responses, designs.
 
 use super::loops::NamedPlant;
-use crate::command::analyze::resolved::decibel;
 use crate::picture::{Panel, Points, linear, logarithmic, page, short_name};
 use fractional_control::analysis::{LoopAnalysis, LoopPoint};
 use fractional_control::design::{Candidate, ControlAnswer, Trial};
 use fractional_control::model_search::InputOutput;
 use fractional_control::{ControllerSetup, Crossing, Response};
 use haptic_experiment::control::in_short;
+use haptic_experiment::question::analysis::decibel;
 use haptic_experiment::question::plant::PlantAnswer;
 use haptic_figure::{AxisSpec, FigureError, Look, Picture};
 use haptic_quantity::{digits, written};
