@@ -13,13 +13,12 @@ pub(crate) mod zwidth;
 
 use crate::document::Document;
 use crate::document::failure::Failure;
-use crate::document::named::Named as _;
 use crate::document::parameters::{ON_DEVICE, Parameter};
 use crate::experiment::reading::with_devices;
 use crate::run::device::Warn;
 use crate::run::folder::OutputFolder;
 pub use analysis::Analysed;
-use analysis::{Analysis, AnalysisKind};
+use analysis::{ANALYSES, Analysis};
 use bench::BENCH;
 pub use design::coupler::CouplerAnswer;
 use design::coupler::CouplerDesign;
@@ -56,8 +55,8 @@ pub(crate) fn tables(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
             ("device", ON_DEVICE),
         ],
         "design" => vec![("design", design::DESIGN), ("bench", BENCH)],
-        _ => AnalysisKind::named(kind)
-            .map_or(&measurement::TABLES[..], AnalysisKind::tables)
+        _ => (ANALYSES.iter().find(|known| known.0 == kind))
+            .map_or(&measurement::TABLES[..], |known| known.1)
             .to_vec(),
     }
 }
@@ -116,9 +115,8 @@ impl Question {
         let words = format!("a question has one of [{}]", QUESTIONS.join("], ["));
         let (kind, table, _) = document.one_of(&QUESTIONS, &[], "question", &words)?;
         let table = with_devices(table.with_keys(&tables(kind))?)?;
-        if let Some(kind) = AnalysisKind::named(kind) {
-            let asked = Analysis::of(kind, &table)?;
-            return Ok(Self(Asked::Analysis(Box::new(asked))));
+        if let Some((_, _, read)) = ANALYSES.iter().find(|known| known.0 == kind) {
+            return Ok(Self(Asked::Analysis(Box::new(read(&table)?))));
         }
         Ok(Self(match kind {
             "zwidth" => Asked::ZWidth(Box::new(ZWidth::of(&table)?)),
@@ -162,6 +160,7 @@ impl Question {
         match &self.0 {
             Asked::ZWidth(zwidth) => {
                 let found = zwidth.run(progress, stop, warn)?;
+                found.warn(warn);
                 Ok(Answer::ZWidth(Box::new(found)))
             }
             Asked::Design(design) => {
@@ -200,7 +199,7 @@ impl Answer {
     pub fn verdict(&self) -> String {
         let (order, simulated) = match self {
             Self::ZWidth(report) => return report.stiffest(),
-            Self::Analysis(found) => return found.verdict().to_owned(),
+            Self::Analysis(found) => return found.verdict(),
             Self::Design(found) => (found.best.as_ref().map(|best| best.order), found.simulated),
             Self::Coupler(found) => (found.best.as_ref().map(|best| best.order), found.simulated),
         };
@@ -303,7 +302,10 @@ mod tests {
         for [text, want] in testkit::table(
             r#"
             [zwidth]\n[design] | a second question
-            [zwidth]\npoints = 1 | is not in [2, 1000]
+            [zwidth]\npoints = 1 | points = 1 is not a whole number from 2 to 1000: change it
+            [analyze-passivity]\norder = 1\nalpha = 1\nmass_kg = 1 | omit `alpha`
+            [analyze-sensitivity]\npoints = 1 | missing key `order`
+            [analyze-teleoperation]\nplayout = 3 | `playout` has no effect
             [zwidth]\norders = [3] | form:2: orders has 3
             [zwidth]\norders = [] | no order was given
             [zwidth]\nmass_kg = 0 | is not above 0

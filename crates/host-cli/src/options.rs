@@ -14,9 +14,8 @@ use haptic_experiment::parameters::{
     DRIVE_TABLE, KINDS, MEASUREMENT, Parameter, QUESTIONS, Value as Kind, choices, is_path, of_kind,
 };
 use haptic_experiment::run::DeviceModel;
-use haptic_quantity::{did_you_mean, doubt, is_meant, kind_of_key, parse_for_key, without_unit};
+use haptic_quantity::{doubt, kind_of_key, parse_for_key, without_unit};
 use serde::de::DeserializeOwned;
-use std::collections::BTreeMap;
 use std::marker::PhantomData;
 use std::path::PathBuf;
 use toml::Value;
@@ -198,25 +197,17 @@ impl<N: Named> Options<N> {
         self
     }
 
-    /// Values for a form, which is no document.
-    pub(crate) fn given(self) -> Result<Given, Failure> {
-        let all = N::OPTIONS.concat();
-        let mut given = Given(BTreeMap::new());
+    /// A form of a library, whose fields have the names of keys.
+    pub(crate) fn form<T: DeserializeOwned>(self) -> Result<T, Failure> {
+        let mut values = toml::Table::new();
         for (parameter, text, said) in self.options {
-            let set = given.set("", parameter, &text);
-            set.map_err(|error| refused(&said, error))?;
+            let value = value_of("", parameter, &text).map_err(|error| refused(&said, error))?;
+            if let Some(outside) = parameter.outside(value.as_float()) {
+                return Err(refused(&said, format!("{} = {outside}", parameter.key)));
+            }
+            values.insert(parameter.key.to_owned(), value);
         }
-        for said in &self.values {
-            let (key, text) = said.split_once('=').unwrap_or((said, ""));
-            let Some(parameter) = all.iter().find(|known| is_meant(known.key, key)) else {
-                let known: Vec<&str> = all.iter().map(|known| without_unit(known.key)).collect();
-                let error = format!("no such key: {}", did_you_mean(key, known));
-                return Err(refused(&short(said), error));
-            };
-            let set = given.set(key, parameter, text.trim());
-            set.map_err(|error| refused(&short(said), error))?;
-        }
-        Ok(given)
+        values.try_into().map_err(Failure::bad_input)
     }
 
     pub(crate) fn over(self, mut document: Document) -> Result<Document, Failure> {
@@ -253,58 +244,6 @@ impl<N: Named> Options<N> {
 /// An error with the words that were given.
 fn refused(said: &str, error: String) -> Failure {
     Failure::bad_input(format_args!("{said}: {error}"))
-}
-
-/// Values of a form, each in its range.
-#[derive(Clone, Debug)]
-pub(crate) struct Given(BTreeMap<&'static str, Value>);
-
-impl Given {
-    fn set(&mut self, written: &str, parameter: &Parameter, text: &str) -> Result<(), String> {
-        let value = value_of(written, parameter, text)?;
-        if let Kind::Number(..) = parameter.value {
-            let outside = parameter.outside(value.as_float());
-            let said = outside.map(|said| format!("{} = {said}", parameter.key));
-            said.map_or(Ok(()), Err)?;
-        }
-        match self.0.insert(parameter.key, value) {
-            None => Ok(()),
-            Some(_) => Err("is given twice: give it once".to_owned()),
-        }
-    }
-
-    /// A form of a library, whose fields have the names of keys.
-    pub(crate) fn form<T: DeserializeOwned>(self) -> Result<T, Failure> {
-        let values = self
-            .0
-            .into_iter()
-            .map(|(key, value)| (key.to_owned(), value));
-        let form = Value::Table(values.collect()).try_into();
-        form.map_err(Failure::bad_input)
-    }
-
-    pub(crate) fn has(&self, parameter: &Parameter) -> bool {
-        self.0.contains_key(parameter.key)
-    }
-
-    /// A number, its default, or neither.
-    pub(crate) fn number(&self, parameter: &Parameter) -> Option<f64> {
-        let given = self.0.get(parameter.key).and_then(Value::as_float);
-        given.or(Some(parameter.default_number()).filter(|default| !default.is_nan()))
-    }
-
-    pub(crate) fn text(&self, parameter: &Parameter) -> &str {
-        let given = self.0.get(parameter.key).and_then(Value::as_str);
-        given.unwrap_or(parameter.shown)
-    }
-
-    /// True if a flag was given and is not off.
-    pub(crate) fn flag(&self, parameter: &Parameter) -> bool {
-        self.0
-            .get(parameter.key)
-            .and_then(Value::as_bool)
-            .unwrap_or(false)
-    }
 }
 
 /// The table of a document that has this key.

@@ -4,6 +4,7 @@ use super::error::{FileError, Source};
 use crate::document::named::Named;
 use crate::document::parameters::{Parameter, Range, Value, in_degrees, is_path};
 use fracdiff::parameter::Shown;
+use fracdiff::{Order, Scheme, SchemeError};
 use haptic_quantity::did_you_mean;
 use haptic_quantity::short;
 use std::ops::RangeInclusive;
@@ -313,6 +314,20 @@ impl<'a> Table<'a> {
             );
             found.fail(reason)
         })
+    }
+
+    /// An order, or its default; one without a default must be there.
+    pub(crate) fn order(&self, parameter: &Parameter) -> Result<Order, FileError> {
+        let number = match parameter.default_number().is_nan() {
+            true => self.required(parameter),
+            false => self.number(parameter),
+        };
+        Order::new(number?).map_err(|error| self.fail_at(parameter.key, error.to_string()))
+    }
+
+    pub(crate) fn scheme(&self, parameter: &Parameter) -> Result<Scheme, FileError> {
+        let scheme = short(self.text(parameter)?).parse();
+        scheme.map_err(|error: SchemeError| self.fail_at(parameter.key, error.to_string()))
     }
 
     /// A whole number in a range.

@@ -131,49 +131,40 @@ pub fn choices(parameter: &Parameter) -> Vec<(&'static str, &'static str)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeSet;
 
     #[test]
-    fn there_is_one_default_sample_time() {
+    fn a_table_has_no_key_twice_and_every_default_is_one_that_may_be_given() {
         let kinds = KINDS.into_iter().chain(QUESTIONS).chain([MEASUREMENT]);
-        let all = kinds.flat_map(of_kind).flat_map(|(_, table)| table.iter());
-        let sample_times = all.filter(|parameter| parameter.key == "sample_time_s");
-        let defaults = sample_times.map(Parameter::default_number);
-        // An analysis without units has none.
-        let defaults: Vec<f64> = defaults.filter(|default| !default.is_nan()).collect();
-        assert!(
-            defaults.len() > 6 && defaults.iter().all(|&t| t.to_bits() == 1e-3_f64.to_bits()),
-            "{defaults:?}"
-        );
-    }
-
-    #[test]
-    fn a_table_has_no_key_twice_and_every_default_is_in_its_range() {
-        for kind in KINDS.into_iter().chain(QUESTIONS).chain([MEASUREMENT]) {
-            let all: Vec<Parameter> = of_kind(kind)
-                .iter()
-                .flat_map(|(_, table)| *table)
-                .copied()
-                .collect();
-            for (n, parameter) in all.iter().enumerate() {
-                assert!(
-                    all[..n].iter().all(|other| other.key != parameter.key),
-                    "{}",
-                    parameter.key
-                );
-                if let Value::Number(Some(default), range) = parameter.value {
-                    assert!(range.contains(default), "{}: {default}", parameter.key);
-                }
-                if let (Value::List(_), false) = (parameter.value, parameter.shown.is_empty()) {
-                    let wanted = parameter.shown.matches(',').count() + 1;
-                    assert_eq!(
-                        parameter.default_numbers().len(),
-                        wanted,
-                        "{}",
-                        parameter.key
-                    );
+        let (mut texts, mut sample_times) = (0, 0);
+        for kind in kinds {
+            let mut keys = BTreeSet::new();
+            for parameter in of_kind(kind).iter().flat_map(|(_, table)| *table) {
+                let (key, choices) = (parameter.key, choices(parameter));
+                assert!(keys.insert(key), "{kind}: {key}");
+                match parameter.value {
+                    Value::Number(Some(default), range) => {
+                        assert!(range.contains(default), "{key}: {default}");
+                        // There is one.
+                        let other =
+                            key == "sample_time_s" && default.to_bits() != 1e-3_f64.to_bits();
+                        assert!(!other, "{kind}: {default}");
+                        sample_times += usize::from(key == "sample_time_s");
+                    }
+                    Value::List(_) if !parameter.shown.is_empty() => {
+                        let wanted = parameter.shown.matches(',').count() + 1;
+                        assert_eq!(parameter.default_numbers().len(), wanted, "{key}");
+                    }
+                    Value::Text(default) if !choices.is_empty() => {
+                        texts += 1;
+                        let is_one = choices.iter().any(|choice| choice.0 == default);
+                        assert!(is_one, "{key}: {default}");
+                    }
+                    _ => (),
                 }
             }
         }
+        assert!(texts > 5 && sample_times > 6, "{texts} {sample_times}");
     }
 
     #[test]
@@ -209,24 +200,5 @@ mod tests {
             count += 1;
         }
         assert!(count > 20, "{count}");
-    }
-
-    #[test]
-    fn a_default_is_one_of_the_choices() {
-        let mut found = 0;
-        for kind in KINDS.into_iter().chain(QUESTIONS) {
-            for parameter in of_kind(kind).iter().flat_map(|(_, table)| *table) {
-                let choices = choices(parameter);
-                if let (Value::Text(default), false) = (parameter.value, choices.is_empty()) {
-                    found += 1;
-                    assert!(
-                        choices.iter().any(|choice| choice.0 == default),
-                        "{}: {default}",
-                        parameter.key
-                    );
-                }
-            }
-        }
-        assert!(found > 5, "{found}");
     }
 }

@@ -5,7 +5,6 @@ pub(crate) mod teleoperation;
 pub(crate) mod wall;
 
 use crate::document::failure::Failure;
-use crate::document::named::{Named as _, named};
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::{
     ANGULAR_FREQUENCIES, DELAY_SAMPLES as SAMPLES, DELTAS, FREQUENCIES_HZ, WALL_NUMBERS,
@@ -22,19 +21,20 @@ use crate::experiment::teleoperation::{
     ARCHITECTURE, HAND_COUPLER_ORDER, LINE_DELAY, SLAVE_DAMPING, SLAVE_MASS, WAVE_IMPEDANCE,
 };
 use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
+use crate::judge::Rows;
 use crate::run::device::Warn;
 use crate::run::folder::OutputFolder;
 pub use felt::FeltPoint;
 use felt::{CouplerNeed, Felt};
 use fracdiff::{Order, Scheme, Seconds};
-use haptic_quantity::short;
+use haptic_analysis::LoopOperator;
+use haptic_quantity::label;
 use serde::Serialize;
-use serde_json::{Map, Value};
 use std::sync::atomic::AtomicBool;
 pub use teleoperation::HandPoint;
 use teleoperation::HandsQuestion;
 use wall::WallLoop;
-pub use wall::{Region, RegionPoint, SensitivityPoint};
+pub use wall::{Region, SensitivityPoint};
 
 parameters! {
     ANALYSED_SCHEME = text("scheme", "exact", SCHEME.help);
@@ -98,7 +98,7 @@ const OMEGAS: Keys = ("Frequencies", &[OMEGA_MIN, OMEGA_MAX, POINTS]);
 
 /// Keys of an analysis of a wall on a device.
 pub const ON_WALL: &[Keys] = &[WALL, ON_DEVICE, WITHOUT_UNITS];
-/// Keys of a sensitivity.
+/// Keys of a wall whose sensitivity is drawn.
 pub const SENSITIVITY: &[Keys] = &[
     WALL,
     ON_DEVICE,
@@ -121,7 +121,7 @@ pub const COUPLING: &[Keys] = &[(
         ANALYSED_DAMPING,
     ],
 )];
-/// Keys of two hands over a line.
+/// Keys of a teleoperation: two hands over a line.
 #[rustfmt::skip]
 pub const HANDS: &[Keys] = &[
     ("Line", &[
@@ -132,88 +132,44 @@ pub const HANDS: &[Keys] = &[
     ("Devices", &[MASS, DAMPING, SLAVE_MASS, SLAVE_DAMPING, SAMPLE_TIME]),
 ];
 
-/// An analysis, by the name of its table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum AnalysisKind {
-    Environment,
-    Stability,
-    StabilityRegion,
-    Passivity,
-    Coupling,
-    Teleoperation,
-    Transparency,
-    Sensitivity,
-}
+/// Reads the table of an analysis.
+type Read = fn(&Table<'_>) -> Result<Analysis, Failure>;
 
-named! { AnalysisKind:
-    Environment = "analyze-environment", "what does a wall feel like?";
-    Stability = "analyze-stability", "is a wall stable?";
-    StabilityRegion = "analyze-stability-region", "which walls are stable?";
-    Passivity = "analyze-passivity", "is a wall passive?";
-    Coupling = "analyze-coupling", "is a coupler passive?";
-    Teleoperation = "analyze-teleoperation", "what does a hand feel over a line?";
-    Transparency = "analyze-transparency", "what does a wall feel like through a device?";
-    Sensitivity = "analyze-sensitivity", "how much do model errors grow?";
-}
-
-impl AnalysisKind {
-    pub(crate) const fn tables(self) -> &'static [Keys] {
-        match self {
-            Self::Environment => ENVIRONMENT,
-            Self::Stability | Self::StabilityRegion | Self::Passivity => ON_WALL,
-            Self::Coupling => COUPLING,
-            Self::Teleoperation => HANDS,
-            Self::Transparency => TRANSPARENCY,
-            Self::Sensitivity => SENSITIVITY,
-        }
-    }
-}
-
-/// The question of an analysis in words; none for another kind.
-#[must_use]
-pub fn title(kind: &str) -> Option<&'static str> {
-    let mut kinds = AnalysisKind::CHOICES.iter();
-    kinds.find(|known| known.1 == kind).map(|known| known.2)
-}
+/// Analyses: the name of the table, its keys and its reader.
+pub(crate) const ANALYSES: [(&str, &[Keys], Read); 8] = [
+    ("analyze-environment", ENVIRONMENT, Felt::alone),
+    ("analyze-stability", ON_WALL, |table| {
+        WallLoop::needed(table, WallLoop::stability)
+    }),
+    ("analyze-stability-region", ON_WALL, WallLoop::sought),
+    ("analyze-passivity", ON_WALL, |table| {
+        WallLoop::needed(table, WallLoop::passivity)
+    }),
+    ("analyze-coupling", COUPLING, CouplerNeed::of),
+    ("analyze-teleoperation", HANDS, HandsQuestion::of),
+    ("analyze-transparency", TRANSPARENCY, Felt::through_device),
+    ("analyze-sensitivity", SENSITIVITY, |table| {
+        WallLoop::needed(table, WallLoop::sensitivity)
+    }),
+];
 
 /// An analysis, all of its parameters checked.
 #[derive(Clone, Debug)]
 pub(crate) enum Analysis {
     Felt(Felt),
-    Stability(WallLoop),
-    Region(WallLoop),
-    Passivity(WallLoop),
+    Wall(WallLoop, Asked),
     Coupling(CouplerNeed),
     Teleoperation(HandsQuestion),
-    Sensitivity(WallLoop, usize),
 }
 
-impl Analysis {
-    pub(crate) fn of(kind: AnalysisKind, table: &Table<'_>) -> Result<Self, Failure> {
-        Ok(match kind {
-            AnalysisKind::Environment => Self::Felt(Felt::alone(table)?),
-            AnalysisKind::Transparency => Self::Felt(Felt::through_device(table)?),
-            AnalysisKind::Stability => Self::Stability(WallLoop::needed(table)?),
-            AnalysisKind::StabilityRegion => Self::Region(WallLoop::sought(table)?),
-            AnalysisKind::Passivity => Self::Passivity(WallLoop::needed(table)?),
-            AnalysisKind::Coupling => Self::Coupling(CouplerNeed::of(table)?),
-            AnalysisKind::Teleoperation => Self::Teleoperation(HandsQuestion::of(table)?),
-            AnalysisKind::Sensitivity => {
-                let points = table.count_in(&SENSITIVITY_POINTS, 2..=FREQUENCIES_MOST)?;
-                Self::Sensitivity(WallLoop::needed(table)?, points)
-            }
-        })
-    }
+/// A question to the loop of a wall.
+type Asked = fn(&WallLoop, Warn<'_>) -> Result<Analysed, Failure>;
 
+impl Analysis {
     pub(crate) const fn steps(&self) -> u64 {
         match self {
             Self::Teleoperation(asked) => asked.steps(),
-            Self::Felt(_)
-            | Self::Stability(_)
-            | Self::Region(_)
-            | Self::Passivity(_)
-            | Self::Coupling(_)
-            | Self::Sensitivity(..) => 1,
+            Self::Felt(_) | Self::Wall(..) | Self::Coupling(_) => 1,
         }
     }
 
@@ -225,12 +181,9 @@ impl Analysis {
     ) -> Result<Analysed, Failure> {
         match self {
             Self::Felt(felt) => felt.answer(),
-            Self::Stability(wall) => wall.stability(),
-            Self::Region(wall) => wall.region(warn),
-            Self::Passivity(wall) => wall.passivity(),
+            Self::Wall(wall, asked) => asked(wall, warn),
             Self::Coupling(coupler) => coupler.answer(),
             Self::Teleoperation(asked) => asked.answer(progress, stop),
-            Self::Sensitivity(wall, points) => wall.sensitivity(*points),
         }
     }
 }
@@ -239,24 +192,27 @@ impl Analysis {
 #[derive(Clone, Debug, Serialize)]
 pub struct Analysed {
     #[serde(flatten)]
-    report: Map<String, Value>,
-    /// Its table and picture.
+    report: Rows,
+    /// Its table and picture; none where the report says all of it.
     #[serde(skip)]
-    pub drawn: Drawn,
+    pub drawn: Option<Drawn>,
     /// The question in the words below a picture.
     #[serde(skip)]
     pub about: String,
 }
 
-/// What stands in the table and the picture of an analysis.
+/// Content of the table and the picture of an analysis.
 #[derive(Clone, Debug)]
-#[expect(missing_docs, reason = "each is of the analysis of its name")]
 pub enum Drawn {
-    Nothing,
+    /// The impedance of a wall over the frequency.
     Felt(Vec<FeltPoint>),
+    /// The outlines of the stable walls.
     Region(Region),
+    /// |S| over the frequency.
     Sensitivity(Vec<SensitivityPoint>),
+    /// Two hands over a line.
     Teleoperation {
+        /// Of the tissue and of what is felt, over the frequency.
         points: Vec<HandPoint>,
         /// Order and error of each best coupler.
         errors: Vec<(f64, f64)>,
@@ -264,48 +220,62 @@ pub enum Drawn {
 }
 
 impl Analysed {
-    pub(crate) fn verdict(&self) -> &'static str {
-        let verdicts = [
-            ("stable", "stable", "unstable"),
-            ("passive", "passive", "not passive"),
-            (
-                "absolutely_stable",
-                "absolutely stable",
-                "not absolutely stable",
-            ),
-        ];
-        let mut verdicts = verdicts.into_iter().filter_map(|(key, yes, no)| {
-            let is_so = self.report.get(key)?.as_bool()?;
-            Some(if is_so { yes } else { no })
-        });
-        verdicts.next().unwrap_or_default()
+    /// A report without table and picture.
+    fn in_numbers(report: Rows) -> Self {
+        Self {
+            report,
+            drawn: None,
+            about: String::new(),
+        }
+    }
+
+    /// As in `absolutely stable`, or `not passive`; empty of an analysis without a verdict.
+    pub(crate) fn verdict(&self) -> String {
+        let mut keys = ["stable", "passive", "absolutely_stable"].into_iter();
+        let verdict = keys.find_map(|key| Some((key, self.report.get(key)?.as_bool()?)));
+        verdict.map_or_else(String::new, |(key, is_so)| {
+            let not = if is_so { "" } else { "not " };
+            format!("{not}{}", label(key))
+        })
     }
 
     pub(crate) fn write_table(&self, folder: &OutputFolder) -> Result<Option<String>, Failure> {
-        let written = match &self.drawn {
-            Drawn::Nothing => return Ok(None),
+        let write = |drawn: &Drawn| match drawn {
             Drawn::Felt(points) => folder.write_table(&[], points.iter()),
-            Drawn::Region(region) => folder.write_table(&[], region.points.iter()),
+            Drawn::Region(region) => folder.write_table(&Region::COLUMNS, region.rows()),
             Drawn::Sensitivity(points) => folder.write_table(&[], points.iter()),
             Drawn::Teleoperation { points, .. } => folder.write_table(&[], points.iter()),
         };
-        written.map(Some)
+        self.drawn.as_ref().map(write).transpose()
     }
 }
 
-/// Most frequencies of a curve.
+/// Most frequencies of a curve: more than any picture has pixels.
 const FREQUENCIES_MOST: u64 = 100_000;
 
 /// Memory for which a full-memory operator is designed, samples: 1000 s at 1 kHz.
 const HORIZON: f64 = 1e6;
 
-fn scheme(table: &Table<'_>) -> Result<Scheme, Failure> {
-    let scheme = short(table.text(&ANALYSED_SCHEME)?).parse();
-    scheme.map_err(Failure::input)
+/// The operator of this order that runs, and its scheme.
+fn operator(
+    table: &Table<'_>,
+    order: Order,
+    sample_time_s: Option<f64>,
+) -> Result<(Scheme, LoopOperator), Failure> {
+    let scheme = table.scheme(&ANALYSED_SCHEME)?;
+    let sample_time = sample_time_of(scheme, sample_time_s)?;
+    let operator = LoopOperator::new(scheme, order, sample_time, HORIZON);
+    Ok((scheme, operator.map_err(Failure::input)?))
 }
 
-fn order(table: &Table<'_>, parameter: &Parameter) -> Result<Order, Failure> {
-    Order::new(table.required(parameter)?).map_err(Failure::input)
+/// T^(−μ), if the sample time is in the range that operators take.
+///
+/// # Errors
+/// If it is not.
+pub fn rate(sample_time: Seconds, mu: Order) -> Result<f64, Failure> {
+    let advice =
+        |error| Failure::input_with_advice(error, format_args!("give {SAMPLE_TIME}, as in 1ms"));
+    sample_time.rate_to_the(mu).map_err(advice)
 }
 
 /// The sample time for an operator without units, which matters only to a scheme with frequencies in

@@ -2,15 +2,14 @@
 
 mod draw;
 
+use crate::command::conduct::answered;
 use crate::files::Place;
 use crate::options::keys::Named;
 use crate::options::{Options, WithFiles, keys};
-use crate::output::{Output, joined};
+use crate::output::Output;
 use clap::Subcommand;
 use haptic_experiment::Failure;
-use haptic_experiment::document::Document;
-use haptic_experiment::question::analysis::Drawn;
-use haptic_experiment::question::{Answer, Question};
+use haptic_experiment::question::Answer;
 use serde_json::json;
 use std::sync::atomic::AtomicBool;
 
@@ -80,10 +79,10 @@ impl Command {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         match self {
             Self::Environment(asked) => kept("environment", asked, output),
-            Self::Stability(options) => shown("stability", options, output),
+            Self::Stability(options) => answer("stability", options, None, output),
             Self::StabilityRegion(asked) => kept("stability-region", asked, output),
-            Self::Passivity(options) => shown("passivity", options, output),
-            Self::Coupling(options) => shown("coupling", options, output),
+            Self::Passivity(options) => answer("passivity", options, None, output),
+            Self::Coupling(options) => answer("coupling", options, None, output),
             Self::Teleoperation(asked) => kept("teleoperation", asked, output),
             Self::Transparency(asked) => kept("transparency", asked, output),
             Self::Sensitivity(asked) => kept("sensitivity", asked, output),
@@ -91,38 +90,32 @@ impl Command {
     }
 }
 
-fn shown<N: Named>(name: &str, options: Options<N>, output: Output) -> Result<(), Failure> {
-    answer(name, options, Place::look(None, name, false, &[])?, output)
-}
-
 fn kept<N: Named>(name: &str, asked: WithFiles<N>, output: Output) -> Result<(), Failure> {
-    let stem = if name == "stability-region" {
-        "region"
-    } else {
-        name
-    };
-    answer(name, asked.options, asked.files.look(stem, &[])?, output)
+    let stem = name.strip_prefix("stability-").unwrap_or(name);
+    let outputs = asked.files.look(stem, &[])?;
+    answer(name, asked.options, Some(outputs), output)
 }
 
 fn answer<N: Named>(
     name: &str,
     options: Options<N>,
-    mut outputs: Place,
+    outputs: Option<Place>,
     output: Output,
 ) -> Result<(), Failure> {
-    let document = options.over(Document::new(&format!("analyze-{name}")))?;
-    let question = Question::open(&document)?;
-    let answer = question.answer(&|_| (), &AtomicBool::new(false), &|text| output.warn(text))?;
-    let files = match &answer {
-        Answer::Analysis(found) if !matches!(found.drawn, Drawn::Nothing) => {
-            let table = outputs.write(|folder| answer.write_table(folder)).flatten();
-            let picture = outputs.picture(|| draw::draw(found));
-            json!({"files": Vec::from_iter(table.into_iter().chain(picture))})
-        }
-        Answer::Analysis(_) | Answer::ZWidth(_) | Answer::Design(_) | Answer::Coupler(_) => {
-            json!({})
-        }
+    let kind = format!("analyze-{name}");
+    let answer = answered(&kind, options, &AtomicBool::new(false), output)?;
+    let mut report = json!(answer);
+    let Some(mut outputs) = outputs else {
+        return output.report(&report);
     };
-    output.report(&joined([json!(answer), files]))?;
+    let mut files = Vec::new();
+    if let Answer::Analysis(found) = &answer
+        && let Some(drawn) = &found.drawn
+    {
+        files.extend(outputs.write(|folder| answer.write_table(folder)).flatten());
+        files.extend(outputs.picture(|| draw::draw(drawn, &found.about)));
+    }
+    report["files"] = json!(files);
+    output.report(&report)?;
     outputs.close(Ok(()))
 }

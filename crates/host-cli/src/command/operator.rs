@@ -1,14 +1,14 @@
 //! `weights`: the impulse response of an operator; `differintegrate`: a column of a table to a fractional order.
 
 use crate::output::{Output, note};
-use crate::parse::{order, parse_scheme, quantity, rate, whole};
+use crate::parse::{order, parse_scheme, quantity, whole};
 use crate::table;
 use clap::Args;
 use fracdiff::batch::uneven;
 use fracdiff::full_memory::Kernel;
 use fracdiff::scheme::DEFAULT_TOLERANCE;
 use fracdiff::{Channel, Operator, Order, Scheme, SchemeError, Seconds, grunwald_weights};
-use haptic_experiment::question::analysis::sample_time_of;
+use haptic_experiment::question::analysis::{rate, sample_time_of};
 use haptic_experiment::{Failure, parameters};
 use haptic_tissue::identify::table::RecordColumns;
 use serde_json::json;

@@ -2,15 +2,15 @@
 
 use super::wall::{path, path_result};
 use super::{
-    ANALYSED_DAMPING, ANALYSED_MASS, ANALYSED_SAMPLE_TIME, Analysed, COUPLING_ORDER, Drawn,
-    FREQUENCIES_MOST, HORIZON, OMEGA_MAX, OMEGA_MIN, POINTS, logarithmic, order, scheme,
+    ANALYSED_DAMPING, ANALYSED_MASS, ANALYSED_SAMPLE_TIME, Analysed, Analysis, COUPLING_ORDER,
+    Drawn, FREQUENCIES_MOST, OMEGA_MAX, OMEGA_MIN, POINTS, logarithmic, operator,
 };
 use crate::document::failure::Failure;
 use crate::document::parameters::{COUPLER_DAMPING, COUPLER_SPRING, Parameter};
 use crate::document::reader::Table;
 use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
 use crate::judge::rows;
-use fracdiff::{Order, Scheme, Seconds};
+use fracdiff::{Order, Scheme};
 use haptic_analysis::{ClosedLoop, Coupler, Environment, LeastDamping, LoopOperator};
 use haptic_quantity::written;
 use serde::Serialize;
@@ -29,29 +29,33 @@ pub(crate) struct Felt {
 
 /// A frequency: sampled, and continuous of a closed loop.
 #[derive(Clone, Copy, Debug, Serialize)]
-#[expect(missing_docs, reason = "each is what its name says")]
 pub struct FeltPoint {
+    /// Angular frequency, at most pi/T.
     pub omega_rad_s: f64,
+    /// Positive where the wall pushes back.
     pub effective_stiffness_n_per_m: f64,
+    /// Positive where the wall takes energy.
     pub effective_damping_n_s_per_m: f64,
+    /// Stiffness without sampling, of a closed loop.
     pub continuous_stiffness_n_per_m: Option<f64>,
+    /// Damping without sampling, of a closed loop.
     pub continuous_damping_n_s_per_m: Option<f64>,
 }
 
 impl Felt {
-    pub(super) fn alone(table: &Table<'_>) -> Result<Self, Failure> {
-        let (order, scheme) = (order(table, &ORDER)?, scheme(table)?);
+    fn of(table: &Table<'_>) -> Result<Self, Failure> {
+        let order = table.order(&ORDER)?;
         let t = table.required(&ANALYSED_SAMPLE_TIME)?;
+        let (scheme, operator) = operator(table, order, Some(t))?;
         let nyquist = PI / t;
         let high = table.number_if(&OMEGA_MAX)?.unwrap_or(nyquist);
         let low = table.number_if(&OMEGA_MIN)?.unwrap_or(high * 1e-3);
-        if !(low > 0.0 && low < high && high <= nyquist) {
+        if !(low < high && high <= nyquist) {
             return Err(Failure::bad_input(format_args!(
                 "{low} to {high} rad/s are not in 0 to {nyquist}: change {OMEGA_MIN} or {OMEGA_MAX}"
             )));
         }
         let count = table.count_in(&POINTS, 2..=FREQUENCIES_MOST)?;
-        let operator = LoopOperator::new(scheme, order, Seconds(t), HORIZON);
         Ok(Self {
             wall: Environment {
                 stiffness_n_per_m: table.required(&STIFFNESS)?,
@@ -60,14 +64,18 @@ impl Felt {
                 sample_time_s: t,
             },
             scheme,
-            operator: operator.map_err(Failure::input)?,
+            operator,
             omegas: logarithmic(low, high, count).collect(),
             closed: None,
         })
     }
 
-    pub(super) fn through_device(table: &Table<'_>) -> Result<Self, Failure> {
-        let alone = Self::alone(table)?;
+    pub(super) fn alone(table: &Table<'_>) -> Result<Analysis, Failure> {
+        Self::of(table).map(Analysis::Felt)
+    }
+
+    pub(super) fn through_device(table: &Table<'_>) -> Result<Analysis, Failure> {
+        let alone = Self::of(table)?;
         let needed = |parameter: &Parameter| table.required(parameter);
         let closed = ClosedLoop {
             mass_kg: needed(&ANALYSED_MASS)?,
@@ -75,10 +83,10 @@ impl Felt {
             environment: alone.wall,
             path: path(table, Some(alone.wall.sample_time_s))?,
         };
-        Ok(Self {
+        Ok(Analysis::Felt(Self {
             closed: Some(closed),
             ..alone
-        })
+        }))
     }
 
     fn point(&self, omega: f64) -> Result<FeltPoint, Failure> {
@@ -137,7 +145,7 @@ impl Felt {
         });
         Ok(Analysed {
             report: rows([asked, path, found]),
-            drawn: Drawn::Felt(points),
+            drawn: Some(Drawn::Felt(points)),
             about: format!(
                 "order μ = {order} · scheme {} · K = {} · B = {} · T = {}",
                 self.scheme,
@@ -162,21 +170,21 @@ pub(crate) struct CouplerNeed {
 }
 
 impl CouplerNeed {
-    pub(super) fn of(table: &Table<'_>) -> Result<Self, Failure> {
-        let (order, scheme) = (order(table, &COUPLING_ORDER)?, scheme(table)?);
+    pub(super) fn of(table: &Table<'_>) -> Result<Analysis, Failure> {
+        let order = table.order(&COUPLING_ORDER)?;
         let t = table.required(&ANALYSED_SAMPLE_TIME)?;
-        let operator = LoopOperator::new(scheme, order, Seconds(t), HORIZON);
+        let (scheme, operator) = operator(table, order, Some(t))?;
         let asked = Self {
             order,
             scheme,
-            operator: operator.map_err(Failure::input)?,
+            operator,
             sample_time_s: t,
             damper: table.required(&COUPLER_DAMPING)?,
             spring: table.required(&COUPLER_SPRING)?,
             damping: table.number_if(&ANALYSED_DAMPING)?,
         };
         asked.coupler()?;
-        Ok(asked)
+        Ok(Analysis::Coupling(asked))
     }
 
     fn coupler(&self) -> Result<Coupler<'_>, Failure> {
@@ -222,10 +230,6 @@ impl CouplerNeed {
                 "the coupler itself is active at theta = {worst_theta:.6}: no damping is enough"
             )),
         });
-        Ok(Analysed {
-            report: rows([found]),
-            drawn: Drawn::Nothing,
-            about: String::new(),
-        })
+        Ok(Analysed::in_numbers(rows([found])))
     }
 }

@@ -1,7 +1,8 @@
 //! Two hands over a line: what is stable and what is felt.
 
 use super::{
-    Analysed, BEST, Drawn, FELT_HIGH, FELT_LOW, FELT_POINTS, PLAYOUT_SAMPLES, logarithmic,
+    Analysed, Analysis, BEST, Drawn, FELT_HIGH, FELT_LOW, FELT_POINTS, PLAYOUT_SAMPLES,
+    logarithmic, rate,
 };
 use crate::document::failure::Failure;
 use crate::document::parameters::{
@@ -47,13 +48,18 @@ pub(crate) struct HandsQuestion {
 
 /// A tissue and what the hand feels of it at one frequency.
 #[derive(Clone, Copy, Debug, Serialize)]
-#[expect(missing_docs, reason = "each is what its name says")]
 pub struct HandPoint {
+    /// Frequency of the hand's motion.
     pub frequency_hz: f64,
+    /// Force per displacement of the tissue.
     pub tissue_n_per_m: f64,
+    /// Phase of the tissue's force over its place.
     pub tissue_degrees: f64,
+    /// Force per displacement at the master.
     pub felt_n_per_m: f64,
+    /// Phase of the master's force over its place.
     pub felt_degrees: f64,
+    /// Of Llewellyn's criterion: stable with every hand and tissue from 1 on.
     pub llewellyn_ratio: f64,
 }
 
@@ -73,18 +79,14 @@ const fn parts(line: HandLine) -> (Option<HandCoupler>, Option<f64>) {
     }
 }
 
-/// The line of an architecture.
+/// The law of the line by its architecture, if it is linear.
 fn line(table: &Table<'_>, architecture: Architecture) -> Result<HandLine, Failure> {
     let coupler = HandCoupler {
         stiffness_n_per_m: table.number(&HAND_COUPLER_STIFFNESS)?,
         dissipation_n_s_mu_per_m: table.number(&HAND_COUPLER_DISSIPATION)?,
-        order: Order::new(table.number(&HAND_COUPLER_ORDER)?).map_err(Failure::input)?,
+        order: table.order(&HAND_COUPLER_ORDER)?,
     };
-    Seconds(table.number(&SAMPLE_TIME)?)
-        .rate_to_the(coupler.order)
-        .map_err(|error| {
-            Failure::input_with_advice(error, format_args!("give {SAMPLE_TIME}, as in 1ms"))
-        })?;
+    rate(Seconds(table.number(&SAMPLE_TIME)?), coupler.order)?;
     Ok(match architecture {
         Architecture::PositionPosition => HandLine::PositionPosition(coupler),
         Architecture::PositionForce => HandLine::PositionForce(coupler),
@@ -101,7 +103,7 @@ fn line(table: &Table<'_>, architecture: Architecture) -> Result<HandLine, Failu
     })
 }
 
-/// Refuses keys without an effect.
+/// Refuses keys that this architecture does not read.
 fn all_act(table: &Table<'_>, architecture: Architecture, best: bool) -> Result<(), Failure> {
     let refuse = |parameters: &[Parameter], why: &str| {
         let mut given = parameters.iter().filter(|parameter| table.has(parameter));
@@ -131,7 +133,7 @@ fn all_act(table: &Table<'_>, architecture: Architecture, best: bool) -> Result<
 }
 
 impl HandsQuestion {
-    pub(super) fn of(table: &Table<'_>) -> Result<Self, Failure> {
+    pub(super) fn of(table: &Table<'_>) -> Result<Analysis, Failure> {
         let architecture = table.choice(&ARCHITECTURE)?;
         let best = table.flag(&BEST)?;
         let line = line(table, architecture)?;
@@ -139,7 +141,7 @@ impl HandsQuestion {
         let sample_time_s = table.number(&SAMPLE_TIME)?;
         let (low, high) = (table.number(&FELT_LOW)?, table.number(&FELT_HIGH)?);
         let most = 0.5 / sample_time_s;
-        if !(low > 0.0 && low < high && high <= most) {
+        if !(low < high && high <= most) {
             return Err(Failure::bad_input(format_args!(
                 "{low} to {high} Hz are not in 0 to {most} Hz: change {FELT_LOW}, {FELT_HIGH} or {SAMPLE_TIME}"
             )));
@@ -165,14 +167,14 @@ impl HandsQuestion {
             sample_time_s,
             delay_s: table.number(&LINE_DELAY)?,
         };
-        Ok(Self {
+        Ok(Analysis::Teleoperation(Self {
             architecture,
             hands,
             best,
             omegas,
             tissue: touched.words(),
             environment,
-        })
+        }))
     }
 
     pub(super) const fn steps(&self) -> u64 {
@@ -234,10 +236,10 @@ impl HandsQuestion {
                 law(hands.line),
                 self.tissue
             ),
-            drawn: Drawn::Teleoperation {
+            drawn: Some(Drawn::Teleoperation {
                 points,
                 errors: errors.collect(),
-            },
+            }),
         })
     }
 

@@ -2,20 +2,20 @@
 
 use super::{
     ALPHA, ANALYSED_DAMPING, ANALYSED_DELAY, ANALYSED_HAND, ANALYSED_LAG, ANALYSED_MASS,
-    ANALYSED_SAMPLE_TIME, Analysed, BETA, DELAY_SAMPLES, DELTA, Drawn, GAMMA, HORIZON, decibel,
-    logarithmic, order, sample_time_of, scheme,
+    ANALYSED_SAMPLE_TIME, Analysed, Analysis, Asked, BETA, DELAY_SAMPLES, DELTA, Drawn,
+    FREQUENCIES_MOST, GAMMA, SENSITIVITY_POINTS, decibel, logarithmic, operator,
 };
 use crate::document::failure::Failure;
 use crate::document::parameters::{DEVICE_MODEL, Parameter};
 use crate::document::reader::Table;
 use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
-use crate::judge::rows;
+use crate::judge::{Rows, rows};
 use crate::run::advice::analysed;
 use crate::run::device::Warn;
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{
-    AnalysisError, BoundaryPoint, Dynamics, Environment, ForcePath, Largest, LoopOperator,
-    Nondimensional, OnePort, SampledLoop, SampledPlant, StabilityRegion,
+    AnalysisError, Dynamics, Environment, ForcePath, Largest, LoopOperator, Nondimensional,
+    OnePort, Polygon, SampledLoop, SampledPlant, StabilityRegion,
 };
 use haptic_quantity::{digits, written};
 use serde::Serialize;
@@ -45,6 +45,8 @@ pub(crate) struct WallLoop {
     sample_time_s: Option<f64>,
     /// m and T, where the loop was given with units.
     units: Option<(f64, f64)>,
+    /// Number of frequencies of a sensitivity.
+    points: usize,
     /// Number of keys of the wall that were given: two make one.
     of_wall: usize,
     /// True if δ (or b) was given at all.
@@ -53,21 +55,11 @@ pub(crate) struct WallLoop {
     asked: Value,
 }
 
-/// A point of the boundary of a region.
-#[derive(Clone, Copy, Debug, Serialize)]
-#[expect(missing_docs, reason = "without units; theta is the digital frequency")]
-pub struct RegionPoint {
-    pub part: usize,
-    pub alpha: f64,
-    pub beta: f64,
-    pub theta_rad: Option<f64>,
-}
-
-/// The stable walls of a device.
+/// The stable walls of a device, by outlines.
 #[derive(Clone, Debug)]
 pub struct Region {
-    /// Outlines, one part behind the other.
-    pub points: Vec<RegionPoint>,
+    /// Outlines, without units.
+    pub parts: Vec<Polygon>,
     /// K of α = 1 and B of β = 1, of a device with units.
     pub units: Option<[f64; 2]>,
     /// β and α of the wall that was given.
@@ -76,21 +68,36 @@ pub struct Region {
 
 /// A point of a sensitivity.
 #[derive(Clone, Copy, Debug, Serialize)]
-#[expect(missing_docs, reason = "theta is the digital frequency, in rad")]
 pub struct SensitivityPoint {
+    /// Digital frequency, rad a sample.
     pub theta: f64,
+    /// The magnitude of 1/(1 + GH), dB.
     pub magnitude_db: f64,
 }
 
+impl Region {
+    pub(super) const COLUMNS: [&str; 4] = ["part", "alpha", "beta", "theta_rad"];
+
+    pub(super) fn rows(&self) -> impl Iterator<Item = impl Serialize> {
+        let parts = self.parts.iter().enumerate();
+        parts.flat_map(|(part, polygon)| {
+            let points = polygon.points.iter();
+            points.map(move |at| (part, at.alpha, at.beta, at.theta))
+        })
+    }
+}
+
 impl WallLoop {
-    /// The loop of a wall.
-    pub(super) fn needed(table: &Table<'_>) -> Result<Self, Failure> {
-        Self::of(table, |parameter| Err(missing(parameter)))
+    /// A question to the loop of a wall.
+    pub(super) fn needed(table: &Table<'_>, asked: Asked) -> Result<Analysis, Failure> {
+        let wall = Self::of(table, |parameter| Err(missing(parameter)))?;
+        Ok(Analysis::Wall(wall, asked))
     }
 
-    /// The loop of a device whose walls are sought.
-    pub(super) fn sought(table: &Table<'_>) -> Result<Self, Failure> {
-        Self::of(table, |_| Ok(0.0))
+    /// The stable walls of a device.
+    pub(super) fn sought(table: &Table<'_>) -> Result<Analysis, Failure> {
+        let device = Self::of(table, |_| Ok(0.0))?;
+        Ok(Analysis::Wall(device, Self::region))
     }
 
     fn of(
@@ -104,7 +111,7 @@ impl WallLoop {
                 "the loop is given both with and without units: omit {ALPHA}, {BETA}, {DELTA} and {GAMMA}"
             )));
         }
-        let order = order(table, &ORDER)?;
+        let order = table.order(&ORDER)?;
         let needed = |key: &Parameter| table.number_if(key)?.map_or_else(|| without(key), Ok);
         let sample_time_s = table.number_if(&ANALYSED_SAMPLE_TIME)?;
         let mass = table.number_if(&ANALYSED_MASS)?;
@@ -142,16 +149,15 @@ impl WallLoop {
             (without_units.checked(), None)
         };
         let parameters = parameters.map_err(analysed)?;
-        let scheme = scheme(table)?;
-        let sample_time = sample_time_of(scheme, sample_time_s)?;
+        let (scheme, operator) = operator(table, order, sample_time_s)?;
         let of_wall = [STIFFNESS, DISSIPATION, ALPHA, BETA];
         Ok(Self {
             parameters,
             order,
-            operator: LoopOperator::new(scheme, order, sample_time, HORIZON)
-                .map_err(Failure::input)?,
+            operator,
             scheme,
             path: path(table, sample_time_s)?,
+            points: table.count_in(&SENSITIVITY_POINTS, 2..=FREQUENCIES_MOST)?,
             sample_time_s,
             units,
             asked,
@@ -171,20 +177,10 @@ impl WallLoop {
     }
 
     /// The loop, with the wall and device without units and the way of the force, and what was found of it.
-    fn analysed(
-        &self,
-        without_units: Value,
-        found: Value,
-        drawn: Drawn,
-        about: String,
-    ) -> Analysed {
+    fn report(&self, without_units: Value, found: Value) -> Rows {
         let loop_ = json!({"order": self.order.get(), "scheme": self.scheme.to_string()});
         let path = path_result(self.path, self.sample_time_s);
-        Analysed {
-            report: rows([loop_, self.asked.clone(), without_units, path, found]),
-            drawn,
-            about,
-        }
+        rows([loop_, self.asked.clone(), without_units, path, found])
     }
 
     /// Stiffness and dissipation of a wall without units: K = αm/T², B = βm/T^(2−μ).
@@ -199,7 +195,7 @@ impl WallLoop {
         ]
     }
 
-    pub(super) fn stability(&self) -> Result<Analysed, Failure> {
+    pub(super) fn stability(&self, _: Warn<'_>) -> Result<Analysed, Failure> {
         let parameters = self.parameters;
         // Without any spring there is a pole at z = 1, which is no instability: the device stays where it is left.
         let sampled = self.sampled()?;
@@ -238,10 +234,10 @@ impl WallLoop {
                 .then_some("no proof was found; a device without damping has none"),
             "pulling_contact_margin_most": factor(contact.provable),
         });
-        Ok(self.analysed(without_units, found, Drawn::Nothing, String::new()))
+        Ok(Analysed::in_numbers(self.report(without_units, found)))
     }
 
-    pub(super) fn passivity(&self) -> Result<Analysed, Failure> {
+    pub(super) fn passivity(&self, _: Warn<'_>) -> Result<Analysed, Failure> {
         let parameters = self.parameters;
         let port = OnePort::new(&self.operator, self.order)
             .and_then(|port| port.through(self.path))
@@ -283,7 +279,7 @@ impl WallLoop {
             "required_damping_n_s_per_m": self.units.map(|(m, t)| required.delta * m / t),
             "worst_rad_s": self.units.map(|(_, t)| required.worst_theta / t),
         });
-        Ok(self.analysed(without_units, found, Drawn::Nothing, String::new()))
+        Ok(Analysed::in_numbers(self.report(without_units, found)))
     }
 
     pub(super) fn region(&self, warn: Warn<'_>) -> Result<Analysed, Failure> {
@@ -302,16 +298,6 @@ impl WallLoop {
         let region = region.map_err(Failure::input)?;
         let area = region.bounded();
         let polygons = area.map_or(&[][..], |area| &area.polygons);
-        let parts = polygons.iter().enumerate();
-        let points = parts.flat_map(|(part, polygon)| {
-            let point = move |at: &BoundaryPoint| RegionPoint {
-                part,
-                alpha: at.alpha,
-                beta: at.beta,
-                theta_rad: at.theta,
-            };
-            polygon.points.iter().map(point)
-        });
         let mut outlines = polygons.iter().map(|polygon| {
             let points = polygon.points.iter();
             let points = points.map(|at| json!({"alpha": at.alpha, "beta": at.beta}));
@@ -334,22 +320,25 @@ impl WallLoop {
             "further_parts": outlines.collect::<Vec<_>>(),
         });
         let [k, b] = self.with_units(Some(1.0), Some(1.0));
-        let drawn = match area {
-            Some(_) => Drawn::Region(Region {
-                points: points.collect(),
+        let drawn = area.map(|_| {
+            Drawn::Region(Region {
+                parts: polygons.to_vec(),
                 units: k.zip(b).map(|(k, b)| [k, b]),
                 wall: (self.of_wall == 2).then_some((beta, alpha)),
-            }),
-            None => Drawn::Nothing,
-        };
+            })
+        });
         let without_units = json!({"delta": delta, "gamma": gamma});
-        Ok(self.analysed(without_units, found, drawn, self.words(false)))
+        Ok(Analysed {
+            report: self.report(without_units, found),
+            drawn,
+            about: self.words(false),
+        })
     }
 
-    pub(super) fn sensitivity(&self, count: usize) -> Result<Analysed, Failure> {
+    pub(super) fn sensitivity(&self, _: Warn<'_>) -> Result<Analysed, Failure> {
         let sampled = self.sampled()?;
         let peak = sampled.sensitivity_peak().map_err(Failure::input)?;
-        let points = logarithmic(1e-3 * PI, PI, count).map(|theta| SensitivityPoint {
+        let points = logarithmic(1e-3 * PI, PI, self.points).map(|theta| SensitivityPoint {
             theta,
             magnitude_db: decibel(sampled.sensitivity(theta)),
         });
@@ -359,8 +348,11 @@ impl WallLoop {
             "theta_at_peak": peak.theta,
             "points": points,
         });
-        let drawn = Drawn::Sensitivity(points);
-        Ok(self.analysed(json!({}), found, drawn, self.words(true)))
+        Ok(Analysed {
+            report: self.report(json!({}), found),
+            drawn: Some(Drawn::Sensitivity(points)),
+            about: self.words(true),
+        })
     }
 
     /// The loop in words below a picture: operator and, if it is one of them, the wall; device, delay and lag in a second line.

@@ -1,16 +1,14 @@
 //! Pictures of analyses.
 
 use crate::picture::{Panel, linear, logarithmic as axis, page};
-use haptic_experiment::question::Analysed;
 use haptic_experiment::question::analysis::{
     Drawn, FeltPoint, HandPoint, Region, SensitivityPoint,
 };
 use haptic_figure::{AxisSpec, FigureError, Look, Picture};
 
 /// The picture of an analysis.
-pub(super) fn draw(found: &Analysed) -> Result<Picture, FigureError> {
-    let (title, panels) = match &found.drawn {
-        Drawn::Nothing => ("", Vec::new()),
+pub(super) fn draw(drawn: &Drawn, about: &str) -> Result<Picture, FigureError> {
+    let (title, panels) = match drawn {
         Drawn::Felt(points) => felt(points),
         Drawn::Region(region) => ("Stable walls", vec![stable(region)]),
         Drawn::Sensitivity(points) => ("Sensitivity", vec![sensitivity(points)]),
@@ -19,7 +17,7 @@ pub(super) fn draw(found: &Analysed) -> Result<Picture, FigureError> {
             hands(points, errors),
         ),
     };
-    page(title, &found.about, panels.len().min(2), &panels)
+    page(title, about, panels.len().min(2), &panels)
 }
 
 fn felt(points: &[FeltPoint]) -> (&'static str, Vec<Panel<'static>>) {
@@ -63,9 +61,9 @@ fn stable(region: &Region) -> Panel<'static> {
     let [stiffness, dissipation] = region.units.unwrap_or([1.0; 2]);
     let in_units = |beta: f64, alpha: f64| (beta * dissipation, alpha * stiffness);
     let mut panel = Panel::new("", linear(x), linear(y));
-    for part in region.points.chunk_by(|a, b| a.part == b.part) {
+    for part in &region.parts {
         // Closed outlines.
-        let closed = part.iter().chain(part.first());
+        let closed = part.points.iter().chain(part.points.first());
         let outline = closed.map(|at| in_units(at.beta, at.alpha));
         panel = panel.with("stable", Look::Area, 0, outline);
     }

@@ -49,7 +49,7 @@ impl Arguments {
     pub(super) fn run(self, output: Output) -> Result<(), Failure> {
         let mut outputs = self.files.look("controller", &["toml"])?;
         let plant = self.plant.resolve()?;
-        let form: DesignForm = self.asked.given()?.form()?;
+        let form: DesignForm = self.asked.form()?;
         let found = designed(form.design(plant.plant.clone())?)?;
         let file = found
             .words()
