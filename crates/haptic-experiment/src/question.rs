@@ -304,7 +304,7 @@ mod tests {
             [zwidth]\n[design] | a second question
             [zwidth]\npoints = 1 | points = 1 is not a whole number from 2 to 1000: change it
             [analyze-passivity]\norder = 1\nalpha = 1\nmass_kg = 1 | omit `alpha`
-            [analyze-sensitivity]\npoints = 1 | missing key `order`
+            [analyze-sensitivity]\npoints = 1 | points = 1 is not a whole number from 2 to 100000
             [analyze-teleoperation]\nplayout = 3 | `playout` has no effect
             [zwidth]\norders = [3] | form:2: orders has 3
             [zwidth]\norders = [] | no order was given

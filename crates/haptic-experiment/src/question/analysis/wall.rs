@@ -104,6 +104,7 @@ impl WallLoop {
         table: &Table<'_>,
         without: fn(&Parameter) -> Result<f64, Failure>,
     ) -> Result<Self, Failure> {
+        let points = table.count_in(&SENSITIVITY_POINTS, 2..=FREQUENCIES_MOST)?;
         let has_file = !table.text(&DEVICE_MODEL)?.is_empty();
         let with_units = has_file || WITH_UNITS.iter().any(|key| table.has(key));
         if with_units && WITHOUT_UNITS.iter().any(|key| table.has(key)) {
@@ -157,7 +158,7 @@ impl WallLoop {
             operator,
             scheme,
             path: path(table, sample_time_s)?,
-            points: table.count_in(&SENSITIVITY_POINTS, 2..=FREQUENCIES_MOST)?,
+            points,
             sample_time_s,
             units,
             asked,
