@@ -167,8 +167,8 @@ def _described(rows: Iterable[tuple[str, str, Any, bool, str, str]]) -> str:
     for _section, key, default, required, allowed, text in rows:
         if required:
             kind = "float"
-        elif allowed == "a list":
-            kind, allowed = "list of float, optional", ""
+        elif allowed.startswith("a list"):
+            kind, allowed = "list of float, optional", allowed.removeprefix("a list").removeprefix(" of numbers ")
         elif default is None:
             kind = "float, optional"
         else:
