@@ -15,9 +15,20 @@ const TITLES: Record<string, string> = {
   teleoperation: "teleoperation: two hands over a line",
   zwidth: "zwidth: how stiff can a wall be?",
   design: "design: what is the best wall?",
+  "analyze-environment": "analyze: what does a wall feel like?",
+  "analyze-stability": "analyze: is a wall stable?",
+  "analyze-stability-region": "analyze: which walls are stable?",
+  "analyze-passivity": "analyze: is a wall passive?",
+  "analyze-coupling": "analyze: is a coupler passive?",
+  "analyze-teleoperation": "analyze: what does a hand feel over a line?",
+  "analyze-transparency": "analyze: what does a wall feel like through a device?",
+  "analyze-sensitivity": "analyze: how much do model errors grow?",
 };
-/** Kinds that have no pace: they are answered, not run. */
-const QUESTIONS = ["zwidth", "design"];
+
+/** Kinds that have no pace and no log: they are answered, not run. */
+export function isQuestion(kind: string | null): boolean {
+  return kind === "zwidth" || kind === "design" || kind?.startsWith("analyze-") === true;
+}
 
 /** How lists are written. */
 const LIST_HINT: Record<string, string> = { way_points: "0, 25 mm, 0; 2, 15 mm, 0;", mass_kg: "65 g, 120 g" };
@@ -165,7 +176,7 @@ export class FormPanel {
       return el("details", { open: index === 0 }, el("summary", {}, table.title), el("div", { class: "fields" }, ...rows));
     });
     this.tables.replaceChildren(...tables);
-    this.pace.hidden = QUESTIONS.includes(this.kind.value);
+    this.pace.hidden = isQuestion(this.kind.value);
     say(this.trouble, "");
   }
 

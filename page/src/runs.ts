@@ -5,7 +5,7 @@ import type { App, ViewPart } from "./app";
 import { el, say } from "./dom";
 import type { Dropped } from "./drop";
 import { bytes, duration, number } from "./format";
-import { FormPanel } from "./forms";
+import { FormPanel, isQuestion } from "./forms";
 import { IdentifyPanel } from "./identify";
 import { Overlay } from "./overlay";
 import type { Answer, Form, OpenRun, Parameter, RunEntry, RunProgress, Unasked } from "./protocol";
@@ -358,11 +358,6 @@ export class RunsView implements ViewPart {
   key(event: KeyboardEvent, down: boolean): boolean {
     return down && event.key === "Escape" && this.overlay.all();
   }
-}
-
-/** Kinds that are answered, and have no log. */
-function isQuestion(kind: string | null): boolean {
-  return kind === "zwidth" || kind === "design";
 }
 
 /** Keys and values of a report, one level down. */

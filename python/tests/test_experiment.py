@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fractional_haptics import experiment, log, plot, tissue
+from fractional_haptics import analysis, experiment, log, plot, tissue
 from fractional_haptics.analysis import Device, Loop, region
 
 SHORT = {"duration_s": 3.0, "ramp_time_s": 0.5}
@@ -126,10 +126,25 @@ def test_a_design_comes_to_rest_when_it_is_tried() -> None:
     report = experiment.design(orders=[0.5, 1.0], gain_margin=2.0)
     assert report["best"]["stiffness_n_per_m"] == max(c["stiffness_n_per_m"] for c in report["candidates"])
     assert report["simulated"]["verdict"] == "stable"
-    damped = experiment.design(orders=[1.0], wish="most-damping", frequency_hz=5.0, gain_margin=None)
+    damped = experiment.design(orders=[1.0], wish="most-damping", frequency_hz=5.0, require="passive")
     assert damped["best"]["passive"] is True
+    coupled = experiment.design(orders=[1.0], wish="coupler")
+    assert coupled["best"]["coupler_spring_n_s_1_minus_mu_per_m"] > 0
     specimen = experiment.design(orders=[0.5], wish="tissue", tissue=tissue.find("prostate-healthy"))
     assert specimen["tissue"]["name"] == "prostate-healthy"
+
+
+def test_an_analysis_is_that_of_the_library() -> None:
+    wall = {"order": 0.5, "stiffness_n_per_m": 300.0, "dissipation_n_s_mu_per_m": 10.0, "sample_time_s": 2e-3}
+    device = {"mass": "65 g", "damping_n_s_per_m": 3.5, "delay_s": 2.6e-3, "current_lag_s": 1e-3}
+    report = experiment.analyze_stability(**wall, **device)
+    loop = analysis.Loop(analysis.Device(0.065, 3.5, delay_s=2.6e-3, current_lag_s=1e-3), 300.0, 10.0, 0.5, 2e-3)
+    assert report["stable"] is loop.verdict().stable is True
+    assert report["gain_margin"] == pytest.approx(loop.margins().gain_up.value, rel=1e-9)
+    far = experiment.analyze_teleoperation(tissue=tissue.find("prostate-healthy"), points=3)
+    assert far["tissue"] == "prostate-healthy" and len(far["points"]) == 3
+    with pytest.raises(ValueError, match="^`beta` is missing"):
+        experiment.analyze_passivity(order=1.0, alpha=0.1)
 
 
 def test_signatures_are_those_of_the_tables() -> None:

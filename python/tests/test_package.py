@@ -10,8 +10,9 @@ from pathlib import Path
 import pytest
 
 import fractional_haptics
-from fractional_haptics import _native, control, tissue
+from fractional_haptics import _native, control, experiment, tissue
 
+QUESTIONS = [name for name in experiment.__all__ if name.startswith("analyze_")] + ["design", "zwidth"]
 MODULES = ("analysis", "control", "experiment", "log", "operators", "plot", "tissue")
 
 
@@ -46,13 +47,14 @@ def test_the_version_is_that_of_the_package() -> None:
         ("control design", control.design),
         ("control analyze", control.analyze),
         ("control simulate", control.simulate),
+        *((name.replace("analyze_", "analyze ").replace("_", "-"), getattr(experiment, name)) for name in QUESTIONS),
     ],
 )
-def test_every_key_of_a_record_is_an_argument(question: str, function) -> None:
+def test_every_key_of_a_question_is_an_argument(question: str, function) -> None:
     page = Path(__file__).parents[2] / "docs/guide/src/experiment-keys.md"
     table = page.read_text().split(f"\n### {question}\n")[1].split("\n### ")[0]
     names = [row.split("|")[4].strip(" `") for row in table.splitlines() if row.startswith("| `")]
-    assert len(names) > 8
+    assert len(names) > 5
     assert set(names) <= set(inspect.signature(function).parameters)
 
 

@@ -192,6 +192,11 @@ impl Document {
         (text, said)
     }
 
+    /// Keys of the values that were given.
+    pub fn given(&self) -> impl Iterator<Item = &str> {
+        self.given.iter().map(|given| given.key.as_str())
+    }
+
     pub(crate) fn parse(&self) -> Result<Parsed<'_>, FileError> {
         let given = Source {
             path: Path::new(""),

@@ -1,4 +1,4 @@
-//! Questions to a device as TOML: one table, `[zwidth]` or `[design]`, read as experiments are.
+//! Questions to a device as TOML: one table, `[zwidth]`, `[design]` or that of an analysis, read as experiments are.
 
 pub mod analysis;
 pub(crate) mod bench;
@@ -13,12 +13,13 @@ pub mod tissue;
 pub(crate) mod zwidth;
 
 use crate::document::Document;
-use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters::{ON_DEVICE, Parameter};
 use crate::experiment::reading::with_devices;
 use crate::run::device::Warn;
 use crate::run::folder::OutputFolder;
+pub use analysis::Analysed;
+use analysis::{ANALYSES, Analysis};
 use bench::BENCH;
 pub use design::coupler::CouplerAnswer;
 use design::coupler::CouplerDesign;
@@ -33,7 +34,18 @@ use zwidth::ZWidth;
 pub use zwidth::{BoundaryPoint, ZWidthReport};
 
 /// Names of the tables of all questions to a device.
-pub const QUESTIONS: [&str; 2] = ["zwidth", "design"];
+pub const QUESTIONS: [&str; 10] = [
+    "zwidth",
+    "design",
+    "analyze-environment",
+    "analyze-stability",
+    "analyze-stability-region",
+    "analyze-passivity",
+    "analyze-coupling",
+    "analyze-teleoperation",
+    "analyze-transparency",
+    "analyze-sensitivity",
+];
 
 /// Tables of a question, or of a measurement: heading and parameters.
 pub(crate) fn tables(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
@@ -44,7 +56,9 @@ pub(crate) fn tables(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
             ("device", ON_DEVICE),
         ],
         "design" => vec![("design", design::DESIGN), ("bench", BENCH)],
-        _ => measurement::TABLES.to_vec(),
+        _ => (ANALYSES.iter().find(|known| known.0 == kind))
+            .map_or(&measurement::TABLES[..], |known| known.1)
+            .to_vec(),
     }
 }
 
@@ -81,6 +95,7 @@ enum Asked {
     Design(Box<Design>),
     /// `[design]` with the wish coupler.
     Coupler(CouplerDesign),
+    Analysis(Box<Analysis>),
 }
 
 impl Question {
@@ -88,7 +103,7 @@ impl Question {
     ///
     /// # Errors
     /// If it is wrong: in one line, with file and line.
-    pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
+    pub fn parse(path: &Path, text: &str) -> Result<Self, Failure> {
         Self::open(&Document::of_text(path, text))
     }
 
@@ -96,22 +111,23 @@ impl Question {
     ///
     /// # Errors
     /// If it is wrong: in one line, with its place.
-    pub fn open(document: &Document) -> Result<Self, FileError> {
+    pub fn open(document: &Document) -> Result<Self, Failure> {
         let document = document.parse()?;
-        let words = "a question has one of [zwidth], [design]";
-        let (kind, table, _) = document.one_of(&QUESTIONS, &[], "question", words)?;
+        let words = format!("a question has one of [{}]", QUESTIONS.join("], ["));
+        let (kind, table, _) = document.one_of(&QUESTIONS, &[], "question", &words)?;
         let table = with_devices(table.with_keys(&tables(kind))?)?;
-        let asked = match kind {
-            "zwidth" => ZWidth::of(&table).map(|asked| Asked::ZWidth(Box::new(asked))),
+        if let Some((_, _, read)) = ANALYSES.iter().find(|known| known.0 == kind) {
+            return Ok(Self(Asked::Analysis(Box::new(read(&table)?))));
+        }
+        Ok(Self(match kind {
+            "zwidth" => Asked::ZWidth(Box::new(ZWidth::of(&table)?)),
             _ => match design::reading::wish(&table)? {
-                WishName::Coupler => design::reading::coupler(&table).map(Asked::Coupler),
+                WishName::Coupler => Asked::Coupler(design::reading::coupler(&table)?),
                 wish @ (WishName::StiffestWall | WishName::MostDamping | WishName::Tissue) => {
-                    let design = design::reading::design(&table, wish)?;
-                    Ok(Asked::Design(Box::new(design)))
+                    Asked::Design(Box::new(design::reading::design(&table, wish)?))
                 }
             },
-        };
-        asked.map(Self)
+        }))
     }
 
     /// True if it concerns the simulated device.
@@ -127,6 +143,7 @@ impl Question {
             Asked::ZWidth(zwidth) => zwidth.cells(),
             Asked::Design(design) => design.steps() as u64,
             Asked::Coupler(design) => design.orders.len() as u64,
+            Asked::Analysis(asked) => asked.steps(),
         }
     }
 
@@ -144,6 +161,7 @@ impl Question {
         match &self.0 {
             Asked::ZWidth(zwidth) => {
                 let found = zwidth.run(progress, stop, warn)?;
+                found.warn(warn);
                 Ok(Answer::ZWidth(Box::new(found)))
             }
             Asked::Design(design) => {
@@ -153,6 +171,10 @@ impl Question {
             Asked::Coupler(design) => {
                 let found = design.answer(stop, progress)?;
                 Ok(Answer::Coupler(Box::new(found)))
+            }
+            Asked::Analysis(asked) => {
+                let found = asked.answer(progress, stop, warn)?;
+                Ok(Answer::Analysis(Box::new(found)))
             }
         }
     }
@@ -168,6 +190,8 @@ pub enum Answer {
     Design(Box<DesignReport>),
     /// The stiffest coupler of each order.
     Coupler(Box<CouplerAnswer>),
+    /// Stability, passivity or transparency.
+    Analysis(Box<Analysed>),
 }
 
 impl Answer {
@@ -176,6 +200,7 @@ impl Answer {
     pub fn verdict(&self) -> String {
         let (order, simulated) = match self {
             Self::ZWidth(report) => return report.stiffest(),
+            Self::Analysis(found) => return found.verdict(),
             Self::Design(found) => (found.best.as_ref().map(|best| best.order), found.simulated),
             Self::Coupler(found) => (found.best.as_ref().map(|best| best.order), found.simulated),
         };
@@ -186,16 +211,18 @@ impl Answer {
         format!("best: order {order}{}", tried.unwrap_or_default())
     }
 
-    /// Writes its table into the folder and returns the path.
+    /// Writes its table, if it has one, into the folder and returns the path.
     ///
     /// # Errors
     /// A table that cannot be written.
-    pub fn write_table(&self, folder: &OutputFolder) -> Result<String, Failure> {
-        match self {
+    pub fn write_table(&self, folder: &OutputFolder) -> Result<Option<String>, Failure> {
+        let written = match self {
             Self::ZWidth(report) => folder.write_table(&[], report.rows()),
             Self::Design(found) => folder.write_table(&[], found.candidates.iter()),
             Self::Coupler(found) => folder.write_table(&[], found.candidates.iter()),
-        }
+            Self::Analysis(found) => return found.write_table(folder),
+        };
+        written.map(Some)
     }
 
     /// Refuses a design that found nothing, or whose best is not stable in its trial; lesser
@@ -205,7 +232,7 @@ impl Answer {
     /// Exit code 1.
     pub fn require(&self, warn: Warn<'_>) -> Result<(), Failure> {
         match self {
-            Self::ZWidth(_) => Ok(()),
+            Self::ZWidth(_) | Self::Analysis(_) => Ok(()),
             Self::Design(found) => found.require(warn),
             Self::Coupler(found) => found.require(),
         }
@@ -215,7 +242,7 @@ impl Answer {
     #[must_use]
     pub fn experiment_text(&self) -> Option<&str> {
         match self {
-            Self::ZWidth(_) => None,
+            Self::ZWidth(_) | Self::Analysis(_) => None,
             Self::Design(found) => found.experiment_text.as_deref(),
             Self::Coupler(found) => found.experiment_text.as_deref(),
         }
@@ -276,7 +303,10 @@ mod tests {
         for [text, want] in testkit::table(
             r#"
             [zwidth]\n[design] | a second question
-            [zwidth]\npoints = 1 | is not in [2, 1000]
+            [zwidth]\npoints = 1 | points = 1 is not a whole number from 2 to 1000: change it
+            [analyze-passivity]\norder = 1\nalpha = 1\nmass_kg = 1 | omit `alpha`
+            [analyze-sensitivity]\npoints = 1 | points = 1 is not a whole number from 2 to 100000
+            [analyze-teleoperation]\nplayout = 3 | `playout` has no effect
             [zwidth]\norders = [3] | form:2: orders has 3
             [zwidth]\norders = [] | no order was given
             [zwidth]\nmass_kg = 0 | is not above 0

@@ -8,21 +8,16 @@ use crate::names::option_of;
 use crate::parse::read_whole;
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
-use fracdiff::{Order, Scheme};
 use haptic_experiment::Failure;
 use haptic_experiment::document::{Document, short};
-use haptic_experiment::parameters::analysis::ANALYSED_SCHEME;
 use haptic_experiment::parameters::{
-    DEVICE_MODEL, DRIVE_TABLE, KINDS, MEASUREMENT, ORDER, Parameter, QUESTIONS, Value as Kind,
-    choices, is_path, of_kind,
+    DRIVE_TABLE, KINDS, MEASUREMENT, Parameter, QUESTIONS, Value as Kind, choices, is_path, of_kind,
 };
 use haptic_experiment::run::DeviceModel;
-use haptic_quantity::{did_you_mean, doubt, is_meant, kind_of_key, parse_for_key, without_unit};
+use haptic_quantity::{doubt, kind_of_key, parse_for_key, without_unit};
 use serde::de::DeserializeOwned;
-use std::collections::BTreeMap;
 use std::marker::PhantomData;
-use std::ops::RangeInclusive;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use toml::Value;
 
 /// Options and values of a command, as they were typed.
@@ -148,8 +143,9 @@ impl<N: Named> Args for Options<N> {
             let options = parameters.iter();
             options.map(|parameter| argument(parameter).help_heading(*heading))
         });
-        if !N::TABLES.is_empty() {
-            return command.args(headed);
+        let command = command.args(headed);
+        if !N::VALUES {
+            return command;
         }
         let values = Arg::new(VALUES)
             .num_args(0..)
@@ -179,8 +175,7 @@ impl<N: Named> FromArgMatches for Options<N> {
                 options.push((parameter, text, said));
             }
         }
-        let takes_values = N::TABLES.is_empty();
-        let values = takes_values.then(|| matches.get_many::<String>(VALUES));
+        let values = N::VALUES.then(|| matches.get_many::<String>(VALUES));
         let values = values.flatten().unwrap_or_default();
         Ok(Self {
             options,
@@ -202,25 +197,17 @@ impl<N: Named> Options<N> {
         self
     }
 
-    /// Values for an analysis, which has no document.
-    pub(crate) fn given(self) -> Result<Given, Failure> {
-        let all = N::OPTIONS.concat();
-        let mut given = Given(BTreeMap::new());
+    /// A form of a library, whose fields have the names of keys.
+    pub(crate) fn form<T: DeserializeOwned>(self) -> Result<T, Failure> {
+        let mut values = toml::Table::new();
         for (parameter, text, said) in self.options {
-            let set = given.set("", parameter, &text);
-            set.map_err(|error| refused(&said, error))?;
+            let value = value_of("", parameter, &text).map_err(|error| refused(&said, error))?;
+            if let Some(outside) = parameter.outside(value.as_float()) {
+                return Err(refused(&said, format!("{} = {outside}", parameter.key)));
+            }
+            values.insert(parameter.key.to_owned(), value);
         }
-        for said in &self.values {
-            let (key, text) = said.split_once('=').unwrap_or((said, ""));
-            let Some(parameter) = all.iter().find(|known| is_meant(known.key, key)) else {
-                let known: Vec<&str> = all.iter().map(|known| without_unit(known.key)).collect();
-                let error = format!("no such key: {}", did_you_mean(key, known));
-                return Err(refused(&short(said), error));
-            };
-            let set = given.set(key, parameter, text.trim());
-            set.map_err(|error| refused(&short(said), error))?;
-        }
-        Ok(given)
+        values.try_into().map_err(Failure::bad_input)
     }
 
     pub(crate) fn over(self, mut document: Document) -> Result<Document, Failure> {
@@ -257,100 +244,6 @@ impl<N: Named> Options<N> {
 /// An error with the words that were given.
 fn refused(said: &str, error: String) -> Failure {
     Failure::bad_input(format_args!("{said}: {error}"))
-}
-
-/// Values of an analysis, each in its range.
-#[derive(Clone, Debug)]
-pub(crate) struct Given(BTreeMap<&'static str, Value>);
-
-impl Given {
-    fn set(&mut self, written: &str, parameter: &Parameter, text: &str) -> Result<(), String> {
-        let value = value_of(written, parameter, text)?;
-        if let Kind::Number(..) = parameter.value {
-            let outside = parameter.outside(value.as_float());
-            let said = outside.map(|said| format!("{} = {said}", parameter.key));
-            said.map_or(Ok(()), Err)?;
-        }
-        match self.0.insert(parameter.key, value) {
-            None => Ok(()),
-            Some(_) => Err("is given twice: give it once".to_owned()),
-        }
-    }
-
-    /// A form of a library, whose fields have the names of keys.
-    pub(crate) fn form<T: DeserializeOwned>(self) -> Result<T, Failure> {
-        let values = self
-            .0
-            .into_iter()
-            .map(|(key, value)| (key.to_owned(), value));
-        let form = Value::Table(values.collect()).try_into();
-        form.map_err(Failure::bad_input)
-    }
-
-    pub(crate) fn has(&self, parameter: &Parameter) -> bool {
-        self.0.contains_key(parameter.key)
-    }
-
-    /// A number, its default, or neither.
-    pub(crate) fn number(&self, parameter: &Parameter) -> Option<f64> {
-        let given = self.0.get(parameter.key).and_then(Value::as_float);
-        given.or(Some(parameter.default_number()).filter(|default| !default.is_nan()))
-    }
-
-    pub(crate) fn needed(&self, parameter: &Parameter) -> Result<f64, Failure> {
-        self.number(parameter)
-            .ok_or_else(|| Failure::bad_input(format_args!("{parameter} is missing: give it")))
-    }
-
-    pub(crate) fn count(
-        &self,
-        parameter: &Parameter,
-        range: RangeInclusive<i64>,
-    ) -> Result<u32, Failure> {
-        let default = || i64::try_from(parameter.default_count()).ok();
-        let given = self.0.get(parameter.key);
-        let count = given.map_or_else(default, Value::as_integer);
-        let within = count.filter(|count| range.contains(count));
-        within
-            .and_then(|count| u32::try_from(count).ok())
-            .ok_or_else(|| {
-                let (least, most) = range.into_inner();
-                Failure::bad_input(format_args!(
-                    "--{} = {} is not a whole number from {least} to {most}: change it",
-                    option_of(parameter.key),
-                    count.unwrap_or_default()
-                ))
-            })
-    }
-
-    pub(crate) fn text(&self, parameter: &Parameter) -> &str {
-        let given = self.0.get(parameter.key).and_then(Value::as_str);
-        given.unwrap_or(parameter.shown)
-    }
-
-    /// True if a flag was given and is not off.
-    pub(crate) fn flag(&self, parameter: &Parameter) -> bool {
-        self.0
-            .get(parameter.key)
-            .and_then(Value::as_bool)
-            .unwrap_or(false)
-    }
-
-    pub(crate) fn scheme(&self) -> Result<Scheme, Failure> {
-        self.text(&ANALYSED_SCHEME).parse().map_err(Failure::input)
-    }
-
-    /// The order of a wall or a coupler.
-    pub(crate) fn order(&self) -> Result<Order, Failure> {
-        Order::new(self.needed(&ORDER)?).map_err(Failure::input)
-    }
-
-    /// The device file, if one was named.
-    pub(crate) fn device(&self) -> Result<Option<DeviceModel>, Failure> {
-        let name = Some(self.text(&DEVICE_MODEL)).filter(|name| !name.is_empty());
-        let file = name.map(|name| DeviceModel::find(Path::new(name)));
-        Ok(file.transpose()?)
-    }
 }
 
 /// The table of a document that has this key.
@@ -431,34 +324,35 @@ impl DeviceModelArguments {
 pub(crate) mod keys {
     use haptic_experiment::parameters::analysis as a;
     use haptic_experiment::parameters::{
-        AGAINST, ARCHITECTURE, AREA, BONDED, CONTACT, CONTROL_DESIGN, CONTROL_LOOP, CONTROLLER,
-        COUPLER_DAMPING, COUPLER_SPRING, CREEP_CONTACT, CREEP_DURATION, CURRENT_LAG, DAMPING,
-        DELAY, DEPTH, DESIGN_ORDERS, DEVICE, DEVICE_MODEL, DISSIPATION, FORCE, FORCE_NOISE_LIMIT,
-        GAIN_MARGIN, GUARD, HALF_ANGLE, HAND_COUPLER_DISSIPATION, HAND_COUPLER_ORDER,
-        HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, HELD, INDENTER_RADIUS, LIBRARY, LINE_DELAY,
+        AGAINST, AREA, BONDED, CONTACT, CONTROL_DESIGN, CONTROL_LOOP, CONTROLLER, CREEP_CONTACT,
+        CREEP_DURATION, DAMPING, DELAY, DEPTH, DESIGN_ORDERS, DEVICE, DEVICE_MODEL, FORCE,
+        FORCE_NOISE_LIMIT, GAIN_MARGIN, GUARD, HALF_ANGLE, HAND_STIFFNESS, HELD, INDENTER_RADIUS,
         LOADING, LOOP, MASS, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT,
-        MEASURE_SAMPLE_TIME, ONE_SIDED, ORDER, PIECE_ORDER, PLANT_RECORD, PUSH, Parameter,
-        RAMP_TIME, RECORD, RELAX_DURATION, REQUIRE, SAMPLE_TIME, SCHEME, SLAVE_DAMPING, SLAVE_MASS,
-        STIFFNESS, STRAIN, STRESS, THICKNESS, TISSUE, TRIAL_FORCE_LIMIT, WALL_CONTACT,
-        WAVE_IMPEDANCE, WISH, WISH_FREQUENCY, WISH_TISSUE, ZWIDTH_ORDERS, ZWIDTH_POINTS,
+        MEASURE_SAMPLE_TIME, ONE_SIDED, PIECE_ORDER, PLANT_RECORD, PUSH, Parameter, RAMP_TIME,
+        RECORD, RELAX_DURATION, REQUIRE, SAMPLE_TIME, SCHEME, STRAIN, STRESS, THICKNESS, TISSUE,
+        TRIAL_FORCE_LIMIT, WALL_CONTACT, WISH, WISH_FREQUENCY, WISH_TISSUE, ZWIDTH_ORDERS,
+        ZWIDTH_POINTS,
     };
 
     /// A command whose options are made from tables of parameters.
     pub(crate) trait Named {
         /// In the order of the help, in groups. The first is what most runs change, and all that `-h` shows.
         const OPTIONS: &'static [&'static [&'static Parameter]];
-        /// More of them under headings, of a command that takes files in place of `KEY=VALUE`; `-h` shows all.
+        /// More of them under headings; `-h` shows all.
         const TABLES: &'static [&'static [(&'static str, &'static [Parameter])]];
+        /// False of a command that takes files in place of `KEY=VALUE`.
+        const VALUES: bool;
     }
 
     macro_rules! named {
-        ($($command:ident: $groups:expr $(, $tables:expr)?;)*) => {$(
+        ($($command:ident: $groups:expr $(, $tables:expr $(, $values:literal)?)?;)*) => {$(
             #[derive(Clone, Debug)]
             pub(crate) struct $command;
 
             impl Named for $command {
                 const OPTIONS: &'static [&'static [&'static Parameter]] = $groups;
                 const TABLES: &'static [&'static [(&'static str, &'static [Parameter])]] = &[$($tables)?];
+                const VALUES: bool = Self::TABLES.is_empty() $($(|| $values)?)?;
             }
         )*};
     }
@@ -468,47 +362,8 @@ pub(crate) mod keys {
     const RIG: &[&Parameter] =
         &[&AREA, &THICKNESS, &LOADING, &INDENTER_RADIUS, &CONTROLLER, &LOOP, &DEVICE_MODEL, &GUARD];
 
-    /// Mass of a device that is analysed.
-    pub(crate) const ANALYSED_MASS: Parameter = MASS.without_default();
-    pub(crate) const ANALYSED_DAMPING: Parameter = DAMPING.without_default();
-    pub(crate) const ANALYSED_HAND: Parameter = HAND_STIFFNESS.without_default();
-    /// Sample time of what is analysed.
-    pub(crate) const ANALYSED_SAMPLE_TIME: Parameter = SAMPLE_TIME.without_default();
-    /// Delay of what is analysed.
-    pub(crate) const ANALYSED_DELAY: Parameter = DELAY.without_default();
-    /// Current lag of what is analysed.
-    pub(crate) const ANALYSED_LAG: Parameter = CURRENT_LAG.without_default();
-
-    /// A wall on a device.
-    const ON_WALL: &[&Parameter] = &[
-        &ORDER,
-        &a::ANALYSED_SCHEME,
-        &DEVICE_MODEL,
-        &ANALYSED_MASS,
-        &ANALYSED_DAMPING,
-        &ANALYSED_HAND,
-        &ANALYSED_SAMPLE_TIME,
-        &STIFFNESS,
-        &DISSIPATION,
-        &ANALYSED_DELAY,
-        &ANALYSED_LAG,
-    ];
-    const WITHOUT_UNITS: &[&Parameter] =
-        &[&a::ALPHA, &a::BETA, &a::DELTA, &a::GAMMA, &a::DELAY_SAMPLES];
-
     /// A tissue, if one is named.
     pub(crate) const NO_TISSUE: Parameter = TISSUE.without_default();
-
-    const ENVIRONMENT: &[&Parameter] = &[
-        &ORDER,
-        &a::ANALYSED_SCHEME,
-        &STIFFNESS,
-        &DISSIPATION,
-        &ANALYSED_SAMPLE_TIME,
-        &a::OMEGA_MIN,
-        &a::OMEGA_MAX,
-        &a::POINTS,
-    ];
 
     named! {
         Relax: &[
@@ -540,17 +395,12 @@ pub(crate) mod keys {
             &MEASURE_SAMPLE_TIME, &HELD, &DEVICE_MODEL, &MASS, &DAMPING,
         ]];
         // Of `analyze`.
-        Wall: &[ON_WALL, WITHOUT_UNITS];
-        Sensitivity: &[ON_WALL, &[&a::SENSITIVITY_POINTS], WITHOUT_UNITS];
-        Environment: &[ENVIRONMENT];
-        Transparency: &[ENVIRONMENT, &[
-            &DEVICE_MODEL, &ANALYSED_MASS, &ANALYSED_DAMPING, &ANALYSED_DELAY, &ANALYSED_LAG,
-            &a::DELAY_SAMPLES,
-        ]];
-        Coupling: &[&[
-            &ORDER, &a::ANALYSED_SCHEME, &COUPLER_DAMPING, &COUPLER_SPRING,
-            &ANALYSED_SAMPLE_TIME, &ANALYSED_DAMPING,
-        ]];
+        Wall: &[], a::ON_WALL, true;
+        Sensitivity: &[], a::SENSITIVITY, true;
+        Environment: &[], a::ENVIRONMENT, true;
+        Transparency: &[], a::TRANSPARENCY, true;
+        Coupling: &[], a::COUPLING, true;
+        Hands: &[], a::HANDS, true;
         // Of `identify` and `control`.
         ControlPlant: &[], CONTROL_LOOP.split_at(1).0;
         ControlDesign: &[], CONTROL_DESIGN;
@@ -558,14 +408,5 @@ pub(crate) mod keys {
         ControlSimulate: &[], CONTROL_LOOP;
         Record: &[], RECORD;
         PlantRecord: &[], PLANT_RECORD;
-        // Two hands over a line; then their devices, and the tissue.
-        Hands: &[&[
-            &ARCHITECTURE, &LINE_DELAY, &HAND_COUPLER_STIFFNESS, &HAND_COUPLER_DISSIPATION,
-            &HAND_COUPLER_ORDER, &WAVE_IMPEDANCE, &a::PLAYOUT_SAMPLES, &a::BEST, &TISSUE,
-            &a::FELT_LOW, &a::FELT_HIGH, &a::FELT_POINTS,
-        ], &[
-            &MASS, &DAMPING, &SLAVE_MASS, &SLAVE_DAMPING, &SAMPLE_TIME, &LIBRARY, &AREA,
-            &THICKNESS,
-        ]];
     }
 }

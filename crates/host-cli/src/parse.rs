@@ -4,9 +4,9 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::error::ErrorKind;
 use clap::{Arg, Command, Error};
 use fracdiff::parameter::Shown;
-use fracdiff::{Order, Scheme, Seconds};
+use fracdiff::{Order, Scheme};
+use haptic_experiment::Named;
 use haptic_experiment::parameters::{Parameter, Range, in_degrees};
-use haptic_experiment::{Failure, Named};
 use haptic_quantity::{WrittenUnit, doubt, parse_for_key, written};
 use std::ffi::OsStr;
 use std::ops::RangeInclusive;
@@ -133,23 +133,6 @@ pub(crate) fn order() -> impl TypedValueParser<Value = Order> {
 pub(crate) fn parse_scheme(text: &str) -> Result<Scheme, String> {
     text.parse()
         .map_err(|error: fracdiff::SchemeError| error.to_string())
-}
-
-/// The sample time for an operator without units, which matters only to a scheme with frequencies in Hz.
-pub(crate) fn sample_time_of(scheme: Scheme, given_s: Option<f64>) -> Result<Seconds, Failure> {
-    match (scheme, given_s) {
-        (Scheme::Oustaloup { .. }, None) => Err(Failure::bad_input(format_args!(
-            "scheme {scheme} has frequencies in Hz: give --sample-time, as in 1ms"
-        ))),
-        _ => Ok(Seconds(given_s.unwrap_or(1.0))),
-    }
-}
-
-/// T^(−μ), if the sample time is in the range that operators take.
-pub(crate) fn rate(sample_time: Seconds, mu: Order) -> Result<f64, Failure> {
-    sample_time
-        .rate_to_the(mu)
-        .map_err(|error| Failure::input_with_advice(error, "give --sample-time, as in 1ms"))
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ analysis
 control
     Fractional transfer functions, controllers, tuning.
 experiment
-    Relaxation, creep, walls, couplers, touches of shapes, Z-width, design.
+    Relaxation, creep, walls, couplers, touches of shapes, Z-width, design, analyses.
 log
     Logs of runs as pandas tables.
 plot

@@ -30,9 +30,26 @@ if TYPE_CHECKING:
     import pandas
     from numpy.typing import NDArray
 
-    from fractional_haptics.tissue import Material
-
-__all__ = ["Answer", "Run", "RunFault", "coupler", "creep", "design", "relax", "touch", "wall", "zwidth"]
+__all__ = [
+    "Answer",
+    "Run",
+    "RunFault",
+    "analyze_coupling",
+    "analyze_environment",
+    "analyze_passivity",
+    "analyze_sensitivity",
+    "analyze_stability",
+    "analyze_stability_region",
+    "analyze_teleoperation",
+    "analyze_transparency",
+    "coupler",
+    "creep",
+    "design",
+    "relax",
+    "touch",
+    "wall",
+    "zwidth",
+]
 
 Progress = Callable[[int], object]
 
@@ -150,8 +167,8 @@ def _described(rows: Iterable[tuple[str, str, Any, bool, str, str]]) -> str:
     for _section, key, default, required, allowed, text in rows:
         if required:
             kind = "float"
-        elif allowed == "a list":
-            kind, allowed = "list of float, optional", ""
+        elif allowed.startswith("a list"):
+            kind, allowed = "list of float, optional", allowed.removeprefix("a list").removeprefix(" of numbers ")
         elif default is None:
             kind = "float, optional"
         else:
@@ -260,104 +277,60 @@ touch = _experiment(
 
 def _answer(kind: str, parameters: dict[str, Any], progress: Progress | None) -> Answer:
     given = {key: value for key, value in parameters.items() if value is not None}
-    return Answer(_native.answer(kind, given, _told(progress)))
-
-
-def zwidth(
-    *,
-    orders: Iterable[float] = (0.0, 0.5, 1.0, 1.5, 2.0),
-    points: int = 21,
-    progress: Progress | None = None,
-    **parameters: Any,
-) -> Answer:
-    """Z-width: the stiffest walls that a device renders, by trying.
-
-    Parameters
-    ----------
-    orders : iterable of float
-        Orders of the dissipation, 0 to 2.
-    points : int, default 21
-        Dissipations for each order, from 0 to the largest stable one.
-    progress : callable, optional
-        Called with the number of walls done; or a bar of ``tqdm``.
-    <parameters>
-
-    Returns
-    -------
-    Answer
-        A dict as ``host-cli zwidth --json``: ``orders[i]["boundary"][k]`` has ``dissipation``, ``stiffness_max`` (N/m),
-        ``analysis_stiffness_n_per_m`` and more. After Ctrl-C ``KeyboardInterrupt``.
-
-    Raises
-    ------
-    ValueError
-        A parameter that is unknown or outside its range.
-    RuntimeError
-        A device that failed.
-    """
-    return _answer("zwidth", {"orders": list(orders), "points": points, **parameters}, progress)
-
-
-def design(
-    *,
-    wish: str = "stiffest-wall",
-    tissue: Material | None = None,
-    area_m2: float | None = None,
-    thickness_m: float | None = None,
-    frequency_hz: float | None = None,
-    gain_margin: float | None = 2.0,
-    orders: Iterable[float] | None = None,
-    force_noise_limit_n: float | None = None,
-    progress: Progress | None = None,
-    **parameters: Any,
-) -> Answer:
-    """The best wall for a device, and the order that does it: computed, then tried.
-
-    Parameters
-    ----------
-    wish : {"stiffest-wall", "most-damping", "tissue"}
-        What is wanted most.
-    tissue : Material, optional
-        For ``tissue``: the one that is to be rendered.
-    area_m2, thickness_m : float, optional
-        Its specimen, a slab of the usual size unless they or ``loading`` say otherwise.
-    frequency_hz : float, optional
-        Frequency of ``most-damping``, and where orders are compared for a tissue (1 Hz).
-    gain_margin : float or None, default 2
-        Factor by which a stable wall could grow before it is unstable; None asks for passivity instead.
-    orders : iterable of float, optional
-        Orders to try, 0 to 2; without them 0, 0.25, … 2 and finer ones around the best.
-    force_noise_limit_n : float, optional
-        Largest noise of the force that encoder steps and sensor noise may make, rms; without it 5 % of the push.
-    progress : callable, optional
-        Called with the number of orders done; or a bar of ``tqdm``.
-    <parameters>
-
-    Returns
-    -------
-    Answer
-        A dict as ``host-cli design --json``: ``candidates``, ``best`` (None without any), ``simulated``, ``experiment_text`` and more.
-
-    Raises
-    ------
-    ValueError
-        A parameter that is unknown or outside its range.
-    """
-    asked = {"wish": wish, "frequency_hz": frequency_hz, "gain_margin": gain_margin, **parameters}
-    asked["orders"] = None if orders is None else list(orders)
-    asked["require"] = "passive" if gain_margin is None else None
-    asked["force_noise_limit_n"] = force_noise_limit_n
-    if tissue is None:
-        return _answer("design", asked, progress)
-    asked.update(area_m2=area_m2, thickness_m=thickness_m)
+    tissue = given.get("tissue")
+    if not hasattr(tissue, "to_toml"):
+        return Answer(_native.answer(kind, given, progress))
     with tempfile.TemporaryDirectory(prefix="fractional-haptics-") as folder:
-        asked["tissue"] = Path(folder) / "tissue.toml"
-        asked["tissue"].write_text(tissue.to_toml(), encoding="utf-8")
-        return _answer("design", asked, progress)
+        file = Path(folder) / "tissue.toml"
+        file.write_text(tissue.to_toml(), encoding="utf-8")
+        return _answer(kind, {**given, "tissue": file}, progress)
 
 
-for _function in (zwidth, design):
-    _own = inspect.signature(_function).parameters
-    _rows = _native.experiment_parameters(_function.__name__)
-    _signature(_function, [row for row in _rows if row[1] not in {*_own, "require", "library"}])
-del _function, _own, _rows
+_QUESTION = """{what}
+
+Parameters
+----------
+progress : callable, optional
+    Called with the number of steps done; or a bar of ``tqdm``.
+<parameters>
+
+Returns
+-------
+Answer
+    A dict as ``host-cli {command} --json``. After Ctrl-C ``KeyboardInterrupt``.
+
+Raises
+------
+ValueError
+    A parameter that is unknown, missing or outside its range.
+RuntimeError
+    A device that failed, a wish that nothing meets.
+
+Notes
+-----
+A tissue is a name, a file or a `Material`.
+"""
+
+
+def _question(kind: str, what: str) -> Callable[..., Answer]:
+    """The function of a question of a kind."""
+
+    def function(*, progress: Progress | None = None, **parameters: Any) -> Answer:
+        return _answer(kind, parameters, _told(progress))
+
+    function.__name__ = function.__qualname__ = kind.replace("-", "_")
+    function.__doc__ = _QUESTION.format(what=what, command=kind.replace("analyze-", "analyze "))
+    _signature(function, _native.experiment_parameters(kind))
+    return function
+
+
+zwidth = _question("zwidth", "Z-width: the stiffest walls that a device renders, by trying.")
+design = _question("design", "The best wall or coupler for a device, and the order that does it: computed, then tried.")
+analyze_environment = _question("analyze-environment", "Stiffness and damping of a wall alone, over the frequency.")
+analyze_stability = _question("analyze-stability", "The verdict on a wall: is it stable, and by which margins?")
+analyze_stability_region = _question("analyze-stability-region", "All stable walls of an order on a device.")
+analyze_passivity = _question("analyze-passivity", "The verdict on a wall: is it passive, and which damping does that need?")
+analyze_coupling = _question("analyze-coupling", "The verdict on a virtual coupler: is it passive, and which damping does that need?")
+analyze_teleoperation = _question("analyze-teleoperation", "Two hands over a line: up to which delay are they stable, and what is felt?")
+analyze_transparency = _question("analyze-transparency", "Stiffness and damping of a wall as they are felt through a device.")
+analyze_sensitivity = _question("analyze-sensitivity", "By how much a loop amplifies errors of its model, over the frequency.")

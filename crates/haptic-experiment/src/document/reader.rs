@@ -4,8 +4,10 @@ use super::error::{FileError, Source};
 use crate::document::named::Named;
 use crate::document::parameters::{Parameter, Range, Value, in_degrees, is_path};
 use fracdiff::parameter::Shown;
+use fracdiff::{Order, Scheme, SchemeError};
 use haptic_quantity::did_you_mean;
 use haptic_quantity::short;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
@@ -312,6 +314,36 @@ impl<'a> Table<'a> {
             );
             found.fail(reason)
         })
+    }
+
+    /// An order, or its default; one without a default must be there.
+    pub(crate) fn order(&self, parameter: &Parameter) -> Result<Order, FileError> {
+        let number = match parameter.default_number().is_nan() {
+            true => self.required(parameter),
+            false => self.number(parameter),
+        };
+        Order::new(number?).map_err(|error| self.fail_at(parameter.key, error.to_string()))
+    }
+
+    pub(crate) fn scheme(&self, parameter: &Parameter) -> Result<Scheme, FileError> {
+        let scheme = short(self.text(parameter)?).parse();
+        scheme.map_err(|error: SchemeError| self.fail_at(parameter.key, error.to_string()))
+    }
+
+    /// A whole number in a range.
+    pub(crate) fn count_in(
+        &self,
+        parameter: &Parameter,
+        range: RangeInclusive<u64>,
+    ) -> Result<usize, FileError> {
+        let (key, count) = (parameter.key, self.count(parameter)?);
+        if range.contains(&count) {
+            return Ok(count as usize);
+        }
+        let (least, most) = range.into_inner();
+        let reason =
+            format!("{key} = {count} is not a whole number from {least} to {most}: change it");
+        Err(self.fail_at(key, reason))
     }
 
     pub(crate) fn flag(&self, parameter: &Parameter) -> Result<bool, FileError> {

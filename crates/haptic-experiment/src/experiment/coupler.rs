@@ -117,10 +117,8 @@ pub(crate) struct CouplerExperiment {
 /// `[coupler]`: device, coupler, object and trial.
 pub(crate) fn coupler(table: &Table<'_>) -> Result<CouplerExperiment, FileError> {
     let setup = setup(table, &COUPLER_MUST_BE_STABLE)?;
-    let order = table.required(&COUPLER_ORDER)?;
-    let wrong = |reason: String| table.fail_at("order", reason);
-    let order = Order::new(order).map_err(|error| wrong(error.to_string()))?;
-    let run = deflection_order(order).map_err(|error| wrong(error.to_string()))?;
+    let order = table.order(&COUPLER_ORDER)?;
+    let run = deflection_order(order).map_err(|error| table.fail_at("order", error.to_string()))?;
     let (t, duration_s) = (setup.device.sample_time.0, setup.plan.duration_s);
     let coupler = CouplerExperiment {
         setup,

@@ -1,6 +1,7 @@
 //! Keys of every table: the device and its file, its sensors, the operator, the tissue, and how many samples there are.
 
 use super::kind::Conduct;
+use crate::document::Document;
 use crate::document::error::{FileError, text_of};
 use crate::document::parameters as p;
 use crate::document::parameters::{DEVICE, Parameter, SENSOR_NOISE};
@@ -18,7 +19,7 @@ use haptic_link::Limits;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use haptic_loop::{Loading, LoadingKind, ParameterError};
-use haptic_quantity::{label, short};
+use haptic_quantity::label;
 use haptic_tissue::{Library, Material, Model};
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -45,23 +46,9 @@ pub(crate) fn remote_by(
         );
         return Err(table.fail_at("watchdog_s", reason));
     }
-    let late_ticks = table.count(&p::LATE_TICKS)?;
-    let late_ticks = u16::try_from(late_ticks).map_err(|_| {
-        table.fail_at(
-            "late_ticks",
-            format!("late_ticks = {late_ticks} is above 65535"),
-        )
-    })?;
-    let default = Limits::DEFAULT.max_age_ticks;
-    let max_age_ticks = table.count(&p::MAX_AGE_TICKS)?;
-    let most = Limits::MAX_AGE_TICKS;
-    let max_age_ticks = u16::try_from(max_age_ticks)
-        .ok()
-        .filter(|ticks| (1..=most).contains(ticks));
-    let max_age_ticks = max_age_ticks.ok_or_else(|| {
-        let reason = format!("max_age_ticks is not in [1, {most}]: omit it for {default}");
-        table.fail_at("max_age_ticks", reason)
-    })?;
+    let late_ticks = table.count_in(&p::LATE_TICKS, 0..=u64::from(u16::MAX))? as u16;
+    let most = u64::from(Limits::MAX_AGE_TICKS);
+    let max_age_ticks = table.count_in(&p::MAX_AGE_TICKS, 1..=most)? as u16;
     let Some(name) = device.0 else {
         // A file may say them for the device that is given with it.
         let idle = [&p::LOOP, &p::WATCHDOG, &p::LATE_TICKS, &p::MAX_AGE_TICKS];
@@ -143,13 +130,11 @@ pub(crate) fn scheme(
     sample_time_s: f64,
     duration_s: f64,
 ) -> Result<Scheme, FileError> {
-    let fail = |error: String| table.fail_at("scheme", error);
-    let scheme = short(table.text(&p::SCHEME)?).parse();
-    let scheme = scheme.map_err(|error: fracdiff::SchemeError| fail(error.to_string()))?;
+    let scheme = table.scheme(&p::SCHEME)?;
     let horizon = crate::run::schedule::horizon((duration_s / sample_time_s) as u64);
     match operator::<f64>(model, scheme, order, Seconds(sample_time_s), horizon) {
         Ok(_) => Ok(scheme),
-        Err(error) => Err(fail(error.to_string())),
+        Err(error) => Err(table.fail_at("scheme", error.to_string())),
     }
 }
 
@@ -255,22 +240,8 @@ pub(crate) fn piece(table: &Table<'_>) -> Result<TissuePiece, FileError> {
     };
     let material = ModelledTissue::new(material.map_err(|error| wrong(error.to_string()))?);
     let material = material.map_err(|error| wrong(error.to_string()))?;
-    pressed(material, loading(table)?).map_err(|(parameter, reason)| match parameter {
-        Some(parameter) => table.fail_at(parameter.key, reason),
-        None => table.fail(reason),
-    })
-}
-
-/// A piece of this tissue, pressed as given; sizes of a slab that are not given have their
-/// defaults.
-///
-/// # Errors
-/// Why such a piece is impossible, and the key to change if a single one is the cause.
-pub fn pressed(
-    material: ModelledTissue,
-    given: Loading,
-) -> Result<TissuePiece, (Option<&'static Parameter>, String)> {
     // A size with a default is one of a slab only.
+    let given = loading(table)?;
     let usual = |parameter: Parameter| {
         let slab = given.kind.is_slab();
         slab.then_some(parameter.default_number())
@@ -281,9 +252,26 @@ pub fn pressed(
         ..given
     };
     TissuePiece::new(material, loading).map_err(|error| match of_loading(&error) {
-        Some((parameter, remedy)) => (Some(parameter), format!("{error}: {remedy} {parameter}")),
-        None => (None, error.to_string()),
+        Some((parameter, remedy)) => {
+            table.fail_at(parameter.key, format!("{error}: {remedy} {parameter}"))
+        }
+        None => table.fail(error.to_string()),
     })
+}
+
+/// The piece of the tissue that a document names; `None` where it names none.
+///
+/// # Errors
+/// Keys that say nothing of a piece, a tissue that there is not, sizes that its loading does not
+/// have.
+pub fn pressed(document: &Document) -> Result<Option<TissuePiece>, FileError> {
+    let parsed = document.parse()?;
+    let mut tables = parsed.tables(&[document.kind()?], "")?.into_iter();
+    let table = tables
+        .next()
+        .map(|(_, table)| table.with_keys(&[("", p::PIECE)]));
+    let named = table.transpose()?.filter(|table| table.has(&p::TISSUE));
+    named.as_ref().map(piece).transpose()
 }
 
 /// The loading of a specimen, as far as the keys give it.

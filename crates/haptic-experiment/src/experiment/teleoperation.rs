@@ -55,7 +55,6 @@ use haptic_link::{Architecture, HandSide};
 use haptic_loop::SafetyChain;
 use haptic_loop::plant::{MassDamperConfig, SUB_STEPS};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
-use haptic_quantity::short;
 use haptic_teleoperation::{ChannelModel, CouplerGains, Port, PortLaw, Settings};
 pub use line::End;
 pub use side::{FarReport, Terms};
@@ -416,8 +415,6 @@ pub(crate) fn teleoperation(table: &Table<'_>) -> Result<TeleoperationExperiment
     let slave_mass = table.number_if(&SLAVE_MASS)?.unwrap_or(mass);
     let slave_damping = table.number_if(&SLAVE_DAMPING)?.unwrap_or(damping);
     let window_s = table.number(&TELEOPERATION_WINDOW)?;
-    let order = table.number(&HAND_COUPLER_ORDER)?;
-    let scheme = short(table.text(&SCHEME)?).parse();
     let experiment = TeleoperationExperiment {
         master: device(mass, damping),
         slave: device(slave_mass, slave_damping),
@@ -432,7 +429,7 @@ pub(crate) fn teleoperation(table: &Table<'_>) -> Result<TeleoperationExperiment
             stiffness_n_per_m: table.number(&HAND_COUPLER_STIFFNESS)?,
             dissipation_n_s_mu_per_m: table.number(&HAND_COUPLER_DISSIPATION)?,
         },
-        order: Order::new(order).map_err(|error| table.fail_at("order", error.to_string()))?,
+        order: table.order(&HAND_COUPLER_ORDER)?,
         wave_impedance_n_s_per_m: table.number(&WAVE_IMPEDANCE)?,
         playout_samples: playout(table, t)?,
         channel: ChannelModel {
@@ -443,8 +440,7 @@ pub(crate) fn teleoperation(table: &Table<'_>) -> Result<TeleoperationExperiment
         },
         seed: table.count(&LINE_SEED)?,
         silence_s: table.number(&SILENCE)?,
-        scheme: scheme
-            .map_err(|error: fracdiff::SchemeError| table.fail_at("scheme", error.to_string()))?,
+        scheme: table.scheme(&SCHEME)?,
         duration_s: table.number(&TELEOPERATION_DURATION)?,
         window_s,
         force_limit_n: table.number(&FORCE_LIMIT)?,
@@ -463,11 +459,7 @@ fn motion(table: &Table<'_>, window_s: f64) -> Result<HandMotion, FileError> {
         let reason = format!("low_hz = {low} is above high_hz = {high}");
         return Err(table.fail_at("low_hz", reason));
     }
-    let count = table.count(&FREQUENCIES)?;
-    if !(1..=100).contains(&count) {
-        let reason = format!("frequencies = {count} is not in [1, 100]");
-        return Err(table.fail_at("frequencies", reason));
-    }
+    let count = table.count_in(&FREQUENCIES, 1..=100)? as u64;
     Ok(HandMotion {
         press_m: table.number(&PRESS)?,
         amplitude_m: table.number(&AMPLITUDE)?,
@@ -482,12 +474,11 @@ fn place(table: &Table<'_>) -> Result<RemotePlace, FileError> {
             one_sided: false,
         });
     }
-    let order = Order::new(table.number(&PLACE_ORDER)?);
     Ok(RemotePlace {
         matter: Matter::Wall {
             stiffness_n_per_m: table.number(&PLACE_STIFFNESS)?,
             dissipation_n_s_mu_per_m: table.number(&PLACE_DISSIPATION)?,
-            order: order.map_err(|error| table.fail_at("wall_order", error.to_string()))?,
+            order: table.order(&PLACE_ORDER)?,
         },
         one_sided: table.flag(&PLACE_ONE_SIDED)?,
     })

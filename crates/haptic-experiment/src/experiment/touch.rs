@@ -37,7 +37,7 @@ use crate::run::safety::safety;
 use crate::run::safety::{GuardChoice, Safety, workspace};
 use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
-use fracdiff::{Order, Scheme, Seconds};
+use fracdiff::{Scheme, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
@@ -343,11 +343,10 @@ fn matter(table: &Table<'_>) -> Result<Matter, FileError> {
     if !table.text(&TOUCH_TISSUE)?.is_empty() {
         return Ok(Matter::Tissue(piece(table)?));
     }
-    let order = Order::new(table.number(&TOUCH_ORDER)?);
     Ok(Matter::Wall {
         stiffness_n_per_m: table.number(&TOUCH_STIFFNESS)?,
         dissipation_n_s_mu_per_m: table.number(&TOUCH_DISSIPATION)?,
-        order: order.map_err(|error| table.fail_at("order", error.to_string()))?,
+        order: table.order(&TOUCH_ORDER)?,
     })
 }
 

@@ -116,8 +116,7 @@ pub(crate) fn contact(table: &Table<'_>) -> Result<WallContact, FileError> {
 /// `[wall]`: device, wall and trial.
 pub(crate) fn wall(table: &Table<'_>) -> Result<WallExperiment, FileError> {
     let setup = setup(table, &MUST_BE_STABLE)?;
-    let order = table.required(&ORDER)?;
-    let order = Order::new(order).map_err(|error| table.fail_at("order", error.to_string()))?;
+    let order = table.order(&ORDER)?;
     let (t, duration_s) = (setup.device.sample_time.0, setup.plan.duration_s);
     let scheme = scheme(table, None, order, t, duration_s)?;
     let stiffness = table.required(&STIFFNESS)?;

@@ -59,12 +59,7 @@ pub fn tables(file: &str) -> Vec<Keys> {
     }
 }
 
-const QUESTION_TABLES: &[Keys] = &[
-    ("zwidth", question::zwidth::ZWIDTH),
-    ("design", question::design::DESIGN),
-    ("zwidth and design, the device", question::bench::BENCH),
-    ("device measure", question::measurement::MEASURE),
-];
+const QUESTION_TABLES: &[Keys] = &[("device measure", question::measurement::MEASURE)];
 
 const CONTROLLER_TABLES: &[Keys] = &[
     ("[pid]", PID),
@@ -137,100 +132,56 @@ pub fn choices(parameter: &Parameter) -> Vec<(&'static str, &'static str)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use haptic_loop::Limit;
+    use haptic_quantity::parse_for_key;
+    use std::collections::BTreeSet;
+
+    /// As a person reads it.
+    fn is_shown(key: &str, shown: &str, default: f64) {
+        let number = parse_for_key(key, shown).expect("a quantity");
+        let close = (number - default).abs() <= 1e-15 * default.abs();
+        assert!(close, "{key}: {shown} is {number}, not {default}");
+    }
 
     #[test]
-    fn there_is_one_default_sample_time() {
+    fn a_table_has_no_key_twice_and_every_default_is_one_that_may_be_given_as_it_is_shown() {
         let kinds = KINDS.into_iter().chain(QUESTIONS).chain([MEASUREMENT]);
-        let all = kinds.flat_map(of_kind).flat_map(|(_, table)| table.iter());
-        let sample_times = all.filter(|parameter| parameter.key == "sample_time_s");
-        let defaults: Vec<f64> = sample_times.map(Parameter::default_number).collect();
-        assert!(
-            defaults.len() > 6 && defaults.iter().all(|&t| t.to_bits() == 1e-3_f64.to_bits()),
-            "{defaults:?}"
-        );
-    }
-
-    #[test]
-    fn a_table_has_no_key_twice_and_every_default_is_in_its_range() {
-        for kind in KINDS.into_iter().chain(QUESTIONS).chain([MEASUREMENT]) {
-            let all: Vec<Parameter> = of_kind(kind)
-                .iter()
-                .flat_map(|(_, table)| *table)
-                .copied()
-                .collect();
-            for (n, parameter) in all.iter().enumerate() {
-                assert!(
-                    all[..n].iter().all(|other| other.key != parameter.key),
-                    "{}",
-                    parameter.key
-                );
-                if let Value::Number(Some(default), range) = parameter.value {
-                    assert!(range.contains(default), "{}: {default}", parameter.key);
-                }
-                if let (Value::List(_), false) = (parameter.value, parameter.shown.is_empty()) {
-                    let wanted = parameter.shown.matches(',').count() + 1;
-                    assert_eq!(
-                        parameter.default_numbers().len(),
-                        wanted,
-                        "{}",
-                        parameter.key
-                    );
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn a_default_is_shown_as_the_number_it_is() {
-        use crate::experiment::drive::DRIVE;
-        use crate::experiment::rendering::{CREEP, RELAX, RENDERING};
-        use crate::experiment::wall::{WALL, WALL_REQUIRED};
-        use haptic_loop::Limit;
-        use haptic_quantity::parse_for_key;
-        use question::measurement::MEASURE;
-        let all = [RELAX, CREEP, RENDERING, DRIVE, MEASURE, WALL_REQUIRED, WALL].concat();
-        let numbers = all.iter().filter_map(|parameter| {
-            let Value::Number(default, _) = parameter.value else {
-                return None;
-            };
-            Some((parameter.key, parameter.shown, default?))
-        });
-        let limits = Limit::ALL.into_iter().filter_map(|limit| {
-            let (_, shown) = limit.help().split_once(" [default: ")?;
-            let shown = shown.split([' ', ']']).next()?;
-            Some((limit.key(), shown, limit.default_number()))
-        });
-        let mut count = 0;
-        for (key, shown, default) in numbers
-            .chain(limits)
-            .filter(|(_, shown, _)| !shown.is_empty())
-        {
-            let number = parse_for_key(key, shown).expect("a quantity");
-            assert!(
-                (number - default).abs() <= 1e-15 * default.abs(),
-                "{key}: {shown} is {number}, not {default}"
-            );
-            count += 1;
-        }
-        assert!(count > 20, "{count}");
-    }
-
-    #[test]
-    fn a_default_is_one_of_the_choices() {
-        let mut found = 0;
-        for kind in KINDS.into_iter().chain(QUESTIONS) {
+        let (mut texts, mut numbers) = (0, 0);
+        for kind in kinds {
+            let mut keys = BTreeSet::new();
             for parameter in of_kind(kind).iter().flat_map(|(_, table)| *table) {
-                let choices = choices(parameter);
-                if let (Value::Text(default), false) = (parameter.value, choices.is_empty()) {
-                    found += 1;
-                    assert!(
-                        choices.iter().any(|choice| choice.0 == default),
-                        "{}: {default}",
-                        parameter.key
-                    );
+                let (key, choices) = (parameter.key, choices(parameter));
+                assert!(keys.insert(key), "{kind}: {key}");
+                match parameter.value {
+                    Value::Number(Some(default), range) => {
+                        assert!(range.contains(default), "{key}: {default}");
+                        if !parameter.shown.is_empty() {
+                            is_shown(key, parameter.shown, default);
+                        }
+                        // There is one for all.
+                        assert!(key != "sample_time_s" || default.to_bits() == 1e-3_f64.to_bits());
+                        numbers += 1;
+                    }
+                    Value::List(_) if !parameter.shown.is_empty() => {
+                        let wanted = parameter.shown.matches(',').count() + 1;
+                        assert_eq!(parameter.default_numbers().len(), wanted, "{key}");
+                    }
+                    Value::Text(default) if !choices.is_empty() => {
+                        texts += 1;
+                        let is_one = choices.iter().any(|choice| choice.0 == default);
+                        assert!(is_one, "{key}: {default}");
+                    }
+                    _ => (),
                 }
             }
         }
-        assert!(found > 5, "{found}");
+        assert!(texts > 5 && numbers > 50, "{texts} {numbers}");
+        for limit in Limit::ALL {
+            if let Some((_, shown)) = limit.help().split_once(" [default: ")
+                && let Some(shown) = shown.split([' ', ']']).next()
+            {
+                is_shown(limit.key(), shown, limit.default_number());
+            }
+        }
     }
 }

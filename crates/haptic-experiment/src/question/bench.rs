@@ -14,7 +14,6 @@ use crate::run::advice::check;
 use fracdiff::{Order, Scheme, SchemeError};
 use haptic_analysis::StableArea;
 use haptic_loop::plant::MassDamperConfig;
-use haptic_quantity::short;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -72,12 +71,10 @@ pub(super) fn bench(table: &Table<'_>) -> Result<Device, FileError> {
 }
 
 pub(super) fn scheme(table: &Table<'_>) -> Result<Scheme, FileError> {
-    let refused = |error: SchemeError| table.fail_at(SCHEME.key, error.to_string());
-    let scheme = short(table.text(&SCHEME)?).parse().map_err(refused)?;
-    if scheme == Scheme::Exact {
-        return Err(refused(SchemeError::AnalysisOnly));
+    match table.scheme(&SCHEME)? {
+        Scheme::Exact => Err(table.fail_at(SCHEME.key, SchemeError::AnalysisOnly.to_string())),
+        scheme => Ok(scheme),
     }
-    Ok(scheme)
 }
 
 pub(super) fn orders(table: &Table<'_>, parameter: &Parameter) -> Result<Vec<Order>, FileError> {

@@ -32,13 +32,13 @@ use crate::experiment::wall::ONE_SIDED;
 use crate::judge::preflight::WallContact;
 use crate::judge::settling::Criterion;
 use crate::question::bench::{AskedDevice, bench, check_orders, orders, scheme};
+use crate::run::device::Warn;
 use crate::run::remote::RemoteDevice;
 use crate::run::sensors::{Imperfections, Sensors};
 use fracdiff::{Order, Scheme};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_quantity::written;
 use serde::{Serialize, Serializer};
-use std::ops::RangeInclusive;
 
 parameters! {
     ZWIDTH_ORDERS = list_of("orders", "0,0.5,1,1.5,2", WALL_ORDERS, "Orders of the dissipation, 0 to 2");
@@ -58,9 +58,6 @@ pub(crate) const ZWIDTH: &[Parameter] = &[
     CRITERION,
     THRESHOLD,
 ];
-
-/// Numbers of dissipations an order.
-const POINTS: RangeInclusive<usize> = 2..=1000;
 
 #[derive(Clone, Debug)]
 pub(crate) struct ZWidth {
@@ -121,7 +118,7 @@ impl ZWidth {
             contact: WallContact::of(table.flag(&ONE_SIDED)?),
             scheme: scheme(table)?,
             orders: orders(table, &ZWIDTH_ORDERS)?,
-            points: usize::try_from(table.count(&ZWIDTH_POINTS)?).unwrap_or(usize::MAX),
+            points: table.count_in(&ZWIDTH_POINTS, 2..=1000)?,
             plan: plan(table, duration_s)?,
             remote,
         };
@@ -132,14 +129,6 @@ impl ZWidth {
     }
 
     fn check(&self) -> Result<(), Failure> {
-        if !POINTS.contains(&self.points) {
-            return Err(Failure::bad_input(format_args!(
-                "number of points {} is not in [{}, {}]: set the number of dissipations per order with {ZWIDTH_POINTS}",
-                self.points,
-                POINTS.start(),
-                POINTS.end()
-            )));
-        }
         check_orders(&self.orders, &ZWIDTH_ORDERS)?;
         self.plan().samples(self.device.sample_time).map(|_| ())
     }
@@ -246,6 +235,32 @@ impl ZWidthReport {
                 format!("stiffest wall: K = {stiffness}, of order {order}")
             },
         )
+    }
+
+    /// Says where search and analysis ended, or differ.
+    pub(super) fn warn(&self, warn: Warn<'_>) {
+        let points = self.orders.iter().flat_map(|order| &order.boundary);
+        let searched = self.alpha_searched;
+        if points.clone().any(|point| point.alpha >= 0.999 * searched) {
+            warn(&format!(
+                "some walls were stable up to alpha = {searched}, where the search ends"
+            ));
+        }
+        let mut analysed = points.clone().map(|point| point.analysis_stiffness_n_per_m);
+        if self.device != "sim" && analysed.all(|found| found.is_none()) {
+            warn(&format!(
+                "the analysis needs the device's delay and lag: give {DEVICE_MODEL}, the file from host-cli device measure"
+            ));
+        }
+        if self.disagreements > 0 {
+            warn(&format!(
+                "trial and analysis differ by more than 5 %, in K and in K and B together, at {} of {} points (analysis \
+                 agrees: no): the analysis knows no friction, encoder, force limit or one-sided wall, the trial only its \
+                 duration_s",
+                self.disagreements,
+                points.count()
+            ));
+        }
     }
 
     /// All points as rows of a table.

@@ -13,7 +13,7 @@ use testkit::{Random, assert_close, assert_relative};
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_stiffest_walls_of_a_device_are_found_and_kept() {
     let (runs, _server, mut page) = opened();
-    refuses(&mut page, "zwidth", json!({"points": 1}), "[2, 1000]");
+    refuses(&mut page, "zwidth", json!({"points": 1}), "2 to 1000");
     let by_clock = json!({"kind": "zwidth", "realtime": true, "parameters": {}});
     page.refuses("runs.start", by_clock, "omit `realtime`");
     let asked = json!({"orders": [0, 1], "points": 2, "scheme": "muir:3"});
@@ -63,6 +63,22 @@ fn a_design_proposes_an_experiment_that_runs() {
         // As the page runs it.
         let ran = ran(&mut page, kind, experiment["parameters"].clone());
         has(&ran, json!({"state": "done", "verdict": "stable"}));
+    }
+}
+
+#[test]
+fn an_analysis_is_answered_by_a_form_with_the_keys_of_the_command() {
+    let (runs, _server, mut page) = opened();
+    let wall = json!({"order": 1, "alpha": 0.1, "beta": 0.3, "delta": 0.1});
+    for (name, key, table) in [
+        ("stability", "gain_margin", false),
+        ("sensitivity", "peak_db", true),
+    ] {
+        let kind = format!("analyze-{name}");
+        let done = ran(&mut page, &kind, wall.clone());
+        assert!(done["report"][key].as_f64() > Some(1.0), "{done}");
+        let file = runs.path().join(format!("{kind}-0001/{kind}.csv"));
+        assert_eq!(file.exists(), table, "{kind}");
     }
 }
 

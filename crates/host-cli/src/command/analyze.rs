@@ -1,14 +1,17 @@
 //! `analyze`: what is stable, passive and transparent, before any hardware.
 
-mod felt;
-mod loops;
-pub(super) mod resolved;
-mod teleoperation;
+mod draw;
 
+use crate::command::conduct::answered;
+use crate::files::Place;
+use crate::options::keys::Named;
 use crate::options::{Options, WithFiles, keys};
 use crate::output::Output;
 use clap::Subcommand;
 use haptic_experiment::Failure;
+use haptic_experiment::question::Answer;
+use serde_json::json;
+use std::sync::atomic::AtomicBool;
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -75,14 +78,44 @@ pub(crate) enum Command {
 impl Command {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         match self {
-            Self::Environment(asked) => felt::environment(asked, output),
-            Self::Stability(options) => loops::stability(options, output),
-            Self::StabilityRegion(asked) => loops::region(asked, output),
-            Self::Passivity(options) => loops::passivity(options, output),
-            Self::Coupling(options) => felt::coupling(options, output),
-            Self::Teleoperation(asked) => teleoperation::answer(asked, output),
-            Self::Transparency(asked) => felt::transparency(asked, output),
-            Self::Sensitivity(asked) => loops::sensitivity(asked, output),
+            Self::Environment(asked) => kept("environment", asked, output),
+            Self::Stability(options) => answer("stability", options, None, output),
+            Self::StabilityRegion(asked) => kept("stability-region", asked, output),
+            Self::Passivity(options) => answer("passivity", options, None, output),
+            Self::Coupling(options) => answer("coupling", options, None, output),
+            Self::Teleoperation(asked) => kept("teleoperation", asked, output),
+            Self::Transparency(asked) => kept("transparency", asked, output),
+            Self::Sensitivity(asked) => kept("sensitivity", asked, output),
         }
     }
+}
+
+fn kept<N: Named>(name: &str, asked: WithFiles<N>, output: Output) -> Result<(), Failure> {
+    let stem = name.strip_prefix("stability-").unwrap_or(name);
+    let outputs = asked.files.look(stem, &[])?;
+    answer(name, asked.options, Some(outputs), output)
+}
+
+fn answer<N: Named>(
+    name: &str,
+    options: Options<N>,
+    outputs: Option<Place>,
+    output: Output,
+) -> Result<(), Failure> {
+    let kind = format!("analyze-{name}");
+    let answer = answered(&kind, options, &AtomicBool::new(false), output)?;
+    let mut report = json!(answer);
+    let Some(mut outputs) = outputs else {
+        return output.report(&report);
+    };
+    let mut files = Vec::new();
+    if let Answer::Analysis(found) = &answer
+        && let Some(drawn) = &found.drawn
+    {
+        files.extend(outputs.write(|folder| answer.write_table(folder)).flatten());
+        files.extend(outputs.picture(|| draw::draw(drawn, &found.about)));
+    }
+    report["files"] = json!(files);
+    output.report(&report)?;
+    outputs.close(Ok(()))
 }

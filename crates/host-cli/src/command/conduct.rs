@@ -1,6 +1,8 @@
 //! Conducts experiments: options of a run, its progress, its stops, and its picture, report and verdict.
 
 use crate::files::{RunFiles, save_picture};
+use crate::options::Options;
+use crate::options::keys::Named;
 use crate::output::{Output, warn};
 use crate::parse::{WAITS, quantity, whole};
 use crate::picture::{of_run, rehearsed};
@@ -8,6 +10,7 @@ use crate::picture_file::Pictures;
 use clap::Args;
 use haptic_experiment::document::Document;
 use haptic_experiment::judge::{Curves, Published, RunReport};
+use haptic_experiment::question::{Answer, Question};
 #[cfg(unix)]
 use haptic_experiment::run::signals::signals;
 use haptic_experiment::run::{FolderRequest, OutputFolder, write_text};
@@ -194,6 +197,20 @@ fn ended_well(run: &RunReport) -> Result<(), Failure> {
         0 => Ok(()),
         dropped => Err(lacks(dropped, &run.log)),
     }
+}
+
+/// The answer to a question of this kind, with a bar for its steps.
+pub(crate) fn answered<N: Named>(
+    kind: &str,
+    options: Options<N>,
+    stop: &AtomicBool,
+    output: Output,
+) -> Result<Answer, Failure> {
+    let question = Question::open(&options.over(Document::new(kind))?)?;
+    let bar = progress_bar(question.steps(), output);
+    let answer = question.answer(&|steps| bar.inc(steps), stop, &|text| output.warn(text));
+    bar.finish_and_clear();
+    answer
 }
 
 /// A bar on a terminal; nothing elsewhere or for a quiet person.

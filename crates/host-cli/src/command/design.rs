@@ -1,16 +1,14 @@
 //! `design`: the stiffest wall, the most damping, the closest tissue or the stiffest coupler, and which order does it.
 
-use crate::command::conduct::progress_bar;
+use crate::command::conduct::answered;
 use crate::options::{WithFiles, keys};
 use crate::output::Output;
 use crate::picture::{Panel, linear, page};
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::document::Document;
-use haptic_experiment::question::{Answer, Candidate, DesignReport, Question};
+use haptic_experiment::question::{Answer, Candidate, DesignReport};
 use haptic_figure::{AxisSpec, FigureError, Look, Picture, Scale};
 use haptic_quantity::written;
-use serde::Serialize;
 use serde_json::{Value, json};
 use std::sync::atomic::AtomicBool;
 
@@ -42,31 +40,24 @@ const BEHIND: [&str; 7] = [
 pub(crate) fn run(arguments: Arguments, output: Output) -> Result<(), Failure> {
     let Arguments { asked, all } = arguments;
     let mut outputs = asked.files.look("design", &["toml"])?;
-    let document = asked.options.over(Document::new("design"))?;
-    let question = Question::open(&document)?;
-    let warn = &|text: &str| output.warn(text);
-    let bar = progress_bar(question.steps(), output);
-    let answer = question.answer(&|orders| bar.inc(orders), &AtomicBool::new(false), warn);
-    bar.finish_and_clear();
-    let answer = answer?;
+    let answer = answered("design", asked.options, &AtomicBool::new(false), output)?;
     let experiment = answer.experiment_text();
     if experiment.is_none() {
         outputs.without(&["toml"]);
     }
     let experiment = experiment.and_then(|text| outputs.text("toml", text));
-    let mut files = Vec::from_iter(outputs.write(|folder| answer.write_table(folder)));
+    let table = outputs.write(|folder| answer.write_table(folder)).flatten();
+    let mut files = Vec::from_iter(table);
     match &answer {
         Answer::Design(report) if report.best.is_some() => {
             files.extend(outputs.picture(|| draw(report)));
         }
         Answer::Design(_) => outputs.without(&["svg", "png", "pdf"]),
-        Answer::ZWidth(_) | Answer::Coupler(_) => {}
+        Answer::ZWidth(_) | Answer::Coupler(_) | Answer::Analysis(_) => {}
     }
-    let report = json!(Shown {
-        answer: &answer,
-        experiment,
-        files,
-    });
+    let mut report = json!(answer);
+    report["experiment"] = json!(experiment);
+    report["files"] = json!(files);
     let mut shown = report.clone();
     if !all {
         // Nothing is shown of what is null.
@@ -80,17 +71,7 @@ pub(crate) fn run(arguments: Arguments, output: Output) -> Result<(), Failure> {
         }
     }
     output.report_as(&report, &shown)?;
-    outputs.close(answer.require(&warn))
-}
-
-/// The result, and where it was written.
-#[derive(Serialize)]
-struct Shown<'a> {
-    #[serde(flatten)]
-    answer: &'a Answer,
-    /// The experiment that was written.
-    experiment: Option<String>,
-    files: Vec<String>,
+    outputs.close(answer.require(&|text| output.warn(text)))
 }
 
 /// Draws the wished quantity over the order, and the dissipation that allows it, which is not seen where it is 0 and elsewhere is not.

@@ -4,22 +4,23 @@ mod controller;
 
 use crate::files::TextFile;
 use crate::names::option_of;
-use crate::options::keys::{self, NO_TISSUE, Named as _};
-use crate::options::{Given, Options};
+use crate::options::Options;
+use crate::options::keys;
 use crate::output::Output;
-use crate::parse::{choice, order, parse_scheme, quantity, rate};
+use crate::parse::{choice, order, parse_scheme, quantity};
 use clap::Args;
 use clap::builder::ArgPredicate;
 use fracdiff::full_memory::Kernel;
 use fracdiff::scheme::DEFAULT_TOLERANCE;
 use fracdiff::{Operator, OperatorList, Order, Scheme, Seconds};
 use fracdiff_c::{CNumber, Header, HeaderError, Law};
+use haptic_experiment::document::Document;
 use haptic_experiment::judge::operator;
+use haptic_experiment::question::analysis::rate;
 use haptic_experiment::question::control_loop::controller_of;
 use haptic_experiment::{Failure, ModelledTissue, Named as _, Precision, parameters as p};
-use haptic_loop::{Loading, LoadingKind, Specimen};
+use haptic_loop::Specimen;
 use haptic_quantity::{digits, label, without_unit, written};
-use haptic_tissue::Library;
 use serde_json::{Value, json};
 
 /// Write an operator or a controller as a C99 header, for any microcontroller
@@ -89,7 +90,7 @@ struct What<'a> {
 
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
-        let pressed = self.tissue.clone().given()?;
+        let pressed = self.tissue.clone().over(Document::new("relax"))?;
         if let Some(text) = &self.controller {
             let mut setup = controller_of(text, self.sample_time)?;
             setup.scheme = self.scheme.unwrap_or(setup.scheme);
@@ -250,44 +251,28 @@ struct Tissue {
 }
 
 /// Refuses keys of a tissue if another option chooses the law to write.
-fn alone(pressed: &Given, other: &str) -> Result<(), Failure> {
-    let mut all = keys::ExportC::OPTIONS.concat().into_iter();
-    match all.find(|parameter| pressed.has(parameter)) {
-        Some(of_tissue) => Err(Failure::bad_input(format_args!(
-            "{of_tissue} is of a tissue and has no effect with {other}: omit one of them"
-        ))),
-        None => Ok(()),
-    }
+fn alone(pressed: &Document, other: &str) -> Result<(), Failure> {
+    pressed.given().next().map_or(Ok(()), |of_tissue| {
+        Err(Failure::bad_input(format_args!(
+            "`{of_tissue}` is of a tissue and has no effect with {other}: omit one of them"
+        )))
+    })
 }
 
 /// The tissue that is named, pressed as the other options say.
-fn tissue(pressed: &Given) -> Result<Option<Tissue>, Failure> {
-    let name = pressed.text(&NO_TISSUE);
-    if name.is_empty() {
-        return Ok(None);
-    }
-    let library = Library::load(None).map_err(Failure::input)?;
-    let material = ModelledTissue::new(library.find(name).map_err(Failure::input)?)?;
-    let size = |size: &p::Parameter| pressed.number(size).filter(|_| pressed.has(size));
-    let given = Loading {
-        kind: LoadingKind::named(pressed.text(&p::LOADING)).unwrap_or(LoadingKind::Compression),
-        area_m2: size(&p::AREA),
-        thickness_m: size(&p::THICKNESS),
-        radius_m: size(&p::INDENTER_RADIUS),
-        half_angle_rad: size(&p::HALF_ANGLE),
-        bonded: pressed.flag(&p::BONDED),
-    };
-    let piece = haptic_experiment::pressed(material, given);
-    let piece = piece.map_err(|(_, reason)| Failure::bad_input(reason))?;
-    let (stiffness, dissipation) = piece.spring_and_damper();
-    Ok(Some(Tissue {
-        material: *piece.material,
-        law: Law {
-            stiffness,
-            dissipation,
-            depth_map: piece.specimen.depth_map().map(|map| map.numbers()),
-        },
-        specimen: piece.specimen,
+fn tissue(pressed: &Document) -> Result<Option<Tissue>, Failure> {
+    let piece = haptic_experiment::pressed(pressed)?;
+    Ok(piece.map(|piece| {
+        let (stiffness, dissipation) = piece.spring_and_damper();
+        Tissue {
+            material: *piece.material,
+            law: Law {
+                stiffness,
+                dissipation,
+                depth_map: piece.specimen.depth_map().map(|map| map.numbers()),
+            },
+            specimen: piece.specimen,
+        }
     }))
 }
 

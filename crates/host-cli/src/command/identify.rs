@@ -57,7 +57,7 @@ pub(crate) struct Arguments {
 
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
-        let form: RecordForm = self.asked.clone().given()?.form()?;
+        let form: RecordForm = self.asked.clone().form()?;
         let question = RecordQuestion::of(&form)?;
         if self.segments {
             return output.report(&record::segments(&question, &self.data)?);

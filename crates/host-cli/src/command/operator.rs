@@ -1,7 +1,7 @@
 //! `weights`: the impulse response of an operator; `differintegrate`: a column of a table to a fractional order.
 
 use crate::output::{Output, note};
-use crate::parse::{order, parse_scheme, quantity, rate, sample_time_of, whole};
+use crate::parse::{order, parse_scheme, quantity, whole};
 use crate::table;
 use clap::Args;
 use fracdiff::batch::uneven;
@@ -9,6 +9,7 @@ use fracdiff::full_memory::Kernel;
 use fracdiff::scheme::DEFAULT_TOLERANCE;
 use fracdiff::{Channel, Operator, Order, Scheme, SchemeError, Seconds, grunwald_weights};
 use haptic_experiment::document::short;
+use haptic_experiment::question::analysis::{rate, sample_time_of};
 use haptic_experiment::{Failure, parameters};
 use measured_table::{RecordColumns, read_record};
 use serde_json::json;

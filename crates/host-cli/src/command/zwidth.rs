@@ -1,77 +1,36 @@
 //! `zwidth`: how stiff a wall can be rendered, by trying.
 
-use super::conduct::{progress_bar, stop_on_interrupt};
+use super::conduct::{answered, stop_on_interrupt};
 use crate::options::{WithFiles, keys};
-use crate::output::{Output, warn};
+use crate::output::Output;
 use crate::picture::{Panel, linear, logarithmic, page};
 use haptic_experiment::Failure;
-use haptic_experiment::document::Document;
-use haptic_experiment::question::{Answer, BoundaryPoint, Question, ZWidthReport};
+use haptic_experiment::question::{Answer, BoundaryPoint, ZWidthReport};
 use haptic_figure::{FigureError, Look, Picture};
 use haptic_quantity::{digits, written};
-use serde::Serialize;
+use serde_json::json;
 
 pub(crate) const EXAMPLES: &str = "Examples:\n  \
                   host-cli zwidth --orders 0,0.5,1 --points 11 --device-model laboratory --out zwidth\n  \
                   host-cli zwidth --mass 45g --damping 0.2 --force-limit 3.3N --orders 1 window=1s";
 
-/// The result, and where it was written.
-#[derive(Serialize)]
-struct Shown<'a> {
-    #[serde(flatten)]
-    report: &'a ZWidthReport,
-    files: Vec<String>,
-}
-
 pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), Failure> {
     let mut outputs = asked.files.look("zwidth", &[])?;
-    let document = asked.options.over(Document::new("zwidth"))?;
-    let question = Question::open(&document)?;
-    let bar = progress_bar(question.steps(), output);
-    let stop = stop_on_interrupt()?;
-    let answer = question.answer(&|cells| bar.inc(cells), stop, &|text| output.warn(text));
-    bar.finish_and_clear();
-    let Answer::ZWidth(report) = answer? else {
+    let answer = answered("zwidth", asked.options, stop_on_interrupt()?, output)?;
+    let mut shown = json!(answer);
+    let Answer::ZWidth(report) = answer else {
         return Err(Failure::bad_input("not a Z-width"));
     };
     let files = match report.rows().next().is_some() {
         true => outputs.table_and_picture(&[], report.rows(), || draw(&report)),
         false => Vec::new(),
     };
-    warn_of(&report);
-    output.report(&Shown {
-        report: &report,
-        files,
-    })?;
+    shown["files"] = json!(files);
+    output.report(&shown)?;
     outputs.close(match report.ended_early {
         Some(failure) => Err(failure.and("the points found so far are kept")),
         None => Ok(()),
     })
-}
-
-fn warn_of(report: &ZWidthReport) {
-    let points = report.orders.iter().flat_map(|order| &order.boundary);
-    let searched = report.alpha_searched;
-    if points.clone().any(|point| point.alpha >= 0.999 * searched) {
-        warn(&format!(
-            "some walls were stable up to alpha = {searched}, where the search ends"
-        ));
-    }
-    let mut analysed = points.clone().map(|point| point.analysis_stiffness_n_per_m);
-    if report.device != "sim" && analysed.all(|found| found.is_none()) {
-        warn(
-            "the analysis needs the device's delay and lag: give --device-model, the file from host-cli device measure",
-        );
-    }
-    if report.disagreements > 0 {
-        warn(&format!(
-            "trial and analysis differ by more than 5 %, in K and in K and B together, at {} of {} points (analysis \
-             agrees: no): the analysis knows no friction, encoder, force limit or one-sided wall, the trial only its \
-             duration_s",
-            report.disagreements,
-            points.count()
-        ));
-    }
 }
 
 /// The boundaries, the analysis beneath and what was tried on it, without units and the same in N/m.

@@ -124,9 +124,9 @@ fn questions_without_an_answer_are_refused_with_the_option_to_change() {
         analyze stability --order 1 --alpha 0.1 => --beta is missing
         analyze stability --order 1 --alpha -0.1 --beta 1 => --alpha -0.1: alpha = -0.1 is not from 0 to 1e12: change it
         analyze stability --order 1 --mass 1e9 => --mass 1e9: mass_kg = 1e9 is not
-        analyze stability foo=3 => foo=3 | no such key: known are order, scheme
-        analyze stability --order 1 order=1 => order=1: is given twice
-        analyze sensitivity --order 1 --points 1 => --points = 1 is not a whole number from 2 to 100000
+        analyze stability foo=3 => foo=3 | unknown key `foo` | known are order, scheme
+        analyze stability --order 1 order=1 => order=1: order is given twice
+        analyze sensitivity --order 1 --points 1 => --points 1: points = 1 is not a whole number from 2 to 100000
         analyze teleoperation architecture=none => none | is not one of position-position
         analyze stability --order 0.5 --scheme oustaloup:3:1:100 --alpha 0.1 --beta 0.1 => oustaloup:3:1:100 | Hz | --sample-time
         analyze sensitivity --order 1 --alpha 3 --beta 1 => not stable

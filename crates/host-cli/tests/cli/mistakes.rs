@@ -23,7 +23,7 @@ const MISTAKES: &str = "
     relax --device COM3 => write serial:COM3
     run experiments/wall.toml stifness=3 => did you mean `stiffness_n_per_m`?
     run experiments/wall.toml foo=1 => unknown key `foo` | known are
-    analyze stability stifness=3 => stifness=3: no such key: did you mean --stiffness?
+    analyze stability stifness=3 => stifness=3: unknown key | did you mean `stiffness_n_per_m`?
     relax --tissue Liver => did you mean `liver`?
     relax --tissue prostate-helthy => did you mean `prostate-healthy`?
     run comma.toml => comma.toml:2: decimals have a point, not a comma

@@ -11,7 +11,7 @@ use fracdiff::parameter::Shown;
 use fractional_control::run::{LoopRun, integer_baseline, run, run_plant, samples_for};
 use fractional_control::{ControlError, ControllerSetup, Response};
 use haptic_quantity::digits;
-use haptic_tissue::identify::table::read_record;
+use measured_table::read_record;
 use serde_json::{Value, json};
 
 /// Samples of a plant alone, if no sample time is given.

@@ -2,13 +2,13 @@
 
 use super::draw::{draw_loop, draw_plant};
 use super::loops::{asked, told};
-use crate::command::analyze::resolved::decibel;
 use crate::files::Files;
 use crate::options::{Options, keys};
 use crate::output::Output;
 use clap::Args;
 use fractional_control::analysis::LoopPoint;
 use haptic_experiment::Failure;
+use haptic_experiment::question::analysis::decibel;
 use haptic_experiment::question::control_loop::analysis::Curve;
 
 /// Judge whether a loop is stable, why and by how much; or list the poles of a plant

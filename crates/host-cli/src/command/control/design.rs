@@ -48,10 +48,10 @@ struct Shown<'a> {
 impl Arguments {
     pub(super) fn run(self, output: Output) -> Result<(), Failure> {
         let mut outputs = self.files.look("controller", &["toml"])?;
-        let plant: LoopForm = self.plant.given()?.form()?;
+        let plant: LoopForm = self.plant.form()?;
         let plant = plant.plant(plant.files()?.plant)?;
         plant.hint.iter().for_each(|said| output.warn(said));
-        let form: DesignForm = self.asked.given()?.form()?;
+        let form: DesignForm = self.asked.form()?;
         let found = designed(form.design(plant.plant.clone())?)?;
         let file = found
             .words()

@@ -1,12 +1,12 @@
 //! Pictures of loops: runs, records, frequency responses, designs.
 
-use crate::command::analyze::resolved::decibel;
 use crate::picture::{Panel, Points, linear, logarithmic, page, short_name};
 use fractional_control::analysis::{LoopAnalysis, LoopPoint};
 use fractional_control::design::{Candidate, ControlAnswer, Trial};
 use fractional_control::model_search::InputOutput;
 use fractional_control::{ControllerSetup, Crossing};
 use haptic_experiment::control::in_short;
+use haptic_experiment::question::analysis::decibel;
 use haptic_experiment::question::control_loop::run::Simulated;
 use haptic_experiment::question::control_loop::{ControlLoop, NamedPlant};
 use haptic_experiment::question::plant::PlantAnswer;

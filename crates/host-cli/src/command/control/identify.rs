@@ -57,7 +57,7 @@ struct Shown<'a> {
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let mut outputs = PlaceOfFile::look(&self.file, "plant")?;
-        let form: PlantForm = self.asked.given()?.form()?;
+        let form: PlantForm = self.asked.form()?;
         let question = PlantQuestion::of(&form)?;
         let read = |path: &Path| {
             let columns = question.columns.clone();

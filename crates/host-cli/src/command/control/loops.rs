@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 /// The loop of the options of a command.
 pub(super) fn asked<N: Named>(options: Options<N>) -> Result<ControlLoop, Failure> {
-    let form: LoopForm = options.given()?.form()?;
+    let form: LoopForm = options.form()?;
     let held = form.files()?;
     ControlLoop::of(form, held)
 }

@@ -1,7 +1,7 @@
 //! The record over the candidates, and the residuals below.
 
-use crate::command::analyze::resolved::logarithmic;
 use crate::picture::{Panel, Points, linear, page, short_name};
+use haptic_experiment::question::analysis::logarithmic;
 use haptic_figure::{AxisSpec, FigureError, Look, Picture, Scale};
 use haptic_loop::Modulus;
 use haptic_quantity::{digits, written};

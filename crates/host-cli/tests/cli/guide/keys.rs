@@ -3,8 +3,8 @@
 use crate::process::Place;
 use fracdiff::parameter::Shown;
 use haptic_experiment::parameters::{
-    self, CONTROL_DESIGN, CONTROL_LOOP, PLANT_RECORD, Parameter, RECORD, REFERENCE, Range,
-    VALIDATE, Value, choices,
+    self, CONTROL_DESIGN, CONTROL_LOOP, PLANT_RECORD, Parameter, QUESTIONS, RECORD, REFERENCE,
+    Range, VALIDATE, Value, choices,
 };
 use haptic_quantity::without_unit;
 use std::collections::BTreeMap;
@@ -122,7 +122,16 @@ const IN_PYTHON: [(&str, &str); 5] = [
     ("to_s", "to"),
 ];
 
-/// Keys of a question to a record: option, field and argument of each, which the help of the command has.
+/// Keys of a device at a port.
+const ON_DEVICE: [&str; 5] = [
+    "device",
+    "late_ticks",
+    "loop",
+    "max_age_ticks",
+    "watchdog_s",
+];
+
+/// Keys of a question: option, or `KEY=VALUE`, field and argument of each; the help of the command has them.
 fn asked(text: &mut String, command: &str, tables: &[(&str, &[Parameter])]) {
     let help = Place::new().run(&format!("{command} --help")).stdout;
     let head = "| key | command | page | Python | default | range | meaning |\n|---|---|---|---|---|---|---|";
@@ -130,13 +139,19 @@ fn asked(text: &mut String, command: &str, tables: &[(&str, &[Parameter])]) {
     for parameter in tables.iter().flat_map(|(_, table)| *table) {
         let key = parameter.key;
         let option = format!("--{}", without_unit(key).replace('_', "-"));
-        assert!(
-            help.contains(&format!("{option} ")) || help.contains(&format!("{option}\n")),
-            "{option}"
-        );
-        let page = match *parameter {
-            VALIDATE => "second file",
-            REFERENCE => "file",
+        let is_option = [" ", "\n"]
+            .iter()
+            .any(|end| help.contains(&format!("{option}{end}")));
+        let typed = match is_option {
+            true => option,
+            false => format!("{}=VALUE", without_unit(key)),
+        };
+        assert!(is_option || help.contains("[KEY=VALUE]"), "{typed}");
+        let page = match key {
+            key if key == VALIDATE.key => "second file",
+            key if key == REFERENCE.key => "file",
+            // What is there runs no device.
+            key if ON_DEVICE.contains(&key) => "simulated only",
             _ => "field",
         };
         let python = IN_PYTHON.iter().find(|one| one.0 == key);
@@ -148,7 +163,7 @@ fn asked(text: &mut String, command: &str, tables: &[(&str, &[Parameter])]) {
         ];
         let _ = writeln!(
             text,
-            "| `{key}` | `{option}` | {page} | `{python}` | {default} | {range} | {meaning} |"
+            "| `{key}` | `{typed}` | {page} | `{python}` | {default} | {range} | {meaning} |"
         );
     }
 }
@@ -182,12 +197,16 @@ fn made() -> String {
     tables(&mut text, &parameters::tables("controller"), &shared);
     text.push_str("\n## Plant files\n\nOne of the first four. In `[device]` mass and damping are required; `[intervals]` beside it has the same\nkeys, each `[low, high]`.\n");
     tables(&mut text, &parameters::tables("plant"), &shared);
-    text.push_str("\n## Questions\n\nThe command, the page and Python ask them alike; in Python they are `tissue.identify_tables`, `control.identify`, `control.design`, `control.analyze` and `control.simulate`. `control design` takes a plant as `control analyze` does; the page a notation or a file, Python a `Plant`.\n");
+    text.push_str("\n## Questions\n\nThe command, the page and Python ask them alike; in Python they are `tissue.identify_tables`, `control.identify`, `control.design`, `control.analyze`, `control.simulate`, and in\n`experiment` `zwidth`, `design`, `analyze_stability` and so on. The page runs no device at a port. `control design` takes a plant as `control analyze` does; the page a notation or a file, Python a `Plant`.\n");
     asked(&mut text, "identify", RECORD);
     asked(&mut text, "control identify", PLANT_RECORD);
     asked(&mut text, "control design", CONTROL_DESIGN);
     asked(&mut text, "control analyze", &CONTROL_LOOP[..2]);
     asked(&mut text, "control simulate", CONTROL_LOOP);
+    for kind in QUESTIONS {
+        let command = kind.replace("analyze-", "analyze ");
+        asked(&mut text, &command, &parameters::of_kind(kind));
+    }
     text
 }
 

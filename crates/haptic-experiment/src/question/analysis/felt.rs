@@ -1,0 +1,235 @@
+//! The impedance that is felt of a wall, alone or through a device, and the damping that a coupler needs.
+
+use super::wall::{path, path_result};
+use super::{
+    ANALYSED_DAMPING, ANALYSED_MASS, ANALYSED_SAMPLE_TIME, Analysed, Analysis, COUPLING_ORDER,
+    Drawn, FREQUENCIES_MOST, OMEGA_MAX, OMEGA_MIN, POINTS, logarithmic, operator,
+};
+use crate::document::failure::Failure;
+use crate::document::parameters::{COUPLER_DAMPING, COUPLER_SPRING, Parameter};
+use crate::document::reader::Table;
+use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
+use crate::judge::rows;
+use fracdiff::{Order, Scheme};
+use haptic_analysis::{ClosedLoop, Coupler, Environment, LeastDamping, LoopOperator};
+use haptic_quantity::written;
+use serde::Serialize;
+use serde_json::json;
+use std::f64::consts::PI;
+
+/// A wall, at these frequencies, and the device that it is felt through.
+#[derive(Clone, Debug)]
+pub(crate) struct Felt {
+    wall: Environment,
+    scheme: Scheme,
+    operator: LoopOperator,
+    omegas: Vec<f64>,
+    closed: Option<ClosedLoop>,
+}
+
+/// A frequency: sampled, and continuous of a closed loop.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct FeltPoint {
+    /// Angular frequency, at most pi/T.
+    pub omega_rad_s: f64,
+    /// Positive where the wall pushes back.
+    pub effective_stiffness_n_per_m: f64,
+    /// Positive where the wall takes energy.
+    pub effective_damping_n_s_per_m: f64,
+    /// Stiffness without sampling, of a closed loop.
+    pub continuous_stiffness_n_per_m: Option<f64>,
+    /// Damping without sampling, of a closed loop.
+    pub continuous_damping_n_s_per_m: Option<f64>,
+}
+
+impl Felt {
+    fn of(table: &Table<'_>) -> Result<Self, Failure> {
+        let order = table.order(&ORDER)?;
+        let t = table.required(&ANALYSED_SAMPLE_TIME)?;
+        let (scheme, operator) = operator(table, order, Some(t))?;
+        let nyquist = PI / t;
+        let high = table.number_if(&OMEGA_MAX)?.unwrap_or(nyquist);
+        let low = table.number_if(&OMEGA_MIN)?.unwrap_or(high * 1e-3);
+        if !(low < high && high <= nyquist) {
+            return Err(Failure::bad_input(format_args!(
+                "{low} to {high} rad/s are not in 0 to {nyquist}: change {OMEGA_MIN} or {OMEGA_MAX}"
+            )));
+        }
+        let count = table.count_in(&POINTS, 2..=FREQUENCIES_MOST)?;
+        Ok(Self {
+            wall: Environment {
+                stiffness_n_per_m: table.required(&STIFFNESS)?,
+                dissipation_n_s_mu_per_m: table.required(&DISSIPATION)?,
+                order,
+                sample_time_s: t,
+            },
+            scheme,
+            operator,
+            omegas: logarithmic(low, high, count).collect(),
+            closed: None,
+        })
+    }
+
+    pub(super) fn alone(table: &Table<'_>) -> Result<Analysis, Failure> {
+        Self::of(table).map(Analysis::Felt)
+    }
+
+    pub(super) fn through_device(table: &Table<'_>) -> Result<Analysis, Failure> {
+        let alone = Self::of(table)?;
+        let needed = |parameter: &Parameter| table.required(parameter);
+        let closed = ClosedLoop {
+            mass_kg: needed(&ANALYSED_MASS)?,
+            damping_n_s_per_m: needed(&ANALYSED_DAMPING)?,
+            environment: alone.wall,
+            path: path(table, Some(alone.wall.sample_time_s))?,
+        };
+        Ok(Analysis::Felt(Self {
+            closed: Some(closed),
+            ..alone
+        }))
+    }
+
+    fn point(&self, omega: f64) -> Result<FeltPoint, Failure> {
+        let (sampled, continuous) = match &self.closed {
+            Some(closed) => (
+                closed.sampled(&self.operator, omega),
+                Some(closed.continuous(omega).map_err(Failure::input)?),
+            ),
+            None => (self.wall.effective(&self.operator, omega), None),
+        };
+        let sampled = sampled.map_err(Failure::input)?;
+        Ok(FeltPoint {
+            omega_rad_s: sampled.omega_rad_s,
+            effective_stiffness_n_per_m: sampled.stiffness_n_per_m,
+            effective_damping_n_s_per_m: sampled.damping_n_s_per_m,
+            continuous_stiffness_n_per_m: continuous.map(|felt| felt.stiffness_n_per_m),
+            continuous_damping_n_s_per_m: continuous.map(|felt| felt.damping_n_s_per_m),
+        })
+    }
+
+    pub(super) fn answer(&self) -> Result<Analysed, Failure> {
+        let points = self.omegas.iter().map(|&omega| self.point(omega));
+        let points = points.collect::<Result<Vec<_>, Failure>>()?;
+        let shown = points.iter().map(|at| {
+            let mut point = json!({
+                "omega_rad_s": at.omega_rad_s,
+                "effective_stiffness": at.effective_stiffness_n_per_m,
+                "effective_damping": at.effective_damping_n_s_per_m,
+            });
+            if self.closed.is_some() {
+                point["continuous_stiffness_n_per_m"] = json!(at.continuous_stiffness_n_per_m);
+                point["continuous_damping_n_s_per_m"] = json!(at.continuous_damping_n_s_per_m);
+            }
+            point
+        });
+        let Environment {
+            stiffness_n_per_m,
+            dissipation_n_s_mu_per_m,
+            order,
+            sample_time_s,
+        } = self.wall;
+        let asked = json!({
+            "order": order.get(),
+            "scheme": self.scheme.to_string(),
+            "sample_time_s": sample_time_s,
+            "stiffness_n_per_m": stiffness_n_per_m,
+            "dissipation_n_s_mu_per_m": dissipation_n_s_mu_per_m,
+        });
+        let path = self.closed.map_or(json!({}), |closed| {
+            path_result(closed.path, Some(sample_time_s))
+        });
+        let found = json!({
+            "effective_stiffness_unit": "N/m",
+            "effective_damping_unit": "N·s/m",
+            "points": shown.collect::<Vec<_>>(),
+        });
+        Ok(Analysed {
+            report: rows([asked, path, found]),
+            drawn: Some(Drawn::Felt(points)),
+            about: format!(
+                "order μ = {order} · scheme {} · K = {} · B = {} · T = {}",
+                self.scheme,
+                written("stiffness_n_per_m", stiffness_n_per_m),
+                written("dissipation_n_s_mu_per_m", dissipation_n_s_mu_per_m),
+                written("sample_time_s", sample_time_s)
+            ),
+        })
+    }
+}
+
+/// A coupler, and the damping of the device beside it.
+#[derive(Clone, Debug)]
+pub(crate) struct CouplerNeed {
+    order: Order,
+    scheme: Scheme,
+    operator: LoopOperator,
+    sample_time_s: f64,
+    damper: f64,
+    spring: f64,
+    damping: Option<f64>,
+}
+
+impl CouplerNeed {
+    pub(super) fn of(table: &Table<'_>) -> Result<Analysis, Failure> {
+        let order = table.order(&COUPLING_ORDER)?;
+        let t = table.required(&ANALYSED_SAMPLE_TIME)?;
+        let (scheme, operator) = operator(table, order, Some(t))?;
+        let asked = Self {
+            order,
+            scheme,
+            operator,
+            sample_time_s: t,
+            damper: table.required(&COUPLER_DAMPING)?,
+            spring: table.required(&COUPLER_SPRING)?,
+            damping: table.number_if(&ANALYSED_DAMPING)?,
+        };
+        asked.coupler()?;
+        Ok(Analysis::Coupling(asked))
+    }
+
+    fn coupler(&self) -> Result<Coupler<'_>, Failure> {
+        let exact = Coupler::exact(self.order, self.sample_time_s, self.damper, self.spring);
+        let exact = exact.map_err(Failure::input)?;
+        Ok(match self.scheme == Scheme::Exact {
+            true => exact,
+            false => exact.with_operator(&self.operator, self.operator.memory()),
+        })
+    }
+
+    pub(super) fn answer(&self) -> Result<Analysed, Failure> {
+        let coupler = self.coupler()?;
+        let least = coupler.least_damping().map_err(Failure::input)?;
+        let (required, worst_theta) = match least {
+            LeastDamping::Enough {
+                damping_n_s_per_m,
+                worst_theta,
+            } => (Some(damping_n_s_per_m), worst_theta),
+            LeastDamping::NoneIsEnough { theta } => (None, theta),
+        };
+        let passive = match (required, self.damping) {
+            (None, _) => Some(false),
+            (Some(_), Some(b)) => Some(coupler.passive(b).map_err(Failure::input)?),
+            (Some(_), None) => None,
+        };
+        let found = json!({
+            "order": self.order.get(),
+            "scheme": self.scheme.to_string(),
+            "sample_time_s": self.sample_time_s,
+            "coupler_damping_n_s_per_m": self.damper,
+            "coupler_spring_n_s_1_minus_mu_per_m": self.spring,
+            "damping_n_s_per_m": self.damping,
+            // By Llewellyn's criterion, null if no damping is enough, and by Corollary 2.
+            "required_damping": required,
+            "required_damping_unit": "N·s/m",
+            "corollary_damping": coupler.corollary_damping(),
+            "corollary_damping_unit": "N·s/m",
+            "worst_theta": worst_theta,
+            "passive": passive,
+            "passive_reason": passive.is_none().then(|| format!("give {ANALYSED_DAMPING} to know")),
+            "reason": required.is_none().then(|| format!(
+                "the coupler itself is active at theta = {worst_theta:.6}: no damping is enough"
+            )),
+        });
+        Ok(Analysed::in_numbers(rows([found])))
+    }
+}

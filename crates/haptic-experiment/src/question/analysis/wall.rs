@@ -1,0 +1,443 @@
+//! A wall on a device, with units or without: is it stable, passive, and how much does it amplify errors?
+
+use super::{
+    ALPHA, ANALYSED_DAMPING, ANALYSED_DELAY, ANALYSED_HAND, ANALYSED_LAG, ANALYSED_MASS,
+    ANALYSED_SAMPLE_TIME, Analysed, Analysis, Asked, BETA, DELAY_SAMPLES, DELTA, Drawn,
+    FREQUENCIES_MOST, GAMMA, SENSITIVITY_POINTS, decibel, logarithmic, operator,
+};
+use crate::document::failure::Failure;
+use crate::document::parameters::{DEVICE_MODEL, Parameter};
+use crate::document::reader::Table;
+use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
+use crate::judge::{Rows, rows};
+use crate::run::advice::analysed;
+use crate::run::device::Warn;
+use fracdiff::{Order, Scheme};
+use haptic_analysis::{
+    AnalysisError, Dynamics, Environment, ForcePath, Largest, LoopOperator, Nondimensional,
+    OnePort, Polygon, SampledLoop, SampledPlant, StabilityRegion,
+};
+use haptic_quantity::{digits, written};
+use serde::Serialize;
+use serde_json::{Value, json};
+use std::f64::consts::PI;
+
+const WITHOUT_UNITS: [Parameter; 4] = [ALPHA, BETA, DELTA, GAMMA];
+const WITH_UNITS: [Parameter; 5] = [
+    ANALYSED_MASS,
+    ANALYSED_DAMPING,
+    ANALYSED_HAND,
+    STIFFNESS,
+    DISSIPATION,
+];
+/// Points on the boundary of a region.
+const BOUNDARY: usize = 1000;
+
+/// A loop that is ready to be analysed.
+#[derive(Clone, Debug)]
+pub(crate) struct WallLoop {
+    parameters: Nondimensional,
+    order: Order,
+    operator: LoopOperator,
+    scheme: Scheme,
+    path: ForcePath,
+    /// T, s, if it was given.
+    sample_time_s: Option<f64>,
+    /// m and T, where the loop was given with units.
+    units: Option<(f64, f64)>,
+    /// Number of frequencies of a sensitivity.
+    points: usize,
+    /// Number of keys of the wall that were given: two make one.
+    of_wall: usize,
+    /// True if δ (or b) was given at all.
+    delta_given: bool,
+    /// The loop with units, as a result repeats it: who took a wrong unit sees it there.
+    asked: Value,
+}
+
+/// The stable walls of a device, by outlines.
+#[derive(Clone, Debug)]
+pub struct Region {
+    /// Outlines, without units.
+    pub parts: Vec<Polygon>,
+    /// K of α = 1 and B of β = 1, of a device with units.
+    pub units: Option<[f64; 2]>,
+    /// β and α of the wall that was given.
+    pub wall: Option<(f64, f64)>,
+}
+
+/// A point of a sensitivity.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct SensitivityPoint {
+    /// Digital frequency, rad a sample.
+    pub theta: f64,
+    /// The magnitude of 1/(1 + GH), dB.
+    pub magnitude_db: f64,
+}
+
+impl Region {
+    pub(super) const COLUMNS: [&str; 4] = ["part", "alpha", "beta", "theta_rad"];
+
+    pub(super) fn rows(&self) -> impl Iterator<Item = impl Serialize> {
+        let parts = self.parts.iter().enumerate();
+        parts.flat_map(|(part, polygon)| {
+            let points = polygon.points.iter();
+            points.map(move |at| (part, at.alpha, at.beta, at.theta))
+        })
+    }
+}
+
+impl WallLoop {
+    /// A question to the loop of a wall.
+    pub(super) fn needed(table: &Table<'_>, asked: Asked) -> Result<Analysis, Failure> {
+        let wall = Self::of(table, |parameter| Err(missing(parameter)))?;
+        Ok(Analysis::Wall(wall, asked))
+    }
+
+    /// The stable walls of a device.
+    pub(super) fn sought(table: &Table<'_>) -> Result<Analysis, Failure> {
+        let device = Self::of(table, |_| Ok(0.0))?;
+        Ok(Analysis::Wall(device, Self::region))
+    }
+
+    fn of(
+        table: &Table<'_>,
+        without: fn(&Parameter) -> Result<f64, Failure>,
+    ) -> Result<Self, Failure> {
+        let points = table.count_in(&SENSITIVITY_POINTS, 2..=FREQUENCIES_MOST)?;
+        let has_file = !table.text(&DEVICE_MODEL)?.is_empty();
+        let with_units = has_file || WITH_UNITS.iter().any(|key| table.has(key));
+        if with_units && WITHOUT_UNITS.iter().any(|key| table.has(key)) {
+            return Err(Failure::bad_input(format_args!(
+                "the loop is given both with and without units: omit {ALPHA}, {BETA}, {DELTA} and {GAMMA}"
+            )));
+        }
+        let order = table.order(&ORDER)?;
+        let needed = |key: &Parameter| table.number_if(key)?.map_or_else(|| without(key), Ok);
+        let sample_time_s = table.number_if(&ANALYSED_SAMPLE_TIME)?;
+        let mass = table.number_if(&ANALYSED_MASS)?;
+        let damping = table.number_if(&ANALYSED_DAMPING)?.unwrap_or(0.0);
+        let hand = table.number_if(&ANALYSED_HAND)?.unwrap_or(0.0);
+        let asked = json!({
+            "mass_kg": mass,
+            "damping_n_s_per_m": with_units.then_some(damping),
+            "hand_stiffness_n_per_m": with_units.then_some(hand),
+            "sample_time_s": sample_time_s,
+            "stiffness_n_per_m": table.number_if(&STIFFNESS)?,
+            "dissipation_n_s_mu_per_m": table.number_if(&DISSIPATION)?,
+        });
+        let (parameters, units) = if with_units {
+            let mass = mass.ok_or_else(|| missing(&ANALYSED_MASS))?;
+            let t = sample_time_s.ok_or_else(|| missing(&ANALYSED_SAMPLE_TIME))?;
+            let device = Dynamics {
+                hand_stiffness_n_per_m: hand,
+                ..Dynamics::ideal(mass, damping)
+            };
+            let wall = Environment {
+                stiffness_n_per_m: needed(&STIFFNESS)?,
+                dissipation_n_s_mu_per_m: needed(&DISSIPATION)?,
+                order,
+                sample_time_s: t,
+            };
+            (device.nondimensional(&wall), Some((mass, t)))
+        } else {
+            let without_units = Nondimensional {
+                alpha: needed(&ALPHA)?,
+                beta: needed(&BETA)?,
+                delta: table.number_if(&DELTA)?.unwrap_or(0.0),
+                gamma: table.number_if(&GAMMA)?.unwrap_or(0.0),
+            };
+            (without_units.checked(), None)
+        };
+        let parameters = parameters.map_err(analysed)?;
+        let (scheme, operator) = operator(table, order, sample_time_s)?;
+        let of_wall = [STIFFNESS, DISSIPATION, ALPHA, BETA];
+        Ok(Self {
+            parameters,
+            order,
+            operator,
+            scheme,
+            path: path(table, sample_time_s)?,
+            points,
+            sample_time_s,
+            units,
+            asked,
+            of_wall: of_wall.iter().filter(|key| table.has(key)).count(),
+            delta_given: has_file || [DELTA, ANALYSED_DAMPING].iter().any(|key| table.has(key)),
+        })
+    }
+
+    fn plant(&self) -> Result<SampledPlant, Failure> {
+        let Nondimensional { delta, gamma, .. } = self.parameters;
+        SampledPlant::behind(delta, gamma, self.path).map_err(Failure::input)
+    }
+
+    fn sampled(&self) -> Result<SampledLoop<'_>, Failure> {
+        let Nondimensional { alpha, beta, .. } = self.parameters;
+        SampledLoop::with_plant(self.plant()?, alpha, beta, &self.operator).map_err(Failure::input)
+    }
+
+    /// The loop, with the wall and device without units and the way of the force, and what was found of it.
+    fn report(&self, without_units: Value, found: Value) -> Rows {
+        let loop_ = json!({"order": self.order.get(), "scheme": self.scheme.to_string()});
+        let path = path_result(self.path, self.sample_time_s);
+        rows([loop_, self.asked.clone(), without_units, path, found])
+    }
+
+    /// Stiffness and dissipation of a wall without units: K = αm/T², B = βm/T^(2−μ).
+    fn with_units(&self, alpha: Option<f64>, beta: Option<f64>) -> [Option<f64>; 2] {
+        let Some((m, t)) = self.units else {
+            return [None; 2];
+        };
+        let stiffness = alpha.map(|alpha| alpha * m / (t * t));
+        [
+            stiffness,
+            beta.map(|beta| beta * m / t.powf(2.0 - self.order.get())),
+        ]
+    }
+
+    pub(super) fn stability(&self, _: Warn<'_>) -> Result<Analysed, Failure> {
+        let parameters = self.parameters;
+        // Without any spring there is a pole at z = 1, which is no instability: the device stays where it is left.
+        let sampled = self.sampled()?;
+        let (drifts, sampled) = (sampled.drifts(), sampled.beside_rest());
+        let verdict = sampled.verdict();
+        // Only a stable loop has margins; the edge is not stable.
+        let margins = verdict.stable.then(|| sampled.margins().ok()).flatten();
+        let contact = sampled.slope_limit();
+        let factor = |value: f64| (value > 0.0 && value.is_finite()).then_some(value);
+        let without_units = json!({
+            "alpha": parameters.alpha,
+            "beta": parameters.beta,
+            "delta": parameters.delta,
+            "gamma": parameters.gamma,
+        });
+        let found = json!({
+            "stable": verdict.stable,
+            "stable_reason": match (verdict.unstable_poles, drifts) {
+                (None, _) => Some("on the boundary"),
+                (_, true) => Some("without a spring the device stays where it is left"),
+                _ => None,
+            },
+            "drifts": drifts,
+            // Largest |z| of a pole; null if P is irrational or the polynomial too long.
+            "spectral_radius": sampled.spectral_radius(),
+            // Poles with |z| > 1; null on the boundary.
+            "encirclements": verdict.unstable_poles,
+            // By how much the wall could grow, and how much more delay it could bear; null for any, or if unstable.
+            "gain_margin": margins.and_then(|margins| margins.gain_up).map(|at| at.value),
+            "delay_margin_samples": margins.and_then(|margins| margins.delay).map(|at| at.value),
+            "peak_sensitivity_db": margins.map(|margins| decibel(margins.sensitivity.value)),
+            // The factor on the wall up to which contact that may pull, acts on one side or stiffens, and is nowhere steeper than this, is proved
+            // stable for every motion; null if nothing is proved. And the factor that no such proof reaches.
+            "pulling_contact_margin": factor(contact.proved),
+            "pulling_contact_margin_reason": (contact.proved == 0.0 && contact.provable > 0.0)
+                .then_some("no proof was found; a device without damping has none"),
+            "pulling_contact_margin_most": factor(contact.provable),
+        });
+        Ok(Analysed::in_numbers(self.report(without_units, found)))
+    }
+
+    pub(super) fn passivity(&self, _: Warn<'_>) -> Result<Analysed, Failure> {
+        let parameters = self.parameters;
+        let port = OnePort::new(&self.operator, self.order)
+            .and_then(|port| port.through(self.path))
+            .map_err(Failure::input)?
+            .with_memory(self.operator.memory());
+        let required = port.required_delta(parameters.alpha, parameters.beta);
+        let required = required.map_err(Failure::input)?;
+        let delta = self.delta_given.then_some(parameters.delta);
+        let largest = |found: Result<Largest, AnalysisError>| match found.map_err(Failure::input)? {
+            Largest::Below { value, .. } => Ok::<_, Failure>(Some(value)),
+            Largest::Any | Largest::Empty => Ok(None),
+        };
+        let (mut alpha, mut beta) = (None, None);
+        if let Some(delta) = delta {
+            alpha = largest(port.largest_alpha(delta, parameters.beta))?;
+            beta = largest(port.largest_beta(delta, parameters.alpha))?;
+        }
+        let [stiffness, dissipation] = self.with_units(alpha, beta);
+        let without_units =
+            json!({"alpha": parameters.alpha, "beta": parameters.beta, "delta": delta});
+        let found = json!({
+            // Least δ by Theorem 1 for the operator really used, and by Corollary 1 for the exact one without delay.
+            "required_delta": required.delta,
+            "corollary_delta": required.corollary_delta,
+            "worst_theta": required.worst_theta,
+            "passive": delta.map(|delta| required.passive(delta)),
+            "passive_reason": match (required.negative_at_rest, delta) {
+                (true, _) => Some("a negative spring at rest: no damping is enough".to_owned()),
+                (false, None) => Some(format!("give {DELTA} or {ANALYSED_DAMPING} to know")),
+                _ => None,
+            },
+            "negative_at_rest": required.negative_at_rest,
+            // Passive with the given δ and the other; null without a δ, or if none or any is.
+            "largest_alpha": alpha,
+            "largest_beta": beta,
+            "largest_stiffness_n_per_m": stiffness,
+            "largest_dissipation_n_s_mu_per_m": dissipation,
+            // δ = bT/m
+            "required_damping_n_s_per_m": self.units.map(|(m, t)| required.delta * m / t),
+            "worst_rad_s": self.units.map(|(_, t)| required.worst_theta / t),
+        });
+        Ok(Analysed::in_numbers(self.report(without_units, found)))
+    }
+
+    pub(super) fn region(&self, warn: Warn<'_>) -> Result<Analysed, Failure> {
+        if self.of_wall == 1 {
+            warn(&format!(
+                "no wall is marked: give both {STIFFNESS} and {DISSIPATION}, or {ALPHA} and {BETA}"
+            ));
+        }
+        let Nondimensional {
+            alpha,
+            beta,
+            delta,
+            gamma,
+        } = self.parameters;
+        let region = StabilityRegion::new(self.plant()?, &self.operator, 0, BOUNDARY);
+        let region = region.map_err(Failure::input)?;
+        let area = region.bounded();
+        let polygons = area.map_or(&[][..], |area| &area.polygons);
+        let mut outlines = polygons.iter().map(|polygon| {
+            let points = polygon.points.iter();
+            let points = points.map(|at| json!({"alpha": at.alpha, "beta": at.beta}));
+            points.collect::<Vec<_>>()
+        });
+        let [stiffness, dissipation] = self.with_units(
+            area.map(|area| area.alpha_max),
+            area.map(|area| area.beta_at_alpha_max),
+        );
+        let found = json!({
+            "empty": area.is_none(),
+            "area": area.map_or(0.0, |area| area.area),
+            "alpha_max": area.map(|area| area.alpha_max),
+            "beta_at_alpha_max": area.map(|area| area.beta_at_alpha_max),
+            "beta_max": area.map(|area| area.beta_max),
+            "stiffness_max_n_per_m": stiffness,
+            "dissipation_at_stiffness_max_n_s_mu_per_m": dissipation,
+            // Outline of the largest part; others follow in `further_parts`.
+            "boundary": outlines.next().unwrap_or_default(),
+            "further_parts": outlines.collect::<Vec<_>>(),
+        });
+        let [k, b] = self.with_units(Some(1.0), Some(1.0));
+        let drawn = area.map(|_| {
+            Drawn::Region(Region {
+                parts: polygons.to_vec(),
+                units: k.zip(b).map(|(k, b)| [k, b]),
+                wall: (self.of_wall == 2).then_some((beta, alpha)),
+            })
+        });
+        let without_units = json!({"delta": delta, "gamma": gamma});
+        Ok(Analysed {
+            report: self.report(without_units, found),
+            drawn,
+            about: self.words(false),
+        })
+    }
+
+    pub(super) fn sensitivity(&self, _: Warn<'_>) -> Result<Analysed, Failure> {
+        let sampled = self.sampled()?;
+        let peak = sampled.sensitivity_peak().map_err(Failure::input)?;
+        let points = logarithmic(1e-3 * PI, PI, self.points).map(|theta| SensitivityPoint {
+            theta,
+            magnitude_db: decibel(sampled.sensitivity(theta)),
+        });
+        let points: Vec<SensitivityPoint> = points.collect();
+        let found = json!({
+            "peak_db": decibel(peak.value),
+            "theta_at_peak": peak.theta,
+            "points": points,
+        });
+        Ok(Analysed {
+            report: self.report(json!({}), found),
+            drawn: Some(Drawn::Sensitivity(points)),
+            about: self.words(true),
+        })
+    }
+
+    /// The loop in words below a picture: operator and, if it is one of them, the wall; device, delay and lag in a second line.
+    fn words(&self, with_wall: bool) -> String {
+        let few = |value: f64| digits(value, 4);
+        let Nondimensional {
+            alpha,
+            beta,
+            delta,
+            gamma,
+        } = self.parameters;
+        let mut law = vec![
+            format!("order μ = {}", few(self.order.get())),
+            format!("scheme {}", self.scheme),
+        ];
+        let wall = match self.with_units(Some(alpha), Some(beta)) {
+            [Some(stiffness), Some(dissipation)] => format!(
+                "K = {} · B = {}",
+                written("stiffness_n_per_m", stiffness),
+                written("dissipation_n_s_mu_per_m", dissipation)
+            ),
+            _ => format!("α = {} · β = {}", few(alpha), few(beta)),
+        };
+        law.extend(with_wall.then_some(wall));
+        let (mut device, hand) = match self.units {
+            Some((mass, t)) => {
+                let hand = written("hand_stiffness_n_per_m", gamma * mass / (t * t));
+                let device = vec![
+                    format!("m = {}", written("mass_kg", mass)),
+                    format!("b = {}", written("damping_n_s_per_m", delta * mass / t)),
+                    format!("T = {}", written("sample_time_s", t)),
+                ];
+                (device, format!("hand {hand}"))
+            }
+            None => (
+                vec![format!("δ = {}", few(delta))],
+                format!("γ = {}", few(gamma)),
+            ),
+        };
+        device.extend((gamma > 0.0).then_some(hand));
+        let time = |samples: f64| match self.sample_time_s {
+            Some(t) => written("delay_s", samples * t),
+            None => format!("{} samples", few(samples)),
+        };
+        device.push(format!("delay {}", time(self.path.delay_samples())));
+        let lag = self.path.lag_samples();
+        device.extend((lag > 0.0).then(|| format!("current lag {}", time(lag))));
+        format!("{}\n{}", law.join(" · "), device.join(" · "))
+    }
+}
+
+fn missing(parameter: &Parameter) -> Failure {
+    Failure::bad_input(format_args!(
+        "{parameter} is missing: give {ALPHA} and {BETA}, or {ANALYSED_MASS}, {ANALYSED_SAMPLE_TIME} and the wall"
+    ))
+}
+
+/// Delay and lag of a loop in samples; `sample_time_s` is its own, if it was given.
+pub(super) fn path(table: &Table<'_>, sample_time_s: Option<f64>) -> Result<ForcePath, Failure> {
+    let in_samples = table.number_if(&DELAY_SAMPLES)?;
+    if in_samples.is_some() && table.has(&ANALYSED_DELAY) {
+        return Err(Failure::bad_input(format_args!(
+            "the delay is given in samples and in seconds: omit {DELAY_SAMPLES} or {ANALYSED_DELAY}"
+        )));
+    }
+    let samples = |parameter: &Parameter| {
+        let time_s = table.number_if(parameter)?.unwrap_or(0.0);
+        match sample_time_s {
+            Some(t) => Ok(time_s / t),
+            None if time_s == 0.0 => Ok(0.0),
+            None => Err(Failure::bad_input(format_args!(
+                "{parameter} {time_s} s is a time, but the loop has no units: give {ANALYSED_SAMPLE_TIME}"
+            ))),
+        }
+    };
+    let delay = in_samples.map_or_else(|| samples(&ANALYSED_DELAY), Ok)?;
+    ForcePath::new(delay, samples(&ANALYSED_LAG)?).map_err(analysed)
+}
+
+pub(super) fn path_result(path: ForcePath, sample_time_s: Option<f64>) -> Value {
+    json!({
+        "delay_samples": path.delay_samples(),
+        "delay_s": sample_time_s.map(|t| path.delay_samples() * t),
+        "current_lag_samples": path.lag_samples(),
+        "current_lag_s": sample_time_s.map(|t| path.lag_samples() * t),
+    })
+}

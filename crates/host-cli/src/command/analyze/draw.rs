@@ -1,0 +1,109 @@
+//! Pictures of analyses.
+
+use crate::picture::{Panel, linear, logarithmic as axis, page};
+use haptic_experiment::question::analysis::{
+    Drawn, FeltPoint, HandPoint, Region, SensitivityPoint,
+};
+use haptic_figure::{AxisSpec, FigureError, Look, Picture};
+
+/// The picture of an analysis.
+pub(super) fn draw(drawn: &Drawn, about: &str) -> Result<Picture, FigureError> {
+    let (title, panels) = match drawn {
+        Drawn::Felt(points) => felt(points),
+        Drawn::Region(region) => ("Stable walls", vec![stable(region)]),
+        Drawn::Sensitivity(points) => ("Sensitivity", vec![sensitivity(points)]),
+        Drawn::Teleoperation { points, errors } => (
+            "What the hand feels of a tissue far away",
+            hands(points, errors),
+        ),
+    };
+    page(title, about, panels.len().min(2), &panels)
+}
+
+fn felt(points: &[FeltPoint]) -> (&'static str, Vec<Panel<'static>>) {
+    type Value = fn(&FeltPoint) -> Option<f64>;
+    let panel = |caption, label, sampled: Value, continuous: Value| {
+        let curve = |value: Value| {
+            let points = points.iter();
+            points.filter_map(move |at| Some((at.omega_rad_s, value(at)?)))
+        };
+        Panel::new(caption, axis("frequency ω / rad·s⁻¹"), linear(label))
+            .with("sampled", Look::Line, 0, curve(sampled))
+            .with("continuous", Look::Dashed, 1, curve(continuous))
+    };
+    let panels = vec![
+        panel(
+            "stiffness",
+            "effective stiffness / N·m⁻¹",
+            |at| Some(at.effective_stiffness_n_per_m),
+            |at| at.continuous_stiffness_n_per_m,
+        ),
+        panel(
+            "damping",
+            "effective damping / N·s·m⁻¹",
+            |at| Some(at.effective_damping_n_s_per_m),
+            |at| at.continuous_damping_n_s_per_m,
+        ),
+    ];
+    let mut points = points.iter();
+    let title = match points.any(|at| at.continuous_stiffness_n_per_m.is_some()) {
+        true => "Effective stiffness and damping at the hand",
+        false => "Effective stiffness and damping of the environment",
+    };
+    (title, panels)
+}
+
+fn stable(region: &Region) -> Panel<'static> {
+    let (x, y) = match region.units {
+        Some(_) => ("dissipation B / N·s^μ·m⁻¹", "stiffness K / N·m⁻¹"),
+        None => ("dissipation β = BT^{2−μ}/m", "stiffness α = KT²/m"),
+    };
+    let [stiffness, dissipation] = region.units.unwrap_or([1.0; 2]);
+    let in_units = |beta: f64, alpha: f64| (beta * dissipation, alpha * stiffness);
+    let mut panel = Panel::new("", linear(x), linear(y));
+    for part in &region.parts {
+        // Closed outlines.
+        let closed = part.points.iter().chain(part.points.first());
+        let outline = closed.map(|at| in_units(at.beta, at.alpha));
+        panel = panel.with("stable", Look::Area, 0, outline);
+    }
+    let wall = region.wall.map(|(beta, alpha)| in_units(beta, alpha));
+    panel.with("your wall", Look::Markers, 1, wall)
+}
+
+fn sensitivity(points: &[SensitivityPoint]) -> Panel<'static> {
+    let curve = points.iter().map(|at| (at.theta, at.magnitude_db));
+    let panel = Panel::new("", axis("digital frequency θ / rad"), linear("|S| / dB"));
+    panel.with("|1/(1 + GH)|", Look::Line, 0, curve)
+}
+
+/// Stiffness and phase of the tissue, and as felt; and the error of the best coupler of each order.
+fn hands(points: &[HandPoint], errors: &[(f64, f64)]) -> Vec<Panel<'static>> {
+    type Value = fn(&HandPoint) -> f64;
+    let panel = |caption, y: AxisSpec<'static>, tissue: Value, felt: Value| {
+        let over = |value: Value| points.iter().map(move |at| (at.frequency_hz, value(at)));
+        Panel::new(caption, axis("frequency / Hz"), y)
+            .with("tissue", Look::Line, 1, over(tissue))
+            .with("felt in the hand", Look::Line, 0, over(felt))
+    };
+    let mut panels = vec![
+        panel(
+            "stiffness",
+            axis("|F/x| / N·m⁻¹"),
+            |at| at.tissue_n_per_m,
+            |at| at.felt_n_per_m,
+        ),
+        panel(
+            "phase",
+            linear("phase / °"),
+            |at| at.tissue_degrees,
+            |at| at.felt_degrees,
+        ),
+    ];
+    if errors.len() > 1 {
+        let caption = "the best coupler of each order";
+        let panel = Panel::new(caption, linear("order μ"), linear("rms of ln(felt/tissue)"));
+        panels.push(panel.with("best coupler", Look::Markers, 2, errors.iter().copied()));
+    }
+    panels
+}
