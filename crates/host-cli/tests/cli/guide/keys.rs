@@ -56,6 +56,7 @@ fn interval(range: Range) -> String {
 
 fn range(parameter: &Parameter) -> String {
     match parameter.value {
+        Value::Number(_, Range::Within(f64::MIN, f64::MAX)) => "any".to_owned(),
         Value::Number(_, range) => interval(range),
         Value::Count(_) => "whole".to_owned(),
         Value::Flag(_) => "true, false".to_owned(),
@@ -124,7 +125,7 @@ const IN_PYTHON: [(&str, &str); 5] = [
 /// Keys of a question to a record: option, field and argument of each, which the help of the command has.
 fn asked(text: &mut String, command: &str, tables: &[(&str, &[Parameter])]) {
     let help = Place::new().run(&format!("{command} --help")).stdout;
-    let head = "| key | command | page | Python | default | range | meaning |\n|---|---|---|---|---|---|---|";
+    let head = "| key, field of the page | command | Python | default | range | meaning |\n|---|---|---|---|---|---|";
     let _ = writeln!(text, "\n### {command}\n\n{head}");
     for parameter in tables.iter().flat_map(|(_, table)| *table) {
         let key = parameter.key;
@@ -133,23 +134,42 @@ fn asked(text: &mut String, command: &str, tables: &[(&str, &[Parameter])]) {
             help.contains(&format!("{option} ")) || help.contains(&format!("{option}\n")),
             "{option}"
         );
-        let page = if key == VALIDATE.key {
-            "second file"
+        let second = if key == VALIDATE.key {
+            ", a second file"
         } else {
-            "field"
+            ""
         };
         let python = IN_PYTHON.iter().find(|one| one.0 == key);
         let python = python.map_or(key, |one| one.1);
         let [default, range, meaning] = [
-            default(parameter, false),
+            match parameter.shown {
+                "" => default(parameter, false),
+                shown => shown.to_owned(),
+            },
             range(parameter),
-            meaning(parameter),
+            meaning(parameter).replace('|', "\\|"),
         ];
         let _ = writeln!(
             text,
-            "| `{key}` | `{option}` | {page} | `{python}` | {default} | {range} | {meaning} |"
+            "| `{key}`{second} | `{option}` | `{python}` | {default} | {range} | {meaning} |"
         );
     }
+}
+
+/// The text with each list of choices once; later rows name the key that has it.
+fn lists_once(text: &str) -> String {
+    let mut seen = BTreeMap::new();
+    let lines = text.lines().map(|line| {
+        let Some((row, list)) = line.split_once("<br>") else {
+            return line.to_owned();
+        };
+        if let Some(first) = seen.get(list) {
+            return format!("{row}; choices as of {first} above |");
+        }
+        seen.insert(list, row.split(' ').nth(1).unwrap_or_default());
+        line.to_owned()
+    });
+    lines.collect::<Vec<_>>().join("\n") + "\n"
 }
 
 /// The page below its mark.
@@ -185,7 +205,7 @@ fn made() -> String {
     asked(&mut text, "identify", RECORD);
     asked(&mut text, "control identify", PLANT_RECORD);
     asked(&mut text, "control design", CONTROL_DESIGN);
-    text
+    lists_once(&text)
 }
 
 #[test]
