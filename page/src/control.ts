@@ -311,7 +311,7 @@ export class ControlView implements ViewPart {
     ];
     const shown = own === null ? [fractional, integer] : [fractional, integer, own];
     const cells = (of: (one: Candidate) => string): HTMLElement[] => shown.map((one) => el("td", {}, one === null ? "–" : of(one)));
-    const head = el("tr", {}, el("th", {}), ...shown.map((_, n) => el("th", { scope: "col" }, LINES[n]?.label ?? "")));
+    const head = el("tr", {}, el("td"), ...shown.map((_, n) => el("th", { scope: "col" }, LINES[n]?.label ?? "")));
     const said = reason === null ? [] : [el("caption", { class: "hint" }, `No PID: ${reason}`)];
     const sampled = el("tr", {}, el("th", { scope: "row" }, "sample time"), el("td", { colspan: shown.length }, quantity(sample, "s")));
     this.figures.replaceChildren(...said, el("tbody", {}, head, ...rows.map(([name, of]) => el("tr", {}, el("th", { scope: "row" }, name), ...cells(of))), sampled));
