@@ -365,11 +365,17 @@ impl Page {
     fn header(&self) -> (Vec<Text>, f64) {
         let left = 2.0 * PAGE_EDGE;
         let sizes = SMALLEST_TITLE_SIZE..=TITLE_SIZE;
-        let title = wrapped(&self.title, sizes, self.width - 2.0 * left);
+        let room = self.width - 2.0 * left;
+        let title = wrapped(&self.title, sizes, room);
         let sizes = SMALLEST_SUBTITLE_SIZE..=SUBTITLE_SIZE;
         let subtitle = self.subtitle.lines();
-        let subtitle =
-            subtitle.flat_map(|line| wrapped(line, sizes.clone(), self.width - 2.0 * left));
+        let subtitle: Vec<_> = subtitle
+            .flat_map(|line| wrapped(line, sizes.clone(), room))
+            .collect();
+        let least = subtitle.iter().map(|line| line.1).min();
+        let subtitle = subtitle
+            .into_iter()
+            .map(|(line, size)| (line, least.unwrap_or(size)));
         let (mut texts, mut end, mut next) = (Vec::new(), 0.0, TITLE_BASELINE);
         let title = title.into_iter().map(|line| (line, INK, TITLE_LINE));
         for ((line, size), colour, below) in
@@ -384,13 +390,20 @@ impl Page {
         (texts, end)
     }
 
+    /// One size for all names of the legend, at which the longest has room.
+    fn legend_size(&self) -> u32 {
+        let room = self.width - 4.0 * PAGE_EDGE - SAMPLE_LENGTH - SAMPLE_GAP;
+        let names = self.legend.iter();
+        names.fold(LABEL_SIZE, |size, entry| fit(&entry.name, size, room).1)
+    }
+
     /// The entries of the legend in lines, each entry with its left edge.
     fn legend_lines(&self) -> Vec<Vec<(f64, &LegendEntry)>> {
-        let left = 2.0 * PAGE_EDGE;
+        let (left, size) = (2.0 * PAGE_EDGE, self.legend_size());
         let mut lines: Vec<Vec<(f64, &LegendEntry)>> = Vec::new();
         let mut x = left;
         for entry in &self.legend {
-            let width = SAMPLE_LENGTH + SAMPLE_GAP + text_width(&entry.name, LABEL_SIZE);
+            let width = SAMPLE_LENGTH + SAMPLE_GAP + text_width(&entry.name, size);
             if lines.is_empty() || x + width > self.width - left {
                 lines.push(Vec::new());
                 x = left;
@@ -409,16 +422,16 @@ impl Page {
         legend: &[Vec<(f64, &LegendEntry)>],
         title_end: f64,
     ) {
-        let left = 2.0 * PAGE_EDGE;
+        let (left, size) = (2.0 * PAGE_EDGE, self.legend_size());
         for (line, entries) in legend.iter().enumerate() {
             let baseline = title_end + LEGEND_BELOW + line as f64 * LEGEND_LINE;
             for (x, entry) in entries {
                 for form in &entry.forms {
-                    let middle = baseline - 0.35 * f64::from(LABEL_SIZE);
+                    let middle = baseline - 0.35 * f64::from(size);
                     drawing.items.append(&mut form.sample(*x, middle));
                 }
                 let x = x + SAMPLE_LENGTH + SAMPLE_GAP;
-                let (name, size) = fit(&entry.name, LABEL_SIZE, self.width - left - x);
+                let (name, size) = fit(&entry.name, size, self.width - left - x);
                 drawing.text(Text::new(&name, x, baseline, size));
             }
         }

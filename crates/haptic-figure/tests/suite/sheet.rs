@@ -62,6 +62,43 @@ fn no_text_is_below_six_points_and_none_beyond_the_paper_at_any_width() {
     }
 }
 
+#[test]
+fn conditions_are_whole_in_a_line_and_all_of_them_and_all_names_of_the_legend_have_one_size() {
+    let wave = [(0.0, 0.0), (1.0, 1.0)];
+    let names = ["short", "a name that is nearly too long for a column"];
+    let page = ChartPage {
+        title: "Lines",
+        subtitle: "plant 1/(s+1)\ncontroller 9.7479+0.60718/s^0.9-2.8389s^0.6063 · T = 200 ms · held until 50 s",
+        columns: 1,
+        charts: vec![Chart {
+            caption: "lines",
+            x: AxisSpec::new("time / s", Scale::Linear),
+            y: AxisSpec::new("force / N", Scale::Linear),
+            series: names
+                .map(|name| Series::new(name, &wave, Look::Line, 0))
+                .into(),
+        }],
+    };
+    let sheet = Sheet {
+        width_m: Some(0.085),
+        ..Sheet::default()
+    };
+    let picture = page.draw().expect("draws").on(&sheet).expect("draws");
+    let size_of = |text: &str| {
+        let lines = picture.svg().split("<text ").skip(1);
+        let mut sizes = lines.filter_map(|line| {
+            let (attributes, content) = line.split_once('>')?;
+            let size = attributes.split("font-size=\"").nth(1)?.split('"').next()?;
+            content.starts_with(text).then(|| size.to_owned())
+        });
+        sizes.next().unwrap_or_else(|| panic!("no line {text}"))
+    };
+    assert_eq!(size_of(names[0]), size_of(names[1]));
+    for condition in ["controller 9.7", "T = 200 ms · held until 50 s"] {
+        assert_eq!(size_of(condition), size_of("plant 1/"));
+    }
+}
+
 /// Width and height of the page in its own pixels.
 fn viewed(svg: &str) -> (f64, f64) {
     let (_, after) = svg.split_once("viewBox=\"0 0 ").expect("has one");
