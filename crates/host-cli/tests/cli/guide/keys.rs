@@ -3,7 +3,7 @@
 use crate::process::Place;
 use fracdiff::parameter::Shown;
 use haptic_experiment::parameters::{
-    self, CONTROL_DESIGN, PLANT_RECORD, Parameter, RECORD, Range, VALIDATE, Value, choices,
+    self, CONTROL_DESIGN, PLANT_RECORD, Parameter, RECORD, Range, Value, choices,
 };
 use haptic_quantity::without_unit;
 use std::collections::BTreeMap;
@@ -26,10 +26,7 @@ fn told(parameter: &Parameter) -> (&'static str, Option<&'static str>) {
     })
 }
 
-fn default(parameter: &Parameter, required: bool) -> String {
-    if required {
-        return "required".to_owned();
-    }
+fn default(parameter: &Parameter) -> String {
     if let Some(default) = told(parameter).1 {
         return default.to_owned();
     }
@@ -77,18 +74,17 @@ fn meaning(parameter: &Parameter) -> String {
 /// Rows of a table, each with its key.
 fn rows(heading: &str, parameters: &[Parameter]) -> Vec<(&'static str, String)> {
     let required = heading.ends_with("required");
-    let rows = parameters.iter().map(|parameter| {
-        let row = [
-            format!("`{}`", parameter.key),
-            default(parameter, required),
-            range(parameter),
-            meaning(parameter),
-        ];
-        let is_plain = row.iter().all(|cell| !cell.contains(['|', '\n']));
-        assert!(is_plain, "{row:?}");
-        (parameter.key, format!("| {} |", row.join(" | ")))
-    });
+    let said = required.then_some("required");
+    let rows = parameters.iter();
+    let rows = rows.map(|one| (one.key, format!("| `{}` | {} |", one.key, cells(one, said))));
     rows.collect()
+}
+
+/// Default, which may be said otherwise, range and meaning.
+fn cells(parameter: &Parameter, said: Option<&str>) -> String {
+    let default = said.map_or_else(|| default(parameter), str::to_owned);
+    let meaning = meaning(parameter).replace('|', "\\|");
+    [default, range(parameter), meaning].join(" | ")
 }
 
 fn table(text: &mut String, heading: &str, rows: &[&str]) {
@@ -134,25 +130,13 @@ fn asked(text: &mut String, command: &str, tables: &[(&str, &[Parameter])]) {
             help.contains(&format!("{option} ")) || help.contains(&format!("{option}\n")),
             "{option}"
         );
-        let second = if key == VALIDATE.key {
-            ", a second file"
-        } else {
-            ""
-        };
         let python = IN_PYTHON.iter().find(|one| one.0 == key);
         let python = python.map_or(key, |one| one.1);
-        let [default, range, meaning] = [
-            match parameter.shown {
-                "" => default(parameter, false),
-                shown => shown.to_owned(),
-            },
-            range(parameter),
-            meaning(parameter).replace('|', "\\|"),
-        ];
-        let _ = writeln!(
-            text,
-            "| `{key}`{second} | `{option}` | `{python}` | {default} | {range} | {meaning} |"
+        let cells = cells(
+            parameter,
+            Some(parameter.shown).filter(|shown| !shown.is_empty()),
         );
+        let _ = writeln!(text, "| `{key}` | `{option}` | `{python}` | {cells} |");
     }
 }
 
