@@ -87,7 +87,7 @@ export class ControlView implements ViewPart {
   private readonly verdict = el("p", { class: "verdict", role: "status" });
   private readonly read = el("p", { class: "hint" });
   private readonly notes = el("div");
-  private readonly figures = el("table", { class: "result" });
+  private readonly figures = el("table", { class: "result", tabindex: 0, "aria-label": "Controllers" });
   private readonly file = el("button", { type: "button", class: "primary", disabled: true }, "Save the controller");
   private readonly seen = el("select", { "aria-label": "Over time" }, ...Object.entries(SEEN).map(([value, text]) => el("option", { value }, text)));
   private readonly said = el("p", { class: "hint" });

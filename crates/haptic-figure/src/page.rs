@@ -361,31 +361,28 @@ impl Page {
         }
     }
 
-    /// Title and subtitle in as many lines as they need, and the last baseline.
+    /// Title and subtitle in as many lines as they need, each in one size, and the last baseline.
     fn header(&self) -> (Vec<Text>, f64) {
         let left = 2.0 * PAGE_EDGE;
-        let sizes = SMALLEST_TITLE_SIZE..=TITLE_SIZE;
-        let room = self.width - 2.0 * left;
-        let title = wrapped(&self.title, sizes, room);
-        let sizes = SMALLEST_SUBTITLE_SIZE..=SUBTITLE_SIZE;
-        let subtitle = self.subtitle.lines();
-        let subtitle: Vec<_> = subtitle
-            .flat_map(|line| wrapped(line, sizes.clone(), room))
-            .collect();
-        let least = subtitle.iter().map(|line| line.1).min();
-        let subtitle = subtitle
-            .into_iter()
-            .map(|(line, size)| (line, least.unwrap_or(size)));
         let (mut texts, mut end, mut next) = (Vec::new(), 0.0, TITLE_BASELINE);
-        let title = title.into_iter().map(|line| (line, INK, TITLE_LINE));
-        for ((line, size), colour, below) in
-            title.chain(subtitle.map(|line| (line, MUTED_INK, SUBTITLE_LINE)))
-        {
-            texts.push(Text {
-                colour,
-                ..Text::new(&line, left, next, size)
-            });
-            (end, next) = (next, next + below);
+        let title = SMALLEST_TITLE_SIZE..=TITLE_SIZE;
+        let subtitle = SMALLEST_SUBTITLE_SIZE..=SUBTITLE_SIZE;
+        for (text, sizes, colour, below) in [
+            (&self.title, title, INK, TITLE_LINE),
+            (&self.subtitle, subtitle, MUTED_INK, SUBTITLE_LINE),
+        ] {
+            let lines = text.lines();
+            let lines =
+                lines.flat_map(|line| wrapped(line, sizes.clone(), self.width - 2.0 * left));
+            let lines: Vec<_> = lines.collect();
+            let size = lines.iter().map(|line| line.1).min();
+            for (line, _) in lines {
+                texts.push(Text {
+                    colour,
+                    ..Text::new(&line, left, next, size.unwrap_or_default())
+                });
+                (end, next) = (next, next + below);
+            }
         }
         (texts, end)
     }

@@ -194,12 +194,11 @@ pub(crate) fn fit_between(text: &str, sizes: RangeInclusive<u32>, width: f64) ->
 /// line, at a space; a word that has no room is cut. Nothing has no line.
 pub(crate) fn wrapped(text: &str, sizes: RangeInclusive<u32>, width: f64) -> Vec<(String, u32)> {
     let least = *sizes.start();
+    if text.is_empty() {
+        return Vec::new();
+    }
     if text_width(text, least) <= width {
-        let line = fit_between(text, sizes, width);
-        return Some(line)
-            .filter(|_| !text.is_empty())
-            .into_iter()
-            .collect();
+        return vec![fit_between(text, sizes, width)];
     }
     let mut lines: Vec<String> = Vec::new();
     let parts = text.split_inclusive(" · ").flat_map(|part| {

@@ -333,12 +333,6 @@ fn long_names_wrap_in_the_legend_and_long_captions_are_made_to_fit() {
     for name in &names {
         assert!(picture.svg().contains(name.as_str()), "{name}");
     }
-    let again = (0..5).map(|_| chart(&caption, Scale::Log, all()));
-    assert_eq!(
-        picture,
-        draw(5, again.collect()).expect("draws"),
-        "not reproducible"
-    );
 }
 
 /// Texts of a page of one chart of lines over this axis.

@@ -82,16 +82,14 @@ pub(super) fn draw(
         };
         upper = upper.with(name(found, fit), look, colour(n), curve(found, fit));
     }
-    let open = if oscillates {
-        " (open: loss modulus)"
-    } else {
-        ""
+    let caption = match oscillates {
+        true => "model less record (open: loss modulus)",
+        false => "model less record",
     };
-    let caption = format!("model less record{open}");
     let [of_all, of_loss] = parts(found, &residuals(found, chosen));
     let lower = Panel::new(caption, across, linear(residual))
-        .with(name(found, chosen), Look::Markers, colour(0), of_all)
-        .with("", Look::OpenMarkers, colour(0), of_loss);
+        .with(name(found, chosen), Look::Markers, 0, of_all)
+        .with("", Look::OpenMarkers, 0, of_loss);
     let title = format!("Identified from a record: {}", chosen.kind.name());
     let (source, kind, samples) = (short_name(source), found.kind.name(), found.samples);
     let modulus = match loading.modulus() {
