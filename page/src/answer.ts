@@ -131,7 +131,7 @@ export function line(line: Line): Node[] {
     const head = el("tr", {}, ...line.columns.map((name) => el("th", { scope: "col" }, name)));
     const body = line.rows.map((row) => el("tr", {}, ...row.map((cell) => el("td", {}, cell))));
     const heading = line.rows.length < line.length ? `${line.label} (${line.rows.length} of ${line.length})` : line.label;
-    return [el("h3", {}, heading), el("table", {}, el("thead", {}, head), el("tbody", {}, ...body))];
+    return [el("h3", {}, heading), el("table", { tabindex: 0, "aria-label": heading }, el("thead", {}, head), el("tbody", {}, ...body))];
   }
   if (line.value === "" && line.reason === "") return [el("h3", {}, line.label)];
   const value = line.reason === "" ? line.value : `${line.value} (${line.reason})`;

@@ -88,7 +88,7 @@ export class ControlView implements ViewPart {
   private readonly verdict = el("p", { class: "verdict", role: "status" });
   private readonly read = el("p", { class: "hint" });
   private readonly notes = el("div");
-  private readonly figures = el("table", { class: "result" });
+  private readonly figures = el("table", { class: "result", tabindex: 0, "aria-label": "Controllers" });
   private readonly file = el("button", { type: "button", class: "primary", disabled: true }, "Save the controller");
   private readonly seen = el("select", { "aria-label": "Over time" }, ...Object.entries(SEEN).map(([value, text]) => el("option", { value }, text)));
   private readonly said = el("p", { class: "hint" });
@@ -319,7 +319,7 @@ export class ControlView implements ViewPart {
     ];
     const shown = own === null ? [fractional, integer] : [fractional, integer, own];
     const cells = (of: (one: Candidate) => string): HTMLElement[] => shown.map((one) => el("td", {}, one === null ? "–" : of(one)));
-    const head = el("tr", {}, el("th", {}), ...shown.map((_, n) => el("th", { scope: "col" }, LINES[n]?.label ?? "")));
+    const head = el("tr", {}, el("td"), ...shown.map((_, n) => el("th", { scope: "col" }, LINES[n]?.label ?? "")));
     const said = reason === null ? [] : [el("caption", { class: "hint" }, `No PID: ${reason}`)];
     const sampled = el("tr", {}, el("th", { scope: "row" }, "sample time"), el("td", { colspan: shown.length }, quantity(sample, "s")));
     this.figures.replaceChildren(...said, el("tbody", {}, head, ...rows.map(([name, of]) => el("tr", {}, el("th", { scope: "row" }, name), ...cells(of))), sampled));

@@ -68,7 +68,7 @@ export class IdentifyPanel {
   readonly root: HTMLElement;
   private readonly file = el("input", { type: "file", accept: ".csv,.tsv,.txt,text/csv", multiple: true, "aria-label": "CSV files" });
   private readonly state = el("p", { class: "hint", role: "status" }, "Drop a CSV of a relaxation, a creep, a modulus over frequency, or force and depth anywhere on the page.");
-  private readonly result = el("div", { class: "result" });
+  private readonly result = el("div", { class: "result", tabindex: 0, role: "region", "aria-label": "Models" });
   private readonly holder = el("div", { class: "chart-holder", hidden: true });
   private readonly rows = el("div", { class: "fields" });
   private readonly name = el("input", { type: "text", "aria-label": "Name of the tissue", spellcheck: "false", autocomplete: "off" });

@@ -141,7 +141,7 @@ export class PlantRecord {
     this.chart?.destroy();
     this.chart = new Chart({ name: "The record and its function", lines: LINES, xTexts: (ticks) => ticks.map((tick) => quantity(tick, "s")) });
     const holder = el("div", { class: "chart-holder" }, this.chart.root);
-    this.found.replaceChildren(...warnings, el("table", { class: "result" }, el("tbody", {}, ...rows)), legend(LINES).root, holder);
+    this.found.replaceChildren(...warnings, el("table", { class: "result", tabindex: 0, "aria-label": "The plant" }, el("tbody", {}, ...rows)), legend(LINES).root, holder);
     const { x, points } = joined([found.measured, found.predicted].map((y) => decimate(found.x, y, 800)));
     this.chart.draw(x, points, [x[0] ?? 0, x.at(-1) ?? 1]);
   }

@@ -26,7 +26,7 @@ export class RunsView implements ViewPart {
   readonly root: HTMLElement;
   private readonly list = el("ul", { class: "list" });
   private readonly folder = el("span");
-  private readonly facts = el("div", { class: "facts" });
+  private readonly facts = el("div", { class: "facts", tabindex: 0, role: "region", "aria-label": "Report" });
   private readonly progress = el("p", { class: "progress", role: "status" });
   private readonly stop = el("button", { type: "button", hidden: true }, "End the run");
   private readonly overlay: Overlay;

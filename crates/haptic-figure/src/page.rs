@@ -361,36 +361,46 @@ impl Page {
         }
     }
 
-    /// Title and subtitle in as many lines as they need, and the last baseline.
+    /// Title and subtitle in as many lines as they need, each in one size, and the last baseline.
     fn header(&self) -> (Vec<Text>, f64) {
         let left = 2.0 * PAGE_EDGE;
-        let sizes = SMALLEST_TITLE_SIZE..=TITLE_SIZE;
-        let title = wrapped(&self.title, sizes, self.width - 2.0 * left);
-        let sizes = SMALLEST_SUBTITLE_SIZE..=SUBTITLE_SIZE;
-        let subtitle = self.subtitle.lines();
-        let subtitle =
-            subtitle.flat_map(|line| wrapped(line, sizes.clone(), self.width - 2.0 * left));
         let (mut texts, mut end, mut next) = (Vec::new(), 0.0, TITLE_BASELINE);
-        let title = title.into_iter().map(|line| (line, INK, TITLE_LINE));
-        for ((line, size), colour, below) in
-            title.chain(subtitle.map(|line| (line, MUTED_INK, SUBTITLE_LINE)))
-        {
-            texts.push(Text {
-                colour,
-                ..Text::new(&line, left, next, size)
-            });
-            (end, next) = (next, next + below);
+        let title = SMALLEST_TITLE_SIZE..=TITLE_SIZE;
+        let subtitle = SMALLEST_SUBTITLE_SIZE..=SUBTITLE_SIZE;
+        for (text, sizes, colour, below) in [
+            (&self.title, title, INK, TITLE_LINE),
+            (&self.subtitle, subtitle, MUTED_INK, SUBTITLE_LINE),
+        ] {
+            let lines = text.lines();
+            let lines =
+                lines.flat_map(|line| wrapped(line, sizes.clone(), self.width - 2.0 * left));
+            let lines: Vec<_> = lines.collect();
+            let size = lines.iter().map(|line| line.1).min();
+            for (line, _) in lines {
+                texts.push(Text {
+                    colour,
+                    ..Text::new(&line, left, next, size.unwrap_or_default())
+                });
+                (end, next) = (next, next + below);
+            }
         }
         (texts, end)
     }
 
+    /// One size for all names of the legend, at which the longest has room.
+    fn legend_size(&self) -> u32 {
+        let room = self.width - 4.0 * PAGE_EDGE - SAMPLE_LENGTH - SAMPLE_GAP;
+        let names = self.legend.iter();
+        names.fold(LABEL_SIZE, |size, entry| fit(&entry.name, size, room).1)
+    }
+
     /// The entries of the legend in lines, each entry with its left edge.
     fn legend_lines(&self) -> Vec<Vec<(f64, &LegendEntry)>> {
-        let left = 2.0 * PAGE_EDGE;
+        let (left, size) = (2.0 * PAGE_EDGE, self.legend_size());
         let mut lines: Vec<Vec<(f64, &LegendEntry)>> = Vec::new();
         let mut x = left;
         for entry in &self.legend {
-            let width = SAMPLE_LENGTH + SAMPLE_GAP + text_width(&entry.name, LABEL_SIZE);
+            let width = SAMPLE_LENGTH + SAMPLE_GAP + text_width(&entry.name, size);
             if lines.is_empty() || x + width > self.width - left {
                 lines.push(Vec::new());
                 x = left;
@@ -409,16 +419,16 @@ impl Page {
         legend: &[Vec<(f64, &LegendEntry)>],
         title_end: f64,
     ) {
-        let left = 2.0 * PAGE_EDGE;
+        let (left, size) = (2.0 * PAGE_EDGE, self.legend_size());
         for (line, entries) in legend.iter().enumerate() {
             let baseline = title_end + LEGEND_BELOW + line as f64 * LEGEND_LINE;
             for (x, entry) in entries {
                 for form in &entry.forms {
-                    let middle = baseline - 0.35 * f64::from(LABEL_SIZE);
+                    let middle = baseline - 0.35 * f64::from(size);
                     drawing.items.append(&mut form.sample(*x, middle));
                 }
                 let x = x + SAMPLE_LENGTH + SAMPLE_GAP;
-                let (name, size) = fit(&entry.name, LABEL_SIZE, self.width - left - x);
+                let (name, size) = fit(&entry.name, size, self.width - left - x);
                 drawing.text(Text::new(&name, x, baseline, size));
             }
         }

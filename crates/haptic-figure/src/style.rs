@@ -190,18 +190,25 @@ pub(crate) fn fit_between(text: &str, sizes: RangeInclusive<u32>, width: f64) ->
     }
 }
 
-/// The text in one line, or in as many of the smallest size as it needs; a word that has no room is cut. Nothing has no line.
+/// The text in one line, or in as many of the smallest size as it needs, broken at ` · ` or, where a part is too long for a
+/// line, at a space; a word that has no room is cut. Nothing has no line.
 pub(crate) fn wrapped(text: &str, sizes: RangeInclusive<u32>, width: f64) -> Vec<(String, u32)> {
     let least = *sizes.start();
+    if text.is_empty() {
+        return Vec::new();
+    }
     if text_width(text, least) <= width {
-        let line = fit_between(text, sizes, width);
-        return Some(line)
-            .filter(|_| !text.is_empty())
-            .into_iter()
-            .collect();
+        return vec![fit_between(text, sizes, width)];
     }
     let mut lines: Vec<String> = Vec::new();
-    for word in text.split(' ') {
+    let parts = text.split_inclusive(" · ").flat_map(|part| {
+        let part = part.trim_end();
+        match text_width(part, least) <= width {
+            true => vec![part],
+            false => part.split(' ').collect(),
+        }
+    });
+    for word in parts {
         match lines.last_mut() {
             Some(line) if text_width(&format!("{line} {word}"), least) <= width => {
                 *line = format!("{line} {word}");
@@ -211,7 +218,7 @@ pub(crate) fn wrapped(text: &str, sizes: RangeInclusive<u32>, width: f64) -> Vec
     }
     let lines = lines.iter();
     lines
-        .map(|line| fit_between(line, least..=least, width))
+        .map(|line| fit_between(line.trim_end_matches(" ·"), least..=least, width))
         .collect()
 }
 

@@ -209,7 +209,7 @@ fn of_theory(theory: &Theory, curves: &Curves) -> Result<Picture, FigureError> {
     let mut panels = vec![
         panel(theory.quantity.to_owned(), time, linear(theory.label)),
         panel(format!("{}, log–log", theory.quantity), log, over_log),
-        Panel::new("relative error, largest in each step of log t", log, error).with(
+        Panel::new("relative error, largest per step", log, error).with(
             "relative error",
             Look::Line,
             1,
@@ -229,7 +229,7 @@ fn of_theory(theory: &Theory, curves: &Curves) -> Result<Picture, FigureError> {
     }
     if let Some(record) = record {
         let rms = 100.0 * record.rms;
-        let caption = format!("run less record, over the record: rms {rms:.2} %");
+        let caption = format!("run less record: rms {rms:.2} %");
         let per_cent = over(&record.time_s, &record.relative_error).into_iter();
         let per_cent = per_cent.map(|(t, error)| (t, 100.0 * error));
         let per_cent = per_cent.filter(|(_, error)| error.abs() <= PER_CENT_MOST);
@@ -468,7 +468,7 @@ mod tests {
             "(d) set point less measurement",
             "tracking error / µm",
             "(e) force of the drive",
-            "(f) run less record, over the record: rms 1.23 %",
+            "(f) run less record: rms 1.23 %",
             "difference / %",
         ] {
             assert!(svg.contains(text), "{text}");

@@ -333,16 +333,23 @@ fn long_names_wrap_in_the_legend_and_long_captions_are_made_to_fit() {
     for name in &names {
         assert!(picture.svg().contains(name.as_str()), "{name}");
     }
-    let again = (0..5).map(|_| chart(&caption, Scale::Log, all()));
-    assert_eq!(
-        picture,
-        draw(5, again.collect()).expect("draws"),
-        "not reproducible"
-    );
 }
 
-/// Texts of a page of one chart.
-fn said(chart: Chart<'_>) -> Vec<String> {
+/// Texts of a page of one chart of lines over this axis.
+fn said(y: AxisSpec<'_>, lines: &[&[(f64, f64)]]) -> Vec<String> {
+    let x = AxisSpec::new("x", Scale::Linear);
+    let lines = lines.iter().enumerate();
+    let series = lines.map(|(n, points)| Series::new("", points, Look::Line, n));
+    let series = series.collect();
+    said_by(Chart {
+        caption: "",
+        x,
+        y,
+        series,
+    })
+}
+
+fn said_by(chart: Chart<'_>) -> Vec<String> {
     let picture = draw(1, vec![chart]).expect("draws");
     texts(&picture).into_iter().map(|text| text.0).collect()
 }
@@ -351,17 +358,7 @@ fn said(chart: Chart<'_>) -> Vec<String> {
 fn a_line_beyond_a_focused_axis_says_how_far_it_goes_and_one_beyond_another_does_not() {
     let kick = [(0.0, 554.8), (0.1, 3.0), (0.2, -75.25), (0.3, 1.0)];
     let calm = [(0.0, 0.5), (0.3, 1.0)];
-    let with = |y: AxisSpec<'static>| {
-        said(Chart {
-            caption: "command",
-            x: AxisSpec::new("time / s", Scale::Linear),
-            y,
-            series: vec![
-                Series::new("kick", &kick, Look::Line, 0),
-                Series::new("calm", &calm, Look::Line, 1),
-            ],
-        })
-    };
+    let with = |y: AxisSpec<'static>| said(y, &[&kick, &calm]);
     let command = AxisSpec::new("command / V", Scale::Linear);
     let focused = with(command.focused(-10.0, 36.0));
     assert_eq!(focused.iter().filter(|text| *text == "↑ 554.8").count(), 1);
@@ -375,12 +372,8 @@ fn a_line_beyond_a_focused_axis_says_how_far_it_goes_and_one_beyond_another_does
     assert!(!plain.iter().any(|text| text.contains('↑')), "{plain:?}");
     // In the unit of the axis.
     let small = [(0.0, 0.005_548), (1.0, 0.0)];
-    let small = said(Chart {
-        caption: "",
-        x: AxisSpec::new("time / s", Scale::Linear),
-        y: AxisSpec::new("force / N", Scale::Linear).focused(0.0, 0.002),
-        series: vec![Series::new("", &small, Look::Line, 0)],
-    });
+    let force = AxisSpec::new("force / N", Scale::Linear);
+    let small = said(force.focused(0.0, 0.002), &[&small]);
     assert!(small.contains(&"↑ 5.548".to_owned()) && small.contains(&"force / mN".to_owned()));
 }
 
@@ -390,13 +383,12 @@ fn markers_without_a_place_on_a_logarithmic_axis_are_counted() {
     let of = |scale| {
         let axis = AxisSpec::new("x / m", scale);
         let series = vec![Series::new("dots", &points, Look::Markers, 0)];
-        let chart = Chart {
+        said_by(Chart {
             caption: "",
             x: axis,
             y: axis,
             series,
-        };
-        said(chart)
+        })
     };
     assert!(of(Scale::Log).contains(&"2 not drawn: not above 0".to_owned()));
     assert!(
@@ -410,12 +402,7 @@ fn markers_without_a_place_on_a_logarithmic_axis_are_counted() {
 fn units_have_the_prefix_at_which_numbers_are_short() {
     let label = |label: &str, largest: f64| {
         let points = [(0.0, 0.0), (1.0, largest)];
-        let all = said(Chart {
-            caption: "",
-            x: AxisSpec::new("x", Scale::Linear),
-            y: AxisSpec::new(label, Scale::Linear),
-            series: vec![Series::new("", &points, Look::Line, 0)],
-        });
+        let all = said(AxisSpec::new(label, Scale::Linear), &[&points]);
         let is_label = |text: &&String| text.contains(" / ");
         let label = all.iter().find(is_label).expect("has a label").clone();
         assert!(
@@ -441,12 +428,7 @@ fn units_have_the_prefix_at_which_numbers_are_short() {
     }
     for other in ["phase / °", "angle / rad", "G / (m/N)", "rate / s⁻¹"] {
         let points = [(0.0, 0.0), (1.0, 1e-7)];
-        let all = said(Chart {
-            caption: "",
-            x: AxisSpec::new("x", Scale::Linear),
-            y: AxisSpec::new(other, Scale::Linear),
-            series: vec![Series::new("", &points, Look::Line, 0)],
-        });
+        let all = said(AxisSpec::new(other, Scale::Linear), &[&points]);
         assert!(all.contains(&other.to_owned()), "{all:?}");
     }
 }

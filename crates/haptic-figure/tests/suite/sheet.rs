@@ -29,12 +29,15 @@ fn page() -> Picture {
     page.draw().expect("draws")
 }
 
-fn at(width_m: f64) -> Picture {
-    let sheet = Sheet {
+fn wide(width_m: f64) -> Sheet {
+    Sheet {
         width_m: Some(width_m),
         ..Sheet::default()
-    };
-    page().on(&sheet).expect("draws")
+    }
+}
+
+fn at(width_m: f64) -> Picture {
+    page().on(&wide(width_m)).expect("draws")
 }
 
 /// The height of a capital or a digit says nothing: the size of the font does, in points.
@@ -59,6 +62,36 @@ fn no_text_is_below_six_points_and_none_beyond_the_paper_at_any_width() {
         let all: Vec<String> = texts(&picture).into_iter().map(|text| text.0).collect();
         assert!(all.iter().any(|text| text.ends_with("stable")), "{all:?}");
         assert!(!svg.contains('…'), "{width_mm} mm");
+    }
+}
+
+#[test]
+fn conditions_are_whole_in_a_line_and_lines_of_a_kind_have_one_size() {
+    let wave = [(0.0, 0.0), (1.0, 1.0)];
+    let lines = ["plant 1/(s+1)", "T = 200 ms · held until 50 s"];
+    let names = ["short", "a name that is nearly too long for a column"];
+    let page = ChartPage {
+        title: "",
+        subtitle: "plant 1/(s+1)\ncontroller 9.7479+0.60718/s^0.9-2.8389s^0.6063 · T = 200 ms · held until 50 s",
+        columns: 1,
+        charts: vec![Chart {
+            caption: "",
+            x: AxisSpec::new("", Scale::Linear),
+            y: AxisSpec::new("", Scale::Linear),
+            series: names
+                .map(|name| Series::new(name, &wave, Look::Line, 0))
+                .into(),
+        }],
+    };
+    let picture = page.draw().expect("draws");
+    let picture = picture.on(&wide(0.085)).expect("draws");
+    let height = |line: &str| {
+        let found = texts(&picture).into_iter().find(|(text, _)| text == line);
+        let [_, top, _, bottom] = found.unwrap_or_else(|| panic!("no line {line}")).1;
+        bottom - top
+    };
+    for [one, other] in [lines, names] {
+        assert!((height(one) - height(other)).abs() < 1e-9, "{one}");
     }
 }
 
@@ -138,11 +171,8 @@ fn a_panel_or_a_width_that_there_is_not_is_an_error_that_names_those_there_are()
         );
     }
     for width_m in [0.059, 0.0, -1.0, f64::NAN, 0.51] {
-        let sheet = Sheet {
-            width_m: Some(width_m),
-            ..Sheet::default()
-        };
-        let error = page().on(&sheet).map(|_| ()).expect_err("refuses");
+        let error = page().on(&wide(width_m));
+        let error = error.map(|_| ()).expect_err("refuses");
         assert!(matches!(error, FigureError::Width { .. }), "{error}");
         assert!(error.to_string().contains("60 mm to 500 mm"), "{error}");
     }
@@ -151,11 +181,8 @@ fn a_panel_or_a_width_that_there_is_not_is_an_error_that_names_those_there_are()
 #[test]
 fn a_sheet_that_asks_for_nothing_changes_nothing_and_one_twice_is_the_same() {
     assert!(page().on(&Sheet::default()).expect("draws") == page());
-    let sheet = Sheet {
-        width_m: Some(0.085),
-        ..Sheet::default()
-    };
-    assert!(at(0.085).on(&sheet).expect("draws").svg() == at(0.085).svg());
+    let again = at(0.085).on(&wide(0.085));
+    assert!(again.expect("draws").svg() == at(0.085).svg());
 }
 
 #[cfg(feature = "png")]

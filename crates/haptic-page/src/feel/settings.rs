@@ -205,7 +205,7 @@ pub(crate) struct FeelSettings {
     #[serde(flatten)]
     pub(super) law: WallNumbers,
     pub(super) scale: f64,
-    /// True if this factor was not requested, so that it may become one that is stable.
+    /// True if neither this factor nor a number of the law was requested, so that it may become one that is stable.
     #[serde(skip)]
     pub(super) may_scale: bool,
     #[serde(flatten)]
@@ -354,7 +354,8 @@ impl FeelSettings {
                     model.kind().name()
                 )));
             }
-            *changed = number;
+            // A number that was given is felt as it is, or refused.
+            (*changed, next.may_scale) = (number, false);
         }
         if let Some(scale) = change.scale {
             (next.scale, next.may_scale, next.note) = (scale, false, None);

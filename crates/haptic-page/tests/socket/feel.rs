@@ -130,13 +130,8 @@ fn what_is_felt_changes_while_it_runs_without_a_bump_and_only_to_what_is_stable(
     // A wall is its numbers, so what is told of it has the new ones.
     let wall = json!({"order": 0.7, "stiffness_n_per_m": 200.0, "dissipation_n_s_mu_per_m": 20.0, "scheme": "full", "signed": false});
     assert_eq!(set["feel"]["environment"]["wall"], wall);
-    // Too stiff for 65 g at 1 kHz: refused with the numbers and a factor that helps.
-    let much = json!({"scale": 100, "dissipation_n_s_mu_per_m": 2000});
-    let refused = page.refused("feel.set", much);
-    for words in ["unstable", "of K and B"] {
-        assert!(refused.contains(words), "{refused}");
-    }
     for wrong in [
+        json!({"scale": 100, "dissipation_n_s_mu_per_m": 2000}),
         json!({"order": 2.5}),
         json!({"order": "x"}),
         json!({"environment": {"tissue": "nothing"}}),

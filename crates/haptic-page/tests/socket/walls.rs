@@ -1,6 +1,6 @@
 //! Every wall and every tissue can be felt, with the verdict of the command: from the numbers of a page, a file, a log.
 
-use crate::{has, opened, options, ran};
+use crate::{has, opened, options, prostate, ran};
 use fracdiff::Order;
 use haptic_experiment::judge::{Preflight, WallContact};
 use haptic_experiment::{Dynamics, ExperimentFile, PreflightVerdict};
@@ -151,6 +151,13 @@ fn every_tissue_is_felt_and_one_that_is_too_stiff_is_made_smaller_and_says_so() 
     }
     assert_eq!(made_smaller, ["rat-tail-tendon"]);
     assert_eq!(library.materials().len(), 16);
+    // A number that somebody gives is that number, or refused with a factor that helps.
+    page.ask("feel.start", prostate());
+    let much = json!({"order": 1, "dissipation_n_s_mu_per_m": 2000});
+    let refused = page.refused("feel.set", much);
+    assert!(refused.contains("unstable") && refused.contains("of K and B"));
+    let felt = page.ask("hello", json!({"version": 1}));
+    has(&felt["feel"], json!({"order": 0.2247, "scale": 1.0}));
 }
 
 fn is_refused(page: &mut Page, start: Value, words: &str) {

@@ -94,7 +94,11 @@ impl Arguments {
                 };
                 let tissue = found.tissue(name, &understood, told);
                 let text = tissue.map_err(Failure::input)?.to_toml();
-                place.write(|| text, || draw::draw(&found, understood.loading, &source))
+                let is_asked = question.options.chosen.is_some();
+                place.write(
+                    || text,
+                    || draw::draw(&found, is_asked, understood.loading, &source),
+                )
             }
             None => (None, None),
         };

@@ -17,7 +17,7 @@ fn a_record_lies_over_the_run_in_report_figure_and_table() {
     let svg = place.text("second/relax.svg");
     for words in [
         "measured",
-        "(d) run less record, over the record: rms 0.00 %",
+        "(d) run less record: rms 0.00 %",
         "difference / %",
     ] {
         assert!(svg.contains(words), "{words}");

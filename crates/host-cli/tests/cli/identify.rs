@@ -82,6 +82,8 @@ fn the_tissue_file_reads_back_with_its_source() {
         place.listing(),
         "fish.tsv muscle.png muscle.svg muscle.toml sweep.csv"
     );
+    // The model that was asked for is drawn alone.
+    assert_eq!(place.text("muscle.svg").matches(", rms ").count(), 1);
     // Nothing is overwritten unasked, and that is said before the work is done.
     place.run(line).refused(2, &["muscle.toml"]);
     let again = place.run(&format!("{line} --overwrite"));

@@ -404,7 +404,7 @@ pub(super) fn draw_design(
         .fold((0.0, 1.0), |a, b| (f64::min(a.0, b.0), f64::max(a.1, b.1)));
     let steps = linear("output").focused(1.1 * lowest.max(-HIGHEST), 1.1 * highest.min(HIGHEST));
     let (law, pid) = ("PI^λD^μ", "integer-order PID");
-    let of_gains = |name| Panel::new(format!("{name}, half to double the gain"), time, steps);
+    let of_gains = |name| Panel::new(format!("{name} at several gains"), time, steps);
     let (fractional, mut integer) = (flat.on(of_gains(law)), of_gains(pid));
     let beside = other.as_ref().and_then(|other| other.as_it_is_run()[1]);
     let axis = command_axis(&flat.command, beside);

@@ -10,7 +10,7 @@ use haptic_tissue::identify::{Fit, Identification, RecordKind, relative};
 
 /// Approximate number of samples of a record that are drawn over the models.
 const SPARSE: usize = 60;
-/// Largest rms, over that of the chosen model, of models whose residuals are drawn.
+/// Largest rms, over that of the chosen model, of models beside it.
 const GOOD: f64 = 5.0;
 /// Colour of the record: black.
 const RECORD: usize = 5;
@@ -34,9 +34,11 @@ const fn words(found: &Identification, indented: bool) -> [&'static str; 3] {
     }
 }
 
-/// Draws an identification; `source` is the file of the record, which was measured under this loading.
+/// Draws an identification: the record, the chosen model, which is alone if it was asked for, and its residuals. `source` is the
+/// file of the record, which was measured under this loading.
 pub(super) fn draw(
     found: &Identification,
+    is_asked: bool,
     loading: MeasuredLoading,
     source: &str,
 ) -> Result<Picture, FigureError> {
@@ -49,7 +51,7 @@ pub(super) fn draw(
     };
     let across = across(AxisSpec::new(x, scale), &found.x);
     let colour = |n: usize| if n >= RECORD { n + 1 } else { n };
-    let upper = Panel::new("record and models", across, AxisSpec::new(y, scale));
+    let upper = Panel::new("record and fit", across, AxisSpec::new(y, scale));
     let [record, loss] = parts(found, &found.measured);
     let mut upper = match oscillates {
         true => upper
@@ -70,28 +72,25 @@ pub(super) fn draw(
             )
         }
     };
-    // The chosen one broad, and the others dashed on top: all are seen where they agree.
+    // The chosen one broad, and those that fit about as well dashed on top: all are seen where they agree.
+    let chosen = &found.fits[0];
     for (n, fit) in found.fits.iter().enumerate() {
-        let look = if n == 0 { Look::Broad } else { Look::Dashed };
+        let look = match n {
+            0 => Look::Broad,
+            _ if is_asked || fit.rms > GOOD * chosen.rms => continue,
+            _ => Look::Dashed,
+        };
         upper = upper.with(name(found, fit), look, colour(n), curve(found, fit));
     }
-    // Poor models would flatten the residuals of the good ones; of markers that meet, the first stays.
-    let open = if oscillates {
-        " (open: loss modulus)"
-    } else {
-        ""
+    let caption = match oscillates {
+        true => "model less record (open: loss modulus)",
+        false => "model less record",
     };
-    let caption = format!("model less record{open}, of models within 5 rms of the first");
-    let mut lower = Panel::new(caption, across, linear(residual));
-    let least = found.fits[0].rms;
-    let fits = found.fits.iter().enumerate();
-    for (n, fit) in fits.filter(|(_, fit)| fit.rms <= GOOD * least) {
-        let [of_all, of_loss] = parts(found, &residuals(found, fit));
-        let name = name(found, fit);
-        lower = lower.with(name, Look::Markers, colour(n), of_all);
-        lower = lower.with("", Look::OpenMarkers, colour(n), of_loss);
-    }
-    let title = format!("Identified from a record: {}", found.fits[0].kind.name());
+    let [of_all, of_loss] = parts(found, &residuals(found, chosen));
+    let lower = Panel::new(caption, across, linear(residual))
+        .with(name(found, chosen), Look::Markers, 0, of_all)
+        .with("", Look::OpenMarkers, 0, of_loss);
+    let title = format!("Identified from a record: {}", chosen.kind.name());
     let (source, kind, samples) = (short_name(source), found.kind.name(), found.samples);
     let modulus = match loading.modulus() {
         _ if !loading.is_known() => "",

@@ -27,10 +27,7 @@ fn told(parameter: &Parameter) -> (&'static str, Option<&'static str>) {
     })
 }
 
-fn default(parameter: &Parameter, required: bool) -> String {
-    if required {
-        return "required".to_owned();
-    }
+fn default(parameter: &Parameter) -> String {
     if let Some(default) = told(parameter).1 {
         return default.to_owned();
     }
@@ -57,6 +54,7 @@ fn interval(range: Range) -> String {
 
 fn range(parameter: &Parameter) -> String {
     match parameter.value {
+        Value::Number(_, Range::Within(f64::MIN, f64::MAX)) => "any".to_owned(),
         Value::Number(_, range) => interval(range),
         Value::Count(_) => "whole".to_owned(),
         Value::Flag(_) => "true, false".to_owned(),
@@ -77,18 +75,17 @@ fn meaning(parameter: &Parameter) -> String {
 /// Rows of a table, each with its key.
 fn rows(heading: &str, parameters: &[Parameter]) -> Vec<(&'static str, String)> {
     let required = heading.ends_with("required");
-    let rows = parameters.iter().map(|parameter| {
-        let row = [
-            format!("`{}`", parameter.key),
-            default(parameter, required),
-            range(parameter),
-            meaning(parameter),
-        ];
-        let is_plain = row.iter().all(|cell| !cell.contains(['|', '\n']));
-        assert!(is_plain, "{row:?}");
-        (parameter.key, format!("| {} |", row.join(" | ")))
-    });
+    let said = required.then_some("required");
+    let rows = parameters.iter();
+    let rows = rows.map(|one| (one.key, format!("| `{}` | {} |", one.key, cells(one, said))));
     rows.collect()
+}
+
+/// Default, which may be said otherwise, range and meaning.
+fn cells(parameter: &Parameter, said: Option<&str>) -> String {
+    let default = said.map_or_else(|| default(parameter), str::to_owned);
+    let meaning = meaning(parameter).replace('|', "\\|");
+    [default, range(parameter), meaning].join(" | ")
 }
 
 fn table(text: &mut String, heading: &str, rows: &[&str]) {
@@ -134,7 +131,7 @@ const ON_DEVICE: [&str; 5] = [
 /// Keys of a question: option, or `KEY=VALUE`, field and argument of each; the help of the command has them.
 fn asked(text: &mut String, command: &str, tables: &[(&str, &[Parameter])]) {
     let help = Place::new().run(&format!("{command} --help")).stdout;
-    let head = "| key | command | page | Python | default | range | meaning |\n|---|---|---|---|---|---|---|";
+    let head = "| key, field of the page | command | Python | default | range | meaning |\n|---|---|---|---|---|---|";
     let _ = writeln!(text, "\n### {command}\n\n{head}");
     for parameter in tables.iter().flat_map(|(_, table)| *table) {
         let key = parameter.key;
@@ -148,24 +145,35 @@ fn asked(text: &mut String, command: &str, tables: &[(&str, &[Parameter])]) {
         };
         assert!(is_option || help.contains("[KEY=VALUE]"), "{typed}");
         let page = match key {
-            key if key == VALIDATE.key => "second file",
-            key if key == REFERENCE.key => "file",
-            // What is there runs no device.
-            key if ON_DEVICE.contains(&key) => "simulated only",
-            _ => "field",
+            key if key == VALIDATE.key => ", second file",
+            key if key == REFERENCE.key => ", file",
+            key if ON_DEVICE.contains(&key) => ", not there",
+            _ => "",
         };
         let python = IN_PYTHON.iter().find(|one| one.0 == key);
         let python = python.map_or(key, |one| one.1);
-        let [default, range, meaning] = [
-            default(parameter, false),
-            range(parameter),
-            meaning(parameter),
-        ];
-        let _ = writeln!(
-            text,
-            "| `{key}` | `{typed}` | {page} | `{python}` | {default} | {range} | {meaning} |"
+        let cells = cells(
+            parameter,
+            Some(parameter.shown).filter(|shown| !shown.is_empty()),
         );
+        let _ = writeln!(text, "| `{key}`{page} | `{typed}` | `{python}` | {cells} |");
     }
+}
+
+/// The text with each list of choices once; later rows name the key that has it.
+fn lists_once(text: &str) -> String {
+    let mut seen = BTreeMap::new();
+    let lines = text.lines().map(|line| {
+        let Some((row, list)) = line.split_once("<br>") else {
+            return line.to_owned();
+        };
+        if let Some(first) = seen.get(list) {
+            return format!("{row}; choices as of {first} above |");
+        }
+        seen.insert(list, row.split(' ').nth(1).unwrap_or_default());
+        line.to_owned()
+    });
+    lines.collect::<Vec<_>>().join("\n") + "\n"
 }
 
 /// The page below its mark.
@@ -207,7 +215,7 @@ fn made() -> String {
         let command = kind.replace("analyze-", "analyze ");
         asked(&mut text, &command, &parameters::of_kind(kind));
     }
-    text
+    lists_once(&text)
 }
 
 #[test]
