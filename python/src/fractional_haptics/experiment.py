@@ -277,7 +277,7 @@ touch = _experiment(
 
 def _answer(kind: str, parameters: dict[str, Any], progress: Progress | None) -> Answer:
     given = {key: value for key, value in parameters.items() if value is not None}
-    tissue = given.get("tissue")
+    tissue: Any = given.get("tissue")
     if not hasattr(tissue, "to_toml"):
         return Answer(_native.answer(kind, given, progress))
     with tempfile.TemporaryDirectory(prefix="fractional-haptics-") as folder:
