@@ -24,14 +24,14 @@ form! {
     /// A plant, its controller, and a run of both, by the names of keys; numbers in SI units.
     LoopForm, CONTROL_LOOP:
     "Plant"
-    PLANT = plant: text("", "Transfer function, as in 0.55exp(-s)/(62s+1), plant file (*.toml), or, for control design only, measured response (*.csv with omega_rad_s, gain and phase_deg)");
+    PLANT = plant: text("", "Transfer function, as in 0.55exp(-s)/(62s+1), plant file (.toml), or, for control design only, measured response (.csv with omega_rad_s, gain and phase_deg)");
     LOOP_MASS = mass_kg: optional(MASSES, "Mass of a device in place of a plant: force in, position out");
     LOOP_DAMPING = damping_n_s_per_m: optional(DAMPINGS, "Viscous damping of the device");
     LOOP_HAND = hand_stiffness_n_per_m: optional(STIFFNESSES, "Stiffness of the hand that holds the device");
     LOOP_LAG = current_lag_s: optional(DEVICE_TIMES, "Time constant of the actuator's current");
     FURTHER_DELAY = delay_s: optional(DEAD_TIMES, "Dead time, in addition to the plant's");
     "Controller"
-    LOOP_CONTROLLER = controller: text("", "Controller file (*.toml), or notation, as in 2+3/s^0.9+0.1s^0.5");
+    LOOP_CONTROLLER = controller: text("", "Controller file (.toml), or notation, as in 2+3/s^0.9+0.1s^0.5");
     CONTROLLER_TIME = sample_time_s: optional(SAMPLE_TIMES, "Sample time [default: from the controller file]");
     LOOP_SCHEME = scheme: text("", "Scheme: full or full-bdf2, each with :TOLERANCE [default: from the controller file, else full-bdf2]");
     COMMAND_LIMITS = output_limits: text("", "Limits of the command, as in -10:10 [default: from the controller file, else none]");
