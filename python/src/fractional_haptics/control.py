@@ -424,7 +424,9 @@ def design(
     return Designed(*_native.design_controller(plant, name, wishes))
 
 
-def _asked(plant: object, controller: object, output_limits: tuple[float, float] | str | None, **keys: object) -> tuple[Any, ...]:
+def _asked(
+    plant: object, controller: object, output_limits: tuple[float, float] | str | None, **keys: object
+) -> tuple[Plant | None, Pid | None, dict[str, Any]]:
     """Plant and controller as objects, and all other keys as the command takes them."""
     form: dict[str, Any] = {**keys, "output_limits": _limits(output_limits)}
     objects: list[Any] = [None, None]
@@ -435,7 +437,7 @@ def _asked(plant: object, controller: object, output_limits: tuple[float, float]
             form[name] = os.fspath(given)
         elif given is not None:
             raise ValueError(f"a {type(given).__name__} is no {name} here: give a {kind.__name__}, a text or a path{which(given)}")
-    return (*objects, form)
+    return objects[0], objects[1], form
 
 
 def analyze(
@@ -522,7 +524,7 @@ class Response(HoldsArrays, Shown):
     @property
     def t(self) -> NDArray[np.float64]:
         """Times of the samples, s."""
-        return np.arange(len(self.measured)) * float(self.report["sample_time_s"])
+        return cast("NDArray[np.float64]", np.arange(len(self.measured)) * float(self.report["sample_time_s"]))
 
     def _shown(self) -> dict[str, Any]:
         return dict(self.report)
