@@ -90,7 +90,7 @@ pub(crate) fn uneven_row(
     ))
 }
 
-/// What is read of a table or a log with columns of these names; an error has the name of the file.
+/// Reads a table or a log with columns of these names; an error has the name of the file.
 pub(crate) fn read<T, E: Display, const N: usize>(
     path: &Path,
     mut columns: [String; N],

@@ -48,7 +48,7 @@ pub struct NamedPlant {
     pub plant: Plant,
     /// The plant in words.
     pub words: String,
-    /// How its notation was read, where it can be read otherwise.
+    /// A sentence on its notation, where that can be read in two ways.
     pub hint: Option<String>,
 }
 
@@ -71,7 +71,7 @@ impl NamedPlant {
     }
 }
 
-/// What files and objects hold of a form: each is taken in place of its text.
+/// Parts of a form that are files or objects: each is taken in place of its text.
 #[derive(Clone, Debug, Default)]
 #[expect(missing_docs, reason = "each field is in place of the key of its name")]
 pub struct Held {

@@ -1,7 +1,7 @@
 //! `control analyze`: the verdict on a loop, its root and its margins; or the poles of a plant.
 
 use super::draw::{draw_loop, draw_plant};
-use super::{asked, told};
+use super::loops::{asked, told};
 use crate::command::analyze::resolved::decibel;
 use crate::files::Files;
 use crate::options::{Options, keys};

@@ -1,7 +1,7 @@
 //! `control simulate`: a step, or any record, through a loop or a plant alone.
 
 use super::draw::draw_run;
-use super::{asked, told};
+use super::loops::{asked, told};
 use crate::files::Files;
 use crate::options::{Options, keys};
 use crate::output::Output;

@@ -1,0 +1,25 @@
+//! Loops, as the commands of `control` ask for them and report them.
+
+use crate::options::Options;
+use crate::options::keys::Named;
+use crate::output::Output;
+use haptic_experiment::Failure;
+use haptic_experiment::question::control_loop::{ControlLoop, LoopForm};
+use serde_json::{Value, json};
+
+/// The loop of the options of a command.
+pub(super) fn asked<N: Named>(options: Options<N>) -> Result<ControlLoop, Failure> {
+    let form: LoopForm = options.given()?.form()?;
+    let held = form.files()?;
+    ControlLoop::of(form, held)
+}
+
+/// Prints the report of a loop; its warnings go to standard error.
+pub(super) fn told(mut report: Value, files: &[String], output: Output) -> Result<(), Failure> {
+    let warnings = report["warnings"].as_array().into_iter().flatten();
+    warnings
+        .filter_map(Value::as_str)
+        .for_each(|said| output.warn(said));
+    report["files"] = json!(files);
+    output.report(&report)
+}
