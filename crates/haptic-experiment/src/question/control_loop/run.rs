@@ -31,7 +31,7 @@ impl Reference {
     /// The reference in a table with columns of these names.
     ///
     /// # Errors
-    /// What is wrong with it, with line and column.
+    /// A mistake in it, with line and column.
     pub fn read(columns: &[String; 2], bytes: &[u8]) -> Result<Self, String> {
         let remedy = format!("give {REFERENCE} a file with both");
         let found = read_record(bytes, columns.each_ref().map(String::as_str))
