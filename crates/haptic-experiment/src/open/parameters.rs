@@ -171,7 +171,11 @@ mod tests {
                         let is_one = choices.iter().any(|choice| choice.0 == default);
                         assert!(is_one, "{key}: {default}");
                     }
-                    _ => (),
+                    Value::Number(None, _)
+                    | Value::Count(_)
+                    | Value::Flag(_)
+                    | Value::Text(_)
+                    | Value::List(_) => (),
                 }
             }
         }

@@ -71,10 +71,11 @@ pub(super) fn bench(table: &Table<'_>) -> Result<Device, FileError> {
 }
 
 pub(super) fn scheme(table: &Table<'_>) -> Result<Scheme, FileError> {
-    match table.scheme(&SCHEME)? {
-        Scheme::Exact => Err(table.fail_at(SCHEME.key, SchemeError::AnalysisOnly.to_string())),
-        scheme => Ok(scheme),
+    let scheme = table.scheme(&SCHEME)?;
+    if scheme == Scheme::Exact {
+        return Err(table.fail_at(SCHEME.key, SchemeError::AnalysisOnly.to_string()));
     }
+    Ok(scheme)
 }
 
 pub(super) fn orders(table: &Table<'_>, parameter: &Parameter) -> Result<Vec<Order>, FileError> {
