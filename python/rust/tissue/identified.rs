@@ -10,7 +10,7 @@ use haptic_experiment::question::tissue::{RecordForm, RecordQuestion};
 use haptic_loop::{INCOMPRESSIBLE, Specimen};
 use haptic_tissue::ModelKind;
 use haptic_tissue::identify::{self, CANDIDATES, Identification, Reading, Record, RecordKind};
-use measured_table::{Column, Columns};
+use measured_table::Column;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -73,12 +73,12 @@ fn ramped(time_s: Vec<f64>, modulus_pa: Vec<f64>, reading: &Reading) -> PyResult
     {
         return Err(refused("ramp_time_s belongs to kind=\"relaxation\" only"));
     }
-    let columns = Columns {
+    let columns = measured_table::Columns {
         values: vec![
             (Column::Time, "t".to_owned(), time_s),
             (Column::Modulus, "y".to_owned(), modulus_pa),
         ],
-        ..Columns::default()
+        ..measured_table::Columns::default()
     };
     Ok(reading.record(columns).or_refused()?.record)
 }
