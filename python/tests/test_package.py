@@ -3,6 +3,7 @@
 import doctest
 import importlib
 import inspect
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -52,8 +53,15 @@ def test_the_version_is_that_of_the_package() -> None:
 )
 def test_every_key_of_a_question_is_an_argument(question: str, function) -> None:
     page = Path(__file__).parents[2] / "docs/guide/src/experiment-keys.md"
-    table = page.read_text().split(f"\n### {question}\n")[1].split("\n### ")[0]
-    names = [row.split("|")[4].strip(" `") for row in table.splitlines() if row.startswith("| `")]
+
+    def arguments(heading: str) -> tuple[dict[str, str], list[str]]:
+        table = page.read_text().split(f"\n### {heading}\n")[1].split("\n### ")[0]
+        rows = [row.split("|") for row in table.splitlines() if row.startswith("| `")]
+        shared = re.findall("`(.+?)`", table.partition("\nAnd [of several]")[2])
+        return {row[1].split("`")[1]: row[3].strip(" `") for row in rows}, shared
+
+    (own, names), (several, _) = arguments(question), arguments("Keys of several questions")
+    names = [*own.values(), *(several[name] for name in names)]
     assert len(names) > 5
     assert set(names) <= set(inspect.signature(function).parameters)
 

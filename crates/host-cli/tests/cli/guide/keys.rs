@@ -128,12 +128,10 @@ const ON_DEVICE: [&str; 5] = [
     "watchdog_s",
 ];
 
-/// Keys of a question: option, or `KEY=VALUE`, field and argument of each; the help of the command has them.
-fn asked(text: &mut String, command: &str, tables: &[(&str, &[Parameter])]) {
+/// Keys of a question, each with its row: option, or `KEY=VALUE`, and argument; the help of the command has them.
+fn asked(command: &str, tables: &[(&str, &[Parameter])]) -> Vec<(&'static str, String)> {
     let help = Place::new().run(&format!("{command} --help")).stdout;
-    let head = "| key, field of the page | command | Python | default | range | meaning |\n|---|---|---|---|---|---|";
-    let _ = writeln!(text, "\n### {command}\n\n{head}");
-    for parameter in tables.iter().flat_map(|(_, table)| *table) {
+    let row = |parameter: &Parameter| {
         let key = parameter.key;
         let option = format!("--{}", without_unit(key).replace('_', "-"));
         let is_option = [" ", "\n"]
@@ -156,8 +154,80 @@ fn asked(text: &mut String, command: &str, tables: &[(&str, &[Parameter])]) {
             parameter,
             Some(parameter.shown).filter(|shown| !shown.is_empty()),
         );
-        let _ = writeln!(text, "| `{key}`{page} | `{typed}` | `{python}` | {cells} |");
+        let row = format!("| `{key}`{page} | `{typed}` | `{python}` | {cells} |");
+        (key, row)
+    };
+    let all = tables.iter().flat_map(|(_, table)| *table);
+    all.map(row).collect()
+}
+
+/// The questions, with their own rows; those of several stand once, behind them.
+fn questions(text: &mut String) {
+    let named = QUESTIONS.map(|kind| {
+        (
+            kind.replace("analyze-", "analyze "),
+            parameters::of_kind(kind),
+        )
+    });
+    let mut all = vec![
+        ("identify".to_owned(), asked("identify", RECORD)),
+        (
+            "control identify".to_owned(),
+            asked("control identify", PLANT_RECORD),
+        ),
+        (
+            "control design".to_owned(),
+            asked("control design", CONTROL_DESIGN),
+        ),
+        (
+            "control analyze".to_owned(),
+            asked("control analyze", &CONTROL_LOOP[..2]),
+        ),
+        (
+            "control simulate".to_owned(),
+            asked("control simulate", CONTROL_LOOP),
+        ),
+    ];
+    all.extend(named.into_iter().map(|(command, tables)| {
+        let rows = asked(&command, &tables);
+        (command, rows)
+    }));
+    let shared = shared(all.iter().flat_map(|(_, rows)| rows.clone()));
+    let head = "| key, field of the page | command | Python | default | range | meaning |\n|---|---|---|---|---|---|";
+    let mut table = |heading: &str, rows: &[&str], common: &[String]| {
+        let _ = writeln!(text, "\n### {heading}\n\n{head}\n{}", rows.join("\n"));
+        if !common.is_empty() {
+            let _ = writeln!(
+                text,
+                "\nAnd [of several](#keys-of-several-questions): {}",
+                common.join(" ")
+            );
+        }
+    };
+    for (command, rows) in &all {
+        let (common, own): (Vec<_>, Vec<_>) = rows.iter().partition(|row| shared.contains(&row.1));
+        let own: Vec<&str> = own.iter().map(|row| row.1.as_str()).collect();
+        let common: Vec<String> = common.iter().map(|row| format!("`{}`", row.0)).collect();
+        table(command, &own, &common);
     }
+    let listed: Vec<&str> = shared.iter().map(String::as_str).collect();
+    table("Keys of several questions", &listed, &[]);
+}
+
+/// Rows of several tables: one for each key, that of most.
+fn shared(all: impl Iterator<Item = (&'static str, String)>) -> Vec<String> {
+    let mut counts: BTreeMap<String, (&str, usize)> = BTreeMap::new();
+    for (key, row) in all {
+        counts.entry(row).or_insert((key, 0)).1 += 1;
+    }
+    let mut shared: BTreeMap<&str, (usize, String)> = BTreeMap::new();
+    for (row, (key, count)) in counts {
+        let least = shared.get(key).map_or(1, |known| known.0);
+        if count > least {
+            shared.insert(key, (count, row));
+        }
+    }
+    shared.into_values().map(|(_, row)| row).collect()
 }
 
 /// The text with each list of choices once; later rows name the key that has it.
@@ -184,19 +254,7 @@ fn made() -> String {
     let all = all
         .iter()
         .flat_map(|(heading, parameters)| rows(heading, parameters));
-    let mut counts: BTreeMap<String, (&str, usize)> = BTreeMap::new();
-    for (key, row) in all {
-        counts.entry(row).or_insert((key, 0)).1 += 1;
-    }
-    // One row for each key, that of most tables.
-    let mut shared: BTreeMap<&str, (usize, String)> = BTreeMap::new();
-    for (row, (key, count)) in counts {
-        let least = shared.get(key).map_or(1, |known| known.0);
-        if count > least {
-            shared.insert(key, (count, row));
-        }
-    }
-    let shared: Vec<String> = shared.into_values().map(|(_, row)| row).collect();
+    let shared = shared(all);
     let mut text = String::from("\n## Experiment files\n");
     let listed: Vec<&str> = shared.iter().map(String::as_str).collect();
     tables(&mut text, &parameters::tables("experiment"), &shared);
@@ -206,15 +264,7 @@ fn made() -> String {
     text.push_str("\n## Plant files\n\nOne of the first four. In `[device]` mass and damping are required; `[intervals]` beside it has the same\nkeys, each `[low, high]`.\n");
     tables(&mut text, &parameters::tables("plant"), &shared);
     text.push_str("\n## Questions\n\nThe command, the page and Python ask them alike; in Python they are `tissue.identify_tables`, `control.identify`, `control.design`, `control.analyze`, `control.simulate`, and in\n`experiment` `zwidth`, `design`, `analyze_stability` and so on. The page runs no device at a port. `control design` takes a plant as `control analyze` does; the page a notation or a file, Python a `Plant`.\n");
-    asked(&mut text, "identify", RECORD);
-    asked(&mut text, "control identify", PLANT_RECORD);
-    asked(&mut text, "control design", CONTROL_DESIGN);
-    asked(&mut text, "control analyze", &CONTROL_LOOP[..2]);
-    asked(&mut text, "control simulate", CONTROL_LOOP);
-    for kind in QUESTIONS {
-        let command = kind.replace("analyze-", "analyze ");
-        asked(&mut text, &command, &parameters::of_kind(kind));
-    }
+    questions(&mut text);
     lists_once(&text)
 }
 
