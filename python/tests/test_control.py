@@ -190,7 +190,8 @@ def test_a_loop_is_that_of_the_command_however_its_parts_are_given(tmp_path) -> 
     # A mass of 0.5 kg with a damper of 1 N·s/m and a hand of 8 N/m: poles at −1 ± j√15.
     alone = analyze(mass_kg=0.5, damping_n_s_per_m=1.0, hand_stiffness_n_per_m=8.0)
     assert sorted(pole["im"] for pole in alone["poles"]) == pytest.approx([-math.sqrt(15), math.sqrt(15)])
-    assert analyze("1/2s", pid)["warnings"][0].startswith('plant "1/2s"')
+    read = "1/2s/(s^2+s+1)"
+    assert analyze(read, pid)["warnings"][0].startswith(f'plant "{read}"')
     with pytest.raises(FileNotFoundError):
         analyze(tmp_path / "none.toml", pid)
 
