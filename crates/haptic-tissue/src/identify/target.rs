@@ -385,9 +385,9 @@ impl<'a> Target<'a> {
         for column in &mut columns[..=candidate.variables()] {
             *column = self.through_filter(column);
         }
-        for (n, &value) in columns[0].iter().enumerate() {
+        for n in 0..self.len() {
             let slope = Slope {
-                value,
+                value: columns[0][n],
                 by: std::array::from_fn(|variable| columns[1 + variable][n]),
             };
             each(n, 1.0, slope);
