@@ -79,7 +79,11 @@ impl Binned {
     }
 
     /// Calls `each` with number and value of each row, of the logarithms at ln x.
-    pub(super) fn model(&self, at: &dyn Fn(f64) -> [Slope; 2], each: &mut dyn FnMut(usize, Slope)) {
+    pub(super) fn model(
+        &self,
+        mut at: impl FnMut(f64) -> [Slope; 2],
+        mut each: impl FnMut(usize, Slope),
+    ) {
         let nodes: Vec<[Slope; 2]> = (0..self.nodes)
             .map(|m| at(self.first_node + m as f64 * SPACING))
             .collect();

@@ -28,7 +28,7 @@ pub(super) fn intervals(
 ) -> (Vec<(f64, f64)>, usize) {
     let n = target.len();
     let (mut curve, mut residuals) = (vec![0.0; n], vec![0.0; n]);
-    target.residuals(candidate, &best.elements, &mut |i, _, slope| {
+    target.residuals(candidate, &best.elements, |i, _, slope| {
         residuals[i] = slope.value;
         curve[i] = slope.value + target.wanted(i);
     });

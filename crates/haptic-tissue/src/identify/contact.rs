@@ -415,7 +415,7 @@ impl Search<'_> {
             let beside = plain.record(place.contact_m + side * step)?;
             let target = target_of(&beside, self.options, self.stop);
             let elements = Elements::from_variables(&place.start(&target));
-            target.model(place.candidate, &elements, &mut |n, stress| {
+            target.model(place.candidate, &elements, |n, stress| {
                 slope[n + 1] += side * stress.value * target.scale / (2.0 * step);
             });
         }
@@ -439,7 +439,7 @@ impl Search<'_> {
         let mut matrix = DMatrix::zeros(rows, columns);
         let mut right = DVector::zeros(rows);
         let chosen = target.chosen();
-        target.residuals(place.candidate, &elements, &mut |n, _, slope| {
+        target.residuals(place.candidate, &elements, |n, _, slope| {
             right[n] = -slope.value * target.scale;
             for (k, &variable) in place.free.iter().enumerate() {
                 matrix[(n, k)] = slope.by[variable] * target.scale;

@@ -123,7 +123,7 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
     let n = target.len();
     let [mut predicted, mut residuals, mut weighted] = [(); 3].map(|()| vec![0.0; n]);
     let mut normal = DMatrix::zeros(free.len(), free.len());
-    target.residuals(candidate, elements, &mut |i, root, slope| {
+    target.residuals(candidate, elements, |i, root, slope| {
         predicted[i] = target.modelled(i, slope.value);
         residuals[i] = slope.value * target.scale;
         weighted[i] = slope.value * root;

@@ -230,7 +230,7 @@ impl History {
         &self,
         candidate: Candidate,
         elements: &Elements,
-        each: &mut dyn FnMut(usize, Slope),
+        mut each: impl FnMut(usize, Slope),
     ) {
         let contour = Contour::new(candidate, Quantity::Integral, *elements);
         // From units of t₀ to s: rates are in 1/s.

@@ -46,7 +46,7 @@ pub(super) fn is_rendered(
     let chosen = target.chosen();
     let mut residuals = DVector::zeros(chosen.len());
     let mut slopes = DMatrix::zeros(chosen.len(), best.free.len());
-    target.residuals(candidate, &best.elements, &mut |n, _, slope| {
+    target.residuals(candidate, &best.elements, |n, _, slope| {
         let sample = chosen[n];
         residuals[n] = (stresses[sample] - record.second[sample]) / target.scale;
         for (k, &variable) in best.free.iter().enumerate() {
@@ -72,7 +72,7 @@ pub(super) fn without_rendering<'a>(
     let strains = rendered_creep(record, fit)?;
     let chosen = target.chosen();
     let mut wanted = vec![0.0; target.len()];
-    target.residuals(candidate, &best.elements, &mut |n, _, slope| {
+    target.residuals(candidate, &best.elements, |n, _, slope| {
         let model = slope.value + target.wanted(n);
         let rendered = match record.is_absolute() {
             true => strains[chosen[n]] / target.scale,

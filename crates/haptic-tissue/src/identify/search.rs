@@ -69,14 +69,14 @@ pub(super) fn search(
         .map(|n| to(&few, &start(candidate, target, n), CLOSE))
         .filter(|minimum| minimum.sum.is_finite())
         .collect();
-    found.sort_by(Minimum::by_sum);
+    found.sort_by(|a, b| a.sum.total_cmp(&b.sum));
     found.dedup_by(|later, earlier| later.sum <= earlier.sum * (1.0 + SAME));
     found.truncate(FOLLOWED);
     let mut followed: Vec<Minimum> = (found.iter())
         .map(|minimum| to(target, &minimum.values, CLOSE))
         .filter(|minimum| minimum.sum.is_finite() && minimum.is_in_order(candidate))
         .collect();
-    followed.sort_by(Minimum::by_sum);
+    followed.sort_by(|a, b| a.sum.total_cmp(&b.sum));
     let best = polished(candidate, target, followed.iter().map(|one| &one.values))?;
     for minimum in &mut followed {
         let elements = Elements::from_variables(&minimum.values).sorted(candidate);
@@ -135,7 +135,7 @@ fn limit(
         (limit, rest)
     });
     let near = limits.filter(|(limit, _)| limit.sum <= valley.sum * (1.0 + COST_OF_END));
-    let (limit, rest) = near.min_by(|a, b| a.0.by_sum(&b.0))?;
+    let (limit, rest) = near.min_by(|a, b| a.0.sum.total_cmp(&b.0.sum))?;
     match limit.converged {
         true => Some(limit),
         false => self::limit(candidate, target, ranges, &limit, &rest),
@@ -237,10 +237,6 @@ pub(super) struct Minimum {
 }
 
 impl Minimum {
-    fn by_sum(&self, other: &Self) -> std::cmp::Ordering {
-        self.sum.total_cmp(&other.sum)
-    }
-
     /// True unless the second order is the larger one, as it may be where a modulus is held.
     fn is_in_order(&self, candidate: Candidate) -> bool {
         let elements = Elements::from_variables(&self.values).sorted(candidate);
@@ -295,7 +291,7 @@ impl Problem<'_> {
         let mut residuals = DVector::zeros(n + self.pulls.len());
         let mut jacobian = DMatrix::zeros(residuals.len(), free.len());
         let elements = Elements::from_variables(&values);
-        let finite = (self.target).residuals(self.candidate, &elements, &mut |n, root, slope| {
+        let finite = (self.target).residuals(self.candidate, &elements, |n, root, slope| {
             residuals[n] = root * slope.value;
             for (k, &v) in free.iter().enumerate() {
                 jacobian[(n, k)] = root * slope.by[v];

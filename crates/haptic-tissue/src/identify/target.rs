@@ -123,8 +123,11 @@ impl<'a> Target<'a> {
         let values = [&record.first[..], &record.second].concat();
         let chosen = stepped.as_ref().map(|stepped| stepped.chosen.clone());
         let chosen = chosen.unwrap_or_else(|| (0..values.len()).collect());
-        let of = |all: &[f64]| -> Vec<f64> { chosen.iter().map(|&n| all[n]).collect() };
-        let (values, roots) = (of(&values), of(&roots));
+        let (values, roots) = (
+            chosen.iter().map(|&n| values[n]),
+            chosen.iter().map(|&n| roots[n]),
+        );
+        let (values, roots): (Vec<f64>, Vec<f64>) = (values.collect(), roots.collect());
         let count = values.len() as f64;
         let size = libm::sqrt(values.iter().map(|x| x * x).sum::<f64>() / count);
         let is_absolute = record.is_absolute();
@@ -367,7 +370,7 @@ impl<'a> Target<'a> {
         &self,
         candidate: Candidate,
         elements: &Elements,
-        each: &mut dyn FnMut(usize, f64, Slope),
+        mut each: impl FnMut(usize, f64, Slope),
     ) -> bool {
         if self.stops() {
             return false;
@@ -375,20 +378,21 @@ impl<'a> Target<'a> {
         if self.noise.order() == 0 {
             return self.plain_residuals(candidate, elements, each);
         }
-        let mut columns = vec![vec![0.0; self.len()]; 1 + VARIABLES];
-        let finite = self.plain_residuals(candidate, elements, &mut |n, root, slope| {
-            columns[0][n] = root * slope.value;
-            for (column, by) in columns[1..].iter_mut().zip(slope.by) {
+        let mut columns = vec![vec![0.0; self.len()]; VARIABLES + 1];
+        let finite = self.plain_residuals(candidate, elements, |n, root, slope| {
+            columns[VARIABLES][n] = root * slope.value;
+            for (column, by) in columns.iter_mut().zip(slope.by) {
                 column[n] = root * by;
             }
         });
-        for column in &mut columns[..=candidate.variables()] {
+        for column in columns.iter_mut().take(candidate.variables()) {
             *column = self.through_filter(column);
         }
-        for n in 0..self.len() {
+        columns[VARIABLES] = self.through_filter(&columns[VARIABLES]);
+        for (n, value) in columns[VARIABLES].iter().enumerate() {
             let slope = Slope {
-                value: columns[0][n],
-                by: std::array::from_fn(|variable| columns[1 + variable][n]),
+                value: *value,
+                by: std::array::from_fn(|variable| columns[variable][n]),
             };
             each(n, 1.0, slope);
         }
@@ -404,10 +408,10 @@ impl<'a> Target<'a> {
         &self,
         candidate: Candidate,
         elements: &Elements,
-        each: &mut dyn FnMut(usize, f64, Slope),
+        mut each: impl FnMut(usize, f64, Slope),
     ) -> bool {
         let mut finite = true;
-        self.model(candidate, elements, &mut |n, model| {
+        self.model(candidate, elements, |n, model| {
             let wanted = self.wanted(n);
             let mut slope = model;
             match &self.rows {
@@ -505,7 +509,7 @@ impl<'a> Target<'a> {
         &self,
         candidate: Candidate,
         elements: &Elements,
-        each: &mut dyn FnMut(usize, Slope),
+        mut each: impl FnMut(usize, Slope),
     ) {
         let quantity = match &self.rows {
             Rows::History(history) => return history.model(candidate, elements, each),
@@ -540,7 +544,7 @@ impl<'a> Target<'a> {
                 }
             }
             Rows::Binned(binned) => {
-                binned.model(&|ln_x| at(ln_x).map(|part| logarithm(part, 0.0)), each);
+                binned.model(|ln_x| at(ln_x).map(|part| logarithm(part, 0.0)), each);
             }
         }
     }
@@ -644,8 +648,7 @@ mod tests {
                     let mut slopes = vec![Slope::default(); target.len()];
                     let elements = Elements::from_variables(values);
                     assert!(
-                        target
-                            .residuals(candidate, &elements, &mut |n, _, slope| slopes[n] = slope)
+                        target.residuals(candidate, &elements, |n, _, slope| slopes[n] = slope)
                     );
                     slopes
                 };

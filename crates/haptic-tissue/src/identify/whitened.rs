@@ -30,7 +30,7 @@ const NEW: f64 = 0.2;
 /// Residuals as they are weighted.
 fn residuals(candidate: Candidate, target: &Target<'_>, elements: &Elements) -> Vec<f64> {
     let mut all = vec![0.0; target.len()];
-    target.residuals(candidate, elements, &mut |n, root, slope| {
+    target.residuals(candidate, elements, |n, root, slope| {
         all[n] = root * slope.value;
     });
     all
