@@ -1,10 +1,11 @@
 //! The impedance that is felt of a wall, alone or through a device, and the damping that a coupler needs.
 
-use super::wall::{path, path_result};
-use super::{
-    ANALYSED_DAMPING, ANALYSED_MASS, ANALYSED_SAMPLE_TIME, Analysed, Analysis, COUPLING_ORDER,
-    Drawn, FREQUENCIES_MOST, OMEGA_MAX, OMEGA_MIN, POINTS, logarithmic, operator,
+use super::answer::{Analysed, Drawn, FREQUENCIES_MOST, FeltPoint, logarithmic, operator};
+use super::keys::{
+    ANALYSED_DAMPING, ANALYSED_MASS, ANALYSED_SAMPLE_TIME, COUPLING_ORDER, OMEGA_MAX, OMEGA_MIN,
+    POINTS,
 };
+use super::wall::{path, path_result};
 use crate::document::failure::Failure;
 use crate::document::parameters::{COUPLER_DAMPING, COUPLER_SPRING, Parameter};
 use crate::document::reader::Table;
@@ -13,7 +14,6 @@ use crate::judge::rows;
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{ClosedLoop, Coupler, Environment, LeastDamping, LoopOperator};
 use haptic_quantity::written;
-use serde::Serialize;
 use serde_json::json;
 use std::f64::consts::PI;
 
@@ -25,21 +25,6 @@ pub(crate) struct Felt {
     operator: LoopOperator,
     omegas: Vec<f64>,
     closed: Option<ClosedLoop>,
-}
-
-/// A frequency: sampled, and continuous of a closed loop.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct FeltPoint {
-    /// Angular frequency, at most pi/T.
-    pub omega_rad_s: f64,
-    /// Positive where the wall pushes back.
-    pub effective_stiffness_n_per_m: f64,
-    /// Positive where the wall takes energy.
-    pub effective_damping_n_s_per_m: f64,
-    /// Stiffness without sampling, of a closed loop.
-    pub continuous_stiffness_n_per_m: Option<f64>,
-    /// Damping without sampling, of a closed loop.
-    pub continuous_damping_n_s_per_m: Option<f64>,
 }
 
 impl Felt {
@@ -70,11 +55,11 @@ impl Felt {
         })
     }
 
-    pub(super) fn alone(table: &Table<'_>) -> Result<Analysis, Failure> {
-        Self::of(table).map(Analysis::Felt)
+    pub(super) fn alone(table: &Table<'_>) -> Result<Self, Failure> {
+        Self::of(table)
     }
 
-    pub(super) fn through_device(table: &Table<'_>) -> Result<Analysis, Failure> {
+    pub(super) fn through_device(table: &Table<'_>) -> Result<Self, Failure> {
         let alone = Self::of(table)?;
         let needed = |parameter: &Parameter| table.required(parameter);
         let closed = ClosedLoop {
@@ -83,10 +68,10 @@ impl Felt {
             environment: alone.wall,
             path: path(table, Some(alone.wall.sample_time_s))?,
         };
-        Ok(Analysis::Felt(Self {
+        Ok(Self {
             closed: Some(closed),
             ..alone
-        }))
+        })
     }
 
     fn point(&self, omega: f64) -> Result<FeltPoint, Failure> {
@@ -170,7 +155,7 @@ pub(crate) struct CouplerNeed {
 }
 
 impl CouplerNeed {
-    pub(super) fn of(table: &Table<'_>) -> Result<Analysis, Failure> {
+    pub(super) fn of(table: &Table<'_>) -> Result<Self, Failure> {
         let order = table.order(&COUPLING_ORDER)?;
         let t = table.required(&ANALYSED_SAMPLE_TIME)?;
         let (scheme, operator) = operator(table, order, Some(t))?;
@@ -184,7 +169,7 @@ impl CouplerNeed {
             damping: table.number_if(&ANALYSED_DAMPING)?,
         };
         asked.coupler()?;
-        Ok(Analysis::Coupling(asked))
+        Ok(asked)
     }
 
     fn coupler(&self) -> Result<Coupler<'_>, Failure> {

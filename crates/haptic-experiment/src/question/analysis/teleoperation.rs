@@ -1,9 +1,7 @@
 //! Two hands over a line: what is stable and what is felt.
 
-use super::{
-    Analysed, Analysis, BEST, Drawn, FELT_HIGH, FELT_LOW, FELT_POINTS, PLAYOUT_SAMPLES,
-    logarithmic, rate,
-};
+use super::answer::{Analysed, Drawn, HandPoint, logarithmic, rate};
+use super::keys::{BEST, FELT_HIGH, FELT_LOW, FELT_POINTS, PLAYOUT_SAMPLES};
 use crate::document::failure::Failure;
 use crate::document::parameters::{
     DAMPING, HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, MASS, Parameter, SAMPLE_TIME,
@@ -24,7 +22,6 @@ use haptic_analysis::{
 };
 use haptic_link::Architecture;
 use haptic_quantity::{digits, written};
-use serde::Serialize;
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 use std::sync::atomic::AtomicBool;
@@ -44,23 +41,6 @@ pub(crate) struct HandsQuestion {
     omegas: Vec<f64>,
     tissue: String,
     environment: Vec<Complex<f64>>,
-}
-
-/// A tissue and what the hand feels of it at one frequency.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct HandPoint {
-    /// Frequency of the hand's motion.
-    pub frequency_hz: f64,
-    /// Force per displacement of the tissue.
-    pub tissue_n_per_m: f64,
-    /// Phase of the tissue's force over its place.
-    pub tissue_degrees: f64,
-    /// Force per displacement at the master.
-    pub felt_n_per_m: f64,
-    /// Phase of the master's force over its place.
-    pub felt_degrees: f64,
-    /// Of Llewellyn's criterion: stable with every hand and tissue from 1 on.
-    pub llewellyn_ratio: f64,
 }
 
 /// The best coupler or impedance of an order.
@@ -133,7 +113,7 @@ fn all_act(table: &Table<'_>, architecture: Architecture, best: bool) -> Result<
 }
 
 impl HandsQuestion {
-    pub(super) fn of(table: &Table<'_>) -> Result<Analysis, Failure> {
+    pub(super) fn of(table: &Table<'_>) -> Result<Self, Failure> {
         let architecture = table.choice(&ARCHITECTURE)?;
         let best = table.flag(&BEST)?;
         let line = line(table, architecture)?;
@@ -167,14 +147,14 @@ impl HandsQuestion {
             sample_time_s,
             delay_s: table.number(&LINE_DELAY)?,
         };
-        Ok(Analysis::Teleoperation(Self {
+        Ok(Self {
             architecture,
             hands,
             best,
             omegas,
             tissue: touched.words(),
             environment,
-        }))
+        })
     }
 
     pub(super) const fn steps(&self) -> u64 {

@@ -1,9 +1,11 @@
 //! A wall on a device, with units or without: is it stable, passive, and how much does it amplify errors?
 
-use super::{
+use super::answer::{
+    Analysed, Drawn, FREQUENCIES_MOST, Region, SensitivityPoint, decibel, logarithmic, operator,
+};
+use super::keys::{
     ALPHA, ANALYSED_DAMPING, ANALYSED_DELAY, ANALYSED_HAND, ANALYSED_LAG, ANALYSED_MASS,
-    ANALYSED_SAMPLE_TIME, Analysed, Analysis, Asked, BETA, DELAY_SAMPLES, DELTA, Drawn,
-    FREQUENCIES_MOST, GAMMA, SENSITIVITY_POINTS, decibel, logarithmic, operator,
+    ANALYSED_SAMPLE_TIME, BETA, DELAY_SAMPLES, DELTA, GAMMA, SENSITIVITY_POINTS,
 };
 use crate::document::failure::Failure;
 use crate::document::parameters::{DEVICE_MODEL, Parameter};
@@ -15,10 +17,9 @@ use crate::run::device::Warn;
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{
     AnalysisError, Dynamics, Environment, ForcePath, Largest, LoopOperator, Nondimensional,
-    OnePort, Polygon, SampledLoop, SampledPlant, StabilityRegion,
+    OnePort, SampledLoop, SampledPlant, StabilityRegion,
 };
 use haptic_quantity::{digits, written};
-use serde::Serialize;
 use serde_json::{Value, json};
 use std::f64::consts::PI;
 
@@ -55,49 +56,15 @@ pub(crate) struct WallLoop {
     asked: Value,
 }
 
-/// The stable walls of a device, by outlines.
-#[derive(Clone, Debug)]
-pub struct Region {
-    /// Outlines, without units.
-    pub parts: Vec<Polygon>,
-    /// K of α = 1 and B of β = 1, of a device with units.
-    pub units: Option<[f64; 2]>,
-    /// β and α of the wall that was given.
-    pub wall: Option<(f64, f64)>,
-}
-
-/// A point of a sensitivity.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct SensitivityPoint {
-    /// Digital frequency, rad a sample.
-    pub theta: f64,
-    /// The magnitude of 1/(1 + GH), dB.
-    pub magnitude_db: f64,
-}
-
-impl Region {
-    pub(super) const COLUMNS: [&str; 4] = ["part", "alpha", "beta", "theta_rad"];
-
-    pub(super) fn rows(&self) -> impl Iterator<Item = impl Serialize> {
-        let parts = self.parts.iter().enumerate();
-        parts.flat_map(|(part, polygon)| {
-            let points = polygon.points.iter();
-            points.map(move |at| (part, at.alpha, at.beta, at.theta))
-        })
-    }
-}
-
 impl WallLoop {
-    /// A question to the loop of a wall.
-    pub(super) fn needed(table: &Table<'_>, asked: Asked) -> Result<Analysis, Failure> {
-        let wall = Self::of(table, |parameter| Err(missing(parameter)))?;
-        Ok(Analysis::Wall(wall, asked))
+    /// A wall that is given.
+    pub(super) fn needed(table: &Table<'_>) -> Result<Self, Failure> {
+        Self::of(table, |parameter| Err(missing(parameter)))
     }
 
-    /// The stable walls of a device.
-    pub(super) fn sought(table: &Table<'_>) -> Result<Analysis, Failure> {
-        let device = Self::of(table, |_| Ok(0.0))?;
-        Ok(Analysis::Wall(device, Self::region))
+    /// A device whose stable walls are sought.
+    pub(super) fn sought(table: &Table<'_>) -> Result<Self, Failure> {
+        Self::of(table, |_| Ok(0.0))
     }
 
     fn of(

@@ -1,0 +1,197 @@
+//! Answers of analyses, and the numbers that several of them need.
+
+use super::keys::ANALYSED_SCHEME;
+use crate::document::failure::Failure;
+use crate::document::parameters::SAMPLE_TIME;
+use crate::document::reader::Table;
+use crate::judge::Rows;
+use crate::run::folder::OutputFolder;
+use fracdiff::{Order, Scheme, Seconds};
+use haptic_analysis::{LoopOperator, Polygon};
+use haptic_quantity::label;
+use serde::Serialize;
+
+/// The answer of an analysis. The keys of its report are a contract of the command line.
+#[derive(Clone, Debug, Serialize)]
+pub struct Analysed {
+    #[serde(flatten)]
+    pub(super) report: Rows,
+    /// Its table and picture; none where the report says all of it.
+    #[serde(skip)]
+    pub drawn: Option<Drawn>,
+    /// The question in the words below a picture.
+    #[serde(skip)]
+    pub about: String,
+}
+
+/// Content of the table and the picture of an analysis.
+#[derive(Clone, Debug)]
+pub enum Drawn {
+    /// The impedance of a wall over the frequency.
+    Felt(Vec<FeltPoint>),
+    /// The outlines of the stable walls.
+    Region(Region),
+    /// |S| over the frequency.
+    Sensitivity(Vec<SensitivityPoint>),
+    /// Two hands over a line.
+    Teleoperation {
+        /// Of the tissue and of what is felt, over the frequency.
+        points: Vec<HandPoint>,
+        /// Order and error of each best coupler.
+        errors: Vec<(f64, f64)>,
+    },
+}
+
+impl Analysed {
+    /// A report without table and picture.
+    pub(super) fn in_numbers(report: Rows) -> Self {
+        Self {
+            report,
+            drawn: None,
+            about: String::new(),
+        }
+    }
+
+    /// As in `absolutely stable`, or `not passive`; empty of an analysis without a verdict.
+    pub(crate) fn verdict(&self) -> String {
+        let mut keys = ["stable", "passive", "absolutely_stable"].into_iter();
+        let verdict = keys.find_map(|key| Some((key, self.report.get(key)?.as_bool()?)));
+        verdict.map_or_else(String::new, |(key, is_so)| {
+            let not = if is_so { "" } else { "not " };
+            format!("{not}{}", label(key))
+        })
+    }
+
+    pub(crate) fn write_table(&self, folder: &OutputFolder) -> Result<Option<String>, Failure> {
+        let write = |drawn: &Drawn| match drawn {
+            Drawn::Felt(points) => folder.write_table(&[], points.iter()),
+            Drawn::Region(region) => folder.write_table(&Region::COLUMNS, region.rows()),
+            Drawn::Sensitivity(points) => folder.write_table(&[], points.iter()),
+            Drawn::Teleoperation { points, .. } => folder.write_table(&[], points.iter()),
+        };
+        self.drawn.as_ref().map(write).transpose()
+    }
+}
+
+/// A frequency: sampled, and continuous of a closed loop.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct FeltPoint {
+    /// Angular frequency, at most pi/T.
+    pub omega_rad_s: f64,
+    /// Positive where the wall pushes back.
+    pub effective_stiffness_n_per_m: f64,
+    /// Positive where the wall takes energy.
+    pub effective_damping_n_s_per_m: f64,
+    /// Stiffness without sampling, of a closed loop.
+    pub continuous_stiffness_n_per_m: Option<f64>,
+    /// Damping without sampling, of a closed loop.
+    pub continuous_damping_n_s_per_m: Option<f64>,
+}
+
+/// The stable walls of a device, by outlines.
+#[derive(Clone, Debug)]
+pub struct Region {
+    /// Outlines, without units.
+    pub parts: Vec<Polygon>,
+    /// K of α = 1 and B of β = 1, of a device with units.
+    pub units: Option<[f64; 2]>,
+    /// β and α of the wall that was given.
+    pub wall: Option<(f64, f64)>,
+}
+
+/// A point of a sensitivity.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct SensitivityPoint {
+    /// Digital frequency, rad a sample.
+    pub theta: f64,
+    /// The magnitude of 1/(1 + GH), dB.
+    pub magnitude_db: f64,
+}
+
+impl Region {
+    const COLUMNS: [&str; 4] = ["part", "alpha", "beta", "theta_rad"];
+
+    fn rows(&self) -> impl Iterator<Item = impl Serialize> {
+        let parts = self.parts.iter().enumerate();
+        parts.flat_map(|(part, polygon)| {
+            let points = polygon.points.iter();
+            points.map(move |at| (part, at.alpha, at.beta, at.theta))
+        })
+    }
+}
+
+/// A tissue and what the hand feels of it at one frequency.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct HandPoint {
+    /// Frequency of the hand's motion.
+    pub frequency_hz: f64,
+    /// Force per displacement of the tissue.
+    pub tissue_n_per_m: f64,
+    /// Phase of the tissue's force over its place.
+    pub tissue_degrees: f64,
+    /// Force per displacement at the master.
+    pub felt_n_per_m: f64,
+    /// Phase of the master's force over its place.
+    pub felt_degrees: f64,
+    /// Of Llewellyn's criterion: stable with every hand and tissue from 1 on.
+    pub llewellyn_ratio: f64,
+}
+
+/// Most frequencies of a curve: more than any picture has pixels.
+pub(super) const FREQUENCIES_MOST: u64 = 100_000;
+
+/// Memory for which a full-memory operator is designed, samples: 1000 s at 1 kHz.
+const HORIZON: f64 = 1e6;
+
+/// The operator of this order that runs, and its scheme.
+pub(super) fn operator(
+    table: &Table<'_>,
+    order: Order,
+    sample_time_s: Option<f64>,
+) -> Result<(Scheme, LoopOperator), Failure> {
+    let scheme = table.scheme(&ANALYSED_SCHEME)?;
+    let sample_time = sample_time_of(scheme, sample_time_s)?;
+    let operator = LoopOperator::new(scheme, order, sample_time, HORIZON);
+    Ok((scheme, operator.map_err(Failure::input)?))
+}
+
+/// T^(−μ), if the sample time is in the range that operators take.
+///
+/// # Errors
+/// If it is not.
+pub fn rate(sample_time: Seconds, mu: Order) -> Result<f64, Failure> {
+    let advice =
+        |error| Failure::input_with_advice(error, format_args!("give {SAMPLE_TIME}, as in 1ms"));
+    sample_time.rate_to_the(mu).map_err(advice)
+}
+
+/// The sample time for an operator without units, which matters only to a scheme with frequencies in
+/// Hz.
+///
+/// # Errors
+/// If such a scheme has none.
+pub fn sample_time_of(scheme: Scheme, given_s: Option<f64>) -> Result<Seconds, Failure> {
+    match (scheme, given_s) {
+        (Scheme::Oustaloup { .. }, None) => Err(Failure::bad_input(format_args!(
+            "scheme {scheme} has frequencies in Hz: give {SAMPLE_TIME}, as in 1ms"
+        ))),
+        _ => Ok(Seconds(given_s.unwrap_or(1.0))),
+    }
+}
+
+/// An amplitude ratio in decibel.
+#[must_use]
+pub fn decibel(magnitude: f64) -> f64 {
+    20.0 * magnitude.log10()
+}
+
+/// `count` frequencies from `low` to `high`, equal steps of their logarithm.
+pub fn logarithmic(low: f64, high: f64, count: usize) -> impl Iterator<Item = f64> {
+    let ratio = (high / low).ln();
+    let steps = count.saturating_sub(1).max(1) as f64;
+    // The last is exactly `high`.
+    (0..count).map(move |i| match i + 1 == count {
+        true => high,
+        false => low * (ratio * i as f64 / steps).exp(),
+    })
+}

@@ -1,0 +1,113 @@
+//! Keys of analyses.
+
+use crate::document::parameters::kind::{Parameter, parameters};
+use crate::document::parameters::range::{
+    ANGULAR_FREQUENCIES, DELAY_SAMPLES as SAMPLES, DELTAS, FREQUENCIES_HZ, WALL_NUMBERS,
+    WALL_ORDERS,
+};
+use crate::document::parameters::{
+    AREA, COUPLER_DAMPING, COUPLER_SPRING, CURRENT_LAG, DAMPING, DELAY, DEVICE_MODEL,
+    HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, LIBRARY, MASS, SAMPLE_TIME,
+    SCHEME, THICKNESS, TISSUE,
+};
+use crate::experiment::kind::Keys;
+use crate::experiment::teleoperation::{
+    ARCHITECTURE, HAND_COUPLER_ORDER, LINE_DELAY, SLAVE_DAMPING, SLAVE_MASS, WAVE_IMPEDANCE,
+};
+use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
+
+parameters! {
+    ANALYSED_SCHEME = text("scheme", "exact", SCHEME.help);
+    /// Order of a coupler that is analysed.
+    COUPLING_ORDER = optional("order", WALL_ORDERS, "Order of the coupler: 1 a spring beside a damper, below 1 the spring creeps");
+    ALPHA = optional("alpha", WALL_NUMBERS, "Without units: stiffness K T^2/m");
+    BETA = optional("beta", WALL_NUMBERS, "Without units: dissipation B T^(2-mu)/m");
+    DELTA = optional("delta", DELTAS, "Without units: damping of the device b T/m [default: 0]");
+    GAMMA = optional("gamma", WALL_NUMBERS, "Without units: stiffness of the hand k T^2/m [default: 0]");
+    DELAY_SAMPLES = optional("delay_samples", SAMPLES, "The delay in samples, whole or not");
+    OMEGA_MIN = optional("omega_min_rad_s", ANGULAR_FREQUENCIES, "Lowest frequency [default: a thousandth of the highest]");
+    OMEGA_MAX = optional("omega_max_rad_s", ANGULAR_FREQUENCIES, "Highest frequency [default: pi/T]");
+    POINTS = count("points", 200, "200", "Number of frequencies");
+    /// Number of frequencies of a sensitivity.
+    SENSITIVITY_POINTS = count("points", 400, "400", "Number of frequencies");
+    /// Lowest frequency of a remote tissue, Hz.
+    FELT_LOW = number("low_hz", 0.5, "0.5Hz", FREQUENCIES_HZ, "Lowest frequency at which the tissue should feel right");
+    /// Highest frequency of a remote tissue, Hz.
+    FELT_HIGH = number("high_hz", 5.0, "5Hz", FREQUENCIES_HZ, "Highest frequency at which the tissue should feel right");
+    /// Number of frequencies of a remote tissue.
+    FELT_POINTS = count("points", 20, "20", "Number of frequencies");
+    PLAYOUT_SAMPLES = count("playout", 2, "2", "Samples over which waves are played out");
+    /// Search for the best coupler.
+    BEST = flag("best", "Find the best coupler of each order, or the best wave impedance");
+}
+
+// The parts of a device that an analysis knows only if they are given.
+pub(super) const ANALYSED_MASS: Parameter = MASS.without_default();
+pub(super) const ANALYSED_DAMPING: Parameter = DAMPING.without_default();
+pub(super) const ANALYSED_HAND: Parameter = HAND_STIFFNESS.without_default();
+pub(super) const ANALYSED_SAMPLE_TIME: Parameter = SAMPLE_TIME.without_default();
+pub(super) const ANALYSED_DELAY: Parameter = DELAY.without_default();
+pub(super) const ANALYSED_LAG: Parameter = CURRENT_LAG.without_default();
+
+#[rustfmt::skip]
+const WALL: Keys = ("Wall", &[ORDER, ANALYSED_SCHEME, STIFFNESS, DISSIPATION, ANALYSED_SAMPLE_TIME]);
+const ON_DEVICE: Keys = (
+    "Device",
+    &[
+        DEVICE_MODEL,
+        ANALYSED_MASS,
+        ANALYSED_DAMPING,
+        ANALYSED_HAND,
+        ANALYSED_DELAY,
+        ANALYSED_LAG,
+    ],
+);
+const THROUGH_DEVICE: Keys = (
+    "Device",
+    &[
+        DEVICE_MODEL,
+        ANALYSED_MASS,
+        ANALYSED_DAMPING,
+        ANALYSED_DELAY,
+        ANALYSED_LAG,
+        DELAY_SAMPLES,
+    ],
+);
+const WITHOUT_UNITS: Keys = ("Without units", &[ALPHA, BETA, DELTA, GAMMA, DELAY_SAMPLES]);
+const OMEGAS: Keys = ("Frequencies", &[OMEGA_MIN, OMEGA_MAX, POINTS]);
+
+/// Keys of an analysis of a wall on a device.
+pub const ON_WALL: &[Keys] = &[WALL, ON_DEVICE, WITHOUT_UNITS];
+/// Keys of a wall whose sensitivity is drawn.
+pub const SENSITIVITY: &[Keys] = &[
+    WALL,
+    ON_DEVICE,
+    WITHOUT_UNITS,
+    ("Frequencies", &[SENSITIVITY_POINTS]),
+];
+/// Keys of the impedance of a wall alone.
+pub const ENVIRONMENT: &[Keys] = &[WALL, OMEGAS];
+/// Keys of the impedance of a wall behind a device.
+pub const TRANSPARENCY: &[Keys] = &[WALL, THROUGH_DEVICE, OMEGAS];
+/// Keys of the passivity of a coupler.
+pub const COUPLING: &[Keys] = &[(
+    "Coupler",
+    &[
+        COUPLING_ORDER,
+        ANALYSED_SCHEME,
+        COUPLER_DAMPING,
+        COUPLER_SPRING,
+        ANALYSED_SAMPLE_TIME,
+        ANALYSED_DAMPING,
+    ],
+)];
+/// Keys of a teleoperation: two hands over a line.
+#[rustfmt::skip]
+pub const HANDS: &[Keys] = &[
+    ("Line", &[
+        ARCHITECTURE, LINE_DELAY, HAND_COUPLER_STIFFNESS, HAND_COUPLER_DISSIPATION,
+        HAND_COUPLER_ORDER, WAVE_IMPEDANCE, PLAYOUT_SAMPLES, BEST,
+    ]),
+    ("Tissue", &[TISSUE, LIBRARY, AREA, THICKNESS, FELT_LOW, FELT_HIGH, FELT_POINTS]),
+    ("Devices", &[MASS, DAMPING, SLAVE_MASS, SLAVE_DAMPING, SAMPLE_TIME]),
+];
