@@ -434,6 +434,9 @@ def _asked(
         if isinstance(given, kind):
             objects[at] = given
         elif isinstance(given, str | os.PathLike):
+            if isinstance(given, os.PathLike):
+                # A missing file is an error of its own, as elsewhere in Python.
+                os.stat(given)
             form[name] = os.fspath(given)
         elif given is not None:
             raise ValueError(f"a {type(given).__name__} is no {name} here: give a {kind.__name__}, a text or a path{which(given)}")
