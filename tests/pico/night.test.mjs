@@ -98,7 +98,10 @@ test('a wall 5 % below what the analysis allows rests, and one 5 % beyond bounce
   };
   const [below, beyond] = [await swing(0.95), await swing(1.05)];
   t.diagnostic(`delay ${delay_us.toFixed(1)} µs, margin ${gain_margin.toFixed(3)}: ${below.steps} steps below, ${beyond.steps} beyond`);
-  assert.ok(below.steps <= 4, `${below.steps} steps from end to end`);
+  // At rest the encoder itself may keep up a swing where its gain by the describing function, 2/(πA)·Σ √(1 − (t/A)²) over its thresholds t,
+  // is 1/0.95 = 1.053: at most 1.072 over 4 steps, 1.049 over 5 (a swing about the middle between two counts), 1.036 over 6. The delay is
+  // known to 1 µs, which moves the margin by 0.3 %, so 5 steps can be and 6 cannot.
+  assert.ok(below.steps <= 5, `${below.steps} steps from end to end`);
   assert.ok(beyond.steps > 50, `${beyond.steps} steps from end to end`);
   assert.deepEqual([beyond.board.world.enabled, beyond.board.world.force_n], [false, 0]);
 });
