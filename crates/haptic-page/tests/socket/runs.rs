@@ -72,8 +72,13 @@ fn the_defaults_of_every_form_run() {
     let (_runs, _server, mut page) = opened();
     let forms = page.ask("runs.forms", json!({}))["forms"].take();
     for form in forms.as_array().expect("a list") {
-        page.ask("runs.start", untouched(form));
         let kind = form["kind"].as_str().expect("a kind");
+        // No wall is the usual one: it has to be given.
+        if kind.starts_with("analyze-") && kind != "analyze-teleoperation" {
+            page.refuses("runs.start", untouched(form), "missing key `");
+            continue;
+        }
+        page.ask("runs.start", untouched(form));
         // These two have numbers of the page; the others those of the command, which has tests of its own.
         let whole = ["wall", "coupler"].contains(&kind);
         if !whole {
