@@ -356,7 +356,7 @@ impl RecordQuestion {
     /// The records of a table that is read so, the file of this number from 0: one, the segments that were chosen, or all of a master curve.
     ///
     /// # Errors
-    /// As [`Reader::read_all`] and [`Columns::record`].
+    /// As [`Reader::read_all`] and [`Reading::record`].
     pub fn read(
         &self,
         file: usize,
