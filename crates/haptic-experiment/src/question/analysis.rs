@@ -26,7 +26,7 @@ type Read = fn(&Table<'_>) -> Result<Analysis, Failure>;
 /// Analyses: the name of the table, its keys and its reader.
 pub(crate) const ANALYSES: [(&str, &[Keys], Read); 8] = [
     ("analyze-environment", ENVIRONMENT, |table| {
-        Felt::alone(table).map(Analysis::Felt)
+        Felt::of(table).map(Analysis::Felt)
     }),
     ("analyze-stability", ON_WALL, |table| {
         Ok(Analysis::Wall(

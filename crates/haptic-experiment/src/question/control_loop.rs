@@ -97,7 +97,7 @@ impl LoopForm {
         let plant = path(&self.plant, &["csv", "toml"]);
         let plant = plant.map(|path| NamedPlant::of(&PlantModel::read(path)?));
         let controller = path(&self.controller, &["toml"]);
-        let controller = controller.map(|_| controller_of(&self.controller, self.sample_time_s));
+        let controller = controller.map(|path| Ok::<_, Failure>(ControllerFile::read(path)?.setup));
         Ok(Held {
             plant: plant.transpose()?,
             controller: controller.transpose()?,

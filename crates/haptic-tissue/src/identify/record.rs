@@ -13,7 +13,7 @@ use fracdiff::parameter::Shown;
 use haptic_loop::{DepthMap, LoadingKind, Specimen};
 
 /// A longer record is refused; every second sample carries nearly as much information.
-pub const SAMPLES_MOST: usize = 1_000_000;
+pub const SAMPLES_MOST: usize = measured_table::ROWS_MOST;
 
 enumerated! {
     /// The four kinds of records.

@@ -28,7 +28,7 @@ pub(crate) struct Felt {
 }
 
 impl Felt {
-    fn of(table: &Table<'_>) -> Result<Self, Failure> {
+    pub(super) fn of(table: &Table<'_>) -> Result<Self, Failure> {
         let order = table.order(&ORDER)?;
         let t = table.required(&ANALYSED_SAMPLE_TIME)?;
         let (scheme, operator) = operator(table, order, Some(t))?;
@@ -53,10 +53,6 @@ impl Felt {
             omegas: logarithmic(low, high, count).collect(),
             closed: None,
         })
-    }
-
-    pub(super) fn alone(table: &Table<'_>) -> Result<Self, Failure> {
-        Self::of(table)
     }
 
     pub(super) fn through_device(table: &Table<'_>) -> Result<Self, Failure> {
