@@ -100,12 +100,10 @@ fn table(text: &mut String, heading: &str, rows: &[&str]) {
 fn tables(text: &mut String, tables: &[(&str, &[Parameter])], shared: &[String]) {
     for (heading, parameters) in tables {
         let rows = rows(heading, parameters);
-        let (common, own): (Vec<_>, Vec<_>) = rows.iter().partition(|row| shared.contains(&row.1));
-        let own: Vec<&str> = own.iter().map(|row| row.1.as_str()).collect();
+        let (own, common) = apart(&rows, shared);
         table(text, heading, &own);
-        let common: Vec<String> = common.iter().map(|row| format!("`{}`", row.0)).collect();
         if !common.is_empty() {
-            let _ = writeln!(text, "\nAnd [shared](#shared-keys): {}", common.join(" "));
+            let _ = writeln!(text, "\nAnd [shared](#shared-keys): {common}");
         }
     }
 }
@@ -163,55 +161,54 @@ fn asked(command: &str, tables: &[(&str, &[Parameter])]) -> Vec<(&'static str, S
 
 /// The questions, with their own rows; those of several stand once, behind them.
 fn questions(text: &mut String) {
-    let named = QUESTIONS.map(|kind| {
+    let forms = [
+        ("identify", RECORD),
+        ("control identify", PLANT_RECORD),
+        ("control design", CONTROL_DESIGN),
+        ("control analyze", &CONTROL_LOOP[..2]),
+        ("control simulate", CONTROL_LOOP),
+    ];
+    let forms = forms.map(|(command, tables)| (command.to_owned(), tables.to_vec()));
+    let documents = QUESTIONS.map(|kind| {
         (
             kind.replace("analyze-", "analyze "),
             parameters::of_kind(kind),
         )
     });
-    let mut all = vec![
-        ("identify".to_owned(), asked("identify", RECORD)),
-        (
-            "control identify".to_owned(),
-            asked("control identify", PLANT_RECORD),
-        ),
-        (
-            "control design".to_owned(),
-            asked("control design", CONTROL_DESIGN),
-        ),
-        (
-            "control analyze".to_owned(),
-            asked("control analyze", &CONTROL_LOOP[..2]),
-        ),
-        (
-            "control simulate".to_owned(),
-            asked("control simulate", CONTROL_LOOP),
-        ),
-    ];
-    all.extend(named.into_iter().map(|(command, tables)| {
-        let rows = asked(&command, &tables);
-        (command, rows)
-    }));
+    let all = forms.into_iter().chain(documents);
+    let all: Vec<_> = all
+        .map(|(command, tables)| {
+            let rows = asked(&command, &tables);
+            (command, rows)
+        })
+        .collect();
     let shared = shared(all.iter().flat_map(|(_, rows)| rows.clone()));
     let head = "| key, field of the page | command | Python | default | range | meaning |\n|---|---|---|---|---|---|";
-    let mut table = |heading: &str, rows: &[&str], common: &[String]| {
-        let _ = writeln!(text, "\n### {heading}\n\n{head}\n{}", rows.join("\n"));
+    for (command, rows) in &all {
+        let (own, common) = apart(rows, &shared);
+        let _ = writeln!(text, "\n### {command}\n\n{head}\n{}", own.join("\n"));
         if !common.is_empty() {
             let _ = writeln!(
                 text,
-                "\nAnd [of several](#keys-of-several-questions): {}",
-                common.join(" ")
+                "\nAnd [of several](#keys-of-several-questions): {common}"
             );
         }
-    };
-    for (command, rows) in &all {
-        let (common, own): (Vec<_>, Vec<_>) = rows.iter().partition(|row| shared.contains(&row.1));
-        let own: Vec<&str> = own.iter().map(|row| row.1.as_str()).collect();
-        let common: Vec<String> = common.iter().map(|row| format!("`{}`", row.0)).collect();
-        table(command, &own, &common);
     }
-    let listed: Vec<&str> = shared.iter().map(String::as_str).collect();
-    table("Keys of several questions", &listed, &[]);
+    let _ = writeln!(
+        text,
+        "\n### Keys of several questions\n\n{head}\n{}",
+        shared.join("\n")
+    );
+}
+
+/// Rows that stand here alone, and the keys of those that stand once for several tables.
+fn apart<'a>(rows: &'a [(&str, String)], shared: &[String]) -> (Vec<&'a str>, String) {
+    let (common, own): (Vec<_>, Vec<_>) = rows.iter().partition(|row| shared.contains(&row.1));
+    let common: Vec<String> = common.iter().map(|row| format!("`{}`", row.0)).collect();
+    (
+        own.iter().map(|row| row.1.as_str()).collect(),
+        common.join(" "),
+    )
 }
 
 /// Rows of several tables: one for each key, that of most.
