@@ -2,8 +2,10 @@
 
 use haptic_quantity::Key;
 
-pub(super) const COLUMNS: Key = Key("columns");
-pub(super) const FROM: Key = Key("from_s");
+/// Key of the columns that a user chooses.
+pub const COLUMNS: Key = Key("columns");
+/// Key of the time from which a record counts, s.
+pub const FROM: Key = Key("from_s");
 pub(super) const SEGMENT: Key = Key("segment");
 pub(super) const SEGMENTS: Key = Key("segments");
 pub(super) const TO: Key = Key("to_s");

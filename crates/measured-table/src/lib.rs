@@ -26,6 +26,7 @@ pub use columns::Columns;
 pub use error::TableError;
 pub use find::ROWS_MOST;
 pub use header::words;
+pub use keys::{COLUMNS, FROM};
 pub use lines::{passed, rows_named};
 pub use numbers::{Reader, Segment};
 pub use text::{RecordColumns, TABLE_MOST, TextTable, read_chosen, read_record, read_table};

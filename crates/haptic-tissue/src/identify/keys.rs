@@ -1,14 +1,13 @@
 //! Arguments that sentences name.
 
 use haptic_quantity::Key;
+pub(in crate::identify) use measured_table::{COLUMNS, FROM};
 
 pub(in crate::identify) const AREA: Key = Key("area_m2");
 pub(in crate::identify) const BASELINE: Key = Key("baseline");
 pub(in crate::identify) const BONDED: Key = Key("bonded");
 pub(in crate::identify) const BOOTSTRAP: Key = Key("bootstrap");
-pub(in crate::identify) const COLUMNS: Key = Key("columns");
 pub(in crate::identify) const CONTACT_POINT: Key = Key("contact_point_m");
-pub(in crate::identify) const FROM: Key = Key("from_s");
 pub(in crate::identify) const HALF_ANGLE: Key = Key("half_angle_rad");
 pub(in crate::identify) const KIND: Key = Key("kind");
 pub(in crate::identify) const LOADING: Key = Key("loading");
