@@ -25,6 +25,7 @@ pub(crate) const LONG: Duration = Duration::from_millis(20);
 pub(crate) struct Conduct {
     done: AtomicU64,
     stop: Arc<AtomicBool>,
+    kept: Arc<AtomicBool>,
 }
 
 impl Conduct {
@@ -47,6 +48,16 @@ impl Conduct {
         going.map(function).collect()
     }
 
+    /// The end that was asked for; and what is to be set then, once there is nothing left that it could lose.
+    pub(crate) fn stop_and_kept(&self) -> [Arc<AtomicBool>; 2] {
+        [&self.stop, &self.kept].map(Arc::clone)
+    }
+
+    /// False if nobody waits for the end any more.
+    pub(crate) fn is_awaited(&self) -> bool {
+        !self.kept.load(Ordering::Relaxed)
+    }
+
     /// To be called before a device is driven, and kept until it has let go.
     pub(crate) fn drives(&self) -> PyResult<Driving> {
         Driving::new(&self.stop)
@@ -60,7 +71,7 @@ impl Conduct {
 /// Treatment of interrupted work, which is asked to stop in any case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Interrupted {
-    /// The caller waits until it has ended: there is a force to bring to zero, a log to close, a verdict to add to it.
+    /// The caller waits until all is kept, or it has ended: there is a force to bring to zero, a log to close.
     Awaited,
     /// It is left to end by itself, its result forgotten.
     Forgotten,
@@ -121,8 +132,8 @@ pub(crate) fn conduct<T: Send + 'static>(
         }
         if let Err(error) = report(&shared).and_then(|()| py.check_signals()) {
             shared.stop.store(true, Ordering::Relaxed);
-            let waits = interrupted == Interrupted::Awaited;
-            while waits && matches!(listened(), Err(RecvTimeoutError::Timeout)) {}
+            let waits = || interrupted == Interrupted::Awaited && shared.is_awaited();
+            while waits() && matches!(listened(), Err(RecvTimeoutError::Timeout)) {}
             return Err(error);
         }
     }

@@ -144,12 +144,26 @@ impl ExperimentFile {
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
     ) -> Result<Published<Report>, Failure> {
+        self.run_for(request, supervisor, || true)
+    }
+
+    /// As [`run`](Self::run), but the log gets no verdict where nobody waits for it any more, once all else is done.
+    ///
+    /// # Errors
+    /// As for [`run`](Self::run).
+    pub fn run_for(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+        is_awaited: impl FnOnce() -> bool,
+    ) -> Result<Published<Report>, Failure> {
         let mut published = self.0.run(Watched {
             request,
             supervisor,
         })?;
         let Report { run, verdict, .. } = &mut published.report;
         if let (Some(verdict), Some(log)) = (verdict, run.logs.last())
+            && is_awaited()
             && let Err(error) = add_verdict(Path::new(log), verdict)
         {
             let lost = format!("the log is whole, but lacks its verdict: {error}");

@@ -14,7 +14,7 @@ use haptic_experiment::question::control_loop::run::Reference;
 use haptic_experiment::question::control_loop::{ControlLoop, LoopForm, NamedPlant};
 use haptic_experiment::question::controller::DesignForm;
 use haptic_experiment::question::controller::report::designed;
-use numpy::{IntoPyArray as _, PyArray1};
+use numpy::{IntoPyArray as _, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::Arc;
@@ -119,23 +119,42 @@ pub(crate) fn analyze_loop<'py>(
 /// Report, and reference, output and command.
 type Run<'py> = (Bound<'py, PyAny>, [Bound<'py, PyArray1<f64>>; 3]);
 
-/// The report of `control simulate`, and its signals; the reference is name and bytes of a table.
+/// A reference: name and bytes of a table, or values with the time from one to the next, s.
+#[derive(FromPyObject)]
+pub(crate) enum Given<'py> {
+    Table(String, Vec<u8>),
+    Sampled(PyReadonlyArray1<'py, f64>, f64),
+}
+
+/// The report of `control simulate`, and its signals.
 #[pyfunction]
 pub(crate) fn simulate_loop<'py>(
     py: Python<'py>,
     plant: Option<&Bound<'py, PyControlPlant>>,
     controller: Option<&Bound<'py, PyPid>>,
     form: &Bound<'py, PyAny>,
-    reference: Option<(String, Vec<u8>)>,
+    reference: Option<Given<'py>>,
 ) -> PyResult<Run<'py>> {
     let asked = asked(plant, controller, form)?;
-    let reference = reference.map(|(name, bytes)| {
-        let read = Reference::read(&Reference::COLUMNS.map(str::to_owned), &bytes);
-        read.map_err(|error| refused(format_args!("{name}: {error}")))
+    let reference = reference.map(|given| match given {
+        Given::Table(name, bytes) => (name, Ok(bytes)),
+        Given::Sampled(values, sample_time_s) => {
+            let values = values.as_array().to_vec();
+            ("the reference".to_owned(), Err((values, sample_time_s)))
+        }
     });
-    let reference = reference.transpose()?;
+    // Millions of values are read where Ctrl-C is heard too.
     let found = heard(py, Duration::MAX, move |_| {
-        asked.simulated(reference.as_ref()).or_refused()
+        let reference = reference.map(|(name, given)| {
+            let read = match given {
+                Ok(bytes) => Reference::read(&Reference::COLUMNS.map(str::to_owned), &bytes),
+                Err((values, sample_time_s)) => Reference::sampled(values, sample_time_s),
+            };
+            read.map_err(|error| refused(format_args!("{name}: {error}")))
+        });
+        asked
+            .simulated(reference.transpose()?.as_ref())
+            .or_refused()
     })?;
     let report = to_python(py, &found.judged())?;
     let run = found.response;

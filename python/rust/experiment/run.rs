@@ -8,12 +8,15 @@ use haptic_experiment::document::Document;
 use haptic_experiment::parameters::{Parameter, Value, of_kind};
 use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Supervisor};
+use haptic_log::live::{Live, LiveStreams};
+use haptic_log::record::{EventMessage, TickMessage};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 
 /// Section, key, default (None without one), whether it has to be given, range and help of each parameter of a kind.
 #[pyfunction]
@@ -45,6 +48,27 @@ fn default<'py>(py: Python<'py>, parameter: &Parameter) -> PyResult<Bound<'py, P
         Value::Text(text) => text.into_pyobject(py)?.into_any(),
         Value::Number(None, _) | Value::List(_) => py.None().into_bound(py),
     })
+}
+
+/// Tells that the log of a stopped run is closed.
+#[derive(Debug)]
+struct Closed {
+    stop: Arc<AtomicBool>,
+    kept: Arc<AtomicBool>,
+}
+
+impl Live for Closed {
+    fn tick(&mut self, _: &TickMessage) {}
+
+    fn event(&mut self, _: &EventMessage) {}
+
+    fn finish(self: Box<Self>) -> Option<String> {
+        // Of a run that is not stopped, the log gets its verdict too: whoever stops it from here on waits for that.
+        if self.stop.load(Ordering::Relaxed) {
+            self.kept.store(true, Ordering::Relaxed);
+        }
+        None
+    }
 }
 
 struct Finished {
@@ -119,13 +143,22 @@ fn run(
             heard.push(text.to_owned());
         }
     };
+    // A device is to be let go too. Of what is simulated only the log is kept: report and table of an interrupted run are not seen.
+    let closed: Vec<Box<dyn Live>> = match experiment.is_simulated() {
+        false => Vec::new(),
+        true => {
+            let [stop, kept] = conduct.stop_and_kept();
+            vec![Box::new(Closed { stop, kept })]
+        }
+    };
     let supervisor = Supervisor {
         stop: conduct.stop(),
         progress: &|done| conduct.set(done),
-        live: None,
+        live: Some(&LiveStreams::new(closed)),
         warn: &warn,
     };
-    let report = experiment.run(request, supervisor)?.report;
+    let run = experiment.run_for(request, supervisor, || conduct.is_awaited())?;
+    let report = run.report;
     if let Some(lost) = report.run.lost_table() {
         return Err(lost);
     }

@@ -332,5 +332,5 @@ def simulate_loop(
     plant: Plant | None,
     controller: Pid | None,
     form: dict[str, Any],
-    reference: tuple[str, bytes] | None,
+    reference: tuple[str, bytes] | tuple[_Floats, float] | None,
 ) -> tuple[dict[str, Any], list[_Floats]]: ...

@@ -594,13 +594,13 @@ def simulate(
         step=step,
     )
     sample_time = controller.sample_time if sample_time_s is None and isinstance(controller, _native.Pid) else sample_time_s
-    table = None if reference is None else _sampled(reference, sample_time)
-    report, signals = _native.simulate_loop(*asked, table)
+    given = None if reference is None else _sampled(reference, sample_time)
+    report, signals = _native.simulate_loop(*asked, given)
     return Response(report, *signals)
 
 
-def _sampled(reference: ArrayLike | str | os.PathLike[str], sample_time_s: float | None) -> tuple[str, bytes]:
-    """Name and bytes of a table; one value a sample becomes one."""
+def _sampled(reference: ArrayLike | str | os.PathLike[str], sample_time_s: float | None) -> tuple[str, bytes] | tuple[NDArray[np.float64], float]:
+    """Name and bytes of a table, or values and their sample time."""
     if isinstance(reference, str | os.PathLike):
         return _table(reference)
     values = _native.numbers("reference", reference)
@@ -608,9 +608,7 @@ def _sampled(reference: ArrayLike | str | os.PathLike[str], sample_time_s: float
         raise ValueError(f"reference has the shape {values.shape}: give one value for each sample")
     if sample_time_s is None:
         raise ValueError("values of a reference without times: give `sample_time_s`, or a Pid")
-    rows = enumerate(values.tolist())
-    lines = (f"{n * sample_time_s!r},{'' if value != value else repr(value)}" for n, value in rows)
-    return "the reference", "\n".join(["time_s,reference", *lines]).encode()
+    return values, sample_time_s
 
 
 @dataclass(frozen=True, eq=False, repr=False)

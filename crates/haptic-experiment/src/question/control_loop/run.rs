@@ -17,6 +17,10 @@ use serde_json::{Value, json};
 /// Samples of a plant alone, if no sample time is given.
 const SAMPLES_ALONE: f64 = 2000.0;
 
+fn unusable(values: &[f64]) -> Option<usize> {
+    values.iter().position(|value| !NUMBERS.contains(*value))
+}
+
 /// A reference that was recorded: at each time the value that was last given.
 #[derive(Clone, Debug)]
 pub struct Reference {
@@ -51,7 +55,7 @@ impl Reference {
                 "line {line}: the time does not increase: sort the rows"
             ));
         }
-        match value.iter().position(|value| !NUMBERS.contains(*value)) {
+        match unusable(&value) {
             None => Ok(Self { time_s, value }),
             Some(row) => Err(format!(
                 "line {}: {} in column reference is not {NUMBERS}: give the column in another unit",
@@ -59,6 +63,22 @@ impl Reference {
                 Shown(value[row])
             )),
         }
+    }
+
+    /// The reference with a value for each sample, from 0 s.
+    ///
+    /// # Errors
+    /// No value; one outside [`NUMBERS`].
+    pub fn sampled(value: Vec<f64>, sample_time_s: f64) -> Result<Self, String> {
+        if value.is_empty() {
+            return Err("no value: give one for each sample".to_owned());
+        }
+        if let Some(n) = unusable(&value) {
+            let given = Shown(value[n]);
+            return Err(format!("{given} of sample {n} is not {NUMBERS}"));
+        }
+        let time_s = (0..value.len()).map(|n| n as f64 * sample_time_s).collect();
+        Ok(Self { time_s, value })
     }
 
     fn length_s(&self) -> f64 {
