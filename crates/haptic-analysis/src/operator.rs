@@ -102,14 +102,12 @@ impl LoopOperator {
         Some((numerator, denominator))
     }
 
-    /// Length of a finite memory, samples, which limits how fast the response can change with the
-    /// angle; 1 for an unlimited one. For [`OnePort::with_memory`](crate::OnePort::with_memory).
+    /// Length of the memory of polynomials, samples, which limits how fast the response can change with the
+    /// angle; 1 without. For [`OnePort::with_memory`](crate::OnePort::with_memory).
     #[must_use]
     pub fn memory(&self) -> usize {
-        match self.polynomials() {
-            Some((numerator, denominator)) if denominator.len() == 1 => numerator.len(),
-            _ => 1,
-        }
+        self.polynomials()
+            .map_or(1, |(above, below)| above.len().max(below.len()))
     }
 
     /// P at w = 0, the direct gain: above 0 for every kind.

@@ -157,6 +157,26 @@ impl LoopOperator {
         Ok(Self::polynomial(order, coefficients))
     }
 
+    /// The operator P(w) = Σ bₙ·wⁿ/Σ aₙ·wⁿ, n from 0: a recursion.
+    ///
+    /// # Errors
+    /// A coefficient that is not finite; unless a₀ > Σ |aₙ|, n ≥ 1, for which no recursion grows by itself; unless b₀ > 0.
+    pub fn from_quotient(
+        order: Order,
+        numerator: Vec<f64>,
+        denominator: Vec<f64>,
+    ) -> Result<Self, AnalysisError> {
+        Self::from_polynomial(order, numerator.clone())?;
+        Self::from_polynomial(order, denominator.clone())?;
+        let others: f64 = denominator[1..].iter().map(|a| a.abs()).sum();
+        let (what, allowed) = (
+            "sum of the other coefficients of a recursion",
+            "below the newest one",
+        );
+        range(what, others, others < denominator[0], allowed, "")?;
+        Ok(Self::rational(order, numerator, denominator))
+    }
+
     /// A custom full memory, as [`FullMemory`](fracdiff::FullMemory) runs its design: of a tempered
     /// kernel, or of all elements of a tissue at once.
     ///

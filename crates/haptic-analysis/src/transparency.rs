@@ -207,8 +207,11 @@ impl ClosedLoop {
         self.felt(self.environment.response(operator, theta), omega_rad_s)
     }
 
-    /// Stiffness and damping of Z for a response H of the environment.
-    fn felt(&self, h: Complex<f64>, omega: f64) -> Result<Effective, AnalysisError> {
+    /// With any law that has the response H, N/m, in place of the environment: of a tissue, say.
+    ///
+    /// # Errors
+    /// As [`continuous`](Self::continuous).
+    pub fn felt(&self, h: Complex<f64>, omega: f64) -> Result<Effective, AnalysisError> {
         let acting = acting(h, self.theta(omega)?, self.path);
         let inertia = self.mass_kg * omega * omega;
         let damping = self.damping_n_s_per_m + acting.im / omega;

@@ -3,7 +3,7 @@
 use crate::model::{Form, MaxwellBranch, Model, ModelError, SpringPot};
 use core::f64::consts::PI;
 use fracdiff::full_memory::{Design, DesignError, Kernel, Memory, Mode};
-use fracdiff::{FrequencyResponse, Order, Seconds};
+use fracdiff::{FrequencyResponse, Order, Seconds, grunwald_weights};
 use num_complex::Complex64;
 
 /// A model as backward differences see it: a spring beside one full memory of increments of strain.
@@ -75,7 +75,7 @@ impl SampledModel {
             allowed: "in [1e-9, 1e6]",
             unit: "s",
         };
-        let order = Order::new(order).map_err(outside)?;
+        let order = memory_order(order)?;
         let rate = sample_time.rate_to_the(order).map_err(outside)?;
         let mut model = Self {
             sample_time_s: sample_time.0,
@@ -142,6 +142,33 @@ impl SampledModel {
             _ => Design::of_memory(self.order, self, tolerance, horizon),
         }
     }
+
+    /// Numerator and denominator of P(w) with a short memory of each element, in powers of w.
+    /// ```text
+    /// V·s^α → V·T^(−α)·Σ_j c_j w^j, 0 ≤ j < N, (1 − w)^α = Σ_j c_j w^j
+    /// ```
+    /// Elements in series make it a recursion: the stress depends on the last N − 1 stresses too. With orders of at most 1
+    /// the newest coefficient of the denominator exceeds the sum of the others, so that the recursion is stable.
+    /// - *Cost*: N² of two spring-pots in series, N of others.
+    ///
+    /// # Errors
+    /// Unless 2 ≤ N ≤ [`SHORT_MOST`](Self::SHORT_MOST).
+    pub fn short_memory(&self, length: usize) -> Result<[Vec<f64>; 2], ModelError> {
+        if !(2..=Self::SHORT_MOST).contains(&length) {
+            return Err(ModelError::Range {
+                name: "memory_length",
+                value: length as f64,
+                allowed: "from 2 to 10000",
+                unit: "samples",
+            });
+        }
+        let [mut numerator, denominator] = self.whole.quotient(0.0, self.sample_time_s, length)?;
+        numerator.iter_mut().for_each(|b| *b /= self.scale_pa);
+        Ok([numerator, denominator])
+    }
+
+    /// Longest short memory of a model, samples.
+    pub const SHORT_MOST: usize = 10_000;
 
     /// M(s) − E, Pa.
     fn dissipative(&self, s: Complex64) -> Complex64 {
@@ -299,6 +326,17 @@ impl Part {
         branches.fold(Complex64::new(beside_pa, 0.0), |sum, one| sum + one)
     }
 
+    /// Numerator, Pa, and denominator of `beside_pa` and a short memory of each branch.
+    fn quotient(&self, beside_pa: f64, t: f64, length: usize) -> Result<[Vec<f64>; 2], ModelError> {
+        let mut all = [vec![beside_pa], vec![1.0]];
+        for branch in &self.branches {
+            let ([n, d], [above, below]) = (&all, branch.quotient(t, length)?);
+            let beside = sum(product(n, &below), &product(&above, d));
+            all = [beside, product(d, &below)];
+        }
+        Ok(all)
+    }
+
     fn slow(&self) -> SpringPot {
         if self.spring_pa > 0.0 {
             return SpringPot::new(self.spring_pa, 0.0);
@@ -342,6 +380,23 @@ impl Branch {
         }
     }
 
+    fn quotient(&self, t: f64, length: usize) -> Result<[Vec<f64>; 2], ModelError> {
+        let [first, second] = match self {
+            Self::Pot(one) => {
+                let newest = one.size * libm::pow(t, -one.order);
+                let weights = grunwald_weights(memory_order(one.order)?).take(length);
+                // A dashpot has two.
+                let weights = weights.take_while(|c| *c != 0.0);
+                return Ok([weights.map(|c| newest * c).collect(), vec![1.0]]);
+            }
+            Self::Series(parts) => parts,
+        };
+        let of = |part: &Part| part.quotient(part.spring_pa, t, length);
+        let ([a, c], [b, d]) = (of(first)?, of(second)?);
+        // (a/c)(b/d)/(a/c + b/d)
+        Ok([product(&a, &b), sum(product(&a, &d), &product(&b, &c))])
+    }
+
     /// M(−r + i0), Pa, without the pole. All that is added up in its imaginary part is positive, but the sum of two elements
     /// itself.
     fn on_cut(&self, r: f64) -> Complex64 {
@@ -383,6 +438,33 @@ impl Branch {
             }
         }
     }
+}
+
+fn memory_order(order: f64) -> Result<Order, ModelError> {
+    Order::new(order).map_err(|_| ModelError::Range {
+        name: "order",
+        value: order,
+        allowed: "in [0, 1]",
+        unit: "",
+    })
+}
+
+/// The product of two polynomials.
+fn product(a: &[f64], b: &[f64]) -> Vec<f64> {
+    let mut product = vec![0.0; a.len() + b.len() - 1];
+    for (i, x) in a.iter().enumerate() {
+        for (sum, y) in product[i..].iter_mut().zip(b) {
+            *sum += x * y;
+        }
+    }
+    product
+}
+
+/// The sum of two polynomials.
+fn sum(mut a: Vec<f64>, b: &[f64]) -> Vec<f64> {
+    a.resize(a.len().max(b.len()), 0.0);
+    a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+    a
 }
 
 /// s^p.

@@ -3,6 +3,7 @@
 mod answer;
 pub(crate) mod felt;
 pub(crate) mod keys;
+mod law;
 pub(crate) mod teleoperation;
 pub(crate) mod wall;
 

@@ -5,11 +5,12 @@ use super::keys::{
     ANALYSED_DAMPING, ANALYSED_MASS, ANALYSED_SAMPLE_TIME, COUPLING_ORDER, OMEGA_MAX, OMEGA_MIN,
     POINTS,
 };
+use super::law::Law;
 use super::wall::{path, path_result};
 use crate::document::failure::Failure;
 use crate::document::parameters::{COUPLER_DAMPING, COUPLER_SPRING, Parameter};
 use crate::document::reader::Table;
-use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
+use crate::experiment::wall::{DISSIPATION, STIFFNESS};
 use crate::judge::rows;
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{ClosedLoop, Coupler, Environment, LeastDamping, LoopOperator};
@@ -17,21 +18,21 @@ use haptic_quantity::written;
 use serde_json::json;
 use std::f64::consts::PI;
 
-/// A wall, at these frequencies, and the device that it is felt through.
+/// A law, at these frequencies, and the device that it is felt through.
 #[derive(Clone, Debug)]
 pub(crate) struct Felt {
     wall: Environment,
-    scheme: Scheme,
-    operator: LoopOperator,
+    law: Law,
     omegas: Vec<f64>,
     closed: Option<ClosedLoop>,
 }
 
 impl Felt {
     pub(super) fn of(table: &Table<'_>) -> Result<Self, Failure> {
-        let order = table.order(&ORDER)?;
         let t = table.required(&ANALYSED_SAMPLE_TIME)?;
-        let (scheme, operator) = operator(table, order, Some(t))?;
+        let law = Law::of(table, Some(t))?;
+        let needed =
+            |given: Option<f64>, key: &Parameter| given.map_or_else(|| table.required(key), Ok);
         let nyquist = PI / t;
         let high = table.number_if(&OMEGA_MAX)?.unwrap_or(nyquist);
         let low = table.number_if(&OMEGA_MIN)?.unwrap_or(high * 1e-3);
@@ -43,13 +44,12 @@ impl Felt {
         let count = table.count_in(&POINTS, 2..=FREQUENCIES_MOST)?;
         Ok(Self {
             wall: Environment {
-                stiffness_n_per_m: table.required(&STIFFNESS)?,
-                dissipation_n_s_mu_per_m: table.required(&DISSIPATION)?,
-                order,
+                stiffness_n_per_m: needed(law.stiffness, &STIFFNESS)?,
+                dissipation_n_s_mu_per_m: needed(law.dissipation, &DISSIPATION)?,
+                order: law.order,
                 sample_time_s: t,
             },
-            scheme,
-            operator,
+            law,
             omegas: logarithmic(low, high, count).collect(),
             closed: None,
         })
@@ -72,11 +72,15 @@ impl Felt {
 
     fn point(&self, omega: f64) -> Result<FeltPoint, Failure> {
         let (sampled, continuous) = match &self.closed {
-            Some(closed) => (
-                closed.sampled(&self.operator, omega),
-                Some(closed.continuous(omega).map_err(Failure::input)?),
-            ),
-            None => (self.wall.effective(&self.operator, omega), None),
+            Some(closed) => {
+                let continuous = match &self.law.tissue {
+                    Some(tissue) => closed.felt(tissue.stiffness(omega), omega),
+                    None => closed.continuous(omega),
+                };
+                let sampled = closed.sampled(&self.law.operator, omega);
+                (sampled, Some(continuous.map_err(Failure::input)?))
+            }
+            None => (self.wall.effective(&self.law.operator, omega), None),
         };
         let sampled = sampled.map_err(Failure::input)?;
         Ok(FeltPoint {
@@ -111,7 +115,7 @@ impl Felt {
         } = self.wall;
         let asked = json!({
             "order": order.get(),
-            "scheme": self.scheme.to_string(),
+            "scheme": self.law.scheme.to_string(),
             "sample_time_s": sample_time_s,
             "stiffness_n_per_m": stiffness_n_per_m,
             "dissipation_n_s_mu_per_m": dissipation_n_s_mu_per_m,
@@ -125,11 +129,11 @@ impl Felt {
             "points": shown.collect::<Vec<_>>(),
         });
         Ok(Analysed {
-            report: rows([asked, path, found]),
+            report: rows([asked, self.law.tissue_result(), path, found]),
             drawn: Some(Drawn::Felt(points)),
             about: format!(
-                "order μ = {order} · scheme {} · K = {} · B = {} · T = {}",
-                self.scheme,
+                "{} · K = {} · B = {} · T = {}",
+                self.law.words().join(" · "),
                 written("stiffness_n_per_m", stiffness_n_per_m),
                 written("dissipation_n_s_mu_per_m", dissipation_n_s_mu_per_m),
                 written("sample_time_s", sample_time_s)

@@ -2,13 +2,13 @@
 
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::{
-    ANGULAR_FREQUENCIES, DELAY_SAMPLES as SAMPLES, DELTAS, FREQUENCIES_HZ, WALL_NUMBERS,
-    WALL_ORDERS,
+    ANGULAR_FREQUENCIES, DELAY_SAMPLES as SAMPLES, DELTAS, FREQUENCIES_HZ, REACHES_ABOVE_0,
+    WALL_NUMBERS, WALL_ORDERS,
 };
 use crate::document::parameters::{
-    AREA, COUPLER_DAMPING, COUPLER_SPRING, CURRENT_LAG, DAMPING, DELAY, DEVICE_MODEL,
-    HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, LIBRARY, MASS, SAMPLE_TIME,
-    SCHEME, THICKNESS, TISSUE,
+    AREA, BONDED, COUPLER_DAMPING, COUPLER_SPRING, CURRENT_LAG, DAMPING, DELAY, DEVICE_MODEL,
+    HALF_ANGLE, HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, INDENTER_RADIUS,
+    LIBRARY, LOADING, MASS, SAMPLE_TIME, SCHEME, THICKNESS, TISSUE,
 };
 use crate::experiment::kind::Keys;
 use crate::experiment::teleoperation::{
@@ -17,6 +17,9 @@ use crate::experiment::teleoperation::{
 use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
 
 parameters! {
+    ANALYSED_TISSUE = text("tissue", "", "Tissue in place of a wall: a name from `host-cli materials list`, or a TOML file");
+    /// Depth of a tissue whose force is not linear, m.
+    JUDGED_DEPTH = optional("depth_m", REACHES_ABOVE_0, "Depth at which a tissue that stiffens, or that a sphere or cone presses, is judged");
     ANALYSED_SCHEME = text("scheme", "exact", SCHEME.help);
     /// Order of a coupler that is analysed.
     COUPLING_ORDER = optional("order", WALL_ORDERS, "Order of the coupler: 1 a spring beside a damper, below 1 the spring creeps");
@@ -51,6 +54,10 @@ pub(super) const ANALYSED_LAG: Parameter = CURRENT_LAG.without_default();
 
 #[rustfmt::skip]
 const WALL: Keys = ("Wall", &[ORDER, ANALYSED_SCHEME, STIFFNESS, DISSIPATION, ANALYSED_SAMPLE_TIME]);
+#[rustfmt::skip]
+const IN_PLACE: Keys = ("Tissue in place of a wall", &[
+    ANALYSED_TISSUE, LIBRARY, AREA, THICKNESS, LOADING, INDENTER_RADIUS, HALF_ANGLE, BONDED, JUDGED_DEPTH,
+]);
 const ON_DEVICE: Keys = (
     "Device",
     &[
@@ -77,18 +84,19 @@ const WITHOUT_UNITS: Keys = ("Without units", &[ALPHA, BETA, DELTA, GAMMA, DELAY
 const OMEGAS: Keys = ("Frequencies", &[OMEGA_MIN, OMEGA_MAX, POINTS]);
 
 /// Keys of an analysis of a wall on a device.
-pub const ON_WALL: &[Keys] = &[WALL, ON_DEVICE, WITHOUT_UNITS];
+pub const ON_WALL: &[Keys] = &[WALL, IN_PLACE, ON_DEVICE, WITHOUT_UNITS];
 /// Keys of a wall whose sensitivity is drawn.
 pub const SENSITIVITY: &[Keys] = &[
     WALL,
+    IN_PLACE,
     ON_DEVICE,
     WITHOUT_UNITS,
     ("Frequencies", &[SENSITIVITY_POINTS]),
 ];
 /// Keys of the impedance of a wall alone.
-pub const ENVIRONMENT: &[Keys] = &[WALL, OMEGAS];
+pub const ENVIRONMENT: &[Keys] = &[WALL, IN_PLACE, OMEGAS];
 /// Keys of the impedance of a wall behind a device.
-pub const TRANSPARENCY: &[Keys] = &[WALL, THROUGH_DEVICE, OMEGAS];
+pub const TRANSPARENCY: &[Keys] = &[WALL, IN_PLACE, THROUGH_DEVICE, OMEGAS];
 /// Keys of the passivity of a coupler.
 pub const COUPLING: &[Keys] = &[(
     "Coupler",

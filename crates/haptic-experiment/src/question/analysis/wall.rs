@@ -1,23 +1,23 @@
 //! A wall on a device, with units or without: is it stable, passive, and how much does it amplify errors?
 
 use super::answer::{
-    Analysed, Drawn, FREQUENCIES_MOST, Region, SensitivityPoint, decibel, logarithmic, operator,
+    Analysed, Drawn, FREQUENCIES_MOST, Region, SensitivityPoint, decibel, logarithmic,
 };
 use super::keys::{
     ALPHA, ANALYSED_DAMPING, ANALYSED_DELAY, ANALYSED_HAND, ANALYSED_LAG, ANALYSED_MASS,
     ANALYSED_SAMPLE_TIME, BETA, DELAY_SAMPLES, DELTA, GAMMA, SENSITIVITY_POINTS,
 };
+use super::law::Law;
 use crate::document::failure::Failure;
 use crate::document::parameters::{DEVICE_MODEL, Parameter};
 use crate::document::reader::Table;
-use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
+use crate::experiment::wall::{DISSIPATION, STIFFNESS};
 use crate::judge::{Rows, rows};
 use crate::run::advice::analysed;
 use crate::run::device::Warn;
-use fracdiff::{Order, Scheme};
 use haptic_analysis::{
-    AnalysisError, Dynamics, Environment, ForcePath, Largest, LoopOperator, Nondimensional,
-    OnePort, SampledLoop, SampledPlant, StabilityRegion,
+    AnalysisError, Dynamics, Environment, ForcePath, Largest, Nondimensional, OnePort, SampledLoop,
+    SampledPlant, StabilityRegion,
 };
 use haptic_quantity::{digits, written};
 use serde_json::{Value, json};
@@ -38,9 +38,7 @@ const BOUNDARY: usize = 1000;
 #[derive(Clone, Debug)]
 pub(crate) struct WallLoop {
     parameters: Nondimensional,
-    order: Order,
-    operator: LoopOperator,
-    scheme: Scheme,
+    law: Law,
     path: ForcePath,
     /// T, s, if it was given.
     sample_time_s: Option<f64>,
@@ -71,17 +69,18 @@ impl WallLoop {
         table: &Table<'_>,
         without: fn(&Parameter) -> Result<f64, Failure>,
     ) -> Result<Self, Failure> {
+        let sample_time_s = table.number_if(&ANALYSED_SAMPLE_TIME)?;
+        let law = Law::of(table, sample_time_s)?;
         let points = table.count_in(&SENSITIVITY_POINTS, 2..=FREQUENCIES_MOST)?;
         let has_file = !table.text(&DEVICE_MODEL)?.is_empty();
-        let with_units = has_file || WITH_UNITS.iter().any(|key| table.has(key));
+        let with_units =
+            has_file || law.tissue.is_some() || WITH_UNITS.iter().any(|key| table.has(key));
         if with_units && WITHOUT_UNITS.iter().any(|key| table.has(key)) {
             return Err(Failure::bad_input(format_args!(
                 "the loop is given both with and without units: omit {ALPHA}, {BETA}, {DELTA} and {GAMMA}"
             )));
         }
-        let order = table.order(&ORDER)?;
-        let needed = |key: &Parameter| table.number_if(key)?.map_or_else(|| without(key), Ok);
-        let sample_time_s = table.number_if(&ANALYSED_SAMPLE_TIME)?;
+        let needed = |given: Option<f64>, key: &Parameter| given.map_or_else(|| without(key), Ok);
         let mass = table.number_if(&ANALYSED_MASS)?;
         let damping = table.number_if(&ANALYSED_DAMPING)?.unwrap_or(0.0);
         let hand = table.number_if(&ANALYSED_HAND)?.unwrap_or(0.0);
@@ -90,8 +89,8 @@ impl WallLoop {
             "damping_n_s_per_m": with_units.then_some(damping),
             "hand_stiffness_n_per_m": with_units.then_some(hand),
             "sample_time_s": sample_time_s,
-            "stiffness_n_per_m": table.number_if(&STIFFNESS)?,
-            "dissipation_n_s_mu_per_m": table.number_if(&DISSIPATION)?,
+            "stiffness_n_per_m": law.stiffness,
+            "dissipation_n_s_mu_per_m": law.dissipation,
         });
         let (parameters, units) = if with_units {
             let mass = mass.ok_or_else(|| missing(&ANALYSED_MASS))?;
@@ -101,36 +100,36 @@ impl WallLoop {
                 ..Dynamics::ideal(mass, damping)
             };
             let wall = Environment {
-                stiffness_n_per_m: needed(&STIFFNESS)?,
-                dissipation_n_s_mu_per_m: needed(&DISSIPATION)?,
-                order,
+                stiffness_n_per_m: needed(law.stiffness, &STIFFNESS)?,
+                dissipation_n_s_mu_per_m: needed(law.dissipation, &DISSIPATION)?,
+                order: law.order,
                 sample_time_s: t,
             };
             (device.nondimensional(&wall), Some((mass, t)))
         } else {
             let without_units = Nondimensional {
-                alpha: needed(&ALPHA)?,
-                beta: needed(&BETA)?,
+                alpha: needed(table.number_if(&ALPHA)?, &ALPHA)?,
+                beta: needed(table.number_if(&BETA)?, &BETA)?,
                 delta: table.number_if(&DELTA)?.unwrap_or(0.0),
                 gamma: table.number_if(&GAMMA)?.unwrap_or(0.0),
             };
             (without_units.checked(), None)
         };
         let parameters = parameters.map_err(analysed)?;
-        let (scheme, operator) = operator(table, order, sample_time_s)?;
         let of_wall = [STIFFNESS, DISSIPATION, ALPHA, BETA];
         Ok(Self {
             parameters,
-            order,
-            operator,
-            scheme,
             path: path(table, sample_time_s)?,
             points,
             sample_time_s,
             units,
             asked,
-            of_wall: of_wall.iter().filter(|key| table.has(key)).count(),
+            of_wall: match law.tissue {
+                Some(_) => 2,
+                None => of_wall.iter().filter(|key| table.has(key)).count(),
+            },
             delta_given: has_file || [DELTA, ANALYSED_DAMPING].iter().any(|key| table.has(key)),
+            law,
         })
     }
 
@@ -141,14 +140,24 @@ impl WallLoop {
 
     fn sampled(&self) -> Result<SampledLoop<'_>, Failure> {
         let Nondimensional { alpha, beta, .. } = self.parameters;
-        SampledLoop::with_plant(self.plant()?, alpha, beta, &self.operator).map_err(Failure::input)
+        SampledLoop::with_plant(self.plant()?, alpha, beta, &self.law.operator)
+            .map_err(Failure::input)
     }
 
     /// The loop, with the wall and device without units and the way of the force, and what was found of it.
     fn report(&self, without_units: Value, found: Value) -> Rows {
-        let loop_ = json!({"order": self.order.get(), "scheme": self.scheme.to_string()});
+        let law = &self.law;
+        let loop_ = json!({"order": law.order.get(), "scheme": law.scheme.to_string()});
         let path = path_result(self.path, self.sample_time_s);
-        rows([loop_, self.asked.clone(), without_units, path, found])
+        let asked = self.asked.clone();
+        rows([
+            loop_,
+            law.tissue_result(),
+            asked,
+            without_units,
+            path,
+            found,
+        ])
     }
 
     /// Stiffness and dissipation of a wall without units: K = αm/T², B = βm/T^(2−μ).
@@ -159,7 +168,7 @@ impl WallLoop {
         let stiffness = alpha.map(|alpha| alpha * m / (t * t));
         [
             stiffness,
-            beta.map(|beta| beta * m / t.powf(2.0 - self.order.get())),
+            beta.map(|beta| beta * m / t.powf(2.0 - self.law.order.get())),
         ]
     }
 
@@ -207,10 +216,10 @@ impl WallLoop {
 
     pub(super) fn passivity(&self, _: Warn<'_>) -> Result<Analysed, Failure> {
         let parameters = self.parameters;
-        let port = OnePort::new(&self.operator, self.order)
+        let port = OnePort::new(&self.law.operator, self.law.order)
             .and_then(|port| port.through(self.path))
             .map_err(Failure::input)?
-            .with_memory(self.operator.memory());
+            .with_memory(self.law.operator.memory());
         let required = port.required_delta(parameters.alpha, parameters.beta);
         let required = required.map_err(Failure::input)?;
         let delta = self.delta_given.then_some(parameters.delta);
@@ -218,18 +227,20 @@ impl WallLoop {
             Largest::Below { value, .. } => Ok::<_, Failure>(Some(value)),
             Largest::Any | Largest::Empty => Ok(None),
         };
+        let tissue = self.law.tissue.as_ref();
         let (mut alpha, mut beta) = (None, None);
-        if let Some(delta) = delta {
+        // Spring and memory of a tissue only grow together.
+        if let Some(delta) = delta.filter(|_| tissue.is_none()) {
             alpha = largest(port.largest_alpha(delta, parameters.beta))?;
             beta = largest(port.largest_beta(delta, parameters.alpha))?;
         }
         let [stiffness, dissipation] = self.with_units(alpha, beta);
         let without_units =
             json!({"alpha": parameters.alpha, "beta": parameters.beta, "delta": delta});
-        let found = json!({
+        let mut found = json!({
             // Least δ by Theorem 1 for the operator really used, and by Corollary 1 for the exact one without delay.
             "required_delta": required.delta,
-            "corollary_delta": required.corollary_delta,
+            "corollary_delta": tissue.is_none_or(|tissue| !tissue.is_composed).then_some(required.corollary_delta),
             "worst_theta": required.worst_theta,
             "passive": delta.map(|delta| required.passive(delta)),
             "passive_reason": match (required.negative_at_rest, delta) {
@@ -247,6 +258,11 @@ impl WallLoop {
             "required_damping_n_s_per_m": self.units.map(|(m, t)| required.delta * m / t),
             "worst_rad_s": self.units.map(|(_, t)| required.worst_theta / t),
         });
+        if tissue.is_some() {
+            // Of the force of the whole tissue, up to which it is passive.
+            let scale = delta.map(|delta| delta / required.delta);
+            found["largest_scale"] = json!(scale.filter(|scale| scale.is_finite()));
+        }
         Ok(Analysed::in_numbers(self.report(without_units, found)))
     }
 
@@ -262,7 +278,7 @@ impl WallLoop {
             delta,
             gamma,
         } = self.parameters;
-        let region = StabilityRegion::new(self.plant()?, &self.operator, 0, BOUNDARY);
+        let region = StabilityRegion::new(self.plant()?, &self.law.operator, 0, BOUNDARY);
         let region = region.map_err(Failure::input)?;
         let area = region.bounded();
         let polygons = area.map_or(&[][..], |area| &area.polygons);
@@ -332,10 +348,7 @@ impl WallLoop {
             delta,
             gamma,
         } = self.parameters;
-        let mut law = vec![
-            format!("order μ = {}", few(self.order.get())),
-            format!("scheme {}", self.scheme),
-        ];
+        let mut law = self.law.words();
         let wall = match self.with_units(Some(alpha), Some(beta)) {
             [Some(stiffness), Some(dissipation)] => format!(
                 "K = {} · B = {}",

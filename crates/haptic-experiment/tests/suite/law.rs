@@ -1,0 +1,313 @@
+//! A tissue in place of a wall: what the analyses say of it, against sums of our own.
+
+use crate::design::number;
+use fracdiff::num_complex::Complex;
+use fracdiff::{Order, grunwald_weights};
+use haptic_experiment::question::Question;
+use haptic_tissue::{Model, ModelKind};
+use serde_json::Value;
+use std::f64::consts::PI;
+use std::fmt::Write as _;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use testkit::{Random, assert_relative};
+
+const T: f64 = 1e-3;
+
+/// The file of a tissue of 1 m² by 1 m, whose force is its stress.
+struct TissueFile(tempfile::TempDir);
+
+impl TissueFile {
+    fn of(kind: ModelKind, numbers: &[f64]) -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut text = format!(
+            "name = \"made\"\ndescription = \"made\"\nmodel = \"{}\"\n[parameters]\n",
+            kind.name()
+        );
+        for (parameter, number) in kind.parameters().iter().zip(numbers) {
+            writeln!(text, "{} = {number:?}", parameter.name).expect("a text");
+        }
+        std::fs::write(folder.path().join("made.toml"), text).expect("written");
+        Self(folder)
+    }
+
+    fn ask(&self, analysis: &str, more: &str) -> Value {
+        let file = self.0.path().join("made.toml");
+        ask(
+            analysis,
+            &format!("tissue = {file:?}\nloading = \"tension\"\narea_m2 = 1\nthickness_m = 1\nsample_time_s = {T}\n{more}"),
+        )
+        .expect("an answer")
+    }
+}
+
+fn ask(analysis: &str, keys: &str) -> Result<Value, String> {
+    let question = Question::parse(Path::new("form"), &format!("[{analysis}]\n{keys}\n"));
+    let never = AtomicBool::new(false);
+    let answer = question.and_then(|question| question.answer(&|_| (), &never, &|_| ()));
+    let answer = answer.map_err(|error| error.to_string())?;
+    Ok(serde_json::to_value(&answer).expect("JSON"))
+}
+
+/// max over θ of (T/2)·Re{(1 − w)·H(w)}/(1 − cos θ), on a grid that holds π.
+fn damping_needed(h: impl Fn(Complex<f64>) -> Complex<f64>) -> f64 {
+    let angles = (1..=20_000).map(|n| PI * f64::from(n) / 20_000.0);
+    let needed = angles.map(|theta| {
+        let w = Complex::from_polar(1.0, -theta);
+        0.5 * T * ((1.0 - w) * h(w)).re / (1.0 - theta.cos())
+    });
+    needed.fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Σ_{j<N} c_j w^j of (1 − w)^α, over T^α.
+fn short(order: f64, length: usize, w: Complex<f64>) -> Complex<f64> {
+    let weights: Vec<f64> = grunwald_weights(Order::new(order).expect("an order"))
+        .take(length)
+        .collect();
+    let sum = weights
+        .iter()
+        .rev()
+        .fold(Complex::new(0.0, 0.0), |sum, c| sum * w + c);
+    sum * T.powf(-order)
+}
+
+/// theory.md, 30: E₀ 200 N/m beside E₁ 800 N/m in series with a spring-pot, τ 50 ms; N·s/m, worst at θ = π.
+#[test]
+fn the_damping_that_a_fractional_solid_needs_is_that_of_the_theory() {
+    let solid = |order: f64| {
+        let viscosity = 800.0 * 0.05_f64.powf(order);
+        match order < 1.0 {
+            true => TissueFile::of(
+                ModelKind::FractionalZener,
+                &[viscosity, order, 800.0, 0.0, 200.0],
+            ),
+            false => TissueFile::of(ModelKind::Zener, &[viscosity, 800.0, 200.0]),
+        }
+    };
+    for (order, length, wanted) in [
+        (0.2, 2, 0.389627),
+        (0.2, 10, 0.386512),
+        (0.2, 100, 0.386126),
+        (0.6, 2, 0.477440),
+        (0.6, 10, 0.476316),
+        (0.6, 100, 0.476261),
+        (0.9, 2, 0.493869),
+        (0.9, 10, 0.493762),
+        (0.9, 100, 0.493759),
+        (1.0, 2, 0.496040),
+        (1.0, 10, 0.496040),
+    ] {
+        let report = solid(order).ask(
+            "analyze-passivity",
+            &format!("mass_kg = 1\nscheme = \"grunwald:{length}\""),
+        );
+        let found = number(&report, "required_damping_n_s_per_m");
+        assert!((found - wanted).abs() < 1e-6, "{order} {length}: {found}");
+        assert_relative("worst", number(&report, "worst_theta"), PI, 1e-9);
+    }
+    for (order, wanted) in [
+        (0.2, 0.386101),
+        (0.6, 0.476260),
+        (0.9, 0.493759),
+        (1.0, 0.496040),
+    ] {
+        let report = solid(order).ask("analyze-passivity", "mass_kg = 1\nscheme = \"full:1e-9\"");
+        let found = number(&report, "required_damping_n_s_per_m");
+        assert!((found - wanted).abs() < 1e-6, "{order}: {found}");
+    }
+    // With an odd number of weights the worst frequency lies inside.
+    let report = solid(0.1).ask("analyze-passivity", "mass_kg = 1\nscheme = \"grunwald:3\"");
+    let found = number(&report, "required_damping_n_s_per_m");
+    assert!((found - 0.344383).abs() < 1e-6, "{found}");
+    assert!(
+        (number(&report, "worst_theta") - 2.498).abs() < 1e-3,
+        "{report}"
+    );
+}
+
+#[test]
+fn two_hundred_models_need_the_damping_of_their_sums() {
+    let kinds = [
+        ModelKind::FractionalKelvinVoigt,
+        ModelKind::FractionalMaxwell,
+        ModelKind::FractionalZener,
+        ModelKind::FractionalPoyntingThomson,
+    ];
+    let mut random = Random(30);
+    for case in 0..200 {
+        let kind = kinds[case % kinds.len()];
+        let mut drawn = || 10.0_f64.powf(random.between(1.0, 4.0));
+        let [first, second, spring] = [drawn(), drawn(), drawn()];
+        let beta = random.between(0.0, 0.9);
+        let alpha = random.between(beta + 0.05, 1.0);
+        let mut numbers = vec![first, alpha, second, beta, spring];
+        numbers.truncate(kind.parameters().len());
+        let file = TissueFile::of(kind, &numbers);
+        let (length, more) = match case % 3 {
+            0 => (None, "mass_kg = 1\nscheme = \"full:1e-7\"".to_owned()),
+            _ => {
+                let length = random.between(2.0, 60.0) as usize;
+                (
+                    Some(length),
+                    format!("mass_kg = 1\nscheme = \"grunwald:{length}\""),
+                )
+            }
+        };
+        let model = Model::from_parameters(kind, &numbers).expect("a model");
+        let law = |w: Complex<f64>| {
+            let Some(length) = length else {
+                return model.modulus((1.0 - w) / T);
+            };
+            let (a, b) = (
+                first * short(alpha, length, w),
+                second * short(beta, length, w),
+            );
+            match kind {
+                ModelKind::FractionalKelvinVoigt => a + b,
+                ModelKind::FractionalMaxwell => a * b / (a + b),
+                ModelKind::FractionalZener => spring + a * b / (a + b),
+                _ => (a + b) * spring / (a + b + spring),
+            }
+        };
+        let report = file.ask("analyze-passivity", &more);
+        let found = number(&report, "required_damping_n_s_per_m");
+        assert_relative(
+            &format!("{kind:?} {numbers:?} {length:?}"),
+            found,
+            damping_needed(law),
+            2e-5,
+        );
+    }
+}
+
+/// A spring-pot is B·D^μ: the same numbers, whoever names them.
+#[test]
+fn a_spring_pot_is_a_wall() {
+    let file = TissueFile::of(ModelKind::SpringPot, &[40.0, 0.3]);
+    let device = "mass_kg = 0.065\ndamping_n_s_per_m = 3.5\ndelay_s = 1e-3\n";
+    let wall = format!(
+        "order = 0.3\nstiffness_n_per_m = 0\ndissipation_n_s_mu_per_m = 40\nsample_time_s = {T}\n"
+    );
+    for (analysis, more) in [
+        ("analyze-stability", device),
+        ("analyze-passivity", device),
+        ("analyze-sensitivity", device),
+        ("analyze-transparency", device),
+        ("analyze-environment", ""),
+    ] {
+        let by_tissue = file.ask(analysis, more);
+        let by_wall = ask(analysis, &format!("{wall}{more}")).expect("an answer");
+        let Value::Object(by_wall) = by_wall else {
+            panic!("a report");
+        };
+        for (key, value) in &by_wall {
+            // Spring and memory of a tissue grow together.
+            if !key.starts_with("largest_") {
+                assert_eq!(&by_tissue[key], value, "{analysis}: {key}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_tissue_is_felt_as_its_modulus() {
+    let numbers = [873.9, 0.6751, 220.7, 0.1102];
+    let model = Model::from_parameters(ModelKind::FractionalMaxwell, &numbers).expect("a model");
+    let file = TissueFile::of(ModelKind::FractionalMaxwell, &numbers);
+    let report = file.ask("analyze-environment", "scheme = \"full:1e-9\"\npoints = 20");
+    let points = report["points"].as_array().expect("points");
+    assert_eq!(points.len(), 20);
+    for point in points {
+        let omega = number(point, "omega_rad_s");
+        let w = Complex::from_polar(1.0, -omega * T);
+        let h = model.modulus((1.0 - w) / T);
+        assert_relative(
+            "stiffness",
+            number(point, "effective_stiffness"),
+            h.re,
+            1e-6,
+        );
+        assert_relative(
+            "damping",
+            number(point, "effective_damping") * omega,
+            h.im,
+            1e-6,
+        );
+    }
+    // Slow motion through a device: its own inertia and damping are small beside it.
+    let device = "mass_kg = 0.01\ndamping_n_s_per_m = 0\nomega_max_rad_s = 10\npoints = 5";
+    let report = file.ask("analyze-transparency", device);
+    for point in report["points"].as_array().expect("points") {
+        let omega = number(point, "omega_rad_s");
+        let h =
+            model.modulus(Complex::new(0.0, omega)) * Complex::from_polar(1.0, -0.5 * omega * T);
+        let wanted = h.re - 0.01 * omega * omega;
+        assert_relative(
+            "continuous",
+            number(point, "continuous_stiffness_n_per_m"),
+            wanted,
+            1e-9,
+        );
+        assert_relative(
+            "sampled",
+            number(point, "effective_stiffness"),
+            wanted,
+            0.01,
+        );
+    }
+}
+
+/// Scaled by its margin, the loop is on the edge.
+#[test]
+fn a_tissue_may_grow_by_its_margin() {
+    let numbers = [873.9, 0.6751, 220.7, 0.1102];
+    let device = "mass_kg = 0.065\ndamping_n_s_per_m = 3.5\ndelay_s = 1e-3";
+    let margin = |factor: f64| {
+        let [v, alpha, g, beta] = numbers;
+        let file = TissueFile::of(
+            ModelKind::FractionalMaxwell,
+            &[v * factor, alpha, g * factor, beta],
+        );
+        file.ask("analyze-stability", device)
+    };
+    let gain = number(&margin(1.0), "gain_margin");
+    assert_eq!(margin(0.999 * gain)["stable"], true);
+    assert_eq!(margin(1.001 * gain)["stable"], false);
+}
+
+#[test]
+fn what_a_tissue_does_not_have_is_refused_in_a_line() {
+    let device = "sample_time_s = 1e-3\nmass_kg = 0.065\n";
+    for [keys, wanted] in testkit::table(
+        r#"
+        tissue = "fish-muscle"\nstiffness_n_per_m = 1 | has one of its own: omit it
+        tissue = "fish-muscle"\norder = 0.5 | has one of its own: omit it
+        tissue = "fish-muscle"\nscheme = "exact" | use full, or a short memory, as in grunwald:1000
+        tissue = "fish-muscle"\nscheme = "muir:3" | use `scheme` full
+        tissue = "fish-muscle"\nscheme = "grunwald:1" | from 2 to 10000
+        tissue = "fish-muscle"\nscheme = "grunwald:20000" | from 2 to 10000
+        tissue = "no-such" | no-such
+        tissue = "fish-muscle"\nloading = "sphere"\nindenter_radius_m = 0.01 | give `depth_m`
+        tissue = "fish-muscle"\nalpha = 1 | with and without units
+        order = 1\nstiffness_n_per_m = 1\ndissipation_n_s_mu_per_m = 1\narea_m2 = 1 | belongs to a tissue
+        "#,
+    ) {
+        let error = ask("analyze-passivity", &format!("{device}{keys}")).expect_err(&keys);
+        assert!(
+            error.contains(&wanted) && !error.contains('\n'),
+            "{keys}: {error}"
+        );
+    }
+    // A sphere is judged where it is: steeper the deeper it presses.
+    let sphere = |depth: &str| {
+        let keys = format!(
+            "{device}tissue = \"fish-muscle\"\nloading = \"sphere\"\nindenter_radius_m = 0.01\ndepth_m = {depth}"
+        );
+        number(
+            &ask("analyze-passivity", &keys).expect("an answer"),
+            "required_damping_n_s_per_m",
+        )
+    };
+    // Hertz: f ∝ δ^1.5, so the slope grows as its root.
+    assert_relative("Hertz", sphere("4e-3") / sphere("1e-3"), 2.0, 1e-6);
+}
