@@ -163,6 +163,16 @@ def test_a_design_is_that_of_the_command_and_says_what_it_misses() -> None:
     assert "output_high = 10" in found.file
     assert "margins" in found.report and found.report["notes"]
     assert design(oven, 0.1, math.radians(65), sensitivity_peak=1.01).unmet == ("sensitivity_peak",)
+    # A notation that can be read in two ways, and a device in place of a plant.
+    typed = design("1/2(s+2)/(s^2+s+1)", 1.0)
+    assert typed.report["notes"][0].startswith('plant "1/2(s+2)')
+    device = design(crossover_rad_s=50.0, mass_kg=0.065, damping_n_s_per_m=3.5, delay_s=1e-3)
+    assert device.report["stable"] is True and "0.065" in device.report["plant"]
+    for given, said in [({}, "no plant: give `plant`"), ({"mass_kg": 1.0, "plant": oven}, "`mass_kg` belongs to a device")]:
+        with pytest.raises(ValueError, match=said):
+            design(crossover_rad_s=1.0, **given)
+    with pytest.raises(ValueError, match="`crossover_rad_s` is missing"):
+        design(oven)
 
 
 def test_a_loop_is_that_of_the_command_however_its_parts_are_given(tmp_path) -> None:

@@ -346,10 +346,15 @@ class Designed(Shown):
 
 
 def design(
-    plant: Plant,
-    crossover_rad_s: float,
+    plant: Plant | str | os.PathLike[str] | None = None,
+    crossover_rad_s: float | None = None,
     phase_margin_rad: float | None = None,
     *,
+    mass_kg: float | None = None,
+    damping_n_s_per_m: float | None = None,
+    hand_stiffness_n_per_m: float | None = None,
+    current_lag_s: float | None = None,
+    delay_s: float | None = None,
     not_flat: bool = False,
     sensitivity_peak: float | str | None = None,
     complementary_peak: float | str | None = None,
@@ -360,14 +365,14 @@ def design(
     output_limits: tuple[float, float] | str | None = None,
     step: float = 1.0,
     duration_s: float | None = None,
-    name: str = "a plant",
+    name: str | None = None,
 ) -> Designed:
     """A sampled PI^λD^μ by wishes, tried and judged as ``host-cli control design`` does; `tune` has its gains alone.
 
     Parameters
     ----------
-    plant : Plant
-        The plant.
+    plant, mass_kg, damping_n_s_per_m, hand_stiffness_n_per_m, current_lag_s, delay_s
+        As in `analyze`; a measured plant too.
     crossover_rad_s : float
         About 1.3 over the rise time.
     phase_margin_rad : float, optional
@@ -397,6 +402,8 @@ def design(
 
     Raises
     ------
+    OSError
+        A file that cannot be read.
     ValueError
         What the command refuses; no controller with this crossover and margin.
 
@@ -421,7 +428,17 @@ def design(
         "step": step,
         "duration_s": duration_s,
     }
-    return Designed(*_native.design_controller(plant, name, wishes))
+    held, _, form = _asked(
+        plant,
+        None,
+        None,
+        mass_kg=mass_kg,
+        damping_n_s_per_m=damping_n_s_per_m,
+        hand_stiffness_n_per_m=hand_stiffness_n_per_m,
+        current_lag_s=current_lag_s,
+        delay_s=delay_s,
+    )
+    return Designed(*_native.design_controller(held, form, wishes, name))
 
 
 def _asked(

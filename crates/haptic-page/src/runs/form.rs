@@ -182,7 +182,7 @@ pub(crate) fn forms() -> Value {
         all.map(|one| parameter("control", one, false)).collect()
     };
     json!({
-        "control_design": fields(parameters::CONTROL_DESIGN),
+        "control_design": fields(&[&parameters::CONTROL_LOOP[..1], parameters::CONTROL_DESIGN].concat()),
         "control_loop": fields(parameters::CONTROL_LOOP),
         "forms": kinds().map(form).collect::<Vec<_>>(),
         "record": record.collect::<Vec<_>>(),
