@@ -37,7 +37,7 @@ interface Candidate {
   phase_rad?: number[];
 }
 
-interface Designed {
+export interface Designed {
   /** The plant as it was read. */
   plant: string;
   sample_time_s: number;

@@ -10,7 +10,7 @@ import { choose, feelTissue, keepTissue, textOf, type TextFile } from "./drop";
 import { Fields } from "./forms";
 import { number } from "./format";
 import { spoken } from "./names";
-import type { Parameter, Line as Row } from "./protocol";
+import type { Line as Row, RecordParameter } from "./protocol";
 
 interface Estimate {
   name: string;
@@ -30,7 +30,7 @@ interface Model {
   predicted: number[];
 }
 
-interface Identified {
+export interface Identified {
   /** As `identify` has it, with what is known of how it was measured. */
   report: { kind: string; loading: { kind: string | null; modulus: string | null }; samples: number; model: string; warnings: string[] };
   lines: Row[];
@@ -72,6 +72,8 @@ export class IdentifyPanel {
   private readonly kept = el("span", { role: "status" });
   private readonly tissue = el("div", { class: "keep", hidden: true });
   private readonly fields: Fields;
+  /** For which loadings each field is. */
+  private loadings = new Map<string, string[]>();
   private chart: Chart | null = null;
   private readonly panel: Panel;
   private records: { name: string; text: Promise<string> }[] = [];
@@ -104,8 +106,9 @@ export class IdentifyPanel {
   }
 
   /** What a table does not say. */
-  take(record: Parameter[]): void {
-    const rows = (options: boolean) => record.filter((parameter) => (parameter.option ?? false) === options).map((parameter) => this.fields.add(parameter));
+  take(record: RecordParameter[]): void {
+    this.loadings = new Map(record.map(({ key, loadings }) => [key, loadings]));
+    const rows = (options: boolean) => record.filter(({ option }) => option === options).map((parameter) => this.fields.add(parameter));
     const options = el("details", {}, el("summary", {}, "Options"), el("div", { class: "fields" }, ...rows(true)));
     this.rows.replaceChildren(...rows(false), options);
   }
@@ -113,7 +116,7 @@ export class IdentifyPanel {
   /** A loading has its own fields. */
   private fit(): void {
     const loading = this.fields.all.find(({ parameter }) => parameter.key === "loading")?.input.value ?? "";
-    for (const { parameter, row } of this.fields.all) row.hidden = loading !== "" && !(parameter.loadings ?? [loading]).includes(loading);
+    for (const { parameter, row } of this.fields.all) row.hidden = loading !== "" && this.loadings.get(parameter.key)?.includes(loading) === false;
   }
 
   /** Reads a file that was dropped, and asks what it is. */

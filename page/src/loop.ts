@@ -12,7 +12,7 @@ import { chosen } from "./plant-record";
 import type { Line, Parameter } from "./protocol";
 
 /** As `control analyze` and `control simulate` have it; signals of a run alone. */
-interface Answered {
+export interface Answered {
   report: { warnings: string[] };
   lines: Line[];
   time_s?: number[];

@@ -1,10 +1,10 @@
 //! A tissue or a plant from records that were dropped on the page, read and fitted as on the command line.
 
 use crate::{TextFile, file_name, form};
-use haptic_experiment::{Failure, lines};
 use haptic_experiment::question::plant::PlantQuestion;
 use haptic_experiment::question::plant::keys::PlantForm;
 use haptic_experiment::question::tissue::{RecordAnswer, RecordQuestion};
+use haptic_experiment::{Failure, lines};
 use haptic_log::record::StartTime;
 use haptic_tissue::identify::{Fit, Provenance};
 use serde::Deserialize;

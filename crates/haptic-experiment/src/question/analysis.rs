@@ -3,6 +3,7 @@
 mod answer;
 pub(crate) mod felt;
 pub(crate) mod keys;
+mod map;
 pub(crate) mod teleoperation;
 pub(crate) mod wall;
 

@@ -18,8 +18,8 @@ use haptic_quantity::{is_meant, number, parse_for_key};
 use haptic_tissue::ModelKind;
 use haptic_tissue::identify::{
     Baseline, CANDIDATES, ContactPoint, Estimate, Fit, Held, Identification, IdentifyError,
-    MasterCurve, Options, Reading, RecordKind, Replicates, ShiftBy, Understood, Weighting, identify_unless,
-    replicates,
+    MasterCurve, Options, Reading, RecordKind, Replicates, ShiftBy, Understood, Weighting,
+    identify_unless, replicates,
 };
 use measured_table::{Column, Columns, Reader, read_table};
 use serde_json::{Map, Value, json};

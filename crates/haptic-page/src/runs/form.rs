@@ -13,7 +13,7 @@ use std::fs;
 use std::path::Path;
 
 /// The document that a form stands for.
-pub(super) fn document(kind: &str, parameters: &Map<String, Value>) -> Result<Document, Failure> {
+pub(crate) fn document(kind: &str, parameters: &Map<String, Value>) -> Result<Document, Failure> {
     if !kinds().any(|known| known == kind) {
         let kinds: Vec<&str> = kinds().collect();
         return Err(Failure::bad_input(format_args!(

@@ -141,7 +141,7 @@ pub struct HandPoint {
 pub(super) const FREQUENCIES_MOST: u64 = 100_000;
 
 /// Memory for which a full-memory operator is designed, samples: 1000 s at 1 kHz.
-const HORIZON: f64 = 1e6;
+pub(super) const HORIZON: f64 = 1e6;
 
 /// The operator of this order that runs, and its scheme.
 pub(super) fn operator(
