@@ -1,67 +1,19 @@
-//! Closed loops of a controller and a plant: tuning, verdict, simulation.
+//! Closed loops of a controller and a plant: design, verdict, simulation.
 
-use super::controller::{PyPid, gains};
-use super::rule;
+use super::controller::PyPid;
 use super::transfer::PyControlPlant;
 use crate::conducted::heard;
 use crate::experiment::failed;
-use crate::json::{dict, from_python, to_python};
+use crate::json::{from_python, to_python};
 use crate::refused::{OrRefused as _, refused};
-use fracdiff::Seconds;
 use fractional_control::Plant;
-use fractional_control::tuning::{Sampling, Tuned, tune, tune_integer};
 use haptic_experiment::question::control_loop::run::Reference;
 use haptic_experiment::question::control_loop::{ControlLoop, Held, LoopForm, NamedPlant};
 use haptic_experiment::question::controller::DesignForm;
 use haptic_experiment::question::controller::report::designed;
 use numpy::{IntoPyArray as _, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-use std::sync::Arc;
 use std::time::Duration;
-
-/// Gains and orders for a plant, as a dictionary.
-#[pyfunction]
-pub(crate) fn tune_controller<'py>(
-    py: Python<'py>,
-    plant: &Bound<'py, PyControlPlant>,
-    wishes: &Bound<'py, PyAny>,
-    sampling: Option<(f64, String)>,
-    integer: bool,
-) -> PyResult<Bound<'py, PyDict>> {
-    let wishes: DesignForm = from_python("wishes", wishes)?;
-    let specification = wishes.wishes().or_refused()?;
-    let sampling = match sampling {
-        Some((sample_time, name)) => Some(Sampling {
-            sample_time: Seconds(sample_time),
-            rule: rule(&name)?,
-        }),
-        None => None,
-    };
-    let plant = Arc::clone(&plant.get().plant);
-    let search = if integer { tune_integer } else { tune };
-    let tuned = heard(py, Duration::MAX, move |_| {
-        search(&plant, sampling, &specification).or_refused()
-    })?;
-    report(py, &tuned)
-}
-
-fn report<'py>(py: Python<'py>, tuned: &Tuned) -> PyResult<Bound<'py, PyDict>> {
-    let measures = &tuned.measures;
-    let unmet = tuned.unmet.iter().map(ToString::to_string);
-    Ok(dict! {py;
-        "parameters": gains(py, &tuned.parameters)?,
-        "gain_at_crossover": tuned.gain_at_crossover,
-        "phase_margin_rad": tuned.phase_margin_rad,
-        "phase_slope_rad": tuned.phase_slope_rad,
-        "sensitivity_peak": measures.sensitivity_peak,
-        "complementary_peak": measures.complementary_peak,
-        "overshoot_spread": measures.overshoot_spread,
-        "margin_spread_rad": measures.margin_spread_rad,
-        "stable": measures.stable,
-        "unmet": unmet.collect::<Vec<String>>(),
-    })
-}
 
 /// A controller for a plant, which may be called so, by wishes: the command's report, and the controller file.
 #[pyfunction]

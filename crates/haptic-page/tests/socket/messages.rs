@@ -179,9 +179,10 @@ fn the_types_of_the_page_have_an_example_of_each_message() {
         fs::write(&file, &made).expect("writes");
     }
     let shown = fs::read_to_string(&file).expect("the examples");
-    let differs = shown.lines().zip(made.lines()).find(|(a, b)| a != b);
+    let stale = made.lines().filter(|line| !shown.contains(line));
+    let stale: Vec<&str> = stale.filter_map(|line| line.split(" = ").next()).collect();
     assert!(
         shown == made,
-        "messages.ts is stale: make it anew with {UPDATE}=1 in the environment, then run page/build; first line that differs: {differs:?}"
+        "page/src/messages.ts is stale at {stale:?}: make it anew with {UPDATE}=1 in the environment, then run page/build"
     );
 }
