@@ -134,8 +134,9 @@ def test_a_tuned_loop_has_its_margin_and_keeps_its_overshoot() -> None:
     # All on the error, as the open loop has it.
     pid = tuned.pid(horizon=1000.0, derivative_weight=1.0)
     margins = analyze(oven, pid)["margins"]
-    assert margins["crossover_rad_s"] == pytest.approx(0.05, rel=1e-6)
-    assert margins["phase_margin_deg"] == pytest.approx(70, rel=1e-6)
+    # But for (ωT)² of the sampled powers of s.
+    assert margins["crossover_rad_s"] == pytest.approx(0.05, rel=1e-5)
+    assert margins["phase_margin_deg"] == pytest.approx(70, rel=1e-5)
     overshoots = []
     for gain in (0.7, 1.0, 1.4):
         other = plant(f"{0.55 * gain}exp(-s)/(62s+1)")

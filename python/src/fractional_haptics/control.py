@@ -226,8 +226,8 @@ def _limits(limits: tuple[float, float] | str | None) -> str:
     return limits if isinstance(limits, str) else ":".join(repr(float(end)) for end in limits or ())
 
 
-@dataclass(frozen=True)
-class Designed(Shown):
+@dataclass(frozen=True, eq=False, repr=False)
+class Designed(HoldsArrays, Shown):
     """A controller by wishes, with the best PID of order 1 beside it."""
 
     report: Mapping[str, Any]

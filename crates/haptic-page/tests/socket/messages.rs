@@ -1,8 +1,7 @@
 //! The page's types of messages are those that the server sends: an example of each, which the compiler of the page checks.
 
 use crate::{ended, opened, prostate, question, ran};
-use serde_json::{Map, Value, json};
-use std::collections::BTreeMap;
+use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
 use testkit::browser::Page;
@@ -23,67 +22,35 @@ type Whole<T> = T extends object ? { readonly [K in keyof T]-?: Whole<Exclude<T[
 
 "#;
 
-/// Rows of a report are of two kinds; all other lists are of one.
-const OF_TWO_KINDS: &str = "lines";
 /// What is named freely in here is no field of a type.
 const FREE: [&str; 2] = ["metadata", "parameters"];
+/// Longest point, or row of a curve.
+const POINT: usize = 5;
 
-/// Both in one: a field that either has, with a value where one has it.
-fn merged(one: Value, other: Value) -> Value {
-    match (one, other) {
-        (Value::Object(mut one), Value::Object(other)) => {
-            for (key, value) in other {
-                let known = one.remove(&key).unwrap_or_default();
-                one.insert(key, merged(known, value));
-            }
-            Value::Object(one)
-        }
-        (Value::Array(one), Value::Array(other)) if one.len() < other.len() => other.into(),
-        (one, Value::Null) => one,
-        (Value::Null, other) => other,
-        (one, _) => one,
-    }
-}
-
-/// Its fields, with values that say their types alone.
+/// Its fields, with values that say their types alone; of a list one of each kind.
 fn bare(key: &str, value: &Value) -> Value {
-    let is_free = |value: &Value| FREE.contains(&key) && value.is_object();
     match value {
         Value::Number(_) => json!(0),
         Value::Bool(_) => json!(false),
-        Value::String(text) if key == "state" => json!(text),
-        Value::String(_) => json!(""),
-        Value::Null => Value::Null,
-        Value::Array(items) if items.iter().all(Value::is_object) => {
-            let items = items.iter().map(|item| bare("", item));
-            let mut kinds = BTreeMap::new();
-            for item in items {
-                let fields: Vec<&String> = item
-                    .as_object()
-                    .map(Map::keys)
-                    .into_iter()
-                    .flatten()
-                    .collect();
-                let kind = match key {
-                    OF_TWO_KINDS => format!("{fields:?}"),
-                    _ => String::new(),
-                };
-                let known: Value = kinds.remove(&kind).unwrap_or_default();
-                kinds.insert(kind, merged(known, item));
-            }
-            kinds.into_values().collect()
+        Value::String(_) if key != "state" => json!(""),
+        Value::Null | Value::String(_) => value.clone(),
+        Value::Array(items) if items.len() <= POINT && items.iter().all(Value::is_number) => {
+            json!(vec![0; items.len()])
         }
-        // A point or a row of numbers keeps its length.
         Value::Array(items) => {
-            let is_long = items.len() > 5 || !items.iter().all(Value::is_number);
-            let items = items.iter().take(if is_long { 1 } else { 5 });
-            items.map(|item| bare(key, item)).collect()
+            let mut kinds = Vec::new();
+            for item in items.iter().map(|item| bare("", item)) {
+                if !kinds.contains(&item) {
+                    kinds.push(item);
+                }
+            }
+            kinds.into()
         }
-        value if is_free(value) => json!({}),
-        Value::Object(object) => {
-            let fields = object
+        Value::Object(_) if FREE.contains(&key) => json!({}),
+        Value::Object(fields) => {
+            let fields = fields
                 .iter()
-                .filter(|(key, _)| !["id", "ok"].contains(&key.as_str()));
+                .filter(|(key, _)| *key != "id" && *key != "ok");
             let fields = fields.map(|(key, value)| (key.clone(), bare(key, value)));
             Value::Object(fields.collect())
         }
@@ -139,7 +106,8 @@ fn examples(page: &mut Page, runs: &Path) -> Vec<(&'static str, Value)> {
             "OpenRun",
             page.ask("runs.open", json!({"name": "relax-0002/relax"})),
         ),
-        ("Answer", merged(going, answer)),
+        ("Pick<Answer, \"name\" | \"kind\" | \"running\">", going),
+        ("Omit<Answer, \"running\">", answer),
         (
             "{ forms: Form[]; record: RecordParameter[]; control_design: Parameter[]; control_loop: Parameter[]; plant_record: Parameter[] }",
             forms,
