@@ -37,7 +37,7 @@ interface Candidate {
   phase_rad?: number[];
 }
 
-interface Designed {
+export interface Designed {
   /** The plant as it was read. */
   plant: string;
   sample_time_s: number;
@@ -105,7 +105,7 @@ export class ControlView implements ViewPart {
   private readonly loop: OwnLoop;
   private readonly fields: Fields;
   private readonly rows = el("div", { class: "fields" });
-  private readonly more = el("details", { class: "more" }, el("summary", {}, "More wishes: noise, peaks, limits, sample time"), this.rows);
+  private readonly more = el("details", { class: "more" }, el("summary", {}, "More: a device as the plant, noise, peaks, limits, sample time"), this.rows);
   private readonly ask: (control: Control) => void;
   private designed: Designed | null = null;
   /** Files that were dropped or chosen: they are not in the address. */
@@ -127,7 +127,7 @@ export class ControlView implements ViewPart {
     this.more.addEventListener("toggle", () => void this.askFields());
     this.rows.addEventListener("change", () => this.ask(app.state.control));
     this.record = new PlantRecord(app, (file) => this.take({ is: "plant", file }));
-    this.loop = new OwnLoop(app, () => this.given(app.state.control.plant));
+    this.loop = new OwnLoop(app, (values) => this.given(app.state.control.plant, values));
     this.ask = latest(
       (wishes) => this.design(wishes),
       (error) => this.refused(error),
@@ -233,15 +233,16 @@ export class ControlView implements ViewPart {
     if (this.fields.all.length === 0) this.rows.replaceChildren(...keys.map((key) => this.fields.add(key)));
   }
 
-  /** The plant and the files that count. */
-  private given(plant: string): { plant: string; plant_file?: TextFile; controller_file?: TextFile } {
-    return { plant, ...(this.plantFile === null ? {} : { plant_file: this.plantFile }), ...(this.controllerFile === null ? {} : { controller_file: this.controllerFile }) };
+  /** The values of fields, with the plant and the files that count. A device stands in place of the view's plant. */
+  private given(plant: string, values: Record<string, unknown>): object {
+    const named = values["mass_kg"] === undefined ? { plant, ...(this.plantFile === null ? {} : { plant_file: this.plantFile }) } : {};
+    return { ...named, ...(this.controllerFile === null ? {} : { controller_file: this.controllerFile }), ...values };
   }
 
   private async design({ plant, crossover, margin, flat }: Control): Promise<void> {
     this.drawFiles();
     this.fields.refuse("");
-    const wishes = { ...this.given(plant), crossover_rad_s: crossover, phase_margin_rad: margin / DEGREES, not_flat: !flat, ...(await this.fields.values()) };
+    const wishes = { ...this.given(plant, await this.fields.values()), crossover_rad_s: crossover, phase_margin_rad: margin / DEGREES, not_flat: !flat };
     const designed = await this.panel.ask<Designed>({ control: wishes });
     if (designed === null) return;
     this.designed = designed;

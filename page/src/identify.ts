@@ -1,5 +1,6 @@
 // A record that someone measured: which tissue is it? Then it is kept, and felt.
 
+import { line } from "./answer";
 import type { App } from "./app";
 import { Chart, legend, type Line } from "./chart";
 import { decimate, joined } from "./columns";
@@ -9,7 +10,7 @@ import { choose, feelTissue, keepTissue, textOf, type TextFile } from "./drop";
 import { Fields } from "./forms";
 import { number } from "./format";
 import { spoken } from "./names";
-import type { Parameter } from "./protocol";
+import type { Line as Row, RecordParameter } from "./protocol";
 
 interface Estimate {
   name: string;
@@ -29,20 +30,14 @@ interface Model {
   predicted: number[];
 }
 
-interface Identified {
-  kind: string;
-  /** What is known of how it was measured. */
-  loading: { kind: string | null; modulus: string | null };
-  samples: number;
-  notes: string[];
-  warnings: string[];
-  best: string | null;
+export interface Identified {
+  /** As `identify` has it, with what is known of how it was measured. */
+  report: { kind: string; loading: { kind: string | null; modulus: string | null }; samples: number; model: string; warnings: string[] };
+  lines: Row[];
   models: Model[];
   /** Time or frequency, and what was measured there. */
   x: number[];
   measured: number[];
-  /** Of several temperatures: where each was shifted to. */
-  several: { shifts?: { temperature_c: number; log10_shift: number; standard_error: number; by_storage?: number; by_loss?: number }[] };
   /** The tissue of the best model, or why it is none. */
   tissue: { name: string; text: string } | null;
   tissue_reason: string | null;
@@ -55,6 +50,8 @@ const COLOURS: Omit<Line, "label">[] = [
   { colour: "--green", dash: [2.2, 3] },
   { colour: "--rose", dash: [11, 3, 2.2, 3] },
 ];
+/** Rows of the report that stand above it, or in its table of models. */
+const SHOWN = ["kind", "samples", "loading", "model", "rms_residual_per_pa", "rms_residual_pa", "rms_log_residual", "aic", "bic", "candidates", "notes", "warnings"];
 const MODULI: Record<string, string> = { shear: "shear modulus", young: "Young's modulus" };
 /** What stands on the axes of a record. */
 const AXES: Record<string, [string, string]> = {
@@ -75,6 +72,8 @@ export class IdentifyPanel {
   private readonly kept = el("span", { role: "status" });
   private readonly tissue = el("div", { class: "keep", hidden: true });
   private readonly fields: Fields;
+  /** For which loadings each field is. */
+  private loadings = new Map<string, string[]>();
   private chart: Chart | null = null;
   private readonly panel: Panel;
   private records: { name: string; text: Promise<string> }[] = [];
@@ -107,8 +106,9 @@ export class IdentifyPanel {
   }
 
   /** What a table does not say. */
-  take(record: Parameter[]): void {
-    const rows = (options: boolean) => record.filter((parameter) => (parameter.option ?? false) === options).map((parameter) => this.fields.add(parameter));
+  take(record: RecordParameter[]): void {
+    this.loadings = new Map(record.map(({ key, loadings }) => [key, loadings]));
+    const rows = (options: boolean) => record.filter(({ option }) => option === options).map((parameter) => this.fields.add(parameter));
     const options = el("details", {}, el("summary", {}, "Options"), el("div", { class: "fields" }, ...rows(true)));
     this.rows.replaceChildren(...rows(false), options);
   }
@@ -116,7 +116,7 @@ export class IdentifyPanel {
   /** A loading has its own fields. */
   private fit(): void {
     const loading = this.fields.all.find(({ parameter }) => parameter.key === "loading")?.input.value ?? "";
-    for (const { parameter, row } of this.fields.all) row.hidden = loading !== "" && !(parameter.loadings ?? [loading]).includes(loading);
+    for (const { parameter, row } of this.fields.all) row.hidden = loading !== "" && this.loadings.get(parameter.key)?.includes(loading) === false;
   }
 
   /** Reads a file that was dropped, and asks what it is. */
@@ -173,17 +173,18 @@ export class IdentifyPanel {
 
   private show(name: string, found: Identified): void {
     this.found = found;
-    const { modulus } = found.loading;
-    const measured = [found.kind, `${found.samples} samples`, ...(modulus === null ? [] : [MODULI[modulus] ?? modulus])];
-    say(this.state, `${name}: ${measured.join(", ")}.${found.best ? ` Best: ${found.best}.` : " No model fits."}`);
+    const { report } = found;
+    const { modulus } = report.loading;
+    const measured = [report.kind, `${report.samples} samples`, ...(modulus === null ? [] : [MODULI[modulus] ?? modulus])];
+    say(this.state, `${name}: ${measured.join(", ")}. Best: ${report.model}.`);
     const models = found.models.map((model) => {
       const cells = model.parameters.map((estimate) => el("div", {}, sentence(estimate)));
       const figures = `rms ${number(model.rms)}, AIC ${number(model.aic, 4)}`;
-      return el("tr", { class: model.model === found.best ? "best" : undefined }, el("th", { scope: "row" }, model.model), el("td", {}, ...cells), el("td", {}, figures));
+      return el("tr", { class: model.model === report.model ? "best" : undefined }, el("th", { scope: "row" }, model.model), el("td", {}, ...cells), el("td", {}, figures));
     });
-    const said = [...found.warnings, ...found.notes].map((text) => el("p", { class: "hint" }, spoken(text)));
+    const said = report.warnings.map((text) => el("p", { class: "hint" }, spoken(text)));
     const head = el("tr", {}, ...["model", "numbers, with 95 % intervals", "fit"].map((text) => el("th", { scope: "col" }, text)));
-    this.result.replaceChildren(el("table", {}, el("thead", {}, head), el("tbody", {}, ...models)), ...shifts(found), ...said);
+    this.result.replaceChildren(el("table", {}, el("thead", {}, head), el("tbody", {}, ...models)), ...said, ...found.lines.filter(({ key }) => !SHOWN.includes(key)).flatMap(line));
     this.drawCurves(found);
     this.tissue.hidden = false;
     for (const part of this.tissue.querySelectorAll("input, button")) part.toggleAttribute("disabled", found.tissue === null);
@@ -214,7 +215,7 @@ export class IdentifyPanel {
     const curves = [{ name: "measured", y: found.measured }, ...found.models.slice(0, COLOURS.length - 1).map(({ model, predicted }) => ({ name: model, y: predicted }))];
     const lines = curves.map(({ name }, index): Line => ({ label: name, ...(COLOURS[index % COLOURS.length] ?? { colour: "--ink" }) }));
     const positive = found.x.every((x) => x > 0);
-    const [across, up] = AXES[found.kind] ?? ["", ""];
+    const [across, up] = AXES[found.report.kind] ?? ["", ""];
     this.chart?.destroy();
     this.chart = new Chart({ name: "The record and its models", lines, logX: positive, ...(positive ? { xTexts: (ticks: number[]) => ticks.map((tick) => number(tick, 2)) } : {}) });
     this.holder.hidden = false;
@@ -222,16 +223,6 @@ export class IdentifyPanel {
     const { x, points } = joined(curves.map((curve) => decimate(found.x, curve.y, 800)));
     this.chart.draw(x, points, [x[0] ?? 0, x.at(-1) ?? 1]);
   }
-}
-
-/** The shifts of a master curve as a table, of nothing else. */
-function shifts({ several }: Identified): HTMLElement[] {
-  const all = several.shifts ?? [];
-  if (all.length === 0) return [];
-  const cells = (tag: "td" | "th", texts: string[]) => el("tr", {}, ...texts.map((text) => el(tag, {}, text)));
-  const rows = all.map((one) => cells("td", [`${number(one.temperature_c, 4)} °C`, `${number(one.log10_shift, 4)} ± ${number(one.standard_error, 2)}`, ...[one.by_storage, one.by_loss].map((alone) => (alone === undefined ? "" : number(alone, 4)))]));
-  const head = cells("th", ["temperature", "log₁₀ shift", "by storage alone", "by loss alone"]);
-  return [el("table", { class: "shifts" }, el("thead", {}, head), el("tbody", {}, ...rows))];
 }
 
 /** A number with its interval; with its standard error where there is none. */

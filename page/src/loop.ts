@@ -5,7 +5,6 @@ import type { App } from "./app";
 import { Chart, legend, type Line as Curve } from "./chart";
 import type { Panel } from "./connection";
 import { el, say } from "./dom";
-import type { TextFile } from "./drop";
 import { Fields } from "./forms";
 import { quantity } from "./format";
 import { spoken } from "./names";
@@ -13,7 +12,7 @@ import { chosen } from "./plant-record";
 import type { Line, Parameter } from "./protocol";
 
 /** As `control analyze` and `control simulate` have it; signals of a run alone. */
-interface Answered {
+export interface Answered {
   report: { warnings: string[] };
   lines: Line[];
   time_s?: number[];
@@ -38,8 +37,8 @@ export class OwnLoop {
   private readonly panel: Panel;
   private chart: Chart | null = null;
 
-  /** `given` has the plant, and the controller's file if there is one. */
-  constructor(private readonly app: App, private readonly given: () => { plant: string; plant_file?: TextFile; controller_file?: TextFile }) {
+  /** `given` adds the plant to the values of fields, and the controller's file if there is one. */
+  constructor(private readonly app: App, private readonly given: (values: Record<string, unknown>) => object) {
     this.fields = new Fields(app);
     this.panel = app.connection.panel("loop");
     const ask = (what: "analyze" | "simulate", text: string): HTMLElement => {
@@ -76,10 +75,7 @@ export class OwnLoop {
     this.fields.refuse("");
     const question = async (): Promise<object> => {
       const [reference, values] = await Promise.all([chosen(this.reference), this.fields.values()]);
-      const { plant, ...files } = this.given();
-      // A device stands in place of the view's plant.
-      const named = values["mass_kg"] === undefined ? { plant, ...files } : files.controller_file === undefined ? {} : { controller_file: files.controller_file };
-      return { [what]: { ...named, ...(reference === null ? {} : { reference_file: reference }), ...values } };
+      return { [what]: { ...this.given(values), ...(reference === null ? {} : { reference_file: reference }) } };
     };
     try {
       const found = await this.panel.ask<Answered>(question());

@@ -20,7 +20,7 @@ interface NumberRow {
 }
 
 /** As `control identify --json` has it, with the record and the function's output. */
-interface FoundPlant {
+export interface FoundPlant {
   function: string;
   delay_s: number;
   delay_low_s: number | null;

@@ -6,7 +6,6 @@ export interface Range {
   least: number;
   most: number;
   default: number;
-  step?: number;
 }
 
 export interface Tissue {
@@ -187,15 +186,15 @@ export interface OpenRun {
   missing_samples: number | null;
   metadata: Record<string, unknown>;
   events: { time_s: number; kind: string; text: string }[];
-  end: string | null;
+  end: { ended: string; reason: string } | null;
   /** What the experiment drew of itself, if it ran since the server was started. */
   curves?: RunCurves | null;
 }
 
-/** An answer of a question, as its file has it. */
 /** A row, or a table, of a report. */
 export type Line = { level: number; key: string; label: string } & ({ value: string; reason: string } | { columns: string[]; rows: string[][]; length: number });
 
+/** An answer of a question, as its file has it. */
 export interface Answer {
   name: string;
   kind: string;
@@ -234,10 +233,14 @@ export interface Parameter {
   shown?: string;
   choices: string[] | null;
   help: string;
-  /** Of a record: the loadings that it is for. */
-  loadings?: string[];
-  /** Of a record: one that stands in the fold. */
-  option?: boolean;
+}
+
+/** A key of `identify`. */
+export interface RecordParameter extends Parameter {
+  /** Those that it is for. */
+  loadings: string[];
+  /** It stands in the fold. */
+  option: boolean;
 }
 
 export interface Form {

@@ -8,7 +8,7 @@ import { bytes, duration, number } from "./format";
 import { FormPanel, isQuestion } from "./forms";
 import { IdentifyPanel } from "./identify";
 import { Overlay } from "./overlay";
-import type { Answer, Form, OpenRun, Parameter, RunEntry, RunProgress, Unasked } from "./protocol";
+import type { Answer, Form, OpenRun, RecordParameter, RunEntry, RunProgress, Unasked } from "./protocol";
 import type { Shown, State } from "./state";
 
 /** Runs that can be told apart over each other. */
@@ -107,7 +107,7 @@ export class RunsView implements ViewPart {
   private async askForms(): Promise<void> {
     if (this.hasForms || !this.app.connection.ready) return;
     try {
-      const { forms, record } = await this.app.connection.ask<{ forms: Form[]; record: Parameter[] }>("runs.forms");
+      const { forms, record } = await this.app.connection.ask<{ forms: Form[]; record: RecordParameter[] }>("runs.forms");
       if (this.hasForms) return;
       this.hasForms = true;
       this.form.take(forms);
@@ -234,7 +234,7 @@ export class RunsView implements ViewPart {
         ["log", run.running ? "goes on" : run.damage?.length ? [run.damage].flat().join("; ") : run.complete ? "whole" : "not closed: the run was cut off"],
         ...(run.missing_samples ? [["missing", String(run.missing_samples)] as [string, string]] : []),
         ...flat(run.metadata),
-        ...(run.end ? [["end", run.end] as [string, string]] : []),
+        ...(run.end ? [["end", [run.end.ended, run.end.reason].filter((text) => text !== "").join(": ")] as [string, string]] : []),
         ...run.events.slice(0, 50).map((event): [string, string] => [`${number(event.time_s)} s`, event.text || event.kind]),
       ];
       parts.push(el("h3", {}, run.name), ...this.feelIt(run), el("dl", {}, ...rows.flatMap(([name, value]) => [el("dt", {}, name), el("dd", {}, value)])));

@@ -319,7 +319,7 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
         const run = runs.find(({ entry }) => entry.name === message.name);
         if (!run) throw new Error(`there is no run ${message.name} any more`);
         if (run.answer) return { name: message.name, kind: run.entry.kind, verdict: run.entry.verdict, program: "mock", report: run.answer, lines: run.answer.orders.map((order) => ({ level: 1, key: "boundary", label: "boundary", columns: ["dissipation", "stiffness max"], rows: order.boundary.map((point) => [String(point.dissipation), String(point.stiffness_max)]), length: order.boundary.length })), experiment: null };
-        return { name: message.name, channels: run.channels, samples: run.samples[0].length, sample_time_s: T, first_s: 0, last_s: run.samples[0].length * T, complete: true, damage: null, missing_samples: 0, axes: run.axes ?? 1, metadata: run.metadata ?? { kind: run.entry.kind, order: 0.2 }, events: [{ time_s: 1, kind: "phase", text: "hold" }], end: "done", curves: run.curves };
+        return { name: message.name, channels: run.channels, samples: run.samples[0].length, sample_time_s: T, first_s: 0, last_s: run.samples[0].length * T, complete: true, damage: null, missing_samples: 0, axes: run.axes ?? 1, metadata: run.metadata ?? { kind: run.entry.kind, order: 0.2 }, events: [{ time_s: 1, kind: "phase", text: "hold" }], end: { ended: "finished", reason: "" }, curves: run.curves };
       }
       case "runs.forms":
         return { forms: FORMS, record: RECORD, plant_record: [], control_loop: LOOP };
@@ -375,7 +375,7 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
         if (rows.slice(1).some((row) => row.length < 2 || row.some(Number.isNaN))) throw new Error("line 2 of the CSV is not two numbers: give time_s,force_n");
         const time = rows.slice(1).map(([t]) => t);
         const data = rows.slice(1).map(([, value]) => value);
-        return { several: {}, kind: loading ? "record" : "relaxation", loading: { kind: loading, modulus: "young" }, samples: time.length, notes: ["a note"], warnings: [], best: "spring-pot", models: [{ model: "spring-pot", rms: 0.01, aic: 1, bic: 2, parameters: [{ name: "order", unit: "", value: 0.2, standard_error: 0.01, low_95: 0.18, high_95: 0.22 }], predicted: data.map((v) => v * 1.01) }], x: time, measured: data, tissue: { name: record.name.replace(/\.\w+$/, ""), text: "name = \"mock\"\n[parameters]\n" }, tissue_reason: null };
+        return { report: { kind: loading ? "record" : "relaxation", loading: { kind: loading, modulus: "young" }, samples: time.length, warnings: ["a note"], model: "spring-pot" }, lines: [], models: [{ model: "spring-pot", rms: 0.01, aic: 1, bic: 2, parameters: [{ name: "order", unit: "", value: 0.2, standard_error: 0.01, low_95: 0.18, high_95: 0.22 }], predicted: data.map((v) => v * 1.01) }], x: time, measured: data, tissue: { name: record.name.replace(/\.\w+$/, ""), text: "name = \"mock\"\n[parameters]\n" }, tissue_reason: null };
       }
       default:
         throw new Error(`there is no request ${message.do}`);

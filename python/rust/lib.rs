@@ -25,7 +25,7 @@ mod _native {
     #[pymodule_export]
     use super::control::{
         PyControlPlant, PyPid, PyTransferFunction, analyze_loop, design_controller, identify_plant,
-        simulate_loop, tune_controller,
+        simulate_loop,
     };
     #[pymodule_export]
     use super::driving::{forked, let_go};

@@ -17,7 +17,6 @@ from fractional_haptics.control import (
     identify,
     plant,
     simulate,
-    tune,
 )
 from fractional_haptics.operators import Operator, to_control
 
@@ -130,14 +129,14 @@ def test_a_limited_command_does_not_wind_up() -> None:
 
 def test_a_tuned_loop_has_its_margin_and_keeps_its_overshoot() -> None:
     oven = plant("0.55exp(-s)/(62s+1)")
-    tuned = tune(oven, 0.05, math.radians(70))
-    assert tuned.stable
+    tuned = design(oven, 0.05, math.radians(70), sample_time_s=0.1)
     assert tuned.unmet == ()
     # All on the error, as the open loop has it.
-    pid = tuned.pid(0.1, horizon=1000.0, derivative_weight=1.0)
-    loop = pid.response(0.05) * oven.response(0.05)
-    assert math.isclose(abs(loop), 1.0, rel_tol=1e-9)
-    assert math.isclose(math.pi + np.angle(loop), math.radians(70), rel_tol=1e-6)
+    pid = tuned.pid(horizon=1000.0, derivative_weight=1.0)
+    margins = analyze(oven, pid)["margins"]
+    # But for (ωT)² of the sampled powers of s.
+    assert margins["crossover_rad_s"] == pytest.approx(0.05, rel=1e-5)
+    assert margins["phase_margin_deg"] == pytest.approx(70, rel=1e-5)
     overshoots = []
     for gain in (0.7, 1.0, 1.4):
         other = plant(f"{0.55 * gain}exp(-s)/(62s+1)")
@@ -145,24 +144,30 @@ def test_a_tuned_loop_has_its_margin_and_keeps_its_overshoot() -> None:
         run = simulate(other, pid, reference=np.ones(4000))
         overshoots.append(run.measured.max())
     assert max(overshoots) - min(overshoots) < 0.02
-    found = analyze(oven, pid)
-    assert found["margins"]["phase_margin_deg"] == pytest.approx(70, abs=1)
-    assert found["reason"].startswith("Stable, proved.")
+    assert analyze(oven, pid)["reason"].startswith("Stable, proved.")
     assert not analyze("5500exp(-s)/(62s+1)", pid)["stable"]
-    assert tune(oven, 0.05, math.radians(70), integer=True).parameters["integral_order"] == 1.0
+    assert tuned.pid(integer=True).parameters["integral_order"] == 1.0
 
 
 def test_a_design_is_that_of_the_command_and_says_what_it_misses() -> None:
     oven = plant("0.55exp(-s)/(62s+1)")
     wishes = {"noise": (10.0, 0.1), "disturbance": "0.01rad/s:0dB", "output_limits": (0.0, 10.0), "step": 2.0}
     found = design(oven, 0.1, math.radians(65), **wishes)
-    gains = tune(oven, 0.1, math.radians(65), sample_time=0.2, noise=(10.0, 0.1), disturbance=(0.01, 1.0)).parameters
-    assert found.report["controller"]["proportional_gain"] == pytest.approx(gains["proportional"], rel=1e-6)
     assert found.report["stable"] is True
     assert 0.0 <= min(row["command"] for row in found.report["step"]) <= max(row["command"] for row in found.report["step"]) <= 10.0
     assert "output_high = 10" in found.file
     assert "margins" in found.report and found.report["notes"]
     assert design(oven, 0.1, math.radians(65), sensitivity_peak=1.01).unmet == ("sensitivity_peak",)
+    # A notation that can be read in two ways, and a device in place of a plant.
+    typed = design("1/2(s+2)/(s^2+s+1)", 1.0)
+    assert typed.report["notes"][0].startswith('plant "1/2(s+2)')
+    device = design(crossover_rad_s=50.0, mass_kg=0.065, damping_n_s_per_m=3.5, delay_s=1e-3)
+    assert device.report["stable"] is True and "0.065" in device.report["plant"]
+    for given, said in [({}, "no plant: give `plant`"), ({"mass_kg": 1.0, "plant": oven}, "`mass_kg` belongs to a device")]:
+        with pytest.raises(ValueError, match=said):
+            design(crossover_rad_s=1.0, **given)
+    with pytest.raises(ValueError, match="`crossover_rad_s` is missing"):
+        design(oven)
 
 
 def test_a_loop_is_that_of_the_command_however_its_parts_are_given(tmp_path) -> None:
@@ -266,8 +271,8 @@ def test_a_record_of_a_plant_is_refused_as_the_command_refuses_it(given, text: s
         (lambda: design(plant("1/(s+1)"), 1.0, noise="10"), "`noise`: \"10\" is not FREQUENCY:GAIN"),
         (lambda: design(plant("1/(s+1)"), 1.0, step=0.0), "give `step` another height"),
         (lambda: design(plant("1/(s+1)"), 1.0, output_limits=(1.0, 0.0)), "is not below the high limit"),
-        (lambda: tune(plant("1/(s+1)"), -1.0, 1.0), "crossover"),
-        (lambda: tune(plant("1/(s+1)"), 1.0, 4.0), "phase margin"),
+        (lambda: design("1/(s+1)", -1.0), "crossover"),
+        (lambda: design("1/(s+1)", 1.0, 4.0), "phase margin"),
         (lambda: simulate("1/(s+1)", Pid(0.01, proportional=1.0), reference=[[1.0]]), "reference has the shape"),
         (lambda: simulate("1/(s+1)", "2", sample_time_s=0.01, reference=[0.0, math.nan]), "the reference: NaN of sample 1 is not"),
         (lambda: simulate("1/(s+1)", "2", sample_time_s=0.01, reference=[0.0, 1.0], step=1.0), "`step` and `reference` exclude"),

@@ -147,6 +147,13 @@ def test_an_analysis_is_that_of_the_library() -> None:
         experiment.analyze_passivity(order=1.0, alpha=0.1)
 
 
+def test_an_answer_has_the_warnings_that_the_command_prints() -> None:
+    half = experiment.analyze_stability_region(order=1.0, alpha=0.1, delta=0.1)
+    assert half["warnings"] == ["no wall is marked: give both `stiffness_n_per_m` and `dissipation_n_s_mu_per_m`, or `alpha` and `beta`"]
+    none = experiment.design(orders=[1.0], scheme="muir:3", force_noise_limit_n=1e-9, encoder_resolution_m=1e-3)
+    assert none["best"] is None and len(none["warnings"]) == 1
+
+
 def test_signatures_are_those_of_the_tables() -> None:
     parameters = inspect.signature(experiment.relax).parameters
     assert parameters["strain"].default == 0.05

@@ -196,7 +196,7 @@ def test_an_order_and_a_stiffness_are_those_of_the_piece() -> None:
         (lambda: control.plant(operators.Operator(0.5, T)), "an Operator is D^μ alone"),
         (lambda: control.plant(analysis.Device("65 g")), "a Device is what analysis.Loop"),
         (lambda: analysis.region(operators.Operator(0.5, T), 0.5, T), "an Operator is D^μ alone"),
-        (lambda: analysis.region(control.plant("1/(s+1)"), 0.5, T), "a control.Plant is what control.tune"),
+        (lambda: analysis.region(control.plant("1/(s+1)"), 0.5, T), "a control.Plant is what control.design"),
         (lambda: analysis.Loop(control.TransferFunction("1/(s+1)"), 1.0, 1.0, 0.5, T), "becomes what they take by control.plant"),
         (lambda: analysis.Loop(tissue.find("liver"), 1.0, 1.0, 0.5, T), "a Material is what a wall renders"),
         (lambda: operators.to_control(control.plant("1/(s+1)")), "a control.Plant is what"),

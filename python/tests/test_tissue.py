@@ -237,6 +237,8 @@ def test_a_contact_point_a_ramp_and_held_parameters_are_those_of_the_command():
     for contact in (1e-4, "fit"):
         found = identify(t, force, "record", contact_point=contact, **sphere)
         assert found.best.model.parameters["elastic_modulus_pa"] == pytest.approx(1000.0, rel=1e-3)
+    assert [(one.name, one.unit) for one in found.beside] == [("contact_point_m", "m")]
+    assert found.beside[0].value == pytest.approx(1e-4, rel=1e-3)
     stress = gel.stress(t, np.minimum(t / 0.1, 1.0))
     found = identify(t, stress, ramp_time_s=0.1, models=["spring-pot"])
     assert found.best.model.parameters["order"] == pytest.approx(0.2, abs=1e-3)

@@ -49,7 +49,7 @@ IMMUTABLE: dict[str, Callable[[], Any]] = {
 HOLD_ARRAYS: dict[str, Callable[[], Any]] = {
     "Felt": lambda: analysis.transparency(device(), 500.0, 1.0, 0.5, T, [1.0, 10.0]),
     "Response": lambda: control.simulate("1/(s+1)", control.Pid(0.1, proportional=2.0), reference=np.ones(9)),
-    "Tuned": lambda: control.tune(control.plant("0.55exp(-s)/(62s+1)"), 0.05, 1.2),
+    "Designed": lambda: control.design("0.55exp(-s)/(62s+1)", 0.05),
     "Identification": lambda: tissue.identify(
         np.geomspace(0.1, 10, 20), 1e3 * np.geomspace(0.1, 10, 20) ** -0.2, models=["spring-pot"]
     ),

@@ -28,6 +28,7 @@ use design::{Design, WishName};
 pub use machine_check::RtCheck;
 pub use measurement::{MeasureReport, Measurement};
 use serde::Serialize;
+use serde_json::Value;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use zwidth::ZWidth;
@@ -145,6 +146,19 @@ impl Question {
             Asked::Coupler(design) => design.orders.len() as u64,
             Asked::Analysis(asked) => asked.steps(),
         }
+    }
+
+    /// A wall among all walls of its device: outlines of about so many points, margins, noise and curves, as a page draws them.
+    ///
+    /// # Errors
+    /// Another question than one to the loop of a wall with units; a wall that cannot be analysed.
+    pub fn wall_map(&self, points: usize, position_noise_m: f64) -> Result<Value, Failure> {
+        if let Asked::Analysis(asked) = &self.0
+            && let Analysis::Wall(wall, _) = &**asked
+        {
+            return wall.map(points, position_noise_m);
+        }
+        Err(Failure::bad_input("only a wall has a map"))
     }
 
     /// Answers the question. `progress` receives the steps done; setting `stop` ends it, and a

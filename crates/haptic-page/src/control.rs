@@ -7,6 +7,7 @@ use fractional_control::run::samples_for;
 use fractional_control::{ControlError, ControllerSetup};
 use haptic_experiment::control::{gains, in_degrees, in_short, margins, shape};
 use haptic_experiment::document::ControllerFile;
+use haptic_experiment::parameters::CONTROL_LOOP;
 use haptic_experiment::question::control_loop::run::Reference;
 use haptic_experiment::question::control_loop::{ControlLoop, Held, LoopForm, NamedPlant};
 use haptic_experiment::question::controller::DesignForm;
@@ -100,12 +101,11 @@ fn own(name: &str, setup: &ControllerSetup, design: &ControlDesign) -> Result<Va
 }
 
 pub(crate) fn designed(request: &ControlRequest) -> Result<Value, Failure> {
-    let mut keys = request.form.clone();
-    let plant = keys
-        .remove("plant")
-        .map(|plant| ("plant".to_owned(), plant));
-    let wishes: DesignForm = form(&keys)?;
-    let plant: LoopForm = form(&Map::from_iter(plant))?;
+    let (_, of_plant) = CONTROL_LOOP[0];
+    let keys = request.form.clone().into_iter();
+    let (plant, wishes) = keys.partition(|(key, _)| of_plant.iter().any(|one| one.key == key));
+    let wishes: DesignForm = form(&wishes)?;
+    let plant: LoopForm = form(&plant)?;
     let held = request.held()?;
     let plant = plant.plant(held.plant)?;
     let design = wishes.design(plant.plant)?;

@@ -1,10 +1,10 @@
 //! A tissue or a plant from records that were dropped on the page, read and fitted as on the command line.
 
 use crate::{TextFile, file_name, form};
-use haptic_experiment::Failure;
 use haptic_experiment::question::plant::PlantQuestion;
 use haptic_experiment::question::plant::keys::PlantForm;
 use haptic_experiment::question::tissue::{RecordAnswer, RecordQuestion};
+use haptic_experiment::{Failure, lines};
 use haptic_log::record::StartTime;
 use haptic_tissue::identify::{Fit, Provenance};
 use serde::Deserialize;
@@ -132,11 +132,7 @@ fn tissue_name(file: &str) -> String {
 }
 
 fn answer(answer: &RecordAnswer) -> Value {
-    let RecordAnswer {
-        understood,
-        found,
-        rows,
-    } = answer;
+    let found = &answer.found;
     let thinned = |numbers: &[f64]| thinned(numbers, found.x.len());
     let model = |fit: &Fit| {
         json!({
@@ -148,16 +144,12 @@ fn answer(answer: &RecordAnswer) -> Value {
             "predicted": thinned(&fit.predicted),
         })
     };
+    let report = answer.report(json!({}));
     json!({
-        "kind": found.kind.name(),
-        "samples": found.samples,
-        "best": found.fits.first().map(|fit| fit.kind.name()),
+        "lines": lines(&report),
+        "report": report,
         "models": found.fits.iter().map(model).collect::<Vec<_>>(),
         "x": thinned(&found.x),
         "measured": thinned(&found.measured),
-        "loading": understood.loading,
-        "notes": understood.notes,
-        "warnings": found.warnings,
-        "several": rows,
     })
 }

@@ -1,93 +1,51 @@
-//! Closed loops of a controller and a plant: tuning, verdict, simulation.
+//! Closed loops of a controller and a plant: design, verdict, simulation.
 
-use super::controller::{PyPid, gains};
-use super::rule;
+use super::controller::PyPid;
 use super::transfer::PyControlPlant;
 use crate::conducted::heard;
 use crate::experiment::failed;
-use crate::json::{dict, from_python, to_python};
+use crate::json::{from_python, to_python};
 use crate::refused::{OrRefused as _, refused};
-use fracdiff::Seconds;
 use fractional_control::Plant;
-use fractional_control::tuning::{Sampling, Tuned, tune, tune_integer};
 use haptic_experiment::question::control_loop::run::Reference;
-use haptic_experiment::question::control_loop::{ControlLoop, LoopForm, NamedPlant};
+use haptic_experiment::question::control_loop::{ControlLoop, Held, LoopForm, NamedPlant};
 use haptic_experiment::question::controller::DesignForm;
 use haptic_experiment::question::controller::report::designed;
 use numpy::{IntoPyArray as _, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-use std::sync::Arc;
 use std::time::Duration;
 
-/// Gains and orders for a plant, as a dictionary.
-#[pyfunction]
-pub(crate) fn tune_controller<'py>(
-    py: Python<'py>,
-    plant: &Bound<'py, PyControlPlant>,
-    wishes: &Bound<'py, PyAny>,
-    sampling: Option<(f64, String)>,
-    integer: bool,
-) -> PyResult<Bound<'py, PyDict>> {
-    let wishes: DesignForm = from_python("wishes", wishes)?;
-    let specification = wishes.wishes().or_refused()?;
-    let sampling = match sampling {
-        Some((sample_time, name)) => Some(Sampling {
-            sample_time: Seconds(sample_time),
-            rule: rule(&name)?,
-        }),
-        None => None,
-    };
-    let plant = Arc::clone(&plant.get().plant);
-    let search = if integer { tune_integer } else { tune };
-    let tuned = heard(py, Duration::MAX, move |_| {
-        search(&plant, sampling, &specification).or_refused()
-    })?;
-    report(py, &tuned)
-}
-
-fn report<'py>(py: Python<'py>, tuned: &Tuned) -> PyResult<Bound<'py, PyDict>> {
-    let measures = &tuned.measures;
-    let unmet = tuned.unmet.iter().map(ToString::to_string);
-    Ok(dict! {py;
-        "parameters": gains(py, &tuned.parameters)?,
-        "gain_at_crossover": tuned.gain_at_crossover,
-        "phase_margin_rad": tuned.phase_margin_rad,
-        "phase_slope_rad": tuned.phase_slope_rad,
-        "sensitivity_peak": measures.sensitivity_peak,
-        "complementary_peak": measures.complementary_peak,
-        "overshoot_spread": measures.overshoot_spread,
-        "margin_spread_rad": measures.margin_spread_rad,
-        "stable": measures.stable,
-        "unmet": unmet.collect::<Vec<String>>(),
-    })
-}
-
-/// A controller for a plant that is called so, by wishes: the command's report, and the controller file.
+/// A controller for a plant, which may be called so, by wishes: the command's report, and the controller file.
 #[pyfunction]
 pub(crate) fn design_controller<'py>(
-    plant: &Bound<'py, PyControlPlant>,
-    name: String,
+    py: Python<'py>,
+    plant: Option<&Bound<'py, PyControlPlant>>,
+    form: &Bound<'py, PyAny>,
     wishes: &Bound<'py, PyAny>,
+    name: Option<String>,
 ) -> PyResult<(Bound<'py, PyAny>, String)> {
-    let py = plant.py();
     let wishes: DesignForm = from_python("wishes", wishes)?;
-    let plant = Plant::clone(&plant.get().plant);
+    let (form, held) = read(plant, form)?;
     let (report, file) = heard(py, Duration::MAX, move |_| {
-        let found = designed(wishes.design(plant).or_refused()?).or_refused()?;
+        let plant = form.plant(held.plant).or_refused()?;
+        let name = name.unwrap_or(plant.words);
+        let found = designed(wishes.design(plant.plant).or_refused()?).or_refused()?;
         let program = concat!("fractional_haptics ", env!("CARGO_PKG_VERSION"));
         let file = found.words().file(&name, &found.design.wishes, program);
-        Ok((found.report(&name), file.to_toml()))
+        let mut report = found.report(&name);
+        if let (Some(hint), Some(notes)) = (plant.hint, report["notes"].as_array_mut()) {
+            notes.insert(0, hint.into());
+        }
+        Ok((report, file.to_toml()))
     })?;
     Ok((to_python(py, &report)?, file))
 }
 
-/// The loop of a plant and a controller, each an object or a text of the form.
-fn asked(
+/// A form, and what is held of it: the plant of its files, or this one.
+fn read(
     plant: Option<&Bound<'_, PyControlPlant>>,
-    controller: Option<&Bound<'_, PyPid>>,
     form: &Bound<'_, PyAny>,
-) -> PyResult<ControlLoop> {
+) -> PyResult<(LoopForm, Held)> {
     let form: LoopForm = from_python("options", form)?;
     let mut held = form.files().map_err(|failure| failed(&failure))?;
     if let Some(plant) = plant {
@@ -97,6 +55,16 @@ fn asked(
             hint: None,
         });
     }
+    Ok((form, held))
+}
+
+/// The loop of a plant and a controller, each an object or a text of the form.
+fn asked(
+    plant: Option<&Bound<'_, PyControlPlant>>,
+    controller: Option<&Bound<'_, PyPid>>,
+    form: &Bound<'_, PyAny>,
+) -> PyResult<ControlLoop> {
+    let (form, mut held) = read(plant, form)?;
     if let Some(controller) = controller {
         held.controller = Some(controller.try_borrow()?.setup.clone());
     }

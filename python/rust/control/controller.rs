@@ -82,7 +82,7 @@ pub(crate) struct PyPid {
 }
 
 /// Gains and orders by the keywords of [`PyPid::new`].
-pub(super) fn gains<'py>(py: Python<'py>, of: &PidParameters) -> PyResult<Bound<'py, PyDict>> {
+fn gains<'py>(py: Python<'py>, of: &PidParameters) -> PyResult<Bound<'py, PyDict>> {
     Ok(dict! {py;
         "proportional": of.proportional,
         "integral": of.integral,

@@ -5,7 +5,7 @@ mod controller;
 mod identified;
 mod transfer;
 
-pub(crate) use closed::{analyze_loop, design_controller, simulate_loop, tune_controller};
+pub(crate) use closed::{analyze_loop, design_controller, simulate_loop};
 pub(crate) use controller::PyPid;
 pub(crate) use identified::identify_plant;
 pub(crate) use transfer::{PyControlPlant, PyTransferFunction};

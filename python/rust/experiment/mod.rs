@@ -17,6 +17,23 @@ use pyo3::exceptions::{PyFileNotFoundError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
 use std::path::Path;
+use std::sync::Mutex;
+
+/// Sentences for the user, in their order.
+#[derive(Debug, Default)]
+struct Heard(Mutex<Vec<String>>);
+
+impl Heard {
+    fn hear(&self, text: &str) {
+        if let Ok(mut all) = self.0.lock() {
+            all.push(text.to_owned());
+        }
+    }
+
+    fn all(self) -> Vec<String> {
+        self.0.into_inner().unwrap_or_default()
+    }
+}
 
 /// Bad input is a `ValueError`; a run, device or disk that failed a `RuntimeError`.
 pub(crate) fn failed(failure: &Failure) -> PyErr {

@@ -1,6 +1,6 @@
-//! Questions: the Z-width of a device, and the best wall for it.
+//! Questions to a device: what it can render, and the analyses of a wall.
 
-use super::{document, failed};
+use super::{Heard, document, failed};
 use crate::conducted::{Interrupted, conduct, heard};
 use crate::json::read_json;
 use crate::refused::OrRefused as _;
@@ -9,13 +9,13 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::time::Duration;
 
-/// The answer to the question of this document, as the command prints it.
+/// The answer to the question of this document, as the command prints it, and the warnings beside it.
 #[pyfunction]
 pub(crate) fn answer<'py>(
     kind: &str,
     parameters: &Bound<'py, PyDict>,
     progress: Option<&Bound<'py, PyAny>>,
-) -> PyResult<Bound<'py, PyAny>> {
+) -> PyResult<(Bound<'py, PyAny>, Vec<String>)> {
     let py = parameters.py();
     let document = document(kind, parameters)?;
     let read = move |_: &_| Question::open(&document).or_refused();
@@ -25,12 +25,18 @@ pub(crate) fn answer<'py>(
         false => Interrupted::Awaited,
         true => Interrupted::Forgotten,
     };
-    let report = conduct(py, progress, interrupted, move |conduct| {
+    let (report, warnings) = conduct(py, progress, interrupted, move |conduct| {
         let drives = (!question.is_simulated()).then(|| conduct.drives());
         let _drives = drives.transpose()?;
-        let answer = question.answer(&|steps| conduct.add(steps), conduct.stop(), &|_| ());
+        let heard = Heard::default();
+        let warn = |text: &str| heard.hear(text);
+        let answer = question.answer(&|steps| conduct.add(steps), conduct.stop(), &warn);
         let answer = answer.map_err(|failure| failed(&failure))?;
-        serde_json::to_string(&answer).or_refused()
+        // An answer that is not what was wished for is one too.
+        if let Err(unmet) = answer.require(&warn) {
+            warn(&unmet.to_string());
+        }
+        Ok((serde_json::to_string(&answer).or_refused()?, heard.all()))
     })?;
-    read_json(py, &report)
+    Ok((read_json(py, &report)?, warnings))
 }

@@ -1,6 +1,6 @@
 //! Runs: relaxation, creep, a wall, a coupler, a touch.
 
-use super::{document, failed};
+use super::{Heard, document, failed};
 use crate::conducted::{Conduct, Interrupted, conduct};
 use crate::json::to_python;
 use crate::refused::OrRefused as _;
@@ -16,7 +16,7 @@ use pyo3::types::{PyDict, PyList};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 /// Section, key, default (None without one), whether it has to be given, range and help of each parameter of a kind.
 #[pyfunction]
@@ -137,12 +137,8 @@ fn run(
     request: &FolderRequest,
     conduct: &Conduct,
 ) -> Result<Finished, Failure> {
-    let heard = Mutex::new(Vec::new());
-    let warn = |text: &str| {
-        if let Ok(mut heard) = heard.lock() {
-            heard.push(text.to_owned());
-        }
-    };
+    let heard = Heard::default();
+    let warn = |text: &str| heard.hear(text);
     // A device is to be let go too. Of what is simulated only the log is kept: report and table of an interrupted run are not seen.
     let closed: Vec<Box<dyn Live>> = match experiment.is_simulated() {
         false => Vec::new(),
@@ -164,7 +160,7 @@ fn run(
     }
     Ok(Finished {
         report: serde_json::to_value(&report).map_err(Failure::input)?,
-        warnings: heard.into_inner().unwrap_or_default(),
+        warnings: heard.all(),
     })
 }
 

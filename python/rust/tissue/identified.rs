@@ -143,14 +143,10 @@ pub(crate) fn identify_tables<'py>(
 fn report<'py>(py: Python<'py>, found: &Identification) -> PyResult<Bound<'py, PyDict>> {
     let fits = found.fits.iter().map(|fit| {
         let model = fit.to_model().ok().map(PyModel);
-        let estimates = fit.parameters.iter().map(|p| {
-            let (error, low, high) = (p.standard_error, p.low_95, p.high_95);
-            (p.name, p.unit, p.value, error, low, high)
-        });
         Ok(dict! {py;
             "kind": fit.kind.name(),
             "model": model.map(|model| Py::new(py, model)).transpose()?,
-            "estimates": estimates.collect::<Vec<_>>(),
+            "estimates": to_python(py, &fit.parameters)?,
             "correlation": fit.correlation.clone(),
             "rms": fit.rms,
             "aic": fit.aic,
@@ -164,6 +160,7 @@ fn report<'py>(py: Python<'py>, found: &Identification) -> PyResult<Bound<'py, P
         "x": PyArray1::from_slice(py, &found.x),
         "measured": PyArray1::from_slice(py, &found.measured),
         "warnings": &found.warnings,
+        "beside": to_python(py, &found.beside)?,
         "fits": fits.collect::<PyResult<Vec<_>>>()?,
     })
 }

@@ -99,7 +99,7 @@ _WHICH = {
     "Operator": "an Operator is D^μ alone; analysis takes it by order and scheme, as Loop(plant, K, B, 0.5, 1e-3)",
     "Device": "a Device is what analysis.Loop and analysis.region take",
     "LinearPlant": "a LinearPlant is what analysis.Loop and analysis.region take",
-    "Plant": "a control.Plant is what control.tune and control.analyze take first",
+    "Plant": "a control.Plant is what control.design and control.analyze take first",
     "TransferFunction": "a TransferFunction becomes what they take by control.plant",
     "Pid": "a Pid is a controller, which control.analyze takes second",
     "Model": "a Model is what a wall renders, not the device that feels it",

@@ -32,13 +32,11 @@ __all__ = [
     "Plant",
     "Response",
     "TransferFunction",
-    "Tuned",
     "analyze",
     "design",
     "identify",
     "plant",
     "simulate",
-    "tune",
 ]
 
 
@@ -215,104 +213,6 @@ def plant(
     )
 
 
-@dataclass(frozen=True)
-class Tuned(Shown):
-    """A controller that was tuned, and what it reaches."""
-
-    parameters: dict[str, float]
-    """Gains and orders: the keywords of `Pid`."""
-    gain_at_crossover: float
-    phase_margin_rad: float
-    phase_slope_rad: float
-    """dφ/d ln ω at the crossover."""
-    sensitivity_peak: float
-    complementary_peak: float
-    overshoot_spread: float
-    """Largest less least overshoot while the gain goes from half to double."""
-    margin_spread_rad: float
-    stable: bool
-    """By Nyquist's count; the verdict that counts is `analyze`'s."""
-    unmet: tuple[str, ...]
-    """Wishes that are missed, a sentence each."""
-
-    def pid(self, sample_time: float, **arguments: Any) -> Pid:
-        """The controller, at a sample time; further arguments as in `Pid`."""
-        known: dict[str, Any] = {**self.parameters, **arguments}
-        return Pid(sample_time, **known)
-
-
-def tune(
-    plant: Plant,
-    crossover_rad_s: float,
-    phase_margin_rad: float,
-    *,
-    iso_damping: bool = True,
-    noise: tuple[float, float] | None = None,
-    disturbance: tuple[float, float] | None = None,
-    sensitivity_peak: float | None = None,
-    complementary_peak: float | None = None,
-    sample_time: float | None = None,
-    rule: Literal["bdf2", "grunwald"] = "bdf2",
-    integer: bool = False,
-) -> Tuned:
-    """Gains and orders of a PI^λD^μ: crossover, margin and flat phase exactly, the rest as well as can be.
-
-    Parameters
-    ----------
-    plant : Plant
-        The plant.
-    crossover_rad_s : float
-        Where the loop's gain is 1.
-    phase_margin_rad : float
-        There.
-    iso_damping : bool, default True
-        A flat phase there: the overshoot stays when the gain changes.
-    noise, disturbance : (omega_rad_s, at_most), optional
-        Bounds of the complementary sensitivity from a frequency on, and of the sensitivity up to one.
-    sensitivity_peak, complementary_peak : float, optional
-        Largest allowed ones.
-    sample_time : float, optional
-        Takes the hold into account, s.
-    rule : {"bdf2", "grunwald"}
-        Of the sampled controller.
-    integer : bool, default False
-        The PID of orders 1 that comes closest, instead.
-
-    Returns
-    -------
-    Tuned
-
-    Raises
-    ------
-    ValueError
-        Wishes that contradict each other, named; no controller with this crossover and margin.
-
-    References
-    ----------
-    C. A. Monje, B. M. Vinagre, V. Feliu, Y. Chen, *Tuning and auto-tuning of fractional order controllers for industry
-    applications*, Control Engineering Practice 16, 2008.
-
-    Examples
-    --------
-    >>> import math
-    >>> tuned = tune(plant("0.55exp(-s)/(62s+1)"), 0.05, math.radians(70))
-    >>> tuned.stable, tuned.unmet
-    (True, ())
-    """
-    wishes = {
-        "crossover_rad_s": crossover_rad_s,
-        "phase_margin_rad": phase_margin_rad,
-        "not_flat": not iso_damping,
-        "noise": _bound(noise),
-        "disturbance": _bound(disturbance),
-        "sensitivity_peak": sensitivity_peak,
-        "complementary_peak": complementary_peak,
-    }
-    sampling = None if sample_time is None else (sample_time, rule)
-    found = _native.tune_controller(plant, wishes, sampling, integer)
-    return Tuned(**{**found, "unmet": tuple(found["unmet"])})
-
-
 def _bound(bound: tuple[float, float] | str | None) -> str:
     """A frequency in rad/s and the largest gain from it on, or up to it, as the command takes both."""
     if bound is None or isinstance(bound, str):
@@ -326,8 +226,8 @@ def _limits(limits: tuple[float, float] | str | None) -> str:
     return limits if isinstance(limits, str) else ":".join(repr(float(end)) for end in limits or ())
 
 
-@dataclass(frozen=True)
-class Designed(Shown):
+@dataclass(frozen=True, eq=False, repr=False)
+class Designed(HoldsArrays, Shown):
     """A controller by wishes, with the best PID of order 1 beside it."""
 
     report: Mapping[str, Any]
@@ -341,15 +241,29 @@ class Designed(Shown):
         """Wishes that are missed, by their names."""
         return tuple(wish["name"] for wish in self.report["specification"] if not wish["met"])
 
+    def pid(self, *, integer: bool = False, **arguments: Any) -> Pid:
+        """The controller, or the PID of order 1 beside it, at the sample time of the design; further arguments as in `Pid`."""
+        gains = (self.report["integer"] if integer else self.report)["controller"]
+        return Pid(self.report["sample_time_s"], **{**dict(zip(_GAINS, gains.values(), strict=True)), **arguments})
+
     def _shown(self) -> dict[str, Any]:
         return dict(self.report)
 
 
+_GAINS = ("proportional", "integral", "integral_order", "derivative", "derivative_order")
+"""The keywords of `Pid`, in the order of a report."""
+
+
 def design(
-    plant: Plant,
-    crossover_rad_s: float,
+    plant: Plant | str | os.PathLike[str] | None = None,
+    crossover_rad_s: float | None = None,
     phase_margin_rad: float | None = None,
     *,
+    mass_kg: float | None = None,
+    damping_n_s_per_m: float | None = None,
+    hand_stiffness_n_per_m: float | None = None,
+    current_lag_s: float | None = None,
+    delay_s: float | None = None,
     not_flat: bool = False,
     sensitivity_peak: float | str | None = None,
     complementary_peak: float | str | None = None,
@@ -360,14 +274,14 @@ def design(
     output_limits: tuple[float, float] | str | None = None,
     step: float = 1.0,
     duration_s: float | None = None,
-    name: str = "a plant",
+    name: str | None = None,
 ) -> Designed:
-    """A sampled PI^λD^μ by wishes, tried and judged as ``host-cli control design`` does; `tune` has its gains alone.
+    """A sampled PI^λD^μ by wishes, tried and judged as ``host-cli control design`` does.
 
     Parameters
     ----------
-    plant : Plant
-        The plant.
+    plant, mass_kg, damping_n_s_per_m, hand_stiffness_n_per_m, current_lag_s, delay_s
+        As in `analyze`; a measured plant too.
     crossover_rad_s : float
         About 1.3 over the rise time.
     phase_margin_rad : float, optional
@@ -397,6 +311,8 @@ def design(
 
     Raises
     ------
+    OSError
+        A file that cannot be read.
     ValueError
         What the command refuses; no controller with this crossover and margin.
 
@@ -421,7 +337,17 @@ def design(
         "step": step,
         "duration_s": duration_s,
     }
-    return Designed(*_native.design_controller(plant, name, wishes))
+    held, _, form = _asked(
+        plant,
+        None,
+        None,
+        mass_kg=mass_kg,
+        damping_n_s_per_m=damping_n_s_per_m,
+        hand_stiffness_n_per_m=hand_stiffness_n_per_m,
+        current_lag_s=current_lag_s,
+        delay_s=delay_s,
+    )
+    return Designed(*_native.design_controller(held, form, wishes, name))
 
 
 def _asked(

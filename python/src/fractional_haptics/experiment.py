@@ -279,7 +279,8 @@ def _answer(kind: str, parameters: dict[str, Any], progress: Progress | None) ->
     given = {key: value for key, value in parameters.items() if value is not None}
     tissue: Any = given.get("tissue")
     if not hasattr(tissue, "to_toml"):
-        return Answer(_native.answer(kind, given, progress))
+        report, heard = _native.answer(kind, given, progress)
+        return Answer({**report, "warnings": [*heard, *report.get("warnings", [])]})
     with tempfile.TemporaryDirectory(prefix="fractional-haptics-") as folder:
         file = Path(folder) / "tissue.toml"
         file.write_text(tissue.to_toml(), encoding="utf-8")
@@ -297,14 +298,14 @@ progress : callable, optional
 Returns
 -------
 Answer
-    A dict as ``host-cli {command} --json``. After Ctrl-C ``KeyboardInterrupt``.
+    A dict as ``host-cli {command} --json``, and its ``warnings``, which one should read. After Ctrl-C ``KeyboardInterrupt``.
 
 Raises
 ------
 ValueError
     A parameter that is unknown, missing or outside its range.
 RuntimeError
-    A device that failed, a wish that nothing meets.
+    A device that failed.
 
 Notes
 -----

@@ -144,6 +144,8 @@ class Estimate(Shown):
     """Low end of the 95 % interval; None for a modulus that the record does not bound."""
     high_95: float | None
     """High end, likewise."""
+    held: bool
+    """It is at the end of a range that was given, or has one value."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -206,6 +208,8 @@ class Identification(HoldsArrays, Shown):
     """Sentences that one should read."""
     notes: tuple[str, ...] = ()
     """Of tables: what was guessed, converted or left out."""
+    beside: tuple[Estimate, ...] = ()
+    """Numbers that were found beside the models, where they were asked for: contact point, offset and drift."""
     several: dict[str, Any] = field(default_factory=dict)
     """Of specimens their spread; of temperatures the shifts, their overlaps and laws: as the command's JSON has them."""
 
@@ -507,7 +511,7 @@ def _fixed(fix: Mapping[str, float | tuple[float, float]] | None) -> list[str]:
 
 def _identification(found: dict[str, Any]) -> Identification:
     fits = tuple(
-        Fit(**{**fit, "estimates": tuple(Estimate(*estimate) for estimate in fit["estimates"])})
+        Fit(**{**fit, "estimates": tuple(Estimate(**estimate) for estimate in fit["estimates"])})
         for fit in found["fits"]
     )
     return Identification(
@@ -517,6 +521,7 @@ def _identification(found: dict[str, Any]) -> Identification:
         measured=found["measured"],
         warnings=tuple(found["warnings"]),
         notes=tuple(found.get("notes", ())),
+        beside=tuple(Estimate(**estimate) for estimate in found["beside"]),
         several=found.get("several", {}),
     )
 

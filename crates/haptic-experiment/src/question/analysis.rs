@@ -4,6 +4,7 @@ mod answer;
 pub(crate) mod felt;
 pub(crate) mod keys;
 mod law;
+mod map;
 pub(crate) mod teleoperation;
 pub(crate) mod wall;
 

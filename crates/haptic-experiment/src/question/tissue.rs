@@ -12,13 +12,14 @@ use crate::document::parameters::{
     BONDED, HALF_ANGLE, INDENTER_RADIUS, POISSON_RATIO, Parameter, STIFFENING,
 };
 use crate::document::short;
+use crate::judge::{Rows, rows};
 use haptic_loop::{Loading, LoadingKind};
 use haptic_quantity::{is_meant, number, parse_for_key};
 use haptic_tissue::ModelKind;
 use haptic_tissue::identify::{
-    Baseline, CANDIDATES, ContactPoint, Estimate, Held, Identification, IdentifyError, MasterCurve,
-    Options, Reading, RecordKind, Replicates, ShiftBy, Understood, Weighting, identify_unless,
-    replicates,
+    Baseline, CANDIDATES, ContactPoint, Estimate, Fit, Held, Identification, IdentifyError,
+    MasterCurve, Options, Reading, RecordKind, Replicates, ShiftBy, Understood, Weighting,
+    identify_unless, replicates,
 };
 use measured_table::{Column, Columns, Reader, read_table};
 use serde_json::{Map, Value, json};
@@ -431,6 +432,63 @@ pub struct RecordAnswer {
     pub rows: Value,
 }
 
+impl RecordAnswer {
+    /// The best model and what was found beside it, the candidates and the warnings; these `files` hold the tissue.
+    #[must_use]
+    pub fn report(&self, files: Value) -> Rows {
+        let Self {
+            understood,
+            found,
+            rows: several,
+        } = self;
+        let (fit, notes) = (&found.fits[0], &understood.notes);
+        let finite = |&x: &f64| Some(x).filter(|x| x.is_finite());
+        let correlation = fit.correlation.iter();
+        let correlation = correlation.map(|row| row.iter().map(finite).collect::<Vec<_>>());
+        let candidates = found.fits.iter().map(|fit| {
+            let parameters = json!({"parameters": estimates(&fit.parameters)});
+            rows([
+                json!({"model": fit.kind.name()}),
+                quality(found, fit),
+                parameters,
+            ])
+        });
+        let chosen = json!({
+            "kind": found.kind.name(),
+            "samples": found.samples,
+            "loading": understood.loading,
+            "model": fit.kind.name(),
+            "parameters": estimates(fit.parameters.iter().chain(&found.beside)),
+        });
+        let others = json!({
+            "candidates": candidates.collect::<Vec<_>>(),
+            "correlation": correlation.collect::<Vec<_>>(),
+        });
+        // Notes on the reading of the record; `warnings` has them too.
+        let said = json!({
+            "notes": notes,
+            "warnings": notes.iter().chain(&found.warnings).collect::<Vec<_>>(),
+        });
+        rows([
+            chosen,
+            several.clone(),
+            quality(found, fit),
+            others,
+            files,
+            said,
+        ])
+    }
+}
+
+fn quality(found: &Identification, fit: &Fit) -> Value {
+    let rms = match (found.is_absolute, found.kind) {
+        (true, RecordKind::Creep) => "rms_residual_per_pa",
+        (true, _) => "rms_residual_pa",
+        (false, _) => "rms_log_residual",
+    };
+    json!({rms: fit.rms, "aic": fit.aic, "bic": fit.bic})
+}
+
 fn specimens(found: &Replicates, names: &[String]) -> Value {
     let spreads = found.spreads.iter().map(|spread| {
         let spread_of = json!({
@@ -501,7 +559,7 @@ fn shifts(curve: &MasterCurve) -> Value {
 }
 
 /// Each estimate under its name, with its unit, error and interval.
-pub fn estimates<'a>(all: impl IntoIterator<Item = &'a Estimate>) -> Value {
+fn estimates<'a>(all: impl IntoIterator<Item = &'a Estimate>) -> Value {
     let parameters = all.into_iter().map(|estimate| {
         let parameter = json!({
             "value": estimate.value,

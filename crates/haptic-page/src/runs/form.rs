@@ -13,7 +13,7 @@ use std::fs;
 use std::path::Path;
 
 /// The document that a form stands for.
-pub(super) fn document(kind: &str, parameters: &Map<String, Value>) -> Result<Document, Failure> {
+pub(crate) fn document(kind: &str, parameters: &Map<String, Value>) -> Result<Document, Failure> {
     if !kinds().any(|known| known == kind) {
         let kinds: Vec<&str> = kinds().collect();
         return Err(Failure::bad_input(format_args!(
@@ -182,7 +182,7 @@ pub(crate) fn forms() -> Value {
         all.map(|one| parameter("control", one, false)).collect()
     };
     json!({
-        "control_design": fields(parameters::CONTROL_DESIGN),
+        "control_design": fields(&[&parameters::CONTROL_LOOP[..1], parameters::CONTROL_DESIGN].concat()),
         "control_loop": fields(parameters::CONTROL_LOOP),
         "forms": kinds().map(form).collect::<Vec<_>>(),
         "record": record.collect::<Vec<_>>(),

@@ -15,7 +15,7 @@ mod opened;
 mod question;
 
 pub(crate) use channels::places;
-pub(crate) use form::forms;
+pub(crate) use form::{document, forms};
 pub(crate) use opened::{Table, TableRequest};
 pub(crate) use question::of_file;
 

@@ -17,7 +17,7 @@ use std::sync::{Arc, Mutex};
 impl Question {
     fn answer(&self, program: &str, given_up: &AtomicBool) -> Result<Value, Failure> {
         match self {
-            Self::Wall(wall) => wall.answer().map_err(Failure::bad_input),
+            Self::Wall(wall) => wall.answer(),
             Self::Control(plant) => designed(plant),
             Self::Analyze(asked) => asked.analysed(),
             Self::Simulate(asked) => asked.simulated(),

@@ -5,6 +5,7 @@
 mod door;
 mod feel;
 mod files;
+mod messages;
 mod pages;
 mod panels;
 mod questions;

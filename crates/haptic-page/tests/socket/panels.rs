@@ -1,10 +1,14 @@
 //! Questions of the page's panels: what is answered, what is refused, and that the newest wins.
 
 use crate::{assert_documented, has, opened, question, record};
+use haptic_experiment::document::Document;
 use haptic_experiment::parameters::{
-    CONTROL_DESIGN, CONTROL_LOOP, PLANT, PLANT_RECORD, RECORD, REFERENCE, VALIDATE,
+    CONTROL_DESIGN, CONTROL_LOOP, CROSSOVER, NOT_FLAT, PHASE_MARGIN, PLANT, PLANT_RECORD, RECORD,
+    REFERENCE, VALIDATE,
 };
+use haptic_experiment::question::Question;
 use serde_json::{Value, json};
+use std::sync::atomic::AtomicBool;
 use testkit::browser::Page;
 use testkit::{Random, assert_close, assert_relative};
 
@@ -72,6 +76,39 @@ fn a_wall_is_judged_and_stands_where_the_map_says() {
     }
 }
 
+/// What the commands answer to the keys of a wall.
+fn analysed(command: &str, wall: &Value) -> Value {
+    let mut document = Document::new(command);
+    for (key, value) in wall["question"]["wall"].as_object().expect("keys") {
+        let value = toml::Value::try_from(value).expect("a value");
+        if !["points", "position_noise_m"].contains(&key.as_str()) {
+            document.set(command, key, value, "").expect("set");
+        }
+    }
+    let question = Question::open(&document).expect("a question");
+    let answer = question.answer(&|_| {}, &AtomicBool::new(false), &|_| {});
+    json!(answer.expect("an answer"))
+}
+
+#[test]
+fn a_wall_is_judged_as_the_commands_judge_it() {
+    let (_runs, _server, mut page) = opened();
+    for scheme in ["exact", "full", "full-bdf2:1e-4", "muir:3", "grunwald:60"] {
+        let held =
+            json!({"scheme": scheme, "order": 0.3, "delay_s": 1e-3, "hand_stiffness_n_per_m": 300});
+        let asked = wall(&held);
+        let [stability, passivity] =
+            ["analyze-stability", "analyze-passivity"].map(|command| analysed(command, &asked));
+        let found = page.ask("ask", asked);
+        for key in ["stable", "gain_margin", "pulling_contact_margin"] {
+            assert_eq!(found[key], stability[key], "{scheme}: {key}");
+        }
+        for key in ["passive", "negative_at_rest", "required_damping_n_s_per_m"] {
+            assert_eq!(found[key], passivity[key], "{scheme}: {key}");
+        }
+    }
+}
+
 #[test]
 fn a_spring_makes_the_noise_and_the_curves_of_a_spring() {
     let (_runs, _server, mut page) = opened();
@@ -94,11 +131,14 @@ fn a_spring_makes_the_noise_and_the_curves_of_a_spring() {
 fn bad_input_gets_a_line_that_names_it_and_the_page_goes_on() {
     let (_runs, _server, mut page) = opened();
     for (given, words) in [
-        (json!({"stiffness_n_per_m": null}), "stiffness NaN"),
-        (json!({"mass_kg": 0}), "mass 0"),
-        (json!({"order": 3}), "order 3"),
-        (json!({"order": "x"}), "expected f64"),
-        (json!({"sample_time_s": -1}), "sample time -1"),
+        (
+            json!({"stiffness_n_per_m": null}),
+            "`stiffness_n_per_m` is missing",
+        ),
+        (json!({"mass_kg": 0}), "mass_kg = 0 is not above 0"),
+        (json!({"order": 3}), "order = 3"),
+        (json!({"order": "x"}), "order = \"x\" is a string"),
+        (json!({"sample_time_s": -1}), "sample_time_s = -1"),
         (json!({"scheme": "fly"}), "fly"),
         (json!({"scheme": "grunwald:301"}), "at most 300"),
         (
@@ -108,7 +148,7 @@ fn bad_input_gets_a_line_that_names_it_and_the_page_goes_on() {
         (json!({"points": 15}), "[16, 500]"),
         (json!({"points": -1}), "-1"),
         (json!({"delay_s": 1}), "delay"),
-        (json!({"colour": 1}), "unknown field `colour`"),
+        (json!({"colour": 1}), "unknown key `colour`"),
     ] {
         let refused = page.refused("ask", wall(&given));
         assert!(refused.contains(words), "{given}: {refused}");
@@ -126,7 +166,7 @@ fn bad_input_gets_a_line_that_names_it_and_the_page_goes_on() {
         ),
         (
             question("design", "wall", json!({})),
-            "missing field `scheme`",
+            "missing field `points`",
         ),
         (question("design", "wall", json!(7)), "WallQuestion"),
     ] {
@@ -231,20 +271,27 @@ fn a_record_of_a_plant_is_identified_tried_on_another_and_has_all_keys_of_the_co
         page.refuses("ask", plant(key, value), words);
     }
     let forms = page.ask("runs.forms", json!({}));
+    let design = [&CONTROL_LOOP[..1], CONTROL_DESIGN].concat();
     for (question, tables) in [
         ("record", RECORD),
         ("plant_record", PLANT_RECORD),
-        ("control_design", CONTROL_DESIGN),
+        ("control_design", &design),
         ("control_loop", CONTROL_LOOP),
     ] {
         let fields = forms[question].as_array().expect("fields").iter();
         let fields: Vec<&str> = fields.filter_map(|field| field["key"].as_str()).collect();
         let keys = tables.iter().flat_map(|(_, table)| *table);
         // Records are files; plant, crossover, margin and flat phase have controls of their own.
-        let keys = keys.filter(|one| ![VALIDATE, REFERENCE, PLANT].contains(one));
-        let keys = keys.map(|one| one.key);
-        let own = if question == "control_design" { 3 } else { 0 };
-        assert_eq!(fields, keys.skip(own).collect::<Vec<_>>());
+        let of_page = [
+            VALIDATE,
+            REFERENCE,
+            PLANT,
+            CROSSOVER,
+            PHASE_MARGIN,
+            NOT_FLAT,
+        ];
+        let keys = keys.filter(|one| !of_page.contains(one));
+        assert_eq!(fields, keys.map(|one| one.key).collect::<Vec<_>>());
     }
 }
 

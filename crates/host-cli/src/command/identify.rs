@@ -6,13 +6,13 @@ mod record;
 use crate::command::conduct::progress_bar;
 use crate::files::{File, PROGRAM, PlaceOfFile};
 use crate::options::{Options, keys};
-use crate::output::{Output, joined};
+use crate::output::Output;
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::question::tissue::{RecordAnswer, RecordForm, RecordQuestion, estimates};
+use haptic_experiment::question::tissue::{RecordForm, RecordQuestion};
 use haptic_log::record::StartTime;
-use haptic_tissue::identify::{Fit, Identification, Provenance, RecordKind};
-use serde_json::{Value, json};
+use haptic_tissue::identify::Provenance;
+use serde_json::json;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::time::SystemTime;
@@ -76,11 +76,8 @@ impl Arguments {
         let stop = AtomicBool::new(false);
         let answer = question.answer(all, &names, &stop, &|records| bar.inc(records as u64));
         bar.finish_and_clear();
-        let RecordAnswer {
-            understood,
-            found,
-            rows,
-        } = answer.map_err(Failure::input)?;
+        let answer = answer.map_err(Failure::input)?;
+        let (found, understood) = (&answer.found, &answer.understood);
         names.dedup();
         let source = names.join(", ");
         let (tissue, figure) = match name {
@@ -92,12 +89,12 @@ impl Arguments {
                     conditions: self.conditions.as_deref(),
                     date: &date,
                 };
-                let tissue = found.tissue(name, &understood, told);
+                let tissue = found.tissue(name, understood, told);
                 let text = tissue.map_err(Failure::input)?.to_toml();
                 let is_asked = question.options.chosen.is_some();
                 place.write(
                     || text,
-                    || draw::draw(&found, is_asked, understood.loading, &source),
+                    || draw::draw(found, is_asked, understood.loading, &source),
                 )
             }
             None => (None, None),
@@ -105,34 +102,8 @@ impl Arguments {
         for warning in &found.warnings {
             output.warn(warning);
         }
-        let fit = &found.fits[0];
-        let notes = &understood.notes;
-        let warnings: Vec<&String> = notes.iter().chain(&found.warnings).collect();
-        let finite = |&x: &f64| Some(x).filter(|x| x.is_finite());
-        let correlation = fit.correlation.iter();
-        let correlation = correlation.map(|row| row.iter().map(finite).collect::<Vec<_>>());
-        let candidates = found.fits.iter().map(|fit| {
-            let parameters = json!({"parameters": estimates(&fit.parameters)});
-            let model = json!({"model": fit.kind.name()});
-            joined([model, quality(&found, fit), parameters])
-        });
-        let chosen = json!({
-            "kind": found.kind.name(),
-            "samples": found.samples,
-            "loading": understood.loading,
-            "model": fit.kind.name(),
-            "parameters": estimates(fit.parameters.iter().chain(&found.beside)),
-        });
-        let beside = json!({
-            "candidates": candidates.collect::<Vec<_>>(),
-            "correlation": correlation.collect::<Vec<_>>(),
-            "tissue": tissue,
-            "figure": figure,
-            // Notes on the reading of the record; `warnings` has them too.
-            "notes": notes,
-            "warnings": warnings,
-        });
-        output.report(&joined([chosen, rows, quality(&found, fit), beside]))?;
+        let files = json!({"tissue": tissue, "figure": figure});
+        output.report(&answer.report(files))?;
         place.close(Ok(()))
     }
 
@@ -152,13 +123,4 @@ impl Arguments {
             ))
         })
     }
-}
-
-fn quality(found: &Identification, fit: &Fit) -> Value {
-    let rms = match (found.is_absolute, found.kind) {
-        (true, RecordKind::Creep) => json!({"rms_residual_per_pa": fit.rms}),
-        (true, _) => json!({"rms_residual_pa": fit.rms}),
-        (false, _) => json!({"rms_log_residual": fit.rms}),
-    };
-    joined([rms, json!({"aic": fit.aic, "bic": fit.bic})])
 }

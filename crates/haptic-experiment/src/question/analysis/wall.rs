@@ -16,7 +16,7 @@ use crate::judge::{Rows, rows};
 use crate::run::advice::analysed;
 use crate::run::device::Warn;
 use haptic_analysis::{
-    AnalysisError, Dynamics, Environment, ForcePath, Largest, Nondimensional, OnePort, SampledLoop,
+    AnalysisError, Dynamics, Environment, ForcePath, Largest, LoopOperator, Nondimensional, OnePort, SampledLoop,
     SampledPlant, StabilityRegion,
 };
 use haptic_quantity::{digits, written};
@@ -37,13 +37,12 @@ const BOUNDARY: usize = 1000;
 /// A loop that is ready to be analysed.
 #[derive(Clone, Debug)]
 pub(crate) struct WallLoop {
-    parameters: Nondimensional,
-    law: Law,
-    path: ForcePath,
+    pub(super) parameters: Nondimensional,
+    pub(super) law: Law,
+    pub(super) path: ForcePath,
     /// T, s, if it was given.
     sample_time_s: Option<f64>,
-    /// m and T, where the loop was given with units.
-    units: Option<(f64, f64)>,
+    pub(super) units: Option<WithUnits>,
     /// Number of frequencies of a sensitivity.
     points: usize,
     /// Number of keys of the wall that were given: two make one.
@@ -52,6 +51,13 @@ pub(crate) struct WallLoop {
     delta_given: bool,
     /// The loop with units, as a result repeats it: who took a wrong unit sees it there.
     asked: Value,
+}
+
+/// Wall and device of a loop that was given with units; delay and lag are in its path.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WithUnits {
+    pub(super) device: Dynamics,
+    pub(super) wall: Environment,
 }
 
 impl WallLoop {
@@ -105,7 +111,8 @@ impl WallLoop {
                 order: law.order,
                 sample_time_s: t,
             };
-            (device.nondimensional(&wall), Some((mass, t)))
+            let units = WithUnits { device, wall };
+            (device.nondimensional(&wall), Some(units))
         } else {
             let without_units = Nondimensional {
                 alpha: needed(table.number_if(&ALPHA)?, &ALPHA)?,
@@ -138,10 +145,29 @@ impl WallLoop {
         SampledPlant::behind(delta, gamma, self.path).map_err(Failure::input)
     }
 
-    fn sampled(&self) -> Result<SampledLoop<'_>, Failure> {
+    pub(super) fn sampled(&self) -> Result<SampledLoop<'_>, Failure> {
         let Nondimensional { alpha, beta, .. } = self.parameters;
         SampledLoop::with_plant(self.plant()?, alpha, beta, &self.law.operator)
             .map_err(Failure::input)
+    }
+
+    pub(super) fn port(&self) -> Result<OnePort<'_, LoopOperator>, Failure> {
+        let law = &self.law;
+        let port =
+            OnePort::new(&law.operator, law.order).and_then(|port| port.through(self.path));
+        Ok(port
+            .map_err(Failure::input)?
+            .with_memory(law.operator.memory()))
+    }
+
+    pub(super) fn stable_region(&self, points: usize) -> Result<StabilityRegion, Failure> {
+        StabilityRegion::new(self.plant()?, &self.law.operator, 0, points).map_err(Failure::input)
+    }
+
+    /// Mass and sample time, where the loop was given with units.
+    fn mass_and_time(&self) -> Option<[f64; 2]> {
+        let units = self.units.as_ref()?;
+        Some([units.device.mass_kg, units.wall.sample_time_s])
     }
 
     /// The loop, with the wall and device without units and the way of the force, and what was found of it.
@@ -161,8 +187,8 @@ impl WallLoop {
     }
 
     /// Stiffness and dissipation of a wall without units: K = αm/T², B = βm/T^(2−μ).
-    fn with_units(&self, alpha: Option<f64>, beta: Option<f64>) -> [Option<f64>; 2] {
-        let Some((m, t)) = self.units else {
+    pub(super) fn with_units(&self, alpha: Option<f64>, beta: Option<f64>) -> [Option<f64>; 2] {
+        let Some([m, t]) = self.mass_and_time() else {
             return [None; 2];
         };
         let stiffness = alpha.map(|alpha| alpha * m / (t * t));
@@ -216,10 +242,8 @@ impl WallLoop {
 
     pub(super) fn passivity(&self, _: Warn<'_>) -> Result<Analysed, Failure> {
         let parameters = self.parameters;
-        let port = OnePort::new(&self.law.operator, self.law.order)
-            .and_then(|port| port.through(self.path))
-            .map_err(Failure::input)?
-            .with_memory(self.law.operator.memory());
+        let port = self.port()?;
+        let units = self.mass_and_time();
         let required = port.required_delta(parameters.alpha, parameters.beta);
         let required = required.map_err(Failure::input)?;
         let delta = self.delta_given.then_some(parameters.delta);
@@ -255,8 +279,8 @@ impl WallLoop {
             "largest_stiffness_n_per_m": stiffness,
             "largest_dissipation_n_s_mu_per_m": dissipation,
             // δ = bT/m
-            "required_damping_n_s_per_m": self.units.map(|(m, t)| required.delta * m / t),
-            "worst_rad_s": self.units.map(|(_, t)| required.worst_theta / t),
+            "required_damping_n_s_per_m": units.map(|[m, t]| required.delta * m / t),
+            "worst_rad_s": units.map(|[_, t]| required.worst_theta / t),
         });
         if tissue.is_some() {
             // Of the force of the whole tissue, up to which it is passive.
@@ -278,8 +302,7 @@ impl WallLoop {
             delta,
             gamma,
         } = self.parameters;
-        let region = StabilityRegion::new(self.plant()?, &self.law.operator, 0, BOUNDARY);
-        let region = region.map_err(Failure::input)?;
+        let region = self.stable_region(BOUNDARY)?;
         let area = region.bounded();
         let polygons = area.map_or(&[][..], |area| &area.polygons);
         let mut outlines = polygons.iter().map(|polygon| {
@@ -358,8 +381,8 @@ impl WallLoop {
             _ => format!("α = {} · β = {}", few(alpha), few(beta)),
         };
         law.extend(with_wall.then_some(wall));
-        let (mut device, hand) = match self.units {
-            Some((mass, t)) => {
+        let (mut device, hand) = match self.mass_and_time() {
+            Some([mass, t]) => {
                 let hand = written("hand_stiffness_n_per_m", gamma * mass / (t * t));
                 let device = vec![
                     format!("m = {}", written("mass_kg", mass)),

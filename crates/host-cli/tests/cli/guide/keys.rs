@@ -161,10 +161,11 @@ fn asked(command: &str, tables: &[(&str, &[Parameter])]) -> Vec<(&'static str, S
 
 /// The questions, with their own rows; those of several stand once, behind them.
 fn questions(text: &mut String) {
+    let design = [&CONTROL_LOOP[..1], CONTROL_DESIGN].concat();
     let forms = [
         ("identify", RECORD),
         ("control identify", PLANT_RECORD),
-        ("control design", CONTROL_DESIGN),
+        ("control design", &design),
         ("control analyze", &CONTROL_LOOP[..2]),
         ("control simulate", CONTROL_LOOP),
     ];
@@ -260,7 +261,7 @@ fn made() -> String {
     tables(&mut text, &parameters::tables("controller"), &shared);
     text.push_str("\n## Plant files\n\nOne of the first four. In `[device]` mass and damping are required; `[intervals]` beside it has the same\nkeys, each `[low, high]`.\n");
     tables(&mut text, &parameters::tables("plant"), &shared);
-    text.push_str("\n## Questions\n\nThe command, the page and Python ask them alike; in Python they are `tissue.identify_tables`, `control.identify`, `control.design`, `control.analyze`, `control.simulate`, and in\n`experiment` `zwidth`, `design`, `analyze_stability` and so on. The page runs no device at a port. `control design` takes a plant as `control analyze` does; the page a notation or a file, Python a `Plant`.\n");
+    text.push_str("\n## Questions\n\nThe command, the page and Python ask them alike; in Python they are `tissue.identify_tables`, `control.identify`, `control.design`, `control.analyze`, `control.simulate`, and in\n`experiment` `zwidth`, `design`, `analyze_stability` and so on. The page runs no device at a port; a plant is typed there, or a file.\n");
     questions(&mut text);
     lists_once(&text)
 }
