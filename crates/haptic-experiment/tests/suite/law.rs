@@ -19,14 +19,17 @@ struct TissueFile(tempfile::TempDir);
 
 impl TissueFile {
     fn of(kind: ModelKind, numbers: &[f64]) -> Self {
+        let names = kind.parameters().iter().map(|parameter| parameter.name);
+        Self::with(&format!("model = \"{}\"", kind.name()), names, numbers)
+    }
+
+    fn with<'a>(model: &str, names: impl Iterator<Item = &'a str>, numbers: &[f64]) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
-        let mut text = format!(
-            "name = \"made\"\ndescription = \"made\"\nmodel = \"{}\"\n[parameters]\n",
-            kind.name()
-        );
-        for (parameter, number) in kind.parameters().iter().zip(numbers) {
-            writeln!(text, "{} = {number:?}", parameter.name).expect("a text");
+        let mut text = format!("name = \"made\"\ndescription = \"made\"\n{model}\n[parameters]\n");
+        for (name, number) in names.zip(numbers) {
+            writeln!(text, "{name} = {number:?}").expect("a text");
         }
+        text.push_str("[range]\ntime_from_s = 1e-6\ntime_to_s = 1e6\n[source]\ncitation = \"none\"\nconditions = \"none\"\nchecked = false\n");
         std::fs::write(folder.path().join("made.toml"), text).expect("written");
         Self(folder)
     }
@@ -81,7 +84,7 @@ fn the_damping_that_a_fractional_solid_needs_is_that_of_the_theory() {
                 ModelKind::FractionalZener,
                 &[viscosity, order, 800.0, 0.0, 200.0],
             ),
-            false => TissueFile::of(ModelKind::Zener, &[viscosity, 800.0, 200.0]),
+            false => TissueFile::of(ModelKind::Zener, &[200.0, 800.0, viscosity]),
         }
     };
     for (order, length, wanted) in [
@@ -180,13 +183,14 @@ fn two_hundred_models_need_the_damping_of_their_sums() {
     }
 }
 
-/// A spring-pot is B·D^μ: the same numbers, whoever names them.
+/// A spring beside a spring-pot is K + B·D^μ, whoever names the numbers.
 #[test]
-fn a_spring_pot_is_a_wall() {
-    let file = TissueFile::of(ModelKind::SpringPot, &[40.0, 0.3]);
+fn a_spring_beside_a_spring_pot_is_a_wall() {
+    let names = ["elastic_modulus_pa", "viscosity_pa_s_alpha", "order"];
+    let file = TissueFile::with("", names.into_iter(), &[300.0, 40.0, 0.3]);
     let device = "mass_kg = 0.065\ndamping_n_s_per_m = 3.5\ndelay_s = 1e-3\n";
     let wall = format!(
-        "order = 0.3\nstiffness_n_per_m = 0\ndissipation_n_s_mu_per_m = 40\nsample_time_s = {T}\n"
+        "order = 0.3\nstiffness_n_per_m = 300\ndissipation_n_s_mu_per_m = 40\nsample_time_s = {T}\n"
     );
     for (analysis, more) in [
         ("analyze-stability", device),
@@ -283,7 +287,7 @@ fn what_a_tissue_does_not_have_is_refused_in_a_line() {
         tissue = "fish-muscle"\nstiffness_n_per_m = 1 | has one of its own: omit it
         tissue = "fish-muscle"\norder = 0.5 | has one of its own: omit it
         tissue = "fish-muscle"\nscheme = "exact" | use full, or a short memory, as in grunwald:1000
-        tissue = "fish-muscle"\nscheme = "muir:3" | use `scheme` full
+        tissue = "fish-muscle"\nscheme = "muir:3" | use `scheme` = full
         tissue = "fish-muscle"\nscheme = "grunwald:1" | from 2 to 10000
         tissue = "fish-muscle"\nscheme = "grunwald:20000" | from 2 to 10000
         tissue = "no-such" | no-such

@@ -16,8 +16,8 @@ use crate::judge::{Rows, rows};
 use crate::run::advice::analysed;
 use crate::run::device::Warn;
 use haptic_analysis::{
-    AnalysisError, Dynamics, Environment, ForcePath, Largest, LoopOperator, Nondimensional, OnePort, SampledLoop,
-    SampledPlant, StabilityRegion,
+    AnalysisError, Dynamics, Environment, ForcePath, Largest, LoopOperator, Nondimensional,
+    OnePort, SampledLoop, SampledPlant, StabilityRegion,
 };
 use haptic_quantity::{digits, written};
 use serde_json::{Value, json};
@@ -153,8 +153,7 @@ impl WallLoop {
 
     pub(super) fn port(&self) -> Result<OnePort<'_, LoopOperator>, Failure> {
         let law = &self.law;
-        let port =
-            OnePort::new(&law.operator, law.order).and_then(|port| port.through(self.path));
+        let port = OnePort::new(&law.operator, law.order).and_then(|port| port.through(self.path));
         Ok(port
             .map_err(Failure::input)?
             .with_memory(law.operator.memory()))
