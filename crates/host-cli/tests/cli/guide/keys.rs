@@ -187,7 +187,10 @@ fn questions(text: &mut String) {
     let head = "| key, field of the page | command | Python | default | range | meaning |\n|---|---|---|---|---|---|";
     for (command, rows) in &all {
         let (own, common) = apart(rows, &shared);
-        let _ = writeln!(text, "\n### {command}\n\n{head}\n{}", own.join("\n"));
+        let _ = writeln!(text, "\n### {command}");
+        if !own.is_empty() {
+            let _ = writeln!(text, "\n{head}\n{}", own.join("\n"));
+        }
         if !common.is_empty() {
             let _ = writeln!(
                 text,
