@@ -100,7 +100,8 @@ fn columns_and_units_are_chosen_and_the_tissue_is_kept_and_felt() {
     };
     let found = page.ask("ask", asked("time=1, modulus=b", "time=ms,modulus=kPa"));
     assert_documented("record", &found);
-    let [modulus, order] = [0, 1].map(|n| found["models"][0]["parameters"][n].clone());
+    let parameters = &found["report"]["candidates"][0]["parameters"];
+    let [modulus, order] = ["viscosity_pa_s_alpha", "order"].map(|name| &parameters[name]);
     assert_relative(
         "order",
         order["value"].as_f64().expect("a number"),
@@ -269,7 +270,7 @@ const OPTIONS: &str = r#"
     {"master_curve": "293.15K"} | /report/shifts/2/temperature_c | 40.0
     {"master_curve": 20, "shift_by": "loss"} | /report/reference_temperature_c | 20.0
     {"segment": "2"} | /report/samples | 5
-    {"segment": "1", "fix": "order=0.3"} | /models/0/parameters/1/value | 0.3
+    {"segment": "1", "fix": "order=0.3"} | /report/parameters/order/value | 0.3
     {} | refused | gel.csv: 3 segments could be meant
     {"segment": "1", "contact_point_m": "1 mm"} | refused | gel.csv: `contact_point_m` has no effect
     {"segment": "1", "fix": "order"} | refused | `fix`: "order" is not PARAMETER=VALUE
