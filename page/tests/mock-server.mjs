@@ -145,7 +145,7 @@ const RECORD = [
   { key: "indenter_radius_m", kind: "number", default: null, range: "above 0 and at most 10", choices: [], help: "Radius of a punch or sphere", loadings: ["punch", "sphere"] },
   { key: "half_angle_rad", kind: "number", default: null, range: "from 0.001 to 1.57", choices: [], help: "Half angle of a cone", loadings: ["cone"] },
   { key: "bonded", kind: "flag", default: false, range: null, choices: [], help: "It cannot slide", loadings: ["tension", "compression", "sphere"] },
-];
+].map((field) => ({ option: false, ...field }));
 
 /** The samples of a span as a table. */
 function table(response, { run, channels, from_s: from = 0, to_s: to = Infinity }) {

@@ -53,30 +53,22 @@ fn a_plant_and_a_controller_may_be_files() {
     has(&held["fractional"], json!({"stable": true}));
     let words = held["plant"].as_str().expect("words");
     assert!(words.contains("0.065"), "{words}");
-    for (wrong, words) in [
-        (json!({"mass_kg": 0.065}), "`mass_kg` belongs to a device"),
-        (
-            json!({"plant_file": file("tank.toml", "[dance]")}),
-            "tank.toml",
-        ),
-        (
-            json!({"plant_file": file("tank.csv", "a,b\n1,2\n")}),
-            "tank.csv",
-        ),
-        (
-            json!({"controller_file": file("my.toml", "[pid]")}),
-            "my.toml",
-        ),
-        (json!({"plant": "1/(s+"}), "plant \"1/(s+\": "),
-        (json!({"plant": "1e30/(s+1)"}), "is not from"),
-        (
-            json!({"noise": "10"}),
-            "`noise`: \"10\" is not FREQUENCY:GAIN",
-        ),
-    ] {
-        let said = page.refused("ask", control(&wrong));
+    for [wrong, words] in testkit::table(
+        r#"
+        {"mass_kg": 0.065} | `mass_kg` belongs to a device
+        {"plant_file": {"name": "tank.toml", "text": "[dance]"}} | tank.toml
+        {"plant_file": {"name": "tank.csv", "text": "a,b"}} | tank.csv
+        {"controller_file": {"name": "my.toml", "text": "[pid]"}} | my.toml
+        {"plant": "1/(s+"} | plant "1/(s+":
+        {"plant": "1e30/(s+1)"} | is not from
+        {"noise": "10"} | `noise`: "10" is not FREQUENCY:GAIN
+        {"plant": ""} | no plant: give `plant`
+        {"crossover_rad_s": 1e300} | is not from
+        "#,
+    ) {
+        let said = page.refused("ask", control(&wrong.parse().expect("JSON")));
         assert!(
-            said.contains(words) && !said.contains('\n'),
+            said.contains(&words) && !said.contains('\n'),
             "{wrong}: {said}"
         );
     }
