@@ -151,23 +151,16 @@ fn bad_input_gets_a_line_that_names_it_and_the_page_goes_on() {
         assert!(refused.contains(&words), "{given}: {refused}");
         assert!(!refused.contains('\n'), "{refused}");
     }
-    for (asked, words) in [
-        (json!({"panel": "design"}), "missing field `question`"),
-        (
-            question("design", "dance", json!({})),
-            "unknown variant `dance`",
-        ),
-        (
-            question("attic", "wall", json!({})),
-            "unknown variant `attic`",
-        ),
-        (
-            question("design", "wall", json!({})),
-            "missing field `points`",
-        ),
-        (question("design", "wall", json!(7)), "WallQuestion"),
-    ] {
-        page.refuses("ask", asked, words);
+    for [asked, words] in testkit::table(
+        r#"
+        {"panel": "design"} | missing field `question`
+        {"panel": "design", "question": {"dance": {}}} | unknown variant `dance`
+        {"panel": "attic", "question": {"wall": {}}} | unknown variant `attic`
+        {"panel": "design", "question": {"wall": {}}} | missing field `points`
+        {"panel": "design", "question": {"wall": 7}} | WallQuestion
+        "#,
+    ) {
+        page.refuses("ask", asked.parse().expect("JSON"), &words);
     }
     page.send(r#"{"do": "ask", "panel": "design"}"#);
     let answer = page.answer(&json!(null));

@@ -235,17 +235,25 @@ fn the_device_of_a_start_is_that_of_the_server_but_for_what_is_said() {
 #[test]
 fn the_ends_of_all_ranges_are_felt_or_refused_in_a_line() {
     let (_runs, _server, mut page) = opened();
-    for device in [
-        json!({"mass_kg": 100, "damping_n_s_per_m": 1e6, "sample_time_s": 0.01}),
-        json!({"mass_kg": 1e-12, "damping_n_s_per_m": 0}),
-        json!({"delay_s": 1, "current_lag_s": 1, "sample_time_s": 1e-4}),
-        json!({"friction_n": 1e4, "encoder_resolution_m": 1e-3, "sensor_noise_m": 1e-3}),
-    ] {
-        for wall in [
-            json!({"order": 2, "stiffness_n_per_m": 0, "dissipation_n_s_mu_per_m": 1e-9, "scheme": "oustaloup:5:1:100"}),
-            json!({"order": 0, "stiffness_n_per_m": 1e8, "dissipation_n_s_mu_per_m": 1e8}),
-            json!({"order": 2, "stiffness_n_per_m": 1e-300, "dissipation_n_s_mu_per_m": 0, "signed": true}),
-        ] {
+    let values = |text: &str| -> Vec<Value> {
+        let rows = testkit::table::<1>(text);
+        rows.map(|[row]| row.parse().expect("JSON")).collect()
+    };
+    for device in values(
+        r#"
+        {"mass_kg": 100, "damping_n_s_per_m": 1e6, "sample_time_s": 0.01}
+        {"mass_kg": 1e-12, "damping_n_s_per_m": 0}
+        {"delay_s": 1, "current_lag_s": 1, "sample_time_s": 1e-4}
+        {"friction_n": 1e4, "encoder_resolution_m": 1e-3, "sensor_noise_m": 1e-3}
+        "#,
+    ) {
+        for wall in values(
+            r#"
+            {"order": 2, "stiffness_n_per_m": 0, "dissipation_n_s_mu_per_m": 1e-9, "scheme": "oustaloup:5:1:100"}
+            {"order": 0, "stiffness_n_per_m": 1e8, "dissipation_n_s_mu_per_m": 1e8}
+            {"order": 2, "stiffness_n_per_m": 1e-300, "dissipation_n_s_mu_per_m": 0, "signed": true}
+            "#,
+        ) {
             let start = json!({"environment": {"wall": wall}, "device": device});
             let number = page.post("feel.start", start);
             let answer = page.answer(&json!(number));
