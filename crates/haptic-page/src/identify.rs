@@ -135,7 +135,7 @@ fn answer(answer: &RecordAnswer) -> Value {
     let found = &answer.found;
     let thinned = |numbers: &[f64]| thinned(numbers, found.x.len());
     let predicted = found.fits.iter().map(|fit| thinned(&fit.predicted));
-    let report = answer.report(json!({}));
+    let report = answer.report(None, None);
     json!({
         "lines": lines(&report),
         "report": report,

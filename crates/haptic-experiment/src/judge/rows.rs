@@ -75,14 +75,13 @@ enum Says {
 }
 
 /// The ends of such keys. Nothing else here reads a meaning from a name, but for its unit.
-const ENDS: [(&str, Says); 7] = [
+const ENDS: [(&str, Says); 6] = [
     ("_reason", Says::Reason),
     ("_from_s", Says::From),
     ("_to_s", Says::To),
     ("_samples", Says::Samples),
     ("_unit", Says::Unit),
     ("_rad_s", Says::Frequency),
-    ("_hz", Says::Frequency),
 ];
 
 const FILES: [&str; 11] = [

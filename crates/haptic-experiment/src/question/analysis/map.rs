@@ -1,8 +1,8 @@
 //! A wall among all walls of its device, and over the frequency: what a page draws anew while a slider moves.
 
 use super::answer::{HORIZON, logarithmic};
-use super::keys::{ANALYSED_MASS, ANALYSED_SAMPLE_TIME};
-use super::wall::{WallLoop, WithUnits};
+use super::keys::ANALYSED_MASS;
+use super::wall::{WallLoop, WithUnits, missing};
 use crate::document::failure::Failure;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::{AnalysisError, BoundaryPoint, ClosedLoop, Largest, NoiseGain};
@@ -24,9 +24,7 @@ impl WallLoop {
     /// curves.
     pub(crate) fn map(&self, points: usize, position_noise_m: f64) -> Result<Value, Failure> {
         let Some(on_device) = &self.units else {
-            return Err(Failure::bad_input(format_args!(
-                "a map has units: give {ANALYSED_MASS}, {ANALYSED_SAMPLE_TIME} and the wall"
-            )));
+            return Err(missing(&ANALYSED_MASS));
         };
         let WithUnits { device, wall } = on_device;
         let [k, b, t] = [
@@ -119,7 +117,6 @@ impl WallLoop {
         let most = PI / wall.sample_time_s;
         let omegas = logarithmic(2.0 * PI * LOWEST_HZ, most, FREQUENCIES);
         let points = omegas.map(|omega| {
-            let omega = omega.min(most);
             let felt = through_device.sampled(&self.operator, omega)?;
             let alone = wall.effective(&self.operator, omega)?;
             Ok([
