@@ -13,31 +13,29 @@ import { spoken } from "./names";
 import type { Line as Row, RecordParameter } from "./protocol";
 
 interface Estimate {
-  name: string;
-  unit: string;
   value: number;
-  standard_error?: number | null;
+  unit: string;
+  standard_error: number | null;
   low_95: number | null;
   high_95: number | null;
 }
 
-interface Model {
+/** The rms of its residuals is called by its unit. */
+interface Candidate extends Record<string, unknown> {
   model: string;
-  parameters: Estimate[];
-  rms: number;
+  parameters: Record<string, Estimate>;
   aic: number;
   bic: number;
-  predicted: number[];
 }
 
 export interface Identified {
   /** As `identify` has it, with what is known of how it was measured. */
-  report: { kind: string; loading: { kind: string | null; modulus: string | null }; samples: number; model: string; warnings: string[] };
+  report: { kind: string; loading: { kind: string | null; modulus: string | null }; samples: number; model: string; warnings: string[]; candidates: Candidate[] };
   lines: Row[];
-  models: Model[];
-  /** Time or frequency, and what was measured there. */
+  /** Time or frequency, what was measured there, and what each candidate says. */
   x: number[];
   measured: number[];
+  predicted: number[][];
   /** The tissue of the best model, or why it is none. */
   tissue: { name: string; text: string } | null;
   tissue_reason: string | null;
@@ -177,9 +175,10 @@ export class IdentifyPanel {
     const { modulus } = report.loading;
     const measured = [report.kind, `${report.samples} samples`, ...(modulus === null ? [] : [MODULI[modulus] ?? modulus])];
     say(this.state, `${name}: ${measured.join(", ")}. Best: ${report.model}.`);
-    const models = found.models.map((model) => {
-      const cells = model.parameters.map((estimate) => el("div", {}, sentence(estimate)));
-      const figures = `rms ${number(model.rms)}, AIC ${number(model.aic, 4)}`;
+    const models = report.candidates.map((model) => {
+      const cells = Object.entries(model.parameters).map(([name, estimate]) => el("div", {}, sentence(name, estimate)));
+      const rms = Object.entries(model).find(([key]) => key.startsWith("rms"));
+      const figures = `rms ${number(Number(rms?.[1]))}, AIC ${number(model.aic, 4)}`;
       return el("tr", { class: model.model === report.model ? "best" : undefined }, el("th", { scope: "row" }, model.model), el("td", {}, ...cells), el("td", {}, figures));
     });
     const said = report.warnings.map((text) => el("p", { class: "hint" }, spoken(text)));
@@ -212,7 +211,7 @@ export class IdentifyPanel {
   }
 
   private drawCurves(found: Identified): void {
-    const curves = [{ name: "measured", y: found.measured }, ...found.models.slice(0, COLOURS.length - 1).map(({ model, predicted }) => ({ name: model, y: predicted }))];
+    const curves = [{ name: "measured", y: found.measured }, ...found.report.candidates.slice(0, COLOURS.length - 1).map(({ model }, index) => ({ name: model, y: found.predicted[index] ?? [] }))];
     const lines = curves.map(({ name }, index): Line => ({ label: name, ...(COLOURS[index % COLOURS.length] ?? { colour: "--ink" }) }));
     const positive = found.x.every((x) => x > 0);
     const [across, up] = AXES[found.report.kind] ?? ["", ""];
@@ -226,7 +225,7 @@ export class IdentifyPanel {
 }
 
 /** A number with its interval; with its standard error where there is none. */
-function sentence({ name, unit, value, standard_error: error, low_95: low, high_95: high }: Estimate): string {
-  const between = low !== null || high !== null ? ` (${number(low, 4)} to ${number(high, 4)})` : typeof error === "number" ? ` ± ${number(error, 2)}` : " (not bounded)";
-  return `${name.replace(/_pa(_s_\w+)?$/, "").replace(/_/g, " ")} ${number(value, 4)}${between} ${unit}`;
+function sentence(name: string, { unit, value, standard_error: error, low_95: low, high_95: high }: Estimate): string {
+  const between = low !== null || high !== null ? ` (${number(low, 4)} to ${number(high, 4)})` : error !== null ? ` ± ${number(error, 2)}` : " (not bounded)";
+  return `${name.replace(/_pa(_s_\w+)?$/, "").replace(/_/g, " ")} ${number(value, 4)}${between} ${unit === "1" ? "" : unit}`;
 }

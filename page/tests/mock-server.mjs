@@ -145,7 +145,7 @@ const RECORD = [
   { key: "indenter_radius_m", kind: "number", default: null, range: "above 0 and at most 10", choices: [], help: "Radius of a punch or sphere", loadings: ["punch", "sphere"] },
   { key: "half_angle_rad", kind: "number", default: null, range: "from 0.001 to 1.57", choices: [], help: "Half angle of a cone", loadings: ["cone"] },
   { key: "bonded", kind: "flag", default: false, range: null, choices: [], help: "It cannot slide", loadings: ["tension", "compression", "sphere"] },
-];
+].map((field) => ({ option: false, ...field }));
 
 /** The samples of a span as a table. */
 function table(response, { run, channels, from_s: from = 0, to_s: to = Infinity }) {
@@ -375,7 +375,7 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
         if (rows.slice(1).some((row) => row.length < 2 || row.some(Number.isNaN))) throw new Error("line 2 of the CSV is not two numbers: give time_s,force_n");
         const time = rows.slice(1).map(([t]) => t);
         const data = rows.slice(1).map(([, value]) => value);
-        return { report: { kind: loading ? "record" : "relaxation", loading: { kind: loading, modulus: "young" }, samples: time.length, warnings: ["a note"], model: "spring-pot" }, lines: [], models: [{ model: "spring-pot", rms: 0.01, aic: 1, bic: 2, parameters: [{ name: "order", unit: "", value: 0.2, standard_error: 0.01, low_95: 0.18, high_95: 0.22 }], predicted: data.map((v) => v * 1.01) }], x: time, measured: data, tissue: { name: record.name.replace(/\.\w+$/, ""), text: "name = \"mock\"\n[parameters]\n" }, tissue_reason: null };
+        return { report: { kind: loading ? "record" : "relaxation", loading: { kind: loading, modulus: "young" }, samples: time.length, warnings: ["a note"], model: "spring-pot", candidates: [{ model: "spring-pot", rms_log_residual: 0.01, aic: 1, bic: 2, parameters: { order: { unit: "1", value: 0.2, standard_error: 0.01, low_95: 0.18, high_95: 0.22 } } }] }, lines: [], predicted: [data.map((v) => v * 1.01)], x: time, measured: data, tissue: { name: record.name.replace(/\.\w+$/, ""), text: "name = \"mock\"\n[parameters]\n" }, tissue_reason: null };
       }
       default:
         throw new Error(`there is no request ${message.do}`);

@@ -23,11 +23,7 @@ pub(crate) fn to_python<'py>(
     py: Python<'py>,
     value: &impl Serialize,
 ) -> PyResult<Bound<'py, PyAny>> {
-    read_json(py, &serde_json::to_string(value).or_refused()?)
-}
-
-/// Values from their JSON text.
-pub(crate) fn read_json<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyAny>> {
+    let text = serde_json::to_string(value).or_refused()?;
     py.import("json")?.call_method1("loads", (text,))
 }
 

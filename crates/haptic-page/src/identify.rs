@@ -6,7 +6,7 @@ use haptic_experiment::question::plant::keys::PlantForm;
 use haptic_experiment::question::tissue::{RecordAnswer, RecordQuestion};
 use haptic_experiment::{Failure, lines};
 use haptic_log::record::StartTime;
-use haptic_tissue::identify::{Fit, Provenance};
+use haptic_tissue::identify::Provenance;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use std::fmt::Display;
@@ -134,21 +134,13 @@ fn tissue_name(file: &str) -> String {
 fn answer(answer: &RecordAnswer) -> Value {
     let found = &answer.found;
     let thinned = |numbers: &[f64]| thinned(numbers, found.x.len());
-    let model = |fit: &Fit| {
-        json!({
-            "model": fit.kind.name(),
-            "parameters": fit.parameters,
-            "rms": fit.rms,
-            "aic": fit.aic,
-            "bic": fit.bic,
-            "predicted": thinned(&fit.predicted),
-        })
-    };
-    let report = answer.report(json!({}));
+    let predicted = found.fits.iter().map(|fit| thinned(&fit.predicted));
+    let report = answer.report(None, None);
     json!({
         "lines": lines(&report),
         "report": report,
-        "models": found.fits.iter().map(model).collect::<Vec<_>>(),
+        // Of each candidate.
+        "predicted": predicted.collect::<Vec<_>>(),
         "x": thinned(&found.x),
         "measured": thinned(&found.measured),
     })

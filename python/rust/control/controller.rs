@@ -81,17 +81,6 @@ pub(crate) struct PyPid {
     pub(super) setup: ControllerSetup,
 }
 
-/// Gains and orders by the keywords of [`PyPid::new`].
-fn gains<'py>(py: Python<'py>, of: &PidParameters) -> PyResult<Bound<'py, PyDict>> {
-    Ok(dict! {py;
-        "proportional": of.proportional,
-        "integral": of.integral,
-        "integral_order": of.integral_order,
-        "derivative": of.derivative,
-        "derivative_order": of.derivative_order,
-    })
-}
-
 #[pymethods]
 impl PyPid {
     #[expect(clippy::too_many_arguments, reason = "Python names them")]
@@ -213,7 +202,14 @@ impl PyPid {
     /// Gains and orders: the keywords that make it.
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        gains(py, &self.parameters)
+        let of = &self.parameters;
+        Ok(dict! {py;
+            "proportional": of.proportional,
+            "integral": of.integral,
+            "integral_order": of.integral_order,
+            "derivative": of.derivative,
+            "derivative_order": of.derivative_order,
+        })
     }
 
     /// T in s.

@@ -14,16 +14,14 @@ use crate::refused::{OrRefused as _, refused};
 use fractional_control::{Memory, Rule};
 use pyo3::prelude::*;
 
-fn rule(name: &str) -> PyResult<Rule> {
-    match name {
-        "grunwald" => Ok(Rule::Grunwald),
-        "bdf2" => Ok(Rule::Bdf2),
-        _ => Err(refused(format_args!(
-            "rule \"{name}\" is not one of grunwald, bdf2"
-        ))),
-    }
-}
-
 fn memory(name: &str, tolerance: f64, horizon: f64) -> PyResult<Memory> {
-    Memory::new(rule(name)?, tolerance, horizon).or_refused()
+    let rule = match name {
+        "grunwald" => Rule::Grunwald,
+        "bdf2" => Rule::Bdf2,
+        _ => {
+            let why = format_args!("rule \"{name}\" is not one of grunwald, bdf2");
+            return Err(refused(why));
+        }
+    };
+    Memory::new(rule, tolerance, horizon).or_refused()
 }

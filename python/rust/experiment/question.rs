@@ -2,7 +2,7 @@
 
 use super::{Heard, document, failed};
 use crate::conducted::{Interrupted, conduct, heard};
-use crate::json::read_json;
+use crate::json::to_python;
 use crate::refused::OrRefused as _;
 use haptic_experiment::question::Question;
 use pyo3::prelude::*;
@@ -25,7 +25,7 @@ pub(crate) fn answer<'py>(
         false => Interrupted::Awaited,
         true => Interrupted::Forgotten,
     };
-    let (report, warnings) = conduct(py, progress, interrupted, move |conduct| {
+    let (answer, warnings) = conduct(py, progress, interrupted, move |conduct| {
         let drives = (!question.is_simulated()).then(|| conduct.drives());
         let _drives = drives.transpose()?;
         let heard = Heard::default();
@@ -36,7 +36,7 @@ pub(crate) fn answer<'py>(
         if let Err(unmet) = answer.require(&warn) {
             warn(&unmet.to_string());
         }
-        Ok((serde_json::to_string(&answer).or_refused()?, heard.all()))
+        Ok((answer, heard.all()))
     })?;
-    Ok((read_json(py, &report)?, warnings))
+    Ok((to_python(py, &answer)?, warnings))
 }

@@ -75,14 +75,13 @@ enum Says {
 }
 
 /// The ends of such keys. Nothing else here reads a meaning from a name, but for its unit.
-const ENDS: [(&str, Says); 7] = [
+const ENDS: [(&str, Says); 6] = [
     ("_reason", Says::Reason),
     ("_from_s", Says::From),
     ("_to_s", Says::To),
     ("_samples", Says::Samples),
     ("_unit", Says::Unit),
     ("_rad_s", Says::Frequency),
-    ("_hz", Says::Frequency),
 ];
 
 const FILES: [&str; 11] = [
@@ -401,7 +400,7 @@ fn stands_beside(object: &Object, key: &str) -> bool {
     let has = |stem: &str| (object.keys()).any(|key| key == stem || without_unit(key) == stem);
     let is_of = |stem: &str, says| match says {
         Says::Reason | Says::From | Says::To => has(stem),
-        Says::Samples => beside(object, stem, Says::From).next().is_some(),
+        Says::Samples => beside(object, stem, Says::From).is_some(),
         // It may be the unit of a column in a table below.
         Says::Unit => true,
         Says::Frequency => object.contains_key(stem),
@@ -416,17 +415,11 @@ fn is_unit(object: &Object, key: &str) -> bool {
     stem.is_some_and(|stem| (object.keys()).any(|key| key == stem || without_unit(key) == stem))
 }
 
-/// The keys that say this of a key, and their values; null is a value too.
-fn beside<'o>(
-    object: &'o Object,
-    key: &str,
-    says: Says,
-) -> impl Iterator<Item = (String, &'o Value)> {
-    let ends = ENDS.iter().filter(move |end| end.1 == says);
-    ends.filter_map(move |(end, _)| {
-        let name = format!("{key}{end}");
-        object.get(&name).map(|value| (name, value))
-    })
+/// The key that says this of a key, and its value; null is a value too.
+fn beside<'o>(object: &'o Object, key: &str, says: Says) -> Option<(String, &'o Value)> {
+    let (end, _) = ENDS.iter().find(|end| end.1 == says)?;
+    let name = format!("{key}{end}");
+    object.get(&name).map(|value| (name, value))
 }
 
 /// True of a list of one thing that stands alone as well: `logs` beside `log`.
@@ -440,16 +433,15 @@ fn is_repeated(object: &Object, key: &str, value: &Value) -> bool {
 fn reason(object: &Object, key: &str) -> String {
     let said = |says| {
         let mut found = [key, without_unit(key)].into_iter();
-        let (_, value) = found.find_map(|stem| beside(object, stem, says).next())?;
+        let (_, value) = found.find_map(|stem| beside(object, stem, says))?;
         Some(value).filter(|value| !value.is_null())
     };
     if let Some(Value::String(reason)) = said(Says::Reason) {
         return reason.clone();
     }
-    let frequencies = beside(object, key, Says::Frequency).filter(|(_, at)| !at.is_null());
-    let mut of: Vec<String> = frequencies
-        .map(|(name, at)| format!("at {}", text(&name, at, None)))
-        .collect();
+    let frequency = beside(object, key, Says::Frequency).filter(|(_, at)| !at.is_null());
+    let frequency = frequency.map(|(name, at)| format!("at {}", text(&name, at, None)));
+    let mut of = Vec::from_iter(frequency);
     if let (Some(from), Some(to)) = (said(Says::From), said(Says::To)) {
         let [from, to] = [("from_s", from), ("to_s", to)].map(|(key, at)| text(key, at, None));
         of.push(format!("from {from} to {to}"));
@@ -461,7 +453,7 @@ fn reason(object: &Object, key: &str) -> String {
 /// The unit that a report says beside a key, in the object or in the one around it.
 fn unit<'o>(objects: [&'o Object; 2], key: &str) -> Option<&'o str> {
     let mut units = objects.into_iter();
-    units.find_map(|object| beside(object, key, Says::Unit).next()?.1.as_str())
+    units.find_map(|object| beside(object, key, Says::Unit)?.1.as_str())
 }
 
 /// Places of a list that are shown: all of a short one, the first and the last and evenly between of a long one.

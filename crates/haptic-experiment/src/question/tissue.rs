@@ -433,50 +433,36 @@ pub struct RecordAnswer {
 }
 
 impl RecordAnswer {
-    /// The best model and what was found beside it, the candidates and the warnings; these `files` hold the tissue.
+    /// The best model and what was found beside it, the candidates and the warnings; the files hold the tissue and its picture.
     #[must_use]
-    pub fn report(&self, files: Value) -> Rows {
-        let Self {
-            understood,
-            found,
-            rows: several,
-        } = self;
-        let (fit, notes) = (&found.fits[0], &understood.notes);
+    pub fn report(&self, tissue: Option<String>, figure: Option<String>) -> Rows {
+        let (found, notes) = (&self.found, &self.understood.notes);
+        let fit = &found.fits[0];
         let finite = |&x: &f64| Some(x).filter(|x| x.is_finite());
         let correlation = fit.correlation.iter();
         let correlation = correlation.map(|row| row.iter().map(finite).collect::<Vec<_>>());
         let candidates = found.fits.iter().map(|fit| {
+            let model = json!({"model": fit.kind.name()});
             let parameters = json!({"parameters": estimates(&fit.parameters)});
-            rows([
-                json!({"model": fit.kind.name()}),
-                quality(found, fit),
-                parameters,
-            ])
+            rows([model, quality(found, fit), parameters])
         });
         let chosen = json!({
             "kind": found.kind.name(),
             "samples": found.samples,
-            "loading": understood.loading,
+            "loading": self.understood.loading,
             "model": fit.kind.name(),
             "parameters": estimates(fit.parameters.iter().chain(&found.beside)),
         });
-        let others = json!({
+        let beside = json!({
             "candidates": candidates.collect::<Vec<_>>(),
             "correlation": correlation.collect::<Vec<_>>(),
-        });
-        // Notes on the reading of the record; `warnings` has them too.
-        let said = json!({
+            "tissue": tissue,
+            "figure": figure,
+            // Notes on the reading of the record; `warnings` has them too.
             "notes": notes,
             "warnings": notes.iter().chain(&found.warnings).collect::<Vec<_>>(),
         });
-        rows([
-            chosen,
-            several.clone(),
-            quality(found, fit),
-            others,
-            files,
-            said,
-        ])
+        rows([chosen, self.rows.clone(), quality(found, fit), beside])
     }
 }
 

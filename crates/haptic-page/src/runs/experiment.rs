@@ -124,30 +124,21 @@ mod tests {
 
     #[test]
     fn a_form_is_refused_in_a_sentence_without_a_file() {
-        for (kind, given, want) in [
-            (
-                "relax",
-                json!({"strain": 5}),
-                "strain = 5 is not above 0 and at most 1",
-            ),
-            ("relax", json!({"colour": 5}), "colour"),
-            ("relax", json!({"strain": [1, {}]}), "strain"),
-            ("wall", json!({}), "missing key"),
-            ("dance", json!({}), "is not one of relax"),
-            ("touch", json!({"axes": 4}), "is not 2 or 3"),
-            (
-                "touch",
-                json!({"centre_m": [0, 0, 0]}),
-                "one for each of 2 axes",
-            ),
-            (
-                "relax",
-                json!({"device": "serial:/dev/null"}),
-                "simulated device",
-            ),
-        ] {
-            let error = job(kind, &form(given)).expect_err(want).to_string();
-            assert!(error.contains(want) && !error.contains('\n'), "{error}");
+        for [kind, given, want] in testkit::table(
+            r#"
+            relax | {"strain": 5} | strain = 5 is not above 0 and at most 1
+            relax | {"colour": 5} | colour
+            relax | {"strain": [1, {}]} | strain
+            wall | {} | missing key
+            dance | {} | is not one of relax
+            touch | {"axes": 4} | is not 2 or 3
+            touch | {"centre_m": [0, 0, 0]} | one for each of 2 axes
+            relax | {"device": "serial:/dev/null"} | simulated device
+            "#,
+        ) {
+            let given = form(given.parse().expect("JSON"));
+            let error = job(&kind, &given).expect_err(&want).to_string();
+            assert!(error.contains(&want) && !error.contains('\n'), "{error}");
             let closed = !error.contains("form") || error.contains("closed");
             assert!(closed, "{error}");
         }

@@ -107,23 +107,4 @@ mod tests {
         assert_eq!(shown["parameters"]["mass_kg"], 0.065);
         assert_eq!(of_file("no file"), Value::Null);
     }
-
-    #[test]
-    fn a_form_is_refused_in_a_sentence_without_a_file() {
-        for (kind, given, want) in [
-            ("zwidth", json!({"points": 1}), "2 to 1000"),
-            ("zwidth", json!({"orders": [5]}), "not from 0 to 2"),
-            ("design", json!({"wish": "peace"}), "stiffest-wall"),
-            (
-                "analyze-stability",
-                json!({"order": 1, "alpha": 1}),
-                "`beta`",
-            ),
-        ] {
-            let given = given.as_object().expect("an object").clone();
-            let asked = work(kind, &given, Path::new("nowhere"), &BTreeMap::new());
-            let error = asked.map(|work| work.steps).expect_err(want).to_string();
-            assert!(error.contains(want) && !error.contains("form"), "{error}");
-        }
-    }
 }

@@ -53,30 +53,22 @@ fn a_plant_and_a_controller_may_be_files() {
     has(&held["fractional"], json!({"stable": true}));
     let words = held["plant"].as_str().expect("words");
     assert!(words.contains("0.065"), "{words}");
-    for (wrong, words) in [
-        (json!({"mass_kg": 0.065}), "`mass_kg` belongs to a device"),
-        (
-            json!({"plant_file": file("tank.toml", "[dance]")}),
-            "tank.toml",
-        ),
-        (
-            json!({"plant_file": file("tank.csv", "a,b\n1,2\n")}),
-            "tank.csv",
-        ),
-        (
-            json!({"controller_file": file("my.toml", "[pid]")}),
-            "my.toml",
-        ),
-        (json!({"plant": "1/(s+"}), "plant \"1/(s+\": "),
-        (json!({"plant": "1e30/(s+1)"}), "is not from"),
-        (
-            json!({"noise": "10"}),
-            "`noise`: \"10\" is not FREQUENCY:GAIN",
-        ),
-    ] {
-        let said = page.refused("ask", control(&wrong));
+    for [wrong, words] in testkit::table(
+        r#"
+        {"mass_kg": 0.065} | `mass_kg` belongs to a device
+        {"plant_file": {"name": "tank.toml", "text": "[dance]"}} | tank.toml
+        {"plant_file": {"name": "tank.csv", "text": "a,b"}} | tank.csv
+        {"controller_file": {"name": "my.toml", "text": "[pid]"}} | my.toml
+        {"plant": "1/(s+"} | plant "1/(s+":
+        {"plant": "1e30/(s+1)"} | is not from
+        {"noise": "10"} | `noise`: "10" is not FREQUENCY:GAIN
+        {"plant": ""} | no plant: give `plant`
+        {"crossover_rad_s": 1e300} | is not from
+        "#,
+    ) {
+        let said = page.refused("ask", control(&wrong.parse().expect("JSON")));
         assert!(
-            said.contains(words) && !said.contains('\n'),
+            said.contains(&words) && !said.contains('\n'),
             "{wrong}: {said}"
         );
     }
@@ -100,7 +92,8 @@ fn columns_and_units_are_chosen_and_the_tissue_is_kept_and_felt() {
     };
     let found = page.ask("ask", asked("time=1, modulus=b", "time=ms,modulus=kPa"));
     assert_documented("record", &found);
-    let [modulus, order] = [0, 1].map(|n| found["models"][0]["parameters"][n].clone());
+    let parameters = &found["report"]["candidates"][0]["parameters"];
+    let [modulus, order] = ["viscosity_pa_s_alpha", "order"].map(|name| &parameters[name]);
     assert_relative(
         "order",
         order["value"].as_f64().expect("a number"),
@@ -269,7 +262,7 @@ const OPTIONS: &str = r#"
     {"master_curve": "293.15K"} | /report/shifts/2/temperature_c | 40.0
     {"master_curve": 20, "shift_by": "loss"} | /report/reference_temperature_c | 20.0
     {"segment": "2"} | /report/samples | 5
-    {"segment": "1", "fix": "order=0.3"} | /models/0/parameters/1/value | 0.3
+    {"segment": "1", "fix": "order=0.3"} | /report/parameters/order/value | 0.3
     {} | refused | gel.csv: 3 segments could be meant
     {"segment": "1", "contact_point_m": "1 mm"} | refused | gel.csv: `contact_point_m` has no effect
     {"segment": "1", "fix": "order"} | refused | `fix`: "order" is not PARAMETER=VALUE

@@ -22,19 +22,15 @@ type Whole<T> = T extends object ? { readonly [K in keyof T]-?: Whole<Exclude<T[
 
 "#;
 
-/// What is named freely in here is no field of a type.
-const FREE: [&str; 2] = ["metadata", "parameters"];
-/// Longest point, or row of a curve.
-const POINT: usize = 5;
-
-/// Its fields, with values that say their types alone; of a list one of each kind.
+/// Its fields, with values that say their types alone; of a list one of each kind, of metadata, which are named freely, none. A point or a row of a
+/// curve keeps its length.
 fn bare(key: &str, value: &Value) -> Value {
     match value {
         Value::Number(_) => json!(0),
         Value::Bool(_) => json!(false),
         Value::String(_) if key != "state" => json!(""),
         Value::Null | Value::String(_) => value.clone(),
-        Value::Array(items) if items.len() <= POINT && items.iter().all(Value::is_number) => {
+        Value::Array(items) if items.len() <= 5 && items.iter().all(Value::is_number) => {
             json!(vec![0; items.len()])
         }
         Value::Array(items) => {
@@ -46,7 +42,7 @@ fn bare(key: &str, value: &Value) -> Value {
             }
             kinds.into()
         }
-        Value::Object(_) if FREE.contains(&key) => json!({}),
+        Value::Object(_) if key == "metadata" => json!({}),
         Value::Object(fields) => {
             let fields = fields
                 .iter()

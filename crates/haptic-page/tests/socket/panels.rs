@@ -1,14 +1,11 @@
 //! Questions of the page's panels: what is answered, what is refused, and that the newest wins.
 
-use crate::{assert_documented, has, opened, question, record};
-use haptic_experiment::document::Document;
+use crate::{assert_documented, has, opened, question, ran, record};
 use haptic_experiment::parameters::{
     CONTROL_DESIGN, CONTROL_LOOP, CROSSOVER, NOT_FLAT, PHASE_MARGIN, PLANT, PLANT_RECORD, RECORD,
     REFERENCE, VALIDATE,
 };
-use haptic_experiment::question::Question;
 use serde_json::{Value, json};
-use std::sync::atomic::AtomicBool;
 use testkit::browser::Page;
 use testkit::{Random, assert_close, assert_relative};
 
@@ -76,35 +73,32 @@ fn a_wall_is_judged_and_stands_where_the_map_says() {
     }
 }
 
-/// What the commands answer to the keys of a wall.
-fn analysed(command: &str, wall: &Value) -> Value {
-    let mut document = Document::new(command);
-    for (key, value) in wall["question"]["wall"].as_object().expect("keys") {
-        let value = toml::Value::try_from(value).expect("a value");
-        if !["points", "position_noise_m"].contains(&key.as_str()) {
-            document.set(command, key, value, "").expect("set");
-        }
-    }
-    let question = Question::open(&document).expect("a question");
-    let answer = question.answer(&|_| {}, &AtomicBool::new(false), &|_| {});
-    json!(answer.expect("an answer"))
-}
-
 #[test]
-fn a_wall_is_judged_as_the_commands_judge_it() {
+fn a_wall_is_judged_as_by_the_questions_of_the_command() {
     let (_runs, _server, mut page) = opened();
     for scheme in ["exact", "full", "full-bdf2:1e-4", "muir:3", "grunwald:60"] {
         let held =
             json!({"scheme": scheme, "order": 0.3, "delay_s": 1e-3, "hand_stiffness_n_per_m": 300});
         let asked = wall(&held);
-        let [stability, passivity] =
-            ["analyze-stability", "analyze-passivity"].map(|command| analysed(command, &asked));
-        let found = page.ask("ask", asked);
-        for key in ["stable", "gain_margin", "pulling_contact_margin"] {
-            assert_eq!(found[key], stability[key], "{scheme}: {key}");
+        let mut keys = asked["question"]["wall"].clone();
+        for of_page in ["points", "position_noise_m"] {
+            keys[of_page].take();
         }
-        for key in ["passive", "negative_at_rest", "required_damping_n_s_per_m"] {
-            assert_eq!(found[key], passivity[key], "{scheme}: {key}");
+        let found = page.ask("ask", asked);
+        for (kind, shared) in [
+            (
+                "analyze-stability",
+                ["stable", "gain_margin", "pulling_contact_margin"],
+            ),
+            (
+                "analyze-passivity",
+                ["passive", "negative_at_rest", "required_damping_n_s_per_m"],
+            ),
+        ] {
+            let known = ran(&mut page, kind, keys.clone());
+            for key in shared {
+                assert_eq!(found[key], known["report"][key], "{scheme}: {key}");
+            }
         }
     }
 }
@@ -130,47 +124,37 @@ fn a_spring_makes_the_noise_and_the_curves_of_a_spring() {
 #[test]
 fn bad_input_gets_a_line_that_names_it_and_the_page_goes_on() {
     let (_runs, _server, mut page) = opened();
-    for (given, words) in [
-        (
-            json!({"stiffness_n_per_m": null}),
-            "`stiffness_n_per_m` is missing",
-        ),
-        (json!({"mass_kg": 0}), "mass_kg = 0 is not above 0"),
-        (json!({"order": 3}), "order = 3"),
-        (json!({"order": "x"}), "order = \"x\" is a string"),
-        (json!({"sample_time_s": -1}), "sample_time_s = -1"),
-        (json!({"scheme": "fly"}), "fly"),
-        (json!({"scheme": "grunwald:301"}), "at most 300"),
-        (
-            json!({"points": 100_000}),
-            "`points` = 100000 is not in [16, 500]",
-        ),
-        (json!({"points": 15}), "[16, 500]"),
-        (json!({"points": -1}), "-1"),
-        (json!({"delay_s": 1}), "delay"),
-        (json!({"colour": 1}), "unknown key `colour`"),
-    ] {
+    for [given, words] in testkit::table(
+        r#"
+        {"stiffness_n_per_m": null} | `stiffness_n_per_m` is missing
+        {"mass_kg": 0} | mass_kg = 0 is not above 0
+        {"order": 3} | order = 3
+        {"order": "x"} | order = "x" is a string
+        {"sample_time_s": -1} | sample_time_s = -1
+        {"scheme": "fly"} | fly
+        {"scheme": "grunwald:301"} | at most 300
+        {"points": 100000} | `points` = 100000 is not in [16, 500]
+        {"points": 15} | [16, 500]
+        {"points": -1} | -1
+        {"delay_s": 1} | delay
+        {"colour": 1} | unknown key `colour`
+        "#,
+    ) {
+        let given = given.parse().expect("JSON");
         let refused = page.refused("ask", wall(&given));
-        assert!(refused.contains(words), "{given}: {refused}");
+        assert!(refused.contains(&words), "{given}: {refused}");
         assert!(!refused.contains('\n'), "{refused}");
     }
-    for (asked, words) in [
-        (json!({"panel": "design"}), "missing field `question`"),
-        (
-            question("design", "dance", json!({})),
-            "unknown variant `dance`",
-        ),
-        (
-            question("attic", "wall", json!({})),
-            "unknown variant `attic`",
-        ),
-        (
-            question("design", "wall", json!({})),
-            "missing field `points`",
-        ),
-        (question("design", "wall", json!(7)), "WallQuestion"),
-    ] {
-        page.refuses("ask", asked, words);
+    for [asked, words] in testkit::table(
+        r#"
+        {"panel": "design"} | missing field `question`
+        {"panel": "design", "question": {"dance": {}}} | unknown variant `dance`
+        {"panel": "attic", "question": {"wall": {}}} | unknown variant `attic`
+        {"panel": "design", "question": {"wall": {}}} | missing field `points`
+        {"panel": "design", "question": {"wall": 7}} | WallQuestion
+        "#,
+    ) {
+        page.refuses("ask", asked.parse().expect("JSON"), &words);
     }
     page.send(r#"{"do": "ask", "panel": "design"}"#);
     let answer = page.answer(&json!(null));
@@ -335,25 +319,4 @@ fn a_tissue_remembers_where_its_law_pushes_with_nothing() {
     ] {
         page.refuses("surface", told, words);
     }
-}
-
-#[test]
-fn quantities_are_read_as_on_the_command_line() {
-    let (_runs, _server, mut page) = opened();
-    for (key, text, value) in [
-        ("mass_kg", "45 g", 0.045),
-        ("", "3.5", 3.5),
-        ("_s", "2 ms", 2e-3),
-    ] {
-        let read = page.ask("quantity", json!({"key": key, "text": text}));
-        assert_documented("quantity", &read);
-        assert_close(
-            text,
-            read["value"].as_f64().expect("a number"),
-            value,
-            1e-15,
-        );
-    }
-    let parsecs = json!({"key": "mass_kg", "text": "45 parsecs"});
-    page.refuses("quantity", parsecs, "is not a mass");
 }

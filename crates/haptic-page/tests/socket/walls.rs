@@ -1,6 +1,6 @@
 //! Every wall and every tissue can be felt, with the verdict of the command: from the numbers of a page, a file, a log.
 
-use crate::{has, opened, options, prostate, ran};
+use crate::{assert_documented, has, opened, options, prostate, ran};
 use fracdiff::Order;
 use haptic_experiment::judge::{Preflight, WallContact};
 use haptic_experiment::{Dynamics, ExperimentFile, PreflightVerdict};
@@ -8,8 +8,8 @@ use haptic_page::{OnClose, PageServer};
 use haptic_tissue::Library;
 use serde_json::{Value, json};
 use std::path::Path;
-use testkit::Random;
 use testkit::browser::Page;
+use testkit::{Random, assert_relative};
 
 /// The file of a wall of any order and scheme, for a device that is late.
 fn any(random: &mut Random) -> String {
@@ -192,66 +192,32 @@ fn the_device_of_a_start_is_that_of_the_server_but_for_what_is_said() {
     );
     let shown = page.frame(|_| true).sample_time_s;
     assert!((shown - 2e-3).abs() < 1e-12, "{shown}");
-    for (device, words) in [
-        (
-            json!({"mass_kg": 0}),
-            "`mass_kg` = 0 is not above 0 and at most 100",
-        ),
-        (json!({"mass_kg": null}), "`mass_kg` = NaN is not above 0"),
-        (
-            json!({"damping_n_s_per_m": -1}),
-            "`damping_n_s_per_m` = -1 is not from 0",
-        ),
-        (json!({"delay_s": 3}), "`delay_s` = 3 is not from 0 to 1"),
-        (
-            json!({"current_lag_s": 2}),
-            "`current_lag_s` = 2 is not from 0 to 1",
-        ),
-        (json!({"friction_n": -1}), "`friction_n` = -1 is not from 0"),
-        (
-            json!({"encoder_resolution_m": 1}),
-            "`encoder_resolution_m` = 1 is not from 0",
-        ),
-        (
-            json!({"sensor_noise_m": 1}),
-            "`sensor_noise_m` = 1 is not from 0",
-        ),
-        (
-            json!({"sample_time_s": 1}),
-            "`sample_time_s` = 1 is not from 0.0001 to 0.01",
-        ),
-        (
-            json!({"colour": 1}),
-            "no number `colour`: give some of mass_kg",
-        ),
-    ] {
-        let start = json!({"environment": {"tissue": "prostate-healthy"}, "device": device});
-        is_refused(&mut page, start, words);
-    }
-    for (wall, words) in [
-        (json!({"order": 2.1}), "`order` = 2.1 is not from 0 to 2"),
-        (
-            json!({"stiffness_n_per_m": -1}),
-            "`stiffness_n_per_m` = -1 is not from 0",
-        ),
-        (
-            json!({"dissipation_n_s_mu_per_m": 1e9}),
-            "`dissipation_n_s_mu_per_m` = 1e9 is not from 0",
-        ),
-        (
-            json!({"scheme": "fast"}),
-            "`scheme` = fast: scheme \"fast\" is not one of",
-        ),
-        (
-            json!({"scheme": "grunwald:100000"}),
-            "`scheme` = grunwald:100000: the page judges at most",
-        ),
-        (
-            json!({"signed": true, "stiffness_n_per_m": 0}),
-            "`stiffness_n_per_m` = 0 of a signed wall",
-        ),
-    ] {
-        is_refused(&mut page, json!({"environment": {"wall": wall}}), words);
+    for [of, number, words] in testkit::table(
+        r#"
+        device | {"mass_kg": 0} | `mass_kg` = 0 is not above 0 and at most 100
+        device | {"mass_kg": null} | `mass_kg` = NaN is not above 0
+        device | {"damping_n_s_per_m": -1} | `damping_n_s_per_m` = -1 is not from 0
+        device | {"delay_s": 3} | `delay_s` = 3 is not from 0 to 1
+        device | {"current_lag_s": 2} | `current_lag_s` = 2 is not from 0 to 1
+        device | {"friction_n": -1} | `friction_n` = -1 is not from 0
+        device | {"encoder_resolution_m": 1} | `encoder_resolution_m` = 1 is not from 0
+        device | {"sensor_noise_m": 1} | `sensor_noise_m` = 1 is not from 0
+        device | {"sample_time_s": 1} | `sample_time_s` = 1 is not from 0.0001 to 0.01
+        device | {"colour": 1} | no number `colour`: give some of mass_kg
+        wall | {"order": 2.1} | `order` = 2.1 is not from 0 to 2
+        wall | {"stiffness_n_per_m": -1} | `stiffness_n_per_m` = -1 is not from 0
+        wall | {"dissipation_n_s_mu_per_m": 1e9} | `dissipation_n_s_mu_per_m` = 1e9 is not from 0
+        wall | {"scheme": "fast"} | `scheme` = fast: scheme "fast" is not one of
+        wall | {"scheme": "grunwald:100000"} | `scheme` = grunwald:100000: the page judges at most
+        wall | {"signed": true, "stiffness_n_per_m": 0} | `stiffness_n_per_m` = 0 of a signed wall
+        "#,
+    ) {
+        let number: Value = number.parse().expect("JSON");
+        let start = match of.as_str() {
+            "wall" => json!({"environment": {"wall": number}}),
+            _ => json!({"environment": {"tissue": "prostate-healthy"}, "device": number}),
+        };
+        is_refused(&mut page, start, &words);
     }
     let start = json!({"environment": {"tissue": "liver"}, "device": {"sample_time_s": 2e-3}});
     page.ask("feel.start", start);
@@ -269,17 +235,25 @@ fn the_device_of_a_start_is_that_of_the_server_but_for_what_is_said() {
 #[test]
 fn the_ends_of_all_ranges_are_felt_or_refused_in_a_line() {
     let (_runs, _server, mut page) = opened();
-    for device in [
-        json!({"mass_kg": 100, "damping_n_s_per_m": 1e6, "sample_time_s": 0.01}),
-        json!({"mass_kg": 1e-12, "damping_n_s_per_m": 0}),
-        json!({"delay_s": 1, "current_lag_s": 1, "sample_time_s": 1e-4}),
-        json!({"friction_n": 1e4, "encoder_resolution_m": 1e-3, "sensor_noise_m": 1e-3}),
-    ] {
-        for wall in [
-            json!({"order": 2, "stiffness_n_per_m": 0, "dissipation_n_s_mu_per_m": 1e-9, "scheme": "oustaloup:5:1:100"}),
-            json!({"order": 0, "stiffness_n_per_m": 1e8, "dissipation_n_s_mu_per_m": 1e8}),
-            json!({"order": 2, "stiffness_n_per_m": 1e-300, "dissipation_n_s_mu_per_m": 0, "signed": true}),
-        ] {
+    let values = |text: &str| -> Vec<Value> {
+        let rows = testkit::table::<1>(text);
+        rows.map(|[row]| row.parse().expect("JSON")).collect()
+    };
+    for device in values(
+        r#"
+        {"mass_kg": 100, "damping_n_s_per_m": 1e6, "sample_time_s": 0.01}
+        {"mass_kg": 1e-12, "damping_n_s_per_m": 0}
+        {"delay_s": 1, "current_lag_s": 1, "sample_time_s": 1e-4}
+        {"friction_n": 1e4, "encoder_resolution_m": 1e-3, "sensor_noise_m": 1e-3}
+        "#,
+    ) {
+        for wall in values(
+            r#"
+            {"order": 2, "stiffness_n_per_m": 0, "dissipation_n_s_mu_per_m": 1e-9, "scheme": "oustaloup:5:1:100"}
+            {"order": 0, "stiffness_n_per_m": 1e8, "dissipation_n_s_mu_per_m": 1e8}
+            {"order": 2, "stiffness_n_per_m": 1e-300, "dissipation_n_s_mu_per_m": 0, "signed": true}
+            "#,
+        ) {
             let start = json!({"environment": {"wall": wall}, "device": device});
             let number = page.post("feel.start", start);
             let answer = page.answer(&json!(number));
@@ -442,23 +416,33 @@ fn a_server_that_is_given_a_file_offers_its_wall_first() {
 }
 
 #[test]
-fn degrees_are_taken_where_the_field_is_in_degrees() {
+fn quantities_are_read_as_on_the_command_line_and_degrees_where_the_field_is_in_degrees() {
     let (_runs, _server, mut page) = opened();
-    for (key, text, value) in [
-        ("margin_deg", "50 deg", 50.0),
-        ("margin_deg", "50", 50.0),
-        ("margin_deg", "50°", 50.0),
-        ("margin_deg", "1 rad", 57.295_779_513_082_32),
-        ("_kg", "65 g", 0.065),
-    ] {
-        let read = page.ask("quantity", json!({"key": key, "text": text}))["value"].as_f64();
-        let read = read.expect("a number");
-        assert!((read / value - 1.0).abs() < 1e-12, "{text}: {read}");
+    for [key, text, value] in testkit::table(
+        "
+        mass_kg | 45 g | 0.045
+        _kg | 65 g | 0.065
+        _s | 2 ms | 0.002
+        margin_deg | 50 deg | 50
+        margin_deg | 50 | 50
+        margin_deg | 50° | 50
+        margin_deg | 1 rad | 57.29577951308232
+        ",
+    ) {
+        let read = page.ask("quantity", json!({"key": key, "text": text}));
+        assert_documented("quantity", &read);
+        let value = value.parse().expect("a number");
+        assert_relative(
+            &text,
+            read["value"].as_f64().expect("a number"),
+            value,
+            1e-12,
+        );
     }
-    page.refuses(
-        "quantity",
-        json!({"key": "margin_deg", "text": "50 kg"}),
-        "is not an angle",
-    );
-    let _: Value = page.ask("stop", json!({}));
+    for (key, text, words) in [
+        ("margin_deg", "50 kg", "is not an angle"),
+        ("mass_kg", "45 parsecs", "is not a mass"),
+    ] {
+        page.refuses("quantity", json!({"key": key, "text": text}), words);
+    }
 }

@@ -12,7 +12,6 @@ use haptic_experiment::Failure;
 use haptic_experiment::question::tissue::{RecordForm, RecordQuestion};
 use haptic_log::record::StartTime;
 use haptic_tissue::identify::Provenance;
-use serde_json::json;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::time::SystemTime;
@@ -102,8 +101,7 @@ impl Arguments {
         for warning in &found.warnings {
             output.warn(warning);
         }
-        let files = json!({"tissue": tissue, "figure": figure});
-        output.report(&answer.report(files))?;
+        output.report(&answer.report(tissue, figure))?;
         place.close(Ok(()))
     }
 

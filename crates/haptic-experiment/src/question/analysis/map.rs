@@ -1,8 +1,8 @@
 //! A wall among all walls of its device, and over the frequency: what a page draws anew while a slider moves.
 
 use super::answer::{HORIZON, logarithmic};
-use super::keys::{ANALYSED_MASS, ANALYSED_SAMPLE_TIME};
-use super::wall::{WallLoop, WithUnits};
+use super::keys::{ANALYSED_MASS, ANALYSED_TISSUE};
+use super::wall::{WallLoop, WithUnits, missing};
 use crate::document::failure::Failure;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::{AnalysisError, BoundaryPoint, ClosedLoop, Largest, NoiseGain};
@@ -23,23 +23,20 @@ impl WallLoop {
     /// The wall, judged; the outlines of the stable walls, of so many points about, and of the passive ones; the noise of its force, and its
     /// curves.
     pub(crate) fn map(&self, points: usize, position_noise_m: f64) -> Result<Value, Failure> {
-        let Some(on_device) = self.units.as_ref().filter(|_| self.law.tissue.is_none()) else {
-            return Err(Failure::bad_input(format_args!(
-                "a map is of walls with units: give {ANALYSED_MASS}, {ANALYSED_SAMPLE_TIME} and the wall"
-            )));
+        if self.law.tissue.is_some() {
+            let reason = format_args!("a map is of walls: omit {ANALYSED_TISSUE}");
+            return Err(Failure::bad_input(reason));
+        }
+        let Some(on_device @ WithUnits { device, wall }) = &self.units else {
+            return Err(missing(&ANALYSED_MASS));
         };
-        let WithUnits { device, wall } = on_device;
-        let [k, b, t] = [
-            wall.stiffness_n_per_m,
-            wall.dissipation_n_s_mu_per_m,
-            wall.sample_time_s,
-        ];
+        let (t, parameters) = (wall.sample_time_s, self.parameters);
+        let [k, b] = [wall.stiffness_n_per_m, wall.dissipation_n_s_mu_per_m];
         // Without any spring the device drifts, which is no instability.
         let sampled = self.sampled()?.beside_rest();
         let margins = sampled.is_stable().then(|| sampled.margins()).transpose();
         let margins = margins.map_err(Failure::input)?;
         let proved = sampled.slope_limit().proved;
-        let parameters = self.parameters;
         let required = self
             .port()?
             .required_delta(parameters.alpha, parameters.beta);
@@ -84,12 +81,12 @@ impl WallLoop {
     /// The edge of the passive walls from B = 0 to K = 0; empty if none is passive. The set is convex, so chords lie inside.
     fn passive_walls(&self) -> Result<Vec<Point>, Failure> {
         let (port, delta, mut edge) = (self.port()?, self.parameters.delta, Vec::new());
-        let most = port.largest_beta(delta, 0.0).map_err(Failure::input)?;
-        if let Largest::Below { value: most, .. } = most {
+        let most = port.largest_beta(delta, 0.0);
+        if let Largest::Below { value: most, .. } = most.map_err(Failure::input)? {
             for step in 0..STEPS {
                 let beta = most * step as f64 / STEPS as f64;
-                let largest = port.largest_alpha(delta, beta).map_err(Failure::input)?;
-                if let Largest::Below { value: alpha, .. } = largest {
+                let largest = port.largest_alpha(delta, beta);
+                if let Largest::Below { value: alpha, .. } = largest.map_err(Failure::input)? {
                     edge.push(self.point(beta, alpha));
                 }
             }
@@ -116,10 +113,9 @@ impl WallLoop {
             environment: *wall,
             path: self.path,
         };
-        let most = PI / wall.sample_time_s;
-        let omegas = logarithmic(2.0 * PI * LOWEST_HZ, most, FREQUENCIES);
-        let points = omegas.map(|omega| {
-            let omega = omega.min(most);
+        let nyquist = PI / wall.sample_time_s;
+        let omegas = logarithmic(2.0 * PI * LOWEST_HZ, nyquist, FREQUENCIES);
+        let point = |omega| {
             let felt = through_device.sampled(&self.law.operator, omega)?;
             let alone = wall.effective(&self.law.operator, omega)?;
             Ok([
@@ -129,8 +125,8 @@ impl WallLoop {
                 felt.stiffness_n_per_m,
                 felt.damping_n_s_per_m,
             ])
-        });
-        points.collect()
+        };
+        omegas.map(point).collect()
     }
 }
 

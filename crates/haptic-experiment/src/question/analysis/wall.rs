@@ -407,7 +407,7 @@ impl WallLoop {
     }
 }
 
-fn missing(parameter: &Parameter) -> Failure {
+pub(super) fn missing(parameter: &Parameter) -> Failure {
     Failure::bad_input(format_args!(
         "{parameter} is missing: give {ALPHA} and {BETA}, or {ANALYSED_MASS}, {ANALYSED_SAMPLE_TIME} and the wall"
     ))
