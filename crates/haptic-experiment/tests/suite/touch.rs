@@ -11,7 +11,7 @@ use haptic_experiment::{ExperimentFile, Report, Supervisor};
 use haptic_log::record::{Entry, LogReader, TickMessage};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
-use testkit::assert_close;
+use testkit::{Folder, assert_close};
 
 fn experiment(text: &str) -> ExperimentFile {
     match ExperimentFile::parse(Path::new("lab.toml"), text) {
@@ -54,9 +54,8 @@ fn json(report: &Report) -> serde_json::Value {
 
 /// Runs it in a folder of its own: the report, and the ticks of its log.
 fn run(touch: &ExperimentFile) -> (Report, Vec<TickMessage>) {
-    let folder = tempfile::tempdir().expect("a folder");
-    let published =
-        supervised(|supervisor| touch.run(&request(folder.path(), "touch"), supervisor));
+    let folder = Folder::empty();
+    let published = supervised(|supervisor| touch.run(&request(&folder, "touch"), supervisor));
     let report = published.expect("runs").report;
     let ticks = ticks(&report.run.log);
     (report, ticks)
@@ -188,8 +187,8 @@ fn a_sphere_pressed_along_a_line_is_the_one_sided_wall() {
     let wall = experiment(&format!(
         "[wall]\n{law}one_sided = true\nimpact_m_per_s = 0\npush_n = 1\n"
     ));
-    let folder = tempfile::tempdir().expect("a folder");
-    let published = supervised(|supervisor| wall.run(&request(folder.path(), "wall"), supervisor));
+    let folder = Folder::empty();
+    let published = supervised(|supervisor| wall.run(&request(&folder, "wall"), supervisor));
     let one = ticks(&published.expect("runs").report.run.log);
     for (axes, keys) in [
         (3, "centre_m = [0, 0, 0.25]\nway_points = [[0, 0, 0, 1]]"),
