@@ -14,7 +14,7 @@ use cortex_m::peripheral::SYST;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::hprintln;
 use haptic_link::{
-    Capabilities, Configuration, Guard, GuardKind, Limits, Refusal, Simulation, Start,
+    Capabilities, Configuration, Guard, GuardKind, Limits, Start,
 };
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::{Hardware, TickSide, prepare};
@@ -68,10 +68,6 @@ impl Hardware for Probe {
 
     fn capabilities(&self) -> Capabilities {
         listed::capabilities("probe")
-    }
-
-    fn prepare(_: &Simulation, _: u32) -> Result<(), Refusal> {
-        Ok(())
     }
 
     fn install(&mut self, (): (), _: u32) {}

@@ -3,7 +3,7 @@
 use super::listed::{capabilities, shape, values};
 use super::lists::List;
 use crc::{CRC_32_ISO_HDLC, Crc};
-use haptic_link::{Capabilities, Configuration, Limits, Refusal, Simulation, Start};
+use haptic_link::{Capabilities, Configuration, Limits, Start};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::{Hardware, TickSide, prepare};
 use nalgebra::SVector;
@@ -42,10 +42,6 @@ impl<P: Fn(u32) -> f32> Hardware for Replay<P> {
 
     fn capabilities(&self) -> Capabilities {
         capabilities("replay")
-    }
-
-    fn prepare(_: &Simulation, _: u32) -> Result<(), Refusal> {
-        Ok(())
     }
 
     fn install(&mut self, (): (), _: u32) {}

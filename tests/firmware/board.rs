@@ -8,7 +8,7 @@ use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
-use tempfile::TempDir;
+use testkit::Folder;
 
 /// Longest wait for anything; an emulator on a busy machine may stand still for a while.
 const PATIENCE: Duration = testkit::PATIENCE;
@@ -23,13 +23,13 @@ pub(crate) struct Emulator {
     qemu: Qemu,
     path: String,
     /// Of the socket.
-    _folder: TempDir,
+    _folder: Folder,
 }
 
 impl Emulator {
     pub(crate) fn start(image: &Path) -> Self {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("line").display().to_string();
+        let folder = Folder::empty();
+        let path = folder.join("line").display().to_string();
         let line = format!("socket,id=line,path={path},server=on,wait=off");
         let mut child = Command::new("qemu-system-arm")
             .args(["-M", "mps2-an386", "-display", "none", "-monitor", "stdio"])
@@ -68,8 +68,8 @@ impl Emulator {
 
     /// Bytes of the stack that were ever used, by its paint.
     pub(crate) fn stack_used(&mut self, stack: u32) -> u32 {
-        let folder = tempfile::tempdir().expect("a folder");
-        let dump = folder.path().join("stack");
+        let folder = Folder::empty();
+        let dump = folder.join("stack");
         let order = format!("pmemsave {STACK_END} {} \"{}\"\n", stack, dump.display());
         let monitor = self.qemu.0.stdin.as_mut().expect("piped");
         monitor.write_all(order.as_bytes()).expect("QEMU listens");

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Mutex, PoisonError};
 use testkit::book::{self, Markdown};
-use testkit::skip;
+use testkit::{Folder, skip};
 
 /// Copies files and folders; nothing that a build has left.
 fn copy(from: &Path, to: &Path) {
@@ -68,11 +68,11 @@ fn a_copy_of_the_template_says_the_hello_of_the_page() {
         return skip("Python is missing; point PYTHON to one");
     }
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = Folder::empty();
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let clone = folder.path().join("fractional-haptics");
+    let clone = folder.join("fractional-haptics");
     std::os::unix::fs::symlink(root, &clone).expect("a link");
-    let mine = folder.path().join("my-board");
+    let mine = folder.join("my-board");
     copy(&clone.join("firmware/template"), &mine);
     let emulator = Emulator::start(&built(&mine));
     let output = Command::new(python)
@@ -102,16 +102,16 @@ fn the_stm32_of_the_guide_is_built_as_its_page_says() {
         return skip(&missing);
     }
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
-    let folder = tempfile::tempdir().expect("a folder");
-    let clone = folder.path().join("fractional-haptics");
+    let folder = Folder::empty();
+    let clone = folder.join("fractional-haptics");
     std::os::unix::fs::symlink(env!("CARGO_MANIFEST_DIR"), &clone).expect("a link");
-    let mine = folder.path().join("my-board");
+    let mine = folder.join("my-board");
     let page = Markdown::new(&book::chapter("your-stm32-board.md"));
     let mut builds = 0;
     for block in &page.blocks {
         let in_shell = block.language == "sh" && block.note.starts_with("not run: tests build");
         if in_shell {
-            let from = if mine.exists() { &mine } else { folder.path() };
+            let from: &Path = if mine.exists() { &mine } else { &folder };
             let lines = block.text.lines();
             let lines: Vec<&str> = lines
                 .filter(|line| !line.starts_with("git clone"))

@@ -1,9 +1,9 @@
 //! The program's device as the loop sees it: a position that was handed over, and a force that is handed back.
 
 use crate::description::Description;
-use haptic_link::{Capabilities, ControllerCost, Refusal, Simulation};
+use haptic_link::{Capabilities, ControllerCost};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_remote::{CONTROLLER_COST, Hardware, only_real};
+use haptic_remote::{CONTROLLER_COST, Hardware};
 use nalgebra::SVector;
 
 #[derive(Debug)]
@@ -88,10 +88,6 @@ impl<const D: usize> Hardware<D> for Program<D> {
 
     fn controller_cost(&self) -> Option<ControllerCost> {
         Some(CONTROLLER_COST)
-    }
-
-    fn prepare(simulation: &Simulation, _: u32) -> Result<(), Refusal> {
-        only_real(simulation)
     }
 
     fn install(&mut self, (): (), _: u32) {}

@@ -17,6 +17,7 @@ pub use haptic_quantity::short;
 use parameters::{Parameter, Value as Kind};
 use reader::{Part, Table, in_order};
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::path::{Path, PathBuf, absolute};
 use toml::Value;
 use toml::de::{DeTable, DeValue};
@@ -373,7 +374,7 @@ impl<'a> Parsed<'a> {
     }
 
     /// An error that concerns the file as a whole.
-    pub(crate) fn fail(&self, reason: String) -> FileError {
+    pub(crate) fn fail(&self, reason: impl Display) -> FileError {
         match self.layers.last() {
             Some(file) => file.source.fail_from(0, reason),
             None => FileError::said("", reason),

@@ -84,10 +84,9 @@ impl ExperimentFile {
         let table = table.with_keys(kind.keys)?;
         let table = above_device(name, table)?;
         if let Some(drive) = drive.as_ref().filter(|_| kind.beside != Beside::Drive) {
-            let reason = format!(
+            return Err(drive.fail(format_args!(
                 "[{DRIVE_TABLE}] holds the indenter of [relax] or [creep], which [{name}] does not have: omit it"
-            );
-            return Err(drive.fail(reason));
+            )));
         }
         let drive = drive
             .map(|drive| drive.with_keys(&of_kind(DRIVE_TABLE)))

@@ -33,17 +33,6 @@ pub enum HandSide {
     Slave,
 }
 
-impl HandSide {
-    /// The opposite side.
-    #[must_use]
-    pub const fn other(self) -> Self {
-        match self {
-            Self::Master => Self::Slave,
-            Self::Slave => Self::Master,
-        }
-    }
-}
-
 impl core::fmt::Display for HandSide {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {

@@ -72,13 +72,8 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         }
     }
 
-    /// Takes another environment and chain, and starts again at rest.
-    pub fn replace(&mut self, environment: E, chain: SafetyChain<F>) {
-        self.replace_within(chain, |law| *law = environment);
-    }
-
-    /// As [`replace`](Self::replace), but changes the environment in place, for a stack without
-    /// room for a second one.
+    /// Changes the environment in place, as a stack may have no room for a second one, takes another
+    /// chain, and starts again at rest.
     pub fn replace_within(&mut self, chain: SafetyChain<F>, change: impl FnOnce(&mut E)) {
         change(&mut self.environment);
         self.environment.rest(&mut self.history);

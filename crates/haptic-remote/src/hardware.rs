@@ -1,6 +1,8 @@
 //! Functions of a board that the device's end of the link needs, and the exchange with one behind a line of its own.
 
-use haptic_link::{Capabilities, NOT_TAKEN, Refusal, Simulation, UNANSWERED};
+use haptic_link::{
+    Capabilities, Field, NOT_TAKEN, Refusal, Simulation, SimulationKind, UNANSWERED,
+};
 use haptic_loop::{Device, Fault, Reading};
 
 /// A board: sensors and actuators of D axes, or a simulation of them. More than one axis needs the feature
@@ -10,8 +12,8 @@ use haptic_loop::{Device, Fault, Reading};
 /// error of theirs, or of [`idle`](Self::idle), is a latching fault, and the board is made to [let
 /// go](Device::let_go) at each such tick.
 pub trait Hardware<const D: usize = 1>: Device<f32, D, Error = Fault> {
-    /// Result of [`prepare`](Self::prepare).
-    type Setup;
+    /// Plant that a configuration may ask for; `()` on a board that simulates nothing.
+    type Setup: PlantSetup;
 
     /// Name and abilities of the board.
     fn capabilities(&self) -> Capabilities;
@@ -21,12 +23,6 @@ pub trait Hardware<const D: usize = 1>: Device<f32, D, Error = Fault> {
     fn controller_cost(&self) -> Option<haptic_link::ControllerCost> {
         None
     }
-
-    /// Makes what a configuration asks of the plant; outside the tick, so it may take its time.
-    ///
-    /// # Errors
-    /// A plant that this board cannot be, a parameter outside its range.
-    fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Self::Setup, Refusal>;
 
     /// Adapts the prepared setup to this very board, such as an emulated one that can be any of several devices; outside the
     /// tick too.
@@ -64,6 +60,29 @@ pub trait Hardware<const D: usize = 1>: Device<f32, D, Error = Fault> {
     /// Counts processor cycles, modulo 2³²; 0 for ever where nothing counts them.
     fn cycles(&self) -> u32 {
         0
+    }
+}
+
+/// A plant to be simulated, prepared but not yet installed.
+pub trait PlantSetup: Sized {
+    /// Makes what a configuration asks of the plant; outside the tick, so it may take its time.
+    ///
+    /// # Errors
+    /// A plant that the board cannot be, a parameter outside its range.
+    fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Self, Refusal>;
+}
+
+/// Real hardware: refuses every simulated plant.
+impl PlantSetup for () {
+    fn prepare(simulation: &Simulation, _: u32) -> Result<(), Refusal> {
+        match simulation.kind {
+            SimulationKind::Real => Ok(()),
+            SimulationKind::MassDamper
+            | SimulationKind::RigidIndentation
+            | SimulationKind::CompliantIndentation => {
+                Err(Refusal::Unsupported(Field::SimulationKind))
+            }
+        }
     }
 }
 

@@ -37,7 +37,7 @@ mod workspace;
 pub use conversation::{Conversation, HostCounters, Incoming};
 #[cfg(feature = "std")]
 pub use fits_device::FitsDevice;
-pub use hardware::{Exchange, Exclusive, Hardware};
+pub use hardware::{Exchange, Exclusive, Hardware, PlantSetup};
 #[cfg(feature = "std")]
 pub use holding::controller_law;
 pub use impossible::Impossible;
@@ -46,7 +46,7 @@ pub use link_error::{LinkError, check_keys};
 pub use patience::Patience;
 pub use prepared::{
     COEFFICIENTS_MAX, DEGREE_MAX, DeviceOperator, DeviceWall, MODES_MAX, Prepared, abilities,
-    only_real, prepare,
+    prepare,
 };
 #[cfg(feature = "std")]
 pub use prepared::{CONTROLLER_COST, operator_shape};

@@ -1,13 +1,12 @@
 //! From a configuration on the wire to a controller: everything that can be refused is refused here.
 
-use crate::hardware::Hardware;
+use crate::hardware::{Hardware, PlantSetup as _};
 use crate::limits::{Fields, chain_limits};
 use crate::records::FLIGHT_SAMPLES;
 use fracdiff::PortableOperator;
 use fracdiff::portable::{Form, ListError};
 use haptic_link::{
-    Capabilities, Configuration, DigestBuilder, Field, Limits, OperatorForm, Refusal, Simulation,
-    SimulationKind,
+    Capabilities, Configuration, DigestBuilder, Field, Limits, OperatorForm, Refusal,
 };
 use haptic_loop::units::{Metres, Seconds};
 use haptic_loop::{DepthMap, SafetyChain, Wall, WallShape};
@@ -48,18 +47,6 @@ pub const CONTROLLER_COST: haptic_link::ControllerCost = haptic_link::Controller
     tick_us: 100,
     coefficient_ns: 50,
 };
-
-/// [`Hardware::prepare`](crate::Hardware::prepare) of a board that simulates nothing.
-///
-/// # Errors
-/// A configuration that asks for a simulated plant.
-pub const fn only_real(simulation: &Simulation) -> Result<(), Refusal> {
-    if matches!(simulation.kind, SimulationKind::Real) {
-        Ok(())
-    } else {
-        Err(Refusal::Unsupported(Field::SimulationKind))
-    }
-}
 
 /// The operator of a device.
 pub type DeviceOperator = PortableOperator<f32, COEFFICIENTS_MAX, MODES_MAX, DEGREE_MAX>;
@@ -126,7 +113,7 @@ pub fn prepare<H: Hardware<D>, const D: usize>(
 ) -> Result<Prepared<H::Setup>, Refusal> {
     let limits = checked(&configuration, capabilities)?;
     // The setup needs the most memory. It comes first, while nothing else is there.
-    let setup = H::prepare(&configuration.simulation, configuration.tick_period_us)?;
+    let setup = H::Setup::prepare(&configuration.simulation, configuration.tick_period_us)?;
     let (law, chain) = built(&configuration, coefficients, &limits)?;
     Ok(Prepared {
         configuration,

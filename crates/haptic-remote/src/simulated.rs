@@ -1,6 +1,6 @@
 //! A device without hardware: a plant that is stepped by its own ticks.
 
-use crate::hardware::Hardware;
+use crate::hardware::{Hardware, PlantSetup};
 use crate::limits::Fields;
 use crate::prepared::abilities;
 use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
@@ -113,37 +113,40 @@ pub(crate) fn mass_damper<const D: usize>(
     Ok(plant)
 }
 
-/// The plant of a configuration. On its own, for size, as [`prepare`](crate::prepare) is compiled with the tick.
-#[inline(never)]
-fn setup(simulation: &Simulation, sample_time: Seconds) -> Result<Setup, Refusal> {
-    let fields = Fields::default();
-    let profile = |mut fields: Fields| {
-        let depth = fields.finite(Field::Depth, simulation.depth_m);
-        let ramp = fields.positive(Field::RampTime, simulation.ramp_time_s);
-        fields.done()?;
-        RampHold::new(Metres(depth), Seconds(ramp)).map_err(too_fast)
-    };
-    let plant = match simulation.kind {
-        SimulationKind::Real => Plant::Still,
-        SimulationKind::MassDamper => Plant::MassDamper(mass_damper(simulation, sample_time)?),
-        SimulationKind::RigidIndentation => {
-            Plant::Imposed(ImposedMotion::new(profile(fields)?, sample_time).map_err(too_fast)?)
-        }
-        #[cfg(feature = "std")]
-        SimulationKind::CompliantIndentation => {
-            let drive = RigDrive::Position(profile(fields)?);
-            let config = RigConfig::new(drive, RigContact::COMPLIANT, sample_time);
-            Plant::Rig(IndentationRig::new(config).map_err(too_fast)?)
-        }
-        #[cfg(not(feature = "std"))]
-        SimulationKind::CompliantIndentation => {
-            return Err(Refusal::Unsupported(Field::SimulationKind));
-        }
-    };
-    Ok(Setup {
-        plant,
-        start_ticks: simulation.start_ticks,
-    })
+impl PlantSetup for Setup {
+    // On its own, for size, as [`prepare`](crate::prepare) is compiled with the tick.
+    #[inline(never)]
+    fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Self, Refusal> {
+        let sample_time = Seconds(f64::from(tick_period_us) * 1e-6);
+        let fields = Fields::default();
+        let profile = |mut fields: Fields| {
+            let depth = fields.finite(Field::Depth, simulation.depth_m);
+            let ramp = fields.positive(Field::RampTime, simulation.ramp_time_s);
+            fields.done()?;
+            RampHold::new(Metres(depth), Seconds(ramp)).map_err(too_fast)
+        };
+        let plant = match simulation.kind {
+            SimulationKind::Real => Plant::Still,
+            SimulationKind::MassDamper => Plant::MassDamper(mass_damper(simulation, sample_time)?),
+            SimulationKind::RigidIndentation => {
+                Plant::Imposed(ImposedMotion::new(profile(fields)?, sample_time).map_err(too_fast)?)
+            }
+            #[cfg(feature = "std")]
+            SimulationKind::CompliantIndentation => {
+                let drive = RigDrive::Position(profile(fields)?);
+                let config = RigConfig::new(drive, RigContact::COMPLIANT, sample_time);
+                Plant::Rig(IndentationRig::new(config).map_err(too_fast)?)
+            }
+            #[cfg(not(feature = "std"))]
+            SimulationKind::CompliantIndentation => {
+                return Err(Refusal::Unsupported(Field::SimulationKind));
+            }
+        };
+        Ok(Self {
+            plant,
+            start_ticks: simulation.start_ticks,
+        })
+    }
 }
 
 /// Abilities of a simulated board with `axes` axes.
@@ -202,10 +205,6 @@ impl Hardware for SimulatedPlant {
     #[cfg(feature = "std")]
     fn controller_cost(&self) -> Option<haptic_link::ControllerCost> {
         Some(crate::CONTROLLER_COST)
-    }
-
-    fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Setup, Refusal> {
-        setup(simulation, Seconds(f64::from(tick_period_us) * 1e-6))
     }
 
     fn install(&mut self, setup: Setup, _: u32) {

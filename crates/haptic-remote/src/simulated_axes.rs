@@ -1,6 +1,6 @@
 //! A device of several axes without hardware: a mass that is stepped by its own ticks.
 
-use crate::hardware::Hardware;
+use crate::hardware::{Hardware, PlantSetup};
 use crate::simulated::{capabilities, mass_damper};
 use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
 use haptic_loop::plant::MassDamper;
@@ -55,14 +55,8 @@ impl<const D: usize> Device<f32, D> for SimulatedAxes<D> {
     }
 }
 
-impl<const D: usize> Hardware<D> for SimulatedAxes<D> {
-    type Setup = Option<MassDamper<D>>;
-
-    fn capabilities(&self) -> Capabilities {
-        capabilities(self.board, D as u8)
-    }
-
-    fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Self::Setup, Refusal> {
+impl<const D: usize> PlantSetup for Option<MassDamper<D>> {
+    fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Self, Refusal> {
         let t = Seconds(f64::from(tick_period_us) * 1e-6);
         match simulation.kind {
             SimulationKind::Real => Ok(None),
@@ -71,6 +65,14 @@ impl<const D: usize> Hardware<D> for SimulatedAxes<D> {
                 Err(Refusal::Unsupported(Field::SimulationKind))
             }
         }
+    }
+}
+
+impl<const D: usize> Hardware<D> for SimulatedAxes<D> {
+    type Setup = Option<MassDamper<D>>;
+
+    fn capabilities(&self) -> Capabilities {
+        capabilities(self.board, D as u8)
     }
 
     fn install(&mut self, setup: Self::Setup, _: u32) {

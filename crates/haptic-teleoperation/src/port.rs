@@ -3,7 +3,7 @@
 use crate::law::{Coupled, CouplerGains, Law, Observed, WavePort};
 use fracdiff::parameter::{RangeError, not_negative, positive, range};
 use fracdiff::{Differintegrator, Seconds};
-use haptic_link::{Architecture, HandSample, HandSide, RequestTracker};
+use haptic_link::{HandSample, HandSide, RequestTracker};
 use haptic_loop::{ParameterError, Reading, SafeForce, SafetyChain, SafetyState, Sample};
 use nalgebra::Vector1;
 
@@ -189,12 +189,6 @@ impl<O: Differintegrator<f64>> Port<O> {
         self.safety.stop();
     }
 
-    /// Reports that the device has let go on its own: the force is zero now.
-    pub fn let_go(&mut self) {
-        self.safety.let_go();
-        self.force_n = 0.0;
-    }
-
     /// The state of the safety chain.
     pub const fn safety(&self) -> &SafetyState<f64, 1> {
         &self.safety
@@ -293,18 +287,6 @@ pub enum PortLaw<O> {
         /// N, 1 to 10 000: a tick spends at most 1/N of the account, so that energy that came in a bunch lasts to the next.
         playout_samples: u32,
     },
-}
-
-impl<O> PortLaw<O> {
-    /// The architecture that both sides have to share.
-    pub const fn architecture(&self) -> Architecture {
-        match self {
-            Self::PositionPosition(..) => Architecture::PositionPosition,
-            Self::PositionForce(..) => Architecture::PositionForce,
-            Self::Wave { .. } => Architecture::Wave,
-            Self::TimeDomain { .. } => Architecture::TimeDomain,
-        }
-    }
 }
 
 /// Everything in a port except its law and its safety chain.

@@ -18,8 +18,11 @@ pub mod tissue;
 
 use std::fmt::Debug;
 use std::io::Write as _;
+use std::ops::Deref;
+use std::path::Path;
 use std::str::FromStr;
 use std::time::{Duration, Instant};
+use tempfile::TempDir;
 
 /// A test that waits for longer than this hangs. The longest wait takes 30 s on an idle machine, and five times that beside eight
 /// busy loops on two cores.
@@ -39,6 +42,29 @@ pub fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
         }
         assert!(began.elapsed() < PATIENCE, "waited in vain for {what}");
         std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// A folder of a test's own, empty at first; it goes with the test.
+#[derive(Debug)]
+pub struct Folder(TempDir);
+
+impl Folder {
+    /// A new one.
+    ///
+    /// # Panics
+    /// Where the system has no room for it.
+    #[must_use]
+    pub fn empty() -> Self {
+        Self(TempDir::new().expect("a folder"))
+    }
+}
+
+impl Deref for Folder {
+    type Target = Path;
+
+    fn deref(&self) -> &Path {
+        self.0.path()
     }
 }
 

@@ -1,8 +1,8 @@
 //! Sensor and actuator. As it is: a position that never changes, and no motor.
 
-use haptic_board::haptic_link::{Capabilities, Refusal, Simulation};
+use haptic_board::haptic_link::Capabilities;
 use haptic_board::haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_board::haptic_remote::{Hardware, abilities, only_real};
+use haptic_board::haptic_remote::{Hardware, abilities};
 use haptic_board::nalgebra::Vector1;
 
 /// TODO: the name that the host sees, 16 bytes at most.
@@ -84,10 +84,6 @@ impl Hardware for Board {
             position_resolution_m: METRES_PER_COUNT,
             ..abilities(NAME, 1)
         }
-    }
-
-    fn prepare(simulation: &Simulation, _: u32) -> Result<(), Refusal> {
-        only_real(simulation)
     }
 
     fn install(&mut self, (): (), _: u32) {}

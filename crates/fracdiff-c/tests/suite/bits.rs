@@ -7,6 +7,7 @@ use std::num::NonZero;
 use std::process::Command;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::available_parallelism;
+use testkit::Folder;
 
 /// Every warning that C programmers look at.
 pub(crate) const WARNINGS: &[&str] = &[
@@ -80,11 +81,11 @@ pub(crate) fn for_each<T: Sync>(cases: &[T], test: impl Fn(&T) + Sync) {
 }
 
 fn has_the_same_bits<F: CNumber>((scheme, order): (&str, f64), compilers: &Compilers) {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = Folder::empty();
     let operator = build::<F>(scheme, order);
     let want = hash(&operator);
-    let header = header_of(&operator, folder.path());
-    let program = folder.path().join("run");
+    let header = header_of(&operator, &folder);
+    let program = folder.join("run");
     for (compiler, flags) in compilers.iter().filter(|(compiler, _)| is_here(compiler)) {
         let mut compile = Command::new(compiler);
         compile.args(*flags).args(WARNINGS);
@@ -107,13 +108,13 @@ fn the_law_of_a_tissue_has_the_same_bits() {
 }
 
 fn pushes_with_the_same_bits<F: CNumber>(law: &Law) {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = Folder::empty();
     let operator = build::<F>("full", 0.2247);
     let list = OperatorList::from(&operator);
     let header = Header::new("op", &list, Some(law), &[]).expect("a header");
-    let path = folder.path().join("op.h");
+    let path = folder.join("op.h");
     std::fs::write(&path, header.to_string()).expect("writes");
-    let program = folder.path().join("run");
+    let program = folder.join("run");
     for (compiler, flags) in COMPILERS.iter().filter(|(compiler, _)| is_here(compiler)) {
         let mut compile = Command::new(compiler);
         compile.args(*flags).args(WARNINGS);

@@ -11,6 +11,7 @@ use fractional_control::{
 };
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use testkit::Folder;
 
 const MODES: usize = 112;
 
@@ -282,9 +283,9 @@ fn the_oven_of_the_guide_rests_at_its_reference_in_c() {
         output_high: Some(10.0),
         ..ControllerSetup::new(gains.expect("a controller"), Seconds(0.2))
     };
-    let folder = tempfile::tempdir().expect("a folder");
-    let header = header_of::<f32>(&setup, folder.path());
-    let program = folder.path().join("oven");
+    let folder = Folder::empty();
+    let header = header_of::<f32>(&setup, &folder);
+    let program = folder.join("oven");
     if !is_here("cc") {
         return;
     }
@@ -384,9 +385,9 @@ fn controllers_have_the_same_bits_by_every_compiler() {
 }
 
 fn has_the_same_bits<F: CNumber>(case: &Case, compilers: &Compilers) {
-    let folder = tempfile::tempdir().expect("a folder");
-    let header = header_of::<F>(&case.setup, folder.path());
-    let program = folder.path().join("run");
+    let folder = Folder::empty();
+    let header = header_of::<F>(&case.setup, &folder);
+    let program = folder.join("run");
     let want = hash::<F>(case);
     for (compiler, flags) in compilers.iter().filter(|(compiler, _)| is_here(compiler)) {
         let mut compile = Command::new(compiler);

@@ -6,11 +6,12 @@ use fracdiff_c::{CNumber, Header, HeaderError};
 use fractional_control::{ControllerList, ControllerSetup, PidParameters};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use testkit::Folder;
 
 #[test]
 fn no_compiler_takes_it_with_fast_math() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let header = header_of(&build::<f32>("full", 0.5), folder.path());
+    let folder = Folder::empty();
+    let header = header_of(&build::<f32>("full", 0.5), &folder);
     for language in ["c", "c++"] {
         for compiler in ["cc", "clang"].into_iter().filter(|one| is_here(one)) {
             let compile = |flags: &[&str]| {
@@ -45,11 +46,11 @@ fn clang_format_leaves_it_as_it_is() {
     if !is_here("clang-format") {
         return;
     }
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = Folder::empty();
     let style = Path::new(env!("CARGO_MANIFEST_DIR")).join(".clang-format");
-    std::fs::copy(style, folder.path().join(".clang-format")).expect("copies");
-    let mut files = headers::<f32>(folder.path());
-    files.extend(headers::<f64>(folder.path()));
+    std::fs::copy(style, folder.join(".clang-format")).expect("copies");
+    let mut files = headers::<f32>(&folder);
+    files.extend(headers::<f64>(&folder));
     let mut format = Command::new("clang-format");
     format.args(["--dry-run", "-Werror", "--style=file"]);
     let output = format.args(&files).output().expect("starts");

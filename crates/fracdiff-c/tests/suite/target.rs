@@ -4,6 +4,7 @@ use super::controller::{self, Case};
 use super::{build, hash, header_of, is_here, output, source};
 use std::path::Path;
 use std::process::Command;
+use testkit::Folder;
 
 /// Flash and RAM of half a derivative over an hour, and of a PI^λD^μ over 200 s: code, tables, history. A quarter of a KiB of the
 /// controller is what it makes of the command that was applied.
@@ -18,15 +19,15 @@ fn a_microcontroller_has_the_same_bits() {
     if !is_here("arm-none-eabi-gcc") || !is_here("qemu-system-arm") {
         return;
     }
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = Folder::empty();
     for (scheme, order) in [("full", 0.5), ("full", -0.5), ("oustaloup:4:0.1:100", 0.6)] {
         let operator = build::<f32>(scheme, order);
-        let header = header_of(&operator, folder.path());
+        let header = header_of(&operator, &folder);
         let instructions = run(&header, "run.c", "", &hash(&operator));
         println!("{scheme} {order}: {instructions} instructions a step");
     }
     for case in Case::on_target() {
-        let header = controller::header_of::<f32>(&case.setup, folder.path());
+        let header = controller::header_of::<f32>(&case.setup, &folder);
         let want = controller::hash::<f32>(&case);
         let instructions = run(&header, "controller.c", case.change, &want);
         println!(
@@ -42,11 +43,11 @@ fn a_microcontroller_has_the_same_bits() {
 
 #[test]
 fn half_a_derivative_over_an_hour_is_small() {
-    let folder = tempfile::tempdir().expect("a folder");
-    header_of(&build::<f32>("full", 0.5), folder.path());
+    let folder = Folder::empty();
+    header_of(&build::<f32>("full", 0.5), &folder);
     // Nothing but the operator: three functions that a linker would keep.
     is_small(
-        folder.path(),
+        &folder,
         "op_t axis;\nvoid begin(void);\nvoid begin(void) { op_init(&axis); }\n\
          float now(float x);\nfloat now(float x) { return op_output(&axis, x); }\n\
          void then(float x);\nvoid then(float x) { op_advance(&axis, x); }\n",
@@ -55,10 +56,10 @@ fn half_a_derivative_over_an_hour_is_small() {
 
 #[test]
 fn a_controller_over_200_s_is_small() {
-    let folder = tempfile::tempdir().expect("a folder");
-    controller::header_of::<f32>(&Case::on_target()[0].setup, folder.path());
+    let folder = Folder::empty();
+    controller::header_of::<f32>(&Case::on_target()[0].setup, &folder);
     is_small(
-        folder.path(),
+        &folder,
         "op_t c;\nvoid begin(void);\nvoid begin(void) { op_init(&c); }\n\
          float now(float r, float y);\nfloat now(float r, float y) { return op_output(&c, r, y); }\n\
          void then(float r, float y, float u);\n\

@@ -3,6 +3,7 @@
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use testkit::Folder;
 
 fn here(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
@@ -77,8 +78,8 @@ fn the_example_in_cpp_compiles_without_a_warning_and_is_a_device() {
     if !is_here("c++") {
         return;
     }
-    let folder = tempfile::tempdir().expect("a folder");
-    let program = folder.path().join("simulated_device");
+    let folder = Folder::empty();
+    let program = folder.join("simulated_device");
     let libraries = libraries();
     let mut compile = Command::new("c++");
     compile.args([
@@ -97,7 +98,7 @@ fn the_example_in_cpp_compiles_without_a_warning_and_is_a_device() {
     compile.arg("-lhaptic_bridge").arg("-o").arg(&program);
     run(&mut compile);
     // The header is C too.
-    let source = folder.path().join("header.c");
+    let source = folder.join("header.c");
     std::fs::write(&source, "#include <haptic_bridge.h>\nhb_device device;\n").expect("writes");
     let mut compile = Command::new("cc");
     compile.args([
@@ -109,7 +110,7 @@ fn the_example_in_cpp_compiles_without_a_warning_and_is_a_device() {
         "-c",
         "-o",
     ]);
-    compile.arg(folder.path().join("header.o")).arg(&source);
+    compile.arg(folder.join("header.o")).arg(&source);
     run(compile.arg("-I").arg(here("include")));
 
     let example = Example::start(&program, &libraries);
@@ -134,12 +135,12 @@ fn the_example_in_cpp_compiles_without_a_warning_and_is_a_device() {
 #[test]
 #[ignore = "by night: `.ci/nightly` does it"]
 fn by_night_it_is_installed_and_found_by_cmake_and_pkg_config() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let prefix = folder.path().join("prefix");
+    let folder = Folder::empty();
+    let prefix = folder.join("prefix");
     run(Command::new(here("packaging/install"))
         .arg(&prefix)
         .env("PROFILE", "dev"));
-    let build = folder.path().join("build");
+    let build = folder.join("build");
     let mut configure = Command::new("cmake");
     configure
         .arg("-S")
@@ -159,7 +160,7 @@ fn by_night_it_is_installed_and_found_by_cmake_and_pkg_config() {
         ask.env("PKG_CONFIG_PATH", prefix.join("lib/pkgconfig"));
         let answer = ask.output().expect("starts");
         let said = String::from_utf8(answer.stdout).expect("a text");
-        let program = folder.path().join("by_pkg_config");
+        let program = folder.join("by_pkg_config");
         let mut compile = Command::new("c++");
         compile
             .args(["-std=c++17", "-pthread"])

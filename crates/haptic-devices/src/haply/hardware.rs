@@ -5,10 +5,10 @@ use super::model::{HaplyName, Model, Plane, middle};
 use super::protocol::{
     ANSWER_BYTES, TORQUE_MAX_NM, Trouble, configuration, judged, reset, resynchronise, torques,
 };
-use haptic_link::{Capabilities, Refusal, Simulation};
+use haptic_link::Capabilities;
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{BoardTrouble, Line, ServedHardware, TroubleCause, USB_PERIOD_US};
-use haptic_remote::{Exchange, Hardware, abilities, only_real};
+use haptic_remote::{Exchange, Hardware, abilities};
 use nalgebra::{SMatrix, SVector, Vector2};
 use std::io::ErrorKind;
 use std::time::Duration;
@@ -293,10 +293,6 @@ impl<L: Line, const D: usize> Hardware<D> for Haply2Diy<L, D> {
             lets_go_alone: false,
             ..abilities(board, D as u8)
         }
-    }
-
-    fn prepare(simulation: &Simulation, _: u32) -> Result<(), Refusal> {
-        only_real(simulation)
     }
 
     fn install(&mut self, (): (), tick_period_us: u32) {

@@ -12,10 +12,10 @@ use super::name::Inverse3Name;
 use super::trouble::Trouble;
 use super::wire::{before_force, force, position};
 use crate::moteus::is_not_now;
-use haptic_link::{Capabilities, Refusal, Simulation};
+use haptic_link::Capabilities;
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{BoardTrouble, ServedHardware, TroubleCause};
-use haptic_remote::{Exchange, Hardware, abilities, only_real};
+use haptic_remote::{Exchange, Hardware, abilities};
 use nalgebra::{SMatrix, SVector, Vector3};
 use std::io::{Read, Write};
 use tungstenite::{Message, WebSocket};
@@ -203,10 +203,6 @@ impl<S: Read + Write, const D: usize> Hardware<D> for Inverse3<S, D> {
             // The device does not report the step of its position.
             ..abilities(&format!("Inverse3 {}", self.id), D as u8)
         }
-    }
-
-    fn prepare(simulation: &Simulation, _: u32) -> Result<(), Refusal> {
-        only_real(simulation)
     }
 
     fn install(&mut self, (): (), tick_period_us: u32) {

@@ -11,12 +11,12 @@ use super::adapter::{Adapter, Gone, Heard};
 use super::frames::{Frames, HOST, Reply, Route};
 use super::settings::{MoteusName, MoteusSettings};
 use super::trouble::{Instead, MoteusOpenError, Trouble};
-use haptic_link::{Capabilities, ControllerCost, Refusal, Simulation};
+use haptic_link::{Capabilities, ControllerCost};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{
     BoardTrouble, Line, ServedHardware, USB_PERIOD_US, open, port_of, ports,
 };
-use haptic_remote::{CONTROLLER_COST, Exchange, Hardware, abilities, only_real};
+use haptic_remote::{CONTROLLER_COST, Exchange, Hardware, abilities};
 use moteus_protocol::{CanFdFrame, Mode};
 use nalgebra::SVector;
 use std::io::{Read, Write};
@@ -318,10 +318,6 @@ impl<S: Read + Write> Hardware for MoteusAxis<S> {
 
     fn controller_cost(&self) -> Option<ControllerCost> {
         Some(CONTROLLER_COST)
-    }
-
-    fn prepare(simulation: &Simulation, _: u32) -> Result<(), Refusal> {
-        only_real(simulation)
     }
 
     fn install(&mut self, (): (), tick_period_us: u32) {

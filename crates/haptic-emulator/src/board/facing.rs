@@ -8,7 +8,7 @@
 //!   while it does, nothing moves.
 
 use super::{Body, Embodied, Emulated, Emulation, EmulatorError, TickTime, run};
-use haptic_link::{Capabilities, ControllerCost, Refusal, Simulation};
+use haptic_link::{Capabilities, ControllerCost};
 use haptic_loop::nalgebra::SVector;
 use haptic_loop::plant::{
     FacingConfig, FacingContact, FacingDevices, FacingSide, MassDamperConfig,
@@ -16,7 +16,7 @@ use haptic_loop::plant::{
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Seconds};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::Line;
-use haptic_remote::{CONTROLLER_COST, Hardware, abilities, only_real};
+use haptic_remote::{CONTROLLER_COST, Hardware, abilities};
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::atomic::AtomicBool;
@@ -131,10 +131,6 @@ impl Hardware for FacingBoard {
 
     fn controller_cost(&self) -> Option<ControllerCost> {
         Some(CONTROLLER_COST)
-    }
-
-    fn prepare(simulation: &Simulation, _: u32) -> Result<(), Refusal> {
-        only_real(simulation)
     }
 
     fn install(&mut self, (): (), _: u32) {}

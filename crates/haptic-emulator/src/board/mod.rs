@@ -23,7 +23,7 @@ pub use terminal::Terminal;
 
 use crate::at_line::NOBODY;
 use crate::{Damage, FaultyLine, LineFaults};
-use haptic_link::{Capabilities, ControllerCost, FRAME_MAX, Refusal, Simulation};
+use haptic_link::{Capabilities, ControllerCost, FRAME_MAX, Refusal};
 use haptic_loop::plant::{MassDamperConfig, Sensed};
 use haptic_loop::realtime::Moment;
 use haptic_loop::units::Metres;
@@ -383,10 +383,6 @@ impl<H: Hardware<D, Setup: FitsDevice>, const D: usize> Hardware<D> for Embodied
 
     fn controller_cost(&self) -> Option<ControllerCost> {
         self.board.device().controller_cost()
-    }
-
-    fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Self::Setup, Refusal> {
-        H::prepare(simulation, tick_period_us)
     }
 
     fn fit(&self, setup: &mut Self::Setup) -> Result<(), Refusal> {

@@ -134,7 +134,7 @@ impl ControllerFile {
                 note: text(&p::SOURCE_NOTE)?,
             };
         }
-        setup.check().map_err(|error| law.fail(error.to_string()))?;
+        setup.check().map_err(|error| law.fail(error))?;
         Ok(Self { setup, origin })
     }
 
@@ -193,7 +193,7 @@ fn blank(name: &str, table: &Table<'_>) -> Result<ControllerParameters, FileErro
             let function = table.required_text(&p::FUNCTION)?;
             let function = function.parse::<FractionalTransferFunction>();
             function
-                .map_err(|error| table.fail_at(p::FUNCTION.key, error.to_string()))?
+                .map_err(|error| table.fail_at(p::FUNCTION.key, error))?
                 .into()
         }
     })

@@ -60,11 +60,11 @@ impl FileError {
     }
 
     /// An error about what was said, as in `--strain 500%`.
-    pub(crate) fn said(said: &str, reason: String) -> Self {
+    pub(crate) fn said(said: &str, reason: impl fmt::Display) -> Self {
         Self {
             place: Place::Said(said.to_owned()),
             of_file: String::new(),
-            reason,
+            reason: reason.to_string(),
         }
     }
 
@@ -139,19 +139,22 @@ impl Source<'_> {
     }
 
     /// An error about the character there.
-    pub(crate) fn fail(self, offset: usize, reason: impl Into<String>) -> FileError {
-        self.failed(offset, reason.into(), || {
-            Place::Character(self.excerpt(offset))
-        })
+    pub(crate) fn fail(self, offset: usize, reason: impl fmt::Display) -> FileError {
+        self.failed(offset, reason, || Place::Character(self.excerpt(offset)))
     }
 
     /// An error about what begins there.
-    pub(crate) fn fail_from(self, offset: usize, reason: impl Into<String>) -> FileError {
+    pub(crate) fn fail_from(self, offset: usize, reason: impl fmt::Display) -> FileError {
         let line = || Place::Line(self.path.to_owned(), 1 + self.line(offset));
-        self.failed(offset, reason.into(), line)
+        self.failed(offset, reason, line)
     }
 
-    fn failed(self, offset: usize, reason: String, in_file: impl FnOnce() -> Place) -> FileError {
+    fn failed(
+        self,
+        offset: usize,
+        reason: impl fmt::Display,
+        in_file: impl FnOnce() -> Place,
+    ) -> FileError {
         FileError {
             place: match self.path.as_os_str().is_empty() {
                 true => Place::Said(self.said_at(offset).to_owned()),
@@ -159,7 +162,7 @@ impl Source<'_> {
             },
             of_file: String::new(),
             // One line, whatever somebody wrote.
-            reason: reason.replace('\n', "\\n"),
+            reason: reason.to_string().replace('\n', "\\n"),
         }
     }
 }

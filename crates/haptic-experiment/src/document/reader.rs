@@ -7,6 +7,7 @@ use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, SchemeError};
 use haptic_quantity::did_you_mean;
 use haptic_quantity::short;
+use std::fmt::Display;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -69,7 +70,7 @@ struct Found<'a> {
 }
 
 impl<'a> Found<'a> {
-    fn fail(self, reason: impl Into<String>) -> FileError {
+    fn fail(self, reason: impl Display) -> FileError {
         self.source.fail(self.offset, reason)
     }
 
@@ -186,8 +187,7 @@ impl<'a> Table<'a> {
     ) -> Result<Self, FileError> {
         if let Some(path) = self.file(parameter)? {
             let numbers = read(&path);
-            let numbers =
-                numbers.map_err(|error| self.fail_at(parameter.key, error.to_string()))?;
+            let numbers = numbers.map_err(|error| self.fail_at(parameter.key, error))?;
             let mut parts = self.parts.iter_mut();
             if let Some(part) = parts.find(|part| part.find(parameter.key).is_some()) {
                 part.named = numbers;
@@ -205,7 +205,7 @@ impl<'a> Table<'a> {
     }
 
     /// An error that concerns the table as a whole.
-    pub(crate) fn fail(&self, reason: String) -> FileError {
+    pub(crate) fn fail(&self, reason: impl Display) -> FileError {
         match self.parts.last() {
             Some(part) => part.source.fail_from(part.offset, reason),
             None => FileError::said("", reason),
@@ -213,7 +213,7 @@ impl<'a> Table<'a> {
     }
 
     /// An error about a key; about the table if the key is not in the file.
-    pub(crate) fn fail_at(&self, key: &str, reason: String) -> FileError {
+    pub(crate) fn fail_at(&self, key: &str, reason: impl Display) -> FileError {
         match self.find(key) {
             Some(found) => found.fail(reason),
             None => self.fail(reason),
@@ -322,12 +322,12 @@ impl<'a> Table<'a> {
             true => self.required(parameter),
             false => self.number(parameter),
         };
-        Order::new(number?).map_err(|error| self.fail_at(parameter.key, error.to_string()))
+        Order::new(number?).map_err(|error| self.fail_at(parameter.key, error))
     }
 
     pub(crate) fn scheme(&self, parameter: &Parameter) -> Result<Scheme, FileError> {
         let scheme = short(self.text(parameter)?).parse();
-        scheme.map_err(|error: SchemeError| self.fail_at(parameter.key, error.to_string()))
+        scheme.map_err(|error: SchemeError| self.fail_at(parameter.key, error))
     }
 
     /// A whole number in a range.
@@ -341,9 +341,10 @@ impl<'a> Table<'a> {
             return Ok(count as usize);
         }
         let (least, most) = range.into_inner();
-        let reason =
-            format!("{key} = {count} is not a whole number from {least} to {most}: change it");
-        Err(self.fail_at(key, reason))
+        Err(self.fail_at(
+            key,
+            format_args!("{key} = {count} is not a whole number from {least} to {most}: change it"),
+        ))
     }
 
     pub(crate) fn flag(&self, parameter: &Parameter) -> Result<bool, FileError> {

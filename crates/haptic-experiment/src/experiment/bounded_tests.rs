@@ -14,6 +14,7 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
+use testkit::Folder;
 
 /// Weights of the operator that stands for the full history are right to 1e-9; sums of them, of one sign
 /// or nearly, are as good.
@@ -51,7 +52,7 @@ pub(crate) fn defaults(material: ModelledTissue) -> Indentation {
 
 /// Runs what `text` describes, and reports twice: from memory, then from the log. With each the CSV.
 fn twice(text: &str) -> [(Value, Vec<Vec<f64>>); 2] {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = Folder::empty();
     let experiment = ExperimentFile::parse(Path::new("lab.toml"), text).expect("is right");
     let (wall, coupler) = (
         experiment.of::<WallExperiment>(),
@@ -65,7 +66,7 @@ fn twice(text: &str) -> [(Value, Vec<Vec<f64>>); 2] {
         };
         Ok(serde_json::to_value(report).expect("is JSON"))
     };
-    let ran = conducted(folder.path(), |watched| {
+    let ran = conducted(&folder, |watched| {
         match (experiment.indentation(), wall, coupler) {
             (Some(pressed), ..) => pressed.record(watched),
             (_, Some(wall), _) => wall.recorded(watched),
@@ -74,7 +75,7 @@ fn twice(text: &str) -> [(Value, Vec<Vec<f64>>); 2] {
     });
     let mut ran = ran.expect("runs");
     let table = || {
-        let mut rows = csv::Reader::from_path(folder.path().join("run.csv")).expect("is there");
+        let mut rows = csv::Reader::from_path(folder.join("run.csv")).expect("is there");
         // A cell without a number is an error without meaning.
         let number = |cell: Option<f64>| cell.unwrap_or(f64::NAN);
         let rows = rows.deserialize::<Vec<Option<f64>>>();

@@ -118,7 +118,7 @@ pub(crate) struct CouplerExperiment {
 pub(crate) fn coupler(table: &Table<'_>) -> Result<CouplerExperiment, FileError> {
     let setup = setup(table, &COUPLER_MUST_BE_STABLE)?;
     let order = table.order(&COUPLER_ORDER)?;
-    let run = deflection_order(order).map_err(|error| table.fail_at("order", error.to_string()))?;
+    let run = deflection_order(order).map_err(|error| table.fail_at("order", error))?;
     let (t, duration_s) = (setup.device.sample_time.0, setup.plan.duration_s);
     let coupler = CouplerExperiment {
         setup,
@@ -132,8 +132,8 @@ pub(crate) fn coupler(table: &Table<'_>) -> Result<CouplerExperiment, FileError>
             stiffness_n_per_m: table.number(&OBJECT_STIFFNESS)?,
         },
     };
-    (coupler.check_loop()).map_err(|error| table.fail_at(p::LOOP.key, error.to_string()))?;
-    (coupler.check()).map_err(|error| table.fail(error.to_string()))?;
+    (coupler.check_loop()).map_err(|error| table.fail_at(p::LOOP.key, error))?;
+    (coupler.check()).map_err(|error| table.fail(error))?;
     Ok(coupler)
 }
 

@@ -639,7 +639,7 @@ fn guarded(table: &Table<'_>, real: bool) -> Result<(Safety, Option<Dynamics>), 
     let model = device_model(table)?;
     if let Some(model) = &model {
         let on_rig = safety.on_rig(&model.guarded(), real);
-        safety = on_rig.map_err(|error| table.fail_at(p::DEVICE_MODEL.key, error.to_string()))?;
+        safety = on_rig.map_err(|error| table.fail_at(p::DEVICE_MODEL.key, error))?;
     }
     let known = safety.guarded(GuardedDevice::default());
     let known = known.mass_kg.zip(known.damping_n_s_per_m);
@@ -665,7 +665,7 @@ fn rendering(
     let sensors = sensors(table)?;
     if remote.is_some() && !sensors.are_ideal() {
         let reason = "encoder_resolution_m and sensor_noise_m are of the simulated rig: omit them with a serial device, which has its own";
-        return Err(table.fail_at(p::ENCODER_RESOLUTION.key, reason.to_owned()));
+        return Err(table.fail_at(p::ENCODER_RESOLUTION.key, reason));
     }
     let precision = table.choice(&PRECISION)?;
     let there = (remote.as_ref()).is_some_and(|remote| remote.loop_mode == LoopMode::Device);
@@ -785,27 +785,26 @@ pub(crate) fn relax(
     let duration_s = table.number(&RELAX_DURATION)?;
     let ramp_time_s = table.number(&RAMP_TIME)?;
     if ramp_time_s >= duration_s {
-        let reason = format!(
+        return Err(table.fail_at("ramp_time_s", format_args!(
             "ramp_time_s = {ramp_time_s} is not below duration_s = {duration_s}: change {RAMP_TIME} too"
-        );
-        return Err(table.fail_at("ramp_time_s", reason));
+        )));
     }
     rendering(table, drive, &CONTACT, duration_s, |piece| {
         let thickness_m = piece.specimen.slab_sizes().map(|sizes| sizes.1.0);
         let depth_m = either(table, piece, &STRAIN, thickness_m, &DEPTH)?;
         let thickness_m = piece.specimen.loading().thickness_m;
         if let Some(thickness_m) = thickness_m.filter(|thickness_m| depth_m > *thickness_m) {
-            let reason = format!(
-                "depth_m = {depth_m} is beyond thickness_m = {thickness_m}: change one of them",
-                depth_m = Shown(depth_m),
-                thickness_m = Shown(thickness_m)
-            );
-            return Err(table.fail_at(DEPTH.key, reason));
+            return Err(table.fail_at(
+                DEPTH.key,
+                format_args!(
+                    "depth_m = {depth_m} is beyond thickness_m = {thickness_m}: change one of them",
+                    depth_m = Shown(depth_m),
+                    thickness_m = Shown(thickness_m)
+                ),
+            ));
         }
         let ramp = RampHold::new(Metres(depth_m), Seconds(ramp_time_s));
-        Ok(RigDrive::Position(
-            ramp.map_err(|error| table.fail(error.to_string()))?,
-        ))
+        Ok(RigDrive::Position(ramp.map_err(|error| table.fail(error))?))
     })
 }
 
@@ -832,8 +831,10 @@ fn either(
 ) -> Result<f64, FileError> {
     let given = table.number_if(whole)?;
     if given.is_some() && table.has(share) {
-        let reason = format!("{share} and {whole} are one and the same: omit one");
-        return Err(table.fail_at(share.key, reason));
+        return Err(table.fail_at(
+            share.key,
+            format_args!("{share} and {whole} are one and the same: omit one"),
+        ));
     }
     if let Some(given) = given {
         return Ok(given);
@@ -842,8 +843,10 @@ fn either(
         Some(size) => Ok(table.number(share)? * size),
         None => {
             let kind = piece.specimen.loading().kind.name();
-            let reason = format!("a {kind} has no {}: give {whole}", share.key);
-            Err(table.fail_at(p::LOADING.key, reason))
+            Err(table.fail_at(
+                p::LOADING.key,
+                format_args!("a {kind} has no {}: give {whole}", share.key),
+            ))
         }
     }
 }

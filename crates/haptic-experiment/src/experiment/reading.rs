@@ -40,11 +40,13 @@ pub(crate) fn remote_by(
     let loop_mode = table.choice(&p::LOOP)?;
     let watchdog_s = table.number_if(&p::WATCHDOG)?;
     if let Some(time) = watchdog_s.filter(|time| (1e3 * time - (1e3 * time).round()).abs() > 1e-6) {
-        let reason = format!(
-            "watchdog_s = {time} is not a whole number of milliseconds: write 0.005 for 5 ms",
-            time = Shown(time)
-        );
-        return Err(table.fail_at("watchdog_s", reason));
+        return Err(table.fail_at(
+            "watchdog_s",
+            format_args!(
+                "watchdog_s = {time} is not a whole number of milliseconds: write 0.005 for 5 ms",
+                time = Shown(time)
+            ),
+        ));
     }
     let late_ticks = table.count_in(&p::LATE_TICKS, 0..=u64::from(u16::MAX))? as u16;
     let most = u64::from(Limits::MAX_AGE_TICKS);
@@ -78,8 +80,10 @@ pub(crate) fn without<'p>(
     match given {
         Some(parameter) => {
             let key = parameter.key;
-            let reason = format!("{key} has no effect {whence}, or omit {parameter}");
-            Err(table.fail_at(key, reason))
+            Err(table.fail_at(
+                key,
+                format_args!("{key} has no effect {whence}, or omit {parameter}"),
+            ))
         }
         None => Ok(()),
     }
@@ -112,14 +116,13 @@ pub(crate) fn samples_fit(
     if range.contains(&samples) {
         return Ok(());
     }
-    let reason = format!(
+    Err(table.fail_at("duration_s", format_args!(
         "duration_s = {duration_s} is {samples} samples of {sample_time_s} s, not in [{}, {:e}]",
         range.start(),
         range.end(),
         duration_s = Shown(duration_s),
         sample_time_s = Shown(sample_time_s)
-    );
-    Err(table.fail_at("duration_s", reason))
+    )))
 }
 
 /// A scheme that can be made for this order, or for a model, and sample time.
@@ -134,7 +137,7 @@ pub(crate) fn scheme(
     let horizon = crate::run::schedule::horizon((duration_s / sample_time_s) as u64);
     match operator::<f64>(model, scheme, order, Seconds(sample_time_s), horizon) {
         Ok(_) => Ok(scheme),
-        Err(error) => Err(table.fail_at("scheme", error.to_string())),
+        Err(error) => Err(table.fail_at("scheme", error)),
     }
 }
 
@@ -203,7 +206,7 @@ pub(crate) fn device_model_by(
 ) -> Result<Option<DeviceModel>, FileError> {
     let read = |path: PathBuf| {
         device_at(&path, table.logged(&file.parameter, file.in_log))
-            .map_err(|error| table.fail_at(file.parameter.key, error.to_string()))
+            .map_err(|error| table.fail_at(file.parameter.key, error))
     };
     table.file(&file.parameter)?.map(read).transpose()
 }
@@ -229,8 +232,8 @@ pub(crate) fn device(
 /// A tissue of the library and a piece of it.
 pub(crate) fn piece(table: &Table<'_>) -> Result<TissuePiece, FileError> {
     let folder = table.file(&p::LIBRARY)?;
-    let library = Library::load(folder.as_deref())
-        .map_err(|error| table.fail_at("library", error.to_string()))?;
+    let library =
+        Library::load(folder.as_deref()).map_err(|error| table.fail_at("library", error))?;
     let tissue = table.file(&p::TISSUE)?.unwrap_or_default();
     let wrong = |error: String| table.fail_at("tissue", error);
     let logged = table.logged(&p::TISSUE, TISSUE_IN_LOG);
@@ -255,7 +258,7 @@ pub(crate) fn piece(table: &Table<'_>) -> Result<TissuePiece, FileError> {
         Some((parameter, remedy)) => {
             table.fail_at(parameter.key, format!("{error}: {remedy} {parameter}"))
         }
-        None => table.fail(error.to_string()),
+        None => table.fail(error),
     })
 }
 
@@ -313,7 +316,7 @@ pub(crate) fn linear_piece(table: &Table<'_>) -> Result<TissuePiece, FileError> 
     let piece = piece(table)?;
     match piece.is_linear() {
         true => Ok(piece),
-        false => Err(table.fail_at(p::LOADING.key, TissuePiece::NOT_LINEAR.to_owned())),
+        false => Err(table.fail_at(p::LOADING.key, TissuePiece::NOT_LINEAR)),
     }
 }
 

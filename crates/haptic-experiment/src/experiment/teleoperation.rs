@@ -449,15 +449,17 @@ pub(crate) fn teleoperation(table: &Table<'_>) -> Result<TeleoperationExperiment
         safety: safety(table)?,
         conduct: Conduct::on(None),
     };
-    (experiment.check()).map_err(|error| table.fail(error.to_string()))?;
+    (experiment.check()).map_err(|error| table.fail(error))?;
     Ok(experiment)
 }
 
 fn motion(table: &Table<'_>, window_s: f64) -> Result<HandMotion, FileError> {
     let (low, high) = (table.number(&LOW)?, table.number(&HIGH)?);
     if low > high {
-        let reason = format!("low_hz = {low} is above high_hz = {high}");
-        return Err(table.fail_at("low_hz", reason));
+        return Err(table.fail_at(
+            "low_hz",
+            format_args!("low_hz = {low} is above high_hz = {high}"),
+        ));
     }
     let count = table.count_in(&FREQUENCIES, 1..=100)? as u64;
     Ok(HandMotion {
@@ -491,8 +493,10 @@ fn playout(table: &Table<'_>, t: Seconds) -> Result<Option<u32>, FileError> {
     let samples = 1.0 + (time / t.0).round();
     if samples > f64::from(Settings::PLAYOUT_MOST) {
         let most = f64::from(Settings::PLAYOUT_MOST - 1) * t.0;
-        let reason = format!("playout_s = {time} is more than {most} s: use a shorter one");
-        return Err(table.fail_at("playout_s", reason));
+        return Err(table.fail_at(
+            "playout_s",
+            format_args!("playout_s = {time} is more than {most} s: use a shorter one"),
+        ));
     }
     Ok(Some(samples as u32))
 }

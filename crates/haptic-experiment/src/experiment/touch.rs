@@ -231,8 +231,10 @@ pub(crate) fn touch(table: &Table<'_>) -> Result<TouchExperiment, FileError> {
         2 => 2,
         3 => 3,
         other => {
-            let reason = format!("axes = {other} is not 2 or 3: one axis is a [wall]");
-            return Err(table.fail_at("axes", reason));
+            return Err(table.fail_at(
+                "axes",
+                format_args!("axes = {other} is not 2 or 3: one axis is a [wall]"),
+            ));
         }
     };
     let t = table.number(&SAMPLE_TIME)?;
@@ -263,7 +265,7 @@ pub(crate) fn touch(table: &Table<'_>) -> Result<TouchExperiment, FileError> {
         safety,
         conduct: Conduct::on(remote(table)?),
     };
-    (touch.check()).map_err(|error| table.fail(error.to_string()))?;
+    (touch.check()).map_err(|error| table.fail(error))?;
     Ok(touch)
 }
 
@@ -293,8 +295,10 @@ fn acts(table: &Table<'_>) -> Result<(), FileError> {
     ] {
         let given = keys.iter().find(|key| idle && table.has(key));
         if let Some(Parameter { key, .. }) = given {
-            let reason = format!("{key} has no effect {with}: change that, or omit {key}");
-            return Err(table.fail_at(key, reason));
+            return Err(table.fail_at(
+                key,
+                format_args!("{key} has no effect {with}: change that, or omit {key}"),
+            ));
         }
     }
     Ok(())
@@ -313,11 +317,13 @@ fn per_axis(
     if numbers.len() == axes {
         return Ok(Some(numbers));
     }
-    let reason = format!(
-        "{key} has {} numbers, not one for each of {axes} axes: change it, or {TOUCH_AXES}",
-        numbers.len()
-    );
-    Err(table.fail_at(key, reason))
+    Err(table.fail_at(
+        key,
+        format_args!(
+            "{key} has {} numbers, not one for each of {axes} axes: change it, or {TOUCH_AXES}",
+            numbers.len()
+        ),
+    ))
 }
 
 fn shape(table: &Table<'_>, axes: usize) -> Result<TouchShape, FileError> {
@@ -357,11 +363,13 @@ fn masses(table: &Table<'_>, axes: usize) -> Result<Vec<f64>, FileError> {
         Some(one) if one.len() == 1 => vec![one[0]; axes],
         Some(each) if each.len() == axes => each,
         Some(other) => {
-            let reason = format!(
-                "{key} has {} numbers, not one for all or each of {axes} axes",
-                other.len()
-            );
-            return Err(table.fail_at(key, reason));
+            return Err(table.fail_at(
+                key,
+                format_args!(
+                    "{key} has {} numbers, not one for all or each of {axes} axes",
+                    other.len()
+                ),
+            ));
         }
     };
     Ok(masses)
@@ -450,21 +458,25 @@ fn workspace_of(
                 Some(_) => ("box_low_m", "box_high_m"),
                 None => ("box_high_m", "box_low_m"),
             };
-            let reason = format!("a box has two corners: give {missing} too");
-            return Err(table.fail_at(key, reason));
+            return Err(table.fail_at(
+                key,
+                format_args!("a box has two corners: give {missing} too"),
+            ));
         }
     };
     if let Some((low, high)) = low_m.iter().zip(&high_m).find(|(low, high)| low >= high) {
         let (low, high) = (Shown(*low), Shown(*high));
-        let reason =
-            format!("{TOUCH_BOX_HIGH} has {high}, which is not above {low} of {TOUCH_BOX_LOW}");
-        return Err(table.fail_at(TOUCH_BOX_HIGH.key, reason));
+        return Err(table.fail_at(
+            TOUCH_BOX_HIGH.key,
+            format_args!(
+                "{TOUCH_BOX_HIGH} has {high}, which is not above {low} of {TOUCH_BOX_LOW}"
+            ),
+        ));
     }
     if safety.workspace_m.is_some() {
-        let reason = format!(
+        return Err(table.fail_at(WORKSPACE_LOW.key, format_args!(
             "{WORKSPACE_LOW} applies to all axes, {TOUCH_BOX_LOW} to each separately: omit one of them"
-        );
-        return Err(table.fail_at(WORKSPACE_LOW.key, reason));
+        )));
     }
     Ok(Some([low_m, high_m]))
 }

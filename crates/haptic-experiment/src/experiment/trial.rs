@@ -282,12 +282,14 @@ pub(crate) fn plan(table: &Table<'_>, duration_s: f64) -> Result<TrialPlan, File
         force_limit_n: table.number(&TRIAL_FORCE_LIMIT)?,
     };
     if plan.push_n >= plan.force_limit_n {
-        let reason = format!(
-            "push_n = {} is not below force_limit_n = {}: no wall could hold it",
-            Shown(plan.push_n),
-            Shown(plan.force_limit_n)
-        );
-        return Err(table.fail_at("push_n", reason));
+        return Err(table.fail_at(
+            "push_n",
+            format_args!(
+                "push_n = {} is not below force_limit_n = {}: no wall could hold it",
+                Shown(plan.push_n),
+                Shown(plan.force_limit_n)
+            ),
+        ));
     }
     Ok(plan)
 }

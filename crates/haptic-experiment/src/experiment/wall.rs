@@ -107,8 +107,10 @@ pub(crate) fn contact(table: &Table<'_>) -> Result<WallContact, FileError> {
         return Ok(WallContact::of(one_sided));
     }
     if table.has(&ONE_SIDED) && !one_sided {
-        let reason = "contact = \"signed\" never pulls, and one_sided = false does: omit one";
-        return Err(table.fail_at(WALL_CONTACT.key, reason.to_owned()));
+        return Err(table.fail_at(
+            WALL_CONTACT.key,
+            "contact = \"signed\" never pulls, and one_sided = false does: omit one",
+        ));
     }
     Ok(contact)
 }
@@ -126,21 +128,23 @@ pub(crate) fn wall(table: &Table<'_>) -> Result<WallExperiment, FileError> {
         let (remote, key) = (setup.conduct.remote.as_ref(), WALL_CONTACT.key);
         if stiffness <= 0.0 {
             let reason = "contact = \"signed\" without stiffness would push anywhere in front of the wall: give stiffness_n_per_m above 0 N/m";
-            return Err(table.fail_at(key, reason.to_owned()));
+            return Err(table.fail_at(key, reason));
         }
         if remote.is_some_and(|remote| remote.loop_mode == LoopMode::Device) {
             let host = LOOP.set_to("host");
-            let reason = format!(
-                "no board runs contact = \"signed\" in its own loop: give {host}, or omit it"
-            );
-            return Err(table.fail_at(key, reason));
+            return Err(table.fail_at(
+                key,
+                format_args!(
+                    "no board runs contact = \"signed\" in its own loop: give {host}, or omit it"
+                ),
+            ));
         }
     }
     let wall = WallExperiment {
         contact,
         ..WallExperiment::linear(setup, order, scheme, stiffness, dissipation)
     };
-    (wall.check()).map_err(|error| table.fail(error.to_string()))?;
+    (wall.check()).map_err(|error| table.fail(error))?;
     Ok(wall)
 }
 

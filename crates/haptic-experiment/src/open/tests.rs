@@ -6,6 +6,7 @@ use crate::experiment::coupler::CouplerExperiment;
 use crate::experiment::wall::WallExperiment;
 use haptic_loop::Limit;
 use std::path::Path;
+use testkit::Folder;
 
 const WALL: &str = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 2e-3\n\
                     order = 0.5\nstiffness_n_per_m = 3_000\ndissipation_n_s_mu_per_m = 60.0\n";
@@ -170,15 +171,15 @@ fn a_coupler_has_an_object_by_default_and_no_loop_on_a_device() {
 
 #[test]
 fn the_pre_flight_of_a_wall_knows_delay_and_lag_of_a_device_file() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = Folder::empty();
     let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\ndelay_s = 0.0013\ncurrent_lag_s = 0.0005\n";
-    std::fs::write(folder.path().join("device.toml"), file).expect("writes");
+    std::fs::write(folder.join("device.toml"), file).expect("writes");
     for device in ["sim", "serial:none"] {
         let text = format!(
             "[wall]\ndevice = \"{device}\"\ndevice_model = \"device.toml\"\nsample_time_s = 0.001\norder = 1\n\
              stiffness_n_per_m = 300\ndissipation_n_s_mu_per_m = 1\n"
         );
-        let parsed = ExperimentFile::parse(&folder.path().join("wall.toml"), &text);
+        let parsed = ExperimentFile::parse(&folder.join("wall.toml"), &text);
         let file = parsed.expect("good");
         let wall: &WallExperiment = file.of().expect("a wall");
         let known = wall.setup.dynamics();
@@ -215,10 +216,10 @@ fn mass_kg(document: &Document) -> f64 {
 
 #[test]
 fn a_device_file_lies_below_the_keys_of_the_layer_that_names_it() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = Folder::empty();
     let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\n";
-    std::fs::write(folder.path().join("device.toml"), file).expect("writes");
-    let wall = folder.path().join("wall.toml");
+    std::fs::write(folder.join("device.toml"), file).expect("writes");
+    let wall = folder.join("wall.toml");
     let alone = Document::of_text(&wall, WALL);
     assert_eq!(mass_kg(&alone).to_bits(), f64::to_bits(0.065));
     let named = format!("{WALL}device_model = \"device.toml\"\n");
@@ -226,7 +227,7 @@ fn a_device_file_lies_below_the_keys_of_the_layer_that_names_it() {
         mass_kg(&Document::of_text(&wall, &named)).to_bits(),
         f64::to_bits(0.065)
     );
-    let path = folder.path().join("device.toml");
+    let path = folder.join("device.toml");
     let mut over = alone;
     let set = over.set(
         "wall",
@@ -271,10 +272,10 @@ fn what_is_given_is_refused_by_its_words_and_not_twice() {
 
 #[test]
 fn a_written_document_is_the_same_experiment_from_anywhere() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let wall = folder.path().join("wall.toml");
+    let folder = Folder::empty();
+    let wall = folder.join("wall.toml");
     let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\nfriction_n = 0.1\n";
-    std::fs::write(folder.path().join("device.toml"), file).expect("writes");
+    std::fs::write(folder.join("device.toml"), file).expect("writes");
     let text = WALL.replace("mass_kg = 0.065\n", "");
     let mut document = Document::of_text(&wall, &format!("{text}device_model = \"device.toml\"\n"));
     let set = document.set("wall", "scheme", "grunwald:100", "--scheme grunwald:100");
@@ -302,12 +303,12 @@ fn a_written_document_is_the_same_experiment_from_anywhere() {
 
 #[test]
 fn a_device_file_over_a_file_is_written_as_it_runs() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let device = folder.path().join("device.toml");
+    let folder = Folder::empty();
+    let device = folder.join("device.toml");
     let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\ndelay_s = 0.001\n";
     std::fs::write(&device, file).expect("writes");
     let text = format!("{WALL}device_model = \"gone.toml\"\n");
-    let mut document = Document::of_text(&folder.path().join("wall.toml"), &text);
+    let mut document = Document::of_text(&folder.join("wall.toml"), &text);
     let path = device.to_string_lossy();
     let set = document.set("wall", "device_model", path.as_ref(), "--device-model");
     set.expect("new");
@@ -342,14 +343,14 @@ fn a_device_file_over_a_file_is_written_as_it_runs() {
 
 #[test]
 fn a_device_file_is_no_sensor_of_the_rig() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = Folder::empty();
     let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\nencoder_resolution_m = 1e-5\n";
-    std::fs::write(folder.path().join("device.toml"), file).expect("writes");
+    std::fs::write(folder.join("device.toml"), file).expect("writes");
     for device in ["sim", "serial:x"] {
         let text = format!(
             "[relax]\ndevice = \"{device}\"\nguard = \"observer\"\ndevice_model = \"device.toml\"\n"
         );
-        let read = ExperimentFile::parse(&folder.path().join("relax.toml"), &text);
+        let read = ExperimentFile::parse(&folder.join("relax.toml"), &text);
         let file = read.expect("good");
         let relax = file.indentation().expect("a relaxation");
         assert!(relax.sensors.are_ideal(), "{device}");

@@ -182,6 +182,7 @@ impl FaultRecorder {
 mod tests {
     use super::*;
     use haptic_log::record::{Entry, LogReader};
+    use testkit::Folder;
 
     fn tick(tick: u64) -> TickMessage {
         TickMessage {
@@ -263,9 +264,9 @@ mod tests {
 
     #[test]
     fn its_log_says_what_happened_and_is_never_written_over() {
-        let folder = tempfile::tempdir().expect("folder");
-        let path = folder.path().join("run-fault.mcap");
-        let run = folder.path().join("run.mcap");
+        let folder = Folder::empty();
+        let path = folder.join("run-fault.mcap");
+        let run = folder.join("run.mcap");
         let mut recorder = FaultRecorder::default();
         (0..50).for_each(|n| recorder.tick(&tick(n)));
         let write = |recorder: &FaultRecorder, overwrite| {

@@ -57,8 +57,9 @@ fn parse(path: &Path, text: &str) -> Result<(PlantModel, Vec<Interval>), FileErr
     if let Some(table) = beside.remove(INTERVALS) {
         let table = table.with_keys(&[(INTERVALS, p::DEVICE_PLANT)])?;
         let PlantModel::Device(values) = &model else {
-            let reason = format!("[{INTERVALS}] belongs to a [device], not to [{name}]: omit it");
-            return Err(table.fail(reason));
+            return Err(table.fail(format_args!(
+                "[{INTERVALS}] belongs to a [device], not to [{name}]: omit it"
+            )));
         };
         found = intervals(&table, values)?;
     }
@@ -67,7 +68,7 @@ fn parse(path: &Path, text: &str) -> Result<(PlantModel, Vec<Interval>), FileErr
         source.text(&p::SOURCE_PROGRAM)?;
         source.text(&p::SOURCE_NOTE)?;
     }
-    (model.plant()).map_err(|error| table.fail(error.to_string()))?;
+    (model.plant()).map_err(|error| table.fail(error))?;
     Ok((model, found))
 }
 
@@ -401,7 +402,7 @@ impl DeviceModel {
         let (model, intervals) = parse(path, text)?;
         let PlantModel::Device(values) = model else {
             let reason = "no [device] in it: `device measure` writes such a file";
-            return Err(Parsed::of(path, text)?.fail(reason.to_owned()));
+            return Err(Parsed::of(path, text)?.fail(reason));
         };
         Ok(Self { values, intervals })
     }
@@ -454,7 +455,7 @@ fn model(name: &str, table: &Table<'_>) -> Result<PlantModel, FileError> {
     Ok(match name {
         "transfer_function" => {
             let model = table.required_text(&p::FUNCTION)?.parse();
-            let refused = |error: ControlError| table.fail_at(p::FUNCTION.key, error.to_string());
+            let refused = |error: ControlError| table.fail_at(p::FUNCTION.key, error);
             let mut model: PlantModel = model.map_err(refused)?;
             if let PlantModel::Function { delay_s, .. } = &mut model {
                 *delay_s += table.number(&p::DEAD_TIME)?;
@@ -498,21 +499,22 @@ fn intervals(table: &Table<'_>, values: &DeviceValues) -> Result<Vec<Interval>, 
                 intervals.push(Interval { key, low, high });
             }
             [low, high] => {
-                let reason = format!(
+                return Err(table.fail_at(key, format_args!(
                     "{key} = [{low}, {high}] is not an interval of numbers from 0 to {} around the value {value} in [device]: change it, or omit it",
                     Shown(parameter.range().ends()[1]),
                     low = Shown(low),
                     high = Shown(high),
                     value = Shown(value)
-                );
-                return Err(table.fail_at(key, reason));
+                )));
             }
             _ => {
-                let reason = format!(
-                    "{key} has {} numbers, not two: write [LOW, HIGH]",
-                    ends.len()
-                );
-                return Err(table.fail_at(key, reason));
+                return Err(table.fail_at(
+                    key,
+                    format_args!(
+                        "{key} has {} numbers, not two: write [LOW, HIGH]",
+                        ends.len()
+                    ),
+                ));
             }
         }
     }

@@ -336,6 +336,7 @@ mod tests {
     use super::*;
     use std::path::Path;
     use std::sync::mpsc::{Receiver, Sender, channel};
+    use testkit::Folder;
 
     /// A viewer that holds the writer up: it says when it has the first sample, and goes on when it is told to.
     #[derive(Debug)]
@@ -383,8 +384,8 @@ mod tests {
 
     #[test]
     fn a_full_ring_drops_and_counts_in_real_time_and_never_waits() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let (mut recorder, arrival, open) = gated(folder.path(), false);
+        let folder = Folder::empty();
+        let (mut recorder, arrival, open) = gated(&folder, false);
         recorder.tick(&sample(0)).expect("records");
         arrival.recv().expect("arrives");
         // The writer takes nothing now: the ring holds its size, the rest is dropped.
@@ -399,8 +400,8 @@ mod tests {
 
     #[test]
     fn a_full_ring_waits_in_virtual_time_and_keeps_everything() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let (mut recorder, arrival, open) = gated(folder.path(), true);
+        let folder = Folder::empty();
+        let (mut recorder, arrival, open) = gated(&folder, true);
         let opener = std::thread::spawn(move || {
             arrival.recv().expect("arrives");
             // Long enough for the ring to fill.

@@ -110,8 +110,10 @@ fn pair(
         (Some(low), Some(high)) => {
             let [low_key, key] = [first.key, second.key];
             let what = if same { "below" } else { "not above" };
-            let reason = format!("{key} = {high} is {what} {low_key} = {low}");
-            return Err(table.fail_at(key, reason));
+            return Err(table.fail_at(
+                key,
+                format_args!("{key} = {high} is {what} {low_key} = {low}"),
+            ));
         }
         (Some(_), None) => (first, second),
         (None, Some(_)) => (second, first),
@@ -121,8 +123,10 @@ fn pair(
     } else {
         ""
     };
-    let reason = format!("{one} has two ends: give {} too{too}", missing.key);
-    Err(table.fail_at(lone.key, reason))
+    Err(table.fail_at(
+        lone.key,
+        format_args!("{one} has two ends: give {} too{too}", missing.key),
+    ))
 }
 
 /// Reads the settings of the safety chain. A wall knows mass and damping of its device by other keys too.

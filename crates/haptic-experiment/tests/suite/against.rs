@@ -8,6 +8,7 @@ use libm::tgamma;
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::path::Path;
+use testkit::Folder;
 
 /// Runs a document whose files lie in this folder: its report.
 fn run(folder: &Path, name: &str, text: &str) -> Value {
@@ -64,11 +65,11 @@ fn a_record_made_from_the_run_itself_is_not_off_at_all() {
         "[creep]\nduration_s = 2",
         "[creep]\nduration_s = 2\nloading = \"sphere\"\nindenter_radius_m = 5e-3\nforce_n = 0.01",
     ] {
-        let folder = tempfile::tempdir().expect("a folder");
-        run(folder.path(), "first", text);
+        let folder = Folder::empty();
+        run(&folder, "first", text);
         for (name, record) in [("log", "run.mcap"), ("csv", "run.csv")] {
             let text = format!("{text}\nagainst = \"first/{record}\"");
-            let report = run(folder.path(), name, &text);
+            let report = run(&folder, name, &text);
             assert_eq!(report["against_error"], 0.0, "{text}: {report:#}");
             assert_eq!(report["against_largest_error"], 0.0, "{text}");
             assert_eq!(report["against"]["record_start_s"], 0.0, "{text}");
@@ -76,7 +77,7 @@ fn a_record_made_from_the_run_itself_is_not_off_at_all() {
             let compared = &report["against_error_samples"];
             assert_eq!(*compared, report["samples"], "{text}");
             // Path and document are in the log, so that the run can be repeated.
-            let log = folder.path().join(name).join("run.mcap");
+            let log = folder.join(name).join("run.mcap");
             let again = Document::read(&log).expect("a document");
             ExperimentFile::open(&again).expect("finds its record again");
         }
@@ -85,10 +86,10 @@ fn a_record_made_from_the_run_itself_is_not_off_at_all() {
 
 #[test]
 fn a_record_in_other_units_with_a_rest_and_noise_is_laid_on_the_ramp() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = Folder::empty();
     let text = "[relax]\nduration_s = 3\ncontact = \"rigid\"\narea_m2 = 5e-4";
-    run(folder.path(), "first", text);
-    let first = samples(&folder.path().join("first/run.mcap"));
+    run(&folder, "first", text);
+    let first = samples(&folder.join("first/run.mcap"));
     let rest = (0..200).map(|n| [0.01 * f64::from(n) - 2.0, 0.0, 0.0]);
     let all: Vec<[f64; 3]> = rest.chain(first).collect();
     // An instrument that reads a tenth too much, in its own units, of which the force is half a kilopascal a millinewton here.
@@ -97,13 +98,9 @@ fn a_record_in_other_units_with_a_rest_and_noise_is_laid_on_the_ramp() {
         let depth_mm = 12.5 + 1e3 * depth + noise(n, 1e-5);
         vec![1e3 * (time + 7.5), depth_mm, -1.1 * 1e-3 * force / 5e-4]
     });
-    table(
-        folder.path(),
-        "Time (ms)\tExtension (mm)\tStress (kPa)",
-        rows,
-    );
+    table(&folder, "Time (ms)\tExtension (mm)\tStress (kPa)", rows);
     let against = format!("{text}\nagainst = \"record.tsv\"");
-    let report = run(folder.path(), "second", &against);
+    let report = run(&folder, "second", &against);
     // 1/1.1 − 1, and a start that is late by at most the two samples in which the way leaves its noise.
     for key in ["against_error", "against_largest_error"] {
         let off = number(&report, key) - (1.0 - 1.0 / 1.1);
@@ -128,7 +125,7 @@ fn a_record_in_other_units_with_a_rest_and_noise_is_laid_on_the_ramp() {
     );
     // Held at another depth it is another experiment, and that is said.
     let deeper = format!("{against}\nstrain = 0.06");
-    let report = run(folder.path(), "third", &deeper);
+    let report = run(&folder, "third", &deeper);
     let notes = report["against"]["notes"].to_string();
     assert!(
         notes.contains("the record is held at 1 mm, the run at 1.2 mm"),
@@ -136,13 +133,9 @@ fn a_record_in_other_units_with_a_rest_and_noise_is_laid_on_the_ramp() {
     );
     // So it is at another strain of the slab.
     let strained = [0.0, 1.0, 2.0].map(|time: f64| vec![time, 0.06 * time.min(1.0), time]);
-    table(
-        folder.path(),
-        "time_s\tstrain\tstress_pa",
-        strained.into_iter(),
-    );
+    table(&folder, "time_s\tstrain\tstress_pa", strained.into_iter());
     let report = run(
-        folder.path(),
+        &folder,
         "fourth",
         "[relax]\nstrain = 0.05\nduration_s = 2\nagainst = \"record.tsv\"",
     );
@@ -159,7 +152,7 @@ const ORDER: f64 = 0.2154;
 
 #[test]
 fn a_modulus_is_driven_through_the_ramp_of_the_run() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = Folder::empty();
     // E(t) = η·t^(−α)/Γ(1 − α), twenty samples a decade.
     let rows = |factor: f64| {
         (0..=100).map(move |n| {
@@ -184,9 +177,9 @@ fn a_modulus_is_driven_through_the_ramp_of_the_run() {
     .into_iter()
     .enumerate()
     {
-        table(folder.path(), &format!("time_s\t{header}"), rows(factor));
+        table(&folder, &format!("time_s\t{header}"), rows(factor));
         let text = format!("{text}\nagainst = \"record.tsv\"");
-        let report = run(folder.path(), &n.to_string(), &text);
+        let report = run(&folder, &n.to_string(), &text);
         // Sampling, and the 64 steps of the ramp.
         let most = number(&report, "against_error");
         assert!(most < 3e-4, "{header} of {text}: {most:e}");
@@ -197,22 +190,22 @@ fn a_modulus_is_driven_through_the_ramp_of_the_run() {
 
 #[test]
 fn a_compliance_is_pushed_as_the_run_is() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = Folder::empty();
     // J(t) = t^α/(η·Γ(1 + α)), and a specimen with another strain in per cent.
     let compliance = |time: f64| time.powf(ORDER) / (VISCOSITY * tgamma(1.0 + ORDER));
     let times = || (0..=80).map(|n| 1e-2 * 10_f64.powf(f64::from(n) / 20.0));
     let text = "[creep]\ntissue = \"prostate-healthy\"\nstress_pa = 80\nduration_s = 20\nagainst = \"record.tsv\"";
     let rows = times().map(|time| vec![time, compliance(time)]);
-    table(folder.path(), "time_s\tcreep_compliance_per_pa", rows);
-    let report = run(folder.path(), "compliance", text);
+    table(&folder, "time_s\tcreep_compliance_per_pa", rows);
+    let report = run(&folder, "compliance", text);
     // Sampling, which delays the first samples by half a tick: from 1 s on it is below the closed form's own 1.4e-4.
     assert!(
         number(&report, "against_largest_error") < 1.4e-4,
         "{report:#}"
     );
     let rows = times().map(|time| vec![time, 2.0 * 100.0 * 80.0 * compliance(time)]);
-    table(folder.path(), "time_s\tstrain (%)", rows);
-    let report = run(folder.path(), "strain", text);
+    table(&folder, "time_s\tstrain (%)", rows);
+    let report = run(&folder, "strain", text);
     let off = number(&report, "against_largest_error") - 0.5;
     assert!(off.abs() < 1e-4, "{off:e}");
     let sphere = format!(
@@ -220,8 +213,8 @@ fn a_compliance_is_pushed_as_the_run_is() {
         text.replace("stress_pa = 80\n", "")
     );
     let rows = times().map(|time| vec![time, compliance(time)]);
-    table(folder.path(), "time_s\tcreep_compliance_per_pa", rows);
-    let report = run(folder.path(), "sphere", &sphere);
+    table(&folder, "time_s\tcreep_compliance_per_pa", rows);
+    let report = run(&folder, "sphere", &sphere);
     assert!(
         number(&report, "against_largest_error") < 1.4e-4,
         "{report:#}"
@@ -230,7 +223,7 @@ fn a_compliance_is_pushed_as_the_run_is() {
 
 #[test]
 fn a_record_that_cannot_be_compared_is_refused_in_a_line() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = Folder::empty();
     let relax = "[relax]\nduration_s = 2\nagainst = \"record.tsv\"";
     let forces = |times: &'static [f64]| times.iter().map(|time| vec![*time, 1.0 - 0.1 * time]);
     for (header, times, text, wanted) in [
@@ -250,7 +243,7 @@ fn a_record_that_cannot_be_compared_is_refused_in_a_line() {
             "time_s\tforce_n",
             &[0.0, 2.0, 1.0],
             relax,
-            "line 4: time 1 s comes after 2 s",
+            "line 4: time 1 s comes after 2 s: sort the rows",
         ),
         (
             "time_s\tstrain",
@@ -284,8 +277,8 @@ fn a_record_that_cannot_be_compared_is_refused_in_a_line() {
             "rename or remove",
         ),
     ] {
-        table(folder.path(), header, forces(times));
-        let error = refused(folder.path(), text);
+        table(&folder, header, forces(times));
+        let error = refused(&folder, text);
         assert!(
             error.contains("record.tsv: ") && error.contains(":"),
             "{error}"
@@ -301,8 +294,8 @@ fn a_record_that_cannot_be_compared_is_refused_in_a_line() {
         &[0, 159, 146, 150],
         b"time_s\n1\n2\n",
     ] {
-        std::fs::write(folder.path().join("record.tsv"), bytes).expect("writes");
-        let error = refused(folder.path(), relax);
+        std::fs::write(folder.join("record.tsv"), bytes).expect("writes");
+        let error = refused(&folder, relax);
         assert!(error.contains("record.tsv: "), "{error}");
     }
     for (name, wanted) in [
@@ -310,10 +303,10 @@ fn a_record_that_cannot_be_compared_is_refused_in_a_line() {
         (".", "not a regular file"),
         ("own.mcap", "own.mcap: "),
     ] {
-        let error = refused(folder.path(), &format!("[relax]\nagainst = \"{name}\""));
+        let error = refused(&folder, &format!("[relax]\nagainst = \"{name}\""));
         assert!(error.contains(wanted), "{error}");
     }
     // A wall has no tissue that somebody could have measured.
-    let error = refused(folder.path(), "[wall]\nagainst = \"record.tsv\"");
+    let error = refused(&folder, "[wall]\nagainst = \"record.tsv\"");
     assert!(error.contains("unknown key `against`"), "{error}");
 }

@@ -5,6 +5,7 @@ use crate::touch::{request, supervised};
 use haptic_experiment::ExperimentFile;
 use serde_json::Value;
 use std::path::Path;
+use testkit::Folder;
 
 /// After public reports: a linear loop with a margin of 1.5, which a hit at 0.5 m/s takes to the force limit behind the clamp.
 const SATURATES: &str = "mass_kg = 0.065\ndamping_n_s_per_m = 0.2\nsample_time_s = 1e-3\norder = 1\nstiffness_n_per_m = 6000\n\
@@ -21,8 +22,8 @@ fn parsed(text: &str) -> Result<ExperimentFile, String> {
 /// The report of `[wall]` with these keys.
 fn wall(keys: &str, more: &str) -> Value {
     let file = parsed(&format!("[wall]\n{keys}{more}")).expect("a good wall");
-    let folder = tempfile::tempdir().expect("a folder");
-    let published = supervised(|supervisor| file.run(&request(folder.path(), "wall"), supervisor));
+    let folder = Folder::empty();
+    let published = supervised(|supervisor| file.run(&request(&folder, "wall"), supervisor));
     serde_json::to_value(published.expect("runs").report).expect("JSON")
 }
 
@@ -94,8 +95,8 @@ fn a_touch_says_that_contact_which_never_pulls_is_not_proved() {
                 duration_s = 0.1\nforce_limit_n = 100\naxes = 2\nradius_m = 0.25\nhand = \"force\"\ncentre_m = [0, 0.25]\n\
                 way_points = [[0, 0, 1]]\n";
     let file = parsed(&format!("[touch]\n{keys}")).expect("a good touch");
-    let folder = tempfile::tempdir().expect("a folder");
-    let published = supervised(|supervisor| file.run(&request(folder.path(), "touch"), supervisor));
+    let folder = Folder::empty();
+    let published = supervised(|supervisor| file.run(&request(&folder, "touch"), supervisor));
     let report = serde_json::to_value(published.expect("runs").report).expect("JSON");
     assert_eq!(
         report["preflight"]["pushing_contact"], "not proved",

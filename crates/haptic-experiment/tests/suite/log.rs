@@ -4,12 +4,13 @@ use crate::ran;
 use haptic_experiment::document::Document;
 use haptic_log::record::{Entry, LogReader};
 use std::collections::BTreeMap;
+use testkit::Folder;
 
 /// Runs the document: what its log says of the experiment.
 fn logged(document: &Document) -> BTreeMap<String, String> {
-    let folder = tempfile::tempdir().expect("a folder");
-    ran(document, folder.path().join("run"));
-    let mut log = LogReader::open(&folder.path().join("run/run.mcap")).expect("opens");
+    let folder = Folder::empty();
+    ran(document, folder.join("run"));
+    let mut log = LogReader::open(&folder.join("run/run.mcap")).expect("opens");
     let found = log.find_map(|entry| {
         let Entry::Metadata(record) = entry.expect("reads") else {
             return None;
@@ -21,9 +22,9 @@ fn logged(document: &Document) -> BTreeMap<String, String> {
 
 #[test]
 fn a_log_says_what_ran_where_the_document_leaves_it_open() {
-    let place = tempfile::tempdir().expect("a folder");
+    let place = Folder::empty();
     let device = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\n";
-    std::fs::write(place.path().join("device.toml"), device).expect("writes");
+    std::fs::write(place.join("device.toml"), device).expect("writes");
     let law = "stiffness_n_per_m = 800\ndissipation_n_s_mu_per_m = 12\norder = 0.4\n";
     let body = "mass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.001\n";
     for (text, ran) in [
@@ -54,7 +55,7 @@ fn a_log_says_what_ran_where_the_document_leaves_it_open() {
             ],
         ),
     ] {
-        let document = Document::of_text(&place.path().join("own.toml"), text);
+        let document = Document::of_text(&place.join("own.toml"), text);
         let log = logged(&document);
         for (key, value) in [("pace", "virtual"), ("device", "sim")].iter().chain(ran) {
             assert_eq!(

@@ -11,7 +11,7 @@ use haptic_experiment::{ExperimentFile, Report, Supervisor};
 use haptic_log::record::{Entry, LogReader, TickMessage};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
-use testkit::assert_close;
+use testkit::{Folder, assert_close};
 
 fn experiment(text: &str) -> ExperimentFile {
     match ExperimentFile::parse(Path::new("lab.toml"), text) {
@@ -54,9 +54,8 @@ fn json(report: &Report) -> serde_json::Value {
 
 /// Runs it in a folder of its own: the report, and the ticks of its log.
 fn run(touch: &ExperimentFile) -> (Report, Vec<TickMessage>) {
-    let folder = tempfile::tempdir().expect("a folder");
-    let published =
-        supervised(|supervisor| touch.run(&request(folder.path(), "touch"), supervisor));
+    let folder = Folder::empty();
+    let published = supervised(|supervisor| touch.run(&request(&folder, "touch"), supervisor));
     let report = published.expect("runs").report;
     let ticks = ticks(&report.run.log);
     (report, ticks)
@@ -188,8 +187,8 @@ fn a_sphere_pressed_along_a_line_is_the_one_sided_wall() {
     let wall = experiment(&format!(
         "[wall]\n{law}one_sided = true\nimpact_m_per_s = 0\npush_n = 1\n"
     ));
-    let folder = tempfile::tempdir().expect("a folder");
-    let published = supervised(|supervisor| wall.run(&request(folder.path(), "wall"), supervisor));
+    let folder = Folder::empty();
+    let published = supervised(|supervisor| wall.run(&request(&folder, "wall"), supervisor));
     let one = ticks(&published.expect("runs").report.run.log);
     for (axes, keys) in [
         (3, "centre_m = [0, 0, 0.25]\nway_points = [[0, 0, 0, 1]]"),
@@ -220,43 +219,6 @@ fn a_sphere_pressed_along_a_line_is_the_one_sided_wall() {
             1e-13,
         );
     }
-}
-
-#[test]
-fn turning_the_edge_and_the_path_turns_the_force() {
-    let angle = 0.7_f64;
-    let (sin, cos) = angle.sin_cos();
-    let turn = |[x, y]: [f64; 2]| [cos * x - sin * y, sin * x + cos * y];
-    let points = [[-0.004, 0.0], [0.003, 0.002], [0.001, 0.02], [-0.002, 0.01]];
-    let keys = |normal: [f64; 2], points: [[f64; 2]; 4]| {
-        let rows: Vec<String> = (points.iter().enumerate())
-            .map(|(n, [x, y])| format!("[{}, {x:?}, {y:?}]", 0.3 * n as f64))
-            .collect();
-        format!(
-            "shape = \"plane\"\nnormal = {normal:?}\nstiffness_n_per_m = 500\nduration_s = 1\nway_points = [{}]",
-            rows.join(", ")
-        )
-    };
-    let (_, straight) = run(&touch(&keys([1.0, 0.0], points)));
-    let (_, turned) = run(&touch(&keys(turn([1.0, 0.0]), points.map(turn))));
-    let mut most = 0.0_f64;
-    for (straight, turned) in straight.iter().zip(&turned) {
-        for (what, straight, turned) in [
-            (
-                "force",
-                straight.commanded_force_n,
-                turned.commanded_force_n,
-            ),
-            ("place", straight.position_m, turned.position_m),
-        ] {
-            let want = turn([straight[0], straight[1]]);
-            // Places are mm, forces below 1 N.
-            assert_close(what, turned[0], want[0], 1e-12);
-            assert_close(what, turned[1], want[1], 1e-12);
-        }
-        most = most.max(straight.commanded_force_n.norm());
-    }
-    assert!(most > 0.3, "it was touched: {most} N");
 }
 
 /// Through the middle of a ball the force fades, and the comparison knows it.

@@ -133,10 +133,11 @@ mod tests {
     use std::collections::BTreeMap;
     use std::fs;
     use std::path::PathBuf;
+    use testkit::Folder;
 
     /// A log of 500 ticks.
-    fn log_of(folder: &tempfile::TempDir) -> PathBuf {
-        let path = folder.path().join("run.mcap");
+    fn log_of(folder: &Folder) -> PathBuf {
+        let path = folder.join("run.mcap");
         let mut log = LogWriter::create(&path).expect("made");
         let asked = [("mu".to_owned(), "0.5".to_owned())].into();
         log.metadata("experiment", asked).expect("written");
@@ -155,7 +156,7 @@ mod tests {
 
     #[test]
     fn a_record_is_appended_and_the_log_stays_whole_for_every_reader() {
-        let folder = tempfile::tempdir().expect("a folder");
+        let folder = Folder::empty();
         let path = log_of(&folder);
         let before = inspect(&path).expect("read");
         for (number, verdict) in ["stable", "µ = 0.2 %: passive"].into_iter().enumerate() {
@@ -182,8 +183,8 @@ mod tests {
 
     #[test]
     fn what_is_no_finished_log_is_refused_and_left_as_it_is() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("run.mcap");
+        let folder = Folder::empty();
+        let path = folder.join("run.mcap");
         let mut log = LogWriter::create(&path).expect("made");
         log.tick(&TickMessage::default()).expect("written");
         log.finish().expect("finished");
@@ -211,16 +212,13 @@ mod tests {
 
     #[test]
     fn power_that_is_cut_while_a_verdict_is_added_costs_no_sample() {
-        let folder = tempfile::tempdir().expect("a folder");
+        let folder = Folder::empty();
         let path = log_of(&folder);
         let before = fs::read(&path).expect("read");
         add_verdict(&path, "stable").expect("appended");
         let after = fs::read(&path).expect("read");
         let same = before.iter().zip(&after).take_while(|(a, b)| a == b);
-        let (cut, saved) = (
-            folder.path().join("cut.mcap"),
-            folder.path().join("saved.mcap"),
-        );
+        let (cut, saved) = (folder.join("cut.mcap"), folder.join("saved.mcap"));
         // What was written until then, before what was there; or before nothing.
         for done in (same.count()..after.len()).step_by(41) {
             let rest = before.get(done..).unwrap_or_default();

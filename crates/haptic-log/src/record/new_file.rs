@@ -321,24 +321,25 @@ fn rename_to_free_name(from: &Path, to: &Path) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use testkit::Folder;
 
     #[test]
     fn the_name_appears_only_when_the_file_is_published() {
-        let folder = tempfile::tempdir().expect("folder");
-        let target = folder.path().join("a.csv");
+        let folder = Folder::empty();
+        let target = folder.join("a.csv");
         let (new_file, mut file) =
             NewFile::create(&target, Leftover::Discard, false).expect("creates");
         file.write_all(b"whole").expect("writes");
         assert!(!target.exists());
         new_file.publish().expect("publishes");
         assert_eq!(fs::read(&target).expect("reads"), b"whole");
-        assert_eq!(fs::read_dir(folder.path()).expect("lists").count(), 1);
+        assert_eq!(folder.read_dir().expect("lists").count(), 1);
     }
 
     #[test]
     fn a_name_taken_meanwhile_is_not_overwritten() {
-        let folder = tempfile::tempdir().expect("folder");
-        let target = folder.path().join("a.mcap");
+        let folder = Folder::empty();
+        let target = folder.join("a.mcap");
         let (new_file, _file) = NewFile::create(&target, Leftover::Keep, false).expect("creates");
         fs::write(&target, b"theirs").expect("writes");
         let part = new_file.part().to_owned();
@@ -349,8 +350,8 @@ mod tests {
 
     #[test]
     fn a_file_that_is_being_written_is_told_from_one_that_was_left() {
-        let folder = tempfile::tempdir().expect("folder");
-        let target = folder.path().join("a.mcap");
+        let folder = Folder::empty();
+        let target = folder.join("a.mcap");
         let (new_file, file) = NewFile::create(&target, Leftover::Keep, false).expect("creates");
         let part = new_file.part().to_owned();
         for overwrite in [false, true] {
@@ -368,8 +369,8 @@ mod tests {
 
     #[test]
     fn two_writers_of_one_name_have_a_file_each() {
-        let folder = tempfile::tempdir().expect("folder");
-        let target = folder.path().join("a.csv");
+        let folder = Folder::empty();
+        let target = folder.join("a.csv");
         let create = || NewFile::create(&target, Leftover::Discard, true).expect("creates");
         let ((one, mut first), (other, mut second)) = (create(), create());
         assert_ne!(one.part(), other.part());
@@ -384,8 +385,8 @@ mod tests {
     #[cfg(unix)]
     #[test]
     fn a_link_under_an_unfinished_name_is_not_followed() {
-        let folder = tempfile::tempdir().expect("folder");
-        let name = |name: &str| folder.path().join(name);
+        let folder = Folder::empty();
+        let name = |name: &str| folder.join(name);
         fs::write(name("theirs"), "theirs").expect("writes");
         for link in ["a.csv.host-cli-tmp", "a.csv.part"] {
             std::os::unix::fs::symlink(name("theirs"), name(link)).expect("links");
@@ -401,8 +402,8 @@ mod tests {
     #[cfg(unix)]
     #[test]
     fn only_a_regular_file_is_replaced_or_removed() {
-        let folder = tempfile::tempdir().expect("folder");
-        let name = |name: &str| folder.path().join(name);
+        let folder = Folder::empty();
+        let name = |name: &str| folder.join(name);
         let link = |to: &str| std::os::unix::fs::symlink(name(to), name("link")).expect("links");
         let _socket = std::os::unix::net::UnixListener::bind(name("socket")).expect("binds");
         let made = std::process::Command::new("mkfifo")
@@ -437,9 +438,9 @@ mod tests {
 
     #[test]
     fn an_abandoned_file_is_removed_or_kept_as_asked() {
-        let folder = tempfile::tempdir().expect("folder");
+        let folder = Folder::empty();
         for (leftover, stays) in [(Leftover::Discard, false), (Leftover::Keep, true)] {
-            let target = folder.path().join(format!("{leftover:?}"));
+            let target = folder.join(format!("{leftover:?}"));
             let (new_file, _file) = NewFile::create(&target, leftover, false).expect("creates");
             let part = new_file.part().to_owned();
             drop(new_file);

@@ -4,13 +4,14 @@ use super::{TICK_S, log_of, tick};
 use haptic_log::record::{
     CUT, EventMessage, NewFileError, RecordError, RollingLog, Span, SpanError, cut, inspect,
 };
+use testkit::Folder;
 
 const TICKS: u64 = 1000;
 
 #[test]
 fn each_span_has_the_ticks_between_its_times_and_no_others() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let (log, part) = (folder.path().join("a.mcap"), folder.path().join("b.mcap"));
+    let folder = Folder::empty();
+    let (log, part) = (folder.join("a.mcap"), folder.join("b.mcap"));
     log_of(&log, (0..TICKS).map(tick));
     for (from, to) in [(0, 1), (0, TICKS - 1), (17, 18), (333, 700), (998, 999)] {
         let times = [from, to].map(|n| tick(n).time_s);
@@ -37,8 +38,8 @@ fn each_span_has_the_ticks_between_its_times_and_no_others() {
 
 #[test]
 fn a_span_that_is_not_in_the_log_leaves_nothing() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let (log, part) = (folder.path().join("a.mcap"), folder.path().join("b.mcap"));
+    let folder = Folder::empty();
+    let (log, part) = (folder.join("a.mcap"), folder.join("b.mcap"));
     log_of(&log, (5..TICKS).map(tick));
     let last_s = tick(TICKS - 1).time_s;
     let between = (10.2 * TICK_S, 10.4 * TICK_S);
@@ -58,7 +59,7 @@ fn a_span_that_is_not_in_the_log_leaves_nothing() {
             let is_bare = matches!(error, RecordError::Span(SpanError::Bare));
             assert!(is_bare && key.is_empty(), "{error}");
         }
-        assert_eq!(std::fs::read_dir(folder.path()).expect("lists").count(), 1);
+        assert_eq!(folder.read_dir().expect("lists").count(), 1);
     }
     let span = Span {
         from_s: 0.1,
@@ -74,8 +75,8 @@ fn a_span_that_is_not_in_the_log_leaves_nothing() {
 
 #[test]
 fn a_rolled_log_is_cut_across_its_files() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let (log, part) = (folder.path().join("a.mcap"), folder.path().join("b.mcap"));
+    let folder = Folder::empty();
+    let (log, part) = (folder.join("a.mcap"), folder.join("b.mcap"));
     let mut writer = RollingLog::create(&log, [].into(), false).expect("creates");
     writer.roll_at(1);
     for n in 0..40 * TICKS {

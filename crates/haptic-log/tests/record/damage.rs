@@ -16,7 +16,7 @@ use std::io::{self, Cursor, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::Path;
 use std::rc::Rc;
-use testkit::{Random, broken, cases};
+use testkit::{Folder, Random, broken, cases};
 
 /// A sink that shares its bytes and fails once it holds `limit` of them.
 #[derive(Clone)]
@@ -73,12 +73,12 @@ fn what_was_written_100_ms_before_any_cut_survives_it() {
     writer.close().expect("closes");
     let whole = disk.bytes.borrow().clone();
 
-    let folder = tempfile::tempdir().expect("folder");
+    let folder = Folder::empty();
     let mut random = Random(2);
     for round in 0..cases(25) {
         let cut = 1 + random.bits() as usize % (whole.len() - 1);
-        let source = folder.path().join(format!("{round}.mcap.part"));
-        let target = folder.path().join(format!("{round}.mcap"));
+        let source = folder.join(format!("{round}.mcap.part"));
+        let target = folder.join(format!("{round}.mcap"));
         fs::write(&source, &whole[..cut]).expect("writes");
 
         let before = inspect(&source).expect("inspects");
@@ -106,9 +106,9 @@ fn what_was_written_100_ms_before_any_cut_survives_it() {
 
 #[test]
 fn a_killed_writer_leaves_all_but_the_last_100_ms() {
-    let folder = tempfile::tempdir().expect("folder");
-    let path = folder.path().join("run.mcap");
-    let part = folder.path().join("run.mcap.part");
+    let folder = Folder::empty();
+    let path = folder.join("run.mcap");
+    let part = folder.join("run.mcap.part");
     let mut writer = LogWriter::create(&path).expect("creates");
     fill(&mut writer, 5_050).expect("fills");
     let safe = writer.samples_safe();
@@ -125,7 +125,7 @@ fn a_killed_writer_leaves_all_but_the_last_100_ms() {
     );
 
     // To the system this process still writes it: neither another run nor a recovery gets in its way.
-    let saved = folder.path().join("saved.mcap");
+    let saved = folder.join("saved.mcap");
     let tries = [
         LogWriter::create(&path).map(drop),
         recover(&part, &saved, false).map(drop),
@@ -141,8 +141,8 @@ fn a_killed_writer_leaves_all_but_the_last_100_ms() {
     assert!(!saved.exists());
 
     // A copy is what a killed process leaves. The next run under this name does not destroy it.
-    let (path, written) = (folder.path().join("killed.mcap"), part);
-    let part = folder.path().join("killed.mcap.part");
+    let (path, written) = (folder.join("killed.mcap"), part);
+    let part = folder.join("killed.mcap.part");
     fs::copy(&written, &part).expect("copies");
     let error = LogWriter::create(&path).expect_err("refuses");
     assert!(matches!(
@@ -156,13 +156,13 @@ fn a_killed_writer_leaves_all_but_the_last_100_ms() {
 
 #[test]
 fn a_dropped_writer_keeps_everything_but_does_not_look_finished() {
-    let folder = tempfile::tempdir().expect("folder");
-    let path = folder.path().join("run.mcap");
+    let folder = Folder::empty();
+    let path = folder.join("run.mcap");
     let mut writer = LogWriter::create(&path).expect("creates");
     fill(&mut writer, 5_050).expect("fills");
     drop(writer);
     assert!(!path.exists());
-    let summary = inspect(&folder.path().join("run.mcap.part")).expect("inspects");
+    let summary = inspect(&folder.join("run.mcap.part")).expect("inspects");
     assert_eq!((summary.samples, summary.complete), (5_050, false));
 }
 
@@ -182,13 +182,13 @@ fn a_damaged_chunk_costs_its_own_100_ms_and_nothing_else() {
     );
     assert_eq!(ticks_of(&entries).len() as u64, 10_000 - CHUNK_TICKS);
 
-    let folder = tempfile::tempdir().expect("folder");
-    let damaged = folder.path().join("damaged.mcap");
+    let folder = Folder::empty();
+    let damaged = folder.join("damaged.mcap");
     fs::write(&damaged, &bytes).expect("writes");
     let summary = inspect(&damaged).expect("inspects");
     assert_eq!(summary.gaps.len(), 1);
     assert_eq!(summary.gaps[0].missing, CHUNK_TICKS);
-    let saved = recover(&damaged, &folder.path().join("saved.mcap"), false).expect("recovers");
+    let saved = recover(&damaged, &folder.join("saved.mcap"), false).expect("recovers");
     assert_eq!(saved.samples, 10_000 - CHUNK_TICKS);
     let sentences = saved.missing.join("\n");
     assert!(sentences.contains("100 ticks between"), "{sentences}");
@@ -312,18 +312,18 @@ fn a_full_disk_says_which_file_and_how_much_is_safe_and_loses_no_more() {
 
 #[test]
 fn a_recovered_log_replaces_another_only_when_asked_and_never_its_source() {
-    let folder = tempfile::tempdir().expect("folder");
-    let log = folder.path().join("run.mcap");
+    let folder = Folder::empty();
+    let log = folder.join("run.mcap");
     finished(&log, 10);
     let whole = fs::read(&log).expect("reads");
-    let old = folder.path().join("old.mcap");
+    let old = folder.join("old.mcap");
     fs::write(&old, "old").expect("writes");
     recover(&log, &old, false).expect_err("not asked");
     assert_eq!(fs::read(&old).expect("reads"), b"old");
     assert_eq!(recover(&log, &old, true).expect("asked").samples, 10);
 
     // By its own name, and by another one.
-    let link = folder.path().join("link.mcap");
+    let link = folder.join("link.mcap");
     fs::hard_link(&log, &link).expect("links");
     for (source, target) in [(&log, &log), (&log, &link)] {
         let errors = [
@@ -344,10 +344,10 @@ fn a_recovered_log_replaces_another_only_when_asked_and_never_its_source() {
 
 #[test]
 fn a_log_whose_writer_died_before_the_first_byte_is_an_empty_one() {
-    let folder = tempfile::tempdir().expect("folder");
-    let part = folder.path().join("run.mcap.part");
+    let folder = Folder::empty();
+    let part = folder.join("run.mcap.part");
     fs::write(&part, "").expect("writes");
-    let saved = folder.path().join("saved.mcap");
+    let saved = folder.join("saved.mcap");
     let summary = recover(&part, &saved, false).expect("recovers");
     assert!(!summary.complete && summary.samples == 0, "{summary:?}");
     assert!(inspect(&saved).expect("inspects").complete);
@@ -355,16 +355,16 @@ fn a_log_whose_writer_died_before_the_first_byte_is_an_empty_one() {
 
 /// A log of a file, with something done to its unfinished file after so many ticks.
 fn meddled(done: impl Fn(&Path)) -> RecordError {
-    let folder = tempfile::tempdir().expect("folder");
-    let mut writer = LogWriter::create(&folder.path().join("run.mcap")).expect("creates");
+    let folder = Folder::empty();
+    let mut writer = LogWriter::create(&folder.join("run.mcap")).expect("creates");
     for n in 0..3 * CHUNK_TICKS {
         if n == 2 * CHUNK_TICKS {
-            done(&folder.path().join("run.mcap.part"));
+            done(&folder.join("run.mcap.part"));
         }
         writer.tick(&tick(n)).expect("takes it");
     }
     let error = writer.finish().expect_err("it is not whole");
-    assert!(!folder.path().join("run.mcap").exists());
+    assert!(!folder.join("run.mcap").exists());
     error
 }
 
@@ -383,8 +383,8 @@ fn a_log_that_somebody_removes_or_empties_is_not_called_whole() {
 
 #[test]
 fn a_sound_log_of_others_is_not_an_empty_table() {
-    let folder = tempfile::tempdir().expect("folder");
-    let [path, table] = ["theirs.mcap", "table.csv"].map(|name| folder.path().join(name));
+    let folder = Folder::empty();
+    let [path, table] = ["theirs.mcap", "table.csv"].map(|name| folder.join(name));
     let mut log = mcap::Writer::new(Cursor::new(Vec::new())).expect("starts");
     for (id, topic) in [(7, "/camera/image"), (9, "/joint_states")] {
         log.add_channel_with_id(id, 0, topic, "json", &Default::default())
@@ -405,7 +405,7 @@ fn a_sound_log_of_others_is_not_an_empty_table() {
     let text = error.to_string();
     assert!(text.contains("/camera/image, /joint_states"), "{text}");
     // A copy of it lacks them, and that is said.
-    let files = fs::read_dir(folder.path()).expect("lists");
+    let files = folder.read_dir().expect("lists");
     assert_eq!(files.count(), 1, "no table");
     let saved = recover(&path, &table, false).expect("saves");
     let said = &saved.missing[0];
@@ -422,8 +422,8 @@ fn a_sound_log_of_others_is_not_an_empty_table() {
 /// Every message has its time, read or not: Python writes `NaN`, which is not JSON.
 #[test]
 fn times_count_from_the_first_message_though_it_is_no_number() {
-    let folder = tempfile::tempdir().expect("folder");
-    let path = folder.path().join("theirs.mcap");
+    let folder = Folder::empty();
+    let path = folder.join("theirs.mcap");
     for (first, rows) in [
         ("NaN", 2),
         ("null", 3),
@@ -604,8 +604,8 @@ fn read_in_every_way(path: &Path, folder: &Path) -> [(bool, u64); 3] {
 /// `CAMPAIGN_CASES`: broken logs, 42 by default. The smallest damage may hit what nobody needs; a tick that is gone is said.
 #[test]
 fn broken_logs_never_panic_never_lose_in_silence_and_never_take_long() {
-    let folder = tempfile::tempdir().expect("folder");
-    let path = folder.path().join("broken.mcap");
+    let folder = Folder::empty();
+    let path = folder.join("broken.mcap");
     let (logs, mut random) = (kinds_of_logs(), Random(65));
     let (mut whole, mut slowest_s) = (0, 0.0_f64);
     let cases = cases(42);
@@ -613,7 +613,7 @@ fn broken_logs_never_panic_never_lose_in_silence_and_never_take_long() {
         let (name, log, ticks) = &logs[case % logs.len()];
         fs::write(&path, damaged(log, &mut random)).expect("writes");
         let before_s = processor_s();
-        let found = std::panic::catch_unwind(|| read_in_every_way(&path, folder.path()));
+        let found = std::panic::catch_unwind(|| read_in_every_way(&path, &folder));
         let found = found.unwrap_or_else(|_| panic!("case {case}, {name}"));
         slowest_s = slowest_s.max(processor_s() - before_s);
         for (is_whole, samples) in found {

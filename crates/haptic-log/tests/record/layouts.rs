@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
-use testkit::{Random, cases};
+use testkit::{Folder, Random, cases};
 
 /// Ticks in each.
 const TICKS: u64 = 40;
@@ -277,7 +277,7 @@ fn shown(ticks: &[TickMessage]) -> Vec<String> {
 
 #[test]
 fn every_layout_so_far_is_read_checked_exported_and_saved() {
-    let folder = tempfile::tempdir().expect("folder");
+    let folder = Folder::empty();
     for layout in &LAYOUTS {
         let (path, name) = (layout.path(), layout.name);
         let mut reader = LogReader::open(&path).expect("opens");
@@ -304,7 +304,7 @@ fn every_layout_so_far_is_read_checked_exported_and_saved() {
         );
         assert_eq!(summary.foreign_messages, 0, "{name}");
 
-        let [saved, table] = ["mcap", "csv"].map(|end| folder.path().join(format!("{name}.{end}")));
+        let [saved, table] = ["mcap", "csv"].map(|end| folder.join(format!("{name}.{end}")));
         let kept = recover(&path, &saved, false).expect("saves");
         assert!(kept.complete && kept.samples == TICKS, "{name}: {kept:?}");
         assert_eq!(shown(&ticks_in(&saved)), shown(&expected), "{name}");
@@ -351,8 +351,8 @@ fn a_log_that_a_public_tool_packed_with_zstd_is_read() {
     assert!(summary.complete, "{:?}", summary.damage);
     assert_eq!((summary.samples, summary.gaps.len()), (2001, 0));
     assert_eq!((summary.first_s, summary.last_s), (Some(0.0), Some(2.0)));
-    let folder = tempfile::tempdir().expect("folder");
-    let saved = recover(&path, &folder.path().join("saved.mcap"), false).expect("saves");
+    let folder = Folder::empty();
+    let saved = recover(&path, &folder.join("saved.mcap"), false).expect("saves");
     assert_eq!((saved.samples, saved.complete), (2001, true));
 }
 

@@ -7,6 +7,7 @@ use haptic_log::record::{
 };
 use std::fs;
 use std::path::{Path, PathBuf};
+use testkit::Folder;
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
@@ -17,8 +18,8 @@ fn a_very_long_log_has_an_index_of_all_of_it() {
         time_s: 0.1 * number as f64,
         ..tick(number)
     };
-    let folder = tempfile::tempdir().expect("folder");
-    let path = folder.path().join("long.mcap");
+    let folder = Folder::empty();
+    let path = folder.join("long.mcap");
     let mut writer = LogWriter::create(&path).expect("creates");
     writer.starts_at(noon()).expect("dates");
     writer
@@ -87,10 +88,10 @@ fn assert_missed(files: usize, ticks: u64, name: impl Fn(usize) -> PathBuf) {
 
 #[test]
 fn a_log_in_several_files_reads_as_one() {
-    let folder = tempfile::tempdir().expect("folder");
+    let folder = Folder::empty();
     let name = |number: usize| match number {
-        1 => folder.path().join("run.mcap"),
-        _ => folder.path().join(format!("run-{number:04}.mcap")),
+        1 => folder.join("run.mcap"),
+        _ => folder.join(format!("run-{number:04}.mcap")),
     };
     let write = |ticks: u64, overwrite| {
         let mut log = RollingLog::create(&name(1), parameters(), overwrite).expect("creates");
@@ -128,7 +129,7 @@ fn a_log_in_several_files_reads_as_one() {
 
     assert_missed(files, ticks, name);
     // Saved, all of it is one log.
-    let saved = folder.path().join("saved.mcap");
+    let saved = folder.join("saved.mcap");
     let summary = recover(&name(1), &saved, false).expect("saves");
     assert!(
         summary.complete && summary.missing.is_empty(),
@@ -138,13 +139,13 @@ fn a_log_in_several_files_reads_as_one() {
     assert_eq!(ticks_in(&saved), all(&name(1)));
     // Nothing is written over one of its files.
     assert!(recover(&name(1), &name(2), true).is_err());
-    fs::rename(name(2), folder.path().join("aside")).expect("moves");
+    fs::rename(name(2), folder.join("aside")).expect("moves");
     let summary = recover(&name(1), &saved, true).expect("saves");
     assert!(!summary.complete && summary.missing[0].contains("run-0002.mcap"));
-    fs::rename(folder.path().join("aside"), name(2)).expect("moves back");
+    fs::rename(folder.join("aside"), name(2)).expect("moves back");
     fs::remove_file(saved).expect("removes");
     // The file that was being written when the process died is `.part`.
-    let part = folder.path().join(format!("run-{files:04}.mcap.part"));
+    let part = folder.join(format!("run-{files:04}.mcap.part"));
     let bytes = fs::read(name(files)).expect("reads");
     fs::write(&part, &bytes[..bytes.len() / 2]).expect("writes");
     fs::remove_file(name(files)).expect("removes");
@@ -156,7 +157,7 @@ fn a_log_in_several_files_reads_as_one() {
     let finished = write(10, true);
     assert_eq!(finished.paths, [name(1)]);
     assert_eq!(inspect(&name(1)).expect("inspects").samples, 10);
-    assert_eq!(fs::read_dir(folder.path()).expect("lists").count(), 1);
+    assert_eq!(folder.read_dir().expect("lists").count(), 1);
 }
 
 /// A log of so many ticks in files of 1 MB; `dies` at its last tick.
@@ -172,8 +173,8 @@ fn rolled(first: &Path, ticks: u64, overwrite: bool, dies: bool) {
 
 #[test]
 fn a_run_that_dies_over_an_older_one_is_not_continued_by_it() {
-    let folder = tempfile::tempdir().expect("folder");
-    let name = |name: &str| folder.path().join(name);
+    let folder = Folder::empty();
+    let name = |name: &str| folder.join(name);
     rolled(&name("run.mcap"), 60_000, false, false);
     rolled(&name("run.mcap"), 20_000, true, true);
     let summary = inspect(&name("run.mcap")).expect("inspects");
@@ -184,8 +185,8 @@ fn a_run_that_dies_over_an_older_one_is_not_continued_by_it() {
 
 #[test]
 fn files_of_another_run_are_not_read_as_one_with_these() {
-    let folder = tempfile::tempdir().expect("folder");
-    let name = |name: &str| folder.path().join(name);
+    let folder = Folder::empty();
+    let name = |name: &str| folder.join(name);
     rolled(&name("run.mcap"), 40_000, false, false);
     rolled(&name("other.mcap"), 40_000, false, false);
     fs::copy(name("other-0002.mcap"), name("run-0002.mcap")).expect("copies");
@@ -218,8 +219,8 @@ fn goes_on(path: &Path, ticks: u64, next: Option<&str>) {
 
 #[test]
 fn a_log_that_goes_on_under_a_name_of_its_own_or_none_ends() {
-    let folder = tempfile::tempdir().expect("folder");
-    let names = ["a.mcap", "b.mcap"].map(|name| folder.path().join(name));
+    let folder = Folder::empty();
+    let names = ["a.mcap", "b.mcap"].map(|name| folder.join(name));
     let nowhere = ["", ".", "..", "/", "a/.."].map(Some);
     let nowhere = nowhere.into_iter().chain([None]);
     let nowhere = nowhere.map(|name| (name, "is no name of a file"));

@@ -17,6 +17,7 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Cursor, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, UNIX_EPOCH};
+use testkit::Folder;
 
 /// 1 kHz, as in the main job.
 const TICK_S: f64 = 1e-3;
@@ -162,8 +163,8 @@ fn finished(path: &Path, ticks: u64) {
 
 #[test]
 fn twenty_thousand_ticks_come_back_identical() {
-    let folder = tempfile::tempdir().expect("folder");
-    let path = folder.path().join("run.mcap");
+    let folder = Folder::empty();
+    let path = folder.join("run.mcap");
     let mut writer = LogWriter::create(&path).expect("creates");
     fill(&mut writer, 20_000).expect("fills");
     assert!(!path.exists(), "an unfinished log has no name yet");
@@ -173,7 +174,7 @@ fn twenty_thousand_ticks_come_back_identical() {
         (path.as_path(), 20_000)
     );
     assert_eq!(finished.bytes, fs::metadata(&path).expect("exists").len());
-    assert_eq!(fs::read_dir(folder.path()).expect("lists").count(), 1);
+    assert_eq!(folder.read_dir().expect("lists").count(), 1);
 
     let mut reader = LogReader::open(&path).expect("opens");
     let entries: Vec<Entry> = reader.by_ref().collect::<Result<_, _>>().expect("reads");
@@ -186,8 +187,8 @@ fn twenty_thousand_ticks_come_back_identical() {
 
 #[test]
 fn a_log_without_samples_is_complete_and_empty() {
-    let folder = tempfile::tempdir().expect("folder");
-    let path = folder.path().join("empty.mcap");
+    let folder = Folder::empty();
+    let path = folder.join("empty.mcap");
     log_of(&path, []);
     let summary = inspect(&path).expect("inspects");
     assert!(summary.complete);
@@ -196,7 +197,7 @@ fn a_log_without_samples_is_complete_and_empty() {
         (0, None, None)
     );
 
-    let csv = folder.path().join("empty.csv");
+    let csv = folder.join("empty.csv");
     assert_eq!(export_csv(&path, &csv, false).expect("exports").rows, 0);
     let text = fs::read_to_string(&csv).expect("reads");
     assert!(text.starts_with("tick,time_s,reference_m,") && text.lines().count() == 1);
@@ -204,8 +205,8 @@ fn a_log_without_samples_is_complete_and_empty() {
 
 #[test]
 fn missing_ticks_are_found_by_their_numbers() {
-    let folder = tempfile::tempdir().expect("folder");
-    let path = folder.path().join("gaps.mcap");
+    let folder = Folder::empty();
+    let path = folder.join("gaps.mcap");
     let numbers = (0..100).chain(105..200).chain(201..300).chain(299..301);
     log_of(&path, numbers.map(tick));
     let summary = inspect(&path).expect("inspects");
@@ -224,11 +225,8 @@ fn missing_ticks_are_found_by_their_numbers() {
 /// Of a run that made 1000 of 2000; what is saved of it lacks the same.
 #[test]
 fn ticks_missing_before_the_first_and_after_the_last_are_counted() {
-    let folder = tempfile::tempdir().expect("folder");
-    let (path, saved) = (
-        folder.path().join("made.mcap"),
-        folder.path().join("saved.mcap"),
-    );
+    let folder = Folder::empty();
+    let (path, saved) = (folder.join("made.mcap"), folder.join("saved.mcap"));
     for (lost, [start, between, end]) in [
         (vec![0..100, 100..200], [200, 0, 0]),
         (vec![900..950, 950..1000], [0, 0, 100]),
@@ -266,29 +264,29 @@ fn ticks_missing_before_the_first_and_after_the_last_are_counted() {
 
 #[test]
 fn what_is_not_mcap_is_refused_by_name() {
-    let folder = tempfile::tempdir().expect("folder");
+    let folder = Folder::empty();
     for (name, content) in [
         ("a.csv", "tick,time_s\n1,2\n"),
         ("empty.mcap", ""),
         ("b", "\u{89}MC"),
     ] {
-        let path = folder.path().join(name);
+        let path = folder.join(name);
         fs::write(&path, content).expect("writes");
         let error = inspect(&path).expect_err("refuses");
         assert!(matches!(error, RecordError::NotMcap { .. }), "{error:?}");
         assert!(error.to_string().contains(name), "{error}");
-        assert!(recover(&path, &folder.path().join("new.mcap"), false).is_err());
+        assert!(recover(&path, &folder.join("new.mcap"), false).is_err());
     }
-    let missing = folder.path().join("missing.mcap");
+    let missing = folder.join("missing.mcap");
     assert!(matches!(inspect(&missing), Err(RecordError::Read { .. })));
 }
 
 #[test]
 fn nothing_that_exists_is_overwritten() {
-    let folder = tempfile::tempdir().expect("folder");
-    let log = folder.path().join("run.mcap");
+    let folder = Folder::empty();
+    let log = folder.join("run.mcap");
     finished(&log, 10);
-    let taken = folder.path().join("taken");
+    let taken = folder.join("taken");
     fs::write(&taken, "precious").expect("writes");
     let errors = [
         LogWriter::create(&taken).map(drop).expect_err("refuses"),
@@ -304,7 +302,7 @@ fn nothing_that_exists_is_overwritten() {
         );
     }
     assert_eq!(fs::read_to_string(&taken).expect("reads"), "precious");
-    assert_eq!(fs::read_dir(folder.path()).expect("lists").count(), 2);
+    assert_eq!(folder.read_dir().expect("lists").count(), 2);
 }
 
 #[test]
@@ -329,9 +327,9 @@ fn noon() -> StartTime {
 
 #[test]
 fn log_times_are_wall_clock_and_read_back_as_seconds_from_the_start() {
-    let folder = tempfile::tempdir().expect("folder");
+    let folder = Folder::empty();
     let [dated, undated, saved, cut] =
-        ["dated", "undated", "saved", "cut"].map(|name| folder.path().join(name));
+        ["dated", "undated", "saved", "cut"].map(|name| folder.join(name));
     for (path, start) in [(&dated, Some(noon())), (&undated, None)] {
         let mut writer = LogWriter::create(path).expect("creates");
         if let Some(start) = start {
@@ -372,9 +370,9 @@ fn log_times_are_wall_clock_and_read_back_as_seconds_from_the_start() {
 
 #[test]
 fn the_csv_has_every_digit_of_every_axis() {
-    let folder = tempfile::tempdir().expect("folder");
+    let folder = Folder::empty();
     for axes in 1..=3 {
-        let [log, csv] = ["mcap", "csv"].map(|end| folder.path().join(format!("run{axes}.{end}")));
+        let [log, csv] = ["mcap", "csv"].map(|end| folder.join(format!("run{axes}.{end}")));
         log_of(&log, (0..1_000).map(|n| tick_of(axes, n)));
         let summary = export_csv(&log, &csv, false).expect("exports");
         assert_eq!((summary.rows, summary.condition.complete), (1_000, true));
@@ -401,8 +399,8 @@ fn foreign_readers_agree_with_the_csv_on_every_value() {
 
 #[test]
 fn a_cut_log_of_several_axes_is_counted_and_saved() {
-    let folder = tempfile::tempdir().expect("folder");
-    let path = |name: &str| folder.path().join(name);
+    let folder = Folder::empty();
+    let path = |name: &str| folder.join(name);
     let mut writer = LogWriter::create(&path("run.mcap")).expect("creates");
     for n in (0..500).filter(|n| *n != 250) {
         writer.tick(&tick_of(3, n)).expect("takes");
@@ -426,11 +424,8 @@ fn a_cut_log_of_several_axes_is_counted_and_saved() {
 fn foreign_readers_agree(
     fill: impl FnOnce(&mut LogWriter<BufWriter<File>>) -> Result<(), RecordError>,
 ) {
-    let folder = tempfile::tempdir().expect("folder");
-    let (log, csv) = (
-        folder.path().join("run.mcap"),
-        folder.path().join("run.csv"),
-    );
+    let folder = Folder::empty();
+    let (log, csv) = (folder.join("run.mcap"), folder.join("run.csv"));
     let mut writer = LogWriter::create(&log).expect("creates");
     writer.starts_at(noon()).expect("dates");
     fill(&mut writer).expect("fills");

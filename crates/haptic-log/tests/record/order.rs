@@ -9,7 +9,7 @@ use mcap::records::Metadata;
 use mcap::{Compression, Message, MessageStream, WriteOptions};
 use std::fs;
 use std::io::Cursor;
-use testkit::Random;
+use testkit::{Folder, Random};
 
 /// The messages of a log in another order, in the chunks of a public writer. It says how its run ended.
 pub(super) fn reordered(
@@ -57,8 +57,8 @@ pub(super) fn reasons(summary: &LogSummary) -> Vec<String> {
 fn ticks_are_read_by_their_numbers_wherever_their_messages_stand() {
     const TICKS: u64 = 1000;
     let (whole, mut random) = (finished_bytes(TICKS), Random(65));
-    let folder = tempfile::tempdir().expect("folder");
-    let [path, saved, table] = ["a.mcap", "b.mcap", "a.csv"].map(|name| folder.path().join(name));
+    let folder = Folder::empty();
+    let [path, saved, table] = ["a.mcap", "b.mcap", "a.csv"].map(|name| folder.join(name));
     for case in 0..12 {
         let options = options()[case % 3].clone();
         let bytes = reordered(&whole, options, |messages| match case / 3 {
@@ -106,8 +106,8 @@ fn ticks_are_read_by_their_numbers_wherever_their_messages_stand() {
 /// A log in order is given out as it is read, and a gap holds nothing back for good.
 #[test]
 fn what_is_in_order_is_not_called_sorted() {
-    let folder = tempfile::tempdir().expect("folder");
-    let path = folder.path().join("a.mcap");
+    let folder = Folder::empty();
+    let path = folder.join("a.mcap");
     for gap in [0..0, 0..500, 300..400, 1..1999] {
         let bytes = reordered(&finished_bytes(2000), WriteOptions::new(), |messages| {
             messages.retain(|message| !gap.contains(&message.sequence) || message.channel.id != 1);
@@ -124,8 +124,8 @@ fn what_is_in_order_is_not_called_sorted() {
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn ticks_too_late_to_be_sorted_are_said_and_not_called_missing() {
     const TICKS: u64 = 140_000;
-    let folder = tempfile::tempdir().expect("folder");
-    let [path, table] = ["a.mcap", "a.csv"].map(|name| folder.path().join(name));
+    let folder = Folder::empty();
+    let [path, table] = ["a.mcap", "a.csv"].map(|name| folder.join(name));
     let bytes = reordered(&finished_bytes(TICKS), WriteOptions::new(), |messages| {
         messages[1..].rotate_left(TICKS as usize / 2);
     });
@@ -147,8 +147,8 @@ fn ticks_too_late_to_be_sorted_are_said_and_not_called_missing() {
 
 #[test]
 fn a_list_reads_no_sample() {
-    let folder = tempfile::tempdir().expect("folder");
-    let path = folder.path().join("a.mcap");
+    let folder = Folder::empty();
+    let path = folder.join("a.mcap");
     let whole = finished_bytes(2000);
     let packed = fs::read(zstd()).expect("reads");
     // The last has a compression that nobody can unpack, so no byte of a chunk is looked at; its sum is wrong.

@@ -9,6 +9,7 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::ops::Range;
 use std::path::Path;
+use testkit::Folder;
 
 const TICKS: u64 = 1000;
 
@@ -44,8 +45,8 @@ fn begun(path: &Path, lost: &Range<u64>) -> LogWriter<BufWriter<File>> {
 
 #[test]
 fn ticks_of_both_devices_come_back_and_a_table_has_those_of_the_first() {
-    let folder = tempfile::tempdir().expect("folder");
-    let path = folder.path().join("pair.mcap");
+    let folder = Folder::empty();
+    let path = folder.join("pair.mcap");
     begun(&path, &(0..0)).finish().expect("finishes");
     let (mut first, mut drive) = (0, 0);
     for entry in LogFiles::open(&path).expect("opens") {
@@ -65,14 +66,14 @@ fn ticks_of_both_devices_come_back_and_a_table_has_those_of_the_first() {
     let summary = inspect(&path).expect("reads");
     assert_eq!(summary.drive_samples, Some(TICKS));
     assert!(summary.complete && summary.reasons().is_empty());
-    let table = folder.path().join("pair.csv");
+    let table = folder.join("pair.csv");
     let exported = export_csv(&path, &table, false).expect("exports");
     assert_eq!(exported.rows, TICKS);
 }
 
 #[test]
 fn what_the_drive_lost_is_told_in_the_middle_and_at_the_end() {
-    let folder = tempfile::tempdir().expect("folder");
+    let folder = Folder::empty();
     for (n, (lost, made, missing)) in [
         (400..407, TICKS, 7),
         (0..0, TICKS + 5, 5),
@@ -81,7 +82,7 @@ fn what_the_drive_lost_is_told_in_the_middle_and_at_the_end() {
     .into_iter()
     .enumerate()
     {
-        let path = folder.path().join(format!("{n}.mcap"));
+        let path = folder.join(format!("{n}.mcap"));
         let mut writer = begun(&path, &lost);
         writer
             .metadata(END, end(TICKS, TICKS).metadata())
@@ -98,7 +99,7 @@ fn what_the_drive_lost_is_told_in_the_middle_and_at_the_end() {
             [format!("{missing} ticks of the drive missing")]
         );
         // A copy says it too.
-        let saved = recover(&path, &folder.path().join(format!("{n}-saved.mcap")), false);
+        let saved = recover(&path, &folder.join(format!("{n}-saved.mcap")), false);
         let saved = saved.expect("recovers");
         assert!(!saved.complete, "{saved:?}");
         let said = format!("{missing} ticks of the drive are missing");
@@ -108,18 +109,18 @@ fn what_the_drive_lost_is_told_in_the_middle_and_at_the_end() {
 
 #[test]
 fn a_cut_log_keeps_both_devices_and_a_log_in_files_announces_both_in_each() {
-    let folder = tempfile::tempdir().expect("folder");
-    let path = folder.path().join("cut.mcap");
+    let folder = Folder::empty();
+    let path = folder.join("cut.mcap");
     drop(begun(&path, &(0..0)));
-    let saved = folder.path().join("saved.mcap");
-    recover(&folder.path().join("cut.mcap.part"), &saved, false).expect("recovers");
+    let saved = folder.join("saved.mcap");
+    recover(&folder.join("cut.mcap.part"), &saved, false).expect("recovers");
     let summary = inspect(&saved).expect("reads");
     assert_eq!(
         (summary.samples, summary.drive_samples),
         (TICKS, Some(TICKS))
     );
 
-    let first = folder.path().join("day.mcap");
+    let first = folder.join("day.mcap");
     let mut log = RollingLog::create(&first, [].into(), false).expect("creates");
     log.roll_at(0);
     let ticks = 15 * TICKS;

@@ -175,12 +175,6 @@ impl<W: Waiter> Periodic<W> {
         (self.timing, self.thread)
     }
 
-    /// The measured times, up to the cycle that runs.
-    #[must_use]
-    pub const fn timing(&self) -> &Timing {
-        &self.timing
-    }
-
     /// The thread: what was granted and refused.
     #[must_use]
     pub const fn thread(&self) -> &RaisedThread {

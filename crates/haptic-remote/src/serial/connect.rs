@@ -137,7 +137,6 @@ impl SerialLink {
             has_surfaces: false,
             latency_ms: None,
             path: path.to_string(),
-            baud,
             ahead: None,
             running: None,
             newest: Sample::default(),
@@ -254,7 +253,6 @@ fn shared(conversation: Conversation, status: Status) -> Result<Shared, SerialEr
         alives: AtomicU64::new(0),
         armed_after: AtomicU32::new(u32::MAX),
         armed_anew: AtomicBool::new(false),
-        energy_bits: AtomicU32::new(0),
         period_us: AtomicU32::new(1000),
     })
 }

@@ -76,7 +76,6 @@ pub struct SerialLink {
     pub(super) has_surfaces: bool,
     pub(super) latency_ms: Option<u32>,
     pub(super) path: String,
-    pub(super) baud: u32,
     /// Heard before its turn, to see whether a newer sample waits.
     pub(super) ahead: Option<Heard>,
     /// A run that was started and whose end was not heard yet, as of the alive of this number.
@@ -174,12 +173,6 @@ impl SerialLink {
         *lock(&self.shared.status)
     }
 
-    /// Energy that the device's passivity guard has observed up to the last keep-alive, J; 0 without a guard.
-    #[must_use]
-    pub fn observed_energy_j(&self) -> f32 {
-        f32::from_bits(self.shared.energy_bits.load(Ordering::Relaxed))
-    }
-
     /// The sample that a host loop read last; one without axes before the first.
     #[must_use]
     pub const fn newest(&self) -> &Sample {
@@ -205,12 +198,6 @@ impl SerialLink {
     #[must_use]
     pub const fn fault_tick(&self) -> Option<u32> {
         self.fault_tick
-    }
-
-    /// The speed at which the device answered, bits per second.
-    #[must_use]
-    pub const fn baud(&self) -> u32 {
-        self.baud
     }
 
     /// The device, as on the command line.
@@ -330,8 +317,6 @@ pub(super) struct Shared {
     pub(super) armed_after: AtomicU32,
     /// Armed since, and not started: a fault now has ended what was about to run.
     pub(super) armed_anew: AtomicBool,
-    /// Energy that the guard observed, J, as bits of an `f32`.
-    pub(super) energy_bits: AtomicU32,
     pub(super) period_us: AtomicU32,
 }
 
@@ -404,7 +389,7 @@ impl Ends {
                 device_us,
                 newest,
                 status,
-                observed_energy_j,
+                ..
             } => {
                 lock(&self.shared.round_trip_us).saturating_record(round_trip_us.max(1));
                 lock(&self.shared.pings).add(Ping {
@@ -415,8 +400,6 @@ impl Ends {
                 if !newest {
                     return;
                 }
-                let bits = observed_energy_j.to_bits();
-                self.shared.energy_bits.store(bits, Ordering::Relaxed);
                 *lock(&self.shared.status) = status;
                 self.shared.alives.fetch_add(1, Ordering::Release);
             }

@@ -6,7 +6,7 @@ use crate::held_clock::HeldClock;
 use crate::{DeviceSession, Exchange, Hardware, TickSide};
 use core::cell::RefCell;
 use core::hint::spin_loop;
-use haptic_link::{Capabilities, ControllerCost, FRAME_MAX, Refusal, Simulation, State};
+use haptic_link::{Capabilities, ControllerCost, FRAME_MAX, Refusal, State};
 use haptic_loop::realtime::Moment;
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use std::io::{Read as _, Write as _};
@@ -322,10 +322,6 @@ impl<H: Hardware<D>, const D: usize> Hardware<D> for Punctual<H> {
 
     fn controller_cost(&self) -> Option<ControllerCost> {
         self.hardware.controller_cost()
-    }
-
-    fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Self::Setup, Refusal> {
-        H::prepare(simulation, tick_period_us)
     }
 
     fn fit(&self, setup: &mut Self::Setup) -> Result<(), Refusal> {

@@ -1,7 +1,7 @@
 //! A device that this process serves: late ticks count, and the end of the link is the end of the force.
 
 use haptic_link::{
-    Capabilities, Configuration, FaultReport, Limits, Refusal, Sample, Simulation, Start, State,
+    Capabilities, Configuration, FaultReport, Limits, Refusal, Sample, Start, State,
 };
 use haptic_loop::realtime::Moment;
 use haptic_loop::{Device, Fault, Limiters, Reading, SafeForce};
@@ -78,10 +78,6 @@ impl Hardware for Slow {
             simulated: false,
             ..SimulatedPlant::new("slow", || 0).capabilities()
         }
-    }
-
-    fn prepare(_: &Simulation, _: u32) -> Result<(), Refusal> {
-        Ok(())
     }
 
     fn install(&mut self, (): (), _: u32) {}

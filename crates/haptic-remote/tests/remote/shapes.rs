@@ -72,10 +72,6 @@ impl<const D: usize> Hardware<D> for Led<D> {
         }
     }
 
-    fn prepare(_: &Simulation, _: u32) -> Result<(), Refusal> {
-        Ok(())
-    }
-
     fn install(&mut self, (): (), _: u32) {}
 
     fn restart(&mut self) {
@@ -208,9 +204,11 @@ fn same_bits<H: Hardware<D>, const D: usize>(
     map: Option<DepthMap<f32>>,
 ) -> (f32, u32) {
     const TICKS: u32 = 3000;
-    let mut bench = Bench::on(hardware);
     let mut own = run(shape, map);
-    own.configuration.simulation = pushed();
+    if hardware.capabilities().simulated {
+        own.configuration.simulation = pushed();
+    }
+    let mut bench = Bench::on(hardware);
     bench.runs(&own, TICKS);
     bench.run_ms(u64::from(TICKS) + 300);
     let law = SpringDamper::new(K, B, operator()).expect("valid");

@@ -1,6 +1,6 @@
 //! A simulated board that remembers what force acts on its plant.
 
-use haptic_link::{Capabilities, ControllerCost, Refusal, Simulation};
+use haptic_link::{Capabilities, ControllerCost};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::{Hardware, SimulatedPlant};
 
@@ -82,10 +82,6 @@ impl Hardware for Witness {
 
     fn controller_cost(&self) -> Option<ControllerCost> {
         self.controller_cost
-    }
-
-    fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Self::Setup, Refusal> {
-        SimulatedPlant::prepare(simulation, tick_period_us)
     }
 
     fn install(&mut self, setup: Self::Setup, tick_period_us: u32) {

@@ -3,13 +3,13 @@
 use crate::at_once::at_once;
 use crate::foreign::WITHOUT_STOP;
 use crate::tested;
-use haptic_link::{Capabilities, Refusal, Simulation};
+use haptic_link::Capabilities;
 use haptic_loop::nalgebra::SVector;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Seconds};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{BoardTrouble, DeviceTime, SerialLink, Served, ServedHardware};
-use haptic_remote::{Hardware, abilities, only_real};
+use haptic_remote::{Hardware, abilities};
 use haptic_selftest::Promise;
 
 /// For each axis as the device tells it, the number of that of the device from 1 on, with a sign.
@@ -59,10 +59,6 @@ impl<const D: usize> Hardware<D> for Arm<D> {
             position_resolution_m: 1e-6,
             ..abilities("arm", D as u8)
         }
-    }
-
-    fn prepare(simulation: &Simulation, _: u32) -> Result<(), Refusal> {
-        only_real(simulation)
     }
 
     fn install(&mut self, (): (), tick_period_us: u32) {

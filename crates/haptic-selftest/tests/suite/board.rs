@@ -5,8 +5,8 @@
 use haptic_emulator::{FaultyLine, LineDamage, LineFaults};
 use haptic_experiment::Failure;
 use haptic_link::{
-    Capabilities, Configuration, Direction, FRAME_MAX, Flight, Header, Receiver, Refusal, Report,
-    Scope, Simulation, State, encode,
+    Capabilities, Configuration, Direction, FRAME_MAX, Flight, Header, Receiver, Report, Scope,
+    State, encode,
 };
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{Line as _, Pipe, SerialError, SerialLink};
@@ -86,10 +86,6 @@ impl Hardware for Axis {
 
     fn capabilities(&self) -> Capabilities {
         self.plant.capabilities()
-    }
-
-    fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Self::Setup, Refusal> {
-        SimulatedPlant::prepare(simulation, tick_period_us)
     }
 
     fn install(&mut self, setup: Self::Setup, tick_period_us: u32) {

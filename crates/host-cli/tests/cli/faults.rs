@@ -22,6 +22,14 @@ const TOO_DEEP: &str = "relax --duration 20s --ramp-time 4s --contact rigid prec
 fn a_fault_is_kept_with_a_thousand_samples_before_it_and_a_hundred_after() {
     let place = Place::new();
     let ended = place.run(&format!("{TOO_DEEP} --json")).failed(1);
+    says(
+        ended.error(),
+        &["fault", "the device left its workspace", "run/relax.mcap"],
+    );
+    let files = ["run/", "run/relax-fault.mcap", "run/relax.mcap"];
+    assert_eq!(place.files(), files);
+    let run = place.json("log check run/relax.mcap");
+    assert_eq!(run["events"][0]["kind"], "fault");
     let report = ended.json();
     let log = report["fault_log"].as_str().expect("a fault log");
     assert!(log.ends_with("run/relax-fault.mcap"), "{report}");

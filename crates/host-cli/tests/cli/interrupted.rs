@@ -8,11 +8,13 @@ use testkit::{assert_close, skip};
 /// A limiter bit of the log: the loop is stopping.
 const STOPPING: u8 = 8;
 
-/// Starts `host-cli LINE`, and sends it a signal as soon as it is `ready`; before that does something else.
-fn start_and_signal(
+/// The log of a run while it is written.
+const PART: &str = "run/relax.mcap.part";
+
+/// Starts `host-cli LINE`, and interrupts it as soon as it is `ready`; before that does something else.
+fn start_and_interrupt(
     place: &Place,
     line: &str,
-    signal: &str,
     ready: impl Fn(&Child) -> bool,
     meanwhile: impl FnOnce(),
 ) -> Ended {
@@ -27,28 +29,17 @@ fn start_and_signal(
         is_ready.then_some(())
     });
     meanwhile();
-    crate::process::signal(&child, signal);
+    crate::process::signal(&child, "INT");
     let output = child.wait_with_output().expect("ends");
-    Ended::new(format!("{line} & kill -{signal}"), &output)
+    Ended::new(format!("{line} & kill -INT"), &output)
 }
 
-/// Starts `host-cli LINE` and sends it a signal when the file `log` holds a few hundred samples.
-fn run_and_signal(place: &Place, line: &str, log: &str, signal: &str) -> Ended {
-    run_and_meanwhile(place, line, log, signal, || ())
-}
-
-/// The same; before the signal does something else.
-fn run_and_meanwhile(
-    place: &Place,
-    line: &str,
-    log: &str,
-    signal: &str,
-    meanwhile: impl FnOnce(),
-) -> Ended {
+/// Starts `host-cli LINE`, and interrupts it when its log holds a few hundred samples; before that does something else.
+fn run_and_interrupt(place: &Place, line: &str, meanwhile: impl FnOnce()) -> Ended {
     // 100 ms are 8 kB.
     let grown =
-        |_: &Child| std::fs::metadata(place.path(log)).map_or(0, |file| file.len()) >= 20_000;
-    start_and_signal(place, line, signal, grown, meanwhile)
+        |_: &Child| std::fs::metadata(place.path(PART)).map_or(0, |file| file.len()) >= 20_000;
+    start_and_interrupt(place, line, grown, meanwhile)
 }
 
 /// Ctrl-C. No picture of the run that it overwrites is left.
@@ -59,7 +50,7 @@ fn ctrl_c_ramps_the_force_to_zero_and_closes_the_log() {
     let place = Place::new();
     place.run(SHORT).succeeded();
     let line = "relax --realtime force_rate_limit=2N/s --out run --overwrite --json";
-    let ended = run_and_signal(&place, line, "run/relax.mcap.part", "INT").failed(1);
+    let ended = run_and_interrupt(&place, line, || ()).failed(1);
     says(
         ended.error(),
         &["interrupted", "ramped to zero", "run/relax.mcap"],
@@ -109,22 +100,9 @@ fn ctrl_c_ramps_the_force_to_zero_and_closes_the_log() {
 }
 
 #[test]
-fn creep_stops_at_a_termination_signal_too() {
-    let place = Place::new();
-    let line = "creep --realtime --out run --quiet";
-    let ended = run_and_signal(&place, line, "run/creep.mcap.part", "TERM").failed(1);
-    assert_eq!(ended.stdout, "", "{ended}");
-    assert_eq!(place.files(), ["run/", "run/creep.mcap"]);
-    let ticks = place.run("log export run/creep.mcap -").succeeded().stdout;
-    let forces = column(&ticks, "commanded_force_n");
-    assert_eq!(forces.last(), Some(&0.0), "the force at the end");
-}
-
-#[test]
 fn a_folder_that_a_run_writes_to_is_its_own() {
     let place = Place::new();
-    let log = "run/relax.mcap.part";
-    let ended = run_and_meanwhile(&place, "relax --realtime --out run", log, "INT", || {
+    let ended = run_and_interrupt(&place, "relax --realtime --out run", || {
         for line in [
             "relax --duration 2s --out run",
             "relax --duration 2s --out run --overwrite",
@@ -154,7 +132,7 @@ pub(crate) fn interrupt_when_it_listens(place: &Place, line: &str) -> Ended {
             u64::from_str_radix(mask.trim(), 16).is_ok_and(|mask| mask & 2 != 0)
         })
     };
-    start_and_signal(place, line, "INT", listens, || ())
+    start_and_interrupt(place, line, listens, || ())
 }
 
 #[test]
@@ -177,21 +155,6 @@ fn long_searches_stop_at_ctrl_c_and_say_what_they_have() {
         );
     }
     assert!(place.text("again/report.md").contains("laim"));
-}
-
-#[test]
-fn a_fault_ends_the_run_with_its_name_and_a_whole_log() {
-    let place = Place::new();
-    let options = "workspace_low=-10mm workspace_high=0.6mm precision=f32";
-    let ended = place.run(&format!("{SHORT} {options}")).failed(1);
-    says(
-        ended.error(),
-        &["fault", "the device left its workspace", "run/relax.mcap"],
-    );
-    let files = ["run/", "run/relax-fault.mcap", "run/relax.mcap"];
-    assert_eq!(place.files(), files);
-    let check = place.run("log check run/relax.mcap --json").succeeded();
-    assert_eq!(check.json()["events"][0]["kind"], "fault");
 }
 
 /// The promises for a disk that took only the first of `run/`.
@@ -368,7 +331,6 @@ fn a_hangup_that_was_ignored_from_the_start_stays_ignored() {
 #[test]
 fn a_folder_that_is_removed_under_a_run_is_lost_data() {
     let place = Place::new();
-    let log = "run/relax.mcap.part";
     type Done = fn(std::path::PathBuf) -> std::io::Result<()>;
     let removed: (Done, &str) = (std::fs::remove_file, "was removed while");
     let emptied: (Done, &str) = (
@@ -376,10 +338,10 @@ fn a_folder_that_is_removed_under_a_run_is_lost_data() {
         "was emptied or cut while",
     );
     for (done, what) in [removed, emptied] {
-        let path = place.path(log);
+        let path = place.path(PART);
         let line = "relax --realtime --out run --overwrite";
-        let ended = run_and_meanwhile(&place, line, log, "INT", || done(path).expect("is done"));
-        ended.refused(4, &[log, what, "make the run again"]);
-        let _ = std::fs::remove_file(place.path(log));
+        let ended = run_and_interrupt(&place, line, || done(path).expect("is done"));
+        ended.refused(4, &[PART, what, "make the run again"]);
+        let _ = std::fs::remove_file(place.path(PART));
     }
 }

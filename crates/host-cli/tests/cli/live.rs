@@ -6,6 +6,7 @@ mod foxglove;
 use std::path::Path;
 use std::process::Output;
 use std::time::Duration;
+use testkit::Folder;
 
 /// No step of these tests takes a tenth of this, even on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(600);
@@ -24,13 +25,13 @@ fn stderr(output: &Output) -> &str {
 #[test]
 fn a_bad_address_is_refused_before_any_file_is_made() {
     for address in ["8765", "127.0.0.1:65536"] {
-        let place = tempfile::tempdir().expect("a folder");
+        let place = Folder::empty();
         let line = format!("relax --duration 2s --foxglove={address} --out run");
-        let ended = run(place.path(), &line);
+        let ended = run(&place, &line);
         let said = stderr(&ended);
         assert_eq!(ended.status.code(), Some(2), "{address}: {said}");
         assert!(said.contains("IP:PORT"), "{address}: {said}");
-        assert!(!place.path().join("run").exists(), "{address}");
+        assert!(!place.join("run").exists(), "{address}");
     }
 }
 
@@ -38,8 +39,8 @@ fn a_bad_address_is_refused_before_any_file_is_made() {
 #[cfg(not(feature = "foxglove"))]
 #[test]
 fn a_build_without_foxglove_says_so() {
-    let place = tempfile::tempdir().expect("a folder");
-    let ended = run(place.path(), "relax --duration 2s --foxglove --out run");
+    let place = Folder::empty();
+    let ended = run(&place, "relax --duration 2s --foxglove --out run");
     let said = stderr(&ended);
     assert_eq!(ended.status.code(), Some(2), "{said}");
     assert!(said.contains("--features foxglove"), "{said}");

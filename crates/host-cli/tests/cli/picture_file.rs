@@ -5,6 +5,7 @@ use haptic_figure::{AxisSpec, Chart, ChartPage, Look, Picture, Scale, Series};
 use host_cli::picture_file::Pictures;
 use std::fs;
 use std::path::Path;
+use testkit::Folder;
 
 /// The first bytes of a PNG.
 #[cfg(feature = "png")]
@@ -28,16 +29,16 @@ fn picture() -> Picture {
 
 #[test]
 fn the_file_to_look_at_is_the_png_if_there_is_one() {
-    let folder = tempfile::tempdir().expect("folder");
+    let folder = Folder::empty();
     let saved = Pictures::default()
-        .save(Ok(picture()), &folder.path().join("a"), false)
+        .save(Ok(picture()), &folder.join("a"), false)
         .expect("saves");
     let (ending, files) = match cfg!(feature = "png") {
         true => ("a.png", 2),
         false => ("a.svg", 1),
     };
     assert!(saved.ends_with(ending), "{saved}");
-    assert_eq!(fs::read_dir(folder.path()).expect("lists").count(), files);
+    assert_eq!(fs::read_dir(&*folder).expect("lists").count(), files);
 }
 
 fn refused(stem: &Path) -> String {
@@ -48,12 +49,12 @@ fn refused(stem: &Path) -> String {
 #[cfg(not(feature = "png"))]
 #[test]
 fn a_png_of_an_earlier_run_is_refused_or_removed() {
-    let folder = tempfile::tempdir().expect("folder");
-    let stem = folder.path().join("a");
-    let png = folder.path().join("a.png");
+    let folder = Folder::empty();
+    let stem = folder.join("a");
+    let png = folder.join("a.png");
     fs::write(&png, "old").expect("writes");
     assert!(refused(&stem).contains("already exists"));
-    assert!(!folder.path().join("a.svg").exists(), "both or neither");
+    assert!(!folder.join("a.svg").exists(), "both or neither");
     Pictures::default()
         .save(Ok(picture()), &stem, true)
         .expect("saves");
@@ -63,12 +64,12 @@ fn a_png_of_an_earlier_run_is_refused_or_removed() {
 #[cfg(feature = "png")]
 #[test]
 fn existing_files_are_refused_unless_overwriting_is_wanted() {
-    let folder = tempfile::tempdir().expect("folder");
-    let stem = folder.path().join("relax-0.2247");
+    let folder = Folder::empty();
+    let stem = folder.join("relax-0.2247");
     Pictures::default()
         .save(Ok(picture()), &stem, false)
         .expect("saves");
-    let [svg, png] = ["svg", "png"].map(|end| folder.path().join(format!("relax-0.2247.{end}")));
+    let [svg, png] = ["svg", "png"].map(|end| folder.join(format!("relax-0.2247.{end}")));
     assert_eq!(fs::read_to_string(&svg).expect("reads"), picture().svg());
 
     fs::remove_file(&svg).expect("removes");
@@ -76,14 +77,14 @@ fn existing_files_are_refused_unless_overwriting_is_wanted() {
     assert!(refused(&stem).contains("already exists"));
     assert!(!svg.exists(), "both files or neither");
     assert_eq!(fs::read(&png).expect("reads"), b"precious");
-    let left = fs::read_dir(folder.path()).expect("lists").count();
+    let left = fs::read_dir(&*folder).expect("lists").count();
     assert_eq!(left, 1, "leftovers");
 
     Pictures::default()
         .save(Ok(picture()), &stem, true)
         .expect("overwrites");
     assert!(fs::read(&png).expect("reads").starts_with(PNG_SIGNATURE));
-    let nowhere = refused(&folder.path().join("missing").join("relax"));
+    let nowhere = refused(&folder.join("missing").join("relax"));
     assert!(
         nowhere.contains("check that the folder exists"),
         "{nowhere}"

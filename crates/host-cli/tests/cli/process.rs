@@ -7,10 +7,11 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
+use testkit::Folder;
 pub(crate) use testkit::{PATIENCE, until};
 
 /// A fresh folder that commands run in; gone when dropped.
-pub(crate) struct Place(tempfile::TempDir);
+pub(crate) struct Place(Folder);
 
 /// A command that has ended.
 pub(crate) struct Ended {
@@ -32,7 +33,7 @@ pub(crate) fn words(line: &str) -> Vec<&str> {
 
 impl Place {
     pub(crate) fn new() -> Self {
-        Self(tempfile::tempdir().expect("a temporary folder"))
+        Self(Folder::empty())
     }
 
     /// One with the folder `experiments` and a record of fish muscle.
@@ -52,7 +53,7 @@ impl Place {
     }
 
     pub(crate) fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
+        self.0.join(name)
     }
 
     /// Runs `host-cli LINE` here.
@@ -73,7 +74,7 @@ impl Place {
     /// Runs `host-cli ARGUMENTS` here.
     pub(crate) fn run_arguments(&self, arguments: &[impl AsRef<OsStr>], input: &[u8]) -> Ended {
         let mut command = assert_cmd::Command::new(binary());
-        let command = command.args(arguments).current_dir(self.0.path());
+        let command = command.args(arguments).current_dir(&*self.0);
         let command = command.env(Remembered::VARIABLE, self.path("state"));
         let output = command.write_stdin(input).timeout(PATIENCE).output();
         Ended::new(
@@ -87,7 +88,7 @@ impl Place {
         let mut command = assert_cmd::Command::new("sh");
         let command = command.args(["-c", script]).arg(binary());
         let command = command.env(Remembered::VARIABLE, self.path("state"));
-        let command = command.current_dir(self.0.path()).timeout(PATIENCE);
+        let command = command.current_dir(&*self.0).timeout(PATIENCE);
         let output = command.output().expect("sh runs and ends in time");
         Ended::new(script.to_owned(), &output)
     }
@@ -95,7 +96,7 @@ impl Place {
     /// `host-cli LINE` in this folder, with nothing on standard input.
     pub(crate) fn command(&self, line: &str) -> Command {
         let mut command = Command::new(binary());
-        command.args(words(line)).current_dir(&self.0);
+        command.args(words(line)).current_dir(&*self.0);
         command.env(Remembered::VARIABLE, self.path("state"));
         command.stdin(Stdio::null());
         command
@@ -168,7 +169,7 @@ impl Place {
             }
         }
         let mut found = Vec::new();
-        walk(self.0.path(), "", &mut found);
+        walk(&self.0, "", &mut found);
         found.sort();
         found
     }

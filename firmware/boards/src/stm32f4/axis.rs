@@ -5,9 +5,9 @@ use crate::board::nucleo_f446re::{
     MISMATCH_A, MISMATCH_US, NAME, NEWTONS_PER_AMPERE,
 };
 use cortex_m::peripheral::DWT;
-use haptic_board::haptic_link::{Capabilities, Refusal, Simulation};
+use haptic_board::haptic_link::{Capabilities, };
 use haptic_board::haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_board::haptic_remote::{Hardware, abilities, only_real};
+use haptic_board::haptic_remote::{Hardware, abilities, };
 use haptic_board::nalgebra::SVector;
 use stm32f4xx_hal::adc::Adc;
 use stm32f4xx_hal::gpio::{Input, Output, PC7, PC8};
@@ -157,10 +157,6 @@ impl Hardware for Axis {
             position_resolution_m: METRES_PER_COUNT,
             ..abilities(NAME, 1)
         }
-    }
-
-    fn prepare(simulation: &Simulation, _: u32) -> Result<(), Refusal> {
-        only_real(simulation)
     }
 
     fn install(&mut self, (): (), tick_period_us: u32) {

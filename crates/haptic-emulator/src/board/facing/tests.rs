@@ -2,7 +2,7 @@
 
 use super::*;
 use fracdiff::{Order, Scheme};
-use haptic_link::{Configuration, Limits, LoopMode, Start, State};
+use haptic_link::{Configuration, Limits, LoopMode, Refusal, Simulation, Start, State};
 use haptic_loop::nalgebra::SMatrix;
 use haptic_loop::plant::{HeldRig, Holder, RampHold, RigDrive};
 use haptic_loop::units::Metres;

@@ -21,7 +21,7 @@ use haptic_loop::units::{Metres, Newtons};
 use nalgebra::Vector1;
 use std::ops::ControlFlow;
 use std::path::Path;
-use testkit::assert_close;
+use testkit::{Folder, assert_close};
 
 /// Tuned for 1/(0.092s²+4.95s): free, the indenter is 65 g on 3.5 N·s/m; in contact with the renderer twice that; between the two lie
 /// 6 dB. 200 rad/s, 60°, flat, 0.003 of a disturbance at 3 rad/s.
@@ -96,8 +96,8 @@ fn wandering(relaxation: &Indentation) -> f64 {
 
 #[test]
 fn the_indenter_is_held_on_its_way_and_the_tissue_is_that_of_the_motion_really_made() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let report = run(&folder.path().join("held"), &cancerous(drive(STIFF), 5.0)).expect("runs");
+    let folder = Folder::empty();
+    let report = run(&folder.join("held"), &cancerous(drive(STIFF), 5.0)).expect("runs");
     let held = &report.results["drive"];
     let of = (&held["controller"], &held["quantity"]);
     assert_eq!(of, (&"test.toml".into(), &"position".into()));
@@ -172,14 +172,14 @@ fn the_verdict_before_the_run_is_what_the_run_shows_at_either_side_of_the_edge()
 
 #[test]
 fn an_unstable_drive_is_refused_before_a_file_is_made_unless_it_is_forced() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = Folder::empty();
     let gains = PidParameters {
         proportional: 2e5,
         derivative: 500.0,
         ..PidParameters::NONE
     };
     let mut held = cancerous(drive(gains), 2.0);
-    let kept_in = folder.path().join("unstable");
+    let kept_in = folder.join("unstable");
     let refused = run(&kept_in, &held).expect_err("unstable").to_string();
     for words in ["unstable before it touches", "`controller`"] {
         assert!(refused.contains(words), "{refused}");
@@ -260,8 +260,8 @@ fn a_drive_that_cannot_act_is_refused_with_the_remedy() {
 
 #[test]
 fn a_drive_without_a_limit_has_room_for_four_peaks_and_twice_the_friction() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = |name: &str| folder.path().join(name);
+    let folder = Folder::empty();
+    let path = |name: &str| folder.join(name);
     let servo = "[pid]\nproportional_gain = 8000\n[loop]\nsample_time_s = 0.001\n";
     std::fs::write(path("servo.toml"), servo).expect("writes");
     let body = "[device]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nfriction_n = 0.3\n";

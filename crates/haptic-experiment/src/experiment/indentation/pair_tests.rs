@@ -13,7 +13,7 @@ use haptic_loop::plant::RigDrive;
 use haptic_tissue::{Material, ModelKind, Source};
 use serde_json::Value;
 use std::path::Path;
-use testkit::{Random, cases};
+use testkit::{Folder, Random, cases};
 
 /// A spring-pot, whose force depends on all of its past, for two seconds after the ramp.
 fn relaxation() -> Indentation {
@@ -73,8 +73,8 @@ const MOVED: [&str; 3] = ["final_over_theory", "rig_error", "closed_form_error"]
 #[test]
 fn over_quiet_lines_every_number_is_told_from_memory_and_from_the_log() {
     let relaxation = relaxation();
-    let folder = tempfile::tempdir().expect("a folder");
-    let (mut ran, within_s) = ran(&relaxation, Default::default(), 1, folder.path());
+    let folder = Folder::empty();
+    let (mut ran, within_s) = ran(&relaxation, Default::default(), 1, &folder);
     assert!(within_s < 1e-5, "{within_s}");
     assert!(!ran.record.approach.is_empty());
     let whole = reported(&relaxation, &ran);
@@ -104,16 +104,16 @@ fn bad(random: &mut Random) -> LineFaults {
 #[test]
 fn over_bad_lines_the_force_is_right_and_a_number_is_told_as_far_as_the_clocks_carry_it() {
     let relaxation = relaxation();
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = Folder::empty();
     let (mut told, mut withheld) = ([0; 3], [0; 3]);
     for seed in 0..cases(20) {
         let random = &mut Random(seed);
         let faults = [bad(random), bad(random)];
-        let (bad, _) = ran(&relaxation, faults, seed, folder.path());
+        let (bad, _) = ran(&relaxation, faults, seed, &folder);
         let report = reported(&relaxation, &bad);
         let error = number(&report, "max_relative_error").expect("told");
         assert!(error < 1e-6, "{seed}: {error}");
-        let (quiet, _) = ran(&relaxation, Default::default(), seed, folder.path());
+        let (quiet, _) = ran(&relaxation, Default::default(), seed, &folder);
         let truth = reported(&relaxation, &quiet);
         let warnings = report["warnings"].to_string();
         for (n, key) in MOVED.into_iter().enumerate() {

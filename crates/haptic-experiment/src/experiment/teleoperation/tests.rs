@@ -18,7 +18,7 @@ use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, SquareMetres}
 use haptic_teleoperation::{ChannelModel, CouplerGains};
 use haptic_tissue::Library;
 use std::path::Path;
-use testkit::Random;
+use testkit::{Folder, Random};
 
 const T: Seconds = Seconds(1e-3);
 const LIMIT_N: f64 = 10.0;
@@ -320,8 +320,8 @@ fn a_line_that_never_carried_anything_is_silent_and_not_passive() {
 
 /// Runs it with log and report.
 fn reported(far: &TeleoperationExperiment) -> Report {
-    let place = tempfile::tempdir().expect("a folder");
-    let run = conducted(place.path(), |watched| far.run(watched));
+    let place = Folder::empty();
+    let run = conducted(&place, |watched| far.run(watched));
     run.expect("runs").report
 }
 

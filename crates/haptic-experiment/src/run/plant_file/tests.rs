@@ -3,6 +3,7 @@
 use super::{MeasuredPoints, PlantModel, parse, read_response};
 use num_complex::Complex;
 use std::path::Path;
+use testkit::Folder;
 
 fn read(text: &str) -> Result<PlantModel, String> {
     let found = parse(Path::new("lab/p.toml"), text);
@@ -18,7 +19,7 @@ fn a_device_is_its_function_its_matrices_and_its_measured_response() {
     let function = "[transfer_function]\nfunction = \"exp(-0.004s)/((0.5s^2+3s+20)(0.002s+1))\"\ndelay_s = 0.006\n";
     let states = "[state_space]\na = [[0, 1], [-40, -6.0]]\nb = [0, 2]\nc = [1, 0]\ndelay_s = 0.01\ncurrent_lag_s = 0.002\n";
     let device = read(device).expect("valid").plant().expect("a plant");
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = Folder::empty();
     let mut rows = String::from("frequency_hz,note,gain_db,phase_deg\n# a comment\n");
     for k in 0..400 {
         let hz = 0.01 * 1.03_f64.powi(k);
@@ -28,9 +29,9 @@ fn a_device_is_its_function_its_matrices_and_its_measured_response() {
         let (gain, phase) = (20.0 * response.norm().log10(), response.arg().to_degrees());
         rows += &format!("{hz},x,{gain},{phase}\n");
     }
-    std::fs::write(folder.path().join("r.csv"), rows).expect("writes");
+    std::fs::write(folder.join("r.csv"), rows).expect("writes");
     let measured = parse(
-        &folder.path().join("p.toml"),
+        &folder.join("p.toml"),
         "[measured_response]\nfile = \"r.csv\"\n[source]\nnote = \"shaker\"",
     );
     let (measured, _) = measured.expect("valid");
@@ -51,8 +52,8 @@ fn a_device_is_its_function_its_matrices_and_its_measured_response() {
 
 #[test]
 fn a_response_may_have_semicolons_and_decimal_commas() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let file = folder.path().join("r.csv");
+    let folder = Folder::empty();
+    let file = folder.join("r.csv");
     let read = |rows: &str| {
         std::fs::write(&file, rows).expect("writes");
         read_response(&file).expect("a response")
@@ -67,8 +68,8 @@ fn a_response_may_have_semicolons_and_decimal_commas() {
 
 #[test]
 fn a_response_keeps_its_coherent_rows_and_has_no_negative_gain() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let file = folder.path().join("r.csv");
+    let folder = Folder::empty();
+    let file = folder.join("r.csv");
     let read = |rows: &str| {
         let text = format!("omega_rad_s,gain,phase_deg,coherence\n{rows}");
         std::fs::write(&file, text).expect("writes");
@@ -144,11 +145,11 @@ fn what_is_wrong_is_said_in_one_line_with_its_place() {
         "",
         "lab/p.toml:1: no plant: a plant file has one of [transfer_function]",
     );
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = Folder::empty();
     for [rows, want] in testkit::table(WRONG_ROWS) {
-        std::fs::write(folder.path().join("r.csv"), rows).expect("writes");
+        std::fs::write(folder.join("r.csv"), rows).expect("writes");
         let text = "[measured_response]\nfile = \"r.csv\"";
-        let said = parse(&folder.path().join("p.toml"), text).expect_err(&want);
+        let said = parse(&folder.join("p.toml"), text).expect_err(&want);
         assert!(said.to_string().contains(&want), "{said}");
     }
 }

@@ -3,6 +3,7 @@
 use super::{request, supervised, touch};
 use haptic_experiment::ExperimentFile;
 use std::path::Path;
+use testkit::Folder;
 
 /// Keys of `[touch]`, and a part of what is said of them.
 const WRONG: &str = r#"
@@ -49,11 +50,11 @@ fn what_is_wrong_is_refused_with_its_line() {
 
 #[test]
 fn a_simulated_hand_that_begins_inside_is_refused_before_a_file_is_made() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = Folder::empty();
     let inside = touch("circle_start_radius_m = 0.01");
-    let refused = supervised(|supervisor| inside.run(&request(folder.path(), "touch"), supervisor));
+    let refused = supervised(|supervisor| inside.run(&request(&folder, "touch"), supervisor));
     let said = refused.expect_err("inside").to_string();
     assert!(said.contains("would be a blow"), "{said}");
-    let left = std::fs::read_dir(folder.path()).expect("a folder").count();
+    let left = folder.read_dir().expect("a folder").count();
     assert_eq!(left, 0);
 }

@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::path::Path;
 use std::time::{Duration, Instant};
+use testkit::Folder;
 use tungstenite::client::IntoClientRequest as _;
 use tungstenite::{Message, WebSocket};
 
@@ -148,8 +149,8 @@ fn cdr(tick: &TickMessage) -> Vec<u8> {
 
 #[test]
 fn a_viewer_gets_the_messages_of_the_log() {
-    let place = tempfile::tempdir().expect("a folder");
-    let log = place.path().join("log.mcap");
+    let place = Folder::empty();
+    let log = place.join("log.mcap");
     let (mut recorder, mut viewer) = recorded_and_viewed(&log);
     // The server subscribes in its own time: samples until one arrives.
     let (arrived, first) = std::sync::mpsc::channel();
@@ -208,8 +209,8 @@ fn a_viewer_gets_the_messages_of_the_log() {
 fn a_viewer_that_never_reads_stalls_nothing_and_is_told_of() {
     /// 40 MB: more than the queue, 8192 messages, and what the sockets hold, some 10 MB.
     const EVENTS: u32 = 20_000;
-    let place = tempfile::tempdir().expect("a folder");
-    let log = place.path().join("log.mcap");
+    let place = Folder::empty();
+    let log = place.join("log.mcap");
     let (mut recorder, _viewer) = recorded_and_viewed(&log);
     // Subscribed, for sure, when one has arrived.
     recorder.tick(&tick(0)).expect("records");
@@ -239,11 +240,8 @@ fn a_viewer_that_never_reads_stalls_nothing_and_is_told_of() {
 fn a_port_in_use_is_refused_before_any_file_is_made() {
     let taken = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = taken.local_addr().expect("has one");
-    let place = tempfile::tempdir().expect("a folder");
-    let ended = run(
-        place.path(),
-        &format!("relax --foxglove={address} --out run"),
-    );
+    let place = Folder::empty();
+    let ended = run(&place, &format!("relax --foxglove={address} --out run"));
     assert_eq!(ended.status.code(), Some(2), "{}", stderr(&ended));
     for part in [&address.to_string(), "in use", "--foxglove=127.0.0.1:0"] {
         assert!(
@@ -252,5 +250,5 @@ fn a_port_in_use_is_refused_before_any_file_is_made() {
             stderr(&ended)
         );
     }
-    assert!(!place.path().join("run").exists());
+    assert!(!place.join("run").exists());
 }

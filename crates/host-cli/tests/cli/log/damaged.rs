@@ -80,16 +80,6 @@ fn a_damaged_byte_is_found_and_the_rest_is_saved() {
 }
 
 #[test]
-fn recovering_a_whole_log_loses_nothing() {
-    let place = with_log();
-    let saved = place.json("log recover run/relax.mcap copy.mcap");
-    assert_eq!(saved["complete"], true);
-    assert_eq!(saved["missing"], Value::Array(Vec::new()));
-    let table = |log: &str| place.run(&format!("log export {log} -")).succeeded().stdout;
-    assert!(table("run/relax.mcap") == table("copy.mcap"));
-}
-
-#[test]
 fn a_cut_log_is_exported_and_drawn_as_far_as_it_goes() {
     let place = with_log();
     let bytes = place.read("run/relax.mcap");

@@ -288,22 +288,6 @@ fn a_cut_shows_what_is_missing_within_it() {
 }
 
 #[test]
-fn an_identified_tissue_is_that_of_the_part() {
-    let place = Place::new();
-    place.run("relax --duration 5s --out run -q").succeeded();
-    place.json("log cut run part.mcap --to 3s");
-    let order = |log: &str| {
-        let line = format!("identify {log} --area 4cm2 --thickness 20mm --model spring-pot --json");
-        let found = place.run(&line).succeeded_with_warnings().json();
-        found["parameters"]["order"]["value"]
-            .as_f64()
-            .expect("a number")
-    };
-    let [whole, part] = ["run/relax.mcap", "part.mcap"].map(order);
-    assert!((whole - part).abs() < 0.01, "{whole} {part}");
-}
-
-#[test]
 fn what_cannot_be_drawn_or_cut_is_refused_with_its_remedy() {
     let place = Place::new();
     made(&place, "a.mcap", (0..1000).map(|n| straight(n, at(n), 0.0)));
