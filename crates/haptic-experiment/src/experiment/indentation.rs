@@ -16,7 +16,7 @@ mod tests;
 
 use super::kind::{Conduct, Experiment, Watched};
 use super::reading::{
-    device_model, metadata, piece, remote, samples_fit, scheme, sensors, without,
+    device_model, fits, metadata, piece, remote, samples_fit, scheme, sensors, without,
 };
 use super::rendering::{
     CHANGES, CREEP_CONTACT, CREEP_DURATION, Contact, DEPTH, FORCE, PIECE_DISSIPATION, PIECE_ORDER,
@@ -52,7 +52,6 @@ use crate::run::sensors::Sensors;
 use crate::run::simulate::{Simulated, Sink, simulate};
 use crate::run::tick::KeptSample;
 use crate::run::{Ran, SAMPLES, run_logged};
-use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Real, Scheme, Seconds};
 use fractional_control::Term;
 use haptic_analysis::Dynamics;
@@ -792,17 +791,7 @@ pub(crate) fn relax(
     rendering(table, drive, &CONTACT, duration_s, |piece| {
         let thickness_m = piece.specimen.slab_sizes().map(|sizes| sizes.1.0);
         let depth_m = either(table, piece, &STRAIN, thickness_m, &DEPTH)?;
-        let thickness_m = piece.specimen.loading().thickness_m;
-        if let Some(thickness_m) = thickness_m.filter(|thickness_m| depth_m > *thickness_m) {
-            return Err(table.fail_at(
-                DEPTH.key,
-                format_args!(
-                    "depth_m = {depth_m} is beyond thickness_m = {thickness_m}: change one of them",
-                    depth_m = Shown(depth_m),
-                    thickness_m = Shown(thickness_m)
-                ),
-            ));
-        }
+        fits(table, piece, depth_m)?;
         let ramp = RampHold::new(Metres(depth_m), Seconds(ramp_time_s));
         Ok(RigDrive::Position(ramp.map_err(|error| table.fail(error))?))
     })

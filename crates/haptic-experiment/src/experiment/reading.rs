@@ -311,6 +311,22 @@ fn of_loading(error: &ParameterError) -> Option<(&'static Parameter, &'static st
     Some((key, remedy))
 }
 
+/// Refuses a depth beyond the thickness of a piece.
+pub(crate) fn fits(table: &Table<'_>, piece: &TissuePiece, depth_m: f64) -> Result<(), FileError> {
+    let thickness_m = piece.specimen.loading().thickness_m;
+    match thickness_m.filter(|thickness_m| depth_m > *thickness_m) {
+        None => Ok(()),
+        Some(thickness_m) => Err(table.fail_at(
+            "depth_m",
+            format_args!(
+                "depth_m = {depth_m} is beyond thickness_m = {thickness_m}: change one of them",
+                depth_m = Shown(depth_m),
+                thickness_m = Shown(thickness_m)
+            ),
+        )),
+    }
+}
+
 /// A piece whose force follows its depth by the memory alone.
 pub(crate) fn linear_piece(table: &Table<'_>) -> Result<TissuePiece, FileError> {
     let piece = piece(table)?;

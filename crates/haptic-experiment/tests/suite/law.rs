@@ -292,6 +292,8 @@ fn what_a_tissue_does_not_have_is_refused_in_a_line() {
         tissue = "fish-muscle"\nscheme = "grunwald:20000" | from 2 to 10000
         tissue = "no-such" | no-such
         tissue = "fish-muscle"\nloading = "sphere"\nindenter_radius_m = 0.01 | give `depth_m`
+        tissue = "fish-muscle"\ndepth_m = 1e-3 | is linear in its depth: omit it
+        tissue = "brain-cortex"\ndepth_m = 0.03 | is beyond thickness_m = 0.02
         tissue = "fish-muscle"\nalpha = 1 | with and without units
         order = 1\nstiffness_n_per_m = 1\ndissipation_n_s_mu_per_m = 1\narea_m2 = 1 | belongs to a tissue
         "#,

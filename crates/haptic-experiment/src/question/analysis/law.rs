@@ -5,7 +5,7 @@ use super::keys::{ANALYSED_SAMPLE_TIME, ANALYSED_SCHEME, ANALYSED_TISSUE, JUDGED
 use crate::document::failure::Failure;
 use crate::document::parameters::{SCHEME, UNNAMED_PIECE};
 use crate::document::reader::Table;
-use crate::experiment::reading::piece;
+use crate::experiment::reading::{fits, piece};
 use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
 use crate::judge::modelled_tissue::TissuePiece;
 use crate::judge::preflight::Matter;
@@ -86,11 +86,19 @@ impl Law {
             return Err(table.fail_at(ANALYSED_SCHEME.key, reason).into());
         }
         let depth_m = table.number_if(&JUDGED_DEPTH)?;
-        if !piece.is_linear() && depth_m.is_none() {
-            let reason = format!(
-                "the force of this piece is not linear in its depth: give {JUDGED_DEPTH}, at which it is judged"
-            );
-            return Err(table.fail(reason).into());
+        match (piece.is_linear(), depth_m) {
+            (true, None) => {}
+            (false, Some(depth_m)) => fits(table, &piece, depth_m)?,
+            (true, Some(_)) => {
+                let reason = "the force of this piece is linear in its depth: omit it";
+                return Err(table.fail_at(JUDGED_DEPTH.key, reason).into());
+            }
+            (false, None) => {
+                let reason = format_args!(
+                    "the force of this piece is not linear in its depth: give {JUDGED_DEPTH}, at which it is judged"
+                );
+                return Err(table.fail(reason).into());
+            }
         }
         let matter = Matter::Tissue(piece);
         let map = matter.depth_map();
