@@ -68,7 +68,7 @@ impl Reference {
     /// The reference with a value for each sample, from 0 s.
     ///
     /// # Errors
-    /// No value; one outside [`NUMBERS`].
+    /// No value; one outside −1e12 to 1e12.
     pub fn sampled(value: Vec<f64>, sample_time_s: f64) -> Result<Self, String> {
         if value.is_empty() {
             return Err("no value: give one for each sample".to_owned());
