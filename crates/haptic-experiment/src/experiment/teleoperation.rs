@@ -40,13 +40,11 @@ use crate::document::parameters::{
 };
 use crate::document::reader::Table;
 use crate::judge::preflight::{Matter, Preflight, WallContact};
-use crate::run::SAMPLES;
 use crate::run::advice::parameter;
 use crate::run::preflight::PreflightVerdict;
-use crate::run::safety::Safety;
-use crate::run::safety::safety;
-use crate::run::schedule;
+use crate::run::safety::{Safety, safety};
 use crate::run::sensors::Imperfections;
+use crate::run::{SAMPLES, schedule};
 use fracdiff::num_complex::Complex;
 use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Order, Scheme, Seconds};

@@ -6,8 +6,7 @@
 //! ```
 //! So memory does not grow with the length of a run.
 
-use super::ending::Lateness;
-use super::ending::{Ending, Fall, Keeper, LetGo};
+use super::ending::{Ending, Fall, Keeper, Lateness, LetGo};
 use super::realtime::RealtimeSummary;
 use super::remote::LinkSummary;
 use super::tick::{KeptSample, TickRecord};

@@ -5,8 +5,7 @@ use super::{
     ARCHITECTURE, HandMotion, MUST_BE_PASSIVE, SLAVE_DAMPING, SLAVE_MASS, TeleoperationExperiment,
 };
 use crate::document::failure::Failure;
-use crate::document::parameters::SAMPLE_TIME;
-use crate::document::parameters::TISSUE_IN_LOG;
+use crate::document::parameters::{SAMPLE_TIME, TISSUE_IN_LOG};
 use crate::experiment::kind::{Conduct, Experiment, Watched};
 use crate::experiment::reading::metadata;
 use crate::judge::decimated::Decimated;

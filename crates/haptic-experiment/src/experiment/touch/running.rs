@@ -9,8 +9,7 @@ use super::{
     TouchExperiment,
 };
 use crate::document::failure::Failure;
-use crate::document::parameters::DEVICE;
-use crate::document::parameters::TISSUE_IN_LOG;
+use crate::document::parameters::{DEVICE, TISSUE_IN_LOG};
 use crate::experiment::kind::{Conduct, Experiment, Watched};
 use crate::experiment::reading::metadata;
 use crate::experiment::trial::no_law_there;
