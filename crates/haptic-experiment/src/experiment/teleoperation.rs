@@ -136,7 +136,7 @@ named! { Architecture:
 }
 
 /// The hand that holds the master; by default nothing holds it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct HandModel {
     /// `k_h`, N/m, above 0.
     pub stiffness_n_per_m: f64,
@@ -144,7 +144,7 @@ pub(crate) struct HandModel {
     pub damping_n_s_per_m: f64,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(crate) struct HandMotion {
     /// Displacement that the hand reaches in 1 s and then holds, m.
     pub press_m: f64,

@@ -114,7 +114,7 @@ pub(crate) const TOUCH: &[Parameter] = &joined::<40>(&[
     &[TOUCH_BOX_LOW, TOUCH_BOX_HIGH, TOUCH_MUST_BE_PASSIVE],
 ]);
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct TouchExperiment {
     /// Number of axes: 2 or 3.
     pub axes: usize,

@@ -130,7 +130,7 @@ pub(crate) struct Before<'a> {
 }
 
 /// Forces in the log after the last sample that counts: on their way to zero.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Debug, Default)]
 struct After {
     fall: Fall,
     largest_n: f64,

@@ -60,7 +60,7 @@ impl TeleoperationVerdict {
 }
 
 /// Impedance that the hand felt at a frequency, as force over position: a phase of 0° is a spring, 90° a damper, 180° a mass.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Debug, Serialize)]
 pub(super) struct FeltAt {
     pub frequency_hz: f64,
     /// The impedance that the hand met at the master, from the run.

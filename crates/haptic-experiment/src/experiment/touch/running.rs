@@ -290,7 +290,7 @@ impl TouchExperiment {
 }
 
 /// The loop in the lightest and the heaviest posture.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 struct Postures<'a> {
     loops: Preflight<'a>,
     masses_kg: [f64; 2],
