@@ -5,10 +5,9 @@ use core::fmt;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use fracdiff::full_memory::{Design, Kernel};
 use fracdiff::{
-    Band, Differintegrator, FullMemory, MuirPolynomial, Order, PortableOperator, Real, Seconds,
-    ShortMemory, TustinMuir,
+    Band, Differintegrator, FullMemory, MuirPolynomial, Order, Oustaloup, PortableOperator, Real,
+    Seconds, ShortMemory, TustinMuir, portable::Form,
 };
-use fracdiff::{Oustaloup, portable::Form};
 use haptic_loop::DepthMap;
 
 const T: Seconds = Seconds(1e-3);

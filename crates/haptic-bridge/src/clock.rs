@@ -24,7 +24,7 @@ pub(crate) struct ProgramClock {
 }
 
 /// A call in the loop's time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Debug)]
 pub(crate) struct Call {
     pub(crate) now_us: u64,
     pub(crate) is_tick: bool,

@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use thiserror::Error;
 
 /// A device's name behind its kind: a path, which ends at the first comma, and settings by key, each given at most once.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Debug)]
 pub(crate) struct Settings<'a> {
     pub(crate) path: &'a str,
     pairs: Vec<(&'a str, &'a str)>,

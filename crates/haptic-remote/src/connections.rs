@@ -11,7 +11,7 @@
 
 use haptic_link::{Header, RequestTracker};
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Debug, PartialEq, Eq)]
 pub(super) enum Arrived {
     /// To be acted on; the first of its connection, or a later one.
     New {

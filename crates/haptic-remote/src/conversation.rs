@@ -52,7 +52,7 @@ pub enum Incoming {
     Rebooted,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 struct Outstanding {
     request: Request,
     /// Numbers under which it was sent; the newest last.

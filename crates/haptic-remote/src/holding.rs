@@ -16,7 +16,7 @@ use haptic_link::{
     Refusal,
 };
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Holding {
     controller: PortableController<f32, MODES_MAX>,
     reference_m: f32,

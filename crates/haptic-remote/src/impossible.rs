@@ -58,7 +58,7 @@ impl Impossible {
 }
 
 #[cfg(feature = "std")]
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug)]
 pub(crate) struct Plausible {
     /// Largest force that the device makes, N.
     pub(crate) force_most_n: f32,

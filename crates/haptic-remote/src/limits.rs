@@ -4,8 +4,10 @@ use haptic_link::{Capabilities, Field, GuardKind, Refusal};
 use haptic_loop::units::{
     Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond, Seconds,
 };
-use haptic_loop::{EnergyBounding, Guard, Limit, Limits, PassivityObserver, Workspace};
-use haptic_loop::{MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES};
+use haptic_loop::{
+    EnergyBounding, Guard, Limit, Limits, MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES,
+    PassivityObserver, Workspace,
+};
 
 /// Narrowest zone of braking, m or m/s: a share of a narrower one would have no digits.
 const ZONE_MIN: f32 = 1e-6;

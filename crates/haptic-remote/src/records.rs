@@ -100,7 +100,7 @@ pub const QUEUE_SAMPLES: usize = 32;
 const QUEUE_NOTICES: usize = 8;
 
 /// Choice of the samples to send, and their number in a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Stream {
     /// Sends every n-th tick; 0 for no ticks.
     pub(super) every: u16,
@@ -129,7 +129,7 @@ impl Stream {
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Debug)]
 pub(super) enum Notice {
     Event(Event),
     Fault(FaultReport),

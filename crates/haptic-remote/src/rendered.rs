@@ -9,7 +9,7 @@ use haptic_loop::{Shape, Surface as _};
 use nalgebra::SVector;
 
 /// Law that a device renders: a wall along its first axis, or along the normal of a surface.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Rendered<const D: usize> {
     pub(crate) wall: DeviceWall,
     /// Its depth is the position that the wall sees.

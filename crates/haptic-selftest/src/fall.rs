@@ -4,7 +4,7 @@ use super::promise::Check;
 use haptic_link::Limits;
 use haptic_remote::Tick;
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Debug)]
 pub(super) struct Bounds {
     pub(super) limits: Limits,
     pub(super) period_s: f64,
@@ -44,7 +44,7 @@ impl Bounds {
 
 const ROUNDING: f32 = 1e-6;
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Fall {
     /// Magnitude in the last sample before, N.
     pub(super) from_n: f32,

@@ -31,7 +31,6 @@ pub(super) struct Trial<S, U> {
 }
 
 /// Remaining reports of a device about a run that is over.
-#[derive(Clone, Copy)]
 enum Rest {
     Awaited,
     /// Complete once the device has made this many ticks.

@@ -15,7 +15,7 @@ pub(crate) struct Curve {
     pub(crate) colour: usize,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Axis {
     pub(crate) spec: AxisSpec<'static>,
     /// Its column in the data, with the unit.

@@ -18,7 +18,7 @@ const CHUNK: usize = 1024;
 /// Chunks taken for one line: more of them without its end are a stream that is no adapter's.
 const CHUNKS_MOST: usize = 4;
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Debug)]
 pub(super) struct Gone;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,7 +31,7 @@ enum Checksums {
     Needed,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) enum Heard {
     /// A frame from the bus.
     Frame(CanFdFrame),

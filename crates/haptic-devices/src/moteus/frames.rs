@@ -39,7 +39,7 @@ const ASKED: [(Register, &[Resolution]); 2] = [
     (Register::Fault, &[Resolution::Int8]),
 ];
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub(super) struct Reply {
     /// Number of the mode: an unknown one too.
     pub(super) mode: u8,
@@ -62,7 +62,7 @@ impl Reply {
 }
 
 /// Speaker and listener of a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Debug)]
 pub(super) struct Route {
     pub(super) from: u8,
     pub(super) to: u8,

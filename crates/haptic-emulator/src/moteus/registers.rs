@@ -23,7 +23,7 @@ pub(super) enum Quantity {
 }
 
 /// Registers of a position command; those that it omits are at their default.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(super) struct Registers([f32; 14]);
 
 impl Default for Registers {

@@ -18,10 +18,9 @@
 //! ```
 
 use crate::document::error::{FileError, text_of};
-use crate::document::parameters as p;
 use crate::document::parameters::Parameter;
 use crate::document::reader::Table;
-use crate::document::{Parsed, lines_of};
+use crate::document::{Parsed, lines_of, parameters as p};
 use fracdiff::{Scheme, Seconds};
 use fractional_control::{
     ControllerParameters, ControllerSetup, CroneParameters, FractionalTransferFunction,

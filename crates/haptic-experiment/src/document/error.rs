@@ -155,6 +155,7 @@ impl Source<'_> {
         reason: impl fmt::Display,
         in_file: impl FnOnce() -> Place,
     ) -> FileError {
+        let reason = reason.to_string();
         FileError {
             place: match self.path.as_os_str().is_empty() {
                 true => Place::Said(self.said_at(offset).to_owned()),
@@ -162,7 +163,7 @@ impl Source<'_> {
             },
             of_file: String::new(),
             // One line, whatever somebody wrote.
-            reason: reason.to_string().replace('\n', "\\n"),
+            reason: reason.replace('\n', "\\n"),
         }
     }
 }

@@ -440,7 +440,7 @@ impl CouplerExperiment {
 /// m_o > 0:  v ← v + (T/2m_o)(a + a'),  a = F − b_o·v − k_o·p,   p ← p + (T/2)(v + v')
 /// m_o = 0:  F = b_o·v + k_o·p;          q = p + (T/2)·v,   y = x − q
 /// ```
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Debug, Default)]
 struct Object {
     velocity: f64,
     position: f64,

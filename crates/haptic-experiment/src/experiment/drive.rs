@@ -15,11 +15,11 @@ mod tests;
 use crate::document::controller_file::ControllerFile;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
-use crate::document::parameters::CONTROLLER_IN_LOG;
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::{DAMPINGS, FORCE_LIMITS, STIFFNESSES};
 use crate::document::parameters::{
-    CONTROLLER, DEVICE, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, DRIVE_LOOP, SAMPLE_TIME,
+    CONTROLLER, CONTROLLER_IN_LOG, DEVICE, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, DRIVE_LOOP,
+    SAMPLE_TIME,
 };
 use crate::document::reader::Table;
 use crate::experiment::reading::{DEVICE_FILES, device_model_by, without};
@@ -42,8 +42,7 @@ use haptic_loop::plant::{
 use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{DepthMap, Device, Environment, Reading, SafeForce};
 use haptic_quantity::written;
-pub(crate) use judge::DriveReport;
-pub(crate) use judge::{DriveJudge, drive_columns};
+pub(crate) use judge::{DriveJudge, DriveReport, drive_columns};
 pub(crate) use preflight::{TissueLaw, device};
 pub(crate) use second::{DriveSamples, tell};
 use std::convert::Infallible;

@@ -29,9 +29,9 @@ use crate::document::failure::Failure;
 use crate::document::named::Named as _;
 use crate::document::parameters as p;
 use crate::document::parameters::{
-    CONTACT, CONTROLLER, DEVICE, DRIVE_LOOP, LOOP, Parameter, SAMPLE_TIME, TISSUE, TRIAL_DURATION,
+    CONTACT, CONTROLLER, CONTROLLER_IN_LOG, DEVICE, DRIVE_LOOP, LOOP, Parameter, SAMPLE_TIME,
+    TISSUE, TISSUE_IN_LOG, TRIAL_DURATION,
 };
-use crate::document::parameters::{CONTROLLER_IN_LOG, TISSUE_IN_LOG};
 use crate::document::reader::Table;
 use crate::experiment::drive::{self, Drive, DriveDevice, SimulatedRig, TissueLaw};
 use crate::judge::against::Measured;

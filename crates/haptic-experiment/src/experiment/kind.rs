@@ -33,7 +33,7 @@ pub(crate) struct Kind {
 }
 
 /// Other parts of a document that a kind reads besides its own table.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(PartialEq, Eq)]
 pub(crate) enum Beside {
     Nothing,
     /// A table of the drive that holds its indenter.
@@ -79,7 +79,6 @@ impl Conduct {
 }
 
 /// Folder for the files of a run, and its supervisor.
-#[derive(Clone, Copy)]
 pub(crate) struct Watched<'a> {
     pub request: &'a FolderRequest,
     pub supervisor: Supervisor<'a>,

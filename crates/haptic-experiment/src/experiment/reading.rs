@@ -1,12 +1,12 @@
 //! Keys of every table: the device and its file, its sensors, the operator, the tissue, and how many samples there are.
 
 use super::kind::Conduct;
-use crate::document::Document;
 use crate::document::error::{FileError, text_of};
-use crate::document::parameters as p;
-use crate::document::parameters::{DEVICE, Parameter, SENSOR_NOISE};
-use crate::document::parameters::{DEVICE_IN_LOG, DRIVE_DEVICE_IN_LOG, TISSUE_IN_LOG};
+use crate::document::parameters::{
+    DEVICE, DEVICE_IN_LOG, DRIVE_DEVICE_IN_LOG, Parameter, SENSOR_NOISE, TISSUE_IN_LOG,
+};
 use crate::document::reader::Table;
+use crate::document::{Document, parameters as p};
 use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece, operator};
 use crate::run::device::DeviceName;
 use crate::run::plant_file::DeviceModel;

@@ -40,13 +40,11 @@ use crate::document::parameters::{
 };
 use crate::document::reader::Table;
 use crate::judge::preflight::{Matter, Preflight, WallContact};
-use crate::run::SAMPLES;
 use crate::run::advice::parameter;
 use crate::run::preflight::PreflightVerdict;
-use crate::run::safety::Safety;
-use crate::run::safety::safety;
-use crate::run::schedule;
+use crate::run::safety::{Safety, safety};
 use crate::run::sensors::Imperfections;
+use crate::run::{SAMPLES, schedule};
 use fracdiff::num_complex::Complex;
 use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Order, Scheme, Seconds};
@@ -138,7 +136,7 @@ named! { Architecture:
 }
 
 /// The hand that holds the master; by default nothing holds it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct HandModel {
     /// `k_h`, N/m, above 0.
     pub stiffness_n_per_m: f64,
@@ -146,7 +144,7 @@ pub(crate) struct HandModel {
     pub damping_n_s_per_m: f64,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(crate) struct HandMotion {
     /// Displacement that the hand reaches in 1 s and then holds, m.
     pub press_m: f64,

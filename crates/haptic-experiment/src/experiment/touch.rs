@@ -33,8 +33,7 @@ use crate::document::reader::Table;
 use crate::judge::preflight::{Matter, Preflight, WallContact};
 use crate::run::record::WHOLE_MOST;
 use crate::run::safety::keys::WORKSPACE_LOW;
-use crate::run::safety::safety;
-use crate::run::safety::{GuardChoice, Safety, workspace};
+use crate::run::safety::{GuardChoice, Safety, safety, workspace};
 use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
@@ -115,7 +114,7 @@ pub(crate) const TOUCH: &[Parameter] = &joined::<40>(&[
     &[TOUCH_BOX_LOW, TOUCH_BOX_HIGH, TOUCH_MUST_BE_PASSIVE],
 ]);
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct TouchExperiment {
     /// Number of axes: 2 or 3.
     pub axes: usize,

@@ -43,8 +43,7 @@ use crate::judge::settling::Criterion;
 use crate::question::design::{RequireName, WishName};
 use crate::question::measurement::MeasuredAxis;
 use crate::question::tissue::{KIND, TISSUE_MODEL, models};
-use crate::{GuardChoice, Named, Precision};
-use crate::{experiment, question};
+use crate::{GuardChoice, Named, Precision, experiment, question};
 use haptic_link::Architecture;
 use haptic_tissue::identify::{Baseline, RecordKind, ShiftBy, Weighting};
 

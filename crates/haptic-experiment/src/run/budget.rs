@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 const EVERY_S: f64 = 1.0;
 
 /// Parts of a tick, ns.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Debug)]
 pub(crate) struct TickParts {
     /// From when it was due to when it began.
     pub lateness_ns: u64,

@@ -38,7 +38,7 @@ impl LoopVerdict {
 }
 
 /// The verdict on a drive.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct DriveVerdict {
     /// Before contact; null where a force is the set point.
     pub free: Option<LoopVerdict>,

@@ -30,7 +30,7 @@ pub(crate) enum Ending {
 }
 
 /// The one that takes the force away from a device that hears nothing more.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Keeper {
     /// This program itself, which serves it.
     pub served: bool,
@@ -87,7 +87,7 @@ pub(crate) enum LetGo {
 }
 
 /// The force in the samples after the last one that counts.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Fall {
     /// Number of samples with a force.
     acting: u64,

@@ -21,7 +21,7 @@ pub(crate) const AFTER: u64 = 100;
 pub(crate) const FAULT: &str = "fault";
 
 /// A fault, as it is known here.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub(crate) struct FaultSeen {
     /// Its code, as on the wire.
     pub code: u8,
@@ -32,7 +32,7 @@ pub(crate) struct FaultSeen {
 }
 
 /// The run that a fault ended, for the log of the fault.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct RunOfFault<'a> {
     pub log: &'a Path,
     pub experiment: BTreeMap<String, String>,
@@ -40,7 +40,7 @@ pub(crate) struct RunOfFault<'a> {
 }
 
 /// Keeps the last ticks, and the first after a fault.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct FaultRecorder {
     ticks: VecDeque<TickMessage>,
     fault: Option<FaultSeen>,

@@ -14,7 +14,7 @@ use std::time::Duration;
 pub(crate) const MEASURED: Duration = Duration::from_millis(200);
 
 /// Request for the pre-flight, and the known dynamics of the device.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Debug, Default)]
 pub(crate) struct PreflightRequest {
     /// True to run even an unstable loop.
     pub force_unstable: bool,

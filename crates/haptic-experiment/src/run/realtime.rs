@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::time::Duration;
 
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct Microseconds {
     pub p50: f64,
     /// 99 of 100 took no longer.
@@ -37,7 +37,7 @@ pub(crate) fn microseconds(time: Duration) -> f64 {
 }
 
 /// Timing of a run by the clock.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct RealtimeSummary {
     /// Priority that was granted; null for a normal thread.
     pub priority: Option<u8>,
@@ -62,7 +62,7 @@ pub(crate) struct RealtimeSummary {
 }
 
 /// A tick, and what took how long.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct WorstTick {
     /// Its number in the log.
     pub number: u64,

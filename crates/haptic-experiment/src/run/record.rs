@@ -6,8 +6,7 @@
 //! ```
 //! So memory does not grow with the length of a run.
 
-use super::ending::Lateness;
-use super::ending::{Ending, Fall, Keeper, LetGo};
+use super::ending::{Ending, Fall, Keeper, Lateness, LetGo};
 use super::realtime::RealtimeSummary;
 use super::remote::LinkSummary;
 use super::tick::{KeptSample, TickRecord};
@@ -131,7 +130,7 @@ pub(crate) struct Before<'a> {
 }
 
 /// Forces in the log after the last sample that counts: on their way to zero.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Debug, Default)]
 struct After {
     fall: Fall,
     largest_n: f64,

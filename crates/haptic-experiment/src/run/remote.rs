@@ -173,7 +173,7 @@ impl RemoteLaw {
 }
 
 /// Limits that an experiment does not speak of: they stay as they are on the device.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct UnchangedLimits {
     pub rate: bool,
     /// Speed limit, soft and hard.

@@ -116,7 +116,7 @@ impl Gap {
 }
 
 /// Counts ticks as they pass.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct TickCount {
     pub(crate) samples: u64,
     pub(crate) first: Option<(u64, f64)>,

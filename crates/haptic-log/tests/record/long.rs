@@ -3,7 +3,8 @@
 use super::damage::chunks;
 use super::{entries_of, noon, parameters, tick, ticks_in, ticks_of};
 use haptic_log::record::{
-    Damage, Entry, LogFiles, LogWriter, NEXT, ROLL_LEAST, RollingLog, TickMessage, inspect, recover,
+    Damage, Entry, LogFiles, LogWriter, NEXT, ROLL_LEAST, RollingLog, TickMessage, export_csv,
+    inspect, recover,
 };
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -139,6 +140,7 @@ fn a_log_in_several_files_reads_as_one() {
     assert_eq!(ticks_in(&saved), all(&name(1)));
     // Nothing is written over one of its files.
     assert!(recover(&name(1), &name(2), true).is_err());
+    assert!(export_csv(&name(1), &name(2), true).is_err());
     fs::rename(name(2), folder.join("aside")).expect("moves");
     let summary = recover(&name(1), &saved, true).expect("saves");
     assert!(!summary.complete && summary.missing[0].contains("run-0002.mcap"));

@@ -82,7 +82,7 @@ impl<F: Real> Form<F> {
 }
 
 /// Delay and lag in units of the sample time, of parameters that were checked.
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug)]
 pub(super) struct Timing {
     /// D/T, the middle of the interval of delays.
     pub(super) delay: f64,

@@ -378,7 +378,7 @@ impl<const D: usize> ForceLine<D> {
 /// so stopping and reversing are right to one step, and sliding one way is exact.
 ///
 /// Source: J. J. Moreau, "Unilateral contact and dry friction in finite freedom dynamics", 1988.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 enum Friction {
     /// It can bring the velocity to zero at the end of the step, with this force, N.
     Stops(f64),

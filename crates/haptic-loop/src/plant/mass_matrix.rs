@@ -2,8 +2,7 @@
 
 use crate::ParameterError;
 use crate::units::Kilograms;
-use fracdiff::parameter::RangeError;
-use fracdiff::parameter::{positive, range};
+use fracdiff::parameter::{RangeError, positive, range};
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 
 /// The mass matrix of a device in one posture.

@@ -2,9 +2,7 @@
 
 use super::error::{SerialError, WAITING};
 use super::line::Line;
-use super::link::SerialLink;
-use super::link::Shared;
-use super::link::{Ends, LISTENS, RETURNS, is_nothing, write};
+use super::link::{Ends, LISTENS, RETURNS, SerialLink, Shared, is_nothing, write};
 use super::port;
 use super::run::IN_TIME;
 use super::served::Served;

@@ -36,7 +36,7 @@ const AT_A_LOOK: usize = 16;
 const GREETING_MOST: usize = 4 * FRAME_MAX;
 
 /// The way in which a host shows that it is one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub(super) enum Greeting {
     /// By `hello`, the first message of our protocol.
     Hello,

@@ -1,8 +1,7 @@
 //! The device as it runs: samples and notices in, forces out, each run followed to its end.
 
 use super::error::SerialError;
-use super::link::SerialLink;
-use super::link::{Command, Heard};
+use super::link::{Command, Heard, SerialLink};
 use crate::LinkError;
 use fracdiff::Real;
 use haptic_link::{

@@ -3,8 +3,7 @@
 use super::TickSide;
 use crate::hardware::Hardware;
 use crate::prepared::Prepared;
-use crate::records::Records;
-use crate::records::Stream;
+use crate::records::{Records, Stream};
 use core::borrow::BorrowMut;
 use haptic_link::{EventKind, Field, LoopMode, Reason, Refusal, Start, State, Trouble};
 use haptic_loop::Fault;

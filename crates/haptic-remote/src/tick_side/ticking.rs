@@ -2,9 +2,7 @@
 
 use super::TickSide;
 use crate::hardware::Hardware;
-use crate::records::Records;
-use crate::records::Tick;
-use crate::records::{Notice, Stream};
+use crate::records::{Notice, Records, Stream, Tick};
 use core::borrow::BorrowMut;
 use haptic_link::{Event, EventKind, FaultReport, LoopMode, NOT_TAKEN, Reason, State, UNANSWERED};
 use haptic_loop::{Fault, Limiters};

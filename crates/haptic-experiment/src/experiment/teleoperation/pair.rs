@@ -128,7 +128,7 @@ impl Body {
 }
 
 /// One side in a tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct SideTick {
     /// Place of the device, m.
     pub position_m: f64,
@@ -143,7 +143,7 @@ pub(crate) struct SideTick {
 }
 
 /// A tick of both sides.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct PairTick {
     pub tick: u64,
     pub time_s: f64,

@@ -5,8 +5,7 @@ use super::{
     ARCHITECTURE, HandMotion, MUST_BE_PASSIVE, SLAVE_DAMPING, SLAVE_MASS, TeleoperationExperiment,
 };
 use crate::document::failure::Failure;
-use crate::document::parameters::SAMPLE_TIME;
-use crate::document::parameters::TISSUE_IN_LOG;
+use crate::document::parameters::{SAMPLE_TIME, TISSUE_IN_LOG};
 use crate::experiment::kind::{Conduct, Experiment, Watched};
 use crate::experiment::reading::metadata;
 use crate::judge::decimated::Decimated;
@@ -61,7 +60,7 @@ impl TeleoperationVerdict {
 }
 
 /// Impedance that the hand felt at a frequency, as force over position: a phase of 0° is a spring, 90° a damper, 180° a mass.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Debug, Serialize)]
 pub(super) struct FeltAt {
     pub frequency_hz: f64,
     /// The impedance that the hand met at the master, from the run.

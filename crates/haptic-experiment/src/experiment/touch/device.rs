@@ -25,7 +25,7 @@ pub(super) struct HeldAxes<const D: usize> {
 }
 
 /// Energy that the hand was given, J.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct HandEnergy {
     /// In all; negative if the hand gave more.
     pub(super) given_j: f64,

@@ -408,7 +408,7 @@ fn drawn(tick: &TickMessage, depth_m: f64) -> [f64; CURVES] {
 }
 
 /// Mass that is felt along the normal, in the postures that come up, and the worst of them.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Debug, Serialize)]
 pub(crate) struct PostureVerdict {
     /// Least 1/(nᵀ M⁻¹ n), kg.
     pub effective_mass_least_kg: f64,

@@ -9,8 +9,7 @@ use super::{
     TouchExperiment,
 };
 use crate::document::failure::Failure;
-use crate::document::parameters::DEVICE;
-use crate::document::parameters::TISSUE_IN_LOG;
+use crate::document::parameters::{DEVICE, TISSUE_IN_LOG};
 use crate::experiment::kind::{Conduct, Experiment, Watched};
 use crate::experiment::reading::metadata;
 use crate::experiment::trial::no_law_there;
@@ -291,7 +290,7 @@ impl TouchExperiment {
 }
 
 /// The loop in the lightest and the heaviest posture.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 struct Postures<'a> {
     loops: Preflight<'a>,
     masses_kg: [f64; 2],

@@ -9,7 +9,7 @@ use haptic_loop::{Ball, Contact, Plane, Shape, SpringDamper};
 use std::f64::consts::{PI, TAU};
 
 /// Means by which the hand moves the device.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub(super) enum Grip {
     /// By a spring to the point of the path, N/m, above 0.
     Spring(f64),
@@ -29,7 +29,7 @@ named! { GripName:
 }
 
 /// Path of the hand over time, m or N.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(super) enum HandPath {
     /// Straight from row to row: time in s, then a number an axis. Before the first and behind the last row it stands.
     WayPoints(Vec<(f64, Vec<f64>)>),
@@ -38,7 +38,7 @@ pub(super) enum HandPath {
     Circle(Circle),
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(super) struct Circle {
     /// One number for each axis, as the keys of the file give them.
     pub centre: Vec<f64>,
@@ -109,7 +109,7 @@ named! { ShapeName:
     HollowBall = "hollow-ball", "A room inside a ball";
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub(super) enum TouchShape {
     Plane {
         /// Direction into it, a number an axis, of any length above 0.
@@ -120,7 +120,7 @@ pub(super) enum TouchShape {
     Ball(TouchBall),
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub(super) struct TouchBall {
     /// One number for each axis, m.
     pub centre_m: Vec<f64>,

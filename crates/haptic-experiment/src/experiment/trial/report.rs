@@ -31,7 +31,7 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
 /// A trial of a wall at one speed.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Debug, Serialize)]
 pub(crate) struct Hit {
     impact_m_per_s: f64,
     verdict: TrialVerdict,
@@ -459,7 +459,7 @@ impl Comparison {
 }
 
 /// The largest error of the forces that can be compared, over the largest force of the run.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Seen {
     off_n: f64,
     from_s: Option<f64>,

@@ -249,7 +249,7 @@ impl<'a> Partner<'a> {
 }
 
 /// The drive's clock beside that of the tissue's device.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct Aligned {
     /// Tick 0 of the drive on the tissue's device, s from its own tick 0.
     #[serde(rename = "clock_offset_s")]
