@@ -10,8 +10,8 @@
 //! Source: L. N. Trefethen, J. A. C. Weideman, T. Schmelzer, *Talbot quadratures and rational approximations*, BIT 46, 2006,
 //! equation of the modified contour.
 
-use crate::elements::{ELEMENTS, Elements, Slope};
-use crate::joint::{Joint, join, variables};
+use crate::elements::{Elements, Slope};
+use crate::joint::{ELEMENTS, Joint, join, variables};
 use num_complex::Complex64;
 
 /// Points of the whole contour.

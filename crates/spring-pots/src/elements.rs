@@ -2,11 +2,9 @@
 //!
 //! aᵢ is the logarithm of the modulus at the rate 1/t₀. The variables are a₁, α₁, a₂, α₂, and a₃ of the spring, whose α is 0.
 
-use crate::joint::{Joint, variables};
+use crate::joint::{ELEMENTS, Joint, variables};
 use num_complex::Complex64;
 
-/// The most elements of a network.
-pub const ELEMENTS: usize = 3;
 /// The most variables.
 pub const VARIABLES: usize = 5;
 

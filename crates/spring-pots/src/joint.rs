@@ -1,7 +1,9 @@
 //! Joints of two elements.
 
-use crate::elements::ELEMENTS;
 use num_complex::Complex64;
+
+/// The most elements of a network.
+pub const ELEMENTS: usize = 3;
 
 /// Joint of two elements, and of a spring where the model has one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

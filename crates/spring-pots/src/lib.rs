@@ -16,8 +16,8 @@ mod modes;
 
 pub use contour::{Contour, Quantity, oscillation};
 pub use cubic::cubic;
-pub use elements::{ELEMENTS, Elements, Slope, VARIABLES, is_order};
-pub use joint::{Joint, join, variables};
+pub use elements::{Elements, Slope, VARIABLES, is_order};
+pub use joint::{ELEMENTS, Joint, join, variables};
 pub use modes::{LANES, crept, decays, excess, relaxed};
 #[cfg(feature = "fit")]
 pub use {
