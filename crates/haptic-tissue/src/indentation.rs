@@ -88,16 +88,6 @@ pub(crate) fn growing(depth_m: &[f64]) -> (usize, f64) {
     (kept, fall)
 }
 
-/// Weights of the nodes −1, 0, 1 and 2 at x from node 0: Lagrange's cubic.
-pub(crate) fn cubic(x: f64) -> [f64; 4] {
-    [
-        -x * (x - 1.0) * (x - 2.0) / 6.0,
-        (x + 1.0) * (x - 1.0) * (x - 2.0) / 2.0,
-        -(x + 1.0) * x * (x - 2.0) / 2.0,
-        (x + 1.0) * x * (x - 1.0) / 6.0,
-    ]
-}
-
 /// Forces of an indentation over γ, as far as the theory goes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ting {
@@ -235,7 +225,7 @@ impl<'a> Retraction<'a> {
         }
         let in_nodes = (libm::log(time_s) - self.first_node) / SPACING;
         let node = (in_nodes as usize).clamp(1, self.integral.len() - 3);
-        let weights = cubic(in_nodes - node as f64);
+        let weights = spring_pots::cubic(in_nodes - node as f64);
         let nodes = self.integral[node - 1..].iter().zip(weights);
         nodes.map(|(value, weight)| value * weight).sum()
     }

@@ -8,13 +8,14 @@
 //!
 //! Source: H. R. Künsch, *The jackknife and the bootstrap for general stationary observations*, Annals of Statistics 17, 1989.
 
-use super::elements::{Candidate, Elements};
+use super::elements::Candidate;
 use super::fit::parameters;
 use super::search::{Best, FINE, loose, minimise, ranges};
 use super::target::Target;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use rayon::prelude::*;
+use spring_pots::Elements;
 
 /// Fits `records` resampled records; `independent` residuals set the length of a block. Calls `progress` for each.
 pub(super) fn intervals(
@@ -36,7 +37,7 @@ pub(super) fn intervals(
     let block = if alike > 1.0 { 4.0 * alike } else { 1.0 };
     let block = (block.ceil() as usize).clamp(1, (n / 8).max(1));
     let ranges = ranges(candidate, target);
-    let start = best.elements.variables(candidate);
+    let start = best.elements.variables(candidate.joint());
     let free = loose(&ranges);
     let fits: Vec<Vec<f64>> = (0..records)
         .into_par_iter()
@@ -50,7 +51,7 @@ pub(super) fn intervals(
             let target = target.with_values(values.collect());
             let fit = minimise(candidate, &target, &ranges, &start, &free, &[], FINE);
             progress(1);
-            let elements = Elements::from_variables(&fit.values).sorted(candidate);
+            let elements = candidate.sorted(Elements::from_variables(&fit.values));
             fit.converged
                 .then(|| parameters(candidate, &elements, target.unit_s))
         })

@@ -246,7 +246,7 @@ fn unrendered<'a>(
     let mut own = target.clone();
     for _ in 0..RENDERINGS {
         own = rendered::without_rendering(record, target, candidate, (&closer, &fit))?;
-        let start = closer.elements.variables(candidate);
+        let start = closer.elements.variables(candidate.joint());
         closer = polished(candidate, &own, [start].iter()).ok()?;
         fit = fitted_to(candidate, &own, &closer).0;
     }

@@ -16,7 +16,7 @@
 //! *Errors*: a record of no single motion, or without an indenter where a contact point is looked for.
 
 use super::candidates::{Identification, choose, identified};
-use super::elements::{Candidate, Elements};
+use super::elements::Candidate;
 use super::error::{IdentifyError, sorted};
 use super::fit::{Estimate, Fit, REFUSED, fit, parameters, student};
 use super::keys::{BASELINE, CONTACT_POINT, KIND, REPLICATES, STIFFENING};
@@ -30,6 +30,7 @@ use crate::model::{Model, ModelKind};
 use fracdiff::parameter::Shown;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+use spring_pots::Elements;
 use std::sync::atomic::AtomicBool;
 
 /// Samples on the grid, of a record that is only checked, and of a fit.
@@ -282,7 +283,7 @@ impl Place {
         for (modulus, order) in elements.ln_modulus.iter_mut().zip(elements.order) {
             *modulus += order * shift;
         }
-        elements.variables(self.candidate)
+        elements.variables(self.candidate.joint())
     }
 }
 

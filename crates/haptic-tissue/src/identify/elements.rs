@@ -3,12 +3,8 @@
 //! aᵢ is the logarithm of the modulus at the rate 1/t₀ in the middle of the record, where it hangs together least with αᵢ.
 //! Variables, as parameters of a tissue file: a₁, α₁, a₂, α₂, and a₃ of the spring, whose α is 0.
 
-use crate::model::{Joint, ModelKind, ParameterRange};
-use num_complex::Complex64;
-
-/// The most elements of a candidate.
-pub(super) const ELEMENTS: usize = 3;
-pub(super) const VARIABLES: usize = 5;
+use crate::model::{ModelKind, ParameterRange};
+use spring_pots::{Elements, Joint, VARIABLES, is_order};
 
 /// One of [`CANDIDATES`](crate::model::CANDIDATES). Springs and dashpots are spring-pots whose orders are fixed at 0 and 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,11 +15,6 @@ pub(super) struct Candidate {
     held: [bool; VARIABLES],
     /// Parameters that are looked for beside those of the model.
     beside: usize,
-}
-
-/// True for an order, false for the logarithm of a modulus; of the element `variable`/2.
-pub(super) const fn is_order(variable: usize) -> bool {
-    variable % 2 == 1
 }
 
 impl Candidate {
@@ -89,13 +80,14 @@ impl Candidate {
         self.kind
     }
 
+    /// Joint of its elements; `None` of one alone.
+    pub(super) const fn joint(self) -> Option<Joint> {
+        self.kind.joint()
+    }
+
     /// Variables of its elements.
     pub(super) const fn variables(self) -> usize {
-        match self.kind.joint() {
-            None => 2,
-            Some(Joint::KelvinVoigt | Joint::Maxwell) => 4,
-            Some(Joint::Zener | Joint::PoyntingThomson) => 5,
-        }
+        spring_pots::variables(self.joint())
     }
 
     const fn is_fractional(self) -> bool {
@@ -147,12 +139,14 @@ impl Candidate {
         shares
     }
 
-    /// M and its derivatives by the moduli of the elements e₁, e₂ and the spring e₃.
-    pub(super) fn join(self, e: [Complex64; ELEMENTS]) -> (Complex64, [Complex64; ELEMENTS]) {
-        match self.kind.joint() {
-            Some(joint) => joint.slopes(e),
-            None => (e[0], [Complex64::ONE, Complex64::ZERO, Complex64::ZERO]),
+    /// Puts the larger order first, unless a modulus of either is held.
+    pub(super) fn sorted(self, mut elements: Elements) -> Elements {
+        let may = self.has_two_orders() && !self.is_held(0) && !self.is_held(2);
+        if may && elements.order[0] < elements.order[1] {
+            elements.ln_modulus.swap(0, 1);
+            elements.order.swap(0, 1);
         }
+        elements
     }
 
     /// Those whose variables are their parameters.
@@ -168,99 +162,5 @@ pub(super) fn number(variable: usize, value: f64) -> f64 {
     match is_order(variable) {
         true => value,
         false => libm::exp(value),
-    }
-}
-
-/// aᵢ and αᵢ of a candidate.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Elements {
-    pub(super) ln_modulus: [f64; ELEMENTS],
-    pub(super) order: [f64; ELEMENTS],
-}
-
-impl Elements {
-    /// From the values of the variables.
-    pub(super) fn from_variables(values: &[f64]) -> Self {
-        let value = |variable: usize| values.get(variable).copied().unwrap_or(0.0);
-        Self {
-            ln_modulus: [0, 2, 4].map(value),
-            order: [1, 3, 5].map(value),
-        }
-    }
-
-    /// The values of the variables.
-    pub(super) fn variables(&self, candidate: Candidate) -> Vec<f64> {
-        let value = |variable: usize| match is_order(variable) {
-            true => self.order[variable / 2],
-            false => self.ln_modulus[variable / 2],
-        };
-        (0..candidate.variables()).map(value).collect()
-    }
-
-    /// Puts the larger order first, unless a modulus of either is held.
-    pub(super) fn sorted(mut self, candidate: Candidate) -> Self {
-        let may = candidate.has_two_orders() && !candidate.is_held(0) && !candidate.is_held(2);
-        if may && self.order[0] < self.order[1] {
-            self.ln_modulus.swap(0, 1);
-            self.order.swap(0, 1);
-        }
-        self
-    }
-
-    /// The modulus of each element at s = exp(`ln_size` + i·angle)/t₀.
-    pub(super) fn at(
-        &self,
-        candidate: Candidate,
-        ln_size: f64,
-        angle: f64,
-    ) -> [Complex64; ELEMENTS] {
-        core::array::from_fn(|i| {
-            if 2 * i >= candidate.variables() {
-                return Complex64::ZERO;
-            }
-            let size = libm::exp(self.ln_modulus[i] + self.order[i] * ln_size);
-            let turn = self.order[i] * angle;
-            Complex64::new(size * libm::cos(turn), size * libm::sin(turn))
-        })
-    }
-}
-
-/// A value and its derivatives by the variables.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Slope {
-    pub(super) value: f64,
-    pub(super) by: [f64; VARIABLES],
-}
-
-impl Slope {
-    /// Weighted sum of values and their derivatives.
-    pub(super) fn sum<'a>(weights: &[f64], of: impl IntoIterator<Item = &'a Self>) -> Self {
-        let mut sum = Self::default();
-        for (weight, part) in weights.iter().zip(of) {
-            sum.value += weight * part.value;
-            for variable in 0..VARIABLES {
-                sum.by[variable] += weight * part.by[variable];
-            }
-        }
-        sum
-    }
-
-    /// A value and its derivatives by the aᵢ and the αᵢ, all times `scale`.
-    pub(super) fn of(
-        candidate: Candidate,
-        scale: f64,
-        value: f64,
-        by_modulus: [f64; ELEMENTS],
-        by_order: [f64; ELEMENTS],
-    ) -> Self {
-        let mut by = [0.0; VARIABLES];
-        for (variable, by) in by.iter_mut().enumerate().take(candidate.variables()) {
-            let slopes = [by_modulus, by_order][variable % 2];
-            *by = scale * slopes[variable / 2];
-        }
-        Self {
-            value: scale * value,
-            by,
-        }
     }
 }

@@ -1,6 +1,6 @@
 //! A model fitted to a record, with its errors.
 
-use super::elements::{Candidate, Elements, is_order, number};
+use super::elements::{Candidate, number};
 use super::noise::independent;
 use super::search::Best;
 use super::target::{EXACT, Target};
@@ -8,6 +8,7 @@ use crate::model::{Model, ModelError, ModelKind};
 use core::cmp::Ordering;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
+use spring_pots::{Elements, is_order};
 
 /// A model with no more BIC than the best and this is as good: odds of less than 3 to 1 (R. Kass, A. Raftery, *Bayes factors*, 1995).
 pub(super) const AS_GOOD: f64 = 2.0;
@@ -244,7 +245,7 @@ impl Estimate {
 
 /// The parameters of the elements in SI units.
 pub(super) fn parameters(candidate: Candidate, elements: &Elements, unit_s: f64) -> Vec<f64> {
-    let (variables, ln_unit) = (elements.variables(candidate), libm::log(unit_s));
+    let (variables, ln_unit) = (elements.variables(candidate.joint()), libm::log(unit_s));
     (0..candidate.kind().parameters().len())
         .map(|parameter| {
             let parts = variables.iter().zip(candidate.shares(parameter, ln_unit));

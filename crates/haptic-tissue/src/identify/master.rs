@@ -379,7 +379,8 @@ impl Pair {
         let squares: f64 = pairs.iter().map(|pair| pair.error * pair.error).sum();
         let each: f64 = pairs.iter().map(|pair| half(pair) * half(pair)).sum();
         let all: f64 = pairs.iter().map(half).sum();
-        libm::sqrt(squares + each.max(all * all))
+        // Of no pairs the sums are −0.0, and the sign of a largest zero is the compiler's.
+        libm::sqrt(squares + each.max(all * all) + 0.0)
     }
 }
 

@@ -23,16 +23,15 @@
 
 mod advice;
 mod assemble;
-mod binned;
 mod bootstrap;
 mod candidates;
 mod commanded;
 mod contact;
+#[cfg(test)]
 mod contour;
 mod elements;
 mod error;
 mod fit;
-mod history;
 mod keys;
 mod master;
 mod noise;

@@ -15,11 +15,12 @@
 //! - *Cost*: some 15 evaluations of the model an end where S is nearly a parabola, some 100 along a valley, 4000 at most for each walk.
 //! - *Source*: D. M. Bates, D. G. Watts, *Nonlinear Regression Analysis and Its Applications*, 1988, section 6.1.
 
-use super::elements::{Candidate, Elements, is_order, number};
+use super::elements::{Candidate, number};
 use super::fit::Certainty;
-use super::search::{Best, Effort, Minimum, Pull, loose, minimise, ranges};
+use super::search::{Best, loose, minimise, ranges};
 use super::target::Target;
 use rayon::prelude::*;
+use spring_pots::{Effort, Elements, Minimum, Pull, is_order};
 
 /// Minima beside the best of which each end is tried.
 const OTHERS: usize = 3;
@@ -58,7 +59,7 @@ pub(super) fn intervals(
 ) -> Vec<(f64, f64)> {
     let ranges = ranges(candidate, target);
     let lowest = Minimum {
-        values: best.elements.variables(candidate),
+        values: best.elements.variables(candidate.joint()),
         sum: best.sum,
         converged: true,
     };
@@ -304,7 +305,7 @@ impl Profiles<'_> {
         exchanged.ln_modulus.swap(0, 1);
         let fits = [best.order[0], best.order[1]].map(|order| {
             exchanged.order[..2].fill(order);
-            self.fitted(&exchanged.variables(self.candidate), None)
+            self.fitted(&exchanged.variables(self.candidate.joint()), None)
         });
         fits.into_iter().min_by(|a, b| a.sum.total_cmp(&b.sum))
     }
@@ -320,10 +321,12 @@ impl Profiles<'_> {
     }
 
     fn minimum(&self, point: &Point) -> Minimum {
-        let elements = Elements::from_variables(&point.values).sorted(self.candidate);
+        let elements = self
+            .candidate
+            .sorted(Elements::from_variables(&point.values));
         let excess = point.distance * point.distance * self.certainty.variance;
         Minimum {
-            values: elements.variables(self.candidate),
+            values: elements.variables(self.candidate.joint()),
             sum: self.minima[0].sum + excess,
             converged: true,
         }

@@ -2,7 +2,6 @@
 
 use super::commanded::{self, Level};
 use super::error::IdentifyError;
-use super::history::chosen;
 use crate::identify::keys::{
     CONTACT_POINT, FROM, KIND, MASTER_CURVE, RAMP_ENDS, RAMP_TIME, REPLICATES, STRAIN,
     SUBTRACT_START, THICKNESS,
@@ -11,6 +10,7 @@ use crate::indentation::{NOISE, begin_s, growing};
 use fracdiff::enumerated;
 use fracdiff::parameter::Shown;
 use haptic_loop::{DepthMap, LoadingKind, Specimen};
+use spring_pots::chosen;
 
 /// A longer record is refused; every second sample carries nearly as much information.
 pub const SAMPLES_MOST: usize = measured_table::ROWS_MOST;

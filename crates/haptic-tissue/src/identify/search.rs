@@ -1,20 +1,9 @@
-//! The best minimum of many: starts spread evenly, few samples first, the best few on all samples.
-//!
-//! ```text
-//! (JᵀJ + λD²)·step = −Jᵀr        D the largest length of each column of J so far
-//! ```
-//! Levenberg–Marquardt with bounds: a step beyond the range of a variable ends at the end of the range, and there the variable
-//! rests as long as the sum of squares would fall only beyond it. So a spring-pot becomes a spring or a dashpot in a few steps; a
-//! variable that only approaches its end, as under a sine, loses its slope there and creeps.
-//!
-//! *Source*: H. B. Nielsen, *Damping parameter in Marquardt's method*, 1999 (λ); J. J. Moré, *The Levenberg–Marquardt algorithm*,
-//! 1978 (D); C. Kanzow, N. Yamashita, M. Fukushima, *Levenberg–Marquardt methods with strong local convergence properties for solving
-//! nonlinear equations with convex constraints*, Journal of Computational and Applied Mathematics 172, 2004 (the projection).
+//! The best minimum of many: starts spread evenly, few samples first, the best few on all samples. Each is found by [`minimise`].
 
-use super::elements::{Candidate, Elements, is_order};
+use super::elements::Candidate;
 use super::error::IdentifyError;
 use super::target::Target;
-use nalgebra::{DMatrix, DVector};
+use spring_pots::{Effort, Elements, Minimum, Pull, Slope, is_order};
 
 /// Samples of the first pass.
 const FEW: usize = 160;
@@ -74,13 +63,13 @@ pub(super) fn search(
     found.truncate(FOLLOWED);
     let mut followed: Vec<Minimum> = (found.iter())
         .map(|minimum| to(target, &minimum.values, CLOSE))
-        .filter(|minimum| minimum.sum.is_finite() && minimum.is_in_order(candidate))
+        .filter(|minimum| minimum.sum.is_finite() && is_in_order(minimum, candidate))
         .collect();
     followed.sort_by(|a, b| a.sum.total_cmp(&b.sum));
     let best = polished(candidate, target, followed.iter().map(|one| &one.values))?;
     for minimum in &mut followed {
-        let elements = Elements::from_variables(&minimum.values).sorted(candidate);
-        minimum.values = elements.variables(candidate);
+        let elements = candidate.sorted(Elements::from_variables(&minimum.values));
+        minimum.values = elements.variables(candidate.joint());
     }
     Ok(Best {
         others: followed,
@@ -108,7 +97,7 @@ pub(super) fn polished<'a>(
                 (further.converged || is_level).then_some(further)
             }),
         };
-        best.filter(|best| best.is_in_order(candidate))
+        best.filter(|best| is_in_order(best, candidate))
     });
     let best = best.ok_or(IdentifyError::NotConverged {
         model: candidate.kind().name(),
@@ -168,11 +157,11 @@ fn at_ends(candidate: Candidate, target: &Target, ranges: &[(f64, f64)], best: M
     let fixed = minimise(candidate, target, ranges, &ends, &inside, &[], FINE);
     let is_good = fixed.converged && fixed.sum <= best.sum * (1.0 + COST_OF_END);
     let Minimum { values, sum, .. } = if is_good { fixed } else { best };
-    let elements = Elements::from_variables(&values).sorted(candidate);
+    let elements = candidate.sorted(Elements::from_variables(&values));
     Best {
         elements,
         sum,
-        free: free(&elements.variables(candidate), 0.0),
+        free: free(&elements.variables(candidate.joint()), 0.0),
         others: Vec::new(),
     }
 }
@@ -226,166 +215,30 @@ pub(super) fn ranges(candidate: Candidate, target: &Target) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// The end of a minimisation.
-#[derive(Clone, Debug)]
-pub(super) struct Minimum {
-    pub(super) values: Vec<f64>,
-    /// Sum of the squared residuals, weights in.
-    pub(super) sum: f64,
-    /// True if the solver met one of its criteria, or the residual is below the accuracy of a record.
-    pub(super) converged: bool,
+/// True unless the second order is the larger one, as it may be where a modulus is held.
+fn is_in_order(minimum: &Minimum, candidate: Candidate) -> bool {
+    let elements = candidate.sorted(Elements::from_variables(&minimum.values));
+    !candidate.has_two_orders() || elements.order[0] >= elements.order[1]
 }
 
-impl Minimum {
-    /// True unless the second order is the larger one, as it may be where a modulus is held.
-    fn is_in_order(&self, candidate: Candidate) -> bool {
-        let elements = Elements::from_variables(&self.values).sorted(candidate);
-        !candidate.has_two_orders() || elements.order[0] >= elements.order[1]
+/// A candidate against a record.
+struct Compared<'a>(Candidate, &'a Target<'a>);
+
+impl spring_pots::Problem for Compared<'_> {
+    fn count(&self) -> usize {
+        self.1.len()
+    }
+
+    fn exact(&self) -> f64 {
+        self.1.exact
+    }
+
+    fn residuals(&self, elements: &Elements, each: &mut dyn FnMut(usize, f64, Slope)) -> bool {
+        self.1.residuals(self.0, elements, each)
     }
 }
 
-/// A row beside those of the record: weight·(Σ share·x − aim), for each variable x.
-#[derive(Clone, Debug)]
-pub(super) struct Pull {
-    pub(super) shares: Vec<f64>,
-    pub(super) aim: f64,
-    pub(super) weight: f64,
-    pub(super) from_below: bool,
-}
-
-impl Pull {
-    pub(super) fn sum(&self, values: &[f64]) -> f64 {
-        let pairs = self.shares.iter().zip(values);
-        pairs.map(|(share, value)| share * value).sum()
-    }
-
-    fn weight(&self, sum: f64) -> f64 {
-        match self.from_below && sum > self.aim {
-            true => 0.0,
-            false => self.weight,
-        }
-    }
-}
-
-/// The problem, whatever its variables are.
-struct Problem<'a> {
-    candidate: Candidate,
-    target: &'a Target<'a>,
-    ranges: &'a [(f64, f64)],
-    free: &'a [usize],
-    pulls: &'a [Pull],
-}
-
-/// The problem where its variables have these values.
-struct Point {
-    values: Vec<f64>,
-    /// Of the record, then of the pulls.
-    residuals: DVector<f64>,
-    jacobian: DMatrix<f64>,
-}
-
-impl Problem<'_> {
-    /// None where a number is not finite, or the fit is to end.
-    fn at(&self, values: Vec<f64>) -> Option<Point> {
-        let (n, free) = (self.target.len(), self.free);
-        let mut residuals = DVector::zeros(n + self.pulls.len());
-        let mut jacobian = DMatrix::zeros(residuals.len(), free.len());
-        let elements = Elements::from_variables(&values);
-        let finite = (self.target).residuals(self.candidate, &elements, |n, root, slope| {
-            residuals[n] = root * slope.value;
-            for (k, &v) in free.iter().enumerate() {
-                jacobian[(n, k)] = root * slope.by[v];
-            }
-        });
-        for (n, pull) in (n..).zip(self.pulls) {
-            let sum = pull.sum(&values);
-            let weight = pull.weight(sum);
-            residuals[n] = weight * (sum - pull.aim);
-            for (k, &v) in free.iter().enumerate() {
-                jacobian[(n, k)] = weight * pull.shares[v];
-            }
-        }
-        (finite && jacobian.iter().all(|slope| slope.is_finite())).then_some(Point {
-            values,
-            residuals,
-            jacobian,
-        })
-    }
-
-    /// The places in `free` of the variables that can move downhill, those at an end of their range inwards alone.
-    fn movable(&self, here: &Point) -> Vec<usize> {
-        let slope = here.jacobian.tr_mul(&here.residuals);
-        let steep = |k: usize| {
-            let length = here.jacobian.column(k).norm() * here.residuals.norm();
-            slope[k].abs() > FLAT * length
-        };
-        let inwards = |k: usize| {
-            let (v, (low, high)) = (self.free[k], self.ranges[self.free[k]]);
-            let (at_low, at_high) = (here.values[v] <= low, here.values[v] >= high);
-            !(at_low && slope[k] > 0.0 || at_high && slope[k] < 0.0)
-        };
-        let inside: Vec<usize> = (0..self.free.len()).filter(|&k| inwards(k)).collect();
-        match inside.iter().any(|&k| steep(k)) {
-            true => inside,
-            false => Vec::new(),
-        }
-    }
-
-    /// The values after a damped step of these variables, which ends in their ranges.
-    fn moved(
-        &self,
-        here: &Point,
-        movable: &[usize],
-        damping: f64,
-        scale: &DVector<f64>,
-    ) -> Option<Vec<f64>> {
-        let (rows, count) = (here.residuals.len(), movable.len());
-        let mut matrix = DMatrix::zeros(rows + count, count);
-        let mut right = DVector::zeros(rows + count);
-        right.rows_mut(0, rows).copy_from(&-&here.residuals);
-        for (column, &k) in movable.iter().enumerate() {
-            let slopes = here.jacobian.column(k);
-            matrix.view_mut((0, column), (rows, 1)).copy_from(&slopes);
-            matrix[(rows + column, column)] = libm::sqrt(damping) * scale[k];
-        }
-        let parts = matrix.qr();
-        parts.q_tr_mul(&mut right);
-        let step = parts.r().solve_upper_triangular(&right.rows(0, count))?;
-        let mut values = here.values.clone();
-        for (&k, step) in movable.iter().zip(step.iter()) {
-            let (v, (low, high)) = (self.free[k], self.ranges[self.free[k]]);
-            values[v] = (values[v] + step).clamp(low, high);
-        }
-        Some(values)
-    }
-}
-
-/// Cosine of the angle between the residuals and a change of them, up to which the slope counts as 0.
-const FLAT: f64 = 1e-12;
-/// λ at first, and where no step gains anything any more.
-const DAMPING: f64 = 1e-3;
-const DAMPING_MOST: f64 = 1e12;
-
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Effort {
-    /// Relative change of the sum at which to stop.
-    pub(super) tolerance: f64,
-    /// Relative change of the variables at which to stop.
-    pub(super) step: f64,
-    pub(super) patience: usize,
-}
-
-impl Effort {
-    const fn to(tolerance: f64, patience: usize) -> Self {
-        Self {
-            tolerance,
-            step: tolerance,
-            patience,
-        }
-    }
-}
-
-/// Moves the free variables from these values to the nearest minimum, under these pulls; they are not in its sum.
+/// [`spring_pots::minimise`] of a candidate against a record.
 pub(super) fn minimise(
     candidate: Candidate,
     target: &Target,
@@ -395,74 +248,14 @@ pub(super) fn minimise(
     pulls: &[Pull],
     effort: Effort,
 ) -> Minimum {
-    let problem = Problem {
-        candidate,
-        target,
+    spring_pots::minimise(
+        &Compared(candidate, target),
         ranges,
+        start,
         free,
         pulls,
-    };
-    let inside = start.iter().zip(ranges);
-    let start: Vec<f64> = inside
-        .map(|(value, &(low, high))| value.clamp(low, high))
-        .collect();
-    let Some(mut here) = problem.at(start.clone()) else {
-        return Minimum {
-            values: start,
-            sum: f64::INFINITY,
-            converged: false,
-        };
-    };
-    // Above 0, where nothing depends on a variable.
-    let mut scale: DVector<f64> = DVector::from_element(free.len(), f64::EPSILON);
-    let (mut damping, mut growth, mut converged) = (DAMPING, 2.0, false);
-    for _ in 0..effort.patience * (free.len() + 1) {
-        let movable = problem.movable(&here);
-        for (scale, column) in scale.iter_mut().zip(here.jacobian.column_iter()) {
-            *scale = scale.max(column.norm());
-        }
-        converged = movable.is_empty() || damping > DAMPING_MOST;
-        let values = match converged {
-            true => None,
-            false => problem.moved(&here, &movable, damping, &scale),
-        };
-        let Some(values) = values else { break };
-        let over_free = |value: &dyn Fn(usize) -> f64| {
-            DVector::from_iterator(free.len(), free.iter().map(|&v| value(v)))
-        };
-        let step = over_free(&|v| values[v] - here.values[v]);
-        let square = here.residuals.norm_squared();
-        let expected = square - (&here.residuals + &here.jacobian * &step).norm_squared();
-        let size = over_free(&|v| here.values[v]).component_mul(&scale).norm();
-        let small = step.component_mul(&scale).norm() <= effort.step * size;
-        let there = problem.at(values);
-        let gain = (there.as_ref()).map_or(f64::NEG_INFINITY, |there| {
-            square - there.residuals.norm_squared()
-        });
-        let still = gain.abs() <= effort.tolerance * square;
-        converged = small || still && expected <= effort.tolerance * square;
-        match there {
-            Some(there) if gain > 0.0 => {
-                here = there;
-                let miss = 2.0 * gain / expected - 1.0;
-                damping *= (1.0 - miss * miss * miss).max(1.0 / 3.0);
-                growth = 2.0;
-            }
-            _ => {
-                damping *= growth;
-                growth *= 2.0;
-            }
-        }
-        if converged {
-            break;
-        }
-    }
-    let sum = here.residuals.rows(0, target.len()).norm_squared();
-    Minimum {
-        sum,
-        values: here.values,
-        converged: converged || sum <= target.exact,
-    }
+        effort,
+    )
 }
 
 /// The next place at which to look for the least sum, of places in order with their sums: the vertex of the parabola through the

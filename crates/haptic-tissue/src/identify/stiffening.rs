@@ -312,7 +312,7 @@ impl Valley<'_> {
         let index = self.points.partition_point(|point| point.b < b);
         let sides = &self.points[index.max(1) - 1..self.points.len().min(index + 1)];
         let both = sides.iter().filter_map(|side| {
-            let start = side.best.elements.variables(self.candidate);
+            let start = side.best.elements.variables(self.candidate.joint());
             polished(self.candidate, &target, [start].iter()).ok()
         });
         let best = both.min_by(|a, b| a.sum.total_cmp(&b.sum))?;

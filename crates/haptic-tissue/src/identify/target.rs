@@ -7,13 +7,13 @@
 //! each times √wᵢ, where w is 1, or the spacing of the samples in ln t over its mean, or of several motions, whose noise differs,
 //! the noise of the mean over that of the own motion, squared.
 
-use super::binned::Binned;
-use super::contour::{Contour, Quantity};
-use super::elements::{Candidate, ELEMENTS, Elements, Slope, VARIABLES};
-use super::history::{self, History, Moved};
+use super::elements::Candidate;
 use super::record::{Motion, Record, RecordKind};
 use crate::indentation::mapped;
 use fractional_control::autoregression::Autoregression;
+use spring_pots::{
+    Binned, Contour, Elements, History, Moved, Quantity, Slope, VARIABLES, chosen, oscillation,
+};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -87,7 +87,7 @@ impl Stepped {
     fn new(record: &Record, middle: f64) -> Self {
         let all = 0..record.x.len();
         let chosen = match all.len() > SAMPLES_OF_STEPS {
-            true => history::chosen(&record.x, 0.0, SAMPLES_OF_STEPS),
+            true => chosen(&record.x, 0.0, SAMPLES_OF_STEPS),
             false => all.collect(),
         };
         let since = chosen.iter().map(|&n| {
@@ -416,10 +416,10 @@ impl<'a> Target<'a> {
             let mut slope = model;
             match &self.rows {
                 Rows::Stepped(stepped) if stepped.is_logarithmic => {
-                    slope = logarithm(model, wanted);
+                    slope = model.logarithm(wanted);
                 }
                 Rows::History(_) | Rows::Binned(_) | Rows::Stepped(_) => slope.value -= wanted,
-                Rows::Sampled(..) => slope = logarithm(model, wanted),
+                Rows::Sampled(..) => slope = model.logarithm(wanted),
             }
             finite &= slope.value.is_finite();
             each(n, self.roots[n], slope);
@@ -512,15 +512,15 @@ impl<'a> Target<'a> {
         mut each: impl FnMut(usize, Slope),
     ) {
         let quantity = match &self.rows {
-            Rows::History(history) => return history.model(candidate, elements, each),
+            Rows::History(history) => return history.model(candidate.joint(), elements, &mut each),
             Rows::Sampled(quantity, _) => *quantity,
             Rows::Binned(binned) => binned.quantity,
             Rows::Stepped(_) => Some(Quantity::Creep),
         };
-        let contour = quantity.map(|quantity| Contour::new(candidate, quantity, *elements));
+        let contour = quantity.map(|quantity| Contour::new(candidate.joint(), quantity, *elements));
         let at = |ln_x: f64| match &contour {
             Some(contour) => [contour.at(ln_x), Slope::default()],
-            None => oscillation(candidate, elements, ln_x),
+            None => oscillation(candidate.joint(), elements, ln_x),
         };
         match &self.rows {
             Rows::History(_) => {}
@@ -544,40 +544,13 @@ impl<'a> Target<'a> {
                 }
             }
             Rows::Binned(binned) => {
-                binned.model(|ln_x| at(ln_x).map(|part| logarithm(part, 0.0)), each);
+                binned.model(
+                    &mut |ln_x| at(ln_x).map(|part| part.logarithm(0.0)),
+                    &mut each,
+                );
             }
         }
     }
-}
-
-fn oscillation(candidate: Candidate, elements: &Elements, ln_omega: f64) -> [Slope; 2] {
-    use core::f64::consts::FRAC_PI_2;
-    let e = elements.at(candidate, ln_omega, FRAC_PI_2);
-    let (modulus, derivatives) = candidate.join(e);
-    let ln_s = num_complex::Complex64::new(ln_omega, FRAC_PI_2);
-    let mut by = [[0.0; ELEMENTS]; 4];
-    for i in 0..ELEMENTS {
-        let term = derivatives[i] * e[i];
-        let turned = term * ln_s;
-        (by[0][i], by[1][i]) = (term.re, turned.re);
-        (by[2][i], by[3][i]) = (term.im, turned.im);
-    }
-    [
-        Slope::of(candidate, 1.0, modulus.re, by[0], by[1]),
-        Slope::of(candidate, 1.0, modulus.im, by[2], by[3]),
-    ]
-}
-
-/// ln of a value less the wanted logarithm. A value that is not above 0, as rounding makes one of a modulus that has decayed, counts
-/// as the smallest there is.
-fn logarithm(model: Slope, wanted: f64) -> Slope {
-    let value = model.value.max(f64::MIN_POSITIVE);
-    let mut slope = model;
-    slope.value = libm::log(value) - wanted;
-    for by in &mut slope.by {
-        *by /= value;
-    }
-    slope
 }
 
 fn ends(values: &[f64]) -> (f64, f64) {

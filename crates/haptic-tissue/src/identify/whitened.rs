@@ -14,11 +14,12 @@
 //! - *Source*: D. Cochrane, G. H. Orcutt, *Application of least squares regression to relationships containing auto-correlated error
 //!   terms*, Journal of the American Statistical Association 44, 1949.
 
-use super::elements::{Candidate, Elements};
+use super::elements::Candidate;
 use super::fit::criteria_of;
 use super::search::{Best, polished};
 use super::target::{EXACT, Target};
 use fractional_control::autoregression::Autoregression;
+use spring_pots::Elements;
 
 const ROUNDS: usize = 4;
 /// Samples without which a drift and a misfit look alike.
@@ -76,7 +77,7 @@ fn filtered(
             return None;
         }
         noise = next;
-        let start = best.elements.variables(candidate);
+        let start = best.elements.variables(candidate.joint());
         let to = plain.filtered(noise);
         best = polished(candidate, &to, [start].iter()).ok()?;
     }

@@ -4,8 +4,9 @@ use super::form::{Form, MaxwellBranch};
 use super::spring_pot::Response;
 use num_complex::Complex64;
 
-/// Nodes of the rule from a rate to its double.
-pub(super) const LANES: usize = 3;
+// Nodes of the rule from a rate to its double.
+pub(super) use spring_pots::LANES;
+
 #[derive(Clone, Copy)]
 pub(super) struct Pair {
     pub(super) weight: Complex64,

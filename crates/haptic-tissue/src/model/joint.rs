@@ -1,18 +1,10 @@
-//! Joints of two elements, and all that follows from them: a new joint is written here, its kinds and their parameters
+//! Poles of joined elements: a new joint is written in `spring-pots` and here, its kinds and their parameters
 //! in [`kind`](super::kind).
 
 use super::spring_pot::{Response, SpringPot, inverse};
 use super::zeros::{Pole, Term, beside_the_cut};
 use num_complex::Complex64;
-
-/// Joint of two elements, and of a spring where the model has one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Joint {
-    KelvinVoigt,
-    Maxwell,
-    Zener,
-    PoyntingThomson,
-}
+use spring_pots::Joint;
 
 /// Two elements, orders α > β.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,60 +16,12 @@ pub(crate) struct Two {
     pub(crate) spring_pa: f64,
 }
 
-impl Joint {
-    /// The model from its two elements and the spring, by what side by side and in series mean for them: moduli, limits and
-    /// the sums of a sampled model all come from this one definition.
-    pub(crate) fn of<T>(
-        self,
-        [first, second, spring]: [T; 3],
-        beside: impl Fn(T, T) -> T,
-        series: impl Fn(T, T) -> T,
-    ) -> T {
-        match self {
-            Self::KelvinVoigt => beside(first, second),
-            Self::Maxwell => series(first, second),
-            Self::Zener => beside(series(first, second), spring),
-            Self::PoyntingThomson => series(beside(first, second), spring),
-        }
-    }
-
-    /// The function of time that is the sum of those of the two elements, if there is one.
-    pub(super) const fn sum(self) -> Option<Response> {
-        match self {
-            Self::KelvinVoigt => Some(Response::Relaxation),
-            Self::Maxwell => Some(Response::Creep),
-            Self::Zener | Self::PoyntingThomson => None,
-        }
-    }
-
-    /// M and its derivatives by the moduli of the elements and of the spring. A fit spends most of its time here.
-    #[cfg(feature = "identify")]
-    pub(crate) fn slopes(
-        self,
-        [first, second, spring]: [Complex64; 3],
-    ) -> (Complex64, [Complex64; 3]) {
-        let (zero, one) = (Complex64::ZERO, Complex64::ONE);
-        // 1/M = 1/a + 1/b, so ∂M/∂a = (b/(a + b))².
-        let series = |a: Complex64, b: Complex64| {
-            let inverse = (a + b).inv();
-            let [by_a, by_b] = [b * inverse, a * inverse];
-            (a * by_a, by_a * by_a, by_b * by_b)
-        };
-        match self {
-            Self::KelvinVoigt => (first + second, [one, one, zero]),
-            Self::Maxwell => {
-                let (modulus, by_first, by_second) = series(first, second);
-                (modulus, [by_first, by_second, zero])
-            }
-            Self::Zener => {
-                let (modulus, by_first, by_second) = series(first, second);
-                (modulus + spring, [by_first, by_second, one])
-            }
-            Self::PoyntingThomson => {
-                let (modulus, by_both, by_spring) = series(first + second, spring);
-                (modulus, [by_both, by_both, by_spring])
-            }
-        }
+/// The function of time that is the sum of those of the two elements, if there is one.
+pub(super) const fn sum(joint: Joint) -> Option<Response> {
+    match joint {
+        Joint::KelvinVoigt => Some(Response::Relaxation),
+        Joint::Maxwell => Some(Response::Creep),
+        Joint::Zener | Joint::PoyntingThomson => None,
     }
 }
 

@@ -1,6 +1,6 @@
 //! The models by name, and the parameters of each: the one table from which files, help and identification are made.
 
-use super::joint::Joint;
+use spring_pots::Joint;
 use std::fmt;
 
 /// The numbers that a parameter may be.

@@ -20,7 +20,6 @@ use exponentials::Spectrum;
 pub(crate) use form::Form;
 pub use form::MaxwellBranch;
 use fracdiff::parameter::Shown;
-pub(crate) use joint::Joint;
 use joint::Two;
 #[cfg(feature = "identify")]
 pub use kind::CANDIDATES;
@@ -29,6 +28,7 @@ pub use kind::{ModelKind, Parameter, ParameterRange};
 use num_complex::Complex64;
 use spring_pot::Response;
 pub(crate) use spring_pot::SpringPot;
+pub(crate) use spring_pots::Joint;
 
 /// A parameter outside its range, or parameters that do not go together.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -242,9 +242,11 @@ impl Model {
         let at_zero = self.at_zero(response);
         match &self.0 {
             Form::One(one) => each(time_s, at_zero, |t| one.response(response, t)),
-            Form::Two(two) if two.joint.sum() == Some(response) => each(time_s, at_zero, |t| {
-                two.first.response(response, t) + two.second.response(response, t)
-            }),
+            Form::Two(two) if joint::sum(two.joint) == Some(response) => {
+                each(time_s, at_zero, |t| {
+                    two.first.response(response, t) + two.second.response(response, t)
+                })
+            }
             form @ (Form::Two(_) | Form::Branches(..)) => by_modes(form, response, time_s, at_zero),
         }
     }

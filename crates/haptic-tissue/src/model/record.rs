@@ -8,9 +8,10 @@
 //! doubling of T/Δ, four operations each: 0.3 µs a sample, 0.5 µs at uneven distances (release, 566 and 10^5 samples).
 
 use super::Model;
-use super::exponentials::{LANES, Modes, Pair, Spectrum, decayed, real_product};
+use super::exponentials::{Modes, Pair, Spectrum, decayed, real_product};
 use super::spring_pot::{Response, inverse};
 use num_complex::Complex64;
+use spring_pots::{crept, decays, relaxed};
 
 /// r·T of modes that are taken by their Taylor series: the third term is below rounding.
 const SLOW: f64 = 1.0 / 1_048_576.0;
@@ -159,12 +160,8 @@ impl<'a> State<'a> {
         self.input = end;
         let (modes, decay, weights) = (&mut self.modes[..], &self.decay[..], self.weights);
         let sum = match self.response {
-            Response::Relaxation => advance(modes, decay, &self.inverse_rates, weights, {
-                |h, m, inverse| h + m * (h - slope * inverse)
-            }),
-            Response::Creep => advance(modes, decay, &self.lag, weights, |d, m, lag| {
-                d + m * (d - begin) + slope * lag
-            }),
+            Response::Relaxation => relaxed(modes, decay, &self.inverse_rates, weights, slope),
+            Response::Creep => crept(modes, decay, &self.lag, weights, [begin, slope]),
         };
         let pair = self.pair.map_or(0.0, |pair| {
             let m = decayed(pair.rate, step);
@@ -190,74 +187,14 @@ impl<'a> State<'a> {
     /// m and (rΔ + m)/r of a step.
     fn measure(&mut self, step: f64) {
         self.step = step;
-        let values = self.decay.iter_mut().zip(&mut self.lag);
-        if !self.doubling {
-            for ((decay, out), rate) in values.zip(self.rates) {
-                *decay = libm::expm1(-rate * step);
-                *out = excess(rate * step, *decay) / rate;
-            }
-            return;
-        }
-        // m(2x) = m·(2 + m) and f(2x) = 2f + m² for f = x + m.
-        let (mut m, mut f) = ([0.0; LANES], [0.0; LANES]);
-        for lane in 0..usize::min(LANES, self.rates.len()) {
-            let x = self.rates[lane] * step;
-            m[lane] = libm::expm1(-x);
-            f[lane] = excess(x, m[lane]);
-        }
-        let chunks = self.decay.chunks_mut(LANES).zip(self.lag.chunks_mut(LANES));
-        for ((decay, lag), inverse) in chunks.zip(self.inverse_rates.chunks(LANES)) {
-            for lane in 0..decay.len() {
-                decay[lane] = m[lane];
-                lag[lane] = f[lane] * inverse[lane];
-                f[lane] = 2.0 * f[lane] + m[lane] * m[lane];
-                m[lane] *= 2.0 + m[lane];
-            }
-        }
+        let inverse_rates = self.doubling.then_some(&self.inverse_rates[..]);
+        decays(
+            self.rates,
+            inverse_rates,
+            step,
+            [&mut self.decay, &mut self.lag],
+        );
     }
-}
-
-/// Sums that run beside each other, so that none waits for the one before it.
-const PARTS: usize = 4;
-
-/// Takes each mode a step on; Σ w·mode.
-fn advance(
-    modes: &mut [f64],
-    decay: &[f64],
-    other: &[f64],
-    weights: &[f64],
-    next: impl Fn(f64, f64, f64) -> f64,
-) -> f64 {
-    let mut sums = [0.0; PARTS];
-    let (modes, last_modes) = modes.as_chunks_mut::<PARTS>();
-    let (decay, last_decay) = decay.as_chunks::<PARTS>();
-    let (other, last_other) = other.as_chunks::<PARTS>();
-    let (weights, last_weights) = weights.as_chunks::<PARTS>();
-    for (((mode, m), x), w) in modes.iter_mut().zip(decay).zip(other).zip(weights) {
-        for part in 0..PARTS {
-            mode[part] = next(mode[part], m[part], x[part]);
-            sums[part] += w[part] * mode[part];
-        }
-    }
-    let last = last_modes.iter_mut().zip(last_decay);
-    for ((mode, m), (x, w)) in last.zip(last_other.iter().zip(last_weights)) {
-        *mode = next(*mode, *m, *x);
-        sums[0] += w * *mode;
-    }
-    sums.iter().sum()
-}
-
-/// x + m for m = e^(−x) − 1, without cancellation.
-fn excess(x: f64, m: f64) -> f64 {
-    if x > 0.1 {
-        return x + m;
-    }
-    // x²/2 − x³/6 + …: twelve terms reach rounding at 0.1.
-    let mut sum = 0.0;
-    for n in (2..14).rev() {
-        sum = (1.0 - sum) * (x / f64::from(n));
-    }
-    sum * x
 }
 
 /// (rΔ + m)/r of a complex rate.
@@ -277,6 +214,7 @@ fn lag(rate: Complex64, step: f64, m: Complex64) -> Complex64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use spring_pots::excess;
 
     #[test]
     fn the_excess_of_small_steps_keeps_its_digits() {

@@ -7,18 +7,19 @@
 //!
 //! *Cost*: a model at some 20 nodes for each factor e, and 4 products a row.
 
-use super::contour::Quantity;
-use super::elements::Slope;
-use crate::indentation::cubic;
+use crate::contour::Quantity;
+use crate::cubic;
+use crate::elements::Slope;
 use nalgebra::DMatrix;
 
 /// Distance of the nodes.
 const SPACING: f64 = 0.05;
 
+/// A long record as rows between nodes.
 #[derive(Clone, Debug)]
-pub(super) struct Binned {
-    /// None for storage and loss modulus.
-    pub(super) quantity: Option<Quantity>,
+pub struct Binned {
+    /// The quantity; `None` for storage and loss modulus.
+    pub quantity: Option<Quantity>,
     first_node: f64,
     nodes: usize,
     rows: Vec<Row>,
@@ -34,7 +35,7 @@ struct Row {
 
 impl Binned {
     /// The rows, and what they are to reach, of values in parts of the length of x, which rises; none if they were hardly fewer.
-    pub(super) fn new(
+    pub fn new(
         quantity: Option<Quantity>,
         ln_x: &[f64],
         wanted: &[f64],
@@ -79,11 +80,7 @@ impl Binned {
     }
 
     /// Calls `each` with number and value of each row, of the logarithms at ln x.
-    pub(super) fn model(
-        &self,
-        mut at: impl FnMut(f64) -> [Slope; 2],
-        mut each: impl FnMut(usize, Slope),
-    ) {
+    pub fn model(&self, at: &mut dyn FnMut(f64) -> [Slope; 2], mut each: impl FnMut(usize, Slope)) {
         let nodes: Vec<[Slope; 2]> = (0..self.nodes)
             .map(|m| at(self.first_node + m as f64 * SPACING))
             .collect();

@@ -12,9 +12,10 @@
 //! r = P(WQ − σ), P = 1 − BB⁺. PW and Pσ replace W and σ once, so that a model costs no more, and errors of
 //! the parameters account for the fit of c (G. H. Golub, V. Pereyra, *Separable nonlinear least squares*, 2003).
 
-use super::contour::{Contour, Quantity};
-use super::elements::{Candidate, Elements, Slope};
-use crate::indentation::cubic;
+use crate::contour::{Contour, Quantity};
+use crate::cubic;
+use crate::elements::{Elements, Slope};
+use crate::joint::Joint;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -32,7 +33,7 @@ const PAIRS_MOST: usize = 30_000_000;
 
 /// A record of strain and stress, made ready.
 #[derive(Clone, Debug)]
-pub(super) struct History {
+pub struct History {
     /// ln of the time of the first node, in units of `unit_s`, and the distance of the nodes.
     first_node: f64,
     spacing: f64,
@@ -40,27 +41,33 @@ pub(super) struct History {
     /// W, or PW, row by row, in units of `unit_s`.
     weights: Vec<f64>,
     /// σ, or Pσ, over its scale.
-    pub(super) wanted: Vec<f64>,
+    pub wanted: Vec<f64>,
     /// Numbers of the samples that are compared.
-    pub(super) chosen: Vec<usize>,
-    pub(super) unit_s: f64,
+    pub chosen: Vec<usize>,
+    /// t₀, s.
+    pub unit_s: f64,
     /// Root of the mean square, Pa.
-    pub(super) stress_scale: f64,
+    pub stress_scale: f64,
     /// Largest distance from the first.
-    pub(super) strain_scale: f64,
+    pub strain_scale: f64,
 }
 
 /// A motion and its stress: times, s, stresses, Pa, and the strain at times that are as close or closer and straight between them.
-pub(super) struct Moved<'a> {
-    pub(super) time_s: &'a [f64],
-    pub(super) stress_pa: &'a [f64],
-    pub(super) motion_s: &'a [f64],
-    pub(super) strain: &'a [f64],
+#[derive(Clone, Copy, Debug)]
+pub struct Moved<'a> {
+    /// Times of the stresses, s.
+    pub time_s: &'a [f64],
+    /// Stresses, Pa.
+    pub stress_pa: &'a [f64],
+    /// Times of the strains, s.
+    pub motion_s: &'a [f64],
+    /// Strains.
+    pub strain: &'a [f64],
 }
 
 impl History {
     /// `beside`: the columns of B, a number for each sample of all motions.
-    pub(super) fn new(motions: &[Moved<'_>], beside: &[Vec<f64>]) -> Self {
+    pub fn new(motions: &[Moved<'_>], beside: &[Vec<f64>]) -> Self {
         let knots: Vec<Vec<(f64, f64)>> = (motions.iter())
             .map(|moved| knots(moved.motion_s, &changes(moved.motion_s, moved.strain)))
             .collect();
@@ -164,13 +171,13 @@ impl History {
     }
 
     /// With 1 s as the unit of time.
-    pub(super) fn in_seconds(&mut self) {
+    pub fn in_seconds(&mut self) {
         self.first_node += libm::log(self.unit_s);
         self.unit_s = 1.0;
     }
 
     /// Equal sum of squares by fewer rows, with their target values, if there are more than twice as many samples as nodes.
-    pub(super) fn compressed(&self, wanted: &[f64], roots: &[f64]) -> Option<(Self, Vec<f64>)> {
+    pub fn compressed(&self, wanted: &[f64], roots: &[f64]) -> Option<(Self, Vec<f64>)> {
         let (rows, columns) = (roots.len(), self.nodes + 1);
         if rows <= 2 * columns {
             return None;
@@ -179,7 +186,7 @@ impl History {
     }
 
     /// Fewer nodes and rows, accurate enough to locate the minima.
-    pub(super) fn coarse(&self, wanted: &[f64], roots: &[f64]) -> (Self, Vec<f64>) {
+    pub fn coarse(&self, wanted: &[f64], roots: &[f64]) -> (Self, Vec<f64>) {
         let spacing = COARSER as f64 * SPACING;
         let nodes = (self.nodes - 1) / COARSER + 4;
         let mut weights = vec![0.0; roots.len() * nodes];
@@ -226,13 +233,13 @@ impl History {
     }
 
     /// Calls `each` with the stress of each output over its scale.
-    pub(super) fn model(
+    pub fn model(
         &self,
-        candidate: Candidate,
+        joint: Option<Joint>,
         elements: &Elements,
-        mut each: impl FnMut(usize, Slope),
+        each: &mut dyn FnMut(usize, Slope),
     ) {
-        let contour = Contour::new(candidate, Quantity::Integral, *elements);
+        let contour = Contour::new(joint, Quantity::Integral, *elements);
         // From units of t₀ to s: rates are in 1/s.
         let scale = self.unit_s / self.stress_scale;
         let nodes: Vec<Slope> = (0..self.nodes)
@@ -251,7 +258,7 @@ impl History {
 
 /// Samples to compare: all, or of a long record half of them evenly, and half evenly in the logarithm of the time since the motion
 /// began, where most happens.
-pub(super) fn chosen(time_s: &[f64], begin_s: f64, most: usize) -> Vec<usize> {
+pub fn chosen(time_s: &[f64], begin_s: f64, most: usize) -> Vec<usize> {
     let n = time_s.len();
     if n - 1 <= most {
         return (1..n).collect();
