@@ -11,10 +11,11 @@ const STOPPING: u8 = 8;
 /// The log of a run while it is written.
 const PART: &str = "run/relax.mcap.part";
 
-/// Starts `host-cli LINE`, and interrupts it as soon as it is `ready`; before that does something else.
-fn start_and_interrupt(
+/// Starts `host-cli LINE`, and sends it a signal as soon as it is `ready`; before that does something else.
+fn start_and_signal(
     place: &Place,
     line: &str,
+    signal: &str,
     ready: impl Fn(&Child) -> bool,
     meanwhile: impl FnOnce(),
 ) -> Ended {
@@ -29,17 +30,19 @@ fn start_and_interrupt(
         is_ready.then_some(())
     });
     meanwhile();
-    crate::process::signal(&child, "INT");
+    crate::process::signal(&child, signal);
     let output = child.wait_with_output().expect("ends");
-    Ended::new(format!("{line} & kill -INT"), &output)
+    Ended::new(format!("{line} & kill -{signal}"), &output)
 }
 
-/// Starts `host-cli LINE`, and interrupts it when its log holds a few hundred samples; before that does something else.
+/// True once a log holds a few hundred samples: 100 ms are 8 kB.
+fn has_grown(place: &Place, log: &str) -> bool {
+    std::fs::metadata(place.path(log)).map_or(0, |file| file.len()) >= 20_000
+}
+
+/// Starts `host-cli LINE`, and interrupts it when its log has grown; before that does something else.
 fn run_and_interrupt(place: &Place, line: &str, meanwhile: impl FnOnce()) -> Ended {
-    // 100 ms are 8 kB.
-    let grown =
-        |_: &Child| std::fs::metadata(place.path(PART)).map_or(0, |file| file.len()) >= 20_000;
-    start_and_interrupt(place, line, grown, meanwhile)
+    start_and_signal(place, line, "INT", |_| has_grown(place, PART), meanwhile)
 }
 
 /// Ctrl-C. No picture of the run that it overwrites is left.
@@ -100,6 +103,18 @@ fn ctrl_c_ramps_the_force_to_zero_and_closes_the_log() {
 }
 
 #[test]
+fn creep_stops_at_a_termination_signal_too() {
+    let (place, log) = (Place::new(), "run/creep.mcap.part");
+    let line = "creep --realtime --out run --quiet";
+    let ended = start_and_signal(&place, line, "TERM", |_| has_grown(&place, log), || ()).failed(1);
+    assert_eq!(ended.stdout, "", "{ended}");
+    assert_eq!(place.files(), ["run/", "run/creep.mcap"]);
+    let ticks = place.run("log export run/creep.mcap -").succeeded().stdout;
+    let forces = column(&ticks, "commanded_force_n");
+    assert_eq!(forces.last(), Some(&0.0), "the force at the end");
+}
+
+#[test]
 fn a_folder_that_a_run_writes_to_is_its_own() {
     let place = Place::new();
     let ended = run_and_interrupt(&place, "relax --realtime --out run", || {
@@ -132,7 +147,7 @@ pub(crate) fn interrupt_when_it_listens(place: &Place, line: &str) -> Ended {
             u64::from_str_radix(mask.trim(), 16).is_ok_and(|mask| mask & 2 != 0)
         })
     };
-    start_and_interrupt(place, line, listens, || ())
+    start_and_signal(place, line, "INT", listens, || ())
 }
 
 #[test]

@@ -21,6 +21,27 @@ fn with_log() -> Place {
 }
 
 #[test]
+fn export_writes_every_tick() {
+    let place = with_log();
+    let export = place.run("log export run/relax.mcap --json").succeeded();
+    assert_eq!(export.json()["csv"], "run/relax.ticks.csv");
+    let rows = table(&place.text("run/relax.ticks.csv"), COLUMNS);
+    assert_eq!(rows.len(), 3001);
+    let experiment = place.text("run/relax.csv");
+    for (n, (row, line)) in rows.iter().zip(experiment.lines().skip(1)).enumerate() {
+        assert_eq!(row[0], n as f64, "tick");
+        // The experiment's CSV has positive reaction forces, the log forces along the position.
+        let cells = line.split(',').take(4);
+        let cells: Vec<f64> = cells.map(|cell| cell.parse().expect("number")).collect();
+        assert_eq!(
+            [row[1], row[4], -row[6]],
+            [cells[0], cells[2], cells[3]],
+            "tick {n}"
+        );
+    }
+}
+
+#[test]
 fn info_says_what_is_in_a_log() {
     let place = with_log();
     let info = place.json("log info run/relax.mcap");
