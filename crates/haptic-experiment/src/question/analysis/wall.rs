@@ -75,9 +75,9 @@ impl WallLoop {
         table: &Table<'_>,
         without: fn(&Parameter) -> Result<f64, Failure>,
     ) -> Result<Self, Failure> {
+        let points = table.count_in(&SENSITIVITY_POINTS, 2..=FREQUENCIES_MOST)?;
         let sample_time_s = table.number_if(&ANALYSED_SAMPLE_TIME)?;
         let law = Law::of(table, sample_time_s)?;
-        let points = table.count_in(&SENSITIVITY_POINTS, 2..=FREQUENCIES_MOST)?;
         let has_file = !table.text(&DEVICE_MODEL)?.is_empty();
         let with_units =
             has_file || law.tissue.is_some() || WITH_UNITS.iter().any(|key| table.has(key));
