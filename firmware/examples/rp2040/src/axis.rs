@@ -8,9 +8,9 @@ use embassy_rp::gpio::{Input, Level, Output, Pull};
 use embassy_rp::pac::SIO;
 use embassy_rp::peripherals::{PIN_4, PIN_6, PIN_7, PWM_SLICE2};
 use embassy_rp::pwm::{self, Pwm};
-use haptic_board::haptic_link::{Capabilities, ControllerCost, };
+use haptic_board::haptic_link::{Capabilities, ControllerCost};
 use haptic_board::haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_board::haptic_remote::{Hardware, abilities, };
+use haptic_board::haptic_remote::{Hardware, abilities};
 use haptic_board::nalgebra::Vector1;
 
 /// The board's name, the chip's clock, the shortest tick, the longest memory of taps.
