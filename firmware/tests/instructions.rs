@@ -13,9 +13,7 @@ use core::cell::Cell;
 use cortex_m::peripheral::SYST;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::hprintln;
-use haptic_link::{
-    Capabilities, Configuration, Guard, GuardKind, Limits, Start,
-};
+use haptic_link::{Capabilities, Configuration, Guard, GuardKind, Limits, Start};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::{Hardware, TickSide, prepare};
 use nalgebra::SVector;

@@ -5,9 +5,9 @@ use crate::board::nucleo_f446re::{
     MISMATCH_A, MISMATCH_US, NAME, NEWTONS_PER_AMPERE,
 };
 use cortex_m::peripheral::DWT;
-use haptic_board::haptic_link::{Capabilities, };
+use haptic_board::haptic_link::Capabilities;
 use haptic_board::haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_board::haptic_remote::{Hardware, abilities, };
+use haptic_board::haptic_remote::{Hardware, abilities};
 use haptic_board::nalgebra::SVector;
 use stm32f4xx_hal::adc::Adc;
 use stm32f4xx_hal::gpio::{Input, Output, PC7, PC8};
