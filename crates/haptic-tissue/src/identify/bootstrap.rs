@@ -10,12 +10,12 @@
 
 use super::elements::Candidate;
 use super::fit::parameters;
-use super::search::{Best, FINE, loose, minimise, ranges};
+use super::search::{Best, Compared, FINE, loose, ranges};
 use super::target::Target;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use rayon::prelude::*;
-use spring_pots::Elements;
+use spring_pots::{Elements, minimise};
 
 /// Fits `records` resampled records; `independent` residuals set the length of a block. Calls `progress` for each.
 pub(super) fn intervals(
@@ -49,7 +49,14 @@ pub(super) fn intervals(
             let pairs = curve.iter().zip(drawn);
             let values = pairs.map(|(curve, residual)| curve + residual);
             let target = target.with_values(values.collect());
-            let fit = minimise(candidate, &target, &ranges, &start, &free, &[], FINE);
+            let fit = minimise(
+                &Compared(candidate, &target),
+                &ranges,
+                &start,
+                &free,
+                &[],
+                FINE,
+            );
             progress(1);
             let elements = candidate.sorted(Elements::from_variables(&fit.values));
             fit.converged

@@ -26,7 +26,7 @@ fn near(have: f64, want: f64) {
     assert!((have / want - 1.0).abs() < 1e-11, "{have} {want}");
 }
 
-/// What has a closed form without a Mittag-Leffler function, over twelve decades.
+/// Sums of power laws, whose closed forms need no Mittag-Leffler function, over twelve decades.
 #[test]
 fn sums_of_power_laws_are_met() {
     let of = ELEMENTS_OF_TEST;

@@ -17,10 +17,10 @@
 
 use super::elements::{Candidate, number};
 use super::fit::Certainty;
-use super::search::{Best, loose, minimise, ranges};
+use super::search::{Best, Compared, loose, ranges};
 use super::target::Target;
 use rayon::prelude::*;
-use spring_pots::{Effort, Elements, Minimum, Pull, is_order};
+use spring_pots::{Effort, Elements, Minimum, Pull, is_order, minimise};
 
 /// Minima beside the best of which each end is tried.
 const OTHERS: usize = 3;
@@ -288,7 +288,14 @@ impl Profiles<'_> {
             patience: 10,
         };
         let (candidate, target, ranges) = (self.candidate, self.target, &self.ranges);
-        let mut found = minimise(candidate, target, ranges, values, &free, &pulls, effort);
+        let mut found = minimise(
+            &Compared(candidate, target),
+            ranges,
+            values,
+            &free,
+            &pulls,
+            effort,
+        );
         if self.candidate.has_two_orders() && found.values[3] - found.values[1] > 10.0 * ORDER_KEPT
         {
             found.sum = f64::INFINITY;

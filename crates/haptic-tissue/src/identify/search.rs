@@ -3,7 +3,7 @@
 use super::elements::Candidate;
 use super::error::IdentifyError;
 use super::target::Target;
-use spring_pots::{Effort, Elements, Minimum, Pull, Slope, is_order};
+use spring_pots::{Effort, Elements, Minimum, Problem, Slope, is_order, minimise};
 
 /// Samples of the first pass.
 const FEW: usize = 160;
@@ -49,7 +49,14 @@ pub(super) fn search(
     let all = loose(&ranges);
     let few = target.thinned(FEW);
     let to = |target: &Target, start: &[f64], effort: Effort| {
-        minimise(candidate, target, &ranges, start, &all, &[], effort)
+        minimise(
+            &Compared(candidate, target),
+            &ranges,
+            start,
+            &all,
+            &[],
+            effort,
+        )
     };
     // Few variables have few minima.
     let most = [1, 2, 5, 20].get(all.len()).copied().unwrap_or(starts);
@@ -86,7 +93,8 @@ pub(super) fn polished<'a>(
     let ranges = ranges(candidate, target);
     let all = loose(&ranges);
     let best = starts.find_map(|start| {
-        let along = |from: &[f64]| minimise(candidate, target, &ranges, from, &all, &[], FINE);
+        let along =
+            |from: &[f64]| minimise(&Compared(candidate, target), &ranges, from, &all, &[], FINE);
         let valley = along(start);
         let best = match valley.converged {
             true => Some(valley),
@@ -120,7 +128,14 @@ fn limit(
         let mut start = valley.values.clone();
         start[end] = at;
         let rest: Vec<usize> = free.iter().copied().filter(|v| *v != end).collect();
-        let limit = minimise(candidate, target, ranges, &start, &rest, &[], FINE);
+        let limit = minimise(
+            &Compared(candidate, target),
+            ranges,
+            &start,
+            &rest,
+            &[],
+            FINE,
+        );
         (limit, rest)
     });
     let near = limits.filter(|(limit, _)| limit.sum <= valley.sum * (1.0 + COST_OF_END));
@@ -154,7 +169,14 @@ fn at_ends(candidate: Candidate, target: &Target, ranges: &[(f64, f64)], best: M
         let (low, high) = ranges[v];
         ends[v] = if share(&ends, v) < 0.5 { low } else { high };
     }
-    let fixed = minimise(candidate, target, ranges, &ends, &inside, &[], FINE);
+    let fixed = minimise(
+        &Compared(candidate, target),
+        ranges,
+        &ends,
+        &inside,
+        &[],
+        FINE,
+    );
     let is_good = fixed.converged && fixed.sum <= best.sum * (1.0 + COST_OF_END);
     let Minimum { values, sum, .. } = if is_good { fixed } else { best };
     let elements = candidate.sorted(Elements::from_variables(&values));
@@ -222,9 +244,9 @@ fn is_in_order(minimum: &Minimum, candidate: Candidate) -> bool {
 }
 
 /// A candidate against a record.
-struct Compared<'a>(Candidate, &'a Target<'a>);
+pub(super) struct Compared<'a>(pub(super) Candidate, pub(super) &'a Target<'a>);
 
-impl spring_pots::Problem for Compared<'_> {
+impl Problem for Compared<'_> {
     fn count(&self) -> usize {
         self.1.len()
     }
@@ -236,26 +258,6 @@ impl spring_pots::Problem for Compared<'_> {
     fn residuals(&self, elements: &Elements, each: &mut dyn FnMut(usize, f64, Slope)) -> bool {
         self.1.residuals(self.0, elements, each)
     }
-}
-
-/// [`spring_pots::minimise`] of a candidate against a record.
-pub(super) fn minimise(
-    candidate: Candidate,
-    target: &Target,
-    ranges: &[(f64, f64)],
-    start: &[f64],
-    free: &[usize],
-    pulls: &[Pull],
-    effort: Effort,
-) -> Minimum {
-    spring_pots::minimise(
-        &Compared(candidate, target),
-        ranges,
-        start,
-        free,
-        pulls,
-        effort,
-    )
 }
 
 /// The next place at which to look for the least sum, of places in order with their sums: the vertex of the parabola through the
