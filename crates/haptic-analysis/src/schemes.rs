@@ -123,6 +123,16 @@ impl LoopOperator {
     }
 }
 
+/// Refuses coefficients that are not finite, and a newest sample that does not count.
+fn check_coefficients(coefficients: &[f64]) -> Result<(), AnalysisError> {
+    let first = coefficients.first().copied().unwrap_or(0.0);
+    range("first coefficient", first, first > 0.0, "above 0", "")?;
+    for &value in coefficients {
+        range("coefficient", value, value.is_finite(), "finite", "")?;
+    }
+    Ok(())
+}
+
 /// The full memory as it is designed for a scheme.
 fn design(
     order: Order,
@@ -149,11 +159,7 @@ impl LoopOperator {
     /// # Errors
     /// A coefficient that is not finite; unless p₀ > 0: the newest sample must count.
     pub fn from_polynomial(order: Order, coefficients: Vec<f64>) -> Result<Self, AnalysisError> {
-        let first = coefficients.first().copied().unwrap_or(0.0);
-        range("first coefficient", first, first > 0.0, "above 0", "")?;
-        for &value in &coefficients {
-            range("coefficient", value, value.is_finite(), "finite", "")?;
-        }
+        check_coefficients(&coefficients)?;
         Ok(Self::polynomial(order, coefficients))
     }
 
@@ -166,8 +172,8 @@ impl LoopOperator {
         numerator: Vec<f64>,
         denominator: Vec<f64>,
     ) -> Result<Self, AnalysisError> {
-        Self::from_polynomial(order, numerator.clone())?;
-        Self::from_polynomial(order, denominator.clone())?;
+        check_coefficients(&numerator)?;
+        check_coefficients(&denominator)?;
         let others: f64 = denominator[1..].iter().map(|a| a.abs()).sum();
         let (what, allowed) = (
             "sum of the other coefficients of a recursion",
