@@ -1,14 +1,14 @@
 //! Keys of analyses.
 
-use crate::document::parameters::kind::{Parameter, parameters};
+use crate::document::parameters::kind::{Parameter, joined, parameters};
 use crate::document::parameters::range::{
     ANGULAR_FREQUENCIES, DELAY_SAMPLES as SAMPLES, DELTAS, FREQUENCIES_HZ, REACHES_ABOVE_0,
     WALL_NUMBERS, WALL_ORDERS,
 };
 use crate::document::parameters::{
-    AREA, BONDED, COUPLER_DAMPING, COUPLER_SPRING, CURRENT_LAG, DAMPING, DELAY, DEVICE_MODEL,
-    HALF_ANGLE, HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, INDENTER_RADIUS,
-    LIBRARY, LOADING, MASS, SAMPLE_TIME, SCHEME, THICKNESS, TISSUE,
+    AREA, COUPLER_DAMPING, COUPLER_SPRING, CURRENT_LAG, DAMPING, DELAY, DEVICE_MODEL,
+    HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, LIBRARY, MASS, SAMPLE_TIME,
+    SCHEME, THICKNESS, TISSUE, UNNAMED_PIECE,
 };
 use crate::experiment::kind::Keys;
 use crate::experiment::teleoperation::{
@@ -55,9 +55,7 @@ pub(super) const ANALYSED_LAG: Parameter = CURRENT_LAG.without_default();
 #[rustfmt::skip]
 const WALL: Keys = ("Wall", &[ORDER, ANALYSED_SCHEME, STIFFNESS, DISSIPATION, ANALYSED_SAMPLE_TIME]);
 #[rustfmt::skip]
-const IN_PLACE: Keys = ("Tissue in place of a wall", &[
-    ANALYSED_TISSUE, LIBRARY, AREA, THICKNESS, LOADING, INDENTER_RADIUS, HALF_ANGLE, BONDED, JUDGED_DEPTH,
-]);
+const IN_PLACE: Keys = ("Tissue in place of a wall", &joined::<9>(&[&[ANALYSED_TISSUE], UNNAMED_PIECE, &[JUDGED_DEPTH]]));
 const ON_DEVICE: Keys = (
     "Device",
     &[

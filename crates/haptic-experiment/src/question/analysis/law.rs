@@ -1,6 +1,6 @@
 //! The law that is analysed: a wall K + B·D^μ, or a piece of tissue, which has a K, a B and a memory too.
 
-use super::answer::{HORIZON, sample_time_of};
+use super::answer::{HORIZON, operator};
 use super::keys::{ANALYSED_SAMPLE_TIME, ANALYSED_SCHEME, ANALYSED_TISSUE, JUDGED_DEPTH};
 use crate::document::failure::Failure;
 use crate::document::parameters::{SCHEME, UNNAMED_PIECE};
@@ -53,15 +53,13 @@ impl Law {
             }
         }
         let order = table.order(&ORDER)?;
-        let scheme = table.scheme(&ANALYSED_SCHEME)?;
-        let sample_time = sample_time_of(scheme, sample_time_s)?;
-        let operator = LoopOperator::new(scheme, order, sample_time, HORIZON);
+        let (scheme, operator) = operator(table, order, sample_time_s)?;
         Ok(Self {
             stiffness: table.number_if(&STIFFNESS)?,
             dissipation: table.number_if(&DISSIPATION)?,
             order,
             scheme,
-            operator: operator.map_err(Failure::input)?,
+            operator,
             tissue: None,
         })
     }
