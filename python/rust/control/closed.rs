@@ -5,7 +5,7 @@ use super::transfer::PyControlPlant;
 use crate::conducted::heard;
 use crate::experiment::failed;
 use crate::json::{from_python, to_python};
-use crate::refused::{OrRefused as _, refused};
+use crate::refused::OrRefused as _;
 use fractional_control::Plant;
 use haptic_experiment::question::control_loop::run::Reference;
 use haptic_experiment::question::control_loop::{ControlLoop, Held, LoopForm, NamedPlant};
@@ -94,6 +94,25 @@ pub(crate) enum Given<'py> {
     Sampled(PyReadonlyArray1<'py, f64>, f64),
 }
 
+impl Given<'_> {
+    /// Reads it on any thread; a mistake in it names its source.
+    fn reader(self) -> Box<dyn FnOnce() -> Result<Reference, String> + Send> {
+        match self {
+            Self::Table(name, bytes) => Box::new(move || {
+                let read = Reference::read(&Reference::COLUMNS.map(str::to_owned), &bytes);
+                read.map_err(|error| format!("{name}: {error}"))
+            }),
+            Self::Sampled(values, sample_time_s) => {
+                let values = values.as_array().to_vec();
+                Box::new(move || {
+                    let read = Reference::sampled(values, sample_time_s);
+                    read.map_err(|error| format!("the reference: {error}"))
+                })
+            }
+        }
+    }
+}
+
 /// The report of `control simulate`, and its signals.
 #[pyfunction]
 pub(crate) fn simulate_loop<'py>(
@@ -104,25 +123,11 @@ pub(crate) fn simulate_loop<'py>(
     reference: Option<Given<'py>>,
 ) -> PyResult<Run<'py>> {
     let asked = asked(plant, controller, form)?;
-    let reference = reference.map(|given| match given {
-        Given::Table(name, bytes) => (name, Ok(bytes)),
-        Given::Sampled(values, sample_time_s) => {
-            let values = values.as_array().to_vec();
-            ("the reference".to_owned(), Err((values, sample_time_s)))
-        }
-    });
+    let read = reference.map(Given::reader);
     // Millions of values are read where Ctrl-C is heard too.
     let found = heard(py, Duration::MAX, move |_| {
-        let reference = reference.map(|(name, given)| {
-            let read = match given {
-                Ok(bytes) => Reference::read(&Reference::COLUMNS.map(str::to_owned), &bytes),
-                Err((values, sample_time_s)) => Reference::sampled(values, sample_time_s),
-            };
-            read.map_err(|error| refused(format_args!("{name}: {error}")))
-        });
-        asked
-            .simulated(reference.transpose()?.as_ref())
-            .or_refused()
+        let reference = read.map(|read| read()).transpose().or_refused()?;
+        asked.simulated(reference.as_ref()).or_refused()
     })?;
     let report = to_python(py, &found.judged())?;
     let run = found.response;

@@ -140,17 +140,14 @@ fn run(
     let heard = Heard::default();
     let warn = |text: &str| heard.hear(text);
     // A device is to be let go too. Of what is simulated only the log is kept: report and table of an interrupted run are not seen.
-    let closed: Vec<Box<dyn Live>> = match experiment.is_simulated() {
-        false => Vec::new(),
-        true => {
-            let [stop, kept] = conduct.stop_and_kept();
-            vec![Box::new(Closed { stop, kept })]
-        }
-    };
+    let closed = experiment.is_simulated().then(|| {
+        let [stop, kept] = conduct.stop_and_kept();
+        LiveStreams::new(vec![Box::new(Closed { stop, kept })])
+    });
     let supervisor = Supervisor {
         stop: conduct.stop(),
         progress: &|done| conduct.set(done),
-        live: Some(&LiveStreams::new(closed)),
+        live: closed.as_ref(),
         warn: &warn,
     };
     let run = experiment.run_for(request, supervisor, || conduct.is_awaited())?;
