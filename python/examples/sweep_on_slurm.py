@@ -11,6 +11,7 @@ import argparse
 
 import numpy as np
 from dask_jobqueue import SLURMCluster
+from dask_jobqueue.slurm import SLURMJob
 from distributed import Client
 
 from fractional_haptics.operators import grunwald_weights
@@ -22,17 +23,15 @@ def remembered(order: float, samples: int) -> float:
     return abs(float(np.sum(grunwald_weights(order, samples))))
 
 
-def cluster() -> SLURMCluster:
-    """Jobs of 32 processes with one thread each."""
-    return SLURMCluster(
-        queue="compute",
-        cores=32,
-        processes=32,
-        memory="64 GB",
-        walltime="04:00:00",
-        job_script_prologue=["export OMP_NUM_THREADS=1"],
-        scheduler_options={"dashboard_address": ":0"},
-    )
+# A job of 32 processes with one thread each.
+JOB = {
+    "queue": "compute",
+    "cores": 32,
+    "processes": 32,
+    "memory": "64 GB",
+    "walltime": "04:00:00",
+    "job_script_prologue": ["export OMP_NUM_THREADS=1"],
+}
 
 
 def main() -> None:
@@ -40,10 +39,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--jobs", type=int, help="Slurm jobs to start; without it the job script is printed")
     arguments = parser.parse_args()
-    with cluster() as jobs:
-        if arguments.jobs is None:
-            print(jobs.job_script())
-            return
+    if arguments.jobs is None:
+        # A script needs no scheduler, and no thread that has to end again.
+        print(SLURMJob("tcp://LOGIN-NODE:8786", name="fractional-haptics", **JOB).job_script())
+        return
+    with SLURMCluster(scheduler_options={"dashboard_address": ":0"}, **JOB) as jobs:
         jobs.scale(jobs=arguments.jobs)
         grid = Grid(
             order=axis(np.linspace(0.05, 0.95, 181), about="order"),

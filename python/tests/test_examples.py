@@ -19,7 +19,7 @@ def test_a_script_runs(script: str, tmp_path) -> None:
         [sys.executable, EXAMPLES / script, *arguments],
         check=True,
         cwd=tmp_path,
-        timeout=120,
+        timeout=600,
         env={**os.environ, "MPLBACKEND": "Agg", "TMPDIR": str(tmp_path)},
     )
     assert not arguments or Path(arguments[0]).stat().st_size > 10_000
@@ -29,7 +29,7 @@ def test_a_script_runs(script: str, tmp_path) -> None:
 def test_the_notebook_runs(tmp_path) -> None:
     notebook = nbformat.read(EXAMPLES / "tour.ipynb", as_version=4)
     assert all(not cell.get("outputs") for cell in notebook.cells), "commit it without its outputs"
-    NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    NotebookClient(notebook, timeout=600, resources={"metadata": {"path": str(tmp_path)}}).execute()
     pictures = [
         output for cell in notebook.cells for output in cell.get("outputs", []) if "image/png" in output.get("data", {})
     ]

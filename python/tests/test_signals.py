@@ -89,7 +89,7 @@ class Device:
     def ends(self) -> str:
         self.listener.close()
         self.emulator.send_signal(signal.SIGINT)
-        return self.emulator.communicate(timeout=20)[1]
+        return self.emulator.communicate(timeout=600)[1]
 
 
 @pytest.fixture
@@ -232,7 +232,7 @@ def test_a_fork_and_whoever_drives_nothing_any_more_are_ended_by_a_signal_as_eve
     device = Device(short, "--kind haply-2diy")
     log = short / "run/relax.mcap.part"
     command = [sys.executable, "-c", FORKS, f"haply:{device.line}", short / "run", log]
-    ran = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
     device.ends()
     assert (ran.stdout, ran.returncode) == ("True True\n", -signal.SIGHUP), ran.stderr
 
@@ -256,7 +256,7 @@ for n in range(2):
 def test_a_run_is_refused_where_a_signal_would_no_longer_be_heard(short) -> None:
     device = Device(short, "--kind haply-2diy")
     command = [sys.executable, "-c", TAKEN_AWAY, f"haply:{device.line}", short / "run"]
-    ran = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
     device.ends()
     assert "1 SIGTERM (15) would leave the force on the device: this process had a handler" in ran.stdout, ran
 
@@ -275,7 +275,7 @@ def numbers(said: str, words: str) -> list[float]:
 
 
 def host(*words: object) -> tuple[int, dict]:
-    ran = subprocess.run([HOST_CLI, *words, "--json"], capture_output=True, text=True, timeout=60, check=False)
+    ran = subprocess.run([HOST_CLI, *words, "--json"], capture_output=True, text=True, timeout=600, check=False)
     return ran.returncode, json.loads(ran.stdout or "{}")
 
 

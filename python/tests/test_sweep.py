@@ -174,7 +174,7 @@ def test_axes_together_share_a_dimension():
 
 
 def test_threads_run_at_the_same_time():
-    both = threading.Barrier(2, timeout=20)
+    both = threading.Barrier(2, timeout=600)
     result = sweep(lambda x: float(both.wait() >= 0), {"x": [1, 2]}, workers=2, block_points=1, outputs={"value": "1"})
     assert_array_equal(result["value"], [1, 1])
 

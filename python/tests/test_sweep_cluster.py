@@ -62,7 +62,7 @@ def cluster(folder, workers, as_worker='exec "$@"'):
         while not file.exists():
             assert time.monotonic() < give_up
             time.sleep(0.05)
-        with distributed.Client(scheduler_file=str(file), timeout=300) as connected:
+        with distributed.Client(scheduler_file=str(file), timeout=600) as connected:
             yield processes, connected
     finally:
         for process in processes:
@@ -187,7 +187,7 @@ def test_a_dead_or_silent_scheduler_ends_the_sweep_in_time_and_the_store_goes_on
 
     options = {"store": tmp_path / "s", "block_points": 6, "outputs": {"y": "m"}}
     with pytest.raises(ClusterLost, match="does not answer for 2 s: start it again|is closed: make a new one"):
-        sweep(only_y, GRID, connected, progress=strike, timeout=100.0, **options)
+        sweep(only_y, GRID, connected, progress=strike, timeout=600, **options)
     scheduler.send_signal(signal.SIGCONT)
     before = (tmp_path / "s" / "_done").read_text().splitlines()
     assert 3 <= len(before) < 20
@@ -216,7 +216,7 @@ def test_the_job_script_for_slurm_asks_for_what_was_asked(tmp_path):
     pytest.importorskip("dask_jobqueue")
     example = Path(__file__).parent.parent / "examples" / "sweep_on_slurm.py"
     shown = subprocess.run(
-        [sys.executable, example], capture_output=True, text=True, check=True, timeout=60, cwd=tmp_path
+        [sys.executable, example], capture_output=True, text=True, check=True, timeout=600, cwd=tmp_path
     ).stdout
     lines = shown.splitlines()
     assert lines[0] == "#!/usr/bin/env bash"

@@ -285,13 +285,13 @@ def test_a_killed_or_interrupted_sweep_is_resumed_to_the_same_numbers(tmp_path, 
     with pytest.raises(StoreInUse, match=f"is being written by process {process.pid} on .*: wait for it, or end it"):
         sweep(lambda x: x, {"x": [1.0]}, store=tmp_path / "s")
     process.send_signal(end)
-    _, errors = process.communicate(timeout=60)
+    _, errors = process.communicate(timeout=600)
     assert process.returncode == (-signal.SIGKILL if end == signal.SIGKILL else -signal.SIGINT), errors
     if end == signal.SIGINT:
         assert errors.rstrip().endswith(b"KeyboardInterrupt")
     before = (tmp_path / "s" / "_done").read_text().splitlines()
     assert 3 <= len(before) < 20
-    subprocess.run([sys.executable, script, tmp_path / "s", store_format], check=True, timeout=60)
+    subprocess.run([sys.executable, script, tmp_path / "s", store_format], check=True, timeout=600)
     assert (tmp_path / "s" / "_done").read_text().splitlines()[: len(before)] == before
 
     namespace = {}
