@@ -122,7 +122,8 @@ pub(crate) fn analysed(
 ) -> Result<LoopAnalysis, ControlError> {
     // Of the plant, as the margins are, and not of the rule that stands for it.
     let open = &judged.of_plant;
-    let later = |delay_s: f64| later(setup, plant, delay_s).map(|own| own.with_gain(open.gain()));
+    let later =
+        |delay_s: f64| later(setup, plant, delay_s).map(|later| later.with_gain(open.gain()));
     let (mut verdict, margins) = (judged.verdict, open.margins_of_plant(&later));
     let drifts = plant.order_at_rest() > 0.0 && adds_up(&setup.law);
     if drifts && verdict.stable {
@@ -207,17 +208,17 @@ pub(crate) fn adds_up(law: &ControllerParameters) -> bool {
 
 /// An order next to a whole one, but not it, in plant or controller.
 fn near_whole(setup: &ControllerSetup, plant: &Plant) -> Option<f64> {
-    let of = |function: &FractionalTransferFunction| -> Vec<f64> {
+    let orders_of = |function: &FractionalTransferFunction| -> Vec<f64> {
         let terms = function.numerator().terms().iter();
         let terms = terms.chain(function.denominator().terms());
         terms.map(|term| term.order).collect()
     };
-    let mut orders = plant.function().map(of).unwrap_or_default();
+    let mut orders = plant.function().map(orders_of).unwrap_or_default();
     match &setup.law {
         ControllerParameters::Pid(own) => {
             orders.extend([own.integral_order, own.derivative_order]);
         }
-        ControllerParameters::Function(function) => orders.extend(of(function)),
+        ControllerParameters::Function(function) => orders.extend(orders_of(function)),
         ControllerParameters::Tid(_)
         | ControllerParameters::Crone(_)
         | ControllerParameters::LeadLag(_) => {}
@@ -251,10 +252,12 @@ fn other_gain<'a>(
         }
         let end = gains.peek().map(|next| next.value);
         let falls = edge.value < 1.0;
-        let beside = edge.value * if falls { 1.0 - BESIDE } else { 1.0 + BESIDE };
+        let neighbour = edge.value * if falls { 1.0 - BESIDE } else { 1.0 + BESIDE };
         let nearer = if falls { f64::max } else { f64::min };
         // Not beyond the middle between the two, in case they are near each other.
-        let tried = end.map_or(beside, |end| nearer(beside, (edge.value * end).sqrt()));
+        let tried = end.map_or(neighbour, |end| {
+            nearer(neighbour, (edge.value * end).sqrt())
+        });
         let verdict = closed.with_gain(sign * tried).verdict();
         if verdict.stable {
             return Some((passed - 1, OtherGain { edge: *edge, end }));
@@ -366,8 +369,8 @@ pub fn poles(plant: &Plant) -> Option<PoleAnalysis> {
     if let Some(function) = plant.function() {
         let commensurate = function.commensurate().ok();
         return Some(PoleAnalysis {
-            commensurate_order: commensurate.as_ref().map(|own| own.order()),
-            poles: commensurate.map(|own| own.poles()).unwrap_or_default(),
+            commensurate_order: commensurate.as_ref().map(|poles| poles.order()),
+            poles: commensurate.map(|poles| poles.poles()).unwrap_or_default(),
             unstable_poles: function.unstable_poles(),
         });
     }

@@ -114,8 +114,8 @@ impl<F: Real> Stage<F> {
     #[inline]
     pub(crate) fn given(&self, wanted: F, applied: F) -> F {
         let (command, applied) = (self.limit(wanted), self.told(wanted, applied));
-        let [own, range] = DEAD_ZONE.map(F::from_f64);
-        if (applied - command).abs() > own * command.abs() + range * self.range {
+        let [threshold, range] = DEAD_ZONE.map(F::from_f64);
+        if (applied - command).abs() > threshold * command.abs() + range * self.range {
             applied
         } else {
             command

@@ -243,8 +243,8 @@ impl ControlDesign {
     fn wishes(&self, tuned: &Tuned, margins: Option<&Margins>) -> Vec<Wish> {
         let (asked, measures) = (&self.wishes, &tuned.measures);
         let phase = margins.and_then(|margins| margins.phase);
-        let own = (asked.crossover_rad_s, tuned.phase_margin_rad);
-        let (crossover, margin) = phase.map_or(own, |phase| (phase.omega_rad_s, phase.value));
+        let designed = (asked.crossover_rad_s, tuned.phase_margin_rad);
+        let (crossover, margin) = phase.map_or(designed, |phase| (phase.omega_rad_s, phase.value));
         let mut rows = vec![
             Wish::new(WishName::Crossover, asked.crossover_rad_s, crossover),
             Wish::new(WishName::PhaseMargin, asked.phase_margin_rad, margin),

@@ -102,15 +102,15 @@ impl HeldResponse {
 
     /// Σ of the aliases of θ, all terms but the first.
     fn aliases(&self, theta: f64) -> Complex<f64> {
-        let of =
+        let folded =
             |theta: f64| self.sum(theta + 2.0 * PI, 1.0) + self.sum(2.0 * PI - theta, 1.0).conj();
         let pieces = self
             .aliases
-            .get_or_init(|| pieces(&of, [0.0, PI], HALVINGS));
+            .get_or_init(|| pieces(&folded, [0.0, PI], HALVINGS));
         let piece = pieces.iter().find(|piece| theta <= piece.high);
         piece
             .and_then(|piece| piece.at(theta))
-            .unwrap_or_else(|| of(theta))
+            .unwrap_or_else(|| folded(theta))
     }
 
     /// Σ of (G − D)/(jω)·e^(−j(x − θ)τ/T) over x = from + 2πk, k from 0 on; `aliases` of the first are the turns of x − θ.
@@ -147,8 +147,9 @@ impl HeldResponse {
             Bounds::new(&self.above, ln(high)),
             Bounds::new(self.function.denominator(), ln(high)),
         );
-        let size =
-            |of: &FractionalPolynomial, bounds: &Bounds| OnAxis(of).at(x, bounds.scale).norm();
+        let size = |polynomial: &FractionalPolynomial, bounds: &Bounds| {
+            OnAxis(polynomial).at(x, bounds.scale).norm()
+        };
         let least = size(self.function.denominator(), &below) - half * below.rate;
         let most = size(&self.above, &above) + half * above.rate;
         above.over(&below, most, least) * self.sample_time_s / (low * low)
@@ -193,15 +194,15 @@ struct Bounds {
 }
 
 impl Bounds {
-    fn new(of: &FractionalPolynomial, x: f64) -> Self {
-        let axis = OnAxis(of);
+    fn new(polynomial: &FractionalPolynomial, x: f64) -> Self {
+        let axis = OnAxis(polynomial);
         let scale = axis.scale(x);
         let sizes = axis.sizes(x, scale);
-        let first = of.terms().first().copied().unwrap_or_default();
+        let first = polynomial.terms().first().copied().unwrap_or_default();
         let leads = |term: &&Term| {
             term.coefficient * first.coefficient > 0.0 && term.order >= first.order - 1.0
         };
-        let count = of.terms().iter().take_while(leads).count();
+        let count = polynomial.terms().iter().take_while(leads).count();
         let lead: f64 = sizes.clone().take(count).map(|(_, size)| size).sum();
         let size: f64 = sizes.clone().map(|(_, size)| size).sum();
         Self {
@@ -295,10 +296,10 @@ impl Piece {
             coefficients: Some(coefficients),
         };
         // Between the places at both ends and in the middle.
-        let beside = [1.0, 0.02, -1.0].map(place);
+        let neighbours = [1.0, 0.02, -1.0].map(place);
         let misses = |theta: &f64| piece.at(*theta).map(|value| (value - f(*theta)).norm());
         let is_near = |theta| misses(theta).is_some_and(|misses| misses <= MISSES * largest);
-        match beside.iter().all(is_near) {
+        match neighbours.iter().all(is_near) {
             true => piece,
             false => Self {
                 coefficients: None,

@@ -117,7 +117,7 @@ impl<F: Real> ControllerList<F> {
             }
         };
         let integrates = match &law {
-            LawList::Parallel(law) => law.branches.iter().any(|own| own.order < 0.0),
+            LawList::Parallel(law) => law.branches.iter().any(|branch| branch.order < 0.0),
             LawList::Lead(_) => false,
         };
         let actuator = setup.actuator()?;
@@ -147,7 +147,7 @@ impl<F: Real> ControllerList<F> {
                     values.extend(own.power.iter().flat_map(numbers));
                 }
                 let branches = law.branches.iter();
-                let parts = branches.map(|own| part(own.power.as_ref()));
+                let parts = branches.map(|branch| part(branch.power.as_ref()));
                 (ControllerForm::Parallel, parts.collect(), values)
             }
             LawList::Lead(law) => {

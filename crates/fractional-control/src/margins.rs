@@ -76,14 +76,14 @@ impl OpenLoop for Open<'_> {
     }
 
     fn sloped(&self, theta: f64) -> Terms<()> {
-        let mut own = self.terms(theta);
-        if own.parts.iter().any(|part| part.rate.is_nan()) {
+        let mut terms = self.terms(theta);
+        if terms.parts.iter().any(|part| part.rate.is_nan()) {
             let ends = [theta * (1.0 - BESIDE), (theta * (1.0 + BESIDE)).min(PI)];
             let [before, behind] = ends.map(|theta| self.terms(theta).parts);
             let rate = |k: usize| (behind[k].value - before[k].value) / (ends[1] - ends[0]);
-            (own.parts[0].rate, own.parts[1].rate) = (rate(0), rate(1));
+            (terms.parts[0].rate, terms.parts[1].rate) = (rate(0), rate(1));
         }
-        own
+        terms
     }
 
     fn bounds(&self, a: &Terms<()>, b: &Terms<()>) -> [Bounds; 2] {

@@ -267,8 +267,8 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
 /// A memory in a function of its own keeps the registers that it needs; on a small core the call costs more.
 #[cfg_attr(target_arch = "arm", inline)]
 #[cfg_attr(not(target_arch = "arm"), inline(never))]
-fn advance_apart<F: Real, O: Differintegrator<F>>(power: &O, own: &mut O::History, error: F) {
-    power.advance(own, error);
+fn advance_apart<F: Real, O: Differintegrator<F>>(power: &O, history: &mut O::History, error: F) {
+    power.advance(history, error);
 }
 
 impl<F: Real, const MODES: usize> FractionalPid<F, MODES> {

@@ -211,24 +211,24 @@ impl FromStr for PidParameters {
                 count as f64,
             ));
         };
-        let mut own = Self::NONE;
+        let mut filters = Self::NONE;
         for term in quotient.above.terms() {
             let gain = term.coefficient / below.coefficient;
             let order = libm::round((term.order - below.order) * ORDER_PARTS) / ORDER_PARTS;
             let (place, place_order) = if order == 0.0 {
-                own.proportional = gain;
+                filters.proportional = gain;
                 continue;
             } else if order < 0.0 {
-                (&mut own.integral, &mut own.integral_order)
+                (&mut filters.integral, &mut filters.integral_order)
             } else {
-                (&mut own.derivative, &mut own.derivative_order)
+                (&mut filters.derivative, &mut filters.derivative_order)
             };
             if *place != 0.0 {
                 return Err(refused("further order of the controller", order));
             }
             (*place, *place_order) = (gain, order.abs());
         }
-        own.checked()
+        filters.checked()
     }
 }
 

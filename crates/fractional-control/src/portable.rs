@@ -200,8 +200,8 @@ impl<'a, F: Real> Numbers<'a, F> {
                 (fits, 4, 0)
             }
         };
-        let own = parts.iter().map(|part| each + part.values + part.filter);
-        let (count, most) = (values.len(), first + own.sum::<usize>());
+        let sizes = parts.iter().map(|part| each + part.values + part.filter);
+        let (count, most) = (values.len(), first + sizes.sum::<usize>());
         if !fits || count != most {
             return Err(ListError::Count { count, most });
         }

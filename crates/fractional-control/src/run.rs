@@ -59,7 +59,7 @@ fn ends(closed: &SampledLoop, run: &Response) -> Option<[bool; 2]> {
     let off = |values: &[f64]| {
         values[tail..]
             .iter()
-            .map(|own| (own - last).abs())
+            .map(|sample| (sample - last).abs())
             .fold(0.0, f64::max)
     };
     if off(&run.reference) > 0.0 {

@@ -305,9 +305,9 @@ impl<F: Real, const MODES: usize> FrequencyResponse for SampledTransferFunction<
             let Some(Some(chain)) = self.chains.get(part.chain) else {
                 continue;
             };
-            let own = chain.response(theta, part.level, self.sums) * part.filter.response(theta);
-            above += own * part.above.to_f64();
-            below += own * part.below.to_f64();
+            let branch = chain.response(theta, part.level, self.sums) * part.filter.response(theta);
+            above += branch * part.above.to_f64();
+            below += branch * part.below.to_f64();
         }
         above / below
     }

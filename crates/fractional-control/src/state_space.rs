@@ -88,12 +88,12 @@ impl StateSpace {
     }
 
     /// Makes the input one state more, the last: f = its input, f′ = `own`·f + `gain`·u.
-    pub(crate) fn fed_by(&self, own: f64, gain: f64) -> Result<Self, ControlError> {
+    pub(crate) fn fed_by(&self, pole: f64, gain: f64) -> Result<Self, ControlError> {
         let n = self.a.nrows();
         let mut a = DMatrix::zeros(n + 1, n + 1);
         a.view_mut((0, 0), (n, n)).copy_from(&self.a);
         a.view_mut((0, n), (n, 1)).copy_from(&self.b);
-        a[(n, n)] = own;
+        a[(n, n)] = pole;
         let mut b = DVector::zeros(n + 1);
         b[n] = gain;
         let mut c = RowDVector::zeros(n + 1);
@@ -175,7 +175,7 @@ impl StateSpace {
 
     pub(crate) fn poles(&self) -> Vec<Complex<f64>> {
         let balanced = self.balanced();
-        let a = balanced.as_ref().map_or(&self.a, |own| &own.a);
+        let a = balanced.as_ref().map_or(&self.a, |scaled| &scaled.a);
         fracdiff::eigenvalues(a.as_slice(), a.nrows())
     }
 
@@ -236,16 +236,16 @@ impl StateSpace {
             let allowed = "within 1e8 time constants of the fastest pole, 300 of those that grow: leave that pole or lag out, or sample faster";
             RangeError::new("sample time", sample_time, allowed, "s")
         };
-        let own = self.balanced().ok_or_else(refused)?;
-        let n = own.a.nrows();
-        let generator = Generator::new(&own.a, &own.b).ok_or_else(refused)?;
+        let scaled = self.balanced().ok_or_else(refused)?;
+        let n = scaled.a.nrows();
+        let generator = Generator::new(&scaled.a, &scaled.b).ok_or_else(refused)?;
         let (late_moved, newest) =
             (generator.motion((1.0 - fraction) * sample_time)).ok_or_else(refused)?;
         let (early_moved, early) =
             (generator.motion(fraction * sample_time)).ok_or_else(refused)?;
         let last = &early + &late_moved * &early;
         let moved = &late_moved + &early_moved + &late_moved * &early_moved;
-        let c = wide::row(&own.c);
+        let c = wide::row(&scaled.c);
         let transition = &moved + wide::identity(n);
         let pairs = [(c.clone(), newest.clone()), (c, last.clone())];
         let (below, above) = wide::in_v(&transition, &pairs);
@@ -259,7 +259,7 @@ impl StateSpace {
             moved: moved.map(|value| wide::narrow(&value)),
             newest: newest.map(|value| wide::narrow(&value)),
             last: last.map(|value| wide::narrow(&value)),
-            c: own.c,
+            c: scaled.c,
         };
         let numbers = in_v.below.iter().chain(in_v.above.iter().flatten());
         let mut numbers = numbers

@@ -219,8 +219,11 @@ impl FractionalPolynomial {
         if (term.order - whole).abs() < SAME {
             term.order = whole;
         }
-        let own = &mut self.terms[..self.count];
-        if let Some(same) = own.iter_mut().find(|t| (t.order - term.order).abs() < SAME) {
+        let terms = &mut self.terms[..self.count];
+        if let Some(same) = terms
+            .iter_mut()
+            .find(|t| (t.order - term.order).abs() < SAME)
+        {
             same.coefficient += term.coefficient;
             return Ok(());
         }

@@ -148,7 +148,7 @@ pub(crate) fn in_v(
         adjoint = product + DMatrix::from_diagonal_element(n, n, coefficient.clone());
         denominator.push(coefficient);
     }
-    let numerators = numerators.iter().map(|own| shifted(own));
+    let numerators = numerators.iter().map(|numerator| shifted(numerator));
     (shifted(&denominator), numerators.collect())
 }
 

@@ -331,8 +331,8 @@ impl Part {
         let mut all = [vec![beside_pa], vec![1.0]];
         for branch in &self.branches {
             let ([n, d], [above, below]) = (&all, branch.quotient(t, length)?);
-            let beside = sum(product(n, &below), &product(&above, d));
-            all = [beside, product(d, &below)];
+            let numerator = sum(product(n, &below), &product(&above, d));
+            all = [numerator, product(d, &below)];
         }
         Ok(all)
     }
@@ -367,8 +367,8 @@ impl Branch {
             let ratio = power(s, first.order - second.order) * (first.size / second.size);
             return first.modulus(s) / (ratio + 1.0);
         }
-        let of = |part: &Part| part.sum(part.spring_pa, |branch| branch.modulus(s));
-        let [a, b] = parts.each_ref().map(of);
+        let modulus = |part: &Part| part.sum(part.spring_pa, |branch| branch.modulus(s));
+        let [a, b] = parts.each_ref().map(modulus);
         let (soft, stiff) = if a.norm_sqr() < b.norm_sqr() {
             (a, b)
         } else {
@@ -391,8 +391,8 @@ impl Branch {
             }
             Self::Series(parts) => parts,
         };
-        let of = |part: &Part| part.quotient(part.spring_pa, t, length);
-        let ([a, c], [b, d]) = (of(first)?, of(second)?);
+        let quotient = |part: &Part| part.quotient(part.spring_pa, t, length);
+        let ([a, c], [b, d]) = (quotient(first)?, quotient(second)?);
         // (a/c)(b/d)/(a/c + b/d)
         Ok([product(&a, &b), sum(product(&a, &d), &product(&b, &c))])
     }

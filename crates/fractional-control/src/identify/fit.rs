@@ -270,7 +270,10 @@ impl<'a> Fit<'a> {
         let left = self.record.output.iter().zip(&output);
         let left: Vec<f64> = left.map(|(y, own)| y - own).collect();
         let noise = &self.record.noise;
-        let white: Vec<Vec<f64>> = motions.iter().map(|own| noise.whitened(own)).collect();
+        let white: Vec<Vec<f64>> = motions
+            .iter()
+            .map(|motion| noise.whitened(motion))
+            .collect();
         let shares = projected(&white, noise.whitened(&left));
         for (motion, share) in motions.iter().zip(&shares) {
             let pairs = output.iter_mut().zip(motion);
@@ -459,10 +462,10 @@ impl<'a> Fit<'a> {
         let mut above = self.guess.numerator().terms().to_vec();
         let mut below = self.guess.denominator().terms().to_vec();
         let coefficient = |term: &mut Term, x: f64| {
-            let own = term.coefficient;
+            let coefficient = term.coefficient;
             term.coefficient = match self.freedom {
-                Free::All => libm::exp(x) * own.signum(),
-                Free::Coefficients | Free::Above => x * own.abs(),
+                Free::All => libm::exp(x) * coefficient.signum(),
+                Free::Coefficients | Free::Above => x * coefficient.abs(),
             };
         };
         for (number, x) in self.free.iter().zip(parameters.iter()) {

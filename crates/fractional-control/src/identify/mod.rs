@@ -193,7 +193,7 @@ impl Searched<'_> {
             rms_residual: self.rms_residual(),
             fit: 1.0 - self.left / self.variance,
             standard_errors: errors
-                .map(|(own, square)| (own, libm::sqrt(*square)))
+                .map(|(number, square)| (number, libm::sqrt(*square)))
                 .collect(),
             covariance,
             noise: self.record.noise,

@@ -435,8 +435,10 @@ const WITHIN: f64 = 1e-9;
 /// Each is freed of those before it, twice (J. W. Daniel, W. B. Gragg, L. Kaufman, G. W. Stewart, 1976).
 pub(crate) fn projected(motions: &[Vec<f64>], mut wanted: Vec<f64>) -> Vec<f64> {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let add = |to: &mut [f64], times: f64, of: &[f64]| {
-        to.iter_mut().zip(of).for_each(|(to, of)| *to += times * of);
+    let add = |to: &mut [f64], times: f64, from: &[f64]| {
+        to.iter_mut()
+            .zip(from)
+            .for_each(|(to, from)| *to += times * from);
     };
     let mut free: Vec<Vec<f64>> = Vec::with_capacity(motions.len());
     let mut upper = DMatrix::zeros(motions.len(), motions.len());

@@ -52,19 +52,19 @@ fn may_grow(record: &InputOutput) -> bool {
         let (before, behind) = signal.split_at(signal.len() / 2);
         span(behind) / span(before)
     };
-    let told = more(input).max(more(&sums)).max(1.0);
-    more(&record.output[begin..]) > E * told
+    let expected = more(input).max(more(&sums)).max(1.0);
+    more(&record.output[begin..]) > E * expected
 }
 
 /// Takes what grows from a record that does not, if anything is left. An input that changes from row to row may be that of a loop, which keeps a
 /// plant that grows from showing it: there what is calm must not leave so much more.
 pub(super) fn drop_what_grows(found: &mut Vec<Found>, record: &InputOutput) {
-    let is_calm = |own: &Found| !grows(&own.identified.function, record);
-    let least = |of: &dyn Fn(&Found) -> bool| {
+    let is_calm = |candidate: &Found| !grows(&candidate.identified.function, record);
+    let least = |is_one: &dyn Fn(&Found) -> bool| {
         let left = found
             .iter()
-            .filter(|own| of(own))
-            .map(|own| own.news(record));
+            .filter(|candidate| is_one(candidate))
+            .map(|candidate| candidate.news(record));
         left.fold(f64::INFINITY, f64::min)
     };
     let (calm, any) = (least(&is_calm), least(&|_| true));
@@ -91,11 +91,11 @@ pub(super) fn calm_instead(found: &[Found], record: &InputOutput) -> Option<usiz
         true => first.bic + DECISIVE,
         false => f64::INFINITY,
     };
-    found.iter().position(|own| {
-        own.news(record) <= most
-            && own.bic <= worst
-            && own.numbers() <= first.numbers() + MORE_NUMBERS
-            && !grows(&own.identified.function, record)
+    found.iter().position(|candidate| {
+        candidate.news(record) <= most
+            && candidate.bic <= worst
+            && candidate.numbers() <= first.numbers() + MORE_NUMBERS
+            && !grows(&candidate.identified.function, record)
     })
 }
 
@@ -130,18 +130,21 @@ pub(super) fn plainest(found: &[Found], record: &InputOutput) -> Option<usize> {
     };
     // A first lag as slow as the record was put there for an integrator.
     let first = found.first()?.identified.function;
-    let draws = |own: &Found| {
-        let function = &own.identified.function;
+    let draws = |candidate: &Found| {
+        let function = &candidate.identified.function;
         let zeros = || roots(&coefficients(function.numerator().terms()));
         [
             grows(function, record),
-            !own.settles() || !(rests(function, record) || *function == first),
-            own.is_whole() && zeros().iter().any(|zero| zero.re > 0.0),
+            !candidate.settles() || !(rests(function, record) || *function == first),
+            candidate.is_whole() && zeros().iter().any(|zero| zero.re > 0.0),
         ]
     };
     let mut near: Vec<(usize, &Found)> = found.iter().enumerate().collect();
     let best = least(&near);
-    let news: Vec<f64> = found.iter().map(|own| own.news(record)).collect();
+    let news: Vec<f64> = found
+        .iter()
+        .map(|candidate| candidate.news(record))
+        .collect();
     let most = (1.0 + ALIKE) * news.iter().copied().fold(f64::INFINITY, f64::min);
     near.retain(|(place, own)| own.bic <= best + DECISIVE || news[*place] <= most);
     let fewest = near.iter().map(|(_, own)| draws(own)).min()?;
@@ -149,7 +152,7 @@ pub(super) fn plainest(found: &[Found], record: &InputOutput) -> Option<usize> {
     let best = least(&near);
     near.retain(|(_, own)| own.bic <= best + STRONG);
     let simplest = near.iter().min_by(|(_, a), (_, b)| {
-        let numbers = |own: &Found| (own.numbers(), !own.is_whole());
+        let numbers = |candidate: &Found| (candidate.numbers(), !candidate.is_whole());
         (numbers(a).cmp(&numbers(b))).then(a.bic.total_cmp(&b.bic))
     });
     simplest.map(|(place, _)| *place)
@@ -222,7 +225,7 @@ pub(super) fn slow_instead(found: &mut Vec<Found>, search: &Search<'_>) {
     let dead_times = again(first, search).into_iter().map(|late| (late, true));
     let kinds = dead_times.chain([(first.identified.dead_time, false)]);
     let fits = kinds.filter_map(|(late, is_lag)| Some((as_slow(1.0, late, is_lag)?, is_lag)));
-    let own = fits.min_by(|a, b| a.0.bic.total_cmp(&b.0.bic));
+    let nearest = fits.min_by(|a, b| a.0.bic.total_cmp(&b.0.bic));
     let is_near = |other: &Found| other.bic <= first.bic + DECISIVE;
     let is_lag = |other: &Found| {
         let below = other.identified.function.denominator().terms();
@@ -239,16 +242,18 @@ pub(super) fn slow_instead(found: &mut Vec<Found>, search: &Search<'_>) {
     let faster = found.iter().enumerate();
     let faster = faster.filter(|(_, other)| is_lag(other) && is_near(other));
     let faster = faster.min_by(|(_, a), (_, b)| a.bic.total_cmp(&b.bic));
-    let is_better = |own: &Found| faster.is_none_or(|(_, other)| own.bic < other.bic);
-    if let Some((own, is_lag)) = own.filter(|(own, _)| is_near(own) && is_better(own)) {
-        let late = own.identified.dead_time;
+    let is_better = |candidate: &Found| faster.is_none_or(|(_, other)| candidate.bic < other.bic);
+    if let Some((nearest, is_lag)) =
+        nearest.filter(|(nearest, _)| is_near(nearest) && is_better(nearest))
+    {
+        let late = nearest.identified.dead_time;
         let slower = SLOWER.into_iter();
         let slower = slower.filter_map(|times| as_slow(times, late, is_lag));
         let slower: Vec<Found> = slower.collect();
-        let most = slower.iter().map(|own| own.identified.fit);
-        let most = most.fold(own.identified.fit, f64::max);
-        let enough = |own: &Found| own.identified.fit >= most - NOTHING;
-        let chosen = slower.into_iter().find(enough).unwrap_or(own);
+        let most = slower.iter().map(|candidate| candidate.identified.fit);
+        let most = most.fold(nearest.identified.fit, f64::max);
+        let enough = |candidate: &Found| candidate.identified.fit >= most - NOTHING;
+        let chosen = slower.into_iter().find(enough).unwrap_or(nearest);
         found.insert(0, chosen);
     } else if let Some((place, _)) = faster {
         found[..=place].rotate_right(1);

@@ -58,7 +58,7 @@ pub(super) fn dead_times(
             (a.seconds() - b.seconds()).abs() > 0.5 * part.sample_time_s()
         };
         let others = scanned(&part, held);
-        found.retain(|own| others.iter().all(|other| apart(own, other)));
+        found.retain(|candidate| others.iter().all(|other| apart(candidate, other)));
         found.splice(0..0, others);
     }
     found.push(DeadTime::NONE);
@@ -198,17 +198,17 @@ fn between(
             right = at(low + share * (high - low));
         }
     }
-    let own = (rms(&guess), late);
-    let all = [left, right, own];
+    let middle = (rms(&guess), late);
+    let all = [left, right, middle];
     all.into_iter()
         .min_by(|a, b| a.0.total_cmp(&b.0))
-        .unwrap_or(own)
+        .unwrap_or(middle)
 }
 
 /// A gain alone, if its output is not that of a pole. If held, it only shows between which samples its dead time ends.
 pub(super) fn gain(record: &InputOutput, held: bool, known: Option<Seconds>) -> Option<Guess> {
     let t = record.sample_time_s();
-    let of = |late: f64| {
+    let explained = |late: f64| {
         let input = record.as_record(held, DeadTime::Known(Seconds(late * t)));
         let input: Vec<f64> = input.now();
         let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -216,7 +216,7 @@ pub(super) fn gain(record: &InputOutput, held: bool, known: Option<Seconds>) -> 
         (both * both / own, both / own, late)
     };
     let best = match known {
-        Some(known) => of(known.0 / t),
+        Some(known) => explained(known.0 / t),
         None => {
             let delays = (0..record.input.len()).map(|samples| match (samples, held) {
                 (0, _) | (_, false) => samples as f64,
@@ -224,8 +224,8 @@ pub(super) fn gain(record: &InputOutput, held: bool, known: Option<Seconds>) -> 
             });
             let explains = |a: &(f64, f64, f64), b: &(f64, f64, f64)| a.0.total_cmp(&b.0);
             delays
-                .map(of)
-                .filter(|of| of.0.is_finite())
+                .map(explained)
+                .filter(|gain| gain.0.is_finite())
                 .max_by(explains)?
         }
     };
@@ -274,7 +274,7 @@ pub fn dead_time_evidence<'a>(
     held: bool,
 ) -> Option<DeadTimeEvidence<'a>> {
     let (first, others) = found.split_first()?;
-    let own = profile_interval_s(first, record, held);
+    let interval = profile_interval_s(first, record, held);
     let apart = 0.5 * record.sample_time_s();
     let best = found
         .iter()
@@ -283,9 +283,9 @@ pub fn dead_time_evidence<'a>(
     let as_good = others.iter().filter(|other| other.bic <= best + AS_GOOD);
     let is_outside = |other: &&Found| {
         let dead_time_s = other.identified.dead_time.seconds();
-        dead_time_s < own[0] - apart || dead_time_s > own[1] + apart
+        dead_time_s < interval[0] - apart || dead_time_s > interval[1] + apart
     };
-    let interval_s = as_good.clone().fold(own, |[least, most], other| {
+    let interval_s = as_good.clone().fold(interval, |[least, most], other| {
         let dead_time_s = other.identified.dead_time.seconds();
         let error = other.dead_time_error().filter(|error| error.is_finite());
         let room = libm::sqrt(LIKELY) * error.unwrap_or(0.0);

@@ -90,8 +90,8 @@ impl Found {
 
     /// Root mean square of the whitened residual: of the innovations.
     pub(super) fn news(&self, record: &InputOutput) -> f64 {
-        let own = &self.identified;
-        let white = own.noise.whitened(&left(record, &own.model));
+        let model = &self.identified;
+        let white = model.noise.whitened(&left(record, &model.model));
         libm::sqrt(white.iter().map(|x| x * x).sum::<f64>() / white.len() as f64)
     }
 
@@ -163,12 +163,15 @@ fn noise_of(left: &[f64], floor: f64) -> f64 {
 
 /// The cosine of the angle between two signals without these motions.
 fn like(motions: &[DVector<f64>], a: &DVector<f64>, b: &DVector<f64>) -> f64 {
-    let motions: Vec<Vec<f64>> = motions.iter().map(|own| own.as_slice().to_vec()).collect();
+    let motions: Vec<Vec<f64>> = motions
+        .iter()
+        .map(|motion| motion.as_slice().to_vec())
+        .collect();
     let [a, b] = [a, b].map(|signal| {
         let shares = projected(&motions, signal.as_slice().to_vec());
         let pairs = motions.iter().zip(shares);
-        pairs.fold(signal.clone(), |left, (own, share)| {
-            left - DVector::from_column_slice(own) * share
+        pairs.fold(signal.clone(), |left, (motion, share)| {
+            left - DVector::from_column_slice(motion) * share
         })
     });
     (a.dot(&b) / (a.norm() * b.norm())).abs()

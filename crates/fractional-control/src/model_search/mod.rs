@@ -62,8 +62,8 @@ pub fn validate(
     other: &InputOutput,
     held: bool,
 ) -> Option<Validation> {
-    let own = &found.identified;
-    let dead_time = match own.dead_time {
+    let model = &found.identified;
+    let dead_time = match model.dead_time {
         DeadTime::From(late) => DeadTime::Known(late),
         known @ (DeadTime::Known(_) | DeadTime::JustAfter(_)) => known,
     };
@@ -73,10 +73,10 @@ pub fn validate(
     };
     let record = crate::Record {
         start,
-        noise: own.noise,
+        noise: model.noise,
         ..other.as_record(held, dead_time)
     };
-    let model = run_alone(&own.function, &record)?;
+    let model = run_alone(&model.function, &record)?;
     let power = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
     let mean = other.output.iter().sum::<f64>() / other.output.len() as f64;
     let around: Vec<f64> = other.output.iter().map(|y| y - mean).collect();
@@ -113,8 +113,8 @@ pub fn candidates(
     let mut whole = whole_orders(record, held, &dead_times, record.moves(), POLES, true);
     whole.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     if let Some(poles) = wanted.poles {
-        let own = whole.iter().filter(|guess| guess.shape.poles == poles);
-        return own.map(|guess| guess.guess).collect();
+        let guesses = whole.iter().filter(|guess| guess.shape.poles == poles);
+        return guesses.map(|guess| guess.guess).collect();
     }
     // Dead time from which fits of free orders start.
     let slower = |guess: &&OfShape| !answers_at_once(&guess.guess.function);
@@ -135,8 +135,8 @@ pub fn candidates(
             zeros,
             integrators: 0,
         };
-        let own = |guess: &OfShape| guess.shape == shape && guess.guess.dead_time.is_free();
-        whole.iter().position(own)
+        let is_wanted = |guess: &OfShape| guess.shape == shape && guess.guess.dead_time.is_free();
+        whole.iter().position(is_wanted)
     });
     let mut places: Vec<usize> = (0..FITTED.min(whole.len())).collect();
     for place in simpler.chain(lags) {
@@ -180,8 +180,8 @@ pub fn candidates_of(
         return guesses(dead_times, true).collect();
     }
     let dead_times = at_once(record.sample_time_s(), &dead_times);
-    let own = guesses(dead_times.clone(), false).filter(|_| function.is_whole());
-    own.chain(guesses(dead_times, true)).collect()
+    let prompt = guesses(dead_times.clone(), false).filter(|_| function.is_whole());
+    prompt.chain(guesses(dead_times, true)).collect()
 }
 
 /// Largest number of samples from which the start of the plant is found, and of functions fitted for it.
@@ -209,7 +209,7 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
         }
     }
     let beginning = |start: Start| {
-        let from = |own: f64, is_open: bool| if is_open { own } else { 0.0 };
+        let from = |value: f64, is_open: bool| if is_open { value } else { 0.0 };
         InputOutput {
             start,
             offset: from(output, start != Start::Rest),
@@ -221,10 +221,13 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
     let open = starts.last().map_or(Start::Rest, |last| *last);
     let dead_times = dead_times(&beginning(open).for_guesses(), held, dead_time, false);
     let guesses = |start: Start, poles: usize| -> Vec<(FractionalTransferFunction, DeadTime)> {
-        let own = beginning(start).for_guesses();
-        let mut guesses = whole_orders(&own, held, &dead_times, part.moves(), poles, false);
+        let options = beginning(start).for_guesses();
+        let mut guesses = whole_orders(&options, held, &dead_times, part.moves(), poles, false);
         guesses.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-        let guesses = guesses.iter().take(FITTED_FOR_START).map(|own| own.guess);
+        let guesses = guesses
+            .iter()
+            .take(FITTED_FOR_START)
+            .map(|guess| guess.guess);
         let guesses = guesses.map(|guess| (guess.function, guess.dead_time));
         guesses.collect()
     };
@@ -232,17 +235,17 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
     let mut shared = guesses(open, POLES);
     shared.extend(lags(part.length_s()).map(|lag| (lag, late)));
     let fitted = |start: &Start| -> Vec<Found> {
-        let own = beginning(*start);
-        let search = Search::new(&own, held, dead_time.is_some());
+        let options = beginning(*start);
+        let search = Search::new(&options, held, dead_time.is_some());
         let simple = match *start == open {
             true => vec![],
             false => guesses(*start, POLES_FOR_START),
         };
         let fits = shared.iter().chain(&simple);
         let fits = fits.filter_map(|(function, late)| search.coefficients(function, *late));
-        let begins_there = |own: &Found| {
+        let begins_there = |candidate: &Found| {
             matches!(start, Start::Rest | Start::Moving)
-                || output.abs() > BEGINS_ELSEWHERE * own.identified.rms_residual
+                || output.abs() > BEGINS_ELSEWHERE * candidate.identified.rms_residual
         };
         fits.filter(begins_there).collect()
     };
@@ -257,9 +260,9 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
     let mut best = f64::INFINITY;
     for (start, fits) in starts.iter().zip(fits) {
         let least = fits.into_iter().min_by(|a, b| a.bic.total_cmp(&b.bic));
-        if let Some(own) = least.filter(|own| own.bic < best - DECISIVE) {
-            let fit = own.identified;
-            best = own.bic;
+        if let Some(candidate) = least.filter(|candidate| candidate.bic < best - DECISIVE) {
+            let fit = candidate.identified;
+            best = candidate.bic;
             (record.start, record.offset, record.input_before) = match start {
                 Start::Moving => (*start, output, input),
                 Start::Rest | Start::Offset | Start::Settled => {
@@ -308,9 +311,9 @@ pub fn identify(
     let (whole, _) = guesses
         .iter()
         .copied()
-        .partition::<Vec<Guess>, _>(|own| !own.has_free_orders);
-    let told = !guesses.iter().any(|guess| guess.dead_time.is_free());
-    let mut search = Search::new(record, held, told);
+        .partition::<Vec<Guess>, _>(|guess| !guess.has_free_orders);
+    let is_known = !guesses.iter().any(|guess| guess.dead_time.is_free());
+    let mut search = Search::new(record, held, is_known);
     let (mut found, mut refused) = fitted_of_whole_orders(&search, &whole, done);
     // A function without a residual cannot be improved with as many numbers.
     let enough = |found: &[Found]| {
@@ -337,7 +340,9 @@ pub fn identify(
             continue;
         }
         // A long record is not run through by what leaves more of its part than others leave of all of it.
-        let least = found.iter().map(|own| own.identified.rms_residual);
+        let least = found
+            .iter()
+            .map(|candidate| candidate.identified.rms_residual);
         let least = least.fold(f64::INFINITY, f64::min);
         let promising = |start: &&Begin| start.rms_residual().is_none_or(|left| left < least);
         let promising = alike.iter().filter(promising).cloned();
@@ -388,7 +393,7 @@ fn put_in_order(found: &mut Vec<Found>, search: &mut Search<'_>, wanted: Wanted)
     put_to_rest(found, search);
     to_their_limits(found, search);
     calm_down(found, search);
-    found.retain(|own| wanted.allows(&own.identified.function));
+    found.retain(|candidate| wanted.allows(&candidate.identified.function));
     drop_what_grows(found, search.record);
     resolve_finer(found, search);
     each_once(found);
@@ -396,15 +401,15 @@ fn put_in_order(found: &mut Vec<Found>, search: &mut Search<'_>, wanted: Wanted)
     to_the_front(found, simplest_at_rest);
     to_the_front(found, |found| calm_instead(found, search.record));
     slow_instead(found, search);
-    found.retain(|own| wanted.allows(&own.identified.function));
+    found.retain(|candidate| wanted.allows(&candidate.identified.function));
     if is_alike {
         to_the_front(found, |found| plainest(found, search.record));
         late_by_whole_samples(found, search);
     }
 }
 
-fn to_the_front(found: &mut [Found], of: impl Fn(&[Found]) -> Option<usize>) {
-    if let Some(place) = of(found) {
+fn to_the_front(found: &mut [Found], place: impl Fn(&[Found]) -> Option<usize>) {
+    if let Some(place) = place(found) {
         found[..=place].rotate_right(1);
     }
 }
@@ -457,13 +462,16 @@ fn fitted_of_whole_orders(
         }
         of_part.sort_by(|a, b| a.bic.total_cmp(&b.bic));
         let best = of_part.first().map(|best| best.identified.rms_residual);
-        let of_part = of_part.iter().take(POLISHED).map(|own| Guess {
-            function: own.identified.function,
+        let of_part = of_part.iter().take(POLISHED).map(|guess| Guess {
+            function: guess.identified.function,
             has_free_orders: false,
-            dead_time: own.identified.dead_time,
+            dead_time: guess.identified.dead_time,
         });
         let whole = fitted(&of_part.collect::<Vec<_>>(), search, false);
-        let least = whole.0.iter().map(|own| own.identified.rms_residual);
+        let least = whole
+            .0
+            .iter()
+            .map(|candidate| candidate.identified.rms_residual);
         let least = least.fold(f64::INFINITY, f64::min);
         if best.is_some_and(|best| least <= AS_MUCH * best.max(resolved(record))) {
             return whole;
@@ -478,15 +486,15 @@ const FAR: f64 = 10.0;
 /// Adds the best function of free orders without its last or first term below, where that leaves as little: of 7.5e13/(1.5e13s^1.19 + 1) that is
 /// 5/s^1.19, which says the same.
 fn to_their_limits(found: &mut Vec<Found>, search: &Search<'_>) {
-    let others = found.iter().filter(|own| !own.is_whole());
+    let others = found.iter().filter(|candidate| !candidate.is_whole());
     let Some(best) = others.min_by(|a, b| a.bic.total_cmp(&b.bic)) else {
         return;
     };
-    let own = &best.identified;
-    let far = own.standard_errors.iter().any(|(_, error)| *error > FAR);
+    let model = &best.identified;
+    let far = model.standard_errors.iter().any(|(_, error)| *error > FAR);
     let (above, below) = (
-        own.function.numerator().terms(),
-        own.function.denominator().terms(),
+        model.function.numerator().terms(),
+        model.function.denominator().terms(),
     );
     if !far || below.len() < 2 {
         return;
@@ -501,7 +509,7 @@ fn to_their_limits(found: &mut Vec<Found>, search: &Search<'_>) {
             scaled.collect()
         };
         let fewer = FractionalTransferFunction::new(&scaled(above), &scaled(below)).ok()?;
-        let fewer = search.fitted(&fewer, own.dead_time, Free::All).ok();
+        let fewer = search.fitted(&fewer, model.dead_time, Free::All).ok();
         fewer.filter(|fewer| fewer.bic <= best.bic)
     });
     let fewer: Vec<Found> = fewer.collect();
@@ -510,12 +518,12 @@ fn to_their_limits(found: &mut Vec<Found>, search: &Search<'_>) {
 
 /// The function from this start, and the same without a dead time that the record does not determine.
 fn fitted_from(start: &Begin, search: &Search<'_>) -> Result<(Found, Option<Found>), ControlError> {
-    let own = search.fitted(&start.function, start.dead_time, Free::All)?;
-    let prompt = own.dead_time_is_loose().then(|| {
-        let prompt = search.fitted(&own.identified.function, DeadTime::NONE, Free::All);
+    let fitted = search.fitted(&start.function, start.dead_time, Free::All)?;
+    let prompt = fitted.dead_time_is_loose().then(|| {
+        let prompt = search.fitted(&fitted.identified.function, DeadTime::NONE, Free::All);
         prompt.ok()
     });
-    Ok((own, prompt.flatten()))
+    Ok((fitted, prompt.flatten()))
 }
 
 /// The simplest of the functions equivalent to the best: of whole orders, which run exactly, then of the fewest numbers, then of the fewest poles
@@ -577,9 +585,9 @@ fn cancel(found: &mut [Found], search: &Search<'_>) {
 fn put_to_rest(found: &mut Vec<Found>, search: &Search<'_>) {
     let whole = found.iter().filter(|found| found.is_whole());
     let fitted = whole.filter_map(|found| {
-        let own = &found.identified;
-        let function = integrating(&own.function, search.record)?;
-        search.coefficients(&function, own.dead_time)
+        let model = &found.identified;
+        let function = integrating(&model.function, search.record)?;
+        search.coefficients(&function, model.dead_time)
     });
     let fitted: Vec<Found> = fitted.collect();
     found.extend(fitted);
@@ -613,9 +621,9 @@ fn late_by_whole_samples(found: &mut Vec<Found>, search: &Search<'_>) {
 
 /// Adds the functions of whole orders without what the record does not determine in its noise.
 fn drop_what_is_loose(found: &mut Vec<Found>, search: &Search<'_>) {
-    let whole = found.par_iter().filter(|own| own.is_whole());
-    let fewer = whole.flat_map_iter(|own| {
-        let identified = &own.identified;
+    let whole = found.par_iter().filter(|candidate| candidate.is_whole());
+    let fewer = whole.flat_map_iter(|candidate| {
+        let identified = &candidate.identified;
         let guess = Guess {
             function: identified.function,
             has_free_orders: false,
@@ -634,8 +642,8 @@ fn with_fewer(guess: &Guess, search: &Search<'_>) -> Result<Vec<Found>, ControlE
     while let Some((function, dead_time)) = left.pop() {
         match search.fitted(&function, dead_time, Free::Coefficients) {
             Ok(judged) => {
-                let own = judged.identified.rms_residual;
-                let coarser = (resolved(search.record) / own).max(1.0);
+                let unexplained = judged.identified.rms_residual;
+                let coarser = (resolved(search.record) / unexplained).max(1.0);
                 left.extend(without_the_loosest(
                     &judged,
                     coarser,
@@ -669,7 +677,7 @@ fn without_the_loosest(
     };
     let loose = standard_errors
         .iter()
-        .filter(|own| share(own) * times > LOOSE);
+        .filter(|candidate| share(candidate) * times > LOOSE);
     let mut loose: Vec<&(FreeNumber, f64)> = loose.collect();
     loose.sort_by(|a, b| share(b).total_cmp(&share(a)));
     let is_late = loose

@@ -201,8 +201,8 @@ pub(super) fn resolved(record: &InputOutput) -> f64 {
 /// of those.
 pub(super) fn rounding(record: &InputOutput) -> f64 {
     let largest = largest(&record.output);
-    let own = ROUNDINGS * f64::EPSILON * record.output.len() as f64 * largest;
-    own.max(last_digit(&record.output).min(LEAST_DIGITS * largest))
+    let rounding = ROUNDINGS * f64::EPSILON * record.output.len() as f64 * largest;
+    rounding.max(last_digit(&record.output).min(LEAST_DIGITS * largest))
 }
 
 /// Largest number of decimal digits of a rounded record; a record with more is not rounded.

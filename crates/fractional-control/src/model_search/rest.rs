@@ -55,27 +55,27 @@ fn slopes(root: Complex<f64>, terms: &[Term]) -> impl Fn(usize) -> Complex<f64> 
 }
 
 /// Each zero and each pole that could cancel it, the nearest in their errors first.
-pub(super) fn pairs(own: &Identified) -> Vec<Pair> {
-    let [above, below] = [own.function.numerator(), own.function.denominator()];
+pub(super) fn pairs(model: &Identified) -> Vec<Pair> {
+    let [above, below] = [model.function.numerator(), model.function.denominator()];
     let [zeros, poles] = [above, below].map(|side| roots(&coefficients(side.terms())));
     let pairs = zeros
         .iter()
         .flat_map(|zero| poles.iter().map(move |pole| (*zero, *pole)));
     let alike = pairs.filter(|(zero, pole)| (zero.im == 0.0) == (pole.im == 0.0));
     let judged = alike.map(|(zero, pole)| {
-        let of = (slopes(zero, above.terms()), slopes(pole, below.terms()));
+        let derivatives = (slopes(zero, above.terms()), slopes(pole, below.terms()));
         let slope = |(number, _): &(FreeNumber, f64)| match *number {
-            FreeNumber::NumeratorCoefficient(n) => of.0(n),
-            FreeNumber::DenominatorCoefficient(n) if pole.norm() > 0.0 => -of.1(n),
+            FreeNumber::NumeratorCoefficient(n) => derivatives.0(n),
+            FreeNumber::DenominatorCoefficient(n) if pole.norm() > 0.0 => -derivatives.1(n),
             FreeNumber::DenominatorCoefficient(_)
             | FreeNumber::NumeratorOrder(_)
             | FreeNumber::DenominatorOrder(_)
             | FreeNumber::DeadTime => Complex::ZERO,
         };
-        let slopes: Vec<Complex<f64>> = own.standard_errors.iter().map(slope).collect();
+        let slopes: Vec<Complex<f64>> = model.standard_errors.iter().map(slope).collect();
         let square: f64 = (0..slopes.len())
             .flat_map(|n| (0..slopes.len()).map(move |k| (n, k)))
-            .map(|(n, k)| (slopes[n].conj() * slopes[k]).re * own.covariance[(n, k)])
+            .map(|(n, k)| (slopes[n].conj() * slopes[k]).re * model.covariance[(n, k)])
             .sum();
         Pair {
             pole,
@@ -108,10 +108,10 @@ fn hides(pair: &Pair, samples: usize) -> f64 {
 
 /// The function without a pole and a zero that are one within their errors.
 pub(super) fn without_pair(
-    own: &Identified,
+    model: &Identified,
     record: &InputOutput,
 ) -> Option<FractionalTransferFunction> {
-    let function = &own.function;
+    let function = &model.function;
     let [above, below] =
         [function.numerator(), function.denominator()].map(|side| coefficients(side.terms()));
     let is_near = |pair: &Pair| {
@@ -120,7 +120,7 @@ pub(super) fn without_pair(
         apart <= CLOSE * pair.zero.norm().max(pair.pole.norm()).max(slow)
     };
     let is_hidden = |pair: &&Pair| pair.errors <= hides(pair, record.output.len());
-    let pairs = pairs(own);
+    let pairs = pairs(model);
     let pair = pairs.iter().filter(|pair| is_near(pair)).find(is_hidden)?;
     of_coefficients(&without(&above, pair.zero), &without(&below, pair.pole))
 }

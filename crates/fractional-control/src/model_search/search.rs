@@ -94,16 +94,16 @@ impl<'a> Search<'a> {
         }
         let is_long = found.freedom == Free::All && self.record.output.len() > LONG;
         for _ in 0..if is_long { 1 } else { ROUNDS } {
-            let own = &found.identified;
-            let noise = Autoregression::of(&[&left(self.record, &own.model)]);
-            if noise == own.noise {
+            let model = &found.identified;
+            let noise = Autoregression::of(&[&left(self.record, &model.model)]);
+            if noise == model.noise {
                 break;
             }
             let record = Record {
                 noise,
-                ..self.record.as_record(self.held, own.dead_time)
+                ..self.record.as_record(self.held, model.dead_time)
             };
-            let Ok(next) = identify_by(&own.function, &record, found.freedom) else {
+            let Ok(next) = identify_by(&model.function, &record, found.freedom) else {
                 break;
             };
             let before = found.bic;
@@ -117,15 +117,15 @@ impl<'a> Search<'a> {
 
     /// The criterion of a function; residuals below the floor count as the floor.
     pub(super) fn bic(&self, found: &Found, floor: f64) -> f64 {
-        let own = &found.identified;
-        let numbers = found.numbers() + own.start_numbers + own.noise.order();
-        let left = left(self.record, &own.model);
-        own.noise.deviance(&[&left], floor) + numbers as f64 * libm::log(left.len() as f64)
+        let model = &found.identified;
+        let numbers = found.numbers() + model.start_numbers + model.noise.order();
+        let left = left(self.record, &model.model);
+        model.noise.deviance(&[&left], floor) + numbers as f64 * libm::log(left.len() as f64)
     }
 
     /// True if what the closest of them leaves is alike from sample to sample.
     pub(super) fn leaves_alike<'f>(&self, found: impl Iterator<Item = &'f Found>) -> bool {
-        let rms = |own: &&Found| own.identified.rms_residual;
+        let rms = |candidate: &&Found| candidate.identified.rms_residual;
         let least = found.min_by(|a, b| rms(a).total_cmp(&rms(b)));
         let noisy = least.filter(|least| rms(least) > resolved(self.record));
         noisy.is_some_and(|least| {
@@ -137,8 +137,8 @@ impl<'a> Search<'a> {
     /// Judges these and all others from now on by what the filter of their noise leaves.
     pub(super) fn whiten(&mut self, found: &mut [Found]) {
         self.is_alike = true;
-        let own = *self;
+        let search = *self;
         let all = found.par_iter_mut();
-        all.for_each(|found| *found = own.whitened(found.clone()));
+        all.for_each(|found| *found = search.whitened(found.clone()));
     }
 }

@@ -207,7 +207,7 @@ fn every_shape(
     poles: usize,
 ) -> Vec<OfShape> {
     let floor = rounding(record);
-    let of = |shape: WholeShape, dead_time: DeadTime| {
+    let guess_of = |shape: WholeShape, dead_time: DeadTime| {
         let guess = whole_guess(&record.as_record(held, dead_time), shape)?;
         let numbers = shape.poles + shape.zeros + 1 - shape.integrators;
         let start = record
@@ -235,12 +235,15 @@ fn every_shape(
     let at_once = at_once(record.sample_time_s(), dead_times);
     let parted = |dead_times: &[DeadTime]| {
         let dead_times = dead_times.iter().copied();
-        dead_times.partition::<Vec<DeadTime>, _>(|own| !matches!(own, DeadTime::Known(_)))
+        dead_times
+            .partition::<Vec<DeadTime>, _>(|dead_time| !matches!(dead_time, DeadTime::Known(_)))
     };
     let (free, known) = parted(dead_times);
     let (after, with) = parted(&at_once);
     let best = |shape, among: &[DeadTime]| {
-        let guesses = among.iter().filter_map(|dead_time| of(shape, *dead_time));
+        let guesses = among
+            .iter()
+            .filter_map(|dead_time| guess_of(shape, *dead_time));
         guesses.min_by(least)
     };
     let shapes = shapes(poles).filter(|shape| may_be_prompt || shape.zeros < shape.poles);
@@ -315,16 +318,16 @@ const MORE_POWER: f64 = 1.1;
 /// As [`part`], but of a record that moves more later, as a swing that is driven ever harder, the stretch that moves most: the residual
 /// there is no smaller than elsewhere. The plant is already moving where it starts.
 pub(super) fn stretch(record: &InputOutput, held: bool, samples: usize) -> Option<InputOutput> {
-    let own = part(record, held, samples)?;
+    let first_part = part(record, held, samples)?;
     let power = |output: &[f64]| {
         let mean = output.iter().sum::<f64>() / output.len() as f64;
         output.iter().map(|y| (y - mean) * (y - mean)).sum::<f64>()
     };
-    let is_thinned = own.sample_time_s() > 1.5 * record.sample_time_s();
+    let is_thinned = first_part.sample_time_s() > 1.5 * record.sample_time_s();
     let stretches = record.output.chunks_exact(samples).map(power).enumerate();
     let most = stretches.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    if is_thinned || most.1 <= MORE_POWER * power(&own.output) {
-        return Some(own);
+    if is_thinned || most.1 <= MORE_POWER * power(&first_part.output) {
+        return Some(first_part);
     }
     let place = most.0 * samples..(most.0 + 1) * samples;
     Some(InputOutput {

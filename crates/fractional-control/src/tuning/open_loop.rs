@@ -85,7 +85,7 @@ impl Twin {
 
 /// The plant with e^(−τs) for each lag 1/(τs + 1) that is fast beside the crossover; it still falls as 1/s at least. `None` without such a lag.
 fn with_dead_time(plant: &Plant, omega: f64) -> Option<Plant> {
-    let function = plant.function().filter(|own| own.is_whole())?;
+    let function = plant.function().filter(|function| function.is_whole())?;
     let above = coefficients(function.numerator().terms());
     let mut below = coefficients(function.denominator().terms());
     let mut late_s = 0.0;
@@ -214,9 +214,9 @@ fn with_peaks(mut points: Vec<Point>, at: impl Fn(f64) -> Option<Point>) -> Vec<
         let peaks = (1..points.len().saturating_sub(1))
             .filter(|k| size(*k) > size(k - 1) && size(*k) > size(k + 1));
         let sides = peaks.flat_map(|k| [[k - 1, k], [k, k + 1]]);
-        let beside = sides.map(|[a, b]| libm::sqrt(points[a].omega * points[b].omega));
-        let beside: Vec<Point> = beside.filter_map(&at).collect();
-        points.extend(beside);
+        let frequencies = sides.map(|[a, b]| libm::sqrt(points[a].omega * points[b].omega));
+        let inner: Vec<Point> = frequencies.filter_map(&at).collect();
+        points.extend(inner);
         points.sort_by(|a, b| a.omega.total_cmp(&b.omega));
     }
     points
@@ -233,7 +233,7 @@ impl OpenLoop {
             what: "the response of the plant at the crossover",
             why: "measure on both sides of it",
         };
-        let half_rate = sampling.map(|own| 0.999 * PI / own.sample_time.0);
+        let half_rate = sampling.map(|sampling| 0.999 * PI / sampling.sample_time.0);
         let grid = grid(plant, wishes, half_rate);
         let low = grid.first().copied().unwrap_or(omega);
         let at = |omega: f64| {
@@ -247,7 +247,8 @@ impl OpenLoop {
         let h = 1e-5;
         let (above, below) = (omega * libm::exp(h), omega * libm::exp(-h));
         let slope_s = (ln_s(above, sampling) - ln_s(below, sampling)) / (2.0 * h);
-        let hold = |omega: f64| sampling.map_or(0.0, |own| -0.5 * omega * own.sample_time.0);
+        let hold =
+            |omega: f64| sampling.map_or(0.0, |sampling| -0.5 * omega * sampling.sample_time.0);
         let aliased = |omega: f64| held(plant, omega, sampling).map(|(_, share)| share.ln());
         let aliased = aliased(above).zip(aliased(below)).ok_or(unknown)?;
         let aliases = (aliased.0 - aliased.1) / (2.0 * h);

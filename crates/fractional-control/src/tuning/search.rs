@@ -357,15 +357,15 @@ impl<'a> Search<'a> {
 
     fn report(&self, best: &Trial) -> Tuned {
         let (ln_s, slope_s, response, slope_plant) = self.open.crossover;
-        let own = at(&best.gains, ln_s);
+        let controller = at(&best.gains, ln_s);
         // d ln C/d ln ω
         let gains = &best.gains;
         let integral =
             (ln_s * -gains.integral_order).exp() * (-gains.integral_order * gains.integral);
         let derivative =
             (ln_s * gains.derivative_order).exp() * (gains.derivative_order * gains.derivative);
-        let slope = (integral + derivative) * slope_s / own + slope_plant;
-        let open = own * response;
+        let slope = (integral + derivative) * slope_s / controller + slope_plant;
+        let open = controller * response;
         let margin = (-open).arg();
         let least_margin = margin.min(best.measures.other_margin_rad);
         let margin_wanted = self.wishes.phase_margin_rad;

@@ -24,11 +24,11 @@ pub(super) fn about(fits: &[Fit], is_absolute: bool) -> Vec<String> {
     let Some(fit) = fits.first() else {
         return Vec::new();
     };
-    let mut said = Vec::from_iter(misfit(fit, is_absolute));
-    said.extend([at_ends(fit), together(fit), loose(fit), open(fit)].concat());
-    said.extend(simpler(fit, fits));
-    said.extend(slow(fit));
-    said
+    let mut advice = Vec::from_iter(misfit(fit, is_absolute));
+    advice.extend([at_ends(fit), together(fit), loose(fit), open(fit)].concat());
+    advice.extend(simpler(fit, fits));
+    advice.extend(slow(fit));
+    advice
 }
 
 /// A record too long to be compared sample by sample.
@@ -93,7 +93,7 @@ fn together(fit: &Fit) -> Vec<String> {
         )];
     }
     let names: Vec<&str> = fit.parameters.iter().map(|p| p.name).collect();
-    let mut said = Vec::new();
+    let mut advice = Vec::new();
     for (i, row) in fit.correlation.iter().enumerate() {
         for (j, correlation) in row.iter().enumerate().take(i) {
             let loose = [i, j].iter().any(|&k| {
@@ -102,14 +102,14 @@ fn together(fit: &Fit) -> Vec<String> {
                     || parameter.is_looser_than(SETTLED_ORDER, SETTLED)
             });
             if correlation.abs() > ONE && loose {
-                said.push(format!(
+                advice.push(format!(
                     "the record cannot tell `{}` and `{}` apart (correlation {correlation:.4})",
                     names[j], names[i]
                 ));
             }
         }
     }
-    said
+    advice
 }
 
 fn loose(fit: &Fit) -> Vec<String> {

@@ -62,8 +62,8 @@ impl Understood {
             }
             first.notes.extend(one.notes);
         }
-        let mut said = HashSet::new();
-        first.notes.retain(|note| said.insert(note.clone()));
+        let mut known = HashSet::new();
+        first.notes.retain(|note| known.insert(note.clone()));
         first.temperature_c = None;
         Ok((records, first))
     }
@@ -280,7 +280,7 @@ impl Assembly {
 
     /// Refuses a record of a quantity that two headers could be: one that was taken out.
     fn is_clear(&self) -> Result<(), IdentifyError> {
-        let doubt = self.0.unclear.iter().find(|of| !self.0.has(of.0));
+        let doubt = self.0.unclear.iter().find(|column| !self.0.has(column.0));
         doubt.map_or(Ok(()), |(_, asked)| {
             Err(IdentifyError::Record(asked.clone()))
         })
@@ -302,18 +302,18 @@ impl Assembly {
             Column::Loss,
             Column::Complex,
         ];
-        let said = self.0.values.iter().map(|value| {
+        let headers = self.0.values.iter().map(|value| {
             let told = told(&value.1);
             let modulus = told.modulus.filter(|_| of_modulus.contains(&value.0));
             (value.1.as_str(), told.kind, modulus)
         });
-        let kinds = said
+        let kinds = headers
             .clone()
             .filter_map(|(name, kind, _)| Some((name, kind?)));
         let kinds: Vec<_> = kinds.collect();
         let given = reading.loading_is_told.then_some(reading.loading.kind);
         if let (Some(given), Some((name, other))) =
-            (given, kinds.iter().find(|of| Some(of.1) != given))
+            (given, kinds.iter().find(|named| Some(named.1) != given))
         {
             return Err(IdentifyError::Record(format!(
                 "column {name} is of {}, and {LOADING} is {}: change one of them",
@@ -321,15 +321,15 @@ impl Assembly {
                 given.name()
             )));
         }
-        let kind = given.or(agreed(kinds.iter().map(|of| of.1)));
-        let symbols = said.filter_map(|(name, _, modulus)| Some((name, modulus?)));
+        let kind = given.or(agreed(kinds.iter().map(|named| named.1)));
+        let symbols = headers.filter_map(|(name, _, modulus)| Some((name, modulus?)));
         let symbols: Vec<(&str, Modulus)> = symbols.collect();
         // A slab has one modulus by its loading; what an indenter measured may be written as either.
         let of_slab = given.filter(|one| one.is_slab()).map(LoadingKind::modulus);
-        let of_header = agreed(symbols.iter().map(|of| of.1));
+        let of_header = agreed(symbols.iter().map(|named| named.1));
         let modulus = of_slab.or(of_header).or(kind.map(LoadingKind::modulus));
         let mut symbols = symbols.iter();
-        let other = symbols.find(|of| of_slab.is_some_and(|modulus| modulus != of.1));
+        let other = symbols.find(|named| of_slab.is_some_and(|modulus| modulus != named.1));
         let other = other.map(|(name, _)| format!(
             "column {name} is taken as the modulus that {LOADING} tells: change {LOADING} if it is another"
         ));
@@ -392,7 +392,7 @@ impl Assembly {
         known: Option<LoadingKind>,
         poisson_ratio: f64,
     ) -> Result<(), IdentifyError> {
-        let told = loading.kind.name();
+        let kind = loading.kind.name();
         for (given, key) in [
             (loading.radius_m.is_some(), RADIUS),
             (loading.half_angle_rad.is_some(), HALF_ANGLE),
@@ -400,7 +400,7 @@ impl Assembly {
         ] {
             if given {
                 return Err(IdentifyError::Record(format!(
-                    "{key} has no effect on this record of {told}: omit it, or change {LOADING}"
+                    "{key} has no effect on this record of {kind}: omit it, or change {LOADING}"
                 )));
             }
         }
@@ -584,13 +584,13 @@ impl Assembly {
         if both.into_iter().all(|column| self.0.has(column)) {
             let others = [Column::Complex, Column::Phase, Column::LossTangent];
             let chosen = &self.0.chosen;
-            let stays = |of: Column| !others.contains(&of) || chosen.contains(&of);
+            let stays = |column: Column| !others.contains(&column) || chosen.contains(&column);
             self.0.values.retain(|value| stays(value.0));
             return;
         }
         let find = |column| self.0.values.iter().find(|value| value.0 == column);
         let tangents =
-            |angle: &dyn Fn(f64) -> f64, of: &[f64]| of.iter().map(|x| angle(*x)).collect();
+            |angle: &dyn Fn(f64) -> f64, values: &[f64]| values.iter().map(|x| angle(*x)).collect();
         let tangents: Option<Vec<f64>> = (find(Column::LossTangent).map(|value| value.2.clone()))
             .or_else(|| find(Column::Phase).map(|value| tangents(&libm::tan, &value.2)));
         let Some(tangents) = tangents else { return };

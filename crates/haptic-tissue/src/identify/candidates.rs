@@ -150,13 +150,13 @@ pub(super) fn identified(
     };
     let first = fitted.remove(index);
     fitted.insert(0, first);
-    let mut warnings = record.said.clone();
+    let mut warnings = record.warnings.clone();
     warnings.extend(failed.iter().map(ToString::to_string));
     let bics = fitted.iter().map(|fitted| fitted.0.bic);
     let refused = bics.fold(f64::INFINITY, f64::min) + REFUSED;
-    for (index, (fit, candidate, best, certainty, own)) in fitted.iter_mut().enumerate() {
+    for (index, (fit, candidate, best, certainty, target_of_fit)) in fitted.iter_mut().enumerate() {
         let (candidate, independent) = (*candidate, fit.independent);
-        let compressed = own.as_ref().unwrap_or(&compressed);
+        let compressed = target_of_fit.as_ref().unwrap_or(&compressed);
         let (records, seed) = (options.bootstrap, options.seed);
         let ends = if index == 0 && records > 0 {
             let (ends, fitted) = bootstrap::intervals(
@@ -185,8 +185,8 @@ pub(super) fn identified(
             estimate.high_95 = Some(high).filter(|x| x.is_finite());
         }
     }
-    if let Some(said) = advice::about_length(target.samples(), record) {
-        warnings.push(said);
+    if let Some(sentence) = advice::about_length(target.samples(), record) {
+        warnings.push(sentence);
     }
     let fits: Vec<Fit> = fitted.into_iter().map(|(fit, ..)| fit).collect();
     warnings.extend(advice::about(&fits, record.is_absolute()));
@@ -219,17 +219,17 @@ fn tried<'a>(
     let (mut fit, mut certainty) = fitted_to(candidate, target, &best);
     let by_filter = whitened::criteria(candidate, target, &best);
     let mut is_rendered = rendered::is_rendered(record, target, candidate, &best, &fit);
-    let mut own = None;
+    let mut unrendered_target = None;
     if let Some((to, closer)) = unrendered(record, target, candidate, (&best, &fit)) {
         (fit, certainty) = fitted_to(candidate, &to, &closer);
-        (best, own, is_rendered) = (closer, Some(to), true);
+        (best, unrendered_target, is_rendered) = (closer, Some(to), true);
     }
     [fit.aic, fit.bic] = by_filter;
     if is_rendered {
-        let numbers = candidate.parameters() + target.beside;
+        let numbers = candidate.parameters() + target.nuisance;
         [fit.aic, fit.bic] = criteria(target.len(), 0.0, numbers);
     }
-    Ok((fit, candidate, best, certainty, own))
+    Ok((fit, candidate, best, certainty, unrendered_target))
 }
 
 /// A creep without what rendering makes of the model of a fit, and the minimum there, if that leaves far less.
@@ -243,14 +243,14 @@ fn unrendered<'a>(
         return None;
     }
     let (mut fit, mut closer) = (fit.clone(), best.clone());
-    let mut own = target.clone();
+    let mut unrendered = target.clone();
     for _ in 0..RENDERINGS {
-        own = rendered::without_rendering(record, target, candidate, (&closer, &fit))?;
+        unrendered = rendered::without_rendering(record, target, candidate, (&closer, &fit))?;
         let start = closer.elements.variables(candidate.joint());
-        closer = polished(candidate, &own, [start].iter()).ok()?;
-        fit = fitted_to(candidate, &own, &closer).0;
+        closer = polished(candidate, &unrendered, [start].iter()).ok()?;
+        fit = fitted_to(candidate, &unrendered, &closer).0;
     }
-    (closer.sum < FAR_LESS * best.sum).then_some((own, closer))
+    (closer.sum < FAR_LESS * best.sum).then_some((unrendered, closer))
 }
 
 /// Those with the most parameters, which leave the least but noise.
@@ -285,7 +285,7 @@ pub(super) fn noisy<'r, 's>(
         .map(|one| Shown(digits(*one)).to_string())
         .collect();
     let shown = shown.join(", ");
-    record.said.push(match noise.len() {
+    record.warnings.push(match noise.len() {
         1 => format!("all motions are taken to have the same noise, {shown} Pa"),
         _ => format!("the noise of the motions differs: each counts by its own, {shown} Pa"),
     });

@@ -147,12 +147,12 @@ pub(super) fn touched(
         return Err(failed.pop().unwrap_or(IdentifyError::Stopped));
     };
     let (linear, fit, place) = fitted.remove(chosen);
-    let there = Options {
+    let single = Options {
         candidates: vec![fit.kind],
         chosen: Some(fit.kind),
         ..options.clone()
     };
-    let mut found = identified(&linear, &there, stop, progress)?;
+    let mut found = identified(&linear, &single, stop, progress)?;
     let target = target_of(&linear, options, stop);
     as_measured(&mut found.fits[0], &linear, &target);
     found.beside = search.beside(&linear, &found.fits[0], &place)?;
@@ -304,7 +304,7 @@ impl Search<'_> {
         };
         let since = record.x.iter().map(|time| time - record.x[0]).collect();
         let columns = [vec![1.0; record.x.len()], since].into_iter();
-        record.beside = match self.baseline {
+        record.nuisance = match self.baseline {
             None => Vec::new(),
             Some(Baseline::Constant) => columns.take(1).collect(),
             Some(Baseline::Linear) => columns.collect(),
@@ -413,14 +413,14 @@ impl Search<'_> {
         };
         let mut slope = vec![0.0; record.x.len()];
         for side in [-1.0, 1.0] {
-            let beside = plain.record(place.contact_m + side * step)?;
-            let target = target_of(&beside, self.options, self.stop);
+            let moved = plain.record(place.contact_m + side * step)?;
+            let target = target_of(&moved, self.options, self.stop);
             let elements = Elements::from_variables(&place.start(&target));
             target.model(place.candidate, &elements, |n, stress| {
                 slope[n + 1] += side * stress.value * target.scale / (2.0 * step);
             });
         }
-        record.beside.push(slope);
+        record.nuisance.push(slope);
         Ok(record)
     }
 
@@ -432,11 +432,11 @@ impl Search<'_> {
         place: &Place,
     ) -> Result<Vec<Estimate>, IdentifyError> {
         let mut plain = record.clone();
-        plain.beside.clear();
+        plain.nuisance.clear();
         let target = target_of(&plain, self.options, self.stop);
         let elements = Elements::from_variables(&place.start(&target));
         let (rows, memory) = (target.len(), place.free.len());
-        let columns = memory + record.beside.len();
+        let columns = memory + record.nuisance.len();
         let mut matrix = DMatrix::zeros(rows, columns);
         let mut right = DVector::zeros(rows);
         let chosen = target.chosen();
@@ -445,7 +445,7 @@ impl Search<'_> {
             for (k, &variable) in place.free.iter().enumerate() {
                 matrix[(n, k)] = slope.by[variable] * target.scale;
             }
-            for (k, column) in record.beside.iter().enumerate() {
+            for (k, column) in record.nuisance.iter().enumerate() {
                 matrix[(n, memory + k)] = column[chosen[n]];
             }
         });
@@ -469,7 +469,7 @@ impl Search<'_> {
             (Some(_), true) => vec![("baseline_n", "N"), ("baseline_drift_n_per_s", "N/s")],
             (Some(_), false) => vec![("baseline_pa", "Pa"), ("baseline_drift_pa_per_s", "Pa/s")],
         };
-        names.truncate(record.beside.len() - usize::from(self.touch.is_some()));
+        names.truncate(record.nuisance.len() - usize::from(self.touch.is_some()));
         names.extend(self.touch.map(|_| ("contact_point_m", "m")));
         let named = names.into_iter().enumerate().map(|(k, (name, unit))| {
             let (column, is_contact) = (memory + k, unit == "m");

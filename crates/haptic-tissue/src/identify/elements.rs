@@ -14,7 +14,7 @@ pub(super) struct Candidate {
     ranges: [(f64, f64); VARIABLES],
     held: [bool; VARIABLES],
     /// Parameters that are looked for beside those of the model.
-    beside: usize,
+    nuisance: usize,
 }
 
 impl Candidate {
@@ -29,7 +29,7 @@ impl Candidate {
             kind,
             ranges,
             held: [false; VARIABLES],
-            beside: 0,
+            nuisance: 0,
         };
         for (variable, range) in ranges.iter_mut().enumerate() {
             if is_order(variable) {
@@ -72,8 +72,8 @@ impl Candidate {
     }
 
     /// Sets the number of parameters beside those of the model.
-    pub(super) const fn with_beside(self, beside: usize) -> Self {
-        Self { beside, ..self }
+    pub(super) const fn with_nuisance(self, nuisance: usize) -> Self {
+        Self { nuisance, ..self }
     }
 
     pub(super) const fn kind(self) -> ModelKind {
@@ -108,7 +108,7 @@ impl Candidate {
     /// Number of parameters to be fitted, with those beside the model.
     pub(super) fn parameters(self) -> usize {
         let ranges = self.ranges[..self.variables()].iter();
-        ranges.filter(|(low, high)| low < high).count() + self.beside
+        ranges.filter(|(low, high)| low < high).count() + self.nuisance
     }
 
     /// Low and high end of a variable; of a modulus ln V, infinite where it is not held.
@@ -130,10 +130,10 @@ impl Candidate {
 
     /// Share of each variable in a parameter: ln Vᵢ = aᵢ + αᵢ ln t₀; an order is its own variable.
     pub(super) fn shares(self, parameter: usize, ln_unit: f64) -> Vec<f64> {
-        let own = self.variable(parameter);
+        let first = self.variable(parameter);
         let mut shares = vec![0.0; self.variables()];
-        shares[own] = 1.0;
-        if let Some(order) = shares.get_mut(own + 1).filter(|_| !is_order(own)) {
+        shares[first] = 1.0;
+        if let Some(order) = shares.get_mut(first + 1).filter(|_| !is_order(first)) {
             *order = ln_unit;
         }
         shares

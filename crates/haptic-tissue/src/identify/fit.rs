@@ -134,7 +134,7 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
             }
         }
     });
-    let fitted = free.len() + target.beside;
+    let fitted = free.len() + target.nuisance;
     let independent = independent(&weighted, n / target.samples(), fitted);
     let freedom = (independent - fitted as f64).max(1.0);
     let certainty = Certainty {
@@ -146,7 +146,7 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
     let covariance = (certainty.spread.as_ref())
         .map(|spread| covariance(candidate, spread, certainty.variance, free, target.unit_s));
     let values = parameters(candidate, elements, target.unit_s);
-    let [aic, bic] = criteria(n, *sum, candidate.parameters() + target.beside);
+    let [aic, bic] = criteria(n, *sum, candidate.parameters() + target.nuisance);
     let fit = Fit {
         kind: candidate.kind(),
         parameters: estimates(

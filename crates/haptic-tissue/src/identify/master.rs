@@ -150,10 +150,10 @@ pub fn master_curve(
     let share = (reference_c - before) / (after - before);
     let nearest = if share < 0.5 { upper - 1 } else { upper };
     // From the reference on: sums over the pairs before each temperature.
-    let chain = |of: &dyn Fn(&Pair) -> f64| -> Vec<f64> {
+    let chain = |shift: &dyn Fn(&Pair) -> f64| -> Vec<f64> {
         let mut sums = vec![0.0];
         sums.extend(pairs.iter().scan(0.0, |sum, pair| {
-            *sum -= way * of(pair);
+            *sum -= way * shift(pair);
             Some(*sum)
         }));
         let zero = sums[upper - 1] + share * (sums[upper] - sums[upper - 1]);
@@ -178,8 +178,8 @@ pub fn master_curve(
     let laws = laws(&found, reference_c);
     let errors = pairs.iter().map(|pair| pair.error * pair.error);
     let missed = missed(&found, &laws, log10(libm::sqrt(errors.sum())));
-    record.said.extend(disagreement(&found, &pairs, by));
-    record.said.extend(missed.clone());
+    record.warnings.extend(disagreement(&found, &pairs, by));
+    record.warnings.extend(missed.clone());
     Ok(MasterCurve {
         record,
         reference_c,
@@ -315,13 +315,13 @@ fn levels(records: &[(f64, Record)]) -> Vec<Level> {
     }
     let mut start = 0;
     let levels = ends.into_iter().map(|end| {
-        let own = start..end;
+        let range = start..end;
         start = end;
-        let of = &records[own.clone()];
+        let level = &records[range.clone()];
         Level {
-            celsius: of.iter().map(|one| one.0).sum::<f64>() / of.len() as f64,
-            records: own,
-            curves: of.iter().map(|one| Curve::new(&one.1)).collect(),
+            celsius: level.iter().map(|one| one.0).sum::<f64>() / level.len() as f64,
+            records: range,
+            curves: level.iter().map(|one| Curve::new(&one.1)).collect(),
         }
     });
     levels.collect()
@@ -442,8 +442,8 @@ impl Curve {
 impl Level {
     fn ends(&self) -> [f64; 2] {
         let ends = self.curves.iter().map(Curve::ends);
-        ends.fold([f64::INFINITY, f64::NEG_INFINITY], |all, own| {
-            [all[0].min(own[0]), all[1].max(own[1])]
+        ends.fold([f64::INFINITY, f64::NEG_INFINITY], |all, pair| {
+            [all[0].min(pair[0]), all[1].max(pair[1])]
         })
     }
 
@@ -478,8 +478,8 @@ impl Level {
             }
         }
         let shift = 0.5 * (left + right);
-        let there = self.distance(other, shift, &moduli);
-        let [square, count, slopes] = there.or_else(|| self.distance(other, best, &moduli))?;
+        let halfway = self.distance(other, shift, &moduli);
+        let [square, count, slopes] = halfway.or_else(|| self.distance(other, best, &moduli))?;
         // Each distance is of two points with noise, and counts from both sides.
         let variance = 2.0 * square / (count - 1.0) / slopes.max(f64::MIN_POSITIVE);
         Some(Shifted {

@@ -94,7 +94,7 @@ pub(super) fn candidates(
         }
     }
     let stiffening = stiffening(options);
-    let beside = usize::from(options.stiffening && stiffening.0 < stiffening.1);
+    let nuisance = usize::from(options.stiffening && stiffening.0 < stiffening.1);
     let mut candidates = Vec::new();
     for &model in &options.candidates {
         if !CANDIDATES.contains(&model) {
@@ -117,7 +117,7 @@ pub(super) fn candidates(
             ));
         }
         match candidate {
-            Some(candidate) => candidates.push(candidate.with_beside(beside)),
+            Some(candidate) => candidates.push(candidate.with_nuisance(nuisance)),
             None if options.chosen == Some(model) => {
                 return wrong(match shows(model, kind) {
                     true => format!(

@@ -71,11 +71,11 @@ impl Touch {
         let chosen: Vec<usize> = (0..1)
             .chain(chosen(&self.time_s, self.time_s[0], most))
             .collect();
-        let of = |values: &[f64]| chosen.iter().map(|&i| values[i]).collect();
+        let chosen_of = |values: &[f64]| chosen.iter().map(|&i| values[i]).collect();
         Self {
-            time_s: of(&self.time_s),
-            depth_m: of(&self.depth_m),
-            force_n: of(&self.force_n),
+            time_s: chosen_of(&self.time_s),
+            depth_m: chosen_of(&self.depth_m),
+            force_n: chosen_of(&self.force_n),
             ..*self
         }
     }
@@ -110,7 +110,7 @@ pub struct Record {
     /// Of one motion of an indenter.
     pub(super) touch: Option<Touch>,
     /// Columns of which any sum may be in the stress beside the model's, such as a baseline; one number a sample.
-    pub(super) beside: Vec<Vec<f64>>,
+    pub(super) nuisance: Vec<Vec<f64>>,
     /// Of a creep whose stress was commanded: time since the first step, s, and size over the largest stress of each step; and
     /// the same with the steps a row later, where the rows leave that open.
     pub(super) steps: Vec<[f64; 2]>,
@@ -122,7 +122,7 @@ pub struct Record {
     /// Why the times of a motion are numbers of samples, if they are: only what has no memory is known then.
     pub(super) untimed: Option<String>,
     /// Sentences that a user should know.
-    pub(super) said: Vec<String>,
+    pub(super) warnings: Vec<String>,
 }
 
 impl Record {
@@ -159,7 +159,7 @@ impl Record {
         let pairs = record.first.windows(2);
         let rises = pairs.take_while(|pair| pair[1] > pair[0]).count();
         if rises >= FEW_RISES && record.first[rises] > RISE * record.first[0] {
-            record.said.push(format!(
+            record.warnings.push(format!(
                 "the modulus rises {rises} times before it falls, as in a ramp to the held strain: give {RAMP_TIME}, or a strain column"
             ));
         }
@@ -270,13 +270,13 @@ impl Record {
             }
         }
         let begin = steps[0][0];
-        let of = |n: usize| {
+        let times_and_sizes = |n: usize| {
             steps
                 .iter()
                 .map(|step| [step[n] - begin, step[2]])
                 .collect()
         };
-        let (early, late): (Vec<_>, Vec<_>) = (of(0), of(1));
+        let (early, late): (Vec<_>, Vec<_>) = (times_and_sizes(0), times_and_sizes(1));
         let rows = time_s.partition_point(|time| *time <= begin);
         let most = strain.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let since = time_s[rows..].iter().map(|time| time - begin).collect();
@@ -332,7 +332,7 @@ impl Record {
         if let [first, .., last] = record.x[..]
             && last <= ONE_FREQUENCY * first
         {
-            record.said.push(format!(
+            record.warnings.push(format!(
                 "all samples are of one frequency, {} rad/s, as in a sweep of amplitude or time: no other frequency is known from them; give a sweep of frequency",
                 Shown(first)
             ));
@@ -466,18 +466,18 @@ impl Record {
             force_n,
             specimen: *specimen,
         };
-        let mut said = Vec::new();
+        let mut warnings = Vec::new();
         if matches!(loading.kind, LoadingKind::Sphere | LoadingKind::Cone) {
             let inside: Vec<f64> = touch.depth_m.iter().map(|depth| depth.max(0.0)).collect();
             let (count, (kept, fall)) = (inside.len(), growing(&inside));
             if fall > NOISE {
-                said.push(format!(
+                warnings.push(format!(
                     "the depth falls back by {:.1} % of its largest, as an overshoot does: the contact is taken as if it did not shrink",
                     100.0 * fall
                 ));
             }
             if kept < count {
-                said.push(format!(
+                warnings.push(format!(
                     "the contact shrinks from {} on: {} samples of {count} are left out, because only growing contact is fitted",
                     match untimed {
                         None => format!("{} s", Shown(touch.time_s[kept - 1])),
@@ -495,7 +495,7 @@ impl Record {
             ContactPoint::Zero | ContactPoint::At(_) => REST,
         };
         let mut record = Self::touching(&touch, 0.0, rest)?;
-        record.said.extend(said);
+        record.warnings.extend(warnings);
         record.untimed = untimed;
         record.touch = Some(touch).filter(|_| !loading.kind.is_slab());
         Ok(record)
@@ -511,7 +511,7 @@ impl Record {
         let (mut time_s, mut force_n) = (touch.time_s.clone(), touch.force_n.clone());
         let depths = touch.depth_m.iter().map(|depth| depth - contact_m);
         let mut depth_m: Vec<f64> = depths.collect();
-        let mut said = Vec::new();
+        let mut warnings = Vec::new();
         if !specimen.loading().kind.is_slab() {
             let most = depth_m.iter().copied().fold(0.0, f64::max);
             if depth_m[0] > rest * (most - depth_m[0]) {
@@ -532,7 +532,7 @@ impl Record {
             let apart = depth_m.iter_mut().filter(|depth| **depth < 0.0);
             let count = apart.map(|depth| *depth = 0.0).count();
             if count > 0 {
-                said.push(format!(
+                warnings.push(format!(
                     "{count} samples with a depth below 0 are taken as without contact"
                 ));
             }
@@ -553,7 +553,7 @@ impl Record {
         if !motion.can_stiffen {
             record.forget_strain();
         }
-        record.said.extend(said);
+        record.warnings.extend(warnings);
         Ok(record)
     }
 
@@ -596,7 +596,7 @@ impl Record {
             all.motions.extend(other.motions);
             all.strain_to = (all.strain_to.zip(other.strain_to)).map(|(a, b)| a.max(b));
             all.untimed = all.untimed.or(other.untimed);
-            all.said.extend(other.said);
+            all.warnings.extend(other.warnings);
         }
         lengths(&all.x, &all.first, None)?;
         Ok(all)
@@ -625,8 +625,8 @@ impl Record {
         for values in strains.chain([&mut record.first, &mut record.second]) {
             values.iter_mut().for_each(|value| *value = -*value);
         }
-        let said = "strain and stress are read with the other sign, in which tissue stiffens";
-        record.said.push(said.to_owned());
+        let warning = "strain and stress are read with the other sign, in which tissue stiffens";
+        record.warnings.push(warning.to_owned());
         record
     }
 
@@ -639,7 +639,7 @@ impl Record {
     pub(super) fn with_strain_to(mut self, strain: f64) -> Self {
         self.strain_to = Some(strain);
         if strain > SMALL {
-            self.said.push(format!(
+            self.warnings.push(format!(
                 "the strain reaches {}: a linear law holds to about {SMALL}",
                 Shown(strain)
             ));
@@ -649,7 +649,7 @@ impl Record {
 
     /// Leaves out a strain that is not that of the specimen, and what was said of it.
     pub(super) fn forget_strain(&mut self) {
-        (self.strain_to, self.said) = (None, Vec::new());
+        (self.strain_to, self.warnings) = (None, Vec::new());
     }
 
     /// The kind decides what is compared: logarithms, or stresses of a motion.
@@ -707,14 +707,14 @@ impl Record {
         };
         let mut x = x;
         let begin = if oscillation { None } else { late_clock(&x) };
-        let said = begin.map(|begin| {
-            let said = format!(
+        let warning = begin.map(|begin| {
+            let warning = format!(
                 "the times are taken from {} s of the clock on, {} s before the first row, from where they are spread evenly in the logarithm",
                 Shown(begin),
                 Shown(digits(x[0] - begin))
             );
             x.iter_mut().for_each(|time| *time -= begin);
-            said
+            warning
         });
         positive(&x, what, unit)?;
         positive(&first, one, of)?;
@@ -730,7 +730,7 @@ impl Record {
         }
         increasing(&record.x, what, unit, |before, after| before > after)?;
         constant(&record.first, one, of)?;
-        record.said.extend(said);
+        record.warnings.extend(warning);
         Ok(record)
     }
 
@@ -742,7 +742,7 @@ impl Record {
         let (x, first): (Vec<f64>, Vec<f64>) = kept.unzip();
         let left_out = self.x.len() - x.len();
         if left_out > 0 && x.len() >= FEW_RESOLVED {
-            self.said.push(format!(
+            self.warnings.push(format!(
                 "{left_out} samples are below {RESOLVED:e} of the largest modulus, which no instrument resolves: they do not count"
             ));
             (self.x, self.first) = (x, first);
@@ -757,13 +757,13 @@ impl Record {
             second,
             motions: Vec::new(),
             touch: None,
-            beside: Vec::new(),
+            nuisance: Vec::new(),
             steps: Vec::new(),
             later: Vec::new(),
             is_absolute: false,
             strain_to: None,
             untimed: None,
-            said: Vec::new(),
+            warnings: Vec::new(),
         }
     }
 

@@ -128,12 +128,12 @@ pub(super) fn stiffened(
     };
     let mut valley = valleys.remove(chosen);
     let (kind, b) = (valley.candidate.kind(), valley.lowest().b);
-    let there = Options {
+    let single = Options {
         candidates: vec![kind],
         chosen: Some(kind),
         ..options.clone()
     };
-    let mut found = identified(&record.stiffened(b), &there, stop, &|_| ())?;
+    let mut found = identified(&record.stiffened(b), &single, stop, &|_| ())?;
     let limit = valley.limit();
     let mut low = valley.end(b, &limit, false);
     let mut high = valley.end(b, &limit, true);
@@ -161,7 +161,7 @@ pub(super) fn stiffened(
     found.warnings.extend(advice::simpler(best, &found.fits));
     let linear = valley.points.first().filter(|point| point.b <= 0.0);
     let linear = linear.map(|point| {
-        let (alone, target) = (valley.candidate.with_beside(0), search.target(point.b));
+        let (alone, target) = (valley.candidate.with_nuisance(0), search.target(point.b));
         let [_, bic] = whitened::criteria(alone, &target, &point.best);
         (point.fit.rms, bic)
     });

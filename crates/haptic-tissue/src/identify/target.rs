@@ -52,7 +52,7 @@ pub(super) struct Target<'a> {
     pub(super) middle: f64,
     pub(super) span: f64,
     /// Numbers that are fitted beside those of the model.
-    pub(super) beside: usize,
+    pub(super) nuisance: usize,
     /// ln of the middle of the record over the unit of time: 0 but in seconds.
     pub(super) shift: f64,
     /// A sum of squares that counts as 0.
@@ -159,7 +159,7 @@ impl<'a> Target<'a> {
             scale,
             middle: 0.5 * (low + high) * sign,
             span: high - low,
-            beside: 0,
+            nuisance: 0,
             shift: 0.0,
             exact: EXACT * EXACT * count,
             lengths: vec![count as usize / parts; parts],
@@ -199,7 +199,7 @@ impl<'a> Target<'a> {
                 }
             })
             .collect();
-        let history = History::new(&motions, &record.beside);
+        let history = History::new(&motions, &record.nuisance);
         let (scale, count) = (history.stress_scale, history.chosen.len() as f64);
         let compared = |range: &Range<usize>| {
             let before = |end: usize| history.chosen.partition_point(|&n| n < end);
@@ -212,7 +212,7 @@ impl<'a> Target<'a> {
             scale,
             middle: libm::log(scale / history.strain_scale),
             span: 2.0,
-            beside: record.beside.len(),
+            nuisance: record.nuisance.len(),
             shift: 0.0,
             exact: EXACT * EXACT * count,
             lengths: samples.iter().map(compared).collect(),
@@ -297,12 +297,12 @@ impl<'a> Target<'a> {
                 let step = samples.div_ceil(most).max(1);
                 let last = (!(samples - 1).is_multiple_of(step)).then_some(samples - 1);
                 let chosen: Vec<usize> = (0..samples).step_by(step).chain(last).collect();
-                let of = |values: &[f64]| -> Vec<f64> {
+                let chosen_of = |values: &[f64]| -> Vec<f64> {
                     let part = |n: usize| chosen.iter().map(move |&i| values[n * samples + i]);
                     (0..values.len() / samples).flat_map(part).collect()
                 };
                 let rows = match &self.rows {
-                    Rows::Sampled(quantity, ln_x) => Rows::Sampled(*quantity, of(ln_x)),
+                    Rows::Sampled(quantity, ln_x) => Rows::Sampled(*quantity, chosen_of(ln_x)),
                     Rows::Stepped(stepped) => Rows::Stepped(Stepped {
                         since: chosen.iter().map(|&i| stepped.since[i].clone()).collect(),
                         chosen: chosen.iter().map(|&i| stepped.chosen[i]).collect(),
@@ -310,7 +310,7 @@ impl<'a> Target<'a> {
                     }),
                     other @ (Rows::History(_) | Rows::Binned(_)) => other.clone(),
                 };
-                (rows, of(wanted), of(roots))
+                (rows, chosen_of(wanted), chosen_of(roots))
             }
         };
         Self {
@@ -326,12 +326,12 @@ impl<'a> Target<'a> {
     /// Residuals series by series.
     pub(super) fn series<'b>(&self, all: &'b [f64]) -> Vec<&'b [f64]> {
         let mut rest = all;
-        let own = |length: &usize| {
-            let own;
-            (own, rest) = rest.split_at(*length);
-            own
+        let part = |length: &usize| {
+            let part;
+            (part, rest) = rest.split_at(*length);
+            part
         };
-        self.lengths.iter().map(own).collect()
+        self.lengths.iter().map(part).collect()
     }
 
     /// Filters the residuals by a model of the noise.
@@ -344,12 +344,12 @@ impl<'a> Target<'a> {
 
     /// Averages neighbours of a long sampled record, so that about [`AVERAGED`] values remain.
     pub(super) fn averaged(&self) -> Self {
-        let (samples, mut own) = (self.samples(), self.clone());
+        let (samples, mut averaged) = (self.samples(), self.clone());
         let Rows::Sampled(quantity, ln_x) = &self.rows else {
-            return own;
+            return averaged;
         };
         if samples <= AVERAGED {
-            return own;
+            return averaged;
         }
         let block = samples.div_ceil(AVERAGED);
         let means = |values: &[f64]| -> Vec<f64> {
@@ -358,11 +358,11 @@ impl<'a> Target<'a> {
                 .map(|part| part.iter().sum::<f64>() / part.len() as f64)
                 .collect()
         };
-        own.rows = Rows::Sampled(*quantity, means(ln_x));
-        (own.wanted, own.roots) = (means(&self.wanted), means(&self.roots));
-        own.lengths = self.lengths.iter().map(|n| n.div_ceil(block)).collect();
-        own.exact = EXACT * EXACT * own.roots.len() as f64;
-        own
+        averaged.rows = Rows::Sampled(*quantity, means(ln_x));
+        (averaged.wanted, averaged.roots) = (means(&self.wanted), means(&self.roots));
+        averaged.lengths = self.lengths.iter().map(|n| n.div_ceil(block)).collect();
+        averaged.exact = EXACT * EXACT * averaged.roots.len() as f64;
+        averaged
     }
 
     /// Calls `each` with number, weight root, residual and its derivatives; false if a number is not finite, or the fit is to end.
@@ -465,12 +465,14 @@ impl<'a> Target<'a> {
     pub(super) fn values(&self, record: &Record) -> (Vec<f64>, Vec<f64>) {
         match &self.rows {
             Rows::History(history) => {
-                let of = |values: &[f64]| history.chosen.iter().map(|&i| values[i]).collect();
-                (of(&record.x), of(&record.second))
+                let chosen_of =
+                    |values: &[f64]| history.chosen.iter().map(|&i| values[i]).collect();
+                (chosen_of(&record.x), chosen_of(&record.second))
             }
             Rows::Stepped(stepped) => {
-                let of = |values: &[f64]| stepped.chosen.iter().map(|&i| values[i]).collect();
-                (of(&record.x), of(&record.first))
+                let chosen_of =
+                    |values: &[f64]| stepped.chosen.iter().map(|&i| values[i]).collect();
+                (chosen_of(&record.x), chosen_of(&record.first))
             }
             Rows::Sampled(..) | Rows::Binned(_) => {
                 let values = [&record.first[..], &record.second].concat();
@@ -485,15 +487,15 @@ impl<'a> Target<'a> {
             return vec![all];
         };
         let (mut rest, mut begin) = (all, 0);
-        let of = |motion: &Motion| {
+        let part = |motion: &Motion| {
             begin += motion.samples;
             let end = history.chosen.partition_point(|&i| i < begin);
             let count = end - (all.len() - rest.len());
-            let own;
-            (own, rest) = rest.split_at(count);
-            own
+            let residuals;
+            (residuals, rest) = rest.split_at(count);
+            residuals
         };
-        record.motions.iter().map(of).collect()
+        record.motions.iter().map(part).collect()
     }
 
     /// Replaces the target values: logarithms, or stresses over their scale.
@@ -585,14 +587,14 @@ fn roots_of_motions(record: &Record, chosen: &[usize], scale: f64) -> Vec<f64> {
         let stresses = chosen[first..end].iter().map(|&i| record.second[i]);
         let square = stresses.map(|stress| stress * stress).sum::<f64>();
         let count = (end - first) as f64;
-        let own = motion.noise.unwrap_or(1.0);
+        let size = motion.noise.unwrap_or(1.0);
         let stress = libm::sqrt(square / count).max(f64::MIN_POSITIVE);
-        ln_share += count * libm::log(own / stress);
-        noise.extend(std::iter::repeat_n(own, end - first));
+        ln_share += count * libm::log(size / stress);
+        noise.extend(std::iter::repeat_n(size, end - first));
         first = end;
     }
     let share = libm::exp(ln_share / chosen.len() as f64);
-    noise.iter().map(|own| share * scale / own).collect()
+    noise.iter().map(|size| share * scale / size).collect()
 }
 
 #[cfg(test)]
@@ -626,13 +628,13 @@ mod tests {
                     slopes
                 };
                 for v in 0..candidate.parameters() {
-                    let beside = [-STEP, STEP].map(|step| {
+                    let neighbours = [-STEP, STEP].map(|step| {
                         let mut values = values;
                         values[v] += step;
                         at(&values)
                     });
                     for (n, slope) in at(&values).iter().enumerate() {
-                        let want = (beside[1][n].value - beside[0][n].value) / (2.0 * STEP);
+                        let want = (neighbours[1][n].value - neighbours[0][n].value) / (2.0 * STEP);
                         let error = (slope.by[v] - want).abs();
                         assert!(
                             error < 1e-7,

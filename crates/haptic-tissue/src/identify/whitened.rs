@@ -41,15 +41,15 @@ fn residuals(candidate: Candidate, target: &Target<'_>, elements: &Elements) -> 
 /// anything.
 pub(super) fn criteria(candidate: Candidate, target: &Target<'_>, best: &Best) -> [f64; 2] {
     let plain = target.averaged();
-    let numbers = candidate.parameters() + target.beside;
-    let of = |noise: &Autoregression, elements: &Elements| {
+    let numbers = candidate.parameters() + target.nuisance;
+    let with = |noise: &Autoregression, elements: &Elements| {
         let left = residuals(candidate, &plain, elements);
         let deviance = noise.deviance(&plain.series(&left), EXACT);
         criteria_of(plain.len(), deviance, numbers + noise.order())
     };
-    let as_they_are = of(&Autoregression::default(), &best.elements);
+    let as_they_are = with(&Autoregression::default(), &best.elements);
     let filtered =
-        filtered(candidate, &plain, best).map(|(noise, best)| of(&noise, &best.elements));
+        filtered(candidate, &plain, best).map(|(noise, best)| with(&noise, &best.elements));
     filtered
         .filter(|[_, bic]| *bic < as_they_are[1])
         .unwrap_or(as_they_are)

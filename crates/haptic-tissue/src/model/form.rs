@@ -29,7 +29,7 @@ impl Form {
         &self,
         element: impl Fn(&SpringPot) -> T,
         branch: impl Fn(&MaxwellBranch) -> T,
-        beside: impl Fn(T, T) -> T,
+        parallel: impl Fn(T, T) -> T,
         series: impl Fn(T, T) -> T,
     ) -> T {
         let spring = |size: f64| element(&SpringPot::new(size, 0.0));
@@ -38,11 +38,11 @@ impl Form {
             Self::Two(two) => {
                 let [first, second] = [&two.first, &two.second].map(&element);
                 let parts = [first, second, spring(two.spring_pa)];
-                two.joint.of(parts, beside, series)
+                two.joint.of(parts, parallel, series)
             }
             Self::Branches(spring_pa, branches) => {
                 let branches = branches.iter().map(branch);
-                branches.fold(spring(*spring_pa), beside)
+                branches.fold(spring(*spring_pa), parallel)
             }
         }
     }
