@@ -214,9 +214,9 @@ pub fn count(f: impl Fn(&Arc) -> Enclosed) -> StabilityVerdict {
         if value.norm() <= BEYOND * arc.half_width() * rate {
             return Known::Unclear;
         }
-        let there = at(arc.high);
-        winding.turned += (there / here).arg();
-        here = there;
+        let end = at(arc.high);
+        winding.turned += (end / here).arg();
+        here = end;
         Known::Clear
     });
     winding.counted(is_proved, WHOLE)

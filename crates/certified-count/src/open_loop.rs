@@ -231,8 +231,8 @@ fn zeros<L: OpenLoop + ?Sized>(open: &L, function: &Real) -> Vec<f64> {
         let middle = open.terms(0.5 * (low + high));
         todo.extend([(a, middle), (middle, b)]);
     }
-    let beside = |theta: &f64| [1.0 - FLAT, 1.0 + FLAT].map(|share| open.terms(theta * share));
-    found.retain(|theta| noise == 0.0 || !beside(theta).iter().any(is_noise));
+    let neighbours = |theta: &f64| [1.0 - FLAT, 1.0 + FLAT].map(|share| open.terms(theta * share));
+    found.retain(|theta| noise == 0.0 || !neighbours(theta).iter().any(is_noise));
     found
 }
 

@@ -277,14 +277,17 @@ impl Law {
         let limits = list
             .limits
             .map(|limit| limit.clamp(-F::LARGEST, F::LARGEST));
-        let numbers = parameters.clone().map(|own| own.number).chain(limits);
+        let numbers = parameters
+            .clone()
+            .map(|parameter| parameter.number)
+            .chain(limits);
         let numbers: Vec<String> = numbers.map(literal).collect();
         let refused = parameters.clone().map(|Parameter { name, is_gain, .. }| {
             let zero = format!("to->{name} == 0e0 || ");
             let zero = if *is_gain { &*zero } else { "" };
             format!("{zero}!@_is_finite(to->{name}) || ")
         });
-        let parameters = parameters.map(|own| format!("    double {};\n", own.name));
+        let parameters = parameters.map(|parameter| format!("    double {};\n", parameter.name));
         let members = self
             .members
             .iter()

@@ -121,14 +121,14 @@ pub(crate) struct Operator {
 impl Operator {
     pub(crate) fn new<F: CNumber>(list: &OperatorList<F>) -> Result<Self, HeaderError> {
         let core = form::core(list)?;
-        let own = plain(core, list.integer);
+        let fields = plain(core, list.integer);
         if list.filter.is_empty() {
-            return Ok(own);
+            return Ok(fields);
         }
         let filter = plain(form::filter(&list.filter)?, 0);
         Ok(Self {
-            words: format!("{}, {} behind", own.words, filter.words),
-            code: own.code.replace('@', "@_memory")
+            words: format!("{}, {} behind", fields.words, filter.words),
+            code: fields.code.replace('@', "@_memory")
                 + &filter.code.replace('@', "@_filter")
                 + SERIES,
         })
@@ -223,14 +223,14 @@ static inline real @_step(@_t *self, real x)
 
 fn fields(core: Core, integer: i8) -> Vec<Field> {
     let mut fields = core.fields;
-    let own: &[&str] = match integer {
+    let sums: &[&str] = match integer {
         2 => &["base", "slope"],
         1 => &["base"],
         -1 => &["core_past", "inner", "inner_carry"],
         -2 => &["core_past", "inner", "inner_carry", "outer", "outer_carry"],
         _ => &[],
     };
-    fields.extend(own.iter().map(|name| Field::Real(name)));
+    fields.extend(sums.iter().map(|name| Field::Real(name)));
     fields.push(Field::Real("past"));
     fields
 }

@@ -86,8 +86,8 @@ fn decoupled(h: &mut Vec<Vec<Complex<f64>>>) -> Vec<Complex<f64>> {
         let mut found = None;
         for step in 1..=STEPS {
             let alone = |k: &usize| {
-                let beside = size(h[k - 1][k - 1]) + size(h[*k][*k]);
-                size(h[*k][k - 1]) <= f64::EPSILON * beside
+                let neighbours = size(h[k - 1][k - 1]) + size(h[*k][*k]);
+                size(h[*k][k - 1]) <= f64::EPSILON * neighbours
             };
             let first = (1..=last).rev().find(alone).unwrap_or(0);
             if last - first <= 1 {

@@ -84,7 +84,7 @@ pub(crate) struct QuarterTurn {
 impl QuarterTurn {
     pub(crate) fn new(size: usize) -> Self {
         let coarse = size.min(1024);
-        let angle = |k: usize, of: usize| FRAC_PI_2 * (k as f64 / of as f64);
+        let angle = |k: usize, count: usize| FRAC_PI_2 * (k as f64 / count as f64);
         // From the nearer end, where an angle has more digits.
         let exact = |k: usize| {
             if 2 * k <= coarse {

@@ -129,7 +129,7 @@ impl Polynomial<'_> {
 
     /// The coefficients for places of the size 2^unit.
     fn in_unit(&mut self, unit: i32) -> &[f64] {
-        let known = self.scaled.iter().position(|(own, _)| *own == unit);
+        let known = self.scaled.iter().position(|(known, _)| *known == unit);
         let place = known.unwrap_or_else(|| {
             let powers = || self.own.iter().zip(0..).map(|(c, k)| (*c, unit * k));
             let used = powers().filter(|(c, _)| *c != 0.0);

@@ -167,10 +167,13 @@ impl<F: Real> Differintegrator<F> for ShortMemoryVec<F> {
 
     fn advance_many<const D: usize>(&self, histories: [&mut Self::History; D], x: [F; D]) {
         let length = self.taps.len();
-        if histories.iter().all(|own| own.ring.length() == length) {
-            let axes = histories.map(|own| {
-                let (samples, newest) = own.ring.parts();
-                (samples, newest, &mut own.past)
+        if histories
+            .iter()
+            .all(|history| history.ring.length() == length)
+        {
+            let axes = histories.map(|history| {
+                let (samples, newest) = history.ring.parts();
+                (samples, newest, &mut history.past)
             });
             crate::fir::advance_many(axes, &self.taps[1..], x);
         } else {

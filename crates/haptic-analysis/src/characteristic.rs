@@ -58,8 +58,8 @@ impl<'a> Characteristic<'a> {
     pub(crate) fn node(&self, theta: f64) -> Node {
         let place = Place::new(theta);
         let turn = place.w * Complex::new(0.0, 1.0); // dv/dθ = jw
-        let own = self.plant.denominator_in_v();
-        let plant = jet_in_v(own, &place);
+        let denominator = self.plant.denominator_in_v();
+        let plant = jet_in_v(denominator, &place);
         let first = self.plant.path().whole_samples() + 1;
         let delays = w_to(&place, first);
         let (shape, slope) = powers_in_v(self.plant.numerator_in_v(), place.v);
@@ -69,7 +69,7 @@ impl<'a> Characteristic<'a> {
             value * Complex::new(0.0, -(first as f64)) + delays * turn * slope,
         );
         let operator = self.operator.node(&place);
-        let size = size_in_v(own, place.size_v);
+        let size = size_in_v(denominator, place.size_v);
         let (terms, rough) = self.terms(&place, plant, size, gain, &operator);
         Node {
             place,
@@ -159,11 +159,11 @@ impl<'a> Characteristic<'a> {
             return [divided(plant), divided(gain), gain.times(above)];
         };
         let (a, b) = (&a.place, &b.place);
-        let of = |coefficients: &[f64]| {
+        let valued = |coefficients: &[f64]| {
             let [jet_a, jet_b] = [a, b].map(|place| jet_in_v(coefficients, place));
             bounds_in_v(coefficients, a, b, &jet_a, &jet_b)
         };
-        let (e, u, v) = (of(&behind.e), of(&behind.u), of(&[0.0, 1.0]));
+        let (e, u, v) = (valued(&behind.e), valued(&behind.u), valued(&[0.0, 1.0]));
         let seen = plant.times(u).plus(gain.times(e));
         [
             divided(plant.times(e)),

@@ -234,11 +234,11 @@ impl Decomposition<'_> {
     }
 
     /// The angle in (a, b) at which `of` changes sign, for samples that bracket it.
-    pub(crate) fn solve(&self, a: &Sample, b: &Sample, of: impl Fn(&Sample) -> f64) -> Sample {
+    pub(crate) fn solve(&self, a: &Sample, b: &Sample, value: impl Fn(&Sample) -> f64) -> Sample {
         let (mut low, mut high) = (a.theta, b.theta);
-        let (mut at_low, mut at_high) = (of(a), of(b));
+        let (mut at_low, mut at_high) = (value(a), value(b));
         let mut best = if at_low.abs() < at_high.abs() { *a } else { *b };
-        let mut least = of(&best).abs();
+        let mut least = value(&best).abs();
         // Regula falsi with the Illinois weight; bisection where it is slow.
         for step in 0..80 {
             if high - low <= 4.0 * f64::EPSILON * high || at_low == 0.0 || at_high == 0.0 {
@@ -251,7 +251,7 @@ impl Decomposition<'_> {
             };
             let theta = low + (high - low) * share.clamp(1e-3, 1.0 - 1e-3);
             let sample = self.sample(theta);
-            let value = of(&sample);
+            let value = value(&sample);
             if value.abs() < least {
                 (best, least) = (sample, value.abs());
             }

@@ -56,9 +56,9 @@ pub(crate) fn largest(
         // q has no bound where p is steepest: start right of the largest root instead.
         start *= 16.0;
         let worst = supremum(start)?;
-        let there = tangent(worst.theta, start);
-        if worst.value >= delta && there.0 > 0.0 {
-            (worst_theta, (slope, given)) = (worst.theta, there);
+        let at_worst = tangent(worst.theta, start);
+        if worst.value >= delta && at_worst.0 > 0.0 {
+            (worst_theta, (slope, given)) = (worst.theta, at_worst);
         }
     }
     let mut value = f64::INFINITY;

@@ -52,9 +52,9 @@ impl SampledLoop<'_> {
         let count = libm::ceil(turn).clamp(PARTS[0], PARTS[1]);
         let parts = 0..count as u32;
         let mores: Vec<f64> = parts.map(|part| f64::from(part) / count).collect();
-        let own = self.plant().path().delay_samples();
+        let delay = self.plant().path().delay_samples();
         let later = |samples: f64| {
-            let total = own + samples;
+            let total = delay + samples;
             let prompt = self.delayed_by(total - libm::floor(total))?;
             let whole = libm::rint(total - prompt.plant().path().delay_samples());
             // Of the prompt one, whose numerator behind this part of a sample is worked out.

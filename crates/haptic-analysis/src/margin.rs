@@ -117,8 +117,8 @@ impl OpenLoop for Open<'_, '_> {
 
     fn bounds(&self, a: &Terms<Node>, b: &Terms<Node>) -> [Bounds; 2] {
         let [plant, stiff, fractional] = self.0.characteristic.bounds(&a.node, &b.node);
-        let sum = |of: fn(&Bounds) -> f64| {
-            product(self.0.alpha, of(&stiff)) + product(self.0.beta, of(&fractional))
+        let sum = |bound: fn(&Bounds) -> f64| {
+            product(self.0.alpha, bound(&stiff)) + product(self.0.beta, bound(&fractional))
         };
         let feedback = Bounds {
             size: sum(|bounds| bounds.size),

@@ -71,7 +71,7 @@ impl NoiseGain {
     #[must_use]
     pub fn of_wall(&self, stiffness_n_per_m: f64, dissipation_n_s_mu_per_m: f64) -> f64 {
         let (k, b) = (stiffness_n_per_m, dissipation_n_s_mu_per_m);
-        let own = b * self.all;
-        libm::sqrt(k * k + 2.0 * k * b * self.first + own * own)
+        let share = b * self.all;
+        libm::sqrt(k * k + 2.0 * k * b * self.first + share * share)
     }
 }

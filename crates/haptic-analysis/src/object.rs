@@ -85,10 +85,10 @@ impl<'a> CoupledLoop<'a> {
     ) -> Result<Self, AnalysisError> {
         let (order, t) = (coupler.order().get(), coupler.sample_time_s());
         let wanted = 1.0 - order;
-        let own = difference.order().get();
-        let fits = (own - wanted).abs() < 1e-12;
+        let order = difference.order().get();
+        let fits = (order - wanted).abs() < 1e-12;
         let allowed = "1 less the order of the coupler, which is from 0 to 1";
-        range("order of the coupler's operator", own, fits, allowed, "")?;
+        range("order of the coupler's operator", order, fits, allowed, "")?;
         let m = positive("mass", device.mass_kg, "kg")?;
         let mass = not_negative("object mass", object.mass_kg, "kg")?;
         let damping = not_negative("object damping", object.damping_n_s_per_m, "N·s/m")?;

@@ -144,11 +144,11 @@ impl Outline<'_> {
     }
 
     /// The distance from a point to everything but its own piece.
-    fn clearance(&self, own: &Piece, at: [f64; 2]) -> f64 {
+    fn clearance(&self, excluded: &Piece, at: [f64; 2]) -> f64 {
         let others = self
             .pieces
             .iter()
-            .filter(|piece| !std::ptr::eq(*piece, own));
+            .filter(|piece| !std::ptr::eq(*piece, excluded));
         let chords = others.flat_map(|piece| piece.samples.windows(2));
         chords.fold(f64::INFINITY, |least, pair| {
             least.min(distance_to_chord(at, pair[0].point, pair[1].point))

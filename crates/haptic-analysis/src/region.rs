@@ -164,7 +164,7 @@ fn reach(characteristic: &Characteristic) -> Result<f64, AnalysisError> {
     let largest = at_nyquist.norm() + operator.variation(0.0, PI);
     let passive: f64 = plant.denominator().iter().map(|a| a.abs()).sum();
     let gain = plant.numerator().iter().map(|n| n.abs()).sum::<f64>() * (largest / direct).max(1.0);
-    let own = |power: usize| plant.denominator().get(power).map_or(0.0, |a| a.abs());
+    let coefficient = |power: usize| plant.denominator().get(power).map_or(0.0, |a| a.abs());
     // The coefficient of w^p of a stable F, less the plant's own.
     let coefficient = |power: usize, reach: f64| {
         let lambda = libm::log(passive + gain * reach);
@@ -176,7 +176,7 @@ fn reach(characteristic: &Characteristic) -> Result<f64, AnalysisError> {
             let k = k as f64;
             term *= 2.0 * lambda * (power as f64 - k) / (k * (k + 1.0));
         }
-        own(power) + sum
+        coefficient(power) + sum
     };
     let power = plant.path().whole_samples() + 1;
     let n = |power: usize| plant.numerator().get(power).copied().unwrap_or(0.0);

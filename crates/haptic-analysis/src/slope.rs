@@ -155,11 +155,11 @@ impl SampledLoop<'_> {
 
     /// The plant has a second pole at rest, or one so near to rest that rounding decides where it is.
     fn is_blurred(&self) -> bool {
-        let own = self.plant().denominator_in_v();
-        let clear = BOUNDARY * own.iter().map(|c| c.abs()).sum::<f64>();
-        match own[0] == 0.0 {
-            true => own[1].abs() <= clear,
-            false => own[0].abs() <= clear,
+        let denominator = self.plant().denominator_in_v();
+        let clear = BOUNDARY * denominator.iter().map(|c| c.abs()).sum::<f64>();
+        match denominator[0] == 0.0 {
+            true => denominator[1].abs() <= clear,
+            false => denominator[0].abs() <= clear,
         }
     }
 
@@ -325,29 +325,32 @@ impl<'a, 'b> Search<'a, 'b> {
 
     fn point(&self, theta: f64) -> Point {
         let terms = Open(self.subject).terms(theta);
-        let (node, [own, feedback]) = (terms.node, terms.parts);
+        let (node, [plant, feedback]) = (terms.node, terms.parts);
         let parts = if self.drifts {
             // s = |v| = 2 sin(θ/2),  u = |v|/v = −je^(jθ/2)
             let (sin, cos) = libm::sincos(0.5 * theta);
             let size = Jet::new((2.0 * sin).into(), cos.into());
             let turn = Jet::new(Complex::new(sin, -cos), Complex::new(0.5 * cos, 0.5 * sin));
-            let own = jet_in_v(self.denominator(), &node.place);
-            [own.times(node.operator.denominator), feedback, size, turn]
+            let plant = jet_in_v(self.denominator(), &node.place);
+            [plant.times(node.operator.denominator), feedback, size, turn]
         } else {
-            [own, feedback, Jet::ONE, Jet::ONE]
+            [plant, feedback, Jet::ONE, Jet::ONE]
         };
         let [plant, feedback, near, turn] = parts;
         let near = near.value.re;
-        let own = size_in_v(self.denominator(), node.place.size_v)
+        let magnitude = size_in_v(self.denominator(), node.place.size_v)
             * node.operator.denominator.value.norm();
         let fed = self.subject.alpha * node.rough[1] + self.subject.beta * node.rough[2];
         // A term that falls towards rest loses no more than its share to rounding.
-        let rates = plant.rate.norm() * fed + own * feedback.rate.norm();
+        let rates = plant.rate.norm() * fed + magnitude * feedback.rate.norm();
         let row = Row {
             theta,
             weight: near * plant.value.norm_sqr(),
             turned: turn.value * feedback.value * plant.value.conj(),
-            sizes: [near * own * own, near * own * fed + theta * rates],
+            sizes: [
+                near * magnitude * magnitude,
+                near * magnitude * fed + theta * rates,
+            ],
         };
         Point {
             terms,
@@ -557,10 +560,10 @@ impl<'a, 'b> Search<'a, 'b> {
                 .operator_bounds(&a.terms.node, &b.terms.node);
             plant = bounds_in_v(self.denominator(), low, high, &jet_a, &jet_b).times(below);
             let width = b.theta() - a.theta();
-            let of = |k: usize, rate: f64, bend: f64| {
+            let jet = |k: usize, rate: f64, bend: f64| {
                 Bounds::from_ends(&a.parts[k], &b.parts[k], width, rate, bend)
             };
-            (size, turn) = (of(2, 1.0, 0.5), of(3, 0.5, 0.25));
+            (size, turn) = (jet(2, 1.0, 0.5), jet(3, 0.5, 0.25));
         }
         let lighter = Bounds {
             size: 1.0 / slope,

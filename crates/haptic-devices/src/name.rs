@@ -101,7 +101,7 @@ impl<'a> Settings<'a> {
                 kind,
                 keys: keys.join(", "),
             })?;
-            if pairs.iter().any(|(there, _)| *there == key) {
+            if pairs.iter().any(|(known, _)| *known == key) {
                 let key = key.to_owned();
                 return Err(NameError::Twice { key });
             }
@@ -111,7 +111,7 @@ impl<'a> Settings<'a> {
     }
 
     pub(crate) fn text(&self, key: &str) -> Option<&'a str> {
-        let found = self.pairs.iter().find(|(there, _)| *there == key);
+        let found = self.pairs.iter().find(|(known, _)| *known == key);
         found.map(|(_, value)| *value)
     }
 
@@ -206,14 +206,14 @@ mod tests {
             assert_eq!(metres, Ok(0.02), "{length}");
         }
         let heavy = read("x,radius=2kg").expect("reads");
-        let said = heavy.metres("radius", 0.0..=1.0, 1.0).expect_err("a mass");
+        let refusal = heavy.metres("radius", 0.0..=1.0, 1.0).expect_err("a mass");
         assert_eq!(
-            said.to_string(),
+            refusal.to_string(),
             "radius: \"2kg\" is not a length: give a finite number, with one of the units m, cm, mm, um, µm, nm or none for SI"
         );
         let far = read("x,radius=2m").expect("reads");
-        let said = far.metres("radius", 0.0..=1.0, 1.0).expect_err("too far");
-        assert_eq!(said.to_string(), "radius = \"2m\" is not in [0, 1] m");
+        let refusal = far.metres("radius", 0.0..=1.0, 1.0).expect_err("too far");
+        assert_eq!(refusal.to_string(), "radius = \"2m\" is not in [0, 1] m");
         let choice = far.choice("radius", &[("1", 1), ("2", 2)], 1);
         assert_eq!(
             choice.expect_err("none").to_string(),

@@ -72,7 +72,7 @@ impl Lettering {
                     space = space.or((!letters.is_empty()).then_some(here));
                     continue;
                 }
-                let spaced = space.take().map(|there| (' ', there));
+                let spaced = space.take().map(|place| (' ', place));
                 for (letter, (scale, raise)) in spaced.into_iter().chain([(letter, here)]) {
                     let glyph = self.0.glyph_index(letter).unwrap_or(GlyphId(0));
                     if let Some(before) = letters.last() {

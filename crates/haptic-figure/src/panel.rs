@@ -174,7 +174,7 @@ impl Panel {
             let y = frame.height - 0.5 * f64::from(size);
             Text::new(&label, x, y, size).anchored(Anchor::Middle)
         });
-        let beside = (!self.y.own_label().is_empty()).then(|| {
+        let name = (!self.y.own_label().is_empty()).then(|| {
             let (label, size) = fit(self.y.own_label(), sizes.label, frame.height);
             let widest = (self.widest_y_label(sizes)).max(2.0 * f64::from(sizes.tick));
             let half = 0.5 * f64::from(size);
@@ -184,7 +184,7 @@ impl Panel {
                 ..Text::new(&label, x, y, size).anchored(Anchor::Middle)
             }
         });
-        below.into_iter().chain(beside)
+        below.into_iter().chain(name)
     }
 
     fn widest_y_label(&self, sizes: Sizes) -> f64 {
@@ -245,9 +245,9 @@ fn tick_labels(frame: Frame, x_ticks: &[Tick], y_ticks: &[Tick]) -> impl Iterato
         let text = Text::new(tick.label.as_ref()?, edges.x(tick.fraction), bottom, size);
         Some(text.anchored(Anchor::Middle))
     });
-    let beside = y_ticks.iter().filter_map(move |tick| {
+    let labels = y_ticks.iter().filter_map(move |tick| {
         let y = edges.y(tick.fraction) + HALF_DIGIT * f64::from(size);
         Some(Text::new(tick.label.as_ref()?, left, y, size).anchored(Anchor::End))
     });
-    below.chain(beside)
+    below.chain(labels)
 }

@@ -192,8 +192,8 @@ type Ends = Option<(f64, f64)>;
 /// The ends of both axes for these points, with one scale for both.
 fn ranges(curves: [&[(f64, f64)]; 3]) -> (Ends, Ends) {
     let points = || curves.into_iter().flatten();
-    let ends = |of: fn(&(f64, f64)) -> f64| {
-        let values = || points().map(of).filter(|value| value.is_finite());
+    let ends = |coordinate: fn(&(f64, f64)) -> f64| {
+        let values = || points().map(coordinate).filter(|value| value.is_finite());
         let low = values().fold(f64::INFINITY, f64::min);
         let high = values().fold(f64::NEG_INFINITY, f64::max);
         (0.5 * (low + high), high - low)

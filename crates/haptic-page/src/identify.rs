@@ -69,20 +69,20 @@ pub(crate) fn identified(
     let source = names.join(", ");
     let found = found.map_err(|error| Failure::bad_input(format_args!("{source}: {error}")))?;
     let date = StartTime::at(SystemTime::now()).day();
-    let told = Provenance {
+    let provenance = Provenance {
         program,
         record: &source,
         conditions: None,
         date: &date,
     };
     let name = tissue_name(&request.name);
-    let tissue = found.found.tissue(&name, &found.understood, told);
+    let tissue = found.found.tissue(&name, &found.understood, provenance);
     let mut answer = answer(&found);
     answer["tissue_reason"] = json!(tissue.as_ref().err().map(ToString::to_string));
     answer["tissue"] = json!(
         tissue
             .ok()
-            .map(|of| json!({"name": of.name, "text": of.text}))
+            .map(|record| json!({"name": record.name, "text": record.text}))
     );
     Ok(answer)
 }
@@ -117,8 +117,8 @@ pub(crate) fn plant(
 }
 
 /// One in so many of the numbers, evenly: a curve of the page has no more pixels.
-fn thinned(numbers: &[f64], of: usize) -> Vec<f64> {
-    let every = of.div_ceil(POINTS).max(1);
+fn thinned(numbers: &[f64], count: usize) -> Vec<f64> {
+    let every = count.div_ceil(POINTS).max(1);
     numbers.iter().copied().step_by(every).collect()
 }
 

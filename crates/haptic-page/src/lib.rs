@@ -48,8 +48,8 @@ pub(crate) struct TextFile {
 const ECHO: usize = 200;
 
 /// The error of a value, in a line that shortens a long one.
-pub(crate) fn in_a_line(told: &str) -> String {
-    within(told, ECHO)
+pub(crate) fn in_a_line(text: &str) -> String {
+    within(text, ECHO)
 }
 
 /// A line of so many characters at most, its middle left out: what is wrong stands before it, what is right behind it.

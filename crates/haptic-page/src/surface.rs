@@ -62,20 +62,23 @@ impl Surface {
 }
 
 /// The surface of a page's tissue after these depths, m.
-pub(crate) fn pushed(surface: &mut Option<Surface>, told: SurfaceRequest) -> Result<f64, Failure> {
-    if told.depths_m.len() > DEPTHS {
+pub(crate) fn pushed(
+    surface: &mut Option<Surface>,
+    request: SurfaceRequest,
+) -> Result<f64, Failure> {
+    if request.depths_m.len() > DEPTHS {
         return Err(Failure::bad_input(format_args!(
             "`depths_m` has {} numbers: send at most {DEPTHS} at a time",
-            told.depths_m.len()
+            request.depths_m.len()
         )));
     }
-    if let Some(law) = told.law {
+    if let Some(law) = request.law {
         *surface = Some(Surface::untouched(law)?);
     }
     let surface = surface
         .as_mut()
         .ok_or_else(|| Failure::bad_input("the tissue has no `law` yet: send it first"))?;
-    for depth in told.depths_m {
+    for depth in request.depths_m {
         surface.channel.advance(depth);
     }
     Ok(surface.set_m())

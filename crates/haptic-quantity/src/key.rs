@@ -41,26 +41,26 @@ const SET_TO: &str = " = ";
 /// unchanged.
 pub fn renamed(sentence: &str, names: impl Fn(&str) -> Option<String>) -> String {
     let mut rest = sentence;
-    let mut said = String::with_capacity(sentence.len());
+    let mut sentence_of_keys = String::with_capacity(sentence.len());
     while let Some((before, behind)) = rest.split_once('`') {
-        said += before;
+        sentence_of_keys += before;
         rest = behind;
         let Some((key, behind)) = behind.split_once('`') else {
-            said.push('`');
+            sentence_of_keys.push('`');
             break;
         };
         match names(key) {
             Some(name) => {
-                said += &name;
+                sentence_of_keys += &name;
                 let value = behind.strip_prefix(SET_TO);
-                said += value.map_or("", |_| " ");
+                sentence_of_keys += value.map_or("", |_| " ");
                 rest = value.unwrap_or(behind);
             }
             // Its second backtick may be the first of a key, where somebody gave a text with one.
-            None => said.push('`'),
+            None => sentence_of_keys.push('`'),
         }
     }
-    said + rest
+    sentence_of_keys + rest
 }
 
 /// The user's text, for a message, cut to its beginning if it exceeds 200 characters.
@@ -133,7 +133,7 @@ pub fn nearest<'n>(written: &str, names: &[&'n str]) -> Option<&'n str> {
     let key = written.rsplit('.').next().filter(|key| !key.is_empty());
     let written = key.unwrap_or(written);
     let also = ALSO.iter().find(|(_, words)| words.contains(&written));
-    let wanted = also.map_or_else(|| plain(written), |of| of.0.to_owned());
+    let wanted = also.map_or_else(|| plain(written), |other| other.0.to_owned());
     let far = |name: &str| osa_distance(&plain(name), &wanted);
     // A third of the letters may be wrong.
     let most = (wanted.chars().count() + 1) / 3;

@@ -224,7 +224,7 @@ pub fn doubt(key: &str, text: &str) -> Result<(), String> {
     let names = [kind_of_key(key), without_unit(key)];
     let mut doubtful = DOUBTFUL.iter().filter(|_| is_bare(text));
     let found = doubtful.find(|(name, most, si, other)| {
-        let is_it = names.iter().any(|of| of.ends_with(name));
+        let is_it = names.iter().any(|known| known.ends_with(name));
         let is_most = |unit: &str| in_unit(unit).is_some_and(|number| number.abs() <= *most);
         is_it && !is_most(si) && is_most(other)
     });
@@ -483,8 +483,8 @@ mod tests {
             ("é".repeat(65), "éééééééééééééééééééé"),
         ] {
             let error = parse_for_key("_s", &text).expect_err(shown).to_string();
-            let said = format!("\"{shown}…\" is not a time: give at most 64 characters");
-            assert_eq!(error, said);
+            let refusal = format!("\"{shown}…\" is not a time: give at most 64 characters");
+            assert_eq!(error, refusal);
             assert_eq!(nearest(&text, &["order"]), None, "{shown}");
         }
     }

@@ -91,7 +91,7 @@ pub fn sign_of(text: &str) -> Option<DecimalSign> {
     let (whole, decimals) = (&digits[..at], &digits[at + 1..]);
     let may_be_group =
         matches!(whole.len(), 1..=3) && !whole.starts_with('0') && decimals.len() == 3;
-    match marks.iter().filter(|of| of.1 == mark).count() {
+    match marks.iter().filter(|place| place.1 == mark).count() {
         1 if marks.len() > 1 => Some(sign),
         1 => (!may_be_group).then_some(sign),
         _ => Some(other),

@@ -67,7 +67,7 @@ pub(super) fn judge(
         // A wire may be off.
         false => Check::not_judged(Promise::Direction, promised, seen),
     };
-    let told = if !at_rest {
+    let verdict = if !at_rest {
         unknown("it moved already: hold it still, then let go")
     } else if works_m[moved].abs() < enough_m {
         unknown(
@@ -99,7 +99,7 @@ pub(super) fn judge(
         );
         check(&seen, Some(false))
     };
-    told.figure("moved_with_force_m", with_m)
+    verdict.figure("moved_with_force_m", with_m)
 }
 
 /// W of the force on one axis with the motion of each, over the largest force, m, up to where one is large enough.
@@ -197,7 +197,7 @@ mod tests {
             ..device(false)
         };
         let moved = run(0.065, 0.05, 0.0, 1e-5);
-        let told = |moves: usize, sign: f32| {
+        let verdict = |moves: usize, sign: f32| {
             let mut followed = moved.clone();
             for place in &mut followed.places_m {
                 let there = core::mem::take(&mut place[0]);
@@ -207,7 +207,7 @@ mod tests {
             }
             judge(&followed, &LIMITS, &can, 1, true)
         };
-        assert_eq!(told(1, 1.0).ok, Some(true));
+        assert_eq!(verdict(1, 1.0).ok, Some(true));
         let with = "moves x 0.17 mm, with the force: these axes are swapped";
         let against = "moves z 0.17 mm, against the force: these axes are swapped";
         for (moves, sign, words) in [
@@ -215,7 +215,7 @@ mod tests {
             (0, 1.0, with),
             (2, -1.0, against),
         ] {
-            let row = told(moves, sign);
+            let row = verdict(moves, sign);
             assert!(row.ok == Some(false) && row.seen.contains(words), "{row:?}");
         }
     }

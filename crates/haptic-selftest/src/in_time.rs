@@ -119,10 +119,10 @@ mod tests {
     fn a_late_machine_excuses_what_looks_broken_and_a_board_that_said_nothing_excuses_all() {
         let row = |ok| Check::judged(Promise::ForceLimit, "", "", ok);
         let late = |words: &str| Some(words.to_owned());
-        let said = |rows: &[Check]| excuse(rows, None, late("host"));
+        let excuses = |rows: &[Check]| excuse(rows, None, late("host"));
         assert_eq!(excuse(&[row(false)], None, None), None);
-        assert_eq!(said(&[row(true)]), None);
-        assert_eq!(said(&[row(true), row(false)]), late("host"));
+        assert_eq!(excuses(&[row(true)]), None);
+        assert_eq!(excuses(&[row(true), row(false)]), late("host"));
         for ok in [false, true] {
             let both = excuse(&[row(ok)], late("board"), late("host"));
             assert_eq!(both, late("board"));

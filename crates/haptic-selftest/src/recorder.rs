@@ -59,9 +59,13 @@ fn judge(kept: &[Tick], followed: &Followed, fault: u32, room: usize) -> (String
             before >= tick || sent.range(before + 1..tick).next().is_some()
         })
         .count();
-    let beside = (kept.iter()).filter_map(|sample| Some(is_same(sample, sent.get(&sample.tick)?)));
-    let (count, beside) = (kept.len(), beside.collect::<Vec<bool>>());
-    let (all, same) = (beside.len(), beside.iter().filter(|same| **same).count());
+    let compared =
+        (kept.iter()).filter_map(|sample| Some(is_same(sample, sent.get(&sample.tick)?)));
+    let (count, compared) = (kept.len(), compared.collect::<Vec<bool>>());
+    let (all, same) = (
+        compared.len(),
+        compared.iter().filter(|same| **same).count(),
+    );
     let seen = format!(
         "{count} samples, {after} of them after the fault, {gaps} gaps; {same} of {all} as they were sent"
     );

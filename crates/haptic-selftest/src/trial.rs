@@ -69,14 +69,14 @@ impl Bench<'_> {
         &mut self,
         mut trial: impl FnMut(&mut Self) -> Result<T, Broken>,
     ) -> Result<Vec<T>, Broken> {
-        let mut told = Vec::new();
+        let mut lines = Vec::new();
         for axis in 0..usize::from(self.link()?.capabilities().axes) {
             self.axis = axis;
             let tried = trial(self);
             self.axis = 0;
-            told.push(tried?);
+            lines.push(tried?);
         }
-        Ok(told)
+        Ok(lines)
     }
 
     fn send_force(&self, tick: u32, force_n: f32) -> Result<(), Broken> {

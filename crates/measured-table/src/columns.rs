@@ -38,20 +38,25 @@ impl Columns {
     }
 
     fn goes_on_in(&self, next: &Self) -> bool {
-        let clock = |of: &Self, at: fn(&[f64]) -> Option<&f64>| {
-            let time = of.values.iter().find(|value| value.0 == Column::Time)?;
+        let clock = |columns: &Self, at: fn(&[f64]) -> Option<&f64>| {
+            let time = columns
+                .values
+                .iter()
+                .find(|value| value.0 == Column::Time)?;
             at(&time.2).copied()
         };
         let ends = clock(self, <[f64]>::last).zip(clock(next, <[f64]>::first));
         let has = |a, b| self.has(a) || self.has(b);
         let is_motion = has(Column::Strain, Column::Position) && has(Column::Stress, Column::Force);
-        let of = |all: &Self| all.values.iter().map(|value| value.0).collect::<Vec<_>>();
-        is_motion && of(self) == of(next) && ends.is_some_and(|(end, begin)| begin > end)
+        let headings = |all: &Self| all.values.iter().map(|value| value.0).collect::<Vec<_>>();
+        is_motion
+            && headings(self) == headings(next)
+            && ends.is_some_and(|(end, begin)| begin > end)
     }
 
     fn extend(&mut self, next: Self) {
-        for (own, (_, _, values)) in self.values.iter_mut().zip(next.values) {
-            own.2.extend(values);
+        for (value, (_, _, values)) in self.values.iter_mut().zip(next.values) {
+            value.2.extend(values);
         }
         self.lines.extend(next.lines);
         let names = [&self.segment, &next.segment].map(|name| name.clone().unwrap_or_default());

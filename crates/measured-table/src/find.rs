@@ -112,9 +112,11 @@ impl Block {
             // Gaps alone, or the texts of a row whose numbers are missing.
             return !cells.contains(&Cell::Text);
         }
-        let place = |of: Cell| {
+        let place = |wanted: Cell| {
             let cells = cells.iter().enumerate();
-            cells.filter(move |cell| *cell.1 == of).map(|cell| cell.0)
+            cells
+                .filter(move |cell| *cell.1 == wanted)
+                .map(|cell| cell.0)
         };
         let alike = place(Cell::Number)
             .filter(|place| self.numeric.contains(place))

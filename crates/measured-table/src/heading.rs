@@ -69,7 +69,8 @@ impl Heading {
     /// The unit of a column that was chosen for a quantity, whatever its name is.
     pub(super) fn unit_as(&self, column: Column, place: usize) -> Unit {
         let name = &self.names[place];
-        let meaning = understand(name, self.below(place)).filter(|of| of.column == column);
+        let meaning =
+            understand(name, self.below(place)).filter(|meaning| meaning.column == column);
         let (_, suffix) = name.rsplit_once('_').unwrap_or_default();
         let suffix = || column.dimension().factor_of_suffix(suffix);
         match (meaning, self.unit(place)) {

@@ -198,7 +198,8 @@ impl Reader {
                 place(heading, choice)?;
             }
             let mut names = heading.names.iter().enumerate();
-            let is_known = |of: (usize, &String)| understand(of.1, heading.below(of.0)).is_some();
+            let is_known =
+                |cell: (usize, &String)| understand(cell.1, heading.below(cell.0)).is_some();
             if !self.columns.is_empty() || names.any(is_known) {
                 return Ok(());
             }
@@ -228,7 +229,7 @@ impl Reader {
         if !(is_named(is_clock) && is_named(|column| !is_clock(column))) {
             self.known(&mut part);
         }
-        part.temperature = part.of(Column::Temperature).map(|of| of.place);
+        part.temperature = part.of(Column::Temperature).map(|found| found.place);
         part.found
             .retain(|found| found.column != Column::Temperature);
         if self.columns.is_empty() {
@@ -266,7 +267,7 @@ impl Reader {
         let names = heading.names.iter().enumerate();
         let meanings = names.filter_map(|(place, name)| {
             let meaning = understand(name, heading.below(place))?;
-            let is_new = |of: &Found| of.place != place && of.column != meaning.column;
+            let is_new = |other: &Found| other.place != place && other.column != meaning.column;
             let is_open = !part.block.is_blank(place) && found.iter().all(is_new);
             is_open.then_some((place, name, meaning))
         });
@@ -279,11 +280,14 @@ impl Reader {
                 meaning.rank,
             )
         };
-        meanings.sort_by_key(|of| (of.2.column as usize, rank(of)));
+        meanings.sort_by_key(|found| (found.2.column as usize, rank(found)));
         for alike in meanings.chunk_by(|a, b| a.2.column == b.2.column) {
             let (place, name, meaning) = alike[0].clone();
             let (column, unit) = (meaning.column, meaning.unit);
-            if let Some(rival) = alike[1..].iter().find(|of| rank(of) == rank(&alike[0])) {
+            if let Some(rival) = alike[1..]
+                .iter()
+                .find(|other| rank(other) == rank(&alike[0]))
+            {
                 let asked = format!(
                     "line {}: the columns {name} and {} both look like {kind}: give {COLUMNS} {kind}={} or {kind}={}",
                     heading.line,
@@ -547,7 +551,7 @@ impl Part<'_> {
             .clock()
             .and_then(|clock| self.values(clock.place, 0..rows));
         let mut cuts = clock.map_or_else(Vec::new, |clock| restarts(&clock));
-        let has = |columns: [Column; 2]| columns.iter().any(|of| self.of(*of).is_some());
+        let has = |columns: [Column; 2]| columns.iter().any(|column| self.of(*column).is_some());
         let moves = has([Column::Strain, Column::Position]) && has([Column::Stress, Column::Force]);
         let labels = self.labels();
         // A motion continues over its steps.

@@ -22,8 +22,8 @@ fn units() -> impl Iterator<Item = (&'static str, &'static str, f64)> {
 
 impl Dimension {
     fn units(self) -> impl Iterator<Item = (&'static str, f64)> {
-        let own = units().filter(move |unit| unit.0 == self.0);
-        own.map(|unit| (unit.1, unit.2))
+        let spellings = units().filter(move |unit| unit.0 == self.0);
+        spellings.map(|unit| (unit.1, unit.2))
     }
 
     /// True of a unit of anything that machines measure, in its own capitals.

@@ -137,8 +137,8 @@ impl Figure {
     /// does not have them.
     pub fn rows(&self) -> impl Iterator<Item = (&str, &str, Vec<Option<f64>>)> {
         let columns = self.columns();
-        let own = self.panels.iter().filter(|panel| !panel.repeats);
-        own.flat_map(move |panel| {
+        let panels = self.panels.iter().filter(|panel| !panel.repeats);
+        panels.flat_map(move |panel| {
             let columns = columns.clone();
             panel.curves.iter().flat_map(move |curve| {
                 let columns = columns.clone();

@@ -237,15 +237,15 @@ pub fn minimise(
         let expected = square - (&here.residuals + &here.jacobian * &step).norm_squared();
         let size = over_free(&|v| here.values[v]).component_mul(&scale).norm();
         let small = step.component_mul(&scale).norm() <= effort.step * size;
-        let there = bounded.at(values);
-        let gain = (there.as_ref()).map_or(f64::NEG_INFINITY, |there| {
-            square - there.residuals.norm_squared()
+        let evaluated = bounded.at(values);
+        let gain = (evaluated.as_ref()).map_or(f64::NEG_INFINITY, |evaluated| {
+            square - evaluated.residuals.norm_squared()
         });
         let still = gain.abs() <= effort.tolerance * square;
         converged = small || still && expected <= effort.tolerance * square;
-        match there {
-            Some(there) if gain > 0.0 => {
-                here = there;
+        match evaluated {
+            Some(evaluated) if gain > 0.0 => {
+                here = evaluated;
                 let miss = 2.0 * gain / expected - 1.0;
                 damping *= (1.0 - miss * miss * miss).max(1.0 / 3.0);
                 growth = 2.0;

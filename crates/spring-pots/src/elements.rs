@@ -70,9 +70,9 @@ pub struct Slope {
 impl Slope {
     /// Weighted sum of values and their derivatives.
     #[must_use]
-    pub fn sum<'a>(weights: &[f64], of: impl IntoIterator<Item = &'a Self>) -> Self {
+    pub fn sum<'a>(weights: &[f64], terms: impl IntoIterator<Item = &'a Self>) -> Self {
         let mut sum = Self::default();
-        for (weight, part) in weights.iter().zip(of) {
+        for (weight, part) in weights.iter().zip(terms) {
             sum.value += weight * part.value;
             for variable in 0..VARIABLES {
                 sum.by[variable] += weight * part.by[variable];

@@ -67,7 +67,7 @@ pub struct Moved<'a> {
 
 impl History {
     /// `beside`: the columns of B, a number for each sample of all motions.
-    pub fn new(motions: &[Moved<'_>], beside: &[Vec<f64>]) -> Self {
+    pub fn new(motions: &[Moved<'_>], nuisance: &[Vec<f64>]) -> Self {
         let knots: Vec<Vec<(f64, f64)>> = (motions.iter())
             .map(|moved| knots(moved.motion_s, &changes(moved.motion_s, moved.strain)))
             .collect();
@@ -128,17 +128,18 @@ impl History {
         history.stress_scale = libm::sqrt(square / history.chosen.len() as f64);
         let (scale, wanted) = (history.stress_scale, history.wanted.iter_mut());
         wanted.for_each(|stress| *stress /= scale);
-        history.leave_out(beside);
+        history.leave_out(nuisance);
         history
     }
 
     /// Takes out of W and σ what a sum of the columns makes.
-    fn leave_out(&mut self, beside: &[Vec<f64>]) {
-        if beside.is_empty() {
+    fn leave_out(&mut self, nuisance: &[Vec<f64>]) {
+        if nuisance.is_empty() {
             return;
         }
         let rows = self.chosen.len();
-        let columns = DMatrix::from_fn(rows, beside.len(), |row, n| beside[n][self.chosen[row]]);
+        let columns =
+            DMatrix::from_fn(rows, nuisance.len(), |row, n| nuisance[n][self.chosen[row]]);
         let unit = columns.qr().q();
         let without = |values: &mut [f64]| {
             let width = values.len() / rows;
@@ -301,11 +302,11 @@ fn knots(time_s: &[f64], changes: &[f64]) -> Vec<(f64, f64)> {
         let (before, after) = (step(n - 1), step(n));
         let is_even = before <= ALIKE * after && after <= ALIKE * before;
         // No change is known at the last sample.
-        let beside = match n + 2 < time_s.len() {
+        let neighbour = match n + 2 < time_s.len() {
             true => changes[n - 1].abs().min(changes[n + 1].abs()),
             false => changes[n - 1].abs(),
         };
-        let is_corner = changes[n].abs() > CORNER * beside;
+        let is_corner = changes[n].abs() > CORNER * neighbour;
         (is_even && !is_corner).then(|| 2.0 * changes[n] / (before + after))
     };
     let within: Vec<f64> = (0..time_s.len() - 1)

@@ -24,14 +24,14 @@ impl Joint {
     pub fn of<T>(
         self,
         [first, second, spring]: [T; 3],
-        beside: impl Fn(T, T) -> T,
+        parallel: impl Fn(T, T) -> T,
         series: impl Fn(T, T) -> T,
     ) -> T {
         match self {
-            Self::KelvinVoigt => beside(first, second),
+            Self::KelvinVoigt => parallel(first, second),
             Self::Maxwell => series(first, second),
-            Self::Zener => beside(series(first, second), spring),
-            Self::PoyntingThomson => series(beside(first, second), spring),
+            Self::Zener => parallel(series(first, second), spring),
+            Self::PoyntingThomson => series(parallel(first, second), spring),
         }
     }
 

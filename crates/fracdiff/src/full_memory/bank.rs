@@ -178,7 +178,10 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
     fn look_at_corrections(&mut self) {
         #[cfg(not(target_arch = "arm"))]
         {
-            self.shape.tapped = self.corrections.iter().any(|&own| own != F::ZERO);
+            self.shape.tapped = self
+                .corrections
+                .iter()
+                .any(|&correction| correction != F::ZERO);
         }
     }
 

@@ -238,11 +238,11 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
             self.due += u8::from(heard && self.due < DUE_MOST);
             return;
         }
-        let told = (self.line.write_all(&resynchronise()))
+        let written = (self.line.write_all(&resynchronise()))
             .and_then(|()| self.line.write_all(&configuration(&self.model)))
             .and_then(|()| self.line.write_all(&nothing))
             .and_then(|()| self.line.write_all(&reset()));
-        self.told |= told.is_ok();
+        self.told |= written.is_ok();
     }
 }
 

@@ -407,7 +407,7 @@ impl Plane {
         let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
         for row in 0..=rows {
             for column in 0..=columns {
-                let share = |n: u32, of: u32| f64::from(n) / f64::from(of);
+                let share = |n: u32, whole: u32| f64::from(n) / f64::from(whole);
                 let place = Vector2::new(
                     low_m[0] + across * share(column, columns),
                     low_m[1] + away * share(row, rows),

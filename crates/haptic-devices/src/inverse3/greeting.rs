@@ -24,8 +24,8 @@ const READ_AT_ONCE: usize = 4096;
 const ATTEMPTS: u32 = 25;
 
 /// Words of a service, in one line that a terminal can show.
-fn cut(said: &str) -> String {
-    short(said).replace(char::is_control, " ")
+fn cut(reply: &str) -> String {
+    short(reply).replace(char::is_control, " ")
 }
 
 impl Inverse3Name {
@@ -70,10 +70,10 @@ impl Inverse3Name {
         otherwise
     }
 
-    fn not_service(&self, said: &str) -> Inverse3OpenError {
+    fn not_service(&self, reply: &str) -> Inverse3OpenError {
         Inverse3OpenError::NotService {
             address: self.address.clone(),
-            said: cut(said).chars().take(60).collect(),
+            said: cut(reply).chars().take(60).collect(),
         }
     }
 
@@ -165,8 +165,8 @@ fn version(answer: &[u8]) -> Option<String> {
     }
     // A length in front of it, if it comes in chunks.
     let body = answer.get(answer.find('{')?..=answer.rfind('}')?)?;
-    let told: Value = serde_json::from_str(body).ok()?;
-    Some(told["project_version"].as_str()?.to_owned())
+    let body: Value = serde_json::from_str(body).ok()?;
+    Some(body["project_version"].as_str()?.to_owned())
 }
 
 /// Refuses a version whose messages are not those of 3.5.
@@ -248,10 +248,10 @@ impl<S: Read + Write, const D: usize> Inverse3<S, D> {
             let config = &devices.next().ok_or(Trouble::Vanished)?["config"];
             match not_taken(config) {
                 None => {
-                    let told = words_of_gate(&config["filters"]["force_gate"]["gain"]);
+                    let gate = words_of_gate(&config["filters"]["force_gate"]["gain"]);
                     let place_m = position(&text, &id)?;
                     socket.get_mut().no_longer_limited();
-                    return Ok((Self::new(socket, &id, name, place_m), told));
+                    return Ok((Self::new(socket, &id, name, place_m), gate));
                 }
                 Some(error) if attempts == ATTEMPTS => return Err(error),
                 Some(_) => attempts += 1,

@@ -38,9 +38,9 @@ struct Place {
 /// Position of a device in an answer, m.
 pub(super) fn position(text: &str, id: &str) -> Result<Vector3<f64>, Trouble> {
     let answer: Answer<'_> = serde_json::from_str(text).map_err(|_| Trouble::Unreadable)?;
-    let mut told = answer.inverse3.iter();
-    let told = told.find(|told| told.device_id == id);
-    let state = told.ok_or(Trouble::Vanished)?.state.as_ref();
+    let mut devices = answer.inverse3.iter();
+    let device = devices.find(|device| device.device_id == id);
+    let state = device.ok_or(Trouble::Vanished)?.state.as_ref();
     let place = state.and_then(|state| state.cursor_position.as_ref());
     let place = place.and_then(|Place { x, y, z }| Some(Vector3::new((*x)?, (*y)?, (*z)?)));
     let place = place.filter(|place| place.iter().all(|axis| axis.is_finite()));

@@ -71,8 +71,8 @@ impl FeelSettings {
                 },
                 Ghost::A3 => Scheme::Muir { degree: A3_DEGREE },
             };
-            let there = self.ghosts.contains(&ghost);
-            there.then(|| self.felt_by(scheme)).transpose()
+            let is_drawn = self.ghosts.contains(&ghost);
+            is_drawn.then(|| self.felt_by(scheme)).transpose()
         };
         let [short, a3] = Ghost::ALL;
         Ok([law(short)?, law(a3)?])

@@ -37,9 +37,9 @@ pub(crate) fn opened(document: &Document) -> Result<Opened, Failure> {
     }
     ExperimentFile::open(document)?;
     // All of its keys with their values, given or by default, those of its device file too.
-    let mut said = BTreeMap::new();
-    document.keep_in(&mut said)?;
-    let word = |key: &str| said.get(key).cloned().unwrap_or_default();
+    let mut metadata = BTreeMap::new();
+    document.keep_in(&mut metadata)?;
+    let word = |key: &str| metadata.get(key).cloned().unwrap_or_default();
     let number = |key: &str| word(key).parse().unwrap_or(f64::NAN);
     let numbers = WallNumbers {
         order: number(parameters::ORDER.key),

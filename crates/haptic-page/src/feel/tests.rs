@@ -52,14 +52,14 @@ fn ticked(
 /// The same in short; with a start-up ramp, if one is given.
 fn felt(wall: WallNumbers, pointer: &Pointer, rise_time: Option<Seconds>) -> Vec<Felt> {
     let settings = settings(wall, DeviceNumbers::default());
-    let own = limits(
+    let tighter = limits(
         Kilograms(settings.device.values.mass_kg),
         0,
         settings.device.sample_time(),
     );
     let limits = Limits {
-        rise_time: rise_time.or(own.rise_time),
-        ..own
+        rise_time: rise_time.or(tighter.rise_time),
+        ..tighter
     };
     let samples = ticked(&settings, &limits, pointer, TICKS).into_iter();
     samples

@@ -11,11 +11,11 @@ const SMALL: PyramidSize = PyramidSize {
 /// Least and largest by looking at every sample.
 fn brute_force(samples: &[[f32; 2]], channel: usize, ticks: std::ops::Range<u64>) -> (f32, f32) {
     let end = (ticks.end as usize).min(samples.len());
-    let of = samples[ticks.start as usize..end]
+    let part = samples[ticks.start as usize..end]
         .iter()
         .map(|sample| sample[channel]);
     let none = (f32::NAN, f32::NAN);
-    of.fold(none, |(least, largest), number| {
+    part.fold(none, |(least, largest), number| {
         (least.min(number), largest.max(number))
     })
 }

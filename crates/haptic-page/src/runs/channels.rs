@@ -73,9 +73,12 @@ mod tests {
             };
             let row: Vec<f64> = channels.numbers(&tick).collect();
             assert_eq!(names.len(), row.len());
-            let of = |name: &str| row[names.iter().position(|n| n == name).expect("there")];
-            assert_eq!((of("position_x_m"), of("position_y_m")), (0.1, 0.2));
-            assert_eq!((of("commanded_force_norm_n"), of("limiters")), (5.0, 2.0));
+            let value = |name: &str| row[names.iter().position(|n| n == name).expect("there")];
+            assert_eq!((value("position_x_m"), value("position_y_m")), (0.1, 0.2));
+            assert_eq!(
+                (value("commanded_force_norm_n"), value("limiters")),
+                (5.0, 2.0)
+            );
             assert_eq!(names.contains(&"position_z_m".to_owned()), axes == 3);
             // A tick of other axes is no number.
             assert_eq!(channels.numbers(&TickMessage::default()).count(), 0);

@@ -210,8 +210,8 @@ mod tests {
         let loadings = |key: &str| {
             record
                 .clone()
-                .find(|own| own["key"] == key)
-                .map(|own| own["loadings"].to_string())
+                .find(|kind| kind["key"] == key)
+                .map(|kind| kind["loadings"].to_string())
         };
         assert_eq!(loadings("half_angle_rad").as_deref(), Some("[\"cone\"]"));
         assert_eq!(

@@ -161,11 +161,11 @@ impl Going {
             }
             announce.say(&json!({"run": run}));
         };
-        let said = Mutex::new(None::<Moment>);
+        let latest = Mutex::new(None::<Moment>);
         let progress = |done: u64| {
-            let mut said = locked(&said);
-            if said.is_none_or(|then| then.elapsed() >= PROGRESS) {
-                *said = Some(Moment::now());
+            let mut latest = locked(&latest);
+            if latest.is_none_or(|then| then.elapsed() >= PROGRESS) {
+                *latest = Some(Moment::now());
                 say("running", json!({"samples_done": done}));
             }
         };

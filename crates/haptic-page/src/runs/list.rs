@@ -283,8 +283,8 @@ mod tests {
         names.sort_unstable();
         assert_eq!(names, ["broken", "relax-0001/relax", "single"]);
         let mut all = list.iter();
-        let mut of = |name: &str| all.find(|listed| listed.name == name).expect("there");
-        let relax = of("relax-0001/relax");
+        let mut listed_as = |name: &str| all.find(|listed| listed.name == name).expect("there");
+        let relax = listed_as("relax-0001/relax");
         assert_eq!(
             (relax.kind.as_deref(), relax.samples),
             (Some("relax"), Some(5))

@@ -109,9 +109,9 @@ impl Runs {
         let opened = self.opened(name)?;
         let mut answer = opened.answer();
         answer["running"] = is_being_written(&path).into();
-        let told = locked(&self.told);
-        let found = told.iter().find(|told| told.name == name);
-        answer["curves"] = found.map_or(Value::Null, |told| told.curves.clone());
+        let outcomes = locked(&self.told);
+        let found = outcomes.iter().find(|outcome| outcome.name == name);
+        answer["curves"] = found.map_or(Value::Null, |outcome| outcome.curves.clone());
         Ok(answer)
     }
 
@@ -195,15 +195,15 @@ impl Runs {
             )));
         }
         let (name, samples) = (work.name.clone(), work.steps);
-        let told = Arc::clone(&self.told);
+        let outcomes = Arc::clone(&self.told);
         let keep = move |name: &str, curves: Value| {
-            let mut told = locked(&told);
-            told.push_back(Told {
+            let mut outcomes = locked(&outcomes);
+            outcomes.push_back(Told {
                 name: name.to_owned(),
                 curves,
             });
-            while told.len() > TOLD {
-                told.pop_front();
+            while outcomes.len() > TOLD {
+                outcomes.pop_front();
             }
         };
         *slot = Some(Going::start(work, self.announce.clone(), keep));

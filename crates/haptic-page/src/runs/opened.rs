@@ -88,9 +88,10 @@ impl Opened {
         }
         let (channels, pyramid) = read.ok_or_else(|| no_sample(name))?;
         let mut records = summary.metadata.iter();
-        let said = records.find(|record| record.name == "experiment");
-        let said = said.and_then(|record| record.values.get("sample_time_s")?.parse::<f64>().ok());
-        let said = said.filter(|time| time.is_finite() && *time > 0.0);
+        let record = records.find(|record| record.name == "experiment");
+        let sample_time_s =
+            record.and_then(|record| record.values.get("sample_time_s")?.parse::<f64>().ok());
+        let sample_time_s = sample_time_s.filter(|time| time.is_finite() && *time > 0.0);
         let (first, last) = ticks;
         let measured = (last_s - first_s) / last.saturating_sub(first).max(1) as f64;
         Ok(Self {
@@ -98,7 +99,7 @@ impl Opened {
             seen,
             pyramid,
             channels,
-            sample_time_s: said.unwrap_or(measured),
+            sample_time_s: sample_time_s.unwrap_or(measured),
             summary,
         })
     }

@@ -379,11 +379,11 @@ mod tests {
     type Picture = Vec<(u64, Vec<f32>)>;
 
     fn picture(first: u64, width: u64, count: usize, numbers: &[f32]) -> Picture {
-        let of = |column: usize| numbers.iter().skip(column).step_by(count).copied();
+        let column_values = |column: usize| numbers.iter().skip(column).step_by(count).copied();
         let ticks = (first..).step_by(width as usize);
         (0..count)
             .zip(ticks)
-            .map(|(column, tick)| (tick, of(column).collect()))
+            .map(|(column, tick)| (tick, column_values(column).collect()))
             .collect()
     }
 

@@ -215,8 +215,8 @@ pub(super) fn parse(text: &str) -> Result<(Value, Request), (Value, String)> {
     match Request::deserialize(Value::Object(object)) {
         Ok(request) => Ok((id, request)),
         Err(error) => {
-            let told = in_a_line(&error.to_string());
-            Err((id, format!("the request is not understood: {told}")))
+            let reason = in_a_line(&error.to_string());
+            Err((id, format!("the request is not understood: {reason}")))
         }
     }
 }

@@ -199,7 +199,7 @@ async fn write(
     hub: Arc<Hub>,
     page: u64,
 ) {
-    let mut said = hub.hear();
+    let mut broadcast = hub.hear();
     let [mut frames, mut states, mut pings] = [Duration::from_secs(1) / FRAMES_PER_S, STATUS, PING]
         .map(|period| {
             let mut interval = interval(period);
@@ -218,7 +218,7 @@ async fn write(
                     continue;
                 }
             },
-            text = said.recv() => match text {
+            text = broadcast.recv() => match text {
                 Ok(text) => Message::text(text.to_string()),
                 Err(RecvError::Lagged(_)) => continue,
                 Err(RecvError::Closed) => break,
