@@ -267,17 +267,17 @@ pub unsafe extern "C" fn hb_reason(bridge: *const HbBridge) -> *const c_char {
     }
     // SAFETY: shared by all threads, and only read.
     let (handle, reasons) = unsafe { (&(*bridge).bridge.handle, &(*bridge).reasons) };
-    let said = match (handle.reason(), handle.fault()) {
+    let reason = match (handle.reason(), handle.fault()) {
         (Some(reason), _) => reason.to_string(),
         (None, Some(fault)) => fault.to_string(),
         (None, None) => return c"".as_ptr(),
     };
     // No text of ours has a zero in it.
-    let said = CString::new(said).unwrap_or_default();
+    let reason = CString::new(reason).unwrap_or_default();
     let mut reasons = reasons.lock().unwrap_or_else(PoisonError::into_inner);
-    let known = reasons.iter().position(|reason| *reason == said);
+    let known = reasons.iter().position(|known| *known == reason);
     let at = known.unwrap_or_else(|| {
-        reasons.push(said);
+        reasons.push(reason);
         reasons.len() - 1
     });
     reasons[at].as_ptr()

@@ -276,7 +276,7 @@ impl Specimen {
     #[must_use]
     pub fn shape(&self, modulus: Modulus) -> f64 {
         let (nu, ratio) = (self.poisson_ratio, 2.0 * (1.0 + self.poisson_ratio));
-        let (of, shape) = match self.body {
+        let (natural, shape) = match self.body {
             Body::Slab { area, thickness } => {
                 let plain = area / thickness;
                 // 2S² = A/(2πh²)
@@ -293,7 +293,7 @@ impl Specimen {
                 (Modulus::Shear, shape)
             }
         };
-        match (of, modulus) {
+        match (natural, modulus) {
             (Modulus::Shear, Modulus::Young) => shape / ratio,
             (Modulus::Young, Modulus::Shear) => shape * ratio,
             (Modulus::Shear, Modulus::Shear) | (Modulus::Young, Modulus::Young) => shape,

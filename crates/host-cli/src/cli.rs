@@ -330,16 +330,16 @@ fn not_understood(error: &clap::Error, names: &Names) -> ExitCode {
         if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
             let _ = error.print();
         } else {
-            let said = one_line(&error.to_string());
-            let said = match (torn(), meant(error)) {
+            let message = one_line(&error.to_string());
+            let message = match (torn(), meant(error)) {
                 (Some(torn), _) => torn,
                 (None, Some(meant)) => {
-                    let said = said.split("; Usage").next().unwrap_or(&said);
-                    format!("{said}; {meant}")
+                    let message = message.split("; Usage").next().unwrap_or(&message);
+                    format!("{message}; {meant}")
                 }
-                (None, None) => said,
+                (None, None) => message,
             };
-            note("error", format_args!("{said}"));
+            note("error", format_args!("{message}"));
         }
         return ExitCode::from(2);
     }

@@ -37,8 +37,8 @@ pub(crate) struct Files {
 impl Files {
     /// Looks at the place of files of this name, before anything is computed. `beside` names extensions that are there beside
     /// table and picture.
-    pub(crate) fn look(&self, stem: &str, beside: &[&str]) -> Result<Place, Failure> {
-        let mut place = Place::look(self.out.as_deref(), stem, self.overwrite, beside)?;
+    pub(crate) fn look(&self, stem: &str, endings: &[&str]) -> Result<Place, Failure> {
+        let mut place = Place::look(self.out.as_deref(), stem, self.overwrite, endings)?;
         place.pictures = self.pictures.clone();
         Ok(place)
     }
@@ -207,13 +207,13 @@ impl Place {
         out: Option<&Path>,
         stem: &str,
         overwrite: bool,
-        beside: &[&str],
+        endings: &[&str],
     ) -> Result<Self, Failure> {
         overwrite_acts(out, overwrite)?;
         let request = out.map(|out| folder(Some(out.to_owned()), stem, overwrite));
         if let Some(request) = &request {
             let folder = request.prepare()?;
-            let names = beside.iter().map(|extension| folder.file(extension));
+            let names = endings.iter().map(|extension| folder.file(extension));
             let looked = look(&names.collect::<Vec<_>>(), &folder.stem(), overwrite);
             folder.discard();
             looked?;

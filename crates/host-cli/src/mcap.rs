@@ -78,13 +78,13 @@ pub(crate) fn chosen(path: &Path, names: &[&str]) -> Result<Topic, Failure> {
     let columns = wanted.filter(|name| !name.is_empty()).map(|wanted| {
         let found = topic.columns.iter().find(|(name, _)| name == wanted);
         found.cloned().ok_or_else(|| {
-            let there: Vec<&str> = topic
+            let found: Vec<&str> = topic
                 .columns
                 .iter()
                 .map(|(name, _)| name.as_str())
                 .collect();
-            let (name, there) = (&topic.name, there.join(", "));
-            let what = format!("{name} has no column {wanted}: give --columns some of {there}");
+            let (name, found) = (&topic.name, found.join(", "));
+            let what = format!("{name} has no column {wanted}: give --columns some of {found}");
             Failure::bad_input(what)
         })
     });

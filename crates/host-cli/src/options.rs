@@ -171,8 +171,8 @@ impl<N: Named> FromArgMatches for Options<N> {
                 }
             } else if let Some(texts) = matches.get_many::<String>(parameter.key) {
                 let text = texts.cloned().collect::<Vec<_>>().join(",");
-                let said = format!("--{name} {}", short(&text));
-                options.push((parameter, text, said));
+                let option = format!("--{name} {}", short(&text));
+                options.push((parameter, text, option));
             }
         }
         let values = N::VALUES.then(|| matches.get_many::<String>(VALUES));
@@ -217,33 +217,33 @@ impl<N: Named> Options<N> {
             document.set(table_of(kind, parameter), parameter.key, value, &said)?;
         }
         for text in &self.values {
-            let said = &short(text);
+            let shown = &short(text);
             let Some((written, value)) = text
                 .split_once('=')
                 .filter(|(key, _)| !key.trim().is_empty())
             else {
                 let error = "is not KEY=VALUE, as sample_time=1ms; a name goes with its option, as --tissue liver";
-                return Err(refused(said, error.to_owned()));
+                return Err(refused(shown, error.to_owned()));
             };
             let (written, parameter) = (written.trim(), found(kind, written.trim()));
             let (table, key, value) = match &parameter {
                 Some(parameter) => {
                     let value = value_of(written, parameter, value.trim());
-                    let value = value.map_err(|error| refused(said, error))?;
+                    let value = value.map_err(|error| refused(shown, error))?;
                     (table_of(kind, parameter), parameter.key, value)
                 }
                 // Its reader knows what there is instead.
                 None => (kind, without_heading(kind, written), Value::from(value)),
             };
-            document.set(table, key, value, said)?;
+            document.set(table, key, value, shown)?;
         }
         Ok(document)
     }
 }
 
 /// An error with the words that were given.
-fn refused(said: &str, error: String) -> Failure {
-    Failure::bad_input(format_args!("{said}: {error}"))
+fn refused(shown: &str, error: String) -> Failure {
+    Failure::bad_input(format_args!("{shown}: {error}"))
 }
 
 /// The table of a document that has this key.

@@ -109,14 +109,14 @@ fn print_lines(out: &mut dyn Write, lines: &[Line]) -> io::Result<()> {
             Line::Row(row) => {
                 let indent = "  ".repeat(row.level);
                 let space = " ".repeat(width.saturating_sub(indented(row)));
-                let of = match row.reason.as_str() {
+                let reason = match row.reason.as_str() {
                     "" => String::new(),
                     reason => format!("  ({})", in_line(reason)),
                 };
                 let mut lines = row.value.lines();
                 let first = lines.next().unwrap_or_default();
                 let label = in_line(&row.label);
-                let text = format!("{indent}{label}{space}  {first}{of}");
+                let text = format!("{indent}{label}{space}  {first}{reason}");
                 writeln!(out, "{}", text.trim_end())?;
                 for line in lines {
                     writeln!(out, "{}  {line}", " ".repeat(width))?;

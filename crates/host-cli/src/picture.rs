@@ -117,23 +117,23 @@ pub(crate) fn rehearsed(
     kind: &str,
     document: &toml::Table,
 ) -> Option<Result<Picture, FigureError>> {
-    let told = |key: &str| document.get(kind).and_then(|table| table.get(key));
+    let value = |key: &str| document.get(kind).and_then(|table| table.get(key));
     let has_drive = document.contains_key("drive");
     let is_column = |name: &&str| match *name {
         "drive_force_n" => has_drive,
         "object_position_m" => kind == "coupler",
         _ => true,
     };
-    let deep = told("axes").and_then(toml::Value::as_integer) == Some(3);
+    let deep = value("axes").and_then(toml::Value::as_integer) == Some(3);
     let columns = COLUMNS.split(' ').filter(is_column);
     let columns = columns.chain(deep.then_some("force_z_n"));
     let (time_s, ones) = (vec![0.0, 1.0], vec![1.0; 2]);
-    let slab = told("loading").and_then(toml::Value::as_str);
+    let slab = value("loading").and_then(toml::Value::as_str);
     let theory = |quantity| {
         Drawing::Theory(Theory {
             quantity,
             label: FORCE,
-            record: told("against").map(|_| Overlay {
+            record: value("against").map(|_| Overlay {
                 time_s: time_s.clone(),
                 values: ones.clone(),
                 relative_error: ones.clone(),

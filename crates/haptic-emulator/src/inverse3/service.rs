@@ -181,7 +181,7 @@ impl Unit {
             CENTRE_M.into()
         };
         let none = json!({"a0": 0.0, "a1": 0.0, "a2": 0.0});
-        let mut told = json!({
+        let mut message = json!({
             "device_id": self.id,
             "state": {
                 "cursor_position": xyz(self.body.place_m + base),
@@ -195,7 +195,7 @@ impl Unit {
             },
         });
         if full {
-            told["config"] = json!({
+            message["config"] = json!({
                 "type": "inverse3", "port": "emulated", "preset": self.preset, "basis": {"permutation": "XYZ"},
                 "device_info": {"id": self.id, "major_version": 7, "minor_version": 4, "device_type": 4, "uuid": self.id},
                 "extended_device_id": self.id, "extended_firmware_version": "emulated", "handedness": "right",
@@ -203,7 +203,7 @@ impl Unit {
                 "filters": {"force_gate": {"gain": self.gate}, "damping": {"scalar": self.damping}},
             });
         }
-        told
+        message
     }
 }
 
@@ -232,7 +232,7 @@ fn force(command: &Value) -> Option<Vector3<f64>> {
 
 /// A grip that points along the third axis, with no button pressed.
 fn grip(full: bool) -> Value {
-    let mut told = json!({
+    let mut message = json!({
         "device_id": GRIP_ID,
         "state": {
             "battery_level": 1.0, "battery_voltage": 4.1, "hall": 16, "orientation": still(),
@@ -241,10 +241,10 @@ fn grip(full: bool) -> Value {
         "status": {"awake": true, "connected": true, "ready": true},
     });
     if full {
-        told["config"] = json!({
+        message["config"] = json!({
             "type": "wireless_verse_grip", "port": "emulated", "major_version": 0, "minor_version": 0,
             "hardware_version": 0, "streaming_mode": "Radio", "basis": {"permutation": "XYZ"},
         });
     }
-    told
+    message
 }

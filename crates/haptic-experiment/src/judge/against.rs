@@ -246,7 +246,7 @@ fn log(path: &Path) -> Result<Columns, String> {
 /// Refuses a time or a value whose header could mean another, or names a unit of something else.
 fn is_clear(columns: &Columns, used: Column) -> Result<(), String> {
     let mut unclear = columns.unclear.iter();
-    let doubt = unclear.find(|of| [Column::Time, used].contains(&of.0));
+    let doubt = unclear.find(|column| [Column::Time, used].contains(&column.0));
     doubt.map_or(Ok(()), |(_, asked)| Err(format!("{asked}; {HEADER_ALONE}")))
 }
 
@@ -281,7 +281,7 @@ fn start(columns: &Columns, load: RigDrive) -> Option<usize> {
 fn leaves(values: &[f64]) -> Option<usize> {
     let second = values
         .windows(3)
-        .map(|of| (of[0] - 2.0 * of[1] + of[2]).abs());
+        .map(|triple| (triple[0] - 2.0 * triple[1] + triple[2]).abs());
     let mut second: Vec<f64> = second.collect();
     second.sort_by(f64::total_cmp);
     // σ of white noise by the median of |x₋ − 2x + x₊|, whose σ is √6 times as large. Of a few samples they are the curve itself.

@@ -170,13 +170,13 @@ fn in_words(wishes: &Specification) -> String {
 
 /// The gains of a PI^λD^μ by the keys of its file.
 #[must_use]
-pub fn gains(of: &PidParameters) -> Value {
+pub fn gains(parameters: &PidParameters) -> Value {
     json!({
-        "proportional_gain": of.proportional,
-        "integral_gain_per_s_lambda": of.integral,
-        "integral_order": of.integral_order,
-        "derivative_gain_s_mu": of.derivative,
-        "derivative_order": of.derivative_order,
+        "proportional_gain": parameters.proportional,
+        "integral_gain_per_s_lambda": parameters.integral,
+        "integral_order": parameters.integral_order,
+        "derivative_gain_s_mu": parameters.derivative,
+        "derivative_order": parameters.derivative_order,
     })
 }
 
@@ -362,13 +362,13 @@ impl DesignWords<'_> {
             let more = "For a proof and steps identify a function, with control identify.";
             return vec![format!("{count} {more}")];
         };
-        let mut said = vec![self.verdict(trial)];
+        let mut sentences = vec![self.verdict(trial)];
         let other = self.0.integer.as_ref().ok();
         let other = other.and_then(|other| other.trial.as_ref());
         let spread = |trial: &Trial| trial.overshoot_spread().filter(|_| trial.is_robust());
         match other.map(|other| (spread(trial), spread(other))) {
             Some((Some(fractional), Some(integer))) => {
-                said.push(format!(
+                sentences.push(format!(
                     "Over these gains its overshoot varies by {} %, that of the integer-order PID by {} %: {}.",
                     digits(100.0 * fractional, 3),
                     digits(100.0 * integer, 3),
@@ -376,10 +376,11 @@ impl DesignWords<'_> {
                 ));
             }
             Some((Some(_), None)) => {
-                said.push("The integer-order PID is not stable at all these gains.".to_owned());
+                sentences
+                    .push("The integer-order PID is not stable at all these gains.".to_owned());
             }
             Some(_) => {}
-            None => said.push(format!(
+            None => sentences.push(format!(
                 "No integer-order PID has this crossover and margin: {}.",
                 (self.0.integer.as_ref().err()).map_or("none was found".to_owned(), in_degrees)
             )),
@@ -392,19 +393,19 @@ impl DesignWords<'_> {
                 .wishes
                 .first()
                 .map_or(1.0, |wish| wish.wanted);
-            said.push(format!(
+            sentences.push(format!(
                 "It does not settle in the time shown: its integral fades as t^-{}. In control design, give {}.",
                 digits(order, 4),
                 Key("disturbance").set_to(format_args!("{}rad/s:0.05", digits(0.05 * crossover, 4)))
             ));
         }
         if !self.0.fractional.tuned.measures.stable_with_dead_time {
-            said.push("With a dead time in place of the plant's fast lags, which few records tell from it, the loop would not be stable: ask for less crossover, or be sure of these lags.".to_owned());
+            sentences.push("With a dead time in place of the plant's fast lags, which few records tell from it, the loop would not be stable: ask for less crossover, or be sure of these lags.".to_owned());
         }
         if self.unmet().is_empty() {
-            said.push("Every wish is met within 1 %.".to_owned());
+            sentences.push("Every wish is met within 1 %.".to_owned());
         }
-        said
+        sentences
     }
 }
 

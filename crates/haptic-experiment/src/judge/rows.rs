@@ -314,8 +314,8 @@ impl<'a> Column<'a> {
 }
 
 /// A value in words; `own` is a unit that the key does not say.
-fn text(key: &str, value: &Value, said: Option<&str>) -> String {
-    match (value, said) {
+fn text(key: &str, value: &Value, unit_beside: Option<&str>) -> String {
+    match (value, unit_beside) {
         (Value::Null, _) => "–".to_owned(),
         (Value::Bool(true), _) => "yes".to_owned(),
         (Value::Bool(false), _) => "no".to_owned(),
@@ -329,7 +329,7 @@ fn text(key: &str, value: &Value, said: Option<&str>) -> String {
         }
         (Value::Array(items), _) if items.len() > NUMBERS_MOST => format!("{} values", items.len()),
         (Value::Array(items), _) => {
-            let items = items.iter().map(|item| text(key, item, said));
+            let items = items.iter().map(|item| text(key, item, unit_beside));
             items.collect::<Vec<_>>().join(", ")
         }
         (Value::Object(inner), None) if interval(inner).is_some() => {
@@ -338,12 +338,16 @@ fn text(key: &str, value: &Value, said: Option<&str>) -> String {
         }
         (Value::Object(inner), _) => {
             // "p50" of `tick_ns` is in ns.
-            let of = |name| if says_unit(name) { name } else { key };
+            let key_of = |name| if says_unit(name) { name } else { key };
             let items = inner.iter().filter(|(_, value)| !value.is_null());
             // A column's unit is that of its own numbers.
-            let said = |name: &str| said.filter(|_| !says_unit(name));
+            let unit_beside = |name: &str| unit_beside.filter(|_| !says_unit(name));
             let items = items.map(|(name, value)| {
-                format!("{} {}", label(name), text(of(name), value, said(name)))
+                format!(
+                    "{} {}",
+                    label(name),
+                    text(key_of(name), value, unit_beside(name))
+                )
             });
             items.collect::<Vec<_>>().join(", ")
         }
@@ -431,23 +435,23 @@ fn is_repeated(object: &Object, key: &str, value: &Value) -> bool {
 
 /// The reason for a missing value, or the subject of a value, from the keys beside it.
 fn reason(object: &Object, key: &str) -> String {
-    let said = |says| {
+    let value_beside = |says| {
         let mut found = [key, without_unit(key)].into_iter();
         let (_, value) = found.find_map(|stem| beside(object, stem, says))?;
         Some(value).filter(|value| !value.is_null())
     };
-    if let Some(Value::String(reason)) = said(Says::Reason) {
+    if let Some(Value::String(reason)) = value_beside(Says::Reason) {
         return reason.clone();
     }
     let frequency = beside(object, key, Says::Frequency).filter(|(_, at)| !at.is_null());
     let frequency = frequency.map(|(name, at)| format!("at {}", text(&name, at, None)));
-    let mut of = Vec::from_iter(frequency);
-    if let (Some(from), Some(to)) = (said(Says::From), said(Says::To)) {
+    let mut parts = Vec::from_iter(frequency);
+    if let (Some(from), Some(to)) = (value_beside(Says::From), value_beside(Says::To)) {
         let [from, to] = [("from_s", from), ("to_s", to)].map(|(key, at)| text(key, at, None));
-        of.push(format!("from {from} to {to}"));
-        of.extend(said(Says::Samples).map(|samples| format!("{samples} samples")));
+        parts.push(format!("from {from} to {to}"));
+        parts.extend(value_beside(Says::Samples).map(|samples| format!("{samples} samples")));
     }
-    of.join(", ")
+    parts.join(", ")
 }
 
 /// The unit that a report says beside a key, in the object or in the one around it.

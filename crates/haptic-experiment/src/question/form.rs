@@ -34,10 +34,10 @@ impl<'de> Deserialize<'de> for Text {
 
 /// Refuses a number outside its range.
 pub(crate) fn check(parameter: Parameter, number: Option<f64>) -> Result<(), Failure> {
-    let refused = |said| Failure::bad_input(parameter.set_to::<String>(said));
+    let refused = |reason| Failure::bad_input(parameter.set_to::<String>(reason));
     parameter
         .outside(number)
-        .map_or(Ok(()), |said| Err(refused(said)))
+        .map_or(Ok(()), |reason| Err(refused(reason)))
 }
 
 /// A form, its tables under headings, and a constant for each key: `NAME = key: kind(parts of the parameter);`.

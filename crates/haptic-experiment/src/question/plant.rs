@@ -48,7 +48,8 @@ impl Begun {
         };
         let plant: Plant = text.parse().map_err(|error| refused(&error))?;
         let function = plant.function();
-        let Some(function) = function.filter(|own| own.denominator().degree() > 0.0) else {
+        let Some(function) = function.filter(|function| function.denominator().degree() > 0.0)
+        else {
             return Err(refused(
                 &"its denominator has no power of s: give one, as in 2/(30s^0.9+1)",
             ));
@@ -224,10 +225,10 @@ impl PlantQuestion {
             dead_time_evidence(&found, &record, self.held)
         });
         let tried = other.and_then(|other| {
-            let beside = validate(best, record.start, &other.record, self.held)?;
+            let validation = validate(best, record.start, &other.record, self.held)?;
             Some(Tried {
                 record: other.record,
-                beside,
+                validation,
             })
         });
         let report = PlantReport::of(&found, best, &record, evidence.flatten(), tried.as_ref());

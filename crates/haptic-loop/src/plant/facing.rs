@@ -352,7 +352,7 @@ fn friction(
         let mut changes = false;
         for ((along, limit), friction) in ALONG.iter().zip(limits).zip(&mut frictions) {
             let answer = [0, 1].map(|i| mobility(i, 0) * along[0] + mobility(i, 1) * along[1]);
-            let dot = |of: [f64; 2]| along[0] * of[0] + along[1] * of[1];
+            let dot = |vector: [f64; 2]| along[0] * vector[0] + along[1] * vector[1];
             let wanted = (*friction - dot(velocities) / dot(answer)).clamp(-limit, limit);
             let change = wanted - *friction;
             *friction = wanted;

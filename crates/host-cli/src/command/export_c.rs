@@ -222,14 +222,14 @@ impl Arguments {
                 self.horizon_s()
             ));
         }
-        let of = match what.tissue {
+        let source = match what.tissue {
             Some(tissue) => tissue.options(),
             None => format!("--order {mu}"),
         };
         let horizon = (what.error_bound)
             .map_or_else(String::new, |_| format!("--horizon {}s ", self.horizon_s()));
         notes.push(format!(
-            "Made by host-cli {} export-c {of} --sample-time {t}s --scheme {} {horizon}--precision {} --name {}",
+            "Made by host-cli {} export-c {source} --sample-time {t}s --scheme {} {horizon}--precision {} --name {}",
             env!("CARGO_PKG_VERSION"),
             what.scheme,
             self.precision.name(),

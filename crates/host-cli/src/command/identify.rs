@@ -82,13 +82,13 @@ impl Arguments {
         let (tissue, figure) = match name {
             Some(name) => {
                 let date = StartTime::at(SystemTime::now()).day();
-                let told = Provenance {
+                let provenance = Provenance {
                     program: PROGRAM,
                     record: &source,
                     conditions: self.conditions.as_deref(),
                     date: &date,
                 };
-                let tissue = found.tissue(name, understood, told);
+                let tissue = found.tissue(name, understood, provenance);
                 let text = tissue.map_err(Failure::input)?.to_toml();
                 let is_asked = question.options.chosen.is_some();
                 place.write(

@@ -91,7 +91,7 @@ impl Arguments {
             name.to_string_lossy().starts_with("figure-")
                 && ["csv", "svg", "png", "pdf"]
                     .iter()
-                    .any(|own| extension == *own)
+                    .any(|known| extension == *known)
         };
         // A folder that is not there yet has none.
         let entries = std::fs::read_dir(&self.out).into_iter().flatten().flatten();

@@ -140,7 +140,7 @@ fn away(run: &LoopRun) -> String {
         ..
     } = &run.response;
     let [output, reference] =
-        [measured, reference].map(|of| digits(of.last().copied().unwrap_or(f64::NAN), 4));
+        [measured, reference].map(|samples| digits(samples.last().copied().unwrap_or(f64::NAN), 4));
     let why = match (run.verdict.stable, run.settles, run.limited_share) {
         _ if run.coarse.is_some() => {
             "the loop is too fast for the sampled model; see control analyze".to_owned()

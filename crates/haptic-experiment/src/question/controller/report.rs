@@ -81,13 +81,14 @@ impl DesignedController {
         let integer = self.answer.integer.as_ref().ok();
         let wish = |wish: &Wish| {
             let (name, _, in_unit) = row_of_wish(wish.name);
-            let of = |other: &Candidate| other.wishes.iter().find(|w| w.name == wish.name).copied();
+            let wish_of =
+                |other: &Candidate| other.wishes.iter().find(|w| w.name == wish.name).copied();
             json!({
                 "name": name,
                 "wanted": in_unit(wish.wanted),
                 "reached": in_unit(wish.reached),
                 "met": wish.is_met(),
-                "integer_reached": integer.and_then(of).map(|other| in_unit(other.reached)),
+                "integer_reached": integer.and_then(wish_of).map(|other| in_unit(other.reached)),
             })
         };
         let step = fractional.trial.as_ref().map(|trial| {
@@ -106,7 +107,7 @@ impl DesignedController {
             "stable": stable(fractional),
             "notes": self.words().sentences(),
         });
-        let beside = json!({
+        let answer = json!({
             "integer": integer.map(|other| {
                 let controller = gains(&other.tuned.parameters);
                 let verdict = json!({"controller": controller, "stable": stable(other)});
@@ -115,7 +116,7 @@ impl DesignedController {
             "integer_reason": self.answer.integer.as_ref().err().map(in_degrees),
             "step": step.unwrap_or_default(),
         });
-        Value::Object(rows([asked, trial(fractional, t), beside]))
+        Value::Object(rows([asked, trial(fractional, t), answer]))
     }
 
     /// Refuses an unstable loop, and a wish that is not met.

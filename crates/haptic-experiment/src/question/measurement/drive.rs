@@ -374,8 +374,8 @@ impl Excitation {
         let t = plan.sample_time_s;
         let moved = (position_m - course.last_m) / t - course.velocity_m_per_s;
         course.velocity_m_per_s -= libm::expm1(-t / FOLLOWS_S) * moved;
-        let there = position_m + AHEAD_S * course.velocity_m_per_s;
-        let away = (there - course.start_m.unwrap_or(there)).abs();
+        let ahead = position_m + AHEAD_S * course.velocity_m_per_s;
+        let away = (ahead - course.start_m.unwrap_or(ahead)).abs();
         course.slow = if away > WIDE * plan.box_m {
             course.slow * libm::exp(-t / SHRINKS_S)
         } else {

@@ -104,18 +104,18 @@ pub(crate) fn estimate(record: &MotionRecord, hand: bool) -> Result<Measured, Me
             minima = finer;
         }
     }
-    let told = minima.iter().filter_map(|minimum| search.told(minimum));
-    let mut told: Vec<Measured> = told.collect();
+    let candidates = minima.iter().filter_map(|minimum| search.told(minimum));
+    let mut candidates: Vec<Measured> = candidates.collect();
     // All fit equally well: the first with a certain mass is reported, the others widen its intervals.
-    told.sort_by_key(|told| told.mass_kg.relative() > UNSURE);
-    let mut told = told.into_iter();
-    let best = told.next().ok_or(MeasureError::NoFit)?;
+    candidates.sort_by_key(|candidate| candidate.mass_kg.relative() > UNSURE);
+    let mut candidates = candidates.into_iter();
+    let best = candidates.next().ok_or(MeasureError::NoFit)?;
     let unsure = best.mass_kg.relative();
     if unsure.is_nan() || unsure > UNSURE {
         let percent = 100.0 * unsure;
         return Err(MeasureError::Unsure { percent });
     }
-    let mut measured = told.fold(best, Measured::or_as_well);
+    let mut measured = candidates.fold(best, Measured::or_as_well);
     measured.warn(record.len());
     Ok(measured)
 }
@@ -196,8 +196,9 @@ impl<'a> Search<'a> {
         };
         // A lag that may be zero is not exchanged: no device is so light.
         let has_lag = |best: &Fitted| {
-            let told = self.told(best);
-            is_slow(&best.model) || told.is_some_and(|told| told.current_lag_s.low > 0.0)
+            let measured = self.told(best);
+            is_slow(&best.model)
+                || measured.is_some_and(|measured| measured.current_lag_s.low > 0.0)
         };
         search(starts)
             .filter(|best| exchanges && has_lag(best))
@@ -206,10 +207,10 @@ impl<'a> Search<'a> {
         // With friction the residual has an edge at a delay of whole samples.
         if let Some(best) = search(&[]).map(|best| best.model) {
             let at = |delay: f64, lag: f64| Model { delay, lag, ..best };
-            let beside = BESIDE.map(|by| best.delay.round() + by);
-            search(&beside.map(|delay| at(delay, best.lag)));
+            let delays = BESIDE.map(|by| best.delay.round() + by);
+            search(&delays.map(|delay| at(delay, best.lag)));
             // And without lag.
-            search(&beside.map(|delay| at(delay, 0.0)));
+            search(&delays.map(|delay| at(delay, 0.0)));
         }
         let most = TELLS_APART * minima.first().map_or(0.0, rms) + NOTHING_M;
         minima.retain(|fitted| rms(fitted) <= most);
@@ -259,9 +260,9 @@ fn starts(record: &MotionRecord, speed: &[f64]) -> Vec<usize> {
     let choice = (CHOICE * piece as f64) as usize;
     let last = record.len().saturating_sub(piece / 2);
     let fastest = |from: usize| {
-        let there = (from..(from + choice).min(record.len()))
+        let window = (from..(from + choice).min(record.len()))
             .filter(|&n| speed[n].is_finite() && record.position_m[n].is_finite());
-        there.max_by(|&a, &b| speed[a].abs().total_cmp(&speed[b].abs()))
+        window.max_by(|&a, &b| speed[a].abs().total_cmp(&speed[b].abs()))
     };
     (record.driven_from..last)
         .step_by(piece)
@@ -507,9 +508,13 @@ fn noise_m(left: &[f64], free: usize, step_m: f64) -> Estimate {
     let spread = means.iter().map(|m| (m - mean) * (m - mean)).sum::<f64>();
     let error = (spread / (count * (count - 1.0).max(1.0))).sqrt();
     let rounding = step_m * step_m / 12.0;
-    let beside = (variance - rounding).max(0.0);
-    let [value, low, high] = [beside, beside - SIDES * error, beside + SIDES * error]
-        .map(|variance| variance.max(0.0).sqrt());
+    let variance_left = (variance - rounding).max(0.0);
+    let [value, low, high] = [
+        variance_left,
+        variance_left - SIDES * error,
+        variance_left + SIDES * error,
+    ]
+    .map(|variance| variance.max(0.0).sqrt());
     Estimate { value, low, high }
 }
 
@@ -648,7 +653,8 @@ impl Measured {
         }
         // Intervals about as wide as their value; one of the mass is refused. A delay or lag much shorter than a sample, and a friction far
         // below that at rest, may be as unsure as they like.
-        let wide = |number: &Estimate, of: f64| 0.5 * (number.high - number.low) > UNSURE * of;
+        let wide =
+            |number: &Estimate, scale: f64| 0.5 * (number.high - number.low) > UNSURE * scale;
         let sample_s = self.sample_time_s;
         let at_rest_n = self.breakaway_n.unwrap_or(f64::INFINITY);
         let (damping, friction) = (&self.damping_n_s_per_m, &self.friction_n);

@@ -578,8 +578,8 @@ impl Spread {
 
     /// Correlation of two such sums, −1 to 1.
     pub(super) fn correlation(&self, a: &DVector<f64>, b: &DVector<f64>) -> f64 {
-        let of = |a: &DVector<f64>, b: &DVector<f64>| a.dot(&(&self.covariance * b));
-        of(a, b) / (of(a, a) * of(b, b)).sqrt()
+        let covariance = |a: &DVector<f64>, b: &DVector<f64>| a.dot(&(&self.covariance * b));
+        covariance(a, b) / (covariance(a, a) * covariance(b, b)).sqrt()
     }
 }
 

@@ -100,7 +100,7 @@ pub struct Tried {
     /// The other record.
     pub record: InputOutput,
     /// The function there.
-    pub beside: Validation,
+    pub validation: Validation,
 }
 
 impl PlantReport {
@@ -145,8 +145,8 @@ impl PlantReport {
             candidates: candidates.collect(),
             validation: tried.map(|tried| ValidationRow {
                 samples: tried.record.time_s.len(),
-                rms_residual: tried.beside.rms_residual,
-                fit: tried.beside.fit,
+                rms_residual: tried.validation.rms_residual,
+                fit: tried.validation.fit,
             }),
             warnings,
         }
@@ -258,11 +258,11 @@ impl NumberRow {
                 return Self::with_error("delay_s".to_owned(), found.dead_time.seconds(), error);
             }
         };
-        let of = |term: &Term| match is_order {
+        let value = |term: &Term| match is_order {
             true => term.order,
             false => term.coefficient,
         };
-        let value = terms.get(n).map_or(f64::NAN, of);
+        let value = terms.get(n).map_or(f64::NAN, value);
         // Errors of coefficients are relative.
         let (kind, scale) = match is_order {
             true => ("order", 1.0),
@@ -353,12 +353,12 @@ fn one_of_two(best: &Found, record: &InputOutput) -> Option<String> {
 
 /// A second record that the function leaves much more of than of its own.
 fn worse(tried: &Tried, best: &Found) -> Option<String> {
-    let [own, other] = [best.identified.rms_residual, tried.beside.rms_residual];
-    (other > WORSE * own).then(|| {
+    let [best_rms, other] = [best.identified.rms_residual, tried.validation.rms_residual];
+    (other > WORSE * best_rms).then(|| {
         format!(
             "of the record of {VALIDATE} the function leaves {} times as much as of its own (fit {})",
-            digits(other / own, 3),
-            digits(tried.beside.fit, 4)
+            digits(other / best_rms, 3),
+            digits(tried.validation.fit, 4)
         )
     })
 }

@@ -50,7 +50,7 @@ impl Arguments {
         let mut outputs = self.files.look("controller", &["toml"])?;
         let plant: LoopForm = self.plant.form()?;
         let plant = plant.plant(plant.files()?.plant)?;
-        plant.hint.iter().for_each(|said| output.warn(said));
+        plant.hint.iter().for_each(|hint| output.warn(hint));
         let form: DesignForm = self.asked.form()?;
         let found = designed(form.design(plant.plant.clone())?)?;
         let file = found

@@ -50,19 +50,23 @@ pub(super) fn draw_run(found: &Simulated, asked: &ControlLoop) -> Result<Picture
         None => ("A plant alone, simulated", "plant"),
     };
     let subtitle = subtitle(&asked.plant, asked.controller.as_ref());
-    let of = |values: &[f64]| over_time(values, found.sample_time_s);
+    let points = |values: &[f64]| over_time(values, found.sample_time_s);
     let run = &found.response;
-    let (reference, output, command) = (of(&run.reference), of(&run.measured), of(&run.command));
-    let beside = found.integer.as_ref();
-    let beside = beside.map(|other| (of(&other.measured), of(&other.command)));
-    let axis = command_axis(&command, beside.as_ref().map(|(_, command)| command));
+    let (reference, output, command) = (
+        points(&run.reference),
+        points(&run.measured),
+        points(&run.command),
+    );
+    let integer = found.integer.as_ref();
+    let integer = integer.map(|other| (points(&other.measured), points(&other.command)));
+    let axis = command_axis(&command, integer.as_ref().map(|(_, command)| command));
     let time = || linear("time / s");
     let mut outputs = Panel::new("output", time(), linear("output"))
         .with("reference", Look::Dotted, 5, reference)
         .with(name, Look::Line, 0, output);
     let commands = Panel::new("command", time(), axis);
     let mut commands = commands.with(name, Look::Line, 0, command);
-    if let Some((output, command)) = beside {
+    if let Some((output, command)) = integer {
         let name = "integer-order PID, same crossover and margin";
         outputs = outputs.with(name, Look::Dashed, 1, output);
         commands = commands.with(name, Look::Dashed, 1, command);
@@ -71,10 +75,10 @@ pub(super) fn draw_run(found: &Simulated, asked: &ControlLoop) -> Result<Picture
 }
 
 /// An axis for commands: an initial kick many times larger than the rest is written as a number, not drawn.
-fn command_axis(command: &Points, beside: Option<&Points>) -> AxisSpec<'static> {
+fn command_axis(command: &Points, integer: Option<&Points>) -> AxisSpec<'static> {
     const KICK: usize = 5;
     let axis = linear("command");
-    let all = || std::iter::once(command).chain(beside);
+    let all = || std::iter::once(command).chain(integer);
     let ends = |skipped: usize| {
         let values = all().flat_map(move |points| points.iter().skip(skipped).map(|p| p.1));
         let values = values.filter(|value| value.is_finite());
@@ -92,7 +96,7 @@ fn command_axis(command: &Points, beside: Option<&Points>) -> AxisSpec<'static> 
 }
 
 fn beside(record: &InputOutput, model: &[f64], title: &'static str) -> [Panel<'static>; 2] {
-    let of = |values: &[f64]| -> Points {
+    let points = |values: &[f64]| -> Points {
         let time = record.time_s.iter().copied();
         time.zip(values.iter().copied()).collect()
     };
@@ -100,20 +104,23 @@ fn beside(record: &InputOutput, model: &[f64], title: &'static str) -> [Panel<'s
     let left: Vec<f64> = left.map(|(model, output)| model - output).collect();
     let time = || linear("time / s");
     let upper = Panel::new(title, time(), linear("input, output"))
-        .with("input", Look::Dotted, 2, of(&record.input))
-        .with("output, record", Look::Broad, 3, of(&record.output))
-        .with("output, function", Look::Line, 0, of(model));
+        .with("input", Look::Dotted, 2, points(&record.input))
+        .with("output, record", Look::Broad, 3, points(&record.output))
+        .with("output, function", Look::Line, 0, points(model));
     let lower = Panel::new("function less record", time(), linear("difference"));
-    [upper, lower.with("difference", Look::Line, 1, of(&left))]
+    [
+        upper,
+        lower.with("difference", Look::Line, 1, points(&left)),
+    ]
 }
 
 /// A function beside its record, and beside another one that it is tried on.
 pub(super) fn draw_identified(answer: &PlantAnswer, name: &str) -> Result<Picture, FigureError> {
-    let own = beside(&answer.record, answer.model(), "record and function");
-    let mut panels = Vec::from(own);
+    let panels = beside(&answer.record, answer.model(), "record and function");
+    let mut panels = Vec::from(panels);
     if let Some(tried) = &answer.tried {
         let other = "a second record and the function";
-        panels.extend(beside(&tried.record, &tried.beside.model, other));
+        panels.extend(beside(&tried.record, &tried.validation.model, other));
     }
     let subtitle = format!(
         "{} · {} samples\n{}",
@@ -329,7 +336,7 @@ impl Curves {
         panel
     }
 
-    fn left_out(&self, of: &str) -> Option<String> {
+    fn left_out(&self, subject: &str) -> Option<String> {
         let ink = self.gains.iter().filter(|(_, points)| Self::is_ink(points));
         let mut names: Vec<&str> = ink.map(|(name, _)| name.as_str()).collect();
         if self.as_it_is_run().contains(&None) {
@@ -337,7 +344,7 @@ impl Curves {
         }
         (!names.is_empty()).then(|| {
             let names = names.join(", ");
-            format!("left out: {of} at {names}, which grows or swings too often to be drawn")
+            format!("left out: {subject} at {names}, which grows or swings too often to be drawn")
         })
     }
 
@@ -406,8 +413,8 @@ pub(super) fn draw_design(
     let (law, pid) = ("PI^λD^μ", "integer-order PID");
     let of_gains = |name| Panel::new(format!("{name} at several gains"), time, steps);
     let (fractional, mut integer) = (flat.on(of_gains(law)), of_gains(pid));
-    let beside = other.as_ref().and_then(|other| other.as_it_is_run()[1]);
-    let axis = command_axis(&flat.command, beside);
+    let run_other = other.as_ref().and_then(|other| other.as_it_is_run()[1]);
+    let axis = command_axis(&flat.command, run_other);
     // Other looks than those of the gains.
     let outputs = Panel::new("as it is run, with its limits", time, linear("output"));
     let mut outputs = outputs.with(law, Look::Broad, 6, flat.output.iter().copied());
@@ -451,7 +458,7 @@ mod tests {
     /// cos ωt turns ωt/π times; a ripple below a thirtieth of the height is none.
     #[test]
     fn turns_are_counted_as_they_are_seen() {
-        let of = |ripple: f64| -> Points {
+        let curve = |ripple: f64| -> Points {
             let t = (0..=10_000).map(|n| f64::from(n) * 1e-3);
             t.map(|t| {
                 (
@@ -462,10 +469,10 @@ mod tests {
             .collect()
         };
         // The first turn, from the beginning downwards, is at the second sample.
-        assert_eq!(turns(&of(0.0), 2.0).len(), 205);
-        assert_eq!(turns(&of(0.01), 2.0).len(), 205);
-        assert!(turns(&of(0.2), 2.0).len() > 1000);
-        assert!(Curves::is_ink(&of(0.0)));
+        assert_eq!(turns(&curve(0.0), 2.0).len(), 205);
+        assert_eq!(turns(&curve(0.01), 2.0).len(), 205);
+        assert!(turns(&curve(0.2), 2.0).len() > 1000);
+        assert!(Curves::is_ink(&curve(0.0)));
         let calm: Points = (0..1000)
             .map(|n| (f64::from(n), -(-0.01 * f64::from(n)).exp_m1()))
             .collect();

@@ -19,7 +19,7 @@ pub(super) fn told(mut report: Value, files: &[String], output: Output) -> Resul
     let warnings = report["warnings"].as_array().into_iter().flatten();
     warnings
         .filter_map(Value::as_str)
-        .for_each(|said| output.warn(said));
+        .for_each(|hint| output.warn(hint));
     report["files"] = json!(files);
     output.report(&report)
 }

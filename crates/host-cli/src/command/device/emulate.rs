@@ -171,7 +171,7 @@ const FACING: &str = "facing_";
 
 /// The names of all keys, without their units.
 pub(crate) fn names() -> Vec<&'static str> {
-    all_keys().map(|of| without_unit(of.0)).collect()
+    all_keys().map(|row| without_unit(row.0)).collect()
 }
 
 #[derive(Debug, Default)]

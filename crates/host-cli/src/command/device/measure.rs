@@ -100,12 +100,12 @@ fn draw(report: &MeasureReport) -> Result<Picture, FigureError> {
     let residual = Panel::new("model less position read", time, linear("residual / µm"));
     let mut panels = vec![motion, residual.with("residual", Look::Line, 0, left)];
     if report.response().next().is_some() {
-        let of = |part: usize| report.response().map(move |line| (line[0], line[part]));
+        let column = |part: usize| report.response().map(move |line| (line[0], line[part]));
         let omega = || logarithmic("ω / (rad/s)");
         let gain = Panel::new("frequency response", omega(), logarithmic("|G| / (m/N)"));
         let coherence = Panel::new("coherence", omega(), linear("γ²").between(0.0, 1.0));
-        panels.push(gain.with("measured", Look::Markers, 0, of(1)));
-        panels.push(coherence.with("coherence", Look::Markers, 0, of(2)));
+        panels.push(gain.with("measured", Look::Markers, 0, column(1)));
+        panels.push(coherence.with("coherence", Look::Markers, 0, column(2)));
     }
     page("A device, measured", &report.conditions, 1, &panels)
 }

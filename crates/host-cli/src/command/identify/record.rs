@@ -63,9 +63,9 @@ pub(super) fn read(
     }
     let understood = if is_ours(&question.reader, path)? {
         let mut reading = question.reading;
-        let said = loading_of(path, &mut reading);
+        let loading = loading_of(path, &mut reading);
         let mut columns = log(&question.reader, path, &reading.loading)?;
-        columns.notes.extend(said);
+        columns.notes.extend(loading);
         reading.record(columns).map(|one| vec![one])
     } else {
         let (reader, bytes) = opened(&question.reader, path)?;

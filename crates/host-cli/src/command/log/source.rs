@@ -57,13 +57,13 @@ pub(super) fn log_at(path: &Path) -> Result<PathBuf, Failure> {
         return Ok(path.to_owned());
     };
     let files: Vec<PathBuf> = files.filter_map(|file| Some(file.ok()?.path())).collect();
-    let of = |ending: &str| {
+    let with_ending = |ending: &str| {
         let is_one = |file: &&PathBuf| file.extension().is_some_and(|end| end == ending);
         files.iter().filter(is_one).cloned().collect::<Vec<_>>()
     };
-    let mut logs = of("mcap");
+    let mut logs = with_ending("mcap");
     if logs.is_empty() {
-        logs = of("part");
+        logs = with_ending("part");
     }
     let goes_on = |log: &&PathBuf| first_file(log).is_some_and(|first| logs.contains(&first));
     let mut firsts: Vec<&PathBuf> = logs.iter().filter(|log| !goes_on(log)).collect();
