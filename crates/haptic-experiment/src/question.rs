@@ -23,6 +23,8 @@ use analysis::{ANALYSES, Analysis};
 use bench::BENCH;
 pub use design::coupler::CouplerAnswer;
 use design::coupler::CouplerDesign;
+use design::front::Front;
+pub use design::front::{FrontReport, FrontWall};
 pub use design::{Candidate, DesignReport};
 use design::{Design, WishName};
 pub use machine_check::RtCheck;
@@ -96,6 +98,8 @@ enum Asked {
     Design(Box<Design>),
     /// `[design]` with the wish coupler.
     Coupler(CouplerDesign),
+    /// `[design]` with the key front.
+    Front(Box<Front>),
     Analysis(Box<Analysis>),
 }
 
@@ -122,6 +126,9 @@ impl Question {
         }
         Ok(Self(match kind {
             "zwidth" => Asked::ZWidth(Box::new(ZWidth::of(&table)?)),
+            _ if table.flag(&design::FRONT)? => {
+                Asked::Front(Box::new(design::reading::front(&table)?))
+            }
             _ => match design::reading::wish(&table)? {
                 WishName::Coupler => Asked::Coupler(design::reading::coupler(&table)?),
                 wish @ (WishName::StiffestWall | WishName::MostDamping | WishName::Tissue) => {
@@ -144,6 +151,7 @@ impl Question {
             Asked::ZWidth(zwidth) => zwidth.cells(),
             Asked::Design(design) => design.steps() as u64,
             Asked::Coupler(design) => design.orders.len() as u64,
+            Asked::Front(front) => front.design.orders.len() as u64,
             Asked::Analysis(asked) => asked.steps(),
         }
     }
@@ -186,6 +194,10 @@ impl Question {
                 let found = design.answer(stop, progress)?;
                 Ok(Answer::Coupler(Box::new(found)))
             }
+            Asked::Front(front) => {
+                let found = front.answer(stop, progress)?;
+                Ok(Answer::Front(Box::new(found)))
+            }
             Asked::Analysis(asked) => {
                 let found = asked.answer(progress, stop, warn)?;
                 Ok(Answer::Analysis(Box::new(found)))
@@ -204,6 +216,8 @@ pub enum Answer {
     Design(Box<DesignReport>),
     /// The stiffest coupler of each order.
     Coupler(Box<CouplerAnswer>),
+    /// The walls that none beats.
+    Front(Box<FrontReport>),
     /// Stability, passivity or transparency.
     Analysis(Box<Analysed>),
 }
@@ -215,6 +229,10 @@ impl Answer {
         let (order, simulated) = match self {
             Self::ZWidth(report) => return report.stiffest(),
             Self::Analysis(found) => return found.verdict(),
+            Self::Front(found) => {
+                let (kept, compared) = (found.walls.len(), found.compared);
+                return format!("{kept} of {compared} walls are beaten by none");
+            }
             Self::Design(found) => (found.best.as_ref().map(|best| best.order), found.simulated),
             Self::Coupler(found) => (found.best.as_ref().map(|best| best.order), found.simulated),
         };
@@ -234,6 +252,7 @@ impl Answer {
             Self::ZWidth(report) => folder.write_table(&[], report.rows()),
             Self::Design(found) => folder.write_table(&[], found.candidates.iter()),
             Self::Coupler(found) => folder.write_table(&[], found.candidates.iter()),
+            Self::Front(found) => folder.write_table(&[], found.walls.iter()),
             Self::Analysis(found) => return found.write_table(folder),
         };
         written.map(Some)
@@ -249,6 +268,7 @@ impl Answer {
             Self::ZWidth(_) | Self::Analysis(_) => Ok(()),
             Self::Design(found) => found.require(warn),
             Self::Coupler(found) => found.require(),
+            Self::Front(found) => found.require(),
         }
     }
 
@@ -256,7 +276,7 @@ impl Answer {
     #[must_use]
     pub fn experiment_text(&self) -> Option<&str> {
         match self {
-            Self::ZWidth(_) | Self::Analysis(_) => None,
+            Self::ZWidth(_) | Self::Analysis(_) | Self::Front(_) => None,
             Self::Design(found) => found.experiment_text.as_deref(),
             Self::Coupler(found) => found.experiment_text.as_deref(),
         }
@@ -319,6 +339,8 @@ mod tests {
             [zwidth]\n[design] | a second question
             [zwidth]\npoints = 1 | points = 1 is not a whole number from 2 to 1000: change it
             [analyze-passivity]\norder = 1\nalpha = 1\nmass_kg = 1 | omit `alpha`
+            [design]\nfront = true\nwish = "most-damping" | wish belongs to a design without front: omit it
+            [design]\nfront = true\nrequire = "every-motion" | proofs belong to a design without front: change it
             [analyze-sensitivity]\npoints = 1 | points = 1 is not a whole number from 2 to 100000
             [analyze-teleoperation]\nplayout = 3 | `playout` has no effect
             [zwidth]\norders = [3] | form:2: orders has 3

@@ -22,7 +22,8 @@ pub use crate::experiment::{DRIVE_TABLE, KINDS};
 pub use crate::question::control_loop::{CONTROL_LOOP, PLANT, REFERENCE};
 pub use crate::question::controller::{CONTROL_DESIGN, CROSSOVER, NOT_FLAT, PHASE_MARGIN};
 pub use crate::question::design::{
-    DESIGN_ORDERS, FORCE_NOISE_LIMIT, GAIN_MARGIN, REQUIRE, WISH, WISH_FREQUENCY, WISH_TISSUE,
+    DESIGN_ORDERS, FORCE_NOISE_LIMIT, FRONT, GAIN_MARGIN, REQUIRE, WISH, WISH_FREQUENCY,
+    WISH_TISSUE,
 };
 pub use crate::question::measurement::{
     HELD, MEASURE_AXIS, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT,

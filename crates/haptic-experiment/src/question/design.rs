@@ -30,6 +30,7 @@ mod bench;
 #[cfg(test)]
 mod campaign_tests;
 pub(crate) mod coupler;
+pub(crate) mod front;
 pub(crate) mod reading;
 mod search;
 
@@ -57,13 +58,14 @@ parameters! {
     WISH_TISSUE = text("tissue", "", "Tissue for that wish: a name from `host-cli materials list`, or a TOML file");
     /// Frequency of a design, Hz.
     WISH_FREQUENCY = optional("frequency_hz", range::FREQUENCIES_HZ,
-        "Frequency for most-damping, and to compare the orders of a tissue or coupler [default there: 1 Hz]");
+        "Frequency for most-damping, and to compare walls of a front or the orders of a tissue or coupler [default there: 1 Hz]");
     /// Condition that a wall must meet.
     REQUIRE = text("require", "stable", "Condition that the wall must meet");
     /// Gain margin of a design.
     GAIN_MARGIN = number("gain_margin", 2.0, "2", Range::AboveUpTo(1.0, 1e3),
         "Factor by which a stable wall could grow before it is unstable");
     DESIGN_ORDERS = list_of("orders", "0,0.25,0.5,0.75,1,1.25,1.5,1.75,2", range::WALL_ORDERS, "Orders to try, 0 to 2; if not given, finer ones around the best wall too");
+    FRONT = flag("front", "All walls that none beats in stiffness, damping, gain margin and force noise at once, in place of the best of a wish; nothing is tried");
     /// Limit on the noise of the force, N.
     FORCE_NOISE_LIMIT = optional("force_noise_limit_n", range::FORCES_ABOVE_0,
         "Largest rms force noise from encoder steps and sensor noise, in all trials [default: 5 % of the push, any for a tissue]");
@@ -76,10 +78,10 @@ const HALVINGS: usize = 5;
 pub(crate) const COMPARED_AT_HZ: f64 = 1.0;
 
 /// Of `[design]`, beside the device of a question.
-pub(crate) const DESIGN: &[Parameter] = &joined::<17>(&[
+pub(crate) const DESIGN: &[Parameter] = &joined::<18>(&[
     &[WISH, WISH_TISSUE],
     UNNAMED_PIECE,
-    &[WISH_FREQUENCY, REQUIRE, GAIN_MARGIN, DESIGN_ORDERS],
+    &[FRONT, WISH_FREQUENCY, REQUIRE, GAIN_MARGIN, DESIGN_ORDERS],
     &[SCHEME, FORCE_NOISE_LIMIT, ONE_SIDED, WALL_CONTACT],
 ]);
 

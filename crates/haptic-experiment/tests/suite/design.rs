@@ -73,6 +73,161 @@ fn a_stable_design_is_the_anchor_over_the_margin() {
     assert_eq!(best["passive"], false);
 }
 
+/// The walls of a front.
+fn front(text: &str) -> (Value, Vec<Value>) {
+    let report = design(&format!("front = true\n{text}"));
+    let walls = report["walls"].as_array().expect("a list").clone();
+    (report, walls)
+}
+
+/// A wall that is asked about by itself, with this answer of `analyze`.
+fn analysed(name: &str, wall: &Value, device: &str) -> Value {
+    let [order, k, b] =
+        ["order", "stiffness_n_per_m", "dissipation_n_s_mu_per_m"].map(|key| number(wall, key));
+    let text = format!(
+        "[analyze-{name}]\norder = {order}\nstiffness_n_per_m = {k}\ndissipation_n_s_mu_per_m = {b}\nscheme = \"full\"\n{device}\n"
+    );
+    let question = Question::parse(Path::new("form"), &text).expect("a good question");
+    let answer = question
+        .answer(&|_| (), &NEVER, &|_| ())
+        .expect("an answer");
+    serde_json::to_value(answer).expect("JSON")
+}
+
+#[test]
+fn a_front_has_the_numbers_that_the_analyses_give_and_no_wall_that_another_beats() {
+    let device = "mass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 1e-3\ndelay_s = 1e-3";
+    let noisy = "encoder_resolution_m = 3e-5\nfrequency_hz = 5";
+    let (report, walls) = front(&format!(
+        "{device}\n{noisy}\norders = [0, 0.5, 1, 1.5]\nscheme = \"full\""
+    ));
+    assert!(
+        walls.len() > 50 && report["compared"].as_u64() > Some(walls.len() as u64),
+        "{report}"
+    );
+    let merits = |wall: &Value| {
+        let keys = [
+            "effective_stiffness_n_per_m",
+            "effective_damping_n_s_per_m",
+            "margin",
+        ];
+        let [stiffness, damping, margin] = keys.map(|key| number(wall, key));
+        [
+            stiffness,
+            damping,
+            margin,
+            -number(wall, "force_noise_rms_n"),
+        ]
+    };
+    for (n, wall) in walls.iter().enumerate() {
+        let own = merits(wall);
+        let is_beaten = |other: &Value| {
+            merits(other)
+                .iter()
+                .zip(own)
+                .all(|(other, own)| *other >= own)
+        };
+        let others = walls.iter().enumerate().filter(|(k, _)| *k != n);
+        assert!(
+            !others.into_iter().any(|(_, other)| is_beaten(other)),
+            "{wall}"
+        );
+        assert!(own[2] >= 2.0, "{wall}");
+    }
+    for wall in walls.iter().step_by(17) {
+        let margins = &analysed("stability", wall, device);
+        let margin = number(margins, "gain_margin");
+        assert_relative("margin", number(wall, "margin"), margin, 1e-5);
+        let passive = analysed("passivity", wall, device);
+        let [need, want] = [
+            (wall, "required_damping_n_s_per_m"),
+            (&passive, "required_damping_n_s_per_m"),
+        ]
+        .map(|(of, key)| number(of, key));
+        assert_relative("damping", need, want, 1e-5);
+    }
+}
+
+/// Theorem 1 without delay: K ≤ 2b/T at every order, and the softest wall of each margin is half as stiff as the next but one.
+#[test]
+fn a_passive_front_ends_at_twice_the_damping_over_the_sample_time() {
+    let (_, walls) = front(
+        "require = \"passive\"\norders = [0, 1]\nsample_time_s = 1e-3\ndamping_n_s_per_m = 2\nscheme = \"full\"",
+    );
+    let largest = walls
+        .iter()
+        .map(|wall| number(wall, "stiffness_n_per_m"))
+        .fold(0.0, f64::max);
+    assert_relative("K", largest, 2.0 * 2.0 / 1e-3, 2e-4);
+    let needs = walls
+        .iter()
+        .map(|wall| number(wall, "required_damping_n_s_per_m"))
+        .fold(0.0, f64::max);
+    assert!(needs <= 2.0, "{needs}");
+    assert!(walls.iter().all(|wall| wall["force_noise_rms_n"].is_null()));
+}
+
+/// A thousand walls of any order, ratio and size: one that meets the requirement beats none of the front by more than the steps of its grid.
+#[test]
+fn no_wall_anywhere_beats_a_front_by_more_than_its_grid() {
+    let device = "mass_kg = 0.2\ndamping_n_s_per_m = 1\nsample_time_s = 1e-3\ndelay_s = 5e-4";
+    let (_, walls) = front(&format!("{device}\norders = [0.4]\nscheme = \"full\""));
+    let mut seed = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut draw = || {
+        seed ^= seed << 13;
+        seed ^= seed >> 7;
+        seed ^= seed << 17;
+        (seed >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let largest = |key: &str| {
+        walls
+            .iter()
+            .map(|wall| number(wall, key))
+            .fold(0.0, f64::max)
+    };
+    let (most_k, most_b) = (
+        largest("stiffness_n_per_m"),
+        largest("dissipation_n_s_mu_per_m"),
+    );
+    let mut met = 0;
+    for _ in 0..150 {
+        let wall = serde_json::json!({
+            "order": 0.4, "stiffness_n_per_m": 1.2 * most_k * draw(), "dissipation_n_s_mu_per_m": 1.2 * most_b * draw(),
+        });
+        let found = analysed("stability", &wall, device);
+        let up = found["gain_margin"].as_f64().unwrap_or(0.0);
+        if found["stable"] != true || up < 2.0 {
+            continue;
+        }
+        met += 1;
+        let felt = analysed(
+            "environment",
+            &wall,
+            "sample_time_s = 1e-3\nomega_min_rad_s = 6.2831\nomega_max_rad_s = 6.2832\npoints = 2",
+        );
+        let felt = &felt["points"][1];
+        let own = [
+            number(felt, "effective_stiffness"),
+            number(felt, "effective_damping"),
+            up,
+        ];
+        // Half a step of size is 2^(1/4); the steps of the direction make the rest.
+        let is_near = |other: &Value| {
+            let keys = [
+                "effective_stiffness_n_per_m",
+                "effective_damping_n_s_per_m",
+                "margin",
+            ];
+            keys.map(|key| number(other, key))
+                .iter()
+                .zip(own)
+                .all(|(other, own)| *other >= own / 1.5)
+        };
+        assert!(walls.iter().any(is_near), "{wall} {own:?}");
+    }
+    assert!(met > 20, "{met}");
+}
+
 #[test]
 fn each_wall_says_what_is_proved_for_every_motion() {
     let report = design("delay_s = 1e-3\norders = [0, 0.5, 1]");

@@ -3,10 +3,11 @@
 use crate::command::conduct::answered;
 use crate::options::{WithFiles, keys};
 use crate::output::Output;
-use crate::picture::{Panel, linear, page};
+use crate::picture::{Panel, Points, linear, logarithmic, page};
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::question::{Answer, Candidate, DesignReport};
+use haptic_experiment::Imperfections;
+use haptic_experiment::question::{Answer, Candidate, DesignReport, FrontReport};
 use haptic_figure::{AxisSpec, FigureError, Look, Picture, Scale};
 use haptic_quantity::written;
 use serde_json::{Value, json};
@@ -14,7 +15,8 @@ use std::sync::atomic::AtomicBool;
 
 pub(crate) const EXAMPLES: &str = "Examples:\n  host-cli design --delay 1ms --out design\n  \
                   host-cli design --wish most-damping --frequency 5Hz --require passive\n  \
-                  host-cli design --wish tissue --tissue prostate-cancerous encoder_resolution=30um";
+                  host-cli design --wish tissue --tissue prostate-cancerous encoder_resolution=30um\n  \
+                  host-cli design --front --delay 1ms --frequency 5Hz --out front";
 
 /// The question, and the length of the printed answer.
 #[derive(Debug, Args)]
@@ -52,7 +54,10 @@ pub(crate) fn run(arguments: Arguments, output: Output) -> Result<(), Failure> {
         Answer::Design(report) if report.best.is_some() => {
             files.extend(outputs.picture(|| draw(report)));
         }
-        Answer::Design(_) => outputs.without(&["svg", "png", "pdf"]),
+        Answer::Front(report) if !report.walls.is_empty() => {
+            files.extend(outputs.picture(|| draw_front(report)));
+        }
+        Answer::Design(_) | Answer::Front(_) => outputs.without(&["svg", "png", "pdf"]),
         Answer::ZWidth(_) | Answer::Coupler(_) | Answer::Analysis(_) => {}
     }
     let mut report = json!(answer);
@@ -100,15 +105,9 @@ fn draw(report: &DesignReport) -> Result<Picture, FigureError> {
             .with("each order", Look::Line, 0, all)
             .with(&passed, Look::Markers, 1, best)
     };
-    // Device and operator in one line.
-    let subtitle = format!(
-        "m = {} · b = {} · T = {} · {} · scheme {}",
-        written("mass_kg", report.asked.mass_kg),
-        written("damping_n_s_per_m", report.asked.damping_n_s_per_m),
-        written("sample_time_s", report.asked.sample_time_s),
-        report.imperfections.words(),
-        report.scheme
-    );
+    let asked = &report.asked;
+    let device = [asked.mass_kg, asked.damping_n_s_per_m, asked.sample_time_s];
+    let subtitle = about(device, &report.imperfections, &report.scheme);
     // B falls by decades with the order, as its unit does not stay; where no wall has any it is 0.
     let mut dissipations = report
         .candidates
@@ -127,6 +126,96 @@ fn draw(report: &DesignReport) -> Result<Picture, FigureError> {
     ];
     let title = format!("Design: {}, {}", report.wish, report.requirement);
     page(&title, &subtitle, 2, &panels)
+}
+
+/// Draws the front: stiffness and damping over the gain margin, and damping over stiffness, a curve an order.
+fn draw_front(report: &FrontReport) -> Result<Picture, FigureError> {
+    let frequency = written("frequency_hz", report.frequency_hz);
+    let [stiffness, damping] = ["stiffness / N·m⁻¹", "damping / N·s·m⁻¹"];
+    let mut panels = [
+        Panel::new(
+            "stiffness and robustness",
+            logarithmic("gain margin"),
+            logarithmic(stiffness),
+        ),
+        Panel::new(
+            "damping and robustness",
+            logarithmic("gain margin"),
+            linear(damping),
+        ),
+        Panel::new(
+            "damping and stiffness",
+            logarithmic(stiffness),
+            linear(damping),
+        ),
+    ];
+    for (colour, walls) in report
+        .walls
+        .chunk_by(|a, b| a.order.to_bits() == b.order.to_bits())
+        .enumerate()
+    {
+        let name = format!("μ = {}", walls[0].order);
+        let points = [
+            edge(
+                walls
+                    .iter()
+                    .map(|wall| (wall.margin, wall.effective_stiffness_n_per_m)),
+            ),
+            edge(
+                walls
+                    .iter()
+                    .map(|wall| (wall.margin, wall.effective_damping_n_s_per_m)),
+            ),
+            edge(walls.iter().map(|wall| {
+                (
+                    wall.effective_stiffness_n_per_m,
+                    wall.effective_damping_n_s_per_m,
+                )
+            })),
+        ];
+        let mut points = points.into_iter();
+        panels = panels
+            .map(|panel| panel.with(&name, Look::Line, colour, points.next().unwrap_or_default()));
+    }
+    let title = format!(
+        "Walls that none beats: {} of {} at {frequency}",
+        report.walls.len(),
+        report.compared
+    );
+    let asked = &report.asked;
+    let device = [asked.mass_kg, asked.damping_n_s_per_m, asked.sample_time_s];
+    let subtitle = about(device, &report.imperfections, &report.scheme);
+    page(&title, &subtitle, 3, &panels)
+}
+
+/// The upper right edge of places: those that no other exceeds in both, by falling x.
+fn edge(places: impl Iterator<Item = (f64, f64)>) -> Points {
+    // Margins that differ by rounding alone are one.
+    let rounded = |x: f64| (x * 1e4).round() / 1e4;
+    let mut places: Points = places.map(|(x, y)| (rounded(x), y)).collect();
+    places.sort_by(|a, b| b.0.total_cmp(&a.0).then(b.1.total_cmp(&a.1)));
+    let mut most = f64::NEG_INFINITY;
+    places.retain(|place| {
+        let is_more = place.1 > most;
+        most = most.max(place.1);
+        is_more
+    });
+    places
+}
+
+/// Device and operator in one line.
+fn about(
+    [mass_kg, damping, sample_time_s]: [f64; 3],
+    imperfections: &Imperfections,
+    scheme: &str,
+) -> String {
+    format!(
+        "m = {} · b = {} · T = {} · {} · scheme {scheme}",
+        written("mass_kg", mass_kg),
+        written("damping_n_s_per_m", damping),
+        written("sample_time_s", sample_time_s),
+        imperfections.words(),
+    )
 }
 
 /// The places of a quantity, by rising order.

@@ -7,8 +7,8 @@ use crate::judge::modelled_tissue::{loop_operator, operator};
 use crate::question::bench::{crossings, last, minimum_of, units};
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{
-    AnalysisError, Dynamics, Environment, Largest, LoopOperator, NoiseGain, OnePort, SampledLoop,
-    SampledPlant, StabilityRegion, StableArea,
+    AnalysisError, Dynamics, Effective, Environment, Largest, LoopOperator, NoiseGain, OnePort,
+    SampledLoop, SampledPlant, StabilityRegion, StableArea,
 };
 use haptic_tissue::Model;
 use std::f64::consts::PI;
@@ -118,7 +118,7 @@ impl<'a> Bench<'a> {
     }
 
     /// The factor that takes a wall to the limit of its force noise.
-    fn largest_quiet_scale(&self, alpha: f64, beta: f64) -> f64 {
+    pub(super) fn largest_quiet_scale(&self, alpha: f64, beta: f64) -> f64 {
         let limit = self.design.force_noise_limit_n;
         limit.map_or(f64::INFINITY, |limit| {
             limit / self.force_noise_n(alpha, beta)
@@ -200,6 +200,18 @@ impl<'a> Bench<'a> {
         alpha: f64,
         beta: f64,
     ) -> Result<Option<f64>, AnalysisError> {
+        let at = self.design.wish.frequency_hz().map(|hz| 2.0 * PI * hz);
+        let felt = at.map(|omega| self.felt(alpha, beta, omega));
+        Ok(felt.transpose()?.map(|felt| felt.damping_n_s_per_m))
+    }
+
+    /// Stiffness and damping of a wall at a frequency.
+    pub(super) fn felt(
+        &self,
+        alpha: f64,
+        beta: f64,
+        omega_rad_s: f64,
+    ) -> Result<Effective, AnalysisError> {
         let (stiffness_n_per_m, dissipation_n_s_mu_per_m) = self.law(alpha, beta);
         let environment = Environment {
             stiffness_n_per_m,
@@ -207,9 +219,20 @@ impl<'a> Bench<'a> {
             order: self.order,
             sample_time_s: self.design.device.plant.sample_time.0,
         };
-        let at = self.design.wish.frequency_hz().map(|hz| 2.0 * PI * hz);
-        let felt = at.map(|omega| environment.effective(&self.operator, omega));
-        Ok(felt.transpose()?.map(|felt| felt.damping_n_s_per_m))
+        environment.effective(&self.operator, omega_rad_s)
+    }
+
+    /// The largest α and β of the stable region; `None` if it is not bounded.
+    pub(super) fn largest_parts(&self) -> Result<Option<[f64; 2]>, AnalysisError> {
+        let region = StabilityRegion::new(self.plant, &self.operator, 0, POINTS)?;
+        Ok(region.bounded().map(|area| [area.alpha_max, area.beta_max]))
+    }
+
+    /// The damping that passivity requires of the device for this wall, N·s/m.
+    pub(super) fn required_damping(&self, alpha: f64, beta: f64) -> Result<f64, AnalysisError> {
+        let device = &self.design.device.plant;
+        let required = self.port()?.required_delta(alpha, beta)?;
+        Ok(required.delta * device.mass.0 / device.sample_time.0)
     }
 
     /// Stability of a wall, and the factor that takes it to the edge.
@@ -231,7 +254,10 @@ impl<'a> Bench<'a> {
         let (_, margin) = self.stable_and_margin(alpha, beta)?;
         let proved = self.closed(alpha, beta)?.slope_limit().proved;
         let (stiffness, dissipation) = self.law(alpha, beta);
-        let required = self.port()?.required_delta(alpha, beta)?;
+        let required = self
+            .port()?
+            .required_delta(alpha, beta)?
+            .passive(self.delta);
         let reason = scale
             .filter(|scale| *scale < 1.0)
             .map(|_| "the specimen is too large".to_owned());
@@ -243,10 +269,8 @@ impl<'a> Bench<'a> {
             pulling_contact_margin: (proved > 0.0).then_some(proved),
             alpha: Some(alpha),
             beta: Some(beta),
-            passive: Some(required.passive(self.delta)),
-            required_damping_n_s_per_m: Some(
-                required.delta * device.plant.mass.0 / device.plant.sample_time.0,
-            ),
+            passive: Some(required),
+            required_damping_n_s_per_m: Some(self.required_damping(alpha, beta)?),
             effective_damping_n_s_per_m: self.effective_damping(alpha, beta)?,
             force_noise_rms_n: (!device.sensors.are_ideal())
                 .then(|| self.force_noise_n(alpha, beta)),
@@ -387,12 +411,23 @@ impl<'a> Bench<'a> {
     /// The factor on a wall at which it ceases to be stable, from below; `None` if it is not stable
     /// at any size.
     fn largest_stable_scale(&self, alpha: f64, beta: f64) -> Result<Option<f64>, AnalysisError> {
+        Ok(self.stable_scales(alpha, beta)?.map(|[_, high]| high))
+    }
+
+    /// The factors on a wall between which it is stable, the first 0 if it is at any smaller size.
+    pub(super) fn stable_scales(
+        &self,
+        alpha: f64,
+        beta: f64,
+    ) -> Result<Option<[f64; 2]>, AnalysisError> {
         let mut scale = 1.0;
         for _ in 0..HALVINGS {
             let closed = self.closed(scale * alpha, scale * beta)?;
             if closed.is_stable() {
                 // Without a limit there is no edge; no sampled wall is like that.
-                return Ok(closed.margins()?.gain_up.map(|gain| scale * gain.value));
+                let margins = closed.margins()?;
+                let low = margins.gain_down.map_or(0.0, |gain| scale * gain.value);
+                return Ok(margins.gain_up.map(|gain| [low, scale * gain.value]));
             }
             scale *= 0.5;
         }

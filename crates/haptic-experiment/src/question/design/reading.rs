@@ -1,9 +1,10 @@
 //! `[design]`.
 
 use super::coupler::{CouplerCriterion, CouplerDesign};
+use super::front::Front;
 use super::{
-    COMPARED_AT_HZ, DESIGN_ORDERS, Design, FORCE_NOISE_LIMIT, GAIN_MARGIN, REQUIRE, RequireName,
-    WISH, WISH_FREQUENCY, WISH_TISSUE, Wish, WishName,
+    COMPARED_AT_HZ, DESIGN_ORDERS, Design, FORCE_NOISE_LIMIT, FRONT, GAIN_MARGIN, REQUIRE,
+    RequireName, WISH, WISH_FREQUENCY, WISH_TISSUE, Wish, WishName,
 };
 use crate::document::error::FileError;
 use crate::document::parameters::{
@@ -29,6 +30,35 @@ pub(crate) fn wish(table: &Table<'_>) -> Result<WishName, FileError> {
 }
 
 pub(crate) fn design(table: &Table<'_>, wish: WishName) -> Result<Design, FileError> {
+    towards(table, aim(table, wish)?)
+}
+
+/// The front, for which walls are not tried.
+pub(crate) fn front(table: &Table<'_>) -> Result<Front, FileError> {
+    for parameter in [
+        &WISH,
+        &WISH_TISSUE,
+        &ONE_SIDED,
+        &WALL_CONTACT,
+        &TRIAL_FORCE_LIMIT,
+    ]
+    .into_iter()
+    .chain(UNNAMED_PIECE)
+    {
+        foreign(table, parameter, &format!("a design without {FRONT}"))?;
+    }
+    if table.choice::<RequireName>(&REQUIRE)? == RequireName::EveryMotion {
+        let reason = format!("proofs belong to a design without {FRONT}: change it");
+        return Err(table.fail_at(REQUIRE.key, reason));
+    }
+    let frequency_hz = (table.number_if(&WISH_FREQUENCY)?).unwrap_or(COMPARED_AT_HZ);
+    Ok(Front {
+        design: towards(table, Wish::MostDamping { frequency_hz })?,
+        frequency_hz,
+    })
+}
+
+fn towards(table: &Table<'_>, wish: Wish) -> Result<Design, FileError> {
     let require = table.choice(&REQUIRE)?;
     let gain_margin = match require {
         RequireName::Passive => {
@@ -53,7 +83,7 @@ pub(crate) fn design(table: &Table<'_>, wish: WishName) -> Result<Design, FileEr
         finer: !table.has(&DESIGN_ORDERS),
         gain_margin,
         every_motion: require == RequireName::EveryMotion || contact == WallContact::Signed,
-        wish: aim(table, wish)?,
+        wish,
         force_noise_limit_n: table.number_if(&FORCE_NOISE_LIMIT)?,
     };
     design
