@@ -3,6 +3,7 @@
 import { Chart, legend, type Line as Curve } from "./chart";
 import { joined } from "./columns";
 import { el, say } from "./dom";
+import { FrontMap } from "./front";
 import { number, plain } from "./format";
 import type { Answer, Line } from "./protocol";
 import { save } from "./save";
@@ -20,8 +21,13 @@ export class AnswerPanel {
   private readonly holder = el("div", { class: "chart-holder", hidden: true });
   private readonly body = el("div", { class: "answer-body" });
   private chart: Chart | null = null;
+  private front: FrontMap | null = null;
 
-  constructor(private readonly tryOut: (kind: string, parameters: Values) => void, private readonly feelIt: (text: string) => void) {
+  constructor(
+    private readonly tryOut: (kind: string, parameters: Values) => void,
+    private readonly feelIt: (text: string) => void,
+    private readonly useIt: (values: ReadonlyMap<string, string>) => void,
+  ) {
     this.root = el("section", { class: "card answer" }, el("h2", {}, "Answer", this.name), this.verdict, this.bar, this.holder, this.body);
   }
 
@@ -55,12 +61,19 @@ export class AnswerPanel {
     say(this.verdict, [answer.verdict ?? "", typeof ended === "string" ? `${ended}: what was found until then` : ""].filter((text) => text !== "").join(" · "));
     this.close();
     if (answer.kind === "zwidth") this.map(rows(answer.report["orders"]));
+    if (rows(answer.report["walls"]).length > 0) {
+      this.front = new FrontMap(answer.report, COLOURS, this.useIt);
+      this.holder.replaceChildren(this.front.root);
+      this.holder.hidden = false;
+    }
     this.body.replaceChildren(...this.proposal(answer), ...answer.lines.flatMap(line), this.files(answer));
   }
 
   private close(): void {
     this.chart?.destroy();
     this.chart = null;
+    this.front?.destroy();
+    this.front = null;
     this.holder.hidden = true;
   }
 

@@ -49,7 +49,7 @@ export class RunsView implements ViewPart {
   constructor(private readonly app: App) {
     this.overlay = new Overlay(app);
     this.form = new FormPanel(app, (name, kind) => this.started(name, kind));
-    this.answer = new AnswerPanel((kind, parameters) => void this.tryOut(kind, parameters), (text) => app.dispatch({ do: "open", what: { file: { name: "design.toml", text } } }));
+    this.answer = new AnswerPanel((kind, parameters) => void this.tryOut(kind, parameters), (text) => app.dispatch({ do: "open", what: { file: { name: "design.toml", text } } }), (values) => app.dispatch({ do: "start", values }));
     this.identify = new IdentifyPanel(app);
     this.panels = {
       curves: el("div", { class: "panel curves-panel" }, this.overlay.root, el("div", { class: "side" }, this.overlay.plane.root, this.overlay.depth, el("section", { class: "card facts-card" }, el("h2", {}, "Report"), this.facts))),

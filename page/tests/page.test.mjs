@@ -715,6 +715,32 @@ test("Runs: a Z-width is asked for from its form and answered by map and tables,
   await context.close();
 });
 
+test("Runs: of the walls that none beats one is chosen by key and click, and felt", { skip: !REAL && "the mock server designs nothing" }, async () => {
+  const { page, context, errors } = await begin({}, "#runs");
+  await page.keyboard.press("3");
+  await page.locator("button", { hasText: "New run" }).click();
+  await page.selectOption("select[aria-label='Experiment']", "design");
+  await page.locator(".form .fields label", { hasText: /^front/ }).locator("input[type=checkbox]").check();
+  await page.locator(".form button[type=submit]").click();
+  const map = page.locator(".answer svg.front");
+  await until(() => map.isVisible(), "no map", 120_000);
+  const words = page.locator(".answer .front-holder .hint");
+  const first = await words.textContent();
+  assert.match(first, /μ = .*gain margin 2\.00 .*felt/);
+  await map.press("ArrowRight");
+  const second = await words.textContent();
+  assert.notEqual(second, first);
+  const dot = await map.locator("circle").nth(40).boundingBox();
+  await page.mouse.click(dot.x + dot.width / 2, dot.y + dot.height / 2);
+  await until(async () => (await words.textContent()) !== second, "a click chooses none");
+  const stiffness = / K = ([\d.]+) N\/m/.exec(await words.textContent())[1];
+  if (process.env.PICTURES) await page.screenshot({ path: `${process.env.PICTURES}/front.png` });
+  await page.locator(".answer button", { hasText: "Use in the loop" }).click();
+  await until(async () => new RegExp(`K=${stiffness.slice(0, 3)}`).test(page.url()), `it is not felt: ${page.url()}`);
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
 test("a CSV that is dropped is identified; one that is none is refused with a sentence", async () => {
   const { page, context, errors } = await begin({}, "#runs");
   await page.keyboard.press("3");
