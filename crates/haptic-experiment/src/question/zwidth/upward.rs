@@ -5,6 +5,7 @@
 //! beyond its limits [`TRIPS_IN_A_ROW`](crate::question::zwidth::trials::TRIPS_IN_A_ROW) times in a row on the way.
 
 use crate::question::bench::last;
+use serde::{Deserialize, Serialize};
 
 /// Doublings from the softest wall to the stiffest: 3e-4 of it.
 const DOUBLINGS: i32 = 14;
@@ -16,7 +17,7 @@ const CLOSER: u32 = 7;
 const HALVINGS: u32 = 8;
 
 /// Dissipations β with a stiffness α that came to rest with each.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Settled(Vec<(f64, f64)>);
 
 /// From the softest to the stiffest.

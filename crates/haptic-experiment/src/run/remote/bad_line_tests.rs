@@ -166,6 +166,7 @@ impl BadPair<'_> {
             blank: &blank,
             metadata: BTreeMap::new(),
             found: None,
+            own_push_n: None,
         };
         let Watched {
             request,

@@ -138,6 +138,7 @@ impl<'a, M> RemoteRun<'a, M> {
             blank: self.blank,
             metadata: self.metadata,
             found,
+            own_push_n: self.law.own_push_n,
         })
     }
 }
@@ -190,6 +191,7 @@ impl<'a, M: TickRecord> Ready<'a, M> {
             next_tick: 0,
             over: false,
             deaf: false,
+            swung: false,
             partner,
             pending: Vec::new(),
         })
