@@ -86,7 +86,8 @@ impl<const D: usize> Environment<f32, D> for Rendered<D> {
         }
         // A wall without a push of its own begins where it was set, and the way to there is a motion.
         if self.wall.is_pushed() {
-            self.wall.settle(&mut history.wall, &self.along(position_m).0);
+            self.wall
+                .settle(&mut history.wall, &self.along(position_m).0);
         }
     }
 

@@ -54,7 +54,9 @@ use haptic_analysis::{
 };
 use haptic_link::LoopMode;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
-use haptic_loop::{Controller, Environment, OwnPush, VirtualCoupler, VirtualObject, deflection_order};
+use haptic_loop::{
+    Controller, Environment, OwnPush, VirtualCoupler, VirtualObject, deflection_order,
+};
 use nalgebra::Vector1;
 use serde_json::{Value, json};
 

@@ -61,8 +61,15 @@ parameters! {
 /// Of the safety chain and the operator in a trial.
 pub(crate) const TRIAL_LOOP: &[Parameter] = &[TRIAL_FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, SCHEME];
 
-pub(crate) const TRIAL: &[Parameter] =
-    &[IMPACT, PUSH, PUSH_BY, TRIAL_DURATION, WINDOW, CRITERION, THRESHOLD];
+pub(crate) const TRIAL: &[Parameter] = &[
+    IMPACT,
+    PUSH,
+    PUSH_BY,
+    TRIAL_DURATION,
+    WINDOW,
+    CRITERION,
+    THRESHOLD,
+];
 
 /// A wall at the device's start position.
 pub(crate) type VirtualWall = Wall<f64, Operator<f64>>;

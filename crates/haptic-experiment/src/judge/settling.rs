@@ -27,7 +27,7 @@
 //! Source of the old rule: O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4, figure 4.3.
 
 use crate::document::named::named;
-use crate::run::ending::{Ending, swings};
+use crate::run::ending::{AT_LIMIT, Ending, swings};
 use serde::Serialize;
 
 /// Share of the samples in which the force may be at its limit.
@@ -213,9 +213,10 @@ impl Settling {
             ),
             TrialVerdict::Gone => Some(format!("the device was more than {GONE_M} m away")),
             TrialVerdict::Unfinished => Some("the trial did not reach its end".to_owned()),
-            TrialVerdict::Unstable if self.force_range_n.is_none() => {
-                Some(format!("{}, and was ended there", Ending::Swing.reason(None)))
-            }
+            TrialVerdict::Unstable if self.force_range_n.is_none() => Some(format!(
+                "{}, and was ended there",
+                Ending::Swing.reason(None)
+            )),
             TrialVerdict::Unstable => {
                 let (position, force, range) = (
                     (self.position_std_m, self.position_std_limit_m),
@@ -238,9 +239,6 @@ impl Settling {
         }
     }
 }
-
-/// Share of the force limit that counts as the limit: single precision on a device rounds it.
-const AT_LIMIT: f64 = 1.0 - 1e-6;
 
 /// Running mean and variance (B. P. Welford, *Technometrics* 4(3), 1962).
 #[derive(Clone, Copy, Debug, Default)]
@@ -334,7 +332,7 @@ impl Judge {
     pub(crate) fn see(&mut self, time_s: f64, position_m: f64, force_n: f64) -> bool {
         self.samples += 1;
         self.limited += u64::from(force_n.abs() >= AT_LIMIT * self.force_limit_n);
-        self.swung |= self.own_push_n > 0.0 && swings(force_n, self.own_push_n);
+        self.swung |= self.own_push_n > 0.0 && swings(force_n, self.own_push_n, self.force_limit_n);
         let force_n = force_n - self.own_push_n;
         self.peak_force_n = self.peak_force_n.max(force_n.abs());
         if force_n > self.largest_pull.0 {

@@ -162,9 +162,7 @@ impl ZWidth {
             campaign: _,
         } = self;
         let name = remote.as_ref().map(|remote| remote.name.to_string());
-        format!(
-            "{name:?} {device:?} {sensors:?} {contact:?} {scheme} {orders:?} {points} {plan:?}"
-        )
+        format!("{name:?} {device:?} {sensors:?} {contact:?} {scheme} {orders:?} {points} {plan:?}")
     }
 
     /// The way of the handle out of a wall into which the device pushes by itself: the push turned round, through a damper.

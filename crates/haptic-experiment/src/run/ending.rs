@@ -32,11 +32,14 @@ pub(crate) enum Ending {
 }
 
 /// Swing of a law that ends a push of the device's own motor: a law that holds a push makes at most twice that push on the way to
-/// rest, and never pulls. `force_n` is of both, N.
-pub(crate) fn swings(force_n: f64, push_n: f64) -> bool {
+/// rest, and never pulls. `force_n` is of both, N, as is its limit.
+pub(crate) fn swings(force_n: f64, push_n: f64, limit_n: f64) -> bool {
     let law_n = force_n - push_n;
-    law_n < -SWING_SHARE * push_n || law_n > push_n
+    law_n < -SWING_SHARE * push_n || law_n > push_n || force_n.abs() >= AT_LIMIT * limit_n
 }
+
+/// Share of the force limit that counts as the limit: single precision on a device rounds it.
+pub(crate) const AT_LIMIT: f64 = 1.0 - 1e-6;
 
 /// Pushes of the law's force that are a swing.
 pub(crate) const SWING_SHARE: f64 = 3.0;
@@ -273,7 +276,7 @@ impl Ending {
             Self::Silent => "the other side was silent for too long".to_owned(),
             Self::OtherLeft => "the other side left".to_owned(),
             Self::Swing => format!(
-                "the law swung: it pulled by more than the push, or made more than {SWING_SHARE} times the push"
+                "the law swung: it pulled by more than the push, made more than {SWING_SHARE} times the push, or reached the force limit"
             ),
             Self::LogStopped => "the log could not be written".to_owned(),
         }

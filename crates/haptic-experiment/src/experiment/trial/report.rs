@@ -282,7 +282,11 @@ pub(crate) trait Trial: Experiment + Clone {
             unmet(&Self::MUST_BE_STABLE, &why, "design a weaker one")
         });
         let report = Report {
-            law: rows([self.law_in_rows(&settling, object_m), operator].into_iter().chain(shared)),
+            law: rows(
+                [self.law_in_rows(&settling, object_m), operator]
+                    .into_iter()
+                    .chain(shared),
+            ),
             run: RunReport::new(ran, device, t, files, warnings),
             results: rows(results),
             verdict: Some(verdict),

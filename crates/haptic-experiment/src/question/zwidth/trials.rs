@@ -5,13 +5,14 @@
 
 use crate::document::failure::Failure;
 use crate::document::parameters::{LOOP, TRIAL_DURATION};
+use crate::judge::settling::{Judge, Settling};
 use crate::run::device::{Warn, at_link, at_port, refused_at_port, trouble};
 use crate::run::realtime::RealtimeOptions;
-use crate::judge::settling::{Judge, Settling};
 use crate::run::remote::{RemoteDevice, RemoteLaw, may_push, within};
 use crate::run::schedule::{Pace, Schedule};
 use haptic_link::{
-    Capabilities, Configuration, EventKind, FaultReport, LoopMode, Refusal, Scope, Start, State as DeviceState,
+    Capabilities, Configuration, EventKind, FaultReport, LoopMode, Refusal, Scope, Start,
+    State as DeviceState,
 };
 use haptic_loop::Fault;
 use haptic_loop::realtime::Moment;
@@ -41,6 +42,8 @@ const PAUSE: Duration = Duration::from_millis(10);
 
 /// A motor holds this share of its largest force for as long as it likes: 4 N of the 8 N of the device that the guide builds.
 const HELD_SHARE: f64 = 0.5;
+/// Share of the way to the end of the workspace at which a trial of a device that pushes by itself is ended.
+const NEAR_END: f64 = 0.8;
 /// Longest way of the handle out of the wall, s.
 const RETREAT_S: f64 = 5.0;
 
@@ -222,13 +225,13 @@ impl<'a> Trials<'a> {
         None
     }
 
-    /// Step of the device's encoder, m, and the largest force that it can do, N.
+    /// Step of the device's encoder, m, and the largest force that it makes, N.
     pub(super) fn encoder_and_force(&self) -> (f64, f64) {
         let state = self.state();
         let can = state.bench.capabilities();
         (
             f64::from(can.position_resolution_m),
-            f64::from(can.force_max_n),
+            f64::from(can.force_max_n.min(self.set.limits.force_n)),
         )
     }
 
@@ -303,9 +306,19 @@ impl<'a> Trials<'a> {
         }
         // A wall of a device that pushes by itself is where the handle stands, any other at the device's zero.
         let mut first_m = self.retreat.is_none().then_some(0.0);
-        let mut see = |tick, position_m, force_n| {
+        let ends = match self.retreat {
+            Some(_) => [
+                self.set.limits.workspace_low_m,
+                self.set.limits.workspace_high_m,
+            ],
+            None => [f32::NEG_INFINITY, f32::INFINITY],
+        };
+        let mut see = |tick, position_m: f64, force_n| {
             let first_m = *first_m.get_or_insert(position_m);
-            see(tick, position_m - first_m, force_n)
+            // Beyond its end nobody but a person brings it back.
+            let [low_m, high_m] = ends.map(|end| first_m + NEAR_END * (f64::from(end) - first_m));
+            let has_room = (low_m..=high_m).contains(&position_m);
+            has_room && see(tick, position_m - first_m, force_n)
         };
         let trial = self.run(state, law, samples, sample_time_s, &mut see);
         state.home_m = state.home_m.or(first_m);

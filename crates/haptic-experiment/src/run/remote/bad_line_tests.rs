@@ -167,6 +167,7 @@ impl BadPair<'_> {
             metadata: BTreeMap::new(),
             found: None,
             own_push_n: None,
+            force_limit_n: 10.0,
         };
         let Watched {
             request,

@@ -45,8 +45,9 @@ pub(super) struct Ready<'a, M> {
     pub blank: &'a (dyn Fn(f64) -> M + Sync),
     pub metadata: BTreeMap<String, String>,
     pub found: Option<Found>,
-    /// Push of its own motor, N.
+    /// Push of its own motor, N, and the force limit.
     pub own_push_n: Option<f64>,
+    pub force_limit_n: f64,
 }
 
 /// A device that is configured, armed by nobody yet, and the log of what is to come.
@@ -656,7 +657,8 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     }
 
     fn keep(&mut self, message: M, counted: bool) {
-        let swings = |push_n| swings(message.kept().applied_force_n, push_n);
+        let (force_n, limit_n) = (message.kept().applied_force_n, self.ready.force_limit_n);
+        let swings = |push_n| swings(force_n, push_n, limit_n);
         self.swung |= self.ready.own_push_n.is_some_and(swings);
         let logged = self.recorder.tick(message.logged());
         if let Some(partner) = &self.partner {
