@@ -37,6 +37,9 @@ pub struct Configuration {
     pub limits: Limits,
     /// The plant of a simulated device.
     pub simulation: Simulation,
+    /// Push of the device's own motor, added to the force of a device loop before its limits, N; 0 for none. With one the
+    /// environment begins where the handle stands at the start.
+    pub own_push_n: f32,
     /// For a one-sided environment, the map from the depth behind the surface to the depth that the
     /// environment receives: 1/s in 1/m, c₀ to c₅, and q in 1/m.
     pub depth_map: Option<[f32; 8]>,
@@ -59,6 +62,7 @@ impl Configuration {
         },
         limits: Limits::DEFAULT,
         simulation: Simulation::REAL,
+        own_push_n: 0.0,
         depth_map: None,
     };
 
@@ -251,7 +255,7 @@ impl DigestBuilder {
     #[must_use]
     pub fn new(configuration: &Configuration) -> Self {
         // As long as the longest configuration on the wire.
-        Self(CRC.digest()).message::<_, 192>(configuration)
+        Self(CRC.digest()).message::<_, 196>(configuration)
     }
 
     /// Adds a message as it is on the wire, of N bytes at most.

@@ -372,6 +372,7 @@ fields! {
     GuardNoise = "noise of the position for the guard (m)";
     MaxAge = "age of a force (ticks)";
     DepthMap = "map of the depth";
+    OwnPush = "push of the device's own motor (N)";
     Other = "a parameter of a newer version";
 }
 

@@ -14,6 +14,7 @@ mod environment;
 mod error;
 mod guard;
 mod loading;
+mod own_push;
 #[cfg(feature = "plants")]
 pub mod plant;
 #[cfg(feature = "std")]
@@ -37,6 +38,7 @@ pub use guard::{
     EnergyBounding, Guard, MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES, PassivityObserver,
 };
 pub use loading::{DepthMap, INCOMPRESSIBLE, Loading, LoadingKind, Modulus, Specimen};
+pub use own_push::{OwnPush, OwnPushHistory};
 pub use safety::{
     Fault, Limit, Limiters, Limits, SafeForce, SafetyChain, SafetyState, SpeedLimit, StartRefused,
     Stuck, Tighter, Workspace,

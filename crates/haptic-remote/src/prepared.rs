@@ -9,7 +9,7 @@ use haptic_link::{
     Capabilities, Configuration, DigestBuilder, Field, Limits, OperatorForm, Refusal,
 };
 use haptic_loop::units::{Metres, Seconds};
-use haptic_loop::{DepthMap, SafetyChain, Wall, WallShape};
+use haptic_loop::{DepthMap, OwnPush, SafetyChain, Wall, WallShape};
 
 /// Most coefficients of an operator on a device: taps of a finite memory.
 pub const COEFFICIENTS_MAX: usize = 256;
@@ -51,7 +51,7 @@ pub const CONTROLLER_COST: haptic_link::ControllerCost = haptic_link::Controller
 /// The operator of a device.
 pub type DeviceOperator = PortableOperator<f32, COEFFICIENTS_MAX, MODES_MAX, DEGREE_MAX>;
 /// The environment of a device.
-pub type DeviceWall = Wall<f32, DeviceOperator>;
+pub type DeviceWall = OwnPush<f32, Wall<f32, DeviceOperator>>;
 
 /// A good configuration, ready to take effect. Operator and history are built in place, so memory
 /// for a second copy is never needed.
@@ -76,6 +76,7 @@ pub(super) struct Law {
     shape: WallShape<f32>,
     form: Form,
     integer: i8,
+    own_push_n: Option<f32>,
 }
 
 impl<S> Prepared<S> {
@@ -90,13 +91,14 @@ impl Law {
     /// Makes a wall one of this law, in its place.
     #[inline(never)]
     pub(super) fn put(&self, wall: &mut DeviceWall, coefficients: &[f32]) {
+        let wall = wall.reshape(self.own_push_n);
         let operator = wall.reshape(self.shape, || DeviceOperator::SILENT);
         // They were checked.
         let _ = operator.replace(self.form, self.integer, coefficients);
     }
 
     pub(super) fn none() -> DeviceWall {
-        Wall::of(WallShape::NONE, DeviceOperator::SILENT)
+        OwnPush::new(Wall::of(WallShape::NONE, DeviceOperator::SILENT), None)
     }
 }
 
@@ -161,10 +163,21 @@ pub(super) fn checked(
     fields.within(Field::Stiffness, stiffness, 0.0, f32::MAX);
     fields.within(Field::Dissipation, dissipation, 0.0, f32::MAX);
     fields.within(Field::Surface, configuration.surface_m, -f32::MAX, f32::MAX);
+    own_push(configuration, &chain, &mut fields);
     if let Some(numbers) = configuration.depth_map {
         depth_map(&numbers, configuration.one_sided, &mut fields);
     }
     fields.done().map(|()| chain)
+}
+
+/// Checks a push of the device's own motor: below the largest force, in a workspace, below a speed.
+#[inline(never)]
+fn own_push(configuration: &Configuration, chain: &haptic_loop::Limits, fields: &mut Fields) {
+    let (push, most) = (configuration.own_push_n, configuration.limits.force_n);
+    fields.within(Field::OwnPush, push, -most, most);
+    if push != 0.0 && (chain.workspace.is_none() || chain.speed.is_none()) {
+        fields.refuse(Refusal::Unsupported(Field::OwnPush));
+    }
 }
 
 /// Checks a map of the depth: its scale and the sum of its terms above 0, and a surface to measure the depth from.
@@ -209,6 +222,7 @@ fn built(
         shape,
         form,
         integer,
+        own_push_n: Some(configuration.own_push_n).filter(|push| *push != 0.0),
     };
     Ok((law, chain))
 }

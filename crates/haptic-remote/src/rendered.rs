@@ -78,10 +78,16 @@ impl<const D: usize> Environment<f32, D> for Rendered<D> {
         }
     }
 
-    #[cfg(feature = "controllers")]
     fn settle(&self, history: &mut Self::History, position_m: &SVector<f32, D>) {
+        #[cfg(feature = "controllers")]
         if let (Some(holding), Some(past)) = (&self.holding, &mut history.holding) {
             holding.settle(past, position_m[0]);
+            return;
+        }
+        // A wall without a push of its own begins where it was set, and the way to there is a motion.
+        if self.wall.is_pushed() {
+            self.wall
+                .settle(&mut history.wall, &self.along(position_m).0);
         }
     }
 
@@ -118,19 +124,22 @@ impl<const D: usize> Environment<f32, D> for Rendered<D> {
     }
 
     /// All of the force: where the normal fades, as in the middle of a ball, the next place has it.
-    #[cfg(feature = "several-axes")]
     fn starting_force(
         &self,
         history: &Self::History,
         position_m: &SVector<f32, D>,
     ) -> SVector<f32, D> {
-        match &self.surface {
-            Some(surface) => {
-                let depth = SVector::from([surface.depth(position_m)]);
-                on_first_axis(self.wall.force(&history.wall, &depth)[0])
-            }
-            None => self.force(history, position_m),
+        #[cfg(feature = "controllers")]
+        if self.holding.is_some() {
+            return self.force(history, position_m);
         }
+        #[cfg(feature = "several-axes")]
+        if let Some(surface) = &self.surface {
+            let depth = SVector::from([surface.depth(position_m)]);
+            return on_first_axis(self.wall.starting_force(&history.wall, &depth)[0]);
+        }
+        let (depth, _) = self.along(position_m);
+        on_first_axis(self.wall.starting_force(&history.wall, &depth)[0])
     }
 
     #[cfg(feature = "controllers")]

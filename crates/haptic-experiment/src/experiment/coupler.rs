@@ -54,7 +54,9 @@ use haptic_analysis::{
 };
 use haptic_link::LoopMode;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
-use haptic_loop::{Controller, Environment, VirtualCoupler, VirtualObject, deflection_order};
+use haptic_loop::{
+    Controller, Environment, OwnPush, VirtualCoupler, VirtualObject, deflection_order,
+};
 use nalgebra::Vector1;
 use serde_json::{Value, json};
 
@@ -85,7 +87,7 @@ pub(crate) const COUPLER_REQUIRED: &[Parameter] = &[
 ];
 
 /// Of `[coupler]`, with defaults.
-pub(crate) const COUPLER: &[Parameter] = &joined::<21>(&[
+pub(crate) const COUPLER: &[Parameter] = &joined::<22>(&[
     &[
         p::DEVICE_MODEL,
         OBJECT_MASS,
@@ -220,7 +222,7 @@ impl CouplerExperiment {
 }
 
 impl Trial for CouplerExperiment {
-    type Law = Law;
+    type Law = OwnPush<f64, Law>;
     const KIND: &'static str = "coupler";
     const NO_REST: &'static str =
         "the coupler creeps or nothing holds the object, so there is no rest position";
@@ -278,7 +280,7 @@ impl Trial for CouplerExperiment {
         )
     }
 
-    fn parts(&self) -> Result<Parts<Law>, Failure> {
+    fn parts(&self) -> Result<Parts<Self::Law>, Failure> {
         let setup = &self.setup;
         let plan = setup.plan();
         let samples = plan.samples(self.setup.device.sample_time)?;
@@ -295,7 +297,7 @@ impl Trial for CouplerExperiment {
             self.setup.device.sample_time.0,
         );
         Ok(Parts {
-            controller: Controller::new(law, setup.chain()?),
+            controller: Controller::new(OwnPush::new(law, plan.own_push_n()), setup.chain()?),
             device,
             samples,
             judge,
@@ -316,6 +318,7 @@ impl Trial for CouplerExperiment {
         let reference = Reference::of(self.scheme);
         let order = Order::new(1.0 - self.order.get()).map_err(Failure::input)?;
         let t = self.setup.device.sample_time;
+        let push_n = self.setup.plan.own_push_n().unwrap_or(0.0);
         let serial = self.setup.conduct.remote.is_some();
         let reason = limited(record)
             .or_else(|| {
@@ -333,7 +336,9 @@ impl Trial for CouplerExperiment {
             Some(whole) => {
                 let mut object = Object::default();
                 let deflection: Vec<f64> = (whole.iter())
-                    .map(|sample| object.deflection(self, sample.position_m, -sample.force_n))
+                    .map(|sample| {
+                        object.deflection(self, sample.position_m, push_n - sample.force_n)
+                    })
                     .collect();
                 let values = reference.full_history(order, t, &deflection);
                 let mut values = values?.into_iter();

@@ -10,12 +10,12 @@ use super::kind::Conduct;
 use super::reading::without;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
-use crate::document::named::Named as _;
+use crate::document::named::{Named as _, named};
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::{
     DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES_ABOVE_0, IMPACTS, REACHES_ABOVE_0,
 };
-use crate::document::parameters::{SCHEME, TRIAL_DURATION};
+use crate::document::parameters::{PUSH_BY, SCHEME, TRIAL_DURATION};
 use crate::document::reader::Table;
 use crate::judge::preflight::WallContact;
 use crate::judge::settling::{Criterion, Judge, Scales, Settling, Tolerance};
@@ -61,11 +61,30 @@ parameters! {
 /// Of the safety chain and the operator in a trial.
 pub(crate) const TRIAL_LOOP: &[Parameter] = &[TRIAL_FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, SCHEME];
 
-pub(crate) const TRIAL: &[Parameter] =
-    &[IMPACT, PUSH, TRIAL_DURATION, WINDOW, CRITERION, THRESHOLD];
+pub(crate) const TRIAL: &[Parameter] = &[
+    IMPACT,
+    PUSH,
+    PUSH_BY,
+    TRIAL_DURATION,
+    WINDOW,
+    CRITERION,
+    THRESHOLD,
+];
 
 /// A wall at the device's start position.
 pub(crate) type VirtualWall = Wall<f64, Operator<f64>>;
+
+/// Source of the push.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum PushBy {
+    Hand,
+    Device,
+}
+
+named! { PushBy:
+    Hand = "hand", "Somebody, a hung weight, or the simulated hand";
+    Device = "device", "The device's own motor, behind the law and within its limits";
+}
 
 /// Plan of a trial: the motion into the wall, and the rule that judges it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,6 +94,7 @@ pub struct TrialPlan {
     pub threshold_m: f64,
     /// Constant push into the wall, N: above 0, below the force limit.
     pub push_n: f64,
+    pub(crate) push_by: PushBy,
     /// Speed at which the device hits the wall, m/s: 0 to 10. 0 with the dissertation's rule and on a serial
     /// device, which cannot be thrown.
     pub impact_m_per_s: f64,
@@ -104,11 +124,25 @@ impl TrialPlan {
         criterion: Criterion::Settling,
         threshold_m: THRESHOLD.default_number(),
         push_n: PUSH.default_number(),
+        push_by: PushBy::Hand,
         impact_m_per_s: IMPACT.default_number(),
         duration_s: TRIAL_DURATION.default_number(),
         window_s: WINDOW.default_number(),
         force_limit_n: TRIAL_FORCE_LIMIT.default_number(),
     };
+    /// The push of the device's own motor, N; `None` where somebody else pushes.
+    pub(crate) fn own_push_n(&self) -> Option<f64> {
+        (self.push_by == PushBy::Device).then_some(self.push_n)
+    }
+
+    /// The push of somebody else, N.
+    pub(crate) fn push_of_hand_n(&self) -> f64 {
+        match self.push_by {
+            PushBy::Hand => self.push_n,
+            PushBy::Device => 0.0,
+        }
+    }
+
     /// Starts from rest, for a device that cannot be thrown.
     pub(crate) const fn starting_at_rest(self) -> Self {
         Self {
@@ -119,7 +153,9 @@ impl TrialPlan {
 
     /// Further speeds at which a wall is hit, m/s. A linear wall has none, since each hit gives the verdict of the planned one.
     pub(crate) fn hits(&self, contact: WallContact) -> impl Iterator<Item = f64> {
-        let once = contact == WallContact::Linear || self.criterion != Criterion::Settling;
+        let once = contact == WallContact::Linear
+            || self.criterion != Criterion::Settling
+            || self.push_by == PushBy::Device;
         let hits: &[f64] = if once { &[] } else { &HITS };
         let planned = self.impact_m_per_s;
         (hits.iter().copied()).filter(move |hit| hit.total_cmp(&planned).is_ne())
@@ -210,6 +246,7 @@ impl TrialPlan {
             0.5 * self.duration_s,
             self.force_limit_n,
         )
+        .behind(self.own_push_n())
     }
 }
 
@@ -272,11 +309,21 @@ pub(crate) fn plan(table: &Table<'_>, duration_s: f64) -> Result<TrialPlan, File
         }
         Criterion::Dissertation => 0.0,
     };
+    let push_by = table.choice(&PUSH_BY)?;
+    let impact_m_per_s = match push_by {
+        PushBy::Hand => impact_m_per_s,
+        PushBy::Device => {
+            let why = "where the device pushes by itself, from rest: give `push_by` = hand";
+            without(table, [&IMPACT], why)?;
+            0.0
+        }
+    };
     let plan = TrialPlan {
         criterion,
         threshold_m: table.number(&THRESHOLD)?,
         impact_m_per_s: table.number_if(&IMPACT)?.unwrap_or(impact_m_per_s),
         push_n: table.number(&PUSH)?,
+        push_by,
         duration_s,
         window_s: table.number(&WINDOW)?,
         force_limit_n: table.number(&TRIAL_FORCE_LIMIT)?,
@@ -345,7 +392,7 @@ pub(crate) fn dynamics(device: &MassDamperConfig) -> Dynamics {
 /// The device at the moment it hits the wall, with the push on it.
 pub(crate) fn thrown(config: MassDamperConfig, plan: &TrialPlan) -> Result<MassDamper<1>, Failure> {
     let mut device = MassDamper::new(config).map_err(parameter)?;
-    device.set_external_force(SVector::from([plan.push_n]));
+    device.set_external_force(SVector::from([plan.push_of_hand_n()]));
     device.set_state(SVector::from([0.0]), SVector::from([plan.impact_m_per_s]));
     Ok(device)
 }

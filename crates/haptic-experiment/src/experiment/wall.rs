@@ -26,7 +26,7 @@ use crate::run::samples::Samples;
 use fracdiff::{FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_analysis::Dynamics;
 use haptic_link::LoopMode;
-use haptic_loop::{Controller, Limit, Pushing};
+use haptic_loop::{Controller, Limit, OwnPush, Pushing};
 use haptic_tissue::Model;
 use serde_json::{Value, json};
 
@@ -49,7 +49,7 @@ pub(crate) const WALL_REQUIRED: &[Parameter] =
     &[MASS, DAMPING, SAMPLE_TIME, ORDER, STIFFNESS, DISSIPATION];
 
 /// Of `[wall]`, with defaults.
-pub(crate) const WALL: &[Parameter] = &joined::<20>(&[
+pub(crate) const WALL: &[Parameter] = &joined::<21>(&[
     &[DEVICE_MODEL, HAND_STIFFNESS],
     LESS_THAN_IDEAL,
     TRIAL_LOOP,
@@ -196,7 +196,7 @@ impl WallExperiment {
 }
 
 impl Trial for WallExperiment {
-    type Law = Pushing<VirtualWall>;
+    type Law = OwnPush<f64, Pushing<VirtualWall>>;
     const KIND: &'static str = "wall";
     const NO_REST: &'static str = "no spring holds the push, so there is no rest position";
     const MUST_BE_STABLE: Parameter = MUST_BE_STABLE;
@@ -284,6 +284,7 @@ impl Trial for WallExperiment {
         let rest_m = self.expected_deflection(&operator)?;
         let wall = wall_at_start(k, b, operator, self.contact).map_err(Failure::input)?;
         let law = Pushing::new(wall, self.contact == WallContact::Linear);
+        let law = OwnPush::new(law, plan.own_push_n());
         Ok(Parts {
             controller: Controller::new(law, self.setup.chain()?),
             device,

@@ -27,6 +27,7 @@
 //! Source of the old rule: O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4, figure 4.3.
 
 use crate::document::named::named;
+use crate::run::ending::{AT_LIMIT, Ending, swings};
 use serde::Serialize;
 
 /// Share of the samples in which the force may be at its limit.
@@ -212,6 +213,10 @@ impl Settling {
             ),
             TrialVerdict::Gone => Some(format!("the device was more than {GONE_M} m away")),
             TrialVerdict::Unfinished => Some("the trial did not reach its end".to_owned()),
+            TrialVerdict::Unstable if self.force_range_n.is_none() => Some(format!(
+                "{}, and was ended there",
+                Ending::Swing.reason(None)
+            )),
             TrialVerdict::Unstable => {
                 let (position, force, range) = (
                     (self.position_std_m, self.position_std_limit_m),
@@ -234,9 +239,6 @@ impl Settling {
         }
     }
 }
-
-/// Share of the force limit that counts as the limit: single precision on a device rounds it.
-const AT_LIMIT: f64 = 1.0 - 1e-6;
 
 /// Running mean and variance (B. P. Welford, *Technometrics* 4(3), 1962).
 #[derive(Clone, Copy, Debug, Default)]
@@ -270,6 +272,8 @@ pub(crate) struct Judge {
     /// Begin of the second half, s.
     half_s: f64,
     force_limit_n: f64,
+    /// Push of the device's own motor, N: part of the force, but not of the law.
+    own_push_n: f64,
     samples: u64,
     limited: u64,
     position: Moments,
@@ -283,6 +287,7 @@ pub(crate) struct Judge {
     /// Largest force into the wall, N, and the position there, m.
     largest_pull: (f64, f64),
     gone: bool,
+    swung: bool,
 }
 
 impl Judge {
@@ -301,6 +306,7 @@ impl Judge {
             from_s,
             half_s,
             force_limit_n,
+            own_push_n: 0.0,
             samples: 0,
             limited: 0,
             position: Moments::default(),
@@ -310,13 +316,24 @@ impl Judge {
             peak_force_n: 0.0,
             largest_pull: (0.0, 0.0),
             gone: false,
+            swung: false,
         }
     }
 
-    /// One sample; `false` if the device has left, so that nothing more can come of it.
+    /// Judges the law that the device's own motor pushes into: of the forces that it sees all but this push, N.
+    pub(crate) fn behind(self, own_push_n: Option<f64>) -> Self {
+        Self {
+            own_push_n: own_push_n.unwrap_or(0.0),
+            ..self
+        }
+    }
+
+    /// One sample; `false` if the device has left, or has swung while its own motor pushed, so that nothing more can come of it.
     pub(crate) fn see(&mut self, time_s: f64, position_m: f64, force_n: f64) -> bool {
         self.samples += 1;
         self.limited += u64::from(force_n.abs() >= AT_LIMIT * self.force_limit_n);
+        self.swung |= self.own_push_n > 0.0 && swings(force_n, self.own_push_n, self.force_limit_n);
+        let force_n = force_n - self.own_push_n;
         self.peak_force_n = self.peak_force_n.max(force_n.abs());
         if force_n > self.largest_pull.0 {
             self.largest_pull = (force_n, position_m);
@@ -331,18 +348,19 @@ impl Judge {
             let (least, most) = self.force_ends_n;
             self.force_ends_n = (least.min(force_n), most.max(force_n));
         }
-        !self.gone
+        !(self.gone || self.swung)
     }
 
     /// The judgement of a trial that reached its end, or did not.
     pub(crate) fn settling(&self, whole: bool, expected_deflection_m: Option<f64>) -> Settling {
-        let seen = whole && !self.gone && self.position.count > 0.0;
+        let seen = whole && !(self.gone || self.swung) && self.position.count > 0.0;
         let share = self.limited as f64 / self.samples as f64;
         let deviations = seen.then(|| (self.position.deviation(), self.force.deviation()));
         let range = self.force_ends_n.1 - self.force_ends_n.0;
         let within = |have: f64, most: Option<f64>| most.is_none_or(|most| have <= most);
         let verdict = match deviations {
             _ if self.gone => TrialVerdict::Gone,
+            _ if self.swung => TrialVerdict::Unstable,
             None => TrialVerdict::Unfinished,
             Some(_) if !within(share, self.tolerance.limited) => TrialVerdict::Saturated,
             Some((position, force))

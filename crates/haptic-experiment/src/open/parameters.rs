@@ -39,6 +39,7 @@ use crate::experiment::kind::{Beside, Keys};
 use crate::experiment::rendering::Contact;
 use crate::experiment::teleoperation::PlaceName;
 use crate::experiment::touch::{GripName, ShapeName};
+use crate::experiment::trial::PushBy;
 use crate::judge::preflight::WallContact;
 use crate::judge::settling::Criterion;
 use crate::question::design::{RequireName, WishName};
@@ -121,6 +122,7 @@ pub fn choices(parameter: &Parameter) -> Vec<(&'static str, &'static str)> {
         "loading" => names::<haptic_loop::LoadingKind>(),
         "loop" | "drive_loop" => names::<haptic_link::LoopMode>(),
         "environment" => names::<PlaceName>(),
+        "push_by" => names::<PushBy>(),
         "precision" => names::<Precision>(),
         "require" => names::<RequireName>(),
         "shape" => names::<ShapeName>(),

@@ -14,6 +14,7 @@
 //!
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4, figure 4.3.
 
+mod campaign;
 mod search;
 mod trials;
 mod upward;
@@ -22,36 +23,45 @@ use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::WALL_ORDERS;
-use crate::document::parameters::{DEVICE, DEVICE_MODEL, LESS_THAN_IDEAL, SCHEME, TRIAL_DURATION};
+use crate::document::parameters::{
+    CAMPAIGN, DEVICE, DEVICE_MODEL, LESS_THAN_IDEAL, PUSH_BY, SCHEME, TRIAL_DURATION,
+};
 use crate::document::reader::Table;
 use crate::experiment::reading::{remote, samples_fit, without};
 use crate::experiment::trial::{
-    CRITERION, IMPACT, PUSH, THRESHOLD, TRIAL_SAMPLES, TrialPlan, WINDOW, plan,
+    CRITERION, IMPACT, PUSH, THRESHOLD, TRIAL_SAMPLES, TrialPlan, WINDOW, force_and_rate, plan,
 };
 use crate::experiment::wall::ONE_SIDED;
 use crate::judge::preflight::WallContact;
 use crate::judge::settling::Criterion;
 use crate::question::bench::{AskedDevice, bench, check_orders, orders, scheme};
 use crate::run::device::Warn;
-use crate::run::remote::RemoteDevice;
+use crate::run::remote::{RemoteDevice, RemoteLaw, held};
 use crate::run::sensors::{Imperfections, Sensors};
 use fracdiff::{Order, Scheme};
+use haptic_link::{OperatorForm, OperatorShape};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_quantity::written;
 use serde::{Serialize, Serializer};
+use std::path::PathBuf;
 
 parameters! {
     ZWIDTH_ORDERS = list_of("orders", "0,0.5,1,1.5,2", WALL_ORDERS, "Orders of the dissipation, 0 to 2");
     ZWIDTH_POINTS = count("points", 21, "21", "Dissipations for each order, from 0 to the largest stable one");
 }
 
+/// Damping of the way out of a wall, of m/T: far below what a sampled damper bears.
+const RETREAT_DAMPING: f64 = 0.1;
+
 /// Of `[zwidth]`, beside the device of a question.
 pub(crate) const ZWIDTH: &[Parameter] = &[
     ZWIDTH_ORDERS,
     ZWIDTH_POINTS,
+    CAMPAIGN,
     SCHEME,
     ONE_SIDED,
     PUSH,
+    PUSH_BY,
     IMPACT,
     TRIAL_DURATION,
     WINDOW,
@@ -76,6 +86,8 @@ pub(crate) struct ZWidth {
     pub plan: TrialPlan,
     /// The serial device; `None` for the simulated one.
     pub remote: Option<RemoteDevice>,
+    /// File of what a search on a serial device has found.
+    pub campaign: Option<PathBuf>,
 }
 
 impl ZWidth {
@@ -108,6 +120,12 @@ impl ZWidth {
             bench.plant = Imperfections::NONE.on(bench.plant);
             bench.sensors = Imperfections::NONE.sensors;
         }
+        if remote.is_none() && table.has(&CAMPAIGN) {
+            let why = format_args!(
+                "`campaign` has no effect on the simulated device, whose search is short: omit it, or give another {DEVICE}"
+            );
+            return Err(table.fail_at(CAMPAIGN.key, why));
+        }
         let duration_s = table.number(&TRIAL_DURATION)?;
         let sample_time_s = bench.plant.sample_time.0;
         samples_fit(table, sample_time_s, duration_s, &TRIAL_SAMPLES)?;
@@ -121,11 +139,53 @@ impl ZWidth {
             points: table.count_in(&ZWIDTH_POINTS, 2..=1000)?,
             plan: plan(table, duration_s)?,
             remote,
+            campaign: table.file(&CAMPAIGN)?,
         };
         zwidth
             .check()
             .map_err(|error| table.fail(error.to_string()))?;
         Ok(zwidth)
+    }
+
+    /// All that its points depend on.
+    fn in_full(&self) -> String {
+        let Self {
+            device,
+            analysed: _,
+            sensors,
+            contact,
+            scheme,
+            orders,
+            points,
+            plan,
+            remote,
+            campaign: _,
+        } = self;
+        let name = remote.as_ref().map(|remote| remote.name.to_string());
+        format!("{name:?} {device:?} {sensors:?} {contact:?} {scheme} {orders:?} {points} {plan:?}")
+    }
+
+    /// The way of the handle out of a wall into which the device pushes by itself: the push turned round, through a damper.
+    fn retreat(&self) -> Option<RemoteLaw> {
+        let plan = self.plan();
+        let push_n = plan.own_push_n()?;
+        let t = self.device.sample_time;
+        let derivative = OperatorShape {
+            form: OperatorForm::Taps,
+            integer: 0,
+            count: 2,
+        };
+        Some(RemoteLaw {
+            dissipation_n_s_mu_per_m: RETREAT_DAMPING * self.device.mass.0 / t.0,
+            order: 1.0,
+            operator: (derivative, vec![t.0.recip() as f32, -t.0.recip() as f32]),
+            held_push_n: push_n,
+            own_push_n: Some(-push_n),
+            ..RemoteLaw::bare(
+                force_and_rate(plan.force_limit_n, None, t),
+                held(&self.device, 0.0),
+            )
+        })
     }
 
     fn check(&self) -> Result<(), Failure> {
@@ -152,6 +212,8 @@ pub struct ZWidthReport {
     pub impact_m_per_s: f64,
     /// The force that pushes into the wall all the time, N.
     pub push_n: f64,
+    /// Who pushed: with `device` one actuator rendered the wall and pushed into it.
+    pub push_by: &'static str,
     /// Largest α that was searched: a point this high is a bound of the search, not of the device.
     pub alpha_searched: f64,
     /// One entry per order, in the question's sequence.

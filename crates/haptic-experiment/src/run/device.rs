@@ -198,7 +198,7 @@ impl LinkedName {
         }
     }
 
-    fn remembered(&self, link: &SerialLink) -> Remembered {
+    pub(crate) fn remembered(&self, link: &SerialLink) -> Remembered {
         Remembered::of(self.identity(link))
     }
 

@@ -25,9 +25,24 @@ pub(crate) enum Ending {
     Silent,
     /// The other side of such a line said goodbye.
     OtherLeft,
+    /// The law that the device's own motor pushed into swung: see [`swings`].
+    Swing,
     /// The log could not be written.
     LogStopped,
 }
+
+/// Swing of a law that ends a push of the device's own motor: a law that holds a push makes at most twice that push on the way to
+/// rest, and never pulls. `force_n` is of both, N, as is its limit.
+pub(crate) fn swings(force_n: f64, push_n: f64, limit_n: f64) -> bool {
+    let law_n = force_n - push_n;
+    law_n < -SWING_SHARE * push_n || law_n > push_n || force_n.abs() >= AT_LIMIT * limit_n
+}
+
+/// Share of the force limit that counts as the limit: single precision on a device rounds it.
+pub(crate) const AT_LIMIT: f64 = 1.0 - 1e-6;
+
+/// Pushes of the law's force that are a swing.
+pub(crate) const SWING_SHARE: f64 = 3.0;
 
 /// The one that takes the force away from a device that hears nothing more.
 #[derive(Clone, Copy, Debug)]
@@ -226,7 +241,7 @@ impl Ending {
             // A fault of the device, though it reports no code.
             Self::Impossible(_) => Some(Fault::BoardFailed.code()),
             Self::Interrupted | Self::Silent | Self::LinkLost(_) => None,
-            Self::OtherLeft | Self::LogStopped | Self::Stopped(_) => None,
+            Self::OtherLeft | Self::LogStopped | Self::Swing | Self::Stopped(_) => None,
         }
     }
 
@@ -237,7 +252,7 @@ impl Ending {
             Self::Interrupted => "interrupted",
             Self::Silent => "silent",
             Self::LinkLost(_) => "link",
-            Self::OtherLeft | Self::LogStopped | Self::Stopped(_) => "ended",
+            Self::OtherLeft | Self::LogStopped | Self::Swing | Self::Stopped(_) => "ended",
         }
     }
 
@@ -260,6 +275,9 @@ impl Ending {
             Self::LinkLost(error) | Self::Stopped(error) => error.to_string(),
             Self::Silent => "the other side was silent for too long".to_owned(),
             Self::OtherLeft => "the other side left".to_owned(),
+            Self::Swing => format!(
+                "the law swung: it pulled by more than the push, made more than {SWING_SHARE} times the push, or reached the force limit"
+            ),
             Self::LogStopped => "the log could not be written".to_owned(),
         }
     }

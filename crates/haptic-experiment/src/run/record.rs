@@ -242,7 +242,11 @@ impl Record {
             None => EndKind::Finished,
             // The log of a run that could not be written is cut: this does not reach it.
             Some(
-                Ending::Interrupted | Ending::OtherLeft | Ending::LogStopped | Ending::Stopped(_),
+                Ending::Interrupted
+                | Ending::OtherLeft
+                | Ending::Swing
+                | Ending::LogStopped
+                | Ending::Stopped(_),
             ) => EndKind::Interrupted,
             Some(Ending::Fault(_) | Ending::DeviceFault(_) | Ending::Impossible(_)) => {
                 EndKind::Fault

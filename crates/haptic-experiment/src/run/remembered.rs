@@ -51,6 +51,16 @@ impl Remembered {
     /// # Errors
     /// A file that cannot be read, or is not one of these.
     pub fn tightened(&self, present: &Configuration) -> Result<Option<Limits>, Failure> {
+        let set = self.set()?;
+        let tightened = set.map(|set| present.tightened(&set));
+        Ok(tightened.and_then(|(limits, looser)| looser.map(|_| limits)))
+    }
+
+    /// The limits that are remembered, with the tick for which they were set; `None` if none are.
+    ///
+    /// # Errors
+    /// As [`tightened`](Self::tightened).
+    pub(crate) fn set(&self) -> Result<Option<Configuration>, Failure> {
         let Some(file) = &self.file else {
             return Ok(None);
         };
@@ -69,9 +79,7 @@ impl Remembered {
             Err(error) => Err(error),
         };
         let text = text.map_err(|error| self.unreadable(&error))?;
-        let set = self.read(&text).map_err(|error| self.unreadable(&error))?;
-        let (limits, looser) = present.tightened(&set);
-        Ok(looser.map(|_| limits))
+        (self.read(&text).map(Some)).map_err(|error| self.unreadable(&error))
     }
 
     fn text(&self, set: &Configuration) -> Result<String, serde_json::Error> {

@@ -14,7 +14,7 @@ mod run;
 mod session;
 mod summary;
 
-use crate::document::parameters::{LOOP, SAMPLE_TIME, SCHEME};
+use crate::document::parameters::{LOOP, PUSH_BY, SAMPLE_TIME, SCHEME};
 use fracdiff::parameter::Shown;
 pub(crate) use pair::PairRun;
 pub(crate) use partner::{Aligned, DriveRan};
@@ -125,6 +125,8 @@ pub(crate) struct RemoteLaw {
     pub simulation: Simulation,
     /// Constant push that the force has to hold, N; 0 for none.
     pub held_push_n: f64,
+    /// Push of the device's own motor, N.
+    pub own_push_n: Option<f64>,
     /// The plant stands still until the device has raised its force: so its motion can be compared
     /// with theory from the start.
     pub after_rise: bool,
@@ -167,6 +169,7 @@ impl RemoteLaw {
             guard: Default::default(),
             simulation,
             held_push_n: 0.0,
+            own_push_n: None,
             after_rise: false,
         }
     }
@@ -209,7 +212,21 @@ pub(crate) fn agreed(
     set: &Configuration,
     warn: &dyn Fn(&str),
 ) -> Result<Configuration, Failure> {
-    let can = link.capabilities();
+    if law.own_push_n.is_some() {
+        may_push(device, link)?;
+    }
+    within(device, law, schedule, link.capabilities(), set, warn)
+}
+
+/// [`agreed`] for a device of these abilities.
+pub(crate) fn within(
+    device: &RemoteDevice,
+    law: &RemoteLaw,
+    schedule: Schedule,
+    can: &Capabilities,
+    set: &Configuration,
+    warn: &dyn Fn(&str),
+) -> Result<Configuration, Failure> {
     let mut configuration = configuration(device, law, schedule, can, &set.limits)?;
     let tighter = keep_within(&mut configuration, set);
     let most_n = configuration.limits.force_n;
@@ -224,6 +241,34 @@ pub(crate) fn agreed(
         warn(&text);
     }
     Ok(configuration)
+}
+
+/// Refuses a push of the device's own motor where there is no motor, or not each of the limits within which nobody has to watch it.
+pub(crate) fn may_push(device: &RemoteDevice, link: &SerialLink) -> Result<(), Failure> {
+    let lasting = device.name.remembered(link).set()?;
+    let lasting = lasting.map(|lasting| lasting.limits);
+    is_bounded(link.path(), link.capabilities(), lasting)
+}
+
+fn is_bounded(path: &str, can: &Capabilities, lasting: Option<Limits>) -> Result<(), Failure> {
+    if can.force_max_n <= 0.0 {
+        return Err(Failure::bad_input(format_args!(
+            "{path} makes no force (at most {} N), so it cannot push: give {}, and hang a weight",
+            can.force_max_n,
+            PUSH_BY.set_to("hand")
+        )));
+    }
+    let lacks = match lasting {
+        None => "force_limit, workspace_low, workspace_high and speed_limit",
+        Some(set) if set.workspace_low_m >= set.workspace_high_m => {
+            "workspace_low and workspace_high"
+        }
+        Some(set) if set.speed_hard_m_per_s <= 0.0 => "speed_limit",
+        Some(_) => return Ok(()),
+    };
+    Err(Failure::bad_input(format_args!(
+        "{path} pushes by itself only within lasting limits of force, workspace and speed: set {lacks} with host-cli device set"
+    )))
 }
 
 /// The configuration of the device, which has these limits now.
@@ -276,6 +321,11 @@ fn configuration(
             ..limits
         },
         simulation,
+        own_push_n: match device.loop_mode {
+            LoopMode::Device => single("push", law.own_push_n.unwrap_or(0.0))?,
+            // The controller here adds it.
+            LoopMode::Host => 0.0,
+        },
         depth_map: depth_map.map(|map| map.numbers()),
     })
 }

@@ -87,6 +87,7 @@ pub(crate) fn configuration() -> Configuration {
             ramp_time_s: 12.25,
             start_ticks: 13.25,
         },
+        own_push_n: 14.25,
         depth_map: Some(core::array::from_fn(|n| n as f32 + 31.25)),
     }
 }

@@ -1,7 +1,7 @@
-//! A wall on a simulated axis, tick by tick, with every type known.
+//! A wall on a simulated axis, with a push of its own or without, tick by tick, with every type known.
 
 use super::{MassDamper, Sensed};
-use crate::{Controller, Sample, Wall};
+use crate::{Controller, OwnPush, Sample, Wall};
 use fracdiff::Operator;
 
 /// Runs the loop of a wall on a simulated axis in virtual time:
@@ -10,7 +10,7 @@ use fracdiff::Operator;
 ///
 /// `true` if it reached the end without a fault. No force remains.
 pub fn run_wall(
-    controller: &mut Controller<f64, 1, Wall<f64, Operator<f64>>>,
+    controller: &mut Controller<f64, 1, OwnPush<f64, Wall<f64, Operator<f64>>>>,
     device: &mut Sensed<MassDamper<1>>,
     ticks: u64,
     see: &mut dyn FnMut(&Sample<f64, 1>) -> bool,

@@ -3,7 +3,7 @@
 use fracdiff::{Real, Scheme, Seconds};
 use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed, run_wall};
 use haptic_loop::units::{Metres, MetresPerSecond, Newtons, NewtonsPerSecond};
-use haptic_loop::{Controller, Device, Limits, Reading, SafetyChain, SpeedLimit, Wall};
+use haptic_loop::{Controller, Device, Limits, OwnPush, Reading, SafetyChain, SpeedLimit, Wall};
 use nalgebra::{Matrix3, Vector1, Vector2, Vector3};
 use proptest::prelude::*;
 use testkit::assert_close;
@@ -282,6 +282,7 @@ fn a_wall_that_is_run_ticks_until_it_is_seen_enough_or_a_fault_is_latched() {
         let mut device = plant(ideal(M, B, T));
         device.set_external_force(Vector1::new(2.0));
         let device = Sensed::new(device, Metres(0.0), Metres(0.0), 1).expect("valid");
+        let wall = OwnPush::new(wall, None);
         (Controller::<f64, 1, _>::new(wall, chain), device)
     };
     let (mut controller, mut device) = wall(10.0);

@@ -227,6 +227,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
             .controller()
             .environment()
             .wall
+            .inner()
             .operator()
             .value(index)
     }

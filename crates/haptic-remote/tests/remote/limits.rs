@@ -172,6 +172,47 @@ fn a_run_that_would_begin_with_a_blow_is_refused() {
     assert!(!wanted_n.is_finite() && allowed_n.is_infinite());
 }
 
+#[test]
+fn a_device_pushes_by_itself_only_within_force_workspace_and_speed() {
+    let limits = Limits {
+        workspace_low_m: -0.1,
+        workspace_high_m: 0.1,
+        speed_hard_m_per_s: 1.0,
+        rise_time_s: 0.0,
+        start_force_n: 0.1,
+        ..Limits::bare(5.0, 1e4)
+    };
+    let pushed = |own_push_n, limits| Configuration {
+        own_push_n,
+        simulation: haptic_link::Simulation::TESTBED,
+        ..plain(1000.0, limits)
+    };
+    let bench = ran(pushed(2.0, limits), 2000);
+    let deep = bench.samples().last().map(|sample| sample.axes[0]);
+    let deep = deep.expect("it ran");
+    assert!((deep.position_m - 2e-3).abs() < 1e-5, "{deep:?}");
+    assert!(deep.force_n.abs() < 0.05, "{deep:?}");
+    let none = Limits {
+        workspace_low_m: 0.0,
+        workspace_high_m: 0.0,
+        ..limits
+    };
+    let fast = Limits {
+        speed_hard_m_per_s: 0.0,
+        ..limits
+    };
+    for (push, limits) in [
+        (2.0, none),
+        (2.0, fast),
+        (5.1, limits),
+        (-5.1, limits),
+        (f32::NAN, limits),
+    ] {
+        let refused = set(&mut Bench::ideal(), pushed(push, limits));
+        assert!(refused.is_err(), "{push} {limits:?}: {refused:?}");
+    }
+}
+
 /// Wanted and allowed force of a refused start, N.
 fn not_small(refusal: Refusal) -> (f32, f32) {
     let Refusal::ForceNotSmall {

@@ -12,7 +12,8 @@ use serde_json::json;
 
 pub(crate) const EXAMPLES: &str = "Examples:\n  \
                   host-cli zwidth --orders 0,0.5,1 --points 11 --device-model laboratory --out zwidth\n  \
-                  host-cli zwidth --mass 45g --damping 0.2 --force-limit 3.3N --orders 1 window=1s";
+                  host-cli zwidth --mass 45g --damping 0.2 --force-limit 3.3N --orders 1 window=1s\n  \
+                  host-cli zwidth --device serial:auto --push-by device --campaign night.jsonl --out night";
 
 pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), Failure> {
     let mut outputs = asked.files.look("zwidth", &[])?;
@@ -36,13 +37,17 @@ pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), 
 /// The boundaries, the analysis beneath and what was tried on it, without units and the same in N/m.
 fn draw(report: &ZWidthReport) -> Result<Picture, FigureError> {
     let subtitle = format!(
-        "scheme {} · T = {} · δ = {} · device {} · impact {} · push {}",
+        "scheme {} · T = {} · δ = {} · device {} · impact {} · push {}{}",
         report.scheme,
         written("sample_time_s", report.asked.sample_time_s),
         digits(report.delta, 4),
         report.device,
         written("impact_m_per_s", report.impact_m_per_s),
-        written("push_n", report.push_n)
+        written("push_n", report.push_n),
+        match report.push_by {
+            "device" => " by its own motor",
+            _ => "",
+        }
     );
     let without_units = Panel::new(
         "without units",

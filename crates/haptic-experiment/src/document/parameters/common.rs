@@ -101,6 +101,11 @@ parameters! {
     MAX_AGE_TICKS = count("max_age_ticks", Wire::DEFAULT.max_age_ticks as u64, "10",
         "Host loop: largest age of a force in ticks from its sample, 1 to 1000; an older one makes a serial device \
          let go [default: 10]");
+    /// Source of the push of a trial.
+    PUSH_BY = text("push_by", "hand", "Source of the push into the wall");
+    /// File of what a search has found.
+    CAMPAIGN = text("campaign", "",
+        "File that keeps each point found on a serial device, and from which a search that was stopped goes on");
     DEVICE_MODEL = text("device_model", "",
         "Device file from `device measure`; on a rig only the guard uses it");
 }

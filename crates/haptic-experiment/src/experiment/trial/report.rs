@@ -43,6 +43,9 @@ pub(crate) fn louder(noises: impl IntoIterator<Item = Option<f64>>) -> Option<f6
     noises.into_iter().flatten().reduce(f64::max)
 }
 
+/// Said of a trial whose push came from the motor that rendered the law.
+const SHARED: &str = "one actuator rendered the law and pushed: its limits held for both together";
+
 /// A number for each sample, asked for in their order.
 pub(crate) type OfSample<'a> = Box<dyn FnMut(&KeptSample) -> f64 + 'a>;
 
@@ -208,10 +211,11 @@ pub(crate) trait Trial: Experiment + Clone {
         let Parts {
             mut judge, rest_m, ..
         } = seen.parts()?;
+        let start_m = setup.start_m(ran)?;
         let (order, scheme) = self.operator_choice();
         let whole = record.ended.is_none();
         Samples::of(record, &ran.log.paths).for_each(|sample| {
-            judge.see(sample.time_s, sample.position_m, sample.force_n);
+            judge.see(sample.time_s, sample.position_m - start_m, sample.force_n);
             Ok(())
         })?;
         let recorded = self.named(judge.settling(whole, rest_m))?;
@@ -227,7 +231,12 @@ pub(crate) trait Trial: Experiment + Clone {
         let (mut curves, mut object_m) = (None, None);
         let (files, operator_error);
         if whole {
-            let compared = Comparison::of(ran, self.off_n(ran)?, self.object_m(ran)?)?;
+            let off_n = match start_m == 0.0 {
+                true => self.off_n(ran)?,
+                false => Err("the law began where the handle stood"),
+            };
+            let push_n = setup.plan.own_push_n().unwrap_or(0.0);
+            let compared = Comparison::of(ran, push_n, off_n, self.object_m(ran)?)?;
             (files, operator_error) = (compared.files, compared.error);
             object_m = compared.object_m;
             let object = object_m.map_or("", |_| "object_position_m");
@@ -246,6 +255,9 @@ pub(crate) trait Trial: Experiment + Clone {
         }
         let device = device_name(setup.conduct.remote.as_ref());
         let t = setup.device.sample_time.0;
+        let shared = setup.plan.own_push_n().map(|push_n| {
+            json!({ "push_by": setup.plan.push_by.name(), "shared_actuator": SHARED, "push_n": push_n })
+        });
         let operator = json!({
             // No tissue.
             "tissue": null,
@@ -270,7 +282,11 @@ pub(crate) trait Trial: Experiment + Clone {
             unmet(&Self::MUST_BE_STABLE, &why, "design a weaker one")
         });
         let report = Report {
-            law: rows([self.law_in_rows(&settling, object_m), operator]),
+            law: rows(
+                [self.law_in_rows(&settling, object_m), operator]
+                    .into_iter()
+                    .chain(shared),
+            ),
             run: RunReport::new(ran, device, t, files, warnings),
             results: rows(results),
             verdict: Some(verdict),
@@ -418,9 +434,10 @@ struct Comparison {
 }
 
 impl Comparison {
-    /// Writes the table, keeps the curves, and the largest error of a force.
+    /// Writes the table, keeps the curves, and the largest error of a force: of all but the push of the device's own motor, N.
     fn of(
         ran: &Ran,
+        push_n: f64,
         mut off_n: OffN<'_>,
         mut object: Option<OfSample<'_>>,
     ) -> Result<Self, Failure> {
@@ -438,6 +455,10 @@ impl Comparison {
         let mut curves = Decimated::of(record);
         let (mut seen, mut last) = (Seen::default(), None);
         Samples::of(record, &ran.log.paths).for_each(|sample| {
+            let sample = &KeptSample {
+                force_n: sample.force_n - push_n,
+                ..*sample
+            };
             seen.add(sample, off_n.as_mut().map_or(0.0, |off_n| off_n(sample)));
             last = object.as_mut().map(|object| object(sample));
             let (x, force_n) = (sample.position_m, sample.reaction_n());

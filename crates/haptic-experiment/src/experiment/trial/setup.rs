@@ -1,7 +1,7 @@
 //! All of an experiment on a pushed device but the law that it feels: what a wall and a coupler share.
 
 use super::{
-    IMPACT, TRIAL_FORCE_RATE_LIMIT, TRIAL_SAMPLES, TrialPlan, dynamics, force_and_rate,
+    IMPACT, PushBy, TRIAL_FORCE_RATE_LIMIT, TRIAL_SAMPLES, TrialPlan, dynamics, force_and_rate,
     no_law_there, plan, safe_chain, thrown,
 };
 use crate::document::error::FileError;
@@ -11,9 +11,11 @@ use crate::document::reader::Table;
 use crate::experiment::kind::Conduct;
 use crate::experiment::reading::{device, device_model, remote, samples_fit};
 use crate::judge::settling::{Criterion, Judge};
+use crate::run::Ran;
 use crate::run::plant_file::DeviceModel;
 use crate::run::remote::RemoteLaw;
-use crate::run::safety::{GuardedDevice, Safety, safety};
+use crate::run::safety::{GuardChoice, GuardedDevice, Safety, safety};
+use crate::run::samples::Samples;
 use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
 use haptic_analysis::Dynamics;
@@ -91,6 +93,18 @@ impl TrialSetup {
         }
     }
 
+    /// Place where the law began, m: 0, or where the handle stood if the device's own motor pushes.
+    pub(super) fn start_m(&self, ran: &Ran) -> Result<f64, Failure> {
+        let mut start_m = None;
+        if self.plan.push_by == PushBy::Device {
+            Samples::of(&ran.record, &ran.log.paths).for_each(|sample| {
+                start_m.get_or_insert(sample.position_m);
+                Ok(())
+            })?;
+        }
+        Ok(start_m.unwrap_or(0.0))
+    }
+
     /// Warning about a requested impact that had no effect.
     pub(super) fn not_thrown(&self) -> Option<String> {
         let impact_m_per_s = self.plan.impact_m_per_s;
@@ -121,9 +135,10 @@ impl TrialSetup {
 
     /// The push for a serial device, and no law at all: one of a loop on the host.
     pub(crate) fn law(&self) -> RemoteLaw {
-        let push_n = self.plan.push_n;
+        let push_n = self.plan.push_of_hand_n();
         RemoteLaw {
-            held_push_n: push_n,
+            held_push_n: self.plan.push_n,
+            own_push_n: self.plan.own_push_n(),
             ..no_law_there(
                 self.force_and_rate(),
                 self.force_rate_limit_n_per_s,
@@ -162,6 +177,9 @@ fn written(table: &Table<'_>, device: &MassDamperConfig, sensors: Sensors) -> Gu
     }
 }
 
+/// A guard counts the energy of the whole actuator, so it would take the push for energy of the wall.
+const PUSHED_WITH_GUARD: &str = "push_by = \"device\" pushes with the energy that a guard takes away: omit `guard`, or one of them";
+
 /// Device, trial and safety, and whether an unstable trial is a failure.
 pub(crate) fn setup(
     table: &Table<'_>,
@@ -177,11 +195,15 @@ pub(crate) fn setup(
     }
     let (device, sensors) = device(table, sample_time_s)?;
     let plan = plan(table, duration_s)?;
+    let safety = safety(table)?;
+    if plan.push_by == PushBy::Device && safety.guard != GuardChoice::Off {
+        return Err(table.fail_at(p::PUSH_BY.key, PUSHED_WITH_GUARD));
+    }
     let of_file = model.as_ref().map(DeviceModel::guarded).unwrap_or_default();
     Ok(TrialSetup {
         must_be_stable: table.flag(must_be_stable)?,
         force_rate_limit_n_per_s: table.number_if(&TRIAL_FORCE_RATE_LIMIT)?,
-        safety: safety(table)?,
+        safety,
         conduct: Conduct::on(remote),
         impact_was_given: table.number_if(&IMPACT)?.is_some(),
         known: written(table, &device, sensors).or(of_file),

@@ -200,3 +200,42 @@ fn the_two_laws_of_contact_side_by_side() {
         assert!(signed.peak_n < depth.peak_n, "{depth:?} {signed:?}");
     }
 }
+
+#[test]
+fn a_wall_of_an_ideal_device_that_pushes_by_itself_moves_as_if_a_hand_pushed() {
+    use crate::experiment::trial::PushBy;
+    let mut random = Random(69);
+    let device = MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), T);
+    for case in 0..20 {
+        let (mu, k) = (random.between(0.0, 1.5), random.log_between(100.0, 2000.0));
+        let motion = |push_by| {
+            let mut wall = experiment(device, (mu, k, 1.0), WallContact::Linear);
+            wall.setup.plan = TrialPlan {
+                push_by,
+                push_n: 2.0,
+                impact_m_per_s: 0.0,
+                duration_s: 1.0,
+                ..wall.setup.plan
+            };
+            let mut parts = wall.parts().expect("valid");
+            let mut seen = Vec::new();
+            let mut engaged = parts.controller.engage(&mut parts.device);
+            let Ok(_) = engaged.run(parts.samples, |sample| {
+                seen.push((sample.reading.position_m[0], sample.force.newtons()[0]));
+                true
+            });
+            (seen, wall.tried().expect("runs"))
+        };
+        let ((hand, by_hand), (own, by_device)) = (motion(PushBy::Hand), motion(PushBy::Device));
+        for ((x, force), (same, sum)) in hand.iter().zip(&own) {
+            assert!((x - same).abs() < 1e-9, "{case}: {x} {same}");
+            assert!((sum - force - 2.0).abs() < 1e-6, "{case}: {sum} {force}");
+        }
+        assert_eq!(by_hand.verdict, by_device.verdict, "{case}");
+        let off = by_hand.force_std_n.zip(by_device.force_std_n);
+        assert!(
+            off.is_none_or(|(a, b)| (a - b).abs() < 1e-6),
+            "{case}: {off:?}"
+        );
+    }
+}

@@ -1,9 +1,11 @@
 //! The search for the stiffest wall, of all orders and dissipations on all cores.
 
+use super::campaign::Campaign;
 use super::trials::Trials;
 use super::upward::Settled;
 use super::{BoundaryPoint, OrderBoundary, ZWidth, ZWidthReport};
 use crate::document::failure::Failure;
+use crate::document::named::Named as _;
 use crate::experiment::trial::{
     TrialPlan, dynamics, encoder_step, force_and_rate, force_limit, seen, thrown, wall_at_start,
 };
@@ -20,8 +22,9 @@ use haptic_analysis::{
 use haptic_link::Simulation;
 use haptic_loop::plant::{MassDamper, MassDamperConfig, run_wall};
 use haptic_loop::units::Newtons;
-use haptic_loop::{Controller, SafetyChain};
+use haptic_loop::{Controller, OwnPush, SafetyChain};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// Bisections after the coarse search: 2e-4 of the value found, or better.
@@ -45,15 +48,30 @@ impl ZWidth {
         warn: Warn<'_>,
     ) -> Result<ZWidthReport, Failure> {
         self.check()?;
+        let open = |path| Campaign::open(path, &self.in_full());
+        let campaign = self.campaign.as_deref().map(open).transpose()?;
         let remote = self.remote.as_ref();
         let trials = remote
-            .map(|remote| Trials::new(remote, warn, stop))
+            .map(|remote| Trials::new(remote, self.retreat(), warn, stop))
             .transpose()?;
+        self.searched(trials, campaign.as_ref(), progress, stop)
+    }
+
+    pub(super) fn searched(
+        &self,
+        trials: Option<Trials<'_>>,
+        campaign: Option<&Campaign>,
+        progress: &(dyn Fn(u64) + Sync),
+        stop: &AtomicBool,
+    ) -> Result<ZWidthReport, Failure> {
         let searches: Vec<Search> = self
             .orders
             .iter()
             .enumerate()
-            .map(|(index, &order)| Search::new(self, order, index, trials.as_ref(), stop))
+            .map(|(index, &order)| {
+                let search = Search::new(self, order, index, trials.as_ref(), stop)?;
+                Ok::<_, Failure>(Search { campaign, ..search })
+            })
             .collect::<Result<_, _>>()?;
         let orders: Vec<OrderBoundary> = searches
             .par_iter()
@@ -68,7 +86,8 @@ impl ZWidth {
         let found = orders.iter().any(|order| !order.boundary.is_empty());
         let failed = trials.map(|trials| trials.ended(found, stop)).transpose()?;
         let stopped = || stop.load(Ordering::Relaxed).then(Failure::interrupted);
-        let ended_early = failed.flatten().or_else(stopped);
+        let unkept = campaign.and_then(|campaign| campaign.failure().take());
+        let ended_early = failed.flatten().or(unkept).or_else(stopped);
         let config = &self.device;
         let plan = self.plan();
         let delta = config.damping.0 * config.sample_time.0 / config.mass.0;
@@ -85,6 +104,7 @@ impl ZWidth {
             criterion: plan.criterion,
             impact_m_per_s: plan.impact_m_per_s,
             push_n: plan.push_n,
+            push_by: plan.push_by.name(),
             alpha_searched: search_limit(delta),
             runs,
             ended_early,
@@ -97,14 +117,14 @@ impl ZWidth {
     }
 
     fn boundary(&self, search: &Search<'_>, progress: &(dyn Fn(u64) + Sync)) -> OrderBoundary {
-        let extent = search.extent();
+        let extent = search.kept_extent();
         let points = (0..self.points)
             .into_par_iter()
             .with_min_len(self.at_once());
         let boundary = points.filter_map(|point| {
             let extent = extent.as_ref()?;
             let beta = extent.dissipation * point as f64 / (self.points - 1) as f64;
-            let found = search.cell(beta, extent, 1 + point as u64);
+            let found = search.kept_cell(point, beta, extent);
             progress(1);
             found.map(|cell| search.point(beta, cell))
         });
@@ -163,14 +183,15 @@ fn largest(most: f64, stable: impl Fn(f64) -> bool) -> Option<f64> {
 }
 
 /// Result for one dissipation, as α.
-#[derive(Clone, Copy, Debug)]
-struct Cell {
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Cell {
     stable: f64,
     held: Option<f64>,
 }
 
 /// Range that the search of one order covers.
-struct Extent {
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Extent {
     dissipation: f64,
     /// Of a real device: walls that came to rest.
     settled: Option<Settled>,
@@ -199,6 +220,10 @@ struct Search<'a> {
     seed: u64,
     /// The serial device, and a wall for it that lacks as much.
     remote: Option<(RemoteLaw, &'a Trials<'a>)>,
+    /// What was found before, and is kept.
+    campaign: Option<&'a Campaign>,
+    /// Number of the order in the question.
+    index: usize,
     stop: &'a AtomicBool,
     runs: AtomicU64,
 }
@@ -235,13 +260,14 @@ impl<'a> Search<'a> {
                 mass_kg: config.mass.0 as f32,
                 damping_n_s_per_m: config.damping.0 as f32,
                 hand_stiffness_n_per_m: config.stiffness.0 as f32,
-                ..push(plan.push_n)
+                ..push(plan.push_of_hand_n())
             };
             let law = RemoteLaw {
                 order: order.get(),
                 one_sided: experiment.contact == WallContact::OneSided,
                 operator: portable(&operator)?,
                 held_push_n: plan.push_n,
+                own_push_n: plan.own_push_n(),
                 ..RemoteLaw::bare(force_and_rate(plan.force_limit_n, None, t), simulation)
             };
             Ok::<_, Failure>((law, trials))
@@ -266,6 +292,8 @@ impl<'a> Search<'a> {
             units: units(&config, order),
             seed: experiment.sensors.seed.wrapping_add((index as u64) << 32),
             remote: remote.transpose()?,
+            campaign: None,
+            index,
             stop,
             runs: AtomicU64::new(0),
         })
@@ -324,7 +352,34 @@ impl<'a> Search<'a> {
     /// True if nothing more is tried: it was stopped, or its device failed.
     fn is_over(&self) -> bool {
         let failed = |(_, trials): &(_, &Trials<'_>)| trials.has_failed();
-        self.stop.load(Ordering::Relaxed) || self.remote.as_ref().is_some_and(failed)
+        let unkept = |campaign: &&Campaign| campaign.failure().is_some();
+        self.stop.load(Ordering::Relaxed)
+            || self.remote.as_ref().is_some_and(failed)
+            || self.campaign.as_ref().is_some_and(unkept)
+    }
+
+    /// [`extent`](Self::extent), once in a campaign.
+    fn kept_extent(&self) -> Option<Extent> {
+        if let Some(found) = self.campaign.and_then(|kept| kept.extent(self.index)) {
+            return found.clone();
+        }
+        let found = self.extent();
+        if let Some(campaign) = self.campaign.filter(|_| !self.is_over()) {
+            campaign.keep_extent(self.index, &found);
+        }
+        found
+    }
+
+    /// [`cell`](Self::cell), once in a campaign.
+    fn kept_cell(&self, point: usize, beta: f64, extent: &Extent) -> Option<Cell> {
+        if let Some(found) = self.campaign.and_then(|kept| kept.cell(self.index, point)) {
+            return found;
+        }
+        let found = self.cell(beta, extent, 1 + point as u64);
+        if let Some(campaign) = self.campaign.filter(|_| found.is_some() || !self.is_over()) {
+            campaign.keep_cell(self.index, point, found);
+        }
+        found
     }
 
     /// The range to search; `None` if no wall of a real device comes to rest, or the search has ended.
@@ -374,7 +429,7 @@ impl<'a> Search<'a> {
         let t = self.experiment.device.sample_time.0;
         let spring = stiffness + self.experiment.device.stiffness.0;
         let step = stiffness + dissipation * self.rate;
-        let mut judge = self.plan.judge(spring, step, self.encoder_step_m, t);
+        let judge = self.plan.judge(spring, step, self.encoder_step_m, t);
         let contact = self.experiment.contact;
         if let Some((law, trials)) = &self.remote {
             let law = RemoteLaw {
@@ -382,13 +437,8 @@ impl<'a> Search<'a> {
                 dissipation_n_s_mu_per_m: dissipation,
                 ..law.clone()
             };
-            let Some(motion) = trials.motion(&law, self.samples, t) else {
-                return false;
-            };
-            for (n, (position_m, force_n)) in motion.into_iter().enumerate() {
-                judge.see(n as f64 * t, position_m, force_n);
-            }
-            return judge.settling(true, None).stable;
+            let settling = trials.judged(&law, self.samples, t, judge);
+            return settling.is_some_and(|settling| settling.stable);
         }
         let sensors = Sensors {
             seed: self.seed.wrapping_add(cell),
@@ -401,6 +451,7 @@ impl<'a> Search<'a> {
             let (Ok(wall), Ok(mut device)) = (wall, sensors.before(device)) else {
                 return false;
             };
+            let wall = OwnPush::new(wall, self.plan.own_push_n());
             let mut controller = Controller::<f64, 1, _>::new(wall, self.chain);
             let see = &mut |sample: &_| seen(&mut judge, sample);
             let whole = run_wall(&mut controller, &mut device, self.samples, see);
@@ -408,6 +459,22 @@ impl<'a> Search<'a> {
         };
         let first = core::iter::once(self.plan.impact_m_per_s);
         first.chain(self.plan.hits(contact)).all(settles)
+    }
+}
+
+#[cfg(test)]
+impl ZWidth {
+    /// The largest α of the simulated device with this β, and the largest β with any, of an order by its number.
+    pub(super) fn simulated(&self, index: usize, betas: &[f64]) -> (Vec<Option<f64>>, Option<f64>) {
+        let stop = AtomicBool::new(false);
+        let search = Search::new(self, self.orders[index], index, None, &stop).expect("valid");
+        let most = search.largest_dissipation();
+        let extent = Extent {
+            dissipation: most.unwrap_or(0.0),
+            settled: None,
+        };
+        let alpha = |beta: &f64| search.cell(*beta, &extent, 0).map(|cell| cell.stable);
+        (betas.iter().map(alpha).collect(), most)
     }
 }
 
@@ -494,6 +561,7 @@ mod tests {
                 ..TrialPlan::DEFAULT
             },
             remote: None,
+            campaign: None,
         };
         let never = AtomicBool::new(false);
         let whole = experiment.run(&|_| {}, &never, &|_| {}).expect("runs");

@@ -5,12 +5,14 @@
 
 use crate::document::failure::Failure;
 use crate::document::parameters::{LOOP, TRIAL_DURATION};
+use crate::judge::settling::{Judge, Settling};
 use crate::run::device::{Warn, at_link, at_port, refused_at_port, trouble};
 use crate::run::realtime::RealtimeOptions;
-use crate::run::remote::{RemoteDevice, RemoteLaw, agreed};
+use crate::run::remote::{RemoteDevice, RemoteLaw, may_push, within};
 use crate::run::schedule::{Pace, Schedule};
 use haptic_link::{
-    Configuration, EventKind, FaultReport, LoopMode, Refusal, Scope, Start, State as DeviceState,
+    Capabilities, Configuration, EventKind, FaultReport, LoopMode, Refusal, Scope, Start,
+    State as DeviceState,
 };
 use haptic_loop::Fault;
 use haptic_loop::realtime::Moment;
@@ -20,6 +22,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+#[cfg(test)]
+mod pushed_tests;
 #[cfg(test)]
 mod tests;
 
@@ -36,44 +40,90 @@ const SILENCE: Duration = Duration::from_secs(2);
 /// Between two questions whether it has.
 const PAUSE: Duration = Duration::from_millis(10);
 
+/// A motor holds this share of its largest force for as long as it likes: 4 N of the 8 N of the device that the guide builds.
+const HELD_SHARE: f64 = 0.5;
+/// Share of the way to the end of the workspace at which a trial of a device that pushes by itself is ended.
+const NEAR_END: f64 = 0.8;
+/// Longest way of the handle out of the wall, s.
+const RETREAT_S: f64 = 5.0;
+
 /// One run, as far as it came.
 enum Trial {
-    /// Position, m, and force, N, of each sample.
-    Whole(Vec<(f64, f64)>),
+    Whole,
+    /// Whoever looked on had seen enough.
+    Seen,
     /// The law moved the device beyond a limit: this fault.
     Tripped(Fault),
     /// Nothing is known of the law, because of the line or this machine.
     Unjudged(Failure),
 }
 
-/// A serial device that is tried again and again.
+/// Looks at the tick, position, m, and force, N, of each sample; false ends the run.
+type See<'a> = &'a mut dyn FnMut(u64, f64, f64) -> bool;
+
+/// A device that makes one run after another.
+trait Bench: Send {
+    fn path(&self) -> String;
+
+    fn capabilities(&self) -> Capabilities;
+
+    /// A run of so many ticks, in the device's own loop.
+    fn run(
+        &mut self,
+        configuration: Configuration,
+        coefficients: &[f32],
+        ticks: u64,
+        see: See<'_>,
+        warn: Warn<'_>,
+    ) -> Result<Trial, Failure>;
+
+    /// Lets it rest, without force.
+    fn rest(&mut self, time_s: f64);
+
+    /// A failure with what else is known of the device's line.
+    fn at_line(&self, failure: Failure) -> Failure;
+}
+
+/// A device that is tried again and again.
 pub(super) struct Trials<'a> {
     remote: RemoteDevice,
     /// Settings of the device: no trial loosens them.
     set: Configuration,
+    /// The way out of a wall into which the device pushes by itself.
+    retreat: Option<RemoteLaw>,
     warn: Warn<'a>,
     state: Mutex<State>,
 }
 
 struct State {
-    link: SerialLink,
+    bench: Box<dyn Bench>,
     /// Why no more trials can be made.
     failure: Option<Failure>,
     /// True once the user was warned of the device's limits.
     told: bool,
-    /// True once the user was asked to move the device out of the wall.
-    told_too_deep: bool,
-    runs: u32,
     /// Trials judged, those of them that ended at a limit of the device, the last of them in a row, and the last such fault.
     trials: usize,
     trips: usize,
     in_a_row: usize,
     last: Option<Fault>,
+    /// Place of the handle before the first trial, m, and in the newest sample.
+    home_m: Option<f64>,
+    newest_m: f64,
+}
+
+/// A device at the other end of a link.
+struct LinkedBench {
+    link: SerialLink,
+    watchdog: Duration,
+    /// True once the user was asked to move the device out of the wall.
+    told_too_deep: bool,
+    runs: u32,
 }
 
 impl<'a> Trials<'a> {
     pub(super) fn new(
         remote: &RemoteDevice,
+        retreat: Option<RemoteLaw>,
         warn: Warn<'a>,
         stop: &AtomicBool,
     ) -> Result<Self, Failure> {
@@ -84,54 +134,77 @@ impl<'a> Trials<'a> {
             )));
         }
         let link = (remote.name).connect_with(1, remote.patience, warn, Some(stop))?;
+        if retreat.is_some() {
+            may_push(remote, &link)?;
+        }
         let set = link.configuration();
         let (set, _) = set.map_err(|error| at_port(link.path(), &error))?;
-        let state = State {
+        let bench = LinkedBench {
             link,
-            failure: None,
-            told: false,
+            watchdog: remote.watchdog(),
             told_too_deep: false,
             runs: 0,
-            trials: 0,
-            trips: 0,
-            in_a_row: 0,
-            last: None,
         };
-        Ok(Self {
+        Ok(Self::on(Box::new(bench), remote, set, retreat, warn))
+    }
+
+    fn on(
+        bench: Box<dyn Bench>,
+        remote: &RemoteDevice,
+        set: Configuration,
+        retreat: Option<RemoteLaw>,
+        warn: Warn<'a>,
+    ) -> Self {
+        Self {
             remote: remote.clone(),
             set,
+            retreat,
             warn,
-            state: Mutex::new(state),
-        })
+            state: Mutex::new(State {
+                bench,
+                failure: None,
+                told: false,
+                trials: 0,
+                trips: 0,
+                in_a_row: 0,
+                last: None,
+                home_m: None,
+                newest_m: 0.0,
+            }),
+        }
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Position, m, and force, N, of each sample of one run; `None` if the law tripped the device, or if no more trials can be made:
-    /// the search then reports why.
-    pub(super) fn motion(
+    /// Judgement of one run; `None` if the law tripped the device, or if no more trials can be made: the search then reports why.
+    pub(super) fn judged(
         &self,
         law: &RemoteLaw,
         samples: u64,
         sample_time_s: f64,
-    ) -> Option<Vec<(f64, f64)>> {
+        judge: Judge,
+    ) -> Option<Settling> {
         let mut state = self.state();
         if state.failure.is_some() {
             return None;
         }
         let mut tries = 1;
         let failure = loop {
-            match self.try_once(&mut state, law, samples, sample_time_s) {
+            let mut judge = judge;
+            let mut see = |tick, position_m, force_n| {
+                judge.see(tick as f64 * sample_time_s, position_m, force_n)
+            };
+            match self.try_once(&mut state, law, samples, sample_time_s, &mut see) {
                 Ok(Trial::Unjudged(_)) if tries < TRIES => tries += 1,
                 Ok(Trial::Unjudged(failure)) | Err(failure) => {
-                    break Some(at_link(&state.link, failure));
+                    break Some(state.bench.at_line(failure));
                 }
-                Ok(Trial::Whole(motion)) => {
+                Ok(trial @ (Trial::Whole | Trial::Seen)) => {
                     state.trials += 1;
                     state.in_a_row = 0;
-                    return Some(motion);
+                    return Some(judge.settling(matches!(trial, Trial::Whole), None));
                 }
                 Ok(Trial::Tripped(fault)) => {
                     state.trials += 1;
@@ -141,7 +214,7 @@ impl<'a> Trials<'a> {
                     break (state.in_a_row >= TRIPS_IN_A_ROW).then(|| {
                         Failure::run(format_args!(
                             "{}: {TRIPS_IN_A_ROW} trials in a row ended at a limit of the device ({fault}), so the search stopped: {}",
-                            state.link.path(),
+                            state.bench.path(),
                             self.remedy(fault)
                         ))
                     });
@@ -152,13 +225,13 @@ impl<'a> Trials<'a> {
         None
     }
 
-    /// Step of the device's encoder, m, and the largest force that it can do, N.
+    /// Step of the device's encoder, m, and the largest force that it makes, N.
     pub(super) fn encoder_and_force(&self) -> (f64, f64) {
         let state = self.state();
-        let can = state.link.capabilities();
+        let can = state.bench.capabilities();
         (
             f64::from(can.position_resolution_m),
-            f64::from(can.force_max_n),
+            f64::from(can.force_max_n.min(self.set.limits.force_n)),
         )
     }
 
@@ -207,50 +280,136 @@ impl<'a> Trials<'a> {
         )
     }
 
+    /// A trial, out of the wall before it where the device pushes by itself.
     fn try_once(
         &self,
         state: &mut State,
         law: &RemoteLaw,
         samples: u64,
         sample_time_s: f64,
+        see: See<'_>,
+    ) -> Result<Trial, Failure> {
+        if let (Some(retreat), Some(home_m)) = (&self.retreat, state.home_m) {
+            let mut is_in = |_, position_m, _| position_m > home_m;
+            let ticks = (RETREAT_S / sample_time_s).ceil() as u64;
+            match self.run(state, retreat, ticks, sample_time_s, &mut is_in)? {
+                Trial::Seen => {}
+                unjudged @ Trial::Unjudged(_) => return Ok(unjudged),
+                Trial::Whole | Trial::Tripped(_) => {
+                    return Err(Failure::device(format_args!(
+                        "{}: the handle stands at {:.4} m and does not come back to {home_m:.4} m by itself: move it there, and push more or set more room",
+                        state.bench.path(),
+                        state.newest_m
+                    )));
+                }
+            }
+        }
+        // A wall of a device that pushes by itself is where the handle stands, any other at the device's zero.
+        let mut first_m = self.retreat.is_none().then_some(0.0);
+        let ends = match self.retreat {
+            Some(_) => [
+                self.set.limits.workspace_low_m,
+                self.set.limits.workspace_high_m,
+            ],
+            None => [f32::NEG_INFINITY, f32::INFINITY],
+        };
+        let mut see = |tick, position_m: f64, force_n| {
+            let first_m = *first_m.get_or_insert(position_m);
+            // Beyond its end nobody but a person brings it back.
+            let [low_m, high_m] = ends.map(|end| first_m + NEAR_END * (f64::from(end) - first_m));
+            let has_room = (low_m..=high_m).contains(&position_m);
+            has_room && see(tick, position_m - first_m, force_n)
+        };
+        let trial = self.run(state, law, samples, sample_time_s, &mut see);
+        state.home_m = state.home_m.or(first_m);
+        trial
+    }
+
+    /// A run within the limits of the device, and the rest that its motor needs.
+    fn run(
+        &self,
+        state: &mut State,
+        law: &RemoteLaw,
+        ticks: u64,
+        sample_time_s: f64,
+        see: See<'_>,
     ) -> Result<Trial, Failure> {
         let schedule = Schedule {
-            samples,
+            samples: ticks,
             sample_time_s,
             pace: Pace::Realtime(RealtimeOptions::default()),
         };
+        let can = state.bench.capabilities();
         // A search does not end where the device's limits do.
-        let configuration = agreed(
-            &self.remote,
-            law,
-            schedule,
-            &state.link,
-            &self.set,
-            &|text| {
-                if !state.told {
-                    (self.warn)(text);
-                }
-            },
-        )?;
+        let warn = |text: &str| {
+            if !state.told {
+                (self.warn)(text);
+            }
+        };
+        let configuration = within(&self.remote, law, schedule, &can, &self.set, &warn)?;
         state.told = true;
-        let path = state.link.path().to_owned();
+        let (mut newest_m, mut squares, mut seen) = (state.newest_m, 0.0, 0.0);
+        let mut heated = |tick, position_m, force_n: f64| {
+            newest_m = position_m;
+            squares += force_n * force_n;
+            seen += 1.0;
+            see(tick, position_m, force_n)
+        };
+        let coefficients = &law.operator.1;
+        let trial = (state.bench).run(configuration, coefficients, ticks, &mut heated, self.warn);
+        state.newest_m = newest_m;
+        if self.retreat.is_some() {
+            let held_n = HELD_SHARE * f64::from(can.force_max_n);
+            let heat = squares / (held_n * held_n);
+            (state.bench).rest(sample_time_s * (heat - seen).max(0.0));
+        }
+        trial
+    }
+}
+
+impl Bench for LinkedBench {
+    fn path(&self) -> String {
+        self.link.path().to_owned()
+    }
+
+    fn capabilities(&self) -> Capabilities {
+        self.link.capabilities().clone()
+    }
+
+    fn rest(&mut self, time_s: f64) {
+        std::thread::sleep(Duration::from_secs_f64(time_s));
+    }
+
+    fn at_line(&self, failure: Failure) -> Failure {
+        at_link(&self.link, failure)
+    }
+
+    fn run(
+        &mut self,
+        configuration: Configuration,
+        coefficients: &[f32],
+        ticks: u64,
+        see: See<'_>,
+        warn: Warn<'_>,
+    ) -> Result<Trial, Failure> {
+        let path = self.link.path().to_owned();
         let problem = |error| refused_at_port(&path, error);
         let asked = Moment::now();
         loop {
             // After some faults nobody but a person arms again: arming would clear it.
-            if state.runs > 0
-                && let Some(latched) = Fault::from_code(state.link.status().fault)
+            if self.runs > 0
+                && let Some(latched) = Fault::from_code(self.link.status().fault)
                 && ends_search(latched)
             {
                 let words = format!("{latched}, between two trials");
-                return Err(ended_by(&state.link, &words));
+                return Err(ended_by(&self.link, &words));
             }
-            let begun = self.begin(state, configuration, &law.operator.1, samples as u32);
+            let begun = self.begin(configuration, coefficients, ticks as u32);
             let Err(error) = begun else {
                 break;
             };
             if is_unanswered(&error) {
-                return unanswered(&mut state.link, &path, error);
+                return unanswered(&mut self.link, &path, error);
             }
             let refusal = refusal(&error);
             // In the wall, where a person has to pull it out.
@@ -260,35 +419,36 @@ impl<'a> Trials<'a> {
                 return Err(problem(error));
             }
             if too_deep {
-                if !core::mem::replace(&mut state.told_too_deep, true) {
+                if !core::mem::replace(&mut self.told_too_deep, true) {
                     let within = OUT_WITHIN.as_secs();
-                    (self.warn)(&format!("{path}: {error}, within {within} s, each time"));
+                    warn(&format!("{path}: {error}, within {within} s, each time"));
                 }
-                state.link.disarm().map_err(problem)?;
+                self.link.disarm().map_err(problem)?;
             }
             std::thread::sleep(PAUSE);
         }
-        let trial = followed(&mut state.link, &path, samples, SILENCE)?;
-        match state.link.disarm() {
-            Err(error) if is_unanswered(&error) => unanswered(&mut state.link, &path, error),
+        let trial = followed(&mut self.link, &path, ticks, SILENCE, see)?;
+        match self.link.disarm() {
+            Err(error) if is_unanswered(&error) => unanswered(&mut self.link, &path, error),
             disarmed => disarmed.map_err(problem).map(|()| trial),
         }
     }
+}
 
+impl LinkedBench {
     /// Sets a law, arms and starts.
     fn begin(
-        &self,
-        state: &mut State,
+        &mut self,
         configuration: Configuration,
         coefficients: &[f32],
         ticks: u32,
     ) -> Result<(), SerialError> {
-        let link = &mut state.link;
+        let link = &mut self.link;
         link.set_for(configuration, coefficients, Scope::Run)?;
-        link.arm(self.remote.watchdog())?;
-        state.runs += 1;
+        link.arm(self.watchdog)?;
+        self.runs += 1;
         link.start(Start {
-            run: state.runs,
+            run: self.runs,
             ticks,
             every: 1,
             batch: 8,
@@ -302,26 +462,31 @@ fn followed(
     path: &str,
     samples: u64,
     patience: Duration,
+    see: See<'_>,
 ) -> Result<Trial, Failure> {
-    let mut motion = Vec::with_capacity(samples as usize);
+    let (mut next, mut missed) = (0, 0);
     loop {
         match link.hear(patience) {
             Some(Heard::Sample(sample)) => {
-                let next = motion.len() as u64;
+                let tick = u64::from(sample.tick);
                 if let Some(axis) = sample.axes.first()
-                    && u64::from(sample.tick) == next
-                    && next < samples
+                    && (next..samples).contains(&tick)
                 {
-                    motion.push((f64::from(axis.position_m), f64::from(axis.force_n)));
+                    missed += tick - next;
+                    next = tick + 1;
+                    if !see(tick, f64::from(axis.position_m), f64::from(axis.force_n)) {
+                        return Ok(Trial::Seen);
+                    }
                 }
             }
             Some(Heard::Event(event)) if event.kind == EventKind::Finished => {
-                if motion.len() as u64 == samples {
-                    return Ok(Trial::Whole(motion));
+                missed += samples - next;
+                if missed == 0 {
+                    return Ok(Trial::Whole);
                 }
                 return Ok(Trial::Unjudged(Failure::data_lost(format_args!(
                     "{path}: samples were missing in {TRIES} trials in a row ({} of {samples} arrived): use a better line",
-                    motion.len()
+                    samples - missed
                 ))));
             }
             Some(Heard::Event(_)) => {}

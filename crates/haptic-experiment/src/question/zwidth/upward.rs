@@ -5,6 +5,7 @@
 //! beyond its limits [`TRIPS_IN_A_ROW`](crate::question::zwidth::trials::TRIPS_IN_A_ROW) times in a row on the way.
 
 use crate::question::bench::last;
+use serde::{Deserialize, Serialize};
 
 /// Doublings from the softest wall to the stiffest: 3e-4 of it.
 const DOUBLINGS: i32 = 14;
@@ -16,7 +17,7 @@ const CLOSER: u32 = 7;
 const HALVINGS: u32 = 8;
 
 /// Dissipations β with a stiffness α that came to rest with each.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Settled(Vec<(f64, f64)>);
 
 /// From the softest to the stiffest.
@@ -69,9 +70,11 @@ impl Settled {
     /// The largest α that comes to rest with a β below which there are some; `None` if none near those does.
     pub(super) fn largest(&self, beta: f64, most: f64, rests: impl Fn(f64) -> bool) -> Option<f64> {
         let near = |(other, _): &&(f64, f64)| (other - beta).abs();
-        let (_, alpha) = (self.0.iter()).min_by(|a, b| near(a).total_cmp(&near(b)))?;
+        let (settled, alpha) = (self.0.iter()).min_by(|a, b| near(a).total_cmp(&near(b)))?;
         let starts = [1.0, 2.0, 0.5].map(|times| (times * alpha).min(most));
-        let mut low = starts.into_iter().find(|&alpha| rests(alpha))?;
+        let found = starts.into_iter().find(|&alpha| rests(alpha));
+        // This very wall came to rest before, if only just.
+        let mut low = found.or_else(|| (*settled >= beta).then_some(*alpha))?;
         let mut high = low;
         while high < most {
             high = (2.0 * low).min(most);

@@ -166,6 +166,8 @@ impl BadPair<'_> {
             blank: &blank,
             metadata: BTreeMap::new(),
             found: None,
+            own_push_n: None,
+            force_limit_n: 10.0,
         };
         let Watched {
             request,

@@ -138,6 +138,8 @@ impl<'a, M> RemoteRun<'a, M> {
             blank: self.blank,
             metadata: self.metadata,
             found,
+            own_push_n: self.law.own_push_n,
+            force_limit_n: configuration.limits.force_n.into(),
         })
     }
 }
@@ -190,6 +192,7 @@ impl<'a, M: TickRecord> Ready<'a, M> {
             next_tick: 0,
             over: false,
             deaf: false,
+            swung: false,
             partner,
             pending: Vec::new(),
         })

@@ -1,7 +1,7 @@
 //! A configured device: arm, start, listen or control, let go, and close the log.
 
 use crate::document::failure::Failure;
-use crate::run::ending::Ending;
+use crate::run::ending::{Ending, swings};
 use crate::run::fault_recorder::AFTER;
 use crate::run::flat::flat;
 use crate::run::folder::OutputFolder;
@@ -45,6 +45,9 @@ pub(super) struct Ready<'a, M> {
     pub blank: &'a (dyn Fn(f64) -> M + Sync),
     pub metadata: BTreeMap<String, String>,
     pub found: Option<Found>,
+    /// Push of its own motor, N, and the force limit.
+    pub own_push_n: Option<f64>,
+    pub force_limit_n: f64,
 }
 
 /// A device that is configured, armed by nobody yet, and the log of what is to come.
@@ -58,6 +61,8 @@ pub(super) struct HostSession<'a, M, const D: usize> {
     pub(super) over: bool,
     /// The device does not answer.
     pub(super) deaf: bool,
+    /// The law that its own motor pushes into has swung.
+    pub(super) swung: bool,
     /// The device at the other side of a contact, if there is one.
     pub(super) partner: Option<Partner<'a>>,
     /// Samples before the time is known from which a run with a partner counts.
@@ -256,7 +261,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
                 self.ends(Ending::Interrupted);
                 self.ready.link.ask(Request::Stop)?;
             }
-            if let (None, Some(left)) = (self.record.ended, self.partner_left()) {
+            if let (None, Some(left)) = (self.record.ended, self.unfit_to_go_on()) {
                 self.ends(left);
                 self.ready.link.ask(Request::Stop)?;
             }
@@ -327,7 +332,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
                     session.ends(Ending::Fault(fault));
                 } else if supervisor.stop.load(Ordering::Relaxed) {
                     session.ends(Ending::Interrupted);
-                } else if let Some(left) = session.partner_left() {
+                } else if let Some(left) = session.unfit_to_go_on() {
                     session.ends(left);
                 }
             }
@@ -652,6 +657,9 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     }
 
     fn keep(&mut self, message: M, counted: bool) {
+        let (force_n, limit_n) = (message.kept().applied_force_n, self.ready.force_limit_n);
+        let swings = |push_n| swings(force_n, push_n, limit_n);
+        self.swung |= self.ready.own_push_n.is_some_and(swings);
         let logged = self.recorder.tick(message.logged());
         if let Some(partner) = &self.partner {
             partner.opposes(message.kept().reaction_n());
@@ -670,6 +678,13 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             self.record.ended = Some(Ending::LogStopped);
             self.partner.iter().for_each(Partner::ends);
         }
+    }
+
+    /// Why a run has to end that could go on.
+    fn unfit_to_go_on(&mut self) -> Option<Ending> {
+        self.swung
+            .then_some(Ending::Swing)
+            .or_else(|| self.partner_left())
     }
 
     fn ends(&mut self, ended: Ending) {
@@ -761,13 +776,17 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     /// True if a run began whose end is not known.
     fn may_run_on(&self) -> bool {
         let ended = self.record.ended;
-        let asked = matches!(ended, None | Some(Ending::Interrupted | Ending::OtherLeft));
+        let asked = matches!(
+            ended,
+            None | Some(Ending::Interrupted | Ending::OtherLeft | Ending::Swing)
+        );
         !self.over && self.next_tick > 0 && asked
     }
 
     /// The run ended so. One that was to be stopped, and was not known to be over, did not end because somebody asked for it.
     fn ends_unasked(&mut self, ended: Ending) {
-        if let Some(asked @ (Ending::Interrupted | Ending::OtherLeft)) = self.record.ended
+        if let Some(asked @ (Ending::Interrupted | Ending::OtherLeft | Ending::Swing)) =
+            self.record.ended
             && !self.over
         {
             self.record.stop_unheard = asked == Ending::Interrupted;

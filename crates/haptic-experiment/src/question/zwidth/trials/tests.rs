@@ -22,7 +22,7 @@ fn running_without_samples() -> (SerialLink, Arc<Mutex<EmulatedAdapter>>) {
 fn a_silence_of_a_device_that_answers_is_no_end_of_the_search() {
     let (mut link, ..) = running_without_samples();
     let patience = Duration::from_millis(20);
-    let trial = followed(&mut link, "here", 1000, patience);
+    let trial = followed(&mut link, "here", 1000, patience, &mut |_, _, _| true);
     let Ok(Trial::Unjudged(failure)) = trial else {
         panic!("it is to be made again");
     };
@@ -36,7 +36,7 @@ fn a_device_that_does_not_answer_ends_it_with_what_to_look_at() {
     let (mut link, adapter) = running_without_samples();
     let stuck = adapter.lock().expect("nobody panicked with it");
     let patience = Duration::from_millis(20);
-    let Err(failure) = followed(&mut link, "here", 1000, patience) else {
+    let Err(failure) = followed(&mut link, "here", 1000, patience, &mut |_, _, _| true) else {
         panic!("nothing more can be tried");
     };
     let said = failure.to_string();
@@ -50,7 +50,7 @@ fn a_board_that_failed_ends_it_with_its_own_words() {
     let (mut link, adapter) = running_without_samples();
     // Its supply is too low.
     (adapter.lock().expect("nobody panicked with it").servo).fail(40);
-    let Err(failure) = followed(&mut link, "here", 1000, SILENCE) else {
+    let Err(failure) = followed(&mut link, "here", 1000, SILENCE, &mut |_, _, _| true) else {
         panic!("nothing more can be tried");
     };
     let said = failure.to_string();

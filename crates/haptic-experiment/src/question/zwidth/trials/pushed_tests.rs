@@ -1,0 +1,459 @@
+//! A device that pushes by itself, tick by tick in virtual time: the device side of the link, with a handle that stays where it was left.
+
+use super::*;
+use crate::document::Document;
+use crate::question::zwidth::campaign::Campaign;
+use crate::question::zwidth::{ZWidth, ZWidthReport};
+use crate::run::DeviceName;
+use haptic_link::Limits;
+use haptic_loop::plant::MassDamper;
+use haptic_loop::{Device, Reading, SafeForce};
+use haptic_remote::{Hardware, TickSide, abilities, prepare};
+use nalgebra::Vector1;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
+
+const PERIOD_US: u32 = 2000;
+const FORCE_MAX_N: f32 = 8.0;
+
+/// A handle that nobody holds.
+struct Handle {
+    plant: MassDamper<1>,
+    /// By so much it creeps while it rests, m; a number that changes by itself.
+    drift_m: f64,
+    chance: u64,
+    /// Force of each tick, N.
+    told: Arc<Mutex<Vec<f64>>>,
+    /// Ticks after which its sensor fails.
+    lasts: u64,
+    force_max_n: f32,
+}
+
+impl Handle {
+    fn chance(&mut self) -> f64 {
+        self.chance = self
+            .chance
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1);
+        (self.chance >> 33) as f64 / f64::from(1u32 << 31)
+    }
+}
+
+impl Device<f32, 1> for Handle {
+    type Error = Fault;
+
+    fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        self.lasts -= 1;
+        if self.lasts == 0 {
+            return Err(Fault::BoardFailed);
+        }
+        self.plant.read().map_err(|never| match never {})
+    }
+
+    fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Fault> {
+        self.told
+            .lock()
+            .expect("whole")
+            .push(f64::from(force.newtons()[0]));
+        self.plant.write(force).map_err(|never| match never {})
+    }
+
+    fn let_go(&mut self) {
+        self.told.lock().expect("whole").push(0.0);
+    }
+}
+
+impl Hardware for Handle {
+    type Setup = ();
+
+    fn capabilities(&self) -> Capabilities {
+        Capabilities {
+            force_max_n: self.force_max_n,
+            force_rate_max_n_per_s: 1e6,
+            ..abilities("handle", 1)
+        }
+    }
+
+    fn install(&mut self, (): (), _: u32) {}
+
+    fn restart(&mut self) {
+        let creep = self.drift_m * (2.0 * self.chance() - 1.0);
+        let place = self.plant.position() + Vector1::new(creep);
+        self.plant.set_state(place, Vector1::zeros());
+    }
+
+    fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        self.read()
+    }
+}
+
+/// The device side of the link without a line.
+struct VirtualBench {
+    side: TickSide<Handle>,
+    now_us: u64,
+    runs: u32,
+    rested_s: Arc<Mutex<f64>>,
+}
+
+impl VirtualBench {
+    fn tick(&mut self) {
+        self.now_us += u64::from(PERIOD_US);
+        self.side.heard(self.now_us, false);
+        self.side.tick(self.now_us);
+        while self.side.next_report().is_some() {}
+    }
+}
+
+impl Bench for VirtualBench {
+    fn path(&self) -> String {
+        "handle".to_owned()
+    }
+
+    fn capabilities(&self) -> Capabilities {
+        self.side.hardware().capabilities()
+    }
+
+    fn run(
+        &mut self,
+        configuration: Configuration,
+        coefficients: &[f32],
+        ticks: u64,
+        see: See<'_>,
+        _: Warn<'_>,
+    ) -> Result<Trial, Failure> {
+        let refused = |refusal: Refusal| Failure::bad_input(format_args!("{refusal:?}"));
+        let capabilities = self.capabilities();
+        let prepared = prepare::<Handle, 1>(configuration, coefficients, &capabilities);
+        let prepared = prepared.map_err(refused)?;
+        self.side.install(prepared, coefficients).map_err(refused)?;
+        self.side.arm(self.side.status().faults).map_err(refused)?;
+        self.runs += 1;
+        let start = Start {
+            run: self.runs,
+            ticks: ticks as u32,
+            every: 1,
+            batch: 1,
+        };
+        self.side.start(start).map_err(refused)?;
+        let mut trial = Trial::Whole;
+        for _ in 0..ticks {
+            self.tick();
+            if let Some(fault) = Fault::from_code(self.side.status().fault) {
+                trial = match is_answer(fault) {
+                    true => Trial::Tripped(fault),
+                    false => return Err(Failure::device(format_args!("handle: {fault}"))),
+                };
+                break;
+            }
+            let newest = self.side.newest();
+            let (position_m, force_n) = (newest.position_m[0], newest.force_n[0]);
+            if !see(newest.tick.into(), position_m.into(), force_n.into()) {
+                trial = Trial::Seen;
+                break;
+            }
+        }
+        let mut last_n = self.side.newest().force_n[0].abs();
+        self.side.disarm();
+        for _ in 0..100 {
+            self.tick();
+            let force_n = self.side.newest().force_n[0].abs();
+            assert!(force_n <= last_n, "{force_n} N after {last_n} N");
+            last_n = force_n;
+        }
+        assert_eq!(last_n, 0.0);
+        Ok(trial)
+    }
+
+    fn rest(&mut self, time_s: f64) {
+        *self.rested_s.lock().expect("whole") += time_s;
+    }
+
+    fn at_line(&self, failure: Failure) -> Failure {
+        failure
+    }
+}
+
+/// A campaign on an emulated board.
+struct Night {
+    zwidth: ZWidth,
+    /// m.
+    drift_m: f64,
+    seed: u64,
+    lasts: u64,
+    force_max_n: f32,
+    limits: Limits,
+}
+
+/// What the night left.
+struct Morning {
+    report: Result<ZWidthReport, Failure>,
+    forces_n: Vec<f64>,
+    rested_s: f64,
+}
+
+impl Night {
+    fn of(keys: &str) -> Self {
+        let text =
+            format!("[zwidth]\nsample_time_s = 2e-3\nwindow_s = 0.4\npush_by = \"device\"\n{keys}");
+        let document = Document::of_text(Path::new("z.toml"), &text);
+        let document = document.parse().expect("TOML");
+        let (_, table, _) = document.one_of(&["zwidth"], &[], "", "").expect("one");
+        let table = table
+            .with_keys(&crate::question::tables("zwidth"))
+            .expect("known");
+        Self {
+            zwidth: ZWidth::of(&table).expect("valid"),
+            drift_m: 0.0,
+            seed: 1,
+            lasts: u64::MAX,
+            force_max_n: FORCE_MAX_N,
+            limits: Limits {
+                force_n: 6.0,
+                rise_time_s: 0.1,
+                workspace_low_m: -0.3,
+                workspace_high_m: 0.3,
+                workspace_soft_m: 0.05,
+                ..Limits::DEFAULT
+            },
+        }
+    }
+
+    fn passes(&self, campaign: Option<&Campaign>, stop: &AtomicBool, after: u64) -> Morning {
+        let told = Arc::new(Mutex::new(Vec::new()));
+        let rested_s = Arc::new(Mutex::new(0.0));
+        let handle = Handle {
+            plant: MassDamper::new(self.zwidth.device).expect("valid"),
+            drift_m: self.drift_m,
+            chance: self.seed,
+            told: Arc::clone(&told),
+            lasts: self.lasts,
+            force_max_n: self.force_max_n,
+        };
+        let bench = VirtualBench {
+            side: TickSide::new(handle).expect("starts"),
+            now_us: 0,
+            runs: 0,
+            rested_s: Arc::clone(&rested_s),
+        };
+        let set = Configuration {
+            tick_period_us: PERIOD_US,
+            limits: self.limits,
+            ..Configuration::PASSIVE
+        };
+        let name: DeviceName = "serial:handle".parse().expect("a name");
+        let remote = RemoteDevice::new(name.0.expect("at a port"));
+        let zwidth = ZWidth {
+            remote: Some(remote.clone()),
+            ..self.zwidth.clone()
+        };
+        let trials = Trials::on(Box::new(bench), &remote, set, zwidth.retreat(), &|_| {});
+        let done = AtomicU64::new(0);
+        let progress = |cells| {
+            if done.fetch_add(cells, Ordering::Relaxed) + cells >= after {
+                stop.store(true, Ordering::Relaxed);
+            }
+        };
+        let report = zwidth.searched(Some(trials), campaign, &progress, stop);
+        let forces_n = std::mem::take(&mut *told.lock().expect("whole"));
+        let rested_s = *rested_s.lock().expect("whole");
+        Morning {
+            report,
+            forces_n,
+            rested_s,
+        }
+    }
+
+    fn whole(&self) -> Morning {
+        self.passes(None, &AtomicBool::new(false), u64::MAX)
+    }
+}
+
+impl Morning {
+    fn found(self) -> ZWidthReport {
+        let found = self.report.expect("ends");
+        assert!(found.ended_early.is_none(), "{:?}", found.ended_early);
+        found
+    }
+}
+
+/// Holds each point against the simulated curve: made weaker by 5 % in K, or in K and B together, it is below, made stronger above.
+fn follow_the_simulated_curve(keys: &str, points: usize) {
+    let night = Night::of(keys);
+    let found = night.whole().found();
+    let mut seen = 0;
+    for (index, order) in found.orders.iter().enumerate() {
+        let betas = |scale: f64| {
+            let betas = order.boundary.iter().map(|point| scale * point.beta);
+            betas.collect::<Vec<f64>>()
+        };
+        let [at, weaker, stronger] = [1.0, 0.95, 1.05].map(|scale| {
+            let (alphas, _) = night.zwidth.simulated(index, &betas(scale));
+            alphas
+        });
+        for (n, point) in order.boundary.iter().enumerate() {
+            let below = |edge: Option<f64>, scale: f64| {
+                edge.is_some_and(|edge| scale * point.alpha <= edge)
+            };
+            let in_k = below(at[n], 0.95) && !below(at[n], 1.05);
+            let in_both = below(weaker[n], 0.95) && !below(stronger[n], 1.05);
+            assert!(
+                in_k || in_both,
+                "order {}: {point:?}, simulated {:?}",
+                order.order,
+                at[n]
+            );
+            seen += 1;
+        }
+    }
+    assert_eq!(seen, points);
+}
+
+#[test]
+fn fifteen_points_are_those_of_the_simulated_curve() {
+    follow_the_simulated_curve("orders = [0, 1, 2]\npoints = 5", 15);
+}
+
+#[test]
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_all_105_points_of_figure_4_3_are_those_of_the_simulated_curve() {
+    follow_the_simulated_curve("", 105);
+}
+
+/// No push takes the device beyond a limit, with any push and however far the handle creeps between two trials; it comes back by itself,
+/// and its motor stays as cool as if it always held half its largest force.
+#[test]
+fn nobody_is_needed_whatever_the_push_and_the_drift() {
+    let mut random = testkit::Random(69);
+    for seed in 0..testkit::cases(6) {
+        let push = random.between(0.3, 5.5);
+        let mut night = Night::of(&format!(
+            "orders = [{}]\npoints = 2\nduration_s = 1.0\npush_n = {push}",
+            random.between(0.0, 2.0)
+        ));
+        night.seed = seed as u64;
+        night.drift_m = random.between(0.0, 2e-3);
+        let morning = night.whole();
+        let forces = &morning.forces_n;
+        let most = forces
+            .iter()
+            .fold(0.0, |most: f64, force| most.max(force.abs()));
+        assert!(most <= f64::from(night.limits.force_n), "{seed}: {most} N");
+        assert!(most > 0.9 * push, "{seed}: {most} N of {push} N");
+        let t = 1e-6 * f64::from(PERIOD_US);
+        let heat: f64 = forces.iter().map(|force| force * force * t).sum();
+        let rms_n = (heat / (forces.len() as f64 * t + morning.rested_s)).sqrt();
+        assert!(rms_n <= 0.5 * f64::from(FORCE_MAX_N), "{seed}: {rms_n} N");
+        let found = morning.found();
+        assert_eq!(
+            (found.push_by, found.orders[0].boundary.len()),
+            ("device", 2),
+            "{seed}"
+        );
+    }
+}
+
+#[test]
+fn a_push_that_heats_the_motor_is_followed_by_a_rest() {
+    let mut night = Night::of("orders = [1]\npoints = 2\nduration_s = 1.0\npush_n = 5.9");
+    night.force_max_n = 6.2;
+    assert!(night.whole().rested_s > 0.0);
+    night = Night::of("orders = [1]\npoints = 2\nduration_s = 1.0\npush_n = 0.5");
+    assert_eq!(night.whole().rested_s, 0.0);
+}
+
+#[test]
+fn the_first_swing_ends_a_trial_and_what_follows_never_grows() {
+    let night = Night::of("orders = [1]\npoints = 2\nduration_s = 1.0");
+    let forces = night.whole().forces_n;
+    // The law makes at most three times the push, and what it makes in the tick that shows it.
+    let least = forces
+        .iter()
+        .fold(0.0, |least: f64, force| least.min(*force));
+    assert!(forces.iter().all(|force| *force < 6.0), "{least}");
+    let (mut swings, mut last) = (0, 0.0);
+    for force in forces {
+        swings += u32::from(force < -2.0 && last >= -2.0);
+        last = force;
+    }
+    assert!(swings > 0);
+}
+
+/// Points of a device, nearly to the last digit: of each order all but the last, which is at the very edge.
+fn alphas(report: &ZWidthReport) -> Vec<f64> {
+    let points = report.orders.iter();
+    let points = points.flat_map(|order| &order.boundary[..order.boundary.len() - 1]);
+    points.map(|point| (1e9 * point.alpha).round()).collect()
+}
+
+#[test]
+fn a_search_that_was_stopped_or_whose_device_was_lost_goes_on_where_it_was() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let night = Night::of("orders = [0.5, 1]\npoints = 4\nduration_s = 1.0");
+    let question = night.zwidth.in_full();
+    let never = || AtomicBool::new(false);
+    let whole = night.whole().found();
+    let ticks = night.whole().forces_n.len() as u64;
+    for (lasts, after) in [(u64::MAX, 3), (ticks / 2, u64::MAX)] {
+        let path = folder.path().join(format!("{after}.jsonl"));
+        let open = || Campaign::open(&path, &question).expect("opens");
+        let broken = Night {
+            lasts,
+            ..Night::of("orders = [0.5, 1]\npoints = 4\nduration_s = 1.0")
+        };
+        let cut = broken
+            .passes(Some(&open()), &never(), after)
+            .report
+            .expect("some points");
+        let why = cut.ended_early.expect("a reason").to_string();
+        assert_eq!(why == "interrupted", after == 3, "{why}");
+        let kept = cut
+            .orders
+            .iter()
+            .map(|order| order.boundary.len())
+            .sum::<usize>();
+        assert!((1..8).contains(&kept), "{kept}");
+        // Switched off in the middle of a line.
+        let text = std::fs::read_to_string(&path).expect("text");
+        std::fs::write(&path, format!("{text}{{\"point\":[1,")).expect("written");
+        let resumed = night.passes(Some(&open()), &never(), u64::MAX).found();
+        assert_eq!(alphas(&resumed), alphas(&whole));
+        assert!(
+            resumed.runs < whole.runs,
+            "{} of {}",
+            resumed.runs,
+            whole.runs
+        );
+        // Nothing is left to try.
+        let again = night.passes(Some(&open()), &never(), u64::MAX);
+        assert!(again.forces_n.is_empty());
+        assert_eq!(alphas(&again.found()), alphas(&whole));
+    }
+}
+
+#[test]
+fn a_file_of_another_search_is_refused_and_stays_as_it_is() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("campaign");
+    for (text, words) in [
+        (
+            "{\"campaign\":\"other\"}\n",
+            "is not of this search (line 1)",
+        ),
+        ("notes of mine\n", "is not of this search (line 1)"),
+        (
+            "{\"campaign\":\"this\"}\n{\"point\":[0,1]}\n",
+            "line 2, is not of a search",
+        ),
+    ] {
+        std::fs::write(&path, text).expect("written");
+        let error = Campaign::open(&path, "this").expect_err(text).to_string();
+        assert!(
+            error.contains(words) && error.contains("`campaign`"),
+            "{error}"
+        );
+        assert_eq!(std::fs::read_to_string(&path).expect("text"), text);
+    }
+    let error = Campaign::open(folder.path(), "this").expect_err("a folder");
+    assert!(!error.to_string().contains('\n'), "{error}");
+}

@@ -1,0 +1,159 @@
+//! A law whose device pushes into it by its own motor.
+
+use crate::environment::Environment;
+use fracdiff::Real;
+use nalgebra::SVector;
+
+/// An environment into which the motor that renders it also pushes, so that a trial needs nobody.
+///
+/// ```text
+/// f = f_inner(x − x₀) + p        p: the push, N; x₀: the place where the handle stood at the start
+/// ```
+/// - *One actuator*: the sum is the wanted force, so the safety chain limits the push with the law and takes both away
+///   after a fault or stop.
+/// - *Where it stands* is where the environment begins: nobody has to bring the handle to a place as exact as a stiff wall
+///   needs it. A start is judged by the force of the law, which is zero there; the push rises with the chain.
+/// - *Without a push* it is the inner environment, number for number.
+///
+/// ```
+/// use fracdiff::{Order, Seconds, ShortMemory};
+/// use haptic_loop::{Environment, OwnPush, SpringDamper};
+/// use nalgebra::vector;
+///
+/// let operator = ShortMemory::<f64, 64>::new(Order::new(1.0)?, Seconds(1e-3))?;
+/// let wall = OwnPush::new(SpringDamper::new(500.0, 0.0, operator)?, Some(1.0));
+/// let mut history = Environment::<f64, 1>::at_rest(&wall);
+/// wall.settle(&mut history, &vector![0.25]);
+/// assert_eq!(wall.force(&history, &vector![0.25]), vector![1.0]);
+/// assert_eq!(wall.force(&history, &vector![0.252]), vector![0.0]); // at rest, 2 mm deep
+/// # Ok::<(), haptic_loop::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OwnPush<F, E> {
+    inner: E,
+    push_n: Option<F>,
+}
+
+/// History of an [`OwnPush`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OwnPushHistory<F, H> {
+    inner: H,
+    start_m: F,
+}
+
+impl<F: Real, E> OwnPush<F, E> {
+    /// With a push into the environment, N: along the direction in which positions grow. A push that is not finite becomes a
+    /// force that is not finite, which the safety chain turns into a fault.
+    pub const fn new(inner: E, push_n: Option<F>) -> Self {
+        Self { inner, push_n }
+    }
+
+    /// The environment that is pushed into.
+    pub const fn inner(&self) -> &E {
+        &self.inner
+    }
+
+    /// True if it has a push.
+    pub const fn is_pushed(&self) -> bool {
+        self.push_n.is_some()
+    }
+
+    /// With another push, and its environment to be changed.
+    pub const fn reshape(&mut self, push_n: Option<F>) -> &mut E
+    where
+        F: Copy,
+    {
+        self.push_n = push_n;
+        &mut self.inner
+    }
+
+    #[inline]
+    fn from_start<H>(
+        &self,
+        history: &OwnPushHistory<F, H>,
+        position_m: &SVector<F, 1>,
+    ) -> SVector<F, 1> {
+        match self.push_n {
+            Some(_) => SVector::from([position_m[0] - history.start_m]),
+            None => *position_m,
+        }
+    }
+
+    #[inline]
+    fn with_push(&self, force: SVector<F, 1>) -> SVector<F, 1> {
+        match self.push_n {
+            Some(push_n) => SVector::from([force[0] + push_n]),
+            None => force,
+        }
+    }
+}
+
+impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for OwnPush<F, E> {
+    type History = OwnPushHistory<F, E::History>;
+
+    fn at_rest(&self) -> Self::History {
+        OwnPushHistory {
+            inner: self.inner.at_rest(),
+            start_m: F::ZERO,
+        }
+    }
+
+    fn rest(&self, history: &mut Self::History) {
+        self.inner.rest(&mut history.inner);
+        history.start_m = F::ZERO;
+    }
+
+    fn settle(&self, history: &mut Self::History, position_m: &SVector<F, 1>) {
+        match self.push_n {
+            Some(_) => history.start_m = position_m[0],
+            None => self.inner.settle(&mut history.inner, position_m),
+        }
+    }
+
+    #[inline]
+    fn force(&self, history: &Self::History, position_m: &SVector<F, 1>) -> SVector<F, 1> {
+        let place = self.from_start(history, position_m);
+        self.with_push(self.inner.force(&history.inner, &place))
+    }
+
+    #[inline]
+    fn force_and_input(
+        &self,
+        history: &Self::History,
+        position_m: &SVector<F, 1>,
+    ) -> (SVector<F, 1>, SVector<F, 1>) {
+        let place = self.from_start(history, position_m);
+        let (force, input) = self.inner.force_and_input(&history.inner, &place);
+        (self.with_push(force), input)
+    }
+
+    #[inline]
+    fn advance_input(&self, history: &mut Self::History, input: &SVector<F, 1>) {
+        self.inner.advance_input(&mut history.inner, input);
+    }
+
+    #[inline]
+    fn advance_applied(
+        &self,
+        history: &mut Self::History,
+        input: &SVector<F, 1>,
+        applied_n: &SVector<F, 1>,
+    ) {
+        let of_law = match self.push_n {
+            Some(push_n) => SVector::from([applied_n[0] - push_n]),
+            None => *applied_n,
+        };
+        (self.inner).advance_applied(&mut history.inner, input, &of_law);
+    }
+
+    fn starting_force(&self, history: &Self::History, position_m: &SVector<F, 1>) -> SVector<F, 1> {
+        let place = self.from_start(history, position_m);
+        self.inner.starting_force(&history.inner, &place)
+    }
+
+    #[inline]
+    fn advance(&self, history: &mut Self::History, position_m: &SVector<F, 1>) {
+        let place = self.from_start(history, position_m);
+        self.inner.advance(&mut history.inner, &place);
+    }
+}
