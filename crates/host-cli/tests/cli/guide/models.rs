@@ -110,6 +110,13 @@ fn special_cases_of_one_condition_need_the_damping_of_their_closed_forms() {
     }
 }
 
+fn curve_of<'a>((name, points): &'a Named, look: Look, colour: usize) -> Series<'a> {
+    Series::new(name, points, look, colour)
+}
+
+/// A curve and its name.
+type Named = (String, Vec<(f64, f64)>);
+
 #[test]
 fn the_table_and_the_picture_over_order_and_memory_are_those_of_the_analysis() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -128,53 +135,46 @@ fn the_table_and_the_picture_over_order_and_memory_are_those_of_the_analysis() {
         let row = format!("| {order} | {} |", cells.join(" | "));
         assert!(page.lines().any(|line| line == row), "{row}");
     }
-    let orders = (1..=20).map(|step| 0.05 * f64::from(step));
-    let over_orders = |scheme: &str| -> Vec<(f64, f64)> {
-        orders
-            .clone()
-            .map(|order| (order, at(order, scheme)))
-            .collect()
-    };
-    let curves = ["full", "grunwald:2", "grunwald:3"].map(over_orders);
-    let over_memory = |order: f64| -> Vec<(f64, f64)> {
+    let more = |order: f64, length: u32| {
         let whole = at(order, "full:1e-9");
-        let lengths =
-            (2..=16).map(|length| (f64::from(length), at(order, &format!("grunwald:{length}"))));
-        lengths
-            .map(|(length, short)| (length, 100.0 * (short / whole - 1.0)))
-            .collect()
+        100.0 * (at(order, &format!("grunwald:{length}")) / whole - 1.0)
     };
-    let differences = [0.1, 0.2, 0.6].map(over_memory);
-    let names = ["whole past", "N = 2", "N = 3"];
-    let looks = [Look::Broad, Look::Line, Look::Dashed];
-    let first = (names.iter().zip(&curves).zip(looks)).enumerate();
-    let first =
-        first.map(|(colour, ((name, points), look))| Series::new(name, points, look, colour));
-    let orders = ["α = 0.1", "α = 0.2", "α = 0.6"];
-    let second = (orders.iter().zip(&differences)).enumerate();
-    let second =
-        second.map(|(colour, (name, points))| Series::new(name, points, Look::Markers, colour + 3));
+    let orders = (1..=20).map(|step| 0.05 * f64::from(step));
+    let over_orders: [Named; 4] = [2, 3, 4, 5].map(|length| {
+        let points = orders.clone().map(|order| (order, more(order, length)));
+        (format!("N = {length}"), points.collect())
+    });
+    let over_memory: [Named; 3] = [0.1, 0.2, 0.6].map(|order| {
+        let points = (2..=16).map(|length| (f64::from(length), more(order, length)));
+        (format!("α = {order}"), points.collect())
+    });
     let axis = |label| AxisSpec::new(label, Scale::Linear);
-    let page = ChartPage {
-        title: "Damping that a fractional standard linear solid needs",
-        subtitle: "E₀ = 200 N/m · E₁ = 800 N/m · τ = 50 ms · T = 1 ms",
+    let first = over_orders.iter().enumerate();
+    let second = (4..).zip(&over_memory);
+    let chart_page = ChartPage {
+        title: "Damping that a fractional standard linear solid with a short memory needs",
+        subtitle: "More than with the whole past · E₀ = 200 N/m · E₁ = 800 N/m · τ = 50 ms · T = 1 ms",
         columns: 2,
         charts: vec![
             Chart {
                 caption: "over the order",
                 x: axis("order α"),
-                y: axis("damping needed / N·s·m⁻¹"),
-                series: first.collect(),
+                y: axis("additional damping / %"),
+                series: first
+                    .map(|(n, curve)| curve_of(curve, Look::Line, n))
+                    .collect(),
             },
             Chart {
                 caption: "over the memory",
                 x: axis("memory N / samples"),
-                y: axis("more than with the whole past / %"),
-                series: second.collect(),
+                y: axis("additional damping / %"),
+                series: second
+                    .map(|(n, curve)| curve_of(curve, Look::Markers, n))
+                    .collect(),
             },
         ],
     };
-    let picture = page.draw().expect("a picture");
+    let picture = chart_page.draw().expect("a picture");
     let kept = book::folder().join(PICTURE);
     if std::env::var_os("UPDATE_GUIDE").is_some() {
         std::fs::write(&kept, picture.svg()).expect("written");
