@@ -7,6 +7,7 @@
 use crate::bounds::{Bounds, Jet, product};
 use crate::circle::{Place, StabilityVerdict, Winding};
 use core::f64::consts::PI;
+use core::fmt::Debug;
 use num_complex::Complex;
 
 /// An arc θ ∈ \[low, high\] of w = e^(−jθ), 0 ≤ low ≤ high ≤ π, with what is known at its middle.
@@ -145,6 +146,12 @@ impl Enclosed {
             bend: product(self.bend, factor.abs()),
         }
     }
+}
+
+/// A function on the unit circle with its bounds, for a count in another crate than its own.
+pub trait Enclosing: Debug + Send + Sync {
+    /// Its value at the middle of the arc, and its bounds over the arc.
+    fn at(&self, arc: &Arc) -> Enclosed;
 }
 
 /// |F| over the sizes of its terms below which it counts as 0.

@@ -8,7 +8,7 @@ mod curve;
 mod late;
 mod open_loop;
 
-pub use arc::{Arc, Enclosed, count, is_clear};
+pub use arc::{Arc, Enclosed, Enclosing, count, is_clear};
 pub use bounds::{Bounds, Jet, product};
 pub use circle::{Place, StabilityVerdict};
 pub use curve::{Curve, Sample};

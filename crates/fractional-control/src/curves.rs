@@ -91,6 +91,17 @@ impl ControllerParameters {
         }
     }
 
+    /// True if an error that stands drives the command on and on.
+    #[must_use]
+    pub fn integrates(&self) -> bool {
+        match self {
+            Self::Pid(law) => law.integral != 0.0,
+            Self::Tid(law) => law.tilt != 0.0 || law.integral != 0.0,
+            Self::Crone(_) | Self::LeadLag(_) => false,
+            Self::Function(law) => law.numerator().lowest() < law.denominator().lowest(),
+        }
+    }
+
     /// −u/y of the sampled controller, as numerator and denominator.
     pub(crate) fn fraction(
         &self,

@@ -2,7 +2,7 @@
 
 use crate::ControlError;
 use crate::records::largest;
-use certified_count::{Arc, Enclosed, Jet};
+use certified_count::{Arc, Enclosed, Enclosing, Jet};
 use core::fmt::Debug;
 use core::ops::SubAssign;
 use fracdiff::parameter::range;
@@ -186,6 +186,12 @@ impl Sum {
             product.factors.push(factor.clone());
         }
         self
+    }
+}
+
+impl Enclosing for Sum {
+    fn at(&self, arc: &Arc) -> Enclosed {
+        self.at(arc)
     }
 }
 

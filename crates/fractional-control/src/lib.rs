@@ -98,7 +98,7 @@ pub use {
     poles::Commensurate,
     records::{MODES, impulse_response, respond, step_response},
     sampled_plant::{PlantState, SampledPlant},
-    setup::{ControllerSetup, UseController, rule_of_scheme},
+    setup::{ControllerSetup, Feedback, UseController, rule_of_scheme},
     simulate::{Response, Shape, simulate},
     state_space::StateSpace,
     verdict::SampledLoop,

@@ -1,5 +1,6 @@
 //! A controller with all that its loop needs to know of it.
 
+use crate::enclosure::Fraction;
 use crate::records::MODES;
 use crate::simulate::simulate_loaded;
 use crate::{
@@ -8,10 +9,12 @@ use crate::{
     Response, Rule, SampledLoop, SampledPlant, SetPoint, Term,
 };
 
+use certified_count::{Enclosing, count};
 use core::fmt::Debug;
 use fracdiff::full_memory::Kernel;
-use fracdiff::parameter::RangeError;
+use fracdiff::parameter::{RangeError, range};
 use fracdiff::{Scheme, Seconds};
+use std::sync::Arc;
 use std::vec::Vec;
 
 type Pid = FractionalPid<f64, MODES>;
@@ -181,6 +184,28 @@ impl ControllerSetup {
         SampledLoop::new(self.law, self.memory()?, plant)
     }
 
+    /// How the command answers the measurement while the reference stands and no limit holds.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check); a controller that grows by itself.
+    pub fn feedback(&self) -> Result<Feedback, ControlError> {
+        let mut newest = Newest(0.0);
+        self.with_controller(&mut newest)?;
+        let Fraction { above, below } = self.law.fraction(self.memory()?, self.sample_time())?;
+        let resting = below.clone().without_differences();
+        let grows = count(|arc| resting.at(arc)).unstable_poles;
+        let what = "number of poles of the controller that grow by themselves";
+        let allowed = "0: change its denominator";
+        let of = grows.unwrap_or(1) as f64;
+        range(what, of, grows == Some(0), allowed, "")?;
+        Ok(Feedback {
+            above: Arc::new(above),
+            below: Arc::new(below),
+            direct_gain: newest.0,
+            integrates: self.law.integrates(),
+        })
+    }
+
     /// Makes the controller and hands it on.
     ///
     /// # Errors
@@ -211,6 +236,20 @@ impl ControllerSetup {
         }
         Ok(())
     }
+}
+
+/// −u/y of a sampled controller, above/below.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Feedback {
+    /// The numerator as a function on the unit circle.
+    pub above: Arc<dyn Enclosing>,
+    /// The denominator, with a zero at w = 1 of an integral of an order from 1 on.
+    pub below: Arc<dyn Enclosing>,
+    /// How much the command falls at once when the measurement rises by one.
+    pub direct_gain: f64,
+    /// True if a measurement that stands drives the command on and on.
+    pub integrates: bool,
 }
 
 /// Rule and tolerance of a scheme that a controller may have.
@@ -262,6 +301,15 @@ fn runs_backwards(function: &FractionalTransferFunction) -> Result<(), ControlEr
 pub trait UseController {
     /// Gets it, of whatever type.
     fn have<C: Controller<f64> + Clone + Debug + 'static>(&mut self, controller: &C);
+}
+
+/// The gain of the newest measurement.
+struct Newest(f64);
+
+impl UseController for Newest {
+    fn have<C: Controller<f64> + Clone + Debug + 'static>(&mut self, controller: &C) {
+        self.0 = controller.feedback_gain();
+    }
 }
 
 struct Nothing;

@@ -1,7 +1,8 @@
 //! The functions that operators are made of: powers, polynomials, decaying modes, cascades.
 
-use certified_count::{Bounds, Jet, Place, product};
+use certified_count::{Arc, Bounds, Enclosing, Jet, Place, product};
 use num_complex::Complex;
+use std::sync::Arc as Shared;
 
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Curve {
@@ -11,9 +12,46 @@ pub(crate) enum Curve {
     /// A memory behind a short filter.
     Filtered(Modes, Polynomial),
     Cascade(Cascade),
+    Given(Given),
 }
 
 impl Curve {
+    pub(crate) fn one() -> Self {
+        Self::Polynomial(Polynomial::new(vec![1.0]))
+    }
+
+    pub(crate) fn is_one(&self) -> bool {
+        matches!(self, Self::Polynomial(curve) if curve.coefficients == [1.0])
+    }
+
+    /// The value at w = 0.
+    pub(crate) fn at_zero(&self) -> f64 {
+        match self {
+            Self::Polynomial(curve) => curve.coefficients[0],
+            Self::Power(_) => 1.0,
+            Self::Modes(curve) => curve.at_zero(),
+            Self::Filtered(curve, filter) => curve.at_zero() * filter.coefficients[0],
+            Self::Cascade(curve) => {
+                let sections = curve.corners.iter();
+                let gains = sections.map(|(z, p)| (1.0 + z) / (1.0 + p));
+                curve.gain * gains.product::<f64>()
+            }
+            Self::Given(curve) => curve.at_zero,
+        }
+    }
+
+    /// Number of coefficients less one, as a measure of how fast it can wind.
+    pub(crate) fn degree(&self) -> usize {
+        let of = |polynomial: &Polynomial| polynomial.coefficients.len() - 1;
+        match self {
+            Self::Polynomial(curve) => of(curve),
+            Self::Modes(curve) => of(&curve.taps),
+            Self::Filtered(curve, filter) => of(&curve.taps) + of(filter),
+            Self::Power(_) | Self::Cascade(_) => 2,
+            Self::Given(_) => GIVEN_DEGREE,
+        }
+    }
+
     pub(crate) fn jet(&self, place: &Place) -> Jet {
         match self {
             Self::Polynomial(curve) => curve.jet(place),
@@ -21,6 +59,7 @@ impl Curve {
             Self::Modes(curve) => curve.jet(place),
             Self::Filtered(curve, filter) => curve.jet(place).times(filter.jet(place)),
             Self::Cascade(curve) => curve.jet(place),
+            Self::Given(curve) => curve.jet(place),
         }
     }
 
@@ -35,7 +74,37 @@ impl Curve {
                 memory.times(filter.bounds(&near.1, &far.1, b.0.theta - a.0.theta))
             }
             Self::Cascade(curve) => curve.bounds(a, b),
+            Self::Given(curve) => curve.bounds(a, b),
         }
+    }
+}
+
+/// Taps of a memory and of a short filter behind it, of which a controller is made.
+const GIVEN_DEGREE: usize = 64;
+
+/// A function of another crate.
+#[derive(Clone, Debug)]
+pub(crate) struct Given {
+    pub(crate) function: Shared<dyn Enclosing>,
+    pub(crate) at_zero: f64,
+}
+
+impl PartialEq for Given {
+    fn eq(&self, other: &Self) -> bool {
+        Shared::ptr_eq(&self.function, &other.function)
+    }
+}
+
+impl Given {
+    fn jet(&self, place: &Place) -> Jet {
+        self.function.at(&Arc::new(place.theta, place.theta)).middle
+    }
+
+    fn bounds(&self, a: (&Place, &Jet), b: (&Place, &Jet)) -> Bounds {
+        let arc = Arc::new(a.0.theta, b.0.theta);
+        let over = self.function.at(&arc);
+        let width = b.0.theta - a.0.theta;
+        Bounds::from_ends(a.1, b.1, width, over.rate, over.bend)
     }
 }
 
@@ -81,10 +150,6 @@ impl Polynomial {
             rate,
             bend,
         }
-    }
-
-    pub(crate) fn is_one(&self) -> bool {
-        self.coefficients == [1.0]
     }
 
     pub(crate) fn jet(&self, place: &Place) -> Jet {

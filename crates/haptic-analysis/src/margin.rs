@@ -71,6 +71,33 @@ impl SampledLoop<'_> {
         }
     }
 
+    /// The factors between these two on both stiffness and dissipation with which the loop is stable, as intervals that rise.
+    #[must_use]
+    pub fn stable_factors(&self, [low, high]: [f64; 2]) -> Vec<[f64; 2]> {
+        let crossings = Open(self).gain_crossings().into_iter();
+        let inside = crossings
+            .map(|at| at.value)
+            .filter(|at| low < *at && *at < high);
+        let mut ends: Vec<f64> = inside.chain([low, high]).collect();
+        ends.sort_by(f64::total_cmp);
+        let mut stable: Vec<[f64; 2]> = Vec::new();
+        for pair in ends.windows(2) {
+            let factor = (pair[0] * pair[1]).sqrt();
+            let scaled = Self {
+                alpha: factor * self.alpha,
+                beta: factor * self.beta,
+                ..*self
+            };
+            match stable.last_mut() {
+                _ if !scaled.is_stable() => {}
+                // A crossing that only touches bounds nothing.
+                Some(last) if last[1] >= pair[0] => last[1] = pair[1],
+                Some(_) | None => stable.push([pair[0], pair[1]]),
+            }
+        }
+        stable
+    }
+
     pub(crate) fn gain_margins(&self) -> (Option<AtAngle>, Option<AtAngle>) {
         let (mut up, mut down): (Option<AtAngle>, Option<AtAngle>) = (None, None);
         for found in Open(self).gain_crossings() {

@@ -17,7 +17,8 @@ use num_complex::Complex;
 /// One's own full memory, of any kernel: [`from_design`](Self::from_design).
 ///
 /// All are analytic in |w| < 1 and bounded on the circle, which the argument principle needs; so
-/// integrals (μ < 0, a pole at w = 1) are refused.
+/// integrals (μ < 0, a pole at w = 1) are refused. A controller may have one, whose denominator stands in F
+/// instead: [`from_controller`](Self::from_controller).
 ///
 /// - *Coefficients*: the `f64` ones, without T^(−μ): what the running operator holds, before it rounds them to its sample type.
 /// - *Derivative*: known for each kind in closed form, with bounds over any interval, so
@@ -39,7 +40,7 @@ pub struct LoopOperator {
     /// n of the factor (1 − w)^n in front of the numerator.
     pub(crate) differences: Power,
     numerator: Curve,
-    denominator: Polynomial,
+    denominator: Curve,
     /// Numerator and denominator multiplied out, where there are any.
     pub(crate) polynomials: Option<(Vec<f64>, Vec<f64>)>,
 }
@@ -72,7 +73,7 @@ impl LoopOperator {
             order,
             differences: Power(0.0),
             numerator: Curve::Polynomial(numerator),
-            denominator,
+            denominator: Curve::Polynomial(denominator),
             polynomials: Some(polynomials),
         }
     }
@@ -82,8 +83,16 @@ impl LoopOperator {
             order,
             differences: Power(differences),
             numerator: core,
-            denominator: Polynomial::new(vec![1.0]),
+            denominator: Curve::one(),
             polynomials: None,
+        }
+    }
+
+    /// Of a function over another one.
+    pub(crate) fn given(order: Order, above: Curve, below: Curve) -> Self {
+        Self {
+            denominator: below,
+            ..Self::irrational(order, 0.0, above)
         }
     }
 
@@ -110,24 +119,10 @@ impl LoopOperator {
             .map_or(1, |(above, below)| above.len().max(below.len()))
     }
 
-    /// P at w = 0, the direct gain: above 0 for every kind.
+    /// P at w = 0, the direct gain: above 0 for every kind, except perhaps a controller.
     #[must_use]
     pub fn direct_gain(&self) -> f64 {
-        let first = |polynomial: &Polynomial| polynomial.coefficients[0];
-        let core = match &self.numerator {
-            Curve::Polynomial(curve) => first(curve),
-            Curve::Power(_) => 1.0,
-            Curve::Modes(curve) => curve.at_zero(),
-            Curve::Filtered(curve, filter) => curve.at_zero() * first(filter),
-            Curve::Cascade(curve) => {
-                let sections = curve.corners.iter();
-                curve.gain
-                    * sections
-                        .map(|(z, p)| (1.0 + z) / (1.0 + p))
-                        .product::<f64>()
-            }
-        };
-        core / first(&self.denominator)
+        self.numerator.at_zero() / self.denominator.at_zero()
     }
 
     /// P(e^(−jθ)) and its derivative by θ; the derivative of the exact operator is infinite at θ = 0 for 0 < μ < 1.
@@ -197,15 +192,7 @@ impl LoopOperator {
 
     /// Number of coefficients, as a measure of how fast P can wind.
     pub(crate) fn degree(&self) -> usize {
-        let taps = match &self.numerator {
-            Curve::Polynomial(curve) => curve.coefficients.len() - 1,
-            Curve::Modes(curve) => curve.taps.coefficients.len() - 1,
-            Curve::Filtered(curve, filter) => {
-                curve.taps.coefficients.len() + filter.coefficients.len() - 2
-            }
-            Curve::Power(_) | Curve::Cascade(_) => 2,
-        };
-        taps.max(self.denominator.coefficients.len() - 1)
+        self.numerator.degree().max(self.denominator.degree())
     }
 
     pub(crate) fn node(&self, place: &Place) -> OperatorNode {
@@ -254,8 +241,7 @@ impl LoopOperator {
         let below = if self.denominator.is_one() {
             Bounds::ONE
         } else {
-            let width = b.0.theta - a.0.theta;
-            (self.denominator).bounds(&a.1.denominator, &b.1.denominator, width)
+            (self.denominator).bounds((a.0, &a.1.denominator), (b.0, &b.1.denominator))
         };
         [above, below]
     }

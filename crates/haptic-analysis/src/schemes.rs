@@ -1,14 +1,16 @@
 //! The operators that have names.
 
-use crate::functions::{Cascade, Curve, Modes, Polynomial, Power};
+use crate::functions::{Cascade, Curve, Given, Modes, Polynomial, Power};
 use crate::operator::multiply;
 use crate::{AnalysisError, LoopOperator, StabilityRegion};
+use certified_count::Enclosing;
 use fracdiff::full_memory::{Design, HORIZON_MIN, Kernel};
 use fracdiff::parameter::range;
 use fracdiff::scheme::{FULL_MODES, FULL_TAPS};
 use fracdiff::{
     Band, Order, Scheme, Seconds, bdf2_short_filter, grunwald_weights, muir_coefficients,
 };
+use std::sync::Arc;
 
 impl LoopOperator {
     /// The operator of a scheme. `sample_time` matters only to `oustaloup`, whose corners are in
@@ -181,6 +183,25 @@ impl LoopOperator {
         );
         range(what, others, others < denominator[0], allowed, "")?;
         Ok(Self::rational(order, numerator, denominator))
+    }
+
+    /// The operator of a controller, P(w) = above/below: two functions without a pole in |w| ≤ 1 and without a zero of `below` in
+    /// |w| < 1. A zero of `below` at w = 1 is an integral, which no damping makes passive: stability and felt impedance alone are right then.
+    ///
+    /// Its order only sets the unit of the gain B. `direct_gain` is P at w = 0.
+    ///
+    /// # Errors
+    /// A direct gain that is not finite.
+    pub fn from_controller(
+        order: Order,
+        [above, below]: [Arc<dyn Enclosing>; 2],
+        direct_gain: f64,
+    ) -> Result<Self, AnalysisError> {
+        let what = "direct gain of the controller";
+        range(what, direct_gain, direct_gain.is_finite(), "finite", "")?;
+        let curve = |function, at_zero| Curve::Given(Given { function, at_zero });
+        let [above, below] = [curve(above, direct_gain), curve(below, 1.0)];
+        Ok(Self::given(order, above, below))
     }
 
     /// A custom full memory, as [`FullMemory`](fracdiff::FullMemory) runs its design: of a tempered

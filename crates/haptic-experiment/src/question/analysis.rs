@@ -13,8 +13,8 @@ use crate::document::reader::Table;
 use crate::experiment::kind::Keys;
 use crate::run::device::Warn;
 pub use answer::{
-    Analysed, Drawn, FeltPoint, HandPoint, Region, SensitivityPoint, decibel, logarithmic, rate,
-    sample_time_of,
+    Analysed, Drawn, FeltPoint, HandPoint, Kind, Region, SensitivityPoint, decibel, logarithmic,
+    rate, sample_time_of,
 };
 use felt::{CouplerNeed, Felt};
 pub use keys::*;

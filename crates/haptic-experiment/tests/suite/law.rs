@@ -44,6 +44,27 @@ impl TissueFile {
     }
 }
 
+/// A controller file of this table and law.
+struct ControllerFile(tempfile::TempDir);
+
+impl ControllerFile {
+    fn of(law: &str, scheme: &str) -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        let text = format!("{law}\n[loop]\nsample_time_s = {T}\nscheme = \"{scheme}\"\n");
+        std::fs::write(folder.path().join("made.toml"), text).expect("written");
+        Self(folder)
+    }
+
+    fn asked(&self, analysis: &str, more: &str) -> Result<Value, String> {
+        let file = self.0.path().join("made.toml");
+        ask(analysis, &format!("controller = {file:?}\n{more}"))
+    }
+
+    fn ask(&self, analysis: &str, more: &str) -> Value {
+        self.asked(analysis, more).expect("an answer")
+    }
+}
+
 fn ask(analysis: &str, keys: &str) -> Result<Value, String> {
     let question = Question::parse(Path::new("form"), &format!("[{analysis}]\n{keys}\n"));
     let never = AtomicBool::new(false);
@@ -298,6 +319,8 @@ fn what_a_tissue_does_not_have_is_refused_in_a_line() {
         tissue = "brain-cortex"\ndepth_m = 0.03 | is beyond thickness_m = 0.02
         tissue = "fish-muscle"\nalpha = 1 | with and without units
         order = 1\nstiffness_n_per_m = 1\ndissipation_n_s_mu_per_m = 1\narea_m2 = 1 | belongs to a tissue
+        controller = "no-such.toml" | no-such.toml
+        controller = "no-such.toml"\ntissue = "fish-muscle" | has one of its own: omit it
         "#,
     ) {
         let error = ask("analyze-passivity", &format!("{device}{keys}")).expect_err(&keys);
@@ -318,4 +341,233 @@ fn what_a_tissue_does_not_have_is_refused_in_a_line() {
     };
     // Hertz: f ∝ δ^1.5, so the slope grows as its root.
     assert_relative("Hertz", sphere("4e-3") / sphere("1e-3"), 2.0, 1e-6);
+}
+
+/// Device of 65 g with 3.5 N·s/m, and a sample of delay: G of the force over the place, behind its hold.
+fn device(w: Complex<f64>) -> Complex<f64> {
+    let (mass, a) = (0.065, 3.5 * T / 0.065);
+    let e = (-a).exp();
+    let above = w * (a - 1.0 + e) + w * w * (1.0 - e - a * e);
+    w * above / ((1.0 - w) * (1.0 - w * e)) * (T * T / (mass * a * a))
+}
+
+const DEVICE: &str = "mass_kg = 0.065\ndamping_n_s_per_m = 3.5\ndelay_s = 1e-3\n";
+
+/// The least factor above 1 with which 1 + g·G·H is 0 somewhere, from 1e-5 rad on.
+fn gain_margin(h: impl Fn(Complex<f64>) -> Complex<f64>) -> f64 {
+    let open = |theta: f64| {
+        let w = Complex::from_polar(1.0, -theta);
+        device(w) * h(w)
+    };
+    let angles: Vec<f64> = (0..=20_000)
+        .map(|n| 1e-5 * (PI * 1e5).powf(f64::from(n) / 20_000.0))
+        .collect();
+    let mut least = f64::INFINITY;
+    for pair in angles.windows(2) {
+        let [mut low, mut high] = [pair[0], pair[1]];
+        if open(low).im.signum() == open(high).im.signum() {
+            continue;
+        }
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            match open(middle).im.signum() == open(low).im.signum() {
+                true => low = middle,
+                false => high = middle,
+            }
+        }
+        let factor = -1.0 / open(low).re;
+        if factor > 1.0 {
+            least = least.min(factor);
+        }
+    }
+    least
+}
+
+/// The text of a random law, and the function that its samples are of.
+fn drawn(random: &mut Random, case: usize) -> (String, Box<dyn Fn(Complex<f64>) -> Complex<f64>>) {
+    let gain = 10.0_f64.powf(random.between(1.5, 2.5));
+    let [small, order, low] = [0.3, random.between(0.1, 0.95), random.between(1.0, 20.0)];
+    let rate = |w: Complex<f64>| (1.0 - w) / T;
+    let second = 0.02 * gain * random.between(0.1, 1.0);
+    match case % 5 {
+        0 | 1 => {
+            let integral = if case % 5 == 0 {
+                0.0
+            } else {
+                low * gain * small
+            };
+            let lambda = random.between(0.5, 1.0);
+            let text = format!(
+                "[pid]\nproportional_gain = {gain}\nintegral_gain_per_s_lambda = {integral}\nintegral_order = {lambda}\nderivative_gain_s_mu = {second}\nderivative_order = {order}\n"
+            );
+            let law = move |w| {
+                let s = rate(w);
+                gain + integral * s.powf(-lambda) + second * s.powf(order)
+            };
+            (text, Box::new(law))
+        }
+        2 => {
+            let (below, above) = (low, 10.0 * low);
+            let text = format!(
+                "[crone]\ngain = {gain}\norder = {order}\nlow_rad_s = {below}\nhigh_rad_s = {above}\n"
+            );
+            let law = move |w: Complex<f64>| {
+                let s = (1.0 - w) / (1.0 + w) * (2.0 / T);
+                gain * ((1.0 + s / below) / (1.0 + s / above)).powf(order)
+            };
+            (text, Box::new(law))
+        }
+        3 => {
+            let text = format!(
+                "[transfer_function]\nfunction = \"{gain}(1+0.1s^{order})/(1+0.02s^{order})\"\n"
+            );
+            let law = move |w| {
+                let power = rate(w).powf(order);
+                gain * (1.0 + 0.1 * power) / (1.0 + 0.02 * power)
+            };
+            (text, Box::new(law))
+        }
+        _ => {
+            let text = format!(
+                "[pid]\nproportional_gain = {gain}\nintegral_gain_per_s_lambda = 0\nintegral_order = 1\nderivative_gain_s_mu = 0\nderivative_order = 1\n"
+            );
+            (text, Box::new(move |_| Complex::new(gain, 0.0)))
+        }
+    }
+}
+
+#[test]
+fn sixty_controllers_are_judged_as_their_functions_are() {
+    let mut random = Random(69);
+    for case in 0..60 {
+        let (text, law) = drawn(&mut random, case);
+        let file = ControllerFile::of(&text, "full:1e-9");
+        let stable = file.ask("analyze-stability", DEVICE);
+        assert_eq!(stable["stable"], true, "{text}");
+        let margin = gain_margin(&law);
+        assert_relative(&text, number(&stable, "gain_margin"), margin, 1e-5);
+        let region = file.ask("analyze-stability-region", DEVICE);
+        let scales = region["stable_scales"].as_array().expect("intervals");
+        let last = scales.last().and_then(|last| last[1].as_f64());
+        assert_relative("scale", last.expect("a scale"), margin.min(10.0), 1e-5);
+        let passive = file.ask(
+            "analyze-passivity",
+            "mass_kg = 0.065\ndamping_n_s_per_m = 3.5",
+        );
+        let has_integral = case % 5 == 1;
+        if has_integral {
+            assert_eq!(passive["passive"], false, "{text}");
+            assert!(passive["required_damping_n_s_per_m"].is_null(), "{passive}");
+            assert!(region["empty"].is_null(), "{region}");
+        } else {
+            let needed = damping_needed(&law);
+            let found = number(&passive, "required_damping_n_s_per_m");
+            assert_relative(&text, found, needed, 2e-5);
+            assert_relative(
+                "scale",
+                number(&passive, "largest_scale"),
+                3.5 / needed,
+                2e-5,
+            );
+            assert_relative("edge", number(&region, "scale_max"), margin, 1e-4);
+        }
+        let felt = file.ask("analyze-environment", "points = 20");
+        for point in felt["points"].as_array().expect("points") {
+            let omega = number(point, "omega_rad_s");
+            let h = law(Complex::from_polar(1.0, -omega * T));
+            assert_relative(
+                "stiffness",
+                number(point, "effective_stiffness"),
+                h.re,
+                1e-4,
+            );
+        }
+    }
+}
+
+/// K + B·D^μ, whether a wall or a PD^μ says it, in each rule.
+#[test]
+fn a_controller_of_a_spring_and_a_derivative_is_a_wall() {
+    let law = "[pid]\nproportional_gain = 300\nintegral_gain_per_s_lambda = 0\nintegral_order = 1\nderivative_gain_s_mu = 40\nderivative_order = 0.3\n";
+    for scheme in ["full:1e-9", "full-bdf2:1e-9"] {
+        let file = ControllerFile::of(law, scheme);
+        let wall = format!(
+            "order = 0.3\nstiffness_n_per_m = 300\ndissipation_n_s_mu_per_m = 40\nsample_time_s = {T}\nscheme = \"{scheme}\"\n"
+        );
+        for (analysis, more) in [
+            ("analyze-stability", DEVICE),
+            ("analyze-passivity", DEVICE),
+            ("analyze-sensitivity", DEVICE),
+            ("analyze-transparency", DEVICE),
+            ("analyze-environment", ""),
+        ] {
+            let by_controller = file.ask(analysis, more);
+            let by_wall = ask(analysis, &format!("{wall}{more}")).expect("an answer");
+            let Value::Object(by_wall) = by_wall else {
+                panic!("a report");
+            };
+            let of_a_wall = [
+                "order",
+                "stiffness_n_per_m",
+                "dissipation_n_s_mu_per_m",
+                "alpha",
+                "beta",
+                "corollary_delta",
+            ];
+            for (key, value) in &by_wall {
+                let found = &by_controller[key];
+                if of_a_wall.contains(&key.as_str()) || key.starts_with("largest_") {
+                    assert!(found.is_null(), "{analysis}: {key}");
+                } else if let Some(value) = value.as_f64() {
+                    let found = found.as_f64().expect(key);
+                    assert!(
+                        (found - value).abs() <= 1e-5 * value.abs(),
+                        "{analysis}: {key}: {found} {value}"
+                    );
+                } else if key != "points" {
+                    assert_eq!(found, value, "{analysis}: {key}");
+                }
+            }
+            let points = |report: &Value| report["points"].as_array().map_or(0, Vec::len);
+            assert_eq!(points(&by_controller), points(&Value::Object(by_wall)));
+        }
+    }
+}
+
+#[test]
+fn what_a_controller_does_not_have_is_refused_in_a_line() {
+    let made = ControllerFile::of("[transfer_function]\nfunction = \"10/(0.1s+1)\"\n", "full");
+    for [keys, wanted] in testkit::table(
+        r#"
+        sample_time_s = 2e-3 | 2e-3 s is not the 1e-3 s of the controller
+        stiffness_n_per_m = 1 | `controller` has one of its own: omit it
+        order = 0.5 | has one of its own: omit it
+        scheme = "full" | has one of its own: omit it
+        area_m2 = 1 | belongs to a tissue
+        alpha = 1 | with and without units
+        "#,
+    ) {
+        let error = made
+            .asked("analyze-stability", &format!("{DEVICE}{keys}"))
+            .expect_err(&keys);
+        assert!(
+            error.contains(&wanted) && !error.contains('\n'),
+            "{keys}: {error}"
+        );
+    }
+    assert_eq!(
+        made.ask(
+            "analyze-stability",
+            &format!("{DEVICE}sample_time_s = 1e-3")
+        )["stable"],
+        true
+    );
+    let grows = ControllerFile::of("[transfer_function]\nfunction = \"10/(0.1s-1)\"\n", "full");
+    let error = grows
+        .asked("analyze-stability", DEVICE)
+        .expect_err("it grows");
+    assert!(
+        error.contains("poles of the controller that grow by themselves 1 is not 0"),
+        "{error}"
+    );
 }

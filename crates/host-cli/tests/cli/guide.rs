@@ -3,6 +3,7 @@
 
 mod keys;
 mod lesson;
+mod models;
 mod reader;
 
 use reader::{follows, runs_something};
@@ -59,6 +60,7 @@ chapters! {
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     the_first_time_on_real_hardware: "first-time.md" ["first.md", "first-wall/wall.csv"];
     the_page_in_the_browser: "page.md" [];
+    viscoelastic_models: "models.md" [];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     tissues_and_signals: "tissues.md" ["half.csv", "mine/relax.png"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]

@@ -97,6 +97,16 @@ pub struct Region {
     pub units: Option<[f64; 2]>,
     /// β and α of the wall that was given.
     pub wall: Option<(f64, f64)>,
+    /// What was given in place of a wall. β is the factor on a controller, α a spring beside it.
+    pub in_place: Option<Kind>,
+}
+
+/// The kind of a law in place of a wall.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "a piece of tissue, a controller")]
+pub enum Kind {
+    Tissue,
+    Controller,
 }
 
 /// A point of a sensitivity.

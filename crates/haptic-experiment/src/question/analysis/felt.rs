@@ -2,8 +2,8 @@
 
 use super::answer::{Analysed, Drawn, FREQUENCIES_MOST, FeltPoint, logarithmic, operator};
 use super::keys::{
-    ANALYSED_DAMPING, ANALYSED_MASS, ANALYSED_SAMPLE_TIME, COUPLING_ORDER, OMEGA_MAX, OMEGA_MIN,
-    POINTS,
+    ANALYSED_CONTROLLER, ANALYSED_DAMPING, ANALYSED_MASS, ANALYSED_SAMPLE_TIME, COUPLING_ORDER,
+    OMEGA_MAX, OMEGA_MIN, POINTS,
 };
 use super::law::Law;
 use super::wall::{path, path_result};
@@ -29,8 +29,12 @@ pub(crate) struct Felt {
 
 impl Felt {
     pub(super) fn of(table: &Table<'_>) -> Result<Self, Failure> {
-        let t = table.required(&ANALYSED_SAMPLE_TIME)?;
-        let law = Law::of(table, Some(t))?;
+        let given = match table.text(&ANALYSED_CONTROLLER)?.is_empty() {
+            true => Some(table.required(&ANALYSED_SAMPLE_TIME)?),
+            false => table.number_if(&ANALYSED_SAMPLE_TIME)?,
+        };
+        let (law, t) = Law::of(table, given)?;
+        let t = t.map_or_else(|| table.required(&ANALYSED_SAMPLE_TIME), Ok)?;
         let needed =
             |given: Option<f64>, key: &Parameter| given.map_or_else(|| table.required(key), Ok);
         let nyquist = PI / t;
@@ -73,8 +77,8 @@ impl Felt {
     fn point(&self, omega: f64) -> Result<FeltPoint, Failure> {
         let (sampled, continuous) = match &self.closed {
             Some(closed) => {
-                let continuous = match &self.law.tissue {
-                    Some(tissue) => closed.felt(tissue.stiffness(omega), omega),
+                let continuous = match &self.law.in_place {
+                    Some(law) => closed.felt(law.stiffness(omega), omega),
                     None => closed.continuous(omega),
                 };
                 let sampled = closed.sampled(&self.law.operator, omega);
@@ -114,11 +118,11 @@ impl Felt {
             sample_time_s,
         } = self.wall;
         let asked = json!({
-            "order": order.get(),
+            "order": self.law.of_wall(order.get()),
             "scheme": self.law.scheme.to_string(),
             "sample_time_s": sample_time_s,
-            "stiffness_n_per_m": stiffness_n_per_m,
-            "dissipation_n_s_mu_per_m": dissipation_n_s_mu_per_m,
+            "stiffness_n_per_m": self.law.of_wall(stiffness_n_per_m),
+            "dissipation_n_s_mu_per_m": self.law.of_wall(dissipation_n_s_mu_per_m),
         });
         let path = self.closed.map_or(json!({}), |closed| {
             path_result(closed.path, Some(sample_time_s))
@@ -128,14 +132,17 @@ impl Felt {
             "effective_damping_unit": "N·s/m",
             "points": shown.collect::<Vec<_>>(),
         });
+        let k_and_b = format!(
+            "K = {} · B = {}",
+            written("stiffness_n_per_m", stiffness_n_per_m),
+            written("dissipation_n_s_mu_per_m", dissipation_n_s_mu_per_m)
+        );
         Ok(Analysed {
-            report: rows([asked, self.law.tissue_result(), path, found]),
+            report: rows([asked, self.law.in_place_result(), path, found]),
             drawn: Some(Drawn::Felt(points)),
             about: format!(
-                "{} · K = {} · B = {} · T = {}",
-                self.law.words().join(" · "),
-                written("stiffness_n_per_m", stiffness_n_per_m),
-                written("dissipation_n_s_mu_per_m", dissipation_n_s_mu_per_m),
+                "{} · T = {}",
+                self.law.words(Some(k_and_b)).join(" · "),
                 written("sample_time_s", sample_time_s)
             ),
         })

@@ -18,6 +18,7 @@ use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
 
 parameters! {
     ANALYSED_TISSUE = text("tissue", "", "Tissue in place of a wall: a name from `host-cli materials list`, or a TOML file");
+    ANALYSED_CONTROLLER = text("controller", "", "Controller file in place of a wall, from position in m to force in N: judged while its reference stands and within its limits, so set-point weights, limits and anti-windup do not count");
     /// Depth of a tissue whose force is not linear, m.
     JUDGED_DEPTH = optional("depth_m", REACHES_ABOVE_0, "Depth at which a tissue that stiffens, or that a sphere or cone presses, is judged");
     ANALYSED_SCHEME = text("scheme", "exact", SCHEME.help);
@@ -55,7 +56,7 @@ pub(super) const ANALYSED_LAG: Parameter = CURRENT_LAG.without_default();
 #[rustfmt::skip]
 const WALL: Keys = ("Wall", &[ORDER, ANALYSED_SCHEME, STIFFNESS, DISSIPATION, ANALYSED_SAMPLE_TIME]);
 #[rustfmt::skip]
-const IN_PLACE: Keys = ("Tissue in place of a wall", &joined::<9>(&[&[ANALYSED_TISSUE], UNNAMED_PIECE, &[JUDGED_DEPTH]]));
+const IN_PLACE: Keys = ("Tissue or controller in place of a wall", &joined::<10>(&[&[ANALYSED_TISSUE], UNNAMED_PIECE, &[JUDGED_DEPTH, ANALYSED_CONTROLLER]]));
 const ON_DEVICE: Keys = (
     "Device",
     &[

@@ -1,22 +1,30 @@
-//! The law that is analysed: a wall K + B·D^μ, or a piece of tissue, which has a K, a B and a memory too.
+//! The law that is analysed: a wall K + B·D^μ, a piece of tissue, which has a K, a B and a memory too, or a controller.
 
-use super::answer::{HORIZON, operator};
-use super::keys::{ANALYSED_SAMPLE_TIME, ANALYSED_SCHEME, ANALYSED_TISSUE, JUDGED_DEPTH};
+use super::answer::{HORIZON, Kind, operator};
+use super::keys::{
+    ANALYSED_CONTROLLER, ANALYSED_SAMPLE_TIME, ANALYSED_SCHEME, ANALYSED_TISSUE, JUDGED_DEPTH,
+};
+use crate::document::ControllerFile;
 use crate::document::failure::Failure;
-use crate::document::parameters::{SCHEME, UNNAMED_PIECE};
+use crate::document::parameters::{Parameter, SCHEME, UNNAMED_PIECE};
 use crate::document::reader::Table;
 use crate::experiment::reading::{fits, piece};
 use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
+use crate::judge::control::refused;
 use crate::judge::modelled_tissue::TissuePiece;
 use crate::judge::preflight::Matter;
 use fracdiff::num_complex::Complex;
+use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
+use fractional_control::ControllerParameters;
 use haptic_analysis::LoopOperator;
 use haptic_quantity::digits;
 use haptic_tissue::{Model, SampledModel};
 use serde_json::{Value, json};
 
 /// f = −(K·x + B·T^(−μ)·P(w)·x), for small motions at one depth.
+///
+/// A controller is all P: K = 0, and μ = 1 with B = T·1 N/m, which make P a force per displacement in N/m.
 #[derive(Clone, Debug)]
 pub(super) struct Law {
     /// K, N/m, if it was given.
@@ -26,7 +34,15 @@ pub(super) struct Law {
     pub(super) order: Order,
     pub(super) scheme: Scheme,
     pub(super) operator: LoopOperator,
-    pub(super) tissue: Option<JudgedTissue>,
+    /// `None` of a wall.
+    pub(super) in_place: Option<InPlace>,
+}
+
+/// A law in place of a wall.
+#[derive(Clone, Debug)]
+pub(super) enum InPlace {
+    Tissue(Box<JudgedTissue>),
+    Controller(Box<JudgedController>),
 }
 
 /// A piece of tissue at the depth where it is judged.
@@ -37,40 +53,84 @@ pub(super) struct JudgedTissue {
     /// Slope of its map of depth there, without unit.
     slope: f64,
     /// True if its memory is that of several elements, not D^μ.
-    pub(super) is_composed: bool,
+    is_composed: bool,
+}
+
+/// A controller from the position, in m, to the force, in N, whose reference stands.
+#[derive(Clone, Debug)]
+pub(super) struct JudgedController {
+    law: ControllerParameters,
+    integrates: bool,
 }
 
 impl Law {
-    pub(super) fn of(table: &Table<'_>, sample_time_s: Option<f64>) -> Result<Self, Failure> {
-        if !table.text(&ANALYSED_TISSUE)?.is_empty() {
+    /// The law of the keys, and its sample time, which a controller brings.
+    pub(super) fn of(
+        table: &Table<'_>,
+        given_s: Option<f64>,
+    ) -> Result<(Self, Option<f64>), Failure> {
+        let has = |parameter: &Parameter| Ok::<_, Failure>(!table.text(parameter)?.is_empty());
+        if has(&ANALYSED_CONTROLLER)? {
+            without(
+                table,
+                &[&ANALYSED_TISSUE, &ANALYSED_SCHEME],
+                &ANALYSED_CONTROLLER,
+            )?;
+            without(table, OF_WALL, &ANALYSED_CONTROLLER)?;
+            of_a_tissue_alone(table)?;
+            let (law, sample_time_s) = Self::of_controller(table, given_s)?;
+            return Ok((law, Some(sample_time_s)));
+        }
+        if has(&ANALYSED_TISSUE)? {
             let t = table.required(&ANALYSED_SAMPLE_TIME)?;
-            return Self::of_tissue(table, piece(table)?, Seconds(t));
+            return Ok((Self::of_tissue(table, piece(table)?, Seconds(t))?, given_s));
         }
-        for parameter in UNNAMED_PIECE.iter().chain([&JUDGED_DEPTH]) {
-            if table.has(parameter) {
-                let reason = format!("it belongs to a tissue: give {ANALYSED_TISSUE}, or omit it");
-                return Err(table.fail_at(parameter.key, reason).into());
-            }
-        }
+        of_a_tissue_alone(table)?;
         let order = table.order(&ORDER)?;
-        let (scheme, operator) = operator(table, order, sample_time_s)?;
-        Ok(Self {
+        let (scheme, operator) = operator(table, order, given_s)?;
+        let wall = Self {
             stiffness: table.number_if(&STIFFNESS)?,
             dissipation: table.number_if(&DISSIPATION)?,
             order,
             scheme,
             operator,
-            tissue: None,
-        })
+            in_place: None,
+        };
+        Ok((wall, given_s))
+    }
+
+    fn of_controller(table: &Table<'_>, given_s: Option<f64>) -> Result<(Self, f64), Failure> {
+        let path = table.file(&ANALYSED_CONTROLLER)?.unwrap_or_default();
+        let setup = ControllerFile::read(&path)?.setup;
+        let t = setup.sample_time_s;
+        if let Some(other) = given_s.filter(|given| !same_time(*given, t)) {
+            let reason = format!(
+                "{} s is not the {} s of the controller, whose weights are for it: omit it, or change its file",
+                Shown(other),
+                Shown(t)
+            );
+            return Err(table.fail_at(ANALYSED_SAMPLE_TIME.key, reason).into());
+        }
+        let feedback = setup.feedback().map_err(refused)?;
+        let order = Order::new(1.0).map_err(Failure::input)?;
+        let both = [feedback.above, feedback.below];
+        let operator = LoopOperator::from_controller(order, both, feedback.direct_gain);
+        let law = Self {
+            stiffness: Some(0.0),
+            dissipation: Some(t),
+            order,
+            scheme: setup.scheme,
+            operator: operator.map_err(Failure::input)?,
+            in_place: Some(InPlace::Controller(Box::new(JudgedController {
+                law: setup.law,
+                integrates: feedback.integrates,
+            }))),
+        };
+        Ok((law, t))
     }
 
     fn of_tissue(table: &Table<'_>, piece: TissuePiece, t: Seconds) -> Result<Self, Failure> {
-        for parameter in [&STIFFNESS, &DISSIPATION, &ORDER] {
-            if table.has(parameter) {
-                let reason = format!("{ANALYSED_TISSUE} has one of its own: omit it");
-                return Err(table.fail_at(parameter.key, reason).into());
-            }
-        }
+        without(table, OF_WALL, &ANALYSED_TISSUE)?;
         let is_composed = piece.material.composed().is_some();
         let scheme = match is_composed && !table.has(&ANALYSED_SCHEME) {
             true => table.scheme(&SCHEME)?,
@@ -112,29 +172,87 @@ impl Law {
                 (Some(model), Scheme::Grunwald { length }) => short_memory(model, t, length)?,
                 _ => judged.loop_operator()?,
             },
-            tissue: Some(JudgedTissue {
+            in_place: Some(InPlace::Tissue(Box::new(JudgedTissue {
                 depth_m,
                 slope: judged.map.map_or(1.0, |(_, slope)| slope),
                 is_composed,
                 matter,
-            }),
+            }))),
         })
     }
 
-    /// The tissue as a report repeats it; nothing of a wall.
-    pub(super) fn tissue_result(&self) -> Value {
-        self.tissue.as_ref().map_or(
-            json!({}),
-            |tissue| json!({"tissue": tissue.matter.words(), "depth_m": tissue.depth_m}),
-        )
+    pub(super) fn is_controller(&self) -> bool {
+        matches!(self.in_place, Some(InPlace::Controller(_)))
     }
 
-    /// Its name, or scheme and order, in the words below a picture.
-    pub(super) fn words(&self) -> Vec<String> {
-        let tissue = self.tissue.as_ref().map(|tissue| tissue.matter.words());
-        let order = tissue.unwrap_or_else(|| format!("order μ = {}", digits(self.order.get(), 4)));
-        vec![order, format!("scheme {}", self.scheme)]
+    /// A number of a wall, which a controller has not, for a report.
+    pub(super) fn of_wall(&self, number: impl Into<Option<f64>>) -> Option<f64> {
+        number.into().filter(|_| !self.is_controller())
     }
+
+    /// True of a controller that pushes on and on at a place that stands.
+    pub(super) fn integrates(&self) -> bool {
+        matches!(&self.in_place, Some(InPlace::Controller(own)) if own.integrates)
+    }
+
+    /// True if it is K + B·D^μ, of which Corollary 1 speaks.
+    pub(super) fn has_corollary(&self) -> bool {
+        match &self.in_place {
+            None => true,
+            Some(InPlace::Tissue(tissue)) => !tissue.is_composed,
+            Some(InPlace::Controller(_)) => false,
+        }
+    }
+
+    /// A law in place of a wall as a report repeats it.
+    pub(super) fn in_place_result(&self) -> Value {
+        match &self.in_place {
+            None => json!({}),
+            Some(InPlace::Tissue(tissue)) => {
+                json!({"tissue": tissue.matter.words(), "depth_m": tissue.depth_m})
+            }
+            Some(InPlace::Controller(own)) => json!({"controller": own.law.to_string()}),
+        }
+    }
+
+    /// Its name or order, scheme, and K and B if there are any and they are wanted, in the words below a picture.
+    pub(super) fn words(&self, k_and_b: Option<String>) -> Vec<String> {
+        let law = match &self.in_place {
+            None => format!("order μ = {}", digits(self.order.get(), 4)),
+            Some(InPlace::Tissue(tissue)) => tissue.matter.words(),
+            Some(InPlace::Controller(own)) => format!("controller {}", own.law),
+        };
+        let scheme = format!("scheme {}", self.scheme);
+        let k_and_b = k_and_b.filter(|_| !self.is_controller());
+        [law, scheme].into_iter().chain(k_and_b).collect()
+    }
+}
+
+/// Keys of a wall that another law has itself.
+const OF_WALL: &[&Parameter] = &[&STIFFNESS, &DISSIPATION, &ORDER];
+
+/// Refuses keys of which a law in place of a wall has its own.
+fn without(table: &Table<'_>, keys: &[&Parameter], law: &Parameter) -> Result<(), Failure> {
+    let Some(parameter) = keys.iter().find(|parameter| table.has(parameter)) else {
+        return Ok(());
+    };
+    let reason = format!("{law} has one of its own: omit it");
+    Err(table.fail_at(parameter.key, reason).into())
+}
+
+/// Refuses keys of a tissue where there is none.
+fn of_a_tissue_alone(table: &Table<'_>) -> Result<(), Failure> {
+    let mut keys = UNNAMED_PIECE.iter().chain([&JUDGED_DEPTH]);
+    let Some(parameter) = keys.find(|parameter| table.has(parameter)) else {
+        return Ok(());
+    };
+    let reason = format!("it belongs to a tissue: give {ANALYSED_TISSUE}, or omit it");
+    Err(table.fail_at(parameter.key, reason).into())
+}
+
+/// True of two sample times that differ by rounding alone.
+fn same_time(a: f64, b: f64) -> bool {
+    (a - b).abs() <= 1e-9 * b
 }
 
 fn short_memory(model: &Model, t: Seconds, length: usize) -> Result<LoopOperator, Failure> {
@@ -143,9 +261,20 @@ fn short_memory(model: &Model, t: Seconds, length: usize) -> Result<LoopOperator
     LoopOperator::from_quotient(sampled.order(), above, below).map_err(Failure::input)
 }
 
-impl JudgedTissue {
+impl InPlace {
     /// Force per displacement without sampling, N/m.
     pub(super) fn stiffness(&self, omega_rad_s: f64) -> Complex<f64> {
-        self.matter.stiffness(omega_rad_s) * self.slope
+        match self {
+            Self::Tissue(tissue) => tissue.matter.stiffness(omega_rad_s) * tissue.slope,
+            Self::Controller(own) => own.law.response(omega_rad_s),
+        }
+    }
+
+    /// Tissue or controller.
+    pub(super) const fn kind(&self) -> Kind {
+        match self {
+            Self::Tissue(_) => Kind::Tissue,
+            Self::Controller(_) => Kind::Controller,
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! A wall among all walls of its device, and over the frequency: what a page draws anew while a slider moves.
 
 use super::answer::{HORIZON, logarithmic};
-use super::keys::{ANALYSED_MASS, ANALYSED_TISSUE};
+use super::keys::{ANALYSED_CONTROLLER, ANALYSED_MASS, ANALYSED_TISSUE};
 use super::wall::{WallLoop, WithUnits, missing};
 use crate::document::failure::Failure;
 use fracdiff::{Scheme, Seconds};
@@ -23,8 +23,9 @@ impl WallLoop {
     /// The wall, judged; the outlines of the stable walls, of so many points about, and of the passive ones; the noise of its force, and its
     /// curves.
     pub(crate) fn map(&self, points: usize, position_noise_m: f64) -> Result<Value, Failure> {
-        if self.law.tissue.is_some() {
-            let reason = format_args!("a map is of walls: omit {ANALYSED_TISSUE}");
+        if self.law.in_place.is_some() {
+            let reason =
+                format_args!("a map is of walls: omit {ANALYSED_TISSUE} and {ANALYSED_CONTROLLER}");
             return Err(Failure::bad_input(reason));
         }
         let Some(on_device @ WithUnits { device, wall }) = &self.units else {
@@ -37,10 +38,7 @@ impl WallLoop {
         let margins = sampled.is_stable().then(|| sampled.margins()).transpose();
         let margins = margins.map_err(Failure::input)?;
         let proved = sampled.slope_limit().proved;
-        let required = self
-            .port()?
-            .required_delta(parameters.alpha, parameters.beta);
-        let required = required.map_err(Failure::input)?;
+        let required = self.required_delta()?;
         let required_damping = required.delta * device.mass_kg / t;
         Ok(json!({
             "region": self.stable_walls(points)?,

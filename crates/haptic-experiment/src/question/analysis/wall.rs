@@ -7,7 +7,7 @@ use super::keys::{
     ALPHA, ANALYSED_DAMPING, ANALYSED_DELAY, ANALYSED_HAND, ANALYSED_LAG, ANALYSED_MASS,
     ANALYSED_SAMPLE_TIME, BETA, DELAY_SAMPLES, DELTA, GAMMA, SENSITIVITY_POINTS,
 };
-use super::law::Law;
+use super::law::{InPlace, Law};
 use crate::document::failure::Failure;
 use crate::document::parameters::{DEVICE_MODEL, Parameter};
 use crate::document::reader::Table;
@@ -17,7 +17,7 @@ use crate::run::advice::analysed;
 use crate::run::device::Warn;
 use haptic_analysis::{
     AnalysisError, Dynamics, Environment, ForcePath, Largest, LoopOperator, Nondimensional,
-    OnePort, SampledLoop, SampledPlant, StabilityRegion,
+    OnePort, Polygon, RequiredDelta, SampledLoop, SampledPlant, StabilityRegion, StableArea,
 };
 use haptic_quantity::{digits, written};
 use serde_json::{Value, json};
@@ -33,6 +33,8 @@ const WITH_UNITS: [Parameter; 5] = [
 ];
 /// Points on the boundary of a region.
 const BOUNDARY: usize = 1000;
+/// Factors on a tissue or controller that are judged.
+const SCALES: [f64; 2] = [0.1, 10.0];
 
 /// A loop that is ready to be analysed.
 #[derive(Clone, Debug)]
@@ -76,11 +78,11 @@ impl WallLoop {
         without: fn(&Parameter) -> Result<f64, Failure>,
     ) -> Result<Self, Failure> {
         let points = table.count_in(&SENSITIVITY_POINTS, 2..=FREQUENCIES_MOST)?;
-        let sample_time_s = table.number_if(&ANALYSED_SAMPLE_TIME)?;
-        let law = Law::of(table, sample_time_s)?;
+        let given = table.number_if(&ANALYSED_SAMPLE_TIME)?;
+        let (law, sample_time_s) = Law::of(table, given)?;
         let has_file = !table.text(&DEVICE_MODEL)?.is_empty();
         let with_units =
-            has_file || law.tissue.is_some() || WITH_UNITS.iter().any(|key| table.has(key));
+            has_file || law.in_place.is_some() || WITH_UNITS.iter().any(|key| table.has(key));
         if with_units && WITHOUT_UNITS.iter().any(|key| table.has(key)) {
             return Err(Failure::bad_input(format_args!(
                 "the loop is given both with and without units: omit {ALPHA}, {BETA}, {DELTA} and {GAMMA}"
@@ -95,8 +97,8 @@ impl WallLoop {
             "damping_n_s_per_m": with_units.then_some(damping),
             "hand_stiffness_n_per_m": with_units.then_some(hand),
             "sample_time_s": sample_time_s,
-            "stiffness_n_per_m": law.stiffness,
-            "dissipation_n_s_mu_per_m": law.dissipation,
+            "stiffness_n_per_m": law.of_wall(law.stiffness),
+            "dissipation_n_s_mu_per_m": law.of_wall(law.dissipation),
         });
         let (parameters, units) = if with_units {
             let mass = mass.ok_or_else(|| missing(&ANALYSED_MASS))?;
@@ -131,7 +133,7 @@ impl WallLoop {
             sample_time_s,
             units,
             asked,
-            of_wall: match law.tissue {
+            of_wall: match law.in_place {
                 Some(_) => 2,
                 None => of_wall.iter().filter(|key| table.has(key)).count(),
             },
@@ -172,12 +174,13 @@ impl WallLoop {
     /// The loop, with the wall and device without units and the way of the force, and what was found of it.
     fn report(&self, without_units: Value, found: Value) -> Rows {
         let law = &self.law;
-        let loop_ = json!({"order": law.order.get(), "scheme": law.scheme.to_string()});
+        let loop_ =
+            json!({"order": law.of_wall(law.order.get()), "scheme": law.scheme.to_string()});
         let path = path_result(self.path, self.sample_time_s);
         let asked = self.asked.clone();
         rows([
             loop_,
-            law.tissue_result(),
+            law.in_place_result(),
             asked,
             without_units,
             path,
@@ -205,11 +208,13 @@ impl WallLoop {
         let verdict = sampled.verdict();
         // Only a stable loop has margins; the edge is not stable.
         let margins = verdict.stable.then(|| sampled.margins().ok()).flatten();
-        let contact = sampled.slope_limit();
+        // The proof takes a law that comes to rest where the motion does.
+        let contact = (!self.law.integrates()).then(|| sampled.slope_limit());
+        let contact = contact.as_ref();
         let factor = |value: f64| (value > 0.0 && value.is_finite()).then_some(value);
         let without_units = json!({
-            "alpha": parameters.alpha,
-            "beta": parameters.beta,
+            "alpha": self.law.of_wall(parameters.alpha),
+            "beta": self.law.of_wall(parameters.beta),
             "delta": parameters.delta,
             "gamma": parameters.gamma,
         });
@@ -231,62 +236,100 @@ impl WallLoop {
             "peak_sensitivity_db": margins.map(|margins| decibel(margins.sensitivity.value)),
             // The factor on the wall up to which contact that may pull, acts on one side or stiffens, and is nowhere steeper than this, is proved
             // stable for every motion; null if nothing is proved. And the factor that no such proof reaches.
-            "pulling_contact_margin": factor(contact.proved),
-            "pulling_contact_margin_reason": (contact.proved == 0.0 && contact.provable > 0.0)
-                .then_some("no proof was found; a device without damping has none"),
-            "pulling_contact_margin_most": factor(contact.provable),
+            "pulling_contact_margin": contact.and_then(|contact| factor(contact.proved)),
+            "pulling_contact_margin_reason": match contact {
+                None => Some("a controller with an integral has no such proof"),
+                Some(contact) if contact.proved == 0.0 && contact.provable > 0.0 => {
+                    Some("no proof was found; a device without damping has none")
+                }
+                Some(_) => None,
+            },
+            "pulling_contact_margin_most": contact.and_then(|contact| factor(contact.provable)),
         });
         Ok(Analysed::in_numbers(self.report(without_units, found)))
     }
 
     pub(super) fn passivity(&self, _: Warn<'_>) -> Result<Analysed, Failure> {
-        let parameters = self.parameters;
-        let port = self.port()?;
         let units = self.mass_and_time();
-        let required = port.required_delta(parameters.alpha, parameters.beta);
-        let required = required.map_err(Failure::input)?;
-        let delta = self.delta_given.then_some(parameters.delta);
-        let largest = |found: Result<Largest, AnalysisError>| match found.map_err(Failure::input)? {
-            Largest::Below { value, .. } => Ok::<_, Failure>(Some(value)),
-            Largest::Any | Largest::Empty => Ok(None),
+        let delta = self.delta_given.then_some(self.parameters.delta);
+        // Next to rest an integral asks for more and more damping.
+        let required = match self.law.integrates() {
+            true => None,
+            false => Some(self.required_delta()?),
         };
-        let tissue = self.law.tissue.as_ref();
         let (mut alpha, mut beta) = (None, None);
         // Spring and memory of a tissue only grow together.
-        if let Some(delta) = delta.filter(|_| tissue.is_none()) {
-            alpha = largest(port.largest_alpha(delta, parameters.beta))?;
-            beta = largest(port.largest_beta(delta, parameters.alpha))?;
+        if let Some(delta) = delta.filter(|_| self.law.in_place.is_none()) {
+            [alpha, beta] = self.largest_passive(delta)?;
         }
         let [stiffness, dissipation] = self.with_units(alpha, beta);
-        let without_units =
-            json!({"alpha": parameters.alpha, "beta": parameters.beta, "delta": delta});
+        let without_units = json!({
+            "alpha": self.law.of_wall(self.parameters.alpha),
+            "beta": self.law.of_wall(self.parameters.beta),
+            "delta": delta,
+        });
+        let corollary = required.filter(|_| self.law.has_corollary());
+        let damping = required
+            .zip(units)
+            .map(|(required, [m, t])| required.delta * m / t);
         let mut found = json!({
             // Least δ by Theorem 1 for the operator really used, and by Corollary 1 for the exact one without delay.
-            "required_delta": required.delta,
-            "corollary_delta": tissue.is_none_or(|tissue| !tissue.is_composed).then_some(required.corollary_delta),
-            "worst_theta": required.worst_theta,
-            "passive": delta.map(|delta| required.passive(delta)),
-            "passive_reason": match (required.negative_at_rest, delta) {
-                (true, _) => Some("a negative spring at rest: no damping is enough".to_owned()),
-                (false, None) => Some(format!("give {DELTA} or {ANALYSED_DAMPING} to know")),
-                _ => None,
+            "required_delta": required.map(|required| required.delta),
+            "corollary_delta": corollary.map(|required| required.corollary_delta),
+            "worst_theta": required.map(|required| required.worst_theta),
+            "passive": match required {
+                None => Some(false),
+                Some(required) => delta.map(|delta| required.passive(delta)),
             },
-            "negative_at_rest": required.negative_at_rest,
+            "passive_reason": match (required, delta) {
+                (None, _) => Some(
+                    "an integral pushes ever harder against a hand that holds still: no damping is enough"
+                        .to_owned(),
+                ),
+                (Some(required), _) if required.negative_at_rest => {
+                    Some("a negative spring at rest: no damping is enough".to_owned())
+                }
+                (Some(_), None) => Some(format!("give {DELTA} or {ANALYSED_DAMPING} to know")),
+                (Some(_), Some(_)) => None,
+            },
+            "negative_at_rest": required.map(|required| required.negative_at_rest),
             // Passive with the given δ and the other; null without a δ, or if none or any is.
             "largest_alpha": alpha,
             "largest_beta": beta,
             "largest_stiffness_n_per_m": stiffness,
             "largest_dissipation_n_s_mu_per_m": dissipation,
             // δ = bT/m
-            "required_damping_n_s_per_m": units.map(|[m, t]| required.delta * m / t),
-            "worst_rad_s": units.map(|[_, t]| required.worst_theta / t),
+            "required_damping_n_s_per_m": damping,
+            "worst_rad_s": required.zip(units).map(|(required, [_, t])| required.worst_theta / t),
         });
-        if tissue.is_some() {
-            // Of the force of the whole tissue, up to which it is passive.
-            let scale = delta.map(|delta| delta / required.delta);
-            found["largest_scale"] = json!(scale.filter(|scale| scale.is_finite()));
+        if self.law.in_place.is_some() {
+            // Of the force of the whole law, up to which it is passive.
+            let bounded = required.filter(|own| own.delta > 0.0 && !own.negative_at_rest);
+            let scale = delta
+                .zip(bounded)
+                .map(|(delta, required)| delta / required.delta);
+            found["largest_scale"] = json!(scale);
         }
         Ok(Analysed::in_numbers(self.report(without_units, found)))
+    }
+
+    pub(super) fn required_delta(&self) -> Result<RequiredDelta, Failure> {
+        let Nondimensional { alpha, beta, .. } = self.parameters;
+        let required = self.port()?.required_delta(alpha, beta);
+        required.map_err(Failure::input)
+    }
+
+    /// The largest α and the largest β that are passive with this δ, each with the other as it is.
+    fn largest_passive(&self, delta: f64) -> Result<[Option<f64>; 2], Failure> {
+        let (port, Nondimensional { alpha, beta, .. }) = (self.port()?, self.parameters);
+        let largest = |found: Result<Largest, AnalysisError>| match found.map_err(Failure::input)? {
+            Largest::Below { value, .. } => Ok::<_, Failure>(Some(value)),
+            Largest::Any | Largest::Empty => Ok(None),
+        };
+        Ok([
+            largest(port.largest_alpha(delta, beta))?,
+            largest(port.largest_beta(delta, alpha))?,
+        ])
     }
 
     pub(super) fn region(&self, warn: Warn<'_>) -> Result<Analysed, Failure> {
@@ -295,14 +338,13 @@ impl WallLoop {
                 "no wall is marked: give both {STIFFNESS} and {DISSIPATION}, or {ALPHA} and {BETA}"
             ));
         }
-        let Nondimensional {
-            alpha,
-            beta,
-            delta,
-            gamma,
-        } = self.parameters;
-        let region = self.stable_region(BOUNDARY)?;
-        let area = region.bounded();
+        let Nondimensional { delta, gamma, .. } = self.parameters;
+        // Beyond an integral there is no box that holds them.
+        let region = match self.law.integrates() {
+            true => None,
+            false => Some(self.stable_region(BOUNDARY)?),
+        };
+        let area = region.as_ref().and_then(StabilityRegion::bounded);
         let polygons = area.map_or(&[][..], |area| &area.polygons);
         let mut outlines = polygons.iter().map(|polygon| {
             let points = polygon.points.iter();
@@ -313,9 +355,9 @@ impl WallLoop {
             area.map(|area| area.alpha_max),
             area.map(|area| area.beta_at_alpha_max),
         );
-        let found = json!({
-            "empty": area.is_none(),
-            "area": area.map_or(0.0, |area| area.area),
+        let mut found = json!({
+            "empty": region.as_ref().map(|_| area.is_none()),
+            "area": region.as_ref().map(|_| area.map_or(0.0, |area| area.area)),
             "alpha_max": area.map(|area| area.alpha_max),
             "beta_at_alpha_max": area.map(|area| area.beta_at_alpha_max),
             "beta_max": area.map(|area| area.beta_max),
@@ -325,20 +367,44 @@ impl WallLoop {
             "boundary": outlines.next().unwrap_or_default(),
             "further_parts": outlines.collect::<Vec<_>>(),
         });
-        let [k, b] = self.with_units(Some(1.0), Some(1.0));
-        let drawn = area.map(|_| {
-            Drawn::Region(Region {
-                parts: polygons.to_vec(),
-                units: k.zip(b).map(|(k, b)| [k, b]),
-                wall: (self.of_wall == 2).then_some((beta, alpha)),
-            })
-        });
+        if self.law.in_place.is_some() {
+            self.of_scales(&mut found, area)?;
+        }
+        let drawn = area.map(|_| Drawn::Region(self.drawn_region(polygons)));
         let without_units = json!({"delta": delta, "gamma": gamma});
         Ok(Analysed {
             report: self.report(without_units, found),
             drawn,
             about: self.words(false),
         })
+    }
+
+    /// Adds the factors on a whole law with which it is stable. The area of a controller is of a spring beside it, over that factor.
+    fn of_scales(&self, found: &mut Value, area: Option<&StableArea>) -> Result<(), Failure> {
+        let stable = self.sampled()?.beside_rest().stable_factors(SCALES);
+        found["stable_scales"] = json!(stable);
+        if self.law.is_controller() {
+            let scale = |beta: f64| beta / self.parameters.beta;
+            found["dissipation_at_stiffness_max_n_s_mu_per_m"] = Value::Null;
+            found["scale_at_stiffness_max"] = json!(area.map(|at| scale(at.beta_at_alpha_max)));
+            found["scale_max"] = json!(area.map(|at| scale(at.beta_max)));
+        }
+        Ok(())
+    }
+
+    fn drawn_region(&self, polygons: &[Polygon]) -> Region {
+        let Nondimensional { alpha, beta, .. } = self.parameters;
+        let [k, b] = self.with_units(Some(1.0), Some(1.0));
+        let b = match self.law.is_controller() {
+            true => Some(1.0 / beta),
+            false => b,
+        };
+        Region {
+            parts: polygons.to_vec(),
+            units: k.zip(b).map(|(k, b)| [k, b]),
+            wall: (self.of_wall == 2).then_some((beta, alpha)),
+            in_place: self.law.in_place.as_ref().map(InPlace::kind),
+        }
     }
 
     pub(super) fn sensitivity(&self, _: Warn<'_>) -> Result<Analysed, Failure> {
@@ -370,8 +436,7 @@ impl WallLoop {
             delta,
             gamma,
         } = self.parameters;
-        let mut law = self.law.words();
-        let wall = match self.with_units(Some(alpha), Some(beta)) {
+        let k_and_b = match self.with_units(Some(alpha), Some(beta)) {
             [Some(stiffness), Some(dissipation)] => format!(
                 "K = {} · B = {}",
                 written("stiffness_n_per_m", stiffness),
@@ -379,7 +444,7 @@ impl WallLoop {
             ),
             _ => format!("α = {} · β = {}", few(alpha), few(beta)),
         };
-        law.extend(with_wall.then_some(wall));
+        let law = self.law.words(with_wall.then_some(k_and_b));
         let (mut device, hand) = match self.mass_and_time() {
             Some([mass, t]) => {
                 let hand = written("hand_stiffness_n_per_m", gamma * mass / (t * t));

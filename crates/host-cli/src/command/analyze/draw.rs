@@ -2,7 +2,7 @@
 
 use crate::picture::{Panel, linear, logarithmic as axis, page};
 use haptic_experiment::question::analysis::{
-    Drawn, FeltPoint, HandPoint, Region, SensitivityPoint,
+    Drawn, FeltPoint, HandPoint, Kind, Region, SensitivityPoint,
 };
 use haptic_figure::{AxisSpec, FigureError, Look, Picture};
 
@@ -10,7 +10,14 @@ use haptic_figure::{AxisSpec, FigureError, Look, Picture};
 pub(super) fn draw(drawn: &Drawn, about: &str) -> Result<Picture, FigureError> {
     let (title, panels) = match drawn {
         Drawn::Felt(points) => felt(points),
-        Drawn::Region(region) => ("Stable walls", vec![stable(region)]),
+        Drawn::Region(region) => {
+            let title = match region.in_place {
+                None => "Stable walls",
+                Some(Kind::Tissue) => "Stable tissues with this memory",
+                Some(Kind::Controller) => "Stable scales of the controller",
+            };
+            (title, vec![stable(region)])
+        }
         Drawn::Sensitivity(points) => ("Sensitivity", vec![sensitivity(points)]),
         Drawn::Teleoperation { points, errors } => (
             "What the hand feels of a tissue far away",
@@ -54,9 +61,14 @@ fn felt(points: &[FeltPoint]) -> (&'static str, Vec<Panel<'static>>) {
 }
 
 fn stable(region: &Region) -> Panel<'static> {
-    let (x, y) = match region.units {
-        Some(_) => ("dissipation B / N·s^μ·m⁻¹", "stiffness K / N·m⁻¹"),
-        None => ("dissipation β = BT^{2−μ}/m", "stiffness α = KT²/m"),
+    let (x, y) = match (region.units, region.in_place) {
+        (_, Some(Kind::Controller)) => ("factor on the controller", "spring beside it / N·m⁻¹"),
+        (_, Some(Kind::Tissue)) => (
+            "dissipation B of the tissue / N·s^μ·m⁻¹",
+            "spring K of the tissue / N·m⁻¹",
+        ),
+        (Some(_), None) => ("dissipation B / N·s^μ·m⁻¹", "stiffness K / N·m⁻¹"),
+        (None, None) => ("dissipation β = BT^{2−μ}/m", "stiffness α = KT²/m"),
     };
     let [stiffness, dissipation] = region.units.unwrap_or([1.0; 2]);
     let in_units = |beta: f64, alpha: f64| (beta * dissipation, alpha * stiffness);
@@ -67,8 +79,30 @@ fn stable(region: &Region) -> Panel<'static> {
         let outline = closed.map(|at| in_units(at.beta, at.alpha));
         panel = panel.with("stable", Look::Area, 0, outline);
     }
+    let (name, scaled) = match region.in_place {
+        None => ("your wall", ""),
+        Some(Kind::Tissue) => ("your tissue", "more or less of it"),
+        Some(Kind::Controller) => ("your controller", "more or less of it"),
+    };
+    if region.in_place.is_some()
+        && let Some(wall) = region.wall
+    {
+        let ray =
+            [0.1, longest(region, wall)].map(|factor| in_units(factor * wall.0, factor * wall.1));
+        panel = panel.with(scaled, Look::Dashed, 1, ray);
+    }
     let wall = region.wall.map(|(beta, alpha)| in_units(beta, alpha));
-    panel.with("your wall", Look::Markers, 1, wall)
+    panel.with(name, Look::Markers, 1, wall)
+}
+
+/// The factor on a law, from 1 to 10, that takes it to the edge of the picture of its region.
+fn longest(region: &Region, (beta, alpha): (f64, f64)) -> f64 {
+    let points = region.parts.iter().flat_map(|part| &part.points);
+    let [across, up] = points.fold([0.0_f64; 2], |most, at| {
+        [most[0].max(at.beta), most[1].max(at.alpha)]
+    });
+    let [across, up] = [1.1 * across / beta, 1.1 * up / alpha];
+    across.min(up).clamp(1.0, 10.0)
 }
 
 fn sensitivity(points: &[SensitivityPoint]) -> Panel<'static> {
