@@ -37,7 +37,7 @@ use zwidth::ZWidth;
 pub use zwidth::{BoundaryPoint, ZWidthReport};
 
 /// Names of the tables of all questions to a device.
-pub const QUESTIONS: [&str; 10] = [
+pub const QUESTIONS: [&str; 11] = [
     "zwidth",
     "design",
     "analyze-environment",
@@ -47,6 +47,7 @@ pub const QUESTIONS: [&str; 10] = [
     "analyze-coupling",
     "analyze-teleoperation",
     "analyze-transparency",
+    "analyze-difference",
     "analyze-sensitivity",
 ];
 
@@ -339,8 +340,8 @@ mod tests {
             [zwidth]\n[design] | a second question
             [zwidth]\npoints = 1 | points = 1 is not a whole number from 2 to 1000: change it
             [analyze-passivity]\norder = 1\nalpha = 1\nmass_kg = 1 | omit `alpha`
-            [design]\nfront = true\nwish = "most-damping" | wish belongs to a design without front: omit it
-            [design]\nfront = true\nrequire = "every-motion" | proofs belong to a design without front: change it
+            [design]\nfront = true\nwish = "most-damping" | wish belongs to a design without `front`: omit it
+            [design]\nfront = true\nrequire = "every-motion" | proofs belong to a design without `front`: change it
             [analyze-sensitivity]\npoints = 1 | points = 1 is not a whole number from 2 to 100000
             [analyze-teleoperation]\nplayout = 3 | `playout` has no effect
             [zwidth]\norders = [3] | form:2: orders has 3

@@ -400,6 +400,7 @@ pub(crate) mod keys {
         Environment: &[], a::ENVIRONMENT, true;
         Transparency: &[], a::TRANSPARENCY, true;
         Coupling: &[], a::COUPLING, true;
+        Difference: &[], a::DIFFERENCE;
         Hands: &[], a::HANDS, true;
         // Of `identify` and `control`.
         ControlPlant: &[], CONTROL_LOOP.split_at(1).0;

@@ -35,6 +35,7 @@ __all__ = [
     "Run",
     "RunFault",
     "analyze_coupling",
+    "analyze_difference",
     "analyze_environment",
     "analyze_passivity",
     "analyze_sensitivity",
@@ -334,4 +335,5 @@ analyze_passivity = _question("analyze-passivity", "The verdict on a wall: is it
 analyze_coupling = _question("analyze-coupling", "The verdict on a virtual coupler: is it passive, and which damping does that need?")
 analyze_teleoperation = _question("analyze-teleoperation", "Two hands over a line: up to which delay are they stable, and what is felt?")
 analyze_transparency = _question("analyze-transparency", "Stiffness and damping of a wall as they are felt through a device.")
+analyze_difference = _question("analyze-difference", "Does a hand feel the difference of two laws, or of a law and a spring and damper?")
 analyze_sensitivity = _question("analyze-sensitivity", "By how much a loop amplifies errors of its model, over the frequency.")

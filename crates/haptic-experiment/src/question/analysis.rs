@@ -1,6 +1,7 @@
 //! Analyses of a wall, a coupler or two hands over a line: what is stable, passive and felt, before anything is tried.
 
 mod answer;
+mod difference;
 pub(crate) mod felt;
 pub(crate) mod keys;
 mod law;
@@ -13,9 +14,10 @@ use crate::document::reader::Table;
 use crate::experiment::kind::Keys;
 use crate::run::device::Warn;
 pub use answer::{
-    Analysed, Drawn, FeltPoint, HandPoint, Kind, Region, SensitivityPoint, decibel, logarithmic,
-    rate, sample_time_of,
+    Analysed, DifferencePoint, Drawn, FeltPoint, HandPoint, Kind, Region, SensitivityPoint,
+    decibel, logarithmic, rate, sample_time_of,
 };
+use difference::Difference;
 use felt::{CouplerNeed, Felt};
 pub use keys::*;
 use std::sync::atomic::AtomicBool;
@@ -26,7 +28,7 @@ use wall::WallLoop;
 type Read = fn(&Table<'_>) -> Result<Analysis, Failure>;
 
 /// Analyses: the name of the table, its keys and its reader.
-pub(crate) const ANALYSES: [(&str, &[Keys], Read); 8] = [
+pub(crate) const ANALYSES: [(&str, &[Keys], Read); 9] = [
     ("analyze-environment", ENVIRONMENT, |table| {
         Felt::of(table).map(Analysis::Felt)
     }),
@@ -54,6 +56,9 @@ pub(crate) const ANALYSES: [(&str, &[Keys], Read); 8] = [
     ("analyze-transparency", TRANSPARENCY, |table| {
         Felt::through_device(table).map(Analysis::Felt)
     }),
+    ("analyze-difference", DIFFERENCE, |table| {
+        Difference::of(table).map(|asked| Analysis::Difference(Box::new(asked)))
+    }),
     ("analyze-sensitivity", SENSITIVITY, |table| {
         Ok(Analysis::Wall(
             WallLoop::needed(table)?,
@@ -69,6 +74,7 @@ pub(crate) enum Analysis {
     Wall(WallLoop, Asked),
     Coupling(CouplerNeed),
     Teleoperation(HandsQuestion),
+    Difference(Box<Difference>),
 }
 
 /// A question to the loop of a wall.
@@ -78,7 +84,7 @@ impl Analysis {
     pub(crate) const fn steps(&self) -> u64 {
         match self {
             Self::Teleoperation(asked) => asked.steps(),
-            Self::Felt(_) | Self::Wall(..) | Self::Coupling(_) => 1,
+            Self::Felt(_) | Self::Wall(..) | Self::Coupling(_) | Self::Difference(_) => 1,
         }
     }
 
@@ -93,6 +99,7 @@ impl Analysis {
             Self::Wall(wall, asked) => asked(wall, warn),
             Self::Coupling(coupler) => coupler.answer(),
             Self::Teleoperation(asked) => asked.answer(progress, stop),
+            Self::Difference(asked) => asked.answer(),
         }
     }
 }

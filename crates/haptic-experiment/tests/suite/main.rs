@@ -3,6 +3,7 @@
 mod against;
 mod contact;
 mod design;
+mod difference;
 mod law;
 mod log;
 mod touch;

@@ -7,7 +7,7 @@ use crate::files::Place;
 use crate::options::keys::Named;
 use crate::options::{Options, WithFiles, keys};
 use crate::output::Output;
-use clap::Subcommand;
+use clap::{Args, Subcommand};
 use haptic_experiment::Failure;
 use haptic_experiment::question::Answer;
 use serde_json::json;
@@ -67,12 +67,42 @@ pub(crate) enum Command {
                       --damping 3.5 --sample-time 1ms --out transparency"
     )]
     Transparency(WithFiles<keys::Transparency>),
+    /// Predict whether a hand feels the difference of two laws, or of a law and the best spring and damper
+    ///
+    /// Each file has [wall], as `design` writes it, or a table of these options' keys. A difference
+    /// above 1 is more than the share of the force that a hand notices. It is a prediction.
+    #[command(
+        after_help = "Examples:\n  host-cli analyze difference A.toml B.toml --out difference\n  \
+                      host-cli analyze difference --order 0.5 --stiffness 300 --dissipation 20 --mass 65g --damping 0.5 \
+                      --sample-time 1ms --weber-share 15%"
+    )]
+    Difference(TwoLaws),
     /// Compute how much the loop amplifies model errors: |1/(1 + GH)|
     #[command(
         after_help = "Example: host-cli analyze sensitivity --order 0.5 --mass 65g --damping 3.5 --sample-time 1ms \
                       --stiffness 3N/mm --dissipation 100 --out sensitivity"
     )]
     Sensitivity(WithFiles<keys::Sensitivity>),
+}
+
+/// Laws in files, or one of them by its keys.
+#[derive(Debug, Args)]
+pub(crate) struct TwoLaws {
+    /// Files of the law that the hand knows and of the other one
+    #[arg(value_name = "FILE", num_args = 0..=2)]
+    laws: Vec<String>,
+    #[command(flatten)]
+    asked: WithFiles<keys::Difference>,
+}
+
+impl TwoLaws {
+    fn asked(self) -> WithFiles<keys::Difference> {
+        let mut asked = self.asked;
+        for (law, key) in self.laws.iter().zip(["law", "other"]) {
+            asked.options = asked.options.and(&format!("{key}={law}"));
+        }
+        asked
+    }
 }
 
 impl Command {
@@ -85,6 +115,7 @@ impl Command {
             Self::Coupling(options) => answer("coupling", options, None, output),
             Self::Teleoperation(asked) => kept("teleoperation", asked, output),
             Self::Transparency(asked) => kept("transparency", asked, output),
+            Self::Difference(laws) => kept("difference", laws.asked(), output),
             Self::Sensitivity(asked) => kept("sensitivity", asked, output),
         }
     }

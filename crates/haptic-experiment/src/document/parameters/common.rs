@@ -103,6 +103,8 @@ parameters! {
          let go [default: 10]");
     /// Source of the push of a trial.
     PUSH_BY = text("push_by", "hand", "Source of the push into the wall");
+    LAW = text("law", "", "File of the law, with [wall] or a table of these keys, in place of them");
+    OTHER_LAW = text("other", "", "File of another law to compare with, with [wall] or a table of these keys");
     /// File of what a search has found.
     CAMPAIGN = text("campaign", "",
         "File that keeps each point found on a serial device, and from which a search that was stopped goes on");

@@ -31,6 +31,8 @@ pub enum Drawn {
     Felt(Vec<FeltPoint>),
     /// The outlines of the stable walls.
     Region(Region),
+    /// The difference of two laws for a hand, over the frequency.
+    Difference(Vec<DifferencePoint>),
     /// |S| over the frequency.
     Sensitivity(Vec<SensitivityPoint>),
     /// Two hands over a line.
@@ -66,6 +68,7 @@ impl Analysed {
         let write = |drawn: &Drawn| match drawn {
             Drawn::Felt(points) => folder.write_table(&[], points.iter()),
             Drawn::Region(region) => folder.write_table(&Region::COLUMNS, region.rows()),
+            Drawn::Difference(points) => folder.write_table(&[], points.iter()),
             Drawn::Sensitivity(points) => folder.write_table(&[], points.iter()),
             Drawn::Teleoperation { points, .. } => folder.write_table(&[], points.iter()),
         };
@@ -107,6 +110,21 @@ pub struct Region {
 pub enum Kind {
     Tissue,
     Controller,
+}
+
+/// A frequency: differences over what a hand should notice, 1 at the threshold.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct DifferencePoint {
+    /// Frequency of the hand's motion.
+    pub frequency_hz: f64,
+    /// In phase with the displacement, of the other law.
+    pub other_stiffness: Option<f64>,
+    /// In phase with the velocity, of the other law.
+    pub other_damping: Option<f64>,
+    /// In phase with the displacement, of the best spring and damper.
+    pub spring_and_damper_stiffness: f64,
+    /// In phase with the velocity, of the best spring and damper.
+    pub spring_and_damper_damping: f64,
 }
 
 /// A point of a sensitivity.

@@ -12,10 +12,11 @@ use crate::document::parameters::{COUPLER_DAMPING, COUPLER_SPRING, Parameter};
 use crate::document::reader::Table;
 use crate::experiment::wall::{DISSIPATION, STIFFNESS};
 use crate::judge::rows;
+use fracdiff::num_complex::Complex;
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{ClosedLoop, Coupler, Environment, LeastDamping, LoopOperator};
 use haptic_quantity::written;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::f64::consts::PI;
 
 /// A law, at these frequencies, and the device that it is felt through.
@@ -74,6 +75,67 @@ impl Felt {
         })
     }
 
+    pub(super) const fn sample_time_s(&self) -> f64 {
+        self.wall.sample_time_s
+    }
+
+    /// Of the device alone, N/m: −mω² + jωb.
+    pub(super) fn of_device(&self, omega: f64) -> Complex<f64> {
+        self.closed.map_or(Complex::ZERO, |closed| {
+            Complex::new(
+                -closed.mass_kg * omega * omega,
+                closed.damping_n_s_per_m * omega,
+            )
+        })
+    }
+
+    /// At the hand, N/m.
+    pub(super) fn force_per_displacement(&self, omega: f64) -> Result<Complex<f64>, Failure> {
+        let felt = self.point(omega)?;
+        Ok(Complex::new(
+            felt.effective_stiffness_n_per_m,
+            omega * felt.effective_damping_n_s_per_m,
+        ))
+    }
+
+    /// What was asked, as a report repeats it.
+    pub(super) fn asked(&self) -> [Value; 3] {
+        let Environment {
+            stiffness_n_per_m,
+            dissipation_n_s_mu_per_m,
+            order,
+            sample_time_s,
+        } = self.wall;
+        let law = json!({
+            "order": self.law.of_wall(order.get()),
+            "scheme": self.law.scheme.to_string(),
+            "sample_time_s": sample_time_s,
+            "stiffness_n_per_m": self.law.of_wall(stiffness_n_per_m),
+            "dissipation_n_s_mu_per_m": self.law.of_wall(dissipation_n_s_mu_per_m),
+        });
+        let path = self.closed.map_or(json!({}), |closed| {
+            path_result(closed.path, Some(sample_time_s))
+        });
+        [law, self.law.in_place_result(), path]
+    }
+
+    /// The law in the words below a picture.
+    pub(super) fn words(&self) -> String {
+        let k_and_b = format!(
+            "K = {} · B = {}",
+            written("stiffness_n_per_m", self.wall.stiffness_n_per_m),
+            written(
+                "dissipation_n_s_mu_per_m",
+                self.wall.dissipation_n_s_mu_per_m
+            )
+        );
+        let law = self.law.words(Some(k_and_b)).join(" · ");
+        format!(
+            "{law} · T = {}",
+            written("sample_time_s", self.wall.sample_time_s)
+        )
+    }
+
     fn point(&self, omega: f64) -> Result<FeltPoint, Failure> {
         let (sampled, continuous) = match &self.closed {
             Some(closed) => {
@@ -111,40 +173,15 @@ impl Felt {
             }
             point
         });
-        let Environment {
-            stiffness_n_per_m,
-            dissipation_n_s_mu_per_m,
-            order,
-            sample_time_s,
-        } = self.wall;
-        let asked = json!({
-            "order": self.law.of_wall(order.get()),
-            "scheme": self.law.scheme.to_string(),
-            "sample_time_s": sample_time_s,
-            "stiffness_n_per_m": self.law.of_wall(stiffness_n_per_m),
-            "dissipation_n_s_mu_per_m": self.law.of_wall(dissipation_n_s_mu_per_m),
-        });
-        let path = self.closed.map_or(json!({}), |closed| {
-            path_result(closed.path, Some(sample_time_s))
-        });
         let found = json!({
             "effective_stiffness_unit": "N/m",
             "effective_damping_unit": "N·s/m",
             "points": shown.collect::<Vec<_>>(),
         });
-        let k_and_b = format!(
-            "K = {} · B = {}",
-            written("stiffness_n_per_m", stiffness_n_per_m),
-            written("dissipation_n_s_mu_per_m", dissipation_n_s_mu_per_m)
-        );
         Ok(Analysed {
-            report: rows([asked, self.law.in_place_result(), path, found]),
+            report: rows(self.asked().into_iter().chain([found])),
             drawn: Some(Drawn::Felt(points)),
-            about: format!(
-                "{} · T = {}",
-                self.law.words(Some(k_and_b)).join(" · "),
-                written("sample_time_s", sample_time_s)
-            ),
+            about: self.words(),
         })
     }
 }

@@ -2,13 +2,13 @@
 
 use crate::document::parameters::kind::{Parameter, joined, parameters};
 use crate::document::parameters::range::{
-    ANGULAR_FREQUENCIES, DELAY_SAMPLES as SAMPLES, DELTAS, FREQUENCIES_HZ, REACHES_ABOVE_0,
-    WALL_NUMBERS, WALL_ORDERS,
+    ANGULAR_FREQUENCIES, DELAY_SAMPLES as SAMPLES, DELTAS, FORCES_ABOVE_0, FREQUENCIES_HZ,
+    REACHES_ABOVE_0, Range, WALL_NUMBERS, WALL_ORDERS,
 };
 use crate::document::parameters::{
     AREA, COUPLER_DAMPING, COUPLER_SPRING, CURRENT_LAG, DAMPING, DELAY, DEVICE_MODEL,
-    HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, LIBRARY, MASS, SAMPLE_TIME,
-    SCHEME, THICKNESS, TISSUE, UNNAMED_PIECE,
+    HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, LAW, LIBRARY, MASS,
+    OTHER_LAW, SAMPLE_TIME, SCHEME, THICKNESS, TISSUE, UNNAMED_PIECE,
 };
 use crate::experiment::kind::Keys;
 use crate::experiment::teleoperation::{
@@ -35,11 +35,14 @@ parameters! {
     /// Number of frequencies of a sensitivity.
     SENSITIVITY_POINTS = count("points", 400, "400", "Number of frequencies");
     /// Lowest frequency of a remote tissue, Hz.
-    FELT_LOW = number("low_hz", 0.5, "0.5Hz", FREQUENCIES_HZ, "Lowest frequency at which the tissue should feel right");
+    FELT_LOW = number("low_hz", 0.5, "0.5Hz", FREQUENCIES_HZ, "Lowest frequency of what the hand feels");
     /// Highest frequency of a remote tissue, Hz.
-    FELT_HIGH = number("high_hz", 5.0, "5Hz", FREQUENCIES_HZ, "Highest frequency at which the tissue should feel right");
+    FELT_HIGH = number("high_hz", 5.0, "5Hz", FREQUENCIES_HZ, "Highest frequency of what the hand feels");
     /// Number of frequencies of a remote tissue.
     FELT_POINTS = count("points", 20, "20", "Number of frequencies");
+    WEBER_SHARE = number("weber_share", 0.1, "0.1", Range::AboveUpTo(0.0, 1.0), "Share of the force that a hand notices; published values for a spring reach from 0.08 to 0.23");
+    HAND_AMPLITUDE = number("hand_amplitude_m", 0.01, "10mm", REACHES_ABOVE_0, "Amplitude of the hand's motion");
+    LEAST_FORCE = number("least_force_n", 0.02, "20mN", FORCES_ABOVE_0, "Least force that a hand feels");
     PLAYOUT_SAMPLES = count("playout", 2, "2", "Samples over which waves are played out");
     /// Search for the best coupler.
     BEST = flag("best", "Find the best coupler of each order, or the best wave impedance");
@@ -96,6 +99,26 @@ pub const SENSITIVITY: &[Keys] = &[
 pub const ENVIRONMENT: &[Keys] = &[WALL, IN_PLACE, OMEGAS];
 /// Keys of the impedance of a wall behind a device.
 pub const TRANSPARENCY: &[Keys] = &[WALL, IN_PLACE, THROUGH_DEVICE, OMEGAS];
+/// Keys of a law that a hand feels through a device.
+pub(super) const OF_A_LAW: &[Keys] = &[WALL, IN_PLACE, THROUGH_DEVICE];
+/// Keys of the difference of two laws.
+pub const DIFFERENCE: &[Keys] = &[
+    ("Laws", &[LAW, OTHER_LAW]),
+    WALL,
+    IN_PLACE,
+    THROUGH_DEVICE,
+    (
+        "Hand",
+        &[
+            FELT_LOW,
+            FELT_HIGH,
+            WEBER_SHARE,
+            HAND_AMPLITUDE,
+            LEAST_FORCE,
+            POINTS,
+        ],
+    ),
+];
 /// Keys of the passivity of a coupler.
 pub const COUPLING: &[Keys] = &[(
     "Coupler",

@@ -56,7 +56,9 @@ fn asked(text: &str) -> Design {
     let question = Question::parse(Path::new("form"), text).expect("a good question");
     match question.0 {
         Asked::Design(design) => *design,
-        Asked::ZWidth(_) | Asked::Coupler(_) | Asked::Analysis(_) => panic!("no wall"),
+        Asked::ZWidth(_) | Asked::Coupler(_) | Asked::Front(_) | Asked::Analysis(_) => {
+            panic!("no wall")
+        }
     }
 }
 

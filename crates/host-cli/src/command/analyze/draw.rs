@@ -2,7 +2,7 @@
 
 use crate::picture::{Panel, linear, logarithmic as axis, page};
 use haptic_experiment::question::analysis::{
-    Drawn, FeltPoint, HandPoint, Kind, Region, SensitivityPoint,
+    DifferencePoint, Drawn, FeltPoint, HandPoint, Kind, Region, SensitivityPoint,
 };
 use haptic_figure::{AxisSpec, FigureError, Look, Picture};
 
@@ -18,6 +18,10 @@ pub(super) fn draw(drawn: &Drawn, about: &str) -> Result<Picture, FigureError> {
             };
             (title, vec![stable(region)])
         }
+        Drawn::Difference(points) => (
+            "Difference that a hand should feel, above 1",
+            vec![difference(points)],
+        ),
         Drawn::Sensitivity(points) => ("Sensitivity", vec![sensitivity(points)]),
         Drawn::Teleoperation { points, errors } => (
             "What the hand feels of a tissue far away",
@@ -58,6 +62,43 @@ fn felt(points: &[FeltPoint]) -> (&'static str, Vec<Panel<'static>>) {
         false => "Effective stiffness and damping of the environment",
     };
     (title, panels)
+}
+
+fn difference(points: &[DifferencePoint]) -> Panel<'static> {
+    type Value = fn(&DifferencePoint) -> Option<f64>;
+    let curve = |value: Value| {
+        let points = points.iter();
+        points.filter_map(move |at| Some((at.frequency_hz, value(at)?)))
+    };
+    Panel::new(
+        "",
+        axis("frequency / Hz"),
+        linear("difference over what is noticed"),
+    )
+    .with(
+        "other law, stiffness",
+        Look::Line,
+        0,
+        curve(|at| at.other_stiffness),
+    )
+    .with(
+        "other law, damping",
+        Look::Line,
+        1,
+        curve(|at| at.other_damping),
+    )
+    .with(
+        "spring and damper, stiffness",
+        Look::Dashed,
+        0,
+        curve(|at| Some(at.spring_and_damper_stiffness)),
+    )
+    .with(
+        "spring and damper, damping",
+        Look::Dashed,
+        1,
+        curve(|at| Some(at.spring_and_damper_damping)),
+    )
 }
 
 fn stable(region: &Region) -> Panel<'static> {
