@@ -286,7 +286,7 @@ fn follow_the_simulated_walls(device: &Emulated, report: &Value, keys: &str) {
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_search_without_anybody_goes_on_from_its_campaign() {
-    let device = Emulated::new("--speed 50");
+    let device = Emulated::new("--speed 8");
     device.json(NIGHT);
     let search = SEARCH.replace("0.5s", "1s");
     let line = format!("{search} --push-by device --campaign night.jsonl --out night --overwrite");
@@ -315,7 +315,7 @@ fn by_night_fifteen_points_by_the_clock_are_those_of_the_simulated_curve() {
     device.json(NIGHT);
     let keys = "duration=1s window=0.2s";
     let line = format!(
-        "zwidth --orders 0,1,2 --points 5 --sample-time 2ms {keys} --device serial:device watchdog=1s --push-by device --campaign night \
+        "zwidth --orders 0,1,2 --points 5 --sample-time 2ms {keys} --device serial:device watchdog=1s --push-by device --campaign night.jsonl \
          --out night --quiet"
     );
     let report = device.json(&line);
