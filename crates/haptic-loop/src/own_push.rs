@@ -21,11 +21,11 @@ use nalgebra::SVector;
 /// use nalgebra::vector;
 ///
 /// let operator = ShortMemory::<f64, 64>::new(Order::new(1.0)?, Seconds(1e-3))?;
-/// let wall = OwnPush::new(SpringDamper::new(500.0, 0.0, operator)?, Some(1.0));
+/// let wall = OwnPush::new(SpringDamper::new(512.0, 0.0, operator)?, Some(1.0));
 /// let mut history = Environment::<f64, 1>::at_rest(&wall);
 /// wall.settle(&mut history, &vector![0.25]);
 /// assert_eq!(wall.force(&history, &vector![0.25]), vector![1.0]);
-/// assert_eq!(wall.force(&history, &vector![0.252]), vector![0.0]); // at rest, 2 mm deep
+/// assert_eq!(wall.force(&history, &vector![0.25 + 1.0 / 512.0]), vector![0.0]); // at rest, 2 mm deep
 /// # Ok::<(), haptic_loop::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -27,6 +27,12 @@ fn an_option_without_effect_is_refused_with_what_would_give_it_one() {
         "
         relax seed=7 => seed=7: seed has no effect without noise | sensor_noise_m
         zwidth threshold=1mm => threshold=1mm: threshold_m has no effect with the criterion settling | `criterion` = dissertation
+        zwidth --campaign night => --campaign has no effect on the simulated device
+        zwidth impact=1 --push-by device => impact_m_per_s has no effect where the device pushes by itself | push-by
+        zwidth --push-by nobody => nobody | hand, device
+        zwidth --push-by device --push 0N => push_n = 0 is not above 0
+        zwidth --push-by device --push=-1N => push_n = -1 is not above 0
+        zwidth --push-by device --push 200N => no wall could hold it
         relax --overwrite => no effect | --out | omit --overwrite
         relax device_mass=65g => 0.065 kg | no effect | --guard observer | `braking_n_s_per_m`
         relax --device serial:nowhere precision=f64 => precision=f64: precision has no effect | --loop host

@@ -526,7 +526,11 @@ const fn is_unanswered(error: &SerialError) -> bool {
 fn passes(refusal: Option<Refusal>) -> bool {
     matches!(
         refusal,
-        Some(Refusal::ForceNotZero | Refusal::UnknownFault | Refusal::State(DeviceState::Fault))
+        Some(
+            Refusal::ForceNotZero
+                | Refusal::UnknownFault
+                | Refusal::State(DeviceState::Fault | DeviceState::Stopping)
+        )
     )
 }
 

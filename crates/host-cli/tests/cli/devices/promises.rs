@@ -181,6 +181,152 @@ fn a_z_width_on_a_device_stands_beside_the_analysis_of_its_file() {
     assert!((found / analysed - 1.0).abs() < 0.05, "{report}");
 }
 
+/// A wall into which the device pushes by itself.
+const PUSHED: &str =
+    "run wall.toml --device serial:device watchdog=1s push_by=device --quiet --overwrite --out run";
+/// Limits within which it may.
+const NIGHT: &str = "device set --device serial:device force_limit=3N workspace=-0.3m:0.3m speed_limit=2m/s rise_time=5ms";
+
+fn wall(stiffness: f64, dissipation: f64) -> String {
+    format!(
+        "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.002\norder = 1\nduration_s = 1.0\nwindow_s = 0.2\n\
+         stiffness_n_per_m = {stiffness:?}\ndissipation_n_s_mu_per_m = {dissipation:?}\n"
+    )
+}
+
+#[test]
+fn a_device_pushes_by_itself_only_within_lasting_limits() {
+    let device = Emulated::new("--speed 8");
+    device.place.write("wall.toml", wall(500.0, 2.0));
+    let set = "device set --device serial:device";
+    for (limits, push, words) in [
+        (
+            "watchdog=400ms",
+            1,
+            "set workspace_low and workspace_high with host-cli device set",
+        ),
+        (
+            "workspace=-0.3m:0.3m speed_limit=0m/s",
+            1,
+            "set speed_limit with host-cli device set",
+        ),
+        (
+            "force_limit=3N speed_limit=2m/s rise_time=0.05s",
+            3,
+            "push_n = 3 is not below the device's own force limit of 3 N",
+        ),
+    ] {
+        let run = format!("{PUSHED} push={push}N");
+        if push == 1 && limits.starts_with("watchdog") {
+            let words = [
+                "lasting limits of force, workspace and speed",
+                "set force_limit, workspace_low",
+            ];
+            device.place.run(&run).refused(2, &words);
+        }
+        device.json(&format!("{set} {limits}"));
+        device.place.run(&run).refused(2, &[words]);
+    }
+    let guarded = format!("{PUSHED} --guard observer");
+    device
+        .place
+        .run(&guarded)
+        .refused(2, &["a guard takes away"]);
+    assert_eq!(faults(&device), 0.0);
+    let ran = device.json(PUSHED);
+    assert_eq!(
+        (&ran["push_by"], &ran["stable"]),
+        (&Value::from("device"), &Value::from(true)),
+        "{ran}"
+    );
+    says(
+        ran["shared_actuator"].as_str().expect("words"),
+        &["one actuator"],
+    );
+    let deflection = at(&ran, "/deflection_m");
+    assert!((deflection - 2e-3).abs() < 2e-5, "{ran}");
+    assert!(at(&ran, "/max_relative_error") < 1e-4, "{ran}");
+    // The first swing ends a wall that is not stable.
+    device.place.write("wall.toml", wall(2e4, 2.0));
+    let ended = device
+        .place
+        .run(&format!("{PUSHED} --force-unstable --json"))
+        .failed(1);
+    says(ended.error(), &["the law swung"]);
+    let report = ended.json();
+    assert_eq!(report["verdict"], "unstable", "{report}");
+    assert!(at(&report, "/duration_s") < 0.5, "{report}");
+}
+
+/// Holds points that a device found against walls of the simulated one: 5 % weaker it comes to rest, 5 % stronger it does not, in K or in K
+/// and B together.
+fn follow_the_simulated_walls(device: &Emulated, report: &Value, keys: &str) {
+    let stable = |order: f64, k: f64, b: f64| {
+        let text = wall(k, b).replace("order = 1\n", &format!("order = {order:?}\n"));
+        device.place.write("tried.toml", text);
+        let tried = device.json(&format!(
+            "run tried.toml push_by=device {keys} --out tried --overwrite --quiet"
+        ));
+        tried["stable"] == true
+    };
+    for order in report["orders"].as_array().expect("orders") {
+        for point in order["boundary"].as_array().expect("points") {
+            let (mu, k, b) = (
+                at(order, "/order"),
+                at(point, "/stiffness_max"),
+                at(point, "/dissipation"),
+            );
+            let in_k = stable(mu, 0.95 * k, b) && !stable(mu, 1.05 * k, b);
+            let in_both = || stable(mu, 0.95 * k, 0.95 * b) && !stable(mu, 1.05 * k, 1.05 * b);
+            assert!(in_k || in_both(), "order {mu}: {point}");
+        }
+    }
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_search_without_anybody_goes_on_from_its_campaign() {
+    let device = Emulated::new("--speed 8");
+    device.json(NIGHT);
+    let search = SEARCH.replace("0.5s", "1s");
+    let line = format!("{search} --push-by device --campaign night.jsonl --out night --overwrite");
+    let report = device.json(&line);
+    assert_eq!(report["push_by"], "device");
+    follow_the_simulated_walls(&device, &report, "duration=1s window=0.2s");
+    let again = device.json(&line);
+    assert_eq!(
+        (at(&again, "/runs"), &again["orders"]),
+        (0.0, &report["orders"])
+    );
+    let other = device
+        .place
+        .run(&line.replace("duration=1s", "duration=2s"));
+    other.refused(
+        2,
+        &["`night.jsonl` is not of this search (line 1)", "--campaign"],
+    );
+}
+
+/// Five dissipations of three orders, by the clock.
+#[test]
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_fifteen_points_by_the_clock_are_those_of_the_simulated_curve() {
+    let device = Emulated::new("");
+    device.json(NIGHT);
+    let keys = "duration=1s window=0.2s";
+    let line = format!(
+        "zwidth --orders 0,1,2 --points 5 --sample-time 2ms {keys} --device serial:device watchdog=1s --push-by device --campaign night.jsonl \
+         --out night --quiet"
+    );
+    let report = device.json(&line);
+    let orders = report["orders"].as_array().expect("orders");
+    let points = orders
+        .iter()
+        .map(|order| order["boundary"].as_array().expect("points").len());
+    assert_eq!(points.sum::<usize>(), 15, "{report}");
+    follow_the_simulated_walls(&device, &report, keys);
+}
+
 #[test]
 fn a_fault_of_the_sensor_ends_a_search_at_once() {
     let device = Emulated::new("--speed 8");
