@@ -396,6 +396,7 @@ pub(crate) mod keys {
         ]];
         // Of `analyze`.
         Wall: &[], a::ON_WALL, true;
+        Stability: &[], a::STABILITY, true;
         Sensitivity: &[], a::SENSITIVITY, true;
         Environment: &[], a::ENVIRONMENT, true;
         Transparency: &[], a::TRANSPARENCY, true;

@@ -41,7 +41,7 @@ pub(crate) const DEVICE_IN_LOG: &str = "device_model.file";
 pub(crate) const DRIVE_DEVICE_IN_LOG: &str = "drive_device_model.file";
 
 /// Parameters that name a file or a folder of files, some of them also by a name that is no path, and where a log has the text.
-pub(crate) const FILES: [(&str, Option<&str>); 10] = [
+pub(crate) const FILES: [(&str, Option<&str>); 11] = [
     (TISSUE.key, Some(TISSUE_IN_LOG)),
     (AGAINST.key, None),
     (LIBRARY.key, None),
@@ -52,6 +52,7 @@ pub(crate) const FILES: [(&str, Option<&str>); 10] = [
     (CAMPAIGN.key, None),
     (LAW.key, None),
     (OTHER_LAW.key, None),
+    (PLANT_MODEL.key, None),
 ];
 
 /// True if this value of the parameter with this key is a path to a file or a folder of files.

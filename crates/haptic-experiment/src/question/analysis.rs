@@ -32,13 +32,13 @@ pub(crate) const ANALYSES: [(&str, &[Keys], Read); 9] = [
     ("analyze-environment", ENVIRONMENT, |table| {
         Felt::of(table).map(Analysis::Felt)
     }),
-    ("analyze-stability", ON_WALL, |table| {
+    ("analyze-stability", STABILITY, |table| {
         Ok(Analysis::Wall(
             WallLoop::needed(table)?,
             WallLoop::stability,
         ))
     }),
-    ("analyze-stability-region", ON_WALL, |table| {
+    ("analyze-stability-region", STABILITY, |table| {
         Ok(Analysis::Wall(WallLoop::sought(table)?, WallLoop::region))
     }),
     ("analyze-passivity", ON_WALL, |table| {

@@ -26,13 +26,13 @@ pub(crate) enum Command {
         after_help = "Example: host-cli analyze stability --order 0.5 --mass 65g --damping 3.5 --sample-time 2ms \
                       --stiffness 3N/mm --dissipation 100"
     )]
-    Stability(Options<keys::Wall>),
+    Stability(Options<keys::Stability>),
     /// Find all stable walls: the region in the alpha-beta plane
     #[command(
         after_help = "Example: host-cli analyze stability-region --order 1 --mass 65g --damping 3.5 --sample-time 1ms \
                       --delay-samples 1 --out region"
     )]
-    StabilityRegion(WithFiles<keys::Wall>),
+    StabilityRegion(WithFiles<keys::Stability>),
     /// Judge whether a wall is passive, and how much damping that needs
     #[command(
         after_help = "Example: host-cli analyze passivity --order 0.5 --scheme muir:3 --mass 65g --damping 3.5 \

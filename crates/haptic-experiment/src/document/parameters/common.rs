@@ -48,6 +48,8 @@ parameters! {
     CONTACT = text("contact", "compliant", "Contact between indenter and tissue");
     /// Force limit of a rendered tissue, N.
     FORCE_LIMIT = number("force_limit_n", Limit::Force.default_number(), "10N", FORCE_LIMITS, "Largest force the loop may command");
+    /// A plant that is analysed in place of a device.
+    PLANT_MODEL = text("plant_model", "", "Plant file with [state_space] in place of a device, from force in N to measured position in m; its delay adds to the one given");
     CONTROLLER = text("controller", "", "Controller file of the indenter, which is then a mass");
     /// Device of a drive at a port.
     DRIVE_DEVICE = text("drive_device", "", "Second device, which the controller moves: it presses the tissue that the other one renders");

@@ -8,7 +8,7 @@ use crate::document::parameters::range::{
 use crate::document::parameters::{
     AREA, COUPLER_DAMPING, COUPLER_SPRING, CURRENT_LAG, DAMPING, DELAY, DEVICE_MODEL,
     HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, LAW, LIBRARY, MASS,
-    OTHER_LAW, SAMPLE_TIME, SCHEME, THICKNESS, TISSUE, UNNAMED_PIECE,
+    OTHER_LAW, PLANT_MODEL, SAMPLE_TIME, SCHEME, THICKNESS, TISSUE, UNNAMED_PIECE,
 };
 use crate::experiment::kind::Keys;
 use crate::experiment::teleoperation::{
@@ -85,13 +85,18 @@ const THROUGH_DEVICE: Keys = (
 const WITHOUT_UNITS: Keys = ("Without units", &[ALPHA, BETA, DELTA, GAMMA, DELAY_SAMPLES]);
 const OMEGAS: Keys = ("Frequencies", &[OMEGA_MIN, OMEGA_MAX, POINTS]);
 
+const ON_PLANT: Keys = ("Plant in place of a device", &[PLANT_MODEL]);
+
 /// Keys of an analysis of a wall on a device.
 pub const ON_WALL: &[Keys] = &[WALL, IN_PLACE, ON_DEVICE, WITHOUT_UNITS];
+/// Keys of an analysis of a wall on a device, or on any linear plant.
+pub const STABILITY: &[Keys] = &[WALL, IN_PLACE, ON_DEVICE, ON_PLANT, WITHOUT_UNITS];
 /// Keys of a wall whose sensitivity is drawn.
 pub const SENSITIVITY: &[Keys] = &[
     WALL,
     IN_PLACE,
     ON_DEVICE,
+    ON_PLANT,
     WITHOUT_UNITS,
     ("Frequencies", &[SENSITIVITY_POINTS]),
 ];

@@ -9,12 +9,13 @@ use super::keys::{
 };
 use super::law::{InPlace, Law};
 use crate::document::failure::Failure;
-use crate::document::parameters::{DEVICE_MODEL, Parameter};
+use crate::document::parameters::{DEVICE_MODEL, PLANT_MODEL, Parameter};
 use crate::document::reader::Table;
 use crate::experiment::wall::{DISSIPATION, STIFFNESS};
 use crate::judge::{Rows, rows};
 use crate::run::advice::analysed;
 use crate::run::device::Warn;
+use crate::run::plant_file::PlantModel;
 use haptic_analysis::{
     AnalysisError, Dynamics, Environment, ForcePath, Largest, LoopOperator, Nondimensional,
     OnePort, Polygon, RequiredDelta, SampledLoop, SampledPlant, StabilityRegion, StableArea,
@@ -45,6 +46,8 @@ pub(crate) struct WallLoop {
     /// T, s, if it was given.
     sample_time_s: Option<f64>,
     pub(super) units: Option<WithUnits>,
+    /// A plant in place of the device, which then is 1 kg as a unit.
+    on_plant: Option<OnPlant>,
     /// Number of frequencies of a sensitivity.
     points: usize,
     /// Number of keys of the wall that were given: two make one.
@@ -53,6 +56,14 @@ pub(crate) struct WallLoop {
     delta_given: bool,
     /// The loop with units, as a result repeats it: who took a wrong unit sees it there.
     asked: Value,
+}
+
+/// A linear plant, sampled.
+#[derive(Clone, Debug)]
+struct OnPlant {
+    name: String,
+    sampled: SampledPlant,
+    path: ForcePath,
 }
 
 /// Wall and device of a loop that was given with units; delay and lag are in its path.
@@ -80,9 +91,12 @@ impl WallLoop {
         let points = table.count_in(&SENSITIVITY_POINTS, 2..=FREQUENCIES_MOST)?;
         let given = table.number_if(&ANALYSED_SAMPLE_TIME)?;
         let (law, sample_time_s) = Law::of(table, given)?;
+        let on_plant = OnPlant::of(table, sample_time_s)?;
         let has_file = !table.text(&DEVICE_MODEL)?.is_empty();
-        let with_units =
-            has_file || law.in_place.is_some() || WITH_UNITS.iter().any(|key| table.has(key));
+        let with_units = on_plant.is_some()
+            || has_file
+            || law.in_place.is_some()
+            || WITH_UNITS.iter().any(|key| table.has(key));
         if with_units && WITHOUT_UNITS.iter().any(|key| table.has(key)) {
             return Err(Failure::bad_input(format_args!(
                 "the loop is given both with and without units: omit {ALPHA}, {BETA}, {DELTA} and {GAMMA}"
@@ -92,16 +106,19 @@ impl WallLoop {
         let mass = table.number_if(&ANALYSED_MASS)?;
         let damping = table.number_if(&ANALYSED_DAMPING)?.unwrap_or(0.0);
         let hand = table.number_if(&ANALYSED_HAND)?.unwrap_or(0.0);
+        let of_device = with_units && on_plant.is_none();
         let asked = json!({
+            "plant_model": on_plant.as_ref().map(|plant| &plant.name),
             "mass_kg": mass,
-            "damping_n_s_per_m": with_units.then_some(damping),
-            "hand_stiffness_n_per_m": with_units.then_some(hand),
+            "damping_n_s_per_m": of_device.then_some(damping),
+            "hand_stiffness_n_per_m": of_device.then_some(hand),
             "sample_time_s": sample_time_s,
             "stiffness_n_per_m": law.of_wall(law.stiffness),
             "dissipation_n_s_mu_per_m": law.of_wall(law.dissipation),
         });
         let (parameters, units) = if with_units {
-            let mass = mass.ok_or_else(|| missing(&ANALYSED_MASS))?;
+            let unit = on_plant.as_ref().map(|_| 1.0);
+            let mass = mass.or(unit).ok_or_else(|| missing(&ANALYSED_MASS))?;
             let t = sample_time_s.ok_or_else(|| missing(&ANALYSED_SAMPLE_TIME))?;
             let device = Dynamics {
                 hand_stiffness_n_per_m: hand,
@@ -128,10 +145,14 @@ impl WallLoop {
         let of_wall = [STIFFNESS, DISSIPATION, ALPHA, BETA];
         Ok(Self {
             parameters,
-            path: path(table, sample_time_s)?,
+            path: match &on_plant {
+                Some(plant) => plant.path,
+                None => path(table, sample_time_s)?,
+            },
             points,
             sample_time_s,
             units,
+            on_plant,
             asked,
             of_wall: match law.in_place {
                 Some(_) => 2,
@@ -143,6 +164,9 @@ impl WallLoop {
     }
 
     fn plant(&self) -> Result<SampledPlant, Failure> {
+        if let Some(plant) = &self.on_plant {
+            return Ok(plant.sampled);
+        }
         let Nondimensional { delta, gamma, .. } = self.parameters;
         SampledPlant::behind(delta, gamma, self.path).map_err(Failure::input)
     }
@@ -163,6 +187,11 @@ impl WallLoop {
 
     pub(super) fn stable_region(&self, points: usize) -> Result<StabilityRegion, Failure> {
         StabilityRegion::new(self.plant()?, &self.law.operator, 0, points).map_err(Failure::input)
+    }
+
+    /// A number of a device, which a plant has not, for a report.
+    fn of_device(&self, number: impl Into<Option<f64>>) -> Option<f64> {
+        number.into().filter(|_| self.on_plant.is_none())
     }
 
     /// Mass and sample time, where the loop was given with units.
@@ -213,10 +242,10 @@ impl WallLoop {
         let contact = contact.as_ref();
         let factor = |value: f64| (value > 0.0 && value.is_finite()).then_some(value);
         let without_units = json!({
-            "alpha": self.law.of_wall(parameters.alpha),
-            "beta": self.law.of_wall(parameters.beta),
-            "delta": parameters.delta,
-            "gamma": parameters.gamma,
+            "alpha": self.of_device(self.law.of_wall(parameters.alpha)),
+            "beta": self.of_device(self.law.of_wall(parameters.beta)),
+            "delta": self.of_device(parameters.delta),
+            "gamma": self.of_device(parameters.gamma),
         });
         let found = json!({
             "stable": verdict.stable,
@@ -371,7 +400,7 @@ impl WallLoop {
             self.of_scales(&mut found, area)?;
         }
         let drawn = area.map(|_| Drawn::Region(self.drawn_region(polygons)));
-        let without_units = json!({"delta": delta, "gamma": gamma});
+        let without_units = json!({"delta": self.of_device(delta), "gamma": self.of_device(gamma)});
         Ok(Analysed {
             report: self.report(without_units, found),
             drawn,
@@ -445,8 +474,12 @@ impl WallLoop {
             _ => format!("α = {} · β = {}", few(alpha), few(beta)),
         };
         let law = self.law.words(with_wall.then_some(k_and_b));
-        let (mut device, hand) = match self.mass_and_time() {
-            Some([mass, t]) => {
+        let (mut device, hand) = match (self.mass_and_time(), &self.on_plant) {
+            (Some([_, t]), Some(plant)) => {
+                let sampled = format!("T = {}", written("sample_time_s", t));
+                (vec![plant.name.clone(), sampled], String::new())
+            }
+            (Some([mass, t]), None) => {
                 let hand = written("hand_stiffness_n_per_m", gamma * mass / (t * t));
                 let device = vec![
                     format!("m = {}", written("mass_kg", mass)),
@@ -455,7 +488,7 @@ impl WallLoop {
                 ];
                 (device, format!("hand {hand}"))
             }
-            None => (
+            (None, _) => (
                 vec![format!("δ = {}", few(delta))],
                 format!("γ = {}", few(gamma)),
             ),
@@ -469,6 +502,52 @@ impl WallLoop {
         let lag = self.path.lag_samples();
         device.extend((lag > 0.0).then(|| format!("current lag {}", time(lag))));
         format!("{}\n{}", law.join(" · "), device.join(" · "))
+    }
+}
+
+impl OnPlant {
+    /// The plant of a file with `[state_space]`, if there is one.
+    fn of(table: &Table<'_>, sample_time_s: Option<f64>) -> Result<Option<Self>, Failure> {
+        let Some(file) = table.file(&PLANT_MODEL)? else {
+            return Ok(None);
+        };
+        let of_device = [
+            &DEVICE_MODEL,
+            &ANALYSED_MASS,
+            &ANALYSED_DAMPING,
+            &ANALYSED_HAND,
+            &ANALYSED_LAG,
+        ];
+        if let Some(parameter) = of_device.iter().find(|parameter| table.has(parameter)) {
+            let reason = format!("{PLANT_MODEL} has one of its own: omit it");
+            return Err(table.fail_at(parameter.key, reason).into());
+        }
+        let t = sample_time_s.ok_or_else(|| missing(&ANALYSED_SAMPLE_TIME))?;
+        let name = file.display().to_string();
+        let PlantModel::StateSpace {
+            a,
+            b,
+            c,
+            delay_s,
+            current_lag_s,
+        } = PlantModel::read(&file)?
+        else {
+            return Err(Failure::bad_input(format_args!(
+                "{name} has no [state_space]: give {PLANT_MODEL} with one, or {DEVICE_MODEL} with [device]"
+            )));
+        };
+        let further = path(table, sample_time_s)?.delay_samples();
+        let path = ForcePath::new(further + delay_s / t, current_lag_s / t).map_err(analysed)?;
+        let a: Vec<f64> = a.into_iter().flatten().collect();
+        let sampled = SampledPlant::linear(&a, &b, &c, t, 1.0, path);
+        let sampled = sampled.map_err(|error| {
+            Failure::input_with_advice(error, format_args!("change {PLANT_MODEL}"))
+        })?;
+        Ok(Some(Self {
+            name,
+            sampled,
+            path,
+        }))
     }
 }
 
