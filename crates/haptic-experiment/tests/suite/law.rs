@@ -383,15 +383,18 @@ fn gain_margin(h: impl Fn(Complex<f64>) -> Complex<f64>) -> f64 {
     least
 }
 
+/// C(w), N/m.
+type Function = Box<dyn Fn(Complex<f64>) -> Complex<f64>>;
+
 /// The text of a random law, and the function that its samples are of.
-fn drawn(random: &mut Random, case: usize) -> (String, Box<dyn Fn(Complex<f64>) -> Complex<f64>>) {
+fn drawn(random: &mut Random, case: usize) -> (String, Function) {
     let gain = 10.0_f64.powf(random.between(1.5, 2.5));
     let [small, order, low] = [0.3, random.between(0.1, 0.95), random.between(1.0, 20.0)];
     let rate = |w: Complex<f64>| (1.0 - w) / T;
     let second = 0.02 * gain * random.between(0.1, 1.0);
     match case % 5 {
         0 | 1 => {
-            let integral = if case % 5 == 0 {
+            let integral = if case.is_multiple_of(5) {
                 0.0
             } else {
                 low * gain * small
