@@ -184,7 +184,7 @@ impl ControllerSetup {
         SampledLoop::new(self.law, self.memory()?, plant)
     }
 
-    /// How the command answers the measurement while the reference stands and no limit holds.
+    /// The answer of the command to the measurement while the reference stands and no limit holds.
     ///
     /// # Errors
     /// As [`check`](Self::check); a controller that grows by itself.
@@ -246,7 +246,7 @@ pub struct Feedback {
     pub above: Arc<dyn Enclosing>,
     /// The denominator, with a zero at w = 1 of an integral of an order from 1 on.
     pub below: Arc<dyn Enclosing>,
-    /// How much the command falls at once when the measurement rises by one.
+    /// The fall of the command at once when the measurement rises by one.
     pub direct_gain: f64,
     /// True if a measurement that stands drives the command on and on.
     pub integrates: bool,

@@ -353,8 +353,8 @@ fn device(w: Complex<f64>) -> Complex<f64> {
 
 const DEVICE: &str = "mass_kg = 0.065\ndamping_n_s_per_m = 3.5\ndelay_s = 1e-3\n";
 
-/// The least factor above 1 with which 1 + g·G·H is 0 somewhere, from 1e-5 rad on.
-fn gain_margin(h: impl Fn(Complex<f64>) -> Complex<f64>) -> f64 {
+/// The factors g with which 1 + g·G·H is 0 somewhere, from 1e-5 rad on.
+fn edges(h: impl Fn(Complex<f64>) -> Complex<f64>) -> Vec<f64> {
     let open = |theta: f64| {
         let w = Complex::from_polar(1.0, -theta);
         device(w) * h(w)
@@ -362,7 +362,7 @@ fn gain_margin(h: impl Fn(Complex<f64>) -> Complex<f64>) -> f64 {
     let angles: Vec<f64> = (0..=4_000)
         .map(|n| 1e-5 * (PI * 1e5).powf(f64::from(n) / 4_000.0))
         .collect();
-    let mut least = f64::INFINITY;
+    let mut found = Vec::new();
     for pair in angles.windows(2) {
         let [mut low, mut high] = [pair[0], pair[1]];
         if open(low).im.signum() == open(high).im.signum() {
@@ -375,23 +375,28 @@ fn gain_margin(h: impl Fn(Complex<f64>) -> Complex<f64>) -> f64 {
                 false => high = middle,
             }
         }
-        let factor = -1.0 / open(low).re;
-        if factor > 1.0 {
-            least = least.min(factor);
-        }
+        found.push(-1.0 / open(low).re);
     }
-    least
+    found
 }
 
+fn gain_margin(h: impl Fn(Complex<f64>) -> Complex<f64>) -> f64 {
+    let above = edges(h).into_iter().filter(|factor| *factor > 1.0);
+    above.fold(f64::INFINITY, f64::min)
+}
+
+/// C(w), N/m.
+type Function = Box<dyn Fn(Complex<f64>) -> Complex<f64>>;
+
 /// The text of a random law, and the function that its samples are of.
-fn drawn(random: &mut Random, case: usize) -> (String, Box<dyn Fn(Complex<f64>) -> Complex<f64>>) {
+fn drawn(random: &mut Random, case: usize) -> (String, Function) {
     let gain = 10.0_f64.powf(random.between(1.5, 2.5));
     let [small, order, low] = [0.3, random.between(0.1, 0.95), random.between(1.0, 20.0)];
     let rate = |w: Complex<f64>| (1.0 - w) / T;
     let second = 0.02 * gain * random.between(0.1, 1.0);
     match case % 5 {
         0 | 1 => {
-            let integral = if case % 5 == 0 {
+            let integral = if case.is_multiple_of(5) {
                 0.0
             } else {
                 low * gain * small
@@ -483,6 +488,44 @@ fn sixty_controllers_are_judged_as_their_functions_are() {
             );
         }
     }
+}
+
+/// m·s³ + (b + g·D)s² + g·K·s + g·I needs g above (m·I/K − b)/D, 0.75 here, and a sample of delay bounds it from above.
+#[test]
+fn a_controller_that_is_stable_between_two_factors_has_both() {
+    let law = "[pid]\nproportional_gain = 300\nintegral_gain_per_s_lambda = 30000\nintegral_order = 1\nderivative_gain_s_mu = 4\nderivative_order = 1\n";
+    let file = ControllerFile::of(law, "full:1e-9");
+    let edges = edges(|w| {
+        let s = (1.0 - w) / T;
+        300.0 + 30_000.0 / s + 4.0 * s
+    });
+    let beside = |is_low: bool| {
+        let factors = edges
+            .iter()
+            .filter(|edge| (**edge < 1.0) == is_low && **edge > 0.0);
+        let far = if is_low { 0.0 } else { f64::INFINITY };
+        factors.fold(far, |best: f64, edge| {
+            if is_low {
+                best.max(*edge)
+            } else {
+                best.min(*edge)
+            }
+        })
+    };
+    let report = file.ask("analyze-stability-region", DEVICE);
+    let scales = report["stable_scales"].as_array().expect("intervals");
+    let [only] = scales.as_slice() else {
+        panic!("{report}");
+    };
+    for (end, is_low) in [(&only[0], true), (&only[1], false)] {
+        assert_relative(
+            "an end",
+            end.as_f64().expect("a factor"),
+            beside(is_low).min(10.0),
+            1e-6,
+        );
+    }
+    assert!((beside(true) - 0.75).abs() < 0.2, "{}", beside(true));
 }
 
 /// K + B·D^μ, whether a wall or a PD^μ says it, in each rule.

@@ -100,7 +100,7 @@ pub struct Region {
     pub units: Option<[f64; 2]>,
     /// β and α of the wall that was given.
     pub wall: Option<(f64, f64)>,
-    /// What was given in place of a wall. β is the factor on a controller, α a spring beside it.
+    /// The law in place of a wall, if it is not one. β is the factor on a controller, α a spring beside it.
     pub in_place: Option<Kind>,
 }
 

@@ -240,7 +240,7 @@ fn without(table: &Table<'_>, keys: &[&Parameter], law: &Parameter) -> Result<()
     Err(table.fail_at(parameter.key, reason).into())
 }
 
-/// Refuses keys of a tissue where there is none.
+/// Refuses keys of a tissue without a tissue.
 fn of_a_tissue_alone(table: &Table<'_>) -> Result<(), Failure> {
     let mut keys = UNNAMED_PIECE.iter().chain([&JUDGED_DEPTH]);
     let Some(parameter) = keys.find(|parameter| table.has(parameter)) else {

@@ -47,7 +47,7 @@ pub(crate) struct WallLoop {
     sample_time_s: Option<f64>,
     pub(super) units: Option<WithUnits>,
     /// A plant in place of the device, which then is 1 kg as a unit.
-    on_plant: Option<OnPlant>,
+    on_plant: Option<Box<OnPlant>>,
     /// Number of frequencies of a sensitivity.
     points: usize,
     /// Number of keys of the wall that were given: two make one.
@@ -507,7 +507,7 @@ impl WallLoop {
 
 impl OnPlant {
     /// The plant of a file with `[state_space]`, if there is one.
-    fn of(table: &Table<'_>, sample_time_s: Option<f64>) -> Result<Option<Self>, Failure> {
+    fn of(table: &Table<'_>, sample_time_s: Option<f64>) -> Result<Option<Box<Self>>, Failure> {
         let Some(file) = table.file(&PLANT_MODEL)? else {
             return Ok(None);
         };
@@ -543,11 +543,11 @@ impl OnPlant {
         let sampled = sampled.map_err(|error| {
             Failure::input_with_advice(error, format_args!("change {PLANT_MODEL}"))
         })?;
-        Ok(Some(Self {
+        Ok(Some(Box::new(Self {
             name,
             sampled,
             path,
-        }))
+        })))
     }
 }
 

@@ -110,8 +110,8 @@ fn special_cases_of_one_condition_need_the_damping_of_their_closed_forms() {
     }
 }
 
-fn curve_of<'a>((name, points): &'a Named, look: Look, colour: usize) -> Series<'a> {
-    Series::new(name, points, look, colour)
+fn curve_of(curve: &Named, look: Look, colour: usize) -> Series<'_> {
+    Series::new(&curve.0, &curve.1, look, colour)
 }
 
 /// A curve and its name.
