@@ -68,7 +68,7 @@ impl<F: Real, E> OwnPush<F, E> {
     }
 
     #[inline]
-    fn from_start<H>(
+    fn place<H>(
         &self,
         history: &OwnPushHistory<F, H>,
         position_m: &SVector<F, 1>,
@@ -112,7 +112,7 @@ impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for OwnPush<F, E> {
 
     #[inline]
     fn force(&self, history: &Self::History, position_m: &SVector<F, 1>) -> SVector<F, 1> {
-        let place = self.from_start(history, position_m);
+        let place = self.place(history, position_m);
         self.with_push(self.inner.force(&history.inner, &place))
     }
 
@@ -122,7 +122,7 @@ impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for OwnPush<F, E> {
         history: &Self::History,
         position_m: &SVector<F, 1>,
     ) -> (SVector<F, 1>, SVector<F, 1>) {
-        let place = self.from_start(history, position_m);
+        let place = self.place(history, position_m);
         let (force, input) = self.inner.force_and_input(&history.inner, &place);
         (self.with_push(force), input)
     }
@@ -147,13 +147,13 @@ impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for OwnPush<F, E> {
     }
 
     fn starting_force(&self, history: &Self::History, position_m: &SVector<F, 1>) -> SVector<F, 1> {
-        let place = self.from_start(history, position_m);
+        let place = self.place(history, position_m);
         self.inner.starting_force(&history.inner, &place)
     }
 
     #[inline]
     fn advance(&self, history: &mut Self::History, position_m: &SVector<F, 1>) {
-        let place = self.from_start(history, position_m);
+        let place = self.place(history, position_m);
         self.inner.advance(&mut history.inner, &place);
     }
 }

@@ -83,6 +83,9 @@ const WRONG: &str = r#"
     [wall]\n | [wall]\none_sided = 1\n | 2: one_sided = 1 is an integer, not true or false
     [wall]\n | [relax]\n[wall]\n | 2: a second experiment [wall]: an experiment file has one of
     [wall]\n | [wall]\npush_n = 200\n | 2: push_n = 200 is not below force_limit_n = 100
+    [wall]\n | [wall]\npush_by = "wind"\n | 2: push_by = "wind" is not one of hand, device
+    [wall]\n | [wall]\nguard = "observer"\npush_by = "device"\n | 3: push_by = "device" pushes with the energy that a guard takes away
+    [wall]\n | [wall]\npush_n = 0\npush_by = "device"\n | 2: push_n = 0 is not above 0
     [wall]\n | [wall]\ncriterion = "strict"\n | 2: criterion = "strict" is not one of settling, dissertation
     [wall]\n | [wall]\nguard = "on"\n | 2: guard = "on" is not one of off, observer, energy-bounding
     damping_n_s_per_m = 3.5\n | damping_n_s_per_m = 0\nguard = "energy-bounding"\n | 1: damping of the device 0 N·s/m is not above 0

@@ -212,7 +212,7 @@ pub struct ZWidthReport {
     pub impact_m_per_s: f64,
     /// The force that pushes into the wall all the time, N.
     pub push_n: f64,
-    /// Who pushed: with `device` one actuator rendered the wall and pushed into it.
+    /// Source of the push: with `device` one actuator rendered the wall and pushed into it.
     pub push_by: &'static str,
     /// Largest α that was searched: a point this high is a bound of the search, not of the device.
     pub alpha_searched: f64,

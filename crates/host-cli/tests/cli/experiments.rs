@@ -1,7 +1,7 @@
 //! `relax` and `creep`: what they compute, write and print.
 
 use crate::data::GEL;
-use crate::process::{Ended, Place, holds, number, says, table};
+use crate::process::{Ended, Place, column, holds, number, says, table};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use testkit::assert_close;
@@ -367,6 +367,42 @@ fn relaxations_meet_their_figures() {
         ] {
             let error = number(&report, key);
             assert!(error > 0.0 && error <= most, "{options}: {key}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn a_simulated_device_that_pushes_by_itself_is_one_that_a_hand_pushes_from_rest() {
+    let place = Place::new();
+    let experiments = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments");
+    for kind in ["wall", "coupler"] {
+        let file = experiments.join(format!("{kind}.toml"));
+        let run = |keys: &str| {
+            let line = format!(
+                "run {} {keys} --out run --overwrite --quiet --json",
+                file.display()
+            );
+            let report = place.run(&line).succeeded_with_warnings().json();
+            (report, place.text(&format!("run/{kind}.csv")))
+        };
+        let (hand, by_hand) = run("impact=0");
+        let (own, by_device) = run("push_by=device");
+        assert_eq!(own["push_by"], "device");
+        says(
+            own["shared_actuator"].as_str().expect("words"),
+            &["one actuator"],
+        );
+        assert_eq!(
+            (&hand["push_by"], &hand["verdict"]),
+            (&Value::Null, &own["verdict"])
+        );
+        let deflections = [&own, &hand].map(|report| number(report, "deflection_m"));
+        assert_close("deflection", deflections[0], deflections[1], 1e-9);
+        // The force of the law alone is in the table, and agrees with the whole history.
+        assert!(number(&own, "max_relative_error") < 1e-4, "{own}");
+        let force = |csv: &str| column(csv, "simulated_force_n");
+        for (a, b) in force(&by_hand).into_iter().zip(force(&by_device)) {
+            assert_close("force", a, b, 1e-6);
         }
     }
 }

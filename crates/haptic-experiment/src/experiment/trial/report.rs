@@ -231,12 +231,12 @@ pub(crate) trait Trial: Experiment + Clone {
         let (mut curves, mut object_m) = (None, None);
         let (files, operator_error);
         if whole {
-            let off_n = match start_m == 0.0 {
-                true => self.off_n(ran)?,
-                false => Err("the law began where the handle stood"),
+            let (off_n, object) = match start_m == 0.0 {
+                true => (self.off_n(ran)?, self.object_m(ran)?),
+                false => (Err("the law began where the handle stood"), None),
             };
             let push_n = setup.plan.own_push_n().unwrap_or(0.0);
-            let compared = Comparison::of(ran, push_n, off_n, self.object_m(ran)?)?;
+            let compared = Comparison::of(ran, push_n, off_n, object)?;
             (files, operator_error) = (compared.files, compared.error);
             object_m = compared.object_m;
             let object = object_m.map_or("", |_| "object_position_m");

@@ -22,7 +22,7 @@ enum Line {
     Point(usize, usize, Option<Cell>),
 }
 
-/// What a search has found so far.
+/// Ranges and points that a search has found so far.
 #[derive(Debug)]
 pub(super) struct Campaign {
     path: PathBuf,
@@ -105,7 +105,7 @@ impl Campaign {
         }
     }
 
-    /// Why the search cannot go on: nothing more can be kept.
+    /// Reason for which nothing more can be kept, so that the search cannot go on.
     pub(super) fn failure(&self) -> MutexGuard<'_, Option<Failure>> {
         self.failure.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -13,13 +13,12 @@ use crate::judge::preflight::WallContact;
 use crate::judge::settling::Criterion;
 use crate::question::bench::{AskedDevice, crossings, last, units};
 use crate::run::device::Warn;
-use crate::run::remote::{RemoteLaw, device_name, portable, push};
+use crate::run::remote::{RemoteLaw, device_name, held, portable};
 use crate::run::sensors::Sensors;
 use fracdiff::{Operator, Order, Scheme};
 use haptic_analysis::{
     AnalysisError, LoopOperator, SampledLoop, SampledPlant, StabilityRegion, StableArea,
 };
-use haptic_link::Simulation;
 use haptic_loop::plant::{MassDamper, MassDamperConfig, run_wall};
 use haptic_loop::units::Newtons;
 use haptic_loop::{Controller, OwnPush, SafetyChain};
@@ -114,6 +113,26 @@ impl ZWidth {
     /// Orders or dissipations that one core takes at least: all of them where there is a device, which tries one wall after another.
     fn at_once(&self) -> usize {
         self.remote.as_ref().map_or(1, |_| usize::MAX)
+    }
+
+    /// A wall for the serial device that lacks only stiffness and dissipation.
+    fn law_there(
+        &self,
+        order: Order,
+        horizon: f64,
+        plan: &TrialPlan,
+    ) -> Result<RemoteLaw, Failure> {
+        let (config, t) = (&self.device, self.device.sample_time);
+        let operator = (self.scheme.build(order, t, horizon)).map_err(Failure::input)?;
+        let limits = force_and_rate(plan.force_limit_n, None, t);
+        Ok(RemoteLaw {
+            order: order.get(),
+            one_sided: self.contact == WallContact::OneSided,
+            operator: portable(&operator)?,
+            held_push_n: plan.push_n,
+            own_push_n: plan.own_push_n(),
+            ..RemoteLaw::bare(limits, held(config, plan.push_of_hand_n()))
+        })
     }
 
     fn boundary(&self, search: &Search<'_>, progress: &(dyn Fn(u64) + Sync)) -> OrderBoundary {
@@ -220,7 +239,7 @@ struct Search<'a> {
     seed: u64,
     /// The serial device, and a wall for it that lacks as much.
     remote: Option<(RemoteLaw, &'a Trials<'a>)>,
-    /// What was found before, and is kept.
+    /// Ranges and points found before, and the place for more.
     campaign: Option<&'a Campaign>,
     /// Number of the order in the question.
     index: usize,
@@ -255,21 +274,7 @@ impl<'a> Search<'a> {
             ..config
         };
         let remote = trials.map(|trials| {
-            let operator = scheme.build(order, t, horizon).map_err(Failure::input)?;
-            let simulation = Simulation {
-                mass_kg: config.mass.0 as f32,
-                damping_n_s_per_m: config.damping.0 as f32,
-                hand_stiffness_n_per_m: config.stiffness.0 as f32,
-                ..push(plan.push_of_hand_n())
-            };
-            let law = RemoteLaw {
-                order: order.get(),
-                one_sided: experiment.contact == WallContact::OneSided,
-                operator: portable(&operator)?,
-                held_push_n: plan.push_n,
-                own_push_n: plan.own_push_n(),
-                ..RemoteLaw::bare(force_and_rate(plan.force_limit_n, None, t), simulation)
-            };
+            let law = experiment.law_there(order, horizon, &plan)?;
             Ok::<_, Failure>((law, trials))
         });
         let asked = config.friction.0 > 0.0 && plan.criterion == Criterion::Settling;

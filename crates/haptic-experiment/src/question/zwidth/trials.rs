@@ -373,7 +373,7 @@ impl Bench for LinkedBench {
     }
 
     fn capabilities(&self) -> Capabilities {
-        self.link.capabilities().clone()
+        *self.link.capabilities()
     }
 
     fn rest(&mut self, time_s: f64) {

@@ -680,7 +680,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         }
     }
 
-    /// Why a run has to end that could go on.
+    /// Reason to end a run that could go on.
     fn unfit_to_go_on(&mut self) -> Option<Ending> {
         self.swung
             .then_some(Ending::Swing)

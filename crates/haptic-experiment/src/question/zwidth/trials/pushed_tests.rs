@@ -161,7 +161,7 @@ impl Bench for VirtualBench {
             assert!(force_n <= last_n, "{force_n} N after {last_n} N");
             last_n = force_n;
         }
-        assert_eq!(last_n, 0.0);
+        assert!(last_n <= 0.0, "{last_n} N");
         Ok(trial)
     }
 
@@ -185,7 +185,7 @@ struct Night {
     limits: Limits,
 }
 
-/// What the night left.
+/// Report, forces and rests of a night.
 struct Morning {
     report: Result<ZWidthReport, Failure>,
     forces_n: Vec<f64>,
@@ -359,7 +359,7 @@ fn a_push_that_heats_the_motor_is_followed_by_a_rest() {
     night.force_max_n = 6.2;
     assert!(night.whole().rested_s > 0.0);
     night = Night::of("orders = [1]\npoints = 2\nduration_s = 1.0\npush_n = 0.5");
-    assert_eq!(night.whole().rested_s, 0.0);
+    assert!(night.whole().rested_s <= 0.0);
 }
 
 #[test]
