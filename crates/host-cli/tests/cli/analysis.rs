@@ -83,6 +83,38 @@ fn an_analysis_leaves_a_picture_and_a_table_without_nan() {
 }
 
 #[test]
+fn a_map_names_the_law_that_stands_in_place_of_a_wall() {
+    let place = Place::new();
+    let law = "[pid]\nproportional_gain = 300\nintegral_gain_per_s_lambda = 0\nintegral_order = 1\nderivative_gain_s_mu = 40\nderivative_order = 0.3\n[loop]\nsample_time_s = 0.001\n";
+    std::fs::write(place.path("pd.toml"), law).expect("written");
+    for (options, words) in [
+        (
+            "--tissue fish-muscle --sample-time 1ms",
+            [
+                "your tissue",
+                "spring K of the tissue",
+                "more or less of it",
+            ],
+        ),
+        (
+            "--controller pd.toml",
+            [
+                "your controller",
+                "factor on the controller",
+                "spring beside it",
+            ],
+        ),
+    ] {
+        let device = "--mass 65g --damping 3.5 --delay 0.5ms --out map --overwrite";
+        let line = format!("analyze stability-region {options} {device}");
+        place.run(&line).succeeded();
+        let svg = place.text("map/region.svg");
+        says(&svg, &words);
+        assert!(!svg.contains("wall"), "{options}");
+    }
+}
+
+#[test]
 fn a_map_has_the_units_of_its_loop_and_the_wall_that_was_given() {
     let place = Place::new();
     let device = "--mass 65g --damping 3.5 --sample-time 1ms --delay 0.5ms";
