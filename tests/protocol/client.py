@@ -108,7 +108,7 @@ def well_formed(message):
             return length == 5 and message[4] == 0
         return message[5] < len(REFUSALS) and length == 6 + struct.calcsize(REFUSALS[message[5]][1])
     if number == ANSWERS[GET_CONFIGURATION]:
-        return length in (165, 197)
+        return length in (169, 201)
     return LENGTHS.get(number) == length
 
 

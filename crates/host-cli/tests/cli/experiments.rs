@@ -400,7 +400,7 @@ fn a_simulated_device_that_pushes_by_itself_is_one_that_a_hand_pushes_from_rest(
         assert_close("deflection", deflections[0], deflections[1], 1e-9);
         // The force of the law alone is in the table, and agrees with the whole history.
         assert!(number(&own, "max_relative_error") < 1e-4, "{own}");
-        let force = |csv: &str| column(csv, "simulated_force_n");
+        let force = |csv: &str| column(csv, "reaction_force_n");
         for (a, b) in force(&by_hand).into_iter().zip(force(&by_device)) {
             assert_close("force", a, b, 1e-6);
         }

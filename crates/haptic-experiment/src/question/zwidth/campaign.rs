@@ -2,7 +2,7 @@
 //!
 //! The first line is the question in full. A last line without an end, of a computer that was switched off, is found anew.
 
-use super::search::{Cell, Extent};
+use super::upward::Settled;
 use crate::document::failure::Failure;
 use crate::document::parameters::CAMPAIGN;
 use serde::{Deserialize, Serialize};
@@ -11,6 +11,21 @@ use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Result for one dissipation, as α.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Cell {
+    pub(super) stable: f64,
+    pub(super) held: Option<f64>,
+}
+
+/// Range that the search of one order covers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Extent {
+    pub(super) dissipation: f64,
+    /// Of a real device: walls that came to rest.
+    pub(super) settled: Option<Settled>,
+}
 
 /// A line of the file; orders and points by their number in the question.
 #[derive(Debug, Serialize, Deserialize)]

@@ -1,6 +1,6 @@
 //! The search for the stiffest wall, of all orders and dissipations on all cores.
 
-use super::campaign::Campaign;
+use super::campaign::{Campaign, Cell, Extent};
 use super::trials::Trials;
 use super::upward::Settled;
 use super::{BoundaryPoint, OrderBoundary, ZWidth, ZWidthReport};
@@ -23,7 +23,6 @@ use haptic_loop::plant::{MassDamper, MassDamperConfig, run_wall};
 use haptic_loop::units::Newtons;
 use haptic_loop::{Controller, OwnPush, SafetyChain};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// Bisections after the coarse search: 2e-4 of the value found, or better.
@@ -199,21 +198,6 @@ fn largest(most: f64, stable: impl Fn(f64) -> bool) -> Option<f64> {
         found
     })?;
     Some(last(found, above, BISECTIONS, stable))
-}
-
-/// Result for one dissipation, as α.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Cell {
-    stable: f64,
-    held: Option<f64>,
-}
-
-/// Range that the search of one order covers.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Extent {
-    dissipation: f64,
-    /// Of a real device: walls that came to rest.
-    settled: Option<Settled>,
 }
 
 /// A wall of one order that lacks only its stiffness and dissipation.
