@@ -12,7 +12,7 @@ use crate::run::remote::RemoteDevice;
 use crate::run::remote::partner::{Partner, Side};
 use crate::run::remote::summary::{LinkSummary, summarise};
 use crate::run::schedule::Schedule;
-use crate::run::tick::{TickRecord, by_device, by_loop, per_axis};
+use crate::run::tick::{TickRecord, by_device, by_loop, per_axis, sensed_by_device};
 use crate::run::{Ran, Supervisor, close, tell_end};
 use fracdiff::Real;
 use haptic_link::{
@@ -309,6 +309,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             let logged = message.logged_mut();
             *logged = TickMessage {
                 applied_force_n: per_axis(&applied_n::<D>(session.ready.link.newest())),
+                sensed_force_n: sensed_by_device(session.ready.link.newest()),
                 // The device limits what it is sent once more.
                 limiters: done.limiters.bits() | newest_limiters,
                 flaws: newest_flaws
@@ -400,7 +401,13 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             };
             count = flight.count;
             match self.message(&flight.sample).filter(|_| count > 0) {
-                Some(message) => kept.push(*message.logged()),
+                Some(message) => {
+                    let mut logged = *message.logged();
+                    let sensed = logged.sensed_force_n.take();
+                    logged.sensed_force_n =
+                        sensed.and_then(|sensed| self.record.sensor.less(sensed));
+                    kept.push(logged);
+                }
                 None => break,
             }
         }
@@ -651,7 +658,8 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         }
     }
 
-    fn keep(&mut self, message: M, counted: bool) {
+    fn keep(&mut self, mut message: M, counted: bool) {
+        self.record.sensor.take_off(message.logged_mut());
         let logged = self.recorder.tick(message.logged());
         if let Some(partner) = &self.partner {
             partner.opposes(message.kept().reaction_n());
