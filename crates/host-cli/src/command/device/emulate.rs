@@ -69,8 +69,8 @@ impl Kind {
 /// Keys make the line bad: it loses, damages, repeats, reorders, delays or stalls frames, in the
 /// same way for the same `line_seed`.
 ///
-/// With sensed_range the board has a force sensor too, which shows the force of the hand or of the other board on it, and its log
-/// sensed_force_n.
+/// With `sensed_range` the board has a force sensor too, which shows the force of the hand or of the other board on it, and its log
+/// `sensed_force_n`.
 ///
 /// --facing adds a second board whose mass meets that of the first, to rehearse a run with two devices. The first renders: its position is
 /// the depth of the indentation, and its force is below 0 where it resists. The second pushes along its own positive axis into it. Both
