@@ -71,6 +71,7 @@ fn frames() -> Done {
         every: 1,
         axes: 2,
         items: [item; 4].into_iter().collect(),
+        sensed_force_n: [0.25; 4].into_iter().collect(),
     });
     let length = encode(&batch, Header::from_device(2), &mut line).map_err(|e| e.to_string())?;
     write("frame", "vectors", &line[..length])?;

@@ -215,6 +215,17 @@ def test_a_log_has_the_run_and_its_metadata(tmp_path) -> None:
     experiment.relax(**SHORT, out=tmp_path, overwrite=True)
 
 
+def test_a_force_sensor_is_a_column_of_the_log(tmp_path) -> None:
+    run = experiment.relax(**SHORT, sensed_range_n=20.0, contact="rigid", out=tmp_path)
+    sensed = log.read_log(run.report["log"])["sensed_force_n"]
+    # The noise is 1 mN, the lag 1 ms.
+    near = np.abs(sensed - run["simulated_force_n"])[sensed.notna()]
+    assert len(near) > 0 and near.median() < 2e-3
+    assert run.report["sensed"]["from_rendered"]["rms_n"] > 5e-4
+    without = experiment.relax(**SHORT, out=tmp_path / "without")
+    assert log.read_log(without.report["log"])["sensed_force_n"].isna().all()
+
+
 def test_a_touch_has_a_column_for_each_axis(tmp_path) -> None:
     run = experiment.touch(radius_m=0.02, mass_kg=[0.05, 0.1], duration_s=2.0, out=tmp_path)
     assert run.report["verdict"] == "passive"

@@ -68,6 +68,10 @@ typedef struct hb_device {
    * Longest silence of a host while the device is armed, ms, 5 to 1000; 0 leaves it to the host, which says 1000 at most.
    */
   uint32_t watchdog_ms;
+  /**
+   * Largest force that the force sensor shows either way, N; 0 without one. See `hb_sense`.
+   */
+  double sensed_force_max_n;
 } hb_device;
 
 #ifdef __cplusplus
@@ -110,6 +114,16 @@ int hb_tick(struct hb_bridge *bridge,
             uint64_t time_us,
             const double *position_m,
             double *force_n);
+
+/**
+ * Takes the force of the hand by a force sensor, N, positive along the position, for the next `hb_tick`, which sends it to the host.
+ * Call it before each `hb_tick`, in the same thread; NaN is a sensor that gave nothing. Elements beyond the device's axes are ignored.
+ * State the range of the sensor in `sensed_force_max_n`. Never waits, allocates or locks.
+ *
+ * # Safety
+ * `bridge` is null or from `hb_open` and not closed; the array is null or of three numbers; one thread at a time.
+ */
+void hb_sense(struct hb_bridge *bridge, const double *force_n);
 
 /**
  * Sleeps until the next sample is due, by an absolute clock, so that a loop runs at the sample time that it declared; returns the

@@ -51,6 +51,14 @@ impl Ticker {
         })
     }
 
+    /// The force of the hand on each axis by the device's force sensor, N, positive along the position, for the next tick alone. Elements
+    /// beyond the axes of the device are ignored; NaN is no reading.
+    pub fn sense(&mut self, force_n: &[f64; 3]) {
+        if !self.ended {
+            self.ticks.sense(force_n);
+        }
+    }
+
     /// Sleeps until the next sample is due, by an absolute clock, and returns the time then, µs, for [`tick`](Self::tick). While the
     /// sample time is being measured that is 1 ms.
     pub fn wait(&mut self) -> u64 {

@@ -46,6 +46,8 @@ pub struct HbDevice {
     pub workspace_high_m: [f64; 3],
     /// Longest silence of a host while the device is armed, ms, 5 to 1000; 0 leaves it to the host, which says 1000 at most.
     pub watchdog_ms: u32,
+    /// Largest force that the force sensor shows either way, N; 0 without one. See `hb_sense`.
+    pub sensed_force_max_n: f64,
 }
 
 /// A bridge. One thread ticks; `hb_stop`, `hb_fault`, `hb_reason` and `hb_port` may be called from others meanwhile.
@@ -133,6 +135,7 @@ unsafe fn open(what: *const HbDevice, listen: *const c_char) -> Result<HbBridge,
         force_max_n: what.force_max_n,
         force_rate_max_n_per_s: what.force_rate_max_n_per_s,
         position_resolution_m: what.position_resolution_m,
+        sensed_force_max_n: what.sensed_force_max_n,
         workspace_low_m: what.workspace_low_m,
         workspace_high_m: what.workspace_high_m,
         watchdog_ms: what.watchdog_ms,
@@ -203,6 +206,23 @@ pub unsafe extern "C" fn hb_tick(
     }
     // SAFETY: shared by all threads, and only read.
     code(unsafe { &(*bridge).bridge.handle })
+}
+
+/// Takes the force of the hand by a force sensor, N, positive along the position, for the next `hb_tick`, which sends it to the host.
+/// Call it before each `hb_tick`, in the same thread; NaN is a sensor that gave nothing. Elements beyond the device's axes are ignored.
+/// State the range of the sensor in `sensed_force_max_n`. Never waits, allocates or locks.
+///
+/// # Safety
+/// `bridge` is null or from `hb_open` and not closed; the array is null or of three numbers; one thread at a time.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hb_sense(bridge: *mut HbBridge, force_n: *const f64) {
+    if bridge.is_null() || force_n.is_null() {
+        return;
+    }
+    // SAFETY: three numbers; unaligned ones do no harm.
+    let force_n = unsafe { force_n.cast::<[f64; 3]>().read_unaligned() };
+    // SAFETY: only this thread touches the ticker, and other fields are borrowed apart from it.
+    unsafe { &mut (*bridge).bridge.ticker }.sense(&force_n);
 }
 
 /// Sleeps until the next sample is due, by an absolute clock, so that a loop runs at the sample time that it declared; returns the

@@ -21,6 +21,8 @@ pub struct Description {
     pub force_rate_max_n_per_s: f64,
     /// Distance of one count of the sensor, m; 0 if it is not known.
     pub position_resolution_m: f64,
+    /// Largest force that the force sensor shows either way, N; 0 without one.
+    pub sensed_force_max_n: f64,
     /// Low ends of the workspace, m. Outside of it there is no force. Two ends of 0 mean no workspace limit.
     pub workspace_low_m: [f64; 3],
     /// High ends of the workspace, m.
@@ -71,7 +73,7 @@ impl Description {
         let watched = watchdog_ms == 0 || silences.contains(&watchdog_ms);
         let (axes, period, watchdog) = (self.axes.into(), period_us.into(), watchdog_ms.into());
         let (force_n, rate) = (self.force_max_n, self.force_rate_max_n_per_s);
-        let count_m = self.position_resolution_m;
+        let (count_m, sensed_n) = (self.position_resolution_m, self.sensed_force_max_n);
         // In single precision, in which the loop computes.
         let positive = |value: f64| value as f32 > 0.0 && (value as f32).is_finite();
         let (above, silence) = ("above 0 and finite", "5 to 1000, or 0 for the host's alone");
@@ -94,6 +96,13 @@ impl Description {
             (positive(force_n), "force_max_n", force_n, above, "N"),
             (positive(rate), "force_rate_max_n_per_s", rate, above, "N/s"),
             (fine, "position_resolution_m", count_m, "0 to 0.1", "m"),
+            (
+                (0.0..=1e6).contains(&sensed_n),
+                "sensed_force_max_n",
+                sensed_n,
+                "0 to 1e6, 0 without a force sensor",
+                "N",
+            ),
         ] {
             if !good {
                 return Err(RangeError::new(what, value, allowed, unit).into());
@@ -112,6 +121,7 @@ impl Description {
             force_max_n: force_n as f32,
             force_rate_max_n_per_s: rate as f32,
             position_resolution_m: count_m as f32,
+            sensed_force_max_n: sensed_n as f32,
             // The program may stand still, and its driver hold the last force.
             lets_go_alone: false,
             ..abilities(&self.name, self.axes as u8)

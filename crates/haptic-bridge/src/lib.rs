@@ -15,7 +15,7 @@ mod ticking;
 pub use bridge::{Bridge, BridgeError, Ticker};
 pub use c::{
     HB_ENDED, HB_NULL, HbBridge, HbDevice, hb_close, hb_fault, hb_open, hb_port, hb_reason,
-    hb_stop, hb_tick, hb_wait,
+    hb_sense, hb_stop, hb_tick, hb_wait,
 };
 pub use description::{Description, DescriptionError};
 pub use haptic_link::{Reason, Trouble};

@@ -13,6 +13,8 @@ pub(crate) struct Program<const D: usize> {
     workspace_m: [[f32; 2]; D],
     /// `None` if the program gave none that can be used.
     position_m: Option<[f32; D]>,
+    /// Of the force sensor, for the next tick alone; NaN without one.
+    sensed_n: [f32; D],
     force_n: [f32; D],
 }
 
@@ -22,6 +24,7 @@ impl<const D: usize> Program<D> {
             capabilities,
             workspace_m: std::array::from_fn(|axis| description.workspace(axis)),
             position_m: None,
+            sensed_n: [f32::NAN; D],
             force_n: [0.0; D],
         }
     }
@@ -31,6 +34,12 @@ impl<const D: usize> Program<D> {
         let single = position_m.map(|axes| std::array::from_fn(|axis| axes[axis] as f32));
         self.position_m = single.filter(|axes: &[f32; D]| axes.iter().all(|axis| axis.is_finite()));
         self.position_m.is_some()
+    }
+
+    /// Takes over the force at the sensor, N, for the next tick. A program that gives none any more has a sensor without a reading, not
+    /// one that stands still.
+    pub(crate) fn senses(&mut self, force_n: &[f64; 3]) {
+        self.sensed_n = std::array::from_fn(|axis| force_n[axis] as f32);
     }
 
     /// The time from one tick to the next, µs, as it was measured.
@@ -97,6 +106,10 @@ impl<const D: usize> Hardware<D> for Program<D> {
     fn idle(&mut self) -> Result<Reading<f32, D>, Fault> {
         self.force_n = [0.0; D];
         self.read()
+    }
+
+    fn sense(&mut self) -> [f32; D] {
+        std::mem::replace(&mut self.sensed_n, [f32::NAN; D])
     }
 
     fn persisting_fault(&self) -> Option<Fault> {

@@ -33,6 +33,9 @@ pub(crate) trait Ticks: std::fmt::Debug + Send {
     /// One call: the force until the next, N.
     fn call(&mut self, time_us: u64, position_m: Option<&[f64; 3]>) -> [f64; 3];
 
+    /// The force at the sensor, N, for the next tick.
+    fn sense(&mut self, force_n: &[f64; 3]);
+
     /// T, µs; 1000 as long as it is being measured.
     fn period_us(&self) -> u64;
 }
@@ -217,6 +220,10 @@ impl<const D: usize> Ticks for Ticking<D> {
         self.handle.tell(device.status());
         self.speak();
         force_n
+    }
+
+    fn sense(&mut self, force_n: &[f64; 3]) {
+        self.device.get_mut().hardware_mut().senses(force_n);
     }
 
     fn period_us(&self) -> u64 {

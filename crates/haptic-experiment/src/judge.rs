@@ -9,6 +9,7 @@ pub(crate) mod preflight;
 pub(crate) mod reference;
 pub(crate) mod report;
 pub(crate) mod rows;
+pub(crate) mod sensed;
 pub(crate) mod settling;
 pub(crate) mod warnings;
 

@@ -24,6 +24,7 @@ pub(crate) mod remote;
 pub(crate) mod safety;
 pub(crate) mod samples;
 pub(crate) mod schedule;
+pub(crate) mod sensor_offset;
 pub(crate) mod sensors;
 pub mod signals;
 pub(crate) mod simulate;
@@ -227,7 +228,8 @@ fn run<W: World<D>, const D: usize>(
             let _ = recorder.starts_at(StartTime::at(SystemTime::now()));
         }
         let before = Moment::now();
-        let message = world.tick();
+        let mut message = world.tick();
+        record.sensor.take_off(message.logged_mut());
         let compute_ns = before.elapsed().as_nanos() as u64;
         record.tick_ns.saturating_record(compute_ns.max(1));
         let parts = cycle.map(|cycle| TickParts {

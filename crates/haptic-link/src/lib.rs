@@ -43,7 +43,8 @@ pub use report::{
 };
 pub use request::{Request, Scope, Start};
 pub use sample::{
-    AXES_MAX, BATCH_MAX, Batch, BatchItem, Flight, IMPOSSIBLE, NOT_TAKEN, Sample, UNANSWERED,
+    AXES_MAX, BATCH_MAX, Batch, BatchItem, Flight, IMPOSSIBLE, NOT_TAKEN, SENSED_MAX, Sample,
+    UNANSWERED,
 };
 pub use sequence::{OutOfOrder, RequestTracker, SequenceTracker};
 #[cfg(feature = "several-axes")]

@@ -112,6 +112,8 @@ pub struct Capabilities {
     pub force_rate_max_n_per_s: f32,
     /// Distance of one count of the sensor, m; 0 without counts.
     pub position_resolution_m: f32,
+    /// Largest force that its force sensor shows either way, N; 0 without one.
+    pub sensed_force_max_n: f32,
     /// Number of coefficients that an operator may have here.
     #[serde(with = "postcard::fixint::le")]
     pub coefficients_max: u16,

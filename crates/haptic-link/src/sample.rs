@@ -10,6 +10,8 @@ pub const AXES_MAX: usize = if cfg!(feature = "several-axes") { 3 } else { 1 };
 
 /// Most items in a [`Batch`].
 pub const BATCH_MAX: usize = 16;
+/// Most items in a [`Batch`] with sensed forces.
+pub const SENSED_MAX: usize = 12;
 
 /// Flaw of a tick: the board did not answer, so the position is from an earlier tick.
 pub const UNANSWERED: u8 = 1;
@@ -19,7 +21,7 @@ pub const NOT_TAKEN: u8 = 2;
 /// Flaw of a tick that only a host sets: its sample was impossible.
 pub const IMPOSSIBLE: u8 = 8;
 
-/// One tick. With one axis a frame of 33 bytes.
+/// One tick. With one axis a frame of 34 bytes, or 38 with a force sensor.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Sample {
     /// Number of the tick, from the start of the run, or from power-up before the first.
@@ -31,6 +33,18 @@ pub struct Sample {
     /// One item per axis; limiters and flaws belong to the tick and are the same in each.
     #[serde(serialize_with = "list")]
     pub axes: Vec<BatchItem, AXES_MAX>,
+    /// Force of the hand or indenter on the device as its sensor shows it, N, positive along the position: one number per axis, or none
+    /// from a device without a sensor, which costs it a byte.
+    #[serde(serialize_with = "list")]
+    pub sensed_force_n: Vec<f32, AXES_MAX>,
+}
+
+impl Sample {
+    /// True if each axis has a sensed force, or none has.
+    #[must_use]
+    pub fn is_even(&self) -> bool {
+        [0, self.axes.len()].contains(&self.sensed_force_n.len())
+    }
 }
 
 /// At least one tick, consecutive among those sent.
@@ -50,15 +64,19 @@ pub struct Batch {
     /// The items, tick by tick, with the axes of each tick in order.
     #[serde(serialize_with = "list")]
     pub items: Vec<BatchItem, BATCH_MAX>,
+    /// Sensed forces in the order of the items, see [`Sample::sensed_force_n`]; empty without a sensor.
+    #[serde(serialize_with = "list")]
+    pub sensed_force_n: Vec<f32, BATCH_MAX>,
 }
 
 impl Batch {
-    /// Most ticks in a batch for this many axes.
+    /// Most ticks in a batch for this many axes, which fit into a frame with or without sensed forces.
     #[must_use]
-    pub const fn ticks_most(axes: usize) -> usize {
+    pub const fn ticks_most(axes: usize, sensed: bool) -> usize {
+        let items = if sensed { SENSED_MAX } else { BATCH_MAX };
         match axes {
             0 => 0,
-            axes => BATCH_MAX / axes,
+            axes => items / axes,
         }
     }
 
@@ -68,12 +86,14 @@ impl Batch {
         let every = u32::from(self.every);
         let axes = usize::from(self.axes).clamp(1, AXES_MAX);
         let ticks = self.items.chunks_exact(axes).zip(0_u32..);
+        let mut sensed = self.sensed_force_n.chunks_exact(axes);
         ticks.map(move |(items, n)| {
             let ticks = n.wrapping_mul(every);
             Sample {
                 tick: self.tick.wrapping_add(ticks),
                 time_us: (self.time_us).wrapping_add(ticks.wrapping_mul(tick_period_us)),
                 axes: items.iter().copied().collect(),
+                sensed_force_n: sensed.next().into_iter().flatten().copied().collect(),
             }
         })
     }
@@ -109,6 +129,6 @@ pub struct Flight {
     pub sample: Sample,
 }
 
-fn list<S: serde::Serializer>(items: &[BatchItem], to: S) -> Result<S::Ok, S::Error> {
+fn list<T: Serialize, S: serde::Serializer>(items: &[T], to: S) -> Result<S::Ok, S::Error> {
     items.serialize(to)
 }

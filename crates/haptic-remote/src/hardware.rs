@@ -51,6 +51,14 @@ pub trait Hardware<const D: usize = 1>: Device<f32, D, Error = Fault> {
     /// Fault of the board.
     fn idle(&mut self) -> Result<Reading<f32, D>, Fault>;
 
+    /// Force of the hand on each axis, N, positive along the position, as the board's force sensor shows it: measured when the last
+    /// [`read`](Device::read) or [`idle`](Self::idle) was, and asked for once a tick behind the force. NaN without a sensor, and where it
+    /// gave nothing in this tick; 0 N would look like a measurement. Give its range in
+    /// [`sensed_force_max_n`](Capabilities::sensed_force_max_n).
+    fn sense(&mut self) -> [f32; D] {
+        [f32::NAN; D]
+    }
+
     /// Fault whose condition still holds, such as an open emergency stop, or an encoder that has lost counts and with them its zero;
     /// `None` if there is no such fault. Nobody can arm the device before.
     fn persisting_fault(&self) -> Option<Fault> {

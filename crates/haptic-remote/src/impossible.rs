@@ -1,7 +1,7 @@
 //! Impossible samples of a device: one check of each sample of a run, for every device.
 
 #[cfg(feature = "std")]
-use haptic_link::Sample;
+use haptic_link::{AXES_MAX, Sample};
 use thiserror::Error;
 
 /// A sample that cannot be.
@@ -24,6 +24,33 @@ pub enum Impossible {
         /// On the axis of the largest, N.
         force_n: f32,
         /// The largest that it makes, N.
+        most_n: f32,
+    },
+    /// A force sensor at the end of its range, where it no longer follows the force.
+    #[error("a sensed force of {force_n} N in tick {tick}, at the end of the range of ±{most_n} N")]
+    Saturated {
+        /// Number of the tick.
+        tick: u32,
+        /// Reading of the sensor, N.
+        force_n: f32,
+        /// Its range, N.
+        most_n: f32,
+    },
+    /// A force sensor that no longer follows the force.
+    #[error(
+        "a sensed force of {force_n} N to the last bit for {still_ms} ms until tick {tick}, while the command changed by {changed_n} N, \
+         of which {most_n} N must show"
+    )]
+    Stuck {
+        /// Number of the tick that was too many.
+        tick: u32,
+        /// Reading of the sensor, N; NaN of one that gives nothing.
+        force_n: f32,
+        /// Time without a change, ms.
+        still_ms: u32,
+        /// Change of the commanded force in that time, N.
+        changed_n: f32,
+        /// Largest such change that may leave it as it is, N.
         most_n: f32,
     },
     /// A tick before the one that came before it.
@@ -51,9 +78,101 @@ impl Impossible {
         match self {
             Self::Position { tick, .. }
             | Self::Force { tick, .. }
+            | Self::Saturated { tick, .. }
+            | Self::Stuck { tick, .. }
             | Self::Tick { tick, .. }
             | Self::Time { tick, .. } => tick,
         }
+    }
+
+    /// Advice to a person, in a few words.
+    #[must_use]
+    pub const fn remedy(self) -> &'static str {
+        match self {
+            Self::Position { .. } | Self::Force { .. } | Self::Tick { .. } | Self::Time { .. } => {
+                "check its sensor and firmware"
+            }
+            Self::Saturated { .. } => {
+                "ask for less force, or let the board state the range of a larger sensor"
+            }
+            Self::Stuck { .. } => "check the supply and the wires of its force sensor",
+        }
+    }
+}
+
+/// Share of its range from which on a force sensor is at the end of it: amplifiers end before converters do.
+#[cfg(feature = "std")]
+const END_OF_RANGE: f32 = 0.99;
+/// Longest time in which a force sensor may show the same force to the last bit while the command changes, µs. A converter is never so
+/// quiet.
+#[cfg(feature = "std")]
+const STILL_US: u32 = 500_000;
+/// Share of its range by which the command has to change in that time. Eight bits have 13 steps in it.
+#[cfg(feature = "std")]
+const CHANGE_SHARE: f32 = 0.05;
+
+/// A force sensor on one axis, since its reading last changed.
+#[cfg(feature = "std")]
+#[derive(Clone, Copy, Debug)]
+struct Still {
+    bits: u32,
+    since: u32,
+    least_n: f32,
+    most_n: f32,
+}
+
+/// Force sensors of a device, watched during a run.
+#[cfg(feature = "std")]
+#[derive(Debug)]
+struct Watched {
+    /// Range, N; 0 without a sensor.
+    most_n: f32,
+    axes: [Option<Still>; AXES_MAX],
+}
+
+#[cfg(feature = "std")]
+impl Watched {
+    /// Saturated, or bit by bit the same for longer than [`STILL_US`] while the command changed by [`CHANGE_SHARE`] of the range.
+    fn look(&mut self, sample: &Sample, period_us: u32) -> Result<(), Impossible> {
+        let (tick, range_n) = (sample.tick, self.most_n);
+        if range_n <= 0.0 {
+            return Ok(());
+        }
+        for (n, (still, axis)) in self.axes.iter_mut().zip(&sample.axes).enumerate() {
+            let force_n = sample.sensed_force_n.get(n).copied().unwrap_or(f32::NAN);
+            if force_n.abs() >= END_OF_RANGE * range_n {
+                let most_n = range_n;
+                return Err(Impossible::Saturated {
+                    tick,
+                    force_n,
+                    most_n,
+                });
+            }
+            let fresh = Still {
+                bits: force_n.to_bits(),
+                since: tick,
+                least_n: axis.force_n,
+                most_n: axis.force_n,
+            };
+            let seen = still.get_or_insert(fresh);
+            if seen.bits != fresh.bits {
+                *seen = fresh;
+            }
+            seen.least_n = seen.least_n.min(axis.force_n);
+            seen.most_n = seen.most_n.max(axis.force_n);
+            let still_us = u64::from(tick.wrapping_sub(seen.since)) * u64::from(period_us);
+            let (changed_n, most_n) = (seen.most_n - seen.least_n, CHANGE_SHARE * range_n);
+            if still_us > u64::from(STILL_US) && changed_n > most_n {
+                return Err(Impossible::Stuck {
+                    tick,
+                    force_n,
+                    still_ms: (still_us / 1000) as u32,
+                    changed_n,
+                    most_n,
+                });
+            }
+        }
+        Ok(())
     }
 }
 
@@ -66,21 +185,28 @@ pub(crate) struct Plausible {
     period_us: u32,
     /// Tick and time of the sample before, µs.
     before: Option<(u32, u32)>,
+    sensors: Watched,
 }
 
 #[cfg(feature = "std")]
 impl Plausible {
-    pub(crate) const fn of(force_most_n: f32) -> Self {
+    /// Of a device with this largest force and this range of its force sensor, N.
+    pub(crate) const fn of(force_most_n: f32, sensed_most_n: f32) -> Self {
         Self {
             force_most_n,
             period_us: 0,
             before: None,
+            sensors: Watched {
+                most_n: sensed_most_n,
+                axes: [None; AXES_MAX],
+            },
         }
     }
 
     /// A run begins: its ticks count anew, at this period.
     pub(crate) const fn begin(&mut self, period_us: u32) {
         (self.period_us, self.before) = (period_us, None);
+        self.sensors.axes = [None; AXES_MAX];
     }
 
     pub(crate) fn look(&mut self, sample: &Sample) -> Result<(), Impossible> {
@@ -105,6 +231,7 @@ impl Plausible {
                 most_n,
             });
         }
+        self.sensors.look(sample, self.period_us)?;
         match before {
             Some((before, _)) if tick < before => Err(Impossible::Tick { tick, before }),
             Some((_, before_us)) => {
@@ -142,6 +269,7 @@ mod tests {
             tick,
             time_us,
             axes: [item].into_iter().collect(),
+            ..Sample::default()
         }
     }
 
@@ -151,7 +279,7 @@ mod tests {
 
     #[test]
     fn what_can_be_passes_the_end_of_the_clock_and_rounded_norms_too() {
-        let mut plausible = Plausible::of(5.0);
+        let mut plausible = Plausible::of(5.0, 0.0);
         let near_the_end = u32::MAX - 1500;
         for n in 0..5 {
             let time_us = near_the_end.wrapping_add(1000 * n);
@@ -174,7 +302,7 @@ mod tests {
     #[test]
     fn what_cannot_be_is_named() {
         let look = |bad: Sample| {
-            let mut plausible = Plausible::of(5.0);
+            let mut plausible = Plausible::of(5.0, 0.0);
             plausible.begin(1000);
             plausible.look(&sample(9, 9000)).expect("can be");
             plausible.look(&bad).expect_err("cannot be")
@@ -203,5 +331,53 @@ mod tests {
             look(sample(10, 7999)),
             Impossible::Time { tick: 10, back_us }
         );
+    }
+
+    /// Looks at a run of 1 ms ticks with a sensor of 20 N until one cannot be, or for 3 s.
+    fn run(
+        sensed: impl Fn(u32) -> Option<f32>,
+        command: impl Fn(u32) -> f32,
+    ) -> Option<Impossible> {
+        let mut plausible = Plausible::of(50.0, 20.0);
+        plausible.begin(1000);
+        (0..3000).find_map(|tick| {
+            let force_n = command(tick);
+            let mut sample = of(tick, 1000 * tick, BatchItem { force_n, ..ITEM });
+            sample.sensed_force_n.extend(sensed(tick));
+            plausible.look(&sample).err()
+        })
+    }
+
+    fn wave(tick: u32) -> f32 {
+        (f64::from(tick) * 0.01).sin() as f32
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn a_sensor_that_sticks_or_is_saturated_ends_a_run_in_time_and_no_other(
+            stuck in 0_u32..2000, amplitude_n in 0.51_f32..15.0, offset_n in -4.0_f32..4.0, silent: bool
+        ) {
+            // A millinewton of a converter is the whole noise.
+            let live = |tick: u32| offset_n + amplitude_n * wave(tick) + 1e-3 * (tick % 2) as f32;
+            let command = |tick: u32| -amplitude_n * wave(tick);
+            assert_eq!(run(|tick| Some(live(tick)), command), None);
+            // One that rests while nothing is asked of it, and one whose command moves less than it resolves.
+            assert_eq!(run(|_| Some(offset_n), |_| -3.0), None);
+            assert_eq!(run(|_| Some(offset_n), |tick| 0.49 * wave(tick)), None);
+            let sticks = |tick: u32| match tick < stuck {
+                true => Some(live(tick)),
+                false => (!silent).then(|| live(stuck)),
+            };
+            let found = run(sticks, command).expect("is stuck");
+            assert!(matches!(found, Impossible::Stuck { .. }), "{found}");
+            // It tells when the time is over and the command has swung far enough, which takes a period at most.
+            let late = found.tick() - stuck;
+            assert!((500..=500 + 629).contains(&late), "{late}");
+            let beyond = |tick: u32| Some(if tick < stuck { live(tick) } else { 19.8_f32.copysign(offset_n) });
+            let found = run(beyond, command).expect("is saturated");
+            assert!(matches!(found, Impossible::Saturated { tick, .. } if tick == stuck), "{found}");
+            let words = crate::LinkError::Impossible(found).to_string();
+            assert!(words.contains("±20 N") && words.ends_with(found.remedy()), "{words}");
+        }
     }
 }

@@ -84,7 +84,8 @@ pub enum LinkError {
     Stopped,
     /// An impossible sample. The device was ordered to let go.
     #[error(
-        "the device reported something impossible, {0}, and was ordered to let go: check its sensor and firmware"
+        "the device reported something impossible, {0}, and was ordered to let go: {remedy}",
+        remedy = .0.remedy()
     )]
     Impossible(Impossible),
     /// The device reports an impossible ability.

@@ -19,7 +19,7 @@ pub const MODES_MAX: usize = 48;
 pub const DEGREE_MAX: usize = 16;
 
 /// Abilities of a real board with `axes` axes, as far as this crate knows them. The board adds its own: forces, in N and
-/// N/s, the sensor's resolution, in m, other periods than 100 µs to 10 ms, and that it holds the last force where nothing lets go.
+/// N/s, the sensor's resolution, in m, the range of a force sensor, in N, other periods than 100 µs to 10 ms, and that it holds the last force where nothing lets go.
 #[must_use]
 pub const fn abilities(board: &str, axes: u8) -> Capabilities {
     Capabilities {
@@ -31,6 +31,7 @@ pub const fn abilities(board: &str, axes: u8) -> Capabilities {
         force_max_n: 0.0,
         force_rate_max_n_per_s: 0.0,
         position_resolution_m: 0.0,
+        sensed_force_max_n: 0.0,
         coefficients_max: COEFFICIENTS_MAX as u16,
         modes_max: MODES_MAX as u16,
         degree_max: DEGREE_MAX as u16,

@@ -6,7 +6,7 @@ use haptic_link::{
 };
 use heapless::{Deque, HistoryBuf, Vec};
 
-/// Flight recorder, and reports that wait to be sent: 3.3 KiB with one axis. A [`TickSide`](crate::TickSide) holds or
+/// Flight recorder, and reports that wait to be sent: 3.8 KiB with one axis. A [`TickSide`](crate::TickSide) holds or
 /// borrows them.
 #[derive(Debug, Default)]
 pub struct Records<const D: usize = 1> {
@@ -190,7 +190,8 @@ impl<const D: usize> Outbox<D> {
     #[inline(never)]
     fn next_samples(&mut self, stream: Stream, more: bool) -> Option<Report> {
         let every = stream.every.max(1);
-        let most = usize::from(stream.batch).min(Batch::ticks_most(D));
+        let sensed = self.samples.front().is_some_and(Tick::senses);
+        let most = usize::from(stream.batch).min(Batch::ticks_most(D, sensed));
         if most <= 1 {
             return (self.samples.pop_front()).map(|tick| Report::Sample(tick.sample()));
         }
@@ -203,16 +204,22 @@ impl<const D: usize> Outbox<D> {
             time_us: first.time_us,
             every,
             axes: D as u8,
-            items: heapless::Vec::new(),
+            items: Vec::new(),
+            sensed_force_n: Vec::new(),
         };
         let mut next = Some(first);
         let mut tick = first.tick;
         while let Some(sample) = next {
             sample.add_to(&mut batch.items);
+            sample.add_sensed_to(&mut batch.sensed_force_n);
             tick = tick.wrapping_add(u32::from(every));
             next = match self.samples.front() {
-                // A gap, where samples were dropped, ends a batch.
-                Some(sample) if batch.items.len() < most * D && sample.tick == tick => {
+                // A gap, where samples were dropped or nothing was sensed, ends a batch.
+                Some(sample)
+                    if batch.items.len() < most * D
+                        && sample.tick == tick
+                        && sample.senses() == sensed =>
+                {
                     self.samples.pop_front()
                 }
                 _ => None,
@@ -244,10 +251,12 @@ pub struct Tick<const D: usize = 1> {
     pub limiters: u8,
     /// Flaws of the exchange with a board, bits as in a [`BatchItem`].
     pub flaws: u8,
+    /// Force at the sensor of each axis, N; NaN without a sensor.
+    pub sensed_force_n: [f32; D],
 }
 
 impl<const D: usize> Tick<D> {
-    /// All zero.
+    /// All zero, and nothing sensed.
     pub const NONE: Self = Self {
         tick: 0,
         time_us: 0,
@@ -256,7 +265,13 @@ impl<const D: usize> Tick<D> {
         force_n: [0.0; D],
         limiters: 0,
         flaws: 0,
+        sensed_force_n: [f32::NAN; D],
     };
+
+    /// True if a sensor gave a force on an axis.
+    pub(crate) fn senses(&self) -> bool {
+        !self.sensed_force_n.iter().all(|force_n| force_n.is_nan())
+    }
 
     /// Sample of a loop, by the device's own number and time.
     #[inline]
@@ -265,6 +280,7 @@ impl<const D: usize> Tick<D> {
         tick: u32,
         time_us: u32,
         flaws: u8,
+        sensed_force_n: [f32; D],
     ) -> Self {
         Self {
             tick,
@@ -274,6 +290,7 @@ impl<const D: usize> Tick<D> {
             force_n: (*sample.force.newtons()).into(),
             limiters: sample.limiters.bits(),
             flaws,
+            sensed_force_n,
         }
     }
 
@@ -290,13 +307,23 @@ impl<const D: usize> Tick<D> {
         }
     }
 
+    /// Adds what the sensors showed, of which there is nothing without one.
+    fn add_sensed_to<const N: usize>(&self, forces: &mut Vec<f32, N>) {
+        if self.senses() {
+            // Batches and samples have room for all axes.
+            let _ = forces.extend_from_slice(&self.sensed_force_n);
+        }
+    }
+
     pub(crate) fn sample(&self) -> Sample {
         let mut sample = Sample {
             tick: self.tick,
             time_us: self.time_us,
             axes: Vec::new(),
+            sensed_force_n: Vec::new(),
         };
         self.add_to(&mut sample.axes);
+        self.add_sensed_to(&mut sample.sensed_force_n);
         sample
     }
 
@@ -313,6 +340,7 @@ impl<const D: usize> Tick<D> {
             force_n: axes.map(|axis| axis.force_n),
             limiters: first.limiters,
             flaws: first.flaws,
+            sensed_force_n: (sample.sensed_force_n[..].try_into()).unwrap_or([f32::NAN; D]),
         })
     }
 }

@@ -24,6 +24,8 @@ pub struct SimulatedPlant {
     setup: Setup,
     /// Ticks until the plant moves.
     still: f32,
+    /// Force written last, N.
+    force_n: f32,
 }
 
 /// A plant, and when it begins to move.
@@ -61,6 +63,21 @@ impl SimulatedPlant {
                 start_ticks: 0.0,
             },
             still: 0.0,
+            force_n: 0.0,
+        }
+    }
+
+    /// Force of the hand or indenter on the device now, N, positive along the position; 0 until the plant moves.
+    #[cfg(feature = "std")]
+    #[must_use]
+    pub fn contact_force(&self) -> f64 {
+        match &self.setup.plant {
+            Plant::Still => 0.0,
+            _ if self.still > 0.0 => 0.0,
+            Plant::MassDamper(plant) => plant.contact_force()[0],
+            // It moves however the device resists.
+            Plant::Imposed(_) => 0.0 - f64::from(self.force_n),
+            Plant::Rig(rig) => rig.contact_force(),
         }
     }
 
@@ -176,6 +193,7 @@ impl Device<f32, 1> for SimulatedPlant {
     }
 
     fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Fault> {
+        self.force_n = force.newtons()[0];
         if self.still > 0.0 {
             self.still -= 1.0;
             return Ok(());
@@ -212,7 +230,7 @@ impl Hardware for SimulatedPlant {
     }
 
     fn restart(&mut self) {
-        self.still = self.setup.start_ticks;
+        (self.still, self.force_n) = (self.setup.start_ticks, 0.0);
         match &mut self.setup.plant {
             Plant::Still => {}
             Plant::MassDamper(plant) => plant.restart(),

@@ -27,6 +27,13 @@ impl<const D: usize> SimulatedAxes<D> {
             plant: None,
         }
     }
+
+    /// Force of the hand on each axis now, N, positive along the position.
+    #[must_use]
+    pub fn contact_force(&self) -> [f64; D] {
+        let force = self.plant.as_ref().map(MassDamper::contact_force);
+        force.map_or([0.0; D], Into::into)
+    }
 }
 
 impl<const D: usize> Device<f32, D> for SimulatedAxes<D> {

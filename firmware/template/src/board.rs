@@ -99,6 +99,11 @@ impl Hardware for Board {
         self.read()
     }
 
+    // TODO: with a force sensor, N, positive along the position; its range goes into `sensed_force_max_n` above. Latch it in `read`:
+    // fn sense(&mut self) -> [f32; 1] {
+    //     [self.latched_count as f32 * NEWTONS_PER_COUNT]
+    // }
+
     // TODO: with an emergency stop, so that nobody arms while it is open; and with an encoder that can lose counts, as nobody may arm
     // again before its zero is known, which is after the next start:
     // fn persisting_fault(&self) -> Option<Fault> {

@@ -17,6 +17,7 @@ pub(crate) fn device(name: &CStr) -> HbDevice {
         workspace_low_m: [0.0; 3],
         workspace_high_m: [0.0; 3],
         watchdog_ms: 0,
+        sensed_force_max_n: 0.0,
     }
 }
 
@@ -38,7 +39,7 @@ const PORT: &CStr = c"127.0.0.1:0";
 fn a_device_that_cannot_be_is_refused_with_value_range_and_remedy() {
     assert!(refused(ptr::null(), Some(PORT), 500).contains("NULL"));
     type Change = fn(&mut HbDevice);
-    let cases: [(Change, &[&str]); 14] = [
+    let cases: [(Change, &[&str]); 15] = [
         (|it| it.size = 8, &["size = 8", "sizeof(hb_device)"]),
         (|it| it.name = ptr::null(), &["name = \"\"", "1 to 16"]),
         (
@@ -61,6 +62,10 @@ fn a_device_that_cannot_be_is_refused_with_value_range_and_remedy() {
         (
             |it| it.force_rate_max_n_per_s = -1.0,
             &["force_rate_max_n_per_s", "-1"],
+        ),
+        (
+            |it| it.sensed_force_max_n = f64::INFINITY,
+            &["sensed_force_max_n", "0 to 1e6"],
         ),
         (
             |it| it.position_resolution_m = -1e-3,

@@ -24,6 +24,7 @@ pub(crate) fn description(axes: u32) -> Description {
         force_max_n: 3.0,
         force_rate_max_n_per_s: 1000.0,
         position_resolution_m: 1e-5,
+        sensed_force_max_n: 20.0,
         workspace_low_m: [-0.1; 3],
         workspace_high_m: [0.1; 3],
         watchdog_ms: 0,

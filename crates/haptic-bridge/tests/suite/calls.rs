@@ -2,7 +2,7 @@
 
 use crate::bench::{Bench, TICK_US, description};
 use haptic_bridge::{Description, Reason, Trouble};
-use haptic_link::{EventKind, Report, Request};
+use haptic_link::{EventKind, Report, Request, Sample};
 use haptic_loop::Fault;
 
 /// Forces on the device in a tick of trouble are none at once, and stay none.
@@ -45,6 +45,51 @@ fn axes_that_a_device_does_not_have_are_not_looked_at() {
     assert_eq!(bench.handle.fault(), None);
     assert!(bench.force_n[0] < -0.5, "{:?}", bench.force_n);
     assert_eq!(bench.force_n[1..], [0.0; 2]);
+}
+
+/// One reading is for one tick: a program that ceases to give them has a sensor without a reading, never one that stands still.
+#[test]
+fn a_sensed_force_is_in_the_sample_of_its_tick_and_in_no_other() {
+    for axes in 1..=3 {
+        let mut bench = Bench::running(&description(axes));
+        bench.steps(20);
+        let samples = |bench: &Bench| -> Vec<Sample> {
+            let samples = bench.told.iter().filter_map(|report| {
+                let Report::Sample(sample) = report else {
+                    return None;
+                };
+                Some(sample.clone())
+            });
+            samples.collect()
+        };
+        let before = samples(&bench);
+        assert!(before.iter().all(|sample| sample.sensed_force_n.is_empty()));
+        bench.told.clear();
+        let given: Vec<Vec<f32>> = (0..50_u8)
+            .map(|n| {
+                let force_n = [0.1 * f64::from(n), -2.0, 1e-3];
+                let gives = n % 5 != 0;
+                if gives {
+                    bench.ticker.sense(&force_n);
+                }
+                bench.step();
+                let single = force_n.map(|axis| axis as f32);
+                single[..if gives { axes as usize } else { 0 }].to_vec()
+            })
+            .collect();
+        let told = samples(&bench);
+        assert!(told.len() > 45, "{}", told.len());
+        let first = before.last().expect("samples").tick + 1;
+        for sample in told {
+            let sensed = sample.sensed_force_n.to_vec();
+            assert_eq!(
+                sensed,
+                given[(sample.tick - first) as usize],
+                "{}",
+                sample.tick
+            );
+        }
+    }
 }
 
 #[test]

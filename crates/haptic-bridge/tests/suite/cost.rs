@@ -17,6 +17,9 @@ const ROUNDS: u32 = 40;
 /// place of 38 ns: the flight recorder, the states and the queue of samples take most of the difference.
 const STEP_BACK: f64 = 2.0;
 
+/// A force sensor may cost a call this share of what it takes without.
+const SENSED: f64 = 1.05;
+
 /// A motion that presses on all axes.
 fn position_m(tick: u32) -> [f64; 3] {
     let phase = f64::from(tick % 200) / 200.0;
@@ -87,7 +90,7 @@ fn by_night_a_call_costs_little_more_than_its_loop() {
     let mut bench = Bench::armed_for(&device, 1000);
     bench.position_m = position_m(0);
     bench.done(Request::Start(Start::ENDLESS));
-    let [mut bare, mut full, mut heard] = [Duration::MAX; 3];
+    let [mut bare, mut full, mut sensed, mut heard] = [Duration::MAX; 4];
     let mut tick = 0;
     for _ in 0..ROUNDS {
         // Nobody reads until samples find no room any more.
@@ -103,29 +106,37 @@ fn by_night_a_call_costs_little_more_than_its_loop() {
             let Ok(sample) = black_box(&mut own).tick();
             black_box(sample);
         }));
-        let mut call = |bench: &mut Bench| {
+        let mut call = |bench: &mut Bench, senses: bool| {
             timed(|| {
                 tick += 1;
+                if senses {
+                    bench.ticker.sense(&black_box([0.5, -0.25, 2.0]));
+                }
                 bench.time_us += TICK_US;
                 let position = black_box(position_m(tick));
                 black_box(bench.ticker.tick(bench.time_us, Some(&position)));
             })
         };
         keep_alive(&mut bench);
-        full = full.min(call(&mut bench));
+        full = full.min(call(&mut bench, false));
+        keep_alive(&mut bench);
+        sensed = sensed.min(call(&mut bench, true));
         let mut frame = [0; FRAME_MAX];
         while bench.line.next(&mut frame) > 0 {}
         keep_alive(&mut bench);
-        heard = heard.min(call(&mut bench));
+        heard = heard.min(call(&mut bench, false));
         while bench.line.next(&mut frame) > 0 {}
         assert_eq!(bench.handle.fault(), None);
     }
     let ratio = |time: Duration| time.as_secs_f64() / bare.as_secs_f64();
     println!(
-        "bare loop {:?} a tick; call: line full {:.2} times that, line read {:.2} times",
+        "bare loop {:?} a tick; call: line full {:.2} times that, with sensed forces {:.3} times that, line read {:.2} times",
         bare / TICKS,
         ratio(full),
+        ratio(sensed) / ratio(full),
         ratio(heard)
     );
     assert!(ratio(full) <= STEP_BACK, "line full: {:.2}", ratio(full));
+    let share = ratio(sensed) / ratio(full);
+    assert!(share <= SENSED, "with sensed forces: {share:.3}");
 }

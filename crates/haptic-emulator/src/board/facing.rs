@@ -7,11 +7,11 @@
 //! - *Idle*, a mass is free: no force, and it moves on. *Start of a run*: both masses go back to their 0 if the other board makes no force;
 //!   while it does, nothing moves.
 
-use super::{Body, Embodied, Emulated, Emulation, EmulatorError, TickTime, run};
+use super::{Body, Embodied, Emulated, Emulation, EmulatorError, TickTime, Touched, run};
 use haptic_link::{Capabilities, ControllerCost};
 use haptic_loop::nalgebra::SVector;
 use haptic_loop::plant::{
-    FacingConfig, FacingContact, FacingDevices, FacingSide, MassDamperConfig,
+    FacingConfig, FacingContact, FacingDevices, FacingSide, ForceSensorConfig, MassDamperConfig,
 };
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Seconds};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
@@ -37,7 +37,8 @@ pub fn emulate_facing(
 ) -> Result<[Emulated; 2], EmulatorError> {
     let now = TickTime::default();
     let bodies = emulations.each_ref().map(|emulation| emulation.body);
-    let [blue, white] = facing(bodies, contact, &now)?;
+    let sensors = emulations.each_ref().map(|emulation| emulation.sensor);
+    let [blue, white] = facing(bodies, sensors, contact, &now)?;
     let ([first, second], [of_first, of_second]) = (lines, emulations);
     run(
         [(first, of_first, blue), (second, of_second, white)],
@@ -52,9 +53,10 @@ const VOICE_COIL: MassDamperConfig =
 /// Both boards of a world, which moves on to the time of each tick.
 fn facing(
     bodies: [Option<Body>; 2],
+    sensors: [Option<ForceSensorConfig>; 2],
     contact: FacingContact,
     now: &TickTime,
-) -> Result<[Embodied<FacingBoard>; 2], EmulatorError> {
+) -> Result<[Embodied<FacingBoard, 1>; 2], EmulatorError> {
     let unit = Seconds(1e-6 / PER_MICROSECOND as f64);
     let config = FacingConfig {
         devices: bodies.map(|body| body.map_or(VOICE_COIL, |body| body.plant)),
@@ -70,7 +72,7 @@ fn facing(
             side,
             now: Rc::clone(now),
         };
-        Embodied::new(board, bodies[side as usize])
+        Embodied::new(board, bodies[side as usize], sensors[side as usize])
     };
     Ok([board(FacingSide::Renderer)?, board(FacingSide::Indenter)?])
 }
@@ -86,6 +88,17 @@ struct FacingBoard {
     world: Rc<RefCell<World>>,
     side: FacingSide,
     now: TickTime,
+}
+
+impl Touched<1> for FacingBoard {
+    /// Both axes point the same way: the contact pushes one mass along its own, the other against it.
+    fn touched(&self) -> [f64; 1] {
+        let force_n = self.world.borrow().devices.contact_force();
+        match self.side {
+            FacingSide::Renderer => [force_n],
+            FacingSide::Indenter => [0.0 - force_n],
+        }
+    }
 }
 
 impl Device<f32, 1> for FacingBoard {

@@ -24,9 +24,9 @@ pub use terminal::Terminal;
 use crate::at_line::NOBODY;
 use crate::{Damage, FaultyLine, LineFaults};
 use haptic_link::{Capabilities, ControllerCost, FRAME_MAX, Refusal};
-use haptic_loop::plant::{MassDamperConfig, Sensed};
+use haptic_loop::plant::{ForceSensor, ForceSensorConfig, MassDamperConfig, Sensed};
 use haptic_loop::realtime::Moment;
-use haptic_loop::units::Metres;
+use haptic_loop::units::{Metres, Seconds};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{HeldClock, Line};
 use haptic_remote::{DeviceSession, FitsDevice, Hardware, SimulatedAxes, SimulatedPlant, TickSide};
@@ -52,6 +52,7 @@ const WAITING_MOST: usize = 4096;
 /// let emulation = Emulation {
 ///     axes: 1,
 ///     body: None,
+///     sensor: None,
 ///     speed: 1.0,
 ///     faults: LineFaults { drop: 0.01, ..LineFaults::default() },
 ///     seed: 1,
@@ -69,6 +70,8 @@ pub struct Emulation {
     pub axes: u8,
     /// The device that it is; `None` for an ideal one, of the mass and damping that a host asks for.
     pub body: Option<Body>,
+    /// Its force sensor, if it has one.
+    pub sensor: Option<ForceSensorConfig>,
     /// Device seconds per second.
     pub speed: f64,
     /// Faults of the line, both ways.
@@ -108,14 +111,14 @@ pub fn emulate(
     }
 }
 
-fn emulate_board<H: Hardware<D, Setup: FitsDevice>, const D: usize>(
+fn emulate_board<H: Touched<D> + Hardware<D, Setup: FitsDevice>, const D: usize>(
     line: Box<dyn Line>,
     emulation: &Emulation,
     board: H,
     stop: &AtomicBool,
 ) -> Result<Emulated, EmulatorError> {
     // A plant of its own moves from tick to tick.
-    let board = Embodied::new(board, emulation.body)?;
+    let board = Embodied::new(board, emulation.body, emulation.sensor)?;
     let [done] = run([(line, emulation, board)], &TickTime::default(), stop)?;
     Ok(done)
 }
@@ -339,26 +342,65 @@ pub struct Body {
     pub noise: (Metres, u64),
 }
 
-/// A simulated board with a body, or with that which the host asks for.
-struct Embodied<H> {
-    board: Sensed<H>,
-    body: Option<Body>,
+/// A board that knows the force of the hand on it.
+trait Touched<const D: usize> {
+    /// That force now, N, positive along the position.
+    fn touched(&self) -> [f64; D];
 }
 
-impl<H> Embodied<H> {
-    fn new(board: H, body: Option<Body>) -> Result<Self, EmulatorError> {
-        let none = (Metres(0.0), (Metres(0.0), 0));
-        let (resolution, noise) = body.map_or(none, |body| (body.encoder_resolution, body.noise));
-        let board = Sensed::new(board, resolution, noise.0, noise.1)?;
-        Ok(Self { board, body })
+impl Touched<1> for SimulatedPlant {
+    fn touched(&self) -> [f64; 1] {
+        [self.contact_force()]
     }
 }
 
-impl<H: Hardware<D>, const D: usize> Device<f32, D> for Embodied<H> {
+impl<const D: usize> Touched<D> for SimulatedAxes<D> {
+    fn touched(&self) -> [f64; D] {
+        self.contact_force()
+    }
+}
+
+/// A simulated board with a body, or with that which the host asks for.
+struct Embodied<H, const D: usize> {
+    board: Sensed<H>,
+    body: Option<Body>,
+    sensor: Option<ForceSensor>,
+    /// Reading of the sensor with the last position, N.
+    sensed_n: [f32; D],
+}
+
+impl<H, const D: usize> Embodied<H, D> {
+    fn new(
+        board: H,
+        body: Option<Body>,
+        sensor: Option<ForceSensorConfig>,
+    ) -> Result<Self, EmulatorError> {
+        let none = (Metres(0.0), (Metres(0.0), 0));
+        let (resolution, noise) = body.map_or(none, |body| (body.encoder_resolution, body.noise));
+        let board = Sensed::new(board, resolution, noise.0, noise.1)?;
+        Ok(Self {
+            board,
+            body,
+            // A run sets its sample time.
+            sensor: sensor
+                .map(|sensor| ForceSensor::new(sensor, Seconds(1e-3)))
+                .transpose()?,
+            sensed_n: [f32::NAN; D],
+        })
+    }
+}
+
+impl<H: Hardware<D> + Touched<D>, const D: usize> Device<f32, D> for Embodied<H, D> {
     type Error = Fault;
 
     fn read(&mut self) -> Result<Reading<f32, D>, Fault> {
-        self.board.read()
+        let reading = self.board.read()?;
+        if let Some(sensor) = &mut self.sensor {
+            let mut force = self.board.device().touched();
+            sensor.read(&mut force);
+            self.sensed_n = force.map(|force_n| force_n as f32);
+        }
+        Ok(reading)
     }
 
     fn write(&mut self, force: SafeForce<f32, D>) -> Result<(), Fault> {
@@ -370,13 +412,18 @@ impl<H: Hardware<D>, const D: usize> Device<f32, D> for Embodied<H> {
     }
 }
 
-impl<H: Hardware<D, Setup: FitsDevice>, const D: usize> Hardware<D> for Embodied<H> {
+impl<H: Touched<D> + Hardware<D, Setup: FitsDevice>, const D: usize> Hardware<D>
+    for Embodied<H, D>
+{
     type Setup = H::Setup;
 
     fn capabilities(&self) -> Capabilities {
         let mut capabilities = self.board.device().capabilities();
         if let Some(body) = &self.body {
             capabilities.position_resolution_m = body.encoder_resolution.0 as f32;
+        }
+        if let Some(sensor) = &self.sensor {
+            capabilities.sensed_force_max_n = sensor.range().0 as f32;
         }
         capabilities
     }
@@ -391,6 +438,13 @@ impl<H: Hardware<D, Setup: FitsDevice>, const D: usize> Hardware<D> for Embodied
 
     fn install(&mut self, setup: Self::Setup, tick_period_us: u32) {
         self.board.device_mut().install(setup, tick_period_us);
+        if let Some(sensor) = &mut self.sensor {
+            sensor.read_every(Seconds(1e-6 * f64::from(tick_period_us)));
+        }
+    }
+
+    fn sense(&mut self) -> [f32; D] {
+        self.sensed_n
     }
 
     fn restart(&mut self) {

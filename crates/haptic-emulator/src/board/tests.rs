@@ -18,6 +18,7 @@ fn a_board_that_was_stopped_for_five_seconds_answers_at_once_and_goes_on() {
     let emulation = Emulation {
         axes: 1,
         body: None,
+        sensor: None,
         speed: 1.0,
         faults: LineFaults::default(),
         seed: 1,
@@ -25,7 +26,7 @@ fn a_board_that_was_stopped_for_five_seconds_answers_at_once_and_goes_on() {
     };
     let (to_device, arriving) = sync_channel(WAITING_MOST);
     let (leave, from_device) = sync_channel(WAITING_MOST);
-    let plant = Embodied::new(SimulatedPlant::new("emulated", || 0), None).expect("ideal");
+    let plant = Embodied::new(SimulatedPlant::new("emulated", || 0), None, None).expect("ideal");
     let mut emulator = Emulator {
         boards: vec![EmulatedBoard::new(plant, &emulation, leave).expect("works")],
         arriving,

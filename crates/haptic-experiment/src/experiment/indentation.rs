@@ -16,7 +16,8 @@ mod tests;
 
 use super::kind::{Conduct, Experiment, Watched};
 use super::reading::{
-    device_model, fits, metadata, piece, remote, samples_fit, scheme, sensors, without,
+    device_model, fits, force_sensor, metadata, piece, remote, samples_fit, scheme, sensors,
+    without,
 };
 use super::rendering::{
     CHANGES, CREEP_CONTACT, CREEP_DURATION, Contact, DEPTH, FORCE, PIECE_DISSIPATION, PIECE_ORDER,
@@ -57,8 +58,8 @@ use fractional_control::Term;
 use haptic_analysis::Dynamics;
 use haptic_link::{LoopMode, Simulation};
 use haptic_loop::plant::{
-    FacingConfig, HeldRig, IndentationRig, MassDamperConfig, RampHold, RigConfig, RigContact,
-    RigDrive, RigServo, Sensed,
+    FacingConfig, ForceSensor, ForceSensorConfig, HeldRig, IndentationRig, MassDamperConfig,
+    RampHold, RigConfig, RigContact, RigDrive, RigServo, Sensed,
 };
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{Contact as OneSided, Controller, Limit, Limits, SafetyChain, SpringDamper};
@@ -87,6 +88,8 @@ pub struct Indentation {
     /// The controller that holds the indenter; `None` for the rig's own servo or a constant push.
     pub(crate) drive: Option<Drive>,
     pub(crate) sensors: Sensors,
+    /// Force sensor of the simulated rig, if it has one.
+    pub(crate) force_sensor: Option<ForceSensorConfig>,
     pub(crate) force_limit_n: f64,
     pub(crate) force_rate_limit_n_per_s: f64,
     pub(crate) safety: Safety,
@@ -457,7 +460,11 @@ impl Indentation {
                 SimulatedRig::Held(Box::new(rig))
             }
         };
-        self.sensors.before(rig)
+        let sensor = self
+            .force_sensor
+            .map(|sensor| ForceSensor::new(sensor, config.sample_time));
+        let sensor = sensor.transpose().map_err(Failure::input)?;
+        Ok(self.sensors.before(rig)?.with_force_sensor(sensor))
     }
 
     /// True for a push on the tissue alone.
@@ -662,6 +669,14 @@ fn rendering(
 ) -> Result<Indentation, FileError> {
     let remote = remote(table)?;
     let sensors = sensors(table)?;
+    let force_sensor = force_sensor(table)?;
+    if remote.is_some() && force_sensor.is_some() {
+        let reason = format!(
+            "{} is of the simulated rig: omit it with a device, which has its own sensor or none",
+            p::SENSED_RANGE.key
+        );
+        return Err(table.fail_at(p::SENSED_RANGE.key, reason));
+    }
     if remote.is_some() && !sensors.are_ideal() {
         let reason = "encoder_resolution_m and sensor_noise_m are of the simulated rig: omit them with a serial device, which has its own";
         return Err(table.fail_at(p::ENCODER_RESOLUTION.key, reason));
@@ -709,6 +724,7 @@ fn rendering(
         damping_n_s_per_m: table.number(&RIG_DAMPING)?,
         drive: drive.transpose()?,
         sensors,
+        force_sensor,
         force_limit_n: table.number(&p::FORCE_LIMIT)?,
         force_rate_limit_n_per_s: table.number(&p::FORCE_RATE_LIMIT)?,
         safety,

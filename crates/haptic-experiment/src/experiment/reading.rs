@@ -16,7 +16,7 @@ use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_link::Limits;
-use haptic_loop::plant::MassDamperConfig;
+use haptic_loop::plant::{ForceSensor, ForceSensorConfig, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use haptic_loop::{Loading, LoadingKind, ParameterError};
 use haptic_quantity::label;
@@ -91,7 +91,7 @@ pub(crate) fn without<'p>(
 
 pub(crate) fn sensors(table: &Table<'_>) -> Result<Sensors, FileError> {
     let noise_m = table.number(&p::SENSOR_NOISE)?;
-    if noise_m == 0.0 {
+    if noise_m == 0.0 && !table.has(&p::SENSED_RANGE) {
         without(
             table,
             [&p::SEED],
@@ -102,6 +102,35 @@ pub(crate) fn sensors(table: &Table<'_>) -> Result<Sensors, FileError> {
         encoder_resolution_m: table.number(&p::ENCODER_RESOLUTION)?,
         noise_m,
         seed: table.count(&p::SEED)?,
+    })
+}
+
+/// The force sensor of a simulated device, if it has one.
+pub(crate) fn force_sensor(table: &Table<'_>) -> Result<Option<ForceSensorConfig>, FileError> {
+    let Some(range_n) = table.number_if(&p::SENSED_RANGE)? else {
+        let idle = format!(
+            "without a force sensor: give {} too",
+            p::SENSED_RANGE.set_to("20")
+        );
+        return without(table, &p::FORCE_SENSOR[1..], &idle).map(|()| None);
+    };
+    let config = ForceSensorConfig {
+        range: Newtons(range_n),
+        noise: Newtons(table.number(&p::SENSED_NOISE)?),
+        lag: Seconds(table.number(&p::SENSED_LAG)?),
+        offset: Newtons(table.number(&p::SENSED_OFFSET)?),
+        seed: table.count(&p::SEED)?,
+    };
+    let made = ForceSensor::new(config, Seconds(1e-3));
+    made.map(|_| Some(config)).map_err(|error| {
+        table.fail_at(
+            p::SENSED_OFFSET.key,
+            format!(
+                "{error}: change {} or {}",
+                p::SENSED_OFFSET,
+                p::SENSED_RANGE
+            ),
+        )
     })
 }
 

@@ -51,11 +51,13 @@ pub(crate) const CREEP: &[Parameter] = &[STRESS, FORCE, CREEP_DURATION, CREEP_CO
 pub(crate) const CHANGES: &[Parameter] = &[PIECE_STIFFNESS, PIECE_DISSIPATION, PIECE_ORDER];
 
 /// Of the rendering: the tissue, and how it is rendered.
-pub(crate) const RENDERING: &[Parameter] = &joined::<23>(&[
+pub(crate) const RENDERING: &[Parameter] = &joined::<27>(&[
     p::PIECE,
     CHANGES,
     &[p::SCHEME, PRECISION, p::SAMPLE_TIME, RIG_MASS, RIG_DAMPING],
-    &[p::ENCODER_RESOLUTION, p::SENSOR_NOISE, p::SEED],
+    &[p::ENCODER_RESOLUTION, p::SENSOR_NOISE],
+    p::FORCE_SENSOR,
+    &[p::SEED],
     &[
         p::FORCE_LIMIT,
         p::FORCE_RATE_LIMIT,

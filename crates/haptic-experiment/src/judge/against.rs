@@ -220,25 +220,37 @@ fn read(path: &Path) -> Result<(Columns, bool), String> {
     Ok((columns, bytes.starts_with(OURS)))
 }
 
-/// Time, position and opposing force of a log, by which its run was judged.
+/// Time, position and opposing force of a log: that of its force sensor, else the one by which its run was judged.
 fn log(path: &Path) -> Result<Columns, String> {
     let mut read = [Column::Time, Column::Position, Column::Force]
         .map(|column| (column, column.header().to_owned(), Vec::new()));
+    let mut sensed: Option<[Vec<f64>; 3]> = None;
     let mut files = LogFiles::open(path).map_err(|error| error.to_string())?;
     for entry in &mut files {
         if let Entry::Tick(tick) = entry.map_err(|error| error.to_string())? {
             let sample = KeptSample::of(&tick);
             let row = [sample.time_s, sample.position_m, sample.reaction_n()];
             (read.iter_mut().zip(row)).for_each(|(column, value)| column.2.push(value));
+            if let Some(force_n) = sample.sensed_force_n {
+                let row = [sample.time_s, sample.position_m, force_n];
+                let columns = sensed.get_or_insert_default();
+                (columns.iter_mut().zip(row)).for_each(|(column, value)| column.push(value));
+            }
         }
     }
     if read[0].2.is_empty() {
         return Err("the log has no sample: give another".to_owned());
     }
+    let of_sensor = sensed
+        .is_some()
+        .then(|| "the force is that of the log's sensor".to_owned());
+    for (column, values) in read.iter_mut().zip(sensed.into_iter().flatten()) {
+        column.2 = values;
+    }
     let cut = (!files.condition().complete).then(|| "the log is not whole".to_owned());
     Ok(Columns {
         values: read.into(),
-        notes: cut.into_iter().collect(),
+        notes: cut.into_iter().chain(of_sensor).collect(),
         ..Columns::default()
     })
 }
@@ -406,6 +418,14 @@ impl<'a> Comparison<'a> {
             self.next += 1;
         }
         self.before = value.map(|value| (time_s, value));
+    }
+
+    /// Root mean square and largest size of run less record; `None` without a time at which both are known.
+    pub(crate) fn differences(&self) -> Option<[f64; 2]> {
+        let off = self.pairs.iter().map(|[_, record, run]| run - record);
+        let squares: f64 = off.clone().map(|off| off * off).sum();
+        let largest = off.map(f64::abs).reduce(f64::max)?;
+        Some([(squares / self.pairs.len() as f64).sqrt(), largest])
     }
 
     /// Rows of a report, the curve, and why its table could not be written. The largest error is looked for from `from_s` on.

@@ -22,6 +22,8 @@ pub(crate) struct KeptSample {
     pub indenter_position_m: f64,
     /// Force between indenter and renderer, N.
     pub contact_force_n: f64,
+    /// Force at the sensor of the device, N; `None` without one, and until its offset is known.
+    pub sensed_force_n: Option<f64>,
     pub limiters: u8,
 }
 
@@ -47,6 +49,8 @@ impl KeptSample {
             applied_force_n: message.applied_force_n[0],
             indenter_position_m: message.indenter_position_m[0],
             contact_force_n: message.contact_force_n[0],
+            sensed_force_n: (message.sensed_force_n.map(|axes| axes[0]))
+                .filter(|force_n| force_n.is_finite()),
             limiters: message.limiters,
         }
     }
@@ -82,8 +86,16 @@ pub fn by_device(message: TickMessage, sample: &haptic_link::Sample, time_s: f64
         limiters: first.limiters,
         flaws: first.flaws,
         observed_energy_j: f64::NAN,
+        sensed_force_n: sensed_by_device(sample),
         ..message
     }
+}
+
+/// Force at the sensors of a device; `None` without one for each axis.
+pub(crate) fn sensed_by_device(sample: &haptic_link::Sample) -> Option<PerAxis> {
+    let forces = &sample.sensed_force_n;
+    let senses = sample.is_even() && !forces.is_empty();
+    senses.then(|| forces.iter().map(|&force_n| force_n.into()).collect())
 }
 
 /// The message of a tick that a loop of this program ran.

@@ -12,7 +12,7 @@ use crate::messages::{ack, batch, refusals, reports, requests};
 use haptic_link::{
     BATCH_MAX, ControllerForm, Direction, EventKind, FRAME_MAX, Field, GuardKind, Header, Limits,
     LoopMode, OperatorForm, Outcome, PROTOCOL_VERSION, REPORT_KEYS, REQUEST_KEYS, Report, Request,
-    Scope, SequenceTracker, SimulationKind, State, SurfaceKind, Trouble,
+    SENSED_MAX, Scope, SequenceTracker, SimulationKind, State, SurfaceKind, Trouble,
 };
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -49,7 +49,7 @@ fn check_messages(kind: &str, messages: Vec<(Value, Vec<u8>)>) {
             fields("", content, &mut found);
         }
         // A list of lone numbers is one field to serde, whatever their number.
-        for name in ["force_n", "axes"] {
+        for name in ["force_n", "axes", "sensed_force_n", "sample.sensed_force_n"] {
             if let Some(Value::Array(list)) = found.get(name) {
                 let count = list.len().into();
                 found.insert(format!("{name}.count"), count);
@@ -71,9 +71,9 @@ fn check_messages(kind: &str, messages: Vec<(Value, Vec<u8>)>) {
             "Workspace" => "2 + 12·n bytes".to_owned(),
             "Controller" => "19 + 4·n bytes".to_owned(),
             "Surface" => "7 + 4·n bytes".to_owned(),
-            "Sample" => "10 + 14·n bytes".to_owned(),
-            "Batch" => "13 + 14·n bytes".to_owned(),
-            "Flight" => "14 + 14·n bytes".to_owned(),
+            "Sample" => "11 + 14·n + 4·m bytes".to_owned(),
+            "Batch" => "14 + 14·n + 4·m bytes".to_owned(),
+            "Flight" => "15 + 14·n + 4·m bytes".to_owned(),
             _ => format!("{} bytes", bytes.len()),
         };
         assert_eq!(length, want, "{heading}");
@@ -109,7 +109,8 @@ fn every_report_is_as_its_table_says() {
     check_messages("Report", with_bytes(reports(), Direction::FromDevice));
     for count in 1..=BATCH_MAX {
         let bytes = message(&Report::Batch(batch(1, count)), Direction::FromDevice);
-        assert_eq!(bytes.len(), 13 + 14 * count);
+        let sensed = batch(1, count).sensed_force_n.len();
+        assert_eq!(bytes.len(), 14 + 14 * count + 4 * sensed);
     }
 }
 
@@ -223,6 +224,7 @@ fn constants_are_as_the_document_says() {
         .into_iter()
         .map(|r| frame(&r, 1, Direction::FromDevice));
     let (contents, lines): (Vec<_>, Vec<_>) = reports.unzip();
+    says(format!("and with sensed forces at most {SENSED_MAX}"));
     says(format!(
         "the longest content being {} bytes",
         longest(contents).expect("some")

@@ -4,9 +4,9 @@ use haptic_link::{
     Ack, Alive, AxisWorkspace, BATCH_MAX, Batch, BatchItem, Capabilities, CoefficientBlock,
     Configuration, ControllerCost, ControllerForm, ControllerLaw, ControllerPart, Event, EventKind,
     FaultReport, Field, Flight, Guard, GuardKind, Hello, Keys, Limits, LoopMode, OperatorForm,
-    OperatorShape, Outcome, Reason, Refusal, Report, Request, Sample, Scope, Simulation,
-    SimulationKind, Start, State, Statistics, Status, SurfaceKind, SurfaceShape, Trouble,
-    WorkspaceBox,
+    OperatorShape, Outcome, Reason, Refusal, Report, Request, SENSED_MAX, Sample, Scope,
+    Simulation, SimulationKind, Start, State, Statistics, Status, SurfaceKind, SurfaceShape,
+    Trouble, WorkspaceBox,
 };
 
 pub(crate) fn status() -> Status {
@@ -117,6 +117,7 @@ pub(crate) fn sample(axes: usize) -> Sample {
         tick: 0x0403_0201,
         time_us: 0x0807_0605,
         axes: batch(1, axes).items.into_iter().collect(),
+        sensed_force_n: batch(1, axes).sensed_force_n.into_iter().collect(),
     }
 }
 
@@ -188,10 +189,11 @@ pub(crate) fn extreme_batch() -> Batch {
         every: u16::MAX,
         axes: 1,
         items: [item; BATCH_MAX].into_iter().collect(),
+        sensed_force_n: heapless::Vec::new(),
     }
 }
 
-/// A batch of so many items.
+/// A batch of so many items, with sensed forces where they fit.
 pub(crate) fn batch(axes: u8, count: usize) -> Batch {
     let item = |n: usize| BatchItem {
         position_m: n as f32 + 0.5,
@@ -206,6 +208,10 @@ pub(crate) fn batch(axes: u8, count: usize) -> Batch {
         every: 0x0a09,
         axes,
         items: (0..count).map(item).collect(),
+        sensed_force_n: (0..count)
+            .filter(|_| count <= SENSED_MAX)
+            .map(|n| n as f32 + 300.5)
+            .collect(),
     }
 }
 
@@ -260,6 +266,7 @@ pub(crate) fn reports() -> Vec<Report> {
             force_max_n: 1.5,
             force_rate_max_n_per_s: 2.5,
             position_resolution_m: 3.5,
+            sensed_force_max_n: 4.5,
             coefficients_max: 0x0201,
             modes_max: 0x0403,
             degree_max: 0x0605,
@@ -274,7 +281,7 @@ pub(crate) fn reports() -> Vec<Report> {
         },
         Report::Coefficients(block()),
         Report::Sample(sample(3)),
-        Report::Batch(batch(2, BATCH_MAX)),
+        Report::Batch(batch(2, SENSED_MAX)),
         Report::Event(Event {
             kind: EventKind::Stopped,
             tick: 0x0403_0201,

@@ -8,7 +8,7 @@ use crate::frames::{body, header, line};
 use crate::messages::{configuration, extreme_batch, reports, requests, sample};
 use haptic_link::{
     BATCH_MAX, BatchItem, DigestBuilder, Direction, EncodeError, FRAME_MAX, Receiver, Report,
-    Request, Sample, encode,
+    Request, SENSED_MAX, Sample, encode,
 };
 use proptest::prelude::*;
 
@@ -36,7 +36,7 @@ fn cobs_decode(bytes: &mut [u8]) -> usize {
 }
 
 #[test]
-fn a_sample_of_one_axis_is_a_packed_structure_in_a_frame_of_33_bytes() {
+fn a_sample_of_one_axis_is_a_packed_structure_and_no_sensor_costs_it_a_byte() {
     let item = BatchItem {
         position_m: 1.0,
         environment_force_n: -2.0,
@@ -44,21 +44,25 @@ fn a_sample_of_one_axis_is_a_packed_structure_in_a_frame_of_33_bytes() {
         limiters: 3,
         flaws: 1,
     };
-    let sample = Sample {
-        tick: 0x0403_0201,
-        time_us: 0x0807_0605,
-        axes: [item].into_iter().collect(),
-    };
-    let line = line(&Report::Sample(sample), 0x0a09, Direction::FromDevice);
-    assert_eq!(line.len(), 33);
-    let mut expected = vec![0x82, 9, 10, 5, 1, 2, 3, 4, 5, 6, 7, 8, 1];
-    for value in [1.0_f32, -2.0, 0.5] {
-        expected.extend_from_slice(&value.to_le_bytes());
+    for (sensed, bytes) in [(None, 34), (Some(0.25_f32), 38)] {
+        let sample = Sample {
+            tick: 0x0403_0201,
+            time_us: 0x0807_0605,
+            axes: [item].into_iter().collect(),
+            sensed_force_n: sensed.into_iter().collect(),
+        };
+        let line = line(&Report::Sample(sample), 0x0a09, Direction::FromDevice);
+        assert_eq!(line.len(), bytes);
+        let mut expected = vec![0x82, 9, 10, 5, 1, 2, 3, 4, 5, 6, 7, 8, 1];
+        for value in [1.0_f32, -2.0, 0.5] {
+            expected.extend_from_slice(&value.to_le_bytes());
+        }
+        expected.extend([3, 1, u8::from(sensed.is_some())]);
+        expected.extend(sensed.into_iter().flat_map(f32::to_le_bytes));
+        let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&expected);
+        expected.extend_from_slice(&crc.to_le_bytes());
+        assert_eq!(content(&line), expected);
     }
-    expected.extend([3, 1]);
-    let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&expected);
-    expected.extend_from_slice(&crc.to_le_bytes());
-    assert_eq!(content(&line), expected);
 }
 
 #[test]
@@ -124,17 +128,27 @@ fn a_message_is_in_postcard_fits_or_is_refused_and_cut_short_is_none() {
 #[test]
 fn lines_are_as_slow_as_they_may_be() {
     // A quarter to spare of the bits of a line with 10 bits a byte, of one axis.
-    let sample = line(&Report::Sample(sample(1)), 0, Direction::FromDevice).len();
-    assert!(
-        10 * 1000 * sample <= 460_800 * 3 / 4,
-        "1 kHz at 460 800 baud"
-    );
-    let batch = line(&reports()[6], 0, Direction::FromDevice).len();
-    let bits_per_s = 10 * batch * 10_000 / BATCH_MAX;
-    assert!(
-        bits_per_s <= 3_000_000 * 3 / 4,
-        "10 kHz at 3 Mbaud: {bits_per_s}"
-    );
+    // A force sensor takes a third of that reserve.
+    for (sensed, most) in [(false, 3.0 / 4.0), (true, 5.0 / 6.0)] {
+        let mut sample = sample(1);
+        if !sensed {
+            sample.sensed_force_n.clear();
+        }
+        let bytes = line(&Report::Sample(sample), 0, Direction::FromDevice).len();
+        let share = (10 * 1000 * bytes) as f64 / 460_800.0;
+        assert!(share <= most, "1 kHz at 460 800 baud: {share}");
+    }
+    for (report, ticks) in [
+        (Report::Batch(extreme_batch()), BATCH_MAX),
+        (reports()[6].clone(), SENSED_MAX),
+    ] {
+        let batch = line(&report, 0, Direction::FromDevice).len();
+        let bits_per_s = 10 * batch * 10_000 / ticks;
+        assert!(
+            bits_per_s <= 3_000_000 * 3 / 4,
+            "10 kHz at 3 Mbaud: {bits_per_s}"
+        );
+    }
 }
 
 #[test]

@@ -23,6 +23,11 @@ impl PerAxis {
         numbers.iter().copied().collect()
     }
 
+    /// The numbers, to be changed.
+    pub fn values_mut(&mut self) -> &mut [f64] {
+        &mut self.values[..usize::from(self.count)]
+    }
+
     /// √Σ xᵢ², the length of the vector.
     #[must_use]
     pub fn norm(&self) -> f64 {
@@ -115,6 +120,9 @@ pub struct TickMessage {
     /// Energy that the passivity guard has observed, J: positive if the device gave it to the loop. NaN
     /// without a guard, and from a device that does not send it.
     pub observed_energy_j: f64,
+    /// Force of the hand or indenter on the device as its force sensor shows it, N, positive along the position; `None`, in a file NaN,
+    /// without a sensor.
+    pub sensed_force_n: Option<PerAxis>,
 }
 
 /// Access to a field by its kind.
@@ -123,6 +131,8 @@ enum Reach {
     Count(fn(&mut TickMessage) -> &mut u64),
     Number(fn(&mut TickMessage) -> &mut f64),
     Axes(fn(&mut TickMessage) -> &mut PerAxis),
+    /// As `Axes`, where there may be nothing to tell.
+    Perhaps(fn(&mut TickMessage) -> &mut Option<PerAxis>),
     Bits(fn(&mut TickMessage) -> &mut u8),
     /// No field, but made of some.
     Derived(fn(&TickMessage) -> f64),
@@ -147,7 +157,7 @@ macro_rules! field {
 }
 
 /// The fields in the order of a message. The bits are those of [`TickMessage::limiters`] and of [`flaw`](super::flaw).
-static FIELDS: [Field; 12] = [
+static FIELDS: [Field; 13] = [
     field!(Count tick, "number of the tick, from the start of the run"),
     field!(Number time_s, "device time, s"),
     field!(Axes reference_m, "commanded place of hand or indenter, m"),
@@ -167,6 +177,7 @@ static FIELDS: [Field; 12] = [
          4 an older force of the host acted, 8 what the device told cannot be"
     ),
     field!(Number observed_energy_j, "seen by the passivity guard, J; NaN if there is none"),
+    field!(Perhaps sensed_force_n, "of the hand on the device by its force sensor, N; NaN if there is none"),
 ];
 
 /// Destination of a column: a field, and its axis.
@@ -208,8 +219,17 @@ impl Column {
                 let number = field(tick).get(self.axis).copied();
                 Value::Number(number.unwrap_or(f64::NAN))
             }
+            Reach::Perhaps(field) => {
+                let number = field(tick).as_ref().and_then(|axes| axes.get(self.axis));
+                Value::Number(number.copied().unwrap_or(f64::NAN))
+            }
         }
     }
+}
+
+/// Numbers of so many axes, 1 to 3, none of which is known.
+fn nothing(axes: usize) -> PerAxis {
+    PerAxis::new(&[f64::NAN; 3][..axes.clamp(1, 3)])
 }
 
 /// Name of a field on one of `axes` axes: `contact_force_x_n` of `contact_force_n`, if it is not the only one.
@@ -226,7 +246,7 @@ impl TickMessage {
     /// nobody saw.
     #[must_use]
     pub fn unknown(axes: usize) -> Self {
-        Self::filled(PerAxis::new(&[f64::NAN; 3][..axes.clamp(1, 3)]))
+        Self::filled(nothing(axes))
     }
 
     /// A tick with this many axes, 1 to 3, all zero and without a guard's energy.
@@ -260,7 +280,7 @@ impl TickMessage {
     pub fn columns(axes: usize) -> Vec<Column> {
         let of = |field: &Field| {
             let axes = match field.reach {
-                Reach::Axes(_) => axes.clamp(1, AXES.len()),
+                Reach::Axes(_) | Reach::Perhaps(_) => axes.clamp(1, AXES.len()),
                 Reach::Count(_) | Reach::Number(_) | Reach::Bits(_) | Reach::Derived(_) => 1,
             };
             let column = |axis| Column {
@@ -289,7 +309,9 @@ impl LogMessage for TickMessage {
         {
             let kind = match reach {
                 Reach::Count(_) => "uint64",
-                Reach::Number(_) | Reach::Axes(_) | Reach::Derived(_) => "float64",
+                Reach::Number(_) | Reach::Axes(_) | Reach::Perhaps(_) | Reach::Derived(_) => {
+                    "float64"
+                }
                 Reach::Bits(_) => "uint8",
             };
             text += &format!("{kind} {name}  # {what}\n");
@@ -303,7 +325,7 @@ impl LogMessage for TickMessage {
 
     fn encode_into(&self, buffer: &mut Vec<u8>) -> Result<(), MessageError> {
         begin(buffer);
-        let tick = &mut self.clone();
+        let (axes, tick) = (self.axes(), &mut self.clone());
         for field in &FIELDS {
             match field.reach {
                 Reach::Count(field) => put(buffer, field(tick).to_le_bytes()),
@@ -311,7 +333,14 @@ impl LogMessage for TickMessage {
                 Reach::Number(field) => put(buffer, field(tick).to_le_bytes()),
                 Reach::Axes(field) => {
                     let numbers = field(tick);
-                    if numbers.len() != self.axes() {
+                    if numbers.len() != axes {
+                        return Err(MessageError::Axes);
+                    }
+                    numbers.iter().for_each(|x| put(buffer, x.to_le_bytes()));
+                }
+                Reach::Perhaps(field) => {
+                    let numbers = field(tick).unwrap_or(nothing(axes));
+                    if numbers.len() != axes {
                         return Err(MessageError::Axes);
                     }
                     numbers.iter().for_each(|x| put(buffer, x.to_le_bytes()));
@@ -357,6 +386,16 @@ impl LogMessage for TickMessage {
                     }
                     numbers.count = numbers.count.max((axis + 1).min(4) as u8);
                 }
+                (Reach::Perhaps(field), Item::Number(number)) => {
+                    let number = number.to_f64();
+                    // A tick without a sensor is one of whose axes none has a number.
+                    if !number.is_nan() {
+                        let axes = field(&mut tick).get_or_insert(nothing(AXES.len()));
+                        if let Some(value) = axes.values.get_mut(axis) {
+                            *value = number;
+                        }
+                    }
+                }
                 (Reach::Derived(_), _) | (_, Item::Text(_)) => {}
             }
         })?;
@@ -370,6 +409,9 @@ impl LogMessage for TickMessage {
                 numbers.count = axes;
                 numbers.values[usize::from(axes)..].fill(0.0);
             }
+        }
+        if let Some(sensed) = &mut tick.sensed_force_n {
+            *sensed = PerAxis::new(&sensed[..usize::from(axes)]);
         }
         Ok(tick)
     }
@@ -394,13 +436,14 @@ mod tests {
             limiters: 9,
             flaws: 3,
             observed_energy_j: -6.0,
+            sensed_force_n: Some(numbers([7.0, f64::NEG_INFINITY, -0.5])),
         }
     }
 
     #[test]
     fn a_tick_is_its_columns_in_little_endian_cdr() {
         let mut bytes = vec![0xff; 3];
-        for (axes, length) in [(1, 92), (2, 148), (3, 204)] {
+        for (axes, length) in [(1, 100), (2, 164), (3, 228)] {
             let tick = tick(axes);
             tick.encode_into(&mut bytes).expect("encodes");
             let mut expected = vec![0, 1, 0, 0, 8, 7, 6, 5, 4, 3, 2, 1];
@@ -410,6 +453,8 @@ mod tests {
             // Six bytes bring the last number to a multiple of its size.
             expected.extend([9, 3, 0, 0, 0, 0, 0, 0]);
             expected.extend((-6.0_f64).to_le_bytes());
+            let sensed = tick.sensed_force_n.expect("a sensor");
+            sensed.iter().for_each(|x| expected.extend(x.to_le_bytes()));
             assert_eq!(bytes, expected);
             assert_eq!(bytes.len(), length);
             let layout = Layout::of(&tick.schema().1, TickMessage::slot);
@@ -429,6 +474,38 @@ mod tests {
             bytes[1] = 0;
             let error = TickMessage::decode(&layout, &bytes).expect_err("another byte order");
             assert!(matches!(error, MessageError::Encapsulation));
+        }
+    }
+
+    #[test]
+    fn without_a_sensor_a_file_has_no_force_of_it_and_never_zero() {
+        for axes in 1..=3 {
+            let schema = tick(axes).schema().1;
+            let layout = Layout::of(&schema, TickMessage::slot);
+            for plain in [TickMessage::default(), TickMessage::at_rest(axes)] {
+                assert_eq!(plain.sensed_force_n, None);
+                for column in &TickMessage::columns(1)[12..] {
+                    assert!(column.value(&plain).to_f64().is_nan(), "{}", column.name);
+                }
+            }
+            let mut bytes = Vec::new();
+            let blind = TickMessage {
+                sensed_force_n: None,
+                ..tick(axes)
+            };
+            blind.encode_into(&mut bytes).expect("encodes");
+            let nan = bytes[bytes.len() - 8 * axes..].chunks_exact(8);
+            assert!(nan.eq([f64::NAN.to_le_bytes(); 3][..axes].iter()));
+            assert_eq!(
+                TickMessage::decode(&layout, &bytes).expect("decodes"),
+                blind
+            );
+            let uneven = TickMessage {
+                sensed_force_n: Some(PerAxis::new(&[1.0; 3][..4 - axes])),
+                ..tick(axes)
+            };
+            let refused = uneven.encode_into(&mut bytes).is_err();
+            assert_eq!(refused, axes != 2, "{axes}");
         }
     }
 
@@ -455,7 +532,7 @@ mod tests {
             let lines = text.lines().filter(|line| !line.starts_with('#'));
             let fields: Vec<&str> = lines.filter_map(|line| line.split(' ').nth(1)).collect();
             assert_eq!(fields, names(axes));
-            assert_eq!(fields.len(), 5 + 7 * axes);
+            assert_eq!(fields.len(), 5 + 8 * axes);
         }
         let shown = format!("{:#?}", tick(1));
         let place = |name: &String| shown.find(&format!(" {name}:")).expect("is a field");

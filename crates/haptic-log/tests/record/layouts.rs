@@ -241,6 +241,7 @@ impl Layout {
             limiters: bits("limiters"),
             flaws: bits("flaws"),
             observed_energy_j: axes("observed_energy_j", "")[0],
+            sensed_force_n: has("sensed_force_n").then(|| axes("sensed_force_n", "")),
         }
     }
 

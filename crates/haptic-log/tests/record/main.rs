@@ -49,6 +49,7 @@ fn tick_of(axes: usize, number: u64) -> TickMessage {
         limiters: (number % 16) as u8,
         flaws: (number % 8) as u8,
         observed_energy_j: 1e-6 * (x * 0.013).sin(),
+        sensed_force_n: Some(falls(1.25)),
     }
 }
 

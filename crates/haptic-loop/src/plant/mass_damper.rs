@@ -182,6 +182,12 @@ impl<const D: usize> MassDamper<D> {
         SVector::from_fn(|axis, _| self.axes[axis].actuator)
     }
 
+    /// w − k·x now, N: the push from outside and the spring of the hand, what a force sensor in the handle shows.
+    #[must_use]
+    pub fn contact_force(&self) -> SVector<f64, D> {
+        self.external - self.position() * self.config.stiffness.0
+    }
+
     /// The parameters it was made from.
     #[must_use]
     pub const fn config(&self) -> &MassDamperConfig {

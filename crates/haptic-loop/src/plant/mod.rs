@@ -17,6 +17,7 @@ mod axes;
 mod discretise;
 #[cfg(feature = "std")]
 mod facing;
+mod force_sensor;
 #[cfg(feature = "std")]
 mod held;
 mod mass_damper;
@@ -30,6 +31,7 @@ mod trial;
 pub use axes::Axes;
 #[cfg(feature = "std")]
 pub use facing::{FacingConfig, FacingContact, FacingDevices, FacingSide};
+pub use force_sensor::{ForceSensor, ForceSensorConfig};
 #[cfg(feature = "std")]
 pub use held::{HeldRig, Holder};
 pub use mass_damper::{MAX_DELAY_SAMPLES, MassDamper, MassDamperConfig};

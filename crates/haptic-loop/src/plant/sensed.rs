@@ -1,5 +1,6 @@
 //! A device behind the sensors that it has, or none.
 
+use super::ForceSensor;
 use crate::units::Metres;
 use crate::{Device, ParameterError, Reading, SafeForce};
 use fracdiff::Real;
@@ -21,6 +22,7 @@ pub struct Sensed<V> {
     device: V,
     resolution: Option<f64>,
     noise: Option<(f64, Pcg32)>,
+    force_sensor: Option<ForceSensor>,
 }
 
 impl<V> Sensed<V> {
@@ -50,7 +52,23 @@ impl<V> Sensed<V> {
                 .map(|resolution| positive("encoder resolution", resolution, "m"))
                 .transpose()?,
             noise,
+            force_sensor: None,
         })
+    }
+
+    /// With a force sensor too, or without one.
+    #[must_use]
+    pub fn with_force_sensor(self, force_sensor: Option<ForceSensor>) -> Self {
+        Self {
+            force_sensor,
+            ..self
+        }
+    }
+
+    /// Turns the force of the hand on each axis, N, into the next reading of the force sensor; false without one.
+    pub fn sense(&mut self, forces: &mut [f64]) -> bool {
+        let sensor = self.force_sensor.as_mut();
+        sensor.map(|sensor| sensor.read(forces)).is_some()
     }
 
     /// The device behind the sensors, as it truly is.

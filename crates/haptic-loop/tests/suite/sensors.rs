@@ -1,8 +1,8 @@
 //! The sensor wrappers around a simulated device.
 
 use fracdiff::Seconds;
-use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
-use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre};
+use haptic_loop::plant::{ForceSensor, ForceSensorConfig, MassDamper, MassDamperConfig, Sensed};
+use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons};
 use nalgebra::Vector1;
 use testkit::assert_close;
 use testkit::device::{read, write};
@@ -23,6 +23,63 @@ fn an_encoder_reads_the_nearest_count() {
     }
     write(&mut encoder, 1.0);
     assert_eq!(read::<1>(&mut encoder).tick, 1, "a write goes through");
+}
+
+const FORCE_SENSOR: ForceSensorConfig = ForceSensorConfig {
+    range: Newtons(5.0),
+    noise: Newtons(0.0),
+    lag: Seconds(0.01),
+    offset: Newtons(0.25),
+    seed: 1,
+};
+
+/// A step from rest: F·(1 − exp(−t/τ)) in the closed form of a first-order lag.
+#[test]
+fn a_force_sensor_lags_as_its_closed_form_and_ends_at_its_range() {
+    let mut sensor = ForceSensor::new(FORCE_SENSOR, Seconds(1e-3)).expect("valid");
+    for n in 1..=100 {
+        let mut forces = [2.0, -3.0, 40.0];
+        sensor.read(&mut forces);
+        let share = 1.0 - (-f64::from(n) / 10.0).exp();
+        for (have, force) in forces.into_iter().zip([2.0, -3.0, 40.0]) {
+            let want = (0.25 + share * force).min(5.0);
+            assert!((have - want).abs() < 1e-12, "{n}: {have} {want}");
+        }
+    }
+}
+
+#[test]
+fn a_force_sensor_has_its_noise_and_cannot_be_beyond_its_range() {
+    let noisy = ForceSensorConfig {
+        noise: Newtons(0.1),
+        ..FORCE_SENSOR
+    };
+    let mut sensor = ForceSensor::new(noisy, Seconds(1e-3)).expect("valid");
+    let squares = (0..20_000).map(|_| {
+        let mut force = [0.0];
+        sensor.read(&mut force);
+        (force[0] - 0.25).powi(2)
+    });
+    // Of 20 000 draws the deviation is known within 0.5 %.
+    let deviation = (squares.sum::<f64>() / 20_000.0).sqrt();
+    assert!((deviation / 0.1 - 1.0).abs() < 0.02, "{deviation}");
+    for (range, noise, lag, offset, word) in [
+        (0.0, 0.0, 0.0, 0.0, "range"),
+        (f64::INFINITY, 0.0, 0.0, 0.0, "range"),
+        (5.0, -1.0, 0.0, 0.0, "noise"),
+        (5.0, 0.0, f64::NAN, 0.0, "lag"),
+        (5.0, 0.0, 0.0, -5.0, "offset"),
+    ] {
+        let config = ForceSensorConfig {
+            range: Newtons(range),
+            noise: Newtons(noise),
+            lag: Seconds(lag),
+            offset: Newtons(offset),
+            seed: 1,
+        };
+        let refused = ForceSensor::new(config, Seconds(1e-3)).expect_err("refused");
+        assert!(refused.to_string().starts_with(word), "{refused}");
+    }
 }
 
 #[test]

@@ -138,7 +138,7 @@ impl SerialLink {
             ahead: None,
             running: None,
             newest: Sample::default(),
-            plausible: Plausible::of(f32::MAX),
+            plausible: Plausible::of(f32::MAX, 0.0),
             impossible: None,
             newest_answers: VecDeque::with_capacity(IN_TIME),
             follows: true,
@@ -167,7 +167,8 @@ impl SerialLink {
             self.capabilities = capabilities;
         }
         check_numbers(&self.capabilities)?;
-        self.plausible = Plausible::of(self.capabilities.force_max_n);
+        let can = &self.capabilities;
+        self.plausible = Plausible::of(can.force_max_n, can.sensed_force_max_n);
         check_keys(&keys, self.capabilities.axes, self.hello.firmware)?;
         let (configuration, _) = self.configuration()?;
         self.ticks_every(configuration.tick_period_us);
@@ -214,6 +215,7 @@ fn check_numbers(capabilities: &Capabilities) -> Result<(), LinkError> {
         force_max_n,
         force_rate_max_n_per_s,
         position_resolution_m,
+        sensed_force_max_n,
         ..
     } = *capabilities;
     for (what, value, least) in [
@@ -225,6 +227,8 @@ fn check_numbers(capabilities: &Capabilities) -> Result<(), LinkError> {
         ),
         // 0 if it is unknown.
         ("resolution of positions, m,", position_resolution_m, 0.0),
+        // 0 without a force sensor.
+        ("range of the force sensor, N,", sensed_force_max_n, 0.0),
     ] {
         if !(least..=f32::MAX).contains(&value) {
             return Err(LinkError::Capability { what, value });

@@ -187,7 +187,7 @@ impl SerialLink {
         };
         self.impossible = Some(Sample {
             axes: sample.axes.iter().map(flawed).collect(),
-            ..*sample
+            ..sample.clone()
         });
         Some(Heard::Over(LinkError::Impossible(impossible)))
     }

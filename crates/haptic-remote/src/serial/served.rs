@@ -340,6 +340,10 @@ impl<H: Hardware<D>, const D: usize> Hardware<D> for Punctual<H> {
         self.hardware.restart();
     }
 
+    fn sense(&mut self) -> [f32; D] {
+        self.hardware.sense()
+    }
+
     fn idle(&mut self) -> Result<Reading<f32, D>, Fault> {
         self.hardware.idle()
     }

@@ -195,7 +195,8 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         #[cfg(not(feature = "std"))]
         let done = self.engaged.tick_commanded(commanded.as_ref())?;
         let (tick, time_us) = (self.tick, self.now_us as u32);
-        Ok(Tick::of(&done, tick, time_us, self.flaws()))
+        let (flaws, sensed_force_n) = (self.flaws(), self.hardware_mut().sense());
+        Ok(Tick::of(&done, tick, time_us, flaws, sensed_force_n))
     }
 
     /// A tick while no force may act, which is in no hurry: the one that makes a force is laid out for speed.
@@ -208,6 +209,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
             time_us: self.now_us as u32,
             position_m: reading.position_m.into(),
             flaws: self.flaws(),
+            sensed_force_n: self.hardware_mut().sense(),
             ..Tick::NONE
         })
     }

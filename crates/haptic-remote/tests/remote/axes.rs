@@ -161,7 +161,7 @@ fn ticks_come_in_batches_and_the_recorder_tells_vectors() {
     for batch in batches {
         assert!(batch.items.len() <= 16 && batch.axes == 2);
         let ticks: Vec<u32> = batch.samples(1000).map(|sample| sample.tick).collect();
-        assert!(ticks.len() <= Batch::ticks_most(2));
+        assert!(ticks.len() <= Batch::ticks_most(2, false));
         assert!(ticks.windows(2).all(|pair| pair[1] == pair[0] + 1));
     }
 }

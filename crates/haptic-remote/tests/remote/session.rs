@@ -8,7 +8,7 @@ use crate::line::{Bench, START, spring};
 use haptic_emulator::LineFaults;
 use haptic_link::{
     Alive, EventKind, FRAME_MAX, Header, LoopMode, OperatorForm, OperatorShape, Refusal, Report,
-    Request, SimulationKind, Start, State, Status, encode,
+    Request, Sample, SimulationKind, Start, State, Status, encode,
 };
 use haptic_loop::Fault;
 use haptic_remote::{Conversation, DeviceOperator, Incoming, LinkError};
@@ -124,6 +124,38 @@ fn batches_carry_the_same_samples() {
             .all(|(n, &tick)| tick == 3 * n as u32)
     );
     assert!(third.ticks().len() >= 33);
+}
+
+#[test]
+fn a_sensed_force_comes_with_its_sample_in_every_form_and_none_comes_without_a_sensor() {
+    for (batch, sensed_n) in [(1, 0.5), (16, 0.5), (5, 0.5), (1, f32::NAN), (16, f32::NAN)] {
+        let mut bench = armed();
+        bench.device.borrow_mut().hardware_mut().sensed_n = sensed_n;
+        let start = Start { batch, ..START };
+        bench.done(Request::Start(start));
+        bench.run_ms(200);
+        bench.host_dead = true;
+        bench.run_ms(400);
+        bench.host_dead = false;
+        assert_eq!(fault(&bench), Some(Fault::HostSilent));
+        let mut told: Vec<Sample> = bench.samples().cloned().collect();
+        let most = if sensed_n.is_nan() { 16 } else { 12 };
+        for report in &bench.told {
+            if let Report::Batch(batched) = report {
+                assert!(
+                    batched.items.len() <= most.min(usize::from(batch)),
+                    "{batched:?}"
+                );
+                told.extend(batched.samples(1000));
+            }
+        }
+        assert!(told.len() > 300, "{}", told.len());
+        let flight = bench.flight(3).sample;
+        for sample in told.iter().chain([&flight]) {
+            let want = (!sensed_n.is_nan()).then_some(sensed_n + sample.tick as f32);
+            assert!(sample.sensed_force_n.iter().copied().eq(want), "{sample:?}");
+        }
+    }
 }
 
 #[test]

@@ -13,6 +13,7 @@ pub(crate) fn ideal() -> Emulation {
     Emulation {
         axes: 1,
         body: None,
+        sensor: None,
         speed: 1.0,
         faults: LineFaults::default(),
         seed: 1,

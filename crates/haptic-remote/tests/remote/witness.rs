@@ -18,6 +18,9 @@ pub(crate) struct Witness {
     /// It tells what it told last while this is set.
     pub(crate) sticks: bool,
     told_m: f32,
+    /// Reading of its force sensor at tick 0, N, from where it rises by 1 N a tick; NaN without one.
+    pub(crate) sensed_n: f32,
+    ticks: u32,
     /// The time that a controller takes.
     pub(crate) controller_cost: Option<ControllerCost>,
 }
@@ -32,6 +35,8 @@ impl Witness {
             offset_m: 0.0,
             sticks: false,
             told_m: 0.0,
+            sensed_n: f32::NAN,
+            ticks: 0,
             controller_cost: Some(ControllerCost {
                 tick_us: 200,
                 coefficient_ns: 3_500,
@@ -53,6 +58,7 @@ impl Device<f32, 1> for Witness {
             return Err(Fault::EmergencyStop);
         }
         let mut reading = self.plant.read()?;
+        self.ticks += 1;
         if !self.sticks {
             self.told_m = reading.position_m[0] + self.offset_m;
         }
@@ -88,7 +94,12 @@ impl Hardware for Witness {
         self.plant.install(setup, tick_period_us);
     }
 
+    fn sense(&mut self) -> [f32; 1] {
+        [self.sensed_n + (self.ticks - 1) as f32]
+    }
+
     fn restart(&mut self) {
+        self.ticks = 0;
         self.plant.restart();
     }
 

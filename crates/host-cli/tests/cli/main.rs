@@ -29,6 +29,7 @@ mod public;
 mod realtime;
 mod refusals;
 mod reproduce;
+mod sensed;
 #[cfg(feature = "serve")]
 mod serve;
 mod signals;

@@ -5,11 +5,11 @@ use fracdiff::{Order, Scheme};
 use haptic_link::{Configuration, Limits, LoopMode, Refusal, Simulation, Start, State};
 use haptic_loop::nalgebra::SMatrix;
 use haptic_loop::plant::{HeldRig, Holder, RampHold, RigDrive};
-use haptic_loop::units::Metres;
+use haptic_loop::units::{Metres, Newtons};
 use haptic_loop::{Controller, SafetyChain, SpringDamper};
 use haptic_remote::{TickSide, operator_shape, prepare};
 
-type Side = TickSide<Embodied<FacingBoard>>;
+type Side = TickSide<Embodied<FacingBoard, 1>>;
 
 const T: Seconds = Seconds(1e-3);
 /// Of the controller of the indenter, N/m.
@@ -37,9 +37,13 @@ fn bodies() -> [Body; 2] {
 
 impl Pair {
     fn new(contact: FacingContact) -> Self {
+        Self::sensing(contact, [None; 2])
+    }
+
+    fn sensing(contact: FacingContact, sensors: [Option<ForceSensorConfig>; 2]) -> Self {
         let bodies = bodies();
         let now = TickTime::default();
-        let boards = facing(bodies.map(Some), contact, &now).expect("good ones");
+        let boards = facing(bodies.map(Some), sensors, contact, &now).expect("good ones");
         Self {
             now,
             times: [0; 2],
@@ -65,7 +69,7 @@ impl Pair {
                 ..law
             };
             let can = side.hardware().capabilities();
-            let prepared = prepare::<Embodied<FacingBoard>, 1>(law, values, &can);
+            let prepared = prepare::<Embodied<FacingBoard, 1>, 1>(law, values, &can);
             side.install(prepared.expect("good"), values).expect("idle");
             side.arm(0).expect("nothing is wrong");
         }
@@ -123,7 +127,7 @@ fn two_boards_and_the_simulation_of_both_make_the_same_forces() {
     for (gap, friction) in [(0.0, 0.0), (0.5e-3, 0.0), (0.5e-3, 0.1)] {
         let contact = FacingContact {
             gap: Metres(gap),
-            friction: haptic_loop::units::Newtons(friction),
+            friction: Newtons(friction),
             ..FacingContact::COMPLIANT
         };
         let order = Order::new(0.4).expect("an order");
@@ -287,6 +291,45 @@ fn a_start_puts_both_back_unless_the_other_makes_a_force() {
     assert_eq!(newest.to_bits(), 0, "{newest}");
 }
 
+/// At rest what touches a mass is what its motor makes, with the other sign; and one mass pushes the other as it is pushed.
+#[test]
+fn both_boards_sense_their_contact_and_one_without_a_sensor_nothing() {
+    let ideal = ForceSensorConfig {
+        range: Newtons(20.0),
+        noise: Newtons(0.0),
+        lag: Seconds(0.0),
+        offset: Newtons(0.0),
+        seed: 1,
+    };
+    let mut pair = Pair::sensing(FacingContact::COMPLIANT, [Some(ideal); 2]);
+    let most = pair
+        .sides
+        .each_ref()
+        .map(|side| side.hardware().capabilities().sensed_force_max_n);
+    assert_eq!(most, [20.0; 2]);
+    pair.run(&spring(150.0), &[0.0], [1000, 1000]);
+    let mut last = [(0.0, 0.0); 2];
+    for _ in 0..3000 {
+        last = pair.tick_both();
+    }
+    let sensed = pair
+        .sides
+        .each_ref()
+        .map(|side| side.newest().sensed_force_n[0]);
+    assert!(sensed[0] > 0.1, "{sensed:?}");
+    for (sensed, (_, made)) in sensed.iter().zip(last) {
+        assert!((sensed + made).abs() < 1e-4, "{sensed} {made}");
+    }
+    let mut blind = Pair::sensing(FacingContact::COMPLIANT, [Some(ideal), None]);
+    blind.run(&spring(150.0), &[0.0], [1000, 1000]);
+    blind.tick_both();
+    let [seeing, blind] = blind
+        .sides
+        .each_ref()
+        .map(|side| side.newest().sensed_force_n[0]);
+    assert!(seeing.is_finite() && blind.is_nan(), "{seeing} {blind}");
+}
+
 #[test]
 fn a_plant_that_a_host_asks_for_and_axes_are_refused() {
     let pair = Pair::new(FacingContact::COMPLIANT);
@@ -296,6 +339,6 @@ fn a_plant_that_a_host_asks_for_and_axes_are_refused() {
     };
     let can = pair.sides[0].hardware().capabilities();
     assert!(!can.simulated);
-    let refused = prepare::<Embodied<FacingBoard>, 1>(asked, &[0.0], &can);
+    let refused = prepare::<Embodied<FacingBoard, 1>, 1>(asked, &[0.0], &can);
     assert!(matches!(refused, Err(Refusal::Unsupported(_))));
 }

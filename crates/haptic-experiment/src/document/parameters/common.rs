@@ -5,7 +5,8 @@ use crate::document::named::named;
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::{
     DAMPINGS, DEVICE_TIMES, DISSIPATIONS, DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES,
-    HALF_ANGLES, MASSES, POISSON_RATIOS, SAMPLE_TIMES, SENSOR_STEPS, SPECIMENS, STIFFNESSES,
+    FORCES_ABOVE_0, HALF_ANGLES, MASSES, POISSON_RATIOS, SAMPLE_TIMES, SENSOR_STEPS, SPECIMENS,
+    STIFFNESSES,
 };
 use haptic_link::Limits as Wire;
 use haptic_loop::{Limit, LoadingKind};
@@ -123,6 +124,15 @@ parameters! {
         "Encoder resolution per count; 0 = ideal");
     /// Noise of a simulated sensor, m.
     SENSOR_NOISE = number("sensor_noise_m", 0.0, "0", SENSOR_STEPS, "Standard deviation of the sensor noise; 0 = none");
+    /// Range of a simulated force sensor, N.
+    SENSED_RANGE = optional("sensed_range_n", FORCES_ABOVE_0,
+        "Force sensor in the handle that shows up to this force either way; without it there is none");
+    /// Noise of that sensor, N.
+    SENSED_NOISE = number("sensed_noise_n", 1e-3, "1mN", FORCES, "Standard deviation of its noise");
+    /// Lag of that sensor, s.
+    SENSED_LAG = number("sensed_lag_s", 1e-3, "1ms", DEVICE_TIMES, "Time constant of its filter; 0 = none");
+    /// Offset of that sensor, N.
+    SENSED_OFFSET = number("sensed_offset_n", 0.0, "0", FORCES, "Its reading without a force");
     SEED = count("seed", 1, "1", "Noise seed: the same seed gives the same run, bit for bit");
     /// Mass of a simulated device, kg.
     MASS = number("mass_kg", 0.065, "65g", MASSES, "Mass of the device");
@@ -137,6 +147,9 @@ parameters! {
     /// Current lag of a simulated device, s.
     CURRENT_LAG = number("current_lag_s", 0.0, "0", DEVICE_TIMES, "Time constant of the actuator's current");
 }
+
+/// Of a simulated or emulated force sensor.
+pub const FORCE_SENSOR: &[Parameter] = &[SENSED_RANGE, SENSED_NOISE, SENSED_LAG, SENSED_OFFSET];
 
 /// Of a simulated device that is less than ideal.
 pub(crate) const LESS_THAN_IDEAL: &[Parameter] = &[

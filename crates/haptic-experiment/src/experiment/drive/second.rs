@@ -59,6 +59,7 @@ impl DriveSamples {
             let own = KeptSample {
                 time_s: own_s,
                 contact_force_n: newest.map_or(0.0, KeptSample::reaction_n),
+                sensed_force_n: None,
                 ..*sample
             };
             let (error, [measured, force_n]) = judge.add(&own);

@@ -354,6 +354,7 @@ fn the_commands_that_are_judged_are_those_that_were_given_bit_for_bit() {
                 applied_force_n: force_n,
                 indenter_position_m: seen.indenter_position_m[0],
                 contact_force_n: seen.contact_force_n[0],
+                sensed_force_n: None,
                 limiters: 0,
             });
             let SimulatedRig::Held(held) = &rig else {

@@ -15,6 +15,7 @@ use crate::judge::decimated::Decimated;
 use crate::judge::modelled_tissue::Sampled;
 use crate::judge::reference::{ReferenceSeries, TOLERANCE};
 use crate::judge::report::{Files, Report, RunReport, closed_form_error, full_history_error, rows};
+use crate::judge::sensed::SensedForce;
 use crate::judge::warnings::Warnings;
 use crate::judge::{Curves, Drawing, LargestError, Reference, origin, percent, relative_error};
 use crate::run::Ran;
@@ -113,6 +114,9 @@ struct Judge<'a> {
     drive: Option<Driven>,
     csv: Option<Table>,
     against: Option<Comparison<'a>>,
+    sensed: SensedForce,
+    /// The sensed force of a relaxation beside the record.
+    sensed_against: Option<Comparison<'a>>,
     beginning: Beginning,
     last: Option<TheorySample>,
     unseen_until_s: Option<f64>,
@@ -158,6 +162,10 @@ impl<'a> Judge<'a> {
             curves: Decimated::of(record),
             csv: is_whole(ran).then(|| table(ran, quantity.moved, columns)),
             against: of.against.as_ref().map(Comparison::new),
+            sensed: SensedForce::default(),
+            sensed_against: (of.against.as_ref())
+                .filter(|_| quantity.moved.is_none())
+                .map(Comparison::new),
             beginning: Beginning::of(ran, from_s),
             last: None,
             unseen_until_s: None,
@@ -184,6 +192,15 @@ impl<'a> Judge<'a> {
                 true => largest.add(sample.time_s, have, want),
                 false => largest.pass(sample.time_s),
             }
+        }
+        let closed_form_n = match self.of.load {
+            RigDrive::Position(_) => closed_form,
+            RigDrive::Force(push) => push.0,
+        };
+        self.sensed.add(sample, force_n, closed_form_n);
+        if let Some(against) = &mut self.sensed_against {
+            let sensed_n = sample.sensed_force_n.filter(|_| sample.is_comparable());
+            against.add(sample.time_s, sensed_n);
         }
         if let Some(against) = &mut self.against {
             let value = sample.is_comparable().then_some(value);
@@ -286,6 +303,8 @@ impl Indentation {
             mut beginning,
             curves,
             errors,
+            sensed,
+            sensed_against,
             ..
         } = judge;
         let [full_history, closed_form, discretisation, rig] = errors.map(LargestError::get);
@@ -298,6 +317,8 @@ impl Indentation {
             files,
             self.warnings(ran, &judged, beginning.warning()),
         );
+        run.warnings
+            .extend(sensed.warnings(record.sensor, record.link.is_some()));
         run.final_force_n = (record.last.as_ref()).map_or(0.0, |last| self.opposed_n(last));
         if let Some(second) = &ran.second {
             tell(&mut run, record, second);
@@ -322,11 +343,22 @@ impl Indentation {
             closed_form_error(&closed_form),
             results,
         ];
+        let measured = [sensed.rows(
+            record.sensor,
+            sensed_against.and_then(|against| against.differences()),
+        )];
         let off = closed_form.largest;
         let report = Report {
             law: rows([self.law_rows()]),
             run,
-            results: rows(results.into_iter().chain(end).chain(held).chain(beside)),
+            results: rows(
+                results
+                    .into_iter()
+                    .chain(end)
+                    .chain(held)
+                    .chain(beside)
+                    .chain(measured),
+            ),
             verdict: off.map(|error| format!("{:.2} % from the closed form", 1e2 * error)),
             unmet: None,
         };

@@ -157,6 +157,8 @@ impl<const D: usize> TickRecord for TouchTick<D> {
             applied_force_n: 0.0 - tick.applied_force_n.norm(),
             indenter_position_m: depth(&self.shape, &tick.indenter_position_m),
             contact_force_n: tick.contact_force_n.norm(),
+            // A length has no sign to compare.
+            sensed_force_n: None,
             limiters: tick.limiters,
         }
     }

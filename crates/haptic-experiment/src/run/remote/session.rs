@@ -12,7 +12,7 @@ use crate::run::remote::RemoteDevice;
 use crate::run::remote::partner::{Partner, Side};
 use crate::run::remote::summary::{LinkSummary, summarise};
 use crate::run::schedule::Schedule;
-use crate::run::tick::{TickRecord, by_device, by_loop, per_axis};
+use crate::run::tick::{TickRecord, by_device, by_loop, per_axis, sensed_by_device};
 use crate::run::{Ran, Supervisor, close, tell_end};
 use fracdiff::Real;
 use haptic_link::{
@@ -314,6 +314,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             let logged = message.logged_mut();
             *logged = TickMessage {
                 applied_force_n: per_axis(&applied_n::<D>(session.ready.link.newest())),
+                sensed_force_n: sensed_by_device(session.ready.link.newest()),
                 // The device limits what it is sent once more.
                 limiters: done.limiters.bits() | newest_limiters,
                 flaws: newest_flaws
@@ -405,7 +406,13 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             };
             count = flight.count;
             match self.message(&flight.sample).filter(|_| count > 0) {
-                Some(message) => kept.push(*message.logged()),
+                Some(message) => {
+                    let mut logged = *message.logged();
+                    let sensed = logged.sensed_force_n.take();
+                    logged.sensed_force_n =
+                        sensed.and_then(|sensed| self.record.sensor.less(sensed));
+                    kept.push(logged);
+                }
                 None => break,
             }
         }
@@ -656,7 +663,8 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         }
     }
 
-    fn keep(&mut self, message: M, counted: bool) {
+    fn keep(&mut self, mut message: M, counted: bool) {
+        self.record.sensor.take_off(message.logged_mut());
         let (force_n, limit_n) = (message.kept().applied_force_n, self.ready.force_limit_n);
         let swings = |push_n| swings(force_n, push_n, limit_n);
         self.swung |= self.ready.own_push_n.is_some_and(swings);

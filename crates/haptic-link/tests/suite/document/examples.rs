@@ -185,6 +185,7 @@ fn running() -> Vec<String> {
                 tick: 256,
                 time_us: 1_000_000,
                 axes: [item(1e-3)].into_iter().collect(),
+                sensed_force_n: heapless::Vec::new(),
             }),
             300,
             device,
@@ -197,8 +198,20 @@ fn running() -> Vec<String> {
                 every: 1,
                 axes: 1,
                 items: [1e-3, 2e-3].map(item).into_iter().collect(),
+                sensed_force_n: heapless::Vec::new(),
             }),
             301,
+            device,
+        ),
+        framed(
+            "sample, sequence number 302: tick 259, 1 003 000 µs, 1 mm, 0.75 N at the force sensor",
+            &Report::Sample(Sample {
+                tick: 259,
+                time_us: 1_003_000,
+                axes: [item(1e-3)].into_iter().collect(),
+                sensed_force_n: [0.75].into_iter().collect(),
+            }),
+            302,
             device,
         ),
     ]

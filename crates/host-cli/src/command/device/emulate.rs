@@ -16,8 +16,8 @@ use haptic_emulator::{Damage, LineFaults, emulate, haply, moteus};
 use haptic_experiment::parameters::{self, Range};
 use haptic_experiment::run::DeviceModel;
 use haptic_experiment::{Failure, named};
-use haptic_loop::plant::{FacingContact, MassDamperConfig};
-use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
+use haptic_loop::plant::{FacingContact, ForceSensor, ForceSensorConfig, MassDamperConfig};
+use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, Seconds};
 use haptic_quantity::without_unit;
 use haptic_remote::serial::tcp_address;
 use serde_json::json;
@@ -69,10 +69,14 @@ impl Kind {
 /// Keys make the line bad: it loses, damages, repeats, reorders, delays or stalls frames, in the
 /// same way for the same `line_seed`.
 ///
+/// With `sensed_range` the board has a force sensor too, which shows the force of the hand or of the other board on it, and its log
+/// `sensed_force_n`.
+///
 /// --facing adds a second board whose mass meets that of the first, to rehearse a run with two devices. The first renders: its position is
 /// the depth of the indentation, and its force is below 0 where it resists. The second pushes along its own positive axis into it. Both
 /// axes point the same way, and they touch where the second has gone the gap further. Each has its own sample time, both one clock; a run
-/// begins with both masses at 0 unless the other board makes a force. facing_ before a key of the line is that of the second board.
+/// begins with both masses at 0 unless the other board makes a force. facing_ before a key of the line or of a force sensor is that of the
+/// second board.
 ///
 /// --kind haply-2diy is the board of a Haply 2DIY, --kind moteus a servo behind a CAN adapter; both
 /// also work with the makers' own programs. They run in real time, and drop and corrupt then apply
@@ -130,6 +134,22 @@ const LINE_KEYS: [(&str, &str); 8] = [
     ("line_seed", "Seed of these faults [default: 1]"),
 ];
 
+/// Keys of a force sensor, of the first board or, with facing_ before it, of the second.
+const SENSOR_KEYS: [(&str, &str); 4] = {
+    let [range, noise, lag, offset] = [
+        parameters::SENSED_RANGE,
+        parameters::SENSED_NOISE,
+        parameters::SENSED_LAG,
+        parameters::SENSED_OFFSET,
+    ];
+    [
+        (range.key, range.help),
+        (noise.key, noise.help),
+        (lag.key, lag.help),
+        (offset.key, offset.help),
+    ]
+};
+
 /// Keys of a 2DIY.
 const HAPLY_KEYS: [(&str, &str); 2] = [
     ("hardware", "2DIY: hardware version, 2 or 3 [default: 3]"),
@@ -163,10 +183,11 @@ const FACING_KEYS: [(&str, &str); 5] = [
 fn all_keys() -> impl Iterator<Item = (&'static str, &'static str)> {
     let of_kinds = HAPLY_KEYS.into_iter().chain(MOTEUS_KEYS);
     let of_kinds = of_kinds.chain(inverse3::KEYS);
-    LINE_KEYS.into_iter().chain(of_kinds).chain(FACING_KEYS)
+    let of_board = LINE_KEYS.into_iter().chain(SENSOR_KEYS);
+    of_board.chain(of_kinds).chain(FACING_KEYS)
 }
 
-/// Before a key of the line: that of the second board.
+/// Before a key of the line or the force sensor: that of the second board.
 const FACING: &str = "facing_";
 
 /// The names of all keys, without their units.
@@ -180,6 +201,8 @@ struct Details {
     given: [BTreeSet<&'static str>; 2],
     faults: [LineFaults; 2],
     seeds: [u64; 2],
+    /// Range, noise, lag and offset of the force sensors; `None` where they are not given.
+    sensors: [[Option<f64>; 4]; 2],
     hardware: Version,
     /// The hand of a 2DIY; `None` strokes.
     hand: Option<haply::Hand>,
@@ -201,10 +224,11 @@ impl Details {
         for faults in &mut details.faults {
             faults.stall_s = 0.05;
         }
-        let of_line = LINE_KEYS.map(|(key, _)| key);
+        let of_board = LINE_KEYS.into_iter().chain(SENSOR_KEYS);
+        let of_board = of_board.map(|(key, _)| key);
         for word in words {
-            let facing =
-                (word.strip_prefix(FACING)).and_then(|rest| key_and_value(rest, of_line).ok());
+            let facing = (word.strip_prefix(FACING))
+                .and_then(|rest| key_and_value(rest, of_board.clone()).ok());
             let side = usize::from(facing.is_some());
             let all = all_keys().map(|(key, _)| key);
             let (key, text) = facing.map_or_else(|| key_and_value(word, all), Ok)?;
@@ -233,6 +257,11 @@ impl Details {
             "stall" => faults.stall = number(CHANCES)?,
             "stall_time_s" => faults.stall_s = number(parameters::LINE_DELAY.range())?,
             "line_seed" => self.seeds[side] = count(text, 0, u64::MAX)?,
+            "sensed_range_n" | "sensed_noise_n" | "sensed_lag_s" | "sensed_offset_n" => {
+                let n = SENSOR_KEYS.iter().position(|(known, _)| *known == key);
+                let n = n.unwrap_or_default();
+                self.sensors[side][n] = Some(number(parameters::FORCE_SENSOR[n].range())?);
+            }
             "hardware" => {
                 let mut all = Version::ALL.into_iter();
                 let found = all.find(|version| version.number().to_string() == text);
@@ -250,6 +279,28 @@ impl Details {
             _ => contact.gap.0 = number(GAPS)?,
         }
         Ok(())
+    }
+
+    /// The force sensor of a board; `None` without a range.
+    fn sensor(&self, side: usize) -> Result<Option<ForceSensorConfig>, Failure> {
+        let given = self.sensors[side];
+        let of = |n: usize| given[n].unwrap_or(parameters::FORCE_SENSOR[n].default_number());
+        let config = ForceSensorConfig {
+            range: Newtons(of(0)),
+            noise: Newtons(of(1)),
+            lag: Seconds(of(2)),
+            offset: Newtons(of(3)),
+            seed: self.seeds[side],
+        };
+        match given {
+            [None, None, None, None] => Ok(None),
+            [None, ..] => Err(Failure::bad_input(
+                "sensed_noise, sensed_lag and sensed_offset apply only to a force sensor: give sensed_range too, as sensed_range=20N",
+            )),
+            [Some(_), ..] => ForceSensor::new(config, Seconds(1e-3))
+                .map(|_| Some(config))
+                .map_err(Failure::input),
+        }
     }
 
     fn has(&self, keys: &[(&str, &str)]) -> bool {
@@ -280,6 +331,7 @@ impl Arguments {
             (details.facing_model.as_deref().map(DeviceModel::find)).transpose()?,
         ];
         let bodies = bodies.map(|model| model.as_ref().map(body));
+        let sensors = [details.sensor(0)?, details.sensor(1)?];
         let servo = servo(details.servo_id, details.turn)?;
         let duration = self.duration.map(Duration::from_secs_f64);
         let (faults, seed) = (details.faults[0], details.seeds[0]);
@@ -328,6 +380,7 @@ impl Arguments {
                 let emulations = [0, 1].map(|side| Emulation {
                     axes: self.axes.unwrap_or(1),
                     body: bodies[side],
+                    sensor: sensors[side],
                     speed: self.speed,
                     faults: details.faults[side],
                     seed: details.seeds[side],
@@ -379,6 +432,8 @@ impl Arguments {
             "service_port and cursor apply only to an Inverse Service: add --kind inverse3"
         } else if kind == Kind::Inverse3 && (details.has(&LINE_KEYS) || first.is_some()) {
             "an Inverse Service is at a TCP port, which loses nothing: omit keys of the line, --link and --listen"
+        } else if kind != Kind::Own && details.has(&SENSOR_KEYS) {
+            "a force sensor is of --kind own: omit sensed_…"
         } else if kind != Kind::Own && self.axes.is_some() {
             "--axes applies only to --kind own: omit it"
         } else if kind != Kind::Own && self.model.is_given() {

@@ -34,7 +34,7 @@ const DENSE: u64 = 20_000;
 /// Samples of which force over depth is drawn: of the extremes of more, a loop would be a polygon.
 const DEPTH_MOST: u64 = 1_000_000;
 /// Numbers of a tick, as in [`drawn`], and columns of a topic that one picture holds.
-const CURVES: usize = 10;
+const CURVES: usize = 11;
 const COLUMNS: usize = 6;
 /// Key, label and factor of what [`drawn`] has by turns.
 const QUANTITIES: [(&str, &str, f64); 2] = [
@@ -201,8 +201,8 @@ fn draw_topic(log: &Path, title: &str, topic: &Topic, span: Span) -> Result<Draw
     Ok((report, cut, page(title, &topic.name, 1, &panels)))
 }
 
-/// Curves of a tick: position and force on each axis by turns; then the reference on two axes, and indenter and contact force on the
-/// first.
+/// Curves of a tick: position and force on each axis by turns; then the reference on two axes, and indenter, contact force and sensed
+/// force on the first.
 fn drawn(tick: &TickMessage) -> [f64; CURVES] {
     let turns = [tick.position_m, tick.commanded_force_n];
     std::array::from_fn(|n| {
@@ -210,7 +210,8 @@ fn drawn(tick: &TickMessage) -> [f64; CURVES] {
             0..=5 => (turns[n % 2], n / 2),
             6..=7 => (tick.reference_m, n - 6),
             8 => (tick.indenter_position_m, 0),
-            _ => (tick.contact_force_n, 0),
+            9 => (tick.contact_force_n, 0),
+            _ => (tick.sensed_force_n.unwrap_or(f64::NAN.into()), 0),
         };
         let number = numbers.get(axis).copied().unwrap_or(f64::NAN);
         // A force that pushes back is negative in a log.
@@ -382,10 +383,20 @@ fn panels(runs: &[Run], over_depth: bool) -> Vec<Panel<'static>> {
                 ("reference", Look::Broad, 6, 6),
                 ("indenter", Look::Line, 2, 8),
             ],
+            1 => &[
+                (contact, Look::Dashed, 5, 9),
+                ("sensed force", Look::Line, 3, 10),
+            ],
             _ => &[(contact, Look::Dashed, 5, 9)],
         };
-        for (name, look, colour, n) in beside.iter().filter(|_| is_alone) {
-            let scale = if *n == 9 { sign } else { scale };
+        let is_known = |n: usize| n != 10 || runs[0].curves[n].iter().any(|force| !force.is_nan());
+        let beside = beside.iter().filter(|_| is_alone);
+        for (name, look, colour, n) in beside.filter(|(.., n)| is_known(*n)) {
+            let scale = match n {
+                9 => sign,
+                10 => 1.0,
+                _ => scale,
+            };
             panel = panel.with(*name, *look, *colour, runs[0].points(*n, scale, None));
         }
         for (colour, run) in runs.iter().enumerate() {

@@ -1,0 +1,102 @@
+//! Runs on devices with a force sensor, from the device to the log and the report.
+
+use crate::devices::{Emulated, at};
+use crate::process::{Place, column, says};
+use serde_json::Value;
+
+/// What the sensor shows beside the rendered force and the closed form, N.
+fn differences(report: &Value, key: &str) -> [f64; 2] {
+    ["rms_n", "largest_n"].map(|name| at(report, &format!("/sensed/{key}/{name}")))
+}
+
+/// A lag of 1 ms lags a ramp of 1 s by a thousandth of its force; the noise is 1 mN, and of some 2000 samples none is 5 σ off.
+fn agrees(report: &Value) {
+    let peak_n = at(report, "/peak_force_n");
+    let [rms_n, largest_n] = differences(report, "from_rendered");
+    assert!(
+        (0.9e-3..=1.2e-3 + 0.002 * peak_n).contains(&rms_n),
+        "{report}"
+    );
+    assert!(largest_n < 5e-3 + 0.01 * peak_n, "{report}");
+}
+
+#[test]
+fn a_simulated_rig_with_a_force_sensor_has_a_column_a_picture_and_a_report() {
+    let place = Place::new();
+    let line = "relax contact=rigid duration=2s ramp_time=1s";
+    let without = place.json(&format!("{line} --out without"));
+    assert_eq!(without.get("sensed"), None);
+    let report = place.json(&format!("{line} sensed_range=20N --out with"));
+    agrees(&report);
+    // It touches from the first tick on.
+    assert!(report["sensed"]["offset_n"].is_null());
+    // The force of the log's sensor is the record: two runs with other noise differ by √2·1 mN.
+    let again = place.json(&format!(
+        "{line} sensed_range=20N seed=2 --against with/relax.mcap --out again"
+    ));
+    says(
+        &again["against"]["notes"].to_string(),
+        &["that of the log's sensor"],
+    );
+    let from_record = differences(&again, "from_record")[0];
+    assert!((1.3e-3..1.55e-3).contains(&from_record), "{again}");
+    let export = |name: &str| {
+        let export = place
+            .run(&format!("log export {name}/relax.mcap -"))
+            .succeeded();
+        (
+            column(&export.stdout, "sensed_force_n"),
+            column(&export.stdout, "commanded_force_n"),
+        )
+    };
+    let (sensed, commanded) = export("with");
+    let off = sensed
+        .iter()
+        .zip(&commanded)
+        .map(|(sensed, commanded)| (sensed + commanded).abs());
+    let seen = off.clone().filter(|off| off.is_finite()).count();
+    assert!(seen > 1990, "{seen}");
+    assert!(off.filter(|off| off.is_finite()).fold(0.0, f64::max) < 0.1);
+    assert!(export("without").0.iter().all(|force| force.is_nan()));
+    for (name, is_there) in [("with", true), ("without", false)] {
+        place
+            .run(&format!(
+                "log plot {name}/relax.mcap --figure-format svg --out {name}/plot"
+            ))
+            .succeeded();
+        let picture = place.text(&format!("{name}/plot/relax.log.svg"));
+        assert_eq!(picture.contains("sensed force"), is_there, "{name}");
+    }
+}
+
+#[test]
+fn what_no_force_sensor_can_be_is_refused_in_a_line() {
+    Place::new().refuses(
+        "
+        relax sensed_noise=1mN => sensed_noise | sensed_range
+        relax sensed_range=0N => sensed_range=0N | above 0
+        relax sensed_range=1N sensed_offset=2N => offset of the force sensor 2 N | within its range
+        relax --device serial:nowhere sensed_range=1N => sensed_range | omit
+        device emulate sensed_lag=1ms => sensed_range=20N
+        device emulate sensed_range=1N sensed_offset=1N => within its range
+        device emulate --kind moteus sensed_range=1N => --kind own
+        device emulate sensed_range=1N facing_sensed_range=1N => --facing
+        ",
+    );
+}
+
+/// The plant of an emulated board waits until the force may rise in full: in that time the offset is measured.
+#[test]
+fn an_emulated_board_senses_its_tissue_from_the_wire_to_the_report() {
+    let device = Emulated::new("--speed 8 sensed_range=20N sensed_offset=0.3N");
+    let line = "relax --device serial:device watchdog=1s contact=rigid duration=2s ramp_time=1s --out run --quiet";
+    let report = device.json(line);
+    agrees(&report);
+    // The mean of a hundred readings with 1 mN of noise: five times its own deviation.
+    let offset_n = at(&report, "/sensed/offset_n");
+    assert!((offset_n - 0.3).abs() < 5e-4, "{report}");
+    let export = device.place.run("log export run/relax.mcap -").succeeded();
+    let sensed = column(&export.stdout, "sensed_force_n");
+    assert!(sensed[..99].iter().all(|force| force.is_nan()));
+    assert!(sensed[99..300].iter().all(|force| force.abs() < 6e-3));
+}
