@@ -87,7 +87,7 @@ mod tests {
         ) {
             let mut sensor = SensorOffset::default();
             // A noise whose mean over the hundred samples is 0.
-            let noise = |n: u32| if n % 2 == 0 { 0.01 } else { -0.01 };
+            let noise = |n: u32| if n.is_multiple_of(2) { 0.01 } else { -0.01 };
             for n in 0..400 {
                 let (wants, pressed) = if n >= touched { (-force, force) } else { (0.0, 0.0) };
                 let shown = [offset + noise(n), 2.0 * offset + pressed + noise(n)];

@@ -220,8 +220,11 @@ fn constants_are_as_the_document_says() {
     assert_eq!(SequenceTracker::RESTART_AFTER, 8);
     says("eight late frames".to_owned());
     let longest = |bytes: Vec<Vec<u8>>| bytes.iter().map(Vec::len).max();
+    // Without sensed forces a batch has more items.
+    let longer = Report::Batch(batch(1, BATCH_MAX));
     let reports = reports()
         .into_iter()
+        .chain([longer])
         .map(|r| frame(&r, 1, Direction::FromDevice));
     let (contents, lines): (Vec<_>, Vec<_>) = reports.unzip();
     says(format!("and with sensed forces at most {SENSED_MAX}"));
