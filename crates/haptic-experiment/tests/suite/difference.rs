@@ -36,7 +36,7 @@ fn difference(law: &str, other: Option<&str>, hand: &str) -> Result<Value, Strin
 #[test]
 fn springs_and_dampers_differ_as_their_numbers_do() {
     let near = |name: &str, found: &Value, want: f64| {
-        assert_relative(name, number(found, "difference"), want, 1e-5)
+        assert_relative(name, number(found, "difference"), want, 1e-5);
     };
     let spring = |k: f64| law(0.0, k, 0.0);
     // 10 N/m of 100 N/m, of which 5 % are noticed.
