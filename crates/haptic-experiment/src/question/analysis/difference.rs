@@ -15,15 +15,16 @@
 use super::answer::{Analysed, DifferencePoint, Drawn, FREQUENCIES_MOST, logarithmic};
 use super::felt::Felt;
 use super::keys::{
-    FELT_HIGH, FELT_LOW, HAND_AMPLITUDE, LEAST_FORCE, OF_A_LAW, POINTS, WEBER_SHARE,
+    DIFFERENCE, FELT_HIGH, FELT_LOW, HAND_AMPLITUDE, LEAST_FORCE, OF_A_LAW, POINTS, TRANSPARENCY,
+    WEBER_SHARE,
 };
 use crate::document::Document;
 use crate::document::failure::Failure;
 use crate::document::parameters::{LAW, OTHER_LAW, Parameter};
 use crate::document::reader::Table;
 use crate::experiment::reading::with_devices;
+use crate::experiment::tables;
 use crate::judge::rows;
-use crate::open::parameters::of_kind;
 use fracdiff::num_complex::Complex;
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
@@ -157,7 +158,12 @@ fn of_file(table: &Table<'_>, key: &Parameter) -> Result<Option<Felt>, Failure> 
     let parsed = document.parse()?;
     let words = format!("a law has one of [{}]", LAWS.join("], ["));
     let (kind, law, _) = parsed.one_of(&LAWS, &[], "law", &words)?;
-    Felt::through_device(&with_devices(law.with_keys(&of_kind(kind))?)?).map(Some)
+    let keys = match kind {
+        "analyze-transparency" => TRANSPARENCY,
+        "analyze-difference" => DIFFERENCE,
+        _ => tables(kind).unwrap_or_default(),
+    };
+    Felt::through_device(&with_devices(law.with_keys(keys)?)?).map(Some)
 }
 
 /// The number ≥ 0 whose largest |x − number|/w is least: the middle of what the intervals x ± t·w share at the least t.
