@@ -45,7 +45,7 @@ const STATIC_MAX: u32 = 12 * 1024;
 /// And its stack: most of it prepares a simulated plant.
 const STACK_MAX: u32 = 16 * 1024;
 /// RAM that a board with a motor may take, stack included.
-const RAM_MAX: u32 = 17 * 1024;
+const RAM_MAX: u32 = 18 * 1024;
 /// Instructions of a whole tick with full memory.
 const TICK_MAX: u32 = 1600;
 /// Instructions of a PI^λD^μ with 200 s of memory: command, history, and the average by which the clock of its integral stands.
@@ -55,7 +55,7 @@ const PATH_MAX: u32 = 200;
 /// The same as the first under a sphere in tissue that stiffens: a root and an exponential.
 const MAPPED_PATH_MAX: u32 = 260;
 /// The same with start-up ramp, speed limit and braking too.
-const WHOLE_PATH_MAX: u32 = 310;
+const WHOLE_PATH_MAX: u32 = 320;
 /// The same as the first with energy bounding, told a delay, a lag and a noise.
 const BOUNDED_PATH_MAX: u32 = 800;
 

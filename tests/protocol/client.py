@@ -30,8 +30,8 @@ FROM_HOST, FROM_DEVICE = 0x02, 0x82
 REQUEST_KEYS = {0: 0xEA059449, 1: 0xAF5AAF58, 2: 0x6E6E2E27, 3: 0xD64D3415, 4: 0xFE3E4473, 5: 0x5F950ADB, 6:
                 0x49AD326F, 7: 0x80892389, 8: 0x6DB3EADF, 9: 0x34E32396, 12: 0x54DE2568, 13: 0xE4D4C71D, 16:
                 0xB7C92CEF}
-REPORT_KEYS = {0: 0x82D95623, 1: 0x3728DA33, 2: 0x3E9AD9F8, 3: 0x9E6E5BB1, 4: 0x21201806, 5: 0x9B76B7E6, 6:
-               0x3F59AB0B, 8: 0x66BD3387, 9: 0xA4362A23, 10: 0x1B05F339, 12: 0x65196196}
+REPORT_KEYS = {0: 0x82D95623, 1: 0x749B5261, 2: 0x3E9AD9F8, 3: 0x9E6E5BB1, 4: 0x21201806, 5: 0x9B4CF31F, 6:
+               0x47E8A9FB, 8: 0x66BD3387, 9: 0xA4362A23, 10: 0x1B05F339, 12: 0x65196196}
 RETRY_S, TRIES = 0.15, 10
 HELLO_TRIES = 24  # 3.5 s, for ports that notice late that somebody listens
 FRAME_MAX = 256
@@ -44,7 +44,7 @@ ACK, SAMPLE, BATCH, EVENT, FAULT, ALIVE, KEYS = 2, 5, 6, 7, 8, 10, 12
 # The report that answers a request; an ack answers all others.
 ANSWERS = {HELLO: 0, GET_CAPABILITIES: 1, GET_CONFIGURATION: 3, GET_COEFFICIENTS: 4, GET_STATISTICS: 9,
            READ_FLIGHT: 11, GET_KEYS: KEYS}
-LENGTHS = {0: 29, 1: 52, 4: 67, 5: 24, 7: 14, 8: 26, 9: 77, 10: 30, 11: 28}  # with one axis
+LENGTHS = {0: 29, 1: 56, 4: 67, 5: 25, 7: 14, 8: 26, 9: 77, 10: 30, 11: 29}  # with one axis and no force sensor
 REFUSALS = (("State", "<B"), ("Range", "<Bfff"), ("Digest", "<"), ("Incomplete", "<"), ("Unsupported", "<B"),
             ("UnknownFault", "<"), ("ForceNotZero", "<"), ("ForceNotSmall", "<ff"), ("FaultPersists", "<B"),
             ("Connection", "<"), ("Looser", "<B"))
@@ -61,7 +61,7 @@ CONFIGURATION_FIELDS = (
     "guard_lag_s guard_noise_m simulation mass_kg "
     "damping_n_s_per_m hand_stiffness_n_per_m push_n depth_m ramp_time_s start_ticks own_push_n maps").split()
 DEPTH_MAP = struct.Struct("<8f")  # follows if maps is 1
-CAPABILITIES = struct.Struct("<16sB?IIfffHHHHI?")
+CAPABILITIES = struct.Struct("<16sB?IIffffHHHHI?")
 STATISTICS = ("ticks overruns tick_cycles_max tick_cycles_last stale_forces samples_dropped sent received corrupt "
               "oversize foreign lost duplicate late bytes_overrun strangers unanswered forces_not_taken "
               "period_ns").split()
@@ -98,7 +98,8 @@ def well_formed(message):
     """Whether the message is known and as long as it should be."""
     number, length = message[0], len(message)
     if number == BATCH:
-        return length >= 13 and length == 13 + 14 * message[12]
+        at = 13 + 14 * message[12] if length > 13 else length
+        return length > at and message[at] in (0, message[12]) and length == at + 1 + 4 * message[at]
     if number == KEYS:
         requests = message[1] if length > 1 else 255
         at = 2 + 4 * requests
@@ -109,6 +110,8 @@ def well_formed(message):
         return message[5] < len(REFUSALS) and length == 6 + struct.calcsize(REFUSALS[message[5]][1])
     if number == ANSWERS[GET_CONFIGURATION]:
         return length in (169, 201)
+    if number in (SAMPLE, ANSWERS[READ_FLIGHT]) and length == LENGTHS[number] + 4:
+        return message[LENGTHS[number] - 1] == 1  # the force at a sensor, which is not used here
     return LENGTHS.get(number) == length
 
 
@@ -214,7 +217,7 @@ class Device:
             self.samples.append(Sample(tick, time_us, *item))
         elif report == BATCH:
             tick, time_us, every = struct.unpack_from("<IIH", message, 1)
-            for n, item in enumerate(struct.iter_unpack("<fffBB", message[13:])):
+            for n, item in enumerate(struct.iter_unpack("<fffBB", message[13:13 + 14 * message[12]])):
                 # Times of a batch follow from its first; here only the ticks are used.
                 self.samples.append(Sample(tick + n * every, time_us, *item))
         elif report == FAULT:

@@ -13,7 +13,8 @@ use nalgebra::SVector;
 ///   after a fault or stop.
 /// - *Where it stands* is where the environment begins: nobody has to bring the handle to a place as exact as a stiff wall
 ///   needs it. A start is judged by the force of the law, which is zero there; the push rises with the chain.
-/// - *Without a push* it is the inner environment, number for number.
+/// - *Without a push* it is the inner environment, number for number: then 0 is taken off place and force, which keeps even a
+///   negative zero, and costs a tick less than a choice.
 ///
 /// ```
 /// use fracdiff::{Order, Seconds, ShortMemory};
@@ -31,21 +32,28 @@ use nalgebra::SVector;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OwnPush<F, E> {
     inner: E,
-    push_n: Option<F>,
+    /// The push with the other sign; 0 without one.
+    pull_n: F,
+    is_pushed: bool,
 }
 
 /// History of an [`OwnPush`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OwnPushHistory<F, H> {
     inner: H,
+    /// 0 without a push.
     start_m: F,
 }
 
 impl<F: Real, E> OwnPush<F, E> {
     /// With a push into the environment, N: along the direction in which positions grow. A push that is not finite becomes a
     /// force that is not finite, which the safety chain turns into a fault.
-    pub const fn new(inner: E, push_n: Option<F>) -> Self {
-        Self { inner, push_n }
+    pub fn new(inner: E, push_n: Option<F>) -> Self {
+        Self {
+            inner,
+            pull_n: pull(push_n),
+            is_pushed: push_n.is_some(),
+        }
     }
 
     /// The environment that is pushed into.
@@ -55,36 +63,36 @@ impl<F: Real, E> OwnPush<F, E> {
 
     /// True if it has a push.
     pub const fn is_pushed(&self) -> bool {
-        self.push_n.is_some()
+        self.is_pushed
     }
 
     /// With another push, and its environment to be changed.
-    pub const fn reshape(&mut self, push_n: Option<F>) -> &mut E
-    where
-        F: Copy,
-    {
-        self.push_n = push_n;
+    pub fn reshape(&mut self, push_n: Option<F>) -> &mut E {
+        (self.pull_n, self.is_pushed) = (pull(push_n), push_n.is_some());
         &mut self.inner
     }
 
-    #[inline]
-    fn place<H>(
-        &self,
-        history: &OwnPushHistory<F, H>,
-        position_m: &SVector<F, 1>,
-    ) -> SVector<F, 1> {
-        match self.push_n {
-            Some(_) => SVector::from([position_m[0] - history.start_m]),
-            None => *position_m,
+    /// Puts the beginning of the environment where the handle stands, if there is a push; without one the history stays as it is.
+    pub fn begin<H>(&self, history: &mut OwnPushHistory<F, H>, position_m: &SVector<F, 1>) {
+        if self.is_pushed {
+            history.start_m = position_m[0];
         }
     }
 
     #[inline]
     fn with_push(&self, force: SVector<F, 1>) -> SVector<F, 1> {
-        match self.push_n {
-            Some(push_n) => SVector::from([force[0] + push_n]),
-            None => force,
-        }
+        SVector::from([force[0] - self.pull_n])
+    }
+}
+
+fn pull<F: Real>(push_n: Option<F>) -> F {
+    push_n.map_or(F::ZERO, |push_n| -push_n)
+}
+
+impl<F: Real, H> OwnPushHistory<F, H> {
+    #[inline]
+    fn place(&self, position_m: &SVector<F, 1>) -> SVector<F, 1> {
+        SVector::from([position_m[0] - self.start_m])
     }
 }
 
@@ -104,15 +112,16 @@ impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for OwnPush<F, E> {
     }
 
     fn settle(&self, history: &mut Self::History, position_m: &SVector<F, 1>) {
-        match self.push_n {
-            Some(_) => history.start_m = position_m[0],
-            None => self.inner.settle(&mut history.inner, position_m),
+        history.start_m = F::ZERO;
+        self.begin(history, position_m);
+        if !self.is_pushed {
+            self.inner.settle(&mut history.inner, position_m);
         }
     }
 
     #[inline]
     fn force(&self, history: &Self::History, position_m: &SVector<F, 1>) -> SVector<F, 1> {
-        let place = self.place(history, position_m);
+        let place = history.place(position_m);
         self.with_push(self.inner.force(&history.inner, &place))
     }
 
@@ -122,7 +131,7 @@ impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for OwnPush<F, E> {
         history: &Self::History,
         position_m: &SVector<F, 1>,
     ) -> (SVector<F, 1>, SVector<F, 1>) {
-        let place = self.place(history, position_m);
+        let place = history.place(position_m);
         let (force, input) = self.inner.force_and_input(&history.inner, &place);
         (self.with_push(force), input)
     }
@@ -139,21 +148,21 @@ impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for OwnPush<F, E> {
         input: &SVector<F, 1>,
         applied_n: &SVector<F, 1>,
     ) {
-        let of_law = match self.push_n {
-            Some(push_n) => SVector::from([applied_n[0] - push_n]),
-            None => *applied_n,
+        let of_law = match self.is_pushed {
+            true => SVector::from([applied_n[0] + self.pull_n]),
+            false => *applied_n,
         };
         (self.inner).advance_applied(&mut history.inner, input, &of_law);
     }
 
     fn starting_force(&self, history: &Self::History, position_m: &SVector<F, 1>) -> SVector<F, 1> {
-        let place = self.place(history, position_m);
+        let place = history.place(position_m);
         self.inner.starting_force(&history.inner, &place)
     }
 
     #[inline]
     fn advance(&self, history: &mut Self::History, position_m: &SVector<F, 1>) {
-        let place = self.place(history, position_m);
+        let place = history.place(position_m);
         self.inner.advance(&mut history.inner, &place);
     }
 }

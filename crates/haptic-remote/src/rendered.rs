@@ -85,10 +85,8 @@ impl<const D: usize> Environment<f32, D> for Rendered<D> {
             return;
         }
         // A wall without a push of its own begins where it was set, and the way to there is a motion.
-        if self.wall.is_pushed() {
-            self.wall
-                .settle(&mut history.wall, &self.along(position_m).0);
-        }
+        self.wall
+            .begin(&mut history.wall, &self.along(position_m).0);
     }
 
     #[inline]
