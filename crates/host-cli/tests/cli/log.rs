@@ -11,7 +11,7 @@ use serde_json::Value;
 
 /// Header of `log export`.
 const COLUMNS: &str = "tick,time_s,reference_m,indenter_position_m,position_m,environment_force_n,\
-                       commanded_force_n,applied_force_n,contact_force_n,limiters,flaws,observed_energy_j";
+                       commanded_force_n,applied_force_n,contact_force_n,limiters,flaws,observed_energy_j,sensed_force_n";
 
 /// A place with `run/relax.mcap` of 3001 samples.
 fn with_log() -> Place {
