@@ -32,8 +32,8 @@ fn a_touch_runs_from_its_file_to_table_and_picture() {
         .expect("a header")
         .split(',')
         .collect();
-    assert_eq!(columns.len(), 19);
-    assert!(columns.contains(&"position_x_m") && columns.contains(&"environment_force_y_n"));
+    assert_eq!(columns.len(), 21);
+    assert!(columns.contains(&"position_x_m") && columns.contains(&"sensed_force_y_n"));
     place.run("log plot disc/touch.mcap --out path").succeeded();
     says(&place.text("path/touch.log.svg"), &["x / mm", "y / mm"]);
     let info = place.run("log info disc/touch.mcap").succeeded().stdout;
