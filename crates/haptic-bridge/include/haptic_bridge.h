@@ -123,7 +123,8 @@ int hb_tick(struct hb_bridge *bridge,
  * # Safety
  * `bridge` is null or from `hb_open` and not closed; the array is null or of three numbers; one thread at a time.
  */
-void hb_sense(struct hb_bridge *bridge, const double *force_n);
+void hb_sense(struct hb_bridge *bridge,
+              const double *force_n);
 
 /**
  * Sleeps until the next sample is due, by an absolute clock, so that a loop runs at the sample time that it declared; returns the
