@@ -78,10 +78,10 @@ impl Difference {
     }
 
     pub(super) fn answer(&self) -> Result<Analysed, Failure> {
+        let omegas: Vec<f64> = self.frequencies_hz.iter().map(|hz| TAU * hz).collect();
         let felt = |law: &Felt| -> Result<Vec<Complex<f64>>, Failure> {
-            let omegas = self.frequencies_hz.iter().map(|hz| TAU * hz);
-            omegas
-                .map(|omega| law.force_per_displacement(omega))
+            let felt = omegas.iter();
+            felt.map(|omega| law.force_per_displacement(*omega))
                 .collect()
         };
         let law = felt(&self.law)?;
@@ -91,27 +91,19 @@ impl Difference {
             .iter()
             .map(|h| self.share * h.norm().max(self.least_n_per_m))
             .collect();
-        let device = self
-            .frequencies_hz
-            .iter()
-            .map(|hz| self.law.of_device(TAU * hz));
-        let own: Vec<Complex<f64>> = law
-            .iter()
-            .zip(device)
-            .map(|(h, device)| h - device)
+        // The law without the device, which spring and damper have too.
+        let own: Vec<Complex<f64>> = (law.iter().zip(&omegas))
+            .map(|(h, omega)| h - self.law.of_device(*omega))
             .collect();
-        let stiffness = nearest(own.iter().zip(&noticed).map(|(h, w)| (h.re, *w)));
-        let omegas = || self.frequencies_hz.iter().map(|hz| TAU * hz);
+        let all = 0..law.len();
+        let stiffness = nearest(all.clone().map(|n| (own[n].re, noticed[n])));
         let damping = nearest(
-            own.iter()
-                .zip(&noticed)
-                .zip(omegas())
-                .map(|((h, w), omega)| (h.im / omega, w / omega)),
+            all.clone()
+                .map(|n| (own[n].im / omegas[n], noticed[n] / omegas[n])),
         );
-        let points: Vec<DifferencePoint> = (0..law.len())
+        let points: Vec<DifferencePoint> = all
             .map(|n| {
-                let omega = TAU * self.frequencies_hz[n];
-                let replaced = Complex::new(stiffness, omega * damping) - own[n];
+                let replaced = Complex::new(stiffness, omegas[n] * damping) - own[n];
                 let changed = other.as_ref().map(|other| other[n] - law[n]);
                 DifferencePoint {
                     frequency_hz: self.frequencies_hz[n],

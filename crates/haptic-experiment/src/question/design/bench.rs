@@ -8,7 +8,7 @@ use crate::question::bench::{crossings, last, minimum_of, units};
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{
     AnalysisError, Dynamics, Effective, Environment, Largest, LoopOperator, NoiseGain, OnePort,
-    SampledLoop, SampledPlant, StabilityRegion, StableArea,
+    RequiredDelta, SampledLoop, SampledPlant, StabilityRegion, StableArea,
 };
 use haptic_tissue::Model;
 use std::f64::consts::PI;
@@ -165,11 +165,23 @@ impl<'a> Bench<'a> {
         alpha: f64,
         beta: f64,
     ) -> Result<Option<f64>, AnalysisError> {
+        let edge = match self.design.gain_margin {
+            None => None,
+            Some(_) => self.largest_stable_scale(alpha, beta)?,
+        };
+        self.scale_within(edge, alpha, beta)
+    }
+
+    /// [`largest_scale`](Self::largest_scale) of a wall whose largest stable scale is known.
+    pub(super) fn scale_within(
+        &self,
+        edge: Option<f64>,
+        alpha: f64,
+        beta: f64,
+    ) -> Result<Option<f64>, AnalysisError> {
         let scale = match self.design.gain_margin {
             None => self.largest_passive_scale(alpha, beta)?,
-            Some(gain_margin) => {
-                (self.largest_stable_scale(alpha, beta)?).map(|scale| scale / gain_margin)
-            }
+            Some(gain_margin) => edge.map(|edge| edge / gain_margin),
         };
         Ok((scale.filter(|scale| *scale > 0.0)).map(|scale| scale * INSIDE))
     }
@@ -228,11 +240,16 @@ impl<'a> Bench<'a> {
         Ok(region.bounded().map(|area| [area.alpha_max, area.beta_max]))
     }
 
-    /// The damping that passivity requires of the device for this wall, N·s/m.
-    pub(super) fn required_damping(&self, alpha: f64, beta: f64) -> Result<f64, AnalysisError> {
+    /// The δ that passivity requires for this wall, and the damping of the device that makes it, N·s/m.
+    pub(super) fn required(
+        &self,
+        alpha: f64,
+        beta: f64,
+    ) -> Result<(RequiredDelta, f64), AnalysisError> {
         let device = &self.design.device.plant;
         let required = self.port()?.required_delta(alpha, beta)?;
-        Ok(required.delta * device.mass.0 / device.sample_time.0)
+        let damping = required.delta * device.mass.0 / device.sample_time.0;
+        Ok((required, damping))
     }
 
     /// Stability of a wall, and the factor that takes it to the edge.
@@ -254,10 +271,7 @@ impl<'a> Bench<'a> {
         let (_, margin) = self.stable_and_margin(alpha, beta)?;
         let proved = self.closed(alpha, beta)?.slope_limit().proved;
         let (stiffness, dissipation) = self.law(alpha, beta);
-        let required = self
-            .port()?
-            .required_delta(alpha, beta)?
-            .passive(self.delta);
+        let (required, damping) = self.required(alpha, beta)?;
         let reason = scale
             .filter(|scale| *scale < 1.0)
             .map(|_| "the specimen is too large".to_owned());
@@ -269,8 +283,8 @@ impl<'a> Bench<'a> {
             pulling_contact_margin: (proved > 0.0).then_some(proved),
             alpha: Some(alpha),
             beta: Some(beta),
-            passive: Some(required),
-            required_damping_n_s_per_m: Some(self.required_damping(alpha, beta)?),
+            passive: Some(required.passive(self.delta)),
+            required_damping_n_s_per_m: Some(damping),
             effective_damping_n_s_per_m: self.effective_damping(alpha, beta)?,
             force_noise_rms_n: (!device.sensors.are_ideal())
                 .then(|| self.force_noise_n(alpha, beta)),

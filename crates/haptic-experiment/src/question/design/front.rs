@@ -176,14 +176,14 @@ impl Front {
         bench: &Bench<'_>,
         [alpha, beta]: [f64; 2],
     ) -> Result<Vec<FrontWall>, AnalysisError> {
-        let (Some([low, high]), Some(largest)) = (
-            bench.stable_scales(alpha, beta)?,
-            bench.largest_scale(alpha, beta)?,
-        ) else {
+        let Some([low, high]) = bench.stable_scales(alpha, beta)? else {
+            return Ok(Vec::new());
+        };
+        let Some(largest) = bench.scale_within(Some(high), alpha, beta)? else {
             return Ok(Vec::new());
         };
         let largest = largest.min(bench.largest_quiet_scale(alpha, beta));
-        let required = bench.required_damping(alpha, beta)?;
+        let (_, required) = bench.required(alpha, beta)?;
         let least = self.design.gain_margin.unwrap_or(1.0);
         let mut walls = Vec::new();
         for size in 0..SIZES {
