@@ -358,7 +358,7 @@ impl Trial for CouplerExperiment {
             let wanted = self.coupler_damping_n_s_per_m * (y - last) / t.0
                 + self.coupler_spring_n_s_1_minus_mu_per_m * derivative(y);
             last = y;
-            (reaction_force_n - wanted).abs()
+            wanted - reaction_force_n
         })))
     }
 

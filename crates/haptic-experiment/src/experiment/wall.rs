@@ -311,7 +311,7 @@ impl Trial for WallExperiment {
             let (x, d) = (sample.position_m, derivative.at(sample));
             let wanted = -(self.stiffness_n_per_m * x + self.dissipation_n_s_mu_per_m * d);
             let wanted = if pulls { wanted } else { wanted.min(0.0) };
-            (sample.force_n - wanted).abs()
+            sample.force_n - wanted
         })))
     }
 

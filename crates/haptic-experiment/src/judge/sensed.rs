@@ -33,6 +33,8 @@ pub(crate) struct SensedForce {
     samples: f64,
     /// Sensed less rendered, sensed less closed form, rendered less closed form.
     differences: [Difference; 3],
+    /// There was no closed form in a sample.
+    without_closed_form: bool,
     /// Of sensed and rendered force: means, squares about them, and products.
     means: [f64; 2],
     squares: [f64; 2],
@@ -41,10 +43,12 @@ pub(crate) struct SensedForce {
 
 impl SensedForce {
     /// The next sample, with the force that opposes the indentation as it was rendered and in closed form, N.
-    pub(crate) fn add(&mut self, sample: &KeptSample, rendered_n: f64, closed_form_n: f64) {
+    pub(crate) fn add(&mut self, sample: &KeptSample, rendered_n: f64, closed_form_n: Option<f64>) {
         let Some(sensed_n) = sample.sensed_force_n.filter(|_| sample.is_comparable()) else {
             return;
         };
+        self.without_closed_form |= closed_form_n.is_none();
+        let closed_form_n = closed_form_n.unwrap_or(f64::NAN);
         let pairs = [
             (sensed_n, rendered_n),
             (sensed_n, closed_form_n),
@@ -73,7 +77,8 @@ impl SensedForce {
                 "largest_n": difference.largest,
             })
         };
-        let [rendered, closed_form, rendered_off] = self.differences.map(of);
+        let [rendered, closed_form, rendered_off] = self.differences;
+        let of_closed_form = |difference| (!self.without_closed_form).then(|| of(difference));
         let offset_n = match offset {
             SensorOffset::Known(axes) => Some(axes[0]),
             SensorOffset::Measuring { .. } | SensorOffset::Touched { .. } => None,
@@ -85,9 +90,10 @@ impl SensedForce {
             "samples": self.samples,
             // Null if it could not be measured: then nothing was taken off.
             "offset_n": offset_n,
-            "from_rendered": rendered,
-            "from_closed_form": closed_form,
-            "rendered_from_closed_form": rendered_off,
+            "from_rendered": of(rendered),
+            // Null where a force has no closed form.
+            "from_closed_form": of_closed_form(closed_form),
+            "rendered_from_closed_form": of_closed_form(rendered_off),
             // Null without a record of forces.
             "from_record": from_record,
         }})
@@ -144,7 +150,7 @@ mod tests {
                 sensed_force_n: Some(sensed_n.into()),
                 ..TickMessage::default()
             };
-            judge.add(&KeptSample::of(&message), rendered_n, closed_form_n);
+            judge.add(&KeptSample::of(&message), rendered_n, Some(closed_form_n));
         }
         judge
     }
@@ -180,7 +186,7 @@ mod tests {
     fn without_a_sensor_there_is_no_row_and_an_offset_that_is_not_known_is_told() {
         let known = SensorOffset::Known([0.0; 3]);
         let mut none = SensedForce::default();
-        none.add(&KeptSample::of(&TickMessage::default()), 1.0, 1.0);
+        none.add(&KeptSample::of(&TickMessage::default()), 1.0, None);
         assert_eq!(
             (none.rows(known, None), none.warnings(known, true)),
             (json!({}), vec![])

@@ -100,3 +100,23 @@ fn an_emulated_board_senses_its_tissue_from_the_wire_to_the_report() {
     assert!(sensed[..99].iter().all(|force| force.is_nan()));
     assert!(sensed[99..300].iter().all(|force| force.abs() < 6e-3));
 }
+
+/// The hand of an emulated board pushes with 1 N, which the wall holds at the end.
+#[test]
+fn the_report_of_a_wall_has_its_sensed_force_beside_the_rendered_one() {
+    let device = Emulated::new("--speed 8 sensed_range=20N");
+    let wall = "[wall]\ndevice = \"serial:device\"\nwatchdog_s = 1\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\n\
+        sample_time_s = 0.001\norder = 1\nstiffness_n_per_m = 200\ndissipation_n_s_mu_per_m = 2\nforce_limit_n = 4\nduration_s = 3\n";
+    device.place.write("wall.toml", wall);
+    let report = device.json("run wall.toml --out run --quiet");
+    for key in ["from_rendered", "from_closed_form"] {
+        let [rms_n, largest_n] = differences(&report, key);
+        assert!((0.9e-3..0.05).contains(&rms_n), "{report}");
+        assert!(largest_n < 1.0, "{report}");
+    }
+    let [rms_n, _] = differences(&report, "rendered_from_closed_form");
+    assert!(rms_n < 1e-6, "{report}");
+    let export = device.place.run("log export run/wall.mcap -").succeeded();
+    let sensed = column(&export.stdout, "sensed_force_n");
+    assert!((sensed[sensed.len() - 1] - 1.0).abs() < 6e-3);
+}

@@ -197,7 +197,7 @@ impl<'a> Judge<'a> {
             RigDrive::Position(_) => closed_form,
             RigDrive::Force(push) => push.0,
         };
-        self.sensed.add(sample, force_n, closed_form_n);
+        self.sensed.add(sample, force_n, Some(closed_form_n));
         if let Some(against) = &mut self.sensed_against {
             let sensed_n = sample.sensed_force_n.filter(|_| sample.is_comparable());
             against.add(sample.time_s, sensed_n);

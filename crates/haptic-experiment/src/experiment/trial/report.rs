@@ -11,6 +11,7 @@ use crate::judge::reference::TOLERANCE;
 use crate::judge::report::{
     Files, Report, RunReport, closed_form_error, full_history_error, rows, unmet,
 };
+use crate::judge::sensed::SensedForce;
 use crate::judge::settling::{Settling, TrialVerdict};
 use crate::judge::warnings::Warnings;
 use crate::judge::{Compared, Curves, Drawing, Published, Reference, origin};
@@ -49,7 +50,7 @@ const SHARED: &str = "one actuator rendered the law and pushed: its limits held 
 /// A number for each sample, asked for in their order.
 pub(crate) type OfSample<'a> = Box<dyn FnMut(&KeptSample) -> f64 + 'a>;
 
-/// Error of the force in each sample, N, or the reason why it has no meaning.
+/// The force of each sample less that of the full history, N, or the reason why it has no meaning.
 pub(crate) type OffN<'a> = Result<OfSample<'a>, &'static str>;
 
 /// An experiment on a pushed device.
@@ -229,6 +230,7 @@ pub(crate) trait Trial: Experiment + Clone {
         warnings.0.extend(setup.not_thrown());
         warnings.0.extend(self.warning(ran));
         let (mut curves, mut object_m) = (None, None);
+        let mut sensed_rows = json!({});
         let (files, operator_error);
         if whole {
             let (off_n, object) = match start_m == 0.0 {
@@ -238,6 +240,9 @@ pub(crate) trait Trial: Experiment + Clone {
             let push_n = setup.plan.own_push_n().unwrap_or(0.0);
             let compared = Comparison::of(ran, push_n, off_n, object)?;
             (files, operator_error) = (compared.files, compared.error);
+            let sensed = compared.sensed;
+            (warnings.0).extend(sensed.warnings(record.sensor, record.link.is_some()));
+            sensed_rows = sensed.rows(record.sensor, None);
             object_m = compared.object_m;
             let object = object_m.map_or("", |_| "object_position_m");
             let origin = origin(record);
@@ -272,6 +277,7 @@ pub(crate) trait Trial: Experiment + Clone {
             full_history_error(&operator_error),
             closed_form_error(&deflection),
             json!({ "reference_tolerance": record.whole.is_none().then_some(TOLERANCE) }),
+            sensed_rows,
         ]);
         let verdict = settling.verdict.words().to_owned();
         let is_accepted = settling.stable
@@ -431,6 +437,7 @@ struct Comparison {
     /// Of the force against the full history.
     error: Compared,
     object_m: Option<f64>,
+    sensed: SensedForce,
 }
 
 impl Comparison {
@@ -454,12 +461,17 @@ impl Comparison {
         let mut table = ran.folder.named_table_beside_log("csv", names);
         let mut curves = Decimated::of(record);
         let (mut seen, mut last) = (Seen::default(), None);
+        let mut sensed = SensedForce::default();
         Samples::of(record, &ran.log.paths).for_each(|sample| {
+            // A sensor feels the whole force of the motor.
+            let rendered_n = sample.reaction_n();
             let sample = &KeptSample {
                 force_n: sample.force_n - push_n,
                 ..*sample
             };
-            seen.add(sample, off_n.as_mut().map_or(0.0, |off_n| off_n(sample)));
+            let off_n = off_n.as_mut().ok().map(|off_n| off_n(sample));
+            seen.add(sample, off_n.unwrap_or(0.0));
+            sensed.add(sample, rendered_n, off_n.map(|off_n| rendered_n + off_n));
             last = object.as_mut().map(|object| object(sample));
             let (x, force_n) = (sample.position_m, sample.reaction_n());
             curves.add(sample.time_s, [x, last.unwrap_or(0.0), force_n]);
@@ -475,6 +487,7 @@ impl Comparison {
                 Err(reason) => Compared::without_meaning(reason),
             },
             object_m: last,
+            sensed,
         })
     }
 }
@@ -492,7 +505,7 @@ impl Seen {
     /// A sample whose force is off by so much, N.
     pub(crate) fn add(&mut self, sample: &KeptSample, off_n: f64) {
         if sample.is_comparable() {
-            self.off_n = self.off_n.max(off_n);
+            self.off_n = self.off_n.max(off_n.abs());
             self.from_s = self.from_s.or(Some(sample.time_s));
             self.to_s = sample.time_s;
             self.samples += 1;
