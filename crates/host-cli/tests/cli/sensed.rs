@@ -108,6 +108,8 @@ fn the_report_of_a_wall_has_its_sensed_force_beside_the_rendered_one() {
     let wall = "[wall]\ndevice = \"serial:device\"\nwatchdog_s = 1\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\n\
         sample_time_s = 0.001\norder = 1\nstiffness_n_per_m = 200\ndissipation_n_s_mu_per_m = 2\nforce_limit_n = 4\nduration_s = 3\n";
     device.place.write("wall.toml", wall);
+    let info = device.json("device info --device serial:device");
+    assert_eq!(at(&info, "/sensed_force_max_n"), 20.0);
     let report = device.json("run wall.toml --out run --quiet");
     for key in ["from_rendered", "from_closed_form"] {
         let [rms_n, largest_n] = differences(&report, key);

@@ -103,6 +103,8 @@ pub(super) fn info(port: &PortArguments, output: Output) -> Result<(), Failure> 
         "force_max_n": number(can.force_max_n),
         "force_rate_max_n_per_s": number(can.force_rate_max_n_per_s),
         "position_resolution_m": number(can.position_resolution_m),
+        // Range of the force sensor; null of a device without one.
+        "sensed_force_max_n": (can.sensed_force_max_n > 0.0).then(|| number(can.sensed_force_max_n)),
         "coefficients_max": can.coefficients_max,
         "modes_max": can.modes_max,
         "degree_max": can.degree_max,
