@@ -105,6 +105,15 @@ impl<E: Environment<f64, 1>> Law<E> {
         Self::standing(environment, START_M)
     }
 
+    /// Without any past.
+    pub(crate) fn untouched(environment: E) -> Self {
+        Self {
+            history: environment.at_rest(),
+            environment,
+            next: 0,
+        }
+    }
+
     /// Of a device that always stood here, m.
     pub(crate) fn standing(environment: E, position_m: f64) -> Self {
         let history = standing(&environment, position_m);

@@ -1,8 +1,8 @@
 //! The loop of what is felt, whatever device and clock it has. It reads orders from a ring and puts what it did into another; nothing in it
 //! waits for anybody, allocates or frees.
 
-use super::Felt;
 use super::fading::{Fading, Law};
+use super::law::Felt;
 use haptic_log::record::EventMessage;
 use haptic_loop::{Controller, Environment as _, Sample};
 use nalgebra::Vector1;
@@ -29,7 +29,7 @@ pub struct Stimulus {
     pub law: Law<Felt>,
     /// Its number among all that were to be felt; 0 where nobody counts, and of a law without a force.
     pub number: u64,
-    /// What the log says when it begins.
+    /// Event in the log at its beginning.
     pub event: Option<EventMessage>,
 }
 
@@ -66,7 +66,7 @@ pub enum LoopOrder {
     Event(EventMessage),
 }
 
-/// What a loop did.
+/// News of a loop.
 #[derive(Debug)]
 pub enum FromLoop {
     /// A tick.
@@ -92,7 +92,7 @@ pub struct Ticked {
     pub stimulus: u64,
 }
 
-/// What only the runner of a loop knows of a tick.
+/// Facts of a tick that only the runner of a loop knows.
 #[derive(Clone, Copy, Debug)]
 pub struct Around {
     /// Position of the simulated hand, m; NaN without one.
@@ -159,7 +159,7 @@ pub(crate) struct Looping {
     recent: Box<[f64]>,
     pending: Option<Box<Stimulus>>,
     beginning: Option<Beginning>,
-    /// What found the ring full on its way out.
+    /// Something that found the ring full on its way out.
     spent: Option<Box<dyn Any + Send>>,
     next: u64,
     fresh: bool,
@@ -194,6 +194,11 @@ impl Looping {
         self.ends.orders.is_abandoned()
     }
 
+    /// True if besides all orders have been obeyed.
+    pub(crate) fn is_done(&self) -> bool {
+        self.is_abandoned() && self.ends.orders.is_empty() && self.event.is_none()
+    }
+
     /// The number of the tick that comes next.
     pub(crate) const fn next(&self) -> u64 {
         self.next
@@ -207,14 +212,13 @@ impl Looping {
                 return None;
             }
             match self.ends.orders.pop().ok()? {
-                // One that waits is overtaken.
                 LoopOrder::Change(ready) => {
-                    let overtaken = self.pending.replace(ready);
-                    self.spent = overtaken.map(|stimulus| stimulus as Box<dyn Any + Send>);
+                    self.overtaken();
+                    self.pending = Some(ready);
                 }
                 LoopOrder::Begin(ready, most_m, waits) => {
-                    let overtaken = self.beginning.replace((ready, most_m, waits));
-                    self.spent = overtaken.map(|(stimulus, ..)| stimulus as Box<dyn Any + Send>);
+                    self.overtaken();
+                    self.beginning = Some((ready, most_m, waits));
                 }
                 LoopOrder::Event(event) => self.event = Some(event),
                 order @ (LoopOrder::Hand(..)
@@ -222,6 +226,14 @@ impl Looping {
                 | LoopOrder::Arm(..)
                 | LoopOrder::Pause(_)) => return Some(order),
             }
+        }
+    }
+
+    /// Laws that wait are not wanted any more.
+    fn overtaken(&mut self) {
+        let beginning = self.beginning.take().map(|(stimulus, ..)| stimulus);
+        for stimulus in [self.pending.take(), beginning].into_iter().flatten() {
+            self.spend(stimulus);
         }
     }
 
@@ -268,7 +280,7 @@ impl Looping {
         self.hand_back();
     }
 
-    /// What is spent waits here while the ring is full.
+    /// Something spent waits here while the ring is full.
     fn hand_back(&mut self) {
         if let Some(spent) = self.spent.take()
             && let Err(PushError::Full(FromLoop::Spent(spent))) =

@@ -1,4 +1,4 @@
-//! What the page keeps of a loop: it computes the ghosts, and puts all into the pyramid and the log.
+//! The page's part of a loop: it computes the ghosts, and puts all into the pyramid and the log.
 
 use crate::Announce;
 use crate::folder::next_folder;
@@ -313,7 +313,6 @@ impl Watch for Watching {
         }
         locked(&self.place.kept.state).clone_from(&work.state);
     }
-
 }
 
 /// Reports a recording that ended without a request.

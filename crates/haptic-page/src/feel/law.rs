@@ -4,7 +4,7 @@ use super::settings::{FeelSettings, Ghost};
 use fracdiff::{Order, Scheme};
 use haptic_experiment::judge::{Preflight, WallContact, operator};
 use haptic_experiment::live::{
-    Felt, HAND_DAMPING, HAND_STIFFNESS, HORIZON, Law, Placed, ticks,
+    Felt, HAND_DAMPING, HAND_STIFFNESS, HORIZON, Law, Placed, refuse_unstable, rounded_down, ticks,
 };
 use haptic_experiment::{Dynamics, Failure, PreflightVerdict, parameters};
 use haptic_loop::units::Metres;
@@ -139,25 +139,4 @@ impl FeelSettings {
         let judge = |dynamics| Ok::<_, Failure>((preflight.verdict(dynamics, 0)?, dynamics));
         Ok([judge(free)?, judge(held)?])
     }
-}
-
-fn refuse_unstable(verdict: &PreflightVerdict) -> Result<(), Failure> {
-    if verdict.stable {
-        return Ok(());
-    }
-    let advice = match verdict.margin {
-        // Rounded down, so that what is proposed is accepted.
-        Some(factor) => format!("use at most {} of K and B", digits(rounded_down(factor), 2)),
-        None => "use another order, or a heavier or more damped device".to_owned(),
-    };
-    Err(Failure::bad_input(format_args!(
-        "this would be unstable (alpha {:.3}, beta {:.3}, delta {:.3}): {advice}",
-        verdict.alpha, verdict.beta, verdict.delta
-    )))
-}
-
-/// The largest number of two digits that is not above this one.
-fn rounded_down(number: f64) -> f64 {
-    let digit = 10_f64.powf(number.log10().floor() - 1.0);
-    (number / digit).floor() * digit
 }

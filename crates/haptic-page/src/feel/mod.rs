@@ -130,7 +130,10 @@ impl Feel {
 
     pub(crate) fn counts(&self) -> (u64, u64) {
         let count = |count: &std::sync::atomic::AtomicU64| count.load(Ordering::Relaxed);
-        (count(&self.orders.counts.made), count(&self.orders.counts.lost))
+        (
+            count(&self.orders.counts.made),
+            count(&self.orders.counts.lost),
+        )
     }
 
     /// The pointer; the place that the hand goes to, m: that of the pointer, or the end of the hand's range before it.
@@ -162,7 +165,8 @@ impl Feel {
             }));
         }
         let law = self.felt().settings.law()?;
-        self.orders.give(LoopOrder::Arm(Box::new(law.into()), stops))
+        self.orders
+            .give(LoopOrder::Arm(Box::new(law.into()), stops))
     }
 
     /// Makes another law be felt, which hears the past first. What is not stable is refused, and what is felt stays.
