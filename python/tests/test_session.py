@@ -183,6 +183,33 @@ def test_a_board_is_armed_once_and_no_wall_begins_soft(tmp_path_factory) -> None
         board.ends()
 
 
+@on_emulated
+def test_a_servo_that_a_hand_turns_feels_the_wall_it_meets(tmp_path_factory) -> None:
+    folder = tmp_path_factory.mktemp("s")
+    board = Device(folder, "--kind moteus turn=2mm:0.5s")
+    name = f"moteus:{board.line},radius=20mm,watchdog=1s,lost=1000"
+    device = {"mass": "1 kg", "damping_n_s_per_m": 5.0, "sample_time_s": 2e-3}
+    try:
+        with session.open(name, force_limit="0.5 N", log=folder / "p.mcap", **device, **BUSY) as s:
+            s.allow(WALLS[:1])
+            felt = s.feel(WALLS[0], seconds=1.2, surface="1 mm")
+        assert felt.contacts >= 1 and felt.peak_force_n is not None and 0.0 < felt.peak_force_n <= 0.5
+    finally:
+        board.ends()
+
+
+@on_emulated
+def test_a_real_device_of_which_nobody_says_anything_gets_no_wall(tmp_path_factory) -> None:
+    folder = tmp_path_factory.mktemp("s")
+    board = Device(folder, "--kind moteus")
+    try:
+        with pytest.raises(ValueError, match="the device is unknown, so no wall can be judged: give"):
+            name = f"moteus:{board.line},radius=20mm,watchdog=1s,lost=1000"
+            session.open(name, force_limit="0.5 N", log=folder / "p.mcap", sample_time_s=2e-3, **BUSY)
+    finally:
+        board.ends()
+
+
 LOST = """
 import sys
 from fractional_haptics import session

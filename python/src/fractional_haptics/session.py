@@ -74,7 +74,8 @@ def _seconds(name: str, time: Quantity) -> float:
 
 
 def _key(wall: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
-    return tuple(sorted((key, repr(value)) for key, value in wall.items()))
+    # Numbers of NumPy are those of Python.
+    return tuple(sorted((key, value if isinstance(value, str) else repr(float(value))) for key, value in wall.items()))
 
 
 class Session:
