@@ -413,3 +413,36 @@ fn many_trials_are_one_log_with_all_samples() {
     );
     assert_eq!(events.len() as u64, 3 * trials);
 }
+
+/// From the end of one wall to the first tick of the next by the clock, the device armed all the time.
+#[test]
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_the_next_wall_is_felt_within_100_ms() {
+    let folder = Folder::empty();
+    let stop = Arc::new(AtomicBool::new(false));
+    let by_clock = SessionOptions {
+        realtime: Some(crate::run::realtime::RealtimeOptions::default()),
+        ..options(folder.as_ref(), &[("force_limit_n", 2.0.into())])
+    };
+    let session = Session::open(by_clock, &stop, (), GOES_ON).expect("opened");
+    session
+        .allow(&[law(0.5, 300.0, 5.0), law(1.0, 200.0, 2.0)])
+        .expect("stable");
+    let mut longest = std::time::Duration::ZERO;
+    for trial in 0..20 {
+        session
+            .hand(vec![(0.0, -2e-3), (0.05, 3e-3), (0.1, -2e-3)])
+            .expect("a way");
+        let began = haptic_loop::realtime::Moment::now();
+        session
+            .feel(trial % 2, 0.0, Some(200), GOES_ON)
+            .expect("felt");
+        longest = longest.max(began.elapsed());
+        session.go_on(200, GOES_ON, &|_| ()).expect("felt");
+        if trial % 3 == 0 {
+            assert!(session.rest(1.0, GOES_ON).expect("goes on"));
+        }
+    }
+    assert!(longest.as_millis() < 100, "{longest:?}");
+    assert_eq!(session.close().expect("closed").dropped_samples, 0);
+}
