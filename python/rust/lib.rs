@@ -10,6 +10,7 @@ mod json;
 mod log;
 mod operators;
 mod refused;
+mod session;
 mod tissue;
 
 /// The native module; use the modules of `fractional_haptics` beside it.
@@ -37,6 +38,8 @@ mod _native {
     use super::log::read_log;
     #[pymodule_export]
     use super::operators::{PyOperator, differintegrate, frequency_response, grunwald_weights};
+    #[pymodule_export]
+    use super::session::{PySession, open_session};
     #[pymodule_export]
     use super::tissue::{
         PyMaterial, PyModel, find_material, identify_record, identify_tables, library, model_table,

@@ -24,6 +24,7 @@ const ROOMS: &[(&str, &[&str])] = &[(
         "question",
         "control",
         "open",
+        "live",
     ],
 )];
 

@@ -169,6 +169,21 @@ impl Document {
         Ok(())
     }
 
+    /// Itself with the values of another document over it.
+    ///
+    /// # Errors
+    /// A value that both have.
+    pub(crate) fn with(&self, other: &Self) -> Result<Self, FileError> {
+        let mut both = self.clone();
+        for given in &other.given {
+            let Given {
+                table, key, value, ..
+            } = given;
+            both.set(table, key, value.clone(), &given.said)?;
+        }
+        Ok(both)
+    }
+
     /// Given values as TOML, and for each of its lines the words in which the value was given.
     fn written(&self) -> (String, Vec<String>) {
         let (mut text, mut said) = (String::new(), Vec::new());

@@ -5,6 +5,7 @@
 pub mod document;
 pub mod experiment;
 pub mod judge;
+pub mod live;
 mod open;
 pub mod question;
 pub mod run;

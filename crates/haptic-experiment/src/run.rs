@@ -43,7 +43,7 @@ use ending::{Ending, Lateness};
 use fault_recorder::FaultSeen;
 pub use folder::{FolderRequest, OutputFolder, next_free, write_text};
 use haptic_log::live::LiveStreams;
-use haptic_log::record::{END, FinishedLog, StartTime};
+use haptic_log::record::{END, EventMessage, FinishedLog, StartTime};
 use haptic_loop::Fault;
 use haptic_loop::realtime::{Moment, Periodic};
 pub use plant_file::{DeviceModel, DeviceValues, PlantModel};
@@ -122,6 +122,16 @@ pub(crate) trait World<const D: usize = 1> {
 
     /// True if there is no force any more.
     fn is_at_rest(&self) -> bool;
+
+    /// An event for the log besides the tick.
+    fn event(&mut self) -> Option<EventMessage> {
+        None
+    }
+
+    /// True of one that has no number of ticks beforehand, and whose last has been.
+    fn is_over(&self) -> bool {
+        false
+    }
 }
 
 /// Makes the folder and the log in it, runs a world, and closes the log.
@@ -219,9 +229,9 @@ fn run<W: World<D>, const D: usize>(
     // Its thread is raised until the end of this function: what others run has been started.
     let clock = schedule.clock().map_err(Failure::run)?;
     let mut periodic = clock.map(Periodic::new).transpose().map_err(Failure::run)?;
-    let mut tick = 0;
+    let (mut tick, mut planned) = (0, schedule.samples);
     // A run that was ended continues until the force is zero, past its last sample if need be.
-    while tick < schedule.samples || record.ended.is_some() {
+    while tick < planned || record.ended.is_some() {
         let cycle = periodic.as_mut().map(Periodic::wait);
         if tick == 0 {
             // A recorder that has ended is seen at the tick.
@@ -236,8 +246,14 @@ fn run<W: World<D>, const D: usize>(
             lateness_ns: cycle.lateness.as_nanos() as u64,
             compute_ns,
         });
-        let logged = recorder.ticked(message.logged(), parts);
+        let mut logged = recorder.ticked(message.logged(), parts);
+        if let Some(event) = world.event() {
+            logged = logged.and(recorder.tell(event));
+        }
         tick += 1;
+        if world.is_over() {
+            planned = tick;
+        }
         if record.ended.is_some() {
             record.push_after(&message);
             if world.is_at_rest() && recorder.has_aftermath() {
@@ -271,7 +287,7 @@ fn run<W: World<D>, const D: usize>(
     }
     (supervisor.progress)(tick);
     record.dropped = recorder.dropped();
-    recorder.metadata(END, record.end(schedule.samples, tick).metadata());
+    recorder.metadata(END, record.end(planned, tick).metadata());
     Ok(record)
 }
 

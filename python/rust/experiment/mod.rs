@@ -16,6 +16,7 @@ use pyo3::PyErr;
 use pyo3::exceptions::{PyFileNotFoundError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Mutex;
 
@@ -45,8 +46,14 @@ pub(crate) fn failed(failure: &Failure) -> PyErr {
     }
 }
 
+/// The maker of a log.
+pub(crate) fn provenance() -> BTreeMap<String, String> {
+    let program = concat!("fractional-haptics (Python) ", env!("CARGO_PKG_VERSION"));
+    BTreeMap::from([("program".to_owned(), program.to_owned())])
+}
+
 /// The document of a kind with these parameters.
-fn document(kind: &str, parameters: &Bound<'_, PyDict>) -> PyResult<Document> {
+pub(crate) fn document(kind: &str, parameters: &Bound<'_, PyDict>) -> PyResult<Document> {
     let mut document = Document::new(kind);
     let tables = of_kind(kind);
     for (written, value) in parameters.iter() {

@@ -1,6 +1,6 @@
 //! Runs: relaxation, creep, a wall, a coupler, a touch.
 
-use super::{Heard, document, failed};
+use super::{Heard, document, failed, provenance};
 use crate::conducted::{Conduct, Interrupted, conduct};
 use crate::json::to_python;
 use crate::refused::OrRefused as _;
@@ -13,7 +13,6 @@ use haptic_log::record::{EventMessage, TickMessage};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -93,10 +92,7 @@ pub(crate) fn run_experiment<'py>(
         stem: kind.to_owned(),
         overwrite,
         roll_bytes: None,
-        provenance: BTreeMap::from([(
-            "program".to_owned(),
-            concat!("fractional-haptics (Python) ", env!("CARGO_PKG_VERSION")).to_owned(),
-        )]),
+        provenance: provenance(),
     };
     let finished = conduct(py, progress, Interrupted::Awaited, move |conduct| {
         let experiment = prepared(&document, force_unstable)?;

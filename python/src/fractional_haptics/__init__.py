@@ -14,6 +14,8 @@ control
     Fractional transfer functions, controllers, tuning.
 experiment
     Relaxation, creep, walls, couplers, touches of shapes, Z-width, design, analyses.
+session
+    A person feels walls: judged, changed in the hand, answers and forces in one log.
 log
     Logs of runs as pandas tables.
 plot
@@ -35,10 +37,11 @@ if _TYPE_CHECKING:  # editors and type checkers see them all
     from fractional_haptics import log as log
     from fractional_haptics import operators as operators
     from fractional_haptics import plot as plot
+    from fractional_haptics import session as session
     from fractional_haptics import sweep as sweep
     from fractional_haptics import tissue as tissue
 
-_MODULES = ("analysis", "control", "experiment", "log", "operators", "plot", "sweep", "tissue")
+_MODULES = ("analysis", "control", "experiment", "log", "operators", "plot", "session", "sweep", "tissue")
 
 __all__ = ["__version__", *_MODULES]
 

@@ -183,6 +183,25 @@ impl WallExperiment {
         }
     }
 
+    /// The law with this operator.
+    fn pushing(&self, operator: Operator<f64>) -> Result<Pushing<VirtualWall>, Failure> {
+        let (k, b) = (self.stiffness_n_per_m, self.dissipation_n_s_mu_per_m);
+        let wall = wall_at_start(k, b, operator, self.contact).map_err(Failure::input)?;
+        Ok(Pushing::new(wall, self.contact == WallContact::Linear))
+    }
+
+    /// The law for so many samples, and its verdict on such a device.
+    pub(crate) fn judged_law(
+        &self,
+        samples: u64,
+        dynamics: Dynamics,
+        line: usize,
+    ) -> Result<(Pushing<VirtualWall>, PreflightVerdict), Failure> {
+        let look = self.look(samples);
+        let law = self.pushing(look.operator()?)?;
+        Ok((law, look.verdict(dynamics, line)?))
+    }
+
     /// push/(K + k + B·T^(−μ)·P(1)), m: P(1), the gain of the operator at rest, is 1 for the identity, 0
     /// for a good derivative, and something else for one that forgets.
     fn expected_deflection(&self, operator: &Operator<f64>) -> Result<Option<f64>, Failure> {
@@ -282,9 +301,7 @@ impl Trial for WallExperiment {
             t.0,
         );
         let rest_m = self.expected_deflection(&operator)?;
-        let wall = wall_at_start(k, b, operator, self.contact).map_err(Failure::input)?;
-        let law = Pushing::new(wall, self.contact == WallContact::Linear);
-        let law = OwnPush::new(law, plan.own_push_n());
+        let law = OwnPush::new(self.pushing(operator)?, plan.own_push_n());
         Ok(Parts {
             controller: Controller::new(law, self.setup.chain()?),
             device,

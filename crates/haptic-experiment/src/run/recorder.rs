@@ -159,11 +159,16 @@ impl Recorder {
     /// # Errors
     /// If the writer has ended.
     pub fn event(&mut self, time_s: f64, kind: &str, text: String) -> Result<(), Stopped> {
-        self.send(Entry::Event(EventMessage {
+        self.tell(EventMessage {
             time_s,
             kind: kind.to_owned(),
             text,
-        }))
+        })
+    }
+
+    /// Hands over an event that is written already.
+    pub(crate) fn tell(&mut self, event: EventMessage) -> Result<(), Stopped> {
+        self.send(Entry::Event(event))
     }
 
     /// A fault has latched: from here on the flight recorder takes what follows it.

@@ -18,8 +18,8 @@ use crate::document::parameters::{LOOP, PUSH_BY, SAMPLE_TIME, SCHEME};
 use fracdiff::parameter::Shown;
 pub(crate) use pair::PairRun;
 pub(crate) use partner::{Aligned, DriveRan};
-pub(crate) use run::RemoteRun;
-pub(crate) use session::blank;
+pub(crate) use run::{RemoteRun, delay_of};
+pub(crate) use session::{Steered, Steers, blank};
 pub(crate) use summary::{FrameCounts, LinkSummary};
 pub use summary::{RoundTrip, cycles};
 

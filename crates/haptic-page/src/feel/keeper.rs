@@ -1,24 +1,23 @@
-//! The keeper: the thread that takes the samples from the loop, computes the ghosts, and keeps all in the pyramid and the log.
+//! The page's part of a loop: it computes the ghosts, and puts all into the pyramid and the log.
 
-use super::fading::{FadingHistory, Law};
-use super::law::{FadingFelt, Felt, fading};
-use super::recording::{Finished, Recording};
-use super::ticking::{FromLoop, Ticked};
 use crate::Announce;
+use crate::folder::next_folder;
 use crate::pyramid::Pyramid;
+use haptic_experiment::live::{
+    FadingFelt, FadingHistory, Felt, Finished, Law, Recording, Ticked, Watch, fading, locked,
+};
 use haptic_experiment::{Failure, RealtimeOptions};
 use haptic_loop::realtime::Moment;
 use haptic_loop::units::Seconds;
 use haptic_loop::{Environment, Fault};
 use hdrhistogram::Histogram;
 use nalgebra::Vector1;
-use rtrb::Consumer;
 use serde::Serialize;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::mpsc::{Receiver, Sender};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::mpsc::Sender;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 pub(crate) const CHANNELS: [&str; 7] = [
@@ -34,8 +33,7 @@ pub(crate) const CHANNELS: [&str; 7] = [
 pub(super) const POSITION: usize = 0;
 
 /// Time between looks at the ring: four a frame.
-const LOOK: Duration = Duration::from_millis(4);
-const BATCH: usize = 1024;
+pub(super) const LOOK: Duration = Duration::from_millis(4);
 /// Time between two counts of percentiles.
 const COUNTED: Duration = Duration::from_millis(100);
 
@@ -88,11 +86,6 @@ impl FeelState {
 pub(crate) struct Kept {
     pub(crate) pyramid: Mutex<Pyramid>,
     pub(crate) state: Mutex<FeelState>,
-}
-
-/// A lock that a panic elsewhere does not close: the numbers behind it are whole at any time.
-pub(crate) fn locked<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Services of the server that a loop needs.
@@ -154,18 +147,18 @@ impl Ghosting {
 fn hear_missed(law: &mut Law<Felt>, pyramid: &Pyramid) {
     let mut missed = Vec::new();
     let first = pyramid.samples_from(law.next, POSITION, &mut missed);
-    law.hear_from(first, &missed);
+    law.hear_from(first, missed.into_iter().map(f64::from));
 }
 
-pub(super) struct Keeper {
-    pub(super) from_loop: Consumer<FromLoop>,
-    pub(super) tasks: Receiver<KeeperTask>,
+/// The page's part of a loop.
+pub(super) struct Watching {
     pub(super) place: FeelPlace,
+    pub(super) work: Work,
+    /// Rows for the pyramid since the last look.
+    rows: Vec<[f32; CHANNELS.len()]>,
 }
 
 pub(super) struct Work {
-    /// The tick that comes next, if none is lost.
-    next: u64,
     ghosts: [Option<Ghosting>; 2],
     recording: Option<Recording>,
     state: FeelState,
@@ -175,44 +168,34 @@ pub(super) struct Work {
     counted: Moment,
 }
 
-impl Keeper {
-    /// Works until the loop has ended and all of its samples are kept.
-    pub(super) fn run(mut self, mut work: Work) {
-        let mut rows: Vec<[f32; CHANNELS.len()]> = Vec::with_capacity(BATCH);
-        loop {
-            // Asked before the ring is: what was pushed until then is popped.
-            let ended = self.from_loop.is_abandoned();
-            while let Ok(task) = self.tasks.try_recv() {
-                self.task(&mut work, task);
-            }
-            rows.clear();
-            while rows.len() < BATCH
-                && let Ok(entry) = self.from_loop.pop()
-            {
-                if let FromLoop::Tick(ticked) = entry {
-                    // Lost ticks become NaN, so that rows and ticks go together.
-                    let tick = ticked.sample.reading.tick;
-                    let lost = tick.saturating_sub(work.next) as usize;
-                    rows.resize(rows.len() + lost, [f32::NAN; CHANNELS.len()]);
-                    rows.push(self.take(&mut work, &ticked));
-                    work.next = tick + 1;
-                }
-            }
-            self.keep(&mut work, &rows);
-            if rows.is_empty() {
-                if ended {
-                    break;
-                }
-                std::thread::sleep(LOOK);
-            }
+impl Watching {
+    pub(super) const fn new(place: FeelPlace, work: Work) -> Self {
+        Self {
+            place,
+            work,
+            rows: Vec::new(),
         }
-        if let Some(recording) = work.recording.take() {
-            self.closed(&recording.finish());
+    }
+}
+
+impl Watch for Watching {
+    type Task = KeeperTask;
+
+    /// Lost ticks become NaN, so that rows and ticks go together.
+    fn lost(&mut self, ticks: u64) {
+        let rows = self.rows.len() + ticks as usize;
+        self.rows.resize(rows, [f32::NAN; CHANNELS.len()]);
+    }
+
+    fn end(&mut self) {
+        if let Some(recording) = self.work.recording.take() {
+            closed(&self.place, &recording.finish());
         }
         locked(&self.place.kept.state).recording = None;
     }
 
-    fn task(&self, work: &mut Work, task: KeeperTask) {
+    fn task(&mut self, task: KeeperTask) {
+        let work = &mut self.work;
         match task {
             KeeperTask::Ghosts(ready) => {
                 let pyramid = locked(&self.place.kept.pyramid);
@@ -230,7 +213,8 @@ impl Keeper {
             KeeperTask::Record(metadata, answer) => {
                 let result = match &work.recording {
                     Some(recording) => Ok(recording.name.clone()),
-                    None => Recording::start(&self.place.runs, metadata, &self.place.provenance)
+                    None => next_folder(&self.place.runs, "feel", &self.place.provenance)
+                        .and_then(|(request, name)| Recording::start(&request, name, metadata))
                         .map(|new| work.recording.insert(new).name.clone()),
                 };
                 // The page that asked may have gone.
@@ -254,7 +238,8 @@ impl Keeper {
         }
     }
 
-    fn take(&self, work: &mut Work, ticked: &Ticked) -> [f32; CHANNELS.len()] {
+    fn take(&mut self, ticked: &Ticked) {
+        let work = &mut self.work;
         let sample = &ticked.sample;
         let (tick, time_s) = (sample.reading.tick, sample.reading.time_s);
         let (position_m, force_n) = (sample.reading.position_m[0], sample.force.newtons()[0]);
@@ -280,12 +265,12 @@ impl Keeper {
                 recording.event(time_s, "fault", fault.to_string());
             }
         }
-        if ticked.skipped > 0 {
+        if ticked.around.skipped > 0 {
             work.state.late += 1;
-            work.state.skipped += ticked.skipped;
+            work.state.skipped += ticked.around.skipped;
         }
-        work.took_ns.saturating_record(ticked.took_ns.max(1));
-        work.late_ns.saturating_record(ticked.late_ns.max(1));
+        work.took_ns.saturating_record(ticked.around.took_ns.max(1));
+        work.late_ns.saturating_record(ticked.around.late_ns.max(1));
         let state = &mut work.state;
         (state.tick, state.time_s) = (tick, time_s);
         (state.position_m, state.force_n) = (position_m, force_n);
@@ -295,25 +280,26 @@ impl Keeper {
             && !recording.tick(ticked, work.state.energy_j)
             && let Some(recording) = work.recording.take()
         {
-            self.closed(&recording.finish());
+            closed(&self.place, &recording.finish());
         }
-        [
+        let row = [
             position_m,
-            ticked.hand_m,
+            ticked.around.hand_m,
             force_n,
             ghosts[0],
             ghosts[1],
             work.state.energy_j,
             f64::from(limiters),
-        ]
-        .map(|number| number as f32)
+        ];
+        self.rows.push(row.map(|number| number as f32));
     }
 
-    fn keep(&self, work: &mut Work, rows: &[[f32; CHANNELS.len()]]) {
+    fn keep(&mut self) {
+        let work = &mut self.work;
         {
             let mut pyramid = locked(&self.place.kept.pyramid);
-            for row in rows {
-                pyramid.push(row);
+            for row in self.rows.drain(..) {
+                pyramid.push(&row);
             }
             for ghost in work.ghosts.iter_mut().flatten() {
                 ghost.settle(&pyramid);
@@ -327,15 +313,15 @@ impl Keeper {
         }
         locked(&self.place.kept.state).clone_from(&work.state);
     }
+}
 
-    /// Reports a recording that ended without a request.
-    fn closed(&self, result: &Result<Finished, Failure>) {
-        let text = match result {
-            Ok(finished) => format!("recorded {}: {} samples", finished.name, finished.samples),
-            Err(error) => format!("the recording has ended: {error}"),
-        };
-        self.place.announce.notice(text);
-    }
+/// Reports a recording that ended without a request.
+fn closed(place: &FeelPlace, result: &Result<Finished, Failure>) {
+    let text = match result {
+        Ok(finished) => format!("recorded {}: {} samples", finished.name, finished.samples),
+        Err(error) => format!("the recording has ended: {error}"),
+    };
+    place.announce.notice(text);
 }
 
 impl Work {
@@ -343,7 +329,6 @@ impl Work {
         // To 10 s, three digits.
         let histogram = || Histogram::new_with_bounds(1, 10_000_000_000, 3).map_err(Failure::input);
         Ok(Self {
-            next: 0,
             ghosts: [None, None],
             recording: None,
             state: FeelState::of(sample_time),

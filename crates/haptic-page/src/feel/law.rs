@@ -1,30 +1,22 @@
 //! Laws made from settings, and what the analysis says of them before they are felt.
 
-use super::fading::{Fading, Law};
-use super::hand::{HAND_DAMPING, HAND_STIFFNESS};
 use super::settings::{FeelSettings, Ghost};
-use fracdiff::{Operator, Order, Scheme, Seconds};
+use fracdiff::{Order, Scheme};
 use haptic_experiment::judge::{Preflight, WallContact, operator};
+use haptic_experiment::live::{
+    Felt, HAND_DAMPING, HAND_STIFFNESS, HORIZON, Law, Placed, refuse_unstable, rounded_down, ticks,
+};
 use haptic_experiment::{Dynamics, Failure, PreflightVerdict, parameters};
 use haptic_loop::units::Metres;
 use haptic_loop::{Pushing, Specimen, Wall, WallShape};
 use haptic_quantity::digits;
 
-/// Samples for which the memory is made: 2.8 hours.
-const HORIZON: u64 = 10_000_000;
-/// Time in which one law goes over into the next, s.
-const FADE_S: f64 = 0.2;
 /// Time that the short memory keeps, s.
 pub(super) const SHORT_S: f64 = 1.0;
 const A3_DEGREE: usize = 3;
 
 /// Margin at which a tissue is felt that would be unstable in its full size: hits on contact that only pushes grow at less.
 const FITTED_MARGIN: f64 = 2.0;
-
-/// A tissue or wall behind a surface at 0: the law of `[wall]`.
-pub(crate) type Felt = Pushing<Wall<f64, Operator<f64>>>;
-/// It, while it may change.
-pub(crate) type FadingFelt = Fading<Felt>;
 
 /// Settings of a felt law, with the verdict that let it run.
 #[derive(Clone, Debug)]
@@ -55,7 +47,7 @@ impl FeelSettings {
         let surface = (!self.law.signed).then_some(Metres(0.0));
         let shape = WallShape::new(stiffness, dissipation, surface).map_err(Failure::input)?;
         let wall = Wall::of(shape.with_depth_map(self.map), operator);
-        Ok(Law::at_rest(Pushing::new(wall, false)))
+        Ok(Law::at_rest(Placed::new(Pushing::new(wall, false), 0.0)))
     }
 
     /// The law at rest, with all of its memory.
@@ -147,34 +139,4 @@ impl FeelSettings {
         let judge = |dynamics| Ok::<_, Failure>((preflight.verdict(dynamics, 0)?, dynamics));
         Ok([judge(free)?, judge(held)?])
     }
-}
-
-fn refuse_unstable(verdict: &PreflightVerdict) -> Result<(), Failure> {
-    if verdict.stable {
-        return Ok(());
-    }
-    let advice = match verdict.margin {
-        // Rounded down, so that what is proposed is accepted.
-        Some(factor) => format!("use at most {} of K and B", digits(rounded_down(factor), 2)),
-        None => "use another order, or a heavier or more damped device".to_owned(),
-    };
-    Err(Failure::bad_input(format_args!(
-        "this would be unstable (alpha {:.3}, beta {:.3}, delta {:.3}): {advice}",
-        verdict.alpha, verdict.beta, verdict.delta
-    )))
-}
-
-/// The largest number of two digits that is not above this one.
-fn rounded_down(number: f64) -> f64 {
-    let digit = 10_f64.powf(number.log10().floor() - 1.0);
-    (number / digit).floor() * digit
-}
-
-pub(super) fn ticks(time_s: f64, sample_time: Seconds) -> usize {
-    (time_s / sample_time.0).round() as usize
-}
-
-/// Two laws that become one another: the first is felt alone.
-pub(crate) fn fading(law: &Felt, sample_time: Seconds) -> FadingFelt {
-    Fading::new(law.clone(), ticks(FADE_S, sample_time) as u32)
 }

@@ -7,46 +7,37 @@
 //! ```
 //! The thread that ticks never waits and never wakes another. Whatever is given up, dropped or lost ends with a zero force.
 
-mod fading;
-mod hand;
 mod keeper;
 mod law;
 mod opened;
-mod recording;
 mod settings;
 #[cfg(test)]
 mod tests;
-mod ticking;
 
-pub(crate) use hand::{HAND_DAMPING, HAND_STIFFNESS};
-pub(crate) use keeper::{CHANNELS, FeelPlace, FeelState, Kept, locked};
+pub(crate) use haptic_experiment::live::{HAND_DAMPING, HAND_STIFFNESS, locked};
+pub(crate) use keeper::{CHANNELS, FeelPlace, FeelState, Kept};
 pub(crate) use law::JudgedFeel;
 pub(crate) use opened::{Opened, opened};
 pub use settings::DeviceNumbers;
-use settings::HAND_M;
 pub(crate) use settings::{FeelChange, FeelSettings, FeltThing, SLIDERS};
 
 use crate::pyramid::PyramidSize;
-use hand::HeldDevice;
 use haptic_experiment::Failure;
+use haptic_experiment::live::{
+    HAND_M, Keeper, LoopOrder, Orders, fading, run as run_by_clock, ticks,
+};
 use haptic_experiment::parameters::{
     DISSIPATION, ONE_SIDED, ORDER, SCHEME, STIFFNESS, WALL_CONTACT,
 };
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
 use haptic_loop::{Controller, Limits, SafetyChain, Workspace};
-use keeper::{Keeper, KeeperTask, POSITION, Work};
-use law::{SHORT_S, fading, ticks};
-use rtrb::{Producer, RingBuffer};
+use keeper::{KeeperTask, LOOK, POSITION, Watching, Work};
+use law::SHORT_S;
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex};
-use std::thread::JoinHandle;
-use ticking::{LoopCounts, LoopEnds, LoopOrder};
 
-const ORDERS: usize = 1024;
-/// Samples that wait for the keeper at most: 8 s.
-const SAMPLES: usize = 8192;
 /// Ends of the workspace, m, and where braking begins before them.
 const WORKSPACE_M: (f64, f64, f64) = (-0.06, 0.06, 0.01);
 /// Time of the past that a ghost hears, s: more than it remembers.
@@ -60,11 +51,9 @@ pub(crate) const fn pyramid_size() -> PyramidSize {
 #[derive(Debug)]
 pub(crate) struct Feel {
     place: FeelPlace,
-    orders: Mutex<Producer<LoopOrder>>,
+    orders: Orders,
     tasks: Sender<KeeperTask>,
-    counts: Arc<LoopCounts>,
     felt: Mutex<JudgedFeel>,
-    threads: Mutex<Vec<JoinHandle<()>>>,
 }
 
 /// Limits of the safety chain: the usual ones of a desktop device, with its workspace, mass and samples of delay, but no start-up ramp. The
@@ -104,44 +93,30 @@ impl Feel {
         let chain = SafetyChain::from_limits(&settings.limits(), t).map_err(Failure::input)?;
         let law = settings.law()?;
         let mut controller = Controller::<_, 1, _>::new(fading(&law.environment, t), chain);
-        let mut device = HeldDevice::new(settings.device)?;
+        let mut device = settings.device.simulated()?;
         let ghosts = settings.ghost_laws()?;
         let work = Work::new(t)?;
         if let Some(old) = old {
             old.end();
         }
 
-        let (orders, orders_end) = RingBuffer::new(ORDERS);
-        let (samples, from_loop) = RingBuffer::new(SAMPLES);
+        let (orders, ends, from_loop) = Orders::new();
         let (tasks, tasks_end) = channel();
-        let counts = Arc::new(LoopCounts::default());
         locked(&place.kept.pyramid).clear();
         *locked(&place.kept.state) = FeelState::of(t);
         // The keeper holds the other end.
         let _ = tasks.send(KeeperTask::Ghosts(Box::new(ghosts)));
-        let keeper = Keeper {
-            from_loop,
-            tasks: tasks_end,
-            place: place.clone(),
-        };
-        let ends = LoopEnds {
-            orders: orders_end,
-            out: samples,
-        };
-        let (thread, counted) = (place.realtime, Arc::clone(&counts));
-        let threads = Mutex::new(vec![
-            std::thread::spawn(move || {
-                ticking::run(&mut controller, &mut device, ends, &counted, thread, t);
-            }),
-            std::thread::spawn(move || keeper.run(work)),
-        ]);
+        let watching = Watching::new(place.clone(), work);
+        let (thread, counted) = (place.realtime, Arc::clone(&orders.counts));
+        orders.spawn(move || {
+            run_by_clock(&mut controller, &mut device, ends, &counted, thread, t);
+        });
+        orders.spawn(move || Keeper::new(from_loop, tasks_end, LOOK, watching).run());
         Ok(Self {
             place,
-            orders: Mutex::new(orders),
+            orders,
             tasks,
-            counts,
             felt: Mutex::new(felt),
-            threads,
         })
     }
 
@@ -150,43 +125,39 @@ impl Feel {
     }
 
     pub(crate) fn is_paused(&self) -> bool {
-        self.counts.paused.load(Ordering::Relaxed)
+        self.orders.counts.paused.load(Ordering::Relaxed)
     }
 
     pub(crate) fn counts(&self) -> (u64, u64) {
         let count = |count: &std::sync::atomic::AtomicU64| count.load(Ordering::Relaxed);
-        (count(&self.counts.made), count(&self.counts.lost))
-    }
-
-    fn order(&self, order: LoopOrder) -> Result<(), Failure> {
-        locked(&self.orders).push(order).map_err(|_| {
-            Failure::bad_input(
-                "the loop does not respond: this machine is overloaded; stop, and start again",
-            )
-        })
+        (
+            count(&self.orders.counts.made),
+            count(&self.orders.counts.lost),
+        )
     }
 
     /// The pointer; the place that the hand goes to, m: that of the pointer, or the end of the hand's range before it.
     pub(crate) fn hand(&self, position_m: f64, held: bool) -> Result<f64, Failure> {
-        let goes_to_m = HAND_M.nearest(position_m);
-        self.order(LoopOrder::Hand(goes_to_m, held))?;
+        let goes_to_m = position_m.clamp(HAND_M.0, HAND_M.1);
+        self.orders.give(LoopOrder::Hand(goes_to_m, held))?;
         Ok(goes_to_m)
     }
 
     pub(crate) fn pause(&self, paused: bool) -> Result<(), Failure> {
-        self.order(LoopOrder::Pause(paused))
+        self.orders.give(LoopOrder::Pause(paused))
     }
 
     /// The force falls to zero, the hand lets go. Nothing can keep it from the loop.
     pub(crate) fn stop(&self) {
-        self.counts.stops.fetch_add(1, Ordering::Relaxed);
+        self.orders.stop();
     }
 
     pub(crate) fn arm(&self) -> Result<(), Failure> {
+        let counts = &self.orders.counts;
         // A stop while the law is being made wins.
-        let stops = self.counts.stops.load(Ordering::Relaxed);
-        if self.counts.acts.load(Ordering::Relaxed) {
-            let stopped = self.counts.stopped.load(Ordering::Relaxed);
+        let stops = counts.stops.load(Ordering::Relaxed);
+        if counts.acts.load(Ordering::Relaxed) {
+            let stopped = counts.stopped.load(Ordering::Relaxed);
             return Err(Failure::bad_input(if stopped {
                 "the force still falls to zero: arm again in a moment"
             } else {
@@ -194,7 +165,8 @@ impl Feel {
             }));
         }
         let law = self.felt().settings.law()?;
-        self.order(LoopOrder::Arm(Box::new(law), stops))
+        self.orders
+            .give(LoopOrder::Arm(Box::new(law.into()), stops))
     }
 
     /// Makes another law be felt, which hears the past first. What is not stable is refused, and what is felt stays.
@@ -203,16 +175,17 @@ impl Feel {
         let mut law = next.settings.law()?;
         let mut ghosts = next.settings.ghost_laws()?;
         let mut past = Vec::new();
-        let remembers_from = self.counts.remembers_from.load(Ordering::Relaxed);
+        let remembers_from = self.orders.counts.remembers_from.load(Ordering::Relaxed);
         let pyramid = &self.place.kept.pyramid;
         let first = locked(pyramid).samples_from(remembers_from, POSITION, &mut past);
-        law.hear_from(first, &past);
+        law.hear_from(first, past.iter().copied().map(f64::from));
         let heard = ticks(GHOST_PAST_S, next.settings.device.sample_time());
         let recent = past.len().saturating_sub(heard);
         for law in ghosts.iter_mut().flatten() {
-            law.hear_from(first + recent as u64, &past[recent..]);
+            let recent_past = past[recent..].iter().copied();
+            law.hear_from(first + recent as u64, recent_past.map(f64::from));
         }
-        self.order(LoopOrder::Change(Box::new(law)))?;
+        self.orders.give(LoopOrder::Change(Box::new(law.into())))?;
         self.task(KeeperTask::Ghosts(Box::new(ghosts)))?;
         *locked(&self.felt) = next;
         Ok(())
@@ -244,25 +217,12 @@ impl Feel {
 
     /// Stops, and waits until the force is zero and all is kept.
     pub(crate) fn end(&self) {
-        self.stop();
-        // A loop without anybody to give orders ends when its force is zero.
-        let (nobody, _) = RingBuffer::new(1);
-        drop(std::mem::replace(&mut *locked(&self.orders), nobody));
-        for thread in locked(&self.threads).drain(..) {
-            // A panic in it is a defect that its own message has reported.
-            let _ = thread.join();
-        }
+        self.orders.end();
     }
 }
 
 fn ended<E>(_: E) -> Failure {
     Failure::bad_input("the loop has ended: start again")
-}
-
-impl Drop for Feel {
-    fn drop(&mut self) {
-        self.end();
-    }
 }
 
 impl FeelSettings {

@@ -4,10 +4,13 @@ use crate::wall::judged_scheme;
 use crate::{Number, TextFile};
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds, enumerated};
+use haptic_experiment::live::{HAND_M, HeldDevice};
 use haptic_experiment::parameters::{self, Range};
 use haptic_experiment::run::DeviceValues;
 use haptic_experiment::{Failure, ModelledTissue, TissuePiece};
 use haptic_loop::DepthMap;
+use haptic_loop::plant::MassDamperConfig;
+use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
 use haptic_quantity::short;
 use haptic_tissue::{Library, Material, Model};
 use serde::{Deserialize, Serialize};
@@ -17,7 +20,7 @@ use std::collections::BTreeMap;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Slider {
     least: f64,
-    pub(super) most: f64,
+    most: f64,
     default: f64,
 }
 
@@ -29,8 +32,6 @@ const fn slider(least: f64, most: f64, default: f64) -> Slider {
     }
 }
 
-/// Places that the hand goes to, m.
-pub(super) const HAND_M: Slider = slider(-0.03, 0.03, 0.0);
 const ORDER: Slider = slider(0.0, 2.0, 0.5);
 const STIFFNESS: Slider = slider(0.0, 20e3, 300.0);
 const DISSIPATION: Slider = slider(0.0, 2000.0, 10.0);
@@ -41,20 +42,13 @@ pub(crate) const SLIDERS: [(&str, Slider); 5] = [
     (parameters::STIFFNESS.key, STIFFNESS),
     (parameters::DISSIPATION.key, DISSIPATION),
     ("scale", slider(0.01, 100.0, 1.0)),
-    ("hand_m", HAND_M),
+    ("hand_m", slider(HAND_M.0, HAND_M.1, 0.0)),
 ];
 
 /// A tissue at a billionth of its size gives nothing that a hand feels.
 const SCALES: Range = Range::Within(1e-9, 100.0);
 /// Sample times that a loop by the clock of a computer keeps, s.
 const SAMPLE_TIMES: Range = Range::Within(1e-4, 1e-2);
-
-impl Slider {
-    /// The number, or the end that is nearest to it.
-    pub(super) const fn nearest(self, value: f64) -> f64 {
-        value.clamp(self.least, self.most)
-    }
-}
 
 /// Refuses a number outside its range. The name comes first, so that a page finds the field.
 fn check(name: &str, range: Range, value: f64) -> Result<(), Failure> {
@@ -165,6 +159,17 @@ impl DeviceNumbers {
 
     pub(crate) const fn sample_time(&self) -> Seconds {
         Seconds(self.sample_time_s)
+    }
+
+    /// The device itself, in front of the surface.
+    pub(super) fn simulated(&self) -> Result<HeldDevice, Failure> {
+        let imperfections = self.values.imperfections();
+        let ideal = MassDamperConfig::ideal(
+            Kilograms(self.values.mass_kg),
+            NewtonSecondsPerMetre(self.values.damping_n_s_per_m),
+            self.sample_time(),
+        );
+        HeldDevice::new(imperfections.on(ideal), imperfections.sensors)
     }
 }
 

@@ -37,7 +37,7 @@ fn ticked(
     let chain = SafetyChain::from_limits(limits, t).expect("valid");
     let law = settings.law().expect("made");
     let mut controller = Controller::<_, 1, _>::new(fading(&law.environment, t), chain);
-    let mut device = HeldDevice::new(settings.device).expect("valid");
+    let mut device = settings.device.simulated().expect("valid");
     let mut engaged = controller.engage(&mut device);
     let tick = |n| {
         engaged.device_mut().hand(pointer(n), true);

@@ -89,10 +89,10 @@ impl PairRun<'_> {
                     live: None,
                     warn,
                 };
-                tissue.conduct(of_tissue, supervisor);
+                tissue.conduct(of_tissue, &mut (), supervisor);
                 tissue
             });
-            drive.conduct(of_drive, beside);
+            drive.conduct(of_drive, &mut (), beside);
             match first.join() {
                 Ok(tissue) => tissue,
                 // A panic there is a defect; let it be seen as one.

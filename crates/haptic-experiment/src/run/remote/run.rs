@@ -1,6 +1,6 @@
 //! A run to be made on a connected device: judged, configured, then handed to its session.
 
-use super::session::{HostSession, Ready};
+use super::session::{HostSession, Ready, Steers};
 use crate::document::failure::Failure;
 use crate::document::named::Named;
 use crate::document::parameters::{CONTACT, CONTROLLER, LOOP, MEMORY, SAMPLE_TIME};
@@ -56,13 +56,29 @@ impl<'a, M> RemoteRun<'a, M> {
     where
         M: TickRecord,
     {
+        self.steered(controller, &mut (), |_, _| Ok(()), supervisor)
+    }
+
+    /// As [`run`](Self::run), but somebody may change the law between ticks, and hears of the device before it is armed: how many samples
+    /// its loop here is late, and in how many ticks its force rises.
+    pub(crate) fn steered<F: Real, E: Environment<F, D>, const D: usize>(
+        self,
+        controller: &mut Controller<F, D, E>,
+        steers: &mut impl Steers<F, E, D>,
+        connected: impl FnOnce(&SerialLink, u64) -> Result<(), Failure>,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure>
+    where
+        M: TickRecord,
+    {
         let request = self.request;
         let ready = self.ready::<D>(supervisor)?;
+        connected(&ready.link, ready.rise_ticks)?;
         let folder = request.prepare()?;
         let metadata = ready.metadata.clone();
         let recorder = recorder(request, &folder, metadata, false, supervisor)?;
         let mut session = ready.session(recorder, None)?;
-        session.conduct(controller, supervisor);
+        session.conduct(controller, steers, supervisor);
         session.finish(folder)
     }
 
@@ -153,7 +169,7 @@ impl<M> Ready<'_, M> {
 }
 
 /// Keep-alives for a while, and by them whole samples from a device to a loop here and back; 0 for a loop in the device.
-fn delay_of(link: &SerialLink, device: &RemoteDevice, schedule: Schedule) -> usize {
+pub(crate) fn delay_of(link: &SerialLink, device: &RemoteDevice, schedule: Schedule) -> usize {
     let measured = link.measure_round_trip(MEASURED);
     // Without any answer in that time it is as long at least.
     let round_trip_us = match measured.is_empty() {

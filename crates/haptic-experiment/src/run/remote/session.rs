@@ -19,9 +19,11 @@ use haptic_link::{
     EventKind, FaultReport, LoopMode, Refusal, Report, Request, Sample, Start, State, Statistics,
 };
 use haptic_log::record::flaw::LATE_FORCE;
-use haptic_log::record::{DRIVE_END, END, RecordError, StartTime, TickMessage};
+use haptic_log::record::{DRIVE_END, END, EventMessage, RecordError, StartTime, TickMessage};
 use haptic_loop::realtime::{Moment, RaisedThread};
-use haptic_loop::{Controller, Device, Environment, Reading, SafeForce, StartRefused};
+use haptic_loop::{
+    Controller, Device, Environment, Reading, SafeForce, Sample as Tick, StartRefused,
+};
 use haptic_remote::LinkError;
 use haptic_remote::serial::{Heard, SerialError, SerialLink};
 use nalgebra::SVector;
@@ -74,11 +76,12 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     pub(super) fn conduct<F: Real, E: Environment<F, D>>(
         &mut self,
         controller: &mut Controller<F, D, E>,
+        steers: &mut impl Steers<F, E, D>,
         supervisor: Supervisor<'_>,
     ) {
         let ended = match self.ready.device.loop_mode {
             LoopMode::Device => self.listen(supervisor),
-            LoopMode::Host => self.control(controller, supervisor),
+            LoopMode::Host => self.control(controller, steers, supervisor),
         };
         // Before this one is heard out.
         self.partner.iter().for_each(Partner::leaves);
@@ -280,6 +283,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     pub(super) fn control<F: Real, E: Environment<F, D>>(
         &mut self,
         controller: &mut Controller<F, D, E>,
+        steers: &mut impl Steers<F, E, D>,
         supervisor: Supervisor<'_>,
     ) -> Result<(), SerialError> {
         let thread = RaisedThread::new(self.ready.schedule.thread_options());
@@ -327,6 +331,9 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             };
             logged.time_s += session.shift_s();
             session.keep(message, counted);
+            let steered = steers.steer(engaged.controller_mut(), &done);
+            let session = engaged.device_mut();
+            session.steered(steered, tick);
             (supervisor.progress)(session.counted());
             if session.record.ended.is_none() {
                 if let Some(fault) = done.fault {
@@ -358,6 +365,18 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     fn applies_none(&self) -> bool {
         let applied_n: SVector<f64, D> = applied_n(self.ready.link.newest());
         applied_n.iter().all(|&force_n| force_n == 0.0)
+    }
+
+    /// Does what whoever steers wants after this tick.
+    fn steered(&mut self, steered: Steered, tick: u64) {
+        match steered {
+            // A recorder that has ended is seen at the next tick.
+            Steered::On(event) => drop(event.map(|event| self.recorder.tell(event))),
+            Steered::Over => {
+                let planned = &mut self.ready.schedule.samples;
+                *planned = (*planned).min(tick + 1);
+            }
+        }
     }
 
     /// Asks for every n-th tick while nothing runs; 0 for none.
@@ -428,6 +447,28 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         } else {
             1
         }
+    }
+}
+
+/// Wish of whoever steers a loop, after a tick.
+#[derive(Debug)]
+pub(crate) enum Steered {
+    /// It goes on; the log says this.
+    On(Option<EventMessage>),
+    /// This was the last tick of the run.
+    Over,
+}
+
+/// Whoever may change the law of a loop here between its ticks.
+pub(crate) trait Steers<F: Real, E: Environment<F, D>, const D: usize> {
+    /// Looks at a tick.
+    fn steer(&mut self, controller: &mut Controller<F, D, E>, sample: &Tick<F, D>) -> Steered;
+}
+
+/// Nobody.
+impl<F: Real, E: Environment<F, D>, const D: usize> Steers<F, E, D> for () {
+    fn steer(&mut self, _: &mut Controller<F, D, E>, _: &Tick<F, D>) -> Steered {
+        Steered::On(None)
     }
 }
 

@@ -17,8 +17,9 @@ use haptic_loop::Environment;
 use nalgebra::Vector1;
 use std::mem;
 
+/// A law that is felt, and the one that went before it as long as that goes.
 #[derive(Clone, Debug)]
-pub(crate) struct Fading<E> {
+pub struct Fading<E> {
     old: E,
     new: E,
     /// Share of the new one that is added in a tick.
@@ -27,7 +28,7 @@ pub(crate) struct Fading<E> {
 
 /// Their histories, the share of the new law, and the energy of this touch.
 #[derive(Clone, Debug)]
-pub(crate) struct FadingHistory<H> {
+pub struct FadingHistory<H> {
     old: H,
     new: H,
     share: f64,
@@ -82,23 +83,40 @@ impl Touch {
 
 /// A law with the history of what it has heard.
 #[derive(Clone, Debug)]
-pub(crate) struct Law<E: Environment<f64, 1>> {
-    pub(crate) environment: E,
-    pub(crate) history: E::History,
+pub struct Law<E: Environment<f64, 1>> {
+    /// The law.
+    pub environment: E,
+    /// All that it has heard.
+    pub history: E::History,
     /// The first tick that it has not heard.
-    pub(crate) next: u64,
+    pub next: u64,
 }
 
-/// A history of a device that always stood in front of the surface, where it begins.
-fn at_start<E: Environment<f64, 1>>(law: &E) -> E::History {
+/// A history of a device that always stood here, m.
+fn standing<E: Environment<f64, 1>>(law: &E, position_m: f64) -> E::History {
     let mut history = law.at_rest();
-    law.settle(&mut history, &Vector1::new(START_M));
+    law.settle(&mut history, &Vector1::new(position_m));
     history
 }
 
 impl<E: Environment<f64, 1>> Law<E> {
-    pub(crate) fn at_rest(environment: E) -> Self {
-        let history = at_start(&environment);
+    /// Of a device in front of the surface, where a simulated one begins.
+    pub fn at_rest(environment: E) -> Self {
+        Self::standing(environment, START_M)
+    }
+
+    /// Without any past.
+    pub(crate) fn untouched(environment: E) -> Self {
+        Self {
+            history: environment.at_rest(),
+            environment,
+            next: 0,
+        }
+    }
+
+    /// Of a device that always stood here, m.
+    pub(crate) fn standing(environment: E, position_m: f64) -> Self {
+        let history = standing(&environment, position_m);
         Self {
             environment,
             history,
@@ -112,12 +130,12 @@ impl<E: Environment<f64, 1>> Law<E> {
     }
 
     /// Hears the positions from a tick on, m; what was lost stands where the one before it was.
-    pub(crate) fn hear_from(&mut self, tick: u64, positions_m: &[f32]) {
+    pub fn hear_from(&mut self, tick: u64, positions_m: impl IntoIterator<Item = f64>) {
         self.next = tick;
         let mut before = 0.0;
-        for &position_m in positions_m {
+        for position_m in positions_m {
             if !position_m.is_nan() {
-                before = f64::from(position_m);
+                before = position_m;
             }
             self.hear(before);
         }
@@ -126,7 +144,7 @@ impl<E: Environment<f64, 1>> Law<E> {
 
 impl<E: Environment<f64, 1>> Fading<E> {
     /// One law alone; a later one takes `ticks` to come.
-    pub(crate) fn new(law: E, ticks: u32) -> Self
+    pub fn new(law: E, ticks: u32) -> Self
     where
         E: Clone,
     {
@@ -139,7 +157,7 @@ impl<E: Environment<f64, 1>> Fading<E> {
 
     /// The law that is felt begins to go, `next` begins to come; `next` becomes the one that went before it, for the caller to
     /// drop elsewhere. Nothing is allocated.
-    pub(crate) fn change(&mut self, history: &mut FadingHistory<E::History>, next: &mut Law<E>) {
+    pub fn change(&mut self, history: &mut FadingHistory<E::History>, next: &mut Law<E>) {
         mem::swap(&mut self.old, &mut self.new);
         mem::swap(&mut history.old, &mut history.new);
         mem::swap(&mut self.new, &mut next.environment);
@@ -149,14 +167,19 @@ impl<E: Environment<f64, 1>> Fading<E> {
     }
 
     /// `next` is felt at once, and becomes the law that was.
-    pub(crate) fn replace(&mut self, history: &mut FadingHistory<E::History>, next: &mut Law<E>) {
+    pub fn replace(&mut self, history: &mut FadingHistory<E::History>, next: &mut Law<E>) {
         mem::swap(&mut self.new, &mut next.environment);
         mem::swap(&mut history.new, &mut next.history);
         history.share = 1.0;
         history.touch = Touch::NONE;
     }
 
-    fn wanted(&self, history: &FadingHistory<E::History>, position_m: &Vector1<f64>) -> f64 {
+    /// The force that the laws want here, N, whatever this touch has taken.
+    pub(crate) fn wanted(
+        &self,
+        history: &FadingHistory<E::History>,
+        position_m: &Vector1<f64>,
+    ) -> f64 {
         let new = self.new.force(&history.new, position_m)[0];
         if history.is_settled() {
             return new;
@@ -188,12 +211,13 @@ impl<E: Environment<f64, 1>> Fading<E> {
 }
 
 impl<H> FadingHistory<H> {
-    pub(crate) const fn is_settled(&self) -> bool {
+    /// True if one law alone is felt.
+    pub const fn is_settled(&self) -> bool {
         self.share >= 1.0
     }
 
     /// The force of this tick after all limits, N: what the books are kept of.
-    pub(crate) const fn sent(&mut self, force_n: f64) {
+    pub const fn sent(&mut self, force_n: f64) {
         self.touch.sent_n = force_n;
     }
 }
@@ -203,8 +227,8 @@ impl<E: Environment<f64, 1>> Environment<f64, 1> for Fading<E> {
 
     fn at_rest(&self) -> Self::History {
         FadingHistory {
-            old: at_start(&self.old),
-            new: at_start(&self.new),
+            old: standing(&self.old, START_M),
+            new: standing(&self.new, START_M),
             share: 1.0,
             touch: Touch::NONE,
         }

@@ -1,39 +1,47 @@
 //! The log of what is felt.
 
 use super::ticking::Ticked;
-use crate::folder::next_folder;
-use haptic_experiment::Failure;
-use haptic_experiment::run::{Recorder, by_loop};
+use crate::document::failure::Failure;
+use crate::run::folder::FolderRequest;
+use crate::run::recorder::Recorder;
+use crate::run::tick::by_loop;
 use haptic_log::record::{END, EndKind, RunEnd, StartTime, TickMessage};
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::time::SystemTime;
 
+/// A log that begins and ends while the loop goes on.
 #[derive(Debug)]
-pub(super) struct Recording {
+pub struct Recording {
     recorder: Recorder,
     /// Its path in the folder of the runs, without `.mcap`.
-    pub(super) name: String,
+    pub name: String,
     first: Option<(u64, f64)>,
-    pub(super) samples: u64,
+    /// Samples so far.
+    pub samples: u64,
 }
 
+/// A recording that has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Finished {
-    pub(super) name: String,
-    pub(super) samples: u64,
-    pub(super) missing: u64,
+pub struct Finished {
+    /// Its name.
+    pub name: String,
+    /// Samples from its first to its last.
+    pub samples: u64,
+    /// Those of them that are not in it.
+    pub missing: u64,
 }
 
 impl Recording {
-    /// Begins in the next free folder `feel-NNNN` of the runs.
-    pub(super) fn start(
-        runs: &Path,
+    /// Begins in this folder, with these metadata beside those of the folder.
+    ///
+    /// # Errors
+    /// A folder or log that cannot be made.
+    pub fn start(
+        request: &FolderRequest,
+        name: String,
         mut metadata: BTreeMap<String, String>,
-        provenance: &BTreeMap<String, String>,
     ) -> Result<Self, Failure> {
-        let (request, name) = next_folder(runs, "feel", provenance)?;
-        metadata.extend(provenance.clone());
+        metadata.extend(request.provenance.clone());
         let folder = request.prepare()?;
         let log = folder.file("mcap");
         let recorder = Recorder::start(&log, metadata, false, false, None, Vec::new())
@@ -47,7 +55,7 @@ impl Recording {
     }
 
     /// Takes a tick; `false` if the writer has ended, as on a full disk.
-    pub(super) fn tick(&mut self, ticked: &Ticked, energy_j: f64) -> bool {
+    pub fn tick(&mut self, ticked: &Ticked, energy_j: f64) -> bool {
         let reading = &ticked.sample.reading;
         let (first_tick, first_s) = *self.first.get_or_insert_with(|| {
             // A writer that has ended is seen at the tick.
@@ -56,9 +64,9 @@ impl Recording {
         });
         self.samples = reading.tick + 1 - first_tick;
         let hand = TickMessage {
-            reference_m: ticked.hand_m.into(),
-            indenter_position_m: ticked.hand_m.into(),
-            contact_force_n: ticked.hand_force_n.into(),
+            reference_m: ticked.around.hand_m.into(),
+            indenter_position_m: ticked.around.hand_m.into(),
+            contact_force_n: ticked.around.hand_force_n.into(),
             ..TickMessage::unknown(1)
         };
         let message = TickMessage {
@@ -69,13 +77,18 @@ impl Recording {
         self.recorder.tick(&message).is_ok()
     }
 
-    pub(super) fn event(&mut self, time_s: f64, kind: &str, text: String) {
+    /// Takes an event.
+    pub fn event(&mut self, time_s: f64, kind: &str, text: String) {
         let since = time_s - self.first.map_or(time_s, |(_, first_s)| first_s);
         // A writer that has ended is seen at the tick.
         let _ = self.recorder.event(since, kind, text);
     }
 
-    pub(super) fn finish(mut self) -> Result<Finished, Failure> {
+    /// Closes the log.
+    ///
+    /// # Errors
+    /// A log that could not be written.
+    pub fn finish(mut self) -> Result<Finished, Failure> {
         let missing = self.recorder.dropped();
         let end = RunEnd {
             ended: EndKind::Finished,

@@ -5,18 +5,20 @@
 //! Spring and damper are part of the plant, so they are exact between samples and stable whatever their values. Without a hand
 //! the device is a mass on its own damper.
 
-use super::settings::{DeviceNumbers, HAND_M};
-use haptic_experiment::Failure;
+use crate::document::failure::Failure;
+use crate::run::sensors::Sensors;
 use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
+use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{Device, Reading, SafeForce};
 use nalgebra::Vector1;
 use std::convert::Infallible;
 
 /// `k_h`, N/m: a finger's.
-pub(crate) const HAND_STIFFNESS: NewtonsPerMetre = NewtonsPerMetre(300.0);
+pub const HAND_STIFFNESS: NewtonsPerMetre = NewtonsPerMetre(300.0);
 /// `b_h`, N·s/m: with 65 g the hand is damped at ζ = 1.
-pub(crate) const HAND_DAMPING: NewtonSecondsPerMetre = NewtonSecondsPerMetre(5.5);
+pub const HAND_DAMPING: NewtonSecondsPerMetre = NewtonSecondsPerMetre(5.5);
+/// Ends of the places that the hand goes to, m.
+pub const HAND_M: (f64, f64) = (-0.03, 0.03);
 /// Fastest motion of the hand, m/s: below the soft limit of the safety chain, so that a fast pointer is no fault.
 const HAND_SPEED_M_PER_S: f64 = 0.5;
 /// Time constant of each of the two smoothings, s: a pointer reports its position 60 times a second.
@@ -50,7 +52,7 @@ impl Pointer {
     fn aim(&mut self, target_m: f64) {
         // A pointer that is not a number stays where it is.
         if target_m.is_finite() {
-            self.target_m = HAND_M.nearest(target_m);
+            self.target_m = target_m.clamp(HAND_M.0, HAND_M.1);
         }
     }
 
@@ -79,19 +81,10 @@ impl Device<f64, 1> for Place {
     }
 }
 
-fn ideal(device: DeviceNumbers) -> MassDamperConfig {
-    let damping = NewtonSecondsPerMetre(device.values.damping_n_s_per_m);
-    MassDamperConfig::ideal(
-        Kilograms(device.values.mass_kg),
-        damping,
-        device.sample_time(),
-    )
-}
-
 /// A simulated device with a hand that holds it or not. Both plants are given each force, so that what is on its way arrives whatever
 /// the hand does meanwhile; the one that is not felt follows the other.
 #[derive(Clone, Debug)]
-pub(crate) struct HeldDevice {
+pub struct HeldDevice {
     free: MassDamper<1>,
     held: MassDamper<1>,
     sensors: Sensed<Place>,
@@ -103,10 +96,11 @@ pub(crate) struct HeldDevice {
 
 impl HeldDevice {
     /// A device in front of the surface, no hand on it.
-    pub(crate) fn new(device: DeviceNumbers) -> Result<Self, Failure> {
-        let imperfections = device.values.imperfections();
-        let sample_time_s = device.sample_time_s;
-        let free = imperfections.on(ideal(device));
+    ///
+    /// # Errors
+    /// A number that no device or sensor has.
+    pub fn new(free: MassDamperConfig, sensors: Sensors) -> Result<Self, Failure> {
+        let sample_time_s = free.sample_time.0;
         let place = Place(Reading {
             tick: 0,
             time_s: 0.0,
@@ -120,7 +114,7 @@ impl HeldDevice {
         let mut device = Self {
             free: MassDamper::new(free).map_err(Failure::input)?,
             held: MassDamper::new(held).map_err(Failure::input)?,
-            sensors: imperfections.sensors.before(place)?,
+            sensors: sensors.before(place)?,
             is_held: false,
             pointer: Pointer::at(START_M, sample_time_s),
             hand_force_n: 0.0,
@@ -139,7 +133,7 @@ impl HeldDevice {
     }
 
     /// Position of the hand, m; NaN without one.
-    pub(crate) const fn hand_m(&self) -> f64 {
+    pub const fn hand_m(&self) -> f64 {
         if self.is_held {
             self.pointer.position_m
         } else {
@@ -148,12 +142,12 @@ impl HeldDevice {
     }
 
     /// Force of the hand on the device in the tick before, N; 0 without one.
-    pub(crate) const fn hand_force_n(&self) -> f64 {
+    pub const fn hand_force_n(&self) -> f64 {
         self.hand_force_n
     }
 
     /// The pointer is there, m; the hand takes hold of the device where that is, or lets go of it.
-    pub(crate) fn hand(&mut self, position_m: f64, held: bool) {
+    pub fn hand(&mut self, position_m: f64, held: bool) {
         if held != self.is_held {
             self.follow();
             self.is_held = held;
@@ -175,12 +169,13 @@ impl HeldDevice {
         other.set_state(position, velocity);
     }
 
-    pub(crate) fn hand_lets_go(&mut self) {
+    /// Nobody holds it any more.
+    pub fn hand_lets_go(&mut self) {
         self.hand(f64::NAN, false);
     }
 
     /// The device is in front of the surface again, at rest, without a hand.
-    pub(crate) fn put_back(&mut self) {
+    pub fn put_back(&mut self) {
         self.hand_lets_go();
         (self.free).set_state(Vector1::new(START_M), Vector1::new(0.0));
     }
@@ -223,29 +218,40 @@ impl Device<f64, 1> for HeldDevice {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use haptic_experiment::run::DeviceValues;
-    use haptic_loop::units::{Newtons, NewtonsPerSecond};
+    use crate::document::parameters::{DAMPING, MASS};
+    use crate::run::sensors::Imperfections;
+    use haptic_loop::units::{Kilograms, Newtons, NewtonsPerSecond, Seconds};
     use haptic_loop::{SafetyChain, SafetyState};
 
+    fn ideal() -> MassDamperConfig {
+        MassDamperConfig::ideal(
+            Kilograms(MASS.default_number()),
+            NewtonSecondsPerMetre(DAMPING.default_number()),
+            Seconds(1e-3),
+        )
+    }
+
     fn device() -> HeldDevice {
-        HeldDevice::new(DeviceNumbers::default()).expect("valid")
+        HeldDevice::new(ideal(), Imperfections::NONE.sensors).expect("valid")
     }
 
     #[test]
     fn the_device_of_a_file_has_its_delay_friction_and_encoder() {
-        let late = DeviceNumbers::from(DeviceValues {
+        let late = Imperfections {
             friction_n: 0.1,
             delay_s: 3e-3,
             current_lag_s: 1e-3,
-            encoder_resolution_m: 1e-4,
-            ..DeviceNumbers::default().values
-        });
-        let config = late.values.imperfections().on(ideal(late));
-        let t = late.sample_time();
+            sensors: Sensors {
+                encoder_resolution_m: 1e-4,
+                ..Imperfections::NONE.sensors
+            },
+        };
+        let config = late.on(ideal());
+        let t = config.sample_time;
         let chain = SafetyChain::<f64>::new(Newtons(5.0), NewtonsPerSecond(1e4), t);
         let chain = chain.expect("limits");
         let mut safety = SafetyState::default();
-        let mut device = HeldDevice::new(late);
+        let mut device = HeldDevice::new(config, late.sensors);
         let device = device.as_mut().expect("valid");
         let mut alone = MassDamper::<1>::new(config).expect("valid");
         alone.set_state(Vector1::new(START_M), Vector1::new(0.0));
@@ -313,7 +319,7 @@ mod tests {
             device.hand(wild, true);
             let Ok(()) = device.write(SafeForce::zero());
             fastest = fastest.max(device.held.velocity()[0].abs());
-            assert!(device.position_m().abs() < 1.2 * HAND_M.most);
+            assert!(device.position_m().abs() < 1.2 * HAND_M.1);
         }
         assert!(fastest < 1.05 * HAND_SPEED_M_PER_S, "{fastest}");
     }

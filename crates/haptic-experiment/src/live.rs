@@ -1,0 +1,40 @@
+//! The live loop: a loop whose law changes while it is held. The page and Python's sessions use it.
+//!
+//! ```text
+//! orders ─ring─▶ loop, by the clock, in virtual time or by a device ─ring─▶ keeper ─▶ whoever watches
+//!                  └─ old law ─fades─▶ new law that has heard the same positions
+//! ```
+//! - *Force*: between those of both laws while one fades into the other; a touch in which the law changed gives no more than it took, see
+//!   [`Fading`]. Safety chain and limits are those of any run.
+//! - *The thread that ticks* never waits for anybody and wakes nobody: what it needs comes through a ring, what it is done with goes
+//!   through another to be freed.
+
+mod by_clock;
+mod fading;
+mod felt;
+mod hand;
+mod keeper;
+mod law;
+mod orders;
+mod place;
+mod recording;
+mod runner;
+mod session;
+#[cfg(test)]
+mod tests;
+mod ticking;
+mod waiting;
+
+pub use by_clock::run;
+pub use fading::{Fading, FadingHistory, Law};
+pub use felt::FeltSummary;
+pub use hand::{HAND_DAMPING, HAND_M, HAND_STIFFNESS, HeldDevice};
+pub use keeper::{Keeper, Watch};
+pub use law::{Felt, HORIZON, fading, refuse_unstable, rounded_down, ticks};
+pub use orders::{Orders, locked};
+pub use place::Placed;
+pub use recording::{Finished, Recording};
+pub use session::{Session, SessionOptions, SessionReport};
+pub use ticking::{
+    Around, FadingFelt, FromLoop, HandPath, LoopCounts, LoopEnds, LoopOrder, Stimulus, Ticked,
+};

@@ -1,0 +1,121 @@
+//! Numbers of a stimulus: how often and how long the wall was touched, with what force, how deep and how fast.
+//!
+//! ```text
+//! contact   a tick with the handle behind the surface        dwell      their time
+//! force     |f| in contact: largest, mean, rms               deepest    the largest depth
+//! speed     the way of the handle over the time, from places 10 ms apart, so that noise is no motion
+//! ```
+
+use super::ticking::Ticked;
+use fracdiff::Seconds;
+use serde::Serialize;
+
+/// Time between two places from which a speed is computed, s.
+const APART_S: f64 = 0.01;
+
+/// A summary of a stimulus, as far as it was felt.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct FeltSummary {
+    /// The first tick in the log, and its time, s.
+    pub tick: u64,
+    /// See `tick`.
+    pub time_s: f64,
+    /// From the first tick to the last, s.
+    pub duration_s: f64,
+    /// Number of times that the handle went behind the surface, or was there at the start.
+    pub contacts: u64,
+    /// Time behind it, s.
+    pub dwell_s: f64,
+    /// Largest force, N; null without contact, as mean and rms.
+    pub peak_force_n: Option<f64>,
+    /// Mean over the contact, N.
+    pub mean_force_n: Option<f64>,
+    /// Root of the mean square over the contact, N.
+    pub rms_force_n: Option<f64>,
+    /// Largest depth behind the surface, m; 0 without contact.
+    pub deepest_m: f64,
+    /// Mean speed of the handle, m/s.
+    pub speed_m_per_s: f64,
+}
+
+/// Sums of the ticks of a stimulus.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Tally {
+    /// The number of the stimulus, and the place of its surface, m.
+    number: u64,
+    surface_m: f64,
+    /// Ticks that count at most.
+    most: u64,
+    sample_time_s: f64,
+    first: (u64, f64),
+    pub(super) ticks: u64,
+    inside: u64,
+    was_inside: bool,
+    contacts: u64,
+    peak_n: f64,
+    sum_n: f64,
+    squares: f64,
+    deepest_m: f64,
+    from_m: f64,
+    way_m: f64,
+}
+
+impl Tally {
+    pub(super) fn of(number: u64, surface_m: f64, most: Option<u64>, t: Seconds) -> Self {
+        Self {
+            number,
+            surface_m,
+            most: most.unwrap_or(u64::MAX),
+            sample_time_s: t.0,
+            ..Self::default()
+        }
+    }
+
+    pub(super) fn see(&mut self, ticked: &Ticked) {
+        if ticked.stimulus != self.number || self.ticks >= self.most {
+            return;
+        }
+        let reading = &ticked.sample.reading;
+        let place_m = reading.position_m[0];
+        if self.ticks == 0 {
+            self.first = (reading.tick, reading.time_s);
+            self.from_m = place_m;
+        }
+        let apart = (APART_S / self.sample_time_s).round().max(1.0) as u64;
+        if self.ticks.is_multiple_of(apart) {
+            self.way_m += (place_m - self.from_m).abs();
+            self.from_m = place_m;
+        }
+        self.ticks += 1;
+        let depth_m = place_m - self.surface_m;
+        let is_inside = depth_m > 0.0;
+        if is_inside {
+            let force_n = ticked.sample.force.newtons()[0].abs();
+            self.contacts += u64::from(!self.was_inside);
+            self.inside += 1;
+            self.peak_n = self.peak_n.max(force_n);
+            self.sum_n += force_n;
+            self.squares += force_n * force_n;
+            self.deepest_m = self.deepest_m.max(depth_m);
+        }
+        self.was_inside = is_inside;
+    }
+
+    pub(super) fn summary(&self) -> FeltSummary {
+        let inside = self.inside as f64;
+        let touched = |force_n: f64| (self.inside > 0).then_some(force_n);
+        let duration_s = self.ticks as f64 * self.sample_time_s;
+        FeltSummary {
+            tick: self.first.0,
+            time_s: self.first.1,
+            duration_s,
+            contacts: self.contacts,
+            dwell_s: inside * self.sample_time_s,
+            peak_force_n: touched(self.peak_n),
+            mean_force_n: touched(self.sum_n / inside),
+            rms_force_n: touched((self.squares / inside).sqrt()),
+            deepest_m: self.deepest_m,
+            speed_m_per_s: self.way_m / duration_s.max(self.sample_time_s),
+        }
+    }
+}

@@ -1,0 +1,897 @@
+//! A session with a person: walls that are judged before they are felt, each on the device as long as somebody wants, one log.
+//!
+//! ```text
+//! open ─▶ allow ─▶ feel ─▶ rest ─▶ mark ─▶ feel ─▶ … ─▶ close        armed once, without a force between two walls
+//! ```
+//! - *The device* is opened, configured and logged as for a run of a `[wall]` with the loop here. When [`Session::open`] returns, the device
+//!   has raised its force, so the first wall is felt whole from the first tick on.
+//! - *A wall begins* with an empty memory where no force acts, in front of its surface; from there to [`Session::rest`] each other wall that
+//!   takes its place has heard the same positions.
+//! - *An end* that nobody asked for, by a fault or a lost device, ends the session: the log is kept, and every call says so.
+
+use super::fading::Law;
+use super::felt::{FeltSummary, Tally};
+use super::hand::{HAND_DAMPING, HAND_M, HAND_STIFFNESS, HeldDevice};
+use super::keeper::Keeper;
+use super::law::{HORIZON, fading, refuse_unstable, ticks};
+use super::orders::{Orders, locked};
+use super::place::Placed;
+use super::runner::{HeldWorld, Steering};
+use super::ticking::{FadingFelt, LoopOrder, Looping, Stimulus};
+use super::waiting::{Gate, Kept, LOOK, Shared, Watching};
+use crate::document::failure::Failure;
+use crate::document::named::Named as _;
+use crate::document::parameters::{DAMPING, DEVICE, DEVICE_MODEL, LOOP, MASS, SAMPLE_TIME, SCHEME};
+use crate::document::{Document, IN_LOG};
+use crate::experiment::kind::Experiment as _;
+use crate::experiment::trial::{PUSH, TRIAL_FORCE_LIMIT};
+use crate::experiment::wall::{
+    DISSIPATION, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT, WallExperiment,
+};
+use crate::open::ExperimentFile;
+use crate::run::device::LinkedName;
+use crate::run::folder::FolderRequest;
+use crate::run::preflight::PreflightRequest;
+use crate::run::realtime::RealtimeOptions;
+use crate::run::remote::{RemoteDevice, RemoteRun, blank, delay_of};
+use crate::run::safety::keys::WORKSPACE_HIGH as WORKSPACE_ENDS;
+use crate::run::schedule::{Pace, Schedule};
+use crate::run::{Ran, Supervisor, run_logged};
+use fracdiff::parameter::Shown;
+use fracdiff::{Operator, Order, Scheme, Seconds};
+use haptic_analysis::Dynamics;
+use haptic_link::LoopMode;
+use haptic_log::record::EventMessage;
+use haptic_loop::plant::MassDamperConfig;
+use haptic_loop::units::NewtonsPerMetre;
+use haptic_loop::{Controller, Pushing, Wall};
+use haptic_quantity::written;
+use haptic_remote::serial::SerialLink;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// Name of a session in its log.
+const KIND: &str = "session";
+/// Its table in a document: keys of a wall, its device, its safety chain.
+const TABLE: &str = "wall";
+/// Keys of a wall that is to be felt; all others are the session's.
+const WALL_KEYS: [&str; 5] = [
+    ORDER.key,
+    STIFFNESS.key,
+    DISSIPATION.key,
+    SCHEME.key,
+    WALL_CONTACT.key,
+];
+/// Ticks of a session at most: eleven days at 1 kHz.
+const TICKS: u64 = 1_000_000_000;
+/// Ticks of virtual time at once, fewer than the ring to the keeper holds.
+const CHUNK: u64 = 2048;
+/// Ticks of virtual time from one look for a handle to the next.
+const REST_CHUNK: u64 = 20;
+/// The mark that answers what was felt.
+const ANSWER: &str = "answer";
+const NOT_ALLOWED: &str = "this wall is not among those that were allowed: allow it first";
+/// Push of an emulated device's hand if nobody asks for one, N: next to none.
+const NO_PUSH_N: f64 = 1e-6;
+
+/// Devices of open sessions.
+static OPEN: Mutex<Vec<LinkedName>> = Mutex::new(Vec::new());
+
+/// A device that this session alone has, until it has let go.
+struct Claim(LinkedName);
+
+impl Claim {
+    fn of(name: &LinkedName) -> Result<Self, Failure> {
+        let mut open = locked(&OPEN);
+        if open.iter().any(|other| other.may_be(name)) {
+            return Err(Failure::bad_input(format_args!(
+                "a session on {name} is open already: close it first"
+            )));
+        }
+        open.push(name.clone());
+        Ok(Self(name.clone()))
+    }
+}
+
+impl Drop for Claim {
+    fn drop(&mut self) {
+        let mut open = locked(&OPEN);
+        if let Some(at) = open.iter().position(|other| *other == self.0) {
+            open.swap_remove(at);
+        }
+    }
+}
+
+/// Parameters of a session.
+#[derive(Clone, Debug)]
+pub struct SessionOptions {
+    /// Keys of a `[wall]` but those of the law: the device and its loop, and the safety chain.
+    pub document: Document,
+    /// The log, which must not be there yet.
+    pub log: PathBuf,
+    /// Maker of the log, for its metadata.
+    pub provenance: BTreeMap<String, String>,
+    /// Settings of the thread of a loop by the clock; `None` for virtual time, which a device at a port does not have.
+    pub realtime: Option<RealtimeOptions>,
+}
+
+/// A wall that may be felt.
+#[derive(Clone, Debug)]
+struct Allowed {
+    law: Pushing<Wall<f64, Operator<f64>>>,
+    words: String,
+}
+
+/// Report of a session that has ended.
+#[derive(Clone, Debug, Serialize)]
+pub struct SessionReport {
+    /// Samples in the log.
+    pub samples: u64,
+    /// Samples and events that are not in it.
+    pub dropped_samples: u64,
+    /// From the first sample to the last, s.
+    pub duration_s: f64,
+    /// Why it ended before it was closed; null if it did not.
+    pub ended_early: Option<String>,
+    /// The log of a fault; null without one.
+    pub fault_log: Option<String>,
+    /// Sentences for the user.
+    pub warnings: Vec<String>,
+}
+
+/// The end of the loop.
+#[derive(Debug)]
+struct Ended {
+    /// The failure, for the first who asks.
+    failure: Option<Failure>,
+    words: String,
+    report: Option<SessionReport>,
+}
+
+/// Facts of the device before it is armed.
+struct Connected {
+    /// Samples by which the loop here is later than one on it.
+    line: usize,
+    rise_ticks: u64,
+}
+
+/// State of a session.
+#[derive(Debug, Default)]
+struct Course {
+    allowed: Vec<Allowed>,
+    /// Number of walls that were felt.
+    number: u64,
+    /// The surface of the wall that is felt, m.
+    surface_m: f64,
+    /// A wall was felt since the last answer.
+    may_answer: bool,
+}
+
+/// An open session. Dropped, it is closed.
+#[derive(Debug)]
+pub struct Session {
+    base: Document,
+    log: PathBuf,
+    t: Seconds,
+    dynamics: Dynamics,
+    line: usize,
+    /// The device is not simulated here.
+    at_port: bool,
+    nothing: Pushing<Wall<f64, Operator<f64>>>,
+    course: Mutex<Course>,
+    orders: Orders,
+    shared: Arc<Shared>,
+    gate: Option<Arc<Gate>>,
+    stop: Arc<AtomicBool>,
+    ended: Arc<Mutex<Option<Ended>>>,
+}
+
+/// Asked while somebody waits: true if the session is to stop.
+type Stops<'a> = &'a dyn Fn() -> bool;
+
+/// The document with what a session decides.
+fn prepared(options: &SessionOptions) -> Result<Document, Failure> {
+    let mut document = options.document.clone();
+    let given: Vec<String> = document.given().map(str::to_owned).collect();
+    let has = |key: &str| given.iter().any(|given| given == key);
+    if let Some(key) = WALL_KEYS.iter().find(|key| has(key)) {
+        return Err(Failure::bad_input(format_args!(
+            "{key} is of a wall, not of the session: give it in a wall to allow"
+        )));
+    }
+    if !has(TRIAL_FORCE_LIMIT.key) {
+        return Err(Failure::bad_input(format_args!(
+            "{TRIAL_FORCE_LIMIT} is missing: give the largest force on a person"
+        )));
+    }
+    let mut set = |key: &str, value: toml::Value| document.set(TABLE, key, value, "");
+    set(ONE_SIDED.key, true.into())?;
+    let usual = [(PUSH, NO_PUSH_N)].into_iter();
+    let of_device = [MASS, DAMPING].map(|known| (known, known.default_number()));
+    let of_device = of_device.into_iter().filter(|_| !has(DEVICE_MODEL.key));
+    let sample_time = [(SAMPLE_TIME, SAMPLE_TIME.default_number())];
+    for (known, number) in usual.chain(of_device).chain(sample_time) {
+        if !has(known.key) {
+            set(known.key, number.into())?;
+        }
+    }
+    if has(DEVICE.key) && !has(LOOP.key) {
+        set(LOOP.key, "host".into())?;
+    }
+    Ok(document)
+}
+
+/// The law of no force.
+fn no_law() -> Result<Document, Failure> {
+    let mut document = Document::new(TABLE);
+    for law in [ORDER, STIFFNESS, DISSIPATION] {
+        document.set(TABLE, law.key, 0.0, "")?;
+    }
+    Ok(document)
+}
+
+/// The wall of a document.
+fn wall(document: &Document) -> Result<WallExperiment, Failure> {
+    let experiment = ExperimentFile::open(document)?;
+    let wall: Option<&WallExperiment> = experiment.of();
+    wall.cloned()
+        .ok_or_else(|| Failure::bad_input("a session feels walls alone"))
+}
+
+/// The folder and stem of a log.
+fn request(log: &Path, provenance: BTreeMap<String, String>) -> Result<FolderRequest, Failure> {
+    let stem = log
+        .file_stem()
+        .map(|stem| stem.to_string_lossy().into_owned());
+    let is_log = log.extension().is_some_and(|ending| ending == "mcap");
+    let Some(stem) = stem.filter(|_| is_log) else {
+        return Err(Failure::bad_input(format_args!(
+            "log = \"{}\" is not the name of a log: write it as p07.mcap",
+            log.display()
+        )));
+    };
+    if log.exists() {
+        return Err(Failure::exists(
+            log,
+            "choose another log, or move it away".to_owned(),
+        ));
+    }
+    let folder = log.parent().filter(|folder| !folder.as_os_str().is_empty());
+    Ok(FolderRequest {
+        out: Some(folder.unwrap_or(Path::new(".")).to_owned()),
+        stem,
+        overwrite: false,
+        roll_bytes: None,
+        provenance,
+    })
+}
+
+/// A wall without a force.
+fn nothing(t: Seconds) -> Result<Pushing<Wall<f64, Operator<f64>>>, Failure> {
+    let order = Order::new(0.0).map_err(Failure::input)?;
+    let operator = Scheme::Grunwald { length: 1 }.build(order, t, 1.0);
+    let wall = Wall::new(0.0, 0.0, operator.map_err(Failure::input)?, None);
+    Ok(Pushing::new(wall.map_err(Failure::input)?, false))
+}
+
+/// All that the thread of the loop owns.
+struct Work {
+    wall: WallExperiment,
+    controller: Controller<f64, 1, FadingFelt>,
+    looping: Looping,
+    request: FolderRequest,
+    metadata: BTreeMap<String, String>,
+    gate: Option<Arc<Gate>>,
+    stop: Arc<AtomicBool>,
+    connected: Sender<Connected>,
+    /// Somebody has told mass and damping.
+    is_known: bool,
+}
+
+impl Work {
+    /// Runs to the end of the session; the warnings besides.
+    fn run(self) -> (Result<Ran, Failure>, Vec<String>) {
+        let heard = Mutex::new(Vec::new());
+        let warn = |text: &str| locked(&heard).push(text.to_owned());
+        let stop = Arc::clone(&self.stop);
+        let supervisor = Supervisor {
+            stop: &stop,
+            progress: &|_| (),
+            live: None,
+            warn: &warn,
+        };
+        let schedule = self.wall.schedule(TICKS);
+        let ran = match self.wall.setup.conduct.remote.clone() {
+            None => self.simulated(schedule, supervisor),
+            Some(device) => self.steered(&device, schedule, supervisor),
+        };
+        (
+            ran,
+            heard.into_inner().unwrap_or_else(PoisonError::into_inner),
+        )
+    }
+
+    fn steered(
+        mut self,
+        device: &RemoteDevice,
+        schedule: Schedule,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure> {
+        let run = RemoteRun {
+            device,
+            law: self.wall.setup.law(),
+            schedule,
+            blank: &|_| blank(0.0),
+            preflight: None,
+            wanted: PreflightRequest::default(),
+            request: &self.request,
+            metadata: self.metadata,
+        };
+        let connected = |link: &SerialLink, rise_ticks| {
+            let simulated = link.capabilities().simulated;
+            if !(simulated || self.is_known) {
+                return Err(Failure::bad_input(format_args!(
+                    "the device is unknown, so no wall can be judged: give {DEVICE_MODEL}, or {MASS} and {DAMPING}"
+                )));
+            }
+            // Whoever opens may have given up.
+            let _ = self.connected.send(Connected {
+                line: delay_of(link, device, schedule),
+                rise_ticks,
+            });
+            Ok(())
+        };
+        let mut steering = Steering(self.looping);
+        run.steered(&mut self.controller, &mut steering, connected, supervisor)
+    }
+
+    fn simulated(mut self, schedule: Schedule, supervisor: Supervisor<'_>) -> Result<Ran, Failure> {
+        let setup = &self.wall.setup;
+        let free = MassDamperConfig {
+            stiffness: NewtonsPerMetre(0.0),
+            ..setup.device
+        };
+        let mut device = HeldDevice::new(free, setup.sensors)?;
+        let _ = self.connected.send(Connected {
+            line: 0,
+            rise_ticks: 0,
+        });
+        let mut world = HeldWorld::new(
+            &mut self.controller,
+            &mut device,
+            self.looping,
+            self.gate,
+            supervisor.stop,
+        );
+        run_logged(
+            &mut world,
+            schedule,
+            (&self.request, self.metadata),
+            supervisor,
+        )
+    }
+}
+
+impl Ended {
+    fn of(ran: Result<Ran, Failure>, mut warnings: Vec<String>, log: &Path) -> Self {
+        let ran = match ran {
+            Ok(ran) => ran,
+            Err(failure) => {
+                return Self {
+                    words: format!("the session has ended: {failure}"),
+                    failure: Some(failure),
+                    report: None,
+                };
+            }
+        };
+        let record = &ran.record;
+        let early = record.reason().map(|reason| {
+            let let_go = record.let_go().map(|let_go| let_go.words());
+            let let_go = let_go.map_or(String::new(), |words| format!("; {words}"));
+            format!(
+                "{reason}{let_go}; the session ended at {}, its log {} is kept",
+                written("time_s", record.duration_s()),
+                log.display()
+            )
+        });
+        warnings.extend(ran.live_warnings);
+        let failure = early.as_ref().map(|words| match record.device_lost() {
+            true => Failure::device(words),
+            false => Failure::run(words),
+        });
+        let dropped = record.dropped;
+        let lost = (dropped > 0).then(|| format!("{dropped} samples or events are not in the log"));
+        warnings.extend(lost);
+        Self {
+            words: early
+                .clone()
+                .unwrap_or_else(|| "the session is closed".to_owned()),
+            failure,
+            report: Some(SessionReport {
+                samples: ran.log.samples,
+                dropped_samples: dropped,
+                duration_s: record.duration_s(),
+                ended_early: early,
+                fault_log: ran.fault_log.map(|path| path.display().to_string()),
+                warnings,
+            }),
+        }
+    }
+}
+
+impl Session {
+    /// Opens the device and arms it; returns when its force may be whole. `guard` is kept until the device has let go; setting `stop` ends
+    /// the session, the force zero, the log closed.
+    ///
+    /// # Errors
+    /// Parameters that are wrong, a log that exists, a device that is unknown, in use or not usable: before there is any force.
+    pub fn open(
+        options: SessionOptions,
+        stop: &Arc<AtomicBool>,
+        guard: impl Send + 'static,
+        stops: Stops<'_>,
+    ) -> Result<Self, Failure> {
+        let base = prepared(&options)?;
+        let without_force = base.with(&no_law()?)?;
+        let mut wall = wall(&without_force)?;
+        let remote = wall.setup.conduct.remote.clone();
+        if let Some(remote) = remote
+            .as_ref()
+            .filter(|remote| remote.loop_mode == LoopMode::Device)
+        {
+            return Err(Failure::bad_input(format_args!(
+                "the loop of a session is on this computer: omit {LOOP} for {}",
+                remote.name
+            )));
+        }
+        let claim = remote.as_ref().map(|remote| Claim::of(&remote.name));
+        let claim = claim.transpose()?;
+        wall.setup.conduct.pace = match (options.realtime, &remote) {
+            (Some(thread), _) => Pace::Realtime(thread),
+            (None, Some(_)) => Pace::Realtime(RealtimeOptions::default()),
+            (None, None) => Pace::Virtual,
+        };
+        let t = wall.setup.device.sample_time;
+        let nothing = nothing(t)?;
+        let law = Placed::new(nothing.clone(), 0.0);
+        let controller = Controller::new(fading(&law, t), wall.setup.chain()?);
+        let (orders, ends, from_loop) = Orders::new();
+        let shared = Arc::new(Shared::default());
+        let virtual_time = wall.setup.conduct.pace == Pace::Virtual;
+        let gate = virtual_time.then(|| Arc::new(Gate::default()));
+        let (connected, connects) = channel();
+        let given: Vec<&str> = options.document.given().collect();
+        let work = Work {
+            controller,
+            looping: Looping::new(ends, Arc::clone(&orders.counts)),
+            request: request(
+                &options.log,
+                provenance(&without_force, options.provenance)?,
+            )?,
+            metadata: metadata(&wall),
+            gate: gate.clone(),
+            stop: Arc::clone(stop),
+            connected,
+            is_known: given.contains(&DEVICE_MODEL.key)
+                || [MASS, DAMPING]
+                    .iter()
+                    .all(|known| given.contains(&known.key)),
+            wall: wall.clone(),
+        };
+        let (ended, log) = (Arc::new(Mutex::new(None)), options.log.clone());
+        let (result, watched) = (Arc::clone(&ended), Arc::clone(&shared));
+        orders.spawn(move || {
+            let (ran, warnings) = work.run();
+            *locked(&result) = Some(Ended::of(ran, warnings, &log));
+            drop(claim);
+            drop(guard);
+            watched.moved.notify_all();
+        });
+        let watching = Watching {
+            shared: Arc::clone(&shared),
+            batch: Vec::new(),
+        };
+        // In virtual time somebody waits for each look.
+        let pause = Duration::from_micros(if virtual_time { 50 } else { 1000 });
+        let (_, no_tasks) = channel();
+        orders.spawn(move || Keeper::new(from_loop, no_tasks, pause, watching).run());
+        let mut session = Self {
+            base,
+            log: options.log,
+            t,
+            dynamics: wall.setup.dynamics(),
+            line: 0,
+            at_port: remote.is_some(),
+            nothing,
+            course: Mutex::default(),
+            orders,
+            shared,
+            gate,
+            stop: Arc::clone(stop),
+            ended,
+        };
+        let Connected { line, rise_ticks } = session.connected(&connects, stops)?;
+        session.line = line;
+        // With its first tick there is a log too.
+        let risen = rise_ticks.max(1);
+        session.wait(1, stops, |kept| (kept.made >= risen).then_some(()))?;
+        Ok(session)
+    }
+
+    fn connected(
+        &self,
+        connects: &Receiver<Connected>,
+        stops: Stops<'_>,
+    ) -> Result<Connected, Failure> {
+        loop {
+            match connects.recv_timeout(LOOK) {
+                Ok(connected) => return Ok(connected),
+                Err(RecvTimeoutError::Timeout) if stops() => return Err(self.interrupted()),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return Err(self.over()),
+            }
+        }
+    }
+
+    /// Why nothing goes on, once the loop has ended.
+    fn over(&self) -> Failure {
+        self.orders.join();
+        match locked(&self.ended).as_mut() {
+            Some(Ended { failure, words, .. }) => {
+                failure.take().unwrap_or_else(|| Failure::run(&words))
+            }
+            None => Failure::run("the loop of the session panicked: please report it"),
+        }
+    }
+
+    /// Stops the session, and waits until it has ended.
+    fn interrupted(&self) -> Failure {
+        self.stop.store(true, Ordering::Relaxed);
+        self.over()
+    }
+
+    /// Waits until `done` finds what it looks for; virtual time goes on by so many ticks from one look to the next.
+    fn wait<T>(
+        &self,
+        ticks: u64,
+        stops: Stops<'_>,
+        mut done: impl FnMut(&Kept) -> Option<T>,
+    ) -> Result<T, Failure> {
+        let mut kept = locked(&self.shared.kept);
+        let mut until = kept.made;
+        loop {
+            if let Some(found) = done(&kept).filter(|_| self.gate.is_none() || kept.made >= until) {
+                return Ok(found);
+            }
+            let is_over = kept.is_over;
+            if is_over || stops() {
+                drop(kept);
+                return Err(match is_over {
+                    true => self.over(),
+                    false => self.interrupted(),
+                });
+            }
+            if let Some(gate) = self.gate.as_ref().filter(|_| kept.made >= until) {
+                until += ticks;
+                gate.open(until);
+            }
+            let waited = self.shared.moved.wait_timeout(kept, LOOK);
+            kept = waited.unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// T of the loop, s.
+    #[must_use]
+    pub const fn sample_time_s(&self) -> f64 {
+        self.t.0
+    }
+
+    /// Judges walls, each with the keys of a `[wall]` for its law, on this device, free and in a hand. All may be felt, or none; the number
+    /// of the first.
+    ///
+    /// # Errors
+    /// The first that may not be felt, by its place among them, and why.
+    pub fn allow(&self, walls: &[Document]) -> Result<usize, Failure> {
+        let judged = walls.iter().enumerate().map(|(place, wall)| {
+            let judged = self.judged(wall);
+            judged.map_err(|failure| Failure::bad_input(format_args!("wall {place}: {failure}")))
+        });
+        let judged = judged.collect::<Result<Vec<Allowed>, Failure>>()?;
+        let mut course = locked(&self.course);
+        let first = course.allowed.len();
+        course.allowed.extend(judged);
+        Ok(first)
+    }
+
+    fn judged(&self, law: &Document) -> Result<Allowed, Failure> {
+        if let Some(other) = law.given().find(|given| !WALL_KEYS.contains(given)) {
+            return Err(Failure::bad_input(format_args!(
+                "{other} is not a key of a wall to feel: give some of {}",
+                WALL_KEYS.join(", ")
+            )));
+        }
+        let wall = wall(&self.base.with(law)?)?;
+        let held = Dynamics {
+            damping_n_s_per_m: self.dynamics.damping_n_s_per_m + HAND_DAMPING.0,
+            hand_stiffness_n_per_m: self.dynamics.hand_stiffness_n_per_m + HAND_STIFFNESS.0,
+            ..self.dynamics
+        };
+        let (felt, free) = wall.judged_law(HORIZON, self.dynamics, self.line)?;
+        let (_, in_hand) = wall.judged_law(HORIZON, held, self.line)?;
+        refuse_unstable(&free)?;
+        refuse_unstable(&in_hand)?;
+        let words = format!(
+            "order {}, K {} N/m, B {} N·s^μ/m, scheme {}, contact {}",
+            wall.order,
+            wall.stiffness_n_per_m,
+            wall.dissipation_n_s_mu_per_m,
+            wall.scheme,
+            wall.contact.name()
+        );
+        Ok(Allowed { law: felt, words })
+    }
+
+    /// Makes a wall be felt behind a surface, m, and begins to sum what is felt, over so many ticks at most. Where a wall is felt already,
+    /// this one takes its place without a bump, held or not.
+    ///
+    /// # Errors
+    /// A wall that was not allowed; a handle that is beyond the surface of the first wall; a session that has ended.
+    pub fn feel(
+        &self,
+        wall: usize,
+        surface_m: f64,
+        ticks: Option<u64>,
+        stops: Stops<'_>,
+    ) -> Result<(), Failure> {
+        if !WORKSPACE_ENDS.range().contains(surface_m) {
+            return Err(Failure::bad_input(format_args!(
+                "surface = {} is not {} m: change it",
+                Shown(surface_m),
+                WORKSPACE_ENDS.range()
+            )));
+        }
+        let mut course = locked(&self.course);
+        let allowed = course.allowed.get(wall).cloned();
+        let allowed = allowed.ok_or_else(|| Failure::bad_input(NOT_ALLOWED))?;
+        let number = course.number + 1;
+        let event = event(
+            "feel",
+            format!("wall {wall}: {}, surface {surface_m} m", allowed.words),
+        );
+        let environment = Placed::new(allowed.law, surface_m);
+        let order = {
+            let mut kept = locked(&self.shared.kept);
+            kept.tally = Tally::of(number, surface_m, ticks, self.t);
+            let stimulus = |law| {
+                Box::new(Stimulus {
+                    law,
+                    number,
+                    event: Some(event),
+                })
+            };
+            match kept.stimulus {
+                0 => LoopOrder::Begin(stimulus(Law::untouched(environment)), surface_m, false),
+                _ => {
+                    let mut law = Law::standing(environment, kept.start_m);
+                    law.hear_from(kept.past_from, kept.past_m.iter().copied());
+                    LoopOrder::Change(stimulus(law))
+                }
+            }
+        };
+        self.orders.give(order)?;
+        let refused = &self.orders.counts.refused;
+        let begun = self.wait(1, stops, |kept| {
+            let is_refused = refused.load(Ordering::Relaxed) == number;
+            let begun = (kept.stimulus == number).then_some(None);
+            begun.or_else(|| is_refused.then_some(Some(kept.position_m)))
+        })?;
+        course.number = number;
+        if let Some(position_m) = begun {
+            return Err(Failure::bad_input(format_args!(
+                "the handle is at {}, not in front of the surface at {}: move it out, then feel again",
+                written("position_m", position_m),
+                written("surface_m", surface_m)
+            )));
+        }
+        (course.surface_m, course.may_answer) = (surface_m, true);
+        Ok(())
+    }
+
+    /// Goes on until this many ticks of the wall were felt.
+    ///
+    /// # Errors
+    /// A session that has ended, or ends meanwhile.
+    pub fn go_on(
+        &self,
+        ticks: u64,
+        stops: Stops<'_>,
+        progress: &dyn Fn(u64),
+    ) -> Result<(), Failure> {
+        loop {
+            let felt = locked(&self.shared.kept).tally.ticks;
+            if felt >= ticks {
+                return Ok(());
+            }
+            // Virtual time stands still at the last of them.
+            let until = ticks.min(felt + CHUNK);
+            self.wait(until - felt, stops, |kept| {
+                progress(kept.tally.ticks);
+                (kept.tally.ticks >= until).then_some(())
+            })?;
+        }
+    }
+
+    /// Numbers of what was felt of the newest wall so far.
+    #[must_use]
+    pub fn felt(&self) -> FeltSummary {
+        locked(&self.shared.kept).tally.summary()
+    }
+
+    /// Waits until the handle has left the wall, which then goes; false if that takes longer than the patience, s. The wall goes then as
+    /// soon as the handle leaves, unless another is felt before.
+    ///
+    /// # Errors
+    /// A session that has ended, or ends meanwhile.
+    pub fn rest(&self, patience_s: f64, stops: Stops<'_>) -> Result<bool, Failure> {
+        let surface_m = locked(&self.course).surface_m;
+        self.without_wall(
+            "rest",
+            stops,
+            |stimulus| LoopOrder::Begin(stimulus, surface_m, true),
+            Some(patience_s),
+        )
+    }
+
+    /// Takes the wall away, held or not: its force fades.
+    ///
+    /// # Errors
+    /// A session that has ended, or ends meanwhile.
+    pub fn pause(&self, stops: Stops<'_>) -> Result<(), Failure> {
+        self.without_wall("pause", stops, LoopOrder::Change, None)
+            .map(drop)
+    }
+
+    fn without_wall(
+        &self,
+        kind: &str,
+        stops: Stops<'_>,
+        order: impl FnOnce(Box<Stimulus>) -> LoopOrder,
+        patience_s: Option<f64>,
+    ) -> Result<bool, Failure> {
+        let (made, felt) = {
+            let kept = locked(&self.shared.kept);
+            (kept.made, kept.stimulus)
+        };
+        if felt == 0 {
+            return Ok(true);
+        }
+        let mut law = Law::untouched(Placed::new(self.nothing.clone(), 0.0));
+        // It remembers nothing, whatever it has heard.
+        law.next = made;
+        let event = Some(event(kind, String::new()));
+        self.orders.give(order(Box::new(Stimulus {
+            law,
+            number: 0,
+            event,
+        })))?;
+        let patience = patience_s.map_or(u64::MAX, |patience_s| ticks(patience_s, self.t) as u64);
+        self.wait(REST_CHUNK, stops, |kept| match kept.stimulus {
+            0 => Some(true),
+            _ => (kept.made - made > patience).then_some(false),
+        })
+    }
+
+    /// The simulated hand goes this way from now on: places, m, at times, s.
+    ///
+    /// # Errors
+    /// A device that is not simulated here; times that do not grow, places beyond those of a hand.
+    pub fn hand(&self, path: Vec<(f64, f64)>) -> Result<(), Failure> {
+        if self.at_port {
+            return Err(Failure::bad_input(
+                "the hand on a device is not this program's: only that on the simulated device is moved",
+            ));
+        }
+        let (low, high) = HAND_M;
+        let grows = path.windows(2).all(|pair| pair[0].0 < pair[1].0);
+        let is_within = |&(time_s, place_m): &(f64, f64)| {
+            time_s >= 0.0 && time_s.is_finite() && (low..=high).contains(&place_m)
+        };
+        if path.is_empty() || !grows || !path.iter().all(is_within) {
+            return Err(Failure::bad_input(format_args!(
+                "the path of the hand needs times that grow from 0 s on, and places in [{low}, {high}] m: change it"
+            )));
+        }
+        self.orders.give(LoopOrder::Path(path.into()))
+    }
+
+    /// Puts a mark into the log, with its time: an answer or whatever happened.
+    ///
+    /// # Errors
+    /// A kind without letters or of several lines; an answer though nothing was felt since the last.
+    pub fn mark(&self, kind: &str, text: &str) -> Result<(), Failure> {
+        if kind.trim().is_empty() || kind.chars().any(char::is_control) {
+            return Err(Failure::bad_input(
+                "the kind of a mark is empty or has several lines: name it in a word, as answer",
+            ));
+        }
+        if locked(&self.shared.kept).is_over {
+            return Err(self.over());
+        }
+        let mut course = locked(&self.course);
+        if kind == ANSWER && !std::mem::take(&mut course.may_answer) {
+            return Err(Failure::bad_input(
+                "an answer, but nothing was felt since the last one: feel a wall first",
+            ));
+        }
+        self.orders
+            .give(LoopOrder::Event(event(kind, text.to_owned())))
+    }
+
+    /// Path of the log.
+    #[must_use]
+    pub fn log(&self) -> &Path {
+        &self.log
+    }
+
+    /// Ends the session: the force falls to zero, the device lets go, the log is closed. Its report.
+    ///
+    /// # Errors
+    /// An end before, which nobody has heard of.
+    pub fn close(&self) -> Result<SessionReport, Failure> {
+        self.orders.leave();
+        self.gate.iter().for_each(|gate| gate.open(u64::MAX));
+        self.orders.join();
+        let mut ended = locked(&self.ended);
+        match ended
+            .as_mut()
+            .map(|ended| (ended.failure.take(), &ended.report))
+        {
+            Some((None, Some(report))) => Ok(report.clone()),
+            Some((Some(failure), _)) => Err(failure),
+            _ => Err(Failure::run("the session has ended")),
+        }
+    }
+
+    /// Has the session end now: its force falls to zero, its log is closed as one that was interrupted.
+    pub fn stop(&self) {
+        self.stop.store(true, Ordering::Relaxed);
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        // Whoever drops it has heard of an early end, or does not ask.
+        let _ = self.close();
+    }
+}
+
+fn event(kind: &str, text: String) -> EventMessage {
+    EventMessage {
+        time_s: 0.0,
+        kind: kind.to_owned(),
+        text,
+    }
+}
+
+/// All keys of a session for its log.
+fn provenance(
+    base: &Document,
+    mut provenance: BTreeMap<String, String>,
+) -> Result<BTreeMap<String, String>, Failure> {
+    base.keep_in(&mut provenance)?;
+    // It is no wall that could be run again.
+    let not_of_it = [IN_LOG.1, ORDER.key, STIFFNESS.key, DISSIPATION.key];
+    provenance.retain(|key, _| !not_of_it.contains(&key.as_str()));
+    Ok(provenance)
+}
+
+fn metadata(wall: &WallExperiment) -> BTreeMap<String, String> {
+    let mut metadata = wall.metadata();
+    metadata.insert("experiment".to_owned(), KIND.to_owned());
+    metadata
+}

@@ -1,0 +1,246 @@
+"""A person feels walls: the crate ``haptic-experiment``, its room ``live``.
+
+::
+
+    with session.open("serial:auto", force_limit="1 N", log="p07.mcap") as s:
+        s.allow(walls)                      # each judged now
+        felt = s.feel(walls[0], seconds=3)
+        s.rest()
+        s.mark("answer", "second")
+
+A wall is a dict with the keys of a ``[wall]`` for its law: ``order``, ``stiffness_n_per_m``, ``dissipation_n_s_mu_per_m``, and
+perhaps ``scheme`` and ``contact``; it only pushes. The device is armed once, with its loop on this computer; between two walls
+there is no force. After Ctrl-C, a signal or the end of Python the force ramps to zero and the log is closed, as for a run of
+`experiment`.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fractional_haptics import _native
+from fractional_haptics._values import Shown
+from fractional_haptics.experiment import Progress, _told
+
+if TYPE_CHECKING:
+    from types import TracebackType
+    from typing import Self
+
+    from fractional_haptics._values import Quantity
+
+__all__ = ["Felt", "Session", "open"]
+
+_LOOKS_EVERY_S = 0.02
+"""Time between two calls of ``until``, s."""
+
+
+@dataclass(frozen=True)
+class Felt(Shown):
+    """What was felt of a wall, in SI units."""
+
+    tick: int
+    """The first tick, in the log."""
+    time_s: float
+    """Its time there."""
+    duration_s: float
+    """For how long the wall was there to be felt."""
+    contacts: int
+    """How often the handle went behind its surface."""
+    dwell_s: float
+    """For how long it was there."""
+    peak_force_n: float | None
+    """Largest force in contact; None without contact."""
+    mean_force_n: float | None
+    """Mean over the contact."""
+    rms_force_n: float | None
+    """Root of the mean square over the contact."""
+    deepest_m: float
+    """Largest depth behind the surface; 0 without contact."""
+    speed_m_per_s: float
+    """Mean speed of the handle, in contact or not."""
+
+    __str__ = Shown.__str__
+
+
+def _seconds(name: str, time: Quantity) -> float:
+    value = _native.quantity(["time_s"], "time_s", time, False)[1]
+    if not 0.0 <= value < 1e9:
+        raise ValueError(f"{name} = {value} is not a time from 0 s to 1e9 s: change it")
+    return value
+
+
+def _key(wall: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
+    # Numbers of NumPy are those of Python.
+    return tuple(sorted((key, value if isinstance(value, str) else repr(float(value))) for key, value in wall.items()))
+
+
+class Session:
+    """An open session; made by `open`, and closed by ``with`` or `close`."""
+
+    log: Path
+    """The log."""
+    report: Mapping[str, Any] | None = None
+    """Once closed: samples, those that are missing, warnings."""
+
+    def __init__(self, native: _native.Session, log: Path) -> None:
+        self._native = native
+        self._allowed: dict[tuple[tuple[str, str], ...], int] = {}
+        self.log = log
+
+    def allow(self, walls: Iterable[Mapping[str, Any]]) -> None:
+        """Judges walls on this device, free and in a hand. All of them may be felt, or none.
+
+        Raises
+        ------
+        ValueError
+            The first that may not be felt, by its place from 0 on, and why.
+        """
+        new = [dict(wall) for wall in walls]
+        first = self._native.allow(new)
+        self._allowed.update({_key(wall): first + place for place, wall in enumerate(new)})
+
+    def feel(
+        self,
+        wall: Mapping[str, Any],
+        *,
+        seconds: Quantity | None = None,
+        until: Callable[[], object] | None = None,
+        surface: Quantity = 0.0,
+        progress: Progress | None = None,
+    ) -> Felt:
+        """Makes a wall be felt, and sums what is felt of it. The wall stays until `rest`, `pause` or the next one.
+
+        Where no wall was, it begins with an empty memory, and the handle has to be in front of it. Where one is felt, this takes its
+        place without a bump, held or not, and has heard the same positions.
+
+        Parameters
+        ----------
+        wall : dict
+            One of those that were allowed.
+        seconds : float or str, optional
+            For how long.
+        until : callable, optional
+            Called each 20 ms; a true value ends it. With `seconds` too, whichever comes first.
+        surface : float or str, default 0
+            Place of its surface, m.
+        progress : callable, optional
+            Called now and then with the ticks felt; or a bar of ``tqdm``.
+
+        Raises
+        ------
+        ValueError
+            A wall that was not allowed, a handle behind its surface.
+        RuntimeError
+            A fault, a lost device or a stop: the session has ended, its log is kept.
+        """
+        number = self._allowed.get(_key(wall))
+        if number is None:
+            raise ValueError("this wall was not allowed: call allow with it first")
+        if seconds is None and until is None:
+            raise ValueError("the end of feel is missing: give seconds or until")
+        _, surface_m = _native.quantity(["surface_m"], "surface", surface, isinstance(surface, int | float))
+        sample_time = self._native.sample_time
+        ticks = None if seconds is None else max(round(_seconds("seconds", seconds) / sample_time), 1)
+        self._native.feel(number, surface_m, ticks)
+        told = _told(progress)
+        if until is None:
+            assert ticks is not None
+            self._native.go_on(ticks, told)
+        else:
+            step, felt = max(round(_LOOKS_EVERY_S / sample_time), 1), 0
+            while (ticks is None or felt < ticks) and not until():
+                felt = felt + step if ticks is None else min(felt + step, ticks)
+                self._native.go_on(felt, told)
+        return Felt(**self._native.felt())
+
+    def rest(self, patience: Quantity = 30.0) -> None:
+        """Waits until the handle has left the wall, which then goes.
+
+        Raises
+        ------
+        TimeoutError
+            The handle was still in the wall after the patience, s. The wall stays until the handle leaves.
+        """
+        patience_s = _seconds("patience", patience)
+        if not self._native.rest(patience_s):
+            raise TimeoutError(f"the handle is still in the wall after {patience_s:g} s: ask for it to be moved out, then rest again")
+
+    def pause(self) -> None:
+        """Takes the wall away, held or not: its force fades. The session goes on."""
+        self._native.pause()
+
+    def hand(self, path: Sequence[tuple[float, float]]) -> None:
+        """Moves the hand on the simulated device: places in m at times in s from now on, evenly in between."""
+        self._native.hand([(float(time), float(place)) for time, place in path])
+
+    def mark(self, kind: str, text: str = "") -> None:
+        """Puts a mark into the log, with its time. An ``"answer"`` needs a wall that was felt since the last one."""
+        self._native.mark(kind, text)
+
+    def stop(self) -> None:
+        """Ends the session at once, from any thread: the force ramps to zero, the log is kept."""
+        self._native.stop()
+
+    def close(self) -> None:
+        """Ends the session: the force falls to zero, the device lets go, the log is closed."""
+        self.report = self._native.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        if error is not None:
+            self.stop()
+        try:
+            self.close()
+        except RuntimeError:
+            # What ended the session has been said already.
+            if error is None:
+                raise
+
+
+def open(
+    device: str = "sim",
+    *,
+    log: str | os.PathLike[str],
+    force_limit: Quantity | None = None,
+    realtime: bool = False,
+    **parameters: Any,
+) -> Session:
+    """Opens a session on a device, which is armed when this returns: its force may be whole.
+
+    Parameters
+    ----------
+    device : str, default "sim"
+        As for `experiment.wall`; ``"sim"`` is simulated, with a hand that `Session.hand` moves.
+    log : path
+        The log of all that happens, ``NAME.mcap``; it must not be there yet.
+    force_limit : float or str
+        Largest force on the person, N.
+    realtime : bool, default False
+        By the clock on the simulated device too, which else has virtual time.
+    **parameters
+        Keys of a ``[wall]`` for the device, its loop and its safety chain, as ``mass="65 g"`` or ``device_model="mine.toml"``. A real
+        device needs its mass and damping, or its file from ``host-cli device measure``.
+
+    Raises
+    ------
+    ValueError
+        A parameter that is wrong or missing, a log that exists, a device that has a session already.
+    RuntimeError
+        A device that cannot be used.
+    """
+    given = {key: value for key, value in parameters.items() if value is not None}
+    if force_limit is not None:
+        given["force_limit"] = force_limit
+    drives = device != "sim"
+    if drives:
+        given["device"] = device
+    path = Path(log)
+    return Session(_native.open_session(given, path, realtime or drives, drives), path)

@@ -1,0 +1,247 @@
+"""Sessions: walls that a hand feels on the simulated device and on emulated ones."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fractional_haptics import log, session
+from test_signals import HOST_CLI, Device
+
+WALLS = [
+    {"order": 0.5, "stiffness": "300 N/m", "dissipation_n_s_mu_per_m": 5.0},
+    {"order": 1.0, "stiffness_n_per_m": 150.0, "dissipation_n_s_mu_per_m": 2.0, "contact": "signed"},
+]
+PRESS = [(0.0, -5e-3), (0.2, 5e-3), (0.7, 5e-3), (0.9, -5e-3)]
+
+
+def test_what_is_felt_is_what_the_log_has(tmp_path: Path) -> None:
+    seen: list[int] = []
+    with session.open(force_limit="2 N", log=tmp_path / "p07.mcap") as s:
+        s.allow(WALLS)
+        s.hand(PRESS)
+        first = s.feel(WALLS[0], seconds=0.5, surface="1 mm", progress=seen.append)
+        # Another wall takes its place in the hand.
+        second = s.feel(WALLS[1], seconds="0.1 s", surface="1 mm")
+        s.rest()
+        s.hand(PRESS)
+        calls = itertools.count()
+        third = s.feel(WALLS[1], until=lambda: next(calls) == 20, surface=1e-3)
+        s.pause()
+        s.mark("answer", "second")
+    table = log.read_log(tmp_path / "p07.mcap")
+    assert s.report is not None and s.report["samples"] == len(table) and s.report["dropped_samples"] == 0
+    assert table.attrs["complete"] is True
+    assert table.attrs["metadata"]["experiment"]["experiment"] == "session"
+    assert "document" not in table.attrs["metadata"]["experiment"]
+    events = [(kind, text) for _, kind, text in table.attrs["events"]]
+    assert [kind for kind, _ in events] == ["feel", "feel", "rest", "feel", "pause", "answer"]
+    assert events[-1][1] == "second" and "surface 0.001 m" in events[0][1]
+    for felt in (first, second, third):
+        ticks = round(felt.duration_s / 1e-3)
+        part = table[felt.tick : felt.tick + ticks]
+        inside = part["position_m"] > 1e-3
+        force_n = part["commanded_force_n"].abs()[inside]
+        assert felt.contacts == 1 and felt.dwell_s == pytest.approx(1e-3 * inside.sum())
+        assert felt.peak_force_n == force_n.max() > 0.1
+        assert felt.mean_force_n == pytest.approx(force_n.mean())
+        assert felt.rms_force_n == pytest.approx(np.sqrt((force_n**2).mean()))
+        assert felt.deepest_m == pytest.approx(part["position_m"].max() - 1e-3)
+        assert "peak force" in str(felt)
+    assert [round(felt.duration_s, 6) for felt in (first, second, third)] == [0.5, 0.1, 0.4]
+    assert second.tick == first.tick + 501 and seen[-1] == 500
+
+
+def test_the_same_session_is_the_same_log_bit_for_bit(tmp_path: Path) -> None:
+    def run(name: str) -> np.ndarray:
+        with session.open(force_limit="2 N", log=tmp_path / name, sensor_noise_m=1e-6, seed=3) as s:
+            s.allow(WALLS)
+            s.hand(PRESS)
+            for wall in WALLS:
+                s.feel(wall, seconds=0.45)
+        return log.read_log(tmp_path / name)["commanded_force_n"].to_numpy()
+
+    first, again = run("first.mcap"), run("again.mcap")
+    assert np.array_equal(first, again) and first.min() < -0.5
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "text"),
+    [
+        (lambda s: s.allow([WALLS[0], {**WALLS[0], "stiffness": "900 kN/m"}]), ValueError, "^wall 1: this would be unstable"),
+        (lambda s: s.allow([{**WALLS[0], "mass": "1 kg"}]), ValueError, "mass_kg is not a key of a wall to feel"),
+        (lambda s: s.allow([{"order": 0.5}]), ValueError, "missing"),
+        (lambda s: s.feel(WALLS[1], seconds=1), ValueError, "was not allowed"),
+        (lambda s: s.feel(WALLS[0]), ValueError, "give seconds or until"),
+        (lambda s: s.feel(WALLS[0], seconds=-1.0), ValueError, "seconds = -1"),
+        (lambda s: s.feel(WALLS[0], seconds=1, surface="-8 mm"), ValueError, "the handle is at -5 mm, not in front of the surface at -8 mm"),
+        (lambda s: s.mark("answer", "first"), ValueError, "nothing was felt"),
+        (lambda s: s.mark("", "first"), ValueError, "the kind of a mark"),
+        (lambda s: s.hand([(0.0, 1.0)]), ValueError, "the path of the hand"),
+        (lambda s: session.open(force_limit="2 N", log=s.log), ValueError, "by another run"),
+        (lambda s: session.open(log=s.log), ValueError, "`force_limit_n` is missing"),
+        (lambda s: session.open(log=s.log, force_limit=2.0, order=0.5), ValueError, "order is of a wall"),
+        (lambda s: session.open(log=s.log, force_limit=0.0), ValueError, "force_limit_n = 0"),
+        (lambda s: session.open(log=s.log.with_suffix(".csv"), force_limit=2.0), ValueError, "p07.mcap"),
+        (lambda s: session.open("serial:/dev/no-such-port", log=s.log.with_name("b.mcap"), force_limit=1.0), RuntimeError, "no-such-port"),
+    ],
+)
+def test_what_is_wrong_is_refused_in_a_line_and_without_a_force(call, error: type, text: str, tmp_path: Path) -> None:
+    with session.open(force_limit="2 N", log=tmp_path / "p07.mcap") as s:
+        s.allow(WALLS[:1])
+        with pytest.raises(error, match=text) as caught:
+            call(s)
+        assert "\n" not in str(caught.value)
+    assert not log.read_log(s.log)["commanded_force_n"].any()
+    with pytest.raises(ValueError, match="already exists"):
+        session.open(force_limit="2 N", log=s.log)
+    with pytest.raises(RuntimeError, match="the session is closed"):
+        s.feel(WALLS[0], seconds=1)
+
+
+def test_a_fault_ends_the_session_and_keeps_its_log(tmp_path: Path) -> None:
+    with pytest.raises(RuntimeError, match="faster than its limit.*the session ended at.*its log"):
+        with session.open(force_limit="2 N", log=tmp_path / "p07.mcap", speed_limit_m_per_s=0.02) as s:
+            s.allow(WALLS)
+            s.hand(PRESS)
+            s.feel(WALLS[0], seconds=3)
+    table = log.read_log(tmp_path / "p07.mcap")
+    assert table.attrs["metadata"]["end"]["ended"] == "fault" and table.attrs["complete"] is True
+
+
+def test_a_handle_that_stays_is_waited_for_with_patience(tmp_path: Path) -> None:
+    with session.open(force_limit="2 N", log=tmp_path / "p07.mcap") as s:
+        s.allow(WALLS)
+        s.hand([(0.0, -5e-3), (0.2, 5e-3), (2.0, 5e-3), (2.2, -5e-3)])
+        s.feel(WALLS[0], seconds=0.5)
+        with pytest.raises(TimeoutError, match="still in the wall after 0.3 s"):
+            s.rest(patience="300 ms")
+        s.rest()
+        with pytest.raises(ValueError, match="nothing was felt"):
+            s.mark("answer", "first")
+            s.mark("answer", "twice")
+
+
+def test_ctrl_c_lets_go_and_closes_the_log(tmp_path: Path) -> None:
+    timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))
+    timer.start()
+    began = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        with session.open(force_limit="2 N", log=tmp_path / "p07.mcap", realtime=True) as s:
+            s.allow(WALLS)
+            s.hand(PRESS)
+            s.feel(WALLS[0], until=lambda: False)
+    assert time.monotonic() - began < 20
+    table = log.read_log(tmp_path / "p07.mcap")
+    assert table.attrs["metadata"]["end"]["ended"] == "interrupted" and table["commanded_force_n"].iloc[-1] == 0.0
+
+
+on_emulated = pytest.mark.skipif(
+    not HOST_CLI.exists() and "REQUIRE_ALL_CHECKS" not in os.environ, reason="no host-cli that emulates a device"
+)
+BUSY = {"watchdog_s": 1.0, "late_ticks": 0, "max_age_ticks": 1000}
+
+
+@on_emulated
+def test_a_board_is_armed_once_and_no_wall_begins_soft(tmp_path_factory) -> None:
+    folder = tmp_path_factory.mktemp("s")
+    board = Device(folder, "--kind own")
+    name = f"tcp:127.0.0.1:{board.port}"
+    try:
+        # The board's own hand pulls the handle to 5 mm: the second wall begins behind it.
+        hand = {"hand_stiffness_n_per_m": 100.0, "push_n": 0.5, "mass": "65 g", "damping_n_s_per_m": 3.5}
+        with session.open(name, force_limit="2 N", log=folder / "p.mcap", **hand, **BUSY) as s:
+            s.allow(WALLS)
+            with pytest.raises(ValueError, match="a session on tcp:.* is open already"):
+                session.open(name, force_limit="2 N", log=folder / "q.mcap")
+            felt = s.feel(WALLS[0], seconds=0.2, surface="8 mm")
+            assert felt.contacts == 0 and felt.peak_force_n is None
+            changed = s.feel(WALLS[0], seconds=0.6, surface="3 mm")
+            assert changed.contacts == 1 and changed.peak_force_n is not None
+            s.mark("answer", "second")
+            with pytest.raises(TimeoutError):
+                s.rest(patience=0.1)
+            s.pause()
+            with pytest.raises(ValueError, match="not in front of the surface"):
+                s.feel(WALLS[0], seconds=0.1, surface="3 mm")
+        table = log.read_log(folder / "p.mcap")
+        kinds = [kind for _, kind, _ in table.attrs["events"] if kind != "lost"]
+        assert kinds == ["feel", "feel", "answer", "pause"]
+        assert table.attrs["metadata"]["end"]["ended"] == "finished"
+        # The spring of the wall holds a part of the push: its rest is nearer than 5 mm.
+        assert table["applied_force_n"].min() < -0.2 and table["applied_force_n"].iloc[-1] == 0.0
+    finally:
+        board.ends()
+
+
+@on_emulated
+def test_a_servo_that_a_hand_turns_feels_the_wall_it_meets(tmp_path_factory) -> None:
+    folder = tmp_path_factory.mktemp("s")
+    board = Device(folder, "--kind moteus turn=2mm:0.5s")
+    name = f"moteus:{board.line},radius=20mm,watchdog=1s,lost=1000"
+    device = {"mass": "1 kg", "damping_n_s_per_m": 5.0, "sample_time_s": 2e-3}
+    try:
+        with session.open(name, force_limit="0.5 N", log=folder / "p.mcap", **device, **BUSY) as s:
+            s.allow(WALLS[:1])
+            felt = s.feel(WALLS[0], seconds=1.2, surface="1 mm")
+        assert felt.contacts >= 1 and felt.peak_force_n is not None and 0.0 < felt.peak_force_n <= 0.5
+    finally:
+        board.ends()
+
+
+@on_emulated
+def test_a_real_device_of_which_nobody_says_anything_gets_no_wall(tmp_path_factory) -> None:
+    folder = tmp_path_factory.mktemp("s")
+    board = Device(folder, "--kind moteus")
+    try:
+        with pytest.raises(ValueError, match="the device is unknown, so no wall can be judged: give"):
+            name = f"moteus:{board.line},radius=20mm,watchdog=1s,lost=1000"
+            session.open(name, force_limit="0.5 N", log=folder / "p.mcap", sample_time_s=2e-3, **BUSY)
+    finally:
+        board.ends()
+
+
+LOST = """
+import sys
+from fractional_haptics import session
+wall = {"order": 0.5, "stiffness_n_per_m": 300.0, "dissipation_n_s_mu_per_m": 5.0}
+device, log = sys.argv[1:]
+with session.open(device, force_limit="2 N", log=log, watchdog_s=1.0, late_ticks=0, max_age_ticks=1000) as s:
+    s.allow([wall])
+    print("felt", flush=True)
+    s.feel(wall, seconds=600, surface="5 mm")
+"""
+
+
+@on_emulated
+@pytest.mark.parametrize("number", [None, signal.SIGTERM])
+def test_a_lost_board_or_a_signal_ends_the_trial_and_keeps_the_log(number: int | None, tmp_path_factory) -> None:
+    folder = tmp_path_factory.mktemp("s")
+    board = Device(folder, "--kind own")
+    log_file = folder / "p.mcap"
+    command = [sys.executable, "-c", LOST, f"tcp:127.0.0.1:{board.port}", log_file]
+    person = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert person.stdout is not None and person.stdout.readline() == "felt\n"
+    time.sleep(0.2)
+    if number is None:
+        board.emulator.kill()
+        _, said = person.communicate(timeout=60)
+        last = said.strip().splitlines()[-1]
+        assert last.startswith("RuntimeError: ") and "its log" in last, said
+    else:
+        person.send_signal(number)
+        person.communicate(timeout=60)
+        assert person.returncode == -number
+    ended = log.read_log(log_file).attrs["metadata"]["end"]["ended"]
+    assert ended == ("link" if number is None else "interrupted")
+    if number is not None:
+        board.ends()
