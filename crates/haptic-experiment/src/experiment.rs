@@ -6,6 +6,7 @@ pub(crate) mod coupler;
 pub(crate) mod drive;
 pub(crate) mod indentation;
 pub(crate) mod kind;
+pub(crate) mod press;
 pub(crate) mod reading;
 pub(crate) mod rendering;
 pub(crate) mod teleoperation;
@@ -27,6 +28,7 @@ const COUPLER_REQUIRED: Keys = ("required", coupler::COUPLER_REQUIRED);
 const COUPLER: Keys = ("coupler", coupler::COUPLER);
 const TELEOPERATION: Keys = ("teleoperation", teleoperation::TELEOPERATION);
 const TOUCH: Keys = ("touch", touch::TOUCH);
+const PRESS: Keys = ("press", press::PRESS);
 const DEVICE: Keys = ("device", ON_DEVICE);
 const CHAIN: Keys = ("safety", SAFETY);
 
@@ -69,6 +71,12 @@ const ALL: &[Kind] = &[
         beside: Beside::Nothing,
         read: |table, _| Ok(Box::new(touch::touch(table)?)),
     },
+    Kind {
+        name: "press",
+        keys: &[PRESS, DEVICE, CHAIN],
+        beside: Beside::DriveAndDeviceFile,
+        read: |table, drive| Ok(Box::new(press::press(table, drive)?)),
+    },
 ];
 
 /// The keys of the kinds, as help and guide show them: those that two kinds share stand once.
@@ -76,13 +84,14 @@ pub(crate) const HEADINGS: &[Keys] = &[
     ("[relax]", rendering::RELAX),
     ("[creep]", rendering::CREEP),
     ("[relax] and [creep]", rendering::RENDERING),
-    ("[drive], beside [relax] or [creep]", drive::DRIVE),
+    ("[drive], beside [relax], [creep] or [press]", drive::DRIVE),
     ("[wall], required", wall::WALL_REQUIRED),
     ("[wall]", wall::WALL),
     ("[coupler], required", coupler::COUPLER_REQUIRED),
     ("[coupler]", coupler::COUPLER),
     ("[teleoperation]", teleoperation::TELEOPERATION),
     ("[touch]", touch::TOUCH),
+    ("[press]", press::PRESS),
     ("Every table but [teleoperation], the device", ON_DEVICE),
     ("Every table, the safety chain", SAFETY),
 ];

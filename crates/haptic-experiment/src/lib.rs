@@ -13,6 +13,7 @@ pub mod run;
 pub use document::failure::{Cause, Failure};
 pub use document::named::Named;
 pub use experiment::indentation::Indentation;
+pub use experiment::press::{PressRecord, specimen};
 pub use experiment::reading::pressed;
 pub use experiment::rendering::Precision;
 pub use experiment::trial::TrialPlan;

@@ -1,5 +1,5 @@
-//! Experiment files: TOML with one table, `[relax]`, `[creep]`, `[wall]`, `[coupler]`, `[teleoperation]` or `[touch]`, units in the names
-//! of keys; `[drive]` beside the first two.
+//! Experiment files: TOML with one table, `[relax]`, `[creep]`, `[wall]`, `[coupler]`, `[teleoperation]`, `[touch]` or `[press]`, units in the
+//! names of keys; `[drive]` beside the first two and the last.
 //!
 //! ```toml
 //! [wall]
@@ -24,7 +24,8 @@ use crate::document::reader::Table;
 use crate::document::{Document, IN_LOG, choice, line};
 use crate::experiment;
 use crate::experiment::indentation::Indentation;
-use crate::experiment::kind::{Beside, Experiment, Watched};
+use crate::experiment::kind::{Experiment, Watched};
+use crate::experiment::press::{Press, PressRecord};
 use crate::experiment::reading::{DEVICE_FILES, device_text, with_devices};
 use crate::experiment::teleoperation::{End, FarReport, TeleoperationExperiment, Terms};
 use crate::judge::modelled_tissue::TissuePiece;
@@ -32,7 +33,8 @@ use crate::judge::{Published, Report};
 use crate::run::Supervisor;
 use crate::run::folder::FolderRequest;
 use crate::run::schedule::Pace;
-use haptic_log::record::add_verdict;
+use crate::run::tick::KeptSample;
+use haptic_log::record::{TickMessage, add_verdict};
 use parameters::{
     DEVICE_MODEL, DEVICE_PLANT, DRIVE_TABLE, KINDS, MEASUREMENT, QUESTIONS, of_kind, takes_device,
 };
@@ -83,9 +85,9 @@ impl ExperimentFile {
         let kind = experiment::find(name).ok_or_else(|| table.fail(format!("no kind {name}")))?;
         let table = table.with_keys(kind.keys)?;
         let table = above_device(name, table)?;
-        if let Some(drive) = drive.as_ref().filter(|_| kind.beside != Beside::Drive) {
+        if let Some(drive) = drive.as_ref().filter(|_| !kind.beside.has_drive()) {
             return Err(drive.fail(format_args!(
-                "[{DRIVE_TABLE}] holds the indenter of [relax] or [creep], which [{name}] does not have: omit it"
+                "[{DRIVE_TABLE}] holds the indenter of [relax], [creep] or [press], which [{name}] does not have: omit it"
             )));
         }
         let drive = drive
@@ -125,7 +127,15 @@ impl ExperimentFile {
     /// The piece of tissue that an indenter presses.
     #[must_use]
     pub fn piece(&self) -> Option<&TissuePiece> {
-        self.indentation().map(|pressed| &pressed.piece)
+        let press = || self.of().map(|press: &Press| &press.piece);
+        (self.indentation().map(|pressed| &pressed.piece)).or_else(press)
+    }
+
+    /// The record of a press by the ticks of its log; `None` of another experiment.
+    #[must_use]
+    pub fn press_record(&self, ticks: &[TickMessage]) -> Option<PressRecord> {
+        let samples: Vec<KeptSample> = ticks.iter().map(KeptSample::of).collect();
+        self.of().map(|press: &Press| press.record(&samples))
     }
 
     /// Metadata that the log of its run has, which overrides its document.

@@ -78,6 +78,15 @@ enum Command {
         after_help = "Example: host-cli creep --tissue prostate-healthy --stress 50Pa --duration 60s"
     )]
     Creep(Experiment<keys::Creep>),
+    /// Measure a real specimen: the device's own position loop presses it and records the force
+    ///
+    /// The force is that of the device's sensor, or the motor's less friction, inertia and damping of its device file.
+    /// `host-cli identify press.mcap` turns the log into a tissue, with the loading that the log states. On the simulated device
+    /// --tissue names the specimen.
+    #[command(
+        after_help = "Example: host-cli press --controller position.toml --tissue prostate-healthy --depth 2mm --hold-time 10s --out p"
+    )]
+    Press(Experiment<keys::Press>),
     /// Judge stability, passivity and transparency, before any hardware
     #[command(subcommand)]
     Analyze(command::analyze::Command),
@@ -163,6 +172,7 @@ impl Command {
         match self {
             Self::Relax(experiment) => experiment.run("relax", output),
             Self::Creep(experiment) => experiment.run("creep", output),
+            Self::Press(experiment) => experiment.run("press", output),
             Self::Analyze(command) => command.run(output),
             Self::Control(command) => command.run(output),
             Self::Design(asked) => command::design::run(asked, output),

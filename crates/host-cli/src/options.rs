@@ -40,7 +40,10 @@ pub(crate) fn names(command: &str) -> Vec<&'static str> {
         "teleoperate" => vec!["teleoperation"],
         command => all.filter(|kind| *kind == command).collect(),
     };
-    if kinds.iter().any(|kind| ["relax", "creep"].contains(kind)) {
+    if kinds
+        .iter()
+        .any(|kind| ["relax", "creep", "press"].contains(kind))
+    {
         kinds.push(DRIVE_TABLE);
     }
     let tables = kinds.into_iter().flat_map(of_kind);
@@ -325,13 +328,15 @@ pub(crate) mod keys {
     use haptic_experiment::parameters::analysis as a;
     use haptic_experiment::parameters::{
         AGAINST, AREA, BONDED, CAMPAIGN, CONTACT, CONTROL_DESIGN, CONTROL_LOOP, CONTROLLER,
-        CREEP_CONTACT, CREEP_DURATION, DAMPING, DELAY, DEPTH, DESIGN_ORDERS, DEVICE, DEVICE_MODEL,
-        FORCE, FORCE_NOISE_LIMIT, FRONT, GAIN_MARGIN, GUARD, HALF_ANGLE, HAND_STIFFNESS, HELD,
-        INDENTER_RADIUS, LOADING, LOOP, MASS, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION,
-        MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, ONE_SIDED, PIECE_ORDER, PLANT_RECORD, PUSH,
-        PUSH_BY, Parameter, RAMP_TIME, RECORD, RELAX_DURATION, REQUIRE, SAMPLE_TIME, SCHEME,
-        STRAIN, STRESS, THICKNESS, TISSUE, TRIAL_FORCE_LIMIT, WALL_CONTACT, WISH, WISH_FREQUENCY,
-        WISH_TISSUE, ZWIDTH_ORDERS, ZWIDTH_POINTS,
+        CREEP_CONTACT, CREEP_DURATION, DAMPING, DELAY, DEPTH, DEPTH_LIMIT, DESIGN_ORDERS, DEVICE,
+        DEVICE_MODEL, FORCE, FORCE_LIMIT, FORCE_NOISE_LIMIT, FRAME_STIFFNESS, FRONT, GAIN_MARGIN,
+        GUARD, HALF_ANGLE, HAND_STIFFNESS, HELD, INDENTER_RADIUS, LOADING, LOOP, MASS, MEASURE_BOX,
+        MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, ONE_SIDED,
+        PIECE_ORDER, PLANT_RECORD, PRESS_AMPLITUDE, PRESS_DEPTH, PRESS_DEPTHS, PRESS_FREQUENCIES,
+        PRESS_HOLD, PRESS_RAMP, PROTOCOL, PUSH, PUSH_BY, Parameter, RAMP_TIME, RECORD,
+        RELAX_DURATION, REQUIRE, SAMPLE_TIME, SCHEME, SENSED_RANGE, STRAIN, STRESS, THICKNESS,
+        TISSUE, TRIAL_FORCE_LIMIT, WALL_CONTACT, WISH, WISH_FREQUENCY, WISH_TISSUE, ZWIDTH_ORDERS,
+        ZWIDTH_POINTS,
     };
 
     /// A command whose options are made from tables of parameters.
@@ -375,6 +380,11 @@ pub(crate) mod keys {
             &[&TISSUE, &PIECE_ORDER, &STRESS, &CREEP_DURATION, &SCHEME, &SAMPLE_TIME, &DEVICE],
             &[&FORCE, &CREEP_CONTACT, &AGAINST],
             RIG,
+        ];
+        Press: &[
+            &[&PROTOCOL, &PRESS_DEPTH, &PRESS_RAMP, &PRESS_HOLD, &CONTROLLER, &TISSUE, &DEVICE, &LOOP, &DEVICE_MODEL],
+            &[&PRESS_DEPTHS, &PRESS_AMPLITUDE, &PRESS_FREQUENCIES, &DEPTH_LIMIT, &FRAME_STIFFNESS, &FORCE_LIMIT],
+            &[&AREA, &THICKNESS, &LOADING, &INDENTER_RADIUS, &HALF_ANGLE, &SENSED_RANGE],
         ];
         Run: &[&[&DEVICE, &LOOP, &DEVICE_MODEL, &GUARD, &CONTROLLER, &AGAINST]];
         ZWidth: &[&[

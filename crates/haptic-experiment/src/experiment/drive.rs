@@ -7,6 +7,7 @@
 //! The tissue is judged as ever: by the sum over the motion that was really made.
 
 mod judge;
+mod path;
 mod preflight;
 mod second;
 #[cfg(test)]
@@ -43,6 +44,7 @@ use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{DepthMap, Device, Environment, Reading, SafeForce};
 use haptic_quantity::written;
 pub(crate) use judge::{DriveJudge, DriveReport, drive_columns};
+pub(crate) use path::{Motion, PressPath, Section};
 pub(crate) use preflight::{TissueLaw, device};
 pub(crate) use second::{DriveSamples, tell};
 use std::convert::Infallible;
@@ -324,11 +326,18 @@ impl Clone for ControllerHolder {
     }
 }
 
+/// Set points of a drive.
+#[derive(Clone, Debug)]
+enum Way {
+    Rig(RigDrive),
+    Press(Arc<PressPath>),
+}
+
 /// The controller of a drive that closes the loop of its device from here, tick by tick from the start of its run.
 #[derive(Debug)]
 pub(crate) struct HostDrive {
     at_rest: ControllerHolder,
-    load: RigDrive,
+    way: Way,
     sample_time_s: f64,
     /// The newest force that the other device opposes, N, as its bits: what is measured in a creep test.
     opposed_n: Arc<AtomicU64>,
@@ -344,9 +353,23 @@ impl Drive {
     ) -> Result<HostDrive, Failure> {
         Ok(HostDrive {
             at_rest: self.holder(sample_time_s)?,
-            load,
+            way: Way::Rig(load),
             sample_time_s,
             opposed_n,
+        })
+    }
+
+    /// The controller for a loop here that leads a handle along this path.
+    pub(crate) fn along(
+        &self,
+        path: Arc<PressPath>,
+        sample_time_s: f64,
+    ) -> Result<HostDrive, Failure> {
+        Ok(HostDrive {
+            at_rest: self.holder(sample_time_s)?,
+            way: Way::Press(path),
+            sample_time_s,
+            opposed_n: Arc::default(),
         })
     }
 }
@@ -360,7 +383,17 @@ pub(crate) struct HostHistory {
 
 impl HostDrive {
     fn set_point(&self, history: &HostHistory) -> f64 {
-        set_point(self.load, history.tick as f64 * self.sample_time_s)
+        let time_s = history.tick as f64 * self.sample_time_s;
+        match &self.way {
+            Way::Rig(load) => set_point(*load, time_s),
+            Way::Press(path) => path.at(time_s).position_m,
+        }
+    }
+
+    /// True while nothing is held yet.
+    fn rests(&self, history: &HostHistory) -> bool {
+        let time_s = history.tick as f64 * self.sample_time_s;
+        matches!(&self.way, Way::Press(path) if path.rests(time_s))
     }
 }
 
@@ -387,10 +420,13 @@ impl Environment<f64, 1> for HostDrive {
         history: &HostHistory,
         position_m: &SVector<f64, 1>,
     ) -> (SVector<f64, 1>, SVector<f64, 1>) {
-        let measured = match self.load {
-            RigDrive::Position(_) => position_m[0],
-            RigDrive::Force(_) => f64::from_bits(self.opposed_n.load(Ordering::Relaxed)),
+        let measured = match &self.way {
+            Way::Rig(RigDrive::Position(_)) | Way::Press(_) => position_m[0],
+            Way::Rig(RigDrive::Force(_)) => f64::from_bits(self.opposed_n.load(Ordering::Relaxed)),
         };
+        if self.rests(history) {
+            return ([0.0].into(), [measured].into());
+        }
         let running = &history.holder.running;
         let (command, _) = running.command(self.set_point(history), measured);
         ([command].into(), [measured].into())
@@ -402,9 +438,11 @@ impl Environment<f64, 1> for HostDrive {
         input: &SVector<f64, 1>,
         applied_n: &SVector<f64, 1>,
     ) {
-        let set_point = self.set_point(history);
-        let running = &mut history.holder.running;
-        running.advance(set_point, input[0], applied_n[0]);
+        if !self.rests(history) {
+            let set_point = self.set_point(history);
+            let running = &mut history.holder.running;
+            running.advance(set_point, input[0], applied_n[0]);
+        }
         history.tick += 1;
     }
 }

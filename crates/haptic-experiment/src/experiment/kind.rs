@@ -40,6 +40,24 @@ pub(crate) enum Beside {
     Drive,
     /// The device file of its simulated device.
     DeviceFile,
+    /// Both: its controller moves that device.
+    DriveAndDeviceFile,
+}
+
+impl Beside {
+    pub(crate) const fn has_drive(&self) -> bool {
+        match self {
+            Self::Drive | Self::DriveAndDeviceFile => true,
+            Self::Nothing | Self::DeviceFile => false,
+        }
+    }
+
+    pub(crate) const fn has_device_file(&self) -> bool {
+        match self {
+            Self::DeviceFile | Self::DriveAndDeviceFile => true,
+            Self::Nothing | Self::Drive => false,
+        }
+    }
 }
 
 /// Settings of how an experiment is run, which do not change the experiment.

@@ -1,6 +1,10 @@
 //! All parameters, of all kinds, the tables of each kind, and the names that a key may take.
 
 pub use crate::document::parameters::*;
+pub use crate::experiment::press::{
+    DEPTH_LIMIT, FRAME_STIFFNESS, PRESS_AMPLITUDE, PRESS_DEPTH, PRESS_DEPTHS, PRESS_FREQUENCIES,
+    PRESS_HOLD, PRESS_RAMP, PROTOCOL,
+};
 pub use crate::experiment::rendering::{
     CREEP_CONTACT, CREEP_DURATION, DEPTH, FORCE, PIECE_DISSIPATION, PIECE_ORDER, PIECE_STIFFNESS,
     PRECISION, RAMP_TIME, RELAX_DURATION, RIG_DAMPING, RIG_MASS, STRAIN, STRESS,
@@ -35,7 +39,8 @@ pub use crate::question::zwidth::{ZWIDTH_ORDERS, ZWIDTH_POINTS};
 pub use crate::question::{QUESTIONS, analysis};
 pub use crate::run::safety::keys::*;
 
-use crate::experiment::kind::{Beside, Keys};
+use crate::experiment::kind::Keys;
+use crate::experiment::press::Protocol;
 use crate::experiment::rendering::Contact;
 use crate::experiment::teleoperation::PlaceName;
 use crate::experiment::touch::{GripName, ShapeName};
@@ -83,7 +88,7 @@ const PLANT_TABLES: &[Keys] = &[
 /// True of a kind whose simulated device is that of its device file.
 pub(crate) fn takes_device(name: &str) -> bool {
     match experiment::find(name) {
-        Some(kind) => kind.beside == Beside::DeviceFile,
+        Some(kind) => kind.beside.has_device_file(),
         None => QUESTIONS.contains(&name) || name == MEASUREMENT,
     }
 }
@@ -122,6 +127,7 @@ pub fn choices(parameter: &Parameter) -> Vec<(&'static str, &'static str)> {
         "loading" => names::<haptic_loop::LoadingKind>(),
         "loop" | "drive_loop" => names::<haptic_link::LoopMode>(),
         "environment" => names::<PlaceName>(),
+        "protocol" => names::<Protocol>(),
         "push_by" => names::<PushBy>(),
         "precision" => names::<Precision>(),
         "require" => names::<RequireName>(),

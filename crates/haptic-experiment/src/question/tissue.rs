@@ -18,7 +18,7 @@ use haptic_quantity::{is_meant, number, parse_for_key};
 use haptic_tissue::ModelKind;
 use haptic_tissue::identify::{
     Baseline, CANDIDATES, ContactPoint, Estimate, Fit, Held, Identification, IdentifyError,
-    MasterCurve, Options, Reading, RecordKind, Replicates, ShiftBy, Understood, Weighting,
+    MasterCurve, Options, Reading, Record, RecordKind, Replicates, ShiftBy, Understood, Weighting,
     identify_unless, replicates,
 };
 use measured_table::{Column, Columns, Reader, read_table};
@@ -278,6 +278,7 @@ impl RecordQuestion {
                 ramp_time_s: form.ramp_time_s,
                 ramp_ends_s: form.ramp_ends_s,
                 subtract_start: form.subtract_start,
+                position_was_commanded: false,
             },
             options: Options {
                 weighting: named(WEIGHTS, &form.weights, &Weighting::CHOICES)?.unwrap_or_default(),
@@ -412,12 +413,51 @@ impl RecordQuestion {
             Several::Motions if all.len() == 1 => (all.remove(0), json!({})),
             Several::Motions => (Understood::together(all)?, json!({})),
         };
-        let found = identify_unless(&understood.record, &self.options, stop, progress)?;
+        let mut found = identify_unless(&understood.record, &self.options, stop, progress)?;
+        self.widen(&mut found, &understood.also, stop)?;
         Ok(RecordAnswer {
             understood,
             found,
             rows,
         })
+    }
+}
+
+impl RecordQuestion {
+    /// Widens the intervals of the chosen fit to those of records that the instrument cannot tell from its own: nothing says which of
+    /// them is true, so their intervals are joined.
+    fn widen(
+        &self,
+        found: &mut Identification,
+        also: &[Record],
+        stop: &AtomicBool,
+    ) -> Result<(), IdentifyError> {
+        let kind = found.fits[0].kind;
+        let options = Options {
+            candidates: vec![kind],
+            chosen: Some(kind),
+            ..self.options.clone()
+        };
+        for record in also {
+            let other = identify_unless(record, &options, stop, &|_| ())?;
+            let fit = &other.fits[0];
+            let wider = fit.parameters.iter().chain(&other.beside);
+            let estimates = found.fits[0].parameters.iter_mut().chain(&mut found.beside);
+            for (estimate, wider) in estimates.zip(wider) {
+                let ends = |a: Option<f64>, b: Option<f64>, of: fn(f64, f64) -> f64| {
+                    a.zip(b).map(|(a, b)| of(a, b))
+                };
+                estimate.low_95 = ends(estimate.low_95, wider.low_95, f64::min);
+                estimate.high_95 = ends(estimate.high_95, wider.high_95, f64::max);
+            }
+        }
+        if !also.is_empty() {
+            found.warnings.push(format!(
+                "the intervals hold the force as far as the device knows it, what friction or the lag of a sensor may do to it, by {} more fits",
+                also.len()
+            ));
+        }
+        Ok(())
     }
 }
 

@@ -22,6 +22,8 @@ mod force_sensor;
 mod held;
 mod mass_damper;
 mod mass_matrix;
+#[cfg(feature = "std")]
+mod pressed;
 mod profile;
 mod rig;
 mod sensed;
@@ -36,6 +38,8 @@ pub use force_sensor::{ForceSensor, ForceSensorConfig};
 pub use held::{HeldRig, Holder};
 pub use mass_damper::{MAX_DELAY_SAMPLES, MassDamper, MassDamperConfig};
 pub use mass_matrix::MassMatrix;
+#[cfg(feature = "std")]
+pub use pressed::{Matter, PressedDevice, PressedSpecimen};
 pub use profile::{ImposedMotion, RampHold};
 pub use rig::{IndentationRig, RigConfig, RigContact, RigDrive, RigServo, SUB_STEPS};
 pub use sensed::Sensed;

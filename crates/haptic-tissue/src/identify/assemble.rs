@@ -21,6 +21,8 @@ use std::collections::HashSet;
 pub struct Understood {
     /// Ready to be fitted.
     pub record: Record,
+    /// The same motion with other forces that its instrument cannot tell from these: an interval holds the values of all of them.
+    pub also: Vec<Record>,
     /// Loading of the specimen, as far as it is known.
     pub loading: MeasuredLoading,
     /// One sentence for each thing guessed or left out.
@@ -35,9 +37,19 @@ impl Understood {
     /// # Errors
     /// As [`Record::together`]; records of different moduli.
     pub fn together(all: Vec<Self>) -> Result<Self, IdentifyError> {
+        // What one instrument leaves open is open in the same way in all of its motions.
+        let others = all.iter().map(|one| one.also.len()).max().unwrap_or(0);
+        let nth = |n: usize| {
+            let records = all
+                .iter()
+                .map(|one| one.also.get(n).unwrap_or(&one.record).clone());
+            Record::together(records.collect())
+        };
+        let also = (0..others).map(nth).collect::<Result<_, _>>()?;
         let (records, understood) = Self::specimens(all)?;
         Ok(Self {
             record: Record::together(records)?,
+            also,
             ..understood
         })
     }
@@ -116,6 +128,8 @@ pub struct Reading {
     pub ramp_ends_s: Option<f64>,
     /// True to count strain and stress of a motion from their first row: at rest, but not at 0.
     pub subtract_start: bool,
+    /// True if the position was commanded, as a testing machine's is: a force that stays at a level was not.
+    pub position_was_commanded: bool,
 }
 
 impl Default for Reading {
@@ -132,6 +146,7 @@ impl Default for Reading {
             ramp_time_s: None,
             ramp_ends_s: None,
             subtract_start: false,
+            position_was_commanded: false,
         }
     }
 }
@@ -209,7 +224,8 @@ impl Assembly {
             }
             false => self.divide_by_specimen(&loading, measured.kind, poisson_ratio)?,
         }
-        let kind = match (reading.kind, self.is_commanded_creep(reading, indented)) {
+        let creeps = !reading.position_was_commanded && self.is_commanded_creep(reading, indented);
+        let kind = match (reading.kind, creeps) {
             (Some(RecordKind::Creep | RecordKind::History) | None, true) => {
                 self.0.notes.push("kind creep: the stress stays at levels within its noise, so it was commanded, and the strain is fitted".to_owned());
                 RecordKind::Creep
@@ -272,6 +288,7 @@ impl Assembly {
         let record = record.map_err(|error| of_line(error, lines))?;
         Ok(Understood {
             record,
+            also: Vec::new(),
             loading: measured,
             notes: self.0.notes,
             temperature_c: self.0.temperature_c,

@@ -202,6 +202,28 @@ impl Model {
         &self.0
     }
 
+    /// The model from its elements, each by its size in Pa·s^α and its order, and by what side by side and in series mean for them.
+    pub fn joined<T>(
+        &self,
+        element: impl Fn(f64, f64) -> T,
+        parallel: impl Fn(T, T) -> T,
+        series: impl Fn(T, T) -> T,
+    ) -> T {
+        let branch = |one: &MaxwellBranch| {
+            let viscosity = one.elastic_modulus_pa * one.relaxation_time_s;
+            series(
+                element(one.elastic_modulus_pa, 0.0),
+                element(viscosity, 1.0),
+            )
+        };
+        self.0.of(
+            |one| element(one.size, one.order),
+            branch,
+            &parallel,
+            &series,
+        )
+    }
+
     /// M(s) = σ/ε at the complex frequency s, Pa. At s = iω the complex modulus; on the negative axis from above.
     #[must_use]
     pub fn modulus(&self, s: Complex64) -> Complex64 {

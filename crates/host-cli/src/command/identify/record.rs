@@ -4,10 +4,10 @@ use crate::mcap::{self, warn_of_order};
 use crate::table;
 use haptic_experiment::document::Document;
 use haptic_experiment::question::tissue::RecordQuestion;
-use haptic_experiment::{ExperimentFile, Failure};
+use haptic_experiment::{ExperimentFile, Failure, PressRecord};
 use haptic_log::record::{Entry, LogFiles, TickMessage};
 use haptic_loop::Loading;
-use haptic_tissue::identify::{Reading, SAMPLES_MOST, Understood};
+use haptic_tissue::identify::{IdentifyError, Reading, SAMPLES_MOST, Understood};
 use measured_table::{Choice, Column, Columns, Reader, read_table};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -63,10 +63,20 @@ pub(super) fn read(
     }
     let understood = if is_ours(&question.reader, path)? {
         let mut reading = question.reading;
-        let loading = loading_of(path, &mut reading);
-        let mut columns = log(&question.reader, path, &reading.loading)?;
-        columns.notes.extend(loading);
-        reading.record(columns).map(|one| vec![one])
+        let experiment = Document::read(path).and_then(|document| ExperimentFile::open(&document));
+        let experiment = experiment.ok();
+        let loading = (experiment.as_ref()).and_then(|one| loading_of(one, &mut reading));
+        let read = log(&question.reader, path, &reading.loading)?;
+        let press = (experiment.as_ref()).and_then(|one| one.press_record(&read.ticks));
+        reading.position_was_commanded = press.is_some();
+        let made = |mut columns: Columns| {
+            columns.notes.extend(loading.clone());
+            reading.record(columns)
+        };
+        match press {
+            None => made(read.columns()).map(|one| vec![one]),
+            Some(press) => pressed(&press, made).map(|one| vec![one]),
+        }
     } else {
         let (reader, bytes) = opened(&question.reader, path)?;
         question.read(file, reader, &bytes)
@@ -75,7 +85,7 @@ pub(super) fn read(
 }
 
 /// Time, position and reaction force of a log; the force on the device is the other way round.
-fn log(reader: &Reader, path: &Path, loading: &Loading) -> Result<Columns, Failure> {
+fn log(reader: &Reader, path: &Path, loading: &Loading) -> Result<LogRecord, Failure> {
     if !(reader.columns.is_empty() && reader.units.is_empty() && reader.segments.is_empty()) {
         return Err(Failure::bad_input(
             "--columns, --units and --segment apply only to tables: omit them for a log",
@@ -88,7 +98,7 @@ fn log(reader: &Reader, path: &Path, loading: &Loading) -> Result<Columns, Failu
         ));
     }
     let (from, to) = (reader.from, reader.to);
-    let mut read = LogColumns::default();
+    let mut read = LogRecord::default();
     let mut log = LogFiles::open(path)?;
     for entry in &mut log {
         let Entry::Tick(tick) = entry? else { continue };
@@ -104,11 +114,45 @@ fn log(reader: &Reader, path: &Path, loading: &Loading) -> Result<Columns, Failu
     }
     let condition = log.condition();
     warn_of_order(&condition);
-    Ok(read.columns(condition.complete && condition.out_of_order == 0))
+    read.incomplete = !condition.complete || condition.out_of_order > 0;
+    Ok(read)
+}
+
+/// The record of a press, with those that its instrument cannot tell from it.
+fn pressed(
+    press: &PressRecord,
+    made: impl Fn(Columns) -> Result<Understood, IdentifyError>,
+) -> Result<Understood, IdentifyError> {
+    let source = match press.is_sensed {
+        true => "the force is that of the sensor",
+        false => "the force is the motor's, less friction, inertia and damping of the device",
+    };
+    let records = press.forces_n.iter().map(|force_n| {
+        made(Columns {
+            values: vec![
+                (Column::Time, "time_s".to_owned(), press.time_s.clone()),
+                (
+                    Column::Position,
+                    "position_m".to_owned(),
+                    press.depth_m.clone(),
+                ),
+                (Column::Force, "force_n".to_owned(), force_n.clone()),
+            ],
+            notes: vec![source.to_owned()],
+            ..Columns::default()
+        })
+    });
+    let mut records = records.collect::<Result<Vec<_>, _>>()?;
+    let also = records.split_off(1).into_iter().map(|one| one.record);
+    let likeliest = records.remove(0);
+    Ok(Understood {
+        also: also.collect(),
+        ..likeliest
+    })
 }
 
 /// Takes how the tissue was pressed from the document in the log, unless options say anything of it; what was taken, for people.
-fn loading_of(log: &Path, reading: &mut Reading) -> Option<String> {
+fn loading_of(experiment: &ExperimentFile, reading: &mut Reading) -> Option<String> {
     let unsaid = Reading {
         kind: reading.kind,
         strain: reading.strain,
@@ -118,7 +162,6 @@ fn loading_of(log: &Path, reading: &mut Reading) -> Option<String> {
     if *reading != unsaid {
         return None;
     }
-    let experiment = ExperimentFile::open(&Document::read(log).ok()?).ok()?;
     let piece = experiment.piece()?;
     reading.loading = *piece.specimen.loading();
     reading.loading_is_told = true;
@@ -131,36 +174,36 @@ fn loading_of(log: &Path, reading: &mut Reading) -> Option<String> {
 
 /// A log as it is read.
 #[derive(Debug, Default)]
-struct LogColumns {
-    time_s: Vec<f64>,
-    position_m: Vec<f64>,
-    force_n: Vec<f64>,
+struct LogRecord {
+    ticks: Vec<TickMessage>,
     /// Samples that were left out.
     outside: u64,
-    limited: u64,
+    incomplete: bool,
 }
 
-impl LogColumns {
+impl LogRecord {
     /// `false` if there is no room for it.
     fn take(&mut self, tick: &TickMessage) -> bool {
-        // The force of the safety chain, not of the tissue; at rest it is both.
-        if tick.limiters != 0 && !(self.time_s.is_empty() && tick.commanded_force_n[0] == 0.0) {
-            self.limited += 1;
-            return true;
-        }
-        if self.time_s.len() == SAMPLES_MOST {
+        if self.ticks.len() == SAMPLES_MOST {
             return false;
         }
-        self.time_s.push(tick.time_s);
-        self.position_m.push(tick.position_m[0]);
-        self.force_n.push(-tick.commanded_force_n[0]);
+        self.ticks.push(*tick);
         true
     }
 
-    fn columns(self, complete: bool) -> Columns {
-        let Self {
-            outside, limited, ..
-        } = self;
+    /// Time, position and the force against the motion.
+    fn columns(self) -> Columns {
+        let Self { outside, ticks, .. } = self;
+        // The force of the safety chain, not of the tissue; at rest it is both.
+        let (mut kept, mut limited) = (Vec::new(), 0);
+        for tick in &ticks {
+            let is_rest = kept.is_empty() && tick.commanded_force_n[0] == 0.0;
+            match tick.limiters == 0 || is_rest {
+                true => kept.push(tick),
+                false => limited += 1,
+            }
+        }
+        let column = |of: fn(&TickMessage) -> f64| kept.iter().map(|tick| of(tick)).collect();
         let mut notes =
             vec!["stress is the force against the motion, −commanded_force_n".to_owned()];
         if outside > 0 {
@@ -171,15 +214,27 @@ impl LogColumns {
                 "{limited} samples omitted, limited by the safety chain"
             ));
         }
-        if !complete {
+        if self.incomplete {
             notes.push("the log is not whole: the record is what could be read".to_owned());
         }
         Columns {
             lines: Vec::new(),
             values: vec![
-                (Column::Time, "time_s".to_owned(), self.time_s),
-                (Column::Position, "position_m".to_owned(), self.position_m),
-                (Column::Force, "commanded_force_n".to_owned(), self.force_n),
+                (
+                    Column::Time,
+                    "time_s".to_owned(),
+                    column(|tick| tick.time_s),
+                ),
+                (
+                    Column::Position,
+                    "position_m".to_owned(),
+                    column(|tick| tick.position_m[0]),
+                ),
+                (
+                    Column::Force,
+                    "commanded_force_n".to_owned(),
+                    column(|tick| -tick.commanded_force_n[0]),
+                ),
             ],
             notes,
             ..Columns::default()

@@ -1,0 +1,100 @@
+//! The record of a press: depth, and the force of the specimen as far as the device knows it.
+
+use super::Press;
+use crate::experiment::drive::Motion;
+use crate::run::tick::KeptSample;
+
+/// What friction may do while the handle is held, as shares of it at the beginning and at the end of a hold. The first is the likeliest.
+const FRICTIONS: [[f64; 2]; 5] = [
+    [0.0, 0.0],
+    [1.0, 1.0],
+    [-1.0, -1.0],
+    [1.0, -1.0],
+    [-1.0, 1.0],
+];
+
+/// Samples by which the filter of a sensor may show its force later, if nothing is known of it.
+const LAGS: usize = 2;
+
+/// Depths and forces of a press.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PressRecord {
+    /// From the end of the rest on, s.
+    pub time_s: Vec<f64>,
+    /// Depth in the specimen, m.
+    pub depth_m: Vec<f64>,
+    /// Force on the specimen, N: the likeliest first, then what friction or the lag of a sensor may make of it.
+    pub forces_n: Vec<Vec<f64>>,
+    /// True if a sensor measured it.
+    pub is_sensed: bool,
+}
+
+/// Samples to each side of a difference: so many that a step of an encoder is no force, so few that a corner of the path stays one.
+const SIDE: usize = 3;
+
+impl Press {
+    /// The record of these samples.
+    pub(crate) fn record(&self, samples: &[KeptSample]) -> PressRecord {
+        let begins = samples.partition_point(|sample| self.path.rests(sample.time_s));
+        let is_sensed = samples[begins..]
+            .iter()
+            .all(|sample| sample.sensed_force_n.is_some());
+        let has_friction = self.device.friction.0 > 0.0;
+        let doubts = match is_sensed {
+            true => 1 + LAGS,
+            false if has_friction => FRICTIONS.len(),
+            false => 1,
+        };
+        let mut record = PressRecord {
+            is_sensed,
+            forces_n: vec![Vec::new(); doubts],
+            ..PressRecord::default()
+        };
+        let sensed = |n: usize| samples[n].sensed_force_n;
+        for (n, sample) in samples.iter().enumerate().skip(begins) {
+            let force_n = |doubt: usize| match is_sensed {
+                true => 0.0 - sensed((n + doubt).min(samples.len() - 1)).unwrap_or(f64::NAN),
+                false => {
+                    let friction_n = self.friction_n(sample.time_s, FRICTIONS[doubt]);
+                    self.force_n(samples, n) - friction_n
+                }
+            };
+            let bent_m = (self.frame_n_per_m).map_or(0.0, |frame| force_n(0) / frame);
+            record.time_s.push(sample.time_s);
+            record.depth_m.push(sample.position_m - bent_m);
+            for (doubt, forces) in record.forces_n.iter_mut().enumerate() {
+                forces.push(force_n(doubt));
+            }
+        }
+        record
+    }
+
+    /// What the motor leaves for specimen and friction, N: u − m·x'' − b·x'. A force that is held has acted on both sides of a sample.
+    fn force_n(&self, samples: &[KeptSample], n: usize) -> f64 {
+        let made = |n: usize| samples[n].applied_force_n;
+        let made_n = 0.5 * (made(n) + made(n.saturating_sub(1)));
+        let (Some(before), Some(after)) = (n.checked_sub(SIDE), samples.get(n + SIDE)) else {
+            return made_n;
+        };
+        let (before, now) = (&samples[before], &samples[n]);
+        let side_s = 0.5 * (after.time_s - before.time_s);
+        let speed = 0.5 * (after.position_m - before.position_m) / side_s;
+        let bend = after.position_m - 2.0 * now.position_m + before.position_m;
+        let acceleration = bend / (side_s * side_s);
+        made_n - self.device.mass.0 * acceleration - self.device.damping.0 * speed
+    }
+
+    fn friction_n(&self, time_s: f64, [first, last]: [f64; 2]) -> f64 {
+        let Motion {
+            speed_m_per_s,
+            held,
+            ..
+        } = self.path.at(time_s);
+        let share = match held {
+            Some(over) => first + (last - first) * over,
+            None if speed_m_per_s == 0.0 => 0.0,
+            None => speed_m_per_s.signum(),
+        };
+        self.device.friction.0 * share
+    }
+}

@@ -1,0 +1,98 @@
+//! Reports a press: what was measured, and the smallest modulus that this device and depth can tell.
+
+use super::Press;
+use crate::document::failure::Failure;
+use crate::document::named::Named as _;
+use crate::experiment::kind::Experiment as _;
+use crate::judge::report::{Files, Report, RunReport, rows};
+use crate::judge::warnings::Warnings;
+use crate::run::Ran;
+use crate::run::remote::device_name;
+use crate::run::samples::Samples;
+use crate::run::tick::KeptSample;
+use haptic_quantity::written;
+use serde_json::json;
+
+/// A modulus below so many times the smallest one that can be told is hidden.
+const HIDDEN: f64 = 3.0;
+
+impl Press {
+    /// The report of a run, with its record as a table where it reached its end.
+    pub(super) fn report(&self, ran: &Ran) -> Result<Report, Failure> {
+        let mut samples: Vec<KeptSample> = Vec::new();
+        Samples::of(&ran.record, &ran.log.paths).for_each(|sample| {
+            samples.push(*sample);
+            Ok(())
+        })?;
+        let record = self.record(&samples);
+        let force_n = &record.forces_n[0];
+        let table = ran.record.ended.is_none().then(|| {
+            let mut table =
+                (ran.folder).named_table_beside_log("csv", &["time_s", "position_m", "force_n"]);
+            for n in 0..record.time_s.len() {
+                table.row([record.time_s[n], record.depth_m[n], force_n[n]]);
+            }
+            table
+        });
+        let deepest_m = record.depth_m.iter().copied().fold(0.0, f64::max);
+        let peak_n = force_n.iter().copied().fold(0.0, f64::max);
+        let noise_n = noise(force_n);
+        let hiding_n = match record.is_sensed {
+            true => 2.0 * noise_n,
+            false => 2.0 * noise_n + self.device.friction.0,
+        };
+        let per_pa = self.piece.shape_m() * self.piece.effective()(deepest_m);
+        let least_pa = Some(hiding_n / per_pa).filter(|least| least.is_finite());
+        let mut warnings = Warnings::default();
+        if peak_n < HIDDEN * hiding_n {
+            let [peak, hiding] = [peak_n, hiding_n].map(|force| written("force_n", force));
+            warnings.0.push(format!(
+                "the specimen is hidden: its largest force of {peak} is not {HIDDEN} times the {hiding} of friction and noise; press deeper, \
+                 on a larger area, or with a force sensor"
+            ));
+        }
+        let run = RunReport::new(
+            ran,
+            device_name(self.conduct.remote.as_ref()),
+            self.sample_time_s(),
+            Files::of_run(ran, table),
+            warnings,
+        );
+        let law = json!({
+            "protocol": self.protocol.name(),
+            "loading": self.piece.specimen.loading().kind.name(),
+            "controller": self.drive.name,
+        });
+        let results = json!({
+            "force_source": if record.is_sensed { "sensor" } else { "motor" },
+            "largest_depth_m": deepest_m,
+            "largest_force_n": peak_n,
+            "force_noise_n": noise_n,
+            // Of the loading's kind, Pa: with it the force would be as large as friction and noise.
+            "least_modulus_pa": least_pa,
+            "drive_preflight": ran.drive,
+        });
+        let [depth, force] =
+            [("depth_m", deepest_m), ("force_n", peak_n)].map(|(key, number)| written(key, number));
+        Ok(Report {
+            law: rows([law]),
+            run,
+            results: rows([results]),
+            verdict: Some(format!("pressed to {depth} with {force}")),
+            unmet: None,
+        })
+    }
+}
+
+/// Standard deviation of white noise by second differences, in which a smooth force has no part; their median, as at the corners of a path
+/// a force is not smooth.
+fn noise(values: &[f64]) -> f64 {
+    let differences = values
+        .windows(3)
+        .map(|of| (of[0] - 2.0 * of[1] + of[2]).abs());
+    let mut differences: Vec<f64> = differences.collect();
+    differences.sort_by(f64::total_cmp);
+    // Of a normal distribution the median is at 0.6745 deviations; the difference has √6.
+    let middle = differences.get(differences.len() / 2);
+    middle.map_or(0.0, |middle| middle / (0.6745 * 6.0_f64.sqrt()))
+}

@@ -1,0 +1,338 @@
+//! Emulated specimens, pressed in virtual time and identified: the truth lies within the interval.
+
+use super::*;
+use crate::ExperimentFile;
+use crate::document::Document;
+use crate::judge::modelled_tissue::ModelledTissue;
+use crate::question::tissue::{RecordForm, RecordQuestion};
+use crate::run::sensor_offset::SensorOffset;
+use crate::run::simulate::simulate;
+use haptic_loop::{INCOMPRESSIBLE, Modulus};
+use haptic_tissue::identify::{Identification, Reading, Understood};
+use haptic_tissue::{Library, Material, ModelKind};
+use measured_table::{Column, Columns};
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+const CONTROLLER: &str = "[pid]
+proportional_gain = 2085.25
+integral_gain_per_s_lambda = 68324.0
+integral_order = 1.834
+derivative_gain_s_mu = 15.652
+derivative_order = 0.9906
+[loop]
+sample_time_s = 0.001
+scheme = \"full:1e-6\"
+memory_s = 200.0
+";
+
+/// A press of this text, with the controller in a folder of its own.
+fn press_of(text: &str) -> Result<ExperimentFile, FileError> {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("position.toml"), CONTROLLER).expect("writes");
+    let text = format!("[press]\n{text}\n[drive]\ncontroller = \"position.toml\"\n");
+    ExperimentFile::open(&Document::of_text(&folder.path().join("press.toml"), &text))
+}
+
+/// Ticks of a simulated press, its sensor's offset taken off.
+fn ticks(press: &Press) -> Vec<TickMessage> {
+    let samples = press.check().expect("samples");
+    let (mut controller, mut device) = (
+        press.controller().expect("a loop"),
+        press.pressed().expect("a device"),
+    );
+    let (mut offset, mut ticks) = (SensorOffset::default(), Vec::new());
+    let whole = simulate(
+        &mut controller,
+        &mut device,
+        samples,
+        &mut |message: &TickMessage| {
+            let mut message = *message;
+            offset.take_off(&mut message);
+            ticks.push(message);
+            ControlFlow::Continue(())
+        },
+    );
+    assert!(whole);
+    ticks
+}
+
+/// The fit of a press, by the kind of its model.
+fn identified(
+    experiment: &ExperimentFile,
+    ticks: &[TickMessage],
+    kind: ModelKind,
+) -> (Identification, PressRecord) {
+    let press: &Press = experiment.of().expect("a press");
+    let record = experiment.press_record(ticks).expect("a press");
+    let reading = Reading {
+        loading: *press.piece.specimen.loading(),
+        loading_is_told: true,
+        poisson_ratio: Some(press.piece.material.loading.poisson_ratio()),
+        position_was_commanded: true,
+        ..Reading::default()
+    };
+    let understood = record.forces_n.iter().map(|force_n| {
+        let columns = Columns {
+            values: vec![
+                (Column::Time, "time_s".to_owned(), record.time_s.clone()),
+                (
+                    Column::Position,
+                    "position_m".to_owned(),
+                    record.depth_m.clone(),
+                ),
+                (Column::Force, "force_n".to_owned(), force_n.clone()),
+            ],
+            ..Columns::default()
+        };
+        reading.record(columns).expect("a record")
+    });
+    let mut all: Vec<Understood> = understood.collect();
+    all[0].also = all.split_off(1).into_iter().map(|one| one.record).collect();
+    let stiffens = press.piece.material.stiffening > 0.0;
+    let form = format!(
+        "{{\"model\": \"{}\", \"starts\": 8, \"stiffening\": {stiffens}}}",
+        kind.name()
+    );
+    let form: RecordForm = serde_json::from_str(&form).expect("a form");
+    let question = RecordQuestion::of(&form).expect("a question");
+    let answer = question.answer(all, &["press".to_owned()], &AtomicBool::new(false), &|_| ());
+    (answer.expect("a fit").found, record)
+}
+
+#[test]
+fn a_sensed_press_of_a_stiffness_is_that_stiffness_and_the_depth_is_less_by_the_frame() {
+    let text = "tissue = \"prostate-healthy\"\nhold_time_s = 2\nsensed_range_n = 20\n";
+    let plain = press_of(text).expect("a press");
+    let bent = press_of(&format!("{text}frame_stiffness_n_per_m = 1000")).expect("a press");
+    let run = ticks(plain.of().expect("a press"));
+    let [plain, bent] = [plain, bent].map(|one| one.press_record(&run).expect("a record"));
+    let n = plain.time_s.len() - 1;
+    assert!(plain.is_sensed && (plain.depth_m[n] - 2e-3).abs() < 1e-5);
+    let less = plain.depth_m[n] - bent.depth_m[n];
+    // Motor and sensor agree at rest but for the noise of the sensor, 1 mN.
+    assert!(
+        (less - plain.forces_n[0][n] / 1000.0).abs() < 5e-6,
+        "{less}"
+    );
+}
+
+/// Keys that are refused before any force, and what is said.
+const REFUSED: &str = "
+    protocol = \"dance\" | protocol
+    depth_m = 0 | depth_m = 0 is not above 0
+    depth_m = 5e-3; depth_limit_m = 4e-3 | depth_limit_m = 0.004 is not above the depth of 0.005 m
+    protocol = \"steps\"; depths_m = [2e-3, 1e-3] | rising order
+    protocol = \"sine\"; amplitude_m = 1e-3 | is not below half of the depth
+    amplitude_m = 1e-4 | amplitude_m has no effect
+    protocol = \"steps\"; device = \"serial:x\" | follows protocol = \"ramp\" alone
+    depth_m = 0.05 | beyond thickness_m
+    area_m2 = 0 | area_m2
+    frame_stiffness_n_per_m = 0 | frame_stiffness_n_per_m
+    force_limit_n = -1 | force_limit_n
+";
+
+#[test]
+fn bad_values_are_refused_in_a_line_and_a_press_without_a_position_loop_too() {
+    for [text, wanted] in testkit::table(REFUSED) {
+        let said = press_of(&text.replace("; ", "\n"))
+            .map(|_| ())
+            .expect_err(&text)
+            .to_string();
+        assert!(
+            said.contains(&wanted) && !said.contains('\n'),
+            "{text}: {said}"
+        );
+    }
+    let alone = ExperimentFile::parse(Path::new("press.toml"), "[press]").expect_err("no loop");
+    assert!(
+        alone.to_string().contains("give `controller` in [drive]"),
+        "{alone}"
+    );
+}
+
+/// Neither guard is passed: the force stays within its limit, and a depth beyond the guard ends the run.
+#[test]
+fn a_hard_specimen_meets_the_force_limit_and_a_shallow_guard_ends_the_run() {
+    let hard = press_of(
+        "tissue = \"prostate-cancerous\"\ndepth_m = 10e-3\nforce_limit_n = 0.5\nhold_time_s = 1",
+    );
+    let hard = hard.expect("a press");
+    let run = ticks(hard.of().expect("a press"));
+    assert!(
+        run.iter()
+            .all(|tick| tick.commanded_force_n[0].abs() <= 0.5)
+    );
+    let deepest = run
+        .iter()
+        .map(|tick| tick.position_m[0])
+        .fold(0.0, f64::max);
+    assert!(deepest > 0.0 && deepest < 9e-3, "{deepest}");
+    // The controller overshoots a ramp of 1 ms by more than 1 %.
+    let guarded =
+        press_of("ramp_time_s = 1e-3\ndepth_limit_m = 2.02e-3\nhold_time_s = 1").expect("a press");
+    let press: &Press = guarded.of().expect("a press");
+    let (mut controller, mut device) = (
+        press.controller().expect("a loop"),
+        press.pressed().expect("a device"),
+    );
+    let whole = simulate(
+        &mut controller,
+        &mut device,
+        1200,
+        &mut |_: &TickMessage| ControlFlow::Continue(()),
+    );
+    assert!(!whole && controller.safety().fault().is_some());
+}
+
+#[test]
+fn a_path_is_that_of_its_protocol() {
+    let path = |text: &str| {
+        let press = press_of(text).expect("a press");
+        let press: &Press = press.of().expect("a press");
+        press.path.clone()
+    };
+    let at = |path: &PressPath, time_s: f64| path.at(0.2 + time_s).position_m;
+    let steps = path("protocol = \"steps\"\ndepth_m = 3e-3\nhold_time_s = 1");
+    for (time_s, wanted) in [
+        (-0.1, 0.0),
+        (0.05, 0.5e-3),
+        (0.5, 1e-3),
+        (1.15, 1.5e-3),
+        (9.0, 3e-3),
+    ] {
+        assert!((at(&steps, time_s) - wanted).abs() < 1e-12, "{time_s}");
+    }
+    let sine =
+        path("protocol = \"sine\"\namplitude_m = 1e-4\nfrequencies_hz = [2, 5]\nhold_time_s = 1");
+    assert!((sine.duration_s() - 0.2 - 1.1 - 2.5 - 1.0).abs() < 1e-12);
+    for (time_s, wanted) in [(1.1, 2e-3), (1.35, 1.8e-3), (3.7, 1.8e-3), (3.8, 2e-3)] {
+        assert!(
+            (at(&sine, time_s) - wanted).abs() < 1e-12,
+            "{time_s}: {}",
+            at(&sine, time_s)
+        );
+    }
+    // Speeds are those of the positions.
+    for n in 0..48 {
+        let (time_s, h) = (1.3 + 0.05 * f64::from(n) + 1e-3, 1e-5);
+        let [before, now, after] = [-h, 0.0, h].map(|off| sine.at(time_s + off));
+        let speed = (after.position_m - before.position_m) / (2.0 * h);
+        assert!((speed - now.speed_m_per_s).abs() < 1e-6, "{time_s}");
+    }
+}
+
+/// The tissues of the library, then random ones of the models with up to two spring-pots, as (file, kind).
+fn specimens(count: usize) -> Vec<Material> {
+    let library = Library::load(None).expect("a library");
+    let mut all: Vec<Material> = library.materials().iter().cloned().collect();
+    let mut drawn = 0.5;
+    // Of low discrepancy: multiples of the golden ratio.
+    let mut draw = |low: f64, high: f64| {
+        drawn = f64::fract(drawn + 0.618_033_988_749_895);
+        low + (high - low) * drawn
+    };
+    while all.len() < count {
+        let modulus = 10_f64.powf(draw(3.3, 4.5));
+        let kind = [
+            ModelKind::SpringPot,
+            ModelKind::Zener,
+            ModelKind::FractionalKelvinVoigt,
+        ][all.len() % 3];
+        let values = match kind {
+            ModelKind::SpringPot => vec![modulus, draw(0.05, 0.5)],
+            ModelKind::Zener => vec![modulus, modulus * draw(0.3, 3.0), modulus * draw(0.3, 3.0)],
+            _ => vec![modulus * draw(0.3, 2.0), draw(0.3, 0.8), modulus, 0.0],
+        };
+        let parameters = kind.parameters().iter().zip(values);
+        let parameters =
+            parameters.map(|(parameter, value)| format!("{} = {value:?}\n", parameter.name));
+        let text = format!(
+            "name = \"random\"\nmodel = \"{kind}\"\n[parameters]\n{}[loading]\nkind = \"compression\"\n[source]\ncitation = \"test\"\n\
+             conditions = \"none\"\nchecked = false\n",
+            parameters.collect::<String>()
+        );
+        all.push(Material::parse(Path::new("random.toml"), &text).expect("a tissue"));
+    }
+    all.truncate(count);
+    all
+}
+
+/// Specimens of a campaign, `CAMPAIGN_CASES` of them: without it two of the library.
+fn cases() -> usize {
+    std::env::var("CAMPAIGN_CASES").map_or(2, |cases| cases.parse().expect("a number"))
+}
+
+/// Friction from 0 to 0.1 N, with and without a sensor. Each parameter that the record bounds counts once.
+#[test]
+fn the_truth_lies_within_the_interval_of_what_was_pressed() {
+    let (mut within, mut all, mut refused, mut missed) = (0, 0, 0, Vec::new());
+    for (n, material) in specimens(cases()).into_iter().enumerate() {
+        let friction_n = 0.02 * (n % 6) as f64;
+        for sensor in ["", "sensed_range_n = 20\nsensed_noise_n = 2e-3\n"] {
+            let text = format!(
+                "friction_n = {friction_n}\nencoder_resolution_m = 1e-6\nseed = {n}\n{sensor}{}",
+                // Only several depths tell stiffening from stiffness.
+                match material.stiffening > 0.0 {
+                    true => "protocol = \"steps\"\nhold_time_s = 2\n",
+                    false => "hold_time_s = 8\n",
+                }
+            );
+            let mut experiment = press_of(&text).expect("a press");
+            let press: &Press = experiment.of().expect("a press");
+            let mut press = press.clone();
+            let tissue = ModelledTissue::new(material.clone()).expect("a tissue");
+            press.piece =
+                TissuePiece::new(tissue, *press.piece.specimen.loading()).expect("a piece");
+            let kind = press.piece.material.model.kind();
+            let truth = press.piece.material.model.parameters();
+            if (press.judged(&dynamics(&press.device)).expect("a verdict"))
+                .require_stable(false)
+                .is_err()
+            {
+                refused += 1;
+                continue;
+            }
+            // What is compressed is reported as Young's modulus.
+            let young = |unit: &str| match press.piece.material.loading.modulus() {
+                Modulus::Shear if unit.starts_with("Pa") => 2.0 * (1.0 + INCOMPRESSIBLE),
+                Modulus::Shear | Modulus::Young => 1.0,
+            };
+            let truth = truth
+                .into_iter()
+                .map(|(one, value)| (one, value * young(one.unit)));
+            let truth: Vec<_> = truth.collect();
+            let run = ticks(&press);
+            experiment = ExperimentFile(Box::new(press));
+            let (found, _) = identified(&experiment, &run, kind);
+            let fit = found
+                .fits
+                .iter()
+                .find(|fit| fit.kind == kind)
+                .expect("the kind");
+            for (estimate, (parameter, value)) in fit.parameters.iter().zip(truth) {
+                assert_eq!(estimate.name, parameter.name);
+                let low = estimate.low_95.unwrap_or(f64::NEG_INFINITY);
+                let high = estimate.high_95.unwrap_or(f64::INFINITY);
+                all += 1;
+                if (low..=high).contains(&value) {
+                    within += 1;
+                } else {
+                    missed.push(format!(
+                        "{n} {kind} friction {friction_n} {sensor:?}: {} {low} {value} {high}, rms {}",
+                        estimate.name, fit.rms
+                    ));
+                }
+            }
+        }
+    }
+    eprintln!(
+        "{within} of {all}, {refused} refused\n{}",
+        missed.join("\n")
+    );
+    assert!(
+        f64::from(within) >= 0.88 * f64::from(all),
+        "{within} of {all}: {missed:#?}"
+    );
+}
