@@ -109,7 +109,9 @@ test("a controller is judged and run as it is, and what is missing is said besid
   await own.getByText("Run it").click();
   await until(async () => (await own.locator("canvas").count()) === 1, "the run is not drawn");
   assert.match(await own.textContent(), /plant1\/\(s\+1\)controller2\+1\/s/);
-  assert.match(await own.locator(".answer-body .trouble").textContent(), /give a longer duration$/);
+  // The real loop is at its reference at the end, so nothing is wrong with it.
+  if (REAL) assert.equal(await own.locator(".answer-body .trouble").count(), 0);
+  else assert.match(await own.locator(".answer-body .trouble").textContent(), /give a longer duration$/);
   await own.getByText("Judge it").click();
   await until(async () => (await own.locator("canvas").count()) === 0, "the verdict is not shown");
   assert.match(await own.textContent(), /stableyes/);
