@@ -119,6 +119,6 @@ impl Running {
             late_ns,
             skipped,
         };
-        self.looping.told(engaged.controller(), &sample, around);
+        self.looping.report(engaged.controller(), &sample, around);
     }
 }

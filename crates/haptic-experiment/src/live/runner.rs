@@ -94,7 +94,7 @@ impl World for HeldWorld<'_> {
             ..Around::UNKNOWN
         };
         self.looping
-            .told(self.engaged.controller(), &sample, around);
+            .report(self.engaged.controller(), &sample, around);
         self.time_s = sample.reading.time_s;
         let message = TickMessage {
             reference_m: hand_m.into(),
@@ -141,7 +141,7 @@ impl Steers<f64, FadingFelt, 1> for Steering {
     ) -> Steered {
         let looping = &mut self.0;
         looping.heard(controller, sample);
-        looping.told(controller, sample, Around::UNKNOWN);
+        looping.report(controller, sample, Around::UNKNOWN);
         // Nobody here has the hand of somebody.
         while looping.order().is_some() {}
         match looping.is_done() {

@@ -289,7 +289,7 @@ struct Work {
     gate: Option<Arc<Gate>>,
     stop: Arc<AtomicBool>,
     connected: Sender<Connected>,
-    /// Somebody has told mass and damping.
+    /// Mass and damping are given.
     is_known: bool,
 }
 

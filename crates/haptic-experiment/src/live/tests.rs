@@ -97,7 +97,7 @@ impl Bench {
         // It ticks on: no force is let go.
         std::mem::forget(engaged);
         self.looping.heard(controller, &sample);
-        self.looping.told(controller, &sample, Around::UNKNOWN);
+        self.looping.report(controller, &sample, Around::UNKNOWN);
         let mut stimulus = 0;
         while let Ok(entry) = self.from_loop.pop() {
             if let FromLoop::Tick(ticked) = entry {

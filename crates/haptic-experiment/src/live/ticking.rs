@@ -304,7 +304,7 @@ impl Looping {
     }
 
     /// Reports the tick that was heard last.
-    pub(crate) fn told(
+    pub(crate) fn report(
         &mut self,
         controller: &FeltController,
         sample: &Sample<f64, 1>,

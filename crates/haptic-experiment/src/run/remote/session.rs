@@ -311,25 +311,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             session.dated(tick, session.ready.link.newest().time_us);
             let counted = session.counts(tick);
             session.gap(tick);
-            let newest = session.ready.link.newest().axes.first();
-            let (newest_limiters, newest_flaws) =
-                newest.map_or((0, 0), |axis| (axis.limiters, axis.flaws));
-            let mut message = (session.ready.blank)(reading.time_s - session.start_s());
-            let logged = message.logged_mut();
-            *logged = TickMessage {
-                applied_force_n: per_axis(&applied_n::<D>(session.ready.link.newest())),
-                sensed_force_n: sensed_by_device(session.ready.link.newest()),
-                // The device limits what it is sent once more.
-                limiters: done.limiters.bits() | newest_limiters,
-                flaws: newest_flaws
-                    | if session.ready.link.follows() {
-                        0
-                    } else {
-                        LATE_FORCE
-                    },
-                ..by_loop(*logged, &done, None)
-            };
-            logged.time_s += session.shift_s();
+            let message = session.controlled(&done);
             session.keep(message, counted);
             let steered = steers.steer(engaged.controller_mut(), &done);
             let session = engaged.device_mut();
@@ -359,6 +341,26 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         }
         drop(engaged);
         self.ready.link.disarm()
+    }
+
+    /// A tick of the loop here, with what the device reports of it.
+    fn controlled<F: Real>(&self, done: &Tick<F, D>) -> M {
+        let link = &self.ready.link;
+        let newest = link.newest().axes.first();
+        let (newest_limiters, newest_flaws) =
+            newest.map_or((0, 0), |axis| (axis.limiters, axis.flaws));
+        let mut message = (self.ready.blank)(done.reading.time_s - self.start_s());
+        let logged = message.logged_mut();
+        *logged = TickMessage {
+            applied_force_n: per_axis(&applied_n::<D>(link.newest())),
+            sensed_force_n: sensed_by_device(link.newest()),
+            // The device limits what it is sent once more.
+            limiters: done.limiters.bits() | newest_limiters,
+            flaws: newest_flaws | if link.follows() { 0 } else { LATE_FORCE },
+            ..by_loop(*logged, done, None)
+        };
+        logged.time_s += self.shift_s();
+        message
     }
 
     /// True if there was no force in the newest sample.
