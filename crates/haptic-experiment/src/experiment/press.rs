@@ -5,7 +5,7 @@
 //! motor        F = u − m·x'' − b·x' − F_c·s       s = sign(r') on the move, anything in [−1, 1] where the handle is held
 //! depth        δ = x − F/k                        k the stiffness of the frame, if it is given
 //! ```
-//! - *Symbols*: u the force of the motor, N; x the position and r the wanted path, m; m, b, F_c mass, damping and friction of the device.
+//! - *Symbols*: u the force of the motor, N; x the position and r the wanted path, m; m, b, `F_c` mass, damping and friction of the device.
 //! - *Guards*: a force beyond `force_limit_n` is never commanded; beyond `depth_limit_m` a fault ends the run. Both hold before any force.
 //! - *Simulated*: a tissue of the library, integrated apart from what renders it, see [`PressedDevice`].
 
@@ -179,7 +179,7 @@ impl Press {
     /// The position loop behind the safety chain.
     fn controller(&self) -> Result<Controller<f64, 1, HostDrive>, Failure> {
         let chain = safe_chain(
-            self.limits.clone(),
+            self.limits,
             &self.device,
             self.sensors,
             &self.safety,
@@ -265,7 +265,7 @@ impl Press {
     /// Settings of the device: its limits, and its controller if it closes the loop itself.
     fn law(&self, remote: &RemoteDevice) -> Result<RemoteLaw, Failure> {
         let rate = Some(self.limits.rate.0);
-        let bare = no_law_there(self.limits.clone(), rate, &self.safety, &self.device, 0.0);
+        let bare = no_law_there(self.limits, rate, &self.safety, &self.device, 0.0);
         let (LoopMode::Device, [ramp, _]) = (remote.loop_mode, self.path.sections.as_slice())
         else {
             return Ok(bare);

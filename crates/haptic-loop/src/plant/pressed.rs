@@ -112,10 +112,10 @@ impl Part {
             gain: size / h,
             kind: Kind::Dashpot,
         };
-        if order == 0.0 {
+        if order <= 0.0 {
             return spring(size);
         }
-        if order == 1.0 {
+        if order >= 1.0 {
             return dashpot(size);
         }
         let density = size * libm::sin(PI * order) / PI * SPACING;

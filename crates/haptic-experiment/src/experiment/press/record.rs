@@ -4,7 +4,7 @@ use super::Press;
 use crate::experiment::drive::Motion;
 use crate::run::tick::KeptSample;
 
-/// What friction may do while the handle is held, as shares of it at the beginning and at the end of a hold. The first is the likeliest.
+/// Shares of friction at the beginning and at the end of a hold, of which nobody knows more than their size. The first is the likeliest.
 const FRICTIONS: [[f64; 2]; 5] = [
     [0.0, 0.0],
     [1.0, 1.0],
@@ -69,7 +69,7 @@ impl Press {
         record
     }
 
-    /// What the motor leaves for specimen and friction, N: u − m·x'' − b·x'. A force that is held has acted on both sides of a sample.
+    /// Force of the motor that is left for specimen and friction, N: u − m·x'' − b·x'. A force that is held has acted on both sides of a sample.
     fn force_n(&self, samples: &[KeptSample], n: usize) -> f64 {
         let made = |n: usize| samples[n].applied_force_n;
         let made_n = 0.5 * (made(n) + made(n.saturating_sub(1)));

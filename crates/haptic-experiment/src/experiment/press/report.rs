@@ -29,8 +29,9 @@ impl Press {
         let table = ran.record.ended.is_none().then(|| {
             let mut table =
                 (ran.folder).named_table_beside_log("csv", &["time_s", "position_m", "force_n"]);
-            for n in 0..record.time_s.len() {
-                table.row([record.time_s[n], record.depth_m[n], force_n[n]]);
+            let motion = record.time_s.iter().zip(&record.depth_m);
+            for ((time_s, depth_m), force_n) in motion.zip(force_n) {
+                table.row([time_s, depth_m, force_n]);
             }
             table
         });

@@ -226,7 +226,7 @@ fn a_path_is_that_of_its_protocol() {
 /// The tissues of the library, then random ones of the models with up to two spring-pots, as (file, kind).
 fn specimens(count: usize) -> Vec<Material> {
     let library = Library::load(None).expect("a library");
-    let mut all: Vec<Material> = library.materials().iter().cloned().collect();
+    let mut all: Vec<Material> = library.materials().to_vec();
     let mut drawn = 0.5;
     // Of low discrepancy: multiples of the golden ratio.
     let mut draw = |low: f64, high: f64| {
@@ -235,15 +235,17 @@ fn specimens(count: usize) -> Vec<Material> {
     };
     while all.len() < count {
         let modulus = 10_f64.powf(draw(3.3, 4.5));
-        let kind = [
-            ModelKind::SpringPot,
-            ModelKind::Zener,
-            ModelKind::FractionalKelvinVoigt,
-        ][all.len() % 3];
-        let values = match kind {
-            ModelKind::SpringPot => vec![modulus, draw(0.05, 0.5)],
-            ModelKind::Zener => vec![modulus, modulus * draw(0.3, 3.0), modulus * draw(0.3, 3.0)],
-            _ => vec![modulus * draw(0.3, 2.0), draw(0.3, 0.8), modulus, 0.0],
+        let (kind, values) = match all.len() % 3 {
+            0 => (ModelKind::SpringPot, vec![modulus, draw(0.05, 0.5)]),
+            1 => {
+                let branch = [draw(0.3, 3.0), draw(0.3, 3.0)].map(|share| modulus * share);
+                (ModelKind::Zener, vec![modulus, branch[0], branch[1]])
+            }
+            _ => {
+                let (size, order) = (modulus * draw(0.3, 2.0), draw(0.3, 0.8));
+                let values = vec![size, order, modulus, 0.0];
+                (ModelKind::FractionalKelvinVoigt, values)
+            }
         };
         let parameters = kind.parameters().iter().zip(values);
         let parameters =
