@@ -58,8 +58,8 @@ use fractional_control::Term;
 use haptic_analysis::Dynamics;
 use haptic_link::{LoopMode, Simulation};
 use haptic_loop::plant::{
-    FacingConfig, ForceSensor, ForceSensorConfig, HeldRig, IndentationRig, MassDamperConfig,
-    RampHold, RigConfig, RigContact, RigDrive, RigServo, Sensed,
+    FacingConfig, ForceSensorConfig, HeldRig, IndentationRig, MassDamperConfig, RampHold,
+    RigConfig, RigContact, RigDrive, RigServo, Sensed,
 };
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{Contact as OneSided, Controller, Limit, Limits, SafetyChain, SpringDamper};
@@ -460,11 +460,7 @@ impl Indentation {
                 SimulatedRig::Held(Box::new(rig))
             }
         };
-        let sensor = self
-            .force_sensor
-            .map(|sensor| ForceSensor::new(sensor, config.sample_time));
-        let sensor = sensor.transpose().map_err(Failure::input)?;
-        Ok(self.sensors.before(rig)?.with_force_sensor(sensor))
+        (self.sensors).and_force_before(rig, self.force_sensor, config.sample_time)
     }
 
     /// True for a push on the tissue alone.

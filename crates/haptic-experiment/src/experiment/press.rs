@@ -51,8 +51,7 @@ use haptic_analysis::Dynamics;
 use haptic_link::LoopMode;
 use haptic_log::record::TickMessage;
 use haptic_loop::plant::{
-    ForceSensor, ForceSensorConfig, MassDamperConfig, Matter, PressedDevice, PressedSpecimen,
-    RampHold, Sensed,
+    ForceSensorConfig, MassDamperConfig, Matter, PressedDevice, PressedSpecimen, RampHold, Sensed,
 };
 use haptic_loop::units::{Metres, NewtonsPerMetre, Seconds};
 use haptic_loop::{Controller, Limits};
@@ -193,11 +192,8 @@ impl Press {
 
     fn pressed(&self) -> Result<Sensed<PressedDevice>, Failure> {
         let device = PressedDevice::new(self.device, specimen(&self.piece)).map_err(parameter)?;
-        let sensor = self
-            .force_sensor
-            .map(|sensor| ForceSensor::new(sensor, self.device.sample_time));
-        let sensor = sensor.transpose().map_err(Failure::input)?;
-        Ok(self.sensors.before(device)?.with_force_sensor(sensor))
+        let t = self.device.sample_time;
+        (self.sensors).and_force_before(device, self.force_sensor, t)
     }
 
     fn simulate(&self, watched: Watched<'_>) -> Result<Ran, Failure> {
@@ -321,16 +317,11 @@ pub(crate) fn press(table: &Table<'_>, held: Option<&Table<'_>>) -> Result<Press
     let remote = remote(table)?;
     let t = table.number(&SAMPLE_TIME)?;
     let force_limit_n = table.number(&FORCE_LIMIT)?;
+    let of_drive = held.number_if(&drive::DRIVE_FORCE_LIMIT)?;
     let drive = Drive {
+        force_limit_n: of_drive.unwrap_or(force_limit_n),
         force_limit_reason: None,
         ..drive::drive(held, None, None, force_limit_n)?
-    };
-    let drive = match held.number_if(&drive::DRIVE_FORCE_LIMIT)? {
-        Some(_) => drive,
-        None => Drive {
-            force_limit_n,
-            ..drive
-        },
     };
     let protocol = table.choice(&PROTOCOL)?;
     let in_device = (remote.as_ref()).is_some_and(|remote| remote.loop_mode == LoopMode::Device);
@@ -396,12 +387,12 @@ fn sections(table: &Table<'_>, protocol: Protocol) -> Result<Vec<Section>, FileE
     let depth_m = table.number(&PRESS_DEPTH)?;
     let (ramp_s, hold_s) = (table.number(&PRESS_RAMP)?, table.number(&PRESS_HOLD)?);
     let of_sine = [&PRESS_AMPLITUDE, &PRESS_FREQUENCIES];
-    let idle: (bool, &[&Parameter]) = match protocol {
-        Protocol::Ramp => (true, &[&PRESS_DEPTHS, of_sine[0], of_sine[1]]),
-        Protocol::Steps => (true, &of_sine),
-        Protocol::Sine => (true, &[&PRESS_DEPTHS]),
+    let idle: &[&Parameter] = match protocol {
+        Protocol::Ramp => &[&PRESS_DEPTHS, of_sine[0], of_sine[1]],
+        Protocol::Steps => &of_sine,
+        Protocol::Sine => &[&PRESS_DEPTHS],
     };
-    if let Some(key) = idle.1.iter().find(|key| table.has(key)) {
+    if let Some(key) = idle.iter().find(|key| table.has(key)) {
         let key = key.key;
         return Err(table.fail_at(
             key,

@@ -289,19 +289,25 @@ fn start(columns: &Columns, load: RigDrive) -> Option<usize> {
     find(imposed).and_then(leaves).or_else(answer)
 }
 
-/// The last sample before these values leave the first of them, by more than their noise.
-fn leaves(values: &[f64]) -> Option<usize> {
+/// Standard deviation of white noise about a smooth curve, by the median of |x₋ − 2x + x₊|, whose σ is √6 times as large: of a normal
+/// distribution the median is at 0.6745 σ, and at the corners of a curve it is not. 0 of fewer than three values.
+pub(crate) fn noise(values: &[f64]) -> f64 {
     let second = values
         .windows(3)
         .map(|triple| (triple[0] - 2.0 * triple[1] + triple[2]).abs());
     let mut second: Vec<f64> = second.collect();
     second.sort_by(f64::total_cmp);
-    // σ of white noise by the median of |x₋ − 2x + x₊|, whose σ is √6 times as large. Of a few samples they are the curve itself.
-    let median = match second.len() {
-        0..FEW => 0.0,
-        count => second[count / 2],
+    let median = second.get(second.len() / 2).copied().unwrap_or(0.0);
+    median / (0.6745 * 6.0_f64.sqrt())
+}
+
+/// The last sample before these values leave the first of them, by more than their noise.
+fn leaves(values: &[f64]) -> Option<usize> {
+    // The second differences of a few samples are the curve itself.
+    let sigma = match values.len() < FEW + 2 {
+        true => 0.0,
+        false => noise(values),
     };
-    let sigma = median / (0.6745 * 6.0_f64.sqrt());
     let off = |value: &f64| (value - values[0]).abs();
     // A signal that moves no further than its noise is held.
     let moves = values.iter().any(|value| off(value) > 20.0 * sigma);

@@ -2,7 +2,7 @@
 
 use crate::document::failure::Failure;
 use crate::document::parameters::{ENCODER_RESOLUTION, SENSOR_NOISE};
-use haptic_loop::plant::{MassDamperConfig, Sensed};
+use haptic_loop::plant::{ForceSensor, ForceSensorConfig, MassDamperConfig, Sensed};
 use haptic_loop::units::{Metres, Newtons, Seconds};
 use serde::Serialize;
 
@@ -42,6 +42,18 @@ impl Sensors {
                 format_args!("give {encoder_resolution_m_0} for an ideal encoder, {sensor_noise_m_0} for no noise", encoder_resolution_m_0 = ENCODER_RESOLUTION.set_to("0"), sensor_noise_m_0 = SENSOR_NOISE.set_to("0")),
             )
         })
+    }
+
+    /// Puts these sensors in front of a device, and one of its force, if there is one, which is read every T.
+    pub(crate) fn and_force_before<V>(
+        self,
+        device: V,
+        force_sensor: Option<ForceSensorConfig>,
+        sample_time: Seconds,
+    ) -> Result<Sensed<V>, Failure> {
+        let sensor = force_sensor.map(|sensor| ForceSensor::new(sensor, sample_time));
+        let sensor = sensor.transpose().map_err(Failure::input)?;
+        Ok(self.before(device)?.with_force_sensor(sensor))
     }
 }
 

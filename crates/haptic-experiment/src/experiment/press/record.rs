@@ -3,6 +3,7 @@
 use super::Press;
 use crate::experiment::drive::Motion;
 use crate::run::tick::KeptSample;
+use measured_table::{Column, Columns};
 
 /// Shares of friction at the beginning and at the end of a hold, of which nobody knows more than their size. The first is the likeliest.
 const FRICTIONS: [[f64; 2]; 5] = [
@@ -27,6 +28,30 @@ pub struct PressRecord {
     pub forces_n: Vec<Vec<f64>>,
     /// True if a sensor measured it.
     pub is_sensed: bool,
+}
+
+impl PressRecord {
+    /// A table for each force, as an instrument would have written it.
+    pub fn columns(&self) -> impl Iterator<Item = Columns> {
+        let source = match self.is_sensed {
+            true => "the force is that of the sensor",
+            false => "the force is the motor's, less friction, inertia and damping of the device",
+        };
+        self.forces_n.iter().map(move |force_n| {
+            let columns = [
+                (Column::Time, "time_s", &self.time_s),
+                (Column::Position, "position_m", &self.depth_m),
+                (Column::Force, "force_n", force_n),
+            ];
+            let columns =
+                columns.map(|(column, name, values)| (column, name.to_owned(), values.clone()));
+            Columns {
+                values: columns.into(),
+                notes: vec![source.to_owned()],
+                ..Columns::default()
+            }
+        })
+    }
 }
 
 /// Samples to each side of a difference: so many that a step of an encoder is no force, so few that a corner of the path stays one.

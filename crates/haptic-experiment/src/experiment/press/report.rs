@@ -4,6 +4,7 @@ use super::Press;
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
 use crate::experiment::kind::Experiment as _;
+use crate::judge::against::noise;
 use crate::judge::report::{Files, Report, RunReport, rows};
 use crate::judge::warnings::Warnings;
 use crate::run::Ran;
@@ -83,17 +84,4 @@ impl Press {
             unmet: None,
         })
     }
-}
-
-/// Standard deviation of white noise by second differences, in which a smooth force has no part; their median, as at the corners of a path
-/// a force is not smooth.
-fn noise(values: &[f64]) -> f64 {
-    let differences = values
-        .windows(3)
-        .map(|of| (of[0] - 2.0 * of[1] + of[2]).abs());
-    let mut differences: Vec<f64> = differences.collect();
-    differences.sort_by(f64::total_cmp);
-    // Of a normal distribution the median is at 0.6745 deviations; the difference has √6.
-    let middle = differences.get(differences.len() / 2);
-    middle.map_or(0.0, |middle| middle / (0.6745 * 6.0_f64.sqrt()))
 }

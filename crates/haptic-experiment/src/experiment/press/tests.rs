@@ -10,7 +10,6 @@ use crate::run::simulate::simulate;
 use haptic_loop::{INCOMPRESSIBLE, Modulus};
 use haptic_tissue::identify::{Identification, Reading, Understood};
 use haptic_tissue::{Library, Material, ModelKind};
-use measured_table::{Column, Columns};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -73,21 +72,7 @@ fn identified(
         position_was_commanded: true,
         ..Reading::default()
     };
-    let understood = record.forces_n.iter().map(|force_n| {
-        let columns = Columns {
-            values: vec![
-                (Column::Time, "time_s".to_owned(), record.time_s.clone()),
-                (
-                    Column::Position,
-                    "position_m".to_owned(),
-                    record.depth_m.clone(),
-                ),
-                (Column::Force, "force_n".to_owned(), force_n.clone()),
-            ],
-            ..Columns::default()
-        };
-        reading.record(columns).expect("a record")
-    });
+    let understood = (record.columns()).map(|columns| reading.record(columns).expect("a record"));
     let mut all: Vec<Understood> = understood.collect();
     all[0].also = all.split_off(1).into_iter().map(|one| one.record).collect();
     let stiffens = press.piece.material.stiffening > 0.0;

@@ -123,26 +123,7 @@ fn pressed(
     press: &PressRecord,
     made: impl Fn(Columns) -> Result<Understood, IdentifyError>,
 ) -> Result<Understood, IdentifyError> {
-    let source = match press.is_sensed {
-        true => "the force is that of the sensor",
-        false => "the force is the motor's, less friction, inertia and damping of the device",
-    };
-    let records = press.forces_n.iter().map(|force_n| {
-        made(Columns {
-            values: vec![
-                (Column::Time, "time_s".to_owned(), press.time_s.clone()),
-                (
-                    Column::Position,
-                    "position_m".to_owned(),
-                    press.depth_m.clone(),
-                ),
-                (Column::Force, "force_n".to_owned(), force_n.clone()),
-            ],
-            notes: vec![source.to_owned()],
-            ..Columns::default()
-        })
-    });
-    let mut records = records.collect::<Result<Vec<_>, _>>()?;
+    let mut records = press.columns().map(made).collect::<Result<Vec<_>, _>>()?;
     let also = records.split_off(1).into_iter().map(|one| one.record);
     let likeliest = records.remove(0);
     Ok(Understood {
