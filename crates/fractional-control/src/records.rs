@@ -1,6 +1,6 @@
 //! Whole responses of a transfer function: to a step, to an impulse, to any record.
 
-use crate::{ControlError, FractionalTransferFunction, Memory, SampledTransferFunction};
+use crate::{ControlError, FractionalTransferFunction, PowerMemory, SampledTransferFunction};
 use fracdiff::{Differintegrator, Seconds};
 use std::vec::Vec;
 
@@ -28,7 +28,7 @@ pub(crate) fn largest(numbers: &[f64]) -> f64 {
 /// As [`SampledTransferFunction::new`].
 pub fn step_response(
     function: &FractionalTransferFunction,
-    memory: Memory,
+    memory: PowerMemory,
     sample_time: Seconds,
     samples: usize,
 ) -> Result<Vec<f64>, ControlError> {
@@ -43,7 +43,7 @@ pub fn step_response(
 /// As [`SampledTransferFunction::new`].
 pub fn impulse_response(
     function: &FractionalTransferFunction,
-    memory: Memory,
+    memory: PowerMemory,
     sample_time: Seconds,
     samples: usize,
 ) -> Result<Vec<f64>, ControlError> {
@@ -57,7 +57,7 @@ pub fn impulse_response(
 /// As [`SampledTransferFunction::new`].
 pub fn respond(
     function: &FractionalTransferFunction,
-    memory: Memory,
+    memory: PowerMemory,
     sample_time: Seconds,
     input: &[f64],
 ) -> Result<Vec<f64>, ControlError> {
@@ -66,7 +66,7 @@ pub fn respond(
 
 fn run(
     function: &FractionalTransferFunction,
-    memory: Memory,
+    memory: PowerMemory,
     sample_time: Seconds,
     input: impl Iterator<Item = f64>,
 ) -> Result<Vec<f64>, ControlError> {

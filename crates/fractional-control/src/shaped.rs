@@ -4,7 +4,8 @@ use crate::controller::Stage;
 use crate::lead::{LeadPower, LeadShape};
 use crate::transfer::in_samples;
 use crate::{
-    Actuator, ControlError, Controller, FractionalTransferFunction, Memory, SampledTransferFunction,
+    Actuator, ControlError, Controller, FractionalTransferFunction, PowerMemory,
+    SampledTransferFunction,
 };
 use fracdiff::parameter::{positive, range};
 use fracdiff::{Differintegrator, FrequencyResponse, Real, Seconds};
@@ -33,7 +34,7 @@ pub struct OnErrorHistory<F, H> {
 /// CRONE of the second generation, and fractional lead–lag.
 ///
 /// - *Units*: ω in rad/s, corners at most 2/T. *Cost*: `advance` as two full memories.
-/// - *Accuracy*: the Tustin rule, an error of O(T²), no warping at rest; each weight to the tolerance of [`Memory`].
+/// - *Accuracy*: the Tustin rule, an error of O(T²), no warping at rest; each weight to the tolerance of [`PowerMemory`].
 pub type LeadController<F, const MODES: usize = 48> = OnError<F, LeadPower<F, MODES>>;
 
 /// C(s) of the error: a [`FractionalTransferFunction`] as a controller. *Cost*: `advance` as [`SampledTransferFunction`].
@@ -217,7 +218,7 @@ impl<F: Real, const MODES: usize> LeadController<F, MODES> {
     pub fn crone(
         parameters: CroneParameters,
         actuator: Actuator,
-        memory: Memory,
+        memory: PowerMemory,
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {
         Self::shaped(parameters.shape()?, actuator, memory, sample_time)
@@ -233,7 +234,7 @@ impl<F: Real, const MODES: usize> LeadController<F, MODES> {
     pub fn lead_lag(
         parameters: LeadLagParameters,
         actuator: Actuator,
-        memory: Memory,
+        memory: PowerMemory,
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {
         Self::shaped(parameters.shape()?, actuator, memory, sample_time)
@@ -242,7 +243,7 @@ impl<F: Real, const MODES: usize> LeadController<F, MODES> {
     fn shaped(
         shape: LeadShape,
         actuator: Actuator,
-        memory: Memory,
+        memory: PowerMemory,
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {
         let gain = shape.gain * shape.factor;
@@ -275,7 +276,7 @@ impl<F: Real, const MODES: usize> FunctionController<F, MODES> {
     pub fn new(
         function: &FractionalTransferFunction,
         actuator: Actuator,
-        memory: Memory,
+        memory: PowerMemory,
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {
         let operator = SampledTransferFunction::new(function, memory, sample_time)?;

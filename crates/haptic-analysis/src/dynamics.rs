@@ -1,8 +1,8 @@
 //! A device with its hand, its delay and its motor, in SI units.
 
 use crate::{
-    AnalysisError, Environment, ForcePath, LoopOperator, Nondimensional, OnePort, SampledLoop,
-    SampledPlant,
+    AnalysisError, ForcePath, LoopOperator, Nondimensional, OnePort, SampledLoop, SampledPlant,
+    SampledWall,
 };
 use fracdiff::parameter::{not_negative, positive};
 
@@ -102,7 +102,7 @@ impl Dynamics {
     ///
     /// # Errors
     /// A parameter outside its range.
-    pub fn nondimensional(&self, wall: &Environment) -> Result<Nondimensional, AnalysisError> {
+    pub fn nondimensional(&self, wall: &SampledWall) -> Result<Nondimensional, AnalysisError> {
         let m = positive("mass", self.mass_kg, "kg")?;
         let t = positive("sample time", wall.sample_time_s, "s")?;
         let b = not_negative("damping", self.damping_n_s_per_m, "N·s/m")?;
@@ -124,7 +124,7 @@ impl Dynamics {
     /// A parameter outside its range.
     pub fn closed<'a>(
         &self,
-        wall: &Environment,
+        wall: &SampledWall,
         operator: &'a LoopOperator,
     ) -> Result<SampledLoop<'a>, AnalysisError> {
         let Nondimensional { alpha, beta, .. } = self.nondimensional(wall)?;

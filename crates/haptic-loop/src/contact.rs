@@ -1,7 +1,7 @@
 //! One-sided environments: behind a surface, pushing but never pulling.
 
 use crate::environment::Environment;
-use crate::error::ParameterError;
+use crate::error::LoopParameterError;
 use crate::loading::DepthMap;
 use crate::surface::{Plane, Surface};
 use crate::units::Metres;
@@ -54,7 +54,7 @@ impl<F: Real, E: Environment<F, 1>> Contact<F, E, 1> {
     ///
     /// # Errors
     /// The position must be finite.
-    pub fn at(surface: Metres, inner: E) -> Result<Self, ParameterError> {
+    pub fn at(surface: Metres, inner: E) -> Result<Self, LoopParameterError> {
         Self::new([1.0], surface, inner)
     }
 }
@@ -65,7 +65,7 @@ impl<F: Real, E: Environment<F, 1>, const D: usize> Contact<F, E, D> {
     ///
     /// # Errors
     /// The direction must have a finite length above 0, the position must be finite.
-    pub fn new(direction: [f64; D], surface: Metres, inner: E) -> Result<Self, ParameterError> {
+    pub fn new(direction: [f64; D], surface: Metres, inner: E) -> Result<Self, LoopParameterError> {
         Plane::new(direction, surface).map(|plane| Self::behind(plane, inner))
     }
 

@@ -26,12 +26,12 @@ pub mod units;
 mod wall;
 
 pub use contact::{Contact, Pushing};
-pub use controller::{Controller, Sample};
+pub use controller::{Controller, LoopSample};
 pub use coupler::{CoupledHistory, VirtualCoupler, VirtualObject, deflection_order};
 pub use device::{Device, Reading};
 pub use engaged::Engaged;
 pub use environment::{Environment, SpringDamper};
-pub use error::ParameterError;
+pub use error::LoopParameterError;
 pub use fracdiff::enumerated;
 pub use fracdiff::parameter::RangeError;
 pub use guard::{

@@ -251,7 +251,7 @@ pub(super) fn safety_chain(
 #[cfg(feature = "std")]
 pub fn operator_shape(
     operator: &fracdiff::Operator<f32>,
-) -> Result<(haptic_link::OperatorShape, std::vec::Vec<f32>), haptic_loop::ParameterError> {
+) -> Result<(haptic_link::OperatorShape, std::vec::Vec<f32>), haptic_loop::LoopParameterError> {
     let Some(list) = operator.list() else {
         let what = "convergence order of the scheme";
         let allowed = "1, as of all that a device runs: use full in place of full-bdf2";

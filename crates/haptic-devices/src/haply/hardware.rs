@@ -1,7 +1,7 @@
 //! The 2DIY behind the device's side of the link: with one axis, a line of its plane, or with both.
 
 use super::kinematics::Posture;
-use super::model::{HaplyName, Model, Plane, middle};
+use super::model::{HaplyModel, HaplyName, HaplyPlane, middle};
 use super::protocol::{
     ANSWER_BYTES, TORQUE_MAX_NM, Trouble, configuration, judged, reset, resynchronise, torques,
 };
@@ -35,7 +35,7 @@ const DUE_MOST: u8 = 6;
 #[derive(Debug)]
 pub struct Haply2Diy<L: Line, const D: usize = 1> {
     line: L,
-    model: Model,
+    model: HaplyModel,
     period_s: f64,
     bytes: [u8; ROOM],
     filled: usize,
@@ -60,7 +60,7 @@ pub struct Haply2Diy<L: Line, const D: usize = 1> {
 
 impl<L: Line, const D: usize> Haply2Diy<L, D> {
     /// A device that has answered: along a line, or in the plane, x to the right and y away from the base, from the middle of the workspace.
-    pub(super) fn new(line: L, model: Model, posture: Posture, name: &HaplyName) -> Self {
+    pub(super) fn new(line: L, model: HaplyModel, posture: Posture, name: &HaplyName) -> Self {
         let (along, zero) = if D == 1 {
             let across = name.axis.across_and_along(name.zero_m);
             let along = name.axis.along();
@@ -69,7 +69,7 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
                 middle(&model) + across,
             )
         } else {
-            (SMatrix::identity(), Plane::of(model).centre())
+            (SMatrix::identity(), HaplyPlane::of(model).centre())
         };
         let mut this = Self {
             line,
@@ -94,7 +94,7 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
 
     /// The device that it was said to be.
     #[must_use]
-    pub const fn model(&self) -> &Model {
+    pub const fn model(&self) -> &HaplyModel {
         &self.model
     }
 

@@ -12,7 +12,7 @@
 //! waits for its rest, and a configuration takes the present place as home.
 
 use super::kinematics::{Posture, Singular};
-use super::model::{Model, Version};
+use super::model::{HaplyModel, Version};
 use haptic_loop::Fault;
 use haptic_remote::serial::TroubleCause;
 use thiserror::Error;
@@ -49,7 +49,7 @@ pub(crate) const fn resynchronise() -> [u8; ZEROS + 1] {
 
 /// The frame that configures the board for this device.
 #[must_use]
-pub fn configuration(model: &Model) -> [u8; CONFIGURATION_BYTES] {
+pub fn configuration(model: &HaplyModel) -> [u8; CONFIGURATION_BYTES] {
     let mut bytes = [0; CONFIGURATION_BYTES];
     let by_port = model.by_port().map(|joint| model.joints[joint]);
     let ports = (by_port.iter()).fold(0, |bits, joint| bits | 1 << (joint.port - 1));
@@ -77,7 +77,7 @@ pub fn configuration(model: &Model) -> [u8; CONFIGURATION_BYTES] {
 /// after a lost byte the board reads almost no torque, not an arbitrary one. This costs at most
 /// 3·10⁻⁵ of the torque.
 #[must_use]
-pub fn torques(model: &Model, torques_nm: [f32; 2]) -> [u8; TORQUES_BYTES] {
+pub fn torques(model: &HaplyModel, torques_nm: [f32; 2]) -> [u8; TORQUES_BYTES] {
     let mut bytes = [0; TORQUES_BYTES];
     bytes[..2].copy_from_slice(&[2, DEVICE_ID]);
     for (slot, joint) in bytes[2..].chunks_exact_mut(4).zip(model.by_port()) {
@@ -89,7 +89,7 @@ pub fn torques(model: &Model, torques_nm: [f32; 2]) -> [u8; TORQUES_BYTES] {
 
 /// The answer of the board with this number and these angles of the joints, degrees.
 #[must_use]
-pub fn answer(model: &Model, device_id: u8, angles_deg: [f32; 2]) -> [u8; ANSWER_BYTES] {
+pub fn answer(model: &HaplyModel, device_id: u8, angles_deg: [f32; 2]) -> [u8; ANSWER_BYTES] {
     let mut bytes = [0; ANSWER_BYTES];
     bytes[0] = device_id;
     for (slot, joint) in bytes[1..].chunks_exact_mut(4).zip(model.by_port()) {
@@ -100,7 +100,7 @@ pub fn answer(model: &Model, device_id: u8, angles_deg: [f32; 2]) -> [u8; ANSWER
 
 /// The device number and the joint angles, degrees, in an answer.
 #[must_use]
-pub fn angles_of(model: &Model, bytes: [u8; ANSWER_BYTES]) -> (u8, [f32; 2]) {
+pub fn angles_of(model: &HaplyModel, bytes: [u8; ANSWER_BYTES]) -> (u8, [f32; 2]) {
     let [device_id, a0, a1, a2, a3, b0, b1, b2, b3] = bytes;
     let by_port = [[a0, a1, a2, a3], [b0, b1, b2, b3]].map(f32::from_le_bytes);
     let mut angles_deg = [0.0; 2];
@@ -216,7 +216,7 @@ impl Trouble {
 /// Angles in rad and the posture of an answer; `before` is the last posture that was believed, and the time since
 /// then, s.
 pub(super) fn judged(
-    model: &Model,
+    model: &HaplyModel,
     bytes: [u8; ANSWER_BYTES],
     before: Option<(&Posture, f64)>,
 ) -> Result<([f64; 2], Posture), Trouble> {
@@ -256,7 +256,7 @@ pub(super) fn judged(
 }
 
 /// True if each arm is within half a turn of its home: it cannot turn further.
-fn turned_little(model: &Model, angles_deg: [f32; 2]) -> bool {
+fn turned_little(model: &HaplyModel, angles_deg: [f32; 2]) -> bool {
     let pairs = angles_deg.iter().zip(&model.joints);
     pairs.fold(true, |all, (angle, joint)| {
         all && (angle - joint.home_deg).abs() <= 200.0

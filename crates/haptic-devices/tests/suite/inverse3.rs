@@ -11,7 +11,9 @@ use haptic_link::{
 };
 use haptic_loop::units::Metres;
 use haptic_loop::{Ball, Contact, Environment, Fault, Shape, SpringDamper};
-use haptic_remote::serial::{Beside, DeviceTime, Heard, SerialLink, Served, ServedHardware as _};
+use haptic_remote::serial::{
+    Beside, DeviceMessage, DeviceTime, SerialLink, Served, ServedHardware as _,
+};
 use haptic_remote::{Hardware as _, TickSide, prepare, wire_surface};
 use nalgebra::{SVector, Vector3};
 use std::collections::VecDeque;
@@ -361,8 +363,8 @@ fn a_ball_is_felt_with_the_bits_of_its_law_at_the_positions_that_are_told() {
         let (mut next, mut largest_n) = (0, 0.0_f32);
         while next < ticks {
             let heard = link.hear(testkit::PATIENCE).expect("something");
-            let Heard::Sample(sample) = heard else {
-                assert!(matches!(heard, Heard::Event(_)), "{heard:?}");
+            let DeviceMessage::Sample(sample) = heard else {
+                assert!(matches!(heard, DeviceMessage::Event(_)), "{heard:?}");
                 continue;
             };
             assert_eq!(sample.tick, next, "none is lost");

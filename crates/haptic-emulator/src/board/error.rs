@@ -1,6 +1,6 @@
 //! Why a device cannot be emulated.
 
-use haptic_loop::ParameterError;
+use haptic_loop::LoopParameterError;
 use std::io::{Error, ErrorKind};
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ use std::path::PathBuf;
 pub enum EmulatorError {
     /// A fault of the line or a sensor outside its range.
     #[error(transparent)]
-    Parameter(#[from] ParameterError),
+    Parameter(#[from] LoopParameterError),
     /// The symbolic link could not be made.
     #[error("cannot make the link `{}`: {}", .path.display(), why(.error))]
     Path {

@@ -17,12 +17,12 @@ mod tests;
 
 pub use error::EmulatorError;
 pub use facing::emulate_facing;
-pub use port::{Port, PortKind};
+pub use port::{BoardPort, PortKind};
 #[cfg(unix)]
 pub use terminal::Terminal;
 
 use crate::at_line::NOBODY;
-use crate::{Damage, FaultyLine, LineFaults};
+use crate::{DuplexDamage, FaultyLine, LineFaults};
 use haptic_link::{Capabilities, ControllerCost, FRAME_MAX, Refusal};
 use haptic_loop::plant::{ForceSensor, ForceSensorConfig, MassDamperConfig, Sensed};
 use haptic_loop::realtime::Moment;
@@ -88,7 +88,7 @@ pub struct Emulated {
     /// Ticks of the device, by its own clock.
     pub ticks: u64,
     /// Frames both ways, and what the line did to them.
-    pub damage: Damage,
+    pub damage: DuplexDamage,
     /// Frames dropped because the queue to the host was full.
     pub unread: u64,
 }
@@ -262,7 +262,7 @@ impl<H: Hardware<D>, const D: usize> EmulatedBoard<H, D> {
     fn counts(&self) -> Emulated {
         Emulated {
             ticks: self.ticks,
-            damage: Damage {
+            damage: DuplexDamage {
                 to_device: self.from_host.damage(),
                 to_host: self.to_host.damage(),
             },

@@ -29,8 +29,8 @@ use haptic_analysis::Dynamics;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{
-    Controller, Device, Environment, Limits, ParameterError, Reading, SafeForce, SafetyChain,
-    Sample, Wall,
+    Controller, Device, Environment, Limits, LoopParameterError, LoopSample, Reading, SafeForce,
+    SafetyChain, Wall,
 };
 use nalgebra::{SVector, Vector1};
 pub(crate) use report::{OfSample, OffN, Seen, Trial, incomparable, limited, louder, six_digits};
@@ -358,7 +358,7 @@ where
 }
 
 /// Lets the judge see a tick; `false` if it has seen enough.
-pub(crate) fn seen(judge: &mut Judge, sample: &Sample<f64, 1>) -> bool {
+pub(crate) fn seen(judge: &mut Judge, sample: &LoopSample<f64, 1>) -> bool {
     let reading = &sample.reading;
     judge.see(
         reading.time_s,
@@ -373,7 +373,7 @@ pub(crate) fn wall_at_start(
     dissipation: f64,
     operator: Operator<f64>,
     contact: WallContact,
-) -> Result<VirtualWall, ParameterError> {
+) -> Result<VirtualWall, LoopParameterError> {
     let start = (contact == WallContact::OneSided).then_some(Metres(0.0));
     Wall::new(stiffness, dissipation, operator, start)
 }

@@ -11,7 +11,7 @@ use crate::run::safety::keys::{
 };
 use fracdiff::parameter::Shown;
 use haptic_analysis::AnalysisError;
-use haptic_loop::ParameterError;
+use haptic_loop::LoopParameterError;
 use haptic_quantity::label;
 
 /// Parameters that the libraries call by their label, as those of the safety chain.
@@ -58,8 +58,8 @@ fn change(what: &str) -> Option<String> {
 }
 
 /// A parameter that the loop refuses, with the keys to change.
-pub(crate) fn parameter(error: ParameterError) -> Failure {
-    if let ParameterError::Range(range) = &error
+pub(crate) fn parameter(error: LoopParameterError) -> Failure {
+    if let LoopParameterError::Range(range) = &error
         && let Some(advice) = change(range.what)
     {
         return Failure::input_with_advice(error, advice);

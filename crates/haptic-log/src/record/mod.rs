@@ -49,7 +49,7 @@ pub use error::RecordError;
 pub use export::{ExportSummary, export_csv, export_csv_to};
 #[cfg(feature = "foxglove")]
 pub(crate) use message::LogMessage;
-pub use message::{EventMessage, MessageError, MetadataRecord, Value};
+pub use message::{ColumnValue, EventMessage, MessageError, MetadataRecord};
 pub use new_file::{
     Leftover, NewFile, NewFileError, leftover_at, part_of, refuse_taken, remove_earlier,
 };

@@ -2,7 +2,7 @@
 //! and the columns of every other program. A field with an element an axis is `position_m` of one axis,
 //! `position_x_m`, `position_y_m` and `position_z_m` of several.
 
-use super::message::{Item, Layout, LogMessage, MessageError, Value, begin, put};
+use super::message::{ColumnValue, Item, Layout, LogMessage, MessageError, begin, put};
 use std::fmt;
 use std::ops::Deref;
 
@@ -208,20 +208,20 @@ impl Column {
 
     /// The number of a tick; NaN on an axis that the tick lacks.
     #[must_use]
-    pub fn value(&self, tick: &TickMessage) -> Value {
+    pub fn value(&self, tick: &TickMessage) -> ColumnValue {
         let tick = &mut tick.clone();
         match self.reach {
-            Reach::Count(field) => Value::Count(*field(tick)),
-            Reach::Bits(field) => Value::Bits(*field(tick)),
-            Reach::Number(field) => Value::Number(*field(tick)),
-            Reach::Derived(number) => Value::Number(number(tick)),
+            Reach::Count(field) => ColumnValue::Count(*field(tick)),
+            Reach::Bits(field) => ColumnValue::Bits(*field(tick)),
+            Reach::Number(field) => ColumnValue::Number(*field(tick)),
+            Reach::Derived(number) => ColumnValue::Number(number(tick)),
             Reach::Axes(field) => {
                 let number = field(tick).get(self.axis).copied();
-                Value::Number(number.unwrap_or(f64::NAN))
+                ColumnValue::Number(number.unwrap_or(f64::NAN))
             }
             Reach::Perhaps(field) => {
                 let number = field(tick).as_ref().and_then(|axes| axes.get(self.axis));
-                Value::Number(number.copied().unwrap_or(f64::NAN))
+                ColumnValue::Number(number.copied().unwrap_or(f64::NAN))
             }
         }
     }

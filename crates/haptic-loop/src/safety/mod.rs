@@ -24,7 +24,7 @@ mod motion;
 pub use force::{Fault, Limiters, SafeForce};
 pub use limits::{Limit, Limits, SpeedLimit, StartRefused, Stuck, Tighter, Workspace};
 
-use crate::error::{Checks, ParameterError};
+use crate::error::{Checks, LoopParameterError};
 use crate::guard::{GuardLaw, GuardState};
 use crate::units::{Newtons, NewtonsPerSecond, Seconds};
 use clamps::{Clamps, Release, Released};
@@ -192,7 +192,7 @@ impl<F: Real> SafetyChain<F> {
         force: Newtons,
         rate: NewtonsPerSecond,
         sample_time: Seconds,
-    ) -> Result<Self, ParameterError> {
+    ) -> Result<Self, LoopParameterError> {
         Self::from_limits(&Limits::bare(force, rate), sample_time)
     }
 
@@ -201,7 +201,7 @@ impl<F: Real> SafetyChain<F> {
     /// # Errors
     /// A limit outside the range that its field states, or that of the loop's number type; a sample time
     /// that is not above zero.
-    pub fn from_limits(limits: &Limits, sample_time: Seconds) -> Result<Self, ParameterError> {
+    pub fn from_limits(limits: &Limits, sample_time: Seconds) -> Result<Self, LoopParameterError> {
         let mut checks = Checks::default();
         let chain = Self::checked(limits, sample_time, &mut checks);
         checks.done().map(|()| chain)

@@ -3,7 +3,7 @@
 use super::clamps::{clamp, whole_ticks};
 use super::force::{Fault, Limiters};
 use super::limits::{Limits, SpeedLimit, Stuck, Workspace};
-use crate::error::{Checks, ParameterError};
+use crate::error::{Checks, LoopParameterError};
 use fracdiff::{Real, Seconds};
 use nalgebra::SVector;
 
@@ -375,7 +375,7 @@ fn accepted_braking<F: Real>(
     let most = limits.braking_max(Seconds(sample_time)).0;
     checks.positive("braking", braking, "N·s/m");
     if braking > most {
-        checks.refuse(ParameterError::Braking {
+        checks.refuse(LoopParameterError::Braking {
             value_n_s_per_m: braking,
             most_n_s_per_m: most,
             mass_known: limits.device_mass.is_some(),

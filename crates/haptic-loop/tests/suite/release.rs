@@ -7,7 +7,7 @@ mod schedules;
 use crate::{T, apply, chain};
 use fracdiff::Seconds;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
-use haptic_loop::{Fault, Limits, ParameterError, SafetyChain, SafetyState};
+use haptic_loop::{Fault, Limits, LoopParameterError, SafetyChain, SafetyState};
 
 #[test]
 fn a_force_is_zero_within_the_stop_time_however_slow_its_rate() {
@@ -59,7 +59,7 @@ fn braking_beyond_what_the_device_bears_is_refused_in_one_line() {
         let refused = SafetyChain::<f32>::from_limits(&limits, T).expect_err("too much");
         let text = refused.to_string();
         assert!(text.contains(words) && !text.contains('\n'), "{text}");
-        let ParameterError::Braking { most_n_s_per_m, .. } = refused else {
+        let LoopParameterError::Braking { most_n_s_per_m, .. } = refused else {
             panic!("{refused:?}");
         };
         assert!((most_n_s_per_m - most).abs() < 1e-9, "{most_n_s_per_m}");

@@ -6,7 +6,7 @@ use fracdiff::Order;
 use haptic_experiment::judge::operator;
 use haptic_experiment::run::DeviceValues;
 use haptic_experiment::{ModelledTissue, TissuePiece};
-use haptic_loop::{Environment as _, Pushing, Sample, Wall};
+use haptic_loop::{Environment as _, LoopSample, Pushing, Wall};
 use haptic_tissue::{FullHistory, Library, SampledModel};
 use nalgebra::Vector1;
 use testkit::Random;
@@ -32,7 +32,7 @@ fn ticked(
     limits: &Limits,
     pointer: &Pointer,
     ticks: u32,
-) -> Vec<Sample<f64, 1>> {
+) -> Vec<LoopSample<f64, 1>> {
     let t = settings.device.sample_time();
     let chain = SafetyChain::from_limits(limits, t).expect("valid");
     let law = settings.law().expect("made");

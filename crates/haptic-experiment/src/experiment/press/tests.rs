@@ -8,7 +8,7 @@ use crate::question::tissue::{RecordForm, RecordQuestion};
 use crate::run::sensor_offset::SensorOffset;
 use crate::run::simulate::simulate;
 use haptic_loop::{INCOMPRESSIBLE, Modulus};
-use haptic_tissue::identify::{Identification, Reading, Understood};
+use haptic_tissue::identify::{Identification, TableDetails, Understood};
 use haptic_tissue::{Library, Material, ModelKind};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -65,12 +65,12 @@ fn identified(
 ) -> (Identification, PressRecord) {
     let press: &Press = experiment.of().expect("a press");
     let record = experiment.press_record(ticks).expect("a press");
-    let reading = Reading {
+    let reading = TableDetails {
         loading: *press.piece.specimen.loading(),
         loading_is_told: true,
         poisson_ratio: Some(press.piece.material.loading.poisson_ratio()),
         position_was_commanded: true,
-        ..Reading::default()
+        ..TableDetails::default()
     };
     let understood = (record.columns()).map(|columns| reading.record(columns).expect("a record"));
     let mut all: Vec<Understood> = understood.collect();

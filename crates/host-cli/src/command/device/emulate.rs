@@ -8,11 +8,11 @@ use crate::options::DeviceModelArguments;
 use crate::output::{Output, note, warn};
 use crate::parse::{WAITS, choice, quantity, whole};
 use clap::Args;
-use haptic_devices::haply::{HaplyName, Model, Version};
+use haptic_devices::haply::{HaplyModel, HaplyName, Version};
 use haptic_devices::inverse3::Inverse3Name;
 use haptic_devices::moteus::{MoteusName, MoteusSettings};
-use haptic_emulator::board::{self, Body, Emulated, Emulation, EmulatorError, Port, PortKind};
-use haptic_emulator::{Damage, LineFaults, emulate, haply, moteus};
+use haptic_emulator::board::{self, BoardPort, Body, Emulated, Emulation, EmulatorError, PortKind};
+use haptic_emulator::{DuplexDamage, LineFaults, emulate, haply, moteus};
 use haptic_experiment::parameters::{self, Range};
 use haptic_experiment::run::DeviceModel;
 use haptic_experiment::{Failure, named};
@@ -347,18 +347,18 @@ impl Arguments {
             true => PortKind::ForeignAddress,
             false => kind_of_port,
         };
-        let port = Port::open(kind_of_port, first).map_err(failed)?;
+        let port = BoardPort::open(kind_of_port, first).map_err(failed)?;
         let facing = self.facing.as_deref();
-        let facing = facing.map(|path| Port::open(kind_of_port, Some(path)));
+        let facing = facing.map(|path| BoardPort::open(kind_of_port, Some(path)));
         let facing = facing.transpose().map_err(failed)?;
         let public = [Some(&port), facing.as_ref()].into_iter().flatten();
-        if let Some(address) = public.filter_map(Port::public_address).next() {
+        if let Some(address) = public.filter_map(BoardPort::public_address).next() {
             warn(&format!(
                 "whoever reaches {address} can move this device, as nothing is encrypted and no password is asked: \
                  listen there on a trusted network only"
             ));
         }
-        let told = |port: &Port| {
+        let told = |port: &BoardPort| {
             let path = port.path();
             let is_named = kind == Kind::Own && tcp_address(&path).is_some();
             let device = match is_named {
@@ -536,7 +536,7 @@ fn hand(text: &str) -> Result<Option<haply::Hand>, String> {
 }
 
 /// A hand that strokes along y, in the middle of the workspace of this hardware.
-fn strokes(model: &Model) -> haply::Hand {
+fn strokes(model: &HaplyModel) -> haply::Hand {
     let (from_m, depth_m, time_s) = STROKES;
     haply::Hand::Strokes {
         from: [0.5 * model.pantograph.base_m, from_m],
@@ -545,7 +545,7 @@ fn strokes(model: &Model) -> haply::Hand {
     }
 }
 
-fn words_of_haply(board: &haply::Board, damage: &Damage) -> String {
+fn words_of_haply(board: &haply::Board, damage: &DuplexDamage) -> String {
     let place_m = board.body().place_m();
     let [first, second] = board.torques_nm();
     let counted = board.counted();
@@ -563,7 +563,7 @@ fn words_of_haply(board: &haply::Board, damage: &Damage) -> String {
     )
 }
 
-fn words_of_line(Damage { to_device, to_host }: &Damage) -> String {
+fn words_of_line(DuplexDamage { to_device, to_host }: &DuplexDamage) -> String {
     let lost = to_device.dropped + to_host.dropped;
     let damaged = to_device.corrupted + to_host.corrupted;
     format!("{lost} bytes lost, {damaged} damaged")
@@ -595,7 +595,7 @@ fn servo(id: Option<u8>, hand: Option<moteus::Hand>) -> Result<moteus::EmulatedS
     moteus::EmulatedServo::new(id, shaft).map_err(Failure::input)
 }
 
-fn words_of_moteus(adapter: &moteus::EmulatedAdapter, damage: &Damage) -> String {
+fn words_of_moteus(adapter: &moteus::EmulatedAdapter, damage: &DuplexDamage) -> String {
     let (served, servo) = (adapter.served(), &adapter.servo);
     format!(
         "{} frames, {} answers, {} lines refused; mode {} at the end, shaft at {:.6} revolutions, \
