@@ -28,7 +28,7 @@ pub struct NodeValue {
 ///
 /// ```
 /// use certified_count::num_complex::Complex;
-/// use certified_count::{Curve, Place, Sample};
+/// use certified_count::{Curve, Place, NodeValue};
 ///
 /// /// 1 − cw.
 /// struct Linear(f64);
@@ -43,9 +43,9 @@ pub struct NodeValue {
 ///     fn span(&self, a: &Place, b: &Place) -> f64 {
 ///         b.theta - a.theta
 ///     }
-///     fn sample(&self, node: &Place) -> Sample {
+///     fn sample(&self, node: &Place) -> NodeValue {
 ///         let value = 1.0 - node.w * self.0;
-///         Sample { theta: node.theta, value, size: value.norm(), noise: 1e-9 }
+///         NodeValue { theta: node.theta, value, size: value.norm(), noise: 1e-9 }
 ///     }
 ///     fn path(&self, _: &Place, _: &Place, width: &f64) -> f64 {
 ///         self.0.abs() * width

@@ -21,14 +21,14 @@ use std::fmt;
 ///
 /// ```
 /// use fracdiff::{Operator, Order, Scheme, Seconds};
-/// use fracdiff_c::Header;
+/// use fracdiff_c::CHeader;
 ///
 /// let scheme: Scheme = "grunwald:3".parse()?;
 /// let slope: Operator<f32> = scheme.build(Order::new(1.0)?, Seconds(1e-3), 1e3)?;
 /// let list = slope.list().ok_or("a scheme without a list")?;
-/// let header = Header::new("slope", &list, None, &[])?.to_string();
+/// let header = CHeader::new("slope", &list, None, &[])?.to_string();
 /// assert!(header.contains("static inline float slope_step(slope_t *self, float x)"));
-/// assert!(Header::new("2nd", &list, None, &[]).is_err());
+/// assert!(CHeader::new("2nd", &list, None, &[]).is_err());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]

@@ -88,7 +88,7 @@ pub use {
     curves::ControllerParameters,
     enclosure::SampledLaw,
     identify::{
-        DeadTime, FreeNumber, Identified, PlantRecord, StartState, WholeGuess, WholeShape,
+        DeadTime, FreeNumber, Identified, InputOutputRecord, StartState, WholeGuess, WholeShape,
         identify, identify_coefficients, whole_guess,
     },
     list::{BranchList, ControllerList, LawList, LeadList, ParallelList},

@@ -37,7 +37,7 @@ pub(crate) struct Branch<F, O> {
 /// ```
 /// use fracdiff::Seconds;
 /// use fractional_control::{
-///     Actuator, Controller, FractionalPid, Memory, PidParameters, Rule, SetPoint,
+///     Actuator, Controller, FractionalPid, PowerMemory, PidParameters, Rule, SetPoint,
 /// };
 ///
 /// let gains = PidParameters {
@@ -47,7 +47,7 @@ pub(crate) struct Branch<F, O> {
 ///     derivative: 0.1,
 ///     derivative_order: 0.6,
 /// };
-/// let memory = Memory::new(Rule::Grunwald, 1e-4, 200.0)?;
+/// let memory = PowerMemory::new(Rule::Grunwald, 1e-4, 200.0)?;
 /// let pid = FractionalPid::<f32>::new(gains, SetPoint::DEFAULT, Actuator::new(-3.0, 3.0)?, memory, Seconds(1e-3))?;
 /// let mut history = pid.at_rest();
 /// let command = pid.output(&history, 5.0, 0.0); // sends this at once,

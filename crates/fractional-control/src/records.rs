@@ -15,11 +15,11 @@ pub(crate) fn largest(numbers: &[f64]) -> f64 {
 ///
 /// With [`Rule::Bdf2`](crate::Rule::Bdf2) the error falls with T² at any fixed t > 0: the first sample is halved.
 /// ```
-/// use fractional_control::{FractionalTransferFunction, Memory, Rule, step_response};
+/// use fractional_control::{FractionalTransferFunction, PowerMemory, Rule, step_response};
 /// use fracdiff::Seconds;
 ///
 /// let lag: FractionalTransferFunction = "1/(s+1)".parse()?;
-/// let y = step_response(&lag, Memory::new(Rule::Bdf2, 1e-8, 10.0)?, Seconds(0.01), 101)?;
+/// let y = step_response(&lag, PowerMemory::new(Rule::Bdf2, 1e-8, 10.0)?, Seconds(0.01), 101)?;
 /// assert!((y[100] - (1.0 - f64::exp(-1.0))).abs() < 2e-5);
 /// # Ok::<(), fractional_control::ControlError>(())
 /// ```

@@ -30,10 +30,10 @@ pub const PARTS_MAX: usize = 8;
 /// - MODES: a multiple of 8; 64 are enough for 1e-6 over a day at 1 kHz.
 /// ```
 /// use fracdiff::{Channel, Seconds};
-/// use fractional_control::{FractionalTransferFunction, Memory, Rule, SampledTransferFunction};
+/// use fractional_control::{FractionalTransferFunction, PowerMemory, Rule, SampledTransferFunction};
 ///
 /// let plant: FractionalTransferFunction = "1/(0.8s^2.2+0.5s^0.9+1)".parse()?;
-/// let memory = Memory::new(Rule::Bdf2, 1e-6, 100.0)?;
+/// let memory = PowerMemory::new(Rule::Bdf2, 1e-6, 100.0)?;
 /// let mut plant = Channel::new(SampledTransferFunction::<f64>::new(&plant, memory, Seconds(0.01))?);
 /// let mut y = plant.step(0.5); // the first sample of a step, halved
 /// for _ in 0..10_000 {

@@ -30,12 +30,12 @@ const SCHEME: Scheme = Scheme::FullBdf2 {
 /// A controller, its limits and its memory: all that a loop needs except the plant.
 /// ```
 /// use fracdiff::Seconds;
-/// use fractional_control::{ControllerSetup, PidParameters, Plant, SampledPlant};
+/// use fractional_control::{ControllerSetup, PidParameters, Plant, HeldPlant};
 ///
 /// let gains = PidParameters { proportional: 2.0, integral: 1.0, ..PidParameters::NONE };
 /// let setup = ControllerSetup { output_high: Some(1.5), ..ControllerSetup::new(gains, Seconds(0.01)) };
 /// let plant: Plant = "1/(s+1)".parse()?;
-/// let plant = SampledPlant::with_usual_memory(&plant, setup.sample_time())?;
+/// let plant = HeldPlant::with_usual_memory(&plant, setup.sample_time())?;
 /// assert!(setup.closed_with(&plant)?.verdict().stable);
 /// let response = setup.simulate(&plant, &[1.0; 1000])?;
 /// assert!(response.command.iter().all(|u| *u <= 1.5));

@@ -205,10 +205,10 @@ impl<F: Real, const MODES: usize> LeadController<F, MODES> {
     /// A gain of 0, an order outside −2 to 2, corners that are not `0 < ω_b < ω_h ≤ 2/T`.
     /// ```
     /// use fracdiff::{FrequencyResponse, Seconds};
-    /// use fractional_control::{Actuator, CroneParameters, LeadController, Memory, Rule};
+    /// use fractional_control::{Actuator, CroneParameters, LeadController, PowerMemory, Rule};
     ///
     /// let shape = CroneParameters { gain: 2.0, order: 0.6, low_rad_s: 1.0, high_rad_s: 100.0 };
-    /// let memory = Memory::new(Rule::Grunwald, 1e-6, 100.0)?;
+    /// let memory = PowerMemory::new(Rule::Grunwald, 1e-6, 100.0)?;
     /// let crone = LeadController::<f64>::crone(shape, Actuator::UNLIMITED, memory, Seconds(1e-3))?;
     /// let phase = crone.response(10.0 * 1e-3).arg().to_degrees();
     /// assert!((phase - 0.6 * 78.6).abs() < 0.1);
@@ -265,9 +265,9 @@ impl<F: Real, const MODES: usize> FunctionController<F, MODES> {
     /// As [`SampledTransferFunction::new`]; a newest command that does not follow from the newest error.
     /// ```
     /// use fracdiff::Seconds;
-    /// use fractional_control::{Actuator, Controller, FunctionController, Memory, Rule};
+    /// use fractional_control::{Actuator, Controller, FunctionController, PowerMemory, Rule};
     ///
-    /// let memory = Memory::new(Rule::Bdf2, 1e-6, 100.0)?;
+    /// let memory = PowerMemory::new(Rule::Bdf2, 1e-6, 100.0)?;
     /// let function = "3(s^0.5+1)/(0.01s+1)".parse()?;
     /// let lead = FunctionController::<f64>::new(&function, Actuator::new(-2.0, 2.0)?, memory, Seconds(1e-3))?;
     /// assert_eq!(lead.output(&lead.at_rest(), 1.0, 0.0), 2.0);

@@ -23,13 +23,13 @@ const OF_MEMORY: f64 = 100.0;
 /// - *Cost*: some hundred to some thousand evaluations, a millisecond to ten.
 /// ```
 /// use fracdiff::Seconds;
-/// use fractional_control::{Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
+/// use fractional_control::{PowerMemory, PidParameters, Plant, Rule, SampledControlLoop, HeldPlant};
 ///
-/// let (t, memory) = (Seconds(0.01), Memory::new(Rule::Bdf2, 1e-6, 100.0)?);
+/// let (t, memory) = (Seconds(0.01), PowerMemory::new(Rule::Bdf2, 1e-6, 100.0)?);
 /// let plant: Plant = "exp(-0.1s)/(s+1)".parse()?;
-/// let plant = SampledPlant::new(&plant, memory, t)?;
+/// let plant = HeldPlant::new(&plant, memory, t)?;
 /// let gains = PidParameters { proportional: 5.0, integral: 2.0, integral_order: 0.9, ..PidParameters::NONE };
-/// let closed = SampledLoop::new(gains.into(), memory, &plant)?;
+/// let closed = SampledControlLoop::new(gains.into(), memory, &plant)?;
 /// let verdict = closed.verdict();
 /// assert!(verdict.stable);
 /// // It takes several times the gain to make it unstable.

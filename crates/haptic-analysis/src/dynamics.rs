@@ -14,11 +14,11 @@ use fracdiff::parameter::{not_negative, positive};
 /// loop what a late force does, so put both into `delay_s`.
 /// ```
 /// use fracdiff::{Order, Scheme, Seconds};
-/// use haptic_analysis::{Dynamics, Environment, LoopOperator};
+/// use haptic_analysis::{Dynamics, SampledWall, LoopOperator};
 ///
 /// let order = Order::new(1.0)?;
 /// let operator = LoopOperator::new(Scheme::Exact, order, Seconds(1e-3), 1e3)?;
-/// let wall = Environment {
+/// let wall = SampledWall {
 ///     stiffness_n_per_m: 20e3,
 ///     dissipation_n_s_mu_per_m: 20.0,
 ///     order,

@@ -130,13 +130,13 @@ impl Effective {
 /// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eqs. 6.1, 6.2.
 /// ```
 /// use fracdiff::{ExactDifference, Order};
-/// use haptic_analysis::{ClosedLoop, Environment, ForcePath};
+/// use haptic_analysis::{ClosedLoop, SampledWall, ForcePath};
 ///
 /// let order = Order::new(0.5)?;
 /// let closed = ClosedLoop {
 ///     mass_kg: 0.065,
 ///     damping_n_s_per_m: 3.5,
-///     environment: Environment {
+///     environment: SampledWall {
 ///         stiffness_n_per_m: 500.0,
 ///         dissipation_n_s_mu_per_m: 0.0,
 ///         order,

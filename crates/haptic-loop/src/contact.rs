@@ -40,7 +40,7 @@ use nalgebra::SVector;
 /// // A disc of 20 mm about the origin, 1 mm deep from the right: pushed to the right.
 /// let disc = Contact::behind(Ball::solid([Metres(0.0); 2], Metres(0.02))?, tissue);
 /// assert!(disc.force(&history, &vector![0.019, 0.0])[0] > 0.5);
-/// # Ok::<(), haptic_loop::ParameterError>(())
+/// # Ok::<(), haptic_loop::LoopParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact<F, E, const D: usize, S = Plane<F, D>> {
@@ -213,7 +213,7 @@ fn on_first_axis<F: Real, const D: usize>(number: F) -> SVector<F, D> {
 /// let history = wall.at_rest();
 /// assert!(wall.force(&history, &vector![1e-3])[0] < -3.0); // pushed out
 /// assert_eq!(wall.force(&history, &vector![-1e-3]), vector![0.0]); // never pulled in
-/// # Ok::<(), haptic_loop::ParameterError>(())
+/// # Ok::<(), haptic_loop::LoopParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pushing<E> {

@@ -48,7 +48,7 @@ use nalgebra::SVector;
 ///     }
 /// } // lets go here, whatever ended the loop
 /// assert!(controller.safety().is_at_rest());
-/// # Ok::<(), haptic_loop::ParameterError>(())
+/// # Ok::<(), haptic_loop::LoopParameterError>(())
 /// ```
 #[derive(Debug)]
 pub struct Engaged<F, const D: usize, E, V, C = Controller<F, D, E>>

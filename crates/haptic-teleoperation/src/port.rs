@@ -44,7 +44,7 @@ use nalgebra::Vector1;
 /// }
 /// assert!(slave.force_n() > 1.0); // pulled along
 /// assert!(master.given_j() + slave.given_j() <= 0.0);
-/// # Ok::<(), haptic_loop::ParameterError>(())
+/// # Ok::<(), haptic_loop::LoopParameterError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Port<O: Differintegrator<f64>> {

@@ -11,7 +11,7 @@ use board::{Board, NAME};
 use core::panic::PanicInfo;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
 use haptic_board::{
-    Image, Parts, DeviceMemory, RetainedMemory, Ticker, TickerSlot, image, power_up, serve,
+    DeviceMemory, Image, Parts, RetainedMemory, Ticker, TickerSlot, image, power_up, serve,
 };
 
 /// Board and version (major, minor, patch) of your firmware, by which `host-cli device flash` knows the image.

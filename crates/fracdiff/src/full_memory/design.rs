@@ -114,13 +114,13 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     /// - `horizon`: up to this lag, samples, 1e2 to 1e12. [`error_bound`](Self::error_bound) is measured up to there,
     ///   and nothing is refused for being large: look at it.
     /// ```
-    /// use fracdiff::full_memory::{Design, FullMemory, Kernel, Mode};
+    /// use fracdiff::full_memory::{Design, FullMemory, Kernel, DecayingMode};
     /// use fracdiff::{Order, Seconds, grunwald_weight};
     ///
     /// // Tempered: the memory of D^0.4 fades with e^(−λj) on top, so every rate is larger by λ.
     /// let (order, rest, lambda) = (Order::new(0.4)?, Order::new(-0.6)?, 1e-3);
     /// let plain = Design::<16, 40>::closed_form(Kernel::Grunwald, order, 1e-6, 1e5)?;
-    /// let faster = plain.modes().iter().map(|mode| Mode { rate: mode.rate + lambda, ..*mode });
+    /// let faster = plain.modes().iter().map(|mode| DecayingMode { rate: mode.rate + lambda, ..*mode });
     /// let tempered = Design::<16, 40>::from_modes(
     ///     order,
     ///     |j| grunwald_weight(rest, j) * (-lambda * j as f64).exp(),

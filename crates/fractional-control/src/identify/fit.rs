@@ -1,6 +1,8 @@
 //! Model less record, as a problem of least squares.
 
-use super::record::{DeadTime, Free, FreeNumber, PlantRecord, StartState, UNFIT, answers_at_once};
+use super::record::{
+    DeadTime, Free, FreeNumber, InputOutputRecord, StartState, UNFIT, answers_at_once,
+};
 use super::whole::projected;
 use crate::curves::transfer_fraction;
 use crate::held_response::without;
@@ -34,7 +36,7 @@ pub(super) struct Fit<'a> {
     free: Vec<FreeNumber>,
     parameters: DVector<f64>,
     memory: PowerMemory,
-    record: PlantRecord<'a>,
+    record: InputOutputRecord<'a>,
     /// Steps of a rule in each sample.
     steps: usize,
     /// I^ν of these parameters, with ν: most of what is run next to them has the same, and they take as long to make as some hundred samples.
@@ -96,7 +98,7 @@ fn in_steps(late: f64, steps: usize) -> (usize, f64) {
 
 /// The input as a rule of second order sees it, in `steps` steps a sample: a held one through a hat between neighbouring steps, h of a step late,
 /// (1−h)²/2·u\[n\] + (1/2 + h − h²)·u\[n−1\] + h²/2·u\[n−2\]; a smooth one in straight lines.
-fn seen_by_a_rule(record: &PlantRecord<'_>, late: f64, steps: usize) -> Vec<f64> {
+fn seen_by_a_rule(record: &InputOutputRecord<'_>, late: f64, steps: usize) -> Vec<f64> {
     let count = (record.input.len() - 1) * steps + 1;
     if !record.time_s.is_empty() {
         return seen_at_own_times(record, late, steps, count);
@@ -127,7 +129,12 @@ fn seen_by_a_rule(record: &PlantRecord<'_>, late: f64, steps: usize) -> Vec<f64>
 /// ```text
 /// (U(t + δ) − 2U(t) + U(t − δ))/δ²,   U the second integral of the held input, so much later
 /// ```
-fn seen_at_own_times(record: &PlantRecord<'_>, late: f64, steps: usize, count: usize) -> Vec<f64> {
+fn seen_at_own_times(
+    record: &InputOutputRecord<'_>,
+    late: f64,
+    steps: usize,
+    count: usize,
+) -> Vec<f64> {
     let (time_s, input) = (record.time_s, record.input);
     let begin = time_s.first().copied().unwrap_or(0.0);
     let late_s = late * record.sample_time.0;
@@ -161,7 +168,7 @@ fn seen_at_own_times(record: &PlantRecord<'_>, late: f64, steps: usize, count: u
 /// The output of a function of whole orders; what it passes on at once is held too. `None` of a function without states.
 fn exact(
     function: &FractionalTransferFunction,
-    record: &PlantRecord<'_>,
+    record: &InputOutputRecord<'_>,
     late: f64,
 ) -> Option<Result<Vec<f64>, ControlError>> {
     let (states, direct) = StateSpace::of_function(function)?;
@@ -177,7 +184,7 @@ fn exact(
 /// The output of these states from rest.
 fn moved(
     states: &StateSpace,
-    record: &PlantRecord<'_>,
+    record: &InputOutputRecord<'_>,
     late: f64,
 ) -> Result<Vec<f64>, ControlError> {
     if states.c.is_empty() {
@@ -194,7 +201,7 @@ fn moved(
 /// Shows the states of each sample, from these first ones on, from rest without any.
 fn shown(
     states: &StateSpace,
-    record: &PlantRecord<'_>,
+    record: &InputOutputRecord<'_>,
     late: f64,
     first: &[f64],
     seen: &mut dyn FnMut(usize, &[f64]),
@@ -217,7 +224,7 @@ impl<'a> Fit<'a> {
         freedom: Free,
         free: Vec<FreeNumber>,
         memory: PowerMemory,
-        record: PlantRecord<'a>,
+        record: InputOutputRecord<'a>,
         steps: usize,
     ) -> Self {
         let late = record.late();
@@ -256,7 +263,7 @@ impl<'a> Fit<'a> {
     fn ran(&self, function: &FractionalTransferFunction, late: f64) -> Result<Ran, ControlError> {
         let mut output = self.responded(function, &self.record, late)?;
         let ones = vec![1.0; output.len()];
-        let constant = PlantRecord {
+        let constant = InputOutputRecord {
             input: &ones,
             ..self.record
         };
@@ -309,7 +316,7 @@ impl<'a> Fit<'a> {
         };
         let (count, samples) = (states.c.len(), self.record.input.len());
         let (zeros, ones) = (vec![0.0; samples], vec![1.0; samples]);
-        let with = |input| PlantRecord {
+        let with = |input| InputOutputRecord {
             input,
             ..self.record
         };
@@ -340,7 +347,7 @@ impl<'a> Fit<'a> {
     fn responded(
         &self,
         function: &FractionalTransferFunction,
-        record: &PlantRecord<'_>,
+        record: &InputOutputRecord<'_>,
         late: f64,
     ) -> Result<Vec<f64>, ControlError> {
         let exact = self
@@ -353,7 +360,7 @@ impl<'a> Fit<'a> {
     fn by_rule(
         &self,
         function: &FractionalTransferFunction,
-        record: &PlantRecord<'_>,
+        record: &InputOutputRecord<'_>,
         late: f64,
     ) -> Result<Vec<f64>, ControlError> {
         if answers_at_once(function) && function.denominator().degree() > 0.0 {
@@ -368,7 +375,7 @@ impl<'a> Fit<'a> {
             let later = self.by_rule(&slower, record, late)?;
             return Ok(now.zip(later).map(|(now, later)| now + later).collect());
         }
-        let PlantRecord {
+        let InputOutputRecord {
             sample_time,
             input,
             held,
@@ -456,7 +463,7 @@ impl<'a> Fit<'a> {
             DeadTime::From(_) => DeadTime::Known(Seconds(late_s)),
             known @ (DeadTime::Known(_) | DeadTime::JustAfter(_)) => known,
         };
-        let record = PlantRecord {
+        let record = InputOutputRecord {
             dead_time,
             ..self.record
         };

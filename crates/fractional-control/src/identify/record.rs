@@ -75,7 +75,7 @@ impl StartState {
 
 /// A record: input and output at the same instants.
 #[derive(Clone, Copy, Debug)]
-pub struct PlantRecord<'a> {
+pub struct InputOutputRecord<'a> {
     /// T from each sample to the next, or their mean.
     pub sample_time: Seconds,
     /// The time of each sample, s, where they are not evenly spaced; else nothing.
@@ -97,7 +97,7 @@ pub struct PlantRecord<'a> {
 /// Distance from whole samples, in samples, below which a dead time counts as whole.
 const WHOLE: f64 = 1e-9;
 
-impl PlantRecord<'_> {
+impl InputOutputRecord<'_> {
     /// The dead time, in samples.
     pub(super) fn late(&self) -> f64 {
         self.dead_time.seconds() / self.sample_time.0

@@ -1,6 +1,6 @@
 //! First guesses of whole orders: poles by linear least squares, zeros by linear least squares after them.
 
-use super::record::{PlantRecord, StartState, now};
+use super::record::{InputOutputRecord, StartState, now};
 use crate::autoregression::Autoregression;
 use crate::{FractionalTransferFunction, StateSpace, Term};
 use fracdiff::{Seconds, roots};
@@ -51,7 +51,7 @@ const SETTLED: f64 = 1e-3;
 ///   linear systems*, IEEE Trans. Automatic Control 10(4), 1965; of filters in continuous time, P. C. Young, *Recursive estimation and
 ///   time-series analysis*, 2011.
 #[must_use]
-pub fn whole_guess(record: &PlantRecord<'_>, shape: WholeShape) -> Option<WholeGuess> {
+pub fn whole_guess(record: &InputOutputRecord<'_>, shape: WholeShape) -> Option<WholeGuess> {
     let record = acts(record, shape)?;
     let t = record.sample_time.0;
     let mut best: Option<Guess> = None;
@@ -69,7 +69,7 @@ pub fn whole_guess(record: &PlantRecord<'_>, shape: WholeShape) -> Option<WholeG
 
 /// As `whole_guess`, but only through the poles of `last`, a guess of the same shape for this record a little earlier or later.
 pub(crate) fn next_guess(
-    record: &PlantRecord<'_>,
+    record: &InputOutputRecord<'_>,
     shape: WholeShape,
     last: &WholeGuess,
 ) -> Option<WholeGuess> {
@@ -121,7 +121,7 @@ impl Acting<'_> {
 }
 
 /// `None` of a record that is too short for the shape, or of no such shape.
-fn acts<'a>(record: &'a PlantRecord<'_>, shape: WholeShape) -> Option<Acting<'a>> {
+fn acts<'a>(record: &'a InputOutputRecord<'_>, shape: WholeShape) -> Option<Acting<'a>> {
     let WholeShape {
         poles,
         zeros,

@@ -14,8 +14,8 @@ use super::record::{Guess, InputOutput, resolved, rounding};
 use super::start::{noise_of, part};
 use crate::identify::{Free, least_residual, next_guess};
 use crate::{
-    DeadTime, FractionalTransferFunction, PlantRecord, StartState, Term, WholeGuess, WholeShape,
-    whole_guess,
+    DeadTime, FractionalTransferFunction, InputOutputRecord, StartState, Term, WholeGuess,
+    WholeShape, whole_guess,
 };
 use fracdiff::Seconds;
 use rayon::prelude::*;
@@ -321,7 +321,7 @@ fn profile_interval_s(found: &Found, record: &InputOutput, held: bool) -> [f64; 
     let least = found.news(record);
     // √ of what the profile has risen by, over what it may.
     let risen = |dead_time_s: f64| -> f64 {
-        let behind = PlantRecord {
+        let behind = InputOutputRecord {
             noise: own.noise,
             ..record.as_record(held, DeadTime::Known(Seconds(dead_time_s)))
         };

@@ -71,7 +71,7 @@ pub fn validate(
         StartState::Rest => StartState::Rest,
         StartState::Offset | StartState::Settled | StartState::Moving => StartState::Moving,
     };
-    let record = crate::PlantRecord {
+    let record = crate::InputOutputRecord {
         start,
         noise: model.noise,
         ..other.as_record(held, dead_time)
@@ -98,7 +98,7 @@ const SWING: WholeShape = WholeShape {
 
 /// First guesses: of whole orders up to four poles, two of them integrators, those that leave least; of one and of two powers of s with free
 /// orders; a gain. Behind a dead time that is known, or `None`: then behind those that the record suggests, and behind none. `held` as in
-/// [`PlantRecord`](crate::PlantRecord).
+/// [`InputOutputRecord`](crate::InputOutputRecord).
 /// Of a number of poles that is wanted all shapes, and nothing else.
 #[must_use]
 pub fn candidates(
@@ -299,7 +299,7 @@ impl Wanted {
 /// Functions that are kept at most: the best.
 const KEPT: usize = 6;
 /// Fits each guess, on all cores; returns those that fit and meet `wanted`, the best first, six at most. `held` as in
-/// [`PlantRecord`](crate::PlantRecord).
+/// [`InputOutputRecord`](crate::InputOutputRecord).
 ///
 /// `done` receives the number of guesses that are done, and of the fits that start from them again.
 ///

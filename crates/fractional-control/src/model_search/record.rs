@@ -2,7 +2,7 @@
 
 use crate::autoregression::Autoregression;
 use crate::records::largest;
-use crate::{DeadTime, FractionalTransferFunction, PlantRecord, StartState};
+use crate::{DeadTime, FractionalTransferFunction, InputOutputRecord, StartState};
 use fracdiff::Seconds;
 use std::vec::Vec;
 
@@ -107,8 +107,8 @@ impl InputOutput {
             .all(|step| (step - t).abs() <= EVEN * t)
     }
 
-    pub(super) fn as_record(&self, held: bool, dead_time: DeadTime) -> PlantRecord<'_> {
-        PlantRecord {
+    pub(super) fn as_record(&self, held: bool, dead_time: DeadTime) -> InputOutputRecord<'_> {
+        InputOutputRecord {
             sample_time: Seconds(self.sample_time_s()),
             time_s: if self.is_even() { &[] } else { &self.time_s },
             input: &self.input,

@@ -4,7 +4,7 @@ use crate::fixture::{closed, plant};
 use fracdiff::Seconds;
 use fractional_control::autoregression::Autoregression;
 use fractional_control::{
-    DeadTime, FractionalTransferFunction, PlantRecord, PowerMemory, Rule, StartState,
+    DeadTime, FractionalTransferFunction, InputOutputRecord, PowerMemory, Rule, StartState,
     identify_coefficients, respond,
 };
 use testkit::{assert_close, assert_relative};
@@ -155,7 +155,7 @@ fn the_example_of_the_crone_toolbox_gives_its_coefficients_back() {
     let mut noise = || (0..12).map(|_| random.between(-0.5, 0.5)).sum::<f64>();
     let output = fine.expect("runs").into_iter().step_by(FINER);
     let output: Vec<f64> = output.map(|y| y + 0.2 * noise()).collect();
-    let record = PlantRecord {
+    let record = InputOutputRecord {
         sample_time: Seconds(0.01),
         time_s: &[],
         input: &input(1),

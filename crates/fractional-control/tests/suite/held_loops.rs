@@ -5,7 +5,7 @@ use crate::fixture::p;
 use fracdiff::Seconds;
 use fractional_control::autoregression::Autoregression;
 use fractional_control::{
-    DeadTime, FractionalTransferFunction, HeldPlant, Plant, PlantRecord, PowerMemory, Rule,
+    DeadTime, FractionalTransferFunction, HeldPlant, InputOutputRecord, Plant, PowerMemory, Rule,
     SampledControlLoop, StartState, identify,
 };
 
@@ -107,7 +107,7 @@ fn a_record_of_a_plant_gives_its_function() {
             answers.sum()
         });
         let output: Vec<f64> = output.collect();
-        let record = PlantRecord {
+        let record = InputOutputRecord {
             sample_time: Seconds(t),
             time_s: &[],
             input: &input,

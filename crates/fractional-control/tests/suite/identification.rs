@@ -4,7 +4,7 @@ use crate::fixture::{Draw, near, states};
 use fracdiff::Seconds;
 use fractional_control::autoregression::Autoregression;
 use fractional_control::{
-    DeadTime, FractionalTransferFunction, HeldPlant, Plant, PlantRecord, PowerMemory, Rule,
+    DeadTime, FractionalTransferFunction, HeldPlant, InputOutputRecord, Plant, PowerMemory, Rule,
     StartState, WholeShape, identify, identify_coefficients, respond, step_response, whole_guess,
 };
 use testkit::{assert_close, assert_relative};
@@ -24,8 +24,8 @@ fn noise(samples: usize) -> Vec<f64> {
 const STEP: &[f64] = &[1.0; 1000];
 
 /// A record without dead time.
-fn record<'a>(t: f64, input: &'a [f64], output: &'a [f64]) -> PlantRecord<'a> {
-    PlantRecord {
+fn record<'a>(t: f64, input: &'a [f64], output: &'a [f64]) -> InputOutputRecord<'a> {
+    InputOutputRecord {
         sample_time: Seconds(t),
         time_s: &[],
         input,
@@ -38,7 +38,7 @@ fn record<'a>(t: f64, input: &'a [f64], output: &'a [f64]) -> PlantRecord<'a> {
 }
 
 /// A unit step and what came of it.
-fn step_of(t: f64, output: &[f64]) -> PlantRecord<'_> {
+fn step_of(t: f64, output: &[f64]) -> InputOutputRecord<'_> {
     record(t, &STEP[..output.len()], output)
 }
 
@@ -79,7 +79,7 @@ fn noise_is_answered_with_errors_that_cover_the_truth() {
     let mut y = respond(&truth, memory, t, &input).expect("runs");
     let pairs = y.iter_mut().zip(noise(600));
     pairs.for_each(|(y, noise)| *y += 0.02 * noise);
-    let record = PlantRecord {
+    let record = InputOutputRecord {
         held: false,
         ..record(t.0, &input, &y)
     };
@@ -213,7 +213,7 @@ fn a_smooth_input_runs_in_straight_lines() {
     let y: Vec<f64> = time()
         .map(|t| 2.0 * (t + 3.0 * f64::exp_m1(-t / 3.0)))
         .collect();
-    let record = PlantRecord {
+    let record = InputOutputRecord {
         held: false,
         ..record(0.1, &input, &y)
     };
@@ -239,7 +239,7 @@ fn an_input_that_is_late_by_a_part_of_a_sample_is_run_exactly() {
             .map(|n| f64::from(n) * t - late)
             .map(|time| step(time) - step(time - 100.0 * t))
             .collect();
-        let record = PlantRecord {
+        let record = InputOutputRecord {
             dead_time: DeadTime::Known(Seconds(late)),
             ..record(t, &input, &y)
         };
@@ -258,7 +258,7 @@ fn an_input_that_is_late_by_a_part_of_a_sample_is_run_exactly() {
         let guess = whole_guess(&record, poles(1)).expect("a guess");
         assert_close("guess", lag(&guess.function).1, 3.0, 1e-3);
     }
-    let outside = PlantRecord {
+    let outside = InputOutputRecord {
         dead_time: DeadTime::Known(Seconds(30.0)),
         ..record(t, &input, &input)
     };

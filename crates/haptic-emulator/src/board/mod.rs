@@ -44,10 +44,10 @@ const WAITING_MOST: usize = 4096;
 ///
 /// ```no_run
 /// use haptic_emulator::LineFaults;
-/// use haptic_emulator::board::{Emulation, Port, PortKind, emulate};
+/// use haptic_emulator::board::{Emulation, BoardPort, PortKind, emulate};
 /// use std::sync::atomic::AtomicBool;
 ///
-/// let port = Port::open(PortKind::Address, Some("127.0.0.1:4250".as_ref()))?;
+/// let port = BoardPort::open(PortKind::Address, Some("127.0.0.1:4250".as_ref()))?;
 /// println!("a device is at {}", port.path());
 /// let emulation = Emulation {
 ///     axes: 1,

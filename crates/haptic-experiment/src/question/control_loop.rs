@@ -217,11 +217,11 @@ fn law(text: &str) -> Result<ControllerParameters, Failure> {
 /// A loop, or a plant alone, to be judged or run.
 ///
 /// ```
-/// use haptic_experiment::question::control_loop::{ControlLoop, Held, LoopForm};
+/// use haptic_experiment::question::control_loop::{ControlLoop, FormParts, LoopForm};
 ///
 /// let form = "{\"plant\": \"1/(s+1)\", \"controller\": \"2+1/s\", \"sample_time_s\": 0.01}";
 /// let form: LoopForm = serde_json::from_str(form)?;
-/// let asked = ControlLoop::of(form, Held::default())?;
+/// let asked = ControlLoop::of(form, FormParts::default())?;
 /// let judged = asked.analysed()?.report;
 /// assert!(judged["reason"].as_str().is_some_and(|reason| reason.starts_with("Stable, proved.")));
 /// assert_eq!(asked.simulated(None)?.report["at_reference"], true);

@@ -49,7 +49,7 @@ use nalgebra::SVector;
 /// // What is not finite latches a fault, and the force falls to zero.
 /// chain.apply(&mut state, &vector![0.0], &vector![f64::NAN]);
 /// assert_eq!(state.fault(), Some(Fault::NonFiniteForce));
-/// # Ok::<(), haptic_loop::ParameterError>(())
+/// # Ok::<(), haptic_loop::LoopParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SafetyChain<F> {

@@ -44,7 +44,7 @@ pub struct LinkReport {
 ///
 /// ```no_run
 /// use haptic_link::{EventKind, Start};
-/// use haptic_remote::serial::{ConnectOptions, Heard, SerialLink};
+/// use haptic_remote::serial::{ConnectOptions, DeviceMessage, SerialLink};
 /// use std::time::Duration;
 ///
 /// let mut link = SerialLink::connect("/dev/ttyACM0", ConnectOptions::default())?;
@@ -53,10 +53,10 @@ pub struct LinkReport {
 /// link.start(Start { ticks: 1000, ..Start::ENDLESS })?;
 /// while let Some(heard) = link.hear(Duration::from_secs(1)) {
 ///     match heard {
-///         Heard::Sample(sample) => println!("{:?}", sample.axes),
-///         Heard::Event(event) if event.kind == EventKind::Finished => break,
-///         Heard::Fault(_) | Heard::Over(_) => break,
-///         Heard::Event(_) => {}
+///         DeviceMessage::Sample(sample) => println!("{:?}", sample.axes),
+///         DeviceMessage::Event(event) if event.kind == EventKind::Finished => break,
+///         DeviceMessage::Fault(_) | DeviceMessage::Over(_) => break,
+///         DeviceMessage::Event(_) => {}
 ///     }
 /// }
 /// link.disarm()?;

@@ -23,7 +23,9 @@ use embassy_futures::select::select;
 use embassy_rp::watchdog::Watchdog;
 use embassy_time::{Duration, Timer};
 use encoder::EncoderPins;
-use haptic_board::{Image, MainLoop, DeviceMemory, RetainedMemory, Ticker, TickerSlot, image, power_up};
+use haptic_board::{
+    DeviceMemory, Image, MainLoop, RetainedMemory, Ticker, TickerSlot, image, power_up,
+};
 use tick::Alarm;
 use usb::{Buffers, UsbLine};
 
