@@ -138,7 +138,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
     /// first tick, and again before it clears a fault. Changes nothing.
     ///
     /// # Errors
-    /// The force wanted at this reading is not finite, or above [`Limits::start_force`](crate::Limits::start_force).
+    /// The force wanted at this reading is not finite, or above [`SafetyLimits::start_force`](crate::SafetyLimits::start_force).
     pub fn may_start(&self, reading: &Reading<F, D>) -> Result<(), StartRefused> {
         let wanted = self
             .environment
@@ -167,7 +167,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
     }
 
     /// Latches a fault detected elsewhere: the force falls to zero within
-    /// [`Limits::stop_time`](crate::Limits::stop_time).
+    /// [`SafetyLimits::stop_time`](crate::SafetyLimits::stop_time).
     pub fn trip(&mut self, fault: Fault) {
         self.safety.trip(fault);
     }
@@ -189,7 +189,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         self.safety.unmeasured(ticks);
     }
 
-    /// From the next tick on the force falls to zero, within [`Limits::stop_time`](crate::Limits::stop_time).
+    /// From the next tick on the force falls to zero, within [`SafetyLimits::stop_time`](crate::SafetyLimits::stop_time).
     pub fn stop(&mut self) {
         self.safety.stop();
     }

@@ -19,7 +19,7 @@ use nalgebra::SVector;
 ///
 /// - *Error* of the device: it [lets go](Device::let_go) at once, and [`Fault::BoardFailed`] is latched, so whoever ticks on gets no
 ///   force until [`Controller::clear`].
-/// - *Fault* of the chain: in the [`LoopSample`]; the force falls to zero within [`Limits::stop_time`](crate::Limits::stop_time) while it
+/// - *Fault* of the chain: in the [`LoopSample`]; the force falls to zero within [`SafetyLimits::stop_time`](crate::SafetyLimits::stop_time) while it
 ///   is ticked.
 /// - *Dropped* before the force is zero, by an early return or a panic that unwinds, it lets go: a force that nobody ticks any more
 ///   would hold for ever, and nothing is left that could bring it down in steps.

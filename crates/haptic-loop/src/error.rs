@@ -11,7 +11,7 @@ pub enum LoopParameterError {
     /// A quantity outside the range that its field states.
     #[error(transparent)]
     Range(#[from] RangeError),
-    /// More braking than the device bears, see [`Limits::braking_max`](crate::Limits::braking_max).
+    /// More braking than the device bears, see [`SafetyLimits::braking_max`](crate::SafetyLimits::braking_max).
     #[error(
         "braking {value} N·s/m must be at most {most} N·s/m, {why}",
         value = Shown(*value_n_s_per_m), most = Shown(*most_n_s_per_m), why = less_braking(*mass_known)

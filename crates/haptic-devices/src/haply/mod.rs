@@ -17,6 +17,6 @@ pub use model::{
     counts_at,
 };
 pub use protocol::{
-    ANSWER_BYTES, CONFIGURATION_BYTES, SPEED_MOST_M_PER_S, TORQUE_MAX_NM, TORQUES_BYTES, Trouble,
-    angles_of, answer, configuration, reset, torques,
+    ANSWER_BYTES, CONFIGURATION_BYTES, HaplyTrouble, SPEED_MOST_M_PER_S, TORQUE_MAX_NM,
+    TORQUES_BYTES, angles_of, answer, configuration, reset, torques,
 };

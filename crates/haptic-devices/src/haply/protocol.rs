@@ -118,7 +118,7 @@ const COUNTS_SPARE: f64 = 4.0;
 /// Something that a working 2DIY does not do.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
-pub enum Trouble {
+pub enum HaplyTrouble {
     /// The port is gone, or takes no bytes.
     #[error("its port is gone: check its plug and power supply")]
     Gone,
@@ -191,7 +191,7 @@ pub enum Trouble {
     },
 }
 
-impl Trouble {
+impl HaplyTrouble {
     /// The fault that it is.
     #[must_use]
     pub const fn fault(self) -> Fault {
@@ -219,17 +219,17 @@ pub(super) fn judged(
     model: &HaplyModel,
     bytes: [u8; ANSWER_BYTES],
     before: Option<(&Posture, f64)>,
-) -> Result<([f64; 2], Posture), Trouble> {
+) -> Result<([f64; 2], Posture), HaplyTrouble> {
     let (device_id, angles_deg) = angles_of(model, bytes);
     if device_id != DEVICE_ID {
-        return Err(Trouble::OtherDevice { device_id });
+        return Err(HaplyTrouble::OtherDevice { device_id });
     }
     let angles = angles_deg.map(|angle| f64::from(angle).to_radians());
     let posture = model.pantograph.posture(angles);
     let far = !turned_little(model, angles_deg);
     let posture = posture.map_err(|singular| match singular {
-        Singular::NotFinite => Trouble::NotFinite,
-        Singular::Stretched { .. } | Singular::Straight { .. } if !far => Trouble::Singular {
+        Singular::NotFinite => HaplyTrouble::NotFinite,
+        Singular::Stretched { .. } | Singular::Straight { .. } if !far => HaplyTrouble::Singular {
             singular,
             other: model.version.other().number(),
         },
@@ -245,7 +245,7 @@ pub(super) fn judged(
         let step_m = libm::sqrt(step.dot(&step));
         let spare_m = COUNTS_SPARE * f64::from(model.resolution_m());
         if step_m > SPEED_MOST_M_PER_S * time_s + spare_m {
-            return Err(Trouble::Jump {
+            return Err(HaplyTrouble::Jump {
                 step_mm: 1e3 * step_m,
                 time_ms: 1e3 * time_s,
                 other: model.version.other().number(),
@@ -263,8 +263,8 @@ fn turned_little(model: &HaplyModel, angles_deg: [f32; 2]) -> bool {
     })
 }
 
-const fn out_of_reach(version: Version, [first, second]: [f32; 2]) -> Trouble {
-    Trouble::OutOfReach {
+const fn out_of_reach(version: Version, [first, second]: [f32; 2]) -> HaplyTrouble {
+    HaplyTrouble::OutOfReach {
         first,
         second,
         version: version.number(),

@@ -3,7 +3,9 @@
 
 use fracdiff::{Scheme, Seconds};
 use haptic_devices::ForeignName;
-use haptic_devices::inverse3::{InTime, Inverse3, Inverse3Name, Inverse3OpenError, Trouble};
+use haptic_devices::inverse3::{
+    InTime, Inverse3, Inverse3Name, Inverse3OpenError, Inverse3Trouble,
+};
 use haptic_emulator::inverse3::{Body, Connection, Hand, SILENCE_US, Service, serve};
 use haptic_emulator::{AtLine as _, NearLine};
 use haptic_link::{
@@ -722,6 +724,6 @@ fn over_a_socket_the_service_is_opened_with_all_axes() {
 #[test]
 fn troubles_say_where_to_look() {
     use haptic_remote::serial::TroubleCause;
-    assert_eq!(Trouble::Gone.cause(), TroubleCause::Gone);
-    assert_eq!(Trouble::NoPosition.cause(), TroubleCause::Board);
+    assert_eq!(Inverse3Trouble::Gone.cause(), TroubleCause::Gone);
+    assert_eq!(Inverse3Trouble::NoPosition.cause(), TroubleCause::Board);
 }

@@ -55,7 +55,7 @@ use haptic_loop::plant::{
     SpecimenMatter,
 };
 use haptic_loop::units::{Metres, NewtonsPerMetre, Seconds};
-use haptic_loop::{Controller, Limits};
+use haptic_loop::{Controller, SafetyLimits};
 pub use record::PressRecord;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -119,7 +119,7 @@ pub(crate) struct Press {
     sensors: Sensors,
     force_sensor: Option<ForceSensorConfig>,
     drive: Drive,
-    limits: Limits,
+    limits: SafetyLimits,
     frame_n_per_m: Option<f64>,
     safety: Safety,
     conduct: Conduct,

@@ -62,6 +62,6 @@ pub use summary::{
     BUDGET, DRIVE_END, END, EndKind, Gap, LogSummary, RECOVERED, RunEnd, Skimmed, inspect, skim,
 };
 pub use sync::SYNC_INTERVAL;
-pub use tick::{AXES, Column, PerAxis, TickMessage, column_name};
+pub use tick::{AXES, PerAxis, TickColumn, TickMessage, column_name};
 pub use topic::Topic;
 pub use writer::{FinishedLog, LogWriter};

@@ -186,7 +186,7 @@ pub(crate) struct Slot(Reach, usize);
 
 /// A column of a table of ticks: one number for each.
 #[derive(Clone, Debug)]
-pub struct Column {
+pub struct TickColumn {
     /// Its name, with its unit at the end.
     pub name: String,
     what: &'static str,
@@ -194,7 +194,7 @@ pub struct Column {
     reach: Reach,
 }
 
-impl Column {
+impl TickColumn {
     /// A value that is not in a tick but computed from it.
     #[must_use]
     pub fn derived(name: &str, read: fn(&TickMessage) -> f64) -> Self {
@@ -277,13 +277,13 @@ impl TickMessage {
 
     /// Columns of a table of ticks with `axes` axes, 1 to 3, in order.
     #[must_use]
-    pub fn columns(axes: usize) -> Vec<Column> {
+    pub fn columns(axes: usize) -> Vec<TickColumn> {
         let of = |field: &Field| {
             let axes = match field.reach {
                 Reach::Axes(_) | Reach::Perhaps(_) => axes.clamp(1, AXES.len()),
                 Reach::Count(_) | Reach::Number(_) | Reach::Bits(_) | Reach::Derived(_) => 1,
             };
-            let column = |axis| Column {
+            let column = |axis| TickColumn {
                 name: column_name(field.name, axis, axes),
                 what: field.what,
                 axis,
@@ -303,7 +303,7 @@ impl LogMessage for TickMessage {
         let axes = self.axes();
         let number = ["", "2", "3"][axes - 1];
         let mut text = "# One control tick of a haptic experiment.\n".to_owned();
-        for Column {
+        for TickColumn {
             name, what, reach, ..
         } in Self::columns(axes)
         {

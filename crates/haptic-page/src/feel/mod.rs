@@ -30,7 +30,7 @@ use haptic_experiment::parameters::{
     DISSIPATION, ONE_SIDED, ORDER, SCHEME, STIFFNESS, WALL_CONTACT,
 };
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
-use haptic_loop::{Controller, Limits, SafetyChain, Workspace};
+use haptic_loop::{Controller, SafetyChain, SafetyLimits, Workspace};
 use keeper::{KeeperTask, LOOK, POSITION, Watching, Work};
 use law::SHORT_S;
 use std::collections::BTreeMap;
@@ -59,9 +59,9 @@ pub(crate) struct Feel {
 /// Limits of the safety chain: the usual ones of a desktop device, with its workspace, mass and samples of delay, but no start-up ramp. The
 /// device begins in front of the surface, where no force acts, so none can jump; and a wall that grows stiffer while it is pressed would
 /// give the hand more than the hand put in.
-fn limits(mass: Kilograms, delay: u32, t: Seconds) -> Limits {
+fn limits(mass: Kilograms, delay: u32, t: Seconds) -> SafetyLimits {
     let (low, high, soft) = WORKSPACE_M;
-    let limits = Limits {
+    let limits = SafetyLimits {
         workspace: Some(Workspace {
             low: Metres(low),
             high: Metres(high),
@@ -70,12 +70,12 @@ fn limits(mass: Kilograms, delay: u32, t: Seconds) -> Limits {
         device_mass: Some(mass),
         rise_time: None,
         device_delay_samples: delay,
-        ..Limits::default()
+        ..SafetyLimits::default()
     };
     // A light device bears less braking.
     let most = limits.braking_max(t).0;
     let usual = limits.braking.map(|usual| usual.0.min(most));
-    Limits {
+    SafetyLimits {
         braking: usual.map(NewtonSecondsPerMetre),
         ..limits
     }
@@ -227,7 +227,7 @@ fn ended<E>(_: E) -> Failure {
 
 impl FeelSettings {
     /// Limits of the safety chain; a lag of the actuator counts as delay.
-    fn limits(&self) -> Limits {
+    fn limits(&self) -> SafetyLimits {
         let (late_s, t) = (
             self.device.values.delay_s + self.device.values.current_lag_s,
             self.device.sample_time(),

@@ -29,7 +29,7 @@ fn settings(wall: WallNumbers, device: DeviceNumbers) -> FeelSettings {
 /// The loop with a hand at this pointer, as the thread runs it.
 fn ticked(
     settings: &FeelSettings,
-    limits: &Limits,
+    limits: &SafetyLimits,
     pointer: &Pointer,
     ticks: u32,
 ) -> Vec<LoopSample<f64, 1>> {
@@ -57,7 +57,7 @@ fn felt(wall: WallNumbers, pointer: &Pointer, rise_time: Option<Seconds>) -> Vec
         0,
         settings.device.sample_time(),
     );
-    let limits = Limits {
+    let limits = SafetyLimits {
         rise_time: rise_time.or(tighter.rise_time),
         ..tighter
     };

@@ -12,7 +12,7 @@ use crate::runs::Runs;
 use crate::{Announce, OnClose, TextFile};
 use haptic_experiment::document::Document;
 use haptic_experiment::{Failure, RealtimeOptions};
-use haptic_loop::Limits;
+use haptic_loop::SafetyLimits;
 use haptic_tissue::Library;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
@@ -362,7 +362,7 @@ pub(super) async fn blocking<T: Send + 'static>(
 
 /// Settings of the felt loop and its verdict: the same in answers and to all pages.
 pub(super) fn felt(feel: &Feel) -> Value {
-    let (felt, limits) = (feel.felt(), Limits::default());
+    let (felt, limits) = (feel.felt(), SafetyLimits::default());
     let (mut feel, mut verdict) = (json!(felt.settings), json!(felt.verdict));
     feel["hand_stiffness_n_per_m"] = HAND_STIFFNESS.0.into();
     feel["hand_damping_n_s_per_m"] = HAND_DAMPING.0.into();

@@ -21,7 +21,7 @@ use fracdiff::parameter::Shown;
 use haptic_analysis::Dynamics;
 use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
 use haptic_loop::units::Newtons;
-use haptic_loop::{Controller, Environment, Limits, SafetyChain};
+use haptic_loop::{Controller, Environment, SafetyChain, SafetyLimits};
 
 /// All of an experiment on a pushed device but the law that it feels.
 #[derive(Clone, Debug)]
@@ -128,7 +128,7 @@ impl TrialSetup {
         safe_chain(limits, &self.device, self.sensors, &safety, &self.conduct)
     }
 
-    fn force_and_rate(&self) -> Limits {
+    fn force_and_rate(&self) -> SafetyLimits {
         let (force, rate) = (self.plan.force_limit_n, self.force_rate_limit_n_per_s);
         force_and_rate(force, rate, self.device.sample_time)
     }

@@ -489,7 +489,7 @@ fn driven(
         .configuration()
         .map_err(|error| at_port(&path, &error))?;
     // The box is about the start, which is not known yet: the chain here watches over it.
-    let limits = haptic_loop::Limits {
+    let limits = haptic_loop::SafetyLimits {
         workspace: None,
         ..plan.limits(0.0)
     };
