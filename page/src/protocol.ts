@@ -85,6 +85,11 @@ export interface Walls {
   passive_walls: [number, number][];
 }
 
+/** The largest difference of a wall from the best spring and damper that a hand should feel; just noticed at 1. */
+export type Noticed =
+  | { difference: number; felt: boolean; frequency_hz: number; part: string; best_stiffness_n_per_m: number; best_damping_n_s_per_m: number }
+  | { reason: string };
+
 /** A wall on a device, judged; null where there is none of a number. */
 export interface Judged extends Walls {
   stable: boolean;
@@ -106,6 +111,7 @@ export interface Judged extends Walls {
   force_noise_n: number;
   /** Frequency, effective stiffness and damping of the wall alone, and both as felt through the device. */
   curves: [number, number, number, number, number][];
+  hand: Noticed;
 }
 
 export interface Hello {
