@@ -132,6 +132,20 @@ export interface Hello {
 }
 
 /** Without a loop there is only what a socket knows. */
+/** Two walls that are compared, or were; nothing of their order. */
+export interface Compared {
+  running: boolean;
+  /** Trials that were answered. */
+  trial: number;
+  trials: number;
+  /** The wall of this trial that was asked for: 0, 1 or 2. */
+  wall: number;
+  touched: boolean;
+  /** Right answers; null before the end. */
+  right: number | null;
+  table: string;
+}
+
 export interface Status {
   sample_time_s?: number;
   tick?: number;
@@ -149,6 +163,7 @@ export interface Status {
   paused?: boolean;
   running: boolean;
   recording?: string | null;
+  compare?: Compared | null;
   watching: number;
   controls: boolean;
   samples_made?: number;
