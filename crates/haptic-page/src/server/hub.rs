@@ -4,8 +4,8 @@ use super::request::RunStart;
 use super::tables::Tables;
 use crate::dropped::{TISSUES, can_be_felt};
 use crate::feel::{
-    DeviceNumbers, Feel, FeelChange, FeelPlace, FeelSettings, FeelState, FeltThing, HAND_DAMPING,
-    HAND_STIFFNESS, Kept, Opened, locked, opened, pyramid_size,
+    CompareStart, DeviceNumbers, Feel, FeelChange, FeelPlace, FeelSettings, FeelState, FeltThing,
+    HAND_DAMPING, HAND_STIFFNESS, Kept, Opened, locked, opened, pyramid_size,
 };
 use crate::pyramid::Pyramid;
 use crate::runs::Runs;
@@ -110,6 +110,7 @@ impl Hub {
             kept: Arc::new(Kept {
                 pyramid: Mutex::new(Pyramid::new(pyramid_size())),
                 state: Mutex::new(FeelState::of(options.device.sample_time())),
+                comparison: Mutex::default(),
             }),
             runs: options.runs.clone(),
             provenance: Arc::new(options.provenance.clone()),
@@ -324,6 +325,18 @@ impl Hub {
         let answer = felt(&feel);
         self.place.announce.say(&answer);
         Ok(answer)
+    }
+
+    /// Begins to compare what is felt with that and a change.
+    pub(super) async fn compare(self: &Arc<Self>, start: CompareStart) -> Result<(), Failure> {
+        let feel = self.felt()?;
+        let _making = self.making.lock().await;
+        let hub = Arc::clone(self);
+        blocking(move || {
+            let library = locked(&hub.library).clone();
+            feel.compare(start, &library)
+        })
+        .await
     }
 
     /// Ends the loop: the force is zero, all is kept.

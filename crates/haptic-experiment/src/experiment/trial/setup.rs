@@ -10,9 +10,11 @@ use crate::document::parameters as p;
 use crate::document::reader::Table;
 use crate::experiment::kind::Conduct;
 use crate::experiment::reading::{device, device_model, remote, samples_fit};
+use crate::judge::Tally;
 use crate::judge::settling::{Criterion, Judge};
 use crate::run::Ran;
 use crate::run::plant_file::DeviceModel;
+use crate::run::record::Record;
 use crate::run::remote::RemoteLaw;
 use crate::run::safety::{GuardChoice, GuardedDevice, Safety, safety};
 use crate::run::samples::Samples;
@@ -103,6 +105,14 @@ impl TrialSetup {
             })?;
         }
         Ok(start_m.unwrap_or(0.0))
+    }
+
+    /// Sums over a run in the hand of a person, whose push nobody knows; `None` of a trial: on a simulated device, pushed by its own
+    /// motor, or to be stable.
+    pub(super) fn felt(&self, record: &Record) -> Option<Tally> {
+        let is_real = record.link.as_ref().is_some_and(|link| !link.simulated);
+        let held = is_real && self.plan.push_by == PushBy::Hand && !self.must_be_stable;
+        held.then(|| Tally::of(0.0, None, self.device.sample_time))
     }
 
     /// Warning about a requested impact that had no effect.
