@@ -12,6 +12,7 @@ use crate::run::remote::RemoteDevice;
 use crate::run::remote::partner::{Partner, Side};
 use crate::run::remote::summary::{LinkSummary, summarise};
 use crate::run::schedule::Schedule;
+use crate::run::sensor_offset::SensorOffset;
 use crate::run::tick::{TickRecord, by_device, by_loop, per_axis, sensed_by_device};
 use crate::run::{Ran, Supervisor, close, tell_end};
 use fracdiff::Real;
@@ -51,6 +52,8 @@ pub(super) struct Ready<'a, M> {
     /// Push of its own motor, N, and the force limit.
     pub own_push_n: Option<f64>,
     pub force_limit_n: f64,
+    /// The device holds its handle from the first tick on.
+    pub holds: bool,
 }
 
 /// A device that is configured, armed by nobody yet, and the log of what is to come.
@@ -160,8 +163,31 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         (self.record, self.recorder, let_go)
     }
 
+    /// The offset of the force sensor of a device that wants a force from its first tick on: by what it shows before, idle.
+    fn sense_offset(&mut self) -> Result<(), SerialError> {
+        let link = &mut self.ready.link;
+        if !self.ready.holds || link.capabilities().sensed_force_max_n <= 0.0 {
+            return Ok(());
+        }
+        link.stream(1, 1)?;
+        let sensor = &mut self.record.sensor;
+        while matches!(sensor, SensorOffset::Measuring { .. }) {
+            match link.hear(AFTER_FAULT) {
+                Some(DeviceMessage::Sample(sample)) => sensor.take_off(&mut TickMessage {
+                    sensed_force_n: sensed_by_device(&sample),
+                    ..TickMessage::at_rest(D)
+                }),
+                Some(DeviceMessage::Event(_)) => {}
+                // A device that is silent, or gone, says so when it is armed.
+                Some(DeviceMessage::Fault(_) | DeviceMessage::Over(_)) | None => break,
+            }
+        }
+        link.stream(0, 1)
+    }
+
     /// Arms and starts; false if the partner left before, or somebody asked to stop.
     fn start(&mut self, ticks: u32, supervisor: Supervisor<'_>) -> Result<bool, SerialError> {
+        self.sense_offset()?;
         self.ready.link.arm(self.ready.device.watchdog())?;
         if let Some(partner) = &self.partner
             && !partner.waits(&self.ready.link, supervisor.stop)
