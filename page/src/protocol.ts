@@ -131,7 +131,6 @@ export interface Hello {
   runs_folder: string;
 }
 
-/** Without a loop there is only what a socket knows. */
 /** Two walls that are compared, or were; nothing of their order. */
 export interface Compared {
   running: boolean;
@@ -146,6 +145,7 @@ export interface Compared {
   table: string;
 }
 
+/** Without a loop there is only what a socket knows. */
 export interface Status {
   sample_time_s?: number;
   tick?: number;

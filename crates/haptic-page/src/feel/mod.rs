@@ -241,11 +241,10 @@ impl Feel {
         if self.orders.counts.stopped.load(Ordering::Relaxed) {
             return Err(Failure::bad_input("the loop is stopped: `arm` it first"));
         }
-        self.with_comparison(|comparison| {
-            let t = self.felt().settings.device.sample_time();
-            let (settings, number) = comparison.next(t)?;
-            self.begin(&settings, number)
-        })
+        let t = self.felt().settings.device.sample_time();
+        // The law is made without the lock that each tick's keeper needs.
+        let (settings, number) = self.with_comparison(|comparison| comparison.next(t))?;
+        self.begin(&settings, number)
     }
 
     /// Makes a wall be felt as soon as the handle is in front of it.
