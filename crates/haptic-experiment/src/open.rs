@@ -322,9 +322,9 @@ impl Document {
     #[must_use]
     pub fn changed_since_log(&self) -> Option<String> {
         let read = |document: &Self| -> Result<BTreeMap<String, String>, FileError> {
-            let mut said = ExperimentFile::open(document)?.metadata();
-            document.keep_in(&mut said)?;
-            Ok(said)
+            let mut metadata = ExperimentFile::open(document)?.metadata();
+            document.keep_in(&mut metadata)?;
+            Ok(metadata)
         };
         let mut today = self.clone();
         // It stays a log, which may have former keys.

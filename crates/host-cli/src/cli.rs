@@ -281,10 +281,10 @@ fn meant(error: &clap::Error) -> Option<String> {
         false => ContextKind::InvalidSubcommand,
     };
     let typed = error.get(kind)?.to_string();
-    if let Err(said) = DeviceName::from_str(&typed)
-        && said.contains("is a port")
+    if let Err(error) = DeviceName::from_str(&typed)
+        && error.contains("is a port")
     {
-        return Some(said);
+        return Some(error);
     }
     let (command, words) = asked();
     // Of -tissue the parser reads -t alone.

@@ -178,7 +178,7 @@ const LATE: f64 = 0.1;
 /// Dead times to try with a simpler function: the given one, or 0, that of the other function, and a share of the record.
 fn again(other: &Found, search: &Search<'_>) -> Vec<DeadTime> {
     let late = other.identified.dead_time;
-    if search.told {
+    if search.dead_time_is_known {
         return vec![late];
     }
     let share = LATE * search.record.length_s();

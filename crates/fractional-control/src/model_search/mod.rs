@@ -458,7 +458,7 @@ fn fitted_of_whole_orders(
     };
     let part = stretch(record, held, LONG);
     if let Some(part) = &part {
-        let mut of_this = Search::new(part, held, search.told);
+        let mut of_this = Search::new(part, held, search.dead_time_is_known);
         let (mut of_part, _) = fitted(guesses, &of_this, true);
         if of_this.leaves_alike(of_part.iter()) {
             of_this.whiten(&mut of_part);

@@ -207,7 +207,7 @@ impl<'a> Table<'a> {
     pub(crate) fn fail(&self, reason: impl Display) -> FileError {
         match self.parts.last() {
             Some(part) => part.source.fail_from(part.offset, reason),
-            None => FileError::said("", reason),
+            None => FileError::wording("", reason),
         }
     }
 

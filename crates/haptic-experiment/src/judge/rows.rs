@@ -475,7 +475,7 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    fn said(report: &Value) -> Vec<String> {
+    fn lines_of(report: &Value) -> Vec<String> {
         let say = |line: ReportLine| match line {
             ReportLine::Row(row) => {
                 format!("{}|{}|{}|{}", row.level, row.label, row.value, row.reason)
@@ -516,7 +516,7 @@ mod tests {
             "preflight": { "stable": true, "delay_s": 0.002, "alpha": 0.5, "beta": null },
         });
         assert_eq!(
-            said(&report),
+            lines_of(&report),
             [
                 "0|sample time|1 ms|",
                 "0|samples|10001|",
@@ -543,10 +543,10 @@ mod tests {
             "peak": 1.25, "peak_rad_s": 5.0, "gain_up": null, "gain_up_rad_s": null, "crossover_rad_s": 3.0,
         });
         let lines = ["0|peak|1.25|at 5 rad/s", "0|crossover|3 rad/s|"];
-        assert_eq!(said(&report), lines);
+        assert_eq!(lines_of(&report), lines);
         let steps = json!({ "steps": [{ "shape": { "overshoot": 0.25, "rise_time_s": 0.5 } }] });
         assert_eq!(
-            said(&steps),
+            lines_of(&steps),
             ["steps: shape overshoot,shape rise time / ms: 0.25,500"]
         );
     }
@@ -568,7 +568,7 @@ mod tests {
             "0|correlation|1, 0.5|",
             "0||0.5, –|",
         ];
-        assert_eq!(said(&report), lines);
+        assert_eq!(lines_of(&report), lines);
     }
 
     #[test]
@@ -576,7 +576,7 @@ mod tests {
         let report =
             json!({ "mass_kg": { "value": 0.065, "low": 0.064_997_21, "high": 0.065_003_75 } });
         assert_eq!(
-            said(&report),
+            lines_of(&report),
             ["0|mass|65 g, low 64.99721 g, high 65.00375 g|"]
         );
         let events: Vec<Value> = (0..30)
@@ -587,7 +587,7 @@ mod tests {
         };
         assert_eq!(table.rows.len(), 30);
         let none = json!({ "poles": [], "poles_reason": "it creeps" });
-        assert_eq!(said(&none), ["0|poles|none|it creeps"]);
+        assert_eq!(lines_of(&none), ["0|poles|none|it creeps"]);
     }
 
     #[test]
@@ -600,7 +600,7 @@ mod tests {
             ],
         });
         let table = "walls: order,stiffness / N/m,dissipation / N·s/m: 0.5,–,3;1,12000,4";
-        assert_eq!(said(&report), [table]);
+        assert_eq!(lines_of(&report), [table]);
         let long: Vec<Value> = (0..100)
             .map(|place| json!({ "place": f64::from(place) }))
             .collect();

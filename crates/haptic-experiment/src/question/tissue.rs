@@ -396,9 +396,9 @@ impl RecordQuestion {
                 let (records, understood) = Understood::specimens(all)?;
                 let mut of_all = replicates(&records, &self.options, stop, progress)?;
                 for (specimen, name) in of_all.specimens.iter().zip(names) {
-                    let said = specimen.warnings.iter();
-                    let said = said.map(|said| format!("{name}: {said}"));
-                    of_all.all.warnings.extend(said);
+                    let warnings = specimen.warnings.iter();
+                    let warnings = warnings.map(|warnings| format!("{name}: {warnings}"));
+                    of_all.all.warnings.extend(warnings);
                 }
                 return Ok(RecordAnswer {
                     understood,
@@ -628,10 +628,10 @@ mod tests {
             question.check(2).map(|()| question)
         };
         for [form, wanted] in testkit::table(REFUSED) {
-            let said = question(&form).expect_err(&form).to_string();
+            let error = question(&form).expect_err(&form).to_string();
             assert!(
-                said.contains(&wanted) && !said.contains('\n'),
-                "{form}: {said}"
+                error.contains(&wanted) && !error.contains('\n'),
+                "{form}: {error}"
             );
         }
         for (text, celsius) in [

@@ -99,7 +99,10 @@ mod tests {
         }
         let test = std::env::current_exe().expect("its path");
         let ran = in_namespace(&test, &["--exact", own]).expect("runs");
-        let said = String::from_utf8_lossy(&ran.stdout);
-        assert!(ran.status.success() && said.contains("1 passed"), "{said}");
+        let printed = String::from_utf8_lossy(&ran.stdout);
+        assert!(
+            ran.status.success() && printed.contains("1 passed"),
+            "{printed}"
+        );
     }
 }

@@ -105,9 +105,9 @@ pub(super) async fn answer(
             let read = move |_: &Hub| parse_for_key(&key, &text).map_err(Failure::bad_input);
             json!({"value": hub.beside(read).await?})
         }
-        Request::Surface(told) => {
+        Request::Surface(surface) => {
             let panels = Arc::clone(&page.panels);
-            let pushed = move |_: &Hub| pushed(&mut locked(&panels.surface), told);
+            let pushed = move |_: &Hub| pushed(&mut locked(&panels.surface), surface);
             json!({"surface_m": hub.beside(pushed).await?})
         }
     })

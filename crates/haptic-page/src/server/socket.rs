@@ -93,7 +93,7 @@ enum Asked {
 }
 
 /// The reason, as soon as there is one.
-async fn told(mut reason: watch::Receiver<Option<&'static str>>) -> &'static str {
+async fn ending(mut reason: watch::Receiver<Option<&'static str>>) -> &'static str {
     let reason = reason.wait_for(Option::is_some).await;
     reason.ok().and_then(|reason| *reason).unwrap_or_default()
 }
@@ -111,8 +111,8 @@ async fn read(
         tokio::task::yield_now().await;
         let message = tokio::select! {
             message = timeout(SILENCE, source.next()) => message,
-            reason = told(hub.ending.clone()) => return Some((CloseCode::Away, reason)),
-            reason = told(page.closing.subscribe()) => return Some((CloseCode::Policy, reason)),
+            reason = ending(hub.ending.clone()) => return Some((CloseCode::Away, reason)),
+            reason = ending(page.closing.subscribe()) => return Some((CloseCode::Policy, reason)),
             () = page.out.closed() => return None,
         };
         let asked = match message {

@@ -296,11 +296,11 @@ mod tests {
                 least - chance.between(5.0, 200.0) * (1.0 - chance.uniform()).ln()
                     + if long { chance.between(0.0, 2e4) } else { 0.0 }
             };
-            let (there, back) = (way(self.ways_us[0]), way(self.ways_us[1]));
+            let (outward_us, homeward_us) = (way(self.ways_us[0]), way(self.ways_us[1]));
             Ping {
                 sent_us: now_us as u64,
-                heard_us: (now_us + there + back) as u64,
-                device_us: self.at(now_us + there) as u64,
+                heard_us: (now_us + outward_us + homeward_us) as u64,
+                device_us: self.at(now_us + outward_us) as u64,
             }
         }
     }
