@@ -215,7 +215,7 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
 
     fn follow(&self, past: &mut Past<F, O::History>, r: F, y: F, applied: F) {
         let wanted = self.wanted(past, r, y);
-        past.bias += self.stage.acting_command(wanted, applied) - wanted;
+        past.bias += self.stage.told(wanted, applied) - wanted;
         let powers = past.powers.iter_mut().flatten();
         for (branch, own) in self.branches.iter().zip(powers) {
             if let Some(branch) = branch.as_ref().filter(|branch| !branch.integrates) {
@@ -227,7 +227,7 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
     fn settled(&self, r: F, y: F, command: F) -> Past<F, O::History> {
         let mut past = self.keep(None, r, y);
         let wanted = self.wanted(&past, r, y);
-        past.bias = self.stage.limit(self.stage.acting_command(wanted, command)) - wanted;
+        past.bias = self.stage.limit(self.stage.told(wanted, command)) - wanted;
         past
     }
 

@@ -80,7 +80,7 @@ where
 
     fn follow(&self, history: &mut Self::History, r: F, y: F, applied: F) {
         let wanted = self.wanted(history, r, y);
-        history.bias += self.stage.acting_command(wanted, applied) - wanted;
+        history.bias += self.stage.told(wanted, applied) - wanted;
         self.operator.advance(&mut history.operator, r - y);
     }
 
@@ -93,7 +93,7 @@ where
         let mut history = self.at_rest();
         history.operator = self.operator.settled(r - y)?;
         let wanted = self.wanted(&history, r, y);
-        history.bias = self.stage.limit(self.stage.acting_command(wanted, command)) - wanted;
+        history.bias = self.stage.limit(self.stage.told(wanted, command)) - wanted;
         Some(history)
     }
 
@@ -248,11 +248,11 @@ impl<F: Real, const MODES: usize> LeadController<F, MODES> {
     ) -> Result<Self, ControlError> {
         let gain = shape.gain * shape.factor;
         range("gain", gain, gain != 0.0, "finite and not 0", "")?;
-        let (operator, own) = LeadPower::new(&shape, &memory, sample_time)?;
-        in_samples::<F>("inverse of the gain", 1.0 / (gain * own))?;
+        let (operator, normaliser) = LeadPower::new(&shape, &memory, sample_time)?;
+        in_samples::<F>("inverse of the gain", 1.0 / (gain * normaliser))?;
         Ok(Self {
             operator,
-            gain: in_samples("gain", gain * own)?,
+            gain: in_samples("gain", gain * normaliser)?,
             stage: actuator.stage(sample_time, false),
         })
     }

@@ -332,13 +332,13 @@ impl<'a> Parsed<'a> {
     pub(crate) fn one_of<'k>(
         &'a self,
         kinds: &[&'k str],
-        beside: &[&'k str],
+        companions: &[&'k str],
         what: &str,
         choice: &str,
     ) -> Result<(&'k str, Table<'a>, BTreeMap<&'k str, Table<'a>>), FileError> {
         let (mut found, mut others) = (None, BTreeMap::new());
-        for (name, table) in self.tables(&[kinds, beside].concat(), choice)? {
-            if beside.contains(&name) {
+        for (name, table) in self.tables(&[kinds, companions].concat(), choice)? {
+            if companions.contains(&name) {
                 others.insert(name, table);
             } else if found.is_some() {
                 return Err(table.fail(format!("a second {what} [{name}]: {choice}")));

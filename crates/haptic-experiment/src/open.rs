@@ -79,9 +79,9 @@ impl ExperimentFile {
     pub fn open(document: &Document) -> Result<Self, FileError> {
         let document = document.parse()?;
         let words = choice(&KINDS);
-        let (name, table, mut beside) =
+        let (name, table, mut tables) =
             document.one_of(&KINDS, &[DRIVE_TABLE], "experiment", &words)?;
-        let drive = beside.remove(DRIVE_TABLE);
+        let drive = tables.remove(DRIVE_TABLE);
         let kind = experiment::find(name).ok_or_else(|| table.fail(format!("no kind {name}")))?;
         let table = table.with_keys(kind.keys)?;
         let table = above_device(name, table)?;

@@ -404,7 +404,7 @@ fn stands_beside(object: &Object, key: &str) -> bool {
     let has = |stem: &str| (object.keys()).any(|key| key == stem || without_unit(key) == stem);
     let is_of = |stem: &str, says| match says {
         Says::Reason | Says::From | Says::To => has(stem),
-        Says::Samples => beside(object, stem, Says::From).is_some(),
+        Says::Samples => companion(object, stem, Says::From).is_some(),
         // It may be the unit of a column in a table below.
         Says::Unit => true,
         Says::Frequency => object.contains_key(stem),
@@ -420,7 +420,7 @@ fn is_unit(object: &Object, key: &str) -> bool {
 }
 
 /// The key that says this of a key, and its value; null is a value too.
-fn beside<'o>(object: &'o Object, key: &str, says: Says) -> Option<(String, &'o Value)> {
+fn companion<'o>(object: &'o Object, key: &str, says: Says) -> Option<(String, &'o Value)> {
     let (end, _) = ENDS.iter().find(|end| end.1 == says)?;
     let name = format!("{key}{end}");
     object.get(&name).map(|value| (name, value))
@@ -437,13 +437,13 @@ fn is_repeated(object: &Object, key: &str, value: &Value) -> bool {
 fn reason(object: &Object, key: &str) -> String {
     let value_beside = |says| {
         let mut found = [key, without_unit(key)].into_iter();
-        let (_, value) = found.find_map(|stem| beside(object, stem, says))?;
+        let (_, value) = found.find_map(|stem| companion(object, stem, says))?;
         Some(value).filter(|value| !value.is_null())
     };
     if let Some(Value::String(reason)) = value_beside(Says::Reason) {
         return reason.clone();
     }
-    let frequency = beside(object, key, Says::Frequency).filter(|(_, at)| !at.is_null());
+    let frequency = companion(object, key, Says::Frequency).filter(|(_, at)| !at.is_null());
     let frequency = frequency.map(|(name, at)| format!("at {}", text(&name, at, None)));
     let mut parts = Vec::from_iter(frequency);
     if let (Some(from), Some(to)) = (value_beside(Says::From), value_beside(Says::To)) {
@@ -457,7 +457,7 @@ fn reason(object: &Object, key: &str) -> String {
 /// The unit that a report says beside a key, in the object or in the one around it.
 fn unit<'o>(objects: [&'o Object; 2], key: &str) -> Option<&'o str> {
     let mut units = objects.into_iter();
-    units.find_map(|object| beside(object, key, Says::Unit)?.1.as_str())
+    units.find_map(|object| companion(object, key, Says::Unit)?.1.as_str())
 }
 
 /// Places of a list that are shown: all of a short one, the first and the last and evenly between of a long one.

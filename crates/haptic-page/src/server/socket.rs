@@ -146,7 +146,7 @@ async fn work(mut asked: mpsc::Receiver<Asked>, hub: Arc<Hub>, page: Page) {
         let read = match asked {
             Asked::Read(read) => read,
             Asked::Text(text) => {
-                let read = hub.beside(move |_| Ok(request::parse(&text))).await;
+                let read = hub.apart(move |_| Ok(request::parse(&text))).await;
                 read.unwrap_or_else(|failure| Err((Value::Null, failure.to_string())))
             }
         };

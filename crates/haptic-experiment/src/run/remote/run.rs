@@ -132,12 +132,12 @@ impl<'a, M> RemoteRun<'a, M> {
         }
         describe_limits(&configuration.limits, &mut self.metadata);
         let workspace = self.law.limits.workspace_box.map(wire_box::<D>);
-        let beside = Beside {
+        let companions = Beside {
             workspace: workspace.as_ref(),
             surface: self.law.surface.as_ref(),
             controller: self.law.controller.as_ref(),
         };
-        let set = link.set_run(configuration, &self.law.operator.1, beside);
+        let set = link.set_run(configuration, &self.law.operator.1, companions);
         set.map_err(problem)?;
         let before = link.statistics().map_err(problem)?;
         describe(&link, device, &mut self.metadata);
