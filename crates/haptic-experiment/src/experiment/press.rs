@@ -165,8 +165,8 @@ impl Experiment for Press {
             Some(remote) => self.run_on(remote, watched)?,
             None => self.simulate(watched)?,
         };
-        let report = self.report(&ran)?;
-        Ok(Published::new(report, None, ran))
+        let (report, curves) = self.report(&ran)?;
+        Ok(Published::new(report, curves, ran))
     }
 
     fn check_start(&self) -> Result<(), Failure> {

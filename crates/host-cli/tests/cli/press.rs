@@ -35,6 +35,21 @@ fn a_tissue_at_the_handle_of_a_board_is_measured_and_then_felt_on_it() {
 }
 
 #[test]
+fn a_press_is_drawn_over_time_and_over_depth_with_its_sensor_if_there_is_one() {
+    let place = Place::new();
+    for (sensor, is_there) in [("", false), ("sensed_range=20N", true)] {
+        place.json(&format!(
+            "press --hold-time 1s {sensor} --out p --quiet --overwrite"
+        ));
+        let svg = place.text("p/press.svg");
+        for text in [">motor<", ">wanted<", ">handle<", "(c) force over depth"] {
+            assert!(svg.contains(text), "{text}");
+        }
+        assert_eq!(svg.contains(">sensor<"), is_there);
+    }
+}
+
+#[test]
 fn what_no_specimen_can_be_is_refused_in_a_line() {
     Place::new().refuses(
         "

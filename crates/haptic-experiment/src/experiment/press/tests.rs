@@ -104,6 +104,7 @@ fn a_sensed_press_of_a_stiffness_is_that_stiffness_and_the_depth_is_less_by_the_
     assert!(plain.is_sensed && (plain.depth_m[n] - 2e-3).abs() < 1e-5);
     let less = plain.depth_m[n] - bent.depth_m[n];
     // Motor and sensor agree at rest but for the noise of the sensor, 1 mN.
+    assert!((plain.motor_n[n] - plain.forces_n[0][n]).abs() < 5e-3);
     assert!(
         (less - plain.forces_n[0][n] / 1000.0).abs() < 5e-6,
         "{less}"
