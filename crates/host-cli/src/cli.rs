@@ -84,7 +84,7 @@ enum Command {
     /// `host-cli identify press.mcap` turns the log into a tissue, with the loading that the log states. On the simulated device
     /// --tissue names the specimen.
     #[command(
-        after_help = "Example: host-cli press --controller position.toml --tissue prostate-healthy --depth 2mm --hold-time 10s --out p"
+        after_help = "Example: host-cli press --tissue prostate-healthy --depth 2mm --hold-time 10s --out p"
     )]
     Press(Experiment<keys::Press>),
     /// Judge stability, passivity and transparency, before any hardware

@@ -26,6 +26,8 @@ pub struct PressRecord {
     pub depth_m: Vec<f64>,
     /// Force on the specimen, N: the likeliest first, then what friction or the lag of a sensor may make of it.
     pub forces_n: Vec<Vec<f64>>,
+    /// That of the motor, N: the likeliest too where no sensor measured it.
+    pub motor_n: Vec<f64>,
     /// True if a sensor measured it.
     pub is_sensed: bool,
 }
@@ -77,16 +79,18 @@ impl Press {
         };
         let sensed = |n: usize| samples[n].sensed_force_n;
         for (n, sample) in samples.iter().enumerate().skip(begins) {
+            let motor_n = |doubt: usize| {
+                let friction_n = self.friction_n(sample.time_s, FRICTIONS[doubt]);
+                self.force_n(samples, n) - friction_n
+            };
             let force_n = |doubt: usize| match is_sensed {
                 true => 0.0 - sensed((n + doubt).min(samples.len() - 1)).unwrap_or(f64::NAN),
-                false => {
-                    let friction_n = self.friction_n(sample.time_s, FRICTIONS[doubt]);
-                    self.force_n(samples, n) - friction_n
-                }
+                false => motor_n(doubt),
             };
             let bent_m = (self.frame_n_per_m).map_or(0.0, |frame| force_n(0) / frame);
             record.time_s.push(sample.time_s);
             record.depth_m.push(sample.position_m - bent_m);
+            record.motor_n.push(motor_n(0));
             for (doubt, forces) in record.forces_n.iter_mut().enumerate() {
                 forces.push(force_n(doubt));
             }
