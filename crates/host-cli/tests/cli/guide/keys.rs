@@ -61,15 +61,16 @@ fn interval(range: Range) -> String {
     }
 }
 
+/// The range, if the default does not show it.
 fn range(parameter: &Parameter) -> String {
     match parameter.value {
-        Value::Number(_, Range::Within(f64::MIN, f64::MAX)) => "any".to_owned(),
-        Value::Number(_, range) => interval(range),
-        Value::Count(_) => "whole".to_owned(),
-        Value::Flag(_) => "true, false".to_owned(),
-        Value::List(range) => format!("list in {}", interval(range)),
-        Value::Text(_) if choices(parameter).is_empty() => "text".to_owned(),
-        Value::Text(_) => "choice".to_owned(),
+        Value::Number(_, Range::Within(f64::MIN, f64::MAX)) => "; any".to_owned(),
+        Value::Number(_, range) => format!("; {}", interval(range)),
+        Value::Count(_) => "; whole".to_owned(),
+        Value::List(range) => format!("; list in {}", interval(range)),
+        Value::Flag(_) => String::new(),
+        Value::Text("") if choices(parameter).is_empty() => "; text".to_owned(),
+        Value::Text(_) => String::new(),
     }
 }
 
@@ -86,8 +87,8 @@ fn meaning(parameter: &Parameter) -> String {
 struct Row {
     key: &'static str,
     default: String,
-    /// Range and meaning, by which rows are one.
-    cells: String,
+    range: String,
+    meaning: String,
 }
 
 impl Row {
@@ -96,20 +97,22 @@ impl Row {
             true => "required".to_owned(),
             false => default(parameter),
         };
-        let meaning = meaning(parameter).replace('|', "\\|");
         Self {
             key: parameter.key,
             default,
-            cells: format!("{} | {meaning}", range(parameter)),
+            range: range(parameter),
+            meaning: meaning(parameter).replace('|', "\\|"),
         }
     }
 
+    /// True if one row does for both, but for its default.
     fn is(&self, other: &Self) -> bool {
-        self.key == other.key && self.cells == other.cells
+        (self.key, &self.range, &self.meaning) == (other.key, &other.range, &other.meaning)
     }
 
     fn line(&self) -> String {
-        format!("| `{}` | {} | {} |", self.key, self.default, self.cells)
+        let (key, default, range, meaning) = (self.key, &self.default, &self.range, &self.meaning);
+        format!("| `{key}` | {default}{range} | {meaning} |")
     }
 
     /// The key alone, with its default here if that is another one than `there`.
@@ -120,6 +123,22 @@ impl Row {
         }
     }
 }
+
+/// Keys that stand together in many tables, and their name.
+const GROUPS: [(&str, &str); 3] = [
+    (
+        "*specimen*",
+        "`library` `area_m2` `thickness_m` `loading` `indenter_radius_m` `half_angle_rad` `bonded`",
+    ),
+    (
+        "*law*",
+        "`order` `scheme` `stiffness_n_per_m` `dissipation_n_s_mu_per_m` `sample_time_s` `tissue` *specimen* `depth_m` `controller`",
+    ),
+    (
+        "*without units*",
+        "`alpha` `beta` `delta` `gamma` `delay_samples`",
+    ),
+];
 
 /// A table of the page, under its heading.
 struct Table {
@@ -170,15 +189,21 @@ impl Table {
         if !rows.is_empty() {
             let _ = writeln!(text, "\n{HEAD}\n{}", rows.join("\n"));
         }
-        for (table, names) in elsewhere {
-            let (heading, anchor) = (&table.heading, table.anchor());
-            let names = names.join(" ");
-            let _ = writeln!(text, "\nAs in [{heading}](#{anchor}): {names}");
+        let elsewhere = elsewhere.into_iter().map(|(table, names)| {
+            let (heading, anchor, names) = (&table.heading, table.anchor(), names.join(" "));
+            let grouped = GROUPS
+                .iter()
+                .fold(names, |names, (group, keys)| names.replace(keys, group));
+            format!("[{heading}](#{anchor}): {grouped}")
+        });
+        let elsewhere = elsewhere.collect::<Vec<_>>().join("; ");
+        if !elsewhere.is_empty() {
+            let _ = writeln!(text, "\nAs in {elsewhere}");
         }
     }
 }
 
-const HEAD: &str = "| key | default | range | meaning |\n|---|---|---|---|";
+const HEAD: &str = "| key | default; range | meaning |\n|---|---|---|";
 
 /// Rows that at least three tables have: one for each key, that of most, with the default of most.
 fn shared(tables: &[Table]) -> Table {
@@ -304,7 +329,7 @@ fn lists_once(text: &str) -> String {
             return line.to_owned();
         };
         if let Some(first) = seen.get(list) {
-            return format!("{row}; choices as of {first} above |");
+            return format!("{row}; choices of {first} |");
         }
         seen.insert(list, row.split(' ').nth(1).unwrap_or_default());
         line.to_owned()
@@ -327,7 +352,10 @@ fn made() -> String {
     let [experiment, controller, plant] = files.each_ref().map(Vec::len);
     let all: Vec<Table> = files.into_iter().flatten().chain(asked).collect();
     let shared = shared(&all);
-    let mut text = format!("\n## {}\n\n{HEAD}\n", shared.heading);
+    let groups = GROUPS
+        .map(|(group, keys)| format!("{group}: {keys}"))
+        .join("\n\n");
+    let mut text = format!("\n## {}\n\n{groups}\n\n{HEAD}\n", shared.heading);
     for row in &shared.rows {
         let _ = writeln!(text, "{}", row.line());
     }
