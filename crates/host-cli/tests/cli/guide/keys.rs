@@ -220,11 +220,7 @@ fn shared(tables: &[Table]) -> Table {
         let (row, count) = rows.into_iter().max_by_key(|one| one.1)?;
         let alike = |one: &&&Row| one.is(row) && one.default != "required";
         let by_default = |one: &&Row| all.iter().filter(|other| **other == *one).count();
-        let row = all
-            .iter()
-            .filter(alike)
-            .map(|one| *one)
-            .max_by_key(by_default)?;
+        let row = all.iter().filter(alike).copied().max_by_key(by_default)?;
         (count > 2).then(|| row.clone())
     });
     Table {
