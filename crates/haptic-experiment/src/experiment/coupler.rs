@@ -118,7 +118,7 @@ pub(crate) struct CouplerExperiment {
 
 /// `[coupler]`: device, coupler, object and trial.
 pub(crate) fn coupler(table: &Table<'_>) -> Result<CouplerExperiment, FileError> {
-    let setup = setup(table, &COUPLER_MUST_BE_STABLE)?;
+    let setup = setup(table, &COUPLER_MUST_BE_STABLE, None)?;
     let order = table.order(&COUPLER_ORDER)?;
     let run = deflection_order(order).map_err(|error| table.fail_at("order", error))?;
     let (t, duration_s) = (setup.device.sample_time.0, setup.plan.duration_s);

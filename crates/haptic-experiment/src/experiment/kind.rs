@@ -40,7 +40,7 @@ pub(crate) enum Beside {
     Drive,
     /// The device file of its simulated device.
     DeviceFile,
-    /// Both: its controller moves that device.
+    /// Both: it moves that device.
     DriveAndDeviceFile,
 }
 

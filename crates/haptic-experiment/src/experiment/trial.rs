@@ -4,13 +4,14 @@
 //! wall remembers nothing. From then on the push acts.
 
 mod report;
+mod second;
 mod setup;
 
 use super::kind::Conduct;
 use super::reading::without;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
-use crate::document::named::{Named as _, named};
+use crate::document::named::Named;
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::{
     DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES_ABOVE_0, IMPACTS, REACHES_ABOVE_0,
@@ -34,6 +35,7 @@ use haptic_loop::{
 };
 use nalgebra::{SVector, Vector1};
 pub(crate) use report::{OfSample, OffN, Seen, Trial, incomparable, limited, louder, six_digits};
+pub(crate) use second::{Pushed, PushedLoop, SecondDevice};
 pub(crate) use setup::{Parts, TrialSetup, setup};
 use std::convert::Infallible;
 use std::fmt::Debug;
@@ -79,11 +81,32 @@ pub(crate) type VirtualWall = Wall<f64, Operator<f64>>;
 pub(crate) enum PushBy {
     Hand,
     Device,
+    /// A second device, that of a `[drive]`.
+    Second,
 }
 
-named! { PushBy:
-    Hand = "hand", "Somebody, a hung weight, or the simulated hand";
-    Device = "device", "The device's own motor, behind the law and within its limits";
+impl Named for PushBy {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (
+            Self::Hand,
+            "hand",
+            "Somebody, a hung weight, or the simulated hand",
+        ),
+        (
+            Self::Device,
+            "device",
+            "The device's own motor, behind the law and within its limits",
+        ),
+    ];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Hand => "hand",
+            Self::Device => "device",
+            // No choice of this key: `[drive]` is.
+            Self::Second => "second_device",
+        }
+    }
 }
 
 /// Plan of a trial: the motion into the wall, and the rule that judges it.
@@ -139,7 +162,15 @@ impl TrialPlan {
     pub(crate) fn push_of_hand_n(&self) -> f64 {
         match self.push_by {
             PushBy::Hand => self.push_n,
-            PushBy::Device => 0.0,
+            PushBy::Device | PushBy::Second => 0.0,
+        }
+    }
+
+    /// The push of a motor, N: of one that the first swing switches off.
+    fn push_of_motor_n(&self) -> Option<f64> {
+        match self.push_by {
+            PushBy::Hand => None,
+            PushBy::Device | PushBy::Second => Some(self.push_n),
         }
     }
 
@@ -155,7 +186,7 @@ impl TrialPlan {
     pub(crate) fn hits(&self, contact: WallContact) -> impl Iterator<Item = f64> {
         let once = contact == WallContact::Linear
             || self.criterion != Criterion::Settling
-            || self.push_by == PushBy::Device;
+            || self.push_of_motor_n().is_some();
         let hits: &[f64] = if once { &[] } else { &HITS };
         let planned = self.impact_m_per_s;
         (hits.iter().copied()).filter(move |hit| hit.total_cmp(&planned).is_ne())
@@ -246,7 +277,7 @@ impl TrialPlan {
             0.5 * self.duration_s,
             self.force_limit_n,
         )
-        .behind(self.own_push_n())
+        .behind(self.own_push_n(), self.push_of_motor_n())
     }
 }
 
@@ -317,6 +348,8 @@ pub(crate) fn plan(table: &Table<'_>, duration_s: f64) -> Result<TrialPlan, File
             without(table, [&IMPACT], why)?;
             0.0
         }
+        // Its table is read later.
+        PushBy::Second => 0.0,
     };
     let plan = TrialPlan {
         criterion,

@@ -115,9 +115,12 @@ pub(crate) fn contact(table: &Table<'_>) -> Result<WallContact, FileError> {
     Ok(contact)
 }
 
-/// `[wall]`: device, wall and trial.
-pub(crate) fn wall(table: &Table<'_>) -> Result<WallExperiment, FileError> {
-    let setup = setup(table, &MUST_BE_STABLE)?;
+/// `[wall]`: device, wall and trial, with the table of a second device that pushes.
+pub(crate) fn wall(
+    table: &Table<'_>,
+    drive: Option<&Table<'_>>,
+) -> Result<WallExperiment, FileError> {
+    let setup = setup(table, &MUST_BE_STABLE, drive)?;
     let order = table.order(&ORDER)?;
     let (t, duration_s) = (setup.device.sample_time.0, setup.plan.duration_s);
     let scheme = scheme(table, None, order, t, duration_s)?;

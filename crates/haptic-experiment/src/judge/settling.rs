@@ -274,6 +274,8 @@ pub(crate) struct Judge {
     force_limit_n: f64,
     /// Push of the device's own motor, N: part of the force, but not of the law.
     own_push_n: f64,
+    /// Push of any motor, N, which ends with the first swing of the law; 0 without one.
+    motor_push_n: f64,
     samples: u64,
     limited: u64,
     position: Moments,
@@ -307,6 +309,7 @@ impl Judge {
             half_s,
             force_limit_n,
             own_push_n: 0.0,
+            motor_push_n: 0.0,
             samples: 0,
             limited: 0,
             position: Moments::default(),
@@ -320,10 +323,11 @@ impl Judge {
         }
     }
 
-    /// Judges the law that the device's own motor pushes into: of the forces that it sees all but this push, N.
-    pub(crate) fn behind(self, own_push_n: Option<f64>) -> Self {
+    /// Judges the law that a motor pushes into, N: of the forces that it sees all but the push of the device's own motor.
+    pub(crate) fn behind(self, own_push_n: Option<f64>, motor_push_n: Option<f64>) -> Self {
         Self {
             own_push_n: own_push_n.unwrap_or(0.0),
+            motor_push_n: motor_push_n.unwrap_or(0.0),
             ..self
         }
     }
@@ -332,7 +336,10 @@ impl Judge {
     pub(crate) fn see(&mut self, time_s: f64, position_m: f64, force_n: f64) -> bool {
         self.samples += 1;
         self.limited += u64::from(force_n.abs() >= AT_LIMIT * self.force_limit_n);
-        self.swung |= self.own_push_n > 0.0 && swings(force_n, self.own_push_n, self.force_limit_n);
+        let push_n = self.motor_push_n;
+        // What the one motor makes, or what both make together.
+        let both_n = force_n + (push_n - self.own_push_n);
+        self.swung |= push_n > 0.0 && swings(both_n, push_n, self.force_limit_n);
         let force_n = force_n - self.own_push_n;
         self.peak_force_n = self.peak_force_n.max(force_n.abs());
         if force_n > self.largest_pull.0 {

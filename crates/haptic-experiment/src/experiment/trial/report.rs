@@ -1,5 +1,6 @@
 //! An experiment on a pushed device: the interface of a wall and a coupler, and the report of both.
 
+use super::PushedLoop;
 use super::setup::{Parts, TrialSetup};
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
@@ -20,7 +21,6 @@ use crate::run::record::Record;
 use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, device_name};
 use crate::run::safety::GuardChoice;
 use crate::run::samples::Samples;
-use crate::run::simulate::Simulated;
 use crate::run::tick::KeptSample;
 use crate::run::{Ran, run_logged};
 use fracdiff::full_memory::Kernel;
@@ -126,7 +126,7 @@ pub(crate) trait Trial: Experiment + Clone {
             // Nothing can break, so it is only noted.
             let verdict = judge(dynamics, 0)?;
             note_findings(&mut metadata, "preflight", &verdict);
-            let mut world = Simulated::new(&mut parts.controller, &mut parts.device);
+            let mut world = PushedLoop::new(&mut parts.controller, &mut parts.device);
             let ran = run_logged(&mut world, schedule, (request, metadata), supervisor)?;
             return Ok(Ran {
                 preflight: Some(verdict),
@@ -263,6 +263,13 @@ pub(crate) trait Trial: Experiment + Clone {
         let shared = setup.plan.own_push_n().map(|push_n| {
             json!({ "push_by": setup.plan.push_by.name(), "shared_actuator": SHARED, "push_n": push_n })
         });
+        let second = setup.second.as_ref().map(|second| {
+            json!({
+                "push_by": setup.plan.push_by.name(),
+                "push_n": setup.plan.push_n,
+                "drive_force_limit_n": second.force_limit_n,
+            })
+        });
         let operator = json!({
             // No tissue.
             "tissue": null,
@@ -291,7 +298,8 @@ pub(crate) trait Trial: Experiment + Clone {
             law: rows(
                 [self.law_in_rows(&settling, object_m), operator]
                     .into_iter()
-                    .chain(shared),
+                    .chain(shared)
+                    .chain(second),
             ),
             run: RunReport::new(ran, device, t, files, warnings),
             results: rows(results),
