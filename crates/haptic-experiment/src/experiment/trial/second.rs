@@ -58,7 +58,8 @@ pub(super) fn second(
 ) -> Result<SecondDevice, FileError> {
     if remote(wall)?.is_some() {
         let key = p::DEVICE.key;
-        let reason = format!("[drive] beside [wall] is simulated yet: omit {key} or [drive]");
+        let reason =
+            format!("[drive] beside [wall] is only simulated so far: omit {key} or [drive]");
         return Err(wall.fail_at(key, reason));
     }
     if let Some(key) = [&p::PUSH_BY, &IMPACT].into_iter().find(|key| wall.has(key)) {
