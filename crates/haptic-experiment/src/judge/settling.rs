@@ -337,7 +337,7 @@ impl Judge {
         self.samples += 1;
         self.limited += u64::from(force_n.abs() >= AT_LIMIT * self.force_limit_n);
         let push_n = self.motor_push_n;
-        // What the one motor makes, or what both make together.
+        // Of the one motor, or of both together.
         let both_n = force_n + (push_n - self.own_push_n);
         self.swung |= push_n > 0.0 && swings(both_n, push_n, self.force_limit_n);
         let force_n = force_n - self.own_push_n;
