@@ -34,7 +34,8 @@ use fractional_haptics::haptic_loop::units::{
     Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond,
 };
 use fractional_haptics::haptic_loop::{
-    Ball, Contact, Controller, Device, Environment, Limits, SafetyChain, SafetyState, SpringDamper,
+    Ball, Contact, Controller, Device, Environment, SafetyChain, SafetyLimits, SafetyState,
+    SpringDamper,
 };
 use input::{BATCH, SAMPLE_TIME, ramp_and_hold};
 use nalgebra::SVector;
@@ -130,7 +131,7 @@ fn axes<F: Real>(precision: &str) -> Outcome {
 /// A batch of ticks, s.
 fn batch<F: Real, const D: usize>(
     environment: impl Environment<F, D>,
-    limits: &Limits,
+    limits: &SafetyLimits,
     device: impl Device<F, D, Error = Infallible>,
 ) -> Result<impl FnMut() -> f64, Box<dyn Error>> {
     let chain = SafetyChain::from_limits(limits, SAMPLE_TIME)?;

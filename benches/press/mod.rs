@@ -7,8 +7,8 @@ use fractional_haptics::haptic_loop::units::{
     Kilograms, Metres, NewtonSecondsPerMetre, Pascals, SquareMetres,
 };
 use fractional_haptics::haptic_loop::{
-    Contact, Device, EnergyBounding, Guard, Limits, Modulus, PassivityObserver, Reading, SafeForce,
-    Specimen, SpringDamper, Tissue, Workspace,
+    Contact, Device, EnergyBounding, Modulus, PassivityGuard, PassivityObserver, Reading,
+    SafeForce, SafetyLimits, Specimen, SpringDamper, Tissue, Workspace,
 };
 use nalgebra::SVector;
 use std::convert::Infallible;
@@ -16,27 +16,30 @@ use std::error::Error;
 use std::time::Duration;
 
 /// None, and both: the bounding has work, for the tissue is some three times stiffer than 2ρb/T = 80 N/m.
-pub(crate) fn guards() -> [(&'static str, Option<Guard>); 3] {
+pub(crate) fn guards() -> [(&'static str, Option<PassivityGuard>); 3] {
     let (mass, damping) = (Kilograms(0.065), NewtonSecondsPerMetre(0.05));
     let observer = PassivityObserver::bearable(mass, SAMPLE_TIME);
     let bounding = EnergyBounding::of(damping);
     [
         ("no guard", None),
-        ("observer", Some(Guard::Observer(observer))),
-        ("energy bounding", Some(Guard::EnergyBounding(bounding))),
+        ("observer", Some(PassivityGuard::Observer(observer))),
+        (
+            "energy bounding",
+            Some(PassivityGuard::EnergyBounding(bounding)),
+        ),
     ]
 }
 
 /// Every limit that there is.
-pub(crate) fn whole(guard: Option<Guard>) -> Limits {
-    Limits {
+pub(crate) fn whole(guard: Option<PassivityGuard>) -> SafetyLimits {
+    SafetyLimits {
         workspace: Some(Workspace {
             low: Metres(-0.05),
             high: Metres(0.05),
             soft: Metres(0.01),
         }),
         guard,
-        ..Limits::default()
+        ..SafetyLimits::default()
     }
 }
 

@@ -5,7 +5,7 @@
 use boards::{RETAINED, chip, serve};
 use core::panic::PanicInfo;
 use cortex_m_rt::entry;
-use haptic_board::{Image, Parts, Place, Ticker, TickerSlot, image, power_up};
+use haptic_board::{DeviceMemory, Image, Parts, Ticker, TickerSlot, image, power_up};
 
 static IMAGE: Image = image!(chip::NAME, [0, 1, 0]);
 
@@ -13,7 +13,7 @@ static TICKER: TickerSlot<chip::Board, chip::Timer> = TickerSlot::empty();
 
 #[entry]
 fn main() -> ! {
-    static mut PLACE: Place<chip::Board> = Place::new();
+    static mut PLACE: DeviceMemory<chip::Board> = DeviceMemory::new();
 
     let Parts {
         hardware,

@@ -8,7 +8,7 @@ mod support;
 use boards::{RETAINED, chip};
 use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m_rt::{entry, exception};
-use haptic_board::{Place, Shared, TickTimer, Ticker, TickerSlot, power_up};
+use haptic_board::{DeviceMemory, Shared, TickTimer, Ticker, TickerSlot, power_up};
 use haptic_link::State;
 use haptic_loop::Fault;
 use haptic_remote::{Exclusive, Hardware as _, SimulatedPlant, prepare};
@@ -67,7 +67,8 @@ fn set_period(device: &Shared<SimulatedPlant>, period_us: u32) {
 #[entry]
 fn main() -> ! {
     let board = chip::start();
-    let place = cortex_m::singleton!(: Place<SimulatedPlant> = Place::new()).expect("once");
+    let place =
+        cortex_m::singleton!(: DeviceMemory<SimulatedPlant> = DeviceMemory::new()).expect("once");
     let (device, _) = power_up(place, board.hardware, [1, 2, 3], RETAINED.take()).expect("a board");
     TICKER.put(Ticker::new(device, Slow(board.timer), &RETAINED));
     let overruns = || device.with(|device| device.statistics().overruns);

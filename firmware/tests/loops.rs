@@ -4,7 +4,7 @@ use core::fmt;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use fracdiff::{Real, Seconds};
 use fractional_control::{
-    Actuator, Controller, FractionalPid, Memory, PidParameters, Rule, SetPoint,
+    Actuator, Controller, FractionalPid, PidParameters, PowerMemory, Rule, SetPoint,
 };
 
 const T: Seconds = Seconds(1e-3);
@@ -22,7 +22,7 @@ pub(crate) fn pid<F: Real>(rule: Rule, tolerance: f64) -> FractionalPid<F, 48> {
         derivative: 12.0,
         derivative_order: 0.9,
     };
-    let memory = Memory::new(rule, tolerance, 200.0).expect("200 s");
+    let memory = PowerMemory::new(rule, tolerance, 200.0).expect("200 s");
     let actuator = Actuator::new(-2.0, 2.0).expect("limits");
     FractionalPid::new(gains, SetPoint::DEFAULT, actuator, memory, T).expect("48 modes are enough")
 }

@@ -2,7 +2,9 @@
 //! messages or of the log: `cargo run --example seeds`.
 #![forbid(unsafe_code)]
 
-use haptic_link::{Batch, BatchItem, FRAME_MAX, Header, Report, Request, Sample, encode};
+use haptic_link::{
+    BatchItem, DeviceReport, FRAME_MAX, Header, Request, Sample, SampleBatch, encode,
+};
 use haptic_log::record::{EventMessage, LogWriter, TickMessage};
 use std::error::Error;
 use std::fs;
@@ -52,7 +54,7 @@ fn frames() -> Done {
     let length = encode(&hello, Header::from_host(0, 0), &mut line).map_err(|e| e.to_string())?;
     write("frame", "request", &line[..length])?;
     let item = BatchItem::default();
-    let sample = Report::Sample(Sample {
+    let sample = DeviceReport::Sample(Sample {
         axes: [item].into_iter().collect(),
         ..Sample::default()
     });
@@ -65,7 +67,7 @@ fn frames() -> Done {
     };
     let length = encode(&force, Header::from_host(1, 1), &mut line).map_err(|e| e.to_string())?;
     write("frame", "force", &line[..length])?;
-    let batch = Report::Batch(Batch {
+    let batch = DeviceReport::Batch(SampleBatch {
         tick: 1,
         time_us: 1000,
         every: 1,

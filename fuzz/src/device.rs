@@ -3,8 +3,8 @@
 use crate::script::Step;
 use crate::witness::Witness;
 use haptic_link::{
-    CoefficientBlock, Configuration, DigestBuilder, Direction, FRAME_MAX, Header, LoopMode,
-    OperatorForm, OperatorShape, Receiver, Report, Request, Scope, Simulation, Start, State,
+    CoefficientBlock, Configuration, DeviceReport, DigestBuilder, Direction, FRAME_MAX, Header,
+    LoopMode, OperatorForm, OperatorShape, Receiver, Request, Scope, Simulation, Start, State,
     encode,
 };
 use haptic_remote::{COEFFICIENTS_MAX, DeviceSession, TickSide};
@@ -28,7 +28,7 @@ impl Serialize for Raw<'_> {
 pub struct Bench {
     device: RefCell<TickSide<Witness>>,
     session: DeviceSession,
-    from_device: Receiver<Report>,
+    from_device: Receiver<DeviceReport>,
     now_us: u64,
     sequence: u32,
     /// As the last hello was answered; frames of the fuzzer may make it another one.
@@ -200,7 +200,7 @@ impl Bench {
         if !line.is_empty() {
             let message = line.iter().find_map(|&byte| self.from_device.push(byte));
             match message {
-                Some((_, Report::Hello(hello))) => self.connection = hello.connection,
+                Some((_, DeviceReport::Hello(hello))) => self.connection = hello.connection,
                 Some(_) => {}
                 None => panic!("no message: {line:?}"),
             }

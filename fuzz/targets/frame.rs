@@ -5,8 +5,8 @@
 
 use fractional_haptics_fuzz as _;
 use haptic_link::{
-    Direction, FRAME_MAX, LineCounters, Receiver, Report, Request, RequestTracker, SequenceTracker,
-    encode,
+    DeviceReport, Direction, FRAME_MAX, LineCounters, Receiver, Request, RequestTracker,
+    SequenceTracker, encode,
 };
 use libfuzzer_sys::fuzz_target;
 use serde::Serialize;
@@ -46,5 +46,5 @@ fn receive<M: Serialize + DeserializeOwned + Debug>(bytes: &[u8], direction: Dir
 
 fuzz_target!(|bytes: &[u8]| {
     receive::<Request>(bytes, Direction::FromHost);
-    receive::<Report>(bytes, Direction::FromDevice);
+    receive::<DeviceReport>(bytes, Direction::FromDevice);
 });

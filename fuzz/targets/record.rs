@@ -3,7 +3,7 @@
 #![forbid(unsafe_code)]
 
 use fractional_haptics_fuzz as _;
-use haptic_tissue::identify::{IdentifyError, Reading, RecordKind};
+use haptic_tissue::identify::{IdentifyError, RecordKind, TableDetails};
 use libfuzzer_sys::fuzz_target;
 use measured_table::{Reader, read_table};
 
@@ -27,7 +27,7 @@ fuzz_target!(|bytes: &[u8]| {
     let record = table
         .and_then(|table| Reader::default().read(table))
         .map_err(IdentifyError::from)
-        .and_then(|columns| Reading::default().record(columns));
+        .and_then(|columns| TableDetails::default().record(columns));
     match record {
         Ok(understood) => {
             let record = understood.record;

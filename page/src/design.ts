@@ -8,6 +8,7 @@ import { chosen, el, say } from "./dom";
 import { number, plain, quantity } from "./format";
 import { Knob, type KnobOptions } from "./knob";
 import { POINTS, RegionMap } from "./map";
+import { prediction } from "./prediction";
 import type { Judged } from "./protocol";
 import { save } from "./save";
 import { DESIGN_ENDS, OPERATORS, type Design, type State } from "./state";
@@ -44,6 +45,7 @@ export class DesignView implements ViewPart {
   private readonly map: RegionMap;
   private readonly verdict = el("p", { class: "verdict", role: "status" });
   private readonly figures = el("dl", { class: "figures" });
+  private readonly felt = el("p", { class: "hint" });
   private readonly stiffness: Chart;
   private readonly damping: Chart;
   private readonly panel: Panel;
@@ -93,7 +95,7 @@ export class DesignView implements ViewPart {
         el("div", { class: "buttons" }, use, file),
       ),
       el("section", { class: "card region" }, el("h2", {}, "Drag the point, or use the arrow keys"), this.map.root as unknown as HTMLElement, this.verdict),
-      el("section", { class: "card margins" }, el("h2", {}, "Margins"), this.figures),
+      el("section", { class: "card margins" }, el("h2", {}, "Margins"), this.figures, this.felt),
       el("section", { class: "card curves" }, el("h2", {}, "Effective stiffness, N/m"), legend(CURVES).root, this.stiffness.root, el("h2", {}, "Effective damping, N·s/m"), this.damping.root),
     );
   }
@@ -152,6 +154,7 @@ export class DesignView implements ViewPart {
       ["passive from b =", judged.required_damping, "damping of the device that passivity asks for"],
       ["force noise", quantity(judged.force_noise_n, "N"), "rms"],
     ];
+    say(this.felt, prediction(judged.hand));
     this.figures.replaceChildren(...rows.flatMap(([name, value, help]) => [el("dt", { title: help }, name), el("dd", {}, value)]));
   }
 

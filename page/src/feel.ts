@@ -1,6 +1,7 @@
 // Feel: what does this tissue feel like?
 
 import type { App, ViewPart } from "./app";
+import { Compare } from "./compare";
 import { latest } from "./connection";
 import { Demonstration } from "./demonstration";
 import { el } from "./dom";
@@ -17,6 +18,7 @@ export class FeelView implements ViewPart {
   private readonly scene: Scene;
   private readonly charts: FeelCharts;
   private readonly controls: FeelControls;
+  private readonly compare: Compare;
   private readonly safety: Safety;
   private readonly demonstration: Demonstration;
   private readonly surface: Surface;
@@ -35,12 +37,13 @@ export class FeelView implements ViewPart {
     });
     this.charts = new FeelCharts(app);
     this.controls = new FeelControls(app);
+    this.compare = new Compare(app, () => this.demonstration.end());
     this.safety = new Safety(app);
     const heading = el("h2", {}, "Push the tissue: drag the probe, or use the arrow keys");
     this.root = el(
       "div",
       { class: "view feel" },
-      el("div", { class: "left" }, el("section", { class: "card" }, heading, this.scene.root, this.hint), el("section", { class: "card", "aria-label": "Tissue" }, this.controls.root)),
+      el("div", { class: "left" }, el("section", { class: "card" }, heading, this.scene.root, this.hint), el("section", { class: "card", "aria-label": "Tissue" }, this.controls.root, this.compare.root)),
       el("div", { class: "right" }, this.charts.force, this.charts.motion, this.safety.root),
     );
     requestAnimationFrame((now) => this.tick(now));
@@ -87,6 +90,9 @@ export class FeelView implements ViewPart {
   private told(status: Status, felt: boolean): void {
     this.scene.notice = status.fault ? "stopped by a fault" : status.stopped ? "stopped" : status.paused ? "paused" : "";
     if (status.stopped) this.scene.letGo();
+    this.compare.show(status.compare ?? null);
+    // The charts would tell the walls apart.
+    this.root.classList.toggle("blind", status.compare?.running ?? false);
     if (felt && status.controls && !status.stopped && !status.paused) this.demonstration.begin(performance.now());
     else this.demonstration.rest();
   }

@@ -85,6 +85,11 @@ export interface Walls {
   passive_walls: [number, number][];
 }
 
+/** The largest difference of a wall from the best spring and damper that a hand should feel; just noticed at 1. */
+export type Noticed =
+  | { difference: number; felt: boolean; frequency_hz: number; part: string; best_stiffness_n_per_m: number; best_damping_n_s_per_m: number }
+  | { reason: string };
+
 /** A wall on a device, judged; null where there is none of a number. */
 export interface Judged extends Walls {
   stable: boolean;
@@ -106,6 +111,7 @@ export interface Judged extends Walls {
   force_noise_n: number;
   /** Frequency, effective stiffness and damping of the wall alone, and both as felt through the device. */
   curves: [number, number, number, number, number][];
+  hand: Noticed;
 }
 
 export interface Hello {
@@ -123,6 +129,20 @@ export interface Hello {
   device?: Device;
   view_columns_most: number;
   runs_folder: string;
+}
+
+/** Two walls that are compared, or were; nothing of their order. */
+export interface Compared {
+  running: boolean;
+  /** Trials that were answered. */
+  trial: number;
+  trials: number;
+  /** The wall of this trial that was asked for: 0, 1 or 2. */
+  wall: number;
+  touched: boolean;
+  /** Right answers; null before the end. */
+  right: number | null;
+  table: string;
 }
 
 /** Without a loop there is only what a socket knows. */
@@ -143,6 +163,7 @@ export interface Status {
   paused?: boolean;
   running: boolean;
   recording?: string | null;
+  compare?: Compared | null;
   watching: number;
   controls: boolean;
   samples_made?: number;

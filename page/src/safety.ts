@@ -5,6 +5,7 @@ import { latest, type Panel } from "./connection";
 import { el, say } from "./dom";
 import { number } from "./format";
 import { POINTS, RegionMap } from "./map";
+import { prediction } from "./prediction";
 import type { Feel, Judged, Verdict } from "./protocol";
 
 /** The server's verdict in a few words. */
@@ -17,13 +18,14 @@ export class Safety {
   private readonly said = el("span");
   private readonly map = new RegionMap({ name: "Stable and passive walls on this device", axes: false });
   private readonly hint = el("p", { class: "hint" });
+  private readonly felt = el("p", { class: "hint" });
   private readonly panel: Panel;
   /** Shows what is felt. */
   readonly show: (feel: Feel) => void;
 
   constructor(private readonly app: App) {
     this.panel = app.connection.panel("safety");
-    this.root = el("section", { class: "card" }, el("h2", {}, "Is it safe? ", this.said), this.map.root as unknown as HTMLElement, this.hint);
+    this.root = el("section", { class: "card" }, el("h2", {}, "Is it safe? ", this.said), this.map.root as unknown as HTMLElement, this.hint, this.felt);
     const draw = latest((feel: Feel) => this.draw(feel), (error) => app.notify(error.message));
     this.show = (feel) => {
       say(this.said, sentence(feel.verdict));
@@ -31,6 +33,7 @@ export class Safety {
       if (feel.order_free) draw(feel);
       else {
         this.map.hide();
+        say(this.felt, "");
         say(this.hint, "This law has more elements than a map has axes: no map is drawn.");
       }
     };
@@ -45,11 +48,12 @@ export class Safety {
       mass_kg: verdict.mass_kg, damping_n_s_per_m: verdict.damping_n_s_per_m, hand_stiffness_n_per_m: verdict.hand_stiffness_n_per_m,
       delay_s: verdict.delay_s, current_lag_s: verdict.current_lag_s,
     };
-    const wall = { ...device, stiffness_n_per_m: stiffness, dissipation_n_s_mu_per_m: dissipation, position_noise_m: 0, points: POINTS };
+    const wall = { ...device, stiffness_n_per_m: stiffness, dissipation_n_s_mu_per_m: dissipation, position_noise_m: 0, points: POINTS, device_damping_n_s_per_m: feel.damping_n_s_per_m };
     const judged = await this.panel.ask<Judged>({ wall });
     // Another law may have come meanwhile.
     if (judged === null || this.app.state.felt !== feel) return;
     this.map.show(judged, JSON.stringify(device), dissipation, stiffness, sentence(verdict));
     say(this.hint, `Contact that never pulls, as here, is not proved. Every motion of contact that may pull: ${judged.pulling_contact}`);
+    say(this.felt, prediction(judged.hand));
   }
 }

@@ -167,6 +167,7 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
   const marks = [];
   const tables = [];
   let recording = null;
+  let compared = null;
   const runs = [makeRun("relax-0001", "relax", 0.2), makeRun("wall-0002", "wall", 0.5), makeTouch("touch-0001")];
 
   const server = createServer((request, response) => {
@@ -283,6 +284,22 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
       case "stop":
         if (loop) [loop.stopped, loop.held] = [true, false];
         if (running) finish("stopped");
+        return {};
+      case "compare.start":
+        controls(page);
+        compared = { running: true, trial: 0, trials: message.trials, wall: 0, touched: true, right: null, table: "compare-0001/compare.csv" };
+        return {};
+      case "compare.feel":
+        if (compared.wall > 0 && !compared.touched) throw new Error(`wall ${compared.wall} was not touched yet: press it first`);
+        Object.assign(compared, { wall: compared.wall + 1, touched: false });
+        return {};
+      case "compare.answer":
+        if (compared.wall < 2) throw new Error("an answer before both walls were felt: send `compare.feel`");
+        Object.assign(compared, { trial: compared.trial + 1, wall: 0, touched: true });
+        if (compared.trial === compared.trials) Object.assign(compared, { running: false, right: 1 });
+        return {};
+      case "compare.end":
+        Object.assign(compared, { running: false, right: 0 });
         return {};
       case "arm":
         controls(page);
@@ -408,13 +425,14 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
     }
   }, 16);
   const status = setInterval(() => {
+    if (compared && loop?.position > 0) compared.touched = true;
     for (const page of pages) {
       page.socket.send(
         JSON.stringify({
           status: {
             tick: loop?.tick ?? 0, time_s: (loop?.tick ?? 0) * T, tick_p50_us: 0.18, tick_p999_us: 0.9, tick_max_us: 2, late: 0, skipped: 0, lost: 0, limiter: 0, limiters: [], fault: null,
             energy_j: loop?.energy ?? 0, position_m: loop?.position ?? 0, force_n: 0, armed: loop !== null && !loop.stopped, stopped: loop?.stopped ?? false, paused: loop?.paused ?? false, running: loop !== null,
-            recording, recorded: 0, watching: pages.size - 1, controls: holder === page, samples_made: loop?.tick ?? 0, samples_kept: loop?.tick ?? 0, samples_sent: 0, samples_missed: 0, picture_late_s: 0,
+            recording, compare: compared, recorded: 0, watching: pages.size - 1, controls: holder === page, samples_made: loop?.tick ?? 0, samples_kept: loop?.tick ?? 0, samples_sent: 0, samples_missed: 0, picture_late_s: 0,
           },
         }),
       );
@@ -496,6 +514,7 @@ function judgedWall({ order, stiffness_n_per_m: K, dissipation_n_s_mu_per_m: B, 
     pulling_contact_margin: stable ? 0.7 * margin : null, pulling_contact: stable ? `proved up to ${K > 0 ? "K" : "B"} = ${(0.7 * margin * (K || B)).toPrecision(4)} ${K > 0 ? "N/m" : "N·s^μ/m"}` : "unstable", delay_margin_s: stable ? 1e-3 : null, sensitivity_peak: stable ? 1.2 : null, sensitivity_peak_hz: stable ? 30 : null,
     passive: margin > 5, negative_at_rest: false, required_damping_n_s_per_m: 3.5 / margin, required_damping: `${(3.5 / margin).toPrecision(4)} N·s/m`, force_noise_n: K * noise,
     curves: Array.from({ length: 120 }, (_, n) => [0.1 * 5000 ** (n / 119), K, B, 0.9 * K, 0.9 * B]),
+    hand: { difference: 1.6, felt: true, frequency_hz: 5, part: "damping", best_stiffness_n_per_m: K, best_damping_n_s_per_m: 0.1 * B },
   };
 }
 

@@ -288,6 +288,41 @@ test("sliders and fields change the law while it runs, and the address keeps it"
   await copied.context.close();
 });
 
+test("Compare: two walls are felt blind, answered by keys, and counted at the end", async () => {
+  const { page, context, errors } = await begin({}, "#feel?order=1&K=300&B=0&m=0.065&b=3.5");
+  const card = page.locator(".compare");
+  const says = (words) => until(async () => words.test(await card.locator("[role=status]").textContent()), String(words));
+  const press = async (name) => {
+    await page.getByRole("button", { name }).focus();
+    await page.keyboard.press("Enter");
+  };
+  await page.getByText("Compare two walls, blind").click();
+  await page.getByLabel("Trials").fill("2");
+  await page.getByLabel("B is stiffer by, %").fill("50");
+  await press("Begin");
+  const charts = page.locator(".feel .right");
+  await says(/^Trial 1 of 2: ask for wall 1/);
+  await until(async () => !(await charts.isVisible()) && !(await page.getByLabel("stiffness K, with unit").isVisible()), "it is not blind");
+  await press("1 was stiffer");
+  await until(async () => /before both walls/.test(await page.locator("body").textContent()), "an answer before the walls");
+  for (const trial of [1, 2]) {
+    for (const wall of [1, 2]) {
+      await press("Next wall");
+      await page.keyboard.press("Home");
+      await says(new RegExp(`^Trial ${trial} of 2: press wall ${wall}`));
+      await until(async () => (await depth(page)) < -0.5, "the probe did not come out");
+      await page.keyboard.down("ArrowRight");
+      await says(wall === 1 ? /ask for wall 2/ : /which was stiffer/);
+      await page.keyboard.up("ArrowRight");
+    }
+    await press("2 was stiffer");
+  }
+  await says(/^[012] of 2 answers were right; the table is compare-0001\/compare.csv/);
+  assert.ok(await charts.isVisible());
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
 test("Is it safe? shows the verdict of the server, and a map of what runs or none", async () => {
   const { page, context, errors } = await begin({}, "#feel?tissue=prostate-cancerous&order=0.2247&K=0&B=173&scale=1&m=0.065&b=3.5&ghosts=none");
   const card = page.locator(".feel .right .card", { hasText: "Is it safe?" });
@@ -305,7 +340,8 @@ test("Is it safe? shows the verdict of the server, and a map of what runs or non
   await until(agrees, "another verdict than the server's");
   const map = card.locator("svg.map");
   await until(async () => ((await map.locator("path.stable").getAttribute("d")) ?? "").length > 200, "no map of a spring-pot");
-  await until(async () => /: proved up to B = /.test(await card.locator(".hint").textContent()), "nothing is said of every motion");
+  await until(async () => /: proved up to B = /.test(await card.textContent()), "nothing is said of every motion");
+  assert.match(await card.textContent(), /Prediction: a hand should (not )?tell this wall from the best spring and damper, K = .*most at [\d.]+.Hz, [\d.]+ × the least/);
   // The size of the specimen changes the margin by as much.
   const before = (await told()).margin;
   const dissipation = page.locator(".feel .knob", { hasText: "dissipation B" }).locator(".value");
@@ -315,7 +351,7 @@ test("Is it safe? shows the verdict of the server, and a map of what runs or non
     await until(async () => Math.abs((await told()).margin - before / 2) < 0.01 * before && (await agrees()), "the verdict does not follow");
     // A model of more elements: its verdict is the server's, and it has no map.
     await page.selectOption("select[aria-label='Tissue']", "fish-muscle");
-    await until(async () => !(await map.isVisible()) && (await card.locator(".hint").isVisible()) && (await agrees()), "a map of something else");
+    await until(async () => !(await map.isVisible()) && (await card.locator(".hint").first().isVisible()) && (await agrees()), "a map of something else");
     assert.match(await verdict(), /^stable, margin 19\.2 /);
   }
   assert.deepEqual(errors, []);
@@ -524,6 +560,7 @@ test("a wall of Design runs in the loop; one that is not stable is refused with 
   const { page, context, errors } = await begin({}, "#design?K=200&B=5&mu=0.5&T=0.001&m=0.065&b=3.5");
   await until(async () => (await page.locator(".design path.stable").getAttribute("d"))?.length > 200, "no region");
   assert.match(await page.locator(".design .figures").textContent(), /every motionproved up to K = /);
+  assert.match(await page.locator(".design .margins .hint").textContent(), /^Prediction: a hand should /);
   await page.locator("text=Use in the loop").click();
   await until(() => Promise.resolve(/#feel\?.*K=200&B=5/.test(page.url())), `not in the loop: ${page.url()}`);
   assert.ok(await page.locator(".feel .knob", { hasText: "stiffness K" }).isVisible());

@@ -4,7 +4,7 @@ use crate::conducted::{Interrupted, conduct};
 use crate::json::{dict, to_python};
 use crate::refused::unread;
 use haptic_log::record::{
-    Condition, Entry, EventMessage, LogFiles, MetadataRecord, RecordError, TickMessage, Value,
+    ColumnValue, Condition, Entry, EventMessage, LogFiles, MetadataRecord, RecordError, TickMessage,
 };
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -89,9 +89,9 @@ fn columns(ticks: &[TickMessage]) -> Vec<(String, Column)> {
     let values = columns.map(|column| {
         let all = ticks.iter().map(|tick| column.value(tick));
         let values = match column.value(&first) {
-            Value::Number(_) => Column::Numbers(all.map(Value::to_f64).collect()),
-            Value::Count(_) => Column::Counts(all.map(Value::to_u64).collect()),
-            Value::Bits(_) => Column::Bits(all.map(|bits| bits.to_u64() as u8).collect()),
+            ColumnValue::Number(_) => Column::Numbers(all.map(ColumnValue::to_f64).collect()),
+            ColumnValue::Count(_) => Column::Counts(all.map(ColumnValue::to_u64).collect()),
+            ColumnValue::Bits(_) => Column::Bits(all.map(|bits| bits.to_u64() as u8).collect()),
         };
         (column.name, values)
     });

@@ -1,48 +1,49 @@
-"""The example of a threshold: its simulated observer is found, and a stop loses nothing."""
+"""The examples of a threshold: their simulated observer is found, and a stop loses nothing."""
 
 import csv
-import importlib.util
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
+from felt_threshold import Quest
+from two_interval import Observer, measure
 
 from fractional_haptics import log
 
 pytestmark = pytest.mark.filterwarnings("ignore::Warning")
 
-EXAMPLE = Path(__file__).parent.parent / "examples" / "felt_threshold.py"
-THRESHOLD = 0.1
+THRESHOLD, SLOPE = 0.1, 2.5
 SHARED = ("trial", "catch", "difference", "stiffer", "answer", "correct")
-
-
-@pytest.fixture(scope="module")
-def example():
-    spec = importlib.util.spec_from_file_location("felt_threshold", EXAMPLE)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def rows(subject: str) -> list[dict[str, str]]:
     return list(csv.DictReader(Path(f"{subject}.csv").open(newline="")))
 
 
-def test_the_threshold_of_an_observer_is_within_its_own_interval(example, tmp_path, monkeypatch) -> None:
+def test_the_threshold_of_an_observer_is_within_its_own_interval(tmp_path, monkeypatch) -> None:
     """`CAMPAIGN_CASES` sets how many seeds, 3 by default: nine in ten of 20 have to be."""
     monkeypatch.chdir(tmp_path)
     seeds = int(os.environ.get("CAMPAIGN_CASES", 3))
     within = 0
     for seed in range(seeds):
-        observer = example.Observer(THRESHOLD, slope=2.5, seed=seed)
-        found = example.measure(f"s{seed}", seed, observer)
-        middle, low, high = example.interval(found)
+        quest = Quest()
+        measure(f"s{seed}", seed, Observer(THRESHOLD, SLOPE, seed), quest)
+        middle, low, high = quest.interval()
         print(f"seed {seed}: {middle:.3f} in [{low:.3f}, {high:.3f}]")
         within += low <= THRESHOLD <= high
         # It says something at all.
         assert high / low < 6
     assert within >= 0.9 * seeds - 0.7, f"{within} of {seeds}"
+
+
+def test_a_staircase_of_psychopy_is_that_of_its_observer_and_goes_on_after_a_stop() -> None:
+    """In a process of its own: PsychoPy sets a timeout for every socket of its process, and puts paths into `sys.path` that mypy refuses."""
+    checks = Path(__file__).with_name("staircase_checks.py")
+    arguments = ["-m", "pytest", "--quiet", "-p", "no:cacheprovider", "-W", "ignore", str(checks)]
+    ended = subprocess.run([sys.executable, *arguments], cwd=checks.parent, capture_output=True, text=True)
+    assert ended.returncode == 0, ended.stdout + ended.stderr
 
 
 class Sharp:
@@ -59,13 +60,17 @@ class Sharp:
         return 1 if first > second else 2
 
 
-def test_what_was_stopped_goes_on_with_the_same_trials_and_each_row_is_in_its_log(example, tmp_path, monkeypatch) -> None:
+def test_what_was_stopped_goes_on_with_the_same_trials_and_each_row_is_in_its_log(tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
-    example.measure("whole", 4, Sharp(-1), trials=12)
+    stopped_goes_on(Quest)
+
+
+def stopped_goes_on(method) -> None:
+    measure("whole", 4, Sharp(-1), method(), trials=12)
     with pytest.raises(KeyboardInterrupt):
-        example.measure("stopped", 4, Sharp(5), trials=12)
+        measure("stopped", 4, Sharp(5), method(), trials=12)
     assert len(rows("stopped")) == 5
-    example.measure("stopped", 4, Sharp(-1), trials=12)
+    measure("stopped", 4, Sharp(-1), method(), trials=12)
     assert [[row[key] for key in SHARED] for row in rows("whole")] == [[row[key] for key in SHARED] for row in rows("stopped")]
     assert {row["log"] for row in rows("stopped")} == {"stopped-1.mcap", "stopped-2.mcap"}
     # The order is blind, and one in ten is a catch trial.

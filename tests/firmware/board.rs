@@ -2,7 +2,7 @@
 
 use super::image::Qemu;
 use haptic_link::{EventKind, Sample};
-use haptic_remote::serial::{ConnectOptions, Heard, SerialError, SerialLink};
+use haptic_remote::serial::{ConnectOptions, DeviceMessage, SerialError, SerialLink};
 use std::io::Write as _;
 use std::os::unix::net::UnixStream;
 use std::path::Path;
@@ -91,9 +91,11 @@ pub(crate) fn samples(link: &mut SerialLink) -> Vec<Sample> {
     let mut samples: Vec<Sample> = Vec::new();
     loop {
         match link.hear(PATIENCE) {
-            Some(Heard::Sample(sample)) => samples.push(sample),
-            Some(Heard::Event(event)) if event.kind == EventKind::Finished => return samples,
-            Some(Heard::Event(_)) => {}
+            Some(DeviceMessage::Sample(sample)) => samples.push(sample),
+            Some(DeviceMessage::Event(event)) if event.kind == EventKind::Finished => {
+                return samples;
+            }
+            Some(DeviceMessage::Event(_)) => {}
             other => panic!("after {} samples: {other:?}", samples.len()),
         }
     }

@@ -28,7 +28,8 @@ mod template;
 use board::{Emulator, samples};
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_link::{
-    Configuration, Limits, OperatorShape, Report, Request, Simulation, SimulationKind, Start, State,
+    Configuration, DeviceReport, Limits, OperatorShape, Request, Simulation, SimulationKind, Start,
+    State,
 };
 use haptic_remote::operator_shape;
 use haptic_remote::serial::SerialLink;
@@ -220,7 +221,7 @@ fn configuration(operator: OperatorShape, kind: SimulationKind) -> Configuration
 
 /// What a board says of itself.
 fn introduces_itself(link: &SerialLink, digest: u32) {
-    let Ok(Report::Keys(keys)) = link.ask(Request::GetKeys) else {
+    let Ok(DeviceReport::Keys(keys)) = link.ask(Request::GetKeys) else {
         panic!("keys");
     };
     // Those of one axis, and no others: there is no room for a message that nobody sends.

@@ -1,6 +1,6 @@
 //! Rules that are read from the text of files: sources of another crate, tests that nobody runs, lines twice, idioms in comments.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The files of Rust below a folder, with their texts; builds are left out.
@@ -119,6 +119,33 @@ fn a_test_that_is_left_out_is_done_elsewhere() {
 }
 
 /// A merge leaves lines twice, and nobody reads them twice.
+/// A reader of two crates should not have to ask which one is meant.
+#[test]
+fn no_two_public_types_of_sister_crates_share_a_name() {
+    // The trait of a control law, and the environment behind a safety chain: both are what their field calls so.
+    const SHARED: [&str; 1] = ["Controller"];
+    let mut owners = BTreeMap::<String, BTreeSet<String>>::new();
+    for (name, folder) in super::crates() {
+        let mut sources = Vec::new();
+        files(&folder.join("src"), &mut sources);
+        for (path, text) in sources {
+            for line in product(&path, &text) {
+                let ends = |letter: char| !letter.is_alphanumeric();
+                let kinds = ["pub struct ", "pub enum ", "pub trait ", "pub type "];
+                let kind = kinds.iter().find_map(|kind| line.strip_prefix(kind));
+                let typed = kind.and_then(|rest| rest.split(ends).next());
+                // The name of a macro's type is its argument.
+                if let Some(typed) = typed.filter(|typed| !typed.is_empty()) {
+                    let crates = owners.entry(typed.to_owned()).or_default();
+                    crates.insert(name.clone());
+                }
+            }
+        }
+    }
+    owners.retain(|typed, crates| crates.len() > 1 && !SHARED.contains(&typed.as_str()));
+    assert!(owners.is_empty(), "{owners:?}");
+}
+
 #[test]
 fn no_line_of_the_changelog_stands_twice() {
     let text = std::fs::read_to_string(crate::root().join("CHANGELOG.md")).expect("a changelog");

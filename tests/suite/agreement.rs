@@ -5,7 +5,7 @@
 
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{
-    CoupledLoop, CoupledObject, Coupler, Dynamics, Environment, LoopOperator, SampledLoop,
+    CoupledLoop, CoupledObject, Coupler, Dynamics, LoopOperator, SampledLoop, SampledWall,
 };
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{
@@ -157,10 +157,10 @@ impl Case for WallCase {
 
 impl WallCase {
     /// α and β are `gain` times the direction.
-    fn wall(&self, gain: f64) -> Environment {
+    fn wall(&self, gain: f64) -> SampledWall {
         let m = self.device.mass_kg;
         let [alpha, beta] = self.direction;
-        Environment {
+        SampledWall {
             stiffness_n_per_m: gain * alpha * m / (T.0 * T.0),
             dissipation_n_s_mu_per_m: gain * beta * m / T.0.powf(2.0 - self.order.get()),
             order: self.order,

@@ -4,7 +4,7 @@ use crate::{BATCH, Bench, RUNS, SAMPLES, T, sample};
 use cpu_time::ThreadTime;
 use fracdiff::{Order, Scheme, Seconds};
 use fractional_control::{
-    Actuator, Controller, FractionalPid, Memory, PidParameters, Rule, SetPoint,
+    Actuator, Controller, FractionalPid, PidParameters, PowerMemory, Rule, SetPoint,
 };
 use haptic_analysis::{LoopOperator, Nondimensional, SampledLoop, SampledPlant, StabilityRegion};
 use std::error::Error;
@@ -27,7 +27,7 @@ pub(crate) fn controllers(bench: &Bench) -> Outcome {
             derivative: 0.3,
             derivative_order: orders[1],
         };
-        let memory = Memory::new(rule, tolerance, 200.0)?.fewest_modes();
+        let memory = PowerMemory::new(rule, tolerance, 200.0)?.fewest_modes();
         let actuator = Actuator::new(-3.0, 3.0)?;
         let pid =
             FractionalPid::<f64, 48>::new(gains, SetPoint::DEFAULT, actuator, memory, Seconds(T))?;

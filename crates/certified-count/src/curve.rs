@@ -13,7 +13,7 @@ const HALVINGS: u32 = 60;
 
 /// F at a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
+pub struct NodeValue {
     /// The angle θ, rad, of the node.
     pub theta: f64,
     /// F there, off by no more than `noise`.
@@ -28,7 +28,7 @@ pub struct Sample {
 ///
 /// ```
 /// use certified_count::num_complex::Complex;
-/// use certified_count::{Curve, Place, Sample};
+/// use certified_count::{Curve, Place, NodeValue};
 ///
 /// /// 1 − cw.
 /// struct Linear(f64);
@@ -43,9 +43,9 @@ pub struct Sample {
 ///     fn span(&self, a: &Place, b: &Place) -> f64 {
 ///         b.theta - a.theta
 ///     }
-///     fn sample(&self, node: &Place) -> Sample {
+///     fn sample(&self, node: &Place) -> NodeValue {
 ///         let value = 1.0 - node.w * self.0;
-///         Sample { theta: node.theta, value, size: value.norm(), noise: 1e-9 }
+///         NodeValue { theta: node.theta, value, size: value.norm(), noise: 1e-9 }
 ///     }
 ///     fn path(&self, _: &Place, _: &Place, width: &f64) -> f64 {
 ///         self.0.abs() * width
@@ -71,7 +71,7 @@ pub trait Curve {
     fn span(&self, a: &Self::Node, b: &Self::Node) -> Self::Span;
 
     /// F at a node.
-    fn sample(&self, node: &Self::Node) -> Sample;
+    fn sample(&self, node: &Self::Node) -> NodeValue;
 
     /// A bound of the length of F's path between two nodes.
     fn path(&self, a: &Self::Node, b: &Self::Node, span: &Self::Span) -> f64;
@@ -115,7 +115,7 @@ struct Walk<'a, C> {
 }
 
 impl<C: Curve> Walk<'_, C> {
-    fn sample(&mut self, node: &C::Node) -> Sample {
+    fn sample(&mut self, node: &C::Node) -> NodeValue {
         let sample = self.curve.sample(node);
         self.winding.meets(sample.size, sample.theta);
         let clear = sample.value.norm() - sample.noise;
@@ -125,8 +125,8 @@ impl<C: Curve> Walk<'_, C> {
 
     fn advance(
         &mut self,
-        a: (&C::Node, Sample),
-        b: (&C::Node, Sample),
+        a: (&C::Node, NodeValue),
+        b: (&C::Node, NodeValue),
         span: &C::Span,
         depth: u32,
     ) {

@@ -29,7 +29,7 @@ impl AtAngle {
 
 /// A and B of a loop at an angle: L is their ratio, F their sum.
 #[derive(Clone, Copy, Debug)]
-pub struct Terms<N> {
+pub struct LoopTerms<N> {
     /// The angle θ, rad.
     pub theta: f64,
     /// A, and then B.
@@ -56,7 +56,7 @@ impl Peak {
     }
 }
 
-impl<N> Terms<N> {
+impl<N> LoopTerms<N> {
     /// L; infinite at a pole on the circle.
     #[must_use]
     pub fn gain(&self) -> Complex<f64> {
@@ -119,15 +119,15 @@ pub trait OpenLoop {
     type Node: Copy;
 
     /// A and B at an angle.
-    fn terms(&self, theta: f64) -> Terms<Self::Node>;
+    fn terms(&self, theta: f64) -> LoopTerms<Self::Node>;
 
     /// A and B at an angle with derivatives that tell a rise from a fall, where those of [`terms`](Self::terms) are not numbers.
-    fn sloped(&self, theta: f64) -> Terms<Self::Node> {
+    fn sloped(&self, theta: f64) -> LoopTerms<Self::Node> {
         self.terms(theta)
     }
 
     /// Bounds of A and of B between two angles.
-    fn bounds(&self, a: &Terms<Self::Node>, b: &Terms<Self::Node>) -> [Bounds; 2];
+    fn bounds(&self, a: &LoopTerms<Self::Node>, b: &LoopTerms<Self::Node>) -> [Bounds; 2];
 
     /// Crossings nearer to rest than this are not looked for, rad/sample.
     fn least(&self) -> f64;
@@ -199,10 +199,10 @@ pub trait OpenLoop {
 fn zeros<L: OpenLoop + ?Sized>(open: &L, function: &Real) -> Vec<f64> {
     let mut found = Vec::new();
     let mut todo = vec![(open.terms(open.least()), open.terms(PI))];
-    let value = |terms: &Terms<L::Node>| (function.of)(&terms.parts)[0];
+    let value = |terms: &LoopTerms<L::Node>| (function.of)(&terms.parts)[0];
     let noise = open.noise();
     let is_noise =
-        |terms: &Terms<L::Node>| value(terms).abs() < noise * (function.size)(&terms.parts);
+        |terms: &LoopTerms<L::Node>| value(terms).abs() < noise * (function.size)(&terms.parts);
     for _ in 0..LOOKS {
         let Some((a, b)) = todo.pop() else {
             break;
@@ -240,7 +240,7 @@ fn zeros<L: OpenLoop + ?Sized>(open: &L, function: &Real) -> Vec<f64> {
 fn improve<L: OpenLoop + ?Sized>(
     open: &L,
     peak: Peak,
-    sample: &Terms<L::Node>,
+    sample: &LoopTerms<L::Node>,
     [low, high]: [f64; 2],
 ) -> AtAngle {
     let theta = bisect(low, high, |theta| open.sloped(theta).climb(peak) > 0.0);
@@ -257,8 +257,8 @@ fn improve<L: OpenLoop + ?Sized>(
 fn stays_below<L: OpenLoop + ?Sized>(
     open: &L,
     peak: Peak,
-    a: &Terms<L::Node>,
-    b: &Terms<L::Node>,
+    a: &LoopTerms<L::Node>,
+    b: &LoopTerms<L::Node>,
     most: f64,
 ) -> bool {
     let bounds = open.bounds(a, b);
@@ -268,7 +268,7 @@ fn stays_below<L: OpenLoop + ?Sized>(
         return true;
     }
     let bend = most * most * whole.times(whole).bend + part.times(part).bend;
-    let room = |terms: &Terms<L::Node>| {
+    let room = |terms: &LoopTerms<L::Node>| {
         let part = peak.of(terms.parts).value;
         most * most * terms.sum().value.norm_sqr() - part.norm_sqr()
     };

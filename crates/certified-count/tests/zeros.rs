@@ -1,7 +1,7 @@
 //! Both walks against products of factors whose zeros are known.
 
 use certified_count::num_complex::Complex;
-use certified_count::{Curve, Enclosed, Place, Sample, count, is_clear};
+use certified_count::{Curve, Enclosed, NodeValue, Place, count, is_clear};
 
 /// `Π(1 − c_k w)` with its zeros at `1/c_k`.
 struct Factors(Vec<f64>);
@@ -44,9 +44,9 @@ impl Curve for Factors {
         most * rate * (b.theta - a.theta)
     }
 
-    fn sample(&self, node: &Place) -> Sample {
+    fn sample(&self, node: &Place) -> NodeValue {
         let value = self.value(node.w);
-        Sample {
+        NodeValue {
             theta: node.theta,
             value,
             size: value.norm(),

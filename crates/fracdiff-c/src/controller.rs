@@ -3,7 +3,7 @@
 //! `@` stands for the name, `real` for the number type and words in capitals for what differs, as in the code of an operator.
 
 use crate::error::HeaderError;
-use crate::header::{Header, Operator};
+use crate::header::{CHeader, Operator};
 use crate::number::{CNumber, filled, literal};
 use fracdiff::OperatorList;
 use fractional_control::{
@@ -44,7 +44,7 @@ struct Parameter {
     is_gain: bool,
 }
 
-impl Header {
+impl CHeader {
     /// A controller as `fractional-control` runs it, in `float` or `double`:
     ///
     /// ```text

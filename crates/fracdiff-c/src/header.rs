@@ -21,18 +21,18 @@ use std::fmt;
 ///
 /// ```
 /// use fracdiff::{Operator, Order, Scheme, Seconds};
-/// use fracdiff_c::Header;
+/// use fracdiff_c::CHeader;
 ///
 /// let scheme: Scheme = "grunwald:3".parse()?;
 /// let slope: Operator<f32> = scheme.build(Order::new(1.0)?, Seconds(1e-3), 1e3)?;
 /// let list = slope.list().ok_or("a scheme without a list")?;
-/// let header = Header::new("slope", &list, None, &[])?.to_string();
+/// let header = CHeader::new("slope", &list, None, &[])?.to_string();
 /// assert!(header.contains("static inline float slope_step(slope_t *self, float x)"));
-/// assert!(Header::new("2nd", &list, None, &[]).is_err());
+/// assert!(CHeader::new("2nd", &list, None, &[]).is_err());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Header(String);
+pub struct CHeader(String);
 
 /// A spring and a fractional damper, as of a piece of tissue.
 ///
@@ -45,7 +45,7 @@ pub struct Header(String);
 /// e(x) = x·(c₀ + c₁u + … + c₅u⁵)·(exp(qx) − 1)/(qx),        u = √(x/s)
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Law {
+pub struct WallLaw {
     /// K, finite and at least 0, in newtons for each unit of x.
     pub stiffness: f64,
     /// B, finite and at least 0, in newtons for each unit of y.
@@ -54,12 +54,12 @@ pub struct Law {
     pub depth_map: Option<[f64; 8]>,
 }
 
-impl Header {
+impl CHeader {
     /// - `name`: begins all names in the header; a C identifier of 24 characters at most.
     /// - `list`: the operator, as [`Operator::list`](fracdiff::Operator::list) gives it, in `float` or `double`.
     /// - `notes`: lines for the comment at its head: what it is, its error, how it was made.
     ///
-    /// With a [`Law`] the header has that of a spring and this operator too, as `haptic-loop` renders it:
+    /// With a [`WallLaw`] the header has that of a spring and this operator too, as `haptic-loop` renders it:
     ///
     /// ```text
     /// real NAME_force(const NAME_t *self, real x)       −(K·x + B·y[n]), then NAME_advance(self, x)
@@ -74,11 +74,11 @@ impl Header {
     pub fn new<F: CNumber>(
         name: &str,
         list: &OperatorList<F>,
-        law: Option<&Law>,
+        law: Option<&WallLaw>,
         notes: &[String],
     ) -> Result<Self, HeaderError> {
         let operator = Operator::new(list)?;
-        let law = law.map_or(Ok(String::new()), Law::functions::<F>)?;
+        let law = law.map_or(Ok(String::new()), WallLaw::functions::<F>)?;
         let head = format!("a fractional operator, {}.", operator.words);
         Self::assembled::<F>(name, &head, notes, USE, &(operator.code + &law))
     }
@@ -150,7 +150,7 @@ fn plain(core: Core, integer: i8) -> Operator {
     }
 }
 
-impl fmt::Display for Header {
+impl fmt::Display for CHeader {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0)
     }
@@ -521,7 +521,7 @@ fn depth_map<F: CNumber>(numbers: &[f64; 8]) -> Result<String, HeaderError> {
     Ok(text)
 }
 
-impl Law {
+impl WallLaw {
     fn functions<F: CNumber>(&self) -> Result<String, HeaderError> {
         let number = |value: f64| {
             let rounded = F::from_f64(value);

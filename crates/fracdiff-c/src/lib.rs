@@ -8,5 +8,5 @@ mod header;
 mod number;
 
 pub use error::HeaderError;
-pub use header::{Header, Law};
+pub use header::{CHeader, WallLaw};
 pub use number::CNumber;

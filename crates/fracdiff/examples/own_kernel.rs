@@ -7,7 +7,7 @@
 //! ```
 //! The weights of D^μ are a sum of decaying modes; tempering makes every one of them faster by λ.
 
-use fracdiff::full_memory::{Design, FullMemory, Kernel, Mode};
+use fracdiff::full_memory::{DecayingMode, Design, FullMemory, Kernel};
 use fracdiff::{Channel, Order, Seconds, grunwald_weight};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -16,10 +16,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let lambda = sample_time.0 / 10.0;
 
     let plain = Design::<16, 40>::closed_form(Kernel::Grunwald, order, 1e-6, 1e5)?;
-    let tempered: Vec<Mode> = plain
+    let tempered: Vec<DecayingMode> = plain
         .modes()
         .iter()
-        .map(|mode| Mode {
+        .map(|mode| DecayingMode {
             rate: mode.rate + lambda,
             ..*mode
         })

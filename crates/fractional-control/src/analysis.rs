@@ -3,7 +3,7 @@
 use crate::verdict::Judged;
 use crate::{
     ControlError, ControllerParameters, ControllerSetup, Crossing, FractionalTransferFunction,
-    Margins, Plant, SampledLoop, StabilityVerdict,
+    Margins, Plant, SampledControlLoop, StabilityVerdict,
 };
 use core::f64::consts::PI;
 use num_complex::Complex;
@@ -28,8 +28,8 @@ pub struct LoopAnalysis {
     /// Margins and peaks: of a stable loop, the way to the boundary; of another they mean nothing.
     pub margins: Margins,
     /// The reason of the verdict.
-    pub cause: Cause,
-    /// If the plant is sampled by a rule and not exactly ([`SampledPlant::is_exact`](crate::SampledPlant::is_exact)) and nothing is proved of
+    pub cause: VerdictCause,
+    /// If the plant is sampled by a rule and not exactly ([`HeldPlant::is_exact`](crate::HeldPlant::is_exact)) and nothing is proved of
     /// the plant itself: the least factor by which it must be sampled more often. The verdict then is of the rule.
     pub coarse: Option<f64>,
     /// The open loop L and S = 1/(1 + L) over frequency.
@@ -45,7 +45,7 @@ const TWICE: f64 = 2.0;
 
 /// The reason of a verdict.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Cause {
+pub enum VerdictCause {
     /// Stable: no pole outside the unit circle.
     Stable,
     /// A pole on the unit circle, to within rounding.
@@ -137,7 +137,7 @@ pub(crate) fn analysed(
     let cause = match curve.len() {
         // NaN cannot be judged.
         POINTS => cause(setup, plant, judged.own(), &verdict)?,
-        _ => Cause::TooLarge,
+        _ => VerdictCause::TooLarge,
     };
     Ok(LoopAnalysis {
         verdict,
@@ -153,13 +153,13 @@ fn later(
     setup: &ControllerSetup,
     plant: &Plant,
     delay_s: f64,
-) -> Result<SampledLoop, ControlError> {
+) -> Result<SampledControlLoop, ControlError> {
     let plant = plant.clone().delayed(delay_s)?;
     setup.closed_with(&setup.sampled(&plant)?)
 }
 
 /// Least factor by which a loop must be sampled more often, if its rule is not proved to represent its plant.
-pub(crate) fn coarse(closed: &SampledLoop) -> f64 {
+pub(crate) fn coarse(closed: &SampledControlLoop) -> f64 {
     let slow = |theta: &f64| closed.open(*theta).norm() >= 1.0;
     let step = (PI / RULE_HOLDS_TO).ln() / POINTS as f64;
     let angles = (0..=POINTS).map(|k| (PI * (-step * k as f64).exp()).max(RULE_HOLDS_TO));
@@ -235,7 +235,7 @@ fn near_whole(setup: &ControllerSetup, plant: &Plant) -> Option<f64> {
 /// the loop is not stable before n/2 gains are passed. No verdict is asked for in the first half of these, as a long dead time has
 /// thousands of them (half: two near each other may be counted as one).
 fn other_gain<'a>(
-    closed: &SampledLoop,
+    closed: &SampledControlLoop,
     sign: f64,
     poles: usize,
     gains: impl Iterator<Item = &'a Crossing>,
@@ -268,7 +268,7 @@ fn other_gain<'a>(
 }
 
 /// Factor on the gain, of opposite sign, with which the loop is stable; the nearest to 1 of those found.
-fn with_the_other_sign(closed: &SampledLoop) -> Option<f64> {
+fn with_the_other_sign(closed: &SampledControlLoop) -> Option<f64> {
     let turned = closed.with_gain(-1.0);
     let verdict = turned.verdict();
     if verdict.stable {
@@ -289,25 +289,27 @@ fn with_the_other_sign(closed: &SampledLoop) -> Option<f64> {
 }
 
 /// The reason of a pole on the unit circle.
-fn on_the_circle(closed: &SampledLoop) -> Cause {
+fn on_the_circle(closed: &SampledControlLoop) -> VerdictCause {
     let stays = |gain: f64| closed.with_gain(gain).verdict().unstable_poles.is_none();
     match [0.9, 1.1].into_iter().all(stays) {
-        true => Cause::Cancelled,
-        false => Cause::Boundary,
+        true => VerdictCause::Cancelled,
+        false => VerdictCause::Boundary,
     }
 }
 
 fn cause(
     setup: &ControllerSetup,
     plant: &Plant,
-    closed: &SampledLoop,
+    closed: &SampledControlLoop,
     verdict: &StabilityVerdict,
-) -> Result<Cause, ControlError> {
+) -> Result<VerdictCause, ControlError> {
     if verdict.stable {
-        return Ok(Cause::Stable);
+        return Ok(VerdictCause::Stable);
     }
     let Some(poles) = verdict.unstable_poles else {
-        return Ok(near_whole(setup, plant).map_or_else(|| on_the_circle(closed), Cause::NearWhole));
+        return Ok(
+            near_whole(setup, plant).map_or_else(|| on_the_circle(closed), VerdictCause::NearWhole)
+        );
     };
     let gains = closed.gain_crossings();
     let below = gains.iter().rev().filter(|gain| gain.value < 1.0);
@@ -315,19 +317,19 @@ fn cause(
     let above = gains.iter().filter(|gain| gain.value > 1.0);
     let higher = other_gain(closed, 1.0, poles, above);
     let ways = [
-        lower.map(|(passed, gain)| (passed, Cause::GainTooHigh(gain))),
-        higher.map(|(passed, gain)| (passed, Cause::GainTooLow(gain))),
+        lower.map(|(passed, gain)| (passed, VerdictCause::GainTooHigh(gain))),
+        higher.map(|(passed, gain)| (passed, VerdictCause::GainTooLow(gain))),
     ];
     // A cure by the next gain precedes the dead time, one by a gain further away follows it.
     let mut ways = ways.into_iter().flatten();
     let next = ways.clone().find(|(passed, _)| *passed == 0);
     match next.map(|(_, cause)| cause) {
         // At rest it feeds errors back upon themselves.
-        Some(Cause::GainTooHigh(OtherGain { edge, .. }))
+        Some(VerdictCause::GainTooHigh(OtherGain { edge, .. }))
             if edge.omega_rad_s * setup.sample_time_s < 2.0 * AT_REST
                 && closed.with_gain(-1.0).verdict().stable =>
         {
-            return Ok(Cause::WrongSign(1.0));
+            return Ok(VerdictCause::WrongSign(1.0));
         }
         Some(next) => return Ok(next),
         None => {}
@@ -339,14 +341,14 @@ fn cause(
         let first = judged.own().margins().delay_s;
         let later = |delay_s| later(setup, &prompt, delay_s);
         if judged.verdict.stable
-            && let Some(delay) = SampledLoop::delay_margin(first, &later).unwrap_or(first)
+            && let Some(delay) = SampledControlLoop::delay_margin(first, &later).unwrap_or(first)
         {
-            return Ok(Cause::DeadTime(delay));
+            return Ok(VerdictCause::DeadTime(delay));
         }
     }
     Ok(match ways.next() {
         Some((_, further)) => further,
-        None => with_the_other_sign(closed).map_or(Cause::Shape, Cause::WrongSign),
+        None => with_the_other_sign(closed).map_or(VerdictCause::Shape, VerdictCause::WrongSign),
     })
 }
 

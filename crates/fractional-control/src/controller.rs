@@ -244,10 +244,10 @@ pub enum Mode<F> {
 /// ```
 /// use fracdiff::Seconds;
 /// use fractional_control::{
-///     Actuator, FractionalPid, Memory, Mode, PidParameters, Rule, SetPoint, Station,
+///     Actuator, FractionalPid, PowerMemory, Mode, PidParameters, Rule, SetPoint, Station,
 /// };
 ///
-/// let memory = Memory::new(Rule::Grunwald, 1e-4, 100.0)?;
+/// let memory = PowerMemory::new(Rule::Grunwald, 1e-4, 100.0)?;
 /// let make = |proportional| {
 ///     let gains = PidParameters { proportional, integral: 3.0, integral_order: 0.9, ..PidParameters::NONE };
 ///     FractionalPid::<f64>::new(gains, SetPoint::DEFAULT, Actuator::new(-5.0, 5.0)?, memory, Seconds(0.01))

@@ -6,7 +6,7 @@ use crate::memory::{Rule, TAPS};
 use crate::pid::BranchParameters;
 use crate::records::MODES;
 use crate::sampled::entries;
-use crate::{ControlError, FractionalTransferFunction, Memory, SetPoint};
+use crate::{ControlError, FractionalTransferFunction, PowerMemory, SetPoint};
 use crate::{CroneParameters, LeadLagParameters, PidParameters, TidParameters};
 use core::fmt;
 use fracdiff::full_memory::Design;
@@ -105,7 +105,7 @@ impl ControllerParameters {
     /// −u/y of the sampled controller, as numerator and denominator.
     pub(crate) fn fraction(
         &self,
-        memory: Memory,
+        memory: PowerMemory,
         sample_time: Seconds,
     ) -> Result<Fraction, ControlError> {
         let fraction = match self {
@@ -132,7 +132,7 @@ fn memory_factor(design: &Design<TAPS, MODES>) -> Factor {
 /// `Σ k_i T^(−μ_i)(1 − w)^(μ_i)·f_i` over the power of 1 − w that running sums need.
 fn parallel(
     branches: &[BranchParameters],
-    memory: Memory,
+    memory: PowerMemory,
     sample_time: Seconds,
 ) -> Result<Fraction, ControlError> {
     let used = branches.iter().filter(|branch| branch.gain != 0.0);
@@ -157,7 +157,11 @@ fn parallel(
 }
 
 /// `k((1 − pw)/(1 − qw))^ν` as [`lead`](crate::lead) runs it.
-fn lead(shape: LeadShape, memory: Memory, sample_time: Seconds) -> Result<Fraction, ControlError> {
+fn lead(
+    shape: LeadShape,
+    memory: PowerMemory,
+    sample_time: Seconds,
+) -> Result<Fraction, ControlError> {
     let parts = crate::lead::parts::<MODES>(&shape, &memory, sample_time)?;
     let mut above = Product::new(shape.gain * shape.factor * parts.gain, Vec::new());
     let mut below = Product::new(1.0, Vec::new());
@@ -177,7 +181,7 @@ fn lead(shape: LeadShape, memory: Memory, sample_time: Seconds) -> Result<Fracti
 /// running sums.
 pub(crate) fn transfer_fraction(
     function: &FractionalTransferFunction,
-    memory: Memory,
+    memory: PowerMemory,
     sample_time: Seconds,
 ) -> Result<Fraction, ControlError> {
     let (entries, count) = entries(function)?;

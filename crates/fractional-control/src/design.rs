@@ -5,7 +5,7 @@ use crate::run::limited_share;
 use crate::tuning::{GAINS, Sampling, Specification, Tuned, steps, tune, tune_integer};
 pub use crate::tuning::{Wish, WishName};
 use crate::{
-    ControlError, ControllerSetup, Margins, PidParameters, Plant, Response, SetPoint, Shape,
+    ControlError, ControllerSetup, Margins, PidParameters, Plant, Response, SetPoint, StepShape,
 };
 use fracdiff::{Scheme, Seconds};
 use std::vec;
@@ -56,15 +56,15 @@ pub struct ControlDesign {
 #[non_exhaustive]
 pub struct ControlAnswer {
     /// The PI^λD^μ, whose orders were free.
-    pub fractional: Candidate,
+    pub fractional: TunedController,
     /// The PID of order 1 that comes closest, or why none was found.
-    pub integer: Result<Candidate, ControlError>,
+    pub integer: Result<TunedController, ControlError>,
 }
 
 /// A controller that was tuned and tried.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct Candidate {
+pub struct TunedController {
     /// The controller with limits and memory, as a loop runs it.
     pub setup: ControllerSetup,
     /// Result of the search on its grid of frequencies.
@@ -89,7 +89,7 @@ pub struct Trial {
     /// The step with the limits of the setup.
     pub step: Response,
     /// Overshoot, rise and settling of that step.
-    pub shape: Shape,
+    pub shape: StepShape,
     /// Share of its samples with the command at a limit.
     pub limited_share: f64,
     /// A load as high as that step, added to the command before the plant, with the reference at rest.
@@ -103,7 +103,7 @@ pub struct GainStep {
     /// Gain over the nominal one.
     pub gain: f64,
     /// Overshoot, rise and settling of the step.
-    pub shape: Shape,
+    pub shape: StepShape,
     /// The step.
     pub response: Response,
     /// True if the loop is proved stable.
@@ -190,13 +190,13 @@ impl ControlDesign {
         }
     }
 
-    fn candidate(&self, tuned: Tuned) -> Result<Candidate, ControlError> {
+    fn candidate(&self, tuned: Tuned) -> Result<TunedController, ControlError> {
         let setup = self.with(&tuned);
         // A measured response can be tuned for, not run.
         let runs = self.plant.band().1 == f64::INFINITY;
         let trial = runs.then(|| self.trial(&setup)).transpose()?;
         let wishes = self.wishes(&tuned, trial.as_ref().map(|trial| &trial.analysis.margins));
-        Ok(Candidate {
+        Ok(TunedController {
             setup,
             tuned,
             trial,

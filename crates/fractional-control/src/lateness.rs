@@ -1,6 +1,6 @@
 //! The delay margin of a plant behind a hold: a dead time of a part of a sample turns the loop otherwise than whole samples do.
 
-use crate::{Crossing, SampledLoop};
+use crate::{Crossing, SampledControlLoop};
 use certified_count::{Late, Unknown, delay_margin};
 use core::f64::consts::PI;
 use std::vec::Vec;
@@ -8,7 +8,7 @@ use std::vec::Vec;
 /// Parts of a sample that are looked at.
 const PARTS: u32 = 16;
 
-impl Late for SampledLoop {
+impl Late for SampledControlLoop {
     fn crossovers(&self) -> Vec<(f64, f64)> {
         self.turns().collect()
     }
@@ -23,7 +23,7 @@ impl Late for SampledLoop {
     }
 }
 
-impl SampledLoop {
+impl SampledControlLoop {
     /// A delay within [`memory_s`](Self::memory_s): beyond it the loop is not the one that was asked about.
     #[must_use]
     pub fn remembered(&self, delay: Option<Crossing>) -> Option<Crossing> {

@@ -1,8 +1,8 @@
 //! Powers of a lead or lag, sample by sample.
 
 use crate::memory::TAPS;
-use crate::{ControlError, Memory};
-use fracdiff::full_memory::{Design, Mode};
+use crate::{ControlError, PowerMemory};
+use fracdiff::full_memory::{DecayingMode, Design};
 use fracdiff::parameter::{positive, range};
 use fracdiff::{
     Differintegrator, FrequencyResponse, FullMemory, FullMemoryHistory, Order, Real, Seconds,
@@ -71,7 +71,7 @@ pub(crate) struct LeadParts<const MODES: usize> {
 
 pub(crate) fn parts<const MODES: usize>(
     shape: &LeadShape,
-    memory: &Memory,
+    memory: &PowerMemory,
     sample_time: Seconds,
 ) -> Result<LeadParts<MODES>, ControlError> {
     let order = Order::new(shape.order)?.get();
@@ -111,7 +111,7 @@ pub(crate) fn parts<const MODES: usize>(
 fn tempered<const MODES: usize>(
     order: f64,
     p: f64,
-    memory: &Memory,
+    memory: &PowerMemory,
     sample_time: Seconds,
 ) -> Result<Option<Design<TAPS, MODES>>, ControlError> {
     if p <= 0.0 {
@@ -119,9 +119,9 @@ fn tempered<const MODES: usize>(
     }
     let (order, faster) = (Order::new(-order)?, -libm::log(p));
     let plain = memory.design::<MODES>(order, sample_time)?;
-    let mut modes = [Mode::default(); MODES];
+    let mut modes = [DecayingMode::default(); MODES];
     for (slot, mode) in modes.iter_mut().zip(plain.modes()) {
-        *slot = Mode {
+        *slot = DecayingMode {
             rate: mode.rate + faster,
             ..*mode
         };
@@ -136,7 +136,7 @@ impl<F: Real, const MODES: usize> LeadPower<F, MODES> {
     /// The operator, and the gain that it leaves out.
     pub(crate) fn new(
         shape: &LeadShape,
-        memory: &Memory,
+        memory: &PowerMemory,
         sample_time: Seconds,
     ) -> Result<(Self, f64), ControlError> {
         let parts = parts(shape, memory, sample_time)?;

@@ -69,12 +69,12 @@ pub use controller::{
     AVERAGED, Actuator, Controller, DEAD_ZONE, MISSED_MOST, Mode, RANGE_MOST, Station,
 };
 pub use error::ControlError;
-pub use memory::{Memory, Rule};
+pub use memory::{PowerMemory, Rule};
 pub use notation::factor_after_division;
 pub use parallel::{FractionalPid, ParallelHistory};
 pub use pid::{PidParameters, SetPoint, TidParameters};
 pub use portable::{
-    CONTROLLER_PARTS, ControllerForm, ControllerPart, PortableController, PortableControllerHistory,
+    CONTROLLER_PARTS, PortableController, PortableControllerHistory, PortableForm, PortablePart,
 };
 pub use sampled::{ORDERS_MAX, PARTS_MAX, SampledHistory, SampledTransferFunction};
 pub use shaped::{
@@ -88,8 +88,8 @@ pub use {
     curves::ControllerParameters,
     enclosure::SampledLaw,
     identify::{
-        DeadTime, FreeNumber, Identified, Record, Start, WholeGuess, WholeShape, identify,
-        identify_coefficients, whole_guess,
+        DeadTime, FreeNumber, Identified, InputOutputRecord, StartState, WholeGuess, WholeShape,
+        identify, identify_coefficients, whole_guess,
     },
     list::{BranchList, ControllerList, LawList, LeadList, ParallelList},
     loaded::{LoadedPlant, TwoPort},
@@ -97,11 +97,11 @@ pub use {
     plant::Plant,
     poles::Commensurate,
     records::{MODES, impulse_response, respond, step_response},
-    sampled_plant::{PlantState, SampledPlant},
+    sampled_plant::{HeldPlant, PlantState},
     setup::{ControllerSetup, Feedback, UseController, rule_of_scheme},
-    simulate::{Response, Shape, simulate},
+    simulate::{Response, StepShape, simulate},
     state_space::StateSpace,
-    verdict::SampledLoop,
+    verdict::SampledControlLoop,
 };
 
 /// The crate of operators, whose types this crate's interface has.

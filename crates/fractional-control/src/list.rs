@@ -5,8 +5,8 @@ use crate::parallel::{Kind, Parallel};
 use crate::pid::BranchParameters;
 use crate::transfer::in_samples;
 use crate::{
-    Actuator, ControlError, ControllerForm, ControllerParameters, ControllerPart, ControllerSetup,
-    FractionalPid, Memory,
+    Actuator, ControlError, ControllerParameters, ControllerSetup, FractionalPid, PortableForm,
+    PortablePart, PowerMemory,
 };
 use fracdiff::{Differintegrator, OperatorList, Real, Seconds};
 use std::vec::Vec;
@@ -132,8 +132,8 @@ impl<F: Real> ControllerList<F> {
 impl<F: Real> ControllerList<F> {
     /// As one list, for a [`PortableController`](crate::PortableController): its form, its parts, and their numbers.
     #[must_use]
-    pub fn portable(&self) -> (ControllerForm, Vec<ControllerPart>, Vec<F>) {
-        let part = |power: Option<&OperatorList<F>>| ControllerPart {
+    pub fn portable(&self) -> (PortableForm, Vec<PortablePart>, Vec<F>) {
+        let part = |power: Option<&OperatorList<F>>| PortablePart {
             integer: power.map_or(0, |power| power.integer),
             values: power.map_or(0, |power| power.values.len()),
             filter: power.map_or(0, |power| power.filter.len()),
@@ -148,7 +148,7 @@ impl<F: Real> ControllerList<F> {
                 }
                 let branches = law.branches.iter();
                 let parts = branches.map(|branch| part(branch.power.as_ref()));
-                (ControllerForm::Parallel, parts.collect(), values)
+                (PortableForm::Parallel, parts.collect(), values)
             }
             LawList::Lead(law) => {
                 let [first, second] = law.factors;
@@ -159,7 +159,7 @@ impl<F: Real> ControllerList<F> {
                 let parts = memories.map(|power| part(Some(power))).collect();
                 // At most 2, as the order is.
                 let sections = law.sections as u8;
-                (ControllerForm::Lead { sections }, parts, values)
+                (PortableForm::Lead { sections }, parts, values)
             }
         }
     }
@@ -168,7 +168,7 @@ impl<F: Real> ControllerList<F> {
 fn parallel<F: Real>(
     names: [&'static str; 3],
     parameters: [BranchParameters; 3],
-    memory: Memory,
+    memory: PowerMemory,
     sample_time: Seconds,
 ) -> Result<LawList<F>, ControlError> {
     let unlimited = Actuator::UNLIMITED;
@@ -206,7 +206,7 @@ where
 
 fn lead<F: Real>(
     shape: LeadShape,
-    memory: Memory,
+    memory: PowerMemory,
     sample_time: Seconds,
 ) -> Result<LawList<F>, ControlError> {
     let (operator, own) = LeadPower::<F, MODES>::new(&shape, &memory, sample_time)?;

@@ -31,7 +31,7 @@ pub struct TwoPort {
 /// ```
 /// ```
 /// use fracdiff::Seconds;
-/// use fractional_control::{LoadedPlant, Memory, PidParameters, Rule, SampledLaw, SampledLoop, TwoPort};
+/// use fractional_control::{LoadedPlant, PowerMemory, PidParameters, Rule, SampledLaw, SampledControlLoop, TwoPort};
 /// use nalgebra::{DMatrix, DVector, RowDVector};
 /// use num_complex::Complex;
 /// use std::sync::Arc;
@@ -60,10 +60,10 @@ pub struct TwoPort {
 ///     felt: place,
 /// };
 /// let p = PidParameters { proportional: 50.0, ..PidParameters::NONE };
-/// let memory = Memory::new(Rule::Grunwald, 1e-6, 10.0)?;
+/// let memory = PowerMemory::new(Rule::Grunwald, 1e-6, 10.0)?;
 /// let stable = |spring| {
 ///     let plant = LoadedPlant::new(&port, Arc::new(Spring(spring)), Seconds(t))?;
-///     Ok::<_, fractional_control::ControlError>(SampledLoop::loaded(p.into(), memory, &plant)?.verdict().stable)
+///     Ok::<_, fractional_control::ControlError>(SampledControlLoop::loaded(p.into(), memory, &plant)?.verdict().stable)
 /// };
 /// // Springs and gain add up: below 2b/T, 200 N/m, the damper holds them.
 /// assert!(stable(100.0)? && !stable(160.0)?);

@@ -1,7 +1,7 @@
 //! Margins and peaks of the loop that is really run.
 
-use crate::SampledLoop;
-use certified_count::{Arc, AtAngle, Bounds, OpenLoop, Peak, Terms, is_clear};
+use crate::SampledControlLoop;
+use certified_count::{Arc, AtAngle, Bounds, LoopTerms, OpenLoop, Peak, is_clear};
 use core::f64::consts::PI;
 use num_complex::Complex;
 use std::vec;
@@ -38,7 +38,7 @@ impl Crossing {
     }
 }
 
-/// Margins and peaks of a [`SampledLoop`], from where L has come to rest to half the sample rate. They say how far a loop is from the boundary,
+/// Margins and peaks of a [`SampledControlLoop`], from where L has come to rest to half the sample rate. They say how far a loop is from the boundary,
 /// not on which side, which the verdict says. No crossing is missed, as [`OpenLoop`] says, and no peak exceeds its value by more than
 /// 1e-6, of a plant behind its hold 1e-3.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,21 +61,21 @@ pub struct Margins {
 }
 
 /// L as A below B, with the angle at which it has come to rest.
-pub(crate) struct Open<'a>(pub(crate) &'a SampledLoop, f64);
+pub(crate) struct Open<'a>(pub(crate) &'a SampledControlLoop, f64);
 
 impl OpenLoop for Open<'_> {
     type Node = ();
 
-    fn terms(&self, theta: f64) -> Terms<()> {
+    fn terms(&self, theta: f64) -> LoopTerms<()> {
         let parts = self.0.open_parts(&Arc::new(theta, theta));
-        Terms {
+        LoopTerms {
             theta,
             parts: parts.map(|part| part.middle),
             node: (),
         }
     }
 
-    fn sloped(&self, theta: f64) -> Terms<()> {
+    fn sloped(&self, theta: f64) -> LoopTerms<()> {
         let mut terms = self.terms(theta);
         if terms.parts.iter().any(|part| part.rate.is_nan()) {
             let ends = [theta * (1.0 - BESIDE), (theta * (1.0 + BESIDE)).min(PI)];
@@ -86,7 +86,7 @@ impl OpenLoop for Open<'_> {
         terms
     }
 
-    fn bounds(&self, a: &Terms<()>, b: &Terms<()>) -> [Bounds; 2] {
+    fn bounds(&self, a: &LoopTerms<()>, b: &LoopTerms<()>) -> [Bounds; 2] {
         let arc = Arc::new(a.theta, b.theta);
         self.0
             .open_parts(&arc)
@@ -119,7 +119,7 @@ impl OpenLoop for Open<'_> {
     }
 }
 
-impl SampledLoop {
+impl SampledControlLoop {
     /// Margins and peaks of any loop; for an unstable one they mean nothing.
     #[must_use]
     pub fn margins(&self) -> Margins {
@@ -199,7 +199,7 @@ impl SampledLoop {
     }
 }
 
-impl SampledLoop {
+impl SampledControlLoop {
     /// Margins and peaks of the loop around the plant behind its hold. `later` is the loop whose plant has this much more
     /// dead time, s; if this is refused, the delay margin is in whole samples.
     ///
@@ -225,7 +225,7 @@ const AWAY: f64 = 1e-3;
 /// Times the interval is narrowed to half its logarithm, where it is not proved as far as the margins.
 const INTERVAL_NARROWED: usize = 8;
 
-impl SampledLoop {
+impl SampledControlLoop {
     /// True if it is proved that the loop is stable for every gain of the plant from `low` to `high` times the present one, 0 < low ≤ high.
     /// ```text
     /// A_C·A_G + k·B_C·B_G is 0 nowhere on the circle for any of these k: the number of zeros within is the same for all

@@ -26,14 +26,14 @@ pub enum Rule {
 /// - *Tolerance*: of each weight of a memory, relative, 1e-11 to 0.1.
 /// - *Horizon*: time up to which it holds, s. Beyond, a memory fades.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Memory {
+pub struct PowerMemory {
     rule: Rule,
     tolerance: f64,
     horizon_s: f64,
     pruned: bool,
 }
 
-impl Memory {
+impl PowerMemory {
     /// A memory whose modes have a closed form, computed in microseconds without allocating.
     ///
     /// # Errors

@@ -5,7 +5,7 @@ use crate::memory::TAPS;
 use crate::pid::BranchParameters;
 use crate::transfer::in_samples;
 use crate::{
-    Actuator, ControlError, Controller, Memory, PidParameters, Rule, SetPoint, TidParameters,
+    Actuator, ControlError, Controller, PidParameters, PowerMemory, Rule, SetPoint, TidParameters,
 };
 use fracdiff::{
     Bdf2History, Bdf2Memory, Differintegrator, FrequencyResponse, FullMemory, FullMemoryHistory,
@@ -31,13 +31,13 @@ pub(crate) struct Branch<F, O> {
 /// PI^λD^μ: `u = K_p(b·r − y) + K_i I^λ(r − y) + K_d D^μ(c·r − y)`, limited.
 ///
 /// - *Units*: r and y \[y\], u \[u\], T s; gains as in [`PidParameters`]. *Start-up*: zero for ever before.
-/// - *Memory*: of integral and derivative, by the rule of [`Memory`]; MODES a multiple of 8.
+/// - *Memory*: of integral and derivative, by the rule of [`PowerMemory`]; MODES a multiple of 8.
 /// - *Limits, anti-windup, changes*: see [`Controller`](crate::Controller).
 /// - *Cost*: `output` three multiply-adds, `advance` as two full memories.
 /// ```
 /// use fracdiff::Seconds;
 /// use fractional_control::{
-///     Actuator, Controller, FractionalPid, Memory, PidParameters, Rule, SetPoint,
+///     Actuator, Controller, FractionalPid, PowerMemory, PidParameters, Rule, SetPoint,
 /// };
 ///
 /// let gains = PidParameters {
@@ -47,7 +47,7 @@ pub(crate) struct Branch<F, O> {
 ///     derivative: 0.1,
 ///     derivative_order: 0.6,
 /// };
-/// let memory = Memory::new(Rule::Grunwald, 1e-4, 200.0)?;
+/// let memory = PowerMemory::new(Rule::Grunwald, 1e-4, 200.0)?;
 /// let pid = FractionalPid::<f32>::new(gains, SetPoint::DEFAULT, Actuator::new(-3.0, 3.0)?, memory, Seconds(1e-3))?;
 /// let mut history = pid.at_rest();
 /// let command = pid.output(&history, 5.0, 0.0); // sends this at once,
@@ -281,7 +281,7 @@ impl<F: Real, const MODES: usize> FractionalPid<F, MODES> {
         parameters: PidParameters,
         set_point: SetPoint,
         actuator: Actuator,
-        memory: Memory,
+        memory: PowerMemory,
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {
         let branches = parameters.checked()?.branches(set_point.checked()?);
@@ -298,7 +298,7 @@ impl<F: Real, const MODES: usize> FractionalPid<F, MODES> {
         parameters: TidParameters,
         derivative_weight: f64,
         actuator: Actuator,
-        memory: Memory,
+        memory: PowerMemory,
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {
         let branches = parameters.branches(derivative_weight)?;
@@ -308,7 +308,7 @@ impl<F: Real, const MODES: usize> FractionalPid<F, MODES> {
     pub(crate) fn of_branches(
         parameters: [BranchParameters; BRANCHES],
         actuator: Actuator,
-        memory: Memory,
+        memory: PowerMemory,
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {
         let t = sample_time;

@@ -22,7 +22,7 @@ const SECTIONS_MAX: u8 = 2;
 
 /// The meaning of a list of numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ControllerForm {
+pub enum PortableForm {
     /// Powers side by side: 1 to 3 parts.
     Parallel,
     /// A power of a lead of the error: a part for each memory, none if it is whole.
@@ -34,7 +34,7 @@ pub enum ControllerForm {
 
 /// A part of a list.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ControllerPart {
+pub struct PortablePart {
     /// Differences (> 0) or sums (< 0) around its power, −2 to 2.
     pub integer: i8,
     /// Values of its power; 0 without one.
@@ -89,15 +89,15 @@ impl<F: Real, const MODES: usize> PortableController<F, MODES> {
     /// An invalid list, see [`ListError`].
     #[inline(never)]
     pub fn new(
-        form: ControllerForm,
-        parts: &[ControllerPart],
+        form: PortableForm,
+        parts: &[PortablePart],
         values: &[F],
         limits: [F; 2],
     ) -> Result<Self, ListError> {
         let mut numbers = Numbers::of(form, parts, values)?;
         let stage = Stage::between(limits, numbers.next());
         Ok(Self(match form {
-            ControllerForm::Parallel => {
+            PortableForm::Parallel => {
                 Law::Parallel(FractionalPid(if parts.iter().any(|part| part.filter > 0) {
                     Kind::Second(Parallel::of_list(
                         parts,
@@ -114,7 +114,7 @@ impl<F: Real, const MODES: usize> PortableController<F, MODES> {
                     )?)
                 }))
             }
-            ControllerForm::Lead { sections } => {
+            PortableForm::Lead { sections } => {
                 let gain = numbers.next();
                 Law::Lead(OnError {
                     operator: LeadPower::of_list(sections, parts, &mut numbers)?,
@@ -187,15 +187,11 @@ struct Numbers<'a, F>(&'a [F]);
 
 impl<'a, F: Real> Numbers<'a, F> {
     /// A list of finite numbers, whose count is that of its parts.
-    fn of(
-        form: ControllerForm,
-        parts: &[ControllerPart],
-        values: &'a [F],
-    ) -> Result<Self, ListError> {
+    fn of(form: PortableForm, parts: &[PortablePart], values: &'a [F]) -> Result<Self, ListError> {
         // In front of all parts, and of each.
         let (fits, first, each) = match form {
-            ControllerForm::Parallel => ((1..=BRANCHES).contains(&parts.len()), 1, 2),
-            ControllerForm::Lead { sections } => {
+            PortableForm::Parallel => ((1..=BRANCHES).contains(&parts.len()), 1, 2),
+            PortableForm::Lead { sections } => {
                 let fits = sections <= SECTIONS_MAX && parts.len() <= 2;
                 (fits, 4, 0)
             }
@@ -227,10 +223,10 @@ impl<'a, F: Real> Numbers<'a, F> {
 
 impl<F: Real, O: Differintegrator<F>> Parallel<F, O> {
     fn of_list(
-        parts: &[ControllerPart],
+        parts: &[PortablePart],
         numbers: &mut Numbers<'_, F>,
         stage: Stage<F>,
-        make: impl Fn(&ControllerPart, &[F], &[F]) -> Result<O, ListError>,
+        make: impl Fn(&PortablePart, &[F], &[F]) -> Result<O, ListError>,
     ) -> Result<Self, ListError> {
         let mut law = Self {
             proportional: None,
@@ -265,7 +261,7 @@ impl<F: Real, O: Differintegrator<F>> Parallel<F, O> {
 impl<F: Real, const MODES: usize> LeadPower<F, MODES> {
     fn of_list(
         sections: u8,
-        parts: &[ControllerPart],
+        parts: &[PortablePart],
         numbers: &mut Numbers<'_, F>,
     ) -> Result<Self, ListError> {
         let corner = |index: usize, value: F| match F::ZERO <= value && value <= F::ONE {
@@ -276,7 +272,7 @@ impl<F: Real, const MODES: usize> LeadPower<F, MODES> {
             }),
         };
         let (zero, pole) = (corner(2, numbers.next())?, corner(3, numbers.next())?);
-        let mut memory = |part: &ControllerPart| {
+        let mut memory = |part: &PortablePart| {
             let (power, filter) = (numbers.take(part.values), numbers.take(part.filter));
             match (power.is_empty(), filter.len()) {
                 (true, 0) => Ok(None),

@@ -1,6 +1,6 @@
 //! Whole responses of a transfer function: to a step, to an impulse, to any record.
 
-use crate::{ControlError, FractionalTransferFunction, Memory, SampledTransferFunction};
+use crate::{ControlError, FractionalTransferFunction, PowerMemory, SampledTransferFunction};
 use fracdiff::{Differintegrator, Seconds};
 use std::vec::Vec;
 
@@ -15,11 +15,11 @@ pub(crate) fn largest(numbers: &[f64]) -> f64 {
 ///
 /// With [`Rule::Bdf2`](crate::Rule::Bdf2) the error falls with T² at any fixed t > 0: the first sample is halved.
 /// ```
-/// use fractional_control::{FractionalTransferFunction, Memory, Rule, step_response};
+/// use fractional_control::{FractionalTransferFunction, PowerMemory, Rule, step_response};
 /// use fracdiff::Seconds;
 ///
 /// let lag: FractionalTransferFunction = "1/(s+1)".parse()?;
-/// let y = step_response(&lag, Memory::new(Rule::Bdf2, 1e-8, 10.0)?, Seconds(0.01), 101)?;
+/// let y = step_response(&lag, PowerMemory::new(Rule::Bdf2, 1e-8, 10.0)?, Seconds(0.01), 101)?;
 /// assert!((y[100] - (1.0 - f64::exp(-1.0))).abs() < 2e-5);
 /// # Ok::<(), fractional_control::ControlError>(())
 /// ```
@@ -28,7 +28,7 @@ pub(crate) fn largest(numbers: &[f64]) -> f64 {
 /// As [`SampledTransferFunction::new`].
 pub fn step_response(
     function: &FractionalTransferFunction,
-    memory: Memory,
+    memory: PowerMemory,
     sample_time: Seconds,
     samples: usize,
 ) -> Result<Vec<f64>, ControlError> {
@@ -43,7 +43,7 @@ pub fn step_response(
 /// As [`SampledTransferFunction::new`].
 pub fn impulse_response(
     function: &FractionalTransferFunction,
-    memory: Memory,
+    memory: PowerMemory,
     sample_time: Seconds,
     samples: usize,
 ) -> Result<Vec<f64>, ControlError> {
@@ -57,7 +57,7 @@ pub fn impulse_response(
 /// As [`SampledTransferFunction::new`].
 pub fn respond(
     function: &FractionalTransferFunction,
-    memory: Memory,
+    memory: PowerMemory,
     sample_time: Seconds,
     input: &[f64],
 ) -> Result<Vec<f64>, ControlError> {
@@ -66,7 +66,7 @@ pub fn respond(
 
 fn run(
     function: &FractionalTransferFunction,
-    memory: Memory,
+    memory: PowerMemory,
     sample_time: Seconds,
     input: impl Iterator<Item = f64>,
 ) -> Result<Vec<f64>, ControlError> {

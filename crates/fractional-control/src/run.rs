@@ -3,8 +3,8 @@
 use crate::analysis::coarse;
 use crate::tuning::{Sampling, Specification, tune_integer};
 use crate::{
-    ControlError, ControllerParameters, ControllerSetup, Plant, Response, SampledLoop,
-    SampledPlant, SetPoint, Shape, StabilityVerdict,
+    ControlError, ControllerParameters, ControllerSetup, HeldPlant, Plant, Response,
+    SampledControlLoop, SetPoint, StabilityVerdict, StepShape,
 };
 use fracdiff::Seconds;
 
@@ -28,7 +28,7 @@ pub struct LoopRun {
     /// Reference, output and command.
     pub response: Response,
     /// Shape of a step; `None` for a record.
-    pub shape: Option<Shape>,
+    pub shape: Option<StepShape>,
     /// The verdict, as a proof: a run of finite length cannot prove stability.
     pub verdict: StabilityVerdict,
     /// As [`LoopAnalysis::coarse`](crate::analysis::LoopAnalysis::coarse).
@@ -45,7 +45,7 @@ pub struct LoopRun {
 }
 
 /// True if the output settles, and if it settles at the reference; `None` while the reference moves.
-fn ends(closed: &SampledLoop, run: &Response) -> Option<[bool; 2]> {
+fn ends(closed: &SampledControlLoop, run: &Response) -> Option<[bool; 2]> {
     if !run
         .measured
         .iter()
@@ -117,7 +117,7 @@ pub fn run_plant(
     input: &[f64],
 ) -> Result<Response, ControlError> {
     plant.stable_by_itself()?;
-    let plant = SampledPlant::with_usual_memory(plant, sample_time)?;
+    let plant = HeldPlant::with_usual_memory(plant, sample_time)?;
     let mut state = plant.at_rest();
     Ok(Response {
         measured: input.iter().map(|u| plant.step(&mut state, *u)).collect(),

@@ -1,7 +1,7 @@
 //! A transfer function, sample by sample.
 
 use crate::memory::{Chain, ChainHistory, Integral, LEVELS};
-use crate::{ControlError, FractionalTransferFunction, Memory};
+use crate::{ControlError, FractionalTransferFunction, PowerMemory};
 use fracdiff::parameter::RangeError;
 use fracdiff::{BDF2_TAPS, Differintegrator, Fir, FirHistory, FrequencyResponse, Real, Seconds};
 use num_complex::Complex;
@@ -30,10 +30,10 @@ pub const PARTS_MAX: usize = 8;
 /// - MODES: a multiple of 8; 64 are enough for 1e-6 over a day at 1 kHz.
 /// ```
 /// use fracdiff::{Channel, Seconds};
-/// use fractional_control::{FractionalTransferFunction, Memory, Rule, SampledTransferFunction};
+/// use fractional_control::{FractionalTransferFunction, PowerMemory, Rule, SampledTransferFunction};
 ///
 /// let plant: FractionalTransferFunction = "1/(0.8s^2.2+0.5s^0.9+1)".parse()?;
-/// let memory = Memory::new(Rule::Bdf2, 1e-6, 100.0)?;
+/// let memory = PowerMemory::new(Rule::Bdf2, 1e-6, 100.0)?;
 /// let mut plant = Channel::new(SampledTransferFunction::<f64>::new(&plant, memory, Seconds(0.01))?);
 /// let mut y = plant.step(0.5); // the first sample of a step, halved
 /// for _ in 0..10_000 {
@@ -139,7 +139,7 @@ impl<F: Real, const MODES: usize> SampledTransferFunction<F, MODES> {
     /// reaches; a sample time outside 1e-9 s to 1e6 s, or so long that the newest output does not follow from the newest input.
     pub fn new(
         function: &FractionalTransferFunction,
-        memory: Memory,
+        memory: PowerMemory,
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {
         let integral = |fraction| memory.integral(fraction, sample_time);
@@ -149,7 +149,7 @@ impl<F: Real, const MODES: usize> SampledTransferFunction<F, MODES> {
     /// From memories that the caller makes, or has.
     pub(crate) fn of_integrals(
         function: &FractionalTransferFunction,
-        memory: Memory,
+        memory: PowerMemory,
         sample_time: Seconds,
         integral: impl Fn(f64) -> Result<Integral<F, MODES>, ControlError>,
     ) -> Result<Self, ControlError> {

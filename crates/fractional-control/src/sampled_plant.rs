@@ -7,7 +7,7 @@ use crate::held_response::HeldResponse;
 use crate::plant::Model;
 use crate::records::MODES;
 use crate::state_space::{SampledStates, StatesInV};
-use crate::{ControlError, Memory, Plant, Rule, SampledHistory, SampledTransferFunction};
+use crate::{ControlError, Plant, PowerMemory, Rule, SampledHistory, SampledTransferFunction};
 use fracdiff::parameter::range;
 use fracdiff::{Differintegrator, Seconds};
 use nalgebra::DVector;
@@ -35,11 +35,11 @@ const USUAL_SAMPLES: f64 = 1e6;
 /// - *Matrices, and transfer functions of whole orders up to 16*: exactly, by matrix exponentials of the two parts of a sample, in numbers of
 ///   some hundred bits, so that a pole of any speed, from 1e-6 to 1e6 a sample, keeps its digits. The direct path of a function of equal degrees
 ///   passes on the command of ⌈d + h⌉ samples ago, and of one at least: a loop measures before it commands.
-/// - *Other transfer functions*: by the rule of [`Memory`], fed with the held command as a hat function between neighbouring samples sees it,
+/// - *Other transfer functions*: by the rule of [`PowerMemory`], fed with the held command as a hat function between neighbouring samples sees it,
 ///   m\[n\] = p₀u\[n−d\] + p₁u\[n−d−1\] + p₂u\[n−d−2\] with p = ((1−h)²/2, 1/2 + h − h², h²/2): an error of O(T²) with
 ///   [`Rule::Bdf2`](crate::Rule::Bdf2). Where p₀ acts at once the loop is solved for the command.
 #[derive(Clone, Debug)]
-pub struct SampledPlant {
+pub struct HeldPlant {
     kind: Kind,
     delay: usize,
     part: f64,
@@ -60,7 +60,7 @@ enum Kind {
     States(SampledStates),
 }
 
-/// The state of a [`SampledPlant`].
+/// The state of a [`HeldPlant`].
 #[derive(Clone, Debug)]
 pub struct PlantState {
     kind: KindState,
@@ -74,13 +74,13 @@ enum KindState {
     States(DVector<f64>),
 }
 
-impl SampledPlant {
+impl HeldPlant {
     /// Remembers a million samples within 1e-9, by the rule of second order, whatever the rule of the controller is.
     ///
     /// # Errors
     /// As [`new`](Self::new).
     pub fn with_usual_memory(plant: &Plant, sample_time: Seconds) -> Result<Self, ControlError> {
-        let memory = Memory::new(Rule::Bdf2, USUAL_TOLERANCE, USUAL_SAMPLES * sample_time.0)?;
+        let memory = PowerMemory::new(Rule::Bdf2, USUAL_TOLERANCE, USUAL_SAMPLES * sample_time.0)?;
         Self::new(plant, memory, sample_time)
     }
 
@@ -88,7 +88,11 @@ impl SampledPlant {
     ///
     /// # Errors
     /// A measured response, which does not run; a dead time of more than 10 000 samples; as [`SampledTransferFunction::new`].
-    pub fn new(plant: &Plant, memory: Memory, sample_time: Seconds) -> Result<Self, ControlError> {
+    pub fn new(
+        plant: &Plant,
+        memory: PowerMemory,
+        sample_time: Seconds,
+    ) -> Result<Self, ControlError> {
         sample_time.rate_to_the(fracdiff::Order::new(0.0)?)?;
         let samples = delay_samples(plant, sample_time)?;
         let nearest = libm::round(samples);

@@ -5,8 +5,8 @@ use crate::records::MODES;
 use crate::simulate::simulate_loaded;
 use crate::{
     Actuator, ControlError, Controller, ControllerParameters, FractionalPid,
-    FractionalTransferFunction, FunctionController, LeadController, Memory, PidParameters, Plant,
-    Response, Rule, SampledLoop, SampledPlant, SetPoint, Term,
+    FractionalTransferFunction, FunctionController, HeldPlant, LeadController, PidParameters,
+    Plant, PowerMemory, Response, Rule, SampledControlLoop, SetPoint, Term,
 };
 
 use certified_count::{Enclosing, count};
@@ -30,12 +30,12 @@ const SCHEME: Scheme = Scheme::FullBdf2 {
 /// A controller, its limits and its memory: all that a loop needs except the plant.
 /// ```
 /// use fracdiff::Seconds;
-/// use fractional_control::{ControllerSetup, PidParameters, Plant, SampledPlant};
+/// use fractional_control::{ControllerSetup, PidParameters, Plant, HeldPlant};
 ///
 /// let gains = PidParameters { proportional: 2.0, integral: 1.0, ..PidParameters::NONE };
 /// let setup = ControllerSetup { output_high: Some(1.5), ..ControllerSetup::new(gains, Seconds(0.01)) };
 /// let plant: Plant = "1/(s+1)".parse()?;
-/// let plant = SampledPlant::with_usual_memory(&plant, setup.sample_time())?;
+/// let plant = HeldPlant::with_usual_memory(&plant, setup.sample_time())?;
 /// assert!(setup.closed_with(&plant)?.verdict().stable);
 /// let response = setup.simulate(&plant, &[1.0; 1000])?;
 /// assert!(response.command.iter().all(|u| *u <= 1.5));
@@ -115,9 +115,9 @@ impl ControllerSetup {
     ///
     /// # Errors
     /// A scheme that controllers do not support.
-    pub fn memory(&self) -> Result<Memory, ControlError> {
+    pub fn memory(&self) -> Result<PowerMemory, ControlError> {
         let (rule, tolerance) = rule_of_scheme(self.scheme).ok_or(SCHEME_REFUSED)?;
-        Memory::new(rule, tolerance, self.horizon_s())
+        PowerMemory::new(rule, tolerance, self.horizon_s())
     }
 
     /// Time for which the powers are remembered with that tolerance, s.
@@ -140,11 +140,7 @@ impl ControllerSetup {
     ///
     /// # Errors
     /// As [`check`](Self::check).
-    pub fn simulate(
-        &self,
-        plant: &SampledPlant,
-        reference: &[f64],
-    ) -> Result<Response, ControlError> {
+    pub fn simulate(&self, plant: &HeldPlant, reference: &[f64]) -> Result<Response, ControlError> {
         self.simulate_loaded(plant, reference, 0.0)
     }
 
@@ -154,7 +150,7 @@ impl ControllerSetup {
     /// As [`check`](Self::check).
     pub fn simulate_loaded(
         &self,
-        plant: &SampledPlant,
+        plant: &HeldPlant,
         reference: &[f64],
         load: f64,
     ) -> Result<Response, ControlError> {
@@ -171,17 +167,17 @@ impl ControllerSetup {
     /// The plant as the loop of this controller samples it.
     ///
     /// # Errors
-    /// As [`SampledPlant::with_usual_memory`].
-    pub fn sampled(&self, plant: &Plant) -> Result<SampledPlant, ControlError> {
-        SampledPlant::with_usual_memory(plant, self.sample_time())
+    /// As [`HeldPlant::with_usual_memory`].
+    pub fn sampled(&self, plant: &Plant) -> Result<HeldPlant, ControlError> {
+        HeldPlant::with_usual_memory(plant, self.sample_time())
     }
 
     /// The loop with a plant, for its verdict and margins.
     ///
     /// # Errors
     /// As [`check`](Self::check).
-    pub fn closed_with(&self, plant: &SampledPlant) -> Result<SampledLoop, ControlError> {
-        SampledLoop::new(self.law, self.memory()?, plant)
+    pub fn closed_with(&self, plant: &HeldPlant) -> Result<SampledControlLoop, ControlError> {
+        SampledControlLoop::new(self.law, self.memory()?, plant)
     }
 
     /// The answer of the command to the measurement while the reference stands and no limit holds.
@@ -319,7 +315,7 @@ impl UseController for Nothing {
 }
 
 struct Run<'a> {
-    plant: &'a SampledPlant,
+    plant: &'a HeldPlant,
     reference: &'a [f64],
     load: f64,
     response: Response,

@@ -4,7 +4,8 @@ use crate::controller::Stage;
 use crate::lead::{LeadPower, LeadShape};
 use crate::transfer::in_samples;
 use crate::{
-    Actuator, ControlError, Controller, FractionalTransferFunction, Memory, SampledTransferFunction,
+    Actuator, ControlError, Controller, FractionalTransferFunction, PowerMemory,
+    SampledTransferFunction,
 };
 use fracdiff::parameter::{positive, range};
 use fracdiff::{Differintegrator, FrequencyResponse, Real, Seconds};
@@ -33,7 +34,7 @@ pub struct OnErrorHistory<F, H> {
 /// CRONE of the second generation, and fractional lead–lag.
 ///
 /// - *Units*: ω in rad/s, corners at most 2/T. *Cost*: `advance` as two full memories.
-/// - *Accuracy*: the Tustin rule, an error of O(T²), no warping at rest; each weight to the tolerance of [`Memory`].
+/// - *Accuracy*: the Tustin rule, an error of O(T²), no warping at rest; each weight to the tolerance of [`PowerMemory`].
 pub type LeadController<F, const MODES: usize = 48> = OnError<F, LeadPower<F, MODES>>;
 
 /// C(s) of the error: a [`FractionalTransferFunction`] as a controller. *Cost*: `advance` as [`SampledTransferFunction`].
@@ -204,10 +205,10 @@ impl<F: Real, const MODES: usize> LeadController<F, MODES> {
     /// A gain of 0, an order outside −2 to 2, corners that are not `0 < ω_b < ω_h ≤ 2/T`.
     /// ```
     /// use fracdiff::{FrequencyResponse, Seconds};
-    /// use fractional_control::{Actuator, CroneParameters, LeadController, Memory, Rule};
+    /// use fractional_control::{Actuator, CroneParameters, LeadController, PowerMemory, Rule};
     ///
     /// let shape = CroneParameters { gain: 2.0, order: 0.6, low_rad_s: 1.0, high_rad_s: 100.0 };
-    /// let memory = Memory::new(Rule::Grunwald, 1e-6, 100.0)?;
+    /// let memory = PowerMemory::new(Rule::Grunwald, 1e-6, 100.0)?;
     /// let crone = LeadController::<f64>::crone(shape, Actuator::UNLIMITED, memory, Seconds(1e-3))?;
     /// let phase = crone.response(10.0 * 1e-3).arg().to_degrees();
     /// assert!((phase - 0.6 * 78.6).abs() < 0.1);
@@ -217,7 +218,7 @@ impl<F: Real, const MODES: usize> LeadController<F, MODES> {
     pub fn crone(
         parameters: CroneParameters,
         actuator: Actuator,
-        memory: Memory,
+        memory: PowerMemory,
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {
         Self::shaped(parameters.shape()?, actuator, memory, sample_time)
@@ -233,7 +234,7 @@ impl<F: Real, const MODES: usize> LeadController<F, MODES> {
     pub fn lead_lag(
         parameters: LeadLagParameters,
         actuator: Actuator,
-        memory: Memory,
+        memory: PowerMemory,
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {
         Self::shaped(parameters.shape()?, actuator, memory, sample_time)
@@ -242,7 +243,7 @@ impl<F: Real, const MODES: usize> LeadController<F, MODES> {
     fn shaped(
         shape: LeadShape,
         actuator: Actuator,
-        memory: Memory,
+        memory: PowerMemory,
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {
         let gain = shape.gain * shape.factor;
@@ -264,9 +265,9 @@ impl<F: Real, const MODES: usize> FunctionController<F, MODES> {
     /// As [`SampledTransferFunction::new`]; a newest command that does not follow from the newest error.
     /// ```
     /// use fracdiff::Seconds;
-    /// use fractional_control::{Actuator, Controller, FunctionController, Memory, Rule};
+    /// use fractional_control::{Actuator, Controller, FunctionController, PowerMemory, Rule};
     ///
-    /// let memory = Memory::new(Rule::Bdf2, 1e-6, 100.0)?;
+    /// let memory = PowerMemory::new(Rule::Bdf2, 1e-6, 100.0)?;
     /// let function = "3(s^0.5+1)/(0.01s+1)".parse()?;
     /// let lead = FunctionController::<f64>::new(&function, Actuator::new(-2.0, 2.0)?, memory, Seconds(1e-3))?;
     /// assert_eq!(lead.output(&lead.at_rest(), 1.0, 0.0), 2.0);
@@ -275,7 +276,7 @@ impl<F: Real, const MODES: usize> FunctionController<F, MODES> {
     pub fn new(
         function: &FractionalTransferFunction,
         actuator: Actuator,
-        memory: Memory,
+        memory: PowerMemory,
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {
         let operator = SampledTransferFunction::new(function, memory, sample_time)?;

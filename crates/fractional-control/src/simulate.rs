@@ -1,6 +1,6 @@
 //! A controller and a plant, sample by sample.
 
-use crate::{Controller, SampledPlant};
+use crate::{Controller, HeldPlant};
 use std::vec::Vec;
 
 /// Reference, measurement and command of a loop, one value of each per sample.
@@ -18,7 +18,7 @@ pub struct Response {
 /// The shape of the response to a step from rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct Shape {
+pub struct StepShape {
     /// Largest y beyond the step, as a share of it; 0 without overshoot.
     pub overshoot: f64,
     /// Samples from 10 % to 90 % of the step, between samples by straight lines; `None` if y does
@@ -37,7 +37,7 @@ pub struct Shape {
 /// ```
 pub fn simulate<C: Controller<f64>>(
     controller: &C,
-    plant: &SampledPlant,
+    plant: &HeldPlant,
     reference: impl Fn(usize) -> f64,
     samples: usize,
 ) -> Response {
@@ -47,7 +47,7 @@ pub fn simulate<C: Controller<f64>>(
 /// Runs the loop with a load d that is added to the command before the plant: y = S + G·(u + d).
 pub(crate) fn simulate_loaded<C: Controller<f64>>(
     controller: &C,
-    plant: &SampledPlant,
+    plant: &HeldPlant,
     reference: impl Fn(usize) -> f64,
     load: f64,
     samples: usize,
@@ -76,13 +76,13 @@ pub(crate) fn simulate_loaded<C: Controller<f64>>(
 impl Response {
     /// The shape of y, read as the response to a step of height 1.
     #[must_use]
-    pub fn shape(&self) -> Shape {
+    pub fn shape(&self) -> StepShape {
         self.shape_of_step(1.0)
     }
 
     /// The shape of y, read as the response to a step of this height, which must not be 0.
     #[must_use]
-    pub fn shape_of_step(&self, height: f64) -> Shape {
+    pub fn shape_of_step(&self, height: f64) -> StepShape {
         let y = || self.measured.iter().map(|y| y / height);
         let most = y().fold(f64::NEG_INFINITY, f64::max);
         let outside = y().rposition(|y| (y - 1.0).abs() > 0.02 || y.is_nan());
@@ -95,7 +95,7 @@ impl Response {
         };
         // At once is in the first sample.
         let rises = (reaches(0.1).or(Some(0.0))).zip(reaches(0.9));
-        Shape {
+        StepShape {
             overshoot: (most - 1.0).max(0.0),
             rise: rises.map(|(low, high)| high - low),
             settled: (settled < self.measured.len()).then_some(settled),

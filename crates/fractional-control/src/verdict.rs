@@ -2,7 +2,7 @@
 
 use crate::enclosure::Fraction;
 use crate::held_response::HeldResponse;
-use crate::{ControlError, ControllerParameters, LoadedPlant, Memory, SampledPlant};
+use crate::{ControlError, ControllerParameters, HeldPlant, LoadedPlant, PowerMemory};
 use certified_count::{Arc, Enclosed, StabilityVerdict, count};
 use fracdiff::Seconds;
 use num_complex::Complex;
@@ -19,17 +19,17 @@ const OF_MEMORY: f64 = 100.0;
 /// proves each (argument principle). `A_C` and `A_G` stay apart from `B_C` and `B_G`, so an
 /// unstable pole that a zero cancels is still detected.
 ///
-/// - *Of*: the weights before they are rounded to the sample type, with the bound of their error from [`Memory`].
+/// - *Of*: the weights before they are rounded to the sample type, with the bound of their error from [`PowerMemory`].
 /// - *Cost*: some hundred to some thousand evaluations, a millisecond to ten.
 /// ```
 /// use fracdiff::Seconds;
-/// use fractional_control::{Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
+/// use fractional_control::{PowerMemory, PidParameters, Plant, Rule, SampledControlLoop, HeldPlant};
 ///
-/// let (t, memory) = (Seconds(0.01), Memory::new(Rule::Bdf2, 1e-6, 100.0)?);
+/// let (t, memory) = (Seconds(0.01), PowerMemory::new(Rule::Bdf2, 1e-6, 100.0)?);
 /// let plant: Plant = "exp(-0.1s)/(s+1)".parse()?;
-/// let plant = SampledPlant::new(&plant, memory, t)?;
+/// let plant = HeldPlant::new(&plant, memory, t)?;
 /// let gains = PidParameters { proportional: 5.0, integral: 2.0, integral_order: 0.9, ..PidParameters::NONE };
-/// let closed = SampledLoop::new(gains.into(), memory, &plant)?;
+/// let closed = SampledControlLoop::new(gains.into(), memory, &plant)?;
 /// let verdict = closed.verdict();
 /// assert!(verdict.stable);
 /// // It takes several times the gain to make it unstable.
@@ -37,7 +37,7 @@ const OF_MEMORY: f64 = 100.0;
 /// # Ok::<(), fractional_control::ControlError>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct SampledLoop {
+pub struct SampledControlLoop {
     controller: Fraction,
     plant: Fraction,
     gain: f64,
@@ -57,9 +57,9 @@ pub struct SampledLoop {
 #[derive(Clone, Debug)]
 pub(crate) struct Judged {
     /// The loop as it runs, of a rule where that replaces the plant.
-    pub(crate) closed: SampledLoop,
+    pub(crate) closed: SampledControlLoop,
     /// The loop of the plant, behind its hold in place of a rule.
-    pub(crate) of_plant: SampledLoop,
+    pub(crate) of_plant: SampledControlLoop,
     /// True if the verdict is on that loop, false if on the rule's.
     is_plants: bool,
     pub(crate) verdict: StabilityVerdict,
@@ -67,7 +67,7 @@ pub(crate) struct Judged {
 
 impl Judged {
     /// The loop that the verdict is on.
-    pub(crate) fn own(&self) -> &SampledLoop {
+    pub(crate) fn own(&self) -> &SampledControlLoop {
         match self.is_plants {
             true => &self.of_plant,
             false => &self.closed,
@@ -75,20 +75,20 @@ impl Judged {
     }
 
     /// The loop of the rule where the verdict is on that.
-    pub(crate) fn of_rule(&self) -> Option<&SampledLoop> {
+    pub(crate) fn of_rule(&self) -> Option<&SampledControlLoop> {
         (!self.is_plants).then_some(&self.closed)
     }
 }
 
-impl SampledLoop {
+impl SampledControlLoop {
     /// The controller's memory may differ from the one that the plant is sampled with.
     ///
     /// # Errors
     /// Parameters outside their range, a memory that is not reached.
     pub fn new(
         controller: ControllerParameters,
-        memory: Memory,
-        plant: &SampledPlant,
+        memory: PowerMemory,
+        plant: &HeldPlant,
     ) -> Result<Self, ControlError> {
         let rule = Self::around(controller, memory, plant.curve(), plant.sample_time())?;
         let memories = [rule.memory_s, plant.memory_s()].into_iter().flatten();
@@ -106,7 +106,7 @@ impl SampledLoop {
     /// As [`new`](Self::new).
     pub fn loaded(
         controller: ControllerParameters,
-        memory: Memory,
+        memory: PowerMemory,
         plant: &LoadedPlant,
     ) -> Result<Self, ControlError> {
         Self::around(controller, memory, plant.curve(), plant.sample_time())
@@ -114,7 +114,7 @@ impl SampledLoop {
 
     fn around(
         controller: ControllerParameters,
-        memory: Memory,
+        memory: PowerMemory,
         plant: &Fraction,
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {

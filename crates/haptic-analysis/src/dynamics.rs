@@ -1,8 +1,8 @@
 //! A device with its hand, its delay and its motor, in SI units.
 
 use crate::{
-    AnalysisError, Environment, ForcePath, LoopOperator, Nondimensional, OnePort, SampledLoop,
-    SampledPlant,
+    AnalysisError, ForcePath, LoopOperator, Nondimensional, OnePort, SampledLoop, SampledPlant,
+    SampledWall,
 };
 use fracdiff::parameter::{not_negative, positive};
 
@@ -14,11 +14,11 @@ use fracdiff::parameter::{not_negative, positive};
 /// loop what a late force does, so put both into `delay_s`.
 /// ```
 /// use fracdiff::{Order, Scheme, Seconds};
-/// use haptic_analysis::{Dynamics, Environment, LoopOperator};
+/// use haptic_analysis::{Dynamics, SampledWall, LoopOperator};
 ///
 /// let order = Order::new(1.0)?;
 /// let operator = LoopOperator::new(Scheme::Exact, order, Seconds(1e-3), 1e3)?;
-/// let wall = Environment {
+/// let wall = SampledWall {
 ///     stiffness_n_per_m: 20e3,
 ///     dissipation_n_s_mu_per_m: 20.0,
 ///     order,
@@ -102,7 +102,7 @@ impl Dynamics {
     ///
     /// # Errors
     /// A parameter outside its range.
-    pub fn nondimensional(&self, wall: &Environment) -> Result<Nondimensional, AnalysisError> {
+    pub fn nondimensional(&self, wall: &SampledWall) -> Result<Nondimensional, AnalysisError> {
         let m = positive("mass", self.mass_kg, "kg")?;
         let t = positive("sample time", wall.sample_time_s, "s")?;
         let b = not_negative("damping", self.damping_n_s_per_m, "N·s/m")?;
@@ -124,7 +124,7 @@ impl Dynamics {
     /// A parameter outside its range.
     pub fn closed<'a>(
         &self,
-        wall: &Environment,
+        wall: &SampledWall,
         operator: &'a LoopOperator,
     ) -> Result<SampledLoop<'a>, AnalysisError> {
         let Nondimensional { alpha, beta, .. } = self.nondimensional(wall)?;

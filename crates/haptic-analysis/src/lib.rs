@@ -36,11 +36,11 @@ pub use dynamics::Dynamics;
 pub use error::AnalysisError;
 pub use fracdiff::parameter::RangeError;
 pub use largest::Largest;
-pub use margin::Margins;
+pub use margin::WallMargins;
 pub use noise::NoiseGain;
 pub use object::{CoupledLoop, CoupledObject, CouplerOperator};
 pub use operator::LoopOperator;
-pub use outline::{BoundaryPoint, Polygon};
+pub use outline::{OutlinePoint, Polygon};
 pub use passivity::OnePort;
 pub use passivity::corollary_delta;
 pub use passivity::{RequiredDamping, RequiredDelta};
@@ -54,7 +54,7 @@ pub use teleoperation::{
     Teleoperation, Transparency,
 };
 pub use transparency::ClosedLoop;
-pub use transparency::{Effective, Environment};
+pub use transparency::{Effective, SampledWall};
 
 /// Complex numbers: [`num_complex::Complex`].
 pub use num_complex;

@@ -2,7 +2,7 @@
 
 use crate::characteristic::{Characteristic, Node};
 use crate::{AnalysisError, SampledLoop};
-use certified_count::{AtAngle, Bounds, Jet, OpenLoop, Peak, Terms, product};
+use certified_count::{AtAngle, Bounds, Jet, LoopTerms, OpenLoop, Peak, product};
 use core::f64::consts::PI;
 use num_complex::Complex;
 
@@ -16,7 +16,7 @@ use num_complex::Complex;
 /// sample, and the zero is narrowed until the verdicts on both sides of it differ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct Margins {
+pub struct WallMargins {
     /// The least factor above 1 on both stiffness and dissipation that takes the loop to the boundary; `None` if none does.
     pub gain_up: Option<AtAngle>,
     /// The largest such factor below 1; `None` if the loop stays stable down to no gain.
@@ -43,12 +43,12 @@ impl SampledLoop<'_> {
     ///
     /// # Errors
     /// [`AnalysisError::NotStable`].
-    pub fn margins(&self) -> Result<Margins, AnalysisError> {
+    pub fn margins(&self) -> Result<WallMargins, AnalysisError> {
         if !self.is_stable() {
             return Err(AnalysisError::NotStable { what: "margins" });
         }
         let (gain_up, gain_down) = self.gain_margins();
-        Ok(Margins {
+        Ok(WallMargins {
             gain_up,
             gain_down,
             delay: self.delay_margin(),
@@ -124,7 +124,7 @@ pub(crate) struct Open<'a, 'b>(pub(crate) &'a SampledLoop<'b>);
 impl OpenLoop for Open<'_, '_> {
     type Node = Node;
 
-    fn terms(&self, theta: f64) -> Terms<Node> {
+    fn terms(&self, theta: f64) -> LoopTerms<Node> {
         let node = self.0.characteristic.node(theta);
         let [plant, stiff, fractional] = node.terms;
         let (alpha, beta) = (self.0.alpha, self.0.beta);
@@ -135,14 +135,14 @@ impl OpenLoop for Open<'_, '_> {
             stiff.rate * alpha + fractional.rate * beta
         };
         let feedback = Jet::new(stiff.value * alpha + fractional.value * beta, rate);
-        Terms {
+        LoopTerms {
             theta: node.theta(),
             parts: [plant, feedback],
             node,
         }
     }
 
-    fn bounds(&self, a: &Terms<Node>, b: &Terms<Node>) -> [Bounds; 2] {
+    fn bounds(&self, a: &LoopTerms<Node>, b: &LoopTerms<Node>) -> [Bounds; 2] {
         let [plant, stiff, fractional] = self.0.characteristic.bounds(&a.node, &b.node);
         let sum = |bound: fn(&Bounds) -> f64| {
             product(self.0.alpha, bound(&stiff)) + product(self.0.beta, bound(&fractional))

@@ -268,7 +268,7 @@ fn join(arcs: &[Arc]) -> Result<Vec<Vec<usize>>, AnalysisError> {
 
 /// One corner or point of a boundary.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BoundaryPoint {
+pub struct OutlinePoint {
     /// α.
     pub alpha: f64,
     /// β.
@@ -282,14 +282,14 @@ pub struct BoundaryPoint {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polygon {
     /// Its corners, one after another around it; the first is not repeated.
-    pub points: Vec<BoundaryPoint>,
+    pub points: Vec<OutlinePoint>,
     /// Enclosed area, negative for a hole; by cubics between the points, not by chords.
     pub area: f64,
 }
 
 impl Polygon {
     /// Each point with the one that follows it.
-    pub fn edges(&self) -> impl Iterator<Item = (&BoundaryPoint, &BoundaryPoint)> {
+    pub fn edges(&self) -> impl Iterator<Item = (&OutlinePoint, &OutlinePoint)> {
         self.points.iter().zip(self.points.iter().cycle().skip(1))
     }
 
@@ -306,8 +306,8 @@ impl Polygon {
 }
 
 /// A point for a picture, from a sample.
-pub(crate) fn boundary_point(sample: &Sample) -> BoundaryPoint {
-    BoundaryPoint {
+pub(crate) fn boundary_point(sample: &Sample) -> OutlinePoint {
+    OutlinePoint {
         alpha: sample.point[0].max(0.0),
         beta: sample.point[1].max(0.0),
         theta: (!sample.theta.is_nan()).then_some(sample.theta),

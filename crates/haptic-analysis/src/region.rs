@@ -24,7 +24,7 @@ use crate::arrangement::{Straight, near};
 use crate::characteristic::Characteristic;
 use crate::decomposition::Decomposition;
 use crate::outline::Outline;
-use crate::outline::{BoundaryPoint, Polygon};
+use crate::outline::{OutlinePoint, Polygon};
 use crate::{AnalysisError, LoopOperator, SampledPlant};
 use core::f64::consts::PI;
 use fracdiff::parameter::range;
@@ -344,7 +344,7 @@ pub(crate) fn polygons(decomposition: &Decomposition) -> Vec<Polygon> {
 }
 
 fn polygon([low, high]: &[(f64, Option<f64>); 2], p: f64) -> Polygon {
-    let corner = |alpha: f64, beta: f64, theta| BoundaryPoint { alpha, beta, theta };
+    let corner = |alpha: f64, beta: f64, theta| OutlinePoint { alpha, beta, theta };
     let mut points = vec![
         corner(low.0, 0.0, low.1),
         corner(high.0, 0.0, high.1),

@@ -23,7 +23,7 @@ use crate::curve::{bounds_in_v, jet_in_v, size_in_v};
 use crate::extremum::Grid;
 use crate::margin::Open;
 use crate::stability::BOUNDARY;
-use certified_count::{AtAngle, Bounds, Jet, OpenLoop, Terms};
+use certified_count::{AtAngle, Bounds, Jet, LoopTerms, OpenLoop};
 use core::f64::consts::PI;
 use fracdiff::full_memory::non_negative_least_squares;
 use num_complex::Complex;
@@ -269,7 +269,7 @@ impl Row {
 
 /// One angle with its derivatives.
 struct Point {
-    terms: Terms<Node>,
+    terms: LoopTerms<Node>,
     parts: [Jet; 4],
     row: Row,
     /// Among the rows of the programme.

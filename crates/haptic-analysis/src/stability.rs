@@ -2,8 +2,8 @@
 
 use crate::characteristic::{Characteristic, Node, Span};
 use crate::operator::multiply;
-use crate::{AnalysisError, Environment, LoopOperator, SampledPlant};
-use certified_count::{Curve, Sample, StabilityVerdict};
+use crate::{AnalysisError, LoopOperator, SampledPlant, SampledWall};
+use certified_count::{Curve, NodeValue, StabilityVerdict};
 use core::f64::consts::PI;
 use fracdiff::Order;
 use fracdiff::parameter::{positive, range};
@@ -57,11 +57,11 @@ impl Nondimensional {
         mass_kg: f64,
         sample_time_s: f64,
         order: Order,
-    ) -> Result<Environment, AnalysisError> {
+    ) -> Result<SampledWall, AnalysisError> {
         self.checked()?;
         let m = positive("mass", mass_kg, "kg")?;
         let t = positive("sample time", sample_time_s, "s")?;
-        Ok(Environment {
+        Ok(SampledWall {
             stiffness_n_per_m: self.alpha * m / (t * t),
             dissipation_n_s_mu_per_m: self.beta * m / libm::pow(t, 2.0 - order.get()),
             order,
@@ -175,7 +175,7 @@ impl<'a> SampledLoop<'a> {
     /// - *On the boundary*: |F| ≤ 1e-9 of the sizes of its terms was met, and of n₁ + n₀: changing α, β and the plant by that share could
     ///   take the loop there.
     /// - *Distance*: |F|/(n₁ + n₀). It would take about this change of α, as a complex number, to reach the boundary. The margins proper are
-    ///   in [`Margins`](crate::Margins). Of a loop that [drifts](Self::beside_rest) over |v|^p too, as F falls towards rest.
+    ///   in [`WallMargins`](crate::WallMargins). Of a loop that [drifts](Self::beside_rest) over |v|^p too, as F falls towards rest.
     #[must_use]
     pub fn verdict(&self) -> StabilityVerdict {
         let circle = self.characteristic.circle();
@@ -349,7 +349,7 @@ impl Curve for Weighed<'_, '_> {
     }
 
     /// The size is |F|, that of a loop that drifts over |v|^p too.
-    fn sample(&self, node: &Node) -> Sample {
+    fn sample(&self, node: &Node) -> NodeValue {
         let value = node.value(self.gains);
         let fallen = match self.fall {
             0.0 => 1.0,
@@ -357,7 +357,7 @@ impl Curve for Weighed<'_, '_> {
         };
         let scale = self.circle.characteristic.plant.numerator_sum()
             * node.operator.denominator.value.norm();
-        Sample {
+        NodeValue {
             theta: node.theta(),
             value,
             size: value.norm() / (scale * fallen),

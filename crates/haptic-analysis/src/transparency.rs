@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 /// The force on the device is −H·x: a positive displacement is pushed back. The formulas here and in [`ClosedLoop`] hold for every order an
 /// [`Order`] can have; theorems about passivity do not. Source: O. Tokatlı, *Fractional Order Control in Haptics*, eq. 3.8.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Environment {
+pub struct SampledWall {
     /// K, N/m, at least 0.
     pub stiffness_n_per_m: f64,
     /// B, at least 0. Its unit depends on μ: N·s^μ/m, so N/m at μ = 0, N·s/m at 1, kg at 2.
@@ -36,7 +36,7 @@ pub struct Effective {
     pub damping_n_s_per_m: f64,
 }
 
-impl Environment {
+impl SampledWall {
     /// Effective stiffness and damping with the operator really used, P for this order, at 0 < ω ≤ π/T, rad/s.
     /// ```text
     /// ES(ω) = Re H(e^(−jωT)),    ED(ω) = Im H(e^(−jωT))/ω
@@ -130,13 +130,13 @@ impl Effective {
 /// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eqs. 6.1, 6.2.
 /// ```
 /// use fracdiff::{ExactDifference, Order};
-/// use haptic_analysis::{ClosedLoop, Environment, ForcePath};
+/// use haptic_analysis::{ClosedLoop, SampledWall, ForcePath};
 ///
 /// let order = Order::new(0.5)?;
 /// let closed = ClosedLoop {
 ///     mass_kg: 0.065,
 ///     damping_n_s_per_m: 3.5,
-///     environment: Environment {
+///     environment: SampledWall {
 ///         stiffness_n_per_m: 500.0,
 ///         dissipation_n_s_mu_per_m: 0.0,
 ///         order,
@@ -157,7 +157,7 @@ pub struct ClosedLoop {
     /// b, N·s/m, at least 0.
     pub damping_n_s_per_m: f64,
     /// K, B, μ, T.
-    pub environment: Environment,
+    pub environment: SampledWall,
     /// d + h and τ, besides the hold; none in the dissertation.
     pub path: ForcePath,
 }
@@ -173,7 +173,7 @@ impl ClosedLoop {
     /// A parameter or ω outside its range, or a result too large for a number.
     pub fn continuous(&self, omega_rad_s: f64) -> Result<Effective, AnalysisError> {
         let omega = omega_rad_s;
-        let Environment {
+        let SampledWall {
             stiffness_n_per_m: k,
             dissipation_n_s_mu_per_m: b,
             order,

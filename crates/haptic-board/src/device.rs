@@ -24,13 +24,13 @@ impl<H: Hardware> Exclusive<Loop<H>> for Shared<H> {
 
 /// Memory for a device, for a static: everything large is built here and not on the stack.
 #[derive(Debug)]
-pub struct Place<H: Hardware> {
+pub struct DeviceMemory<H: Hardware> {
     device: MaybeUninit<Shared<H>>,
     records: Records,
     session: MaybeUninit<DeviceSession>,
 }
 
-impl<H: Hardware> Place<H> {
+impl<H: Hardware> DeviceMemory<H> {
     /// Nothing is made yet, so that a static costs no image: `power_up` fills it.
     #[must_use]
     pub const fn new() -> Self {
@@ -42,7 +42,7 @@ impl<H: Hardware> Place<H> {
     }
 }
 
-impl<H: Hardware> Default for Place<H> {
+impl<H: Hardware> Default for DeviceMemory<H> {
     fn default() -> Self {
         Self::new()
     }
@@ -55,7 +55,7 @@ impl<H: Hardware> Default for Place<H> {
 /// # Errors
 /// As [`TickSide::passive`]: a board that refuses its first configuration.
 pub fn power_up<H: Hardware>(
-    place: &'static mut Place<H>,
+    place: &'static mut DeviceMemory<H>,
     hardware: H,
     firmware: [u8; 3],
     retained: Retained,

@@ -18,10 +18,10 @@ mod retained;
 pub use {haptic_link, haptic_loop, haptic_remote, nalgebra};
 
 pub use clock::Clock;
-pub use device::{Place, Shared, Ticker, TickerSlot, power_up};
+pub use device::{DeviceMemory, Shared, Ticker, TickerSlot, power_up};
 pub use image::Image;
 pub use main_loop::{MainLoop, serve};
-pub use parts::{Line, NoWatchdog, Parts, TickTimer, Watchdog};
+pub use parts::{HostLine, NoWatchdog, Parts, TickTimer, Watchdog};
 pub use quadrature::Quadrature;
 pub use queue::Queue;
 pub use retained::{Retained, RetainedMemory};

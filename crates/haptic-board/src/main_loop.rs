@@ -1,7 +1,7 @@
 //! The main loop: answers the host, sends what the loop has to say, feeds the watchdog, sleeps.
 
 use crate::device::Shared;
-use crate::parts::{Line, Watchdog};
+use crate::parts::{HostLine, Watchdog};
 use haptic_link::FRAME_MAX;
 use haptic_remote::{DeviceSession, Exclusive as _, Hardware};
 
@@ -38,7 +38,7 @@ impl<'a, H: Hardware> MainLoop<'a, H> {
     /// the latest the tick.
     pub fn round(
         &mut self,
-        line: &mut impl Line,
+        line: &mut impl HostLine,
         watchdog: &mut impl Watchdog,
         now_us: impl Fn() -> u64,
     ) -> bool {
@@ -77,7 +77,7 @@ impl<'a, H: Hardware> MainLoop<'a, H> {
 pub fn serve<H: Hardware>(
     device: &Shared<H>,
     session: &mut DeviceSession,
-    line: &mut impl Line,
+    line: &mut impl HostLine,
     watchdog: &mut impl Watchdog,
     now_us: impl Fn() -> u64,
     mut sleep: impl FnMut(),

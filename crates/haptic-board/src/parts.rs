@@ -13,7 +13,7 @@ pub trait TickTimer {
 }
 
 /// The line to the host. Nothing here waits.
-pub trait Line {
+pub trait HostLine {
     /// The next byte that came.
     fn receive(&mut self) -> Option<u8>;
 

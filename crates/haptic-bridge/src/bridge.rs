@@ -19,14 +19,14 @@ use thiserror::Error;
 
 /// The part of a bridge for the thread that ticks.
 #[derive(Debug)]
-pub struct Ticker {
+pub struct BridgeTicker {
     ticks: Box<dyn Ticks>,
     handle: Handle,
     ended: bool,
     pace: Pace,
 }
 
-impl Ticker {
+impl BridgeTicker {
     /// One call of the program, at this time of a monotonic clock, µs, with its position, m: the force until the next
     /// call, N. Elements beyond the axes of the device are ignored, and zero.
     ///
@@ -84,7 +84,7 @@ pub struct Bridge {
     // Dropped first: its thread has ended before what it shares is let go.
     pub(crate) serving: Serving,
     /// To be moved into the thread that ticks.
-    pub ticker: Ticker,
+    pub ticker: BridgeTicker,
     /// Clones of it may be used by any thread.
     pub handle: Handle,
 }
@@ -122,7 +122,7 @@ impl Bridge {
     ///
     /// # Errors
     /// A device that cannot be.
-    pub fn apart(description: &Description) -> Result<(Ticker, LineSide), BridgeError> {
+    pub fn apart(description: &Description) -> Result<(BridgeTicker, LineSide), BridgeError> {
         let capabilities = description.capabilities()?;
         let handle = Handle::default();
         let (line, ends) = LineSide::new(handle.clone(), description.sample_time_us.into());
@@ -132,7 +132,7 @@ impl Bridge {
             2 => Box::new(Ticking::<2>::new(description, capabilities, ends, shared)?),
             _ => Box::new(Ticking::<3>::new(description, capabilities, ends, shared)?),
         };
-        let ticker = Ticker {
+        let ticker = BridgeTicker {
             ticks,
             handle,
             ended: false,

@@ -12,7 +12,7 @@ mod program;
 mod status;
 mod ticking;
 
-pub use bridge::{Bridge, BridgeError, Ticker};
+pub use bridge::{Bridge, BridgeError, BridgeTicker};
 pub use c::{
     HB_ENDED, HB_NULL, HbBridge, HbDevice, hb_close, hb_fault, hb_open, hb_port, hb_reason,
     hb_sense, hb_stop, hb_tick, hb_wait,

@@ -3,7 +3,8 @@
 use crate::status::Handle;
 use crate::ticking::Heard;
 use haptic_link::{
-    Direction, FRAME_MAX, Header, Reason, Receiver, Report, Request, Statistics, Trouble, encode,
+    DeviceReport, Direction, FRAME_MAX, Header, Reason, Receiver, Request, Statistics, Trouble,
+    encode,
 };
 use haptic_loop::realtime::Moment;
 use rtrb::{Consumer, Producer, RingBuffer};
@@ -34,7 +35,7 @@ const UNIT: u64 = 100;
 pub struct LineSide {
     receiver: Receiver<Request>,
     requests: Producer<Heard>,
-    reports: Consumer<Report>,
+    reports: Consumer<DeviceReport>,
     sequence: u16,
     sent: u32,
     /// Frames that the line has not taken yet.
@@ -62,7 +63,7 @@ impl LineSide {
     pub(crate) fn new(
         handle: Handle,
         period_us: u64,
-    ) -> (Self, (Consumer<Heard>, Producer<Report>)) {
+    ) -> (Self, (Consumer<Heard>, Producer<DeviceReport>)) {
         let (requests, hearing) = RingBuffer::new(REQUESTS_WAITING);
         let (speaking, reports) = RingBuffer::new(REPORTS_WAITING);
         let this = Self {
@@ -100,7 +101,7 @@ impl LineSide {
         let Ok(mut report) = self.reports.pop() else {
             return 0;
         };
-        if let Report::Statistics(statistics) = &mut report {
+        if let DeviceReport::Statistics(statistics) = &mut report {
             self.count(statistics);
         }
         // Every report fits into a frame.

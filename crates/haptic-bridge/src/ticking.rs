@@ -12,7 +12,7 @@ use crate::description::{Description, PERIODS_US};
 use crate::meter::Meter;
 use crate::program::Program;
 use crate::status::Handle;
-use haptic_link::{Capabilities, Header, Reason, Refusal, Report, Request, State, Trouble};
+use haptic_link::{Capabilities, DeviceReport, Header, Reason, Refusal, Request, State, Trouble};
 use haptic_loop::Fault;
 use haptic_remote::{DeviceSession, TickSide};
 use rtrb::{Consumer, Producer};
@@ -45,7 +45,7 @@ pub(crate) struct Ticking<const D: usize> {
     device: RefCell<TickSide<Program<D>, D>>,
     session: DeviceSession,
     requests: Consumer<Heard>,
-    reports: Producer<Report>,
+    reports: Producer<DeviceReport>,
     handle: Handle,
     clock: ProgramClock,
     meter: Meter,
@@ -66,7 +66,7 @@ impl<const D: usize> Ticking<D> {
     pub(crate) fn new(
         description: &Description,
         capabilities: Capabilities,
-        ends: (Consumer<Heard>, Producer<Report>),
+        ends: (Consumer<Heard>, Producer<DeviceReport>),
         handle: Handle,
     ) -> Result<Self, Refusal> {
         let device = TickSide::new(Program::new(description, capabilities))?;
@@ -105,7 +105,7 @@ impl<const D: usize> Ticking<D> {
             };
             let report = (self.session).respond(header, request, now_us, &self.device);
             if let Some(mut report) = report {
-                if let Report::Statistics(statistics) = &mut report {
+                if let DeviceReport::Statistics(statistics) = &mut report {
                     statistics.period_ns = self.meter.mean_ns();
                 }
                 // There is room.

@@ -1,6 +1,6 @@
 //! Devices of other makers by name, and opening one.
 
-use crate::haply::{HaplyName, HaplyOpenError, Plane};
+use crate::haply::{HaplyName, HaplyOpenError, HaplyPlane};
 use crate::inverse3::{Inverse3Name, Inverse3OpenError};
 use crate::moteus::{MoteusName, MoteusOpenError};
 use crate::name::NameError;
@@ -82,9 +82,9 @@ impl ForeignName {
 
     /// The plane of a device that moves in a plane; `None` for others.
     #[must_use]
-    pub const fn plane(&self) -> Option<Plane> {
+    pub const fn plane(&self) -> Option<HaplyPlane> {
         match self {
-            Self::Haply(name) => Some(Plane::of(name.version.model())),
+            Self::Haply(name) => Some(HaplyPlane::of(name.version.model())),
             Self::Moteus(_) | Self::Inverse3(_) => None,
         }
     }

@@ -1,7 +1,7 @@
 //! A device without hardware at the other end of a line: by the clock, or in the time of whoever serves it.
 
 use crate::{FaultyLine, LineDamage, LineFaults};
-use haptic_loop::ParameterError;
+use haptic_loop::LoopParameterError;
 use haptic_loop::realtime::Moment;
 use haptic_remote::serial::{DeviceTime, Line};
 use std::collections::VecDeque;
@@ -27,7 +27,7 @@ pub trait AtLine {
 
 /// Damage that a line did to the bytes of both directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Damage {
+pub struct DuplexDamage {
     /// Damage to requests; the device answers only those that arrive intact.
     pub to_device: LineDamage,
     /// Damage to answers; the host waits for a lost one until it times out.
@@ -45,7 +45,7 @@ pub fn emulate(
     (faults, seed): (LineFaults, u64),
     duration: Option<Duration>,
     stop: &AtomicBool,
-) -> Result<Damage, ParameterError> {
+) -> Result<DuplexDamage, LoopParameterError> {
     let [mut to_device, mut to_host] = FaultyLine::both_ways(faults, seed)?;
     // As it was before, if the line has no patience.
     let _ = line.set_patience(PATIENCE);
@@ -70,7 +70,7 @@ pub fn emulate(
         let _ = line.write_all(&carried(&mut to_host, &answer, now_us));
         answer.clear();
     }
-    Ok(Damage {
+    Ok(DuplexDamage {
         to_device: to_device.damage(),
         to_host: to_host.damage(),
     })

@@ -2,7 +2,7 @@
 //! same for the same seed.
 
 use fracdiff::parameter::range;
-use haptic_loop::ParameterError;
+use haptic_loop::LoopParameterError;
 use rand_distr::{Distribution as _, StandardUniform};
 use rand_pcg::Pcg32;
 use std::collections::VecDeque;
@@ -60,7 +60,7 @@ impl LineFaults {
     ///
     /// # Errors
     /// A chance outside [0, 1], a time that is negative or not finite.
-    pub fn check(&self) -> Result<(), ParameterError> {
+    pub fn check(&self) -> Result<(), LoopParameterError> {
         let chances = [
             ("chance of a lost frame", self.drop),
             ("chance of a damaged frame", self.corrupt),
@@ -87,7 +87,7 @@ impl FaultyLine {
     ///
     /// # Errors
     /// As [`LineFaults::check`].
-    pub fn new(faults: LineFaults, seed: u64) -> Result<Self, ParameterError> {
+    pub fn new(faults: LineFaults, seed: u64) -> Result<Self, LoopParameterError> {
         faults.check()?;
         Ok(Self {
             faults,
@@ -101,7 +101,10 @@ impl FaultyLine {
     }
 
     /// Quiet lines to a device and to its host, with the same faults at other times.
-    pub(crate) fn both_ways(faults: LineFaults, seed: u64) -> Result<[Self; 2], ParameterError> {
+    pub(crate) fn both_ways(
+        faults: LineFaults,
+        seed: u64,
+    ) -> Result<[Self; 2], LoopParameterError> {
         Ok([
             Self::new(faults, seed)?,
             Self::new(faults, seed.wrapping_add(1))?,
@@ -116,7 +119,7 @@ impl FaultyLine {
     ///
     /// # Errors
     /// As [`LineFaults::check`].
-    pub fn set_faults(&mut self, faults: LineFaults) -> Result<(), ParameterError> {
+    pub fn set_faults(&mut self, faults: LineFaults) -> Result<(), LoopParameterError> {
         faults.check()?;
         self.faults = faults;
         Ok(())

@@ -8,5 +8,5 @@ pub mod haply;
 pub mod inverse3;
 pub mod moteus;
 
-pub use at_line::{AtLine, Damage, NearLine, emulate};
+pub use at_line::{AtLine, DuplexDamage, NearLine, emulate};
 pub use faulty_line::{FaultyLine, LineDamage, LineFaults};

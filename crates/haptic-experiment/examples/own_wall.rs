@@ -5,7 +5,7 @@
 //! ```
 
 use fracdiff::Seconds;
-use haptic_experiment::{Line, TrialPlan, lines};
+use haptic_experiment::{ReportLine, TrialPlan, lines};
 
 const T: f64 = 1e-3;
 const STIFFNESS: f64 = 500.0;
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let settling = TrialPlan::default().try_law((0.0, wall), plant, Seconds(T), STIFFNESS)?;
     for line in lines(&settling) {
-        if let Line::Row(row) = line {
+        if let ReportLine::Row(row) = line {
             println!("{}: {}", row.label, row.value);
         }
     }

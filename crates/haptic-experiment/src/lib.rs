@@ -22,7 +22,7 @@ pub use judge::Report;
 pub use judge::control;
 pub use judge::modelled_tissue::{ModelledTissue, TissuePiece};
 pub use judge::preflight::Matter;
-pub use judge::rows::{Line, Row, Table, lines};
+pub use judge::rows::{ReportLine, Row, Table, lines};
 pub use judge::settling::Settling;
 pub use open::{ExperimentFile, parameters};
 pub use run::Supervisor;

@@ -11,7 +11,6 @@
 
 mod by_clock;
 mod fading;
-mod felt;
 mod hand;
 mod keeper;
 mod law;
@@ -27,7 +26,6 @@ mod waiting;
 
 pub use by_clock::run;
 pub use fading::{Fading, FadingHistory, Law};
-pub use felt::FeltSummary;
 pub use hand::{HAND_DAMPING, HAND_M, HAND_STIFFNESS, HeldDevice};
 pub use keeper::{Keeper, Watch};
 pub use law::{Felt, HORIZON, fading, refuse_unstable, rounded_down, ticks};

@@ -205,7 +205,10 @@ pub(crate) enum Shape {
 /// A marker, to be drawn around its middle.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Outline {
-    Circle(f64),
+    /// Four cubic curves, from the left by the top: radius, and length of their handles. Both in pixels.
+    ///
+    /// Written as arcs each reader would flatten them by rules of its own.
+    Circle { radius: f64, handle: f64 },
     /// Whole tenths of a pixel, so that steps from corner to corner end where they began.
     Corners(Vec<(f64, f64)>),
 }
@@ -270,7 +273,9 @@ impl Shape {
     /// A marker of this shape around the origin.
     pub(crate) fn outline(self, radius: f64) -> Outline {
         if self == Self::Circle {
-            return Outline::Circle(radius);
+            // (4/3)·(√2 − 1): off by 3e-4 of the radius at most.
+            let handle = hundredths(0.552_284_75 * radius);
+            return Outline::Circle { radius, handle };
         }
         let tenths = |length: f64| (10.0 * radius * length).round();
         let corners = self.corners().into_iter();

@@ -242,7 +242,7 @@ fn markers(middles: &[(f64, f64)], shape: Shape, radius: f64) -> Option<Path> {
     let mut path = PathBuilder::new();
     for (x, y) in middles {
         match &outline {
-            Outline::Circle(r) => path.push_circle(*x as f32, *y as f32, *r as f32),
+            Outline::Circle { radius, handle } => circle(&mut path, (*x, *y), *radius, *handle),
             Outline::Corners(corners) => {
                 for (index, (dx, dy)) in corners.iter().enumerate() {
                     let corner = ((x + dx / 10.0) as f32, (y + dy / 10.0) as f32);
@@ -256,6 +256,28 @@ fn markers(middles: &[(f64, f64)], shape: Shape, radius: f64) -> Option<Path> {
         }
     }
     path.finish()
+}
+
+fn circle(path: &mut PathBuilder, (x, y): (f64, f64), radius: f64, handle: f64) {
+    let at = |dx: f64, dy: f64| ((x + dx) as f32, (y + dy) as f32);
+    let start = at(-radius, 0.0);
+    path.move_to(start.0, start.1);
+    // Each quarter begins in a direction and ends in the next.
+    for (along, out) in [
+        ((0.0, -1.0), (-1.0, 0.0)),
+        ((1.0, 0.0), (0.0, -1.0)),
+        ((0.0, 1.0), (1.0, 0.0)),
+        ((-1.0, 0.0), (0.0, 1.0)),
+    ] {
+        let place = |a: f64, o: f64| at(a * along.0 + o * out.0, a * along.1 + o * out.1);
+        let (first, second, end) = (
+            place(handle, radius),
+            place(radius, handle),
+            place(radius, 0.0),
+        );
+        path.cubic_to(first.0, first.1, second.0, second.1, end.0, end.1);
+    }
+    path.close();
 }
 
 /// `None` if it has no area.

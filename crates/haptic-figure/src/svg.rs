@@ -171,9 +171,11 @@ fn marker_data(middles: &[(f64, f64)], shape: Shape, radius: f64) -> String {
 /// A marker as path data relative to its middle; begins with `m`.
 fn marker_outline(shape: Shape, radius: f64) -> String {
     match shape.outline(radius) {
-        Outline::Circle(r) => {
-            let across = 2.0 * r;
-            format!("m-{r} 0a{r} {r} 0 1 0 {across} 0a{r} {r} 0 1 0-{across} 0z")
+        Outline::Circle { radius: r, handle } => {
+            let left = hundredths(r - handle);
+            format!(
+                "m-{r} 0c0-{handle} {left}-{r} {r}-{r}s{r} {left} {r} {r}-{left} {r}-{r} {r}-{r}-{left}-{r}-{r}z"
+            )
         }
         Outline::Corners(corners) => {
             let mut outline = String::new();
@@ -239,7 +241,7 @@ mod tests {
     fn markers_end_where_they_began() {
         assert_eq!(
             marker_outline(Shape::Circle, 4.0),
-            "m-4 0a4 4 0 1 0 8 0a4 4 0 1 0-8 0z"
+            "m-4 0c0-2.21 1.79-4 4-4s4 1.79 4 4-1.79 4-4 4-4-1.79-4-4z"
         );
         assert_eq!(
             marker_outline(Shape::Diamond, 4.0),

@@ -1,6 +1,6 @@
 //! One key for each message: a hash of its definition. A host compares those of the messages that it uses.
 
-use crate::report::{COMMON_REPORTS, KEYS_MAX, Keys, MessageKey, REPORTS, Report};
+use crate::report::{COMMON_REPORTS, DeviceReport, KEYS_MAX, Keys, MessageKey, REPORTS};
 #[cfg(feature = "controllers")]
 use crate::request::CONTROLLER_REQUESTS;
 use crate::request::{AXES_REQUESTS, ONE_AXIS_REQUESTS, REQUESTS, Request};
@@ -51,7 +51,7 @@ impl Keys {
         let request = unlike(&self.requests, &REQUEST_KEYS, 0..requests);
         let report = || unlike(&self.reports, &REPORT_KEYS, 0..COMMON_REPORTS);
         let request = request.map(|n| Request::NAMES[n]);
-        request.or_else(|| report().map(|n| Report::NAMES[n]))
+        request.or_else(|| report().map(|n| DeviceReport::NAMES[n]))
     }
 
     /// True if the other end has the same messages for controllers.
@@ -82,7 +82,7 @@ fn unlike(have: &[MessageKey], want: &[MessageKey], numbers: Range<usize>) -> Op
 
 const _: () = assert!(
     REQUEST_KEYS.len() == variants(Request::SCHEMA).len()
-        && REPORT_KEYS.len() == variants(Report::SCHEMA).len()
+        && REPORT_KEYS.len() == variants(DeviceReport::SCHEMA).len()
         && REQUEST_KEYS.len() <= KEYS_MAX
         && REPORT_KEYS.len() <= KEYS_MAX,
     "a key for each message, and room for all"
@@ -102,7 +102,7 @@ impl<const N: usize> Schema for RequestVariant<N> {
 impl<const N: usize> Schema for ReportVariant<N> {
     const SCHEMA: &'static NamedType = &NamedType {
         name: "Report",
-        ty: &DataModelType::Enum(&[variants(Report::SCHEMA)[N]]),
+        ty: &DataModelType::Enum(&[variants(DeviceReport::SCHEMA)[N]]),
     };
 }
 

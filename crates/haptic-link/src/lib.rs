@@ -38,12 +38,12 @@ pub use image::{IMAGE_MARK, image_digest};
 pub use keys::{REPORT_KEYS, REQUEST_KEYS};
 pub use limits::{Field, Guard, GuardKind, Limits, LoopMode};
 pub use report::{
-    Ack, Alive, Capabilities, Event, EventKind, FaultReport, Hello, KEYS_MAX, Keys, MessageKey,
-    Outcome, Reason, Refusal, Report, State, Statistics, Status, Trouble,
+    Ack, Alive, Capabilities, DeviceReport, Event, EventKind, FaultReport, Hello, KEYS_MAX, Keys,
+    MessageKey, Outcome, Reason, Refusal, State, Statistics, Status, Trouble,
 };
 pub use request::{Request, Scope, Start};
 pub use sample::{
-    AXES_MAX, BATCH_MAX, Batch, BatchItem, Flight, IMPOSSIBLE, NOT_TAKEN, SENSED_MAX, Sample,
+    AXES_MAX, BATCH_MAX, BatchItem, Flight, IMPOSSIBLE, NOT_TAKEN, SENSED_MAX, Sample, SampleBatch,
     UNANSWERED,
 };
 pub use sequence::{OutOfOrder, RequestTracker, SequenceTracker};

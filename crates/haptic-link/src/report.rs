@@ -4,7 +4,7 @@ use crate::configuration::{CoefficientBlock, Configuration};
 #[cfg(feature = "controllers")]
 use crate::controller::ControllerCost;
 use crate::limits::Field;
-use crate::sample::{Batch, Flight, Sample};
+use crate::sample::{Flight, Sample, SampleBatch};
 use haptic_loop::enumerated;
 use heapless::Vec;
 use postcard_schema::Schema;
@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 /// A message from device to host. The number of a variant is its first byte on the wire, from 0.
 /// New variants are added at the end.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
-pub enum Report {
+pub enum DeviceReport {
     /// Answers [`Request::Hello`](crate::Request::Hello).
     Hello(Hello),
     /// The device and its abilities.
@@ -33,7 +33,7 @@ pub enum Report {
     /// One tick, in a frame of its own.
     Sample(Sample),
     /// Several ticks in a row, to save frames.
-    Batch(Batch),
+    Batch(SampleBatch),
     /// The state of the device has changed without a fault.
     Event(Event),
     /// A fault has latched, once for each.
@@ -51,7 +51,7 @@ pub enum Report {
     ControllerCost(ControllerCost),
 }
 
-impl Report {
+impl DeviceReport {
     /// Names of the reports, by number.
     pub const NAMES: [&'static str; REPORTS] = [
         "hello",

@@ -29,18 +29,18 @@ pub(crate) const REQUESTS: usize = if cfg!(feature = "several-axes") {
 /// New variants are added at the end.
 ///
 /// Every request but [`Force`](Self::Force) is answered: with its own report where one is named,
-/// otherwise with a [`Report::Ack`](crate::Report::Ack). All but that one may be sent
+/// otherwise with a [`DeviceReport::Ack`](crate::DeviceReport::Ack). All but that one may be sent
 /// again when the answer does not come.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Request {
     /// Asks for a connection. Changes nothing: the connection begins with the first frame that carries its number.
-    /// Answer: [`Report::Hello`](crate::Report::Hello).
+    /// Answer: [`DeviceReport::Hello`](crate::DeviceReport::Hello).
     Hello {
         /// Comes back in the answer; another number for each hello, but the same when one is sent again.
         #[serde(with = "postcard::fixint::le")]
         nonce: u32,
     },
-    /// Answer: [`Report::Capabilities`](crate::Report::Capabilities).
+    /// Answer: [`DeviceReport::Capabilities`](crate::DeviceReport::Capabilities).
     GetCapabilities,
     /// Stages everything but the coefficients, and forgets those staged before.
     Configure(Configuration),
@@ -54,9 +54,9 @@ pub enum Request {
         /// The time for which it is in force.
         scope: Scope,
     },
-    /// Answer: [`Report::Configuration`](crate::Report::Configuration).
+    /// Answer: [`DeviceReport::Configuration`](crate::DeviceReport::Configuration).
     GetConfiguration,
-    /// Answer: [`Report::Coefficients`](crate::Report::Coefficients).
+    /// Answer: [`DeviceReport::Coefficients`](crate::DeviceReport::Coefficients).
     GetCoefficients {
         /// Place of the first coefficient that is asked for, a multiple of 16.
         #[serde(with = "postcard::fixint::le")]
@@ -85,15 +85,15 @@ pub enum Request {
         /// N, an element an axis; one that is not finite latches a fault, another number of them is no force.
         force_n: Vec<f32, AXES_MAX>,
     },
-    /// The host is there. Any other frame says so too. Answer: [`Report::Alive`](crate::Report::Alive).
+    /// The host is there. Any other frame says so too. Answer: [`DeviceReport::Alive`](crate::DeviceReport::Alive).
     KeepAlive {
         /// Comes back in the answer, to measure the round trip.
         #[serde(with = "postcard::fixint::le")]
         token: u32,
     },
-    /// Answer: [`Report::Statistics`](crate::Report::Statistics).
+    /// Answer: [`DeviceReport::Statistics`](crate::DeviceReport::Statistics).
     GetStatistics,
-    /// A sample from before and after the last fault. Answer: [`Report::Flight`](crate::Report::Flight).
+    /// A sample from before and after the last fault. Answer: [`DeviceReport::Flight`](crate::DeviceReport::Flight).
     ReadFlight {
         /// From 0, the oldest.
         #[serde(with = "postcard::fixint::le")]
@@ -104,16 +104,16 @@ pub enum Request {
         /// Send every n-th tick; 0 sends none.
         #[serde(with = "postcard::fixint::le")]
         every: u16,
-        /// Samples in a frame: 1 sends [`Report::Sample`](crate::Report::Sample), 2 to [`BATCH_MAX`](crate::BATCH_MAX)
-        /// [`Report::Batch`](crate::Report::Batch).
+        /// Samples in a frame: 1 sends [`DeviceReport::Sample`](crate::DeviceReport::Sample), 2 to [`BATCH_MAX`](crate::BATCH_MAX)
+        /// [`DeviceReport::Batch`](crate::DeviceReport::Batch).
         batch: u8,
     },
-    /// Answer: [`Report::Keys`](crate::Report::Keys).
+    /// Answer: [`DeviceReport::Keys`](crate::DeviceReport::Keys).
     GetKeys,
     /// Stages a workspace of its own for each of several axes, for a run.
     #[cfg(feature = "controllers")]
     Workspace(WorkspaceBox),
-    /// Asks what a controller costs on a device that runs them. Answer: [`Report::ControllerCost`](crate::Report::ControllerCost).
+    /// Asks what a controller costs on a device that runs them. Answer: [`DeviceReport::ControllerCost`](crate::DeviceReport::ControllerCost).
     #[cfg(feature = "controllers")]
     GetControllerCost,
     /// Stages a controller in place of the law of the configuration, for a run; the coefficients are its own.

@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 /// same.
 pub const AXES_MAX: usize = if cfg!(feature = "several-axes") { 3 } else { 1 };
 
-/// Most items in a [`Batch`].
+/// Most items in a [`SampleBatch`].
 pub const BATCH_MAX: usize = 16;
-/// Most items in a [`Batch`] with sensed forces.
+/// Most items in a [`SampleBatch`] with sensed forces.
 pub const SENSED_MAX: usize = 12;
 
 /// Flaw of a tick: the board did not answer, so the position is from an earlier tick.
@@ -49,7 +49,7 @@ impl Sample {
 
 /// At least one tick, consecutive among those sent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
-pub struct Batch {
+pub struct SampleBatch {
     /// Number of the tick of the first item.
     #[serde(with = "postcard::fixint::le")]
     pub tick: u32,
@@ -69,7 +69,7 @@ pub struct Batch {
     pub sensed_force_n: Vec<f32, BATCH_MAX>,
 }
 
-impl Batch {
+impl SampleBatch {
     /// Most ticks in a batch for this many axes, which fit into a frame with or without sensed forces.
     #[must_use]
     pub const fn ticks_most(axes: usize, sensed: bool) -> usize {

@@ -7,7 +7,7 @@
 use fracdiff::{Order, Seconds, ShortMemory};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{
-    Contact, Controller, Device, Reading, SafeForce, SafetyChain, Sample, SpringDamper,
+    Contact, Controller, Device, LoopSample, Reading, SafeForce, SafetyChain, SpringDamper,
 };
 use nalgebra::vector;
 use std::error::Error;
@@ -65,7 +65,7 @@ impl Board {
 }
 
 /// The loop. Whatever ends it, no force is left on the motor.
-fn render(board: &mut Board) -> Result<Option<Sample<f32, 1>>, Box<dyn Error>> {
+fn render(board: &mut Board) -> Result<Option<LoopSample<f32, 1>>, Box<dyn Error>> {
     let t = Seconds(f64::from(SAMPLE_TIME_S));
     let half = ShortMemory::<f32, 256>::new(Order::new(0.5)?, t)?;
     let wall = Contact::at(Metres(2e-3), SpringDamper::new(400.0, 4.0, half)?)?;

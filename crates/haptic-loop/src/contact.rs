@@ -1,7 +1,7 @@
 //! One-sided environments: behind a surface, pushing but never pulling.
 
 use crate::environment::Environment;
-use crate::error::ParameterError;
+use crate::error::LoopParameterError;
 use crate::loading::DepthMap;
 use crate::surface::{Plane, Surface};
 use crate::units::Metres;
@@ -40,7 +40,7 @@ use nalgebra::SVector;
 /// // A disc of 20 mm about the origin, 1 mm deep from the right: pushed to the right.
 /// let disc = Contact::behind(Ball::solid([Metres(0.0); 2], Metres(0.02))?, tissue);
 /// assert!(disc.force(&history, &vector![0.019, 0.0])[0] > 0.5);
-/// # Ok::<(), haptic_loop::ParameterError>(())
+/// # Ok::<(), haptic_loop::LoopParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact<F, E, const D: usize, S = Plane<F, D>> {
@@ -54,7 +54,7 @@ impl<F: Real, E: Environment<F, 1>> Contact<F, E, 1> {
     ///
     /// # Errors
     /// The position must be finite.
-    pub fn at(surface: Metres, inner: E) -> Result<Self, ParameterError> {
+    pub fn at(surface: Metres, inner: E) -> Result<Self, LoopParameterError> {
         Self::new([1.0], surface, inner)
     }
 }
@@ -65,7 +65,7 @@ impl<F: Real, E: Environment<F, 1>, const D: usize> Contact<F, E, D> {
     ///
     /// # Errors
     /// The direction must have a finite length above 0, the position must be finite.
-    pub fn new(direction: [f64; D], surface: Metres, inner: E) -> Result<Self, ParameterError> {
+    pub fn new(direction: [f64; D], surface: Metres, inner: E) -> Result<Self, LoopParameterError> {
         Plane::new(direction, surface).map(|plane| Self::behind(plane, inner))
     }
 
@@ -213,7 +213,7 @@ fn on_first_axis<F: Real, const D: usize>(number: F) -> SVector<F, D> {
 /// let history = wall.at_rest();
 /// assert!(wall.force(&history, &vector![1e-3])[0] < -3.0); // pushed out
 /// assert_eq!(wall.force(&history, &vector![-1e-3]), vector![0.0]); // never pulled in
-/// # Ok::<(), haptic_loop::ParameterError>(())
+/// # Ok::<(), haptic_loop::LoopParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pushing<E> {

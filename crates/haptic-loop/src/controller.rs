@@ -10,7 +10,7 @@ use nalgebra::SVector;
 /// The readings and forces of one tick, for a recorder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct Sample<F, const D: usize> {
+pub struct LoopSample<F, const D: usize> {
     /// Tick, time and position as the device reported them.
     pub reading: Reading<F, D>,
     /// The force that the environment wanted, N.
@@ -25,7 +25,7 @@ pub struct Sample<F, const D: usize> {
     pub fault: Option<Fault>,
 }
 
-impl<F: Real, const D: usize> Sample<F, D> {
+impl<F: Real, const D: usize> LoopSample<F, D> {
     /// Applies a chain to the force wanted at a reading, N.
     #[inline]
     pub fn of(
@@ -97,21 +97,21 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         &mut self,
         reading: Reading<F, D>,
         commanded: Option<&SVector<F, D>>,
-    ) -> (Sample<F, D>, SVector<F, D>) {
+    ) -> (LoopSample<F, D>, SVector<F, D>) {
         self.follow(reading.tick);
         let (wanted, input) = match commanded {
             Some(wanted) => (*wanted, reading.position_m),
             None => (self.environment).force_and_input(&self.history, &reading.position_m),
         };
         (
-            Sample::of(&self.chain, &mut self.safety, reading, &wanted),
+            LoopSample::of(&self.chain, &mut self.safety, reading, &wanted),
             input,
         )
     }
 
     /// The rest of a tick of the environment: its history takes in the input and the applied force.
     #[inline]
-    pub(crate) fn advance(&mut self, input: &SVector<F, D>, sample: &Sample<F, D>) {
+    pub(crate) fn advance(&mut self, input: &SVector<F, D>, sample: &LoopSample<F, D>) {
         let applied = sample.force.newtons();
         (self.environment).advance_applied(&mut self.history, input, applied);
     }
@@ -138,7 +138,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
     /// first tick, and again before it clears a fault. Changes nothing.
     ///
     /// # Errors
-    /// The force wanted at this reading is not finite, or above [`Limits::start_force`](crate::Limits::start_force).
+    /// The force wanted at this reading is not finite, or above [`SafetyLimits::start_force`](crate::SafetyLimits::start_force).
     pub fn may_start(&self, reading: &Reading<F, D>) -> Result<(), StartRefused> {
         let wanted = self
             .environment
@@ -167,7 +167,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
     }
 
     /// Latches a fault detected elsewhere: the force falls to zero within
-    /// [`Limits::stop_time`](crate::Limits::stop_time).
+    /// [`SafetyLimits::stop_time`](crate::SafetyLimits::stop_time).
     pub fn trip(&mut self, fault: Fault) {
         self.safety.trip(fault);
     }
@@ -189,7 +189,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         self.safety.unmeasured(ticks);
     }
 
-    /// From the next tick on the force falls to zero, within [`Limits::stop_time`](crate::Limits::stop_time).
+    /// From the next tick on the force falls to zero, within [`SafetyLimits::stop_time`](crate::SafetyLimits::stop_time).
     pub fn stop(&mut self) {
         self.safety.stop();
     }

@@ -1,7 +1,7 @@
 //! A fractional virtual coupler between the device and a simulated object.
 
 use crate::Environment;
-use crate::error::{Checks, ParameterError};
+use crate::error::{Checks, LoopParameterError};
 use crate::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre, Seconds};
 use core::array;
 use fracdiff::parameter::{not_negative, positive, range};
@@ -31,7 +31,7 @@ impl VirtualObject {
         mass: Kilograms,
         damping: NewtonSecondsPerMetre,
         stiffness: NewtonsPerMetre,
-    ) -> Result<Self, ParameterError> {
+    ) -> Result<Self, LoopParameterError> {
         let object = Self {
             mass: not_negative("object mass", mass.0, "kg")?,
             damping: not_negative("object damping", damping.0, "N·s/m")?,
@@ -70,7 +70,7 @@ impl VirtualObject {
 ///
 /// # Errors
 /// μ below 0 or above 1. Above 1 the coupler itself gives energy at low frequency.
-pub fn deflection_order(order: Order) -> Result<Order, ParameterError> {
+pub fn deflection_order(order: Order) -> Result<Order, LoopParameterError> {
     let (mu, allowed) = (order.get(), "in [0, 1]: above 1 it gives energy by itself");
     let within = (0.0..=1.0).contains(&mu);
     range("order of a coupler", mu, within, allowed, "")?;
@@ -163,7 +163,7 @@ impl<F: Real, O: Differintegrator<F>> VirtualCoupler<F, O> {
         operator: O,
         object: VirtualObject,
         sample_time: Seconds,
-    ) -> Result<Self, ParameterError> {
+    ) -> Result<Self, LoopParameterError> {
         let mut checks = Checks::default();
         checks.not_negative("coupler damping", stiffness, "N·s/m");
         checks.not_negative("coupler spring", dissipation, "N·s^(1−μ)/m");

@@ -5,7 +5,7 @@
 //! ```
 //! Sensor to force first, everything else after.
 
-use crate::controller::{Controller, Sample};
+use crate::controller::{Controller, LoopSample};
 use crate::device::{Device, Reading};
 use crate::environment::Environment;
 use crate::safety::Fault;
@@ -19,7 +19,7 @@ use nalgebra::SVector;
 ///
 /// - *Error* of the device: it [lets go](Device::let_go) at once, and [`Fault::BoardFailed`] is latched, so whoever ticks on gets no
 ///   force until [`Controller::clear`].
-/// - *Fault* of the chain: in the [`Sample`]; the force falls to zero within [`Limits::stop_time`](crate::Limits::stop_time) while it
+/// - *Fault* of the chain: in the [`LoopSample`]; the force falls to zero within [`SafetyLimits::stop_time`](crate::SafetyLimits::stop_time) while it
 ///   is ticked.
 /// - *Dropped* before the force is zero, by an early return or a panic that unwinds, it lets go: a force that nobody ticks any more
 ///   would hold for ever, and nothing is left that could bring it down in steps.
@@ -48,7 +48,7 @@ use nalgebra::SVector;
 ///     }
 /// } // lets go here, whatever ended the loop
 /// assert!(controller.safety().is_at_rest());
-/// # Ok::<(), haptic_loop::ParameterError>(())
+/// # Ok::<(), haptic_loop::LoopParameterError>(())
 /// ```
 #[derive(Debug)]
 pub struct Engaged<F, const D: usize, E, V, C = Controller<F, D, E>>
@@ -97,7 +97,7 @@ where
     /// The device's own; it has let go. A failed read leaves the history unchanged; after
     /// a failed write it includes the position.
     #[inline]
-    pub fn tick(&mut self) -> Result<Sample<F, D>, V::Error> {
+    pub fn tick(&mut self) -> Result<LoopSample<F, D>, V::Error> {
         self.tick_commanded(None)
     }
 
@@ -110,7 +110,7 @@ where
     pub fn tick_commanded(
         &mut self,
         commanded: Option<&SVector<F, D>>,
-    ) -> Result<Sample<F, D>, V::Error> {
+    ) -> Result<LoopSample<F, D>, V::Error> {
         let reading = self.read()?;
         self.close(reading, commanded)
     }
@@ -126,7 +126,7 @@ where
         missed: u32,
         last_m: &SVector<F, D>,
         commanded: Option<&SVector<F, D>>,
-    ) -> Result<Sample<F, D>, V::Error> {
+    ) -> Result<LoopSample<F, D>, V::Error> {
         let reading = self.read()?;
         if missed > 0 && commanded.is_none() {
             self.controller_mut().pass(missed, last_m, &reading);
@@ -142,7 +142,7 @@ where
     pub fn run(
         &mut self,
         ticks: u64,
-        mut see: impl FnMut(&Sample<F, D>) -> bool,
+        mut see: impl FnMut(&LoopSample<F, D>) -> bool,
     ) -> Result<bool, V::Error> {
         for _ in 0..ticks {
             let sample = self.tick()?;
@@ -171,7 +171,7 @@ where
     /// # Errors
     /// As [`tick`](Self::tick), of the write.
     #[inline]
-    pub fn tick_reading(&mut self, reading: Reading<F, D>) -> Result<Sample<F, D>, V::Error> {
+    pub fn tick_reading(&mut self, reading: Reading<F, D>) -> Result<LoopSample<F, D>, V::Error> {
         self.close(reading, None)
     }
 
@@ -180,7 +180,7 @@ where
         &mut self,
         reading: Reading<F, D>,
         commanded: Option<&SVector<F, D>>,
-    ) -> Result<Sample<F, D>, V::Error> {
+    ) -> Result<LoopSample<F, D>, V::Error> {
         let controller = self.controller.borrow_mut();
         let (sample, input) = controller.force(reading, commanded);
         let written = self.device.write(sample.force);

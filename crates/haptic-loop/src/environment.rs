@@ -1,6 +1,6 @@
 //! Virtual environments: control laws from position to force.
 
-use crate::error::{Checks, ParameterError};
+use crate::error::{Checks, LoopParameterError};
 use core::array;
 use core::fmt::Debug;
 use fracdiff::{Differintegrator, Real};
@@ -117,7 +117,7 @@ impl<F: Real, O: Differintegrator<F>> SpringDamper<F, O> {
     ///
     /// # Errors
     /// Both must be finite and at least zero, in the precision of the loop too.
-    pub fn new(stiffness: f64, dissipation: f64, operator: O) -> Result<Self, ParameterError> {
+    pub fn new(stiffness: f64, dissipation: f64, operator: O) -> Result<Self, LoopParameterError> {
         let mut checks = Checks::default();
         let gains = Gains::new(stiffness, dissipation, &mut checks);
         checks.done().map(|()| Self::of(gains, operator))

@@ -7,11 +7,11 @@ use thiserror::Error;
 /// A parameter outside its documented range: name, rejected value, allowed range, unit.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
-pub enum ParameterError {
+pub enum LoopParameterError {
     /// A quantity outside the range that its field states.
     #[error(transparent)]
     Range(#[from] RangeError),
-    /// More braking than the device bears, see [`Limits::braking_max`](crate::Limits::braking_max).
+    /// More braking than the device bears, see [`SafetyLimits::braking_max`](crate::SafetyLimits::braking_max).
     #[error(
         "braking {value} N·s/m must be at most {most} N·s/m, {why}",
         value = Shown(*value_n_s_per_m), most = Shown(*most_n_s_per_m), why = less_braking(*mass_known)
@@ -70,12 +70,12 @@ const fn less_braking(mass_known: bool) -> &'static str {
 /// a refused value is thrown away.
 #[derive(Debug, Default)]
 pub(crate) struct Checks {
-    first: Option<ParameterError>,
+    first: Option<LoopParameterError>,
 }
 
 impl Checks {
     #[inline(never)]
-    pub(crate) fn refuse(&mut self, error: ParameterError) {
+    pub(crate) fn refuse(&mut self, error: LoopParameterError) {
         self.first.get_or_insert(error);
     }
 
@@ -125,7 +125,7 @@ impl Checks {
         rounded
     }
 
-    pub(crate) fn done(self) -> Result<(), ParameterError> {
+    pub(crate) fn done(self) -> Result<(), LoopParameterError> {
         self.first.map_or(Ok(()), Err)
     }
 }

@@ -26,22 +26,23 @@ pub mod units;
 mod wall;
 
 pub use contact::{Contact, Pushing};
-pub use controller::{Controller, Sample};
+pub use controller::{Controller, LoopSample};
 pub use coupler::{CoupledHistory, VirtualCoupler, VirtualObject, deflection_order};
 pub use device::{Device, Reading};
 pub use engaged::Engaged;
 pub use environment::{Environment, SpringDamper};
-pub use error::ParameterError;
+pub use error::LoopParameterError;
 pub use fracdiff::enumerated;
 pub use fracdiff::parameter::RangeError;
 pub use guard::{
-    EnergyBounding, Guard, MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES, PassivityObserver,
+    EnergyBounding, MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES, PassivityGuard,
+    PassivityObserver,
 };
 pub use loading::{DepthMap, INCOMPRESSIBLE, Loading, LoadingKind, Modulus, Specimen};
 pub use own_push::{OwnPush, OwnPushHistory};
 pub use safety::{
-    Fault, Limit, Limiters, Limits, SafeForce, SafetyChain, SafetyState, SpeedLimit, StartRefused,
-    Stuck, Tighter, Workspace,
+    Fault, Limit, Limiters, SafeForce, SafetyChain, SafetyLimits, SafetyState, SpeedLimit,
+    StartRefused, Stuck, Tighter, Workspace,
 };
 pub use surface::{Ball, Plane, Shape, ShapeKind, ShapeNumbers, Surface};
 pub use tissue::Tissue;

@@ -24,7 +24,7 @@
 //! 1959 (bonded slab); E. K. Dimitriadis and others, Biophys. J. 82, 2002 (layer); Y. C. Fung, *Biomechanics*, 1981
 //! (stiffening).
 
-use crate::error::{Checks, ParameterError};
+use crate::error::{Checks, LoopParameterError};
 use crate::units::{Metres, SquareMetres};
 use core::f64::consts::PI;
 use fracdiff::parameter::{positive, range};
@@ -134,10 +134,11 @@ impl Loading {
     }
 
     /// The sizes as a shape, if they are those of the kind.
-    fn body(&self) -> Result<Body, ParameterError> {
+    fn body(&self) -> Result<Body, LoopParameterError> {
         let kind = self.kind;
         let loading = kind.name();
-        let need = |size: Option<f64>, what| size.ok_or(ParameterError::Missing { what, loading });
+        let need =
+            |size: Option<f64>, what| size.ok_or(LoopParameterError::Missing { what, loading });
         let body = match kind {
             LoadingKind::Shear | LoadingKind::Tension | LoadingKind::Compression => Body::Slab {
                 area: need(self.area_m2, "area")?,
@@ -163,9 +164,9 @@ impl Loading {
         let idle = |&(given, what): &(bool, &str)| given && !kind.sizes().contains(&what);
         match given.into_iter().find(idle) {
             Some((_, what)) if !kind.is_slab() && matches!(what, "thickness" | "bonded") => {
-                Err(ParameterError::Layer { what, loading })
+                Err(LoopParameterError::Layer { what, loading })
             }
-            Some((_, what)) => Err(ParameterError::NoEffect { what, loading }),
+            Some((_, what)) => Err(LoopParameterError::NoEffect { what, loading }),
             None => Ok(body),
         }
     }
@@ -213,7 +214,7 @@ impl Specimen {
         loading: Loading,
         poisson_ratio: f64,
         stiffening: f64,
-    ) -> Result<Self, ParameterError> {
+    ) -> Result<Self, LoopParameterError> {
         let body = loading.body()?;
         let nu = poisson_ratio;
         let fits = (0.0..=INCOMPRESSIBLE).contains(&nu);
@@ -257,7 +258,7 @@ impl Specimen {
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn slab(area: SquareMetres, thickness: Metres) -> Result<Self, ParameterError> {
+    pub fn slab(area: SquareMetres, thickness: Metres) -> Result<Self, LoopParameterError> {
         let loading = Loading {
             area_m2: Some(area.0),
             thickness_m: Some(thickness.0),
@@ -406,7 +407,7 @@ impl<F: Real> DepthMap<F> {
     ///
     /// # Errors
     /// Each must be finite and at least 0, s and the sum of c above 0, in the precision of the loop too.
-    pub fn new(numbers: [f64; 8]) -> Result<Self, ParameterError> {
+    pub fn new(numbers: [f64; 8]) -> Result<Self, LoopParameterError> {
         let mut checks = Checks::default();
         for number in numbers {
             checks.not_negative("number of a depth map", number, "");
@@ -502,7 +503,7 @@ impl DepthMap<f64> {
     ///
     /// # Errors
     /// If a number overflows or vanishes there.
-    pub fn rounded<F: Real>(&self) -> Result<DepthMap<F>, ParameterError> {
+    pub fn rounded<F: Real>(&self) -> Result<DepthMap<F>, LoopParameterError> {
         DepthMap::new(self.numbers())
     }
 

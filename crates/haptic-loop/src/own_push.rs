@@ -27,7 +27,7 @@ use nalgebra::SVector;
 /// wall.settle(&mut history, &vector![0.25]);
 /// assert_eq!(wall.force(&history, &vector![0.25]), vector![1.0]);
 /// assert_eq!(wall.force(&history, &vector![0.25 + 1.0 / 512.0]), vector![0.0]); // at rest, 2 mm deep
-/// # Ok::<(), haptic_loop::ParameterError>(())
+/// # Ok::<(), haptic_loop::LoopParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OwnPush<F, E> {

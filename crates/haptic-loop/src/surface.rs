@@ -12,7 +12,7 @@
 //!
 //! r = |x − c|. A ball is a disc with two axes and a sphere with three.
 
-use crate::error::{Checks, ParameterError};
+use crate::error::{Checks, LoopParameterError};
 use crate::units::Metres;
 use core::array;
 use core::fmt::Debug;
@@ -44,7 +44,7 @@ impl<F: Real, const D: usize> Plane<F, D> {
     ///
     /// # Errors
     /// The direction must have a finite length above 0, the position must be finite.
-    pub fn new(direction: [f64; D], surface: Metres) -> Result<Self, ParameterError> {
+    pub fn new(direction: [f64; D], surface: Metres) -> Result<Self, LoopParameterError> {
         let mut checks = Checks::default();
         let plane = Self::checked(direction, surface, &mut checks);
         checks.done().map(|()| plane)
@@ -106,7 +106,7 @@ impl<F: Real, const D: usize> Ball<F, D> {
     ///
     /// # Errors
     /// A centre that is not finite, a radius outside 1 µm to 1000 km.
-    pub fn solid(centre: [Metres; D], radius: Metres) -> Result<Self, ParameterError> {
+    pub fn solid(centre: [Metres; D], radius: Metres) -> Result<Self, LoopParameterError> {
         Self::new(centre, radius, false)
     }
 
@@ -114,11 +114,11 @@ impl<F: Real, const D: usize> Ball<F, D> {
     ///
     /// # Errors
     /// As [`solid`](Self::solid).
-    pub fn hollow(centre: [Metres; D], radius: Metres) -> Result<Self, ParameterError> {
+    pub fn hollow(centre: [Metres; D], radius: Metres) -> Result<Self, LoopParameterError> {
         Self::new(centre, radius, true)
     }
 
-    fn new(centre: [Metres; D], radius: Metres, hollow: bool) -> Result<Self, ParameterError> {
+    fn new(centre: [Metres; D], radius: Metres, hollow: bool) -> Result<Self, LoopParameterError> {
         let mut checks = Checks::default();
         let [least, most] = Self::RADIUS_M;
         let within = (least..=most).contains(&radius.0);
@@ -229,7 +229,7 @@ impl<F: Real, const D: usize> Shape<F, D> {
     ///
     /// # Errors
     /// A normal that is not of length 1; numbers of [`Plane::new`] or [`Ball::solid`] outside their ranges.
-    pub fn of(numbers: &ShapeNumbers<F, D>) -> Result<Self, ParameterError> {
+    pub fn of(numbers: &ShapeNumbers<F, D>) -> Result<Self, LoopParameterError> {
         let place = numbers.place.map(Real::to_f64);
         let distance = Metres(numbers.distance.to_f64());
         let ball = |hollow| Ball::new(place.map(Metres), distance, hollow).map(Self::Ball);

@@ -1,6 +1,6 @@
 //! Soft tissue after the fractional Kelvin–Voigt (KVFD) model, and the wall that a specimen of it is.
 
-use crate::error::ParameterError;
+use crate::error::LoopParameterError;
 use crate::units::Pascals;
 use fracdiff::Order;
 use fracdiff::parameter::{not_negative, positive, range};
@@ -27,7 +27,7 @@ impl Tissue {
         elastic_modulus: Pascals,
         viscosity_pa_s_alpha: f64,
         order: Order,
-    ) -> Result<Self, ParameterError> {
+    ) -> Result<Self, LoopParameterError> {
         not_negative("elastic modulus", elastic_modulus.0, "Pa")?;
         not_negative("viscosity", viscosity_pa_s_alpha, "Pa·s^α")?;
         if elastic_modulus.0 == 0.0 {

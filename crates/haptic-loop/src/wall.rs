@@ -5,7 +5,7 @@ use crate::error::Checks;
 use crate::loading::DepthMap;
 use crate::surface::Plane;
 use crate::units::Metres;
-use crate::{Contact, Environment, ParameterError, SpringDamper};
+use crate::{Contact, Environment, LoopParameterError, SpringDamper};
 use fracdiff::{Differintegrator, Real};
 use nalgebra::SVector;
 
@@ -42,7 +42,7 @@ impl<F: Real> WallShape<F> {
         stiffness: f64,
         dissipation: f64,
         surface: Option<Metres>,
-    ) -> Result<Self, ParameterError> {
+    ) -> Result<Self, LoopParameterError> {
         let mut checks = Checks::default();
         let shape = Self {
             gains: Gains::new(stiffness, dissipation, &mut checks),
@@ -69,7 +69,7 @@ impl<F: Real, O: Differintegrator<F>> Wall<F, O> {
         dissipation: f64,
         operator: O,
         surface: Option<Metres>,
-    ) -> Result<Self, ParameterError> {
+    ) -> Result<Self, LoopParameterError> {
         WallShape::new(stiffness, dissipation, surface).map(|shape| Self::of(shape, operator))
     }
 

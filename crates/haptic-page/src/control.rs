@@ -2,14 +2,14 @@
 //! one's own; a loop that is judged or run as it is.
 
 use crate::{TextFile, form};
-use fractional_control::design::{Candidate, ControlDesign, Trial};
+use fractional_control::design::{ControlDesign, Trial, TunedController};
 use fractional_control::run::samples_for;
 use fractional_control::{ControlError, ControllerSetup};
 use haptic_experiment::control::{gains, in_degrees, in_short, margins, shape};
 use haptic_experiment::document::ControllerFile;
 use haptic_experiment::parameters::CONTROL_LOOP;
 use haptic_experiment::question::control_loop::run::Reference;
-use haptic_experiment::question::control_loop::{ControlLoop, Held, LoopForm, NamedPlant};
+use haptic_experiment::question::control_loop::{ControlLoop, FormParts, LoopForm, NamedPlant};
 use haptic_experiment::question::controller::DesignForm;
 use haptic_experiment::question::controller::report::designed as designed_by;
 use haptic_experiment::run::PlantModel;
@@ -36,14 +36,14 @@ pub(crate) struct ControlRequest {
 
 impl ControlRequest {
     /// Plant and controller of the files.
-    fn held(&self) -> Result<Held, Failure> {
+    fn held(&self) -> Result<FormParts, Failure> {
         let plant = self.plant_file.as_ref().map(|TextFile { name, text }| {
             NamedPlant::of(&PlantModel::parse(Path::new(name), text)?)
         });
         let controller = self.controller_file.as_ref();
         let controller =
             controller.map(|TextFile { name, text }| ControllerFile::parse(Path::new(name), text));
-        Ok(Held {
+        Ok(FormParts {
             plant: plant.transpose()?,
             controller: controller.transpose()?.map(|file| file.setup),
         })
@@ -118,7 +118,7 @@ pub(crate) fn designed(request: &ControlRequest) -> Result<Value, Failure> {
     let reading = plant.hint.iter().map(|text| format!("Warning: {text}."));
     let unmet = Some(words.unmet()).filter(|unmet| !unmet.is_empty());
     let unmet = unmet.map(|unmet| format!("Warning: not met: {unmet}."));
-    let seen = |candidate: &Candidate| match &candidate.trial {
+    let seen = |candidate: &TunedController| match &candidate.trial {
         Some(trial) => seen(&candidate.setup, trial),
         // A measured response is tuned for, not run.
         None => json!({

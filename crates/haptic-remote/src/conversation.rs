@@ -4,8 +4,8 @@ use crate::Patience;
 use crate::link_error::LinkError;
 use core::time::Duration;
 use haptic_link::{
-    Alive, Direction, EventKind, Header, LineCounters, OutOfOrder, Outcome, Receiver, Refusal,
-    Report, Request, SequenceTracker, Status, encode,
+    Alive, DeviceReport, Direction, EventKind, Header, LineCounters, OutOfOrder, Outcome, Receiver,
+    Refusal, Request, SequenceTracker, Status, encode,
 };
 
 /// Tries of a request before the device counts as gone.
@@ -21,7 +21,7 @@ const TOKENS: usize = 32;
 #[derive(Clone, Debug, PartialEq)]
 pub enum Incoming {
     /// The answer to the outstanding request.
-    Answer(Report),
+    Answer(DeviceReport),
     /// The outstanding request was refused.
     Refused {
         /// Name of the request that was refused.
@@ -30,9 +30,9 @@ pub enum Incoming {
         refusal: Refusal,
     },
     /// Unrequested: samples, events, faults.
-    Told(Report),
+    Told(DeviceReport),
     /// As [`Told`](Self::Told), and the first of a run whose start was requested: the start was accepted, even if its answer is lost.
-    Begun(Report),
+    Begun(DeviceReport),
     /// An answer to a keep-alive.
     Alive {
         /// When it was sent, µs.
@@ -78,7 +78,7 @@ pub struct HostCounters {
 /// The host's half: one outstanding request at a time, keep-alives in between. Times are µs of any monotonic clock.
 #[derive(Debug)]
 pub struct Conversation {
-    receiver: Receiver<Report>,
+    receiver: Receiver<DeviceReport>,
     tracker: SequenceTracker,
     sequence: u32,
     /// The number that the device gave; 0 before.
@@ -287,7 +287,7 @@ impl Conversation {
         let (header, report) = self.receiver.push(byte)?;
         self.listening.iter_mut().for_each(Patience::heard);
         let answers = self.is_answer(&report);
-        if let (true, Report::Hello(hello)) = (answers, &report) {
+        if let (true, DeviceReport::Hello(hello)) = (answers, &report) {
             self.tracker.restart();
             self.connection = hello.connection;
             self.newest_tick = None;
@@ -296,7 +296,7 @@ impl Conversation {
             return None;
         }
         if answers && let Some(outstanding) = self.outstanding.take() {
-            if let Report::Ack(ack) = &report
+            if let DeviceReport::Ack(ack) = &report
                 && let Outcome::Refused(refusal) = ack.outcome
             {
                 let request = outstanding.request.name();
@@ -308,16 +308,16 @@ impl Conversation {
             self.outstanding = None;
             return Some(Incoming::Begun(report));
         }
-        if let Report::Alive(alive) = &report {
+        if let DeviceReport::Alive(alive) = &report {
             return self.alive(alive, now_us);
         }
-        if let Report::Ack(ack) = &report {
+        if let DeviceReport::Ack(ack) = &report {
             // The keep-alive of a stranger; any other answers a try that was given up.
             let keep_alive = Request::KeepAlive { token: 0 }.number();
             let dropped = ack.outcome == Outcome::Refused(Refusal::Connection);
             return (dropped && ack.request == keep_alive).then_some(Incoming::Rebooted);
         }
-        (!matches!(report, Report::Hello(_))).then_some(Incoming::Told(report))
+        (!matches!(report, DeviceReport::Hello(_))).then_some(Incoming::Told(report))
     }
 
     const fn sent_us(&self, token: u32) -> u64 {
@@ -342,38 +342,38 @@ impl Conversation {
     }
 
     /// True if a run has begun since the last report: the device says so, or its ticks count anew.
-    fn is_of_new_run(&mut self, report: &Report) -> bool {
-        let tick = if let Report::Sample(sample) = report {
+    fn is_of_new_run(&mut self, report: &DeviceReport) -> bool {
+        let tick = if let DeviceReport::Sample(sample) = report {
             sample.tick
-        } else if let Report::Batch(batch) = report {
+        } else if let DeviceReport::Batch(batch) = report {
             batch.tick
         } else {
-            return matches!(report, Report::Event(event) if event.kind == EventKind::Started);
+            return matches!(report, DeviceReport::Event(event) if event.kind == EventKind::Started);
         };
         let before = self.newest_tick.replace(tick);
         before.is_none_or(|before| tick < before)
     }
 
-    fn is_answer(&self, report: &Report) -> bool {
+    fn is_answer(&self, report: &DeviceReport) -> bool {
         let Some(outstanding) = &self.outstanding else {
             return false;
         };
         match (&outstanding.request, report) {
-            (Request::Hello { nonce }, Report::Hello(hello)) => {
+            (Request::Hello { nonce }, DeviceReport::Hello(hello)) => {
                 hello.nonce == *nonce && hello.connection != 0
             }
-            (Request::GetKeys, Report::Keys(_))
-            | (Request::GetCapabilities, Report::Capabilities(_))
-            | (Request::GetConfiguration, Report::Configuration { .. })
-            | (Request::GetStatistics, Report::Statistics(_)) => true,
+            (Request::GetKeys, DeviceReport::Keys(_))
+            | (Request::GetCapabilities, DeviceReport::Capabilities(_))
+            | (Request::GetConfiguration, DeviceReport::Configuration { .. })
+            | (Request::GetStatistics, DeviceReport::Statistics(_)) => true,
             #[cfg(feature = "controllers")]
-            (Request::GetControllerCost, Report::ControllerCost(_)) => true,
-            (Request::GetCoefficients { offset }, Report::Coefficients(block)) => {
+            (Request::GetControllerCost, DeviceReport::ControllerCost(_)) => true,
+            (Request::GetCoefficients { offset }, DeviceReport::Coefficients(block)) => {
                 block.offset == *offset
             }
-            (Request::ReadFlight { index }, Report::Flight(flight)) => flight.index == *index,
-            (Request::KeepAlive { token }, Report::Alive(alive)) => alive.token == *token,
-            (request, Report::Ack(ack)) => {
+            (Request::ReadFlight { index }, DeviceReport::Flight(flight)) => flight.index == *index,
+            (Request::KeepAlive { token }, DeviceReport::Alive(alive)) => alive.token == *token,
+            (request, DeviceReport::Ack(ack)) => {
                 ack.request == request.number()
                     && outstanding
                         .sequences

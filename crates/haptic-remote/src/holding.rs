@@ -9,7 +9,7 @@
 use crate::limits::{FAR, Fields};
 use crate::prepared::{MODES_MAX, Prepared, refused};
 use fractional_control::{
-    ControllerForm, ControllerPart, PortableController, PortableControllerHistory,
+    PortableController, PortableControllerHistory, PortableForm, PortablePart,
 };
 use haptic_link::{
     CONTROLLER_PARTS, Capabilities, ControllerCost, ControllerLaw, Field, LoopMode, OperatorForm,
@@ -35,19 +35,19 @@ impl Holding {
     /// Coefficients that are not those of the law.
     #[inline(never)]
     pub(crate) fn new(law: &ControllerLaw, values: &[f32]) -> Result<Self, Refusal> {
-        let mut parts = [ControllerPart::default(); CONTROLLER_PARTS];
+        let mut parts = [PortablePart::default(); CONTROLLER_PARTS];
         for (part, told) in parts.iter_mut().zip(&law.parts) {
-            *part = ControllerPart {
+            *part = PortablePart {
                 integer: told.integer,
                 values: usize::from(told.values),
                 filter: usize::from(told.filter),
             };
         }
         let form = match law.form {
-            haptic_link::ControllerForm::Parallel => ControllerForm::Parallel,
-            haptic_link::ControllerForm::Lead => ControllerForm::Lead { sections: 0 },
-            haptic_link::ControllerForm::LeadOfOne => ControllerForm::Lead { sections: 1 },
-            haptic_link::ControllerForm::LeadOfTwo => ControllerForm::Lead { sections: 2 },
+            haptic_link::ControllerForm::Parallel => PortableForm::Parallel,
+            haptic_link::ControllerForm::Lead => PortableForm::Lead { sections: 0 },
+            haptic_link::ControllerForm::LeadOfOne => PortableForm::Lead { sections: 1 },
+            haptic_link::ControllerForm::LeadOfTwo => PortableForm::Lead { sections: 2 },
         };
         let parts = parts.get(..law.parts.len()).unwrap_or_default();
         let limits = [law.low_n, law.high_n];
@@ -175,10 +175,10 @@ pub fn controller_law(
     let [low_n, high_n] = list.limits.map(|limit| limit as f32);
     let law = ControllerLaw {
         form: match form {
-            ControllerForm::Parallel => haptic_link::ControllerForm::Parallel,
-            ControllerForm::Lead { sections: 0 } => haptic_link::ControllerForm::Lead,
-            ControllerForm::Lead { sections: 1 } => haptic_link::ControllerForm::LeadOfOne,
-            ControllerForm::Lead { .. } => haptic_link::ControllerForm::LeadOfTwo,
+            PortableForm::Parallel => haptic_link::ControllerForm::Parallel,
+            PortableForm::Lead { sections: 0 } => haptic_link::ControllerForm::Lead,
+            PortableForm::Lead { sections: 1 } => haptic_link::ControllerForm::LeadOfOne,
+            PortableForm::Lead { .. } => haptic_link::ControllerForm::LeadOfTwo,
         },
         reference_m,
         ramp_ticks,

@@ -5,8 +5,8 @@ use haptic_loop::units::{
     Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond, Seconds,
 };
 use haptic_loop::{
-    EnergyBounding, Guard, Limit, Limits, MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES,
-    PassivityObserver, Workspace,
+    EnergyBounding, Limit, MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES, PassivityGuard,
+    PassivityObserver, SafetyLimits, Workspace,
 };
 
 /// Narrowest zone of braking, m or m/s: a share of a narrower one would have no digits.
@@ -48,9 +48,9 @@ pub(super) fn chain_limits(
     tick_period_us: u32,
     capabilities: &Capabilities,
     fields: &mut Fields,
-) -> Limits {
+) -> SafetyLimits {
     let mut numbers = *limits;
-    let mut chain = Limits::bare(Newtons(0.0), NewtonsPerSecond(0.0));
+    let mut chain = SafetyLimits::bare(Newtons(0.0), NewtonsPerSecond(0.0));
     for limit in Limit::ALL {
         let (value, field) = numbers.number(limit);
         let value = *value;
@@ -133,7 +133,7 @@ pub(super) fn box_ranges(
 }
 
 /// The zone below the speed limit, which the table has set.
-fn speed_zone(chain: &mut Limits, limits: &haptic_link::Limits, fields: &mut Fields) {
+fn speed_zone(chain: &mut SafetyLimits, limits: &haptic_link::Limits, fields: &mut Fields) {
     let hard = limits.speed_hard_m_per_s;
     // At the largest speeds single precision has no room for the narrowest zone.
     let most = (hard - ZONE_MIN).min(hard.next_down());
@@ -144,7 +144,11 @@ fn speed_zone(chain: &mut Limits, limits: &haptic_link::Limits, fields: &mut Fie
     }
 }
 
-fn guard(guard: &haptic_link::Guard, tick_period_us: u32, fields: &mut Fields) -> Option<Guard> {
+fn guard(
+    guard: &haptic_link::Guard,
+    tick_period_us: u32,
+    fields: &mut Fields,
+) -> Option<PassivityGuard> {
     if guard.kind == GuardKind::Off {
         return None;
     }
@@ -158,7 +162,7 @@ fn guard(guard: &haptic_link::Guard, tick_period_us: u32, fields: &mut Fields) -
     let forget = fields.within(Field::GuardForget, guard.forget_s, least, 3600.0);
     let forget = Seconds(f64::from(forget));
     if !bounding {
-        return Some(Guard::Observer(PassivityObserver {
+        return Some(PassivityGuard::Observer(PassivityObserver {
             damping_max: damping,
             forget,
         }));
@@ -174,7 +178,7 @@ fn guard(guard: &haptic_link::Guard, tick_period_us: u32, fields: &mut Fields) -
     // Whole ticks have no rounding this way.
     let sample_time = f64::from(tick_period_us) * 1e-6;
     let delay = |samples: f32| Seconds(f64::from(samples) * sample_time);
-    Some(Guard::EnergyBounding(EnergyBounding {
+    Some(PassivityGuard::EnergyBounding(EnergyBounding {
         device_damping: damping,
         share: f64::from(share),
         forget,
@@ -189,7 +193,7 @@ fn guard(guard: &haptic_link::Guard, tick_period_us: u32, fields: &mut Fields) -
 /// [`Limits::DEFAULT`](haptic_link::Limits::DEFAULT). A limit on the norm becomes the force limit,
 /// which there also limits the norm.
 #[must_use]
-pub fn wire_limits(limits: &Limits, sample_time: Seconds) -> haptic_link::Limits {
+pub fn wire_limits(limits: &SafetyLimits, sample_time: Seconds) -> haptic_link::Limits {
     let norm = limits.norm.map_or(f64::INFINITY, |norm| norm.0);
     let workspace = limits.workspace.map(|w| (w.low.0, w.high.0, w.soft.0));
     let (low, high, soft) = workspace.unwrap_or_default();
@@ -217,15 +221,15 @@ pub fn wire_limits(limits: &Limits, sample_time: Seconds) -> haptic_link::Limits
 
 /// Guard for the wire, for a tick of this time.
 #[must_use]
-pub fn wire_guard(guard: &Guard, sample_time: Seconds) -> haptic_link::Guard {
+pub fn wire_guard(guard: &PassivityGuard, sample_time: Seconds) -> haptic_link::Guard {
     match guard {
-        Guard::Observer(observer) => haptic_link::Guard {
+        PassivityGuard::Observer(observer) => haptic_link::Guard {
             kind: GuardKind::Observer,
             damping_n_s_per_m: observer.damping_max.0 as f32,
             forget_s: observer.forget.0 as f32,
             ..haptic_link::Guard::OFF
         },
-        Guard::EnergyBounding(bounding) => haptic_link::Guard {
+        PassivityGuard::EnergyBounding(bounding) => haptic_link::Guard {
             kind: GuardKind::EnergyBounding,
             damping_n_s_per_m: bounding.device_damping.0 as f32,
             share: bounding.share as f32,

@@ -136,7 +136,7 @@ pub fn prepare<H: Hardware<D>, const D: usize>(
 pub(super) fn checked(
     configuration: &Configuration,
     capabilities: &Capabilities,
-) -> Result<haptic_loop::Limits, Refusal> {
+) -> Result<haptic_loop::SafetyLimits, Refusal> {
     let mut fields = Fields::default();
     let limits = &configuration.limits;
     let period = configuration.tick_period_us;
@@ -173,7 +173,7 @@ pub(super) fn checked(
 
 /// Checks a push of the device's own motor: below the largest force, in a workspace, below a speed.
 #[inline(never)]
-fn own_push(configuration: &Configuration, chain: &haptic_loop::Limits, fields: &mut Fields) {
+fn own_push(configuration: &Configuration, chain: &haptic_loop::SafetyLimits, fields: &mut Fields) {
     let (push, most) = (configuration.own_push_n, configuration.limits.force_n);
     fields.within(Field::OwnPush, push, -most, most);
     if push != 0.0 && (chain.workspace.is_none() || chain.speed.is_none()) {
@@ -200,7 +200,7 @@ fn depth_map(numbers: &[f32; 8], one_sided: bool, fields: &mut Fields) {
 fn built(
     configuration: &Configuration,
     coefficients: &[f32],
-    limits: &haptic_loop::Limits,
+    limits: &haptic_loop::SafetyLimits,
 ) -> Result<(Law, SafetyChain<f32>), Refusal> {
     let integer = configuration.operator.integer;
     let form = match configuration.operator.form {
@@ -237,7 +237,7 @@ pub(super) fn digest(configuration: &Configuration, coefficients: &[f32]) -> Dig
 /// The chain in single precision. Not generic, so that it is compiled here, for size, and not with the tick.
 #[inline(never)]
 pub(super) fn safety_chain(
-    limits: &haptic_loop::Limits,
+    limits: &haptic_loop::SafetyLimits,
     sample_time: Seconds,
 ) -> Result<SafetyChain<f32>, Refusal> {
     SafetyChain::from_limits(limits, sample_time).map_err(|_| Refusal::Unsupported(Field::Other))
@@ -251,7 +251,7 @@ pub(super) fn safety_chain(
 #[cfg(feature = "std")]
 pub fn operator_shape(
     operator: &fracdiff::Operator<f32>,
-) -> Result<(haptic_link::OperatorShape, std::vec::Vec<f32>), haptic_loop::ParameterError> {
+) -> Result<(haptic_link::OperatorShape, std::vec::Vec<f32>), haptic_loop::LoopParameterError> {
     let Some(list) = operator.list() else {
         let what = "convergence order of the scheme";
         let allowed = "1, as of all that a device runs: use full in place of full-bdf2";

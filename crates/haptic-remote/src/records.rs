@@ -1,8 +1,8 @@
 //! Records of a device apart from its loop: the samples around a fault, and reports that wait to be sent.
 
 use haptic_link::{
-    BATCH_MAX, Batch, BatchItem, Event, EventKind, FaultReport, Field, Flight, Refusal, Report,
-    Sample,
+    BATCH_MAX, BatchItem, DeviceReport, Event, EventKind, FaultReport, Field, Flight, Refusal,
+    Sample, SampleBatch,
 };
 use heapless::{Deque, HistoryBuf, Vec};
 
@@ -68,7 +68,7 @@ impl<const D: usize> FlightRecorder<D> {
     }
 
     /// A sample, 0 the oldest. Samples exist only after a fault has latched.
-    pub(super) fn read(&self, index: u16) -> Result<Report, Refusal> {
+    pub(super) fn read(&self, index: u16) -> Result<DeviceReport, Refusal> {
         let count = match self.left {
             Some(_) => self.samples.len() as u16,
             None => 0,
@@ -86,7 +86,7 @@ impl<const D: usize> FlightRecorder<D> {
                 ));
             }
         };
-        Ok(Report::Flight(Flight {
+        Ok(DeviceReport::Flight(Flight {
             index,
             count,
             sample: sample.sample(),
@@ -170,16 +170,16 @@ impl<const D: usize> Outbox<D> {
 
     /// The next thing to say: faults, samples, other events. `more`: samples are still to come, so a batch waits
     /// until it is full.
-    pub(super) fn next(&mut self, stream: Stream, more: bool) -> Option<Report> {
+    pub(super) fn next(&mut self, stream: Stream, more: bool) -> Option<DeviceReport> {
         match self.notices.front() {
             // The samples of a run go out before the event of its end.
             Some(Notice::Event(event)) if self.samples.is_empty() || begins(event.kind) => {
-                let report = Report::Event(*event);
+                let report = DeviceReport::Event(*event);
                 self.notices.pop_front();
                 Some(report)
             }
             Some(Notice::Fault(fault)) => {
-                let report = Report::Fault(*fault);
+                let report = DeviceReport::Fault(*fault);
                 self.notices.pop_front();
                 Some(report)
             }
@@ -188,18 +188,18 @@ impl<const D: usize> Outbox<D> {
     }
 
     #[inline(never)]
-    fn next_samples(&mut self, stream: Stream, more: bool) -> Option<Report> {
+    fn next_samples(&mut self, stream: Stream, more: bool) -> Option<DeviceReport> {
         let every = stream.every.max(1);
         let sensed = self.samples.front().is_some_and(Tick::senses);
-        let most = usize::from(stream.batch).min(Batch::ticks_most(D, sensed));
+        let most = usize::from(stream.batch).min(SampleBatch::ticks_most(D, sensed));
         if most <= 1 {
-            return (self.samples.pop_front()).map(|tick| Report::Sample(tick.sample()));
+            return (self.samples.pop_front()).map(|tick| DeviceReport::Sample(tick.sample()));
         }
         if self.samples.len() < most && more {
             return None;
         }
         let first = self.samples.pop_front()?;
-        let mut batch = Batch {
+        let mut batch = SampleBatch {
             tick: first.tick,
             time_us: first.time_us,
             every,
@@ -225,7 +225,7 @@ impl<const D: usize> Outbox<D> {
                 _ => None,
             };
         }
-        Some(Report::Batch(batch))
+        Some(DeviceReport::Batch(batch))
     }
 }
 
@@ -276,7 +276,7 @@ impl<const D: usize> Tick<D> {
     /// Sample of a loop, by the device's own number and time.
     #[inline]
     pub(crate) fn of(
-        sample: &haptic_loop::Sample<f32, D>,
+        sample: &haptic_loop::LoopSample<f32, D>,
         tick: u32,
         time_us: u32,
         flaws: u8,

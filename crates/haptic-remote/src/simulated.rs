@@ -8,7 +8,7 @@ use haptic_loop::plant::{ImposedMotion, MassDamper, MassDamperConfig, RampHold};
 #[cfg(feature = "std")]
 use haptic_loop::plant::{IndentationRig, RigConfig, RigContact, RigDrive};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, NewtonsPerMetre, Seconds};
-use haptic_loop::{Device, Fault, ParameterError, Reading, SafeForce};
+use haptic_loop::{Device, Fault, LoopParameterError, Reading, SafeForce};
 use nalgebra::SVector;
 
 /// A simulated board: a mass-damper with a hand, or an indentation; by a compliant indenter with the feature `std`
@@ -105,7 +105,7 @@ impl Fields {
 }
 
 /// The one thing a plant finds that its fields do not show: a motion too fast for the tick.
-pub(crate) const fn too_fast(_: ParameterError) -> Refusal {
+pub(crate) const fn too_fast(_: LoopParameterError) -> Refusal {
     Refusal::Unsupported(Field::TickPeriod)
 }
 

@@ -17,7 +17,7 @@ impl<S> Prepared<S> {
         use haptic_loop::units::Seconds;
         let configuration = &self.configuration;
         let mut fields = Fields::default();
-        let limits = haptic_loop::Limits {
+        let limits = haptic_loop::SafetyLimits {
             workspace_box: box_ranges(&configuration.limits, workspace, &mut fields),
             ..checked(configuration, capabilities)?
         };

@@ -3,7 +3,7 @@
 use super::bench::{Bench, Broken};
 use super::promise::{Check, Promise};
 use super::trial::{Followed, seen};
-use haptic_link::{Report, Request};
+use haptic_link::{DeviceReport, Request};
 use haptic_remote::Tick;
 use std::collections::BTreeMap;
 
@@ -33,7 +33,7 @@ fn read(bench: &Bench<'_>) -> Result<Vec<Tick>, Broken> {
     let mut count = 1;
     while kept.len() < usize::from(count) {
         let index = kept.len() as u16;
-        let Report::Flight(flight) = bench.link()?.ask(Request::ReadFlight { index })? else {
+        let DeviceReport::Flight(flight) = bench.link()?.ask(Request::ReadFlight { index })? else {
             break;
         };
         count = flight.count;

@@ -5,7 +5,7 @@ use haptic_experiment::parameters::FORCE_LIMIT;
 use haptic_link::{AXES_MAX, EventKind, FaultReport, Limits, Request, Sample};
 use haptic_loop::realtime::Moment;
 use haptic_loop::{Fault, Limiters};
-use haptic_remote::serial::Heard;
+use haptic_remote::serial::DeviceMessage;
 use haptic_remote::{LinkError, Tick};
 use std::time::Duration;
 
@@ -297,9 +297,9 @@ impl Followed {
         })
     }
 
-    fn take(&mut self, heard: Heard, axis: usize) -> Result<Option<Tick>, Broken> {
+    fn take(&mut self, heard: DeviceMessage, axis: usize) -> Result<Option<Tick>, Broken> {
         match heard {
-            Heard::Sample(sample) => {
+            DeviceMessage::Sample(sample) => {
                 let tick = seen(&sample, axis);
                 self.begun |= tick.is_some();
                 self.samples.extend(tick);
@@ -307,7 +307,7 @@ impl Followed {
                 (self.places_m).extend(tick.map(|_| core::array::from_fn(place)));
                 return Ok(tick);
             }
-            Heard::Event(event) => {
+            DeviceMessage::Event(event) => {
                 self.begun |= event.kind == EventKind::Started;
                 // An end before the beginning is that of the run before.
                 self.ended |= self.begun
@@ -316,8 +316,8 @@ impl Followed {
                         EventKind::Finished | EventKind::Stopped | EventKind::Disarmed
                     );
             }
-            Heard::Fault(report) => self.fault = Some(report),
-            Heard::Over(error) => return Err(Broken::Link(error.into())),
+            DeviceMessage::Fault(report) => self.fault = Some(report),
+            DeviceMessage::Over(error) => return Err(Broken::Link(error.into())),
         }
         Ok(None)
     }

@@ -3,7 +3,7 @@
 use fracdiff::Seconds;
 use fracdiff::parameter::{positive, range};
 use haptic_link::HandSample;
-use haptic_loop::ParameterError;
+use haptic_loop::LoopParameterError;
 use rand_distr::{Distribution as _, StandardUniform};
 use rand_pcg::{Pcg32, rand_core::SeedableRng as _};
 use std::collections::BTreeMap;
@@ -41,7 +41,7 @@ impl ChannelModel {
     ///
     /// # Errors
     /// A delay, jitter or chance outside its range.
-    pub fn checked(self) -> Result<Self, ParameterError> {
+    pub fn checked(self) -> Result<Self, LoopParameterError> {
         let (delay, fits) = (
             self.delay.0,
             (0.0..=Self::DELAY_MOST_S).contains(&self.delay.0),
@@ -89,7 +89,7 @@ pub struct ChannelCounts {
 
 /// One direction of a line. Time is an argument: the number of the tick.
 #[derive(Clone, Debug)]
-pub struct Channel {
+pub struct OneWayLine {
     model: ChannelModel,
     sample_time: f64,
     random: Pcg32,
@@ -99,7 +99,7 @@ pub struct Channel {
     order: u64,
 }
 
-impl Channel {
+impl OneWayLine {
     /// An empty line. The same seed gives the same line.
     ///
     /// # Errors
@@ -108,7 +108,7 @@ impl Channel {
         model: ChannelModel,
         sample_time: Seconds,
         seed: u64,
-    ) -> Result<Self, ParameterError> {
+    ) -> Result<Self, LoopParameterError> {
         let sample_time = positive("sample time", sample_time.0, "s")?;
         Ok(Self {
             model: model.checked()?,

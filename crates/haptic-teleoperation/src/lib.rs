@@ -12,7 +12,7 @@ mod peer;
 mod port;
 
 #[cfg(feature = "std")]
-pub use channel::{Channel, ChannelCounts, ChannelModel};
+pub use channel::{ChannelCounts, ChannelModel, OneWayLine};
 pub use law::CouplerGains;
-pub use peer::{Heard, Introduction, Peer, PeerError};
-pub use port::{Begun, Port, PortCounts, PortLaw, Settings, Ticked};
+pub use peer::{Introduction, Peer, PeerError, PeerMessage};
+pub use port::{Begun, FinishedTick, Port, PortCounts, PortLaw, Settings};

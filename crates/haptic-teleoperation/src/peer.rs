@@ -103,7 +103,7 @@ impl core::error::Error for PeerError {}
 
 /// The part of a datagram that concerns this connection.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Heard {
+pub enum PeerMessage {
     /// Nothing that belongs to this connection.
     Nothing,
     /// The other side has introduced itself, and wants an answer.
@@ -162,7 +162,7 @@ impl Peer {
     ///
     /// # Errors
     /// A side that does not fit this one.
-    pub fn take(&mut self, datagram: &[u8]) -> Result<Heard, PeerError> {
+    pub fn take(&mut self, datagram: &[u8]) -> Result<PeerMessage, PeerError> {
         self.receiver.forget();
         let foreign = self.receiver.counters().foreign;
         let mut arrived = None;
@@ -176,7 +176,7 @@ impl Peer {
             return Err(PeerError::OtherVersion { version });
         }
         let Some((header, message)) = arrived else {
-            return Ok(Heard::Nothing);
+            return Ok(PeerMessage::Nothing);
         };
         match message {
             HandMessage::Hello(hello) => return self.greeted(&hello),
@@ -187,13 +187,13 @@ impl Peer {
         }
         if self.connection() != Some(header.connection) {
             self.other_connections = self.other_connections.wrapping_add(1);
-            return Ok(Heard::Nothing);
+            return Ok(PeerMessage::Nothing);
         }
         self.connected = true;
         Ok(match message {
-            HandMessage::Sample(sample) => Heard::Sample(sample),
-            HandMessage::Bye => Heard::Bye,
-            HandMessage::Hello(_) | HandMessage::Busy { .. } => Heard::Nothing,
+            HandMessage::Sample(sample) => PeerMessage::Sample(sample),
+            HandMessage::Bye => PeerMessage::Bye,
+            HandMessage::Hello(_) | HandMessage::Busy { .. } => PeerMessage::Nothing,
         })
     }
 
@@ -213,11 +213,11 @@ impl Peer {
         self.write(HandMessage::Busy { heard }, 0, line).map(Some)
     }
 
-    fn greeted(&mut self, hello: &HandHello) -> Result<Heard, PeerError> {
+    fn greeted(&mut self, hello: &HandHello) -> Result<PeerMessage, PeerError> {
         if self.theirs.is_some_and(|theirs| theirs != hello.nonce) {
             // Another peer, or this one restarted: this conversation continues or falls silent.
             self.other_connections = self.other_connections.wrapping_add(1);
-            return Ok(Heard::Nothing);
+            return Ok(PeerMessage::Nothing);
         }
         self.agree(hello)?;
         self.theirs = Some(hello.nonce);
@@ -225,9 +225,9 @@ impl Peer {
         if hello.heard == self.hello.nonce {
             // It has heard this side: an answer would be answered in turn, for ever.
             self.connected = true;
-            return Ok(Heard::Met);
+            return Ok(PeerMessage::Met);
         }
-        Ok(Heard::Hello)
+        Ok(PeerMessage::Hello)
     }
 
     fn agree(&self, hello: &HandHello) -> Result<(), PeerError> {

@@ -4,7 +4,7 @@ use crate::law::{Coupled, CouplerGains, Law, Observed, WavePort};
 use fracdiff::parameter::{RangeError, not_negative, positive, range};
 use fracdiff::{Differintegrator, Seconds};
 use haptic_link::{HandSample, HandSide, RequestTracker};
-use haptic_loop::{ParameterError, Reading, SafeForce, SafetyChain, SafetyState, Sample};
+use haptic_loop::{LoopParameterError, LoopSample, Reading, SafeForce, SafetyChain, SafetyState};
 use nalgebra::Vector1;
 
 /// One side of a line between two hands, with one axis.
@@ -44,7 +44,7 @@ use nalgebra::Vector1;
 /// }
 /// assert!(slave.force_n() > 1.0); // pulled along
 /// assert!(master.given_j() + slave.given_j() <= 0.0);
-/// # Ok::<(), haptic_loop::ParameterError>(())
+/// # Ok::<(), haptic_loop::LoopParameterError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Port<O: Differintegrator<f64>> {
@@ -84,7 +84,7 @@ pub struct PortCounts {
 #[derive(Debug)]
 pub struct Begun<'a, O: Differintegrator<f64>> {
     port: &'a mut Port<O>,
-    sample: Sample<f64, 1>,
+    sample: LoopSample<f64, 1>,
     position_m: f64,
     moved_m: f64,
     heard: bool,
@@ -92,9 +92,9 @@ pub struct Begun<'a, O: Differintegrator<f64>> {
 
 /// A finished tick, to be recorded and sent to the other side.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ticked {
+pub struct FinishedTick {
     /// Reading, wanted and sent force, limiters.
-    pub sample: Sample<f64, 1>,
+    pub sample: LoopSample<f64, 1>,
     /// The state to send to the other side.
     pub message: HandSample,
 }
@@ -108,7 +108,7 @@ impl<O: Differintegrator<f64>> Port<O> {
         law_of_port: PortLaw<O>,
         settings: Settings,
         chain: SafetyChain<f64>,
-    ) -> Result<Self, ParameterError> {
+    ) -> Result<Self, LoopParameterError> {
         Ok(Self {
             silence_ticks: settings.silence_ticks()?,
             law: law(law_of_port, &settings)?,
@@ -174,7 +174,7 @@ impl<O: Differintegrator<f64>> Port<O> {
             (true, false) => 0.0,
         };
         let wanted = Vector1::new(wanted);
-        let sample = Sample::of(&self.chain, &mut self.safety, reading, &wanted);
+        let sample = LoopSample::of(&self.chain, &mut self.safety, reading, &wanted);
         Begun {
             port: self,
             sample,
@@ -238,7 +238,7 @@ impl<O: Differintegrator<f64>> Begun<'_, O> {
     }
 
     /// The rest of the tick, and the message for the other side.
-    pub fn finish(self) -> Ticked {
+    pub fn finish(self) -> FinishedTick {
         let Self {
             port,
             sample,
@@ -259,7 +259,7 @@ impl<O: Differintegrator<f64>> Begun<'_, O> {
             time_s: sample.reading.time_s,
             state: port.law.said(position_m, applied_n),
         };
-        Ticked { sample, message }
+        FinishedTick { sample, message }
     }
 }
 
@@ -307,7 +307,7 @@ impl Settings {
     /// Most samples over which waves or energy that arrive together are spread.
     pub const PLAYOUT_MOST: u32 = 10_000;
 
-    pub(crate) fn silence_ticks(&self) -> Result<u64, ParameterError> {
+    pub(crate) fn silence_ticks(&self) -> Result<u64, LoopParameterError> {
         let t = positive("sample time", self.sample_time.0, "s")?;
         let ticks = libm::ceil(self.silence.0 / t - 1e-9);
         range(
@@ -336,7 +336,7 @@ fn checked(gains: CouplerGains) -> Result<CouplerGains, RangeError> {
     Ok(gains)
 }
 
-fn playout(samples: u32) -> Result<u32, ParameterError> {
+fn playout(samples: u32) -> Result<u32, LoopParameterError> {
     range(
         "playout",
         f64::from(samples),
@@ -350,7 +350,7 @@ fn playout(samples: u32) -> Result<u32, ParameterError> {
 pub(crate) fn law<O: Differintegrator<f64>>(
     law: PortLaw<O>,
     settings: &Settings,
-) -> Result<Law<O>, ParameterError> {
+) -> Result<Law<O>, LoopParameterError> {
     let coupled = |gains, operator| Ok::<_, RangeError>(Coupled::new(checked(gains)?, operator));
     Ok(match law {
         PortLaw::PositionPosition(gains, operator) => Law::Position(coupled(gains, operator)?),

@@ -17,5 +17,5 @@ pub use full_history::FullHistory;
 pub use indentation::{Ting, ting};
 pub use library::Library;
 pub use material::{Material, MaterialError, MeasuredLoading, Source, ValidRange};
-pub use model::{MaxwellBranch, Model, ModelError, ModelKind, Parameter, ParameterRange};
+pub use model::{MaxwellBranch, Model, ModelError, ModelKind, ModelParameter, ParameterRange};
 pub use sampled::SampledModel;

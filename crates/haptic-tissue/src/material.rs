@@ -1,7 +1,7 @@
 //! Tissues: a model, where its parameters come from, and where they hold; and their files, TOML with units in the names.
 
 use crate::model::{
-    Form, Joint, Model, ModelError, ModelKind, Parameter, TWO_ELEMENTS, out_of_range,
+    Form, Joint, Model, ModelError, ModelKind, ModelParameter, TWO_ELEMENTS, out_of_range,
 };
 use fracdiff::parameter::Shown;
 use haptic_loop::{INCOMPRESSIBLE, LoadingKind, Modulus, Specimen};
@@ -677,7 +677,7 @@ fn columns(file: &File, kind: Option<ModelKind>) -> Result<Vec<Vec<f64>>, Wrong>
             return Err((value.span().start, reason));
         }
     }
-    let column = |parameter: &Parameter| {
+    let column = |parameter: &ModelParameter| {
         let name = parameter.name;
         let block = file.parameters.span().start;
         let missing = || (block, format!("missing field `{name}` of {whose}"));

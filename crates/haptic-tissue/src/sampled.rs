@@ -2,7 +2,7 @@
 
 use crate::model::{Form, MaxwellBranch, Model, ModelError, SpringPot};
 use core::f64::consts::PI;
-use fracdiff::full_memory::{Design, DesignError, Kernel, Memory, Mode};
+use fracdiff::full_memory::{DecayingMode, Design, DesignError, Kernel, Memory};
 use fracdiff::{FrequencyResponse, Order, Seconds, grunwald_weights};
 use num_complex::Complex64;
 
@@ -207,12 +207,12 @@ impl Memory for SampledModel {
         Some((mean(0.0) + mean(0.5 * PI)) / self.scale_pa)
     }
 
-    fn mode(&self, index: usize) -> Option<Mode> {
+    fn mode(&self, index: usize) -> Option<DecayingMode> {
         let mut poles = self.whole.branches.iter().filter_map(Branch::maxwell);
         let (modulus_pa, viscosity_pa_s) = poles.nth(index)?;
         // E·λ^(j+1), λ = 1/(1 + rT)
         let growth = modulus_pa / viscosity_pa_s * self.sample_time_s;
-        Some(Mode {
+        Some(DecayingMode {
             rate: libm::log1p(growth),
             weight: modulus_pa / (1.0 + growth) / self.scale_pa,
         })

@@ -194,6 +194,15 @@ impl<N: Named> FromArgMatches for Options<N> {
 }
 
 impl<N: Named> Options<N> {
+    /// Parameters with their texts and the words in which they were said.
+    pub(crate) const fn of(options: Vec<(&'static Parameter, String, String)>) -> Self {
+        Self {
+            options,
+            values: Vec::new(),
+            named: PhantomData,
+        }
+    }
+
     /// Appends a `KEY=VALUE`.
     pub(crate) fn and(mut self, value: &str) -> Self {
         self.values.push(value.to_owned());

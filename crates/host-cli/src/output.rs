@@ -3,7 +3,7 @@
 use crate::names::Names;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use haptic_experiment::judge::rows;
-use haptic_experiment::{Cause, Failure, Line, Row, Table, lines};
+use haptic_experiment::{Cause, Failure, ReportLine, Row, Table, lines};
 use haptic_quantity::renamed;
 use serde::Serialize;
 use serde_json::Value;
@@ -46,14 +46,14 @@ impl Output {
         renamed(sentence, |key| self.names.of_key(key))
     }
 
-    fn rename(self, line: &mut Line) {
+    fn rename(self, line: &mut ReportLine) {
         let rename = |text: &mut String| *text = self.renamed(text);
         match line {
-            Line::Row(row) => {
+            ReportLine::Row(row) => {
                 rename(&mut row.value);
                 rename(&mut row.reason);
             }
-            Line::Table(table) => table.rows.iter_mut().flatten().for_each(rename),
+            ReportLine::Table(table) => table.rows.iter_mut().flatten().for_each(rename),
         }
     }
 
@@ -95,18 +95,18 @@ pub(crate) fn joined(parts: impl IntoIterator<Item = Value>) -> Value {
 const WIDEST: usize = 140;
 
 /// Prints lines of a report: labels in a column, tables under theirs.
-fn print_lines(out: &mut dyn Write, lines: &[Line]) -> io::Result<()> {
+fn print_lines(out: &mut dyn Write, lines: &[ReportLine]) -> io::Result<()> {
     let indented = |row: &Row| 2 * row.level + row.label.chars().count();
-    let long = |line: &Line| match line {
-        Line::Row(row) if !row.value.is_empty() => indented(row),
-        Line::Row(_) | Line::Table(_) => 0,
+    let long = |line: &ReportLine| match line {
+        ReportLine::Row(row) if !row.value.is_empty() => indented(row),
+        ReportLine::Row(_) | ReportLine::Table(_) => 0,
     };
     let width = lines.iter().map(long).max().unwrap_or(0);
     for line in lines {
         match line {
             // Warnings were said on standard error.
-            Line::Row(row) if row.key == "warnings" => (),
-            Line::Row(row) => {
+            ReportLine::Row(row) if row.key == "warnings" => (),
+            ReportLine::Row(row) => {
                 let indent = "  ".repeat(row.level);
                 let space = " ".repeat(width.saturating_sub(indented(row)));
                 let reason = match row.reason.as_str() {
@@ -122,7 +122,7 @@ fn print_lines(out: &mut dyn Write, lines: &[Line]) -> io::Result<()> {
                     writeln!(out, "{}  {line}", " ".repeat(width))?;
                 }
             }
-            Line::Table(table) => print_table(out, table)?,
+            ReportLine::Table(table) => print_table(out, table)?,
         }
     }
     Ok(())

@@ -5,9 +5,8 @@ use super::trial::{realistic, simulated};
 use super::{DELTA, Kind, MASS_KG, ORDERS, SAMPLE_TIME_S};
 use fracdiff::{FrequencyResponse, Order, grunwald_weight, muir_coefficients};
 use haptic_analysis::{
-    AnalysisError, Coupler, Effective, Environment, ForcePath, Largest, LoopOperator,
-    Nondimensional, OnePort, SampledLoop, SampledPlant, StabilityRegion, StableArea,
-    corollary_delta,
+    AnalysisError, Coupler, Effective, ForcePath, Largest, LoopOperator, Nondimensional, OnePort,
+    SampledLoop, SampledPlant, SampledWall, StabilityRegion, StableArea, corollary_delta,
 };
 use serde::Serialize;
 use std::f64::consts::PI;
@@ -449,7 +448,7 @@ fn least(
     held: bool,
     share: fn(&Effective) -> f64,
 ) -> Result<(f64, Option<f64>), AnalysisError> {
-    let environment = Environment {
+    let environment = SampledWall {
         stiffness_n_per_m: 0.0,
         dissipation_n_s_mu_per_m: 1.0,
         order: Order::new(mu)?,

@@ -7,7 +7,7 @@ use super::walls::{passivity, region_matrix, regions, zwidth};
 use super::{DAMPING_N_S_PER_M, DELTA, Kind, ORDERS};
 use fracdiff::Order;
 use haptic_analysis::{
-    AnalysisError, ClosedLoop, Effective, Environment, ForcePath, Nondimensional, SampledLoop,
+    AnalysisError, ClosedLoop, Effective, ForcePath, Nondimensional, SampledLoop, SampledWall,
 };
 use haptic_experiment::Failure;
 use haptic_figure::Look;
@@ -90,7 +90,7 @@ fn environment() -> Result<Figure, Failure> {
     const DISSIPATION: f64 = 100.0;
     let all = [0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0];
     let points = |mu: f64, value: Value| {
-        let environment = Environment {
+        let environment = SampledWall {
             stiffness_n_per_m: 10_000.0,
             dissipation_n_s_mu_per_m: DISSIPATION,
             order: Order::new(mu)?,
@@ -161,7 +161,7 @@ fn transparency() -> Result<Figure, Failure> {
         let closed = ClosedLoop {
             mass_kg: 0.65,
             damping_n_s_per_m: DAMPING_N_S_PER_M,
-            environment: Environment {
+            environment: SampledWall {
                 stiffness_n_per_m: 50.0,
                 dissipation_n_s_mu_per_m: 1.0,
                 order,

@@ -6,7 +6,7 @@
 use crate::board::{Board, disable_motor};
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{SCB, SYST};
-use haptic_board::{Clock, Line, NoWatchdog, TickTimer};
+use haptic_board::{Clock, HostLine, NoWatchdog, TickTimer};
 
 /// Processor clock, Hz.
 const CLOCK_HZ: u32 = 25_000_000;
@@ -82,7 +82,7 @@ impl Uart {
     }
 }
 
-impl Line for Uart {
+impl HostLine for Uart {
     fn receive(&mut self) -> Option<u8> {
         const FULL: u32 = 1 << 1;
         (Register::UartState.read() & FULL != 0).then(|| Register::UartData.read() as u8)

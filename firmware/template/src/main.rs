@@ -11,7 +11,7 @@ use board::{Board, NAME};
 use core::panic::PanicInfo;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
 use haptic_board::{
-    Image, Parts, Place, RetainedMemory, Ticker, TickerSlot, image, power_up, serve,
+    DeviceMemory, Image, Parts, RetainedMemory, Ticker, TickerSlot, image, power_up, serve,
 };
 
 /// Board and version (major, minor, patch) of your firmware, by which `host-cli device flash` knows the image.
@@ -26,7 +26,7 @@ static TICKER: TickerSlot<Board, chip::Timer> = TickerSlot::empty();
 
 #[entry]
 fn main() -> ! {
-    static mut PLACE: Place<Board> = Place::new();
+    static mut PLACE: DeviceMemory<Board> = DeviceMemory::new();
 
     let Parts {
         hardware,

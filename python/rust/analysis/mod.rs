@@ -17,7 +17,7 @@ use crate::conducted::heard;
 use crate::operators::scheme_of;
 use crate::refused::{OrRefused as _, refused};
 use fracdiff::{Order, Seconds};
-use haptic_analysis::{Environment, LoopOperator};
+use haptic_analysis::{LoopOperator, SampledWall};
 use numpy::PyArray1;
 use plant::AnyPlant;
 use pyo3::prelude::*;
@@ -65,8 +65,8 @@ fn environment(
     dissipation_n_s_mu_per_m: f64,
     order: f64,
     sample_time_s: f64,
-) -> PyResult<Environment> {
-    Ok(Environment {
+) -> PyResult<SampledWall> {
+    Ok(SampledWall {
         stiffness_n_per_m,
         dissipation_n_s_mu_per_m,
         order: Order::new(order).or_refused()?,

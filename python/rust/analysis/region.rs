@@ -5,7 +5,7 @@ use super::{operator, scheme_of};
 use crate::arrays::{Whole, any_shape, unmasked};
 use crate::conducted::{heard, heard_by};
 use crate::refused::{OrRefused as _, refused};
-use haptic_analysis::{BoundaryPoint, Nondimensional, Polygon, StabilityRegion, StableArea};
+use haptic_analysis::{Nondimensional, OutlinePoint, Polygon, StabilityRegion, StableArea};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray as _, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods as _};
 use pyo3::prelude::*;
@@ -90,7 +90,7 @@ impl PyRegion {
     /// Boundaries, the largest first: K in N/m and B in N·s^order/m of each point.
     #[getter]
     fn polygons<'py>(&self, py: Python<'py>) -> Vec<Bound<'py, PyArray2<f64>>> {
-        let array = |points: &[BoundaryPoint]| {
+        let array = |points: &[OutlinePoint]| {
             Array2::from_shape_fn((points.len(), 2), |(row, column)| match column {
                 0 => points[row].alpha * self.stiffness,
                 _ => points[row].beta * self.dissipation,
@@ -103,7 +103,7 @@ impl PyRegion {
     /// Frequency at which a pole crosses the circle at each point, rad/s; NaN on an axis.
     #[getter]
     fn omega_rad_s<'py>(&self, py: Python<'py>) -> Vec<Bound<'py, PyArray1<f64>>> {
-        let omega = |point: &BoundaryPoint| {
+        let omega = |point: &OutlinePoint| {
             let theta = point.theta.unwrap_or(f64::NAN);
             theta / self.sample_time
         };

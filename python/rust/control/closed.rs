@@ -8,7 +8,7 @@ use crate::json::{from_python, to_python};
 use crate::refused::OrRefused as _;
 use fractional_control::Plant;
 use haptic_experiment::question::control_loop::run::Reference;
-use haptic_experiment::question::control_loop::{ControlLoop, Held, LoopForm, NamedPlant};
+use haptic_experiment::question::control_loop::{ControlLoop, FormParts, LoopForm, NamedPlant};
 use haptic_experiment::question::controller::DesignForm;
 use haptic_experiment::question::controller::report::designed;
 use numpy::{IntoPyArray as _, PyArray1, PyReadonlyArray1};
@@ -45,7 +45,7 @@ pub(crate) fn design_controller<'py>(
 fn read(
     plant: Option<&Bound<'_, PyControlPlant>>,
     form: &Bound<'_, PyAny>,
-) -> PyResult<(LoopForm, Held)> {
+) -> PyResult<(LoopForm, FormParts)> {
     let form: LoopForm = from_python("options", form)?;
     let mut held = form.files().map_err(|failure| failed(&failure))?;
     if let Some(plant) = plant {

@@ -11,10 +11,10 @@ pub(crate) use identified::identify_plant;
 pub(crate) use transfer::{PyControlPlant, PyTransferFunction};
 
 use crate::refused::{OrRefused as _, refused};
-use fractional_control::{Memory, Rule};
+use fractional_control::{PowerMemory, Rule};
 use pyo3::prelude::*;
 
-fn memory(name: &str, tolerance: f64, horizon: f64) -> PyResult<Memory> {
+fn memory(name: &str, tolerance: f64, horizon: f64) -> PyResult<PowerMemory> {
     let rule = match name {
         "grunwald" => Rule::Grunwald,
         "bdf2" => Rule::Bdf2,
@@ -23,5 +23,5 @@ fn memory(name: &str, tolerance: f64, horizon: f64) -> PyResult<Memory> {
             return Err(refused(why));
         }
     };
-    Memory::new(rule, tolerance, horizon).or_refused()
+    PowerMemory::new(rule, tolerance, horizon).or_refused()
 }

@@ -6,7 +6,7 @@ use crate::conducted::{each, heard_by};
 use crate::refused::{OrRefused as _, refused};
 use fracdiff::Seconds;
 use fractional_control::{
-    ControlError, FractionalTransferFunction, Memory, Plant, Term, impulse_response, respond,
+    ControlError, FractionalTransferFunction, Plant, PowerMemory, Term, impulse_response, respond,
     step_response,
 };
 use nalgebra::{DMatrix, DVector, RowDVector};
@@ -73,7 +73,7 @@ fn pairs(terms: &[Term]) -> Pairs {
 
 /// The response to a given input, by memory, sample time and samples.
 type Respond =
-    fn(&FractionalTransferFunction, Memory, Seconds, usize) -> Result<Vec<f64>, ControlError>;
+    fn(&FractionalTransferFunction, PowerMemory, Seconds, usize) -> Result<Vec<f64>, ControlError>;
 
 impl PyTransferFunction {
     fn record<'py>(

@@ -9,7 +9,7 @@ use crate::refused::{OrRefused as _, refused};
 use haptic_experiment::question::tissue::{RecordForm, RecordQuestion};
 use haptic_loop::{INCOMPRESSIBLE, Specimen};
 use haptic_tissue::ModelKind;
-use haptic_tissue::identify::{self, CANDIDATES, Identification, Reading, Record, RecordKind};
+use haptic_tissue::identify::{self, CANDIDATES, Identification, Record, RecordKind, TableDetails};
 use measured_table::Column;
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -24,7 +24,7 @@ type Columns<'py> = (
 );
 
 /// A record of its kind from columns; strain, or depth of a specimen, only for any motion.
-fn record(columns: &Columns<'_>, reading: &Reading) -> PyResult<Record> {
+fn record(columns: &Columns<'_>, reading: &TableDetails) -> PyResult<Record> {
     let (t, y, strain, depth) = columns;
     let x = vector("t", t)?;
     let kind = reading.kind.unwrap_or(RecordKind::Relaxation);
@@ -66,7 +66,7 @@ fn record(columns: &Columns<'_>, reading: &Reading) -> PyResult<Record> {
 }
 
 /// A relaxation that begins with the ramp to its strain.
-fn ramped(time_s: Vec<f64>, modulus_pa: Vec<f64>, reading: &Reading) -> PyResult<Record> {
+fn ramped(time_s: Vec<f64>, modulus_pa: Vec<f64>, reading: &TableDetails) -> PyResult<Record> {
     if reading
         .kind
         .is_some_and(|kind| kind != RecordKind::Relaxation)

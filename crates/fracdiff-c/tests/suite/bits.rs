@@ -2,7 +2,7 @@
 
 use super::{CASES, build, hash, hash_of_push, header_of, is_here, laws, output, source};
 use fracdiff::OperatorList;
-use fracdiff_c::{CNumber, Header, Law};
+use fracdiff_c::{CHeader, CNumber, WallLaw};
 use std::num::NonZero;
 use std::process::Command;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -107,11 +107,11 @@ fn the_law_of_a_tissue_has_the_same_bits() {
     }
 }
 
-fn pushes_with_the_same_bits<F: CNumber>(law: &Law) {
+fn pushes_with_the_same_bits<F: CNumber>(law: &WallLaw) {
     let folder = Folder::empty();
     let operator = build::<F>("full", 0.2247);
     let list = OperatorList::from(&operator);
-    let header = Header::new("op", &list, Some(law), &[]).expect("a header");
+    let header = CHeader::new("op", &list, Some(law), &[]).expect("a header");
     let path = folder.join("op.h");
     std::fs::write(&path, header.to_string()).expect("writes");
     let program = folder.join("run");
@@ -131,11 +131,11 @@ fn pushes_with_the_same_bits<F: CNumber>(law: &Law) {
 fn numbers_of_a_law_that_are_none_are_refused() {
     let list = build::<f32>("muir:3", 0.5).list().expect("a list");
     let [_, law] = laws();
-    let refused = |law: Law| {
-        let header = Header::new("op", &list, Some(&law), &[]);
+    let refused = |law: WallLaw| {
+        let header = CHeader::new("op", &list, Some(&law), &[]);
         header.expect_err("a bad number").to_string()
     };
-    let said = refused(Law {
+    let said = refused(WallLaw {
         stiffness: -1.0,
         ..law
     });
@@ -143,7 +143,7 @@ fn numbers_of_a_law_that_are_none_are_refused() {
     for (at, value, text) in [(0, 0.0, "0"), (3, -1.0, "-1"), (7, f64::NAN, "NaN")] {
         let mut map = law.depth_map.expect("a map");
         map[at] = value;
-        let said = refused(Law {
+        let said = refused(WallLaw {
             depth_map: Some(map),
             ..law
         });

@@ -3,7 +3,7 @@
 use super::bits::{COMPILERS, Compilers, WARNINGS, for_each};
 use super::{SAMPLES, fnv, is_here, output, source};
 use fracdiff::{Real, Scheme, Seconds};
-use fracdiff_c::{CNumber, Header};
+use fracdiff_c::{CHeader, CNumber};
 use fractional_control::{
     ControlError, Controller, ControllerList, ControllerParameters, ControllerSetup,
     CroneParameters, FractionalPid, LeadController, LeadLagParameters, Mode, PidParameters,
@@ -315,7 +315,7 @@ fn the_oven_of_the_guide_rests_at_its_reference_in_c() {
 /// The header of a controller in a folder.
 pub(crate) fn header_of<F: CNumber>(setup: &ControllerSetup, folder: &Path) -> PathBuf {
     let list = ControllerList::<F>::new(setup).expect("a list");
-    let header = Header::of_controller("op", &list, &[]).expect("a header");
+    let header = CHeader::of_controller("op", &list, &[]).expect("a header");
     let path = folder.join("op.h");
     std::fs::write(&path, header.to_string()).expect("writes");
     path

@@ -6,7 +6,7 @@ mod source;
 mod target;
 
 use fracdiff::{Differintegrator as _, Operator, OperatorList, Order, Real, Scheme, Seconds};
-use fracdiff_c::{CNumber, Header, Law};
+use fracdiff_c::{CHeader, CNumber, WallLaw};
 use haptic_loop::DepthMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -54,7 +54,7 @@ fn header_of<F: CNumber>(operator: &Operator<F>, folder: &Path) -> PathBuf {
     // Notes that would spoil the header, were they not only notes.
     let notes = ["D^0.5 */ #error @ ZERO real ".to_owned()];
     let list = OperatorList::from(operator);
-    let header = Header::new("op", &list, None, &notes).expect("a header");
+    let header = CHeader::new("op", &list, None, &notes).expect("a header");
     let path = folder.join("op.h");
     std::fs::write(&path, header.to_string()).expect("writes");
     path
@@ -100,13 +100,13 @@ fn hash<F: CNumber>(operator: &Operator<F>) -> String {
 }
 
 /// A law as of tissue, and the same pressed by a sphere on a base, stiffening, to x = 6 or so.
-fn laws() -> [Law; 2] {
-    let law = Law {
+fn laws() -> [WallLaw; 2] {
+    let law = WallLaw {
         stiffness: 120.0,
         dissipation: 17.3,
         depth_map: None,
     };
-    let pressed = Law {
+    let pressed = WallLaw {
         depth_map: Some([0.4, 0.1, 1.0, 1.133, 1.283, 0.769, 0.0975, 0.7]),
         ..law
     };
@@ -114,7 +114,7 @@ fn laws() -> [Law; 2] {
 }
 
 /// The same of the force of a law behind a surface.
-fn hash_of_push<F: CNumber>(operator: &Operator<F>, law: &Law) -> String {
+fn hash_of_push<F: CNumber>(operator: &Operator<F>, law: &WallLaw) -> String {
     let mut history = operator.at_rest();
     let map = law.depth_map.map(|map| DepthMap::new(map).expect("a map"));
     let (k, b) = (F::from_f64(law.stiffness), F::from_f64(law.dissipation));

@@ -2,7 +2,7 @@
 
 use super::{CASES, build, controller, header_of, is_here, laws};
 use fracdiff::{OperatorList, Seconds};
-use fracdiff_c::{CNumber, Header, HeaderError};
+use fracdiff_c::{CHeader, CNumber, HeaderError};
 use fractional_control::{ControllerList, ControllerSetup, PidParameters};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -65,9 +65,9 @@ fn headers<F: CNumber>(folder: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     for (index, &(scheme, order)) in CASES.iter().enumerate() {
         let list = OperatorList::from(&build::<F>(scheme, order));
-        let plain = Header::new("op", &list, None, &notes).expect("a header");
-        let with_law = Header::new("op", &list, Some(&law), &notes).expect("a header");
-        let with_map = Header::new("op", &list, Some(&pressed), &notes).expect("a header");
+        let plain = CHeader::new("op", &list, None, &notes).expect("a header");
+        let with_law = CHeader::new("op", &list, Some(&law), &notes).expect("a header");
+        let with_map = CHeader::new("op", &list, Some(&pressed), &notes).expect("a header");
         for (kind, header) in [("plain", plain), ("law", with_law), ("map", with_map)] {
             let file = folder.join(format!("{}-{index}-{kind}.h", F::TYPE));
             std::fs::write(&file, header.to_string()).expect("writes");
@@ -85,25 +85,25 @@ fn headers<F: CNumber>(folder: &Path) -> Vec<PathBuf> {
 #[test]
 fn a_list_that_is_none_is_refused() {
     let good = build::<f32>("full", 0.5).list().expect("a list");
-    assert!(Header::new("half", &good, None, &[]).is_ok());
+    assert!(CHeader::new("half", &good, None, &[]).is_ok());
     let mut short = good.clone();
     short.values.pop();
     let mut integer = good.clone();
     integer.integer = 3;
     for wrong in [short, integer] {
-        let error = Header::new("half", &wrong, None, &[]).expect_err("no operator");
+        let error = CHeader::new("half", &wrong, None, &[]).expect_err("no operator");
         assert!(matches!(error, HeaderError::List { .. }), "{error}");
     }
     let mut infinite = good;
     infinite.values[3] = f32::INFINITY;
-    let error = Header::new("half", &infinite, None, &[]).expect_err("no number");
+    let error = CHeader::new("half", &infinite, None, &[]).expect_err("no number");
     assert_eq!(
         error.to_string(),
         "coefficient 3 is inf, which is not finite"
     );
     let mut taps = build::<f32>("muir:3", 0.5).list().expect("a list");
     taps.integer = 1;
-    assert!(Header::new("half", &taps, None, &[]).is_err());
+    assert!(CHeader::new("half", &taps, None, &[]).is_err());
 }
 
 #[test]
@@ -111,7 +111,7 @@ fn a_controller_is_written_in_numbers_that_every_compiler_takes() {
     let law: PidParameters = "2+1/s^0.9".parse().expect("a controller");
     let setup = ControllerSetup::new(law, Seconds(1e-3));
     let list = ControllerList::<f32>::new(&setup).expect("a list");
-    let header = Header::of_controller("oven", &list, &[]).expect("a header");
+    let header = CHeader::of_controller("oven", &list, &[]).expect("a header");
     let header = header.to_string();
     assert!(header.contains("self->high = 3.4028235e38f;"), "{header}");
     assert!(

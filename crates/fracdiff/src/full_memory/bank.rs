@@ -1,7 +1,7 @@
 //! The operator that runs a [`Design`].
 
 use super::design::Design;
-use super::kernel::Mode;
+use super::kernel::DecayingMode;
 use crate::differintegrator::past_is_kept;
 use crate::fir::sum_of_8;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
@@ -64,7 +64,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> FullMemory<F, TAPS, MODES> 
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s.
     pub fn new(design: &Design<TAPS, MODES>, sample_time: Seconds) -> Result<Self, ParameterError> {
         let rate = sample_time.rate_to_the(design.order())?;
-        let mode = |mode: &Mode| {
+        let mode = |mode: &DecayingMode| {
             let weight = rate * mode.weight * libm::exp(-mode.rate);
             (mode.decay(), weight)
         };

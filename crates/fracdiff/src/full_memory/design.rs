@@ -1,6 +1,6 @@
 //! Finding the modes for a tolerance and a horizon, and measuring what they reach.
 
-use super::kernel::{Core, Grid, Kernel, Mode};
+use super::kernel::{Core, DecayingMode, Grid, Kernel};
 use crate::order::{HORIZON_MAX, HORIZON_MIN, TOLERANCE_MAX, TOLERANCE_MIN};
 use crate::{Order, ParameterError};
 use core::f64::consts::PI;
@@ -54,7 +54,7 @@ pub struct Design<const TAPS: usize, const MODES: usize> {
     /// The true weights of the core, of lags 0 to TAPS − 1.
     head: [f64; TAPS],
     horizon: f64,
-    modes: [Mode; MODES],
+    modes: [DecayingMode; MODES],
     count: usize,
     error_bound: f64,
 }
@@ -114,13 +114,13 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     /// - `horizon`: up to this lag, samples, 1e2 to 1e12. [`error_bound`](Self::error_bound) is measured up to there,
     ///   and nothing is refused for being large: look at it.
     /// ```
-    /// use fracdiff::full_memory::{Design, FullMemory, Kernel, Mode};
+    /// use fracdiff::full_memory::{Design, FullMemory, Kernel, DecayingMode};
     /// use fracdiff::{Order, Seconds, grunwald_weight};
     ///
     /// // Tempered: the memory of D^0.4 fades with e^(−λj) on top, so every rate is larger by λ.
     /// let (order, rest, lambda) = (Order::new(0.4)?, Order::new(-0.6)?, 1e-3);
     /// let plain = Design::<16, 40>::closed_form(Kernel::Grunwald, order, 1e-6, 1e5)?;
-    /// let faster = plain.modes().iter().map(|mode| Mode { rate: mode.rate + lambda, ..*mode });
+    /// let faster = plain.modes().iter().map(|mode| DecayingMode { rate: mode.rate + lambda, ..*mode });
     /// let tempered = Design::<16, 40>::from_modes(
     ///     order,
     ///     |j| grunwald_weight(rest, j) * (-lambda * j as f64).exp(),
@@ -138,7 +138,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     pub fn from_modes(
         order: Order,
         weight: impl Fn(u64) -> f64,
-        modes: &[Mode],
+        modes: &[DecayingMode],
         horizon: f64,
     ) -> Result<Self, DesignError> {
         Core::check_taps::<TAPS>();
@@ -147,9 +147,10 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         if needed > room {
             return Err(DesignError::TooManyModes { needed, room });
         }
-        let wrong =
-            |mode: &&Mode| !(mode.rate > 0.0 && mode.rate.is_finite() && mode.weight.is_finite());
-        if let Some(&Mode { rate, weight }) = modes.iter().find(wrong) {
+        let wrong = |mode: &&DecayingMode| {
+            !(mode.rate > 0.0 && mode.rate.is_finite() && mode.weight.is_finite())
+        };
+        if let Some(&DecayingMode { rate, weight }) = modes.iter().find(wrong) {
             return Err(ParameterError::Mode { rate, weight }.into());
         }
         let head: [f64; TAPS] = core::array::from_fn(|lag| weight(lag as u64));
@@ -160,7 +161,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         let mut design = Self::without_modes(order, order.split_up().0, head, horizon);
         design.take(modes.iter().copied());
         // Fastest first: compensation is a property of the slow end.
-        Mode::sort(&mut design.modes[..needed]);
+        DecayingMode::sort(&mut design.modes[..needed]);
         design.error_bound = design.measure(|lag| weight(lag as u64), OWN_SWING);
         Ok(design)
     }
@@ -171,7 +172,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
             integer,
             head,
             horizon,
-            modes: [Mode {
+            modes: [DecayingMode {
                 rate: 0.0,
                 weight: 0.0,
             }; MODES],
@@ -198,7 +199,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     #[cfg(feature = "std")]
     pub(super) fn take_measured(
         &mut self,
-        modes: &[Mode],
+        modes: &[DecayingMode],
         weights: impl Iterator<Item = (f64, f64)>,
     ) {
         self.take(modes.iter().copied());
@@ -207,14 +208,14 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
 
     /// Takes the given modes and measures them, for swings of about `step` in ln j.
     #[cfg(feature = "std")]
-    pub(super) fn refill(&mut self, core: Core, modes: &[Mode], step: f64) {
+    pub(super) fn refill(&mut self, core: Core, modes: &[DecayingMode], step: f64) {
         self.take(modes.iter().copied());
         self.error_bound = self.measure(|lag| core.weight(lag), step);
     }
 
     /// Takes the given modes, as far as there is room.
-    fn take(&mut self, modes: impl Iterator<Item = Mode>) {
-        self.modes = [Mode::default(); MODES];
+    fn take(&mut self, modes: impl Iterator<Item = DecayingMode>) {
+        self.modes = [DecayingMode::default(); MODES];
         self.count = 0;
         for (slot, mode) in self.modes.iter_mut().zip(modes) {
             *slot = mode;
@@ -270,7 +271,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
 
     /// The modes, fastest first. None for an integer order, where taps alone are exact.
     #[must_use]
-    pub fn modes(&self) -> &[Mode] {
+    pub fn modes(&self) -> &[DecayingMode] {
         &self.modes[..self.count]
     }
 

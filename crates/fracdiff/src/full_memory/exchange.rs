@@ -8,7 +8,7 @@
 //! those of the largest errors until these are alike (E. Ya. Remez, 1934; for exponential sums W. Hackbusch, *Computing and
 //! Visualization in Science* 20, 2019). The solution for n modes, stretched, is the start for a few more.
 
-use super::kernel::{Grid, Mode};
+use super::kernel::{DecayingMode, Grid};
 use core::f64::consts::PI;
 use std::vec;
 use std::vec::Vec;
@@ -100,9 +100,9 @@ impl<'a> Exchange<'a> {
         swings.fold(f64::INFINITY, libm::fmin)
     }
 
-    fn modes(&self) -> Vec<Mode> {
+    fn modes(&self) -> Vec<DecayingMode> {
         let logs = self.rates.iter().zip(&self.weights);
-        logs.map(|(rate, weight)| Mode {
+        logs.map(|(rate, weight)| DecayingMode {
             rate: libm::exp(*rate),
             weight: libm::exp(*weight),
         })
@@ -113,7 +113,7 @@ impl<'a> Exchange<'a> {
     pub(super) fn until(
         mut self,
         tolerance: f64,
-        enough: &mut dyn FnMut(&[Mode], f64) -> bool,
+        enough: &mut dyn FnMut(&[DecayingMode], f64) -> bool,
     ) -> bool {
         loop {
             if self.error <= tolerance && enough(&self.modes(), self.swing()) {
@@ -211,7 +211,7 @@ impl<'a> Exchange<'a> {
             });
             let rows: Vec<Vec<f64>> = rows.collect();
             if missing <= SOLVED * error {
-                let is_one = |mode: &Mode| mode.rate > 0.0 && mode.weight > 0.0;
+                let is_one = |mode: &DecayingMode| mode.rate > 0.0 && mode.weight > 0.0;
                 return modes.iter().all(is_one);
             }
             let Some(change) = solution(rows) else {
@@ -239,7 +239,7 @@ impl<'a> Exchange<'a> {
         let modes = self.modes();
         let error = |ln_lag: &f64| {
             let lag = libm::exp(*ln_lag);
-            let share = |mode: &Mode| mode.weight * libm::exp(-lag * mode.rate);
+            let share = |mode: &DecayingMode| mode.weight * libm::exp(-lag * mode.rate);
             modes.iter().rev().map(share).sum::<f64>() / (self.weight)(lag) - 1.0
         };
         let errors: Vec<f64> = places.iter().map(error).collect();

@@ -5,7 +5,7 @@ use super::design::{
     Design, DesignError, NOTHING, OWN_SWING, POINTS_A_SWING, check_lags, check_tolerance,
 };
 use super::exchange::Exchange;
-use super::kernel::{Core, Grid, Kernel, Mode, gauss_pair};
+use super::kernel::{Core, DecayingMode, Grid, Kernel, gauss_pair};
 use super::memory::{Memory, MemoryWeights};
 use super::nnls::non_negative_least_squares;
 use crate::Order;
@@ -160,14 +160,14 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
 /// The candidates with weights fitted to what others leave of the true weights; those with the weight zero are left out.
 /// `step` is that of their grid in ln s. Lags of weight 0 do not count.
 fn fit(
-    candidates: &[Mode],
-    others: &[Mode],
+    candidates: &[DecayingMode],
+    others: &[DecayingMode],
     weight: &dyn Fn(f64) -> f64,
     taps: usize,
     horizon: f64,
     tolerance: f64,
     step: f64,
-) -> Vec<Mode> {
+) -> Vec<DecayingMode> {
     // The taps cover lags below `taps`, whatever the modes give there. But a fast mode that is all
     // but gone at the first lag that counts must not take a huge weight, which the taps would have to
     // cancel and single precision would lose: a miss by the whole weight counts as the tolerance.
@@ -180,7 +180,7 @@ fn fit(
         .filter(|&(_, _, weight)| weight > 0.0)
         .collect();
     // Columns in units of the closed-form weight, so that a solution near 1 is expected.
-    let relative = |row: usize, mode: &Mode| {
+    let relative = |row: usize, mode: &DecayingMode| {
         let (lag, importance, weight) = lags[row];
         importance * mode.weight * libm::exp(-lag * mode.rate) / weight
     };
@@ -193,10 +193,13 @@ fn fit(
     };
     let target = (0..lags.len()).map(left).collect();
     let factors = non_negative_least_squares(columns.collect(), target);
-    let scaled = candidates.iter().zip(factors).map(|(mode, factor)| Mode {
-        rate: mode.rate,
-        weight: mode.weight * factor,
-    });
+    let scaled = candidates
+        .iter()
+        .zip(factors)
+        .map(|(mode, factor)| DecayingMode {
+            rate: mode.rate,
+            weight: mode.weight * factor,
+        });
     scaled.filter(|mode| mode.weight > 0.0).collect()
 }
 
@@ -219,8 +222,8 @@ struct Search<'a> {
 
 impl Search<'_> {
     /// The exact modes that are still felt behind the taps.
-    fn exact(&self) -> Vec<Mode> {
-        let felt = |mode: &&Mode| !self.negligible(mode.rate, mode.weight);
+    fn exact(&self) -> Vec<DecayingMode> {
+        let felt = |mode: &&DecayingMode| !self.negligible(mode.rate, mode.weight);
         self.weights.exact().iter().filter(felt).copied().collect()
     }
 
@@ -230,7 +233,7 @@ impl Search<'_> {
     }
 
     /// The modes of a grid with fitted weights beside the exact ones, fastest first.
-    fn modes(&self, step: f64, exact: &[Mode]) -> Vec<Mode> {
+    fn modes(&self, step: f64, exact: &[DecayingMode]) -> Vec<DecayingMode> {
         let candidates = self.candidates(step);
         // Next to nothing counts as nothing, as in the error.
         let weight = |lag: f64| Some(self.weights.at(lag)).filter(|weight| *weight > NOTHING);
@@ -245,34 +248,35 @@ impl Search<'_> {
             step,
         );
         modes.extend(exact);
-        Mode::sort(&mut modes);
+        DecayingMode::sort(&mut modes);
         modes
     }
 
     /// Rates that may get a weight, with the weight of the trapezoid rule.
-    fn candidates(&self, step: f64) -> Vec<Mode> {
+    fn candidates(&self, step: f64) -> Vec<DecayingMode> {
         let slowest = libm::pow(1000.0 * self.tolerance, 0.25).min(1.0) / self.horizon;
         let index = |s: f64| libm::floor(libm::log(s) / step) as i32;
         let last = libm::exp(f64::from(index(slowest) + 1) * step);
         let grid = (index(slowest) + 1..=index(40.0 / self.taps as f64))
             .map(|k| libm::exp(f64::from(k) * step));
         let narrow = self.weights.narrow(step).filter(|&rate| rate > last);
-        let node = |rate: f64| Mode {
+        let node = |rate: f64| DecayingMode {
             rate,
             weight: step * self.memory.density(rate),
         };
-        let mut candidates: Vec<Mode> = grid
+        let mut candidates: Vec<DecayingMode> = grid
             .chain(narrow)
             .map(node)
             .filter(|mode| !self.negligible(mode.rate, mode.weight))
             .collect();
-        let slow = gauss_pair(self.weights.moments_below(last)).map(|mode| Mode {
+        let slow = gauss_pair(self.weights.moments_below(last)).map(|mode| DecayingMode {
             rate: mode.rate * last,
             ..mode
         });
-        let usable = |mode: &Mode| mode.rate > 0.0 && mode.weight > 0.0 && mode.weight.is_finite();
+        let usable =
+            |mode: &DecayingMode| mode.rate > 0.0 && mode.weight > 0.0 && mode.weight.is_finite();
         candidates.extend(slow.into_iter().filter(usable));
-        Mode::sort(&mut candidates);
+        DecayingMode::sort(&mut candidates);
         candidates
     }
 }

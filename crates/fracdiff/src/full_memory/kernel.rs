@@ -126,14 +126,14 @@ impl Core {
 /// A decaying mode: it adds weight·e^(−j·rate) to the weight of lag j.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Mode {
+pub struct DecayingMode {
     /// `s_q` > 0, per sample.
     pub rate: f64,
     /// `w_q` > 0, dimensionless.
     pub weight: f64,
 }
 
-impl Mode {
+impl DecayingMode {
     /// `1 − e^(−s_q)`: the share of its state that the mode loses in a sample.
     #[must_use]
     pub fn decay(&self) -> f64 {
@@ -198,28 +198,28 @@ impl Grid {
         2.0 * PI / y
     }
 
-    fn node(&self, index: i32) -> Mode {
+    fn node(&self, index: i32) -> DecayingMode {
         let rate = libm::exp(f64::from(index) * self.step);
-        Mode {
+        DecayingMode {
             rate,
             weight: self.step * self.core.density(rate),
         }
     }
 
     /// All modes, fastest first: nodes one by one, then two for the rest.
-    pub(super) fn modes(&self) -> impl Iterator<Item = Mode> + '_ {
+    pub(super) fn modes(&self) -> impl Iterator<Item = DecayingMode> + '_ {
         let nodes = (self.last..=self.first).rev().map(|index| self.node(index));
         nodes.chain(self.lump())
     }
 
     /// Two modes with the moments ∫ s^m dW, m = 0..3, of all nodes slower than the last.
-    fn lump(&self) -> [Mode; 2] {
+    fn lump(&self) -> [DecayingMode; 2] {
         // In units of the last node's rate, so that moments are of order one.
         let unit = libm::exp(f64::from(self.last) * self.step);
         let mut moments = [0.0; 4];
         let mut index = self.last - 1;
         loop {
-            let Mode { rate, weight } = self.node(index);
+            let DecayingMode { rate, weight } = self.node(index);
             let s = rate / unit;
             // Below 1e-18 the density is s^(1−ν) to rounding: the rest is a geometric series.
             let done = rate < 1e-18;
@@ -235,7 +235,7 @@ impl Grid {
             }
             index -= 1;
         }
-        gauss_pair(moments).map(|Mode { rate, weight }| Mode {
+        gauss_pair(moments).map(|DecayingMode { rate, weight }| DecayingMode {
             rate: rate * unit,
             weight,
         })
@@ -246,7 +246,7 @@ impl Grid {
 ///
 /// The nodes are the roots of the orthogonal polynomial s² − p·s + q
 /// (W. Gautschi, *Orthogonal Polynomials: Computation and Approximation*, 2004, §1.4).
-pub(super) fn gauss_pair([m0, m1, m2, m3]: [f64; 4]) -> [Mode; 2] {
+pub(super) fn gauss_pair([m0, m1, m2, m3]: [f64; 4]) -> [DecayingMode; 2] {
     let determinant = m0 * m2 - m1 * m1;
     let p = (m0 * m3 - m1 * m2) / determinant;
     let q = (m1 * m3 - m2 * m2) / determinant;
@@ -254,8 +254,8 @@ pub(super) fn gauss_pair([m0, m1, m2, m3]: [f64; 4]) -> [Mode; 2] {
     let slow = q / fast;
     let weight = (m1 - slow * m0) / (fast - slow);
     [
-        Mode { rate: fast, weight },
-        Mode {
+        DecayingMode { rate: fast, weight },
+        DecayingMode {
             rate: slow,
             weight: m0 - weight,
         },

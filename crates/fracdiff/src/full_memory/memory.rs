@@ -1,7 +1,7 @@
 //! Memories that only fade: weights that are moments of a density, whatever the density.
 
 use super::design::{DesignError, check_horizon};
-use super::kernel::Mode;
+use super::kernel::DecayingMode;
 use crate::ParameterError;
 use core::f64::consts::PI;
 use std::vec;
@@ -33,7 +33,7 @@ pub trait Memory {
     }
 
     /// Mode `index` of those that are exact; `None` behind the last.
-    fn mode(&self, index: usize) -> Option<Mode> {
+    fn mode(&self, index: usize) -> Option<DecayingMode> {
         let _ = index;
         None
     }
@@ -50,8 +50,8 @@ pub trait Memory {
 pub struct MemoryWeights {
     first: f64,
     /// Modes that are exact, and nodes of the quadrature, fastest first.
-    exact: Vec<Mode>,
-    nodes: Vec<Mode>,
+    exact: Vec<DecayingMode>,
+    nodes: Vec<DecayingMode>,
     /// Rates in panels that were halved, where the density is narrow.
     narrow: Vec<Narrow>,
 }
@@ -76,13 +76,13 @@ impl MemoryWeights {
             let (lag, weight) = (0, first);
             return Err(ParameterError::Weight { lag, weight }.into());
         }
-        let mut exact: Vec<Mode> = (0..).map_while(|index| memory.mode(index)).collect();
-        for &Mode { rate, weight } in &exact {
+        let mut exact: Vec<DecayingMode> = (0..).map_while(|index| memory.mode(index)).collect();
+        for &DecayingMode { rate, weight } in &exact {
             if !(rate > 0.0 && rate.is_finite() && weight >= 0.0 && weight.is_finite()) {
                 return Err(ParameterError::Mode { rate, weight }.into());
             }
         }
-        Mode::sort(&mut exact);
+        DecayingMode::sort(&mut exact);
         let mut panels = Panels::new(memory);
         panels.cover(libm::log(STILL / horizon))?;
         let Panels { nodes, narrow, .. } = panels;
@@ -115,7 +115,7 @@ impl MemoryWeights {
     }
 
     /// Modes that are exact, fastest first.
-    pub(super) fn exact(&self) -> &[Mode] {
+    pub(super) fn exact(&self) -> &[DecayingMode] {
         &self.exact
     }
 
@@ -163,7 +163,7 @@ const NARROW: f64 = 1.5;
 struct Panels<'a> {
     memory: &'a dyn Memory,
     rule: [(f64, f64); NODES],
-    nodes: Vec<Mode>,
+    nodes: Vec<DecayingMode>,
     narrow: Vec<Narrow>,
     count: usize,
 }
@@ -193,7 +193,7 @@ impl<'a> Panels<'a> {
             None => self.slower(top)?,
         };
         if weight > 0.0 {
-            self.nodes.push(Mode { rate, weight });
+            self.nodes.push(DecayingMode { rate, weight });
         }
         Ok(())
     }
@@ -248,9 +248,9 @@ impl<'a> Panels<'a> {
     }
 
     /// Nodes of one panel, fastest first.
-    fn nodes(&self, low: f64, high: f64) -> Result<[Mode; NODES], DesignError> {
+    fn nodes(&self, low: f64, high: f64) -> Result<[DecayingMode; NODES], DesignError> {
         let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-        let mut nodes = [Mode::default(); NODES];
+        let mut nodes = [DecayingMode::default(); NODES];
         for (node, (place, share)) in nodes.iter_mut().zip(self.rule) {
             let ln_rate = middle - half * place;
             node.rate = libm::exp(ln_rate);
@@ -265,7 +265,7 @@ impl<'a> Panels<'a> {
         while let Some((low, high, halvings, whole)) = open.pop() {
             let middle = 0.5 * (low + high);
             let (upper, lower) = (self.nodes(middle, high)?, self.nodes(low, middle)?);
-            let sum = |nodes: &[Mode]| nodes.iter().map(|mode| mode.weight).sum::<f64>();
+            let sum = |nodes: &[DecayingMode]| nodes.iter().map(|mode| mode.weight).sum::<f64>();
             let (halves, mass) = (sum(&upper) + sum(&lower), sum(&whole));
             // A sum of 16 numbers has rounding errors, and so have the densities.
             if (halves - mass).abs() <= PANEL * halves || halvings == HALVINGS {

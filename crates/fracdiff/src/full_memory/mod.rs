@@ -33,7 +33,7 @@ pub use bank::{BankHistory, FullMemory, FullMemoryHistory};
 #[cfg(feature = "std")]
 pub(crate) use design::check_tolerance;
 pub use design::{Design, DesignError};
-pub use kernel::{Kernel, Mode};
+pub use kernel::{DecayingMode, Kernel};
 #[cfg(feature = "std")]
 pub use memory::{Memory, MemoryWeights};
 #[cfg(feature = "std")]

@@ -1,7 +1,9 @@
 //! Designs of memories of one's own: from a density and exact modes, and from modes alone.
 
 use crate::oracle::{SAMPLE_TIME, assert_close, largest, lively, order, run};
-use fracdiff::full_memory::{Design, DesignError, FullMemory, Kernel, Memory, MemoryWeights, Mode};
+use fracdiff::full_memory::{
+    DecayingMode, Design, DesignError, FullMemory, Kernel, Memory, MemoryWeights,
+};
 use fracdiff::{Differintegrator, ParameterError, Seconds, grunwald_weight};
 use std::f64::consts::PI;
 
@@ -9,7 +11,7 @@ use std::f64::consts::PI;
 #[derive(Clone)]
 struct Mixed {
     nu: f64,
-    modes: Vec<Mode>,
+    modes: Vec<DecayingMode>,
     instant: f64,
 }
 
@@ -35,13 +37,15 @@ impl Memory for Mixed {
         rate * (PI * self.nu).sin() * rate.exp_m1().powf(-self.nu) / PI
     }
 
-    fn mode(&self, index: usize) -> Option<Mode> {
+    fn mode(&self, index: usize) -> Option<DecayingMode> {
         self.modes.get(index).copied()
     }
 }
 
 fn mixed(nu: f64, modes: &[(f64, f64)], instant: f64) -> Mixed {
-    let modes = modes.iter().map(|&(rate, weight)| Mode { rate, weight });
+    let modes = modes
+        .iter()
+        .map(|&(rate, weight)| DecayingMode { rate, weight });
     Mixed {
         nu,
         modes: modes.collect(),
@@ -124,7 +128,7 @@ fn the_operator_is_its_defining_sum() {
 }
 
 /// Anything.
-struct Odd<D: Fn(f64) -> f64>(f64, D, Option<Mode>);
+struct Odd<D: Fn(f64) -> f64>(f64, D, Option<DecayingMode>);
 
 impl<D: Fn(f64) -> f64> Memory for Odd<D> {
     fn first(&self) -> f64 {
@@ -135,7 +139,7 @@ impl<D: Fn(f64) -> f64> Memory for Odd<D> {
         (self.1)(rate)
     }
 
-    fn mode(&self, index: usize) -> Option<Mode> {
+    fn mode(&self, index: usize) -> Option<DecayingMode> {
         self.2.filter(|_| index == 0)
     }
 }
@@ -151,7 +155,7 @@ fn what_is_no_memory_that_fades_is_refused() {
     };
     for wrong in [f64::NAN, -1.0, f64::INFINITY] {
         assert!(refused(&|| design(wrong, |s| s, None)).contains("weight"));
-        let mode = |rate, weight| Some(Mode { rate, weight });
+        let mode = |rate, weight| Some(DecayingMode { rate, weight });
         assert!(refused(&|| design(1.0, |s| s, mode(wrong, 1.0))).contains("mode of rate"));
         assert!(refused(&|| design(1.0, |s| s, mode(1.0, wrong))).contains("mode of rate"));
     }
@@ -200,7 +204,7 @@ const LAMBDA: f64 = 2e-3;
 fn tempered(mu: f64) -> Design<16, 48> {
     let plain = Design::<16, 48>::closed_form(Kernel::Grunwald, order(mu), 1e-7, 1e5);
     let faster = plain.expect("fits").modes().to_vec().into_iter();
-    let faster = faster.map(|mode| Mode {
+    let faster = faster.map(|mode| DecayingMode {
         rate: mode.rate + LAMBDA,
         ..mode
     });
@@ -266,7 +270,7 @@ fn modes_given_in_any_order_are_run_fastest_first() {
 
 #[test]
 fn an_error_that_is_large_is_said() {
-    let modes = [Mode {
+    let modes = [DecayingMode {
         rate: 0.01,
         weight: 0.5,
     }];
@@ -279,11 +283,11 @@ fn an_error_that_is_large_is_said() {
 
 #[test]
 fn modes_and_weights_that_are_none_are_refused() {
-    let make = |modes: &[Mode], first: f64, horizon: f64| {
+    let make = |modes: &[DecayingMode], first: f64, horizon: f64| {
         let weight = |j: u64| if j == 0 { first } else { 0.1 };
         Design::<4, 8>::from_modes(order(0.5), weight, modes, horizon)
     };
-    let mode = |rate, weight| Mode { rate, weight };
+    let mode = |rate, weight| DecayingMode { rate, weight };
     let good = [mode(0.1, 1.0)];
     for bad in [
         mode(0.0, 1.0),

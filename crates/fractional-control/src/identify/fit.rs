@@ -1,13 +1,15 @@
 //! Model less record, as a problem of least squares.
 
-use super::record::{DeadTime, Free, FreeNumber, Record, Start, UNFIT, answers_at_once};
+use super::record::{
+    DeadTime, Free, FreeNumber, InputOutputRecord, StartState, UNFIT, answers_at_once,
+};
 use super::whole::projected;
 use crate::curves::transfer_fraction;
 use crate::held_response::without;
 use crate::memory::Integral;
 use crate::records::{MODES, Running, largest, through};
 use crate::sampled::entries;
-use crate::{ControlError, FractionalTransferFunction, Memory, StateSpace, Term, own_times};
+use crate::{ControlError, FractionalTransferFunction, PowerMemory, StateSpace, Term, own_times};
 use certified_count::count;
 use fracdiff::Seconds;
 use levenberg_marquardt::LeastSquaresProblem;
@@ -33,8 +35,8 @@ pub(super) struct Fit<'a> {
     freedom: Free,
     free: Vec<FreeNumber>,
     parameters: DVector<f64>,
-    memory: Memory,
-    record: Record<'a>,
+    memory: PowerMemory,
+    record: InputOutputRecord<'a>,
     /// Steps of a rule in each sample.
     steps: usize,
     /// I^ν of these parameters, with ν: most of what is run next to them has the same, and they take as long to make as some hundred samples.
@@ -96,7 +98,7 @@ fn in_steps(late: f64, steps: usize) -> (usize, f64) {
 
 /// The input as a rule of second order sees it, in `steps` steps a sample: a held one through a hat between neighbouring steps, h of a step late,
 /// (1−h)²/2·u\[n\] + (1/2 + h − h²)·u\[n−1\] + h²/2·u\[n−2\]; a smooth one in straight lines.
-fn seen_by_a_rule(record: &Record<'_>, late: f64, steps: usize) -> Vec<f64> {
+fn seen_by_a_rule(record: &InputOutputRecord<'_>, late: f64, steps: usize) -> Vec<f64> {
     let count = (record.input.len() - 1) * steps + 1;
     if !record.time_s.is_empty() {
         return seen_at_own_times(record, late, steps, count);
@@ -127,7 +129,12 @@ fn seen_by_a_rule(record: &Record<'_>, late: f64, steps: usize) -> Vec<f64> {
 /// ```text
 /// (U(t + δ) − 2U(t) + U(t − δ))/δ²,   U the second integral of the held input, so much later
 /// ```
-fn seen_at_own_times(record: &Record<'_>, late: f64, steps: usize, count: usize) -> Vec<f64> {
+fn seen_at_own_times(
+    record: &InputOutputRecord<'_>,
+    late: f64,
+    steps: usize,
+    count: usize,
+) -> Vec<f64> {
     let (time_s, input) = (record.time_s, record.input);
     let begin = time_s.first().copied().unwrap_or(0.0);
     let late_s = late * record.sample_time.0;
@@ -161,7 +168,7 @@ fn seen_at_own_times(record: &Record<'_>, late: f64, steps: usize, count: usize)
 /// The output of a function of whole orders; what it passes on at once is held too. `None` of a function without states.
 fn exact(
     function: &FractionalTransferFunction,
-    record: &Record<'_>,
+    record: &InputOutputRecord<'_>,
     late: f64,
 ) -> Option<Result<Vec<f64>, ControlError>> {
     let (states, direct) = StateSpace::of_function(function)?;
@@ -175,7 +182,11 @@ fn exact(
 }
 
 /// The output of these states from rest.
-fn moved(states: &StateSpace, record: &Record<'_>, late: f64) -> Result<Vec<f64>, ControlError> {
+fn moved(
+    states: &StateSpace,
+    record: &InputOutputRecord<'_>,
+    late: f64,
+) -> Result<Vec<f64>, ControlError> {
     if states.c.is_empty() {
         return Ok(vec![0.0; record.input.len()]);
     }
@@ -190,7 +201,7 @@ fn moved(states: &StateSpace, record: &Record<'_>, late: f64) -> Result<Vec<f64>
 /// Shows the states of each sample, from these first ones on, from rest without any.
 fn shown(
     states: &StateSpace,
-    record: &Record<'_>,
+    record: &InputOutputRecord<'_>,
     late: f64,
     first: &[f64],
     seen: &mut dyn FnMut(usize, &[f64]),
@@ -212,8 +223,8 @@ impl<'a> Fit<'a> {
         guess: FractionalTransferFunction,
         freedom: Free,
         free: Vec<FreeNumber>,
-        memory: Memory,
-        record: Record<'a>,
+        memory: PowerMemory,
+        record: InputOutputRecord<'a>,
         steps: usize,
     ) -> Self {
         let late = record.late();
@@ -252,18 +263,20 @@ impl<'a> Fit<'a> {
     fn ran(&self, function: &FractionalTransferFunction, late: f64) -> Result<Ran, ControlError> {
         let mut output = self.responded(function, &self.record, late)?;
         let ones = vec![1.0; output.len()];
-        let constant = Record {
+        let constant = InputOutputRecord {
             input: &ones,
             ..self.record
         };
-        let moves = self.record.start == Start::Moving && self.is_exact(function);
+        let moves = self.record.start == StartState::Moving && self.is_exact(function);
         let mut motions = match self.record.start {
-            Start::Rest | Start::Offset => vec![],
-            Start::Moving if moves => self.free_motions(function, late)?,
-            Start::Settled | Start::Moving => vec![self.responded(function, &constant, late)?],
+            StartState::Rest | StartState::Offset => vec![],
+            StartState::Moving if moves => self.free_motions(function, late)?,
+            StartState::Settled | StartState::Moving => {
+                vec![self.responded(function, &constant, late)?]
+            }
         };
-        let is_open =
-            self.record.start != Start::Rest && !(moves && function.denominator().lowest() > 0.0);
+        let is_open = self.record.start != StartState::Rest
+            && !(moves && function.denominator().lowest() > 0.0);
         if is_open {
             motions.push(ones.clone());
         }
@@ -303,7 +316,7 @@ impl<'a> Fit<'a> {
         };
         let (count, samples) = (states.c.len(), self.record.input.len());
         let (zeros, ones) = (vec![0.0; samples], vec![1.0; samples]);
-        let with = |input| Record {
+        let with = |input| InputOutputRecord {
             input,
             ..self.record
         };
@@ -334,7 +347,7 @@ impl<'a> Fit<'a> {
     fn responded(
         &self,
         function: &FractionalTransferFunction,
-        record: &Record<'_>,
+        record: &InputOutputRecord<'_>,
         late: f64,
     ) -> Result<Vec<f64>, ControlError> {
         let exact = self
@@ -347,7 +360,7 @@ impl<'a> Fit<'a> {
     fn by_rule(
         &self,
         function: &FractionalTransferFunction,
-        record: &Record<'_>,
+        record: &InputOutputRecord<'_>,
         late: f64,
     ) -> Result<Vec<f64>, ControlError> {
         if answers_at_once(function) && function.denominator().degree() > 0.0 {
@@ -362,7 +375,7 @@ impl<'a> Fit<'a> {
             let later = self.by_rule(&slower, record, late)?;
             return Ok(now.zip(later).map(|(now, later)| now + later).collect());
         }
-        let Record {
+        let InputOutputRecord {
             sample_time,
             input,
             held,
@@ -450,7 +463,7 @@ impl<'a> Fit<'a> {
             DeadTime::From(_) => DeadTime::Known(Seconds(late_s)),
             known @ (DeadTime::Known(_) | DeadTime::JustAfter(_)) => known,
         };
-        let record = Record {
+        let record = InputOutputRecord {
             dead_time,
             ..self.record
         };

@@ -9,12 +9,12 @@ pub(crate) use self::record::UNFIT;
 use self::record::free_numbers;
 use crate::autoregression::Autoregression;
 use crate::records::largest;
-use crate::{ControlError, FractionalTransferFunction, Memory, Rule, Term};
+use crate::{ControlError, FractionalTransferFunction, PowerMemory, Rule, Term};
 use fracdiff::Seconds;
 use fracdiff::parameter::{positive, range};
 use levenberg_marquardt::LevenbergMarquardt;
 use nalgebra::DMatrix;
-pub use record::{DeadTime, FreeNumber, Record, Start};
+pub use record::{DeadTime, FreeNumber, InputOutputRecord, StartState};
 pub(crate) use record::{Free, answers_at_once};
 use std::vec::Vec;
 pub use whole::{WholeGuess, WholeShape, whole_guess};
@@ -34,7 +34,7 @@ pub struct Identified {
     pub fit: f64,
     /// Its output for the input of the record, run exactly where its orders are whole.
     pub model: Vec<f64>,
-    /// c of a [`Start`] that is not known, in the unit of y.
+    /// c of a [`StartState`] that is not known, in the unit of y.
     pub offset: f64,
     /// `u_p`, the earlier input of a plant that had settled, in the unit of u.
     pub input_before: f64,
@@ -58,12 +58,12 @@ pub struct Identified {
 /// ```
 /// use fracdiff::Seconds;
 /// use fractional_control::autoregression::Autoregression;
-/// use fractional_control::{DeadTime, FractionalTransferFunction, Memory, Record, Rule, Start, identify, step_response};
+/// use fractional_control::{DeadTime, FractionalTransferFunction, PowerMemory, InputOutputRecord, Rule, StartState, identify, step_response};
 ///
 /// let truth: FractionalTransferFunction = "2/(0.8s^1.3+1)".parse()?;
 /// let t = Seconds(0.05);
-/// let y = step_response(&truth, Memory::new(Rule::Bdf2, 1e-8, 10.0)?, t, 200)?;
-/// let record = Record { sample_time: t, time_s: &[], input: &[1.0; 200], output: &y, held: true, dead_time: DeadTime::NONE, start: Start::Rest, noise: Autoregression::WHITE };
+/// let y = step_response(&truth, PowerMemory::new(Rule::Bdf2, 1e-8, 10.0)?, t, 200)?;
+/// let record = InputOutputRecord { sample_time: t, time_s: &[], input: &[1.0; 200], output: &y, held: true, dead_time: DeadTime::NONE, start: StartState::Rest, noise: Autoregression::WHITE };
 /// let found = identify(&"1/(s+1)".parse()?, &record)?;
 /// assert!((found.function.denominator().degree() - 1.3).abs() < 1e-4);
 /// # Ok::<(), fractional_control::ControlError>(())
@@ -73,7 +73,7 @@ pub struct Identified {
 /// Records of different lengths, shorter than the free numbers, not finite, or without any output; a search that fails.
 pub fn identify(
     guess: &FractionalTransferFunction,
-    record: &Record<'_>,
+    record: &InputOutputRecord<'_>,
 ) -> Result<Identified, ControlError> {
     identify_by(guess, record, Free::All)
 }
@@ -87,7 +87,7 @@ pub fn identify(
 /// As [`identify`].
 pub fn identify_coefficients(
     guess: &FractionalTransferFunction,
-    record: &Record<'_>,
+    record: &InputOutputRecord<'_>,
 ) -> Result<Identified, ControlError> {
     identify_by(guess, record, Free::Coefficients)
 }
@@ -95,7 +95,7 @@ pub fn identify_coefficients(
 /// A fit of any freedom. Where the poles stay the errors are those that all coefficients have together, for the poles are as unknown as they were.
 pub(crate) fn identify_by(
     guess: &FractionalTransferFunction,
-    record: &Record<'_>,
+    record: &InputOutputRecord<'_>,
     freedom: Free,
 ) -> Result<Identified, ControlError> {
     let found = searched(guess, record, freedom)?;
@@ -107,7 +107,7 @@ pub(crate) fn identify_by(
         DeadTime::From(_) => DeadTime::From(Seconds(found.late * record.sample_time.0)),
         known @ (DeadTime::Known(_) | DeadTime::JustAfter(_)) => known,
     };
-    let record = Record {
+    let record = InputOutputRecord {
         dead_time,
         ..found.record
     };
@@ -121,7 +121,7 @@ pub(crate) fn identify_by(
 /// The root mean square alone, filtered, that either of them leaves, without standard errors, which are a search's dearest step.
 pub(crate) fn least_residual(
     guess: &FractionalTransferFunction,
-    record: &Record<'_>,
+    record: &InputOutputRecord<'_>,
     freedom: Free,
 ) -> Result<f64, ControlError> {
     let searched = searched(guess, record, freedom)?;
@@ -141,7 +141,7 @@ const ALL_STEPS: usize = 50_000;
 /// The better of two fits: a record of a plant is followed by many steps of a rule in a sample, one that a rule made itself by one.
 fn searched<'a>(
     guess: &FractionalTransferFunction,
-    record: &Record<'a>,
+    record: &InputOutputRecord<'a>,
     freedom: Free,
 ) -> Result<Searched<'a>, ControlError> {
     check(record, free_numbers(guess, freedom, record.dead_time).len())?;
@@ -158,7 +158,7 @@ fn searched<'a>(
         }
     }?;
     if record.dead_time.is_free() && found.late == 0.0 {
-        let prompt = Record {
+        let prompt = InputOutputRecord {
             dead_time: DeadTime::NONE,
             ..*record
         };
@@ -169,7 +169,7 @@ fn searched<'a>(
 
 struct Searched<'a> {
     problem: Fit<'a>,
-    record: Record<'a>,
+    record: InputOutputRecord<'a>,
     function: FractionalTransferFunction,
     late: f64,
     /// Σ of the squares that are left, and of those of y less its mean.
@@ -227,7 +227,7 @@ fn of_positive_sign(function: FractionalTransferFunction) -> FractionalTransferF
 
 fn searched_by<'a>(
     guess: &FractionalTransferFunction,
-    record: &Record<'a>,
+    record: &InputOutputRecord<'a>,
     freedom: Free,
     steps: usize,
 ) -> Result<Searched<'a>, ControlError> {
@@ -269,7 +269,7 @@ fn searched_by<'a>(
 /// The output of a function over a record, as a fit runs it.
 pub(crate) fn run_alone(
     function: &FractionalTransferFunction,
-    record: &Record<'_>,
+    record: &InputOutputRecord<'_>,
 ) -> Option<Vec<f64>> {
     let memory = memory_of(record).ok()?;
     let fit = Fit::new(
@@ -284,12 +284,12 @@ pub(crate) fn run_alone(
 }
 
 /// The memory of a rule over a record.
-fn memory_of(record: &Record<'_>) -> Result<Memory, ControlError> {
+fn memory_of(record: &InputOutputRecord<'_>) -> Result<PowerMemory, ControlError> {
     let horizon = record.input.len() as f64 * record.sample_time.0;
-    Memory::new(Rule::Bdf2, 1e-7, horizon)
+    PowerMemory::new(Rule::Bdf2, 1e-7, horizon)
 }
 
-fn check(record: &Record<'_>, free: usize) -> Result<(), ControlError> {
+fn check(record: &InputOutputRecord<'_>, free: usize) -> Result<(), ControlError> {
     let t = positive("sample time", record.sample_time.0, "s")?;
     let dead_time = record.dead_time.seconds();
     let inside = (0.0..t * record.input.len() as f64).contains(&dead_time);

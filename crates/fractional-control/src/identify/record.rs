@@ -48,7 +48,7 @@ impl DeadTime {
 /// ```
 /// *Source*: of their projection, G. H. Golub, V. Pereyra, *Separable nonlinear least squares*, Inverse Problems 19, 2003.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Start {
+pub enum StartState {
     /// At rest, input and output counted from there.
     #[default]
     Rest,
@@ -61,7 +61,7 @@ pub enum Start {
     Moving,
 }
 
-impl Start {
+impl StartState {
     /// Number of values fitted with a function of whole orders that has `states` states; `late` if its dead time is longer than a sample.
     pub(crate) const fn numbers(self, states: usize, integrates: bool, late: bool) -> usize {
         match self {
@@ -75,7 +75,7 @@ impl Start {
 
 /// A record: input and output at the same instants.
 #[derive(Clone, Copy, Debug)]
-pub struct Record<'a> {
+pub struct InputOutputRecord<'a> {
     /// T from each sample to the next, or their mean.
     pub sample_time: Seconds,
     /// The time of each sample, s, where they are not evenly spaced; else nothing.
@@ -89,7 +89,7 @@ pub struct Record<'a> {
     /// Sets how much later the input acts; it must be shorter than the record.
     pub dead_time: DeadTime,
     /// State of the plant when the record begins.
-    pub start: Start,
+    pub start: StartState,
     /// The noise that a fit expects in the residual: the sum of squares of the whitened residual is minimised.
     pub noise: Autoregression,
 }
@@ -97,7 +97,7 @@ pub struct Record<'a> {
 /// Distance from whole samples, in samples, below which a dead time counts as whole.
 const WHOLE: f64 = 1e-9;
 
-impl Record<'_> {
+impl InputOutputRecord<'_> {
     /// The dead time, in samples.
     pub(super) fn late(&self) -> f64 {
         self.dead_time.seconds() / self.sample_time.0

@@ -1,6 +1,6 @@
 //! First guesses of whole orders: poles by linear least squares, zeros by linear least squares after them.
 
-use super::record::{Record, Start, now};
+use super::record::{InputOutputRecord, StartState, now};
 use crate::autoregression::Autoregression;
 use crate::{FractionalTransferFunction, StateSpace, Term};
 use fracdiff::{Seconds, roots};
@@ -51,7 +51,7 @@ const SETTLED: f64 = 1e-3;
 ///   linear systems*, IEEE Trans. Automatic Control 10(4), 1965; of filters in continuous time, P. C. Young, *Recursive estimation and
 ///   time-series analysis*, 2011.
 #[must_use]
-pub fn whole_guess(record: &Record<'_>, shape: WholeShape) -> Option<WholeGuess> {
+pub fn whole_guess(record: &InputOutputRecord<'_>, shape: WholeShape) -> Option<WholeGuess> {
     let record = acts(record, shape)?;
     let t = record.sample_time.0;
     let mut best: Option<Guess> = None;
@@ -69,7 +69,7 @@ pub fn whole_guess(record: &Record<'_>, shape: WholeShape) -> Option<WholeGuess>
 
 /// As `whole_guess`, but only through the poles of `last`, a guess of the same shape for this record a little earlier or later.
 pub(crate) fn next_guess(
-    record: &Record<'_>,
+    record: &InputOutputRecord<'_>,
     shape: WholeShape,
     last: &WholeGuess,
 ) -> Option<WholeGuess> {
@@ -95,7 +95,7 @@ struct Acting<'a> {
     part: f64,
     output: &'a [f64],
     held: bool,
-    start: Start,
+    start: StartState,
     noise: Autoregression,
 }
 
@@ -121,7 +121,7 @@ impl Acting<'_> {
 }
 
 /// `None` of a record that is too short for the shape, or of no such shape.
-fn acts<'a>(record: &'a Record<'_>, shape: WholeShape) -> Option<Acting<'a>> {
+fn acts<'a>(record: &'a InputOutputRecord<'_>, shape: WholeShape) -> Option<Acting<'a>> {
     let WholeShape {
         poles,
         zeros,
@@ -297,7 +297,7 @@ fn of_samples(record: &Acting<'_>, shape: WholeShape) -> Option<Vec<f64>> {
     let (n, rows) = (shape.poles, record.output.len() - shape.poles);
     let at_once = usize::from(shape.zeros == n);
     let inputs = 2 * n + at_once;
-    let columns = inputs + usize::from(record.start != Start::Rest);
+    let columns = inputs + usize::from(record.start != StartState::Rest);
     let matrix = DMatrix::from_fn(rows, columns, |row, column| match column.checked_sub(n) {
         None => -record.output[row + n - 1 - column],
         Some(_) if column == inputs => 1.0,
@@ -336,9 +336,9 @@ fn free_motions(
 ) -> Option<DMatrix<f64>> {
     let (samples, states) = (record.output.len(), below.len() - 1);
     let count = match record.start {
-        Start::Rest => return Some(DMatrix::zeros(samples, 0)),
-        Start::Offset => 0,
-        Start::Settled | Start::Moving => states,
+        StartState::Rest => return Some(DMatrix::zeros(samples, 0)),
+        StartState::Offset => 0,
+        StartState::Settled | StartState::Moving => states,
     };
     let ones = vec![1.0; samples];
     let offset = match is_filtered {

@@ -14,7 +14,8 @@ use super::record::{Guess, InputOutput, resolved, rounding};
 use super::start::{noise_of, part};
 use crate::identify::{Free, least_residual, next_guess};
 use crate::{
-    DeadTime, FractionalTransferFunction, Record, Start, Term, WholeGuess, WholeShape, whole_guess,
+    DeadTime, FractionalTransferFunction, InputOutputRecord, StartState, Term, WholeGuess,
+    WholeShape, whole_guess,
 };
 use fracdiff::Seconds;
 use rayon::prelude::*;
@@ -45,8 +46,8 @@ pub(super) fn dead_times(
         return vec![DeadTime::Known(known)];
     }
     let scanned_samples = match record.start {
-        Start::Rest | Start::Offset => SCANNED,
-        Start::Settled | Start::Moving => SCANNED_MOVING,
+        StartState::Rest | StartState::Offset => SCANNED,
+        StartState::Settled | StartState::Moving => SCANNED_MOVING,
     };
     let mut part = part(record, held, scanned_samples).unwrap_or_else(|| record.clone());
     let mut found = scanned(&part, held);
@@ -94,8 +95,8 @@ fn scanned(record: &InputOutput, held: bool) -> Vec<DeadTime> {
     for (samples, y) in record.output[first..].iter().enumerate() {
         // A sample of grace: the plant may answer within it. A plant that moves by itself does not show its dead time.
         let is_over = match record.start {
-            Start::Rest | Start::Offset => rests > least,
-            Start::Settled | Start::Moving => samples > record.output.len() / MOVING,
+            StartState::Rest | StartState::Offset => rests > least,
+            StartState::Settled | StartState::Moving => samples > record.output.len() / MOVING,
         };
         if is_over {
             break;
@@ -320,7 +321,7 @@ fn profile_interval_s(found: &Found, record: &InputOutput, held: bool) -> [f64; 
     let least = found.news(record);
     // √ of what the profile has risen by, over what it may.
     let risen = |dead_time_s: f64| -> f64 {
-        let behind = Record {
+        let behind = InputOutputRecord {
             noise: own.noise,
             ..record.as_record(held, DeadTime::Known(Seconds(dead_time_s)))
         };

@@ -3,7 +3,7 @@
 use super::record::{InputOutput, left, neighbours, rounding};
 use crate::autoregression::Autoregression;
 use crate::identify::{Free, projected, run_alone, solved};
-use crate::{DeadTime, FreeNumber, Identified, Record, Start};
+use crate::{DeadTime, FreeNumber, Identified, InputOutputRecord, StartState};
 use core::iter;
 use nalgebra::{DMatrix, DVector};
 use std::vec;
@@ -41,10 +41,10 @@ impl Found {
         let (own, samples) = (&self.identified, record.output.len());
         let ones = vec![1.0; samples];
         let ran = |input: &[f64], dead_time| {
-            let alone = Record {
+            let alone = InputOutputRecord {
                 input,
                 time_s: &[],
-                start: Start::Rest,
+                start: StartState::Rest,
                 ..record.as_record(true, dead_time)
             };
             run_alone(&own.function, &alone).map(DVector::from_vec)

@@ -12,7 +12,7 @@ use self::search::Search;
 use self::start::{Begin, OfShape, at_once, part, powers, starts, stretch, whole_orders};
 use crate::identify::{Free, UNFIT, answers_at_once, run_alone};
 use crate::{
-    ControlError, DeadTime, FractionalTransferFunction, FreeNumber, Identified, Start, Term,
+    ControlError, DeadTime, FractionalTransferFunction, FreeNumber, Identified, StartState, Term,
     WholeShape,
 };
 use fracdiff::Seconds;
@@ -58,7 +58,7 @@ pub struct Validation {
 #[must_use]
 pub fn validate(
     found: &Found,
-    first: Start,
+    first: StartState,
     other: &InputOutput,
     held: bool,
 ) -> Option<Validation> {
@@ -68,10 +68,10 @@ pub fn validate(
         known @ (DeadTime::Known(_) | DeadTime::JustAfter(_)) => known,
     };
     let start = match first {
-        Start::Rest => Start::Rest,
-        Start::Offset | Start::Settled | Start::Moving => Start::Moving,
+        StartState::Rest => StartState::Rest,
+        StartState::Offset | StartState::Settled | StartState::Moving => StartState::Moving,
     };
-    let record = crate::Record {
+    let record = crate::InputOutputRecord {
         start,
         noise: model.noise,
         ..other.as_record(held, dead_time)
@@ -98,7 +98,7 @@ const SWING: WholeShape = WholeShape {
 
 /// First guesses: of whole orders up to four poles, two of them integrators, those that leave least; of one and of two powers of s with free
 /// orders; a gain. Behind a dead time that is known, or `None`: then behind those that the record suggests, and behind none. `held` as in
-/// [`Record`](crate::Record).
+/// [`InputOutputRecord`](crate::InputOutputRecord).
 /// Of a number of poles that is wanted all shapes, and nothing else.
 #[must_use]
 pub fn candidates(
@@ -194,47 +194,51 @@ const POLES_FOR_START: usize = 3;
 const BEGINS_ELSEWHERE: f64 = 4.0;
 
 /// Finds where the plant was when the record begins, by functions of whole orders: at rest unless
-/// another [`Start`] has a criterion that is better by 10, and the output begins elsewhere than at
+/// another [`StartState`] has a criterion that is better by 10, and the output begins elsewhere than at
 /// 0. An input that never moves, or only at the beginning, does not reveal its value before the record, nor what moves beside it.
 pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Seconds>) {
     let part = part(record, held, OF_START).unwrap_or_else(|| record.clone());
     let first = |signal: &[f64]| signal.first().copied().unwrap_or(0.0);
     let [input, output] = [&part.input, &part.output].map(|signal| first(signal));
-    let mut starts = vec![Start::Rest];
+    let mut starts = vec![StartState::Rest];
     if output != 0.0 {
-        starts.push(Start::Offset);
+        starts.push(StartState::Offset);
         if record.tells_before() {
-            starts.push(Start::Settled);
-            starts.extend((!record.begins_flat()).then_some(Start::Moving));
+            starts.push(StartState::Settled);
+            starts.extend((!record.begins_flat()).then_some(StartState::Moving));
         }
     }
-    let beginning = |start: Start| {
+    let beginning = |start: StartState| {
         let from = |value: f64, is_open: bool| if is_open { value } else { 0.0 };
         InputOutput {
             start,
-            offset: from(output, start != Start::Rest),
-            input_before: from(input, matches!(start, Start::Settled | Start::Moving)),
+            offset: from(output, start != StartState::Rest),
+            input_before: from(
+                input,
+                matches!(start, StartState::Settled | StartState::Moving),
+            ),
             ..part.clone()
         }
     };
     // The last knows of all the others, so its dead times do for them, and its guesses stand beside theirs; lags find their way by themselves.
-    let open = starts.last().map_or(Start::Rest, |last| *last);
+    let open = starts.last().map_or(StartState::Rest, |last| *last);
     let dead_times = dead_times(&beginning(open).for_guesses(), held, dead_time, false);
-    let guesses = |start: Start, poles: usize| -> Vec<(FractionalTransferFunction, DeadTime)> {
-        let options = beginning(start).for_guesses();
-        let mut guesses = whole_orders(&options, held, &dead_times, part.moves(), poles, false);
-        guesses.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-        let guesses = guesses
-            .iter()
-            .take(FITTED_FOR_START)
-            .map(|guess| guess.guess);
-        let guesses = guesses.map(|guess| (guess.function, guess.dead_time));
-        guesses.collect()
-    };
+    let guesses =
+        |start: StartState, poles: usize| -> Vec<(FractionalTransferFunction, DeadTime)> {
+            let options = beginning(start).for_guesses();
+            let mut guesses = whole_orders(&options, held, &dead_times, part.moves(), poles, false);
+            guesses.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+            let guesses = guesses
+                .iter()
+                .take(FITTED_FOR_START)
+                .map(|guess| guess.guess);
+            let guesses = guesses.map(|guess| (guess.function, guess.dead_time));
+            guesses.collect()
+        };
     let late = dead_times.first().copied().unwrap_or(DeadTime::NONE);
     let mut shared = guesses(open, POLES);
     shared.extend(lags(part.length_s()).map(|lag| (lag, late)));
-    let fitted = |start: &Start| -> Vec<Found> {
+    let fitted = |start: &StartState| -> Vec<Found> {
         let options = beginning(*start);
         let search = Search::new(&options, held, dead_time.is_some());
         let simple = match *start == open {
@@ -244,7 +248,7 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
         let fits = shared.iter().chain(&simple);
         let fits = fits.filter_map(|(function, late)| search.coefficients(function, *late));
         let begins_there = |candidate: &Found| {
-            matches!(start, Start::Rest | Start::Moving)
+            matches!(start, StartState::Rest | StartState::Moving)
                 || output.abs() > BEGINS_ELSEWHERE * candidate.identified.rms_residual
         };
         fits.filter(begins_there).collect()
@@ -264,8 +268,8 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
             let fit = candidate.identified;
             best = candidate.bic;
             (record.start, record.offset, record.input_before) = match start {
-                Start::Moving => (*start, output, input),
-                Start::Rest | Start::Offset | Start::Settled => {
+                StartState::Moving => (*start, output, input),
+                StartState::Rest | StartState::Offset | StartState::Settled => {
                     (*start, fit.offset, fit.input_before)
                 }
             };
@@ -295,7 +299,7 @@ impl Wanted {
 /// Functions that are kept at most: the best.
 const KEPT: usize = 6;
 /// Fits each guess, on all cores; returns those that fit and meet `wanted`, the best first, six at most. `held` as in
-/// [`Record`](crate::Record).
+/// [`InputOutputRecord`](crate::InputOutputRecord).
 ///
 /// `done` receives the number of guesses that are done, and of the fits that start from them again.
 ///

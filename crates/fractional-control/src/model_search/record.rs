@@ -2,7 +2,7 @@
 
 use crate::autoregression::Autoregression;
 use crate::records::largest;
-use crate::{DeadTime, FractionalTransferFunction, Record, Start};
+use crate::{DeadTime, FractionalTransferFunction, InputOutputRecord, StartState};
 use fracdiff::Seconds;
 use std::vec::Vec;
 
@@ -28,7 +28,7 @@ pub struct InputOutput {
     /// y, the output of the plant at each of these times.
     pub output: Vec<f64>,
     /// State of the plant when the record begins.
-    pub start: Start,
+    pub start: StartState,
     /// Estimate of c of that start.
     pub offset: f64,
     /// Estimate of `u_p` of that start.
@@ -107,8 +107,8 @@ impl InputOutput {
             .all(|step| (step - t).abs() <= EVEN * t)
     }
 
-    pub(super) fn as_record(&self, held: bool, dead_time: DeadTime) -> Record<'_> {
-        Record {
+    pub(super) fn as_record(&self, held: bool, dead_time: DeadTime) -> InputOutputRecord<'_> {
+        InputOutputRecord {
             sample_time: Seconds(self.sample_time_s()),
             time_s: if self.is_even() { &[] } else { &self.time_s },
             input: &self.input,

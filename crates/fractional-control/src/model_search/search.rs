@@ -11,7 +11,7 @@ use super::found::{Found, unexplained};
 use super::record::{InputOutput, left, neighbours, resolved};
 use crate::autoregression::Autoregression;
 use crate::identify::{Free, identify_by};
-use crate::{ControlError, DeadTime, FractionalTransferFunction, Identified, Record};
+use crate::{ControlError, DeadTime, FractionalTransferFunction, Identified, InputOutputRecord};
 use rayon::prelude::*;
 
 fn rms(signal: &[f64]) -> f64 {
@@ -99,7 +99,7 @@ impl<'a> Search<'a> {
             if noise == model.noise {
                 break;
             }
-            let record = Record {
+            let record = InputOutputRecord {
                 noise,
                 ..self.record.as_record(self.held, model.dead_time)
             };

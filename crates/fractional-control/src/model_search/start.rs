@@ -4,7 +4,7 @@ use super::record::{Guess, InputOutput, bic, left, resolved, rounding};
 use crate::autoregression::Autoregression;
 use crate::records::largest;
 use crate::{
-    DeadTime, FractionalTransferFunction, Identified, Start, Term, WholeShape,
+    DeadTime, FractionalTransferFunction, Identified, StartState, Term, WholeShape,
     identify_coefficients, whole_guess,
 };
 use fracdiff::Seconds;
@@ -334,7 +334,7 @@ pub(super) fn stretch(record: &InputOutput, held: bool, samples: usize) -> Optio
         time_s: record.time_s[place.clone()].to_vec(),
         input: record.input[place.clone()].to_vec(),
         output: record.output[place].to_vec(),
-        start: Start::Moving,
+        start: StartState::Moving,
         ..*record
     })
 }

@@ -130,7 +130,7 @@ pub struct Measures {
     pub margin_spread_rad: f64,
     /// Least phase margin in size at the crossovers beside the wished one, rad; π without any.
     pub other_margin_rad: f64,
-    /// The closed loop is stable by Nyquist's count on the grid; the verdict that counts is [`SampledLoop`](crate::SampledLoop)'s.
+    /// The closed loop is stable by Nyquist's count on the grid; the verdict that counts is [`SampledControlLoop`](crate::SampledControlLoop)'s.
     pub stable: bool,
     /// Largest |L| at the highest frequencies, which alone decides about a loop there.
     pub(crate) end: f64,

@@ -3,8 +3,8 @@
 use crate::records::MODES;
 use crate::sampled_plant::delay_samples;
 use crate::{
-    Actuator, ControlError, FractionalPid, Memory, PidParameters, Plant, Response, Rule,
-    SampledPlant, SetPoint, simulate,
+    Actuator, ControlError, FractionalPid, HeldPlant, PidParameters, Plant, PowerMemory, Response,
+    Rule, SetPoint, simulate,
 };
 use core::f64::consts::PI;
 use fracdiff::Seconds;
@@ -280,11 +280,11 @@ pub const GAINS: [f64; 5] = [
 pub fn steps(
     parameters: &PidParameters,
     plant: &Plant,
-    memory: Memory,
+    memory: PowerMemory,
     sample_time: Seconds,
     samples: usize,
 ) -> Result<Vec<Response>, ControlError> {
-    let plant = SampledPlant::new(plant, memory, sample_time)?;
+    let plant = HeldPlant::new(plant, memory, sample_time)?;
     let one = |gain: f64| {
         // The gain of the plant is that of the controller, as far as y goes.
         let scaled = PidParameters {

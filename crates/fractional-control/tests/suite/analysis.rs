@@ -3,7 +3,7 @@
 use crate::fixture::{near, not_flat, pi, plant, states};
 use core::array::from_fn;
 use fracdiff::Seconds;
-use fractional_control::analysis::{Cause, analyse};
+use fractional_control::analysis::{VerdictCause, analyse};
 use fractional_control::design::ControlDesign;
 use fractional_control::model_search::{InputOutput, Wanted, candidates, identify};
 use fractional_control::run::{integer_baseline, run, run_plant, samples_for};
@@ -19,38 +19,38 @@ fn p(gain: f64, t: f64) -> ControllerSetup {
 #[test]
 fn the_reason_of_a_verdict_is_the_boundary_by_hand() {
     let delay = core::f64::consts::FRAC_PI_3 / 3f64.sqrt();
-    type Is<'a> = &'a dyn Fn(Cause) -> bool;
+    type Is<'a> = &'a dyn Fn(VerdictCause) -> bool;
     // −K/(s + 1): below K = 1 stable either way. −K/(s − 1) takes the other sign, and K above 1.
-    let other_sign: Is<'_> = &|cause| cause == Cause::WrongSign(1.0);
+    let other_sign: Is<'_> = &|cause| cause == VerdictCause::WrongSign(1.0);
     for (gain, text, is) in [
-        (4.0, "1/(s+1)^3", &|cause| cause == Cause::Stable),
+        (4.0, "1/(s+1)^3", &|cause| cause == VerdictCause::Stable),
         (16.0, "1/(s+1)^3", &|cause| {
-            matches!(cause, Cause::GainTooHigh(at)
+            matches!(cause, VerdictCause::GainTooHigh(at)
                 if near(at.edge.value, 0.5, 2e-3) && near(at.edge.omega_rad_s, 3f64.sqrt(), 3e-3))
         }),
         (
             0.25,
             "1/(s-1)",
-            &|cause| matches!(cause, Cause::GainTooLow(at) if near(at.edge.value, 4.0, 1e-2)),
+            &|cause| matches!(cause, VerdictCause::GainTooLow(at) if near(at.edge.value, 4.0, 1e-2)),
         ),
         (
             2.0,
             "exp(-2s)/(s-1)",
-            &|cause| matches!(cause, Cause::DeadTime(at) if near(at.value, delay, 2e-3)),
+            &|cause| matches!(cause, VerdictCause::DeadTime(at) if near(at.value, delay, 2e-3)),
         ),
-        (2.0, "1/s^2", &|cause| cause == Cause::Shape),
+        (2.0, "1/s^2", &|cause| cause == VerdictCause::Shape),
         (2.0, "-1/(s+1)", other_sign),
         (2.0, "-1/s", other_sign),
         (2.0, "-2*exp(-0.1s)/(s+1)^2", other_sign),
         (
             0.5,
             "-1/(s-1)",
-            &|cause| matches!(cause, Cause::WrongSign(gain) if gain > 2.0),
+            &|cause| matches!(cause, VerdictCause::WrongSign(gain) if gain > 2.0),
         ),
         (2.0, "(s^2+4)/((s^2+4)*(s+1))", &|cause| {
-            cause == Cause::Cancelled
+            cause == VerdictCause::Cancelled
         }),
-        (1.0, "-1/(s+1)", &|cause| cause == Cause::Boundary),
+        (1.0, "-1/(s+1)", &|cause| cause == VerdictCause::Boundary),
     ] as [(f64, &str, Is<'_>); 11]
     {
         let cause = analyse(&p(gain, 1e-3), &plant(text)).expect("a loop").cause;
@@ -74,7 +74,7 @@ fn a_gain_beyond_another_one_is_found_too() {
     );
     let chain = Plant::state_space(chain, 0.0).expect("a plant");
     let cause = analyse(&p(100.0, 0.1), &chain).expect("a loop").cause;
-    let Cause::GainTooHigh(far) = cause else {
+    let VerdictCause::GainTooHigh(far) = cause else {
         panic!("{cause:?}");
     };
     let wanted = 0.01 * (core::f64::consts::PI / 12.0).cos().powi(-12);
@@ -83,7 +83,7 @@ fn a_gain_beyond_another_one_is_found_too() {
     // Hurwitz of 0.1s⁴ + s³ + ks² + 2ks + k: k·2k > 0.1·4k² + k, so 1.6k > 1.
     let low = analyse(&p(0.1, 1e-3), &plant("(s^2+2s+1)/(0.1s^4+s^3)"));
     let low = low.expect("a loop").cause;
-    let is = matches!(low, Cause::GainTooLow(low) if near(low.edge.value, 6.25, 0.05));
+    let is = matches!(low, VerdictCause::GainTooLow(low) if near(low.edge.value, 6.25, 0.05));
     assert!(is, "{low:?}");
 }
 
@@ -94,7 +94,7 @@ fn a_gain_beyond_another_one_is_found_too() {
 fn the_reason_of_a_very_late_loop_is_the_dead_time() {
     let most = |text: &str| {
         let analysis = analyse(&p(5.0, 0.1), &plant(text)).expect("a loop");
-        let Cause::DeadTime(delay) = analysis.cause else {
+        let VerdictCause::DeadTime(delay) = analysis.cause else {
             panic!("{text}: {:?}", analysis.cause);
         };
         (delay.value, analysis.verdict.unstable_poles)
@@ -155,7 +155,7 @@ fn an_integral_that_meets_a_factor_s_is_not_proved() {
         let setup = ControllerSetup::new(gains, Seconds(0.01));
         let cause = analyse(&setup, &plant("s/(s+1)^2")).expect("a loop").cause;
         assert!(
-            matches!(cause, Cause::Boundary | Cause::Cancelled),
+            matches!(cause, VerdictCause::Boundary | VerdictCause::Cancelled),
             "{order}: {cause:?}"
         );
     }

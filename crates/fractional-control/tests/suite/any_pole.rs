@@ -10,7 +10,9 @@
 use crate::fixture::{Draw, pi};
 use fracdiff::Seconds;
 use fractional_control::num_complex::Complex;
-use fractional_control::{ControlError, Crossing, Memory, Plant, Rule, SampledLoop, SampledPlant};
+use fractional_control::{
+    ControlError, Crossing, HeldPlant, Plant, PowerMemory, Rule, SampledControlLoop,
+};
 use nalgebra::DMatrix;
 
 /// What is drawn: T is 1 s.
@@ -43,12 +45,12 @@ impl Loop {
         Plant::transfer(function.parse().expect(&function), self.delay).expect("valid")
     }
 
-    fn closed(&self) -> Result<SampledLoop, ControlError> {
-        let memory = Memory::new(Rule::Grunwald, 1e-9, 1e4)?;
-        let plant = SampledPlant::new(&self.plant(), memory, Seconds(1.0))?;
+    fn closed(&self) -> Result<SampledControlLoop, ControlError> {
+        let memory = PowerMemory::new(Rule::Grunwald, 1e-9, 1e4)?;
+        let plant = HeldPlant::new(&self.plant(), memory, Seconds(1.0))?;
         assert!(plant.is_exact());
         let controller = pi(self.proportional, self.integral, 1.0);
-        SampledLoop::new(controller.into(), memory, &plant)
+        SampledControlLoop::new(controller.into(), memory, &plant)
     }
 
     /// Poles and residues.
@@ -232,7 +234,7 @@ fn contradicted(own: &Loop, tried: &mut usize) -> Vec<String> {
     let tried = |delay: &Crossing| delay.value < 50.0 && !own.times.is_empty();
     if let Some(first) = margins.delay_s.filter(tried) {
         let later = |further| own.with_delay(further).closed();
-        let delay = SampledLoop::delay_margin(Some(first), &later).expect("runs");
+        let delay = SampledControlLoop::delay_margin(Some(first), &later).expect("runs");
         let delay = delay.expect("a crossover").value;
         check("delay", &own.with_delay(0.99 * delay), true);
         check("delay", &own.with_delay(1.01 * delay), false);

@@ -3,8 +3,8 @@
 use crate::fixture::{Draw, states};
 use fracdiff::Seconds;
 use fractional_control::{
-    Actuator, FractionalPid, FractionalTransferFunction, Memory, PidParameters, Plant, Rule,
-    SampledLoop, SampledPlant, SetPoint, StabilityVerdict, simulate,
+    Actuator, FractionalPid, FractionalTransferFunction, HeldPlant, PidParameters, Plant,
+    PowerMemory, Rule, SampledControlLoop, SetPoint, StabilityVerdict, simulate,
 };
 use testkit::assert_relative;
 
@@ -53,9 +53,9 @@ fn growth(y: &[f64]) -> f64 {
 /// A loop that is drawn, its gain at the edge of stability not yet known.
 struct Candidate {
     plant: Plant,
-    sampled: SampledPlant,
+    sampled: HeldPlant,
     gains: PidParameters,
-    memory: Memory,
+    memory: PowerMemory,
     sample_time: Seconds,
 }
 
@@ -75,8 +75,8 @@ impl Candidate {
         } else {
             Rule::Grunwald
         };
-        let memory = Memory::new(rule, 1e-6, 400.0).expect("valid");
-        let sampled = SampledPlant::new(&plant, memory, Seconds(t)).expect("valid");
+        let memory = PowerMemory::new(rule, 1e-6, 400.0).expect("valid");
+        let sampled = HeldPlant::new(&plant, memory, Seconds(t)).expect("valid");
         Self {
             plant,
             sampled,
@@ -88,7 +88,7 @@ impl Candidate {
 
     /// The largest gain that the verdict calls stable, to 0.05 %, if there is an edge at all.
     fn edge(&self) -> Option<f64> {
-        let closed = SampledLoop::new(self.gains.into(), self.memory, &self.sampled);
+        let closed = SampledControlLoop::new(self.gains.into(), self.memory, &self.sampled);
         let closed = closed.expect("valid");
         let stable = |gain: f64| closed.with_gain(gain).verdict().stable;
         let (mut low, mut high) = bracket(stable)?;
@@ -172,14 +172,14 @@ fn bracket(stable: impl Fn(f64) -> bool) -> Option<(f64, f64)> {
 #[test]
 fn a_number_common_to_above_and_below_changes_no_verdict() {
     let t = Seconds(1e-9);
-    let memory = Memory::new(Rule::Bdf2, 1e-6, 1.0).expect("valid");
+    let memory = PowerMemory::new(Rule::Bdf2, 1e-6, 1.0).expect("valid");
     let verdict = |c: &str| {
         let plant: Plant = format!("{c}/({c}s^1.5+{c})").parse().expect("valid");
         let law: FractionalTransferFunction = format!("({c}s^0.5+{c})/({c}s^1.5+{c})")
             .parse()
             .expect("valid");
-        let plant = SampledPlant::new(&plant, memory, t).expect("runs");
-        let closed = SampledLoop::new(law.into(), memory, &plant).expect("closes");
+        let plant = HeldPlant::new(&plant, memory, t).expect("runs");
+        let closed = SampledControlLoop::new(law.into(), memory, &plant).expect("closes");
         closed.verdict()
     };
     let usual = verdict("1");
@@ -194,8 +194,8 @@ fn a_number_common_to_above_and_below_changes_no_verdict() {
 /// Two numbers whose ratio no loop can bear are refused where they meet, also in a controller.
 #[test]
 fn a_ratio_that_no_loop_can_bear_is_refused_with_the_remedy() {
-    let memory = Memory::new(Rule::Bdf2, 1e-6, 100.0).expect("valid");
-    let plant = |text: &str| SampledPlant::new(&text.parse().expect("valid"), memory, Seconds(1.0));
+    let memory = PowerMemory::new(Rule::Bdf2, 1e-6, 100.0).expect("valid");
+    let plant = |text: &str| HeldPlant::new(&text.parse().expect("valid"), memory, Seconds(1.0));
     for text in ["1e60/(1e-60s^1.5+1e-60)", "1e-60/(s+1e60)"] {
         let refused = plant(text).map(drop).expect_err(text).to_string();
         let remedies = ["other units", "sample faster"];
@@ -207,7 +207,7 @@ fn a_ratio_that_no_loop_can_bear_is_refused_with_the_remedy() {
     assert!(plant("1e60/(s+1e-60)").is_ok());
     let plant = plant("1/(s+1)").expect("runs");
     let law: FractionalTransferFunction = "1e60/(1e-60s^1.5+1e-60)".parse().expect("valid");
-    let closed = SampledLoop::new(law.into(), memory, &plant);
+    let closed = SampledControlLoop::new(law.into(), memory, &plant);
     let refused = closed.expect_err("no numbers").to_string();
     let words = refused.starts_with("gain of the controller");
     assert!(

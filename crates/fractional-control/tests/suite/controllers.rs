@@ -5,8 +5,8 @@ mod responses;
 use crate::fixture::podlubny;
 use fracdiff::Seconds;
 use fractional_control::{
-    Actuator, Controller, CroneParameters, FractionalPid, LeadController, Memory, Mode,
-    PidParameters, Plant, Rule, SampledPlant, SetPoint, Station, simulate,
+    Actuator, Controller, CroneParameters, FractionalPid, HeldPlant, LeadController, Mode,
+    PidParameters, Plant, PowerMemory, Rule, SetPoint, Station, simulate,
 };
 
 const T: Seconds = Seconds(1e-3);
@@ -19,8 +19,8 @@ const GAINS: PidParameters = PidParameters {
     derivative_order: 0.6,
 };
 
-fn memory(rule: Rule) -> Memory {
-    Memory::new(rule, 1e-7, 200.0).expect("valid")
+fn memory(rule: Rule) -> PowerMemory {
+    PowerMemory::new(rule, 1e-7, 200.0).expect("valid")
 }
 
 fn pid(gains: PidParameters, set_point: SetPoint, actuator: Actuator) -> FractionalPid<f64, 64> {
@@ -61,7 +61,7 @@ fn podlubnys_loop_with_its_controller_converges_to_the_closed_form() {
         let free = (SetPoint::ERROR, Actuator::UNLIMITED);
         let pid = FractionalPid::<f64, 64>::new(gains, free.0, free.1, memory, Seconds(t));
         let pid = pid.expect("valid");
-        let plant = SampledPlant::new(&plant, memory, Seconds(t)).expect("valid");
+        let plant = HeldPlant::new(&plant, memory, Seconds(t)).expect("valid");
         let run = simulate(&pid, &plant, |_| 1.0, (10.0 / t) as usize + 1);
         let errors = golden
             .points
@@ -115,7 +115,7 @@ fn bump(
     manual_before: bool,
 ) -> f64 {
     let plant: Plant = "1/(0.2s+1)".parse().expect("valid");
-    let plant = SampledPlant::new(&plant, memory(Rule::Bdf2), T).expect("valid");
+    let plant = HeldPlant::new(&plant, memory(Rule::Bdf2), T).expect("valid");
     let mut state = plant.at_rest();
     let mut station = Station::new(pid(GAINS, SetPoint::DEFAULT, Actuator::UNLIMITED));
     if manual_before {
@@ -240,7 +240,7 @@ fn bad_parameters_are_refused_in_one_line() {
             "lower limit of the command 2 is not below the upper limit",
         ),
         (
-            Memory::new(Rule::Bdf2, 1e-6, 0.0).map(drop),
+            PowerMemory::new(Rule::Bdf2, 1e-6, 0.0).map(drop),
             "horizon 0 s is not above 0 s",
         ),
     ] {

@@ -8,7 +8,7 @@
 
 use crate::fixture::{Draw, pi};
 use fracdiff::Seconds;
-use fractional_control::{Crossing, Memory, Plant, Rule, SampledLoop, SampledPlant};
+use fractional_control::{Crossing, HeldPlant, Plant, PowerMemory, Rule, SampledControlLoop};
 
 #[derive(Clone, Copy, Debug)]
 enum Kind {
@@ -88,11 +88,11 @@ impl Loop {
         Plant::transfer(function.parse().expect("valid"), *delay).expect("valid")
     }
 
-    fn closed(&self) -> SampledLoop {
-        let memory = Memory::new(Rule::Grunwald, 1e-9, 1e4).expect("valid");
-        let plant = SampledPlant::new(&self.plant(), memory, Seconds(self.t)).expect("runs");
+    fn closed(&self) -> SampledControlLoop {
+        let memory = PowerMemory::new(Rule::Grunwald, 1e-9, 1e4).expect("valid");
+        let plant = HeldPlant::new(&self.plant(), memory, Seconds(self.t)).expect("runs");
         let controller = pi(self.proportional, self.integral, self.order);
-        SampledLoop::new(controller.into(), memory, &plant).expect("valid")
+        SampledControlLoop::new(controller.into(), memory, &plant).expect("valid")
     }
 
     fn with_gain(self, times: f64) -> Self {
@@ -132,7 +132,7 @@ impl Loop {
         let is_exact = closed.of_plant().is_none();
         if let Some(first) = seen(margins.delay_s).filter(|_| is_exact) {
             let later = |further| Ok::<_, ()>(self.with_delay(further).closed());
-            let delay = SampledLoop::delay_margin(Some(first), &later).expect("runs");
+            let delay = SampledControlLoop::delay_margin(Some(first), &later).expect("runs");
             let delay = delay.expect("a crossover").value;
             tried.push(("delay", self.with_delay(0.99 * delay), false));
             tried.push(("delay", self.with_delay(1.01 * delay), true));

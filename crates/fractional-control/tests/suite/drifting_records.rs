@@ -6,7 +6,7 @@ use fracdiff::Seconds;
 use fractional_control::model_search::{
     Found, InputOutput, Wanted, candidates, find_start, identify,
 };
-use fractional_control::{FreeNumber, Memory, Plant, Rule, SampledPlant};
+use fractional_control::{FreeNumber, HeldPlant, Plant, PowerMemory, Rule};
 use rayon::prelude::*;
 use testkit::{Random, assert_close, assert_relative};
 
@@ -81,8 +81,8 @@ impl Case {
         let kind = random.one_of(&inputs);
         let input = kind.signal(samples, tau, &mut random);
         let plant: Plant = words.parse().expect("a plant");
-        let memory = Memory::new(Rule::Bdf2, 1e-8, samples as f64);
-        let plant = SampledPlant::new(&plant, memory.expect("a memory"), Seconds(1.0));
+        let memory = PowerMemory::new(Rule::Bdf2, 1e-8, samples as f64);
+        let plant = HeldPlant::new(&plant, memory.expect("a memory"), Seconds(1.0));
         let plant = plant.expect("runs");
         let mut state = plant.at_rest();
         let outputs = input.iter().map(|u| plant.step(&mut state, *u));

@@ -2,12 +2,12 @@
 
 use crate::fixture::{closed, pi, plant};
 use fracdiff::Seconds;
-use fractional_control::{Memory, Plant, Rule, SampledLoop, SampledPlant};
+use fractional_control::{HeldPlant, Plant, PowerMemory, Rule, SampledControlLoop};
 use testkit::assert_relative;
 
 /// A loop by its notation: plant, `K_p`, `K_i`, T.
-fn judged(function: &str, (proportional, integral): (f64, f64), t: f64) -> SampledLoop {
-    let memory = Memory::new(Rule::Bdf2, 1e-9, 1e6 * t).expect("valid");
+fn judged(function: &str, (proportional, integral): (f64, f64), t: f64) -> SampledControlLoop {
+    let memory = PowerMemory::new(Rule::Bdf2, 1e-9, 1e6 * t).expect("valid");
     closed(pi(proportional, integral, 1.0), &plant(function), memory, t)
 }
 
@@ -57,7 +57,7 @@ fn margins_of_loops_with_a_pole_far_faster_than_the_sample() {
     // A lag of 0.05 s acts as that much more dead time.
     let lag = judged("0.55exp(-s)/((62s+1)(3s+1)(0.05s+1))", (2.0, 0.03), 1.0);
     let dead = judged("0.55exp(-1.05s)/((62s+1)(3s+1))", (2.0, 0.03), 1.0);
-    let delay = |closed: &SampledLoop| closed.margins().delay_s.expect("ends").value;
+    let delay = |closed: &SampledControlLoop| closed.margins().delay_s.expect("ends").value;
     assert_relative("delay", delay(&lag), delay(&dead), 1e-3);
 }
 
@@ -76,11 +76,11 @@ fn a_dead_time_alone_turns_errors_over_at_a_gain_of_one() {
 /// (2s + 1)/(s + 1) = 2 − 1/(s + 1), held: its own gain acts on the next measurement.
 #[test]
 fn what_passes_at_once_is_seen_by_the_next_measurement() {
-    let memory = Memory::new(Rule::Bdf2, 1e-9, 100.0).expect("valid");
+    let memory = PowerMemory::new(Rule::Bdf2, 1e-9, 100.0).expect("valid");
     for (delay, first) in [(0.0, 1), (0.04, 1), (0.1, 1), (0.13, 2), (0.2, 2)] {
         let plant: Plant = "(2s+1)/(s+1)".parse().expect("valid");
         let plant = plant.delayed(delay).expect("valid");
-        let plant = SampledPlant::new(&plant, memory, Seconds(0.1)).expect("runs");
+        let plant = HeldPlant::new(&plant, memory, Seconds(0.1)).expect("runs");
         let mut state = plant.at_rest();
         let y: Vec<f64> = (0..30).map(|_| plant.step(&mut state, 1.0)).collect();
         for (n, y) in y.iter().enumerate() {
@@ -94,14 +94,14 @@ fn what_passes_at_once_is_seen_by_the_next_measurement() {
 
 #[test]
 fn a_pole_beyond_all_bounds_is_refused_with_the_remedy() {
-    let memory = Memory::new(Rule::Bdf2, 1e-9, 1e6).expect("valid");
+    let memory = PowerMemory::new(Rule::Bdf2, 1e-9, 1e6).expect("valid");
     for text in [
         "1/(1e-12s+1)",
         "1e60/(1e-60s+1)",
         "1/(0.001s-1)",
         "1/(0.0028s-1)",
     ] {
-        let refused = SampledPlant::new(&plant(text), memory, Seconds(1.0));
+        let refused = HeldPlant::new(&plant(text), memory, Seconds(1.0));
         let said = refused.expect_err("refused").to_string();
         assert!(said.contains("sample time 1 s is not within"), "{said}");
         assert!(said.contains("sample faster"), "{said}");

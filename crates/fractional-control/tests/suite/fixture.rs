@@ -4,8 +4,8 @@ use fracdiff::Seconds;
 use fractional_control::num_complex::Complex;
 use fractional_control::tuning::{Sampling, Specification};
 use fractional_control::{
-    FractionalTransferFunction, Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant,
-    StateSpace,
+    FractionalTransferFunction, HeldPlant, PidParameters, Plant, PowerMemory, Rule,
+    SampledControlLoop, StateSpace,
 };
 use nalgebra::{DMatrix, DVector, RowDVector};
 
@@ -36,9 +36,14 @@ pub(crate) fn pi(proportional: f64, integral: f64, integral_order: f64) -> PidPa
     }
 }
 
-pub(crate) fn closed(gains: PidParameters, plant: &Plant, memory: Memory, t: f64) -> SampledLoop {
-    let plant = SampledPlant::new(plant, memory, Seconds(t)).expect("runs");
-    SampledLoop::new(gains.into(), memory, &plant).expect("a loop")
+pub(crate) fn closed(
+    gains: PidParameters,
+    plant: &Plant,
+    memory: PowerMemory,
+    t: f64,
+) -> SampledControlLoop {
+    let plant = HeldPlant::new(plant, memory, Seconds(t)).expect("runs");
+    SampledControlLoop::new(gains.into(), memory, &plant).expect("a loop")
 }
 
 pub(crate) fn every(seconds: f64) -> Sampling {

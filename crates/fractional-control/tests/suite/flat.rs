@@ -4,7 +4,7 @@ use super::tuning::{bound, plants};
 use crate::fixture::every;
 use fracdiff::Seconds;
 use fractional_control::tuning::{GAINS, Specification, steps, tune, tune_integer};
-use fractional_control::{Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
+use fractional_control::{HeldPlant, PidParameters, Plant, PowerMemory, Rule, SampledControlLoop};
 use testkit::{assert_close, assert_relative};
 
 #[test]
@@ -32,12 +32,12 @@ const FLAT: f64 = 0.35;
 
 /// Simulated spread of the overshoot over ± 6 dB of gain, and true if all five loops are certified stable.
 fn spread(parameters: &PidParameters, plant: &Plant, t: Seconds) -> (f64, bool) {
-    let memory = Memory::new(Rule::Bdf2, 1e-6, 2e4 * t.0).expect("valid");
+    let memory = PowerMemory::new(Rule::Bdf2, 1e-6, 2e4 * t.0).expect("valid");
     let steps = steps(parameters, plant, memory, t, 4000).expect("runs");
     let all = steps.iter().map(|step| step.shape().overshoot);
     let (low, high) = all.fold((f64::MAX, f64::MIN), |(l, h), o| (l.min(o), h.max(o)));
-    let sampled = SampledPlant::new(plant, memory, t).expect("runs");
-    let closed = SampledLoop::new((*parameters).into(), memory, &sampled).expect("a loop");
+    let sampled = HeldPlant::new(plant, memory, t).expect("runs");
+    let closed = SampledControlLoop::new((*parameters).into(), memory, &sampled).expect("a loop");
     let stable = |gain: &f64| closed.with_gain(*gain).verdict().stable;
     (high - low, GAINS.iter().all(stable))
 }

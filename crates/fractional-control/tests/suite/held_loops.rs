@@ -5,8 +5,8 @@ use crate::fixture::p;
 use fracdiff::Seconds;
 use fractional_control::autoregression::Autoregression;
 use fractional_control::{
-    DeadTime, FractionalTransferFunction, Memory, Plant, Record, Rule, SampledLoop, SampledPlant,
-    Start, identify,
+    DeadTime, FractionalTransferFunction, HeldPlant, InputOutputRecord, Plant, PowerMemory, Rule,
+    SampledControlLoop, StartState, identify,
 };
 
 const SAMPLES: usize = 2000;
@@ -20,13 +20,13 @@ struct Loop {
 }
 
 impl Loop {
-    fn closed(&self, more: f64) -> SampledLoop {
-        let memory = Memory::new(Rule::Bdf2, 1e-8, 1e4).expect("valid");
+    fn closed(&self, more: f64) -> SampledControlLoop {
+        let memory = PowerMemory::new(Rule::Bdf2, 1e-8, 1e4).expect("valid");
         let plant = format!("exp(-{}s)/s^{}", self.delay + more, self.order);
         let plant: Plant = plant.parse().expect("a plant");
-        let plant = SampledPlant::new(&plant, memory, Seconds(1.0)).expect("runs");
+        let plant = HeldPlant::new(&plant, memory, Seconds(1.0)).expect("runs");
         let proportional = p(self.gain);
-        SampledLoop::new(proportional.into(), memory, &plant).expect("a loop")
+        SampledControlLoop::new(proportional.into(), memory, &plant).expect("a loop")
     }
 
     /// How much larger the end of the run is than its middle, after a kick.
@@ -72,7 +72,7 @@ fn the_delay_margin_is_that_of_the_plant_behind_its_hold() {
         tried += 1;
         let first = now.margins().delay_s;
         let later = |more| Ok::<_, ()>(own.closed(more));
-        let found = SampledLoop::delay_margin(first, &later).expect("runs");
+        let found = SampledControlLoop::delay_margin(first, &later).expect("runs");
         let found = found.expect("a crossover").value;
         let (below, above) = (own.growth(0.97 * found), own.growth(1.03 * found));
         assert!(
@@ -107,14 +107,14 @@ fn a_record_of_a_plant_gives_its_function() {
             answers.sum()
         });
         let output: Vec<f64> = output.collect();
-        let record = Record {
+        let record = InputOutputRecord {
             sample_time: Seconds(t),
             time_s: &[],
             input: &input,
             output: &output,
             held: true,
             dead_time: DeadTime::NONE,
-            start: Start::Rest,
+            start: StartState::Rest,
             noise: Autoregression::WHITE,
         };
         let guess: FractionalTransferFunction = guess.parse().expect("valid");

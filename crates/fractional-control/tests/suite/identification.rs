@@ -4,8 +4,8 @@ use crate::fixture::{Draw, near, states};
 use fracdiff::Seconds;
 use fractional_control::autoregression::Autoregression;
 use fractional_control::{
-    DeadTime, FractionalTransferFunction, Memory, Plant, Record, Rule, SampledPlant, Start,
-    WholeShape, identify, identify_coefficients, respond, step_response, whole_guess,
+    DeadTime, FractionalTransferFunction, HeldPlant, InputOutputRecord, Plant, PowerMemory, Rule,
+    StartState, WholeShape, identify, identify_coefficients, respond, step_response, whole_guess,
 };
 use testkit::{assert_close, assert_relative};
 
@@ -24,21 +24,21 @@ fn noise(samples: usize) -> Vec<f64> {
 const STEP: &[f64] = &[1.0; 1000];
 
 /// A record without dead time.
-fn record<'a>(t: f64, input: &'a [f64], output: &'a [f64]) -> Record<'a> {
-    Record {
+fn record<'a>(t: f64, input: &'a [f64], output: &'a [f64]) -> InputOutputRecord<'a> {
+    InputOutputRecord {
         sample_time: Seconds(t),
         time_s: &[],
         input,
         output,
         held: true,
         dead_time: DeadTime::NONE,
-        start: Start::Rest,
+        start: StartState::Rest,
         noise: Autoregression::WHITE,
     }
 }
 
 /// A unit step and what came of it.
-fn step_of(t: f64, output: &[f64]) -> Record<'_> {
+fn step_of(t: f64, output: &[f64]) -> InputOutputRecord<'_> {
     record(t, &STEP[..output.len()], output)
 }
 
@@ -50,7 +50,7 @@ fn lag(found: &FractionalTransferFunction) -> (f64, f64) {
 
 #[test]
 fn podlubnys_plant_is_found_from_its_step() {
-    let memory = Memory::new(Rule::Bdf2, 1e-9, 40.0).expect("valid");
+    let memory = PowerMemory::new(Rule::Bdf2, 1e-9, 40.0).expect("valid");
     // Sampled ten times finer than it is fitted.
     let fine =
         step_response(&of("1/(0.8s^2.2+0.5s^0.9+1)"), memory, Seconds(0.005), 6001).expect("runs");
@@ -72,14 +72,14 @@ fn podlubnys_plant_is_found_from_its_step() {
 #[test]
 fn noise_is_answered_with_errors_that_cover_the_truth() {
     let (t, truth) = (Seconds(0.05), of("1.5/(0.7s^1.4+1)"));
-    let memory = Memory::new(Rule::Bdf2, 1e-8, 40.0).expect("valid");
+    let memory = PowerMemory::new(Rule::Bdf2, 1e-8, 40.0).expect("valid");
     let input: Vec<f64> = (0..600)
         .map(|n| (f64::from(n) * 0.05).sin() + (f64::from(n) * 0.02).cos() - 1.0)
         .collect();
     let mut y = respond(&truth, memory, t, &input).expect("runs");
     let pairs = y.iter_mut().zip(noise(600));
     pairs.for_each(|(y, noise)| *y += 0.02 * noise);
-    let record = Record {
+    let record = InputOutputRecord {
         held: false,
         ..record(t.0, &input, &y)
     };
@@ -102,9 +102,9 @@ fn noise_is_answered_with_errors_that_cover_the_truth() {
 fn a_record_of_a_held_command_needs_no_correction_by_hand() {
     let states = states([[-0.5]], [1.5], [1.0]);
     let t = Seconds(0.1);
-    let memory = Memory::new(Rule::Bdf2, 1e-8, 40.0).expect("valid");
+    let memory = PowerMemory::new(Rule::Bdf2, 1e-8, 40.0).expect("valid");
     let plant = Plant::state_space(states, 0.0).expect("valid");
-    let plant = SampledPlant::new(&plant, memory, t).expect("valid");
+    let plant = HeldPlant::new(&plant, memory, t).expect("valid");
     let input: Vec<f64> = (0..300)
         .map(|n| if (n / 37) % 2 == 0 { 1.0 } else { -0.5 })
         .collect();
@@ -213,7 +213,7 @@ fn a_smooth_input_runs_in_straight_lines() {
     let y: Vec<f64> = time()
         .map(|t| 2.0 * (t + 3.0 * f64::exp_m1(-t / 3.0)))
         .collect();
-    let record = Record {
+    let record = InputOutputRecord {
         held: false,
         ..record(0.1, &input, &y)
     };
@@ -239,7 +239,7 @@ fn an_input_that_is_late_by_a_part_of_a_sample_is_run_exactly() {
             .map(|n| f64::from(n) * t - late)
             .map(|time| step(time) - step(time - 100.0 * t))
             .collect();
-        let record = Record {
+        let record = InputOutputRecord {
             dead_time: DeadTime::Known(Seconds(late)),
             ..record(t, &input, &y)
         };
@@ -258,7 +258,7 @@ fn an_input_that_is_late_by_a_part_of_a_sample_is_run_exactly() {
         let guess = whole_guess(&record, poles(1)).expect("a guess");
         assert_close("guess", lag(&guess.function).1, 3.0, 1e-3);
     }
-    let outside = Record {
+    let outside = InputOutputRecord {
         dead_time: DeadTime::Known(Seconds(30.0)),
         ..record(t, &input, &input)
     };

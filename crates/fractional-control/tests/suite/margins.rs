@@ -3,30 +3,31 @@
 use crate::fixture::{Draw, plant};
 use fracdiff::Seconds;
 use fractional_control::{
-    ControlError, ControllerParameters, FractionalTransferFunction, Memory, PidParameters, Plant,
-    Rule, SampledLoop, SampledPlant,
+    ControlError, ControllerParameters, FractionalTransferFunction, HeldPlant, PidParameters,
+    Plant, PowerMemory, Rule, SampledControlLoop,
 };
 use std::str::FromStr as _;
 use testkit::{assert_close, assert_relative};
 
 const T: Seconds = Seconds(1e-3);
 
-fn closed(function: &str, controller: &str) -> SampledLoop {
-    let memory = Memory::new(Rule::Bdf2, 1e-8, 100.0).expect("valid");
+fn closed(function: &str, controller: &str) -> SampledControlLoop {
+    let memory = PowerMemory::new(Rule::Bdf2, 1e-8, 100.0).expect("valid");
     let controller = controller.parse().expect("a controller");
     crate::fixture::closed(controller, &plant(function), memory, T.0)
 }
 
 /// A controller that is a function.
-fn of_function(plant: &str, controller: &str) -> SampledLoop {
-    let memory = Memory::new(Rule::Bdf2, 1e-8, 100.0).expect("valid");
+fn of_function(plant: &str, controller: &str) -> SampledControlLoop {
+    let memory = PowerMemory::new(Rule::Bdf2, 1e-8, 100.0).expect("valid");
     let controller = FractionalTransferFunction::from_str(controller).expect("a function");
-    let plant = SampledPlant::new(&self::plant(plant), memory, T).expect("runs");
-    SampledLoop::new(ControllerParameters::Function(controller), memory, &plant).expect("a loop")
+    let plant = HeldPlant::new(&self::plant(plant), memory, T).expect("runs");
+    SampledControlLoop::new(ControllerParameters::Function(controller), memory, &plant)
+        .expect("a loop")
 }
 
 /// True if it is stable with so much more delay.
-fn stable(later: impl Fn(f64) -> Result<SampledLoop, ()>, delay: f64) -> bool {
+fn stable(later: impl Fn(f64) -> Result<SampledControlLoop, ()>, delay: f64) -> bool {
     later(delay).expect("runs").verdict().stable
 }
 /// k·e^(−Ls)/s: crossover k, margin π/2 − kL, gain margin π/(2kL), delay margin π/(2k) − L, with L longer by half a sample.
@@ -56,7 +57,7 @@ fn a_delay_margin_of_a_part_of_a_sample_is_that_of_the_hold() {
         };
         let closed = later(0.0).expect("runs");
         let first = closed.margins().delay_s.expect("a crossover");
-        let found = SampledLoop::delay_margin(Some(first), &later).expect("runs");
+        let found = SampledControlLoop::delay_margin(Some(first), &later).expect("runs");
         let found = found.expect("a margin").value;
         let wanted = T.0 / rate;
         assert_relative("found", found, wanted, 1e-6);
@@ -95,7 +96,7 @@ fn a_narrow_peak_beside_a_zero_has_its_margins() {
         let phase = margins.phase.expect("a crossover").value;
         assert_close("phase", phase, -angle, 1e-3);
         assert_eq!((margins.crossovers, margins.gain_down), (2, None), "{gap}");
-        let delay = SampledLoop::delay_margin(margins.delay_s, &later).expect("runs");
+        let delay = SampledControlLoop::delay_margin(margins.delay_s, &later).expect("runs");
         let delay = delay.expect("a crossover").value;
         // Of a pole this near to the circle no verdict tells on which side it is.
         if gap > 1e-7 {
@@ -127,7 +128,7 @@ fn no_delay_within_the_margin_loses_the_loop() {
             continue;
         }
         tried += 1;
-        let found = SampledLoop::delay_margin(first, &later).expect("runs");
+        let found = SampledControlLoop::delay_margin(first, &later).expect("runs");
         let found = found.expect("a margin").value;
         let lost = lost_before(later, found);
         assert!(
@@ -138,7 +139,7 @@ fn no_delay_within_the_margin_loses_the_loop() {
 }
 
 /// A delay before the margin with which the loop is lost.
-fn lost_before(later: impl Fn(f64) -> Result<SampledLoop, ()>, margin: f64) -> Option<f64> {
+fn lost_before(later: impl Fn(f64) -> Result<SampledControlLoop, ()>, margin: f64) -> Option<f64> {
     let mut shares = (1..=32).map(|k| f64::from(k) / 32.0 * 0.999 * margin);
     shares.find(|delay| !stable(&later, *delay))
 }
@@ -159,7 +160,7 @@ fn a_loop_without_a_crossover_has_the_delay_margin_of_its_parts() {
         let now = later(0.0).expect("runs");
         assert!(now.verdict().stable, "{omega}");
         assert_eq!(now.margins().delay_s, None, "{omega}");
-        let found = SampledLoop::delay_margin(None, &later).expect("runs");
+        let found = SampledControlLoop::delay_margin(None, &later).expect("runs");
         let found = found.expect("a margin").value;
         let lost = lost_before(later, found);
         assert!(
@@ -169,7 +170,7 @@ fn a_loop_without_a_crossover_has_the_delay_margin_of_its_parts() {
     }
     // A loop that no dead time loses.
     let later = |delay: f64| Ok::<_, ()>(closed(&format!("0.5*exp(-{delay}s)/(s+1)"), "1"));
-    assert_eq!(SampledLoop::delay_margin(None, &later), Ok(None));
+    assert_eq!(SampledControlLoop::delay_margin(None, &later), Ok(None));
 }
 
 /// A loop that is lost next to whole samples only.
@@ -182,7 +183,7 @@ fn a_loss_at_whole_samples_is_found_however_short() {
         Ok::<_, ()>(closed(&plant, &controller))
     };
     let first = later(0.0).expect("runs").margins().delay_s;
-    let found = SampledLoop::delay_margin(first, &later).expect("runs");
+    let found = SampledControlLoop::delay_margin(first, &later).expect("runs");
     let found = found.expect("a margin").value;
     let edge = stable(later, 0.999 * found) && !stable(later, 1.001 * found);
     assert!(found < 0.01 * T.0 && edge, "{found}");
@@ -298,7 +299,7 @@ fn the_least_gain_of_a_plant_that_grows_slowly_is_found_at_rest() {
 /// Two integrators and two poles: what the samples are at low frequency is the plant, with half a sample more dead time.
 #[test]
 fn integrators_beside_other_poles_stay_integrators_far_down() {
-    let memory = Memory::new(Rule::Bdf2, 1e-8, 100.0).expect("valid");
+    let memory = PowerMemory::new(Rule::Bdf2, 1e-8, 100.0).expect("valid");
     let plant = plant("1/(s^4+3s^3+2s^2)");
     let closed = crate::fixture::closed(crate::fixture::p(1.0), &plant, memory, 1.0);
     for theta in [1e-3, 1e-6, 1e-9, 1e-12] {

@@ -5,7 +5,7 @@
 use fractional_control::model_search::{
     Found, InputOutput, Wanted, candidates, find_start, identify,
 };
-use fractional_control::{FractionalTransferFunction, FreeNumber, Start, Term};
+use fractional_control::{FractionalTransferFunction, FreeNumber, StartState, Term};
 use rayon::prelude::*;
 use testkit::Random;
 
@@ -340,7 +340,7 @@ fn no_other_search_leaves_less_of_a_record() {
         let found = found(&mut record);
         // One state that moves is one that had settled somewhere.
         let is_moving = moves == "1" && poles == "2";
-        assert_eq!(record.start == Start::Moving, is_moving, "{name}");
+        assert_eq!(record.start == StartState::Moving, is_moving, "{name}");
         let best = &found[0].identified;
         let what = format!("{name}: {} behind {:?}", best.function, best.dead_time);
         assert_eq!(

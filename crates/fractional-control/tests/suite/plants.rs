@@ -6,14 +6,14 @@ use fracdiff::{FrequencyResponse, Seconds};
 use fractional_control::num_complex::Complex;
 use fractional_control::{
     Actuator, ControllerParameters, CroneParameters, FractionalPid, FractionalTransferFunction,
-    LeadController, LeadLagParameters, Memory, PidParameters, Plant, Rule, SampledLoop,
-    SampledPlant, SetPoint, StateSpace, TidParameters,
+    HeldPlant, LeadController, LeadLagParameters, PidParameters, Plant, PowerMemory, Rule,
+    SampledControlLoop, SetPoint, StateSpace, TidParameters,
 };
 use nalgebra::{DMatrix, DVector, RowDVector};
 use testkit::assert_close;
 
-fn memory() -> Memory {
-    Memory::new(Rule::Bdf2, 1e-9, 50.0).expect("valid")
+fn memory() -> PowerMemory {
+    PowerMemory::new(Rule::Bdf2, 1e-9, 50.0).expect("valid")
 }
 
 /// 1/(s² + 0.6 s + 2) as matrices.
@@ -22,7 +22,7 @@ fn second_order() -> StateSpace {
 }
 
 fn run(plant: &Plant, t: f64, input: impl Fn(usize) -> f64, samples: usize) -> Vec<f64> {
-    let plant = SampledPlant::new(plant, memory(), Seconds(t)).expect("valid");
+    let plant = HeldPlant::new(plant, memory(), Seconds(t)).expect("valid");
     let mut state = plant.at_rest();
     (0..samples)
         .map(|n| plant.step(&mut state, input(n)))
@@ -142,8 +142,8 @@ fn the_curve_of_the_verdict_is_the_plant_that_runs() {
     ];
     for plant in plants {
         let (t, gain) = (0.05, p(1.0));
-        let sampled = SampledPlant::new(&plant, memory(), Seconds(t)).expect("valid");
-        let closed = SampledLoop::new(gain.into(), memory(), &sampled).expect("valid");
+        let sampled = HeldPlant::new(&plant, memory(), Seconds(t)).expect("valid");
+        let closed = SampledControlLoop::new(gain.into(), memory(), &sampled).expect("valid");
         let weights = run(&plant, t, |n| f64::from(u8::from(n == 0)), 40_000);
         for theta in [0.05, 0.4, 1.5, PI] {
             let want = of_impulse_response(&weights, theta);
@@ -184,7 +184,7 @@ fn a_measured_response_is_read_between_its_points() {
     ] {
         assert!(Plant::measured(bad).is_err());
     }
-    assert!(SampledPlant::new(&measured, memory(), Seconds(0.1)).is_err());
+    assert!(HeldPlant::new(&measured, memory(), Seconds(0.1)).is_err());
 }
 
 #[test]
@@ -205,7 +205,7 @@ fn what_is_no_plant_is_refused() {
     assert!(second_order().behind_lag(-1.0).is_err());
     let fast = second_order().behind_lag(1e-10).expect("valid");
     let fast = Plant::state_space(fast, 0.0).expect("valid");
-    let error = SampledPlant::new(&fast, memory(), Seconds(0.1)).expect_err("too fast");
+    let error = HeldPlant::new(&fast, memory(), Seconds(0.1)).expect_err("too fast");
     let words = "sample time 0.1 s is not within 1e8 time constants of the fastest pole";
     assert!(error.to_string().starts_with(words), "{error}");
 }
@@ -215,10 +215,10 @@ fn the_curve_of_the_verdict_is_the_controller_that_runs() {
     let t = Seconds(0.01);
     // A gain of 1 that does nothing but be one sample late.
     let lag: Plant = "exp(-0.03s)/(s+1)".parse().expect("valid");
-    let plant = SampledPlant::new(&lag, memory(), t).expect("valid");
+    let plant = HeldPlant::new(&lag, memory(), t).expect("valid");
     let alone = p(1.0);
     let of = |parameters: ControllerParameters| {
-        SampledLoop::new(parameters, memory(), &plant).expect("valid")
+        SampledControlLoop::new(parameters, memory(), &plant).expect("valid")
     };
     for (parameters, runs) in one_of_each(t) {
         let verdict = of(parameters).verdict();
@@ -234,7 +234,7 @@ fn the_curve_of_the_verdict_is_the_controller_that_runs() {
 
 #[test]
 fn a_plant_has_one_verdict_in_notation_and_as_matrices() {
-    let memory = Memory::new(Rule::Bdf2, 1e-6, 100.0).expect("is right");
+    let memory = PowerMemory::new(Rule::Bdf2, 1e-6, 100.0).expect("is right");
     // Plant, its pole, T; the held loop turns unstable at a gain of (1 + e^(pT))/(e^(pT) − 1)·|p|.
     for (text, pole, t) in [
         ("1/(s-1)", 1.0, 1e-3),
@@ -245,11 +245,12 @@ fn a_plant_has_one_verdict_in_notation_and_as_matrices() {
         let limit = pole * (1.0 + e) / (e - 1.0);
         let matrices = Plant::state_space(states([[pole]], [1.0], [1.0]), 0.0);
         for plant in [plant(text), matrices.expect("is right")] {
-            let sampled = SampledPlant::new(&plant, memory, Seconds(t)).expect("samples");
+            let sampled = HeldPlant::new(&plant, memory, Seconds(t)).expect("samples");
             assert!(sampled.is_exact());
             for (share, stable) in [(0.99, true), (1.01, false)] {
                 let gain = p(share * limit);
-                let closed = SampledLoop::new(gain.into(), memory, &sampled).expect("is right");
+                let closed =
+                    SampledControlLoop::new(gain.into(), memory, &sampled).expect("is right");
                 assert_eq!(
                     closed.verdict().stable,
                     stable,

@@ -3,8 +3,8 @@
 use fracdiff::portable::ListError;
 use fracdiff::{Scheme, Seconds};
 use fractional_control::{
-    Controller, ControllerForm, ControllerList, ControllerPart, ControllerSetup, CroneParameters,
-    FractionalPid, LeadController, LeadLagParameters, PidParameters, PortableController, SetPoint,
+    Controller, ControllerList, ControllerSetup, CroneParameters, FractionalPid, LeadController,
+    LeadLagParameters, PidParameters, PortableController, PortableForm, PortablePart, SetPoint,
     TidParameters,
 };
 
@@ -24,7 +24,7 @@ const CRONE: CroneParameters = CroneParameters {
     high_rad_s: 30.0,
 };
 
-fn listed(setup: &ControllerSetup) -> (ControllerForm, Vec<ControllerPart>, Vec<f32>) {
+fn listed(setup: &ControllerSetup) -> (PortableForm, Vec<PortablePart>, Vec<f32>) {
     ControllerList::new(setup).expect("a list").portable()
 }
 
@@ -122,7 +122,7 @@ fn a_controller_from_its_list_has_the_same_bits() {
 fn a_list_that_is_none_is_refused() {
     for setup in [ControllerSetup::new(PID, T), ControllerSetup::new(CRONE, T)] {
         let (form, parts, values) = listed(&setup);
-        let new = |form, parts: &[ControllerPart], values: &[f32]| {
+        let new = |form, parts: &[PortablePart], values: &[f32]| {
             PortableController::<f32>::new(form, parts, values, [-1.0, 1.0]).map(|_| ())
         };
         assert_eq!(new(form, &parts, &values), Ok(()));
@@ -130,15 +130,15 @@ fn a_list_that_is_none_is_refused() {
         assert!(count(new(form, &parts, &values[1..])));
         assert!(count(new(
             form,
-            &[&parts[..], &[ControllerPart::default(); 2]].concat(),
+            &[&parts[..], &[PortablePart::default(); 2]].concat(),
             &values
         )));
         assert!(count(new(
-            ControllerForm::Lead { sections: 3 },
+            PortableForm::Lead { sections: 3 },
             &[],
             &values[..4]
         )));
-        assert!(count(new(ControllerForm::Parallel, &[], &values[..1])));
+        assert!(count(new(PortableForm::Parallel, &[], &values[..1])));
         for (at, _) in values.iter().enumerate() {
             let mut bad = values.clone();
             bad[at] = f32::NAN;

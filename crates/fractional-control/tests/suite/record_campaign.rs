@@ -10,7 +10,7 @@ use fractional_control::model_search::{
 };
 use fractional_control::num_complex::Complex;
 use fractional_control::{
-    DeadTime, FractionalTransferFunction, Record, Start, identify_coefficients,
+    DeadTime, FractionalTransferFunction, InputOutputRecord, StartState, identify_coefficients,
 };
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -380,14 +380,14 @@ fn by_the_truth(case: &Case, record: &InputOutput) -> f64 {
     let Some(function) = case.function.filter(|_| case.direct == 0.0) else {
         return case.delay;
     };
-    let record = Record {
+    let record = InputOutputRecord {
         sample_time: Seconds(T),
         time_s: &[],
         input: &record.input,
         output: &record.output,
         held: true,
         dead_time: DeadTime::From(Seconds(case.delay * T)),
-        start: Start::Rest,
+        start: StartState::Rest,
         noise: Autoregression::WHITE,
     };
     let found = identify_coefficients(&function, &record).expect("the truth fits");

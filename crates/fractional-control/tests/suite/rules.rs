@@ -3,28 +3,33 @@
 use crate::fixture::{of_impulse_response, p};
 use core::f64::consts::PI;
 use fracdiff::Seconds;
-use fractional_control::{Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
+use fractional_control::{HeldPlant, PidParameters, Plant, PowerMemory, Rule, SampledControlLoop};
 use num_complex::Complex;
 
 /// A gain on a plant of 1 s a sample.
-fn closed(plant: &str, gain: f64) -> SampledLoop {
+fn closed(plant: &str, gain: f64) -> SampledControlLoop {
     sampled(plant, p(gain), Rule::Bdf2, Seconds(1.0))
 }
 
-fn sampled(plant: &str, gains: PidParameters, rule: Rule, sample_time: Seconds) -> SampledLoop {
-    let memory = Memory::new(rule, 1e-9, 1e6 * sample_time.0).expect("valid");
+fn sampled(
+    plant: &str,
+    gains: PidParameters,
+    rule: Rule,
+    sample_time: Seconds,
+) -> SampledControlLoop {
+    let memory = PowerMemory::new(rule, 1e-9, 1e6 * sample_time.0).expect("valid");
     let plant: Plant = plant.parse().expect("valid");
-    let plant = SampledPlant::new(&plant, memory, sample_time).expect("runs");
-    SampledLoop::new(gains.into(), memory, &plant).expect("valid")
+    let plant = HeldPlant::new(&plant, memory, sample_time).expect("runs");
+    SampledControlLoop::new(gains.into(), memory, &plant).expect("valid")
 }
 
 /// The loop of the plant itself.
-fn truth(own: &SampledLoop) -> SampledLoop {
+fn truth(own: &SampledControlLoop) -> SampledControlLoop {
     own.of_plant().expect("a rule")
 }
 
 /// The gain above 1 at which that is lost.
-fn lost_at(own: &SampledLoop) -> f64 {
+fn lost_at(own: &SampledControlLoop) -> f64 {
     truth(own).margins().gain_up.expect("ends").value
 }
 
@@ -133,7 +138,7 @@ fn pushed_apart(omega: f64, gain: f64) -> f64 {
 }
 
 /// A gain on a plant of 0.1 s a sample.
-fn swinging(plant: &str, gain: f64, rule: Rule) -> SampledLoop {
+fn swinging(plant: &str, gain: f64, rule: Rule) -> SampledControlLoop {
     sampled(plant, p(gain), rule, Seconds(0.1))
 }
 

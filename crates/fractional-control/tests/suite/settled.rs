@@ -3,14 +3,14 @@
 use fracdiff::{Real, Seconds};
 use fractional_control::{
     Actuator, Controller, ControllerList, ControllerSetup, CroneParameters, FractionalPid,
-    FunctionController, LeadController, MISSED_MOST, Memory, Mode, PidParameters,
-    PortableController, Rule, SetPoint, Station, TidParameters,
+    FunctionController, LeadController, MISSED_MOST, Mode, PidParameters, PortableController,
+    PowerMemory, Rule, SetPoint, Station, TidParameters,
 };
 
 const T: Seconds = Seconds(1e-2);
 
-fn memory(rule: Rule) -> Memory {
-    Memory::new(rule, 1e-7, 200.0).expect("valid")
+fn memory(rule: Rule) -> PowerMemory {
+    PowerMemory::new(rule, 1e-7, 200.0).expect("valid")
 }
 
 fn pid<F: Real>(text: &str, set_point: SetPoint, rule: Rule) -> FractionalPid<F, 64> {
@@ -195,7 +195,7 @@ fn functions_of_the_error_settle_at_their_gain_or_are_refused() {
 fn starts_as_its_list<C: Controller<f32>>(
     law: impl Into<fractional_control::ControllerParameters>,
     weights: SetPoint,
-    made: impl FnOnce(Actuator, Memory) -> Result<C, fractional_control::ControlError>,
+    made: impl FnOnce(Actuator, PowerMemory) -> Result<C, fractional_control::ControlError>,
 ) {
     let setup = ControllerSetup {
         set_point: weights,

@@ -6,7 +6,7 @@ use fracdiff::Seconds;
 use fractional_control::model_search::{
     Found, InputOutput, Wanted, candidates, find_start, identify,
 };
-use fractional_control::{Plant, SampledPlant, Start};
+use fractional_control::{HeldPlant, Plant, StartState};
 use rayon::prelude::*;
 use testkit::{Random, assert_close, assert_relative};
 
@@ -63,7 +63,7 @@ fn assert_printed_is_fitted(found: &[Found], record: &InputOutput) {
         if terms.any(|term| term.order.fract() != 0.0) || above.degree() >= below.degree() {
             continue;
         }
-        let sampled = SampledPlant::with_usual_memory(&plant, t).expect("it runs");
+        let sampled = HeldPlant::with_usual_memory(&plant, t).expect("it runs");
         let mut state = sampled.at_rest();
         let shown = record.input.iter().zip(&own.model);
         let most = record
@@ -96,7 +96,7 @@ fn a_heater_from_room_temperature_is_a_lag_that_comes_to_rest() {
         });
         let mut record = record(t, vec![50.0; 61], output.collect());
         find_start(&mut record, true, None);
-        assert_eq!(record.start, Start::Offset);
+        assert_eq!(record.start, StartState::Offset);
         let found = found(&record);
         assert_printed_is_fitted(&found, &record);
         let best = &found[0].identified;
@@ -202,7 +202,7 @@ fn a_plant_that_had_settled_gives_the_input_before_its_record() {
         let output = output.iter().map(|y| 40.0 + y + noise(&mut random, 0.01));
         let mut record = record(0.1, input, output.collect());
         find_start(&mut record, true, None);
-        assert_eq!(record.start, Start::Settled);
+        assert_eq!(record.start, StartState::Settled);
         let found = found(&record);
         assert_printed_is_fitted(&found, &record);
         let best = &found[0].identified;
@@ -226,7 +226,7 @@ fn a_record_that_begins_at_rest_has_no_offset() {
     for deviation in [0.0, 0.01] {
         let mut record = record(0.05, vec![1.0; 200], output(deviation));
         find_start(&mut record, true, None);
-        assert_eq!(record.start, Start::Rest);
+        assert_eq!(record.start, StartState::Rest);
     }
 }
 

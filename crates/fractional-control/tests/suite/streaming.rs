@@ -6,14 +6,14 @@ use core::f64::consts::PI;
 use fracdiff::{Differintegrator, FrequencyResponse, Seconds};
 use fractional_control::num_complex::Complex;
 use fractional_control::{
-    FractionalTransferFunction, Memory, Rule, SampledTransferFunction, StateSpace,
+    FractionalTransferFunction, PowerMemory, Rule, SampledTransferFunction, StateSpace,
     impulse_response, step_response,
 };
 use nalgebra::{DMatrix, DVector, RowDVector};
 use testkit::assert_close;
 
-fn memory(rule: Rule, tolerance: f64) -> Memory {
-    Memory::new(rule, tolerance, 12.0)
+fn memory(rule: Rule, tolerance: f64) -> PowerMemory {
+    PowerMemory::new(rule, tolerance, 12.0)
         .expect("valid")
         .fewest_modes()
 }
@@ -77,7 +77,7 @@ fn random_functions_converge_with_orders_one_and_two() {
 
 #[test]
 fn the_sampled_response_is_that_of_the_impulse_response() {
-    let memory = Memory::new(Rule::Bdf2, 1e-9, 100.0).expect("valid");
+    let memory = PowerMemory::new(Rule::Bdf2, 1e-9, 100.0).expect("valid");
     for text in [
         "1/(s^1.5+2s+1)",
         "(s^0.5+2)/(0.3s^2.2+s^1.7+1)",
@@ -109,7 +109,7 @@ fn the_sampled_response_is_that_of_the_impulse_response() {
 
 #[test]
 fn single_precision_neither_drifts_nor_cancels() {
-    let memory = Memory::new(Rule::Bdf2, 1e-6, 200.0).expect("valid");
+    let memory = PowerMemory::new(Rule::Bdf2, 1e-6, 200.0).expect("valid");
     for text in [
         "1/(0.8s^2.2+0.5s^0.9+1)",
         "1/(s^3+2s^2+2s+1)",

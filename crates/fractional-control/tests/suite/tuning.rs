@@ -5,7 +5,7 @@ use fracdiff::Seconds;
 use fractional_control::tuning::{
     Bound, Sampling, Specification, Tuned, WishName, tune, tune_integer,
 };
-use fractional_control::{Memory, Plant, Rule, SampledLoop, SampledPlant};
+use fractional_control::{HeldPlant, Plant, PowerMemory, Rule, SampledControlLoop};
 use testkit::{assert_close, assert_relative};
 
 /// Plant, crossover in rad/s, margin in degrees: 20 of first order with dead time, 15 of second order, 15 fractional.
@@ -117,10 +117,11 @@ fn the_sampled_loop_that_was_tuned_is_certified_stable_and_has_its_margin() {
         };
         let tuned = tune(&plant, Some(sampling), &Specification::new(omega, 1.0)).expect("tuned");
         assert!(tuned.unmet.is_empty(), "{:?}", tuned.unmet);
-        let memory = Memory::new(Rule::Grunwald, 1e-6, 50.0).expect("valid");
-        let second = Memory::new(Rule::Bdf2, 1e-6, 50.0).expect("valid");
-        let sampled = SampledPlant::new(&plant, second, t).expect("valid");
-        let closed = SampledLoop::new(tuned.parameters.into(), memory, &sampled).expect("valid");
+        let memory = PowerMemory::new(Rule::Grunwald, 1e-6, 50.0).expect("valid");
+        let second = PowerMemory::new(Rule::Bdf2, 1e-6, 50.0).expect("valid");
+        let sampled = HeldPlant::new(&plant, second, t).expect("valid");
+        let closed =
+            SampledControlLoop::new(tuned.parameters.into(), memory, &sampled).expect("valid");
         assert!(closed.verdict().stable);
         // What the plant folds back from above half the sample rate is not in the design.
         let open = closed.open(omega * t.0);
@@ -294,9 +295,10 @@ fn a_plant_that_falls_slowly_is_judged_with_its_aliases() {
         tune_integer(&plant, Some(sampling), &wishes),
     ] {
         let tuned = tuned.expect("tuned");
-        let memory = Memory::new(Rule::Bdf2, 1e-6, 100.0).expect("valid");
-        let sampled = SampledPlant::new(&plant, memory, sample_time).expect("valid");
-        let closed = SampledLoop::new(tuned.parameters.into(), memory, &sampled).expect("valid");
+        let memory = PowerMemory::new(Rule::Bdf2, 1e-6, 100.0).expect("valid");
+        let sampled = HeldPlant::new(&plant, memory, sample_time).expect("valid");
+        let closed =
+            SampledControlLoop::new(tuned.parameters.into(), memory, &sampled).expect("valid");
         assert!(tuned.measures.stable && closed.verdict().stable);
         let least = closed.margins().phase.expect("a crossover").value;
         // Another crossover with less margin is told.
@@ -328,9 +330,10 @@ fn a_design_holds_where_a_fast_lag_is_a_dead_time() {
         assert!(tuned.measures.stable_with_dead_time, "{lags}");
         for text in [lags, late] {
             let plant: Plant = text.parse().expect("valid");
-            let memory = Memory::new(Rule::Bdf2, 1e-6, 2000.0 * t).expect("valid");
-            let plant = SampledPlant::new(&plant, memory, Seconds(t)).expect("valid");
-            let own = SampledLoop::new(tuned.parameters.into(), memory, &plant).expect("valid");
+            let memory = PowerMemory::new(Rule::Bdf2, 1e-6, 2000.0 * t).expect("valid");
+            let plant = HeldPlant::new(&plant, memory, Seconds(t)).expect("valid");
+            let own =
+                SampledControlLoop::new(tuned.parameters.into(), memory, &plant).expect("valid");
             assert!(own.verdict().stable, "{text}: {:?}", tuned.parameters);
         }
     }

@@ -4,11 +4,11 @@ use crate::fixture::{every, not_flat, p, pi, states};
 use fracdiff::Seconds;
 use fractional_control::tuning::{Sampling, Specification, tune, tune_integer};
 use fractional_control::{
-    FractionalTransferFunction, Memory, PidParameters, Plant, Rule, SampledLoop,
+    FractionalTransferFunction, PidParameters, Plant, PowerMemory, Rule, SampledControlLoop,
 };
 
-fn closed(gains: PidParameters, plant: &Plant, t: Seconds) -> SampledLoop {
-    let memory = Memory::new(Rule::Bdf2, 1e-6, 1e5 * t.0).expect("valid");
+fn closed(gains: PidParameters, plant: &Plant, t: Seconds) -> SampledControlLoop {
+    let memory = PowerMemory::new(Rule::Bdf2, 1e-6, 1e5 * t.0).expect("valid");
     crate::fixture::closed(gains, plant, memory, t.0)
 }
 

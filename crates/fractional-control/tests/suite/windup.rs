@@ -3,12 +3,12 @@
 use crate::fixture::Draw;
 use fracdiff::{Real, Seconds};
 use fractional_control::{
-    Actuator, Controller, FractionalPid, Memory, PidParameters, Plant, Rule, SampledLoop,
-    SampledPlant, SetPoint, simulate,
+    Actuator, Controller, FractionalPid, HeldPlant, PidParameters, Plant, PowerMemory, Rule,
+    SampledControlLoop, SetPoint, simulate,
 };
 
 /// The overshoot where the command is cut without the knowledge of the controller: the history winds up.
-fn wound_up(pid: &FractionalPid<f64, 64>, plant: &SampledPlant, high: f64) -> f64 {
+fn wound_up(pid: &FractionalPid<f64, 64>, plant: &HeldPlant, high: f64) -> f64 {
     let (mut history, mut state, mut most) = (pid.at_rest(), plant.at_rest(), 1.0_f64);
     for _ in 0..6000 {
         let y = plant.past(&state);
@@ -24,7 +24,7 @@ fn wound_up(pid: &FractionalPid<f64, 64>, plant: &SampledPlant, high: f64) -> f6
 fn a_saturated_step_overshoots_no_more_than_an_unlimited_one() {
     let (t, memory) = (
         Seconds(0.01),
-        Memory::new(Rule::Grunwald, 1e-6, 60.0).expect("valid"),
+        PowerMemory::new(Rule::Grunwald, 1e-6, 60.0).expect("valid"),
     );
     let gains =
         |proportional, integral, integral_order, derivative, derivative_order| PidParameters {
@@ -47,7 +47,7 @@ fn a_saturated_step_overshoots_no_more_than_an_unlimited_one() {
     ] {
         let plant_text = plant;
         let plant: Plant = plant.parse().expect("valid");
-        let plant = SampledPlant::new(&plant, memory, t).expect("valid");
+        let plant = HeldPlant::new(&plant, memory, t).expect("valid");
         let make = |actuator| {
             FractionalPid::<f64, 64>::new(gains, SetPoint::DEFAULT, actuator, memory, t)
                 .expect("valid")
@@ -82,7 +82,7 @@ fn noisy_mean<F: Real>(
 ) -> f64 {
     let (t, memory) = (
         Seconds(1e-3),
-        Memory::new(Rule::Bdf2, 1e-6, 60.0).expect("valid"),
+        PowerMemory::new(Rule::Bdf2, 1e-6, 60.0).expect("valid"),
     );
     let actuator = Actuator::new(-1.0, 1.0).expect("valid");
     let pid = FractionalPid::<F, 64>::new(gains, set_point, actuator, memory, t).expect("valid");
@@ -133,10 +133,10 @@ fn gains_of_opposite_signs_neither_latch_nor_blow_up() {
         let gains: PidParameters = text.parse().expect("a controller");
         let (t, memory) = (
             Seconds(t),
-            Memory::new(Rule::Bdf2, 1e-6, 60.0).expect("valid"),
+            PowerMemory::new(Rule::Bdf2, 1e-6, 60.0).expect("valid"),
         );
         let plant: Plant = "1/(s+1)".parse().expect("valid");
-        let plant = SampledPlant::new(&plant, memory, t).expect("valid");
+        let plant = HeldPlant::new(&plant, memory, t).expect("valid");
         let actuator = Actuator::new(-1.0, 1.0).expect("valid");
         let pid = FractionalPid::<f64, 64>::new(gains, SetPoint::DEFAULT, actuator, memory, t);
         let run = simulate(&pid.expect("valid"), &plant, |_| reference, 6000);
@@ -171,7 +171,7 @@ const DRIVES: [Drive; 12] = [
 /// A design whose loop is stable with a margin and comes to its reference where nothing limits it.
 struct Design {
     text: String,
-    plant: SampledPlant,
+    plant: HeldPlant,
     gains: PidParameters,
     set_point: SetPoint,
     crossover_rad_s: f64,
@@ -183,7 +183,7 @@ struct Design {
 fn drawn(draw: &mut Draw) -> Option<Design> {
     let (t, memory) = (
         Seconds(STEP),
-        Memory::new(Rule::Bdf2, 1e-5, 200.0).expect("valid"),
+        PowerMemory::new(Rule::Bdf2, 1e-5, 200.0).expect("valid"),
     );
     let (gain, lag, late) = (
         draw.scale(0.3, 3.0),
@@ -227,8 +227,8 @@ fn drawn(draw: &mut Draw) -> Option<Design> {
         derivative: [0.0, 0.0, 1.0][draw.from(0.0, 3.0) as usize],
     };
     let (limit, share) = (draw.from(1.3, 3.0) / gain, draw.from(0.01, 0.25));
-    let plant = SampledPlant::new(&text.parse().expect("a plant"), memory, t).expect("runs");
-    let closed = SampledLoop::new(gains.into(), memory, &plant).expect("a loop");
+    let plant = HeldPlant::new(&text.parse().expect("a plant"), memory, t).expect("runs");
+    let closed = SampledControlLoop::new(gains.into(), memory, &plant).expect("a loop");
     let margins = closed.verdict().stable.then(|| closed.margins())?;
     let crossover_rad_s = margins.phase?.omega_rad_s;
     if margins.sensitivity.value > 2.5 || !(0.3..10.0).contains(&crossover_rad_s) {
@@ -267,7 +267,7 @@ fn noise_gain(pid: &FractionalPid<f64, 64>) -> f64 {
 
 impl Design {
     fn pid<F: Real>(&self) -> FractionalPid<F, 64> {
-        let memory = Memory::new(Rule::Bdf2, 1e-5, 200.0).expect("valid");
+        let memory = PowerMemory::new(Rule::Bdf2, 1e-5, 200.0).expect("valid");
         let actuator = Actuator::new(-self.limit, self.limit).expect("valid");
         let pid = FractionalPid::new(self.gains, self.set_point, actuator, memory, Seconds(STEP));
         pid.expect("valid")

@@ -229,7 +229,7 @@ fn a_coupler_before_a_rigid_object_is_a_wall() {
     ] {
         let coupler = exact(1.0, damper, spring);
         let coupled = CoupledLoop::new(&device, &coupler, &rigid, &operator).expect("valid");
-        let wall = haptic_analysis::Environment {
+        let wall = haptic_analysis::SampledWall {
             stiffness_n_per_m: spring,
             dissipation_n_s_mu_per_m: damper,
             order: order(1.0),

@@ -1,6 +1,6 @@
 //! Delay margins against verdicts on the same loop with other delays, of any part of a sample.
 
-use haptic_analysis::{Dynamics, Environment, ForcePath, LoopOperator, SampledLoop, SampledPlant};
+use haptic_analysis::{Dynamics, ForcePath, LoopOperator, SampledLoop, SampledPlant, SampledWall};
 use std::f64::consts::PI;
 use testkit::Random;
 use testkit::operator::{operator, order};
@@ -11,7 +11,7 @@ const LATE: f64 = 1000.0;
 /// A wall on a device, judged with more delay, in samples.
 struct Subject<'a> {
     device: Dynamics,
-    wall: Environment,
+    wall: SampledWall,
     operator: &'a LoopOperator,
 }
 
@@ -65,7 +65,7 @@ fn a_hold_that_switches_inside_a_sample_has_its_own_margin() {
     let operator = operator("exact", 1.0);
     let subject = Subject {
         device: Dynamics::ideal(0.018, 3.5),
-        wall: Environment {
+        wall: SampledWall {
             stiffness_n_per_m: 1850.0,
             dissipation_n_s_mu_per_m: 20.0,
             order: order(1.0),
@@ -103,7 +103,7 @@ fn random_walls_are_stable_up_to_their_delay_margin_and_not_beyond() {
                 delay_s: t * if_so(case % 3 == 2, random.between(0.0, 2.0)),
                 current_lag_s: t * if_so(case % 5 == 0, random.between(0.0, 2.0)),
             },
-            wall: Environment {
+            wall: SampledWall {
                 stiffness_n_per_m: softer * random.between(100.0, 5000.0),
                 dissipation_n_s_mu_per_m: beta * mass_kg * t.powf(mu - 2.0),
                 order: order(mu),

@@ -3,7 +3,7 @@
 
 use fracdiff::Order;
 use haptic_analysis::{
-    Dynamics, Environment, ForcePath, SampledLoop, SampledPlant, StabilityRegion,
+    Dynamics, ForcePath, SampledLoop, SampledPlant, SampledWall, StabilityRegion,
 };
 use num_complex::Complex;
 use std::f64::consts::PI;
@@ -285,7 +285,7 @@ fn margins_behind_delay_and_lag_are_where_verdicts_change() {
             delay_s: t * random.between(0.0, 3.0),
             current_lag_s: t * random.between(0.0, 3.0),
         };
-        let wall = |gain: f64| Environment {
+        let wall = |gain: f64| SampledWall {
             stiffness_n_per_m: gain * 1500.0,
             dissipation_n_s_mu_per_m: gain * 20.0 * t.powf(order.get() - 1.0),
             order,

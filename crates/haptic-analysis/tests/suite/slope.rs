@@ -3,7 +3,7 @@
 use fracdiff::{Channel, Scheme, Seconds};
 use haptic_analysis::num_complex::Complex;
 use haptic_analysis::{
-    Dynamics, Environment, ForcePath, LoopOperator, SampledLoop, SampledPlant, SlopeLimit,
+    Dynamics, ForcePath, LoopOperator, SampledLoop, SampledPlant, SampledWall, SlopeLimit,
 };
 use nalgebra::Vector1;
 use std::f64::consts::PI;
@@ -17,7 +17,7 @@ const SCHEME: &str = "full:1e-6";
 /// A loop drawn at random: device with delay, lag and perhaps a hand, and a wall of any order.
 struct Drawn {
     device: Dynamics,
-    wall: Environment,
+    wall: SampledWall,
     operator: LoopOperator,
 }
 
@@ -32,7 +32,7 @@ impl Drawn {
             delay_s: 1e-3 * random.or_nothing(3.0),
             current_lag_s: 1e-3 * random.or_nothing(2.0),
         };
-        let wall = Environment {
+        let wall = SampledWall {
             stiffness_n_per_m: stiffness,
             dissipation_n_s_mu_per_m: stiffness * random.log_between(1e-3, 1.0),
             order: order(mu),
@@ -202,7 +202,7 @@ fn the_multiplier_keeps_its_promise_at_angles_that_the_proof_did_not_see() {
 fn the_linear_limit_is_where_the_verdict_turns() {
     for (drawn, limit) in drawn(10, 40) {
         let closed = |k: f64| {
-            let wall = Environment {
+            let wall = SampledWall {
                 stiffness_n_per_m: k * limit.linear * drawn.wall.stiffness_n_per_m,
                 dissipation_n_s_mu_per_m: k * limit.linear * drawn.wall.dissipation_n_s_mu_per_m,
                 ..drawn.wall

@@ -1,7 +1,7 @@
 //! The feel of the environment and the closed loop, against the definitions and their limits.
 
 use fracdiff::{ExactDifference, MuirPolynomial, Order, Seconds};
-use haptic_analysis::{ClosedLoop, Effective, Environment, ForcePath};
+use haptic_analysis::{ClosedLoop, Effective, ForcePath, SampledWall};
 use num_complex::Complex;
 use proptest::prelude::*;
 use std::f64::consts::PI;
@@ -13,7 +13,7 @@ fn figure_6_2(mu: f64) -> ClosedLoop {
     ClosedLoop {
         mass_kg: 0.65,
         damping_n_s_per_m: 3.5,
-        environment: Environment {
+        environment: SampledWall {
             stiffness_n_per_m: 50.0,
             dissipation_n_s_mu_per_m: 1.0,
             order: order(mu),
@@ -33,7 +33,7 @@ fn the_environment_is_the_closed_form_of_the_exact_operator() {
     // Figure 3.4: K = 10 N/mm, B = 0.1 N·s^μ/mm, T = 1 ms, with the T^(−μ) the dissertation drops.
     let (k, b, t) = (1e4, 100.0, 1e-3);
     for mu in [-0.5, 0.0, 0.5, 1.0, 1.5, 2.0] {
-        let environment = Environment {
+        let environment = SampledWall {
             stiffness_n_per_m: k,
             dissipation_n_s_mu_per_m: b,
             order: order(mu),
@@ -67,7 +67,7 @@ fn a_muir_environment_shows_its_false_spring_at_rest() {
     // P(1) = (1−μ)(3−μ)/3: B·T^(−μ) times that is felt as stiffness, negative between 1 and 3.
     let t = 1e-3;
     for mu in [0.5, 1.0, 1.5, 2.0] {
-        let environment = Environment {
+        let environment = SampledWall {
             stiffness_n_per_m: 0.0,
             dissipation_n_s_mu_per_m: 1.0,
             order: order(mu),
@@ -253,7 +253,7 @@ proptest! {
 #[test]
 fn any_linear_device_is_felt_as_its_impedance_says() {
     let order = Order::new(0.5).expect("in range");
-    let environment = Environment {
+    let environment = SampledWall {
         stiffness_n_per_m: 500.0,
         dissipation_n_s_mu_per_m: 3.0,
         order,

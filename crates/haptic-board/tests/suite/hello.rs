@@ -5,14 +5,14 @@ mod board;
 
 use board::{Board, NAME};
 use haptic_board::haptic_link::{
-    CoefficientBlock, Configuration, DigestBuilder, FRAME_MAX, Field, Keys, Limits, Refusal,
-    Report, Request, Scope, Simulation, SimulationKind, Start, State,
+    CoefficientBlock, Configuration, DeviceReport, DigestBuilder, FRAME_MAX, Field, Keys, Limits,
+    Refusal, Request, Scope, Simulation, SimulationKind, Start, State,
 };
 use haptic_board::haptic_loop::Fault;
 use haptic_board::haptic_remote::{Conversation, Exclusive as _, Incoming};
 use haptic_board::{
-    Image, Line, MainLoop, Place, Queue, RetainedMemory, Shared, TickTimer, Ticker, Watchdog,
-    power_up,
+    DeviceMemory, HostLine, Image, MainLoop, Queue, RetainedMemory, Shared, TickTimer, Ticker,
+    Watchdog, power_up,
 };
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
@@ -48,7 +48,7 @@ struct Wire {
     room: Cell<usize>,
 }
 
-impl Line for &Wire {
+impl HostLine for &Wire {
     fn receive(&mut self) -> Option<u8> {
         self.to_device.pop()
     }
@@ -97,7 +97,7 @@ struct World {
 impl World {
     fn new(retained: &'static RetainedMemory) -> Self {
         let known = retained.take();
-        let place = Box::leak(Box::new(Place::new()));
+        let place = Box::leak(Box::new(DeviceMemory::new()));
         let board = Board::new(|| 0);
         let (device, session) = power_up(place, board, IMAGE.version(), known).expect("a board");
         session.set_image_digest(IMAGE.digest());
@@ -138,7 +138,7 @@ impl World {
         let bytes: Vec<u8> = self.wire.to_host.borrow_mut().drain(..).collect();
         for byte in bytes {
             match self.host.receive(byte, self.now_us) {
-                Some(Incoming::Told(Report::Sample(sample))) => {
+                Some(Incoming::Told(DeviceReport::Sample(sample))) => {
                     self.samples.push((sample.tick, sample.axes[0].force_n));
                 }
                 Some(Incoming::Told(_)) | None => {}
@@ -163,7 +163,7 @@ impl World {
         let name = request.name();
         let answer = self.ask(request);
         assert!(
-            matches!(answer, Incoming::Answer(Report::Ack(_))),
+            matches!(answer, Incoming::Answer(DeviceReport::Ack(_))),
             "{name}: {answer:?}"
         );
     }
@@ -202,15 +202,15 @@ fn configuration() -> Configuration {
 fn the_template_says_hello_and_what_it_is() {
     let mut world = World::fresh();
     let answer = world.ask(Request::Hello { nonce: 5 });
-    let Incoming::Answer(Report::Hello(hello)) = answer else {
+    let Incoming::Answer(DeviceReport::Hello(hello)) = answer else {
         panic!("{answer:?}");
     };
     assert_eq!((hello.nonce, hello.firmware, hello.boot), (5, [1, 2, 3], 1));
     assert_eq!((hello.status.state, hello.status.fault), (State::Idle, 0));
     let keys = world.ask(Request::GetKeys);
-    assert_eq!(keys, Incoming::Answer(Report::Keys(Keys::current())));
+    assert_eq!(keys, Incoming::Answer(DeviceReport::Keys(Keys::current())));
     let answer = world.ask(Request::GetCapabilities);
-    let Incoming::Answer(Report::Capabilities(mine)) = answer else {
+    let Incoming::Answer(DeviceReport::Capabilities(mine)) = answer else {
         panic!("{answer:?}");
     };
     assert_eq!((mine.board(), mine.axes, mine.simulated), (NAME, 1, false));
@@ -229,7 +229,7 @@ fn it_runs_as_asked_and_the_timer_follows_the_configuration() {
         ..configuration()
     };
     let committed = world.configure(faster);
-    assert!(matches!(committed, Incoming::Answer(Report::Ack(_))));
+    assert!(matches!(committed, Incoming::Answer(DeviceReport::Ack(_))));
     world.tick();
     assert_eq!(world.period_us.get(), 500);
     world.done(Request::Arm { faults: 0 });
@@ -309,9 +309,10 @@ fn nothing_is_read_without_room_for_the_answer_and_lost_bytes_are_counted() {
     let answer = world.hear();
     assert!(matches!(
         answer,
-        Some(Incoming::Answer(Report::Capabilities(_)))
+        Some(Incoming::Answer(DeviceReport::Capabilities(_)))
     ));
-    let Incoming::Answer(Report::Statistics(counters)) = world.ask(Request::GetStatistics) else {
+    let Incoming::Answer(DeviceReport::Statistics(counters)) = world.ask(Request::GetStatistics)
+    else {
         panic!("statistics");
     };
     assert_eq!(counters.bytes_overrun as usize, length);

@@ -1,10 +1,10 @@
 //! A bridge and its host in virtual time; what would be the line carries each byte at once, unless it is cut.
 
 use crate::allocations;
-use haptic_bridge::{Bridge, Description, Handle, LineSide, Ticker};
+use haptic_bridge::{Bridge, BridgeTicker, Description, Handle, LineSide};
 use haptic_link::{
-    CoefficientBlock, Configuration, DigestBuilder, FRAME_MAX, FaultReport, Limits, Reason,
-    Refusal, Report, Request, Scope, Start, Statistics,
+    CoefficientBlock, Configuration, DeviceReport, DigestBuilder, FRAME_MAX, FaultReport, Limits,
+    Reason, Refusal, Request, Scope, Start, Statistics,
 };
 use haptic_loop::Fault;
 use haptic_remote::{Conversation, Incoming, operator_shape};
@@ -67,7 +67,7 @@ pub(crate) fn transaction(configuration: &Configuration, values: &[f32]) -> Vec<
 }
 
 pub(crate) struct Bench {
-    pub(crate) ticker: Ticker,
+    pub(crate) ticker: BridgeTicker,
     pub(crate) line: LineSide,
     pub(crate) handle: Handle,
     pub(crate) host: Conversation,
@@ -78,7 +78,7 @@ pub(crate) struct Bench {
     pub(crate) apart_us: u64,
     pub(crate) position_m: [f64; 3],
     pub(crate) force_n: [f64; 3],
-    pub(crate) told: Vec<Report>,
+    pub(crate) told: Vec<DeviceReport>,
     /// The host hears and speaks.
     pub(crate) is_there: bool,
     hellos: u32,
@@ -142,7 +142,7 @@ impl Bench {
         self.host.set_keep_alive(None);
         self.hellos += 1;
         let nonce = self.hellos;
-        let Report::Hello(hello) = self.done(Request::Hello { nonce }) else {
+        let DeviceReport::Hello(hello) = self.done(Request::Hello { nonce }) else {
             panic!("no hello");
         };
         self.host.set_keep_alive(Some(10_000));
@@ -178,7 +178,7 @@ impl Bench {
     }
 
     /// A tick, and what the host hears and says.
-    pub(crate) fn step(&mut self) -> Option<Result<Report, Refusal>> {
+    pub(crate) fn step(&mut self) -> Option<Result<DeviceReport, Refusal>> {
         self.tick();
         self.host_us += self.apart_us;
         if !self.is_there {
@@ -210,7 +210,7 @@ impl Bench {
         answer
     }
 
-    pub(crate) fn answered(&mut self, request: Request) -> Result<Report, Refusal> {
+    pub(crate) fn answered(&mut self, request: Request) -> Result<DeviceReport, Refusal> {
         let mut frame = [0; FRAME_MAX];
         let length = self.host.ask(request, self.host_us, &mut frame);
         self.line.take(&frame[..length]);
@@ -222,7 +222,7 @@ impl Bench {
         panic!("no answer in a second of the device");
     }
 
-    pub(crate) fn done(&mut self, request: Request) -> Report {
+    pub(crate) fn done(&mut self, request: Request) -> DeviceReport {
         let name = request.name();
         self.answered(request)
             .unwrap_or_else(|refusal| panic!("{name}: {refusal:?}"))
@@ -235,7 +235,7 @@ impl Bench {
     }
 
     pub(crate) fn statistics(&mut self) -> Statistics {
-        let Report::Statistics(statistics) = self.done(Request::GetStatistics) else {
+        let DeviceReport::Statistics(statistics) = self.done(Request::GetStatistics) else {
             panic!("no statistics");
         };
         statistics
@@ -244,7 +244,7 @@ impl Bench {
     /// The host heard of a fault for this reason.
     pub(crate) fn told_of(&self, fault: Fault, reason: Reason) {
         let wanted = (fault.code(), reason);
-        let is_wanted = |told: &Report| matches!(told, Report::Fault(FaultReport { status, .. }) if (status.fault, status.reason) == wanted);
+        let is_wanted = |told: &DeviceReport| matches!(told, DeviceReport::Fault(FaultReport { status, .. }) if (status.fault, status.reason) == wanted);
         assert!(self.told.iter().any(is_wanted), "{:?}", self.told);
     }
 

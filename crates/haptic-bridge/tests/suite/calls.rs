@@ -2,7 +2,7 @@
 
 use crate::bench::{Bench, TICK_US, description};
 use haptic_bridge::{Description, Reason, Trouble};
-use haptic_link::{EventKind, Report, Request, Sample};
+use haptic_link::{DeviceReport, EventKind, Request, Sample};
 use haptic_loop::Fault;
 
 /// Forces on the device in a tick of trouble are none at once, and stay none.
@@ -55,7 +55,7 @@ fn a_sensed_force_is_in_the_sample_of_its_tick_and_in_no_other() {
         bench.steps(20);
         let samples = |bench: &Bench| -> Vec<Sample> {
             let samples = bench.told.iter().filter_map(|report| {
-                let Report::Sample(sample) = report else {
+                let DeviceReport::Sample(sample) = report else {
                     return None;
                 };
                 Some(sample.clone())
@@ -255,8 +255,7 @@ fn a_stop_brings_the_force_to_zero_and_disarms() {
     bench.handle.stop();
     bench.fades();
     assert_eq!(bench.handle.fault(), None);
-    let withdrawn =
-        |told: &Report| matches!(told, Report::Event(event) if event.kind == EventKind::Withdrawn);
+    let withdrawn = |told: &DeviceReport| matches!(told, DeviceReport::Event(event) if event.kind == EventKind::Withdrawn);
     assert_eq!(bench.told.iter().filter(|told| withdrawn(told)).count(), 1);
     bench
         .answered(Request::Start(haptic_link::Start::ENDLESS))

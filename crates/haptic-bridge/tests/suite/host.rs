@@ -4,7 +4,7 @@ use crate::bench::wall;
 use haptic_link::Start;
 use haptic_loop::Fault;
 use haptic_remote::LinkError;
-use haptic_remote::serial::{ConnectOptions, Heard, SerialLink};
+use haptic_remote::serial::{ConnectOptions, DeviceMessage, SerialLink};
 use std::time::Duration;
 
 pub(crate) struct Host {
@@ -22,7 +22,7 @@ impl Host {
     /// Hears out a run until it is over, for a reason that nobody here knows.
     pub(crate) fn over(&mut self) -> LinkError {
         loop {
-            if let Some(Heard::Over(error)) = self.link.hear(Duration::from_secs(1)) {
+            if let Some(DeviceMessage::Over(error)) = self.link.hear(Duration::from_secs(1)) {
                 return error;
             }
         }
@@ -44,14 +44,16 @@ impl Host {
         let (mut heard, mut largest_n) = (0, 0.0_f32);
         while heard < ticks && self.fault.is_none() {
             match self.link.hear(testkit::PATIENCE) {
-                Some(Heard::Sample(sample)) => {
+                Some(DeviceMessage::Sample(sample)) => {
                     heard += 1;
                     let forces = sample.axes.iter().map(|axis| axis.force_n.abs());
                     largest_n = forces.fold(largest_n, f32::max);
                 }
-                Some(Heard::Fault(report)) => self.fault = Fault::from_code(report.status.fault),
-                Some(Heard::Over(error)) => panic!("{error}"),
-                Some(Heard::Event(_)) | None => {}
+                Some(DeviceMessage::Fault(report)) => {
+                    self.fault = Fault::from_code(report.status.fault);
+                }
+                Some(DeviceMessage::Over(error)) => panic!("{error}"),
+                Some(DeviceMessage::Event(_)) | None => {}
             }
         }
         largest_n

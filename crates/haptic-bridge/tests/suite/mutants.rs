@@ -3,8 +3,8 @@
 use crate::bench::{Bench, description, transaction, wall};
 use haptic_bridge::{Reason, Trouble};
 use haptic_link::{
-    AxisWorkspace, ControllerForm, ControllerLaw, Direction, FRAME_MAX, Receiver, Report, Request,
-    Start, SurfaceKind, SurfaceShape, WorkspaceBox,
+    AxisWorkspace, ControllerForm, ControllerLaw, DeviceReport, Direction, FRAME_MAX, Receiver,
+    Request, Start, SurfaceKind, SurfaceShape, WorkspaceBox,
 };
 use testkit::Random;
 
@@ -55,9 +55,9 @@ pub(crate) fn framed(mut content: Vec<u8>) -> Vec<u8> {
 }
 
 /// Tick of the newest sample; 0 before the first.
-pub(crate) fn newest(told: &[Report]) -> u32 {
+pub(crate) fn newest(told: &[DeviceReport]) -> u32 {
     let tick = told.iter().rev().find_map(|told| {
-        let Report::Sample(sample) = told else {
+        let DeviceReport::Sample(sample) = told else {
             return None;
         };
         Some(sample.tick)
@@ -65,7 +65,7 @@ pub(crate) fn newest(told: &[Report]) -> u32 {
     tick.unwrap_or(0)
 }
 
-fn any(random: &mut Random, axes: usize, faults: u16, told: &[Report]) -> Request {
+fn any(random: &mut Random, axes: usize, faults: u16, told: &[DeviceReport]) -> Request {
     let number = |random: &mut Random| random.one_of(&[0.0_f32, 1e-3, -1.0, 5.0, 1e30, f32::NAN]);
     match random.bits() % 13 {
         0 => Request::Arm { faults },
@@ -172,7 +172,7 @@ fn campaign(rounds: u32) {
             bench.position_m = [0.01 * f64::sin(phase); 3];
             bench.step();
             for told in &bench.told {
-                if let Report::Fault(fault) = told {
+                if let DeviceReport::Fault(fault) = told {
                     faults = fault.status.faults;
                 }
             }

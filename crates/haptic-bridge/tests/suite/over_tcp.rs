@@ -5,7 +5,7 @@
 use crate::bad_input::device;
 use crate::bench::{STOP_TICKS, WATCHDOG_MS, transaction, wall};
 use haptic_bridge::*;
-use haptic_link::{FRAME_MAX, Report, Request, Start};
+use haptic_link::{DeviceReport, FRAME_MAX, Request, Start};
 use haptic_remote::{Conversation, Incoming};
 use nalgebra::Vector3;
 use std::ffi::{CStr, c_int};
@@ -105,7 +105,7 @@ impl Host {
         }
     }
 
-    fn done(&mut self, request: Request, program: &mut Program) -> Report {
+    fn done(&mut self, request: Request, program: &mut Program) -> DeviceReport {
         let mut frame = [0; FRAME_MAX];
         let length = self.conversation.ask(request.clone(), 0, &mut frame);
         self.stream.write_all(&frame[..length]).expect("is taken");

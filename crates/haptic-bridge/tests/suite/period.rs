@@ -2,7 +2,9 @@
 
 use crate::bench::{Bench, TICK_US, description, wall};
 use haptic_bridge::{Description, Reason, Trouble};
-use haptic_link::{Configuration, Limits, OperatorForm, OperatorShape, Report, Request, Start};
+use haptic_link::{
+    Configuration, DeviceReport, Limits, OperatorForm, OperatorShape, Request, Start,
+};
 use haptic_loop::Fault;
 use haptic_loop::realtime::Waiter;
 use std::time::Duration;
@@ -185,7 +187,7 @@ fn twenty_missed_samples_go_on_and_more_are_a_fault() {
 
 /// T, µs, as the device tells it: declared, and measured in ns.
 fn periods(bench: &mut Bench) -> (u32, u32) {
-    let Report::Capabilities(can) = bench.done(Request::GetCapabilities) else {
+    let DeviceReport::Capabilities(can) = bench.done(Request::GetCapabilities) else {
         panic!("no capabilities");
     };
     let statistics = bench.statistics();

@@ -2,7 +2,7 @@
 
 use crate::bench::{Bench, TICK_US, description, wall};
 use fracdiff::portable::Form;
-use haptic_link::Report;
+use haptic_link::DeviceReport;
 use haptic_loop::units::{Newtons, NewtonsPerSecond, Seconds};
 use haptic_loop::{Controller, Device, Reading, SafeForce, SafetyChain, Wall};
 use haptic_remote::DeviceOperator;
@@ -73,7 +73,7 @@ fn full_memory_pushes_as_in_a_loop_of_ones_own_and_samples_tell_it() {
         bench.step();
     }
     let samples = bench.told.iter().filter_map(|told| {
-        if let Report::Sample(sample) = told {
+        if let DeviceReport::Sample(sample) = told {
             Some(sample)
         } else {
             None

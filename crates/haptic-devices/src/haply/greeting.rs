@@ -2,7 +2,7 @@
 
 use super::hardware::Haply2Diy;
 use super::model::{HaplyName, Home};
-use super::protocol::{ANSWER_BYTES, Trouble, configuration, judged, resynchronise, torques};
+use super::protocol::{ANSWER_BYTES, HaplyTrouble, configuration, judged, resynchronise, torques};
 use haptic_loop::realtime::Moment;
 use haptic_remote::Patience;
 use haptic_remote::serial::{Line, SerialError};
@@ -56,13 +56,13 @@ pub enum HaplyOpenError {
     Line,
     /// Its first answers cannot be those of such a device.
     #[error("the first answer is not from a working 2DIY: {0}")]
-    First(Trouble),
+    First(HaplyTrouble),
     /// Its first answers, by the home of an earlier command.
     #[error(
         "with home=before the first answer is not from a working 2DIY: {0}; if the handle was not at its home then, or the board was \
          switched off since, hold it there and omit home=before"
     )]
-    FirstSinceBefore(Trouble),
+    FirstSinceBefore(HaplyTrouble),
 }
 
 impl HaplyName {
@@ -85,7 +85,7 @@ fn since(home: Home, error: HaplyOpenError) -> HaplyOpenError {
         (Home::Before, HaplyOpenError::Mute { bytes }) if bytes > 0 => {
             HaplyOpenError::NoHome { bytes }
         }
-        (Home::Before, HaplyOpenError::First(trouble)) if trouble != Trouble::Gone => {
+        (Home::Before, HaplyOpenError::First(trouble)) if trouble != HaplyTrouble::Gone => {
             HaplyOpenError::FirstSinceBefore(trouble)
         }
         (_, error) => error,
@@ -100,7 +100,7 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
     /// No answer, or one that such a device cannot give.
     pub fn greet(mut line: L, name: &HaplyName) -> Result<Self, HaplyOpenError> {
         let model = name.version.model();
-        let gone = |_| HaplyOpenError::First(Trouble::Gone);
+        let gone = |_| HaplyOpenError::First(HaplyTrouble::Gone);
         if name.home == Home::Now {
             line.write_all(&resynchronise()).map_err(gone)?;
             line.write_all(&configuration(&model)).map_err(gone)?;
@@ -115,26 +115,26 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
             let (_, seen) = seen.map_err(|error| since(name.home, error))?;
             posture = Some(seen);
         }
-        let posture = posture.ok_or(HaplyOpenError::First(Trouble::Gone))?;
+        let posture = posture.ok_or(HaplyOpenError::First(HaplyTrouble::Gone))?;
         Ok(Self::new(line, model, posture, name))
     }
 }
 
 /// Discards earlier bytes, until no more arrive.
 fn quiet(line: &mut impl Line) -> Result<(), HaplyOpenError> {
-    let gone = |_| HaplyOpenError::First(Trouble::Gone);
+    let gone = |_| HaplyOpenError::First(HaplyTrouble::Gone);
     line.set_patience(QUIET).map_err(gone)?;
     let mut bytes = [0; 64];
     let mut thrown = 0;
     while thrown < THROWN_MOST {
         match line.read(&mut bytes) {
-            Ok(0) => return Err(HaplyOpenError::First(Trouble::Gone)),
+            Ok(0) => return Err(HaplyOpenError::First(HaplyTrouble::Gone)),
             Ok(count) => thrown += count,
             Err(error) if error.kind() == ErrorKind::TimedOut => {
                 return line.set_patience(Duration::from_millis(1)).map_err(gone);
             }
             Err(error) if error.kind() == ErrorKind::Interrupted => {}
-            Err(_) => return Err(HaplyOpenError::First(Trouble::Gone)),
+            Err(_) => return Err(HaplyOpenError::First(HaplyTrouble::Gone)),
         }
     }
     Err(HaplyOpenError::Talks)
@@ -148,10 +148,10 @@ fn first_answer(line: &mut impl Line) -> Result<[u8; ANSWER_BYTES], HaplyOpenErr
     while filled < ANSWER_BYTES {
         let began = Moment::now();
         match line.read(&mut bytes[filled..]) {
-            Ok(0) => return Err(HaplyOpenError::First(Trouble::Gone)),
+            Ok(0) => return Err(HaplyOpenError::First(HaplyTrouble::Gone)),
             Ok(count) => filled += count,
             Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
-            Err(_) => return Err(HaplyOpenError::First(Trouble::Gone)),
+            Err(_) => return Err(HaplyOpenError::First(HaplyTrouble::Gone)),
         }
         // A read waits for a millisecond, and on a socket for some more.
         patience.waited(QUIET, began.elapsed());
@@ -160,7 +160,7 @@ fn first_answer(line: &mut impl Line) -> Result<[u8; ANSWER_BYTES], HaplyOpenErr
         }
     }
     if filled > ANSWER_BYTES {
-        return Err(HaplyOpenError::First(Trouble::TooMuch {
+        return Err(HaplyOpenError::First(HaplyTrouble::TooMuch {
             bytes: filled as u8,
             expected: ANSWER_BYTES as u8,
         }));

@@ -1,9 +1,9 @@
 //! The 2DIY behind the device's side of the link: with one axis, a line of its plane, or with both.
 
 use super::kinematics::Posture;
-use super::model::{HaplyName, Model, Plane, middle};
+use super::model::{HaplyModel, HaplyName, HaplyPlane, middle};
 use super::protocol::{
-    ANSWER_BYTES, TORQUE_MAX_NM, Trouble, configuration, judged, reset, resynchronise, torques,
+    ANSWER_BYTES, HaplyTrouble, TORQUE_MAX_NM, configuration, judged, reset, resynchronise, torques,
 };
 use haptic_link::Capabilities;
 use haptic_loop::{Device, Fault, Reading, SafeForce};
@@ -35,7 +35,7 @@ const DUE_MOST: u8 = 6;
 #[derive(Debug)]
 pub struct Haply2Diy<L: Line, const D: usize = 1> {
     line: L,
-    model: Model,
+    model: HaplyModel,
     period_s: f64,
     bytes: [u8; ROOM],
     filled: usize,
@@ -43,7 +43,7 @@ pub struct Haply2Diy<L: Line, const D: usize = 1> {
     due: u8,
     exchange: Exchange,
     posture: Posture,
-    trouble: Option<Trouble>,
+    trouble: Option<HaplyTrouble>,
     /// The line accepted every byte of the command to let go, for a board in trouble.
     told: bool,
     /// The command to let go was repeated to a board in trouble.
@@ -60,7 +60,7 @@ pub struct Haply2Diy<L: Line, const D: usize = 1> {
 
 impl<L: Line, const D: usize> Haply2Diy<L, D> {
     /// A device that has answered: along a line, or in the plane, x to the right and y away from the base, from the middle of the workspace.
-    pub(super) fn new(line: L, model: Model, posture: Posture, name: &HaplyName) -> Self {
+    pub(super) fn new(line: L, model: HaplyModel, posture: Posture, name: &HaplyName) -> Self {
         let (along, zero) = if D == 1 {
             let across = name.axis.across_and_along(name.zero_m);
             let along = name.axis.along();
@@ -69,7 +69,7 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
                 middle(&model) + across,
             )
         } else {
-            (SMatrix::identity(), Plane::of(model).centre())
+            (SMatrix::identity(), HaplyPlane::of(model).centre())
         };
         let mut this = Self {
             line,
@@ -94,7 +94,7 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
 
     /// The device that it was said to be.
     #[must_use]
-    pub const fn model(&self) -> &Model {
+    pub const fn model(&self) -> &HaplyModel {
         &self.model
     }
 
@@ -106,7 +106,7 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
 
     /// The trouble that ended it, if any did; its words are those of [`trouble`](ServedHardware::trouble).
     #[must_use]
-    pub const fn ended_by(&self) -> Option<Trouble> {
+    pub const fn ended_by(&self) -> Option<HaplyTrouble> {
         self.trouble
     }
 
@@ -134,23 +134,23 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
         // The answer has most of a period on its own.
         let patience = Duration::from_secs_f64(period_s) / WAITING;
         if self.line.set_patience(patience).is_err() {
-            self.fails(Trouble::Gone);
+            self.fails(HaplyTrouble::Gone);
         }
     }
 
     /// Takes in what came, and judges it.
-    fn measure(&mut self) -> Result<(), Trouble> {
+    fn measure(&mut self) -> Result<(), HaplyTrouble> {
         if let Some(trouble) = self.trouble {
             return Err(trouble);
         }
         self.hear().map_err(|trouble| self.fails(trouble))
     }
 
-    fn hear(&mut self) -> Result<(), Trouble> {
+    fn hear(&mut self) -> Result<(), HaplyTrouble> {
         self.receive()?;
         let expected = usize::from(self.due) * ANSWER_BYTES;
         if self.filled > expected {
-            return Err(Trouble::TooMuch {
+            return Err(HaplyTrouble::TooMuch {
                 bytes: self.filled as u8,
                 expected: expected as u8,
             });
@@ -161,7 +161,7 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
         if self.filled < expected {
             let ticks = self.exchange.unanswered();
             if ticks > LATE_MOST {
-                return Err(Trouble::Silent {
+                return Err(HaplyTrouble::Silent {
                     ticks,
                     bytes: self.filled as u8,
                 });
@@ -179,14 +179,14 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
     }
 
     /// Takes what is there; waits only while an answer is due and not whole.
-    fn receive(&mut self) -> Result<(), Trouble> {
+    fn receive(&mut self) -> Result<(), HaplyTrouble> {
         loop {
             match self.line.read(&mut self.bytes[self.filled..]) {
-                Ok(0) => return Err(Trouble::Gone),
+                Ok(0) => return Err(HaplyTrouble::Gone),
                 Ok(count) => self.filled += count,
                 Err(error) if error.kind() == ErrorKind::TimedOut => return Ok(()),
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(_) => return Err(Trouble::Gone),
+                Err(_) => return Err(HaplyTrouble::Gone),
             }
             if self.filled >= usize::from(self.due) * ANSWER_BYTES {
                 return Ok(());
@@ -195,7 +195,7 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
     }
 
     /// Sends the torques of a force in the plane, N, unless the board still owes an answer.
-    fn push(&mut self, force_n: Vector2<f64>) -> Result<(), Trouble> {
+    fn push(&mut self, force_n: Vector2<f64>) -> Result<(), HaplyTrouble> {
         if let Some(trouble) = self.trouble {
             return Err(trouble);
         }
@@ -206,7 +206,7 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
         let mut wanted = self.posture.torques(force_n);
         let largest = wanted.amax();
         if !largest.is_finite() {
-            return Err(self.fails(Trouble::NotFinite));
+            return Err(self.fails(HaplyTrouble::NotFinite));
         }
         if largest > TORQUE_MAX_NM {
             wanted *= TORQUE_MAX_NM / largest;
@@ -214,14 +214,14 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
         }
         let frame = torques(&self.model, [wanted.x as f32, wanted.y as f32]);
         if self.line.write_all(&frame).is_err() {
-            return Err(self.fails(Trouble::Gone));
+            return Err(self.fails(HaplyTrouble::Gone));
         }
         self.due = 1;
         Ok(())
     }
 
     /// The first trouble counts: no torque from now on.
-    fn fails(&mut self, trouble: Trouble) -> Trouble {
+    fn fails(&mut self, trouble: HaplyTrouble) -> HaplyTrouble {
         let first = *self.trouble.get_or_insert(trouble);
         self.leave();
         first
@@ -257,14 +257,14 @@ impl<L: Line, const D: usize> Device<f32, D> for Haply2Diy<L, D> {
 
     fn read(&mut self) -> Result<Reading<f32, D>, Fault> {
         // A board in trouble fails in each tick: no place is reported as measured.
-        self.measure().map_err(Trouble::fault)?;
+        self.measure().map_err(HaplyTrouble::fault)?;
         self.position_m = self.place();
         Ok(self.reading())
     }
 
     fn write(&mut self, force: SafeForce<f32, D>) -> Result<(), Fault> {
         let force_n = self.along * force.newtons().map(f64::from);
-        self.push(force_n).map_err(Trouble::fault)
+        self.push(force_n).map_err(HaplyTrouble::fault)
     }
 
     fn let_go(&mut self) {
@@ -307,12 +307,12 @@ impl<L: Line, const D: usize> Hardware<D> for Haply2Diy<L, D> {
 
     fn idle(&mut self) -> Result<Reading<f32, D>, Fault> {
         let reading = self.read()?;
-        self.push(Vector2::zeros()).map_err(Trouble::fault)?;
+        self.push(Vector2::zeros()).map_err(HaplyTrouble::fault)?;
         Ok(reading)
     }
 
     fn persisting_fault(&self) -> Option<Fault> {
-        self.trouble.map(Trouble::fault)
+        self.trouble.map(HaplyTrouble::fault)
     }
 }
 
@@ -320,7 +320,7 @@ impl<L: Line + 'static, const D: usize> ServedHardware<D> for Haply2Diy<L, D> {
     fn trouble(&self) -> Option<BoardTrouble> {
         let trouble = self.trouble?;
         // A port that is gone takes no byte.
-        let was_told = self.told && trouble != Trouble::Gone;
+        let was_told = self.told && trouble != HaplyTrouble::Gone;
         let told = match (was_told, trouble.cause()) {
             (false, _) => "the 2DIY cannot be told to let go",
             (true, TroubleCause::Gone) => {

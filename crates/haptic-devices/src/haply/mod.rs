@@ -13,9 +13,10 @@ pub use greeting::HaplyOpenError;
 pub use hardware::{FORCE_MAX_N, Haply2Diy, LATE_MOST};
 pub use kinematics::{Pantograph, Posture, Singular};
 pub use model::{
-    Axis, Direction, HaplyName, Home, Joint, Model, Plane, Unreachable, Version, counts_at,
+    Axis, BaseJoint, CountingSense, HaplyModel, HaplyName, HaplyPlane, Home, Unreachable, Version,
+    counts_at,
 };
 pub use protocol::{
-    ANSWER_BYTES, CONFIGURATION_BYTES, SPEED_MOST_M_PER_S, TORQUE_MAX_NM, TORQUES_BYTES, Trouble,
-    angles_of, answer, configuration, reset, torques,
+    ANSWER_BYTES, CONFIGURATION_BYTES, HaplyTrouble, SPEED_MOST_M_PER_S, TORQUE_MAX_NM,
+    TORQUES_BYTES, angles_of, answer, configuration, reset, torques,
 };

@@ -21,7 +21,7 @@ haptic_loop::enumerated! {
 /// Sense in which a motor or an encoder counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Direction {
+pub enum CountingSense {
     /// With the clock, 0 on the wire.
     Clockwise = 0,
     /// Against it, 1.
@@ -30,13 +30,13 @@ pub enum Direction {
 
 /// A joint at the base: a motor and an encoder at one port of the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Joint {
+pub struct BaseJoint {
     /// Port of the board, 1 to 4.
     pub port: u8,
     /// Sense in which the motor turns at a positive torque.
-    pub motor: Direction,
+    pub motor: CountingSense,
     /// Sense in which the encoder counts up.
-    pub encoder: Direction,
+    pub encoder: CountingSense,
     /// Angle of the arm when the handle is at home, degrees: the board takes it as the place where it is configured.
     pub home_deg: f32,
     /// Counts of the encoder in a turn.
@@ -45,11 +45,11 @@ pub struct Joint {
 
 /// The device of a version. Source of all numbers: the maker's Python host, `HaplyHAPI` 1.0.1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Model {
+pub struct HaplyModel {
     /// Version whose numbers these are.
     pub version: Version,
     /// The joints of both arms.
-    pub joints: [Joint; 2],
+    pub joints: [BaseJoint; 2],
     /// Lengths of the arms, from which positions and forces follow.
     pub pantograph: Pantograph,
 }
@@ -75,10 +75,10 @@ impl Version {
 
     /// The device of this version.
     #[must_use]
-    pub const fn model(self) -> Model {
-        use Direction::{Clockwise, CounterClockwise};
+    pub const fn model(self) -> HaplyModel {
+        use CountingSense::{Clockwise, CounterClockwise};
         match self {
-            Self::V2 => Model {
+            Self::V2 => HaplyModel {
                 version: self,
                 joints: [
                     joint(2, CounterClockwise, 241.0, 10_752.0),
@@ -86,7 +86,7 @@ impl Version {
                 ],
                 pantograph: arms(0.0),
             },
-            Self::V3 => Model {
+            Self::V3 => HaplyModel {
                 version: self,
                 joints: [
                     joint(2, CounterClockwise, 168.0, 4880.0),
@@ -107,8 +107,13 @@ const fn arms(base_m: f64) -> Pantograph {
     }
 }
 
-const fn joint(port: u8, direction: Direction, home_deg: f32, counts_per_turn: f32) -> Joint {
-    Joint {
+const fn joint(
+    port: u8,
+    direction: CountingSense,
+    home_deg: f32,
+    counts_per_turn: f32,
+) -> BaseJoint {
+    BaseJoint {
         port,
         motor: direction,
         encoder: direction,
@@ -123,7 +128,7 @@ pub fn counts_at(degrees: f32, counts_per_turn: f32) -> f32 {
     libm::truncf(degrees * counts_per_turn / 360.0)
 }
 
-impl Model {
+impl HaplyModel {
     /// Largest step of the hand for one count of an encoder, to first order, in the middle of the workspace, m: l·2π/n times 1.
     #[must_use]
     pub fn resolution_m(&self) -> f32 {
@@ -305,8 +310,8 @@ const SIDE_MOST_M: f64 = 0.5;
 /// The plane of a device, with positions measured from the middle of the workspace: x along the
 /// base to the right, y away from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plane {
-    model: Model,
+pub struct HaplyPlane {
+    model: HaplyModel,
 }
 
 /// A box that the handle cannot fill.
@@ -342,17 +347,17 @@ pub enum Unreachable {
 }
 
 /// The middle between the arms at the base, m.
-pub(super) fn middle(model: &Model) -> Vector2<f64> {
+pub(super) fn middle(model: &HaplyModel) -> Vector2<f64> {
     Vector2::new(0.5 * model.pantograph.base_m, 0.0)
 }
 
-impl Plane {
+impl HaplyPlane {
     /// Lowest and highest position between which both motors reach the largest force, m.
     pub const HANDY_M: ([f64; 2], [f64; 2]) = ([-0.05, -0.05], [0.05, 0.04]);
 
     /// The plane in which a device of this model moves.
     #[must_use]
-    pub const fn of(model: Model) -> Self {
+    pub const fn of(model: HaplyModel) -> Self {
         Self { model }
     }
 

@@ -12,7 +12,7 @@
 //! waits for its rest, and a configuration takes the present place as home.
 
 use super::kinematics::{Posture, Singular};
-use super::model::{Model, Version};
+use super::model::{HaplyModel, Version};
 use haptic_loop::Fault;
 use haptic_remote::serial::TroubleCause;
 use thiserror::Error;
@@ -49,7 +49,7 @@ pub(crate) const fn resynchronise() -> [u8; ZEROS + 1] {
 
 /// The frame that configures the board for this device.
 #[must_use]
-pub fn configuration(model: &Model) -> [u8; CONFIGURATION_BYTES] {
+pub fn configuration(model: &HaplyModel) -> [u8; CONFIGURATION_BYTES] {
     let mut bytes = [0; CONFIGURATION_BYTES];
     let by_port = model.by_port().map(|joint| model.joints[joint]);
     let ports = (by_port.iter()).fold(0, |bits, joint| bits | 1 << (joint.port - 1));
@@ -77,7 +77,7 @@ pub fn configuration(model: &Model) -> [u8; CONFIGURATION_BYTES] {
 /// after a lost byte the board reads almost no torque, not an arbitrary one. This costs at most
 /// 3·10⁻⁵ of the torque.
 #[must_use]
-pub fn torques(model: &Model, torques_nm: [f32; 2]) -> [u8; TORQUES_BYTES] {
+pub fn torques(model: &HaplyModel, torques_nm: [f32; 2]) -> [u8; TORQUES_BYTES] {
     let mut bytes = [0; TORQUES_BYTES];
     bytes[..2].copy_from_slice(&[2, DEVICE_ID]);
     for (slot, joint) in bytes[2..].chunks_exact_mut(4).zip(model.by_port()) {
@@ -89,7 +89,7 @@ pub fn torques(model: &Model, torques_nm: [f32; 2]) -> [u8; TORQUES_BYTES] {
 
 /// The answer of the board with this number and these angles of the joints, degrees.
 #[must_use]
-pub fn answer(model: &Model, device_id: u8, angles_deg: [f32; 2]) -> [u8; ANSWER_BYTES] {
+pub fn answer(model: &HaplyModel, device_id: u8, angles_deg: [f32; 2]) -> [u8; ANSWER_BYTES] {
     let mut bytes = [0; ANSWER_BYTES];
     bytes[0] = device_id;
     for (slot, joint) in bytes[1..].chunks_exact_mut(4).zip(model.by_port()) {
@@ -100,7 +100,7 @@ pub fn answer(model: &Model, device_id: u8, angles_deg: [f32; 2]) -> [u8; ANSWER
 
 /// The device number and the joint angles, degrees, in an answer.
 #[must_use]
-pub fn angles_of(model: &Model, bytes: [u8; ANSWER_BYTES]) -> (u8, [f32; 2]) {
+pub fn angles_of(model: &HaplyModel, bytes: [u8; ANSWER_BYTES]) -> (u8, [f32; 2]) {
     let [device_id, a0, a1, a2, a3, b0, b1, b2, b3] = bytes;
     let by_port = [[a0, a1, a2, a3], [b0, b1, b2, b3]].map(f32::from_le_bytes);
     let mut angles_deg = [0.0; 2];
@@ -118,7 +118,7 @@ const COUNTS_SPARE: f64 = 4.0;
 /// Something that a working 2DIY does not do.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
-pub enum Trouble {
+pub enum HaplyTrouble {
     /// The port is gone, or takes no bytes.
     #[error("its port is gone: check its plug and power supply")]
     Gone,
@@ -191,7 +191,7 @@ pub enum Trouble {
     },
 }
 
-impl Trouble {
+impl HaplyTrouble {
     /// The fault that it is.
     #[must_use]
     pub const fn fault(self) -> Fault {
@@ -216,20 +216,20 @@ impl Trouble {
 /// Angles in rad and the posture of an answer; `before` is the last posture that was believed, and the time since
 /// then, s.
 pub(super) fn judged(
-    model: &Model,
+    model: &HaplyModel,
     bytes: [u8; ANSWER_BYTES],
     before: Option<(&Posture, f64)>,
-) -> Result<([f64; 2], Posture), Trouble> {
+) -> Result<([f64; 2], Posture), HaplyTrouble> {
     let (device_id, angles_deg) = angles_of(model, bytes);
     if device_id != DEVICE_ID {
-        return Err(Trouble::OtherDevice { device_id });
+        return Err(HaplyTrouble::OtherDevice { device_id });
     }
     let angles = angles_deg.map(|angle| f64::from(angle).to_radians());
     let posture = model.pantograph.posture(angles);
     let far = !turned_little(model, angles_deg);
     let posture = posture.map_err(|singular| match singular {
-        Singular::NotFinite => Trouble::NotFinite,
-        Singular::Stretched { .. } | Singular::Straight { .. } if !far => Trouble::Singular {
+        Singular::NotFinite => HaplyTrouble::NotFinite,
+        Singular::Stretched { .. } | Singular::Straight { .. } if !far => HaplyTrouble::Singular {
             singular,
             other: model.version.other().number(),
         },
@@ -245,7 +245,7 @@ pub(super) fn judged(
         let step_m = libm::sqrt(step.dot(&step));
         let spare_m = COUNTS_SPARE * f64::from(model.resolution_m());
         if step_m > SPEED_MOST_M_PER_S * time_s + spare_m {
-            return Err(Trouble::Jump {
+            return Err(HaplyTrouble::Jump {
                 step_mm: 1e3 * step_m,
                 time_ms: 1e3 * time_s,
                 other: model.version.other().number(),
@@ -256,15 +256,15 @@ pub(super) fn judged(
 }
 
 /// True if each arm is within half a turn of its home: it cannot turn further.
-fn turned_little(model: &Model, angles_deg: [f32; 2]) -> bool {
+fn turned_little(model: &HaplyModel, angles_deg: [f32; 2]) -> bool {
     let pairs = angles_deg.iter().zip(&model.joints);
     pairs.fold(true, |all, (angle, joint)| {
         all && (angle - joint.home_deg).abs() <= 200.0
     })
 }
 
-const fn out_of_reach(version: Version, [first, second]: [f32; 2]) -> Trouble {
-    Trouble::OutOfReach {
+const fn out_of_reach(version: Version, [first, second]: [f32; 2]) -> HaplyTrouble {
+    HaplyTrouble::OutOfReach {
         first,
         second,
         version: version.number(),

@@ -3,7 +3,7 @@
 use super::hardware::{Inverse3, Socket};
 use super::in_time::{InTime, PATIENCE};
 use super::name::Inverse3Name;
-use super::trouble::{Inverse3OpenError, Trouble};
+use super::trouble::{Inverse3OpenError, Inverse3Trouble};
 use super::wire::{PRESET, opening, position};
 use haptic_loop::realtime::Moment;
 use haptic_quantity::short;
@@ -134,7 +134,7 @@ impl Inverse3Name {
     /// The device of an inventory: that of the name, or the only one.
     fn chosen<'a>(&self, inventory: &'a Value) -> Result<&'a Value, Inverse3OpenError> {
         let devices = inventory["inverse3"].as_array();
-        let devices = devices.ok_or(Trouble::Unreadable)?;
+        let devices = devices.ok_or(Inverse3Trouble::Unreadable)?;
         let known: Vec<&str> = devices.iter().map(id_of).collect();
         let said = match (&self.id, known.as_slice()) {
             (_, []) => return Err(Inverse3OpenError::NoDevice),
@@ -187,12 +187,12 @@ fn heard<S: Read + Write>(
     for _ in 0..ATTEMPTS {
         match socket.read() {
             Ok(Message::Text(text)) => return Ok(text.as_str().to_owned()),
-            Ok(Message::Close(_)) => return Err(Trouble::Gone.into()),
-            Err(error) => return Err(name.slow_or(&error, Trouble::Gone.into())),
+            Ok(Message::Close(_)) => return Err(Inverse3Trouble::Gone.into()),
+            Err(error) => return Err(name.slow_or(&error, Inverse3Trouble::Gone.into())),
             Ok(_) => {}
         }
     }
-    Err(Trouble::Unreadable.into())
+    Err(Inverse3Trouble::Unreadable.into())
 }
 
 impl<S: Read + Write, const D: usize> Inverse3<S, D> {
@@ -219,7 +219,8 @@ impl<S: Read + Write, const D: usize> Inverse3<S, D> {
                 }
                 HandshakeError::Interrupted(_) => name.not_service("nothing"),
             })?;
-        let parsed = |text: &str| serde_json::from_str(text).map_err(|_| Trouble::Unreadable);
+        let parsed =
+            |text: &str| serde_json::from_str(text).map_err(|_| Inverse3Trouble::Unreadable);
         let inventory: Value = parsed(&heard(&mut socket, name)?)?;
         let device = name.chosen(&inventory)?;
         let id = id_of(device).to_owned();
@@ -240,12 +241,12 @@ impl<S: Read + Write, const D: usize> Inverse3<S, D> {
         let mut attempts = 1;
         loop {
             let sent = socket.send(Message::text(opening(&id)));
-            sent.map_err(|error| name.slow_or(&error, Trouble::Gone.into()))?;
+            sent.map_err(|error| name.slow_or(&error, Inverse3Trouble::Gone.into()))?;
             let text = heard(&mut socket, name)?;
             let full: Value = parsed(&text)?;
             let devices = full["inverse3"].as_array().into_iter().flatten();
             let mut devices = devices.filter(|device| id_of(device) == id);
-            let config = &devices.next().ok_or(Trouble::Vanished)?["config"];
+            let config = &devices.next().ok_or(Inverse3Trouble::Vanished)?["config"];
             match not_taken(config) {
                 None => {
                     let gate = words_of_gate(&config["filters"]["force_gate"]["gain"]);

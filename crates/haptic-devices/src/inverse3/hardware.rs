@@ -9,7 +9,7 @@
 
 use super::in_time::InTime;
 use super::name::Inverse3Name;
-use super::trouble::Trouble;
+use super::trouble::Inverse3Trouble;
 use super::wire::{before_force, force, position};
 use crate::moteus::is_not_now;
 use haptic_link::Capabilities;
@@ -36,7 +36,7 @@ const SPARE_M: f64 = 2e-3;
 
 /// An Inverse3 that moves and pushes along D lines of its workspace: one, without force across it, or all three axes.
 ///
-/// - *Faults*, all of them [`Fault::BoardFailed`] with words in [`trouble`](ServedHardware::trouble): see [`Trouble`]. They stay
+/// - *Faults*, all of them [`Fault::BoardFailed`] with words in [`trouble`](ServedHardware::trouble): see [`Inverse3Trouble`]. They stay
 ///   until it is opened anew.
 /// - *Let go*: a force of zero. Where no message arrives any more, the service lets go when commands stop; after what time is
 ///   not documented.
@@ -53,7 +53,7 @@ pub struct Inverse3<S: Read + Write, const D: usize = 1> {
     due: u32,
     exchange: Exchange,
     period_s: f64,
-    trouble: Option<Trouble>,
+    trouble: Option<Inverse3Trouble>,
 }
 
 impl<S: Read + Write, const D: usize> Inverse3<S, D> {
@@ -82,7 +82,7 @@ impl<S: Read + Write, const D: usize> Inverse3<S, D> {
         self.socket.get_ref().stream()
     }
 
-    fn hear(&mut self) -> Result<(), Trouble> {
+    fn hear(&mut self) -> Result<(), Inverse3Trouble> {
         let mut answered = false;
         for _ in 0..MESSAGES_MOST {
             match self.socket.read() {
@@ -92,10 +92,10 @@ impl<S: Read + Write, const D: usize> Inverse3<S, D> {
                     self.due = self.due.saturating_sub(1);
                     answered = true;
                 }
-                Ok(Message::Close(_)) => return Err(Trouble::Gone),
+                Ok(Message::Close(_)) => return Err(Inverse3Trouble::Gone),
                 Ok(_) => {}
                 Err(tungstenite::Error::Io(error)) if is_not_now(error.kind()) => break,
-                Err(_) => return Err(Trouble::Gone),
+                Err(_) => return Err(Inverse3Trouble::Gone),
             }
         }
         if answered {
@@ -103,18 +103,18 @@ impl<S: Read + Write, const D: usize> Inverse3<S, D> {
         } else if self.due > 0 {
             let ticks = self.exchange.unanswered();
             if ticks >= self.lost_most {
-                return Err(Trouble::Silent { ticks });
+                return Err(Inverse3Trouble::Silent { ticks });
             }
         }
         Ok(())
     }
 
-    fn believe(&mut self, place_m: Vector3<f64>) -> Result<(), Trouble> {
+    fn believe(&mut self, place_m: Vector3<f64>) -> Result<(), Inverse3Trouble> {
         let step = place_m - self.place_m;
         let step_m = libm::sqrt(step.dot(&step));
         let time_s = (1.0 + f64::from(self.exchange.unmeasured())) * self.period_s;
         if step_m > SPEED_MOST_M_PER_S * time_s + SPARE_M {
-            return Err(Trouble::Jump {
+            return Err(Inverse3Trouble::Jump {
                 step_mm: 1e3 * step_m,
                 time_ms: 1e3 * time_s,
             });
@@ -124,7 +124,7 @@ impl<S: Read + Write, const D: usize> Inverse3<S, D> {
     }
 
     /// Sends a force, N, unless the service still owes an answer.
-    fn push(&mut self, force_n: Vector3<f32>) -> Result<(), Trouble> {
+    fn push(&mut self, force_n: Vector3<f32>) -> Result<(), Inverse3Trouble> {
         if let Some(trouble) = self.trouble {
             return Err(trouble);
         }
@@ -136,16 +136,16 @@ impl<S: Read + Write, const D: usize> Inverse3<S, D> {
         sent.map_err(|trouble| self.fails(trouble))
     }
 
-    fn send(&mut self, force_n: Vector3<f32>) -> Result<(), Trouble> {
+    fn send(&mut self, force_n: Vector3<f32>) -> Result<(), Inverse3Trouble> {
         let text = force(&self.before_force, force_n);
         // A socket without room for so little has nobody at its other end.
-        (self.socket.send(Message::text(text))).map_err(|_| Trouble::Gone)?;
+        (self.socket.send(Message::text(text))).map_err(|_| Inverse3Trouble::Gone)?;
         self.due += 1;
         Ok(())
     }
 
     /// The first trouble counts: no force from now on.
-    fn fails(&mut self, trouble: Trouble) -> Trouble {
+    fn fails(&mut self, trouble: Inverse3Trouble) -> Inverse3Trouble {
         let first = *self.trouble.get_or_insert(trouble);
         self.leave();
         first

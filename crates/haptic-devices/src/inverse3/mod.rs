@@ -31,4 +31,4 @@ mod wire;
 pub use hardware::{FORCE_MAX_N, Inverse3};
 pub use in_time::InTime;
 pub use name::Inverse3Name;
-pub use trouble::{Inverse3OpenError, Trouble};
+pub use trouble::{Inverse3OpenError, Inverse3Trouble};

@@ -82,13 +82,13 @@ pub enum Inverse3OpenError {
     Line,
     /// Its first answers show a trouble.
     #[error(transparent)]
-    Trouble(#[from] Trouble),
+    Trouble(#[from] Inverse3Trouble),
 }
 
 /// Why an Inverse3 cannot be used any more.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
-pub enum Trouble {
+pub enum Inverse3Trouble {
     /// The service has ended the connection.
     #[error(
         "the Inverse Service has closed the connection: it was stopped, or another program reset it"
@@ -125,7 +125,7 @@ pub enum Trouble {
     },
 }
 
-impl Trouble {
+impl Inverse3Trouble {
     /// Says whether the user should check the device or its service.
     #[must_use]
     pub const fn cause(self) -> TroubleCause {

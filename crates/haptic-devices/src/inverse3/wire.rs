@@ -2,7 +2,7 @@
 //!
 //! *Cost*: one pass over the answer. What is asked for is borrowed from it; what is not is skipped.
 
-use super::trouble::{DEVICES_MOST, Trouble};
+use super::trouble::{DEVICES_MOST, Inverse3Trouble};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -36,15 +36,15 @@ struct Place {
 }
 
 /// Position of a device in an answer, m.
-pub(super) fn position(text: &str, id: &str) -> Result<Vector3<f64>, Trouble> {
-    let answer: Answer<'_> = serde_json::from_str(text).map_err(|_| Trouble::Unreadable)?;
+pub(super) fn position(text: &str, id: &str) -> Result<Vector3<f64>, Inverse3Trouble> {
+    let answer: Answer<'_> = serde_json::from_str(text).map_err(|_| Inverse3Trouble::Unreadable)?;
     let mut devices = answer.inverse3.iter();
     let device = devices.find(|device| device.device_id == id);
-    let state = device.ok_or(Trouble::Vanished)?.state.as_ref();
+    let state = device.ok_or(Inverse3Trouble::Vanished)?.state.as_ref();
     let place = state.and_then(|state| state.cursor_position.as_ref());
     let place = place.and_then(|Place { x, y, z }| Some(Vector3::new((*x)?, (*y)?, (*z)?)));
     let place = place.filter(|place| place.iter().all(|axis| axis.is_finite()));
-    place.ok_or(Trouble::NoPosition)
+    place.ok_or(Inverse3Trouble::NoPosition)
 }
 
 /// Beginning of a request for a force, up to the number of x.

@@ -10,7 +10,7 @@
 use super::adapter::{Adapter, Gone, Heard};
 use super::frames::{Frames, HOST, Reply, Route};
 use super::settings::{MoteusName, MoteusSettings};
-use super::trouble::{Instead, MoteusOpenError, Trouble};
+use super::trouble::{Instead, MoteusOpenError, MoteusTrouble};
 use haptic_link::{Capabilities, ControllerCost};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{
@@ -62,7 +62,7 @@ pub struct MoteusAxis<S: Read + Write> {
     driven: u32,
     tick: u64,
     period_s: f64,
-    trouble: Option<Trouble>,
+    trouble: Option<MoteusTrouble>,
 }
 
 impl<S: Read + Write> MoteusAxis<S> {
@@ -103,7 +103,7 @@ impl<S: Read + Write> MoteusAxis<S> {
         Ok(axis)
     }
 
-    fn greet(&mut self) -> Result<(), Trouble> {
+    fn greet(&mut self) -> Result<(), MoteusTrouble> {
         let mut answers = 0;
         for _ in 0..ATTEMPTS {
             self.let_go();
@@ -128,8 +128,8 @@ impl<S: Read + Write> MoteusAxis<S> {
         Err(self.unwanted_mode())
     }
 
-    const fn silent(&self, ticks: u32) -> Trouble {
-        Trouble::Silent {
+    const fn silent(&self, ticks: u32) -> MoteusTrouble {
+        MoteusTrouble::Silent {
             id: self.settings.id,
             ticks,
             instead: self.instead,
@@ -137,11 +137,11 @@ impl<S: Read + Write> MoteusAxis<S> {
     }
 
     /// The next answer that comes within this many lines, however long the stream waits for it.
-    fn heard(&mut self, lines: &mut usize) -> Result<Option<Reply>, Trouble> {
+    fn heard(&mut self, lines: &mut usize) -> Result<Option<Reply>, MoteusTrouble> {
         while *lines > 0 {
             *lines -= 1;
             match self.adapter.receive() {
-                Err(Gone) => return Err(Trouble::Gone),
+                Err(Gone) => return Err(MoteusTrouble::Gone),
                 Ok(None) => return Ok(None),
                 Ok(Some(heard)) => {
                     if let Some(reply) = self.sorted(heard)? {
@@ -158,7 +158,7 @@ impl<S: Read + Write> MoteusAxis<S> {
         &mut self.adapter.stream
     }
 
-    fn listen(&mut self) -> Result<(), Trouble> {
+    fn listen(&mut self) -> Result<(), MoteusTrouble> {
         let mut answered = false;
         let mut lines = LINES_MOST;
         while let Some(reply) = self.heard(&mut lines)? {
@@ -186,7 +186,7 @@ impl<S: Read + Write> MoteusAxis<S> {
     }
 
     /// The answer in a line; everything else is counted.
-    fn sorted(&mut self, heard: Heard) -> Result<Option<Reply>, Trouble> {
+    fn sorted(&mut self, heard: Heard) -> Result<Option<Reply>, MoteusTrouble> {
         let instead = &mut self.instead;
         let counter = match heard {
             Heard::Frame(frame) => return self.answer(&frame),
@@ -198,14 +198,14 @@ impl<S: Read + Write> MoteusAxis<S> {
         Ok(None)
     }
 
-    fn answer(&mut self, frame: &CanFdFrame) -> Result<Option<Reply>, Trouble> {
+    fn answer(&mut self, frame: &CanFdFrame) -> Result<Option<Reply>, MoteusTrouble> {
         let id = self.settings.id;
         let Route { from, to } = Route::of(frame);
         if from != id || to != HOST {
-            return Err(Trouble::OtherSpeaker { id, from, to });
+            return Err(MoteusTrouble::OtherSpeaker { id, from, to });
         }
         match self.frames.reply(frame) {
-            Some(reply) if !reply.is_finite() => Err(Trouble::NotFinite { id }),
+            Some(reply) if !reply.is_finite() => Err(MoteusTrouble::NotFinite { id }),
             Some(reply) => Ok(Some(reply)),
             None => self.sorted(Heard::Garbage),
         }
@@ -226,7 +226,7 @@ impl<S: Read + Write> MoteusAxis<S> {
     }
 
     /// Refuses the modes in which a servo that drives must not be. While it prepares it may still be stopped.
-    fn judge_mode(&self, prepared: bool) -> Result<(), Trouble> {
+    fn judge_mode(&self, prepared: bool) -> Result<(), MoteusTrouble> {
         match Mode::try_from(self.newest.mode) {
             Ok(Mode::Position | Mode::Enabling | Mode::Calibrating | Mode::CalibrationComplete) => {
                 Ok(())
@@ -236,19 +236,19 @@ impl<S: Read + Write> MoteusAxis<S> {
         }
     }
 
-    fn unwanted_mode(&self) -> Trouble {
+    fn unwanted_mode(&self) -> MoteusTrouble {
         let (id, mode) = (self.settings.id, self.newest.mode);
         match Mode::try_from(mode) {
-            Ok(Mode::Fault) => Trouble::Fault {
+            Ok(Mode::Fault) => MoteusTrouble::Fault {
                 id,
                 code: self.newest.fault,
             },
-            Ok(Mode::Timeout) => Trouble::WatchdogLetGo { id },
-            _ => Trouble::OtherMode { id, mode },
+            Ok(Mode::Timeout) => MoteusTrouble::WatchdogLetGo { id },
+            _ => MoteusTrouble::OtherMode { id, mode },
         }
     }
 
-    fn failed(&mut self, trouble: Trouble) -> Fault {
+    fn failed(&mut self, trouble: MoteusTrouble) -> Fault {
         self.trouble = Some(trouble);
         Fault::BoardFailed
     }
@@ -293,7 +293,7 @@ impl<S: Read + Write> Device<f32, 1> for MoteusAxis<S> {
                 self.exchange.sent(went_out);
                 Ok(())
             }
-            Err(Gone) => Err(self.failed(Trouble::Gone)),
+            Err(Gone) => Err(self.failed(MoteusTrouble::Gone)),
         }
     }
 

@@ -13,4 +13,4 @@ pub(crate) use adapter::is_not_now;
 pub use axis::MoteusAxis;
 pub use frames::Frames;
 pub use settings::{MoteusName, MoteusSettings};
-pub use trouble::{Instead, MoteusOpenError, Trouble};
+pub use trouble::{Instead, MoteusOpenError, MoteusTrouble};

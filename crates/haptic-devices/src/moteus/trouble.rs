@@ -18,7 +18,7 @@ pub enum MoteusOpenError {
     Settings(#[from] NameError),
     /// The servo or its adapter.
     #[error(transparent)]
-    Trouble(#[from] Trouble),
+    Trouble(#[from] MoteusTrouble),
     /// Reads of the port cannot be made not to wait.
     #[error("{path}: the port cannot be read without waiting: {error}")]
     Patience {
@@ -32,7 +32,7 @@ pub enum MoteusOpenError {
 /// Why a servo cannot be used any more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
-pub enum Trouble {
+pub enum MoteusTrouble {
     /// The port takes or gives no bytes any more.
     #[error("the adapter is gone: check its plug and power supply")]
     Gone,
@@ -92,7 +92,7 @@ pub enum Trouble {
     },
 }
 
-impl Trouble {
+impl MoteusTrouble {
     /// Says whether the user should check the servo, its line or this machine.
     #[must_use]
     pub const fn cause(self) -> TroubleCause {

@@ -3,7 +3,9 @@
 
 use fracdiff::{Scheme, Seconds};
 use haptic_devices::ForeignName;
-use haptic_devices::inverse3::{InTime, Inverse3, Inverse3Name, Inverse3OpenError, Trouble};
+use haptic_devices::inverse3::{
+    InTime, Inverse3, Inverse3Name, Inverse3OpenError, Inverse3Trouble,
+};
 use haptic_emulator::inverse3::{Body, Connection, Hand, SILENCE_US, Service, serve};
 use haptic_emulator::{AtLine as _, NearLine};
 use haptic_link::{
@@ -11,7 +13,9 @@ use haptic_link::{
 };
 use haptic_loop::units::Metres;
 use haptic_loop::{Ball, Contact, Environment, Fault, Shape, SpringDamper};
-use haptic_remote::serial::{Beside, DeviceTime, Heard, SerialLink, Served, ServedHardware as _};
+use haptic_remote::serial::{
+    Beside, DeviceMessage, DeviceTime, SerialLink, Served, ServedHardware as _,
+};
 use haptic_remote::{Hardware as _, TickSide, prepare, wire_surface};
 use nalgebra::{SVector, Vector3};
 use std::collections::VecDeque;
@@ -361,8 +365,8 @@ fn a_ball_is_felt_with_the_bits_of_its_law_at_the_positions_that_are_told() {
         let (mut next, mut largest_n) = (0, 0.0_f32);
         while next < ticks {
             let heard = link.hear(testkit::PATIENCE).expect("something");
-            let Heard::Sample(sample) = heard else {
-                assert!(matches!(heard, Heard::Event(_)), "{heard:?}");
+            let DeviceMessage::Sample(sample) = heard else {
+                assert!(matches!(heard, DeviceMessage::Event(_)), "{heard:?}");
                 continue;
             };
             assert_eq!(sample.tick, next, "none is lost");
@@ -720,6 +724,6 @@ fn over_a_socket_the_service_is_opened_with_all_axes() {
 #[test]
 fn troubles_say_where_to_look() {
     use haptic_remote::serial::TroubleCause;
-    assert_eq!(Trouble::Gone.cause(), TroubleCause::Gone);
-    assert_eq!(Trouble::NoPosition.cause(), TroubleCause::Board);
+    assert_eq!(Inverse3Trouble::Gone.cause(), TroubleCause::Gone);
+    assert_eq!(Inverse3Trouble::NoPosition.cause(), TroubleCause::Board);
 }

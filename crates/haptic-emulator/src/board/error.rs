@@ -1,6 +1,6 @@
 //! Why a device cannot be emulated.
 
-use haptic_loop::ParameterError;
+use haptic_loop::LoopParameterError;
 use std::io::{Error, ErrorKind};
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ use std::path::PathBuf;
 pub enum EmulatorError {
     /// A fault of the line or a sensor outside its range.
     #[error(transparent)]
-    Parameter(#[from] ParameterError),
+    Parameter(#[from] LoopParameterError),
     /// The symbolic link could not be made.
     #[error("cannot make the link `{}`: {}", .path.display(), why(.error))]
     Path {
@@ -28,6 +28,9 @@ pub enum EmulatorError {
     /// A number of axes that no device has.
     #[error("axes = {0} is not in [1, 3]: give 1, 2 or 3")]
     Axes(u8),
+    /// A specimen at a handle of so many axes.
+    #[error("a specimen is pressed along one axis, not {0}: give axes = 1")]
+    Specimen(u8),
     /// The emulated device refused its own start-up configuration.
     #[error("the emulated device: {0:?}")]
     Device(haptic_link::Refusal),

@@ -10,6 +10,7 @@
 mod error;
 mod facing;
 mod port;
+mod pressing;
 #[cfg(unix)]
 mod terminal;
 #[cfg(test)]
@@ -17,14 +18,17 @@ mod tests;
 
 pub use error::EmulatorError;
 pub use facing::emulate_facing;
-pub use port::{Port, PortKind};
+pub use port::{BoardPort, PortKind};
+use pressing::PressingBoard;
 #[cfg(unix)]
 pub use terminal::Terminal;
 
 use crate::at_line::NOBODY;
-use crate::{Damage, FaultyLine, LineFaults};
+use crate::{DuplexDamage, FaultyLine, LineFaults};
 use haptic_link::{Capabilities, ControllerCost, FRAME_MAX, Refusal};
-use haptic_loop::plant::{ForceSensor, ForceSensorConfig, MassDamperConfig, Sensed};
+use haptic_loop::plant::{
+    ForceSensor, ForceSensorConfig, MassDamperConfig, PressedSpecimen, Sensed,
+};
 use haptic_loop::realtime::Moment;
 use haptic_loop::units::{Metres, Seconds};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
@@ -44,15 +48,16 @@ const WAITING_MOST: usize = 4096;
 ///
 /// ```no_run
 /// use haptic_emulator::LineFaults;
-/// use haptic_emulator::board::{Emulation, Port, PortKind, emulate};
+/// use haptic_emulator::board::{Emulation, BoardPort, PortKind, emulate};
 /// use std::sync::atomic::AtomicBool;
 ///
-/// let port = Port::open(PortKind::Address, Some("127.0.0.1:4250".as_ref()))?;
+/// let port = BoardPort::open(PortKind::Address, Some("127.0.0.1:4250".as_ref()))?;
 /// println!("a device is at {}", port.path());
 /// let emulation = Emulation {
 ///     axes: 1,
 ///     body: None,
 ///     sensor: None,
+///     specimen: None,
 ///     speed: 1.0,
 ///     faults: LineFaults { drop: 0.01, ..LineFaults::default() },
 ///     seed: 1,
@@ -72,6 +77,8 @@ pub struct Emulation {
     pub body: Option<Body>,
     /// Its force sensor, if it has one.
     pub sensor: Option<ForceSensorConfig>,
+    /// The specimen at its handle, if there is one; of one axis, and not of boards that face each other.
+    pub specimen: Option<PressedSpecimen>,
     /// Device seconds per second.
     pub speed: f64,
     /// Faults of the line, both ways.
@@ -88,7 +95,7 @@ pub struct Emulated {
     /// Ticks of the device, by its own clock.
     pub ticks: u64,
     /// Frames both ways, and what the line did to them.
-    pub damage: Damage,
+    pub damage: DuplexDamage,
     /// Frames dropped because the queue to the host was full.
     pub unread: u64,
 }
@@ -103,11 +110,15 @@ pub fn emulate(
     stop: &AtomicBool,
 ) -> Result<Emulated, EmulatorError> {
     const NAME: &str = "emulated";
-    match emulation.axes {
-        1 => emulate_board(line, emulation, SimulatedPlant::new(NAME, || 0), stop),
-        2 => emulate_board(line, emulation, SimulatedAxes::<2>::new(NAME), stop),
-        3 => emulate_board(line, emulation, SimulatedAxes::<3>::new(NAME), stop),
-        axes => Err(EmulatorError::Axes(axes)),
+    match (emulation.axes, &emulation.specimen) {
+        (1, Some(specimen)) => {
+            emulate_board(line, emulation, PressingBoard::new(NAME, specimen)?, stop)
+        }
+        (axes, Some(_)) => Err(EmulatorError::Specimen(axes)),
+        (1, None) => emulate_board(line, emulation, SimulatedPlant::new(NAME, || 0), stop),
+        (2, None) => emulate_board(line, emulation, SimulatedAxes::<2>::new(NAME), stop),
+        (3, None) => emulate_board(line, emulation, SimulatedAxes::<3>::new(NAME), stop),
+        (axes, None) => Err(EmulatorError::Axes(axes)),
     }
 }
 
@@ -262,7 +273,7 @@ impl<H: Hardware<D>, const D: usize> EmulatedBoard<H, D> {
     fn counts(&self) -> Emulated {
         Emulated {
             ticks: self.ticks,
-            damage: Damage {
+            damage: DuplexDamage {
                 to_device: self.from_host.damage(),
                 to_host: self.to_host.damage(),
             },
@@ -354,6 +365,12 @@ impl Touched<1> for SimulatedPlant {
     }
 }
 
+impl Touched<1> for PressingBoard {
+    fn touched(&self) -> [f64; 1] {
+        [self.contact_force()]
+    }
+}
+
 impl<const D: usize> Touched<D> for SimulatedAxes<D> {
     fn touched(&self) -> [f64; D] {
         self.contact_force()
@@ -433,7 +450,8 @@ impl<H: Touched<D> + Hardware<D, Setup: FitsDevice>, const D: usize> Hardware<D>
     }
 
     fn fit(&self, setup: &mut Self::Setup) -> Result<(), Refusal> {
-        self.body.map_or(Ok(()), |body| setup.fit(&body.plant))
+        self.body.map_or(Ok(()), |body| setup.fit(&body.plant))?;
+        self.board.device().fit(setup)
     }
 
     fn install(&mut self, setup: Self::Setup, tick_period_us: u32) {
@@ -453,8 +471,8 @@ impl<H: Touched<D> + Hardware<D, Setup: FitsDevice>, const D: usize> Hardware<D>
 
     /// A board with a plant of its own stands still while it is read; one that faces another lets go of its mass.
     fn idle(&mut self) -> Result<Reading<f32, D>, Fault> {
-        self.board.let_go();
-        self.board.read()
+        self.let_go();
+        self.read()
     }
 }
 

@@ -20,7 +20,7 @@ pub enum PortKind {
 
 /// A port that a host can open. Its name goes with it.
 #[derive(Debug)]
-pub enum Port {
+pub enum BoardPort {
     /// As [`PortKind::Terminal`].
     #[cfg(unix)]
     Terminal(Terminal),
@@ -28,7 +28,7 @@ pub enum Port {
     Address(TcpListening),
 }
 
-impl Port {
+impl BoardPort {
     /// The address of a port without a name.
     const ADDRESS: &'static str = "127.0.0.1:4250";
 

@@ -4,7 +4,7 @@
 
 use super::body::Body;
 use crate::AtLine;
-use haptic_devices::haply::{Direction, Model, TORQUE_MAX_NM, counts_at};
+use haptic_devices::haply::{CountingSense, HaplyModel, TORQUE_MAX_NM, counts_at};
 use nalgebra::Vector2;
 
 /// Ports for motors and encoders.
@@ -17,7 +17,7 @@ const PATIENCE_US: u64 = 1_000_000;
 /// The board of a 2DIY, with its body.
 #[derive(Clone, Debug)]
 pub struct Board {
-    wired: Model,
+    wired: HaplyModel,
     body: Body,
     motors: [Port; PORTS],
     encoders: [Encoder; PORTS],
@@ -63,7 +63,7 @@ struct Encoder {
 impl Board {
     /// A board that has just been switched on, wired as this device.
     #[must_use]
-    pub fn new(wired: Model, body: Body) -> Self {
+    pub fn new(wired: HaplyModel, body: Body) -> Self {
         Self {
             wired,
             body,
@@ -85,7 +85,7 @@ impl Board {
 
     /// The device that it is wired as.
     #[must_use]
-    pub const fn wired(&self) -> &Model {
+    pub const fn wired(&self) -> &HaplyModel {
         &self.wired
     }
 
@@ -283,6 +283,6 @@ fn counted(bytes: &[u8]) -> (&[u8], &[u8]) {
 }
 
 const _: () = assert!(
-    Direction::Clockwise as u8 == 0 && Direction::CounterClockwise as u8 == 1,
+    CountingSense::Clockwise as u8 == 0 && CountingSense::CounterClockwise as u8 == 1,
     "as on the wire"
 );

@@ -1,6 +1,6 @@
 //! The body of an emulated 2DIY: a mass at the handle, moved by both motors and by a hand.
 
-use haptic_devices::haply::{Model, Pantograph};
+use haptic_devices::haply::{HaplyModel, Pantograph};
 use nalgebra::Vector2;
 
 /// Mass of handle and arms, felt at the handle, kg.
@@ -53,7 +53,7 @@ pub struct Body {
 impl Body {
     /// A handle at its home, at rest.
     #[must_use]
-    pub fn at_home(model: &Model, hand: Hand) -> Self {
+    pub fn at_home(model: &HaplyModel, hand: Hand) -> Self {
         let angles = model.home();
         // The home of both versions is a posture in order, as a test shows.
         let place = model.pantograph.posture(angles);

@@ -9,7 +9,7 @@ use std::io::Write as _;
 
 /// Counts of an emulated servo.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Served {
+pub struct ServoCounts {
     /// Frames accepted from the host, for any servo.
     pub frames: u64,
     /// Frames that the servo sent back, for those that asked it.
@@ -26,7 +26,7 @@ pub struct EmulatedAdapter {
     knows_checksums: bool,
     checksum_needed: bool,
     line: Vec<u8>,
-    served: Served,
+    served: ServoCounts,
 }
 
 impl EmulatedAdapter {
@@ -38,7 +38,7 @@ impl EmulatedAdapter {
             knows_checksums: true,
             checksum_needed: false,
             line: Vec::new(),
-            served: Served::default(),
+            served: ServoCounts::default(),
         }
     }
 
@@ -54,7 +54,7 @@ impl EmulatedAdapter {
 
     /// Counts since it was switched on.
     #[must_use]
-    pub const fn served(&self) -> Served {
+    pub const fn served(&self) -> ServoCounts {
         self.served
     }
 

@@ -11,6 +11,6 @@ mod registers;
 mod servo;
 mod shaft;
 
-pub use adapter::{EmulatedAdapter, Served};
+pub use adapter::{EmulatedAdapter, ServoCounts};
 pub use servo::EmulatedServo;
 pub use shaft::{Hand, Shaft};

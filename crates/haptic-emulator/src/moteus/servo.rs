@@ -3,7 +3,7 @@
 use super::registers::{Quantity, Registers, answer, parsable};
 use super::shaft::{Shaft, Turning};
 use core::f64::consts::TAU;
-use haptic_loop::{ParameterError, RangeError};
+use haptic_loop::{LoopParameterError, RangeError};
 use moteus_protocol::{
     CanFdFrame, Mode, Register, Subframe, SubframeType, calculate_arbitration_id,
     parse_arbitration_id, parse_frame, scaling,
@@ -49,7 +49,7 @@ impl EmulatedServo {
     ///
     /// # Errors
     /// A number, inertia, damping or motion outside its range.
-    pub fn new(id: u8, shaft: Shaft) -> Result<Self, ParameterError> {
+    pub fn new(id: u8, shaft: Shaft) -> Result<Self, LoopParameterError> {
         if !(1..=126).contains(&id) {
             return Err(RangeError::new("servo id", id.into(), "in [1, 126]", "").into());
         }

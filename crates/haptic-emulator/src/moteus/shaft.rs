@@ -2,7 +2,7 @@
 
 use core::f64::consts::TAU;
 use fracdiff::parameter::range;
-use haptic_loop::ParameterError;
+use haptic_loop::LoopParameterError;
 use haptic_loop::plant::RampHold;
 use haptic_loop::units::{Metres, Seconds};
 
@@ -59,7 +59,7 @@ pub(super) struct Turning {
 
 impl Turning {
     /// At rest at 0.
-    pub(super) fn new(shaft: Shaft) -> Result<Self, ParameterError> {
+    pub(super) fn new(shaft: Shaft) -> Result<Self, LoopParameterError> {
         let (inertia, damping) = (shaft.inertia_kg_m2, shaft.damping_n_m_s_per_rad);
         let (what, fits) = ("inertia of the shaft", (1e-9..=1e3).contains(&inertia));
         range(what, inertia, fits, "in [1e-9, 1e3] {}", "kg·m²")?;

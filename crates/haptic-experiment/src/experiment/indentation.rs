@@ -62,7 +62,9 @@ use haptic_loop::plant::{
     RigConfig, RigContact, RigDrive, RigServo, Sensed,
 };
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
-use haptic_loop::{Contact as OneSided, Controller, Limit, Limits, SafetyChain, SpringDamper};
+use haptic_loop::{
+    Contact as OneSided, Controller, Limit, SafetyChain, SafetyLimits, SpringDamper,
+};
 use haptic_tissue::{Library, MaterialError};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -387,10 +389,10 @@ impl Indentation {
         Ok(Controller::new(environment, chain.map_err(parameter)?))
     }
 
-    fn limits_of(&self, drive: &Drive) -> Limits {
+    fn limits_of(&self, drive: &Drive) -> SafetyLimits {
         let rate = NewtonsPerSecond(self.force_rate_limit_n_per_s);
         self.safety
-            .on(Limits::bare(Newtons(drive.force_limit_n), rate), true)
+            .on(SafetyLimits::bare(Newtons(drive.force_limit_n), rate), true)
     }
 
     /// Force that the tissue opposes, N: on a device that a drive moves, the force that this takes.
@@ -510,13 +512,13 @@ impl Indentation {
         }
     }
 
-    fn force_and_rate(&self) -> Limits {
+    fn force_and_rate(&self) -> SafetyLimits {
         let rate = NewtonsPerSecond(self.force_rate_limit_n_per_s);
-        Limits::bare(Newtons(self.force_limit_n), rate)
+        SafetyLimits::bare(Newtons(self.force_limit_n), rate)
     }
 
     /// Limits of the chain of a device, without its guard.
-    fn limits_there(&self) -> Limits {
+    fn limits_there(&self) -> SafetyLimits {
         self.safety.on(self.force_and_rate(), true)
     }
 

@@ -12,7 +12,7 @@ use crate::run::remote::RemoteDevice;
 use crate::run::safety::Safety;
 use crate::run::schedule::{Pace, Schedule};
 use fracdiff::{Real, Seconds};
-use haptic_loop::{Limits, SafetyChain};
+use haptic_loop::{SafetyChain, SafetyLimits};
 use std::any::Any;
 use std::collections::BTreeMap;
 use std::fmt::Debug;
@@ -83,7 +83,7 @@ impl Conduct {
     /// A chain of these limits, if all that was asked for acts where it runs.
     pub(crate) fn chain<F: Real>(
         &self,
-        limits: &Limits,
+        limits: &SafetyLimits,
         t: Seconds,
         safety: &Safety,
     ) -> Result<SafetyChain<F>, Failure> {

@@ -51,10 +51,11 @@ use haptic_analysis::Dynamics;
 use haptic_link::LoopMode;
 use haptic_log::record::TickMessage;
 use haptic_loop::plant::{
-    ForceSensorConfig, MassDamperConfig, Matter, PressedDevice, PressedSpecimen, RampHold, Sensed,
+    ForceSensorConfig, MassDamperConfig, PressedDevice, PressedSpecimen, RampHold, Sensed,
+    SpecimenMatter,
 };
 use haptic_loop::units::{Metres, NewtonsPerMetre, Seconds};
-use haptic_loop::{Controller, Limits};
+use haptic_loop::{Controller, SafetyLimits};
 pub use record::PressRecord;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -118,7 +119,7 @@ pub(crate) struct Press {
     sensors: Sensors,
     force_sensor: Option<ForceSensorConfig>,
     drive: Drive,
-    limits: Limits,
+    limits: SafetyLimits,
     frame_n_per_m: Option<f64>,
     safety: Safety,
     conduct: Conduct,
@@ -281,9 +282,9 @@ impl Press {
 pub fn specimen(piece: &TissuePiece) -> PressedSpecimen {
     PressedSpecimen {
         matter: piece.material.model.joined(
-            |size, order| Matter::SpringPot { size, order },
-            |a, b| Matter::Parallel(vec![a, b]),
-            |a, b| Matter::Series(vec![a, b]),
+            |size, order| SpecimenMatter::SpringPot { size, order },
+            |a, b| SpecimenMatter::Parallel(vec![a, b]),
+            |a, b| SpecimenMatter::Series(vec![a, b]),
         ),
         shape_m: piece.shape_m(),
         map: piece.specimen.depth_map(),

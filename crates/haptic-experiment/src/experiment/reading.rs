@@ -18,7 +18,7 @@ use fracdiff::{Order, Scheme, Seconds};
 use haptic_link::Limits;
 use haptic_loop::plant::{ForceSensor, ForceSensorConfig, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
-use haptic_loop::{Loading, LoadingKind, ParameterError};
+use haptic_loop::{Loading, LoadingKind, LoopParameterError};
 use haptic_quantity::label;
 use haptic_tissue::{Library, Material, Model};
 use std::collections::BTreeMap;
@@ -324,13 +324,14 @@ fn loading(table: &Table<'_>) -> Result<Loading, FileError> {
 }
 
 /// The key of a size that a loading refuses, and what to do with it.
-fn of_loading(error: &ParameterError) -> Option<(&'static Parameter, &'static str)> {
-    let (what, remedy) = if let ParameterError::Missing { what, .. } = error {
+fn of_loading(error: &LoopParameterError) -> Option<(&'static Parameter, &'static str)> {
+    let (what, remedy) = if let LoopParameterError::Missing { what, .. } = error {
         (*what, "give")
-    } else if let ParameterError::NoEffect { what, .. } | ParameterError::Layer { what, .. } = error
+    } else if let LoopParameterError::NoEffect { what, .. }
+    | LoopParameterError::Layer { what, .. } = error
     {
         (*what, "omit")
-    } else if let ParameterError::Range(range) = error {
+    } else if let LoopParameterError::Range(range) = error {
         (range.what, "change")
     } else {
         return None;

@@ -40,7 +40,7 @@ use fracdiff::{Scheme, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
-use haptic_loop::{Limit, Limits, SafetyChain};
+use haptic_loop::{Limit, SafetyChain, SafetyLimits};
 use shape::{Circle, Grip, HandPath, TouchBall, TouchShape};
 pub(crate) use shape::{GripName, ShapeName};
 
@@ -205,7 +205,7 @@ impl TouchExperiment {
         safe_chain(limits, &device, self.sensors, &self.safety, &self.conduct)
     }
 
-    fn norm_and_box(&self) -> Limits {
+    fn norm_and_box(&self) -> SafetyLimits {
         let (force, rate) = (self.force_limit_n, self.force_rate_limit_n_per_s);
         let brakes = self.safety.number(Limit::Braking).is_some();
         let workspace_box = self.workspace_m.as_ref().map(|[low_m, high_m]| {
@@ -215,7 +215,7 @@ impl TouchExperiment {
                 workspace(low_m[axis], high_m[axis], brakes)
             })
         });
-        Limits {
+        SafetyLimits {
             norm: Some(Newtons(force)),
             workspace_box,
             ..force_and_rate(force, rate, self.sample_time())

@@ -30,8 +30,8 @@ use haptic_analysis::Dynamics;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{
-    Controller, Device, Environment, Limits, ParameterError, Reading, SafeForce, SafetyChain,
-    Sample, Wall,
+    Controller, Device, Environment, LoopParameterError, LoopSample, Reading, SafeForce,
+    SafetyChain, SafetyLimits, Wall,
 };
 use nalgebra::{SVector, Vector1};
 pub(crate) use report::{OfSample, OffN, Seen, Trial, incomparable, limited, louder, six_digits};
@@ -391,7 +391,7 @@ where
 }
 
 /// Lets the judge see a tick; `false` if it has seen enough.
-pub(crate) fn seen(judge: &mut Judge, sample: &Sample<f64, 1>) -> bool {
+pub(crate) fn seen(judge: &mut Judge, sample: &LoopSample<f64, 1>) -> bool {
     let reading = &sample.reading;
     judge.see(
         reading.time_s,
@@ -406,7 +406,7 @@ pub(crate) fn wall_at_start(
     dissipation: f64,
     operator: Operator<f64>,
     contact: WallContact,
-) -> Result<VirtualWall, ParameterError> {
+) -> Result<VirtualWall, LoopParameterError> {
     let start = (contact == WallContact::OneSided).then_some(Metres(0.0));
     Wall::new(stiffness, dissipation, operator, start)
 }
@@ -443,7 +443,7 @@ pub(crate) fn force_limit(limit_n: f64, t: Seconds) -> Result<SafetyChain<f64>, 
 /// The chain of the loop that runs here: these limits and what else is asked for, guard and braking made for the device. Beside a device at a
 /// port it does force and rate alone, and with the device's own loop it runs only to be checked.
 pub(crate) fn safe_chain<F: Real>(
-    limits: Limits,
+    limits: SafetyLimits,
     device: &MassDamperConfig,
     sensors: Sensors,
     safety: &Safety,
@@ -453,7 +453,7 @@ pub(crate) fn safe_chain<F: Real>(
     let limits = match &conduct.remote {
         None => {
             let known = safety.guarded(GuardedDevice::simulated(device, sensors));
-            Limits {
+            SafetyLimits {
                 guard: safety.guard.of(&known, t)?,
                 ..safety.braked(safety.on(limits, false), device.mass.0, delay_ticks(device))
             }
@@ -464,7 +464,7 @@ pub(crate) fn safe_chain<F: Real>(
 }
 
 /// The limits of a chain of a serial device, without its guard.
-fn limits_there(limits: Limits, device: &MassDamperConfig, safety: &Safety) -> Limits {
+fn limits_there(limits: SafetyLimits, device: &MassDamperConfig, safety: &Safety) -> SafetyLimits {
     let limits = safety.on(limits, true);
     let delay = limits.device_delay_samples.max(delay_ticks(device));
     safety.braked(limits, device.mass.0, delay)
@@ -473,7 +473,7 @@ fn limits_there(limits: Limits, device: &MassDamperConfig, safety: &Safety) -> L
 /// Settings for a device at a port without a law: limits, and the plant of an emulated one with a push, N. `rate` is the requested force
 /// rate limit.
 pub(crate) fn no_law_there(
-    limits: Limits,
+    limits: SafetyLimits,
     rate: Option<f64>,
     safety: &Safety,
     device: &MassDamperConfig,
@@ -497,7 +497,7 @@ fn delay_ticks(device: &MassDamperConfig) -> u32 {
 
 /// Limits of the force and of its rate, N/s. The rate is not what is tried here: without one the limit may be crossed
 /// within one sample.
-pub(crate) fn force_and_rate(limit_n: f64, rate: Option<f64>, t: Seconds) -> Limits {
+pub(crate) fn force_and_rate(limit_n: f64, rate: Option<f64>, t: Seconds) -> SafetyLimits {
     let rate = rate.unwrap_or(2.0 * limit_n / t.0);
-    Limits::bare(Newtons(limit_n), NewtonsPerSecond(rate))
+    SafetyLimits::bare(Newtons(limit_n), NewtonsPerSecond(rate))
 }

@@ -30,7 +30,7 @@ use fracdiff::parameter::Shown;
 use haptic_log::record::{Entry, LogFiles};
 use haptic_loop::plant::RigDrive;
 use haptic_quantity::{Key, digits, written};
-use haptic_tissue::identify::{Reading, RecordKind};
+use haptic_tissue::identify::{RecordKind, TableDetails};
 use measured_table::{Column, Columns, Reader, TABLE_MOST, read_bytes, read_table};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -321,9 +321,9 @@ fn of_material(columns: Columns, piece: &TissuePiece, load: RigDrive) -> Result<
         RigDrive::Position(_) => RecordKind::Relaxation,
         RigDrive::Force(_) => RecordKind::Creep,
     };
-    let reading = Reading {
+    let reading = TableDetails {
         kind: Some(kind),
-        ..Reading::default()
+        ..TableDetails::default()
     };
     let understood = reading.record(columns).map_err(|error| error.to_string())?;
     let of_loading = piece.specimen.loading().kind.modulus();

@@ -5,13 +5,13 @@ use crate::document::{ControllerFile, ControllerOrigin, short};
 use crate::parameters::{DELAY, OUTPUT_HIGH, SAMPLE_TIME};
 use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
-use fractional_control::analysis::{Cause, LoopAnalysis};
+use fractional_control::analysis::{LoopAnalysis, VerdictCause};
 use fractional_control::design::{
     ControlAnswer, ROBUST_GAINS, SAMPLES_A_RADIAN, Trial, WishName, usual_sample_time,
 };
 use fractional_control::tuning::Specification;
 use fractional_control::{
-    ControlError, Crossing, Margins, PidParameters, Plant, Shape, factor_after_division,
+    ControlError, Crossing, Margins, PidParameters, Plant, StepShape, factor_after_division,
 };
 use haptic_quantity::{Key, digits, written};
 use serde_json::{Value, json};
@@ -203,7 +203,7 @@ pub fn margins(margins: &Margins) -> Value {
 
 /// The shape of a step as a report has it.
 #[must_use]
-pub fn shape(shape: &Shape, sample_time_s: f64) -> Value {
+pub fn shape(shape: &StepShape, sample_time_s: f64) -> Value {
     json!({
         "overshoot": shape.overshoot,
         "rise_time_s": shape.rise.map(|samples| samples * sample_time_s),
@@ -216,8 +216,8 @@ pub fn shape(shape: &Shape, sample_time_s: f64) -> Value {
 #[must_use]
 pub const fn in_short(analysis: &LoopAnalysis) -> &'static str {
     match (analysis.cause, analysis.verdict.stable, analysis.coarse) {
-        (Cause::Boundary | Cause::Cancelled, ..) => "on the boundary",
-        (Cause::TooLarge | Cause::NearWhole(_), ..) => "not decided",
+        (VerdictCause::Boundary | VerdictCause::Cancelled, ..) => "on the boundary",
+        (VerdictCause::TooLarge | VerdictCause::NearWhole(_), ..) => "not decided",
         (_, true, None) => "stable, proved",
         (_, true, Some(_)) => "not proved: the sampled model comes to rest",
         (_, false, None) => "unstable, proved",

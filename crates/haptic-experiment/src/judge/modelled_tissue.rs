@@ -15,7 +15,7 @@ use fracdiff::{
 };
 use haptic_analysis::{AnalysisError, LoopOperator};
 use haptic_loop::units::{Metres, Pascals};
-use haptic_loop::{DepthMap, Loading, LoadingKind, ParameterError, Specimen, Tissue};
+use haptic_loop::{DepthMap, Loading, LoadingKind, LoopParameterError, Specimen, Tissue};
 use haptic_quantity::digits;
 use haptic_tissue::{FullHistory, Material, Model, SampledModel};
 use std::ops::Deref;
@@ -213,7 +213,7 @@ impl TissuePiece {
     ///
     /// # Errors
     /// As [`Specimen::new`].
-    pub fn new(material: ModelledTissue, loading: Loading) -> Result<Self, ParameterError> {
+    pub fn new(material: ModelledTissue, loading: Loading) -> Result<Self, LoopParameterError> {
         let ratio = material.loading.poisson_ratio();
         let specimen = Specimen::new(loading, ratio, material.stiffening)?;
         Ok(Self {
@@ -226,7 +226,7 @@ impl TissuePiece {
     ///
     /// # Errors
     /// As [`Specimen::new`].
-    pub fn usual(material: ModelledTissue) -> Result<Self, ParameterError> {
+    pub fn usual(material: ModelledTissue) -> Result<Self, LoopParameterError> {
         let loading = Loading {
             area_m2: Some(AREA.default_number()),
             thickness_m: Some(THICKNESS.default_number()),

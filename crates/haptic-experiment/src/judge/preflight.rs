@@ -26,7 +26,7 @@ use crate::run::samples::Samples;
 use crate::run::schedule::horizon;
 use fracdiff::num_complex::Complex;
 use fracdiff::{FrequencyResponse as _, Operator, Order, Real, Scheme, Seconds};
-use haptic_analysis::{AnalysisError, Dynamics, Environment, LoopOperator, SampledLoop};
+use haptic_analysis::{AnalysisError, Dynamics, LoopOperator, SampledLoop, SampledWall};
 use haptic_loop::DepthMap;
 use haptic_tissue::Model;
 use serde::Serialize;
@@ -290,7 +290,7 @@ impl Preflight<'_> {
             ..dynamics
         };
         let plant = dynamics.plant(self.sample_time_s)?;
-        let wall = dynamics.nondimensional(&Environment {
+        let wall = dynamics.nondimensional(&SampledWall {
             stiffness_n_per_m: self.stiffness_n_per_m,
             dissipation_n_s_mu_per_m: self.dissipation_n_s_mu_per_m,
             order: self.order,

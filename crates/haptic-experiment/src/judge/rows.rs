@@ -14,7 +14,7 @@ type Object = Map<String, Value>;
 /// A line of a report.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
-pub enum Line {
+pub enum ReportLine {
     /// A value, or the heading of deeper lines.
     Row(Row),
     /// A list of things with the same keys.
@@ -100,7 +100,7 @@ const FILES: [&str; 11] = [
 
 /// The lines of a report.
 #[must_use]
-pub fn lines(report: &impl Serialize) -> Vec<Line> {
+pub fn lines(report: &impl Serialize) -> Vec<ReportLine> {
     let mut lines = Lines::default();
     // A structure of numbers and words always becomes JSON.
     if let Value::Object(report) = serde_json::to_value(report).unwrap_or_default() {
@@ -110,7 +110,7 @@ pub fn lines(report: &impl Serialize) -> Vec<Line> {
 }
 
 #[derive(Default)]
-struct Lines(Vec<Line>);
+struct Lines(Vec<ReportLine>);
 
 impl Lines {
     fn object(&mut self, object: &Object, around: &Object, level: usize) {
@@ -172,7 +172,7 @@ impl Lines {
     }
 
     fn row(&mut self, level: usize, key: &str, label: String, value: String, reason: String) {
-        self.0.push(Line::Row(Row {
+        self.0.push(ReportLine::Row(Row {
             level,
             key: key.to_owned(),
             label,
@@ -216,7 +216,7 @@ impl Lines {
         let columns: Vec<Column> = (keys.iter())
             .map(|key| Column::new(key, &objects, object, has_own))
             .collect();
-        self.0.push(Line::Table(Table {
+        self.0.push(ReportLine::Table(Table {
             level,
             key: key.to_owned(),
             label: label(key),
@@ -476,9 +476,11 @@ mod tests {
     use serde_json::json;
 
     fn said(report: &Value) -> Vec<String> {
-        let say = |line: Line| match line {
-            Line::Row(row) => format!("{}|{}|{}|{}", row.level, row.label, row.value, row.reason),
-            Line::Table(table) => {
+        let say = |line: ReportLine| match line {
+            ReportLine::Row(row) => {
+                format!("{}|{}|{}|{}", row.level, row.label, row.value, row.reason)
+            }
+            ReportLine::Table(table) => {
                 let rows: Vec<String> = table.rows.iter().map(|row| row.join(",")).collect();
                 format!(
                     "{}: {}: {}",
@@ -580,7 +582,7 @@ mod tests {
         let events: Vec<Value> = (0..30)
             .map(|n| json!({ "tick": n, "kind": "phase" }))
             .collect();
-        let [Line::Table(table)] = &lines(&json!({ "events": events }))[..] else {
+        let [ReportLine::Table(table)] = &lines(&json!({ "events": events }))[..] else {
             panic!("no table")
         };
         assert_eq!(table.rows.len(), 30);
@@ -602,7 +604,7 @@ mod tests {
         let long: Vec<Value> = (0..100)
             .map(|place| json!({ "place": f64::from(place) }))
             .collect();
-        let [Line::Table(table)] = &lines(&json!({ "points": long }))[..] else {
+        let [ReportLine::Table(table)] = &lines(&json!({ "points": long }))[..] else {
             panic!("no table")
         };
         assert_eq!((table.length, table.rows.len()), (100, ROWS_OF_MANY));

@@ -57,12 +57,13 @@ impl Recording {
     /// Takes a tick; `false` if the writer has ended, as on a full disk.
     pub fn tick(&mut self, ticked: &Ticked, energy_j: f64) -> bool {
         let reading = &ticked.sample.reading;
-        let (first_tick, first_s) = *self.first.get_or_insert_with(|| {
+        self.first.get_or_insert_with(|| {
             // A writer that has ended is seen at the tick.
             let _ = self.recorder.starts_at(StartTime::at(SystemTime::now()));
             (reading.tick, reading.time_s)
         });
-        self.samples = reading.tick + 1 - first_tick;
+        let (tick, time_s) = self.at(ticked);
+        self.samples = tick + 1;
         let hand = TickMessage {
             reference_m: ticked.around.hand_m.into(),
             indenter_position_m: ticked.around.hand_m.into(),
@@ -70,11 +71,19 @@ impl Recording {
             ..TickMessage::unknown(1)
         };
         let message = TickMessage {
-            tick: reading.tick - first_tick,
-            time_s: reading.time_s - first_s,
+            tick,
+            time_s,
             ..by_loop(hand, &ticked.sample, Some(-energy_j))
         };
         self.recorder.tick(&message).is_ok()
+    }
+
+    /// The number of a tick in this log, and its time there, s.
+    #[must_use]
+    pub fn at(&self, ticked: &Ticked) -> (u64, f64) {
+        let reading = &ticked.sample.reading;
+        let (first_tick, first_s) = self.first.unwrap_or((reading.tick, reading.time_s));
+        (reading.tick - first_tick, reading.time_s - first_s)
     }
 
     /// Takes an event.

@@ -8,7 +8,7 @@ use crate::run::ending::Ending;
 use crate::run::remote::{Steered, Steers};
 use crate::run::tick::by_loop;
 use haptic_log::record::{EventMessage, TickMessage};
-use haptic_loop::{Controller, Engaged, Sample};
+use haptic_loop::{Controller, Engaged, LoopSample};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -137,7 +137,7 @@ impl Steers<f64, FadingFelt, 1> for Steering {
     fn steer(
         &mut self,
         controller: &mut Controller<f64, 1, FadingFelt>,
-        sample: &Sample<f64, 1>,
+        sample: &LoopSample<f64, 1>,
     ) -> Steered {
         let looping = &mut self.0;
         looping.heard(controller, sample);

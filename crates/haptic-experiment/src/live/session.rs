@@ -10,7 +10,6 @@
 //! - *An end* that nobody asked for, by a fault or a lost device, ends the session: the log is kept, and every call says so.
 
 use super::fading::Law;
-use super::felt::{FeltSummary, Tally};
 use super::hand::{HAND_DAMPING, HAND_M, HAND_STIFFNESS, HeldDevice};
 use super::keeper::Keeper;
 use super::law::{HORIZON, fading, refuse_unstable, ticks};
@@ -28,6 +27,7 @@ use crate::experiment::trial::{PUSH, TRIAL_FORCE_LIMIT};
 use crate::experiment::wall::{
     DISSIPATION, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT, WallExperiment,
 };
+use crate::judge::{FeltSummary, Tally};
 use crate::open::ExperimentFile;
 use crate::run::device::LinkedName;
 use crate::run::folder::FolderRequest;
@@ -666,7 +666,7 @@ impl Session {
         let environment = Placed::new(allowed.law, surface_m);
         let order = {
             let mut kept = locked(&self.shared.kept);
-            kept.tally = Tally::of(number, surface_m, ticks, self.t);
+            kept.tally = (number, Tally::of(surface_m, ticks, self.t));
             let stimulus = |law| {
                 Box::new(Stimulus {
                     law,
@@ -713,15 +713,15 @@ impl Session {
         progress: &dyn Fn(u64),
     ) -> Result<(), Failure> {
         loop {
-            let felt = locked(&self.shared.kept).tally.ticks;
+            let felt = locked(&self.shared.kept).tally.1.ticks;
             if felt >= ticks {
                 return Ok(());
             }
             // Virtual time stands still at the last of them.
             let until = ticks.min(felt + CHUNK);
             self.wait(until - felt, stops, |kept| {
-                progress(kept.tally.ticks);
-                (kept.tally.ticks >= until).then_some(())
+                progress(kept.tally.1.ticks);
+                (kept.tally.1.ticks >= until).then_some(())
             })?;
         }
     }
@@ -729,7 +729,7 @@ impl Session {
     /// Numbers of what was felt of the newest wall so far.
     #[must_use]
     pub fn felt(&self) -> FeltSummary {
-        locked(&self.shared.kept).tally.summary()
+        locked(&self.shared.kept).tally.1.summary()
     }
 
     /// Waits until the handle has left the wall, which then goes; false if that takes longer than the patience, s. The wall goes then as

@@ -11,7 +11,7 @@ use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{
     Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond, Seconds as S,
 };
-use haptic_loop::{Controller, Environment as _, Pushing, SafetyChain, Sample, Wall};
+use haptic_loop::{Controller, Environment as _, LoopSample, Pushing, SafetyChain, Wall};
 use nalgebra::Vector1;
 use std::path::Path;
 use std::sync::Arc;
@@ -89,7 +89,7 @@ impl Bench {
         controller: &mut FeltController,
         device: &mut HeldDevice,
         hand_m: f64,
-    ) -> (Sample<f64, 1>, u64) {
+    ) -> (LoopSample<f64, 1>, u64) {
         assert!(self.looping.order().is_none());
         device.hand(hand_m, true);
         let mut engaged = controller.engage(&mut *device);

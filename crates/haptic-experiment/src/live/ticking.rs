@@ -4,7 +4,7 @@
 use super::fading::{Fading, Law};
 use super::law::Felt;
 use haptic_log::record::EventMessage;
-use haptic_loop::{Controller, Environment as _, Sample};
+use haptic_loop::{Controller, Environment as _, LoopSample};
 use nalgebra::Vector1;
 use rtrb::{Consumer, Producer, PushError};
 use std::any::Any;
@@ -81,7 +81,7 @@ pub struct Ticked {
     /// Its number in this loop: none is left out, whatever a line lost.
     pub number: u64,
     /// Readings and forces.
-    pub sample: Sample<f64, 1>,
+    pub sample: LoopSample<f64, 1>,
     /// The hand around it.
     pub around: Around,
     /// The loop comes to rest, or is there.
@@ -291,7 +291,7 @@ impl Looping {
     }
 
     /// Remembers a tick, and changes the law for the next.
-    pub(crate) fn heard(&mut self, controller: &mut FeltController, sample: &Sample<f64, 1>) {
+    pub(crate) fn heard(&mut self, controller: &mut FeltController, sample: &LoopSample<f64, 1>) {
         let position_m = sample.reading.position_m[0];
         self.recent[(self.next % RECENT as u64) as usize] = position_m;
         self.next += 1;
@@ -307,7 +307,7 @@ impl Looping {
     pub(crate) fn report(
         &mut self,
         controller: &FeltController,
-        sample: &Sample<f64, 1>,
+        sample: &LoopSample<f64, 1>,
         around: Around,
     ) {
         let ticked = Ticked {

@@ -1,9 +1,9 @@
 //! Time of a session, and what whoever waits for its loop sees of it.
 
-use super::felt::Tally;
 use super::keeper::Watch;
 use super::orders::locked;
 use super::ticking::Ticked;
+use crate::judge::Tally;
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
@@ -47,7 +47,8 @@ pub(super) struct Kept {
     pub(super) position_m: f64,
     /// The law of the newest of them.
     pub(super) stimulus: u64,
-    pub(super) tally: Tally,
+    /// Sums over the stimulus of this number.
+    pub(super) tally: (u64, Tally),
     /// Positions that the law has heard, m, and the number of the first.
     pub(super) past_m: VecDeque<f64>,
     pub(super) past_from: u64,
@@ -63,7 +64,11 @@ impl Kept {
         let before_m = std::mem::replace(&mut self.position_m, f64::NAN);
         self.position_m = ticked.sample.reading.position_m[0];
         self.stimulus = ticked.stimulus;
-        self.tally.see(ticked);
+        if ticked.stimulus == self.tally.0 {
+            let (reading, force) = (&ticked.sample.reading, ticked.sample.force.newtons());
+            let at = (reading.tick, reading.time_s);
+            self.tally.1.see(at, self.position_m, force[0]);
+        }
         if ticked.fresh || ticked.stimulus == 0 {
             self.past_m.clear();
             self.start_m = before_m;

@@ -74,7 +74,7 @@ impl NamedPlant {
 /// Parts of a form that are files or objects: each is taken in place of its text.
 #[derive(Clone, Debug, Default)]
 #[expect(missing_docs, reason = "each field is in place of the key of its name")]
-pub struct Held {
+pub struct FormParts {
     pub plant: Option<NamedPlant>,
     pub controller: Option<ControllerSetup>,
 }
@@ -93,12 +93,12 @@ impl LoopForm {
     ///
     /// # Errors
     /// A file that cannot be read or is wrong.
-    pub fn files(&self) -> Result<Held, Failure> {
+    pub fn files(&self) -> Result<FormParts, Failure> {
         let plant = path(&self.plant, &["csv", "toml"]);
         let plant = plant.map(|path| NamedPlant::of(&PlantModel::read(path)?));
         let controller = path(&self.controller, &["toml"]);
         let controller = controller.map(|path| Ok::<_, Failure>(ControllerFile::read(path)?.setup));
-        Ok(Held {
+        Ok(FormParts {
             plant: plant.transpose()?,
             controller: controller.transpose()?,
         })
@@ -217,11 +217,11 @@ fn law(text: &str) -> Result<ControllerParameters, Failure> {
 /// A loop, or a plant alone, to be judged or run.
 ///
 /// ```
-/// use haptic_experiment::question::control_loop::{ControlLoop, Held, LoopForm};
+/// use haptic_experiment::question::control_loop::{ControlLoop, FormParts, LoopForm};
 ///
 /// let form = "{\"plant\": \"1/(s+1)\", \"controller\": \"2+1/s\", \"sample_time_s\": 0.01}";
 /// let form: LoopForm = serde_json::from_str(form)?;
-/// let asked = ControlLoop::of(form, Held::default())?;
+/// let asked = ControlLoop::of(form, FormParts::default())?;
 /// let judged = asked.analysed()?.report;
 /// assert!(judged["reason"].as_str().is_some_and(|reason| reason.starts_with("Stable, proved.")));
 /// assert_eq!(asked.simulated(None)?.report["at_reference"], true);
@@ -243,7 +243,7 @@ impl ControlLoop {
     ///
     /// # Errors
     /// As [`LoopForm::plant`] and [`controller_of`]; keys without an effect.
-    pub fn of(form: LoopForm, held: Held) -> Result<Self, Failure> {
+    pub fn of(form: LoopForm, held: FormParts) -> Result<Self, Failure> {
         let mut plant = form.plant(held.plant)?;
         let mut warnings = Vec::from_iter(plant.hint.take());
         let scheme = read(LOOP_SCHEME, &form.scheme, controller_scheme)?;

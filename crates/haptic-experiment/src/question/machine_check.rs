@@ -400,7 +400,7 @@ fn stolen_ms(root: &Path) -> Option<u64> {
 mod tests {
     use super::*;
     use crate::run::realtime::Microseconds;
-    use haptic_loop::realtime::Refusal;
+    use haptic_loop::realtime::SystemRefusal;
 
     fn rate(fit: bool) -> Rate {
         Rate {
@@ -472,7 +472,7 @@ mod tests {
         assert_eq!(machine.idle_exit_us, Some(170));
         assert_eq!(machine.latency_timers_ms, [("ttyUSB0".to_owned(), 16)]);
         let fallback = Fallback {
-            priority: Some((80, Refusal::NotPermitted)),
+            priority: Some((80, SystemRefusal::NotPermitted)),
             ..Fallback::default()
         };
         let advice = machine.advice(Some(fallback), &[rate(true), rate(false)], 20);

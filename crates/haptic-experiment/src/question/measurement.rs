@@ -28,7 +28,7 @@ use crate::document::parameters::{DEVICE, MAX_AGE_TICKS, SAMPLE_TIME, WATCHDOG};
 use crate::question::bench::SIMULATED;
 pub use answer::{MeasureReport, Measurement};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
-use haptic_loop::{Limits, Stuck, Workspace};
+use haptic_loop::{SafetyLimits, Stuck, Workspace};
 
 parameters! {
     /// Sample time of a measurement, s.
@@ -120,12 +120,12 @@ impl MeasurePlan {
     }
 
     /// Limits of the safety chain of a device that is at `start_m`.
-    pub(crate) fn limits(&self, start_m: f64) -> Limits {
+    pub(crate) fn limits(&self, start_m: f64) -> SafetyLimits {
         let force = self.force_n();
-        let default = Limits::default();
+        let default = SafetyLimits::default();
         // As steep as the fastest line of the multi-sine, so that its highest frequencies get through.
         let rate = f64::max(default.rate.0, 1000.0 * force);
-        Limits {
+        SafetyLimits {
             force: Newtons(force),
             norm: None,
             rate: NewtonsPerSecond(rate),

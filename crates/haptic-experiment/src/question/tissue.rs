@@ -17,9 +17,9 @@ use haptic_loop::{Loading, LoadingKind};
 use haptic_quantity::{is_meant, number, parse_for_key};
 use haptic_tissue::ModelKind;
 use haptic_tissue::identify::{
-    Baseline, CANDIDATES, ContactPoint, Estimate, Fit, Held, Identification, IdentifyError,
-    MasterCurve, Options, Reading, Record, RecordKind, Replicates, ShiftBy, Understood, Weighting,
-    identify_unless, replicates,
+    Baseline, CANDIDATES, ContactPoint, Estimate, Fit, HeldParameter, Identification,
+    IdentifyError, MasterCurve, Options, Record, RecordKind, Replicates, ShiftBy, TableDetails,
+    Understood, Weighting, identify_unless, replicates,
 };
 use measured_table::{Column, Columns, Reader, read_table};
 use serde_json::{Map, Value, json};
@@ -133,7 +133,7 @@ fn contact_point(text: &str) -> Result<ContactPoint, String> {
 }
 
 /// Reads `order=0.2` or `order=0.1..0.3`; names are those of tissue files, with the unit or without.
-fn held(text: &str) -> Result<Held, String> {
+fn held(text: &str) -> Result<HeldParameter, String> {
     let split = text.split_once('=');
     let (name, value) =
         split.ok_or("is not PARAMETER=VALUE or PARAMETER=LOW..HIGH, decimals with a point")?;
@@ -142,7 +142,7 @@ fn held(text: &str) -> Result<Held, String> {
     let name = names.find(|known| is_meant(known, name)).unwrap_or(name);
     let read = |text: &str| parse_for_key(name, text).map_err(|error| error.to_string());
     let (low, high) = value.split_once("..").unwrap_or((value, value));
-    Ok(Held {
+    Ok(HeldParameter {
         name: name.to_owned(),
         low: read(low)?,
         high: read(high)?,
@@ -230,7 +230,7 @@ pub struct RecordQuestion {
     /// Reader of the tables.
     pub reader: Reader,
     /// Facts that the tables lack.
-    pub reading: Reading,
+    pub reading: TableDetails,
     /// Options of the fit.
     pub options: Options,
     /// Relation between several records.
@@ -260,7 +260,7 @@ impl RecordQuestion {
                 segments: parts(SEGMENT, &form.segment, |text| Ok(text.to_owned()))?,
                 skip_bad_rows: form.skip_bad_rows,
             },
-            reading: Reading {
+            reading: TableDetails {
                 kind: named(KIND, &form.kind, &RecordKind::CHOICES)?,
                 strain: form.strain,
                 stress_pa: form.stress_pa,
@@ -358,7 +358,7 @@ impl RecordQuestion {
     /// The records of a table that is read so, the file of this number from 0: one, the segments that were chosen, or all of a master curve.
     ///
     /// # Errors
-    /// As [`Reader::read_all`] and [`Reading::record`].
+    /// As [`Reader::read_all`] and [`TableDetails::record`].
     pub fn read(
         &self,
         file: usize,

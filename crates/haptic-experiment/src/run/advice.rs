@@ -11,7 +11,7 @@ use crate::run::safety::keys::{
 };
 use fracdiff::parameter::Shown;
 use haptic_analysis::AnalysisError;
-use haptic_loop::ParameterError;
+use haptic_loop::LoopParameterError;
 use haptic_quantity::label;
 
 /// Parameters that the libraries call by their label, as those of the safety chain.
@@ -58,8 +58,8 @@ fn change(what: &str) -> Option<String> {
 }
 
 /// A parameter that the loop refuses, with the keys to change.
-pub(crate) fn parameter(error: ParameterError) -> Failure {
-    if let ParameterError::Range(range) = &error
+pub(crate) fn parameter(error: LoopParameterError) -> Failure {
+    if let LoopParameterError::Range(range) = &error
         && let Some(advice) = change(range.what)
     {
         return Failure::input_with_advice(error, advice);
@@ -112,11 +112,11 @@ pub fn single(name: &str, value: f64) -> Result<f32, Failure> {
 mod tests {
     use super::*;
     use haptic_loop::units::{Newtons, Seconds};
-    use haptic_loop::{Limits, SafetyChain};
+    use haptic_loop::{SafetyChain, SafetyLimits};
 
     #[test]
     fn the_option_of_the_parameter_is_named_and_no_other() {
-        type Change = fn(&mut Limits);
+        type Change = fn(&mut SafetyLimits);
         let wrong: [(Change, &str); 3] = [
             (|limits| limits.stop_time = Seconds(2.0), "`stop_time_s`"),
             (|limits| limits.force = Newtons(-1.0), "`force_limit_n`"),
@@ -126,7 +126,7 @@ mod tests {
             ),
         ];
         for (change, option) in wrong {
-            let mut limits = Limits::default();
+            let mut limits = SafetyLimits::default();
             change(&mut limits);
             let refused = SafetyChain::<f64>::from_limits(&limits, Seconds(1e-3));
             let text = parameter(refused.expect_err("is none")).to_string();

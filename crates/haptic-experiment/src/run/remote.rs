@@ -36,7 +36,7 @@ use haptic_link::{
 };
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::Seconds;
-use haptic_loop::{DepthMap, Guard, Limit};
+use haptic_loop::{DepthMap, Limit, PassivityGuard};
 use haptic_remote::serial::SerialLink;
 use haptic_remote::wire_limits;
 use std::time::Duration;
@@ -81,7 +81,10 @@ impl RemoteDevice {
     }
 
     /// Limits of the chain in this program: in a loop here [`host_limits`]; with the device's own loop it only checks them.
-    pub(crate) fn limits_here(&self, limits: haptic_loop::Limits) -> haptic_loop::Limits {
+    pub(crate) fn limits_here(
+        &self,
+        limits: haptic_loop::SafetyLimits,
+    ) -> haptic_loop::SafetyLimits {
         match self.loop_mode {
             LoopMode::Host => host_limits(&limits),
             LoopMode::Device => limits,
@@ -116,7 +119,7 @@ pub(crate) struct RemoteLaw {
     /// coefficients.
     pub controller: Option<ControllerLaw>,
     /// Limits of the safety chain, without a guard.
-    pub limits: haptic_loop::Limits,
+    pub limits: haptic_loop::SafetyLimits,
     /// Limits that stay as they are on the device.
     pub unchanged: UnchangedLimits,
     /// The guard, and what is known of a real device.
@@ -136,7 +139,7 @@ impl RemoteLaw {
     /// No law at all: one of a loop on the host. Of the limits those that nobody has given stay as they are on the device: `rate` is the
     /// force rate limit, N/s. `device` is what is known of it for its guard.
     pub(crate) fn none(
-        limits: haptic_loop::Limits,
+        limits: haptic_loop::SafetyLimits,
         rate: Option<f64>,
         safety: &Safety,
         device: GuardedDevice,
@@ -154,7 +157,7 @@ impl RemoteLaw {
     }
 
     /// No law, these limits, no guard.
-    pub(crate) fn bare(limits: haptic_loop::Limits, simulation: Simulation) -> Self {
+    pub(crate) fn bare(limits: haptic_loop::SafetyLimits, simulation: Simulation) -> Self {
         Self {
             stiffness_n_per_m: 0.0,
             dissipation_n_s_mu_per_m: 0.0,
@@ -294,7 +297,7 @@ fn configuration(
     let t = Seconds(schedule.sample_time_s);
     let known = law.guard.1.or(GuardedDevice::read_by(capabilities));
     let guard = guard_of(law.guard.0, known, &simulation, t)?;
-    let limits = haptic_loop::Limits {
+    let limits = haptic_loop::SafetyLimits {
         guard,
         ..law.limits
     };
@@ -359,13 +362,13 @@ fn keep_within(configuration: &mut Configuration, set: &Configuration) -> Option
 
 /// Limits of the chain that closes a loop here: force, norm, rate, start and stop. The rest is up to the device, which
 /// knows where it is without delay.
-const fn host_limits(limits: &haptic_loop::Limits) -> haptic_loop::Limits {
-    haptic_loop::Limits {
+const fn host_limits(limits: &haptic_loop::SafetyLimits) -> haptic_loop::SafetyLimits {
+    haptic_loop::SafetyLimits {
         norm: limits.norm,
         start_force: limits.start_force,
         stop_time: limits.stop_time,
         brake_force: limits.brake_force,
-        ..haptic_loop::Limits::bare(limits.force, limits.rate)
+        ..haptic_loop::SafetyLimits::bare(limits.force, limits.rate)
     }
 }
 
@@ -379,7 +382,7 @@ pub fn guard_of(
     known: GuardedDevice,
     simulation: &Simulation,
     t: Seconds,
-) -> Result<Option<Guard>, Failure> {
+) -> Result<Option<PassivityGuard>, Failure> {
     let simulated = |value: f32| Some(f64::from(value));
     let itself = if simulation.kind == SimulationKind::Real {
         GuardedDevice::default()

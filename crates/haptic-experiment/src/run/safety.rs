@@ -75,7 +75,8 @@ use fracdiff::parameter::Shown;
 pub use guard::{GuardChoice, GuardedDevice};
 use haptic_loop::units::{Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Seconds};
 use haptic_loop::{
-    EnergyBounding, Guard, Limit, Limits, PassivityObserver, SpeedLimit, Stuck, Workspace,
+    EnergyBounding, Limit, PassivityGuard, PassivityObserver, SafetyLimits, SpeedLimit, Stuck,
+    Workspace,
 };
 use keys::{
     self as p, BRAKING, DEVICE_DAMPING, DEVICE_DELAY_LEAST, DEVICE_DELAY_MOST, DEVICE_LAG,
@@ -188,10 +189,10 @@ impl Safety {
 impl Safety {
     /// Adds all but the guard to limits of force and rate. On a device that is not simulated here, `real`, a start
     /// with a blow is refused, and an implausible position is a fault unless that is switched off.
-    pub(crate) fn on(&self, limits: Limits, real: bool) -> Limits {
+    pub(crate) fn on(&self, limits: SafetyLimits, real: bool) -> SafetyLimits {
         let brakes = self.number(Limit::Braking).is_some();
-        let default = Limits::default();
-        let mut chain = Limits {
+        let default = SafetyLimits::default();
+        let mut chain = SafetyLimits {
             stop_time: default.stop_time,
             brake_force: default.brake_force,
             device_mass: None,
@@ -314,8 +315,13 @@ impl Safety {
     }
 
     /// The limits for a device of this mass, unless somebody says otherwise, and delay: how much braking it bears.
-    pub(crate) fn braked(&self, limits: Limits, mass_kg: f64, delay_samples: u32) -> Limits {
-        Limits {
+    pub(crate) fn braked(
+        &self,
+        limits: SafetyLimits,
+        mass_kg: f64,
+        delay_samples: u32,
+    ) -> SafetyLimits {
+        SafetyLimits {
             device_mass: limits.device_mass.or(Some(Kilograms(mass_kg))),
             device_delay_samples: delay_samples,
             ..limits
@@ -351,7 +357,7 @@ impl GuardChoice {
     ///
     /// # Errors
     /// If a property of the device that it needs is unknown.
-    pub fn of(self, device: &GuardedDevice, t: Seconds) -> Result<Option<Guard>, Failure> {
+    pub fn of(self, device: &GuardedDevice, t: Seconds) -> Result<Option<PassivityGuard>, Failure> {
         let unknown = |what, key: &dyn fmt::Display| {
             Failure::bad_input(format_args!(
                 "guard {} needs to know the {what} of a real device: give {key}",
@@ -364,7 +370,7 @@ impl GuardChoice {
             Self::Off => None,
             Self::Observer => {
                 let mass = known(device.mass_kg, "mass", DEVICE_MASS)?;
-                Some(Guard::Observer(PassivityObserver::bearable(
+                Some(PassivityGuard::Observer(PassivityObserver::bearable(
                     Kilograms(mass),
                     t,
                 )))
@@ -376,7 +382,7 @@ impl GuardChoice {
                     unknown("delay", &both)
                 })?;
                 let lag = known(device.lag_s, "lag", DEVICE_LAG)?;
-                Some(Guard::EnergyBounding(EnergyBounding {
+                Some(PassivityGuard::EnergyBounding(EnergyBounding {
                     delay_least: Seconds(least),
                     delay_most: Seconds(most),
                     lag: Seconds(lag),
@@ -436,7 +442,7 @@ mod tests {
                     .with(Limit::Speed, Some(hard))
                     .with(Limit::Braking, braking)
                     .with(Limit::DeviceMass, Some(1.0));
-                let limits = safety.on(Limits::default(), true);
+                let limits = safety.on(SafetyLimits::default(), true);
                 let configuration = Configuration {
                     limits: wire_limits(&limits, Seconds(1e-3)),
                     simulation: Simulation::TESTBED,
@@ -505,7 +511,7 @@ mod tests {
             |known, simulation| match guard_of(GuardChoice::EnergyBounding, known, simulation, t)
                 .expect("known")
             {
-                Some(Guard::EnergyBounding(bounding)) => {
+                Some(PassivityGuard::EnergyBounding(bounding)) => {
                     let delay = (bounding.delay_least.0, bounding.delay_most.0);
                     (bounding.device_damping.0, delay, bounding.lag.0)
                 }

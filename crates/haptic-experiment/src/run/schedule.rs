@@ -4,7 +4,7 @@ use crate::document::failure::Failure;
 use crate::document::parameters::TRIAL_DURATION;
 use crate::run::realtime::RealtimeOptions;
 use fracdiff::parameter::Shown;
-use haptic_loop::ParameterError;
+use haptic_loop::LoopParameterError;
 use haptic_loop::realtime::PeriodicConfig;
 use std::ops::RangeInclusive;
 use std::time::Duration;
@@ -46,7 +46,7 @@ impl Schedule {
     }
 
     /// The clock of this machine, if the run follows it.
-    pub(crate) fn clock(&self) -> Result<Option<PeriodicConfig>, ParameterError> {
+    pub(crate) fn clock(&self) -> Result<Option<PeriodicConfig>, LoopParameterError> {
         let Pace::Realtime(options) = self.pace else {
             return Ok(None);
         };

@@ -3,6 +3,7 @@
 //! ```text
 //! f₀ = Σ f[n]/N        n the first N samples of the run, in all of which the law wants no force
 //! ```
+//! - *A device that holds its handle* from its first tick on is asked before, while it is idle.
 //! - *Start-up*: until f₀ is known nothing is sensed. A run that touches before has no offset: its readings stay as they are, and its report
 //!   says so.
 //! - *Cost*: an addition or a subtraction per axis and sample; no allocation, no panic.

@@ -4,7 +4,7 @@ use fracdiff::Real;
 use haptic_link::BatchItem;
 use haptic_log::record::flaw::{IMPOSSIBLE, LATE_FORCE};
 use haptic_log::record::{PerAxis, TickMessage};
-use haptic_loop::Sample;
+use haptic_loop::LoopSample;
 use nalgebra::SVector;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,7 +101,7 @@ pub(crate) fn sensed_by_device(sample: &haptic_link::Sample) -> Option<PerAxis> 
 /// The message of a tick that a loop of this program ran.
 pub fn by_loop<F: Real, const D: usize>(
     message: TickMessage,
-    sample: &Sample<F, D>,
+    sample: &LoopSample<F, D>,
     guarded_energy_j: Option<F>,
 ) -> TickMessage {
     let force_n = per_axis(sample.force.newtons());

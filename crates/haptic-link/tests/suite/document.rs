@@ -10,9 +10,9 @@ use self::reader::{Document, fields, kebab, variant};
 use crate::frames::{body, header, line_with};
 use crate::messages::{ack, batch, refusals, reports, requests};
 use haptic_link::{
-    BATCH_MAX, ControllerForm, Direction, EventKind, FRAME_MAX, Field, GuardKind, Header, Limits,
-    LoopMode, OperatorForm, Outcome, PROTOCOL_VERSION, REPORT_KEYS, REQUEST_KEYS, Report, Request,
-    SENSED_MAX, Scope, SequenceTracker, SimulationKind, State, SurfaceKind, Trouble,
+    BATCH_MAX, ControllerForm, DeviceReport, Direction, EventKind, FRAME_MAX, Field, GuardKind,
+    Header, Limits, LoopMode, OperatorForm, Outcome, PROTOCOL_VERSION, REPORT_KEYS, REQUEST_KEYS,
+    Request, SENSED_MAX, Scope, SequenceTracker, SimulationKind, State, SurfaceKind, Trouble,
 };
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -108,7 +108,7 @@ fn every_request_is_as_its_table_says() {
 fn every_report_is_as_its_table_says() {
     check_messages("Report", with_bytes(reports(), Direction::FromDevice));
     for count in 1..=BATCH_MAX {
-        let bytes = message(&Report::Batch(batch(1, count)), Direction::FromDevice);
+        let bytes = message(&DeviceReport::Batch(batch(1, count)), Direction::FromDevice);
         let sensed = batch(1, count).sensed_force_n.len();
         assert_eq!(bytes.len(), 14 + 14 * count + 4 * sensed);
     }
@@ -187,7 +187,7 @@ fn constants_are_as_the_document_says() {
         }
     };
     keyed(&Request::NAMES, &REQUEST_KEYS);
-    keyed(&Report::NAMES, &REPORT_KEYS);
+    keyed(&DeviceReport::NAMES, &REPORT_KEYS);
     // What of the limits is not at power-up as the document says would be told here.
     let limits = Limits::DEFAULT;
     says(format!(
@@ -221,7 +221,7 @@ fn constants_are_as_the_document_says() {
     says("eight late frames".to_owned());
     let longest = |bytes: Vec<Vec<u8>>| bytes.iter().map(Vec::len).max();
     // Without sensed forces a batch has more items.
-    let longer = Report::Batch(batch(1, BATCH_MAX));
+    let longer = DeviceReport::Batch(batch(1, BATCH_MAX));
     let reports = reports()
         .into_iter()
         .chain([longer])

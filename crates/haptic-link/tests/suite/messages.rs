@@ -1,10 +1,10 @@
 //! Messages of every kind, with values that differ from field to field.
 
 use haptic_link::{
-    Ack, Alive, AxisWorkspace, BATCH_MAX, Batch, BatchItem, Capabilities, CoefficientBlock,
-    Configuration, ControllerCost, ControllerForm, ControllerLaw, ControllerPart, Event, EventKind,
+    Ack, Alive, AxisWorkspace, BATCH_MAX, BatchItem, Capabilities, CoefficientBlock, Configuration,
+    ControllerCost, ControllerForm, ControllerLaw, ControllerPart, DeviceReport, Event, EventKind,
     FaultReport, Field, Flight, Guard, GuardKind, Hello, Keys, Limits, LoopMode, OperatorForm,
-    OperatorShape, Outcome, Reason, Refusal, Report, Request, SENSED_MAX, Sample, Scope,
+    OperatorShape, Outcome, Reason, Refusal, Request, SENSED_MAX, Sample, SampleBatch, Scope,
     Simulation, SimulationKind, Start, State, Statistics, Status, SurfaceKind, SurfaceShape,
     Trouble, WorkspaceBox,
 };
@@ -175,7 +175,7 @@ pub(crate) fn requests() -> Vec<Request> {
 }
 
 /// A batch of what is hard to carry: numbers at their ends, and NaN.
-pub(crate) fn extreme_batch() -> Batch {
+pub(crate) fn extreme_batch() -> SampleBatch {
     let item = BatchItem {
         position_m: f32::MIN,
         environment_force_n: f32::INFINITY,
@@ -183,7 +183,7 @@ pub(crate) fn extreme_batch() -> Batch {
         limiters: u8::MAX,
         flaws: u8::MAX,
     };
-    Batch {
+    SampleBatch {
         tick: u32::MAX,
         time_us: u32::MAX,
         every: u16::MAX,
@@ -194,7 +194,7 @@ pub(crate) fn extreme_batch() -> Batch {
 }
 
 /// A batch of so many items, with sensed forces where they fit.
-pub(crate) fn batch(axes: u8, count: usize) -> Batch {
+pub(crate) fn batch(axes: u8, count: usize) -> SampleBatch {
     let item = |n: usize| BatchItem {
         position_m: n as f32 + 0.5,
         environment_force_n: n as f32 + 100.5,
@@ -202,7 +202,7 @@ pub(crate) fn batch(axes: u8, count: usize) -> Batch {
         limiters: n as u8,
         flaws: (n as u8).wrapping_add(1),
     };
-    Batch {
+    SampleBatch {
         tick: 0x0403_0201,
         time_us: 0x0807_0605,
         every: 0x0a09,
@@ -239,25 +239,25 @@ pub(crate) fn statistics() -> Statistics {
     }
 }
 
-pub(crate) fn ack(outcome: Outcome) -> Report {
-    Report::Ack(Ack {
+pub(crate) fn ack(outcome: Outcome) -> DeviceReport {
+    DeviceReport::Ack(Ack {
         sequence: 0x0201,
         request: 4,
         outcome,
     })
 }
 
-pub(crate) fn reports() -> Vec<Report> {
+pub(crate) fn reports() -> Vec<DeviceReport> {
     let time_us = 0x0807_0605_0403_0201;
     vec![
-        Report::Hello(Hello {
+        DeviceReport::Hello(Hello {
             nonce: 0x0403_0201,
             connection: 0x0807_0605,
             firmware: [1, 2, 3],
             boot: 0x0403_0201,
             status: status(),
         }),
-        Report::Capabilities(Capabilities {
+        DeviceReport::Capabilities(Capabilities {
             board: Capabilities::board_name("sixteen letters!"),
             axes: 2,
             simulated: true,
@@ -275,37 +275,37 @@ pub(crate) fn reports() -> Vec<Report> {
             lets_go_alone: true,
         }),
         ack(Outcome::Done),
-        Report::Configuration {
+        DeviceReport::Configuration {
             configuration: configuration(),
             digest: 0x0403_0201,
         },
-        Report::Coefficients(block()),
-        Report::Sample(sample(3)),
-        Report::Batch(batch(2, SENSED_MAX)),
-        Report::Event(Event {
+        DeviceReport::Coefficients(block()),
+        DeviceReport::Sample(sample(3)),
+        DeviceReport::Batch(batch(2, SENSED_MAX)),
+        DeviceReport::Event(Event {
             kind: EventKind::Stopped,
             tick: 0x0403_0201,
             time_us,
         }),
-        Report::Fault(FaultReport {
+        DeviceReport::Fault(FaultReport {
             status: status(),
             tick: 0x0403_0201,
             time_us,
         }),
-        Report::Statistics(statistics()),
-        Report::Alive(Alive {
+        DeviceReport::Statistics(statistics()),
+        DeviceReport::Alive(Alive {
             token: 0x0403_0201,
             time_us,
             status: status(),
             observed_energy_j: -4.5,
         }),
-        Report::Flight(Flight {
+        DeviceReport::Flight(Flight {
             index: 0x0201,
             count: 0x0403,
             sample: sample(2),
         }),
-        Report::Keys(Keys::current()),
-        Report::ControllerCost(ControllerCost {
+        DeviceReport::Keys(Keys::current()),
+        DeviceReport::ControllerCost(ControllerCost {
             tick_us: 0x0403_0201,
             coefficient_ns: 0x0807_0605,
         }),

@@ -7,7 +7,7 @@ mod one_form;
 use crate::frames::{body, header, line};
 use crate::messages::{configuration, extreme_batch, reports, requests, sample};
 use haptic_link::{
-    BATCH_MAX, BatchItem, DigestBuilder, Direction, EncodeError, FRAME_MAX, Receiver, Report,
+    BATCH_MAX, BatchItem, DeviceReport, DigestBuilder, Direction, EncodeError, FRAME_MAX, Receiver,
     Request, SENSED_MAX, Sample, encode,
 };
 use proptest::prelude::*;
@@ -51,7 +51,7 @@ fn a_sample_of_one_axis_is_a_packed_structure_and_no_sensor_costs_it_a_byte() {
             axes: [item].into_iter().collect(),
             sensed_force_n: sensed.into_iter().collect(),
         };
-        let line = line(&Report::Sample(sample), 0x0a09, Direction::FromDevice);
+        let line = line(&DeviceReport::Sample(sample), 0x0a09, Direction::FromDevice);
         assert_eq!(line.len(), bytes);
         let mut expected = vec![0x82, 9, 10, 5, 1, 2, 3, 4, 5, 6, 7, 8, 1];
         for value in [1.0_f32, -2.0, 0.5] {
@@ -91,8 +91,8 @@ fn every_message_comes_back_as_it_was_sent() {
         let want = [(header(n as u16, Direction::FromHost), request)];
         assert_eq!(format!("{got:?}"), format!("{want:?}"));
     }
-    let mut receiver = Receiver::<Report>::new(Direction::FromDevice);
-    let extreme = [Report::Batch(extreme_batch())];
+    let mut receiver = Receiver::<DeviceReport>::new(Direction::FromDevice);
+    let extreme = [DeviceReport::Batch(extreme_batch())];
     for (n, report) in reports().into_iter().chain(extreme).enumerate() {
         let bytes = line(&report, n as u16, Direction::FromDevice);
         assert!(bytes.len() <= FRAME_MAX);
@@ -134,12 +134,12 @@ fn lines_are_as_slow_as_they_may_be() {
         if !sensed {
             sample.sensed_force_n.clear();
         }
-        let bytes = line(&Report::Sample(sample), 0, Direction::FromDevice).len();
+        let bytes = line(&DeviceReport::Sample(sample), 0, Direction::FromDevice).len();
         let share = (10 * 1000 * bytes) as f64 / 460_800.0;
         assert!(share <= most, "1 kHz at 460 800 baud: {share}");
     }
     for (report, ticks) in [
-        (Report::Batch(extreme_batch()), BATCH_MAX),
+        (DeviceReport::Batch(extreme_batch()), BATCH_MAX),
         (reports()[6].clone(), SENSED_MAX),
     ] {
         let batch = line(&report, 0, Direction::FromDevice).len();
@@ -153,7 +153,7 @@ fn lines_are_as_slow_as_they_may_be() {
 
 #[test]
 fn an_echo_and_another_version_are_told_apart_from_damage() {
-    let mut receiver = Receiver::<Report>::new(Direction::FromDevice);
+    let mut receiver = Receiver::<DeviceReport>::new(Direction::FromDevice);
     for byte in line(&Request::Stop, 0, Direction::FromHost) {
         assert_eq!(receiver.push(byte), None);
     }
@@ -229,7 +229,7 @@ proptest! {
         prop_assume!(damaged != content);
         let mut frame = vec![0; FRAME_MAX];
         let length = cobs::encode(&damaged, &mut frame);
-        let mut receiver = Receiver::<Report>::new(Direction::FromDevice);
+        let mut receiver = Receiver::<DeviceReport>::new(Direction::FromDevice);
         for &byte in frame[..length].iter().chain(&[0]) {
             prop_assert!(receiver.push(byte).is_none());
         }
@@ -238,7 +238,7 @@ proptest! {
 
     #[test]
     fn no_bytes_whatever_panic(bytes in prop::collection::vec(any::<u8>(), 0..2000)) {
-        let mut receiver = Receiver::<Report>::new(Direction::FromDevice);
+        let mut receiver = Receiver::<DeviceReport>::new(Direction::FromDevice);
         for byte in bytes {
             receiver.push(byte);
         }

@@ -31,7 +31,7 @@ pub struct MetadataRecord {
 /// A number in a column.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
-pub enum Value {
+pub enum ColumnValue {
     /// A number that counts, such as that of the tick.
     Count(u64),
     /// A number with a unit.
@@ -40,7 +40,7 @@ pub enum Value {
     Bits(u8),
 }
 
-impl Value {
+impl ColumnValue {
     /// As a number; counts above 2⁵³ are rounded.
     #[must_use]
     pub fn to_f64(self) -> f64 {
@@ -138,7 +138,7 @@ enum Kind<S> {
 
 /// An element of a field.
 pub(crate) enum Item<'a> {
-    Number(Value),
+    Number(ColumnValue),
     Text(&'a [u8]),
 }
 
@@ -383,18 +383,18 @@ impl<'a> Fields<'a> {
                         (self.at > before || field.count == Some(1)).then_some(())?;
                         continue;
                     }
-                    Kind::Unsigned(size) => Item::Number(Value::Count(self.number(*size)?)),
+                    Kind::Unsigned(size) => Item::Number(ColumnValue::Count(self.number(*size)?)),
                     Kind::Signed(size) => {
                         let unused = 64 - 8 * *size as u32;
                         let signed = (self.number(*size)? << unused).cast_signed() >> unused;
-                        Item::Number(Value::Number(signed as f64))
+                        Item::Number(ColumnValue::Number(signed as f64))
                     }
                     Kind::Float(4) => {
                         let number = f32::from_bits(self.number(4)? as u32);
-                        Item::Number(Value::Number(number.into()))
+                        Item::Number(ColumnValue::Number(number.into()))
                     }
                     Kind::Float(size) => {
-                        Item::Number(Value::Number(f64::from_bits(self.number(*size)?)))
+                        Item::Number(ColumnValue::Number(f64::from_bits(self.number(*size)?)))
                     }
                     Kind::Text => Item::Text(self.text()?),
                 };

@@ -49,7 +49,7 @@ pub use error::RecordError;
 pub use export::{ExportSummary, export_csv, export_csv_to};
 #[cfg(feature = "foxglove")]
 pub(crate) use message::LogMessage;
-pub use message::{EventMessage, MessageError, MetadataRecord, Value};
+pub use message::{ColumnValue, EventMessage, MessageError, MetadataRecord};
 pub use new_file::{
     Leftover, NewFile, NewFileError, leftover_at, part_of, refuse_taken, remove_earlier,
 };
@@ -62,6 +62,6 @@ pub use summary::{
     BUDGET, DRIVE_END, END, EndKind, Gap, LogSummary, RECOVERED, RunEnd, Skimmed, inspect, skim,
 };
 pub use sync::SYNC_INTERVAL;
-pub use tick::{AXES, Column, PerAxis, TickMessage, column_name};
+pub use tick::{AXES, PerAxis, TickColumn, TickMessage, column_name};
 pub use topic::Topic;
 pub use writer::{FinishedLog, LogWriter};

@@ -2,7 +2,7 @@
 //! and the columns of every other program. A field with an element an axis is `position_m` of one axis,
 //! `position_x_m`, `position_y_m` and `position_z_m` of several.
 
-use super::message::{Item, Layout, LogMessage, MessageError, Value, begin, put};
+use super::message::{ColumnValue, Item, Layout, LogMessage, MessageError, begin, put};
 use std::fmt;
 use std::ops::Deref;
 
@@ -186,7 +186,7 @@ pub(crate) struct Slot(Reach, usize);
 
 /// A column of a table of ticks: one number for each.
 #[derive(Clone, Debug)]
-pub struct Column {
+pub struct TickColumn {
     /// Its name, with its unit at the end.
     pub name: String,
     what: &'static str,
@@ -194,7 +194,7 @@ pub struct Column {
     reach: Reach,
 }
 
-impl Column {
+impl TickColumn {
     /// A value that is not in a tick but computed from it.
     #[must_use]
     pub fn derived(name: &str, read: fn(&TickMessage) -> f64) -> Self {
@@ -208,20 +208,20 @@ impl Column {
 
     /// The number of a tick; NaN on an axis that the tick lacks.
     #[must_use]
-    pub fn value(&self, tick: &TickMessage) -> Value {
+    pub fn value(&self, tick: &TickMessage) -> ColumnValue {
         let tick = &mut tick.clone();
         match self.reach {
-            Reach::Count(field) => Value::Count(*field(tick)),
-            Reach::Bits(field) => Value::Bits(*field(tick)),
-            Reach::Number(field) => Value::Number(*field(tick)),
-            Reach::Derived(number) => Value::Number(number(tick)),
+            Reach::Count(field) => ColumnValue::Count(*field(tick)),
+            Reach::Bits(field) => ColumnValue::Bits(*field(tick)),
+            Reach::Number(field) => ColumnValue::Number(*field(tick)),
+            Reach::Derived(number) => ColumnValue::Number(number(tick)),
             Reach::Axes(field) => {
                 let number = field(tick).get(self.axis).copied();
-                Value::Number(number.unwrap_or(f64::NAN))
+                ColumnValue::Number(number.unwrap_or(f64::NAN))
             }
             Reach::Perhaps(field) => {
                 let number = field(tick).as_ref().and_then(|axes| axes.get(self.axis));
-                Value::Number(number.copied().unwrap_or(f64::NAN))
+                ColumnValue::Number(number.copied().unwrap_or(f64::NAN))
             }
         }
     }
@@ -277,13 +277,13 @@ impl TickMessage {
 
     /// Columns of a table of ticks with `axes` axes, 1 to 3, in order.
     #[must_use]
-    pub fn columns(axes: usize) -> Vec<Column> {
+    pub fn columns(axes: usize) -> Vec<TickColumn> {
         let of = |field: &Field| {
             let axes = match field.reach {
                 Reach::Axes(_) | Reach::Perhaps(_) => axes.clamp(1, AXES.len()),
                 Reach::Count(_) | Reach::Number(_) | Reach::Bits(_) | Reach::Derived(_) => 1,
             };
-            let column = |axis| Column {
+            let column = |axis| TickColumn {
                 name: column_name(field.name, axis, axes),
                 what: field.what,
                 axis,
@@ -303,7 +303,7 @@ impl LogMessage for TickMessage {
         let axes = self.axes();
         let number = ["", "2", "3"][axes - 1];
         let mut text = "# One control tick of a haptic experiment.\n".to_owned();
-        for Column {
+        for TickColumn {
             name, what, reach, ..
         } in Self::columns(axes)
         {

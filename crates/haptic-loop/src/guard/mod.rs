@@ -33,7 +33,7 @@ use profile::Sent;
 
 /// A choice of guard, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Guard {
+pub enum PassivityGuard {
     /// Adds damping while more energy has come out than went in.
     Observer(PassivityObserver),
     /// Makes the force no larger than the energy at hand can pay for.
@@ -47,12 +47,12 @@ pub(crate) enum GuardLaw<F> {
 }
 
 impl<F: Real> GuardLaw<F> {
-    pub(crate) fn new(guard: &Guard, sample_time: f64, checks: &mut Checks) -> Self {
+    pub(crate) fn new(guard: &PassivityGuard, sample_time: f64, checks: &mut Checks) -> Self {
         match guard {
-            Guard::Observer(observer) => {
+            PassivityGuard::Observer(observer) => {
                 Self::Observer(Observer::new(observer, sample_time, checks))
             }
-            Guard::EnergyBounding(bounding) => {
+            PassivityGuard::EnergyBounding(bounding) => {
                 Self::Bounding(Bounding::new(bounding, sample_time, checks))
             }
         }

@@ -1,7 +1,7 @@
 //! A device whose axes differ.
 
 use super::mass_damper::{MassDamper, MassDamperConfig};
-use crate::{Device, ParameterError, Reading, SafeForce};
+use crate::{Device, LoopParameterError, Reading, SafeForce};
 use core::array;
 use core::convert::Infallible;
 use fracdiff::Real;
@@ -27,7 +27,7 @@ impl<const D: usize> Axes<D> {
     ///
     /// # Errors
     /// A parameter outside its range, sample times that differ.
-    pub fn new(configs: [MassDamperConfig; D]) -> Result<Self, ParameterError> {
+    pub fn new(configs: [MassDamperConfig; D]) -> Result<Self, LoopParameterError> {
         const { assert!(D > 0, "a device has an axis") };
         let sample_time_s = configs[0].sample_time.0;
         let first = MassDamper::new(configs[0])?;

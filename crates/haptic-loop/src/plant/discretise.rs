@@ -18,7 +18,7 @@
 //! on Automatic Control 23(3), 1978; C. Moler and C. Van Loan, "Nineteen dubious ways to compute the
 //! exponential of a matrix, twenty-five years later", SIAM Review 45(1), 2003, method 3.
 
-use crate::ParameterError;
+use crate::LoopParameterError;
 use fracdiff::parameter::RangeError;
 use nalgebra::{SMatrix, SVector};
 
@@ -30,7 +30,7 @@ pub(super) fn transition<const N: usize>(
     generator: &SMatrix<f64, N, N>,
     scale: &SVector<f64, N>,
     duration: f64,
-) -> Result<SMatrix<f64, N, N>, ParameterError> {
+) -> Result<SMatrix<f64, N, N>, LoopParameterError> {
     let scaled = SMatrix::<f64, N, N>::from_fn(|row, column| {
         generator[(row, column)] * duration * scale[column] / scale[row]
     });

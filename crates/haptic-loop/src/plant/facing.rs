@@ -2,7 +2,7 @@
 
 use super::discretise::{moved, transition};
 use super::mass_damper::{MassDamper, MassDamperConfig};
-use crate::ParameterError;
+use crate::LoopParameterError;
 use crate::error::Checks;
 use crate::units::{Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, Seconds};
 use fracdiff::parameter::range;
@@ -117,7 +117,7 @@ impl FacingConfig {
         &self,
         touching: bool,
         duration: Seconds,
-    ) -> Result<SMatrix<f64, STATES, STATES>, ParameterError> {
+    ) -> Result<SMatrix<f64, STATES, STATES>, LoopParameterError> {
         let mut generator = SMatrix::<f64, STATES, STATES>::zeros();
         let mut scale = SVector::<f64, STATES>::repeat(1.0);
         // F = k·p + c·p'
@@ -164,7 +164,7 @@ impl FacingDevices {
     /// # Errors
     /// Each parameter must be finite and in the range its field states, and the contact not faster than 1e6 rad/s nor than a fifth of a
     /// radian in a unit.
-    pub fn new(config: FacingConfig, unit: Seconds) -> Result<Self, ParameterError> {
+    pub fn new(config: FacingConfig, unit: Seconds) -> Result<Self, LoopParameterError> {
         let mut checks = Checks::default();
         let FacingContact {
             stiffness,
@@ -198,7 +198,7 @@ impl FacingDevices {
         });
         Ok(Self {
             config,
-            steps: steps.collect::<Result<_, ParameterError>>()?,
+            steps: steps.collect::<Result<_, LoopParameterError>>()?,
             delays: (config.devices).map(|device| libm::round(device.delay.0 / unit_s) as u64),
             state: SVector::zeros(),
             coming: Default::default(),

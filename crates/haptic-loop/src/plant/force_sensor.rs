@@ -1,6 +1,6 @@
 //! A simulated force sensor between a hand and a device.
 
-use crate::ParameterError;
+use crate::LoopParameterError;
 use crate::units::{Newtons, Seconds};
 use fracdiff::parameter::{not_negative, positive, range};
 use rand_distr::{Distribution, StandardNormal};
@@ -42,7 +42,10 @@ impl ForceSensor {
     ///
     /// # Errors
     /// A range that is not above 0; noise or lag below 0; an offset beyond the range; any that is not finite.
-    pub fn new(config: ForceSensorConfig, sample_time: Seconds) -> Result<Self, ParameterError> {
+    pub fn new(
+        config: ForceSensorConfig,
+        sample_time: Seconds,
+    ) -> Result<Self, LoopParameterError> {
         let most = positive("range of the force sensor", config.range.0, "N")?;
         not_negative("noise of the force sensor", config.noise.0, "N")?;
         not_negative("lag of the force sensor", config.lag.0, "s")?;

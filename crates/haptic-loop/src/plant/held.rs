@@ -4,7 +4,7 @@ use super::facing::{FacingConfig, FacingContact, FacingDevices, FacingSide};
 use super::mass_damper::MassDamperConfig;
 use super::rig::{IndentationRig, RigConfig, RigContact, RigDrive};
 use crate::units::Seconds;
-use crate::{Device, ParameterError, Reading, SafeForce};
+use crate::{Device, LoopParameterError, Reading, SafeForce};
 use core::convert::Infallible;
 use fracdiff::Real;
 use fracdiff::parameter::{RangeError, positive};
@@ -50,7 +50,7 @@ impl RigConfig {
     ///
     /// # Errors
     /// A rigid contact, which has no mass to hold.
-    pub fn facing(&self) -> Result<FacingConfig, ParameterError> {
+    pub fn facing(&self) -> Result<FacingConfig, LoopParameterError> {
         let RigContact::Compliant { stiffness, damping } = self.contact else {
             let allowed =
                 "finite where the indenter is a mass that is held: use a compliant contact";
@@ -78,7 +78,7 @@ impl<H: Holder> HeldRig<H> {
     ///
     /// # Errors
     /// As [`IndentationRig::new`]; a rigid contact, which has no mass to hold.
-    pub fn new(config: RigConfig, holder: H) -> Result<Self, ParameterError> {
+    pub fn new(config: RigConfig, holder: H) -> Result<Self, LoopParameterError> {
         let facing = config.facing()?;
         // A push that is NaN is refused before it is set aside.
         IndentationRig::new(config)?;
@@ -94,7 +94,7 @@ impl<H: Holder> HeldRig<H> {
         drive: RigDrive,
         sample_time: Seconds,
         holder: H,
-    ) -> Result<Self, ParameterError> {
+    ) -> Result<Self, LoopParameterError> {
         let sample_time = positive("sample time", sample_time.0, "s")?;
         Ok(Self {
             world: FacingDevices::new(devices, Seconds(sample_time / SAMPLE as f64))?,

@@ -4,7 +4,7 @@
 use super::discretise::{moved, transition};
 use crate::error::Checks;
 use crate::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, Seconds};
-use crate::{Device, ParameterError, Reading, SafeForce};
+use crate::{Device, LoopParameterError, Reading, SafeForce};
 use core::convert::Infallible;
 use fracdiff::Real;
 use nalgebra::{Matrix4, SVector, Vector4};
@@ -98,7 +98,7 @@ impl<const D: usize> MassDamper<D> {
     /// # Errors
     /// Each parameter must be finite and in the range its field states; and the fastest motion
     /// (b·T/m, k·T²/m, T/τ) must stay below 1e6 per sample.
-    pub fn new(config: MassDamperConfig) -> Result<Self, ParameterError> {
+    pub fn new(config: MassDamperConfig) -> Result<Self, LoopParameterError> {
         let mut checks = Checks::default();
         let mass = checks.positive("mass", config.mass.0, "kg");
         checks.not_negative("damping", config.damping.0, "N·s/m");
@@ -137,7 +137,7 @@ impl<const D: usize> MassDamper<D> {
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn with(&self, config: MassDamperConfig) -> Result<Self, ParameterError> {
+    pub fn with(&self, config: MassDamperConfig) -> Result<Self, LoopParameterError> {
         Ok(Self {
             external: self.external,
             ..Self::new(config)?
@@ -258,7 +258,7 @@ struct Step {
 }
 
 impl Step {
-    fn new(config: &MassDamperConfig, duration: f64) -> Result<Self, ParameterError> {
+    fn new(config: &MassDamperConfig, duration: f64) -> Result<Self, LoopParameterError> {
         let (m, b, k) = (config.mass.0, config.damping.0, config.stiffness.0);
         let lags = config.lag.0 > 0.0;
         let decay = if lags { -1.0 / config.lag.0 } else { 0.0 };

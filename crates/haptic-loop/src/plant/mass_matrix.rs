@@ -1,6 +1,6 @@
 //! Mass that is felt along a direction.
 
-use crate::ParameterError;
+use crate::LoopParameterError;
 use crate::units::Kilograms;
 use fracdiff::parameter::{RangeError, positive, range};
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
@@ -28,7 +28,7 @@ impl<const D: usize> MassMatrix<D> {
     ///
     /// # Errors
     /// M must be finite, symmetric to 1e-9 of its largest entry, and positive definite.
-    pub fn new(mass_kg: SMatrix<f64, D, D>) -> Result<Self, ParameterError> {
+    pub fn new(mass_kg: SMatrix<f64, D, D>) -> Result<Self, LoopParameterError> {
         let largest = mass_kg.iter().fold(0.0, |most: f64, m| most.max(m.abs()));
         let skew = (mass_kg - mass_kg.transpose()).abs().max();
         let symmetric = skew <= 1e-9 * largest;
@@ -50,7 +50,7 @@ impl<const D: usize> MassMatrix<D> {
     ///
     /// # Errors
     /// Each must be finite and above 0.
-    pub fn of_axes(masses: [Kilograms; D]) -> Result<Self, ParameterError> {
+    pub fn of_axes(masses: [Kilograms; D]) -> Result<Self, LoopParameterError> {
         for mass in masses {
             positive("mass", mass.0, "kg")?;
         }
@@ -63,7 +63,7 @@ impl<const D: usize> MassMatrix<D> {
     ///
     /// # Errors
     /// A direction without a finite length above 0.
-    pub fn along(&self, direction: &SVector<f64, D>) -> Result<Kilograms, ParameterError> {
+    pub fn along(&self, direction: &SVector<f64, D>) -> Result<Kilograms, LoopParameterError> {
         let length = libm::sqrt(direction.dot(direction));
         positive("length of the direction", length, "")?;
         let normal = direction / length;

@@ -39,7 +39,7 @@ pub use held::{HeldRig, Holder};
 pub use mass_damper::{MAX_DELAY_SAMPLES, MassDamper, MassDamperConfig};
 pub use mass_matrix::MassMatrix;
 #[cfg(feature = "std")]
-pub use pressed::{Matter, PressedDevice, PressedSpecimen};
+pub use pressed::{PressedDevice, PressedSpecimen, SpecimenMatter};
 pub use profile::{ImposedMotion, RampHold};
 pub use rig::{IndentationRig, RigConfig, RigContact, RigDrive, RigServo, SUB_STEPS};
 pub use sensed::Sensed;

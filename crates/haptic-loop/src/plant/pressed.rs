@@ -13,7 +13,7 @@
 
 use super::{MassDamper, MassDamperConfig};
 use crate::units::Seconds;
-use crate::{DepthMap, Device, ParameterError, Reading, SafeForce};
+use crate::{DepthMap, Device, LoopParameterError, Reading, SafeForce};
 use core::convert::Infallible;
 use core::f64::consts::PI;
 use fracdiff::Real;
@@ -32,7 +32,7 @@ const FASTEST: f64 = 100.0;
 
 /// Springs, dashpots and spring-pots of a specimen, and how they are joined.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Matter {
+pub enum SpecimenMatter {
     /// V in Pa·s^α, and α.
     SpringPot {
         /// V, at least 0.
@@ -50,7 +50,7 @@ pub enum Matter {
 #[derive(Clone, Debug, PartialEq)]
 pub struct PressedSpecimen {
     /// Its elements.
-    pub matter: Matter,
+    pub matter: SpecimenMatter,
     /// γ, m: force over stress and depth.
     pub shape_m: f64,
     /// e, where the force is not linear in the depth.
@@ -77,24 +77,24 @@ enum Kind {
 
 impl Part {
     /// Matter at rest, in steps of `h` s.
-    fn new(matter: &Matter, h: f64) -> Result<Self, ParameterError> {
-        let parts = |all: &[Matter]| {
+    fn new(matter: &SpecimenMatter, h: f64) -> Result<Self, LoopParameterError> {
+        let parts = |all: &[SpecimenMatter]| {
             let parts: Result<Vec<Self>, _> = all.iter().map(|one| Self::new(one, h)).collect();
             parts
         };
         Ok(match matter {
-            Matter::SpringPot { size, order } => {
+            SpecimenMatter::SpringPot { size, order } => {
                 let size = range("element", *size, *size >= 0.0, "at least 0", "Pa·s^α")?;
                 let fits = (0.0..=1.0).contains(order);
                 Self::spring_pot(size, range("order", *order, fits, "in [0, 1]", "")?, h)
             }
-            Matter::Parallel(all) => {
+            SpecimenMatter::Parallel(all) => {
                 let parts = parts(all)?;
                 let gain = parts.iter().map(|part| part.gain).sum();
                 let kind = Kind::Parallel(parts);
                 Self { gain, kind }
             }
-            Matter::Series(all) => {
+            SpecimenMatter::Series(all) => {
                 let parts = parts(all)?;
                 let gain = 1.0 / parts.iter().map(|part| 1.0 / part.gain).sum::<f64>();
                 let kind = Kind::Series(parts);
@@ -210,7 +210,7 @@ impl PressedDevice {
     pub fn new(
         config: MassDamperConfig,
         specimen: PressedSpecimen,
-    ) -> Result<Self, ParameterError> {
+    ) -> Result<Self, LoopParameterError> {
         let sample_time = positive("sample time", config.sample_time.0, "s")?;
         positive("shape of the specimen", specimen.shape_m, "m")?;
         // A ratio just above a whole number is that number.
@@ -306,12 +306,12 @@ mod tests {
 
     const H: f64 = 5e-5;
 
-    fn pot(size: f64, order: f64) -> Matter {
-        Matter::SpringPot { size, order }
+    fn pot(size: f64, order: f64) -> SpecimenMatter {
+        SpecimenMatter::SpringPot { size, order }
     }
 
     /// Stress at these times after a ramp of `ramp_s` to a strain of 1.
-    fn relaxed(matter: &Matter, ramp_s: f64, times_s: &[f64]) -> Vec<f64> {
+    fn relaxed(matter: &SpecimenMatter, ramp_s: f64, times_s: &[f64]) -> Vec<f64> {
         let mut part = Part::new(matter, H).expect("matter");
         let last = (times_s[times_s.len() - 1] / H).round() as usize;
         let ramp = (ramp_s / H).round() as usize;
@@ -346,8 +346,8 @@ mod tests {
     /// A Zener model relaxes by one exponential; two equal spring-pots in series are one of half the size.
     #[test]
     fn joints_are_those_of_their_closed_forms() {
-        let maxwell = Matter::Series(std::vec![pot(2000.0, 0.0), pot(600.0, 1.0)]);
-        let zener = Matter::Parallel(std::vec![pot(1000.0, 0.0), maxwell]);
+        let maxwell = SpecimenMatter::Series(std::vec![pot(2000.0, 0.0), pot(600.0, 1.0)]);
+        let zener = SpecimenMatter::Parallel(std::vec![pot(1000.0, 0.0), maxwell]);
         let (ramp, tau) = (0.1, 0.3);
         for (t, found) in [0.2, 0.5, 2.0]
             .into_iter()
@@ -358,7 +358,7 @@ mod tests {
             // The step of a dashpot in series is of first order: h/τ = 2e-4 of a part that decays.
             assert!((found / wanted - 1.0).abs() < 3e-4, "{t}: {found} {wanted}");
         }
-        let twice = Matter::Series(std::vec![pot(4000.0, 0.3), pot(4000.0, 0.3)]);
+        let twice = SpecimenMatter::Series(std::vec![pot(4000.0, 0.3), pot(4000.0, 0.3)]);
         let [found, wanted] = [twice, pot(2000.0, 0.3)].map(|one| relaxed(&one, ramp, &[1.0])[0]);
         assert!((found / wanted - 1.0).abs() < 1e-12, "{found} {wanted}");
     }

@@ -1,7 +1,7 @@
 //! An indentation profile, and a motion that follows it whatever the force.
 
 use crate::units::{Metres, Seconds};
-use crate::{Device, ParameterError, Reading, SafeForce};
+use crate::{Device, LoopParameterError, Reading, SafeForce};
 use core::convert::Infallible;
 use fracdiff::Real;
 use fracdiff::parameter::{positive, range};
@@ -27,7 +27,7 @@ impl RampHold {
     ///
     /// # Errors
     /// Unless the depth is finite and the ramp time finite and above zero.
-    pub fn new(depth: Metres, ramp_time: Seconds) -> Result<Self, ParameterError> {
+    pub fn new(depth: Metres, ramp_time: Seconds) -> Result<Self, LoopParameterError> {
         Ok(Self {
             depth: range("indentation depth", depth.0, true, "finite", "m")?,
             ramp_time: positive("ramp time", ramp_time.0, "s")?,
@@ -73,7 +73,7 @@ impl ImposedMotion {
     ///
     /// # Errors
     /// Unless the sample time is finite and above zero.
-    pub fn new(profile: RampHold, sample_time: Seconds) -> Result<Self, ParameterError> {
+    pub fn new(profile: RampHold, sample_time: Seconds) -> Result<Self, LoopParameterError> {
         Ok(Self {
             profile,
             sample_time: positive("sample time", sample_time.0, "s")?,

@@ -3,7 +3,7 @@
 use super::discretise::{moved, transition};
 use super::profile::RampHold;
 use crate::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, Seconds};
-use crate::{Device, ParameterError, Reading, SafeForce};
+use crate::{Device, LoopParameterError, Reading, SafeForce};
 use core::convert::Infallible;
 use fracdiff::Real;
 use fracdiff::parameter::{not_negative, positive, range};
@@ -179,7 +179,7 @@ impl IndentationRig {
     /// # Errors
     /// Each parameter must be finite and in the range its field states; and no motion may be
     /// faster than 1e6 per [`SUB_STEPS`]th of a sample.
-    pub fn new(config: RigConfig) -> Result<Self, ParameterError> {
+    pub fn new(config: RigConfig) -> Result<Self, LoopParameterError> {
         let sample_time = positive("sample time", config.sample_time.0, "s")?;
         positive("renderer mass", config.renderer_mass.0, "kg")?;
         not_negative("renderer damping", config.renderer_damping.0, "N·s/m")?;

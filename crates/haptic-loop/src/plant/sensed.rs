@@ -2,7 +2,7 @@
 
 use super::ForceSensor;
 use crate::units::Metres;
-use crate::{Device, ParameterError, Reading, SafeForce};
+use crate::{Device, LoopParameterError, Reading, SafeForce};
 use fracdiff::Real;
 use fracdiff::parameter::{not_negative, positive};
 use rand_distr::{Distribution, StandardNormal};
@@ -35,7 +35,7 @@ impl<V> Sensed<V> {
         resolution: Metres,
         noise: Metres,
         seed: u64,
-    ) -> Result<Self, ParameterError> {
+    ) -> Result<Self, LoopParameterError> {
         let some =
             |value: f64| (value.abs() >= f64::MIN_POSITIVE || value.is_nan()).then_some(value);
         let noise = match some(noise.0) {

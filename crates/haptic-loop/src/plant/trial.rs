@@ -1,7 +1,7 @@
 //! A wall on a simulated axis, with a push of its own or without, tick by tick, with every type known.
 
 use super::{MassDamper, Sensed};
-use crate::{Controller, OwnPush, Sample, Wall};
+use crate::{Controller, LoopSample, OwnPush, Wall};
 use fracdiff::Operator;
 
 /// Runs the loop of a wall on a simulated axis in virtual time:
@@ -13,7 +13,7 @@ pub fn run_wall(
     controller: &mut Controller<f64, 1, OwnPush<f64, Wall<f64, Operator<f64>>>>,
     device: &mut Sensed<MassDamper<1>>,
     ticks: u64,
-    see: &mut dyn FnMut(&Sample<f64, 1>) -> bool,
+    see: &mut dyn FnMut(&LoopSample<f64, 1>) -> bool,
 ) -> bool {
     let Ok(whole) = controller.engage(device).run(ticks, see);
     whole

@@ -1,7 +1,7 @@
 //! Systems other than Linux: no locked memory, no pinning; a priority on Windows alone.
 
 use super::moment::Moment;
-use super::system::{Refusal, Waiter};
+use super::system::{SystemRefusal, Waiter};
 use std::time::Duration;
 use std::vec::Vec;
 #[cfg(windows)]
@@ -47,8 +47,8 @@ pub const fn allowed_cores() -> Vec<usize> {
 ///
 /// # Errors
 /// Always, on this system.
-pub fn raise_thread<T>(_: &std::thread::JoinHandle<T>, _: u8) -> Result<(), Refusal> {
-    Err(Refusal::Unsupported)
+pub fn raise_thread<T>(_: &std::thread::JoinHandle<T>, _: u8) -> Result<(), SystemRefusal> {
+    Err(SystemRefusal::Unsupported)
 }
 
 #[derive(Debug, Default)]
@@ -60,15 +60,15 @@ pub(super) struct CurrentThread {
 #[expect(clippy::unused_self, reason = "as on a system that can")]
 impl CurrentThread {
     #[cfg(windows)]
-    pub(super) fn raise(&mut self, _: u8) -> Result<(), Refusal> {
+    pub(super) fn raise(&mut self, _: u8) -> Result<(), SystemRefusal> {
         let before = get_current_thread_priority().ok();
         // The one above all others that needs no right, whatever number was asked for.
         let highest = ThreadPriority::Os(WinAPIThreadPriority::TimeCritical.into());
         set_current_thread_priority(highest).map_err(|error| {
             if let Error::OS(code) = error {
-                Refusal::Other(code)
+                SystemRefusal::Other(code)
             } else {
-                Refusal::Unsupported
+                SystemRefusal::Unsupported
             }
         })?;
         self.before = before;
@@ -76,16 +76,16 @@ impl CurrentThread {
     }
 
     #[cfg(not(windows))]
-    pub(super) fn raise(&mut self, _: u8) -> Result<(), Refusal> {
-        Err(Refusal::Unsupported)
+    pub(super) fn raise(&mut self, _: u8) -> Result<(), SystemRefusal> {
+        Err(SystemRefusal::Unsupported)
     }
 
-    pub(super) fn pin(&mut self, _: usize) -> Result<(), Refusal> {
-        Err(Refusal::Unsupported)
+    pub(super) fn pin(&mut self, _: usize) -> Result<(), SystemRefusal> {
+        Err(SystemRefusal::Unsupported)
     }
 
-    pub(super) fn lock_memory(&mut self) -> Result<(), Refusal> {
-        Err(Refusal::Unsupported)
+    pub(super) fn lock_memory(&mut self) -> Result<(), SystemRefusal> {
+        Err(SystemRefusal::Unsupported)
     }
 
     pub(super) fn restore(&mut self) {

@@ -1,7 +1,7 @@
 //! Linux: clock, sleep, priority, affinity and locked memory.
 
 use super::moment::since_start;
-use super::system::{Refusal, Waiter};
+use super::system::{SystemRefusal, Waiter};
 use rustix::io::Errno;
 use rustix::mm::{MlockAllFlags, mlockall, munlockall};
 use rustix::process::{Resource, getpriority_process, getrlimit};
@@ -56,29 +56,29 @@ pub fn allowed_cores() -> Vec<usize> {
 ///
 /// # Errors
 /// A wish that the system does not allow.
-pub fn raise_thread<T>(thread: &JoinHandle<T>, priority: u8) -> Result<(), Refusal> {
+pub fn raise_thread<T>(thread: &JoinHandle<T>, priority: u8) -> Result<(), SystemRefusal> {
     fifo(thread.as_pthread_t() as ThreadId, priority)
 }
 
-fn fifo(thread: ThreadId, priority: u8) -> Result<(), Refusal> {
+fn fifo(thread: ThreadId, priority: u8) -> Result<(), SystemRefusal> {
     let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
-    let value = ThreadPriorityValue::try_from(priority).map_err(|_| Refusal::Unsupported)?;
+    let value = ThreadPriorityValue::try_from(priority).map_err(|_| SystemRefusal::Unsupported)?;
     let priority = ThreadPriority::Crossplatform(value);
     set_thread_priority_and_policy(thread, priority, policy).map_err(|error| {
         if let thread_priority::Error::OS(code) = error {
             refusal(Errno::from_raw_os_error(code))
         } else {
-            Refusal::Unsupported
+            SystemRefusal::Unsupported
         }
     })
 }
 
-fn refusal(error: Errno) -> Refusal {
+fn refusal(error: Errno) -> SystemRefusal {
     match error {
-        Errno::PERM | Errno::ACCESS => Refusal::NotPermitted,
-        Errno::NOMEM | Errno::AGAIN => Refusal::Limit,
-        Errno::NOSYS => Refusal::Unsupported,
-        other => Refusal::Other(other.raw_os_error()),
+        Errno::PERM | Errno::ACCESS => SystemRefusal::NotPermitted,
+        Errno::NOMEM | Errno::AGAIN => SystemRefusal::Limit,
+        Errno::NOSYS => SystemRefusal::Unsupported,
+        other => SystemRefusal::Other(other.raw_os_error()),
     }
 }
 
@@ -91,7 +91,7 @@ pub(super) struct CurrentThread {
 }
 
 impl CurrentThread {
-    pub(super) fn raise(&mut self, priority: u8) -> Result<(), Refusal> {
+    pub(super) fn raise(&mut self, priority: u8) -> Result<(), SystemRefusal> {
         let thread = thread_native_id();
         let before = policy_of(thread);
         let raised = fifo(thread, priority);
@@ -105,9 +105,9 @@ impl CurrentThread {
         raised
     }
 
-    pub(super) fn pin(&mut self, core: usize) -> Result<(), Refusal> {
+    pub(super) fn pin(&mut self, core: usize) -> Result<(), SystemRefusal> {
         if !allowed_cores().contains(&core) {
-            return Err(Refusal::NotPermitted);
+            return Err(SystemRefusal::NotPermitted);
         }
         let before = sched_getaffinity(None).map_err(refusal)?;
         let mut only = CpuSet::new();
@@ -117,7 +117,7 @@ impl CurrentThread {
         Ok(())
     }
 
-    pub(super) fn lock_memory(&mut self) -> Result<(), Refusal> {
+    pub(super) fn lock_memory(&mut self) -> Result<(), SystemRefusal> {
         // Below a limit that counts, locking what is to come would make allocations fail later.
         let unlimited = getrlimit(Resource::Memlock).current.is_none();
         let privileged =
@@ -184,7 +184,7 @@ mod tests {
     #[test]
     fn a_core_that_is_not_there_is_refused() {
         let mut thread = CurrentThread::default();
-        assert_eq!(thread.pin(usize::MAX), Err(Refusal::NotPermitted));
+        assert_eq!(thread.pin(usize::MAX), Err(SystemRefusal::NotPermitted));
         assert!(thread.affinity.is_none());
     }
 

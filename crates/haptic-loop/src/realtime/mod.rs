@@ -30,6 +30,6 @@ mod timing;
 pub use here::{SystemWaiter, allowed_cores, raise_thread};
 pub use moment::Moment;
 pub use periodic::{Cycle, Periodic, PeriodicConfig, SpinMargin};
-pub use system::{Refusal, Waiter};
+pub use system::{SystemRefusal, Waiter};
 pub use thread::{Fallback, PRIORITIES, RaisedThread, ThreadConfig};
 pub use timing::{Overruns, Timing, WorstCycle};

@@ -4,7 +4,7 @@ use super::here::{SPINNING_IS_ONE_IN, SystemWaiter};
 use super::system::Waiter;
 use super::thread::{RaisedThread, ThreadConfig};
 use super::timing::Timing;
-use crate::ParameterError;
+use crate::LoopParameterError;
 use fracdiff::parameter::RangeError;
 use std::time::Duration;
 
@@ -50,7 +50,7 @@ impl PeriodicConfig {
     ///
     /// # Errors
     /// A period outside 10 µs to 1000 s.
-    pub fn checked(self) -> Result<Self, ParameterError> {
+    pub fn checked(self) -> Result<Self, LoopParameterError> {
         let period_s = self.period.as_secs_f64();
         if PERIODS_S.contains(&period_s) {
             return Ok(self);
@@ -97,7 +97,7 @@ impl Periodic {
     ///
     /// # Errors
     /// A period outside 10 µs to 1000 s.
-    pub fn new(config: PeriodicConfig) -> Result<Self, ParameterError> {
+    pub fn new(config: PeriodicConfig) -> Result<Self, LoopParameterError> {
         Self::with_waiter(config, SystemWaiter::default())
     }
 }
@@ -107,7 +107,7 @@ impl<W: Waiter> Periodic<W> {
     ///
     /// # Errors
     /// A period outside 10 µs to 1000 s.
-    pub fn with_waiter(config: PeriodicConfig, mut waiter: W) -> Result<Self, ParameterError> {
+    pub fn with_waiter(config: PeriodicConfig, mut waiter: W) -> Result<Self, LoopParameterError> {
         let config = config.checked()?;
         // Before the memory is locked, which touches all of it.
         let timing = Timing::new()?;

@@ -23,7 +23,7 @@ pub trait Waiter {
 /// Why the system did not do what was asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
-pub enum Refusal {
+pub enum SystemRefusal {
     /// This user may not do it.
     #[error("not permitted")]
     NotPermitted,

@@ -1,7 +1,7 @@
 //! A thread that the system prefers to others, and what it refuses.
 
 use super::here::CurrentThread;
-use super::system::Refusal;
+use super::system::SystemRefusal;
 use core::fmt;
 use core::marker::PhantomData;
 
@@ -26,11 +26,11 @@ impl ThreadConfig {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Fallback {
     /// The requested priority, and why the system refused it.
-    pub priority: Option<(u8, Refusal)>,
+    pub priority: Option<(u8, SystemRefusal)>,
     /// The requested core, and why the system refused it.
-    pub pin: Option<(usize, Refusal)>,
+    pub pin: Option<(usize, SystemRefusal)>,
     /// Why the memory could not be locked.
-    pub memory: Option<Refusal>,
+    pub memory: Option<SystemRefusal>,
 }
 
 impl fmt::Display for Fallback {
@@ -38,7 +38,7 @@ impl fmt::Display for Fallback {
         let mut separator = "";
         if let Some((priority, refusal)) = self.priority {
             write!(f, "no real-time priority {priority} ({refusal})")?;
-            if matches!(refusal, Refusal::NotPermitted | Refusal::Limit) {
+            if matches!(refusal, SystemRefusal::NotPermitted | SystemRefusal::Limit) {
                 write!(
                     f,
                     ": allow it with `ulimit -r {priority}`, a line `@realtime - rtprio {priority}` in \
@@ -53,7 +53,7 @@ impl fmt::Display for Fallback {
         }
         if let Some(refusal) = self.memory {
             write!(f, "{separator}memory not locked ({refusal})")?;
-            if matches!(refusal, Refusal::NotPermitted | Refusal::Limit) {
+            if matches!(refusal, SystemRefusal::NotPermitted | SystemRefusal::Limit) {
                 write!(
                     f,
                     ": allow it with `ulimit -l unlimited` or `memlock` there"
@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn a_refused_priority_says_how_to_get_it() {
         let fallback = Fallback {
-            priority: Some((80, Refusal::NotPermitted)),
+            priority: Some((80, SystemRefusal::NotPermitted)),
             ..Fallback::default()
         };
         let text = fallback.to_string();
@@ -166,9 +166,9 @@ mod tests {
     #[test]
     fn all_refusals_make_one_sentence() {
         let fallback = Fallback {
-            priority: Some((80, Refusal::Unsupported)),
-            pin: Some((3, Refusal::Other(22))),
-            memory: Some(Refusal::Limit),
+            priority: Some((80, SystemRefusal::Unsupported)),
+            pin: Some((3, SystemRefusal::Other(22))),
+            memory: Some(SystemRefusal::Limit),
         };
         assert_eq!(
             fallback.to_string(),

@@ -1,6 +1,6 @@
 //! The times that a periodic loop measured of itself.
 
-use crate::ParameterError;
+use crate::LoopParameterError;
 use fracdiff::parameter::RangeError;
 use hdrhistogram::Histogram;
 use std::time::Duration;
@@ -55,7 +55,7 @@ pub struct WorstCycle {
 }
 
 impl Timing {
-    pub(super) fn new() -> Result<Self, ParameterError> {
+    pub(super) fn new() -> Result<Self, LoopParameterError> {
         // These bounds are good, so there is always a histogram.
         let histogram = || {
             Histogram::new_with_bounds(1, LONGEST_NS, 3).map_err(|_| {

@@ -1,7 +1,7 @@
 //! Magnitude, norm and rate, all at once; and the way of a force to zero.
 
 use super::force::Limiters;
-use super::limits::{Limit, Limits};
+use super::limits::{Limit, SafetyLimits};
 use crate::error::Checks;
 use core::array;
 use fracdiff::Real;
@@ -34,7 +34,7 @@ struct Norm<F> {
 }
 
 impl<F: Real> Clamps<F> {
-    pub(super) fn new(limits: &Limits, sample_time: f64, checks: &mut Checks) -> Self {
+    pub(super) fn new(limits: &SafetyLimits, sample_time: f64, checks: &mut Checks) -> Self {
         let magnitude = checks.positive("force limit", limits.force.0, "N");
         let rate = checks.positive("force rate limit", limits.rate.0, "N/s");
         let norm = limits.norm.map(|norm| {
@@ -191,7 +191,7 @@ impl<F: Real> Released<F> {
 }
 
 impl<F: Real> Release<F> {
-    pub(super) fn new(limits: &Limits, sample_time: f64, checks: &mut Checks) -> Self {
+    pub(super) fn new(limits: &SafetyLimits, sample_time: f64, checks: &mut Checks) -> Self {
         let (stop, brake) = (limits.stop_time.0, limits.brake_force.0);
         let is_within = |limit: Limit, number| {
             let [least, most] = limit.range();

@@ -114,7 +114,7 @@ fracdiff::enumerated! {
         /// [`high`](crate::Workspace::high) on some axis.
         #[error("the device left its workspace")]
         Workspace = 6,
-        /// The device moved too fast: an estimated speed above [`Limits::speed`](crate::Limits::speed) on some
+        /// The device moved too fast: an estimated speed above [`SafetyLimits::speed`](crate::SafetyLimits::speed) on some
         /// axis. A position that jumps is a speed too.
         #[error("the device moved faster than its limit")]
         Velocity = 7,
@@ -124,7 +124,7 @@ fracdiff::enumerated! {
         /// The position stands still while the force on the device grows: see [`Stuck`](crate::Stuck).
         #[error("the position stands still while the force on the device grows")]
         PositionStuck = 9,
-        /// The position moved in a tick by more than [`Limits::jump`](crate::Limits::jump) beyond what the speed limit
+        /// The position moved in a tick by more than [`SafetyLimits::jump`](crate::SafetyLimits::jump) beyond what the speed limit
         /// allows.
         #[error("the position jumped by more than the speed limit allows")]
         PositionJump = 10,

@@ -1,6 +1,6 @@
 //! The limits of a safety chain, in SI units.
 
-use crate::guard::Guard;
+use crate::guard::PassivityGuard;
 use crate::units::{
     Hertz, Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond,
     Seconds,
@@ -13,7 +13,7 @@ use thiserror::Error;
 /// The defaults suit a desktop device of some 65 g, so replace them with those of your device: its
 /// workspace is not known here, nor is a guard, which needs its mass or damping.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
+pub struct SafetyLimits {
     /// Largest force on each axis, above 0; a larger force is scaled down without changing its
     /// direction. *Default* 10 N: as much as a desktop device makes and a finger can hold.
     pub force: Newtons,
@@ -62,10 +62,10 @@ pub struct Limits {
     /// than counts and noise of a desktop device; off in [`bare`](Self::bare).
     pub jump: Option<Metres>,
     /// Keeps the loop from feeding the device energy. *Default* off.
-    pub guard: Option<Guard>,
+    pub guard: Option<PassivityGuard>,
 }
 
-impl Default for Limits {
+impl Default for SafetyLimits {
     fn default() -> Self {
         let mut limits = Self::bare(Newtons(0.0), NewtonsPerSecond(0.0));
         for limit in Limit::ALL {
@@ -80,7 +80,7 @@ impl Default for Limits {
     }
 }
 
-impl Limits {
+impl SafetyLimits {
     /// The most braking for a device of unknown mass: stable with a margin of 2 for 15 g and more at 1 kHz and a
     /// sample of delay.
     pub const BRAKING_WITHOUT_MASS: NewtonSecondsPerMetre = NewtonSecondsPerMetre(5.0);
@@ -155,19 +155,21 @@ pub enum Tighter {
 /// Access to a number of the limits; `None` is off, or 0 for a limit that cannot be off.
 macro_rules! number {
     (get $field:ident Option<$unit:ident>) => {
-        |limits: &Limits| limits.$field.map(|number| number.0)
+        |limits: &SafetyLimits| limits.$field.map(|number| number.0)
     };
     (set $field:ident Option<$unit:ident>) => {
-        |limits: &mut Limits, number: Option<f64>| limits.$field = number.map($unit)
+        |limits: &mut SafetyLimits, number: Option<f64>| limits.$field = number.map($unit)
     };
     (get $field:ident $unit:ident) => {
-        |limits: &Limits| Some(limits.$field.0)
+        |limits: &SafetyLimits| Some(limits.$field.0)
     };
     (set $field:ident $unit:ident) => {
-        |limits: &mut Limits, number: Option<f64>| limits.$field = $unit(number.unwrap_or_default())
+        |limits: &mut SafetyLimits, number: Option<f64>| {
+            limits.$field = $unit(number.unwrap_or_default())
+        }
     };
     (get $within:ident.$field:ident by $set:path) => {
-        |limits: &Limits| limits.$within.map(|within| within.$field.0)
+        |limits: &SafetyLimits| limits.$within.map(|within| within.$field.0)
     };
     (set $within:ident.$field:ident by $set:path) => {
         $set
@@ -206,7 +208,7 @@ macro_rules! table {
                 match self { $(Self::$name => [$least, $most],)* }
             }
 
-            /// The number in [`Limits::default`]; 0 is off.
+            /// The number in [`SafetyLimits::default`]; 0 is off.
             #[must_use]
             pub const fn default_number(self) -> f64 {
                 match self { $(Self::$name => $default,)* }
@@ -220,14 +222,14 @@ macro_rules! table {
 
             /// Reads the number; `None` is off.
             #[must_use]
-            pub fn get(self, limits: &Limits) -> Option<f64> {
+            pub fn get(self, limits: &SafetyLimits) -> Option<f64> {
                 match self { $(Self::$name => number!(get $($number)*)(limits),)* }
             }
 
             /// Sets the number; `None` is off. The stuck time comes after the stuck force, without which it has no effect.
             // In line, loops over all limits are unrolled, for 0.4 KiB of flash.
             #[inline(never)]
-            pub fn set(self, limits: &mut Limits, number: Option<f64>) {
+            pub fn set(self, limits: &mut SafetyLimits, number: Option<f64>) {
                 match self { $(Self::$name => number!(set $($number)*)(limits, number),)* }
             }
         }
@@ -244,7 +246,7 @@ table! {
     RiseTime "rise_time_s" [0.0, 60.0] 0.5, More, (rise_time Option<Seconds>), "Ramp the force up over this time at the start";
     VelocityBandwidth "velocity_bandwidth_hz" [0.1, 1e4] 50.0, More, (velocity_bandwidth Hertz),
         "Bandwidth of the velocity that is estimated from positions";
-    Braking "braking_n_s_per_m" [0.0, 1e6] Limits::BRAKING_WITHOUT_MASS.0, Unordered, (braking Option<NewtonSecondsPerMetre>),
+    Braking "braking_n_s_per_m" [0.0, 1e6] SafetyLimits::BRAKING_WITHOUT_MASS.0, Unordered, (braking Option<NewtonSecondsPerMetre>),
         "Damping that brakes near workspace and speed limits, and after a fault or stop";
     StopTime "stop_time_s" [1e-3, 1.0] 0.1, Less, (stop_time Seconds),
         "Time to zero force after a fault, a stop or the end, 1ms to 1s [default: 0.1s]";
@@ -330,7 +332,7 @@ impl SpeedLimit {
     pub const SOFT: MetresPerSecond = MetresPerSecond(1.0);
 
     /// A limit that is not braked before it is reached.
-    fn set(limits: &mut Limits, hard: Option<f64>) {
+    fn set(limits: &mut SafetyLimits, hard: Option<f64>) {
         let hard = hard.map(MetresPerSecond);
         limits.speed = hard.map(|hard| Self { soft: hard, hard });
     }
@@ -357,7 +359,7 @@ impl Stuck {
         time: Seconds(0.1),
     };
 
-    fn set_force(limits: &mut Limits, force: Option<f64>) {
+    fn set_force(limits: &mut SafetyLimits, force: Option<f64>) {
         limits.stuck = force.map(|force| Self {
             force: Newtons(force),
             ..Self::DEFAULT
@@ -365,7 +367,7 @@ impl Stuck {
     }
 
     /// Behind the force: without one there is nothing to set.
-    fn set_time(limits: &mut Limits, time: Option<f64>) {
+    fn set_time(limits: &mut SafetyLimits, time: Option<f64>) {
         if let (Some(stuck), Some(time)) = (&mut limits.stuck, time) {
             stuck.time = Seconds(time);
         }

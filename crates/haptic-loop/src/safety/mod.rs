@@ -22,9 +22,9 @@ mod limits;
 mod motion;
 
 pub use force::{Fault, Limiters, SafeForce};
-pub use limits::{Limit, Limits, SpeedLimit, StartRefused, Stuck, Tighter, Workspace};
+pub use limits::{Limit, SafetyLimits, SpeedLimit, StartRefused, Stuck, Tighter, Workspace};
 
-use crate::error::{Checks, ParameterError};
+use crate::error::{Checks, LoopParameterError};
 use crate::guard::{GuardLaw, GuardState};
 use crate::units::{Newtons, NewtonsPerSecond, Seconds};
 use clamps::{Clamps, Release, Released};
@@ -49,7 +49,7 @@ use nalgebra::SVector;
 /// // What is not finite latches a fault, and the force falls to zero.
 /// chain.apply(&mut state, &vector![0.0], &vector![f64::NAN]);
 /// assert_eq!(state.fault(), Some(Fault::NonFiniteForce));
-/// # Ok::<(), haptic_loop::ParameterError>(())
+/// # Ok::<(), haptic_loop::LoopParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SafetyChain<F> {
@@ -184,7 +184,7 @@ impl<F: Real, const D: usize> SafetyState<F, D> {
 
 impl<F: Real> SafetyChain<F> {
     /// A chain for the largest force per axis, the largest rate of the whole force, and the sample time, everything else off:
-    /// [`Limits::bare`].
+    /// [`SafetyLimits::bare`].
     ///
     /// # Errors
     /// Each must be finite and above zero, in the precision of the loop too.
@@ -192,8 +192,8 @@ impl<F: Real> SafetyChain<F> {
         force: Newtons,
         rate: NewtonsPerSecond,
         sample_time: Seconds,
-    ) -> Result<Self, ParameterError> {
-        Self::from_limits(&Limits::bare(force, rate), sample_time)
+    ) -> Result<Self, LoopParameterError> {
+        Self::from_limits(&SafetyLimits::bare(force, rate), sample_time)
     }
 
     /// A chain with these limits.
@@ -201,13 +201,16 @@ impl<F: Real> SafetyChain<F> {
     /// # Errors
     /// A limit outside the range that its field states, or that of the loop's number type; a sample time
     /// that is not above zero.
-    pub fn from_limits(limits: &Limits, sample_time: Seconds) -> Result<Self, ParameterError> {
+    pub fn from_limits(
+        limits: &SafetyLimits,
+        sample_time: Seconds,
+    ) -> Result<Self, LoopParameterError> {
         let mut checks = Checks::default();
         let chain = Self::checked(limits, sample_time, &mut checks);
         checks.done().map(|()| chain)
     }
 
-    fn checked(limits: &Limits, sample_time: Seconds, checks: &mut Checks) -> Self {
+    fn checked(limits: &SafetyLimits, sample_time: Seconds, checks: &mut Checks) -> Self {
         let sample_time = checks.positive("sample time", sample_time.0, "s");
         let clamps = Clamps::new(limits, sample_time, checks);
         let start_force = limits.start_force.map_or(f64::INFINITY, |force| {
@@ -240,7 +243,7 @@ impl<F: Real> SafetyChain<F> {
     /// Checks that a device may be armed with this wanted force, N.
     ///
     /// # Errors
-    /// It is not finite, or its magnitude is above [`Limits::start_force`].
+    /// It is not finite, or its magnitude is above [`SafetyLimits::start_force`].
     pub fn may_start<const D: usize>(&self, wanted: &SVector<F, D>) -> Result<(), StartRefused> {
         let squares = wanted.iter().map(|axis| axis.to_f64() * axis.to_f64());
         let wanted_n = libm::sqrt(squares.sum());

@@ -2,8 +2,8 @@
 
 use super::clamps::{clamp, whole_ticks};
 use super::force::{Fault, Limiters};
-use super::limits::{Limits, SpeedLimit, Stuck, Workspace};
-use crate::error::{Checks, ParameterError};
+use super::limits::{SafetyLimits, SpeedLimit, Stuck, Workspace};
+use crate::error::{Checks, LoopParameterError};
 use fracdiff::{Real, Seconds};
 use nalgebra::SVector;
 
@@ -173,7 +173,7 @@ impl<F: Real, const D: usize> Motion<F, D> {
 }
 
 impl<F: Real> MotionLimits<F> {
-    pub(super) fn new(limits: &Limits, sample_time: f64, checks: &mut Checks) -> Self {
+    pub(super) fn new(limits: &SafetyLimits, sample_time: f64, checks: &mut Checks) -> Self {
         let bandwidth = checks.positive("velocity bandwidth", limits.velocity_bandwidth.0, "Hz");
         let braking = limits.braking.map_or(F::ZERO, |braking| {
             accepted_braking(limits, braking.0, sample_time, checks)
@@ -364,7 +364,7 @@ impl<F: Real> MotionLimits<F> {
 
 /// Above 0, and at most what the device bears.
 fn accepted_braking<F: Real>(
-    limits: &Limits,
+    limits: &SafetyLimits,
     braking: f64,
     sample_time: f64,
     checks: &mut Checks,
@@ -375,7 +375,7 @@ fn accepted_braking<F: Real>(
     let most = limits.braking_max(Seconds(sample_time)).0;
     checks.positive("braking", braking, "N·s/m");
     if braking > most {
-        checks.refuse(ParameterError::Braking {
+        checks.refuse(LoopParameterError::Braking {
             value_n_s_per_m: braking,
             most_n_s_per_m: most,
             mass_known: limits.device_mass.is_some(),
@@ -384,7 +384,7 @@ fn accepted_braking<F: Real>(
     checks.rounded("braking", braking, "N·s/m")
 }
 
-fn jump<F: Real>(limits: &Limits, sample_time: f64, checks: &mut Checks) -> Option<Jump<F>> {
+fn jump<F: Real>(limits: &SafetyLimits, sample_time: f64, checks: &mut Checks) -> Option<Jump<F>> {
     let allowance = checks.positive("jump", limits.jump?.0, "m");
     let hard = limits.speed?.hard.0;
     Some(Jump {

@@ -5,14 +5,14 @@ use crate::{T, spring};
 use core::convert::Infallible;
 use haptic_loop::units::{NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{
-    Controller, Device, EnergyBounding, Fault, Guard, Limiters, Limits, Reading, SafeForce,
-    SafetyChain, SafetyState, SpringDamper,
+    Controller, Device, EnergyBounding, Fault, Limiters, PassivityGuard, Reading, SafeForce,
+    SafetyChain, SafetyLimits, SafetyState, SpringDamper,
 };
 use nalgebra::vector;
 
 /// 10 N, 1 N a tick.
 fn chain() -> SafetyChain<f64> {
-    crate::chain(Limits::bare(Newtons(10.0), NewtonsPerSecond(1000.0)))
+    crate::chain(SafetyLimits::bare(Newtons(10.0), NewtonsPerSecond(1000.0)))
 }
 
 fn damper() -> SpringDamper<f64, crate::Memory> {
@@ -157,12 +157,12 @@ fn a_sensor_that_reads_nan_and_a_stop_end_in_zero_force() {
 
 #[test]
 fn arming_asks_first_and_a_sample_carries_the_energy() {
-    let limits = Limits {
+    let limits = SafetyLimits {
         start_force: Some(Newtons(1.0)),
-        guard: Some(Guard::EnergyBounding(EnergyBounding::of(
+        guard: Some(PassivityGuard::EnergyBounding(EnergyBounding::of(
             NewtonSecondsPerMetre(3.5),
         ))),
-        ..Limits::bare(Newtons(10.0), NewtonsPerSecond(1000.0))
+        ..SafetyLimits::bare(Newtons(10.0), NewtonsPerSecond(1000.0))
     };
     let mut controller = Controller::new(damper(), crate::chain(limits));
     let mut device = Scripted::new(vec![0.02, 0.0, 1e-3, 1e-3]);

@@ -159,8 +159,9 @@ fn a_short_ramp_relaxes_like_a_step() {
 
 #[test]
 fn bad_parameters_are_refused_with_name_value_range_and_unit() {
-    let message =
-        |result: Result<(), haptic_loop::ParameterError>| result.expect_err("refused").to_string();
+    let message = |result: Result<(), haptic_loop::LoopParameterError>| {
+        result.expect_err("refused").to_string()
+    };
     let pulling = SpringDamper::new(-1.0, 0.0, memory(0.5)).map(drop);
     assert_eq!(message(pulling), "stiffness -1 N/m is not at least 0 N/m");
     let thin = Specimen::slab(SquareMetres(1e-4), Metres(0.0)).map(drop);

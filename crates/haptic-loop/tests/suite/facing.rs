@@ -1,7 +1,7 @@
 //! Two devices that face each other, against closed forms, their energy, and each alone.
 
 use fracdiff::Seconds;
-use haptic_loop::ParameterError;
+use haptic_loop::LoopParameterError;
 use haptic_loop::plant::{
     FacingConfig, FacingContact, FacingDevices, FacingSide, MassDamper, MassDamperConfig,
 };
@@ -305,7 +305,7 @@ fn what_no_contact_or_device_can_be_is_refused_with_its_range() {
     for (change, why) in refused {
         let mut config = config(1e5, 80.0, 0.0);
         change(&mut config);
-        let error: ParameterError = FacingDevices::new(config, NANOSECOND).expect_err(why);
+        let error: LoopParameterError = FacingDevices::new(config, NANOSECOND).expect_err(why);
         assert_eq!(error.to_string(), why);
     }
     FacingDevices::new(config(1e5, 80.0, 0.0), Seconds(0.0)).expect_err("no time");

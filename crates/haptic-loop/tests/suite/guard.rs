@@ -11,8 +11,8 @@ use fracdiff::{Order, Real, Seconds, ShortMemory};
 use haptic_loop::plant::{MassDamperConfig, Sensed};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{
-    Controller, EnergyBounding, Guard, Limits, PassivityObserver, SafetyChain, SafetyState,
-    SpringDamper,
+    Controller, EnergyBounding, PassivityGuard, PassivityObserver, SafetyChain, SafetyLimits,
+    SafetyState, SpringDamper,
 };
 use nalgebra::vector;
 use testkit::device::{DAMPING, MASS, ideal, plant};
@@ -31,17 +31,17 @@ const RAYS: [(f64, f64); 5] = [(1.0, 0.0), (4.0, 1.0), (1.0, 1.0), (1.0, 3.0), (
 /// The largest standard deviation of a stable wall, m.
 const STABLE: f64 = 1e-4;
 
-fn observer() -> Option<Guard> {
-    Some(Guard::Observer(PassivityObserver::bearable(
+fn observer() -> Option<PassivityGuard> {
+    Some(PassivityGuard::Observer(PassivityObserver::bearable(
         Kilograms(MASS),
         T,
     )))
 }
 
 /// For a known delay, in samples.
-fn bounding(delay: f64) -> Option<Guard> {
+fn bounding(delay: f64) -> Option<PassivityGuard> {
     let delay = Seconds(delay * T.0);
-    Some(Guard::EnergyBounding(EnergyBounding {
+    Some(PassivityGuard::EnergyBounding(EnergyBounding {
         delay_least: delay,
         delay_most: delay,
         ..EnergyBounding::of(NewtonSecondsPerMetre(DAMPING))
@@ -79,14 +79,14 @@ impl Case {
     }
 
     /// 100 N, crossed within a sample, as the command line's wall.
-    fn run(&self, guard: Option<Guard>) -> End {
-        self.run_with(&Limits {
+    fn run(&self, guard: Option<PassivityGuard>) -> End {
+        self.run_with(&SafetyLimits {
             guard,
-            ..Limits::bare(Newtons(100.0), NewtonsPerSecond(200.0 / T.0))
+            ..SafetyLimits::bare(Newtons(100.0), NewtonsPerSecond(200.0 / T.0))
         })
     }
 
-    fn run_with(&self, limits: &Limits) -> End {
+    fn run_with(&self, limits: &SafetyLimits) -> End {
         let stiffness = self.alpha * MASS / (T.0 * T.0);
         let dissipation = self.beta * MASS / T.0.powf(2.0 - self.order);
         let order = Order::new(self.order).expect("valid");
@@ -115,7 +115,7 @@ impl Case {
         }
     }
 
-    fn is_stable(&self, guard: Option<Guard>) -> bool {
+    fn is_stable(&self, guard: Option<PassivityGuard>) -> bool {
         self.run(guard).deviation < STABLE
     }
 }
@@ -226,7 +226,7 @@ fn an_encoder_and_delays_do_not_shake_a_bounded_wall() {
 }
 
 /// 1/x under the push of 1 N, N/m.
-fn rendered(case: Case, guard: Option<Guard>) -> f64 {
+fn rendered(case: Case, guard: Option<PassivityGuard>) -> f64 {
     1.0 / case.run(guard).mean
 }
 
@@ -279,9 +279,9 @@ fn guards_work_within_the_whole_chain() {
     for guard in [observer(), bounding(0.0)] {
         for ray in RAYS {
             let case = Case::on_ray(0.5, ray, 3.0 * passivity_limit(0.5, ray));
-            let limits = Limits {
+            let limits = SafetyLimits {
                 guard,
-                ..Limits::default()
+                ..SafetyLimits::default()
             };
             let end = case.run_with(&limits);
             assert!(end.deviation < STABLE, "{case:?} {end:?}");
@@ -291,13 +291,13 @@ fn guards_work_within_the_whole_chain() {
 
 /// A chain with nothing but this guard, a force limit, N, and a rate limit, N/s; and its state before the first tick.
 fn guarded<F: Real, const D: usize>(
-    guard: Option<Guard>,
+    guard: Option<PassivityGuard>,
     force_n: f64,
     rate_n_per_s: f64,
 ) -> (SafetyChain<F>, SafetyState<F, D>) {
-    let limits = Limits {
+    let limits = SafetyLimits {
         guard,
-        ..Limits::bare(Newtons(force_n), NewtonsPerSecond(rate_n_per_s))
+        ..SafetyLimits::bare(Newtons(force_n), NewtonsPerSecond(rate_n_per_s))
     };
     let chain = SafetyChain::from_limits(&limits, T).expect("valid");
     (chain, SafetyState::default())
@@ -305,9 +305,9 @@ fn guarded<F: Real, const D: usize>(
 
 /// A chain with nothing but this guard.
 fn bare<F: Real>(bounding: EnergyBounding, sample_time: Seconds) -> SafetyChain<F> {
-    let limits = Limits {
-        guard: Some(Guard::EnergyBounding(bounding)),
-        ..Limits::bare(Newtons(100.0), NewtonsPerSecond(200.0 / sample_time.0))
+    let limits = SafetyLimits {
+        guard: Some(PassivityGuard::EnergyBounding(bounding)),
+        ..SafetyLimits::bare(Newtons(100.0), NewtonsPerSecond(200.0 / sample_time.0))
     };
     SafetyChain::from_limits(&limits, sample_time).expect("valid")
 }

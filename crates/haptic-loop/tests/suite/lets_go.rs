@@ -5,7 +5,7 @@ use crate::{T, chain, spring};
 use core::borrow::BorrowMut;
 use haptic_loop::units::{Newtons, NewtonsPerSecond};
 use haptic_loop::{
-    Controller, Device, Engaged, Fault, Limiters, Limits, Reading, SafeForce, SpringDamper,
+    Controller, Device, Engaged, Fault, Limiters, Reading, SafeForce, SafetyLimits, SpringDamper,
 };
 use nalgebra::vector;
 use std::cell::RefCell;
@@ -16,7 +16,7 @@ type Spring = SpringDamper<f64, crate::Memory>;
 
 /// 2 N at the place of the device, 1 N a tick.
 fn controller() -> Controller<f64, 1, Spring> {
-    let limits = Limits::bare(Newtons(10.0), NewtonsPerSecond(1000.0));
+    let limits = SafetyLimits::bare(Newtons(10.0), NewtonsPerSecond(1000.0));
     Controller::new(spring(100.0, 1.0, 0.5), chain(limits))
 }
 

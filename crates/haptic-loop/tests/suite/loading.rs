@@ -5,7 +5,7 @@ use super::T;
 use fracdiff::{Operator, Order, Real, Scheme};
 use haptic_loop::units::Metres;
 use haptic_loop::{
-    Contact, DepthMap, Environment, Loading, LoadingKind, Modulus, ParameterError, Specimen,
+    Contact, DepthMap, Environment, Loading, LoadingKind, LoopParameterError, Modulus, Specimen,
     SpringDamper,
 };
 
@@ -245,7 +245,7 @@ fn what_is_no_specimen_and_no_map_is_refused() {
     ] {
         let mut numbers = ROOT;
         numbers[at] = bad;
-        let refused: Result<DepthMap<f32>, ParameterError> = DepthMap::new(numbers);
+        let refused: Result<DepthMap<f32>, LoopParameterError> = DepthMap::new(numbers);
         assert!(refused.is_err(), "{at} {bad}");
         assert_eq!(DepthMap::of(numbers.map(|n| n as f32)), None, "{at} {bad}");
     }

@@ -20,7 +20,7 @@ mod straight;
 mod surfaces;
 
 use fracdiff::{Real, Seconds, ShortMemory};
-use haptic_loop::{Environment, Limits, SafetyChain, SafetyState, SpringDamper};
+use haptic_loop::{Environment, SafetyChain, SafetyLimits, SafetyState, SpringDamper};
 use nalgebra::{SVector, vector};
 
 const T: Seconds = Seconds(1e-3);
@@ -35,7 +35,7 @@ fn spring(stiffness: f64, dissipation: f64, mu: f64) -> SpringDamper<f64, Memory
     SpringDamper::new(stiffness, dissipation, memory(mu)).expect("valid")
 }
 
-fn chain(limits: Limits) -> SafetyChain<f64> {
+fn chain(limits: SafetyLimits) -> SafetyChain<f64> {
     SafetyChain::from_limits(&limits, T).expect("valid")
 }
 

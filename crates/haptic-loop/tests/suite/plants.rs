@@ -3,7 +3,9 @@
 use fracdiff::{Real, Scheme, Seconds};
 use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed, run_wall};
 use haptic_loop::units::{Metres, MetresPerSecond, Newtons, NewtonsPerSecond};
-use haptic_loop::{Controller, Device, Limits, OwnPush, Reading, SafetyChain, SpeedLimit, Wall};
+use haptic_loop::{
+    Controller, Device, OwnPush, Reading, SafetyChain, SafetyLimits, SpeedLimit, Wall,
+};
 use nalgebra::{Matrix3, Vector1, Vector2, Vector3};
 use proptest::prelude::*;
 use testkit::assert_close;
@@ -271,12 +273,12 @@ fn a_wall_that_is_run_ticks_until_it_is_seen_enough_or_a_fault_is_latched() {
         let operator = "grunwald:20".parse::<Scheme>().expect("a scheme");
         let operator = operator.build(order(0.5), Seconds(T), 1e6).expect("valid");
         let wall = Wall::new(500.0, 2.0, operator, None).expect("valid");
-        let limits = Limits {
+        let limits = SafetyLimits {
             speed: Some(SpeedLimit {
                 soft: MetresPerSecond(0.2),
                 hard: MetresPerSecond(0.45),
             }),
-            ..Limits::bare(Newtons(largest_force), NewtonsPerSecond(1e5))
+            ..SafetyLimits::bare(Newtons(largest_force), NewtonsPerSecond(1e5))
         };
         let chain = SafetyChain::from_limits(&limits, Seconds(T)).expect("valid");
         let mut device = plant(ideal(M, B, T));

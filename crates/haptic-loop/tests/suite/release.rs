@@ -7,14 +7,14 @@ mod schedules;
 use crate::{T, apply, chain};
 use fracdiff::Seconds;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
-use haptic_loop::{Fault, Limits, ParameterError, SafetyChain, SafetyState};
+use haptic_loop::{Fault, LoopParameterError, SafetyChain, SafetyLimits, SafetyState};
 
 #[test]
 fn a_force_is_zero_within_the_stop_time_however_slow_its_rate() {
-    let bare = Limits::bare(Newtons(10.0), NewtonsPerSecond(0.1));
+    let bare = SafetyLimits::bare(Newtons(10.0), NewtonsPerSecond(0.1));
     for (stop_s, ticks) in [(0.1, 100), (1e-3, 1), (0.0305, 31), (1.0, 1000)] {
         for fault in [None, Some(Fault::HostSilent)] {
-            let chain = chain(Limits {
+            let chain = chain(SafetyLimits {
                 stop_time: Seconds(stop_s),
                 ..bare
             });
@@ -45,11 +45,11 @@ fn a_force_is_zero_within_the_stop_time_however_slow_its_rate() {
 
 #[test]
 fn braking_beyond_what_the_device_bears_is_refused_in_one_line() {
-    let of = |braking, mass: Option<f64>, delay| Limits {
+    let of = |braking, mass: Option<f64>, delay| SafetyLimits {
         braking: Some(NewtonSecondsPerMetre(braking)),
         device_mass: mass.map(Kilograms),
         device_delay_samples: delay,
-        ..Limits::default()
+        ..SafetyLimits::default()
     };
     for (limits, most, words) in [
         (of(5.001, None, 1), 5.0, "give its mass"),
@@ -59,7 +59,7 @@ fn braking_beyond_what_the_device_bears_is_refused_in_one_line() {
         let refused = SafetyChain::<f32>::from_limits(&limits, T).expect_err("too much");
         let text = refused.to_string();
         assert!(text.contains(words) && !text.contains('\n'), "{text}");
-        let ParameterError::Braking { most_n_s_per_m, .. } = refused else {
+        let LoopParameterError::Braking { most_n_s_per_m, .. } = refused else {
             panic!("{refused:?}");
         };
         assert!((most_n_s_per_m - most).abs() < 1e-9, "{most_n_s_per_m}");
@@ -75,10 +75,10 @@ fn braking_beyond_what_the_device_bears_is_refused_in_one_line() {
 
 /// Largest speed left of a free mass that a sampled damper brakes with `gain` times the most that is accepted.
 fn braked(mass: f64, delay: u32, bandwidth_hz: f64, sample_time: f64, gain: f64) -> f64 {
-    let limits = Limits {
+    let limits = SafetyLimits {
         device_mass: Some(Kilograms(mass)),
         device_delay_samples: delay,
-        ..Limits::default()
+        ..SafetyLimits::default()
     };
     let t = sample_time;
     let b = gain * limits.braking_max(Seconds(t)).0;
@@ -129,9 +129,9 @@ fn the_most_braking_has_a_gain_margin_of_two_for_every_filter_and_delay() {
 
 /// The first fault of positions and wanted forces, with the limits of a device by default.
 fn fault(ticks: impl Iterator<Item = (f64, f64)>) -> Option<(usize, Fault)> {
-    let limits = Limits {
+    let limits = SafetyLimits {
         rise_time: None,
-        ..Limits::default()
+        ..SafetyLimits::default()
     };
     let chain = chain(limits);
     let mut state = SafetyState::<f64, 1>::default();
@@ -188,7 +188,7 @@ fn no_honest_standstill_is_a_fault() {
 #[test]
 fn a_position_that_jumps_is_a_fault_before_its_force_is() {
     for jump in [0.01, 0.0026, -0.01] {
-        let limits = Limits::default();
+        let limits = SafetyLimits::default();
         let chain = chain(limits);
         let mut state = SafetyState::<f64, 1>::default();
         for _ in 0..1000 {
@@ -201,7 +201,7 @@ fn a_position_that_jumps_is_a_fault_before_its_force_is() {
     // 1.5 m/s and 1 mm more in a tick are 2.5 mm.
     assert_eq!(fault([(0.0, 0.0), (2.4e-3, 0.0)].into_iter()), None);
     // Over ticks that did not come a hand may have moved further.
-    let chain = chain(Limits::default());
+    let chain = chain(SafetyLimits::default());
     let mut state = SafetyState::<f64, 1>::default();
     apply(&chain, &mut state, 0.0, 0.0);
     state.skip(3);
@@ -219,7 +219,7 @@ fn a_motion_over_ticks_that_did_not_come_is_as_fast_as_it_was() {
                 state.unmeasured(ticks as u32);
             },
         ] {
-            let chain = chain(Limits::default());
+            let chain = chain(SafetyLimits::default());
             let mut state = SafetyState::<f64, 1>::default();
             let mut tick = 0_u64;
             for n in 0..300 {
@@ -240,12 +240,12 @@ fn a_motion_over_ticks_that_did_not_come_is_as_fast_as_it_was() {
 
 #[test]
 fn what_is_switched_off_finds_nothing() {
-    let limits = Limits {
+    let limits = SafetyLimits {
         stuck: None,
         jump: None,
         speed: None,
         rise_time: None,
-        ..Limits::default()
+        ..SafetyLimits::default()
     };
     let chain = chain(limits);
     let mut state = SafetyState::<f64, 1>::default();

@@ -9,18 +9,19 @@ use haptic_loop::units::{
     Hertz, Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond,
 };
 use haptic_loop::{
-    Fault, Limiters, Limits, SafetyChain, SafetyState, SpeedLimit, StartRefused, Stuck, Workspace,
+    Fault, Limiters, SafetyChain, SafetyLimits, SafetyState, SpeedLimit, StartRefused, Stuck,
+    Workspace,
 };
 use nalgebra::{SVector, vector};
 use proptest::prelude::*;
 
 /// 10 N on each axis, 1 N a tick, everything else off.
-const BARE: Limits = Limits::bare(Newtons(10.0), NewtonsPerSecond(1000.0));
+const BARE: SafetyLimits = SafetyLimits::bare(Newtons(10.0), NewtonsPerSecond(1000.0));
 
 #[test]
 fn the_force_rises_in_proportion_to_time_after_start_and_after_clear() {
     // Quarters are exact; the start is over with the sample that has the whole force.
-    let chain = chain(Limits {
+    let chain = chain(SafetyLimits {
         rise_time: Some(Seconds(4e-3)),
         ..BARE
     });
@@ -51,7 +52,7 @@ fn the_force_rises_in_proportion_to_time_after_start_and_after_clear() {
 
 #[test]
 fn a_start_is_refused_with_too_large_a_force() {
-    let chain = chain(Limits {
+    let chain = chain(SafetyLimits {
         start_force: Some(Newtons(1.0)),
         ..BARE
     });
@@ -75,7 +76,7 @@ fn a_start_is_refused_with_too_large_a_force() {
 
 #[test]
 fn the_norm_is_limited_without_turning_the_force_and_no_force_is_stuck() {
-    let limits = Limits {
+    let limits = SafetyLimits {
         norm: Some(Newtons(5.0)),
         ..BARE
     };
@@ -102,8 +103,8 @@ fn the_norm_is_limited_without_turning_the_force_and_no_force_is_stuck() {
 }
 
 /// 0 to 100 mm, zones of 20 mm, 5 N·s/m, and a velocity that follows within the tick.
-fn workspace() -> Limits {
-    Limits {
+fn workspace() -> SafetyLimits {
+    SafetyLimits {
         workspace: Some(Workspace {
             low: Metres(0.0),
             high: Metres(0.1),
@@ -117,7 +118,7 @@ fn workspace() -> Limits {
 
 #[test]
 fn a_sensor_stands_still_if_the_force_grows_by_more_and_more_is_applied() {
-    let chain = chain(Limits {
+    let chain = chain(SafetyLimits {
         stuck: Some(Stuck {
             force: Newtons(3.0),
             time: Seconds(2e-3),
@@ -147,7 +148,7 @@ fn a_sensor_stands_still_if_the_force_grows_by_more_and_more_is_applied() {
 
 #[test]
 fn after_a_fault_the_force_goes_through_damping_to_zero() {
-    let chain = chain(Limits {
+    let chain = chain(SafetyLimits {
         stop_time: Seconds(0.1),
         ..workspace()
     });
@@ -198,7 +199,7 @@ fn what_is_not_finite_is_a_fault_while_stopping_and_in_the_braking_too() {
     apply(&chain(BARE), &mut state, 0.0, f64::NAN);
     assert_eq!(state.fault(), Some(Fault::NonFiniteForce));
     // 1e308 m/s is a number, 5 N·s/m times that is none.
-    let vast = chain(Limits {
+    let vast = chain(SafetyLimits {
         workspace: Some(Workspace {
             low: Metres(-1e305),
             high: Metres(1e305),
@@ -216,15 +217,15 @@ fn what_is_not_finite_is_a_fault_while_stopping_and_in_the_braking_too() {
 }
 
 /// Whether the default limits are refused with this change.
-fn refused(change: &dyn Fn(&mut Limits)) -> bool {
-    let mut limits = Limits::default();
+fn refused(change: &dyn Fn(&mut SafetyLimits)) -> bool {
+    let mut limits = SafetyLimits::default();
     change(&mut limits);
     SafetyChain::<f32>::from_limits(&limits, T).is_err()
 }
 
 #[test]
 fn bad_limits_are_refused() {
-    type Set = fn(&mut Limits, f64);
+    type Set = fn(&mut SafetyLimits, f64);
     /// Each with whether it is used as a number of the loop, in which 1e-46 is none.
     const NUMBERS: [(bool, Set); 12] = [
         (true, |limits, x| limits.force = Newtons(x)),

@@ -2,7 +2,7 @@
 
 use fracdiff::{Real, Seconds};
 use haptic_loop::units::{Newtons, NewtonsPerSecond};
-use haptic_loop::{Fault, Limiters, Limits, SafetyChain, SafetyState};
+use haptic_loop::{Fault, Limiters, SafetyChain, SafetyLimits, SafetyState};
 use nalgebra::SVector;
 use proptest::prelude::*;
 
@@ -11,9 +11,9 @@ const T: Seconds = Seconds(1e-3);
 const STEP_N: f64 = 5e-3;
 
 fn chain<F: Real>(norm: Option<Newtons>) -> SafetyChain<F> {
-    let limits = Limits {
+    let limits = SafetyLimits {
         norm,
-        ..Limits::bare(Newtons(4.0), NewtonsPerSecond(STEP_N / T.0))
+        ..SafetyLimits::bare(Newtons(4.0), NewtonsPerSecond(STEP_N / T.0))
     };
     SafetyChain::from_limits(&limits, T).expect("valid")
 }
@@ -140,9 +140,9 @@ proptest! {
 fn no_wanted_force_is_too_large_to_keep_its_direction() {
     let wanted = SVector::from([f32::MAX, 0.5 * f32::MAX]);
     for (most, norm) in [(4.0, Some(Newtons(3.0))), (4.0, None), (3e38, None)] {
-        let limits = Limits {
+        let limits = SafetyLimits {
             norm,
-            ..Limits::bare(Newtons(most), NewtonsPerSecond(STEP_N / T.0))
+            ..SafetyLimits::bare(Newtons(most), NewtonsPerSecond(STEP_N / T.0))
         };
         let chain = SafetyChain::<f32>::from_limits(&limits, T).expect("valid");
         let mut state = SafetyState::<f32, 2>::default();

@@ -7,9 +7,9 @@ use fracdiff::Seconds;
 use haptic_loop::plant::{Axes, MassMatrix};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{
-    Ball, Contact, Controller, Device as _, EnergyBounding, Environment, Fault, Guard, Limits,
-    PassivityObserver, Plane, Reading, SafetyChain, SafetyState, Shape, ShapeNumbers, SpringDamper,
-    Surface, Workspace,
+    Ball, Contact, Controller, Device as _, EnergyBounding, Environment, Fault, PassivityGuard,
+    PassivityObserver, Plane, Reading, SafetyChain, SafetyLimits, SafetyState, Shape, ShapeNumbers,
+    SpringDamper, Surface, Workspace,
 };
 use nalgebra::{Matrix2, Matrix3, Rotation3, Vector2, Vector3, vector};
 use testkit::device::{DAMPING, MASS, ideal, plant, safe, with_hand, write};
@@ -227,9 +227,9 @@ fn a_start_in_the_middle_of_a_ball_is_judged_by_the_force_beside_it() {
 #[test]
 fn the_norm_of_the_force_is_never_beyond_its_limit() {
     let sphere = Contact::behind(ball_3([0.0; 3], 0.05), tissue());
-    let limits = Limits {
+    let limits = SafetyLimits {
         norm: Some(Newtons(2.0)),
-        ..Limits::bare(Newtons(10.0), NewtonsPerSecond(1e6))
+        ..SafetyLimits::bare(Newtons(10.0), NewtonsPerSecond(1e6))
     };
     let mut controller = Controller::new(sphere, chain(limits));
     // A hand that pulls to the centre of the sphere.
@@ -257,7 +257,7 @@ fn a_box_has_ends_of_its_own_on_each_axis() {
         high: Metres(high),
         soft: Metres(0.0),
     };
-    let limits = Limits {
+    let limits = SafetyLimits {
         // The box goes before it.
         workspace: Some(interval(-1e-3, 1e-3)),
         workspace_box: Some([
@@ -265,7 +265,7 @@ fn a_box_has_ends_of_its_own_on_each_axis() {
             interval(-0.02, 0.05),
             interval(0.0, 0.3),
         ]),
-        ..Limits::bare(Newtons(10.0), NewtonsPerSecond(1e6))
+        ..SafetyLimits::bare(Newtons(10.0), NewtonsPerSecond(1e6))
     };
     let chain = chain(limits);
     let fault = |x: Vector3<f64>| {
@@ -289,7 +289,7 @@ fn a_box_has_ends_of_its_own_on_each_axis() {
     let mut state = SafetyState::default();
     chain.apply(&mut state, &vector![0.0, 0.06], &Vector2::zeros());
     assert_eq!(state.fault(), Some(Fault::Workspace));
-    let upside_down = Limits {
+    let upside_down = SafetyLimits {
         workspace_box: Some([interval(0.1, -0.1); 3]),
         ..limits
     };
@@ -366,12 +366,12 @@ fn an_effective_mass_is_that_of_a_push_along_the_normal() {
 }
 
 /// A stiff wall, a hand that slides along it while it shakes: forces of both guards.
-fn guarded(guard: Guard) -> Vec<(Vector2<f64>, Vector2<f64>)> {
+fn guarded(guard: PassivityGuard) -> Vec<(Vector2<f64>, Vector2<f64>)> {
     let normal = [0.6, 0.8];
     let wall = Contact::new(normal, Metres(0.0), spring(60e3, 0.0, 0.3)).expect("valid");
-    let limits = Limits {
+    let limits = SafetyLimits {
         guard: Some(guard),
-        ..Limits::bare(Newtons(1e3), NewtonsPerSecond(1e9))
+        ..SafetyLimits::bare(Newtons(1e3), NewtonsPerSecond(1e9))
     };
     let mut controller = Controller::new(wall, chain(limits));
     let device = Axes::new([ideal(MASS, DAMPING, T.0); 2]).expect("valid");
@@ -392,8 +392,8 @@ fn guarded(guard: Guard) -> Vec<(Vector2<f64>, Vector2<f64>)> {
 fn guards_act_along_the_normal_and_add_no_friction() {
     let damping = NewtonSecondsPerMetre(DAMPING);
     for guard in [
-        Guard::Observer(PassivityObserver::bearable(Kilograms(MASS), T)),
-        Guard::EnergyBounding(EnergyBounding::of(damping)),
+        PassivityGuard::Observer(PassivityObserver::bearable(Kilograms(MASS), T)),
+        PassivityGuard::EnergyBounding(EnergyBounding::of(damping)),
     ] {
         let forces = guarded(guard);
         let along = vector![0.8, -0.6];

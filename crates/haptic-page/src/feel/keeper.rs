@@ -1,5 +1,6 @@
 //! The page's part of a loop: it computes the ghosts, and puts all into the pyramid and the log.
 
+use super::compare::Comparison;
 use crate::Announce;
 use crate::folder::next_folder;
 use crate::pyramid::Pyramid;
@@ -86,6 +87,8 @@ impl FeelState {
 pub(crate) struct Kept {
     pub(crate) pyramid: Mutex<Pyramid>,
     pub(crate) state: Mutex<FeelState>,
+    /// The comparison that goes on, or the last one.
+    pub(crate) comparison: Mutex<Option<Comparison>>,
 }
 
 /// Services of the server that a loop needs.
@@ -191,6 +194,11 @@ impl Watch for Watching {
         if let Some(recording) = self.work.recording.take() {
             closed(&self.place, &recording.finish());
         }
+        if let Some(comparison) = locked(&self.place.kept.comparison).as_mut()
+            && let Some(result) = comparison.end()
+        {
+            closed(&self.place, &result);
+        }
         locked(&self.place.kept.state).recording = None;
     }
 
@@ -281,6 +289,14 @@ impl Watch for Watching {
             && let Some(recording) = work.recording.take()
         {
             closed(&self.place, &recording.finish());
+        }
+        let mut comparison = locked(&self.place.kept.comparison);
+        let ended = comparison
+            .as_mut()
+            .and_then(|comparison| comparison.tick(ticked, work.state.energy_j));
+        drop(comparison);
+        if let Some(ended) = ended {
+            closed(&self.place, &ended);
         }
         let row = [
             position_m,

@@ -7,6 +7,7 @@
 //! ```
 //! The thread that ticks never waits and never wakes another. Whatever is given up, dropped or lost ends with a zero force.
 
+mod compare;
 mod keeper;
 mod law;
 mod opened;
@@ -14,6 +15,7 @@ mod settings;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use compare::{CompareStart, Comparison};
 pub(crate) use haptic_experiment::live::{HAND_DAMPING, HAND_STIFFNESS, locked};
 pub(crate) use keeper::{CHANNELS, FeelPlace, FeelState, Kept};
 pub(crate) use law::JudgedFeel;
@@ -24,13 +26,14 @@ pub(crate) use settings::{FeelChange, FeelSettings, FeltThing, SLIDERS};
 use crate::pyramid::PyramidSize;
 use haptic_experiment::Failure;
 use haptic_experiment::live::{
-    HAND_M, Keeper, LoopOrder, Orders, fading, run as run_by_clock, ticks,
+    HAND_M, Keeper, LoopOrder, Orders, Stimulus, fading, run as run_by_clock, ticks,
 };
 use haptic_experiment::parameters::{
     DISSIPATION, ONE_SIDED, ORDER, SCHEME, STIFFNESS, WALL_CONTACT,
 };
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
-use haptic_loop::{Controller, Limits, SafetyChain, Workspace};
+use haptic_loop::{Controller, SafetyChain, SafetyLimits, Workspace};
+use haptic_tissue::Library;
 use keeper::{KeeperTask, LOOK, POSITION, Watching, Work};
 use law::SHORT_S;
 use std::collections::BTreeMap;
@@ -59,9 +62,9 @@ pub(crate) struct Feel {
 /// Limits of the safety chain: the usual ones of a desktop device, with its workspace, mass and samples of delay, but no start-up ramp. The
 /// device begins in front of the surface, where no force acts, so none can jump; and a wall that grows stiffer while it is pressed would
 /// give the hand more than the hand put in.
-fn limits(mass: Kilograms, delay: u32, t: Seconds) -> Limits {
+fn limits(mass: Kilograms, delay: u32, t: Seconds) -> SafetyLimits {
     let (low, high, soft) = WORKSPACE_M;
-    let limits = Limits {
+    let limits = SafetyLimits {
         workspace: Some(Workspace {
             low: Metres(low),
             high: Metres(high),
@@ -70,12 +73,12 @@ fn limits(mass: Kilograms, delay: u32, t: Seconds) -> Limits {
         device_mass: Some(mass),
         rise_time: None,
         device_delay_samples: delay,
-        ..Limits::default()
+        ..SafetyLimits::default()
     };
     // A light device bears less braking.
     let most = limits.braking_max(t).0;
     let usual = limits.braking.map(|usual| usual.0.min(most));
-    Limits {
+    SafetyLimits {
         braking: usual.map(NewtonSecondsPerMetre),
         ..limits
     }
@@ -154,6 +157,9 @@ impl Feel {
 
     pub(crate) fn arm(&self) -> Result<(), Failure> {
         let counts = &self.orders.counts;
+        if let Some(comparison) = locked(&self.place.kept.comparison).as_mut() {
+            comparison.again();
+        }
         // A stop while the law is being made wins.
         let stops = counts.stops.load(Ordering::Relaxed);
         if counts.acts.load(Ordering::Relaxed) {
@@ -171,6 +177,9 @@ impl Feel {
 
     /// Makes another law be felt, which hears the past first. What is not stable is refused, and what is felt stays.
     pub(crate) fn change(&self, next: FeelSettings) -> Result<(), Failure> {
+        if self.compares() {
+            return Err(Failure::bad_input(COMPARES));
+        }
         let next = next.judged()?;
         let mut law = next.settings.law()?;
         let mut ghosts = next.settings.ghost_laws()?;
@@ -189,6 +198,76 @@ impl Feel {
         self.task(KeeperTask::Ghosts(Box::new(ghosts)))?;
         *locked(&self.felt) = next;
         Ok(())
+    }
+
+    fn compares(&self) -> bool {
+        let comparison = locked(&self.place.kept.comparison);
+        comparison.as_ref().is_some_and(Comparison::goes_on)
+    }
+
+    /// Begins to compare what is felt with that and a change.
+    pub(crate) fn compare(&self, start: CompareStart, library: &Library) -> Result<(), Failure> {
+        if self.compares() {
+            return Err(Failure::bad_input(COMPARES));
+        }
+        let a = self.felt().settings;
+        let b = a.changed(library, &start.b)?.judged()?.settings;
+        let (metadata, place) = (a.metadata(), &self.place);
+        let folders = (&*place.runs, &*place.provenance);
+        let comparison = Comparison::start(start, [a, b], metadata, folders)?;
+        *locked(&place.kept.comparison) = Some(comparison);
+        Ok(())
+    }
+
+    /// Does something with the comparison that goes on.
+    fn with_comparison<T>(
+        &self,
+        work: impl FnOnce(&mut Comparison) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        let mut comparison = locked(&self.place.kept.comparison);
+        match comparison
+            .as_mut()
+            .filter(|comparison| comparison.goes_on())
+        {
+            Some(comparison) => work(comparison),
+            None => Err(Failure::bad_input(
+                "nothing is being compared: send `compare.start`",
+            )),
+        }
+    }
+
+    /// Makes the next wall of the trial be felt.
+    pub(crate) fn compare_next(&self) -> Result<(), Failure> {
+        if self.orders.counts.stopped.load(Ordering::Relaxed) {
+            return Err(Failure::bad_input("the loop is stopped: `arm` it first"));
+        }
+        let t = self.felt().settings.device.sample_time();
+        // The law is made without the lock that each tick's keeper needs.
+        let (settings, number) = self.with_comparison(|comparison| comparison.next(t))?;
+        self.begin(&settings, number)
+    }
+
+    /// Makes a wall be felt as soon as the handle is in front of it.
+    fn begin(&self, settings: &FeelSettings, number: u64) -> Result<(), Failure> {
+        let stimulus = Stimulus {
+            number,
+            ..settings.law()?.into()
+        };
+        (self.orders).give(LoopOrder::Begin(Box::new(stimulus), 0.0, true))
+    }
+
+    pub(crate) fn compare_answer(&self, stiffer: u8) -> Result<(), Failure> {
+        match self.with_comparison(|comparison| comparison.answer(stiffer))? {
+            true => self.end_compare(),
+            false => Ok(()),
+        }
+    }
+
+    /// Ends the comparison; what was felt before it is felt again.
+    pub(crate) fn end_compare(&self) -> Result<(), Failure> {
+        let ended = self.with_comparison(|comparison| Ok(comparison.end()))?;
+        self.begin(&self.felt().settings, 0)?;
+        ended.transpose().map(drop)
     }
 
     fn task(&self, task: KeeperTask) -> Result<(), Failure> {
@@ -221,13 +300,15 @@ impl Feel {
     }
 }
 
+const COMPARES: &str = "two walls are being compared: send `compare.end` first";
+
 fn ended<E>(_: E) -> Failure {
     Failure::bad_input("the loop has ended: start again")
 }
 
 impl FeelSettings {
     /// Limits of the safety chain; a lag of the actuator counts as delay.
-    fn limits(&self) -> Limits {
+    fn limits(&self) -> SafetyLimits {
         let (late_s, t) = (
             self.device.values.delay_s + self.device.values.current_lag_s,
             self.device.sample_time(),

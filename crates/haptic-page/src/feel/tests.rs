@@ -6,7 +6,7 @@ use fracdiff::Order;
 use haptic_experiment::judge::operator;
 use haptic_experiment::run::DeviceValues;
 use haptic_experiment::{ModelledTissue, TissuePiece};
-use haptic_loop::{Environment as _, Pushing, Sample, Wall};
+use haptic_loop::{Environment as _, LoopSample, Pushing, Wall};
 use haptic_tissue::{FullHistory, Library, SampledModel};
 use nalgebra::Vector1;
 use testkit::Random;
@@ -29,10 +29,10 @@ fn settings(wall: WallNumbers, device: DeviceNumbers) -> FeelSettings {
 /// The loop with a hand at this pointer, as the thread runs it.
 fn ticked(
     settings: &FeelSettings,
-    limits: &Limits,
+    limits: &SafetyLimits,
     pointer: &Pointer,
     ticks: u32,
-) -> Vec<Sample<f64, 1>> {
+) -> Vec<LoopSample<f64, 1>> {
     let t = settings.device.sample_time();
     let chain = SafetyChain::from_limits(limits, t).expect("valid");
     let law = settings.law().expect("made");
@@ -57,7 +57,7 @@ fn felt(wall: WallNumbers, pointer: &Pointer, rise_time: Option<Seconds>) -> Vec
         0,
         settings.device.sample_time(),
     );
-    let limits = Limits {
+    let limits = SafetyLimits {
         rise_time: rise_time.or(tighter.rise_time),
         ..tighter
     };

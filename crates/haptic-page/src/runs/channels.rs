@@ -1,14 +1,14 @@
 //! Channels of a log: the columns of its ticks behind the time, and of several axes how large the force is.
 
 use haptic_experiment::Failure;
-use haptic_log::record::{AXES, Column, TickMessage};
+use haptic_log::record::{AXES, TickColumn, TickMessage};
 use haptic_quantity::short;
 
 /// The channels of a log by its number of axes, 1 to 3.
 #[derive(Clone, Debug)]
 pub(super) struct Channels {
     pub(super) axes: usize,
-    columns: Vec<Column>,
+    columns: Vec<TickColumn>,
 }
 
 impl Channels {
@@ -18,7 +18,7 @@ impl Channels {
         columns.retain(|column| !["tick", "time_s"].contains(&column.name.as_str()));
         if axes > 1 {
             let norm = |tick: &TickMessage| tick.commanded_force_n.norm();
-            columns.push(Column::derived("commanded_force_norm_n", norm));
+            columns.push(TickColumn::derived("commanded_force_norm_n", norm));
         }
         Self { axes, columns }
     }

@@ -56,6 +56,19 @@ pub(super) async fn answer(
             json!({"name": name, "samples": samples, "missing": missing})
         }
         Request::FeelEnd {} => json!(hub.end_feel().await),
+        Request::CompareStart(start) => json!(hub.compare(start).await?),
+        Request::CompareFeel {} => {
+            let feel = hub.felt()?;
+            json!(blocking(move || feel.compare_next()).await?)
+        }
+        Request::CompareAnswer { stiffer } => {
+            let feel = hub.felt()?;
+            json!(blocking(move || feel.compare_answer(stiffer)).await?)
+        }
+        Request::CompareEnd {} => {
+            let feel = hub.felt()?;
+            json!(blocking(move || feel.end_compare()).await?)
+        }
         Request::Stop {} => json!(hub.stop()),
         Request::Arm {} => {
             let feel = hub.felt()?;

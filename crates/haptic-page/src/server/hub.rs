@@ -4,15 +4,15 @@ use super::request::RunStart;
 use super::tables::Tables;
 use crate::dropped::{TISSUES, can_be_felt};
 use crate::feel::{
-    DeviceNumbers, Feel, FeelChange, FeelPlace, FeelSettings, FeelState, FeltThing, HAND_DAMPING,
-    HAND_STIFFNESS, Kept, Opened, locked, opened, pyramid_size,
+    CompareStart, DeviceNumbers, Feel, FeelChange, FeelPlace, FeelSettings, FeelState, FeltThing,
+    HAND_DAMPING, HAND_STIFFNESS, Kept, Opened, locked, opened, pyramid_size,
 };
 use crate::pyramid::Pyramid;
 use crate::runs::Runs;
 use crate::{Announce, OnClose, TextFile};
 use haptic_experiment::document::Document;
 use haptic_experiment::{Failure, RealtimeOptions};
-use haptic_loop::Limits;
+use haptic_loop::SafetyLimits;
 use haptic_tissue::Library;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
@@ -110,6 +110,7 @@ impl Hub {
             kept: Arc::new(Kept {
                 pyramid: Mutex::new(Pyramid::new(pyramid_size())),
                 state: Mutex::new(FeelState::of(options.device.sample_time())),
+                comparison: Mutex::default(),
             }),
             runs: options.runs.clone(),
             provenance: Arc::new(options.provenance.clone()),
@@ -326,6 +327,18 @@ impl Hub {
         Ok(answer)
     }
 
+    /// Begins to compare what is felt with that and a change.
+    pub(super) async fn compare(self: &Arc<Self>, start: CompareStart) -> Result<(), Failure> {
+        let feel = self.felt()?;
+        let _making = self.making.lock().await;
+        let hub = Arc::clone(self);
+        blocking(move || {
+            let library = locked(&hub.library).clone();
+            feel.compare(start, &library)
+        })
+        .await
+    }
+
     /// Ends the loop: the force is zero, all is kept.
     pub(super) async fn end_feel(&self) {
         let _making = self.making.lock().await;
@@ -362,7 +375,7 @@ pub(super) async fn blocking<T: Send + 'static>(
 
 /// Settings of the felt loop and its verdict: the same in answers and to all pages.
 pub(super) fn felt(feel: &Feel) -> Value {
-    let (felt, limits) = (feel.felt(), Limits::default());
+    let (felt, limits) = (feel.felt(), SafetyLimits::default());
     let (mut feel, mut verdict) = (json!(felt.settings), json!(felt.verdict));
     feel["hand_stiffness_n_per_m"] = HAND_STIFFNESS.0.into();
     feel["hand_damping_n_s_per_m"] = HAND_DAMPING.0.into();

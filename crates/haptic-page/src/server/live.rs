@@ -4,7 +4,7 @@
 //! saw is made up for by the next, and a page far behind gets all that it has missed at once, at the width of the picture.
 
 use super::hub::Hub;
-use crate::feel::{Kept, locked};
+use crate::feel::{Comparison, Kept, locked};
 use crate::pyramid::{Columns, Span};
 use haptic_loop::Limiters;
 use serde_json::{Value, json};
@@ -230,6 +230,8 @@ pub(super) fn status(hub: &Hub, page: u64, live: &mut Live) -> Value {
         status["fault"] = json!(state.fault.map(|fault| fault.to_string()));
         status["armed"] = (!state.stopping && state.fault.is_none()).into();
         status["paused"] = feel.is_paused().into();
+        let comparison = locked(&hub.place.kept.comparison);
+        status["compare"] = json!(comparison.as_ref().map(Comparison::status));
         status["samples_made"] = made.into();
         status["samples_kept"] = kept.saturating_sub(lost).into();
     }
@@ -265,6 +267,7 @@ mod tests {
                 coarser: 2,
             })),
             state: Mutex::new(FeelState::of(Seconds(1e-3))),
+            comparison: Mutex::default(),
         }
     }
 

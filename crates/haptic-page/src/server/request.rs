@@ -1,7 +1,7 @@
 //! Requests of a page: see `docs/page-protocol.md`.
 
 use crate::control::ControlRequest;
-use crate::feel::FeelChange;
+use crate::feel::{CompareStart, FeelChange};
 use crate::identify::RecordRequest;
 use crate::runs::TableRequest;
 use crate::surface::SurfaceRequest;
@@ -39,6 +39,14 @@ pub(super) enum Request {
     FeelRecord { on: bool },
     #[serde(rename = "feel.end")]
     FeelEnd {},
+    #[serde(rename = "compare.start")]
+    CompareStart(CompareStart),
+    #[serde(rename = "compare.feel")]
+    CompareFeel {},
+    #[serde(rename = "compare.answer")]
+    CompareAnswer { stiffer: u8 },
+    #[serde(rename = "compare.end")]
+    CompareEnd {},
     #[serde(rename = "stop")]
     Stop {},
     #[serde(rename = "arm")]
@@ -149,6 +157,10 @@ impl Request {
             | Self::FeelMark { .. }
             | Self::FeelRecord { .. }
             | Self::FeelEnd {}
+            | Self::CompareStart(_)
+            | Self::CompareFeel {}
+            | Self::CompareAnswer { .. }
+            | Self::CompareEnd {}
             | Self::Arm {}
             | Self::RunsStart(_)
             | Self::RunsStop {} => true,
@@ -187,6 +199,10 @@ impl Request {
                     | Self::FeelSet(_)
                     | Self::FeelRecord { .. }
                     | Self::FeelEnd {}
+                    | Self::CompareStart(_)
+                    | Self::CompareFeel {}
+                    | Self::CompareAnswer { .. }
+                    | Self::CompareEnd {}
                     | Self::Arm {}
                     | Self::RunsList {}
                     | Self::RunsOpen { .. }

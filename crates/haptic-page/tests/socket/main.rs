@@ -2,6 +2,7 @@
 //!
 //! The loop runs by the clock, but nothing here depends on how fast: each test waits until what it wants is there.
 
+mod compare;
 mod door;
 mod feel;
 mod files;

@@ -57,7 +57,11 @@ fn bare(key: &str, value: &Value) -> Value {
 fn examples(page: &mut Page, runs: &Path) -> Vec<(&'static str, Value)> {
     page.ask("hello", json!({"version": 1}));
     page.ask("feel.start", prostate());
-    let mut status = page.status(|status| status["tick_p50_us"].is_number());
+    let compared = json!({"b": {"scale": 0.9}, "trials": 1, "subject": "p00", "seed": 1});
+    page.ask("compare.start", compared);
+    let mut status =
+        page.status(|status| status["tick_p50_us"].is_number() && status["compare"].is_object());
+    page.ask("compare.end", json!({}));
     // Those that act at the moment.
     status["limiters"].take();
     page.ask("feel.mark", json!({"text": "here"}));

@@ -221,6 +221,8 @@ const REQUESTS: &str = r#"
     feel.start {"environment": {"file": {"name": "x.toml", "text": "[wall]\norder = 1"}}}
     feel.set {"environment": {"tissue": "liver"}, "order": 0.5, "scale": 1, "ghosts": ["a3"]}
     feel.hand {"position_m": 0, "held": true}
+    compare.start {"b": {"scale": 1.2}, "trials": 2, "subject": "p07", "seed": 1}
+    compare.answer {"stiffer": 1}
     feel.pause {"paused": false}
     feel.mark {"text": "x"}
     view {"source": "live", "from_s": 0, "to_s": 1, "columns": 10, "channels": ["x"]}
@@ -245,7 +247,7 @@ fn what_has_a_wrong_type_is_answered_once_in_a_line_within_its_limit() {
         .filter_map(|row| row.trim().split_once(' ')))
     .map(|(what, arguments)| (what, arguments.parse().expect(what)))
     .collect();
-    assert_eq!(asked.len(), 19);
+    assert_eq!(asked.len(), 21);
     let (mut refused, mut longest, mut bad) = (0, 0, Vec::new());
     for case in 0..cases(300) {
         let (what, arguments) = &asked[case % asked.len()];

@@ -100,7 +100,44 @@ fn a_wall_is_judged_as_by_the_questions_of_the_command() {
                 assert_eq!(found[key], known["report"][key], "{scheme}: {key}");
             }
         }
+        // The hand moves the device: its spring is not of it.
+        keys["hand_stiffness_n_per_m"].take();
+        let known = ran(&mut page, "analyze-difference", keys)["report"].take();
+        has(&found["hand"], known["spring_and_damper"].clone());
+        for best in ["best_stiffness_n_per_m", "best_damping_n_s_per_m"] {
+            assert_eq!(found["hand"][best], known[best], "{scheme}: {best}");
+        }
+        assert!(
+            known["spring_and_damper"]["frequency_hz"].is_number(),
+            "{known}"
+        );
     }
+}
+
+#[test]
+fn a_hand_should_tell_no_spring_from_the_best_one_and_a_loop_too_slow_for_it_says_so() {
+    let (_runs, _server, mut page) = opened();
+    let mut hand = |other: Value| page.ask("ask", wall(&other))["hand"].take();
+    let spring = hand(json!({"dissipation_n_s_mu_per_m": 0, "points": 16}));
+    // The hold alone is left: −K·T/2 of damping at 5 Hz, against a tenth of K − mω² and what else damps.
+    let omega = 10.0 * std::f64::consts::PI;
+    let felt = (3000.0 - 0.065 * omega * omega).hypot((3.5 - 1.5) * omega);
+    let difference = spring["difference"].as_f64().expect("a number");
+    assert_relative("hold", difference, 1.5 * omega / (0.1 * felt), 1e-3);
+    has(&spring, json!({"felt": false, "part": "damping"}));
+    let fractional = json!({"stiffness_n_per_m": 0, "points": 16});
+    let felt = hand(fractional.clone());
+    // With the damping of a hand in the loop, the device as it is without.
+    let mut held = fractional;
+    held["damping_n_s_per_m"] = 9.0.into();
+    assert_ne!(hand(held.clone()), felt);
+    held["device_damping_n_s_per_m"] = 3.5.into();
+    assert_eq!(hand(held), felt);
+    let slow = hand(
+        json!({"sample_time_s": 0.2, "stiffness_n_per_m": 10, "dissipation_n_s_mu_per_m": 0, "points": 16}),
+    );
+    let reason = slow["reason"].as_str().expect("a reason");
+    assert!(reason.contains("half the sample rate"), "{reason}");
 }
 
 #[test]

@@ -100,7 +100,7 @@ impl Pings {
         let points: Vec<[f64; 3]> = points.collect();
         Some(DeviceClock {
             epoch,
-            line: Line::through(&points)?,
+            line: ClockLine::through(&points)?,
             points,
         })
     }
@@ -113,7 +113,7 @@ fn better(a: Ping, b: Ping) -> Ping {
 
 /// A straight line between two clocks, y(x) in µs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Line {
+pub struct ClockLine {
     x_us: f64,
     y_us: f64,
     /// Seconds of y in one of x.
@@ -122,7 +122,7 @@ pub struct Line {
     pub error_us: f64,
 }
 
-impl Line {
+impl ClockLine {
     /// y at this x, µs.
     #[must_use]
     pub fn at(&self, x_us: f64) -> f64 {
@@ -207,14 +207,14 @@ impl Line {
 pub struct DeviceClock {
     epoch: Moment,
     /// Of the device by times from the epoch.
-    line: Line,
+    line: ClockLine,
     points: Vec<[f64; 3]>,
 }
 
 impl DeviceClock {
     /// The time of this device by that of another; `None` if no keep-alive of the other lies between two of this one.
     #[must_use]
-    pub fn beside(&self, other: &Self) -> Option<Line> {
+    pub fn beside(&self, other: &Self) -> Option<ClockLine> {
         let us = |a: Moment, b: Moment| a.saturating_duration_since(b).as_secs_f64() * 1e6;
         let shift_us = us(other.epoch, self.epoch) - us(self.epoch, other.epoch);
         let points = other.points.iter().filter_map(|[h, theirs, their_u]| {
@@ -233,7 +233,7 @@ impl DeviceClock {
                 between(u_0, u_1) + their_u + held,
             ])
         });
-        Line::through(&points.collect::<Vec<_>>())
+        ClockLine::through(&points.collect::<Vec<_>>())
     }
 
     /// The time of the device of which these are the lower 32 bits: the one nearest to now.

@@ -9,7 +9,7 @@ use super::served::Served;
 use crate::impossible::Plausible;
 use crate::{Conversation, Incoming, LinkError, Patience, abilities, check_keys};
 use core::fmt::Display;
-use haptic_link::{Capabilities, FRAME_MAX, Hello, Report, Request, Sample, State, Status};
+use haptic_link::{Capabilities, DeviceReport, FRAME_MAX, Hello, Request, Sample, State, Status};
 use haptic_loop::realtime::Moment;
 use hdrhistogram::Histogram;
 use std::boxed::Box;
@@ -152,7 +152,7 @@ impl SerialLink {
     }
 
     fn introduce(&mut self) -> Result<(), SerialError> {
-        let Report::Keys(keys) = self.ask(Request::GetKeys)? else {
+        let DeviceReport::Keys(keys) = self.ask(Request::GetKeys)? else {
             return Err(LinkError::Gone.into());
         };
         check_keys(&keys, 1, self.hello.firmware)?;
@@ -163,7 +163,7 @@ impl SerialLink {
             self.ask(Request::Disarm)?;
             self.wait_for_rest();
         }
-        if let Report::Capabilities(capabilities) = self.ask(Request::GetCapabilities)? {
+        if let DeviceReport::Capabilities(capabilities) = self.ask(Request::GetCapabilities)? {
             self.capabilities = capabilities;
         }
         check_numbers(&self.capabilities)?;
@@ -333,7 +333,7 @@ fn take_turn(
         let room = SAID_MOST - said.len();
         said.extend_from_slice(&bytes[..count.min(room)]);
         for &byte in &bytes[..count] {
-            if let Some(Incoming::Answer(Report::Hello(hello))) =
+            if let Some(Incoming::Answer(DeviceReport::Hello(hello))) =
                 conversation.receive(byte, now_us(began))
             {
                 return Ok(Some(hello));

@@ -8,7 +8,8 @@ use super::tcp::tcp_address;
 use crate::impossible::Plausible;
 use crate::{Conversation, HostCounters, Incoming, LinkError, Patience};
 use haptic_link::{
-    AXES_MAX, Capabilities, Event, FRAME_MAX, FaultReport, Hello, Report, Request, Sample, Status,
+    AXES_MAX, Capabilities, DeviceReport, Event, FRAME_MAX, FaultReport, Hello, Request, Sample,
+    Status,
 };
 use haptic_loop::Fault;
 use haptic_loop::realtime::{self, Moment, raise_thread};
@@ -43,7 +44,7 @@ pub struct LinkReport {
 ///
 /// ```no_run
 /// use haptic_link::{EventKind, Start};
-/// use haptic_remote::serial::{ConnectOptions, Heard, SerialLink};
+/// use haptic_remote::serial::{ConnectOptions, DeviceMessage, SerialLink};
 /// use std::time::Duration;
 ///
 /// let mut link = SerialLink::connect("/dev/ttyACM0", ConnectOptions::default())?;
@@ -52,10 +53,10 @@ pub struct LinkReport {
 /// link.start(Start { ticks: 1000, ..Start::ENDLESS })?;
 /// while let Some(heard) = link.hear(Duration::from_secs(1)) {
 ///     match heard {
-///         Heard::Sample(sample) => println!("{:?}", sample.axes),
-///         Heard::Event(event) if event.kind == EventKind::Finished => break,
-///         Heard::Fault(_) | Heard::Over(_) => break,
-///         Heard::Event(_) => {}
+///         DeviceMessage::Sample(sample) => println!("{:?}", sample.axes),
+///         DeviceMessage::Event(event) if event.kind == EventKind::Finished => break,
+///         DeviceMessage::Fault(_) | DeviceMessage::Over(_) => break,
+///         DeviceMessage::Event(_) => {}
 ///     }
 /// }
 /// link.disarm()?;
@@ -65,8 +66,8 @@ pub struct LinkReport {
 pub struct SerialLink {
     pub(super) shared: Arc<Shared>,
     pub(super) commands: Option<SyncSender<Command>>,
-    pub(super) answers: Receiver<Result<Report, LinkError>>,
-    pub(super) heard: Receiver<Heard>,
+    pub(super) answers: Receiver<Result<DeviceReport, LinkError>>,
+    pub(super) heard: Receiver<DeviceMessage>,
     pub(super) threads: Vec<JoinHandle<()>>,
     pub(super) hello: Hello,
     pub(super) capabilities: Capabilities,
@@ -77,7 +78,7 @@ pub struct SerialLink {
     pub(super) latency_ms: Option<u32>,
     pub(super) path: String,
     /// Heard before its turn, to see whether a newer sample waits.
-    pub(super) ahead: Option<Heard>,
+    pub(super) ahead: Option<DeviceMessage>,
     /// A run that was started and whose end was not heard yet, as of the alive of this number.
     pub(super) running: Option<u64>,
     /// The sample that a host loop read last.
@@ -119,7 +120,7 @@ impl SerialLink {
     /// # Errors
     /// The system does not allow the priority. If this is refused, the thread keeps its
     /// priority.
-    pub fn raise(&self, priority: u8) -> Result<(), realtime::Refusal> {
+    pub fn raise(&self, priority: u8) -> Result<(), realtime::SystemRefusal> {
         self.threads
             .iter()
             .chain(self.served.iter().filter_map(Served::thread))
@@ -280,7 +281,7 @@ impl Drop for SerialLink {
 
 /// Message that a device sends unasked.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Heard {
+pub enum DeviceMessage {
     /// A tick of the device, in its order.
     Sample(Sample),
     /// The state of the device has changed.
@@ -338,8 +339,8 @@ impl Shared {
 #[derive(Clone)]
 pub(super) struct Ends {
     pub(super) shared: Arc<Shared>,
-    pub(super) answers: SyncSender<Result<Report, LinkError>>,
-    pub(super) heard: SyncSender<Heard>,
+    pub(super) answers: SyncSender<Result<DeviceReport, LinkError>>,
+    pub(super) heard: SyncSender<DeviceMessage>,
 }
 
 impl Ends {
@@ -408,23 +409,25 @@ impl Ends {
                 self.pass_on(Incoming::Told(report.clone()));
                 let _ = self.answers.try_send(Ok(report));
             }
-            Incoming::Told(Report::Sample(sample)) => self.hear(Heard::Sample(sample)),
-            Incoming::Told(Report::Batch(batch)) => {
+            Incoming::Told(DeviceReport::Sample(sample)) => {
+                self.hear(DeviceMessage::Sample(sample));
+            }
+            Incoming::Told(DeviceReport::Batch(batch)) => {
                 for sample in batch.samples(self.shared.period_us.load(Ordering::Relaxed)) {
-                    self.hear(Heard::Sample(sample));
+                    self.hear(DeviceMessage::Sample(sample));
                 }
             }
-            Incoming::Told(Report::Event(event)) => self.hear(Heard::Event(event)),
-            Incoming::Told(Report::Fault(report)) => {
+            Incoming::Told(DeviceReport::Event(event)) => self.hear(DeviceMessage::Event(event)),
+            Incoming::Told(DeviceReport::Fault(report)) => {
                 *lock(&self.shared.status) = report.status;
-                self.hear(Heard::Fault(report));
+                self.hear(DeviceMessage::Fault(report));
             }
             // Late answers to requests that were given up.
             Incoming::Told(_) => {}
         }
     }
 
-    fn hear(&self, heard: Heard) {
+    fn hear(&self, heard: DeviceMessage) {
         if let Err(TrySendError::Full(_)) = self.heard.try_send(heard) {
             self.shared.samples_dropped.fetch_add(1, Ordering::Relaxed);
         }
@@ -433,7 +436,7 @@ impl Ends {
     /// Tells everybody that the session is over; the first reason counts.
     fn end(&self, error: LinkError) {
         if !self.shared.over.swap(true, Ordering::Relaxed) {
-            let _ = self.heard.try_send(Heard::Over(error));
+            let _ = self.heard.try_send(DeviceMessage::Over(error));
             let _ = self.answers.try_send(Err(error));
         }
     }

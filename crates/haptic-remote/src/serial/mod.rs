@@ -22,11 +22,11 @@ mod socket;
 mod tcp;
 
 pub use crate::held_clock::HeldClock;
-pub use clock::{DeviceClock, Line as ClockLine, Ping, Pings};
+pub use clock::{ClockLine, DeviceClock, Ping, Pings};
 pub use connect::{BAUDS, ConnectOptions, GREETING};
 pub use error::{BoardTrouble, SerialError, TroubleCause};
 pub use line::{Line, Pipe};
-pub use link::{Heard, LinkReport, SerialLink};
+pub use link::{DeviceMessage, LinkReport, SerialLink};
 pub use port::{PortInfo, latency_file, open, port_of, ports};
 pub use request::Beside;
 pub use served::{DeviceTime, ServeError, Served, ServedHardware, USB_PERIOD_US};

@@ -5,9 +5,9 @@ use super::line::lock;
 use super::link::{Command, LISTENS, SerialLink};
 use crate::LinkError;
 use haptic_link::{
-    AXES_MAX, Alive, CoefficientBlock, Configuration, ControllerCost, ControllerLaw, DigestBuilder,
-    FaultReport, Field, Refusal, Report, Request, Scope, Start, State, Statistics, SurfaceShape,
-    WorkspaceBox, block_count,
+    AXES_MAX, Alive, CoefficientBlock, Configuration, ControllerCost, ControllerLaw, DeviceReport,
+    DigestBuilder, FaultReport, Field, Refusal, Request, Scope, Start, State, Statistics,
+    SurfaceShape, WorkspaceBox, block_count,
 };
 use hdrhistogram::Histogram;
 use std::sync::atomic::Ordering;
@@ -31,12 +31,16 @@ impl SerialLink {
     ///
     /// # Errors
     /// No answer, a refusal, a line that is gone.
-    pub fn ask(&self, request: Request) -> Result<Report, SerialError> {
+    pub fn ask(&self, request: Request) -> Result<DeviceReport, SerialError> {
         self.ask_for(request, Duration::MAX)
     }
 
     /// As [`ask`](Self::ask), but listens no longer than this for the answer.
-    pub(super) fn ask_for(&self, request: Request, most: Duration) -> Result<Report, SerialError> {
+    pub(super) fn ask_for(
+        &self,
+        request: Request,
+        most: Duration,
+    ) -> Result<DeviceReport, SerialError> {
         let commands = self.commands.as_ref().ok_or(LinkError::Gone)?;
         if self.shared.deaf.load(Ordering::Relaxed) {
             // Best effort: it may hear though it does not answer.
@@ -92,7 +96,7 @@ impl SerialLink {
             return Err(LinkError::NoControllers.into());
         }
         match self.ask(Request::GetControllerCost) {
-            Ok(Report::ControllerCost(cost)) => Ok(cost),
+            Ok(DeviceReport::ControllerCost(cost)) => Ok(cost),
             Ok(_) => Err(LinkError::Gone.into()),
             Err(SerialError::Link(LinkError::Refused {
                 refusal: Refusal::Unsupported(_),
@@ -174,14 +178,17 @@ impl SerialLink {
     /// # Errors
     /// As [`ask`](Self::ask).
     pub fn configuration(&self) -> Result<(Configuration, Vec<f32>), SerialError> {
-        let Report::Configuration { configuration, .. } = self.ask(Request::GetConfiguration)?
+        let DeviceReport::Configuration { configuration, .. } =
+            self.ask(Request::GetConfiguration)?
         else {
             return Err(LinkError::Gone.into());
         };
         let mut values = Vec::new();
         for block in 0..block_count(configuration.operator.count) {
             let offset = block * haptic_link::COEFFICIENTS_PER_BLOCK as u16;
-            if let Report::Coefficients(block) = self.ask(Request::GetCoefficients { offset })? {
+            if let DeviceReport::Coefficients(block) =
+                self.ask(Request::GetCoefficients { offset })?
+            {
                 values.extend(block.values);
             }
         }
@@ -194,7 +201,7 @@ impl SerialLink {
     /// # Errors
     /// As [`ask`](Self::ask).
     pub fn statistics(&self) -> Result<Statistics, SerialError> {
-        let Report::Statistics(statistics) = self.ask(Request::GetStatistics)? else {
+        let DeviceReport::Statistics(statistics) = self.ask(Request::GetStatistics)? else {
             return Err(LinkError::Gone.into());
         };
         Ok(statistics)
@@ -211,7 +218,7 @@ impl SerialLink {
 
     /// Time and status of the device now.
     fn alive(&self) -> Result<Alive, SerialError> {
-        let Report::Alive(alive) = self.ask(Request::KeepAlive { token: 0 })? else {
+        let DeviceReport::Alive(alive) = self.ask(Request::KeepAlive { token: 0 })? else {
             return Err(LinkError::Gone.into());
         };
         *lock(&self.shared.status) = alive.status;

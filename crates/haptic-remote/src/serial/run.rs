@@ -1,7 +1,7 @@
 //! The device as it runs: samples and notices in, forces out, each run followed to its end.
 
 use super::error::SerialError;
-use super::link::{Command, Heard, SerialLink};
+use super::link::{Command, DeviceMessage, SerialLink};
 use crate::LinkError;
 use fracdiff::Real;
 use haptic_link::{
@@ -25,7 +25,7 @@ impl SerialLink {
     /// The next thing the device says unasked; `None` after the time, by what this machine
     /// [listened](crate::Patience). The end of a run and a fault are reported even if their frames were
     /// lost: answers to keep-alives say so too.
-    pub fn hear(&mut self, most: Duration) -> Option<Heard> {
+    pub fn hear(&mut self, most: Duration) -> Option<DeviceMessage> {
         let mut patience = self.patience(most);
         loop {
             if let Some(heard) = self.ahead.take() {
@@ -35,7 +35,9 @@ impl SerialLink {
             let pause = patience.left().max(Duration::from_millis(1));
             match self.heard.recv_timeout(pause.min(PAUSE)) {
                 Ok(heard) => return Some(self.noted(heard)),
-                Err(RecvTimeoutError::Disconnected) => return Some(Heard::Over(LinkError::Gone)),
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Some(DeviceMessage::Over(LinkError::Gone));
+                }
                 Err(RecvTimeoutError::Timeout) => {}
             }
             if let Some(heard) = self.missed() {
@@ -107,21 +109,21 @@ impl SerialLink {
     }
 
     /// Takes the next message if one is already there. Does not wait.
-    pub fn try_hear(&mut self) -> Option<Heard> {
+    pub fn try_hear(&mut self) -> Option<DeviceMessage> {
         if let Some(heard) = self.ahead.take() {
             return Some(self.noted(heard));
         }
         match self.heard.try_recv() {
             Ok(heard) => Some(self.noted(heard)),
             Err(TryRecvError::Empty) => None,
-            Err(TryRecvError::Disconnected) => Some(Heard::Over(LinkError::Gone)),
+            Err(TryRecvError::Disconnected) => Some(DeviceMessage::Over(LinkError::Gone)),
         }
     }
 
     /// Forgets what came and was not heard yet, but for the end of the line.
     pub(super) fn forget_until_now(&mut self) {
         while let Some(heard) = self.try_hear() {
-            if let Heard::Over(_) = heard {
+            if let DeviceMessage::Over(_) = heard {
                 self.ahead = Some(heard);
                 break;
             }
@@ -129,25 +131,27 @@ impl SerialLink {
     }
 
     /// Follows the run; a status from before what was heard says nothing about its end.
-    fn noted(&mut self, heard: Heard) -> Heard {
+    fn noted(&mut self, heard: DeviceMessage) -> DeviceMessage {
         if let Some(over) = self.judged(&heard) {
             return over;
         }
         let over = match &heard {
-            Heard::Sample(Sample { tick, axes, .. }) => {
+            DeviceMessage::Sample(Sample { tick, axes, .. }) => {
                 self.sampled(*tick, axes.first().map_or(0, |axis| axis.limiters));
                 false
             }
-            Heard::Event(event) => matches!(
+            DeviceMessage::Event(event) => matches!(
                 event.kind,
                 EventKind::Finished | EventKind::Stopped | EventKind::Disarmed
             ),
-            Heard::Fault(_) | Heard::Over(_) => true,
+            DeviceMessage::Fault(_) | DeviceMessage::Over(_) => true,
         };
         let withdrawn = |event: &Event| event.kind == EventKind::Withdrawn;
-        if self.running.is_some() && matches!(&heard, Heard::Event(event) if withdrawn(event)) {
+        if self.running.is_some()
+            && matches!(&heard, DeviceMessage::Event(event) if withdrawn(event))
+        {
             self.running = None;
-            return Heard::Over(LinkError::Withdrawn);
+            return DeviceMessage::Over(LinkError::Withdrawn);
         }
         self.running = match self.running {
             Some(_) if !over => Some(self.alives()),
@@ -157,18 +161,18 @@ impl SerialLink {
     }
 
     /// The end of a run with an impossible sample. The device is ordered to let go before anything else is done.
-    fn judged(&mut self, heard: &Heard) -> Option<Heard> {
+    fn judged(&mut self, heard: &DeviceMessage) -> Option<DeviceMessage> {
         self.running?;
         let sample = match heard {
-            Heard::Sample(sample) => sample,
-            Heard::Event(event) => {
+            DeviceMessage::Sample(sample) => sample,
+            DeviceMessage::Event(event) => {
                 if event.kind == EventKind::Started {
                     // Earlier samples date from before the run.
                     self.plausible.begin(self.period_us());
                 }
                 return None;
             }
-            Heard::Fault(_) | Heard::Over(_) => return None,
+            DeviceMessage::Fault(_) | DeviceMessage::Over(_) => return None,
         };
         // A device in a fault flags its own samples as invalid.
         let in_fault = |axis: &BatchItem| axis.limiters & Limiters::FAULT.bits() != 0;
@@ -189,7 +193,7 @@ impl SerialLink {
             axes: sample.axes.iter().map(flawed).collect(),
             ..sample.clone()
         });
-        Some(Heard::Over(LinkError::Impossible(impossible)))
+        Some(DeviceMessage::Over(LinkError::Impossible(impossible)))
     }
 
     /// Follows the samples of a run.
@@ -201,7 +205,7 @@ impl SerialLink {
     }
 
     /// The end of a run whose frame was lost, from two answers to keep-alives after the last thing heard.
-    fn missed(&mut self) -> Option<Heard> {
+    fn missed(&mut self) -> Option<DeviceMessage> {
         let newest = self.running?;
         if self.alives() < newest + 2 {
             return None;
@@ -214,7 +218,7 @@ impl SerialLink {
         let kind = match status.state {
             State::Fault => {
                 self.running = None;
-                return Some(Heard::Fault(FaultReport {
+                return Some(DeviceMessage::Fault(FaultReport {
                     status,
                     tick: self.fault_tick.unwrap_or(heard_tick),
                     time_us: 0,
@@ -225,7 +229,7 @@ impl SerialLink {
             State::Running | State::Stopping => return None,
         };
         self.running = None;
-        Some(Heard::Event(Event {
+        Some(DeviceMessage::Event(Event {
             kind,
             tick: heard_tick,
             time_us: 0,
@@ -244,7 +248,7 @@ impl SerialLink {
         let mut patience = self.patience(SAMPLE_TIMEOUT);
         loop {
             match self.hear(patience.left().min(PAUSE)) {
-                Some(Heard::Sample(sample)) => {
+                Some(DeviceMessage::Sample(sample)) => {
                     if let Some((tick, position_m)) = self.noted_sample::<D>(sample) {
                         return Ok(Reading {
                             tick: u64::from(tick),
@@ -253,10 +257,10 @@ impl SerialLink {
                         });
                     }
                 }
-                Some(Heard::Over(error)) => return Err(error.into()),
-                Some(Heard::Fault(report)) => return Err(LinkError::Faulted(report).into()),
+                Some(DeviceMessage::Over(error)) => return Err(error.into()),
+                Some(DeviceMessage::Fault(report)) => return Err(LinkError::Faulted(report).into()),
                 None if stop.load(Ordering::Relaxed) => return Err(LinkError::Stopped.into()),
-                Some(Heard::Event(_)) | None => {}
+                Some(DeviceMessage::Event(_)) | None => {}
             }
             if self.is_silent(&mut patience) {
                 return Err(self.silent(SAMPLE_TIMEOUT).into());
@@ -323,7 +327,7 @@ impl<F: Real, const D: usize> Device<F, D> for SerialLink {
         if self.ahead.is_none() {
             self.ahead = self.try_hear();
         }
-        if matches!(self.ahead, Some(Heard::Sample(_))) {
+        if matches!(self.ahead, Some(DeviceMessage::Sample(_))) {
             self.forces_skipped += 1;
             return Ok(());
         }

@@ -11,9 +11,9 @@ use core::borrow::BorrowMut;
 #[cfg(feature = "controllers")]
 use haptic_link::ControllerLaw;
 use haptic_link::{
-    Ack, Alive, COEFFICIENTS_PER_BLOCK, Capabilities, CoefficientBlock, Configuration, Direction,
-    Field, Header, Hello, Keys, Outcome, Receiver, Refusal, Report, Request, State, Statistics,
-    encode,
+    Ack, Alive, COEFFICIENTS_PER_BLOCK, Capabilities, CoefficientBlock, Configuration,
+    DeviceReport, Direction, Field, Header, Hello, Keys, Outcome, Receiver, Refusal, Request,
+    State, Statistics, encode,
 };
 #[cfg(feature = "several-axes")]
 use haptic_link::{SurfaceShape, WorkspaceBox};
@@ -144,9 +144,9 @@ impl DeviceSession {
         request: Request,
         now_us: u64,
         device: &impl Exclusive<TickSide<H, D, R>>,
-    ) -> Option<Report> {
+    ) -> Option<DeviceReport> {
         if let Request::Hello { nonce } = request {
-            return Some(Report::Hello(Hello {
+            return Some(DeviceReport::Hello(Hello {
                 nonce,
                 connection: self.connections.offer(nonce, now_us),
                 firmware: self.firmware,
@@ -202,7 +202,7 @@ impl DeviceSession {
         }
     }
 
-    fn send(&mut self, report: &Report, line: &mut [u8]) -> usize {
+    fn send(&mut self, report: &DeviceReport, line: &mut [u8]) -> usize {
         // Every report fits into a frame.
         let length = encode(report, Header::from_device(self.sequence), line).unwrap_or(0);
         self.sequence = self.sequence.wrapping_add(1);
@@ -216,7 +216,7 @@ impl DeviceSession {
         request: Request,
         now_us: u64,
         device: &impl Exclusive<TickSide<H, D, R>>,
-    ) -> Option<Report> {
+    ) -> Option<DeviceReport> {
         let number = request.number();
         let owns = self.connections.is_owner();
         if owns && !is_force(&request) {
@@ -348,8 +348,8 @@ const fn is_force(request: &Request) -> bool {
 
 /// The answer to a request of this number.
 #[inline(never)]
-fn ack(header: Header, request: u8, done: Result<(), Refusal>) -> Report {
-    Report::Ack(Ack {
+fn ack(header: Header, request: u8, done: Result<(), Refusal>) -> DeviceReport {
+    DeviceReport::Ack(Ack {
         sequence: header.sequence as u16,
         request,
         outcome: done.map_or_else(Outcome::Refused, |()| Outcome::Done),
@@ -365,26 +365,26 @@ impl DeviceSession {
         request: &Request,
         now_us: u64,
         device: &impl Exclusive<TickSide<H, D, R>>,
-    ) -> Option<Report> {
+    ) -> Option<DeviceReport> {
         let refused = |refusal| ack(header, request.number(), Err(refusal));
         Some(match *request {
             Request::GetKeys => keys(),
             Request::GetCapabilities => {
                 let abilities = device.with(|device| device.hardware().capabilities());
-                Report::Capabilities(Capabilities {
+                DeviceReport::Capabilities(Capabilities {
                     image_digest: self.image_digest,
                     ..abilities
                 })
             }
             Request::GetConfiguration => device.with(|device| {
                 let (configuration, digest) = device.configuration();
-                Report::Configuration {
+                DeviceReport::Configuration {
                     configuration: *configuration,
                     digest,
                 }
             }),
             Request::KeepAlive { token } => device.with(|device| {
-                Report::Alive(Alive {
+                DeviceReport::Alive(Alive {
                     token,
                     time_us: now_us,
                     status: device.status(),
@@ -393,17 +393,17 @@ impl DeviceSession {
             }),
             Request::GetStatistics => {
                 let ticks = device.with(|device| *device.statistics());
-                Report::Statistics(self.statistics(ticks))
+                DeviceReport::Statistics(self.statistics(ticks))
             }
             Request::GetCoefficients { offset } => device
                 .with(|device| coefficients(device, offset))
-                .map_or_else(refused, Report::Coefficients),
+                .map_or_else(refused, DeviceReport::Coefficients),
             Request::ReadFlight { index } => device
                 .with(|device| device.flight(index))
                 .unwrap_or_else(refused),
             #[cfg(feature = "controllers")]
             Request::GetControllerCost => device.with(|device| match device.controller_cost() {
-                Some(cost) => Report::ControllerCost(cost),
+                Some(cost) => DeviceReport::ControllerCost(cost),
                 None => refused(Refusal::Unsupported(Field::Other)),
             }),
             // `obey` has an arm for each request.
@@ -431,8 +431,8 @@ impl DeviceSession {
 }
 
 #[inline(never)]
-fn keys() -> Report {
-    Report::Keys(Keys::current())
+fn keys() -> DeviceReport {
+    DeviceReport::Keys(Keys::current())
 }
 
 fn coefficients<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(

@@ -20,7 +20,7 @@ use crate::records::{Records, Stream, Tick};
 use crate::rendered::Rendered;
 use core::borrow::BorrowMut;
 use haptic_link::{
-    Configuration, EventKind, Reason, Refusal, Report, Simulation, State, Statistics, Status,
+    Configuration, DeviceReport, EventKind, Reason, Refusal, Simulation, State, Statistics, Status,
     Trouble,
 };
 use haptic_loop::{Controller, Engaged, Fault, SafetyChain, SafetyState};
@@ -274,12 +274,12 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
     ///
     /// # Errors
     /// An index behind its end.
-    pub fn flight(&self, index: u16) -> Result<Report, Refusal> {
+    pub fn flight(&self, index: u16) -> Result<DeviceReport, Refusal> {
         self.records.borrow().flight.read(index)
     }
 
     /// The next thing to say, oldest first: events and faults, then samples.
-    pub fn next_report(&mut self) -> Option<Report> {
+    pub fn next_report(&mut self) -> Option<DeviceReport> {
         let more = matches!(self.state, State::Running | State::Stopping);
         let stream = self.stream();
         self.records.borrow_mut().outbox.next(stream, more)

@@ -4,8 +4,8 @@ use crate::line::beyond;
 use crate::plane::{FORCE_N, Plane, configuration};
 use haptic_emulator::LineFaults;
 use haptic_link::{
-    AxisWorkspace, Batch, DigestBuilder, Field, Refusal, Report, Request, Sample, Scope, State,
-    WorkspaceBox,
+    AxisWorkspace, DeviceReport, DigestBuilder, Field, Refusal, Request, Sample, SampleBatch,
+    Scope, State, WorkspaceBox,
 };
 use haptic_loop::Fault;
 
@@ -148,9 +148,9 @@ fn ticks_come_in_batches_and_the_recorder_tells_vectors() {
         })
         .expect("streams");
     bench.run_ms(100);
-    let batches: Vec<&Batch> = (bench.told.iter())
+    let batches: Vec<&SampleBatch> = (bench.told.iter())
         .filter_map(|report| {
-            if let Report::Batch(batch) = report {
+            if let DeviceReport::Batch(batch) = report {
                 Some(batch)
             } else {
                 None
@@ -161,7 +161,7 @@ fn ticks_come_in_batches_and_the_recorder_tells_vectors() {
     for batch in batches {
         assert!(batch.items.len() <= 16 && batch.axes == 2);
         let ticks: Vec<u32> = batch.samples(1000).map(|sample| sample.tick).collect();
-        assert!(ticks.len() <= Batch::ticks_most(2, false));
+        assert!(ticks.len() <= SampleBatch::ticks_most(2, false));
         assert!(ticks.windows(2).all(|pair| pair[1] == pair[0] + 1));
     }
 }

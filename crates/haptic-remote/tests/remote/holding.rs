@@ -9,8 +9,8 @@ use fractional_control::{
 };
 use haptic_emulator::LineFaults;
 use haptic_link::{
-    Configuration, ControllerLaw, DigestBuilder, Field, LoopMode, Refusal, Report, Request, Scope,
-    Simulation, State,
+    Configuration, ControllerLaw, DeviceReport, DigestBuilder, Field, LoopMode, Refusal, Request,
+    Scope, Simulation, State,
 };
 use haptic_remote::{Hardware, controller_law};
 
@@ -69,7 +69,7 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
         &mut self,
         (configuration, values, law): &(Configuration, Vec<f32>, ControllerLaw),
         scope: Scope,
-    ) -> Result<Report, Refusal> {
+    ) -> Result<DeviceReport, Refusal> {
         for request in transaction(*configuration, values) {
             self.answered(request)?;
         }
@@ -126,7 +126,10 @@ fn same_bits<C: Controller<f32>>(
 
 fn actuator_and_memory(
     own: &ControllerSetup,
-) -> (fractional_control::Actuator, fractional_control::Memory) {
+) -> (
+    fractional_control::Actuator,
+    fractional_control::PowerMemory,
+) {
     let memory = own.memory().expect("valid").fewest_modes();
     (own.actuator().expect("valid"), memory)
 }
@@ -314,7 +317,7 @@ fn a_device_takes_no_controller_that_its_tick_has_no_time_for() {
     bench.hello();
     assert_eq!(
         bench.done(Request::GetControllerCost),
-        Report::ControllerCost(cost(affordable))
+        DeviceReport::ControllerCost(cost(affordable))
     );
     bench.hold(&good, Scope::Run).expect("fits");
     let mut bench = with_cost(Some(cost(affordable + 10)));
@@ -358,7 +361,8 @@ fn a_run_with_a_controller_leaves_nothing_behind_and_starts_anew() {
     law.0.limits.start_force_n = 0.5;
     bench.hold(&law, Scope::Run).expect("runs");
     // Its numbers read back.
-    let Report::Coefficients(block) = bench.done(Request::GetCoefficients { offset: 16 }) else {
+    let DeviceReport::Coefficients(block) = bench.done(Request::GetCoefficients { offset: 16 })
+    else {
         panic!("no coefficients");
     };
     assert_eq!(block.values, law.1[16..32]);

@@ -4,8 +4,8 @@ mod ranges;
 
 use crate::line::{Bench, START, spring};
 use haptic_link::{
-    Configuration, Guard, GuardKind, Limits, LoopMode, OperatorShape, Refusal, Report, Request,
-    Start, State,
+    Configuration, DeviceReport, Guard, GuardKind, Limits, LoopMode, OperatorShape, Refusal,
+    Request, Start, State,
 };
 use haptic_loop::Fault;
 
@@ -23,7 +23,7 @@ fn plain(stiffness_n_per_m: f32, limits: Limits) -> Configuration {
     }
 }
 
-fn set(bench: &mut Bench, configuration: Configuration) -> Result<Report, Refusal> {
+fn set(bench: &mut Bench, configuration: Configuration) -> Result<DeviceReport, Refusal> {
     bench.hello();
     bench.set(configuration, &[0.0])
 }

@@ -4,8 +4,8 @@ use crate::mirror::Mirror;
 use crate::witness::Witness;
 use haptic_emulator::{FaultyLine, LineFaults};
 use haptic_link::{
-    CoefficientBlock, Configuration, DigestBuilder, EventKind, FRAME_MAX, Field, Flight, LoopMode,
-    OperatorForm, OperatorShape, Refusal, Report, Request, Sample, Scope, Start, State,
+    CoefficientBlock, Configuration, DeviceReport, DigestBuilder, EventKind, FRAME_MAX, Field,
+    Flight, LoopMode, OperatorForm, OperatorShape, Refusal, Request, Sample, Scope, Start, State,
 };
 use haptic_loop::Fault;
 use haptic_remote::{Conversation, DeviceSession, Hardware, Incoming, LinkError, TickSide};
@@ -31,7 +31,7 @@ pub(crate) struct Bench<H: Hardware<D> = Witness, const D: usize = 1> {
     pub(crate) ticking: bool,
     /// The host does not send anything while this is set.
     pub(crate) host_dead: bool,
-    pub(crate) told: Vec<Report>,
+    pub(crate) told: Vec<DeviceReport>,
     pub(crate) rebooted: bool,
     /// What the guard has observed, as of the last answer to a keep-alive, J.
     pub(crate) energy_j: Option<f32>,
@@ -120,7 +120,7 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
     }
 
     /// One step of the clock; what the host hears as the answer to what it asked.
-    pub(crate) fn step(&mut self) -> Result<Option<Result<Report, Refusal>>, LinkError> {
+    pub(crate) fn step(&mut self) -> Result<Option<Result<DeviceReport, Refusal>>, LinkError> {
         self.now_us += STEP_US;
         let period = u64::from(self.device.borrow().configuration().0.tick_period_us);
         if self.ticking && self.now_us.is_multiple_of(period) {
@@ -211,13 +211,13 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
         }
     }
 
-    fn hear(&mut self, report: Report) {
+    fn hear(&mut self, report: DeviceReport) {
         let answer = match (&report, self.law, &mut self.vector_law) {
-            (Report::Sample(sample), Some(law), _) => Some(Request::Force {
+            (DeviceReport::Sample(sample), Some(law), _) => Some(Request::Force {
                 tick: sample.tick,
                 force_n: [law(sample.axes[0].position_m)].into_iter().collect(),
             }),
-            (Report::Sample(sample), _, Some(law)) => Some(law(sample)),
+            (DeviceReport::Sample(sample), _, Some(law)) => Some(law(sample)),
             _ => None,
         };
         if let Some(force) = answer.filter(|_| !self.host_dead) {
@@ -236,7 +236,10 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
     }
 
     /// Asks, and waits for the answer.
-    pub(crate) fn ask(&mut self, request: Request) -> Result<Result<Report, Refusal>, LinkError> {
+    pub(crate) fn ask(
+        &mut self,
+        request: Request,
+    ) -> Result<Result<DeviceReport, Refusal>, LinkError> {
         let mut line = [0; FRAME_MAX];
         let length = self.host.ask(request, self.now_us, &mut line);
         self.to_device.send(&line[..length], self.now_us);
@@ -248,12 +251,12 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
     }
 
     /// Asks over a line that works.
-    pub(crate) fn answered(&mut self, request: Request) -> Result<Report, Refusal> {
+    pub(crate) fn answered(&mut self, request: Request) -> Result<DeviceReport, Refusal> {
         self.ask(request).expect("the line works")
     }
 
     /// Asks and expects the device to agree.
-    pub(crate) fn done(&mut self, request: Request) -> Report {
+    pub(crate) fn done(&mut self, request: Request) -> DeviceReport {
         let name = request.name();
         self.answered(request)
             .unwrap_or_else(|refusal| panic!("{name}: {refusal:?}"))
@@ -269,13 +272,13 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
     }
 
     pub(crate) fn flight(&mut self, index: u16) -> Flight {
-        let Report::Flight(flight) = self.done(Request::ReadFlight { index }) else {
+        let DeviceReport::Flight(flight) = self.done(Request::ReadFlight { index }) else {
             panic!("no flight");
         };
         flight
     }
 
-    pub(crate) fn hello(&mut self) -> Report {
+    pub(crate) fn hello(&mut self) -> DeviceReport {
         let request = self.greeting();
         self.done(request)
     }
@@ -298,7 +301,7 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
         &mut self,
         configuration: Configuration,
         values: &[f32],
-    ) -> Result<Result<Report, Refusal>, LinkError> {
+    ) -> Result<Result<DeviceReport, Refusal>, LinkError> {
         self.configure_for(configuration, values, Scope::Lasting)
     }
 
@@ -307,7 +310,7 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
         &mut self,
         configuration: Configuration,
         values: &[f32],
-    ) -> Result<Report, Refusal> {
+    ) -> Result<DeviceReport, Refusal> {
         self.configure(configuration, values)
             .expect("the line works")
     }
@@ -318,7 +321,7 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
         configuration: Configuration,
         values: &[f32],
         scope: Scope,
-    ) -> Result<Result<Report, Refusal>, LinkError> {
+    ) -> Result<Result<DeviceReport, Refusal>, LinkError> {
         for request in transaction(configuration, values) {
             if let Err(refusal) = self.ask(request)? {
                 return Ok(Err(refusal));
@@ -332,7 +335,7 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
     /// The samples heard so far that came one by one.
     pub(crate) fn samples(&self) -> impl DoubleEndedIterator<Item = &Sample> {
         self.told.iter().filter_map(|report| {
-            if let Report::Sample(sample) = report {
+            if let DeviceReport::Sample(sample) = report {
                 Some(sample)
             } else {
                 None
@@ -343,7 +346,7 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
     /// The events heard so far.
     pub(crate) fn events(&self) -> Vec<EventKind> {
         let events = self.told.iter().filter_map(|report| {
-            if let Report::Event(event) = report {
+            if let DeviceReport::Event(event) = report {
                 Some(event.kind)
             } else {
                 None
@@ -355,7 +358,7 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
     /// The first fault that was told, and its tick.
     pub(crate) fn told_fault(&self) -> Option<(Fault, u32)> {
         self.told.iter().find_map(|report| {
-            let Report::Fault(report) = report else {
+            let DeviceReport::Fault(report) = report else {
                 return None;
             };
             Some((Fault::from_code(report.status.fault)?, report.tick))
@@ -365,9 +368,9 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
     /// Ticks of the samples heard so far.
     pub(crate) fn ticks(&self) -> Vec<u32> {
         let samples = self.told.iter().flat_map(|report| {
-            if let Report::Sample(sample) = report {
+            if let DeviceReport::Sample(sample) = report {
                 vec![sample.tick]
-            } else if let Report::Batch(batch) = report {
+            } else if let DeviceReport::Batch(batch) = report {
                 (0..batch.items.len() as u32)
                     .map(|n| batch.tick + n * u32::from(batch.every))
                     .collect()

@@ -1,11 +1,11 @@
 //! What the device hears, judged beside it.
 
-use haptic_link::{Direction, Header, Outcome, Receiver, Report, Request, RequestTracker};
+use haptic_link::{DeviceReport, Direction, Header, Outcome, Receiver, Request, RequestTracker};
 
 /// Who may feed the watchdog, by what device and host say to each other.
 pub(crate) struct Mirror {
     requests: Receiver<Request>,
-    reports: Receiver<Report>,
+    reports: Receiver<DeviceReport>,
     tracker: RequestTracker,
     connection: u32,
     /// Connection of the host that armed.
@@ -41,7 +41,8 @@ impl Mirror {
     /// Whether the device has done this arm.
     pub(crate) fn has_armed(&mut self, request: &Request, answer: &[u8]) -> bool {
         let said = answer.iter().find_map(|&byte| self.reports.push(byte));
-        let done = matches!(said, Some((_, Report::Ack(ack))) if ack.outcome == Outcome::Done);
+        let done =
+            matches!(said, Some((_, DeviceReport::Ack(ack))) if ack.outcome == Outcome::Done);
         done && matches!(request, Request::Arm { .. })
     }
 }

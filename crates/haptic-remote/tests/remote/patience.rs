@@ -5,7 +5,7 @@ use haptic_emulator::board::emulate;
 use haptic_link::{Direction, LineCounters, Receiver, Request};
 use haptic_loop::Reading;
 use haptic_loop::realtime::Moment;
-use haptic_remote::serial::{Heard, Pipe, SerialError, SerialLink};
+use haptic_remote::serial::{DeviceMessage, Pipe, SerialError, SerialLink};
 use haptic_remote::{Conversation, LinkError, Patience};
 use std::io::Read as _;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -140,7 +140,7 @@ fn with_board(goes_on: bool, done: impl FnOnce(SerialLink)) -> Vec<Request> {
 /// Hears until the device says nothing for 100 ms.
 fn silence(link: &mut SerialLink) {
     while let Some(heard) = link.hear(ms(100)) {
-        assert!(!matches!(heard, Heard::Over(_)), "{heard:?}");
+        assert!(!matches!(heard, DeviceMessage::Over(_)), "{heard:?}");
     }
 }
 
@@ -199,8 +199,10 @@ fn a_line_that_has_ended_is_listened_to_no_more() {
         stop.store(true, Ordering::Relaxed);
         board.join().expect("no panic").expect("a good device");
         let over = std::iter::repeat_with(|| link.hear(testkit::PATIENCE));
-        let over = over.flatten().find(|heard| matches!(heard, Heard::Over(_)));
-        assert_eq!(over, Some(Heard::Over(LinkError::Gone)));
+        let over = over
+            .flatten()
+            .find(|heard| matches!(heard, DeviceMessage::Over(_)));
+        assert_eq!(over, Some(DeviceMessage::Over(LinkError::Gone)));
         // Nobody listens: it would be waited for without end.
         assert_eq!(link.hear(testkit::PATIENCE), None);
         assert!(link.wait_for_rest() && !link.answers_again());

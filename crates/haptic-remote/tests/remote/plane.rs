@@ -3,8 +3,8 @@
 use crate::line::{Bench, START};
 use haptic_emulator::LineFaults;
 use haptic_link::{
-    CoefficientBlock, Configuration, DigestBuilder, Limits, LoopMode, Refusal, Report, Request,
-    Sample, Scope, Simulation, State, WorkspaceBox,
+    CoefficientBlock, Configuration, DeviceReport, DigestBuilder, Limits, LoopMode, Refusal,
+    Request, Sample, Scope, Simulation, State, WorkspaceBox,
 };
 use haptic_loop::Fault;
 use haptic_remote::{SimulatedAxes, TickSide};
@@ -90,7 +90,8 @@ impl Plane {
             self.answered(Request::Workspace(workspace))?;
         }
         let digest = digest.finish();
-        let committed: Result<Report, Refusal> = self.answered(Request::Commit { digest, scope });
+        let committed: Result<DeviceReport, Refusal> =
+            self.answered(Request::Commit { digest, scope });
         committed.map(drop)
     }
 }

@@ -2,20 +2,20 @@
 
 use crate::line::{Bench, START, spring};
 use haptic_link::{
-    Configuration, EventKind, Field, Limits, LoopMode, Refusal, Report, Request, Scope, State,
+    Configuration, DeviceReport, EventKind, Field, Limits, LoopMode, Refusal, Request, Scope, State,
 };
 fn configure(
     bench: &mut Bench,
     configuration: Configuration,
     values: &[f32],
     scope: Scope,
-) -> Result<Report, Refusal> {
+) -> Result<DeviceReport, Refusal> {
     let answer = bench.configure_for(configuration, values, scope);
     answer.expect("the line works")
 }
 
 /// Configuration and coefficients in force.
-fn in_force(bench: &mut Bench) -> (Report, Report) {
+fn in_force(bench: &mut Bench) -> (DeviceReport, DeviceReport) {
     (
         bench.done(Request::GetConfiguration),
         bench.done(Request::GetCoefficients { offset: 0 }),

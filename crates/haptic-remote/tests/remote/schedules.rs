@@ -13,7 +13,7 @@ use self::random::below;
 use self::watched::Watched;
 use crate::line::{START, STEP_US, spring};
 use haptic_emulator::LineFaults;
-use haptic_link::{Field, Refusal, Report, Request, Scope, Start, State};
+use haptic_link::{DeviceReport, Field, Refusal, Request, Scope, Start, State};
 use haptic_loop::Fault;
 use haptic_remote::LinkError;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -31,7 +31,7 @@ const LAWS: [Option<Law>; 4] = [
 
 impl Watched {
     /// Asks; the answer, a refusal or the error has to come in time.
-    fn ask(&mut self, request: Request) -> Result<Result<Report, Refusal>, LinkError> {
+    fn ask(&mut self, request: Request) -> Result<Result<DeviceReport, Refusal>, LinkError> {
         let bench = &mut self.bench;
         let mut line = [0; haptic_link::FRAME_MAX];
         let length = bench.host.ask(request.clone(), bench.now_us, &mut line);
@@ -174,13 +174,13 @@ impl Watched {
     fn greet(&mut self) -> u16 {
         let greeting = self.bench.greeting();
         let answer = self.done(greeting);
-        let Report::Hello(hello) = answer else {
+        let DeviceReport::Hello(hello) = answer else {
             panic!("not a hello: {answer:?}");
         };
         hello.status.faults
     }
 
-    fn done(&mut self, request: Request) -> Report {
+    fn done(&mut self, request: Request) -> DeviceReport {
         let name = request.name();
         match self.ask(request) {
             Ok(Ok(report)) => report,

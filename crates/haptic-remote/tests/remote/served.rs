@@ -5,7 +5,9 @@ use haptic_link::{
 };
 use haptic_loop::realtime::Moment;
 use haptic_loop::{Device, Fault, Limiters, Reading, SafeForce};
-use haptic_remote::serial::{BoardTrouble, Heard, SerialError, SerialLink, Served, ServedHardware};
+use haptic_remote::serial::{
+    BoardTrouble, DeviceMessage, SerialError, SerialLink, Served, ServedHardware,
+};
 use haptic_remote::{Hardware, LinkError, SimulatedPlant, TickSide};
 use nalgebra::SVector;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -140,12 +142,12 @@ fn running_by(
 fn fault(link: &mut SerialLink) -> (Fault, FaultReport) {
     loop {
         match link.hear(testkit::PATIENCE).expect("something") {
-            Heard::Fault(report) => {
+            DeviceMessage::Fault(report) => {
                 let fault = Fault::from_code(report.status.fault).expect("known");
                 return (fault, report);
             }
-            Heard::Over(error) => panic!("{error}"),
-            Heard::Sample(_) | Heard::Event(_) => {}
+            DeviceMessage::Over(error) => panic!("{error}"),
+            DeviceMessage::Sample(_) | DeviceMessage::Event(_) => {}
         }
     }
 }
@@ -155,9 +157,9 @@ fn samples(link: &mut SerialLink, count: usize) -> Vec<Sample> {
     let mut samples = Vec::new();
     while samples.len() < count {
         match link.hear(testkit::PATIENCE).expect("something") {
-            Heard::Sample(sample) => samples.push(sample),
-            Heard::Event(_) => {}
-            over @ (Heard::Fault(_) | Heard::Over(_)) => panic!("{over:?}"),
+            DeviceMessage::Sample(sample) => samples.push(sample),
+            DeviceMessage::Event(_) => {}
+            over @ (DeviceMessage::Fault(_) | DeviceMessage::Over(_)) => panic!("{over:?}"),
         }
     }
     samples

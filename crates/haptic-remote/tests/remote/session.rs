@@ -7,8 +7,8 @@ mod transactions;
 use crate::line::{Bench, START, spring};
 use haptic_emulator::LineFaults;
 use haptic_link::{
-    Alive, EventKind, FRAME_MAX, Header, LoopMode, OperatorForm, OperatorShape, Refusal, Report,
-    Request, Sample, SimulationKind, Start, State, Status, encode,
+    Alive, DeviceReport, EventKind, FRAME_MAX, Header, LoopMode, OperatorForm, OperatorShape,
+    Refusal, Request, Sample, SimulationKind, Start, State, Status, encode,
 };
 use haptic_loop::Fault;
 use haptic_remote::{Conversation, DeviceOperator, Incoming, LinkError};
@@ -49,14 +49,14 @@ fn a_device_at_power_up_makes_no_force_and_waits() {
     assert_eq!(bench.state(), State::Idle);
     assert_eq!(bench.force_n(), 0.0);
     assert!(bench.told.is_empty());
-    let Report::Hello(hello) = bench.hello() else {
+    let DeviceReport::Hello(hello) = bench.hello() else {
         panic!("not a hello");
     };
     assert_ne!(hello.connection, 0);
     let keys = bench.done(Request::GetKeys);
-    assert_eq!(keys, Report::Keys(haptic_link::Keys::current()));
+    assert_eq!(keys, DeviceReport::Keys(haptic_link::Keys::current()));
     assert_eq!(hello.status.state, State::Idle);
-    let Report::Capabilities(capabilities) = bench.done(Request::GetCapabilities) else {
+    let DeviceReport::Capabilities(capabilities) = bench.done(Request::GetCapabilities) else {
         panic!("no capabilities");
     };
     assert_eq!(capabilities.board(), "bench");
@@ -89,7 +89,7 @@ fn a_run_sends_every_tick_and_ends_by_itself_with_zero_force() {
     ];
     assert_eq!(bench.events(), kinds);
     // The event comes after the last sample.
-    assert!(matches!(bench.told.last(), Some(Report::Event(_))));
+    assert!(matches!(bench.told.last(), Some(DeviceReport::Event(_))));
     assert_eq!(bench.host.counters().order.lost, 0);
 }
 
@@ -141,7 +141,7 @@ fn a_sensed_force_comes_with_its_sample_in_every_form_and_none_comes_without_a_s
         let mut told: Vec<Sample> = bench.samples().cloned().collect();
         let most = if sensed_n.is_nan() { 16 } else { 12 };
         for report in &bench.told {
-            if let Report::Batch(batched) = report {
+            if let DeviceReport::Batch(batched) = report {
                 assert!(
                     batched.items.len() <= most.min(usize::from(batch)),
                     "{batched:?}"
@@ -289,7 +289,7 @@ fn an_indentation_is_imposed_by_the_device_itself() {
 
 impl Bench {
     /// What a device has at power-up.
-    fn ideal_configuration() -> Report {
+    fn ideal_configuration() -> DeviceReport {
         let mut bench = Self::ideal();
         bench.hello();
         bench.done(Request::GetConfiguration)
@@ -312,7 +312,7 @@ fn a_round_trip_longer_than_the_time_between_two_keep_alives_is_measured() {
         else {
             continue;
         };
-        let alive = Report::Alive(Alive {
+        let alive = DeviceReport::Alive(Alive {
             token: answered / 5,
             time_us: 1000 * u64::from(answered),
             status: Status::default(),

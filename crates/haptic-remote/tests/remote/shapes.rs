@@ -4,8 +4,8 @@ use crate::line::{Bench, START, beyond, transaction};
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_emulator::LineFaults;
 use haptic_link::{
-    AxisWorkspace, Capabilities, Configuration, DigestBuilder, Direction, FRAME_MAX, Field, Limits,
-    LoopMode, Receiver, Refusal, Report, Request, Sample, Scope, Simulation, Start, State,
+    AxisWorkspace, Capabilities, Configuration, DeviceReport, DigestBuilder, Direction, FRAME_MAX,
+    Field, Limits, LoopMode, Receiver, Refusal, Request, Sample, Scope, Simulation, Start, State,
     SurfaceKind, SurfaceShape, WorkspaceBox, encode,
 };
 use haptic_loop::units::Metres;
@@ -156,7 +156,7 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
     }
 
     /// Sets it; what is staged beside the configuration goes before the commit.
-    fn set_to(&mut self, run: &Run, scope: Scope) -> Result<Report, Refusal> {
+    fn set_to(&mut self, run: &Run, scope: Scope) -> Result<DeviceReport, Refusal> {
         for request in transaction(run.configuration, &run.values) {
             self.answered(request)?;
         }
@@ -551,7 +551,7 @@ fn from_before() -> (SerialLink, Arc<AtomicBool>) {
         let device = TickSide::new(SimulatedAxes::<2>::new("old")).expect("starts");
         let device = RefCell::new(device);
         let mut session = DeviceSession::new([0, 1, 0], 1);
-        let mut reports = Receiver::<Report>::new(Direction::FromDevice);
+        let mut reports = Receiver::<DeviceReport>::new(Direction::FromDevice);
         let mut bytes = [0; FRAME_MAX];
         while !stopped.load(Ordering::Relaxed) {
             let count = there.read(&mut bytes).unwrap_or(0);
@@ -560,9 +560,10 @@ fn from_before() -> (SerialLink, Arc<AtomicBool>) {
                 let mut length = session.receive(*byte, 0, &device, &mut line);
                 let frame = line;
                 for byte in &frame[..length] {
-                    if let Some((header, Report::Keys(mut keys))) = reports.push(*byte) {
+                    if let Some((header, DeviceReport::Keys(mut keys))) = reports.push(*byte) {
                         keys.requests.truncate(18);
-                        length = encode(&Report::Keys(keys), header, &mut line).expect("fits");
+                        length =
+                            encode(&DeviceReport::Keys(keys), header, &mut line).expect("fits");
                     }
                 }
                 // It ends with the link.

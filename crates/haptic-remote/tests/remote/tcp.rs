@@ -14,6 +14,7 @@ pub(crate) fn ideal() -> Emulation {
         axes: 1,
         body: None,
         sensor: None,
+        specimen: None,
         speed: 1.0,
         faults: LineFaults::default(),
         seed: 1,

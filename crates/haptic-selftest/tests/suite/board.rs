@@ -5,8 +5,8 @@
 use haptic_emulator::{FaultyLine, LineDamage, LineFaults};
 use haptic_experiment::Failure;
 use haptic_link::{
-    Capabilities, Configuration, Direction, FRAME_MAX, Flight, Header, Receiver, Report, Scope,
-    State, encode,
+    Capabilities, Configuration, DeviceReport, Direction, FRAME_MAX, Flight, Header, Receiver,
+    Scope, State, encode,
 };
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{Line as _, Pipe, SerialError, SerialLink};
@@ -254,7 +254,7 @@ struct Running {
     /// Of its clock.
     now_us: u64,
     /// What leaves is read again, so that a flaw can change it.
-    leaving: Receiver<Report>,
+    leaving: Receiver<DeviceReport>,
     /// Force before it began to fall, N.
     held_n: f32,
 }
@@ -335,33 +335,33 @@ impl Running {
         self.ways.lock().expect("no panic")[way].through(bytes)
     }
 
-    fn spoil(&mut self, report: Report) -> Report {
+    fn spoil(&mut self, report: DeviceReport) -> DeviceReport {
         match (self.flaw, report) {
-            (Flaw::StrongForce, Report::Sample(mut sample)) => {
+            (Flaw::StrongForce, DeviceReport::Sample(mut sample)) => {
                 sample.axes[0].force_n *= 2.0;
-                Report::Sample(sample)
+                DeviceReport::Sample(sample)
             }
-            (Flaw::ForceAtRest, Report::Sample(mut sample)) => {
+            (Flaw::ForceAtRest, DeviceReport::Sample(mut sample)) => {
                 let idle = self.device.borrow().status().state != State::Running;
                 if idle {
                     sample.axes[0].force_n = 0.05;
                 }
-                Report::Sample(sample)
+                DeviceReport::Sample(sample)
             }
-            (Flaw::ForceStays, Report::Sample(mut sample)) => {
+            (Flaw::ForceStays, DeviceReport::Sample(mut sample)) => {
                 // What falls in a fault or after a stop.
                 if self.device.borrow().status().state == State::Running {
                     self.held_n = sample.axes[0].force_n;
                 }
                 sample.axes[0].force_n = self.held_n;
-                Report::Sample(sample)
+                DeviceReport::Sample(sample)
             }
-            (Flaw::NoRecorder, Report::Flight(flight)) => {
-                Report::Flight(Flight { count: 0, ..flight })
+            (Flaw::NoRecorder, DeviceReport::Flight(flight)) => {
+                DeviceReport::Flight(Flight { count: 0, ..flight })
             }
             (
                 Flaw::KeepsSettings,
-                Report::Configuration {
+                DeviceReport::Configuration {
                     configuration,
                     digest,
                 },
@@ -377,7 +377,7 @@ impl Running {
                     limits,
                     ..configuration
                 };
-                Report::Configuration {
+                DeviceReport::Configuration {
                     configuration,
                     digest,
                 }

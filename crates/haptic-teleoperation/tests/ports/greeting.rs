@@ -4,7 +4,7 @@ use haptic_link::{
     Architecture, Direction, FRAME_MAX, HandHello, HandMessage, HandSample, HandSide, HandState,
     Header, MessageKey, Receiver, encode,
 };
-use haptic_teleoperation::{Heard, Introduction, Peer, PeerError};
+use haptic_teleoperation::{Introduction, Peer, PeerError, PeerMessage};
 
 const MASTER: Introduction = Introduction {
     side: HandSide::Master,
@@ -40,27 +40,33 @@ fn two_sides_meet_whichever_speaks_first_and_whatever_is_lost() {
     let (mut master, mut slave) = (Peer::new(MASTER, 7), Peer::new(SLAVE, 9));
     // Lost.
     let _ = hello(&mut master);
-    assert_eq!(master.take(&hello(&mut slave)), Ok(Heard::Hello));
+    assert_eq!(master.take(&hello(&mut slave)), Ok(PeerMessage::Hello));
     assert!(!master.is_connected());
     // The master has heard the slave: no answer, which would be answered in turn.
-    assert_eq!(slave.take(&hello(&mut master)), Ok(Heard::Met));
+    assert_eq!(slave.take(&hello(&mut master)), Ok(PeerMessage::Met));
     assert!(slave.is_connected());
     // The slave's answer is lost, but its first sample says as much.
-    assert_eq!(master.take(&sample(&mut slave)), Ok(Heard::Sample(SAMPLE)));
+    assert_eq!(
+        master.take(&sample(&mut slave)),
+        Ok(PeerMessage::Sample(SAMPLE))
+    );
     assert!(master.is_connected());
     // Of another connection, damaged, or no frame at all: nothing.
     let mut other = Peer::new(SLAVE, 10);
-    assert_eq!(master.take(&sample(&mut other)), Ok(Heard::Nothing));
-    assert_eq!(master.take(&hello(&mut other)), Ok(Heard::Nothing));
+    assert_eq!(master.take(&sample(&mut other)), Ok(PeerMessage::Nothing));
+    assert_eq!(master.take(&hello(&mut other)), Ok(PeerMessage::Nothing));
     assert_eq!(master.other_connections(), 2);
     let mut damaged = sample(&mut slave);
     damaged[5] ^= 1;
-    assert_eq!(master.take(&damaged), Ok(Heard::Nothing));
-    assert_eq!(master.take(b"GET / HTTP/1.1\r\n\0"), Ok(Heard::Nothing));
+    assert_eq!(master.take(&damaged), Ok(PeerMessage::Nothing));
+    assert_eq!(
+        master.take(b"GET / HTTP/1.1\r\n\0"),
+        Ok(PeerMessage::Nothing)
+    );
     // A cut frame does not spoil the next.
     let whole = sample(&mut slave);
-    assert_eq!(master.take(&whole[..10]), Ok(Heard::Nothing));
-    assert_eq!(master.take(&whole), Ok(Heard::Sample(SAMPLE)));
+    assert_eq!(master.take(&whole[..10]), Ok(PeerMessage::Nothing));
+    assert_eq!(master.take(&whole), Ok(PeerMessage::Sample(SAMPLE)));
 }
 
 #[test]
@@ -100,9 +106,9 @@ fn a_side_that_does_not_fit_is_named() {
 #[test]
 fn somebody_who_comes_late_is_told_that_this_side_is_busy() {
     let (mut master, mut slave) = (Peer::new(MASTER, 7), Peer::new(SLAVE, 9));
-    assert_eq!(master.take(&hello(&mut slave)), Ok(Heard::Hello));
-    assert_eq!(slave.take(&hello(&mut master)), Ok(Heard::Met));
-    assert_eq!(master.take(&hello(&mut slave)), Ok(Heard::Met));
+    assert_eq!(master.take(&hello(&mut slave)), Ok(PeerMessage::Hello));
+    assert_eq!(slave.take(&hello(&mut master)), Ok(PeerMessage::Met));
+    assert_eq!(master.take(&hello(&mut slave)), Ok(PeerMessage::Met));
     let mut late = Peer::new(MASTER, 11);
     let mut line = [0; FRAME_MAX];
     let answer = slave.busy(&hello(&mut late), &mut line).expect("it fits");
@@ -110,7 +116,7 @@ fn somebody_who_comes_late_is_told_that_this_side_is_busy() {
     assert!(answer.len() < hello(&mut late).len());
     assert_eq!(late.take(answer), Err(PeerError::Busy));
     // Nobody else is moved by it, and nothing but a greeting is answered.
-    assert_eq!(master.take(answer), Ok(Heard::Nothing));
+    assert_eq!(master.take(answer), Ok(PeerMessage::Nothing));
     assert!(master.is_connected());
     let mut room = [0; FRAME_MAX];
     assert_eq!(slave.busy(&sample(&mut late), &mut room), Ok(None));

@@ -8,7 +8,7 @@ use fracdiff::{Differintegrator, Order, Seconds, ShortMemory};
 use haptic_link::{Architecture, HandSample, HandSide, HandState};
 use haptic_loop::units::{Newtons, NewtonsPerSecond};
 use haptic_loop::{Fault, Reading, SafetyChain};
-use haptic_teleoperation::{Channel, ChannelModel, CouplerGains, Port, PortLaw, Settings};
+use haptic_teleoperation::{ChannelModel, CouplerGains, OneWayLine, Port, PortLaw, Settings};
 use testkit::Random;
 
 const T: Seconds = Seconds(1e-3);
@@ -59,7 +59,7 @@ fn reading(tick: u64, x: f64) -> Reading<f64, 1> {
 /// Two ports and the line between them.
 struct Line<O: Differintegrator<f64>> {
     ports: [Port<O>; 2],
-    ways: [Channel; 2],
+    ways: [OneWayLine; 2],
     tick: u64,
 }
 
@@ -67,7 +67,7 @@ impl Line<Operator> {
     fn new(architecture: Architecture, model: ChannelModel, seed: u64) -> Self {
         let playout = 2 + (2.0 * model.jitter * model.delay.0 / T.0) as u32;
         let side = |side| port(law(architecture, 0.4, playout), side, 10.0);
-        let way = |n| Channel::new(model, T, 2 * seed + n).expect("valid");
+        let way = |n| OneWayLine::new(model, T, 2 * seed + n).expect("valid");
         Self {
             ports: [side(HandSide::Master), side(HandSide::Slave)],
             ways: [way(0), way(1)],
@@ -370,7 +370,9 @@ fn settings_outside_their_range_are_refused_by_name() {
         delay: Seconds(-0.1),
         ..ChannelModel::IDEAL
     };
-    let error = Channel::new(model, T, 1).expect_err("negative").to_string();
+    let error = OneWayLine::new(model, T, 1)
+        .expect_err("negative")
+        .to_string();
     assert!(
         error.starts_with("delay of the line -0.1 s is not in [0, 10]"),
         "{error}"

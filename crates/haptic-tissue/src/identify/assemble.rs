@@ -11,7 +11,7 @@ use super::master::{MasterCurve, ShiftBy, master_curve};
 use super::record::{ContactPoint, Record, RecordKind, area, within};
 use crate::MeasuredLoading;
 use fracdiff::parameter::Shown;
-use haptic_loop::{INCOMPRESSIBLE, Loading, LoadingKind, Modulus, ParameterError, Specimen};
+use haptic_loop::{INCOMPRESSIBLE, Loading, LoadingKind, LoopParameterError, Modulus, Specimen};
 use haptic_quantity::{Key, label};
 use measured_table::{Column, Columns, TableError, passed, words};
 use std::collections::HashSet;
@@ -107,7 +107,7 @@ impl Understood {
 
 /// Details that a table lacks: the held value of a step, and the specimen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading {
+pub struct TableDetails {
     /// The kind; `None`: inferred from the columns if clear.
     pub kind: Option<RecordKind>,
     /// Held strain of a relaxation.
@@ -132,7 +132,7 @@ pub struct Reading {
     pub position_was_commanded: bool,
 }
 
-impl Default for Reading {
+impl Default for TableDetails {
     /// No detail is given; forces compress a slab.
     fn default() -> Self {
         Self {
@@ -151,7 +151,7 @@ impl Default for Reading {
     }
 }
 
-impl Reading {
+impl TableDetails {
     /// The record that columns make.
     ///
     /// # Errors
@@ -166,7 +166,7 @@ impl Reading {
 struct Assembly(Columns);
 
 impl Assembly {
-    fn record(mut self, reading: &Reading) -> Result<Understood, IdentifyError> {
+    fn record(mut self, reading: &TableDetails) -> Result<Understood, IdentifyError> {
         let Some(mut bad) = self.0.bad.take() else {
             return self.made(reading);
         };
@@ -200,7 +200,7 @@ impl Assembly {
         }
     }
 
-    fn made(mut self, reading: &Reading) -> Result<Understood, IdentifyError> {
+    fn made(mut self, reading: &TableDetails) -> Result<Understood, IdentifyError> {
         self.prefer_chosen();
         let mut measured = self.measured(reading)?;
         self.storage_and_loss();
@@ -304,7 +304,7 @@ impl Assembly {
     }
 
     /// Loading of the specimen: as the user gives it, else as the headers do.
-    fn measured(&mut self, reading: &Reading) -> Result<MeasuredLoading, IdentifyError> {
+    fn measured(&mut self, reading: &TableDetails) -> Result<MeasuredLoading, IdentifyError> {
         if let Some(ratio) = reading.poisson_ratio
             && !(0.0..=INCOMPRESSIBLE).contains(&ratio)
         {
@@ -477,7 +477,7 @@ impl Assembly {
         Ok(())
     }
 
-    fn guess(&self, reading: &Reading) -> Result<RecordKind, IdentifyError> {
+    fn guess(&self, reading: &TableDetails) -> Result<RecordKind, IdentifyError> {
         let has = |column| self.0.has(column);
         let moves = has(Column::Strain) || has(Column::Position);
         let pushes = has(Column::Stress) || has(Column::Force);
@@ -539,7 +539,7 @@ impl Assembly {
     }
 
     /// True of strain and stress of a slab whose stress was commanded.
-    fn is_commanded_creep(&self, reading: &Reading, indented: bool) -> bool {
+    fn is_commanded_creep(&self, reading: &TableDetails, indented: bool) -> bool {
         let values = |column| self.0.values.iter().find(|value| value.0 == column);
         let both = values(Column::Strain).zip(values(Column::Stress));
         let is_plain = !indented && self.0.has(Column::Time) && !reading.subtract_start;
@@ -579,7 +579,7 @@ impl Assembly {
     fn ready(
         &mut self,
         column: Column,
-        reading: &Reading,
+        reading: &TableDetails,
     ) -> Result<Option<Vec<f64>>, IdentifyError> {
         if !self.0.has(column) {
             return Ok(None);
@@ -652,7 +652,7 @@ impl Assembly {
         }
     }
 
-    fn relaxation(&mut self, reading: &Reading) -> Result<Record, IdentifyError> {
+    fn relaxation(&mut self, reading: &TableDetails) -> Result<Record, IdentifyError> {
         let kind = RecordKind::Relaxation;
         let time = self.need(Column::Time, kind)?;
         if let Some(modulus) = self.ready(Column::Modulus, reading)? {
@@ -680,7 +680,7 @@ impl Assembly {
         time: Vec<f64>,
         mut modulus: Vec<f64>,
         strain: Option<f64>,
-        reading: &Reading,
+        reading: &TableDetails,
     ) -> Result<Record, IdentifyError> {
         self.upright(modulus.iter().sum(), &mut modulus, "stress");
         let Some(ramp_s) = reading.ramp_time_s else {
@@ -704,7 +704,7 @@ impl Assembly {
         Ok(record)
     }
 
-    fn creep(&mut self, reading: &Reading) -> Result<Record, IdentifyError> {
+    fn creep(&mut self, reading: &TableDetails) -> Result<Record, IdentifyError> {
         let kind = RecordKind::Creep;
         let is_commanded = self.is_commanded_creep(reading, false);
         let time = self.need(Column::Time, kind)?;
@@ -832,13 +832,13 @@ fn agreed<T: PartialEq>(mut all: impl Iterator<Item = T>) -> Option<T> {
 /// The specimen, whose memory alone is sought.
 fn specimen(loading: Loading, poisson_ratio: f64) -> Result<Specimen, IdentifyError> {
     Specimen::new(loading, poisson_ratio, 0.0).map_err(|error| {
-        let (what, remedy) = if let ParameterError::Missing { what, .. } = &error {
+        let (what, remedy) = if let LoopParameterError::Missing { what, .. } = &error {
             (*what, ": give")
-        } else if let ParameterError::NoEffect { what, .. } = &error {
+        } else if let LoopParameterError::NoEffect { what, .. } = &error {
             (*what, ": omit")
-        } else if let ParameterError::Layer { what, .. } = &error {
+        } else if let LoopParameterError::Layer { what, .. } = &error {
             (*what, ", and omit")
-        } else if let ParameterError::Range(range) = &error {
+        } else if let LoopParameterError::Range(range) = &error {
             (range.what, ": change")
         } else {
             ("", ": change")

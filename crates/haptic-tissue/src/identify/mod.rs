@@ -48,13 +48,13 @@ mod tissue;
 mod whitened;
 
 pub use crate::model::CANDIDATES;
-pub use assemble::{Reading, Understood};
+pub use assemble::{TableDetails, Understood};
 use candidates::read;
 pub use candidates::{Identification, relative};
 pub use error::IdentifyError;
 pub use fit::{Estimate, Fit};
 pub use master::{MasterCurve, Overlap, Shift, ShiftBy, ShiftLaw, master_curve};
-pub use options::{Held, Options};
+pub use options::{HeldParameter, Options};
 pub use record::{Baseline, ContactPoint, Record, RecordKind, SAMPLES_MOST};
 pub use replicates::{Replicates, Spread, replicates};
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -12,7 +12,7 @@ use super::error::IdentifyError;
 use super::keys::{MODEL, STIFFENING};
 use super::record::{Baseline, Record, RecordKind};
 use super::target::{Target, Weighting};
-use crate::model::{CANDIDATES, ModelKind, Parameter, ParameterRange};
+use crate::model::{CANDIDATES, ModelKind, ModelParameter, ParameterRange};
 use fracdiff::parameter::Shown;
 use haptic_loop::Specimen;
 use std::collections::BTreeSet;
@@ -39,7 +39,7 @@ pub struct Options {
     /// The part of the force of a motion that is not the tissue's, to be fitted with it.
     pub baseline: Option<Baseline>,
     /// Parameters that are held at a value or within a range; models without one of them are no candidates.
-    pub held: Vec<Held>,
+    pub held: Vec<HeldParameter>,
 }
 
 impl Options {
@@ -70,7 +70,7 @@ impl Default for Options {
 
 /// A parameter that is held at a value, or within a range.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Held {
+pub struct HeldParameter {
     /// Its name, as in a tissue file.
     pub name: String,
     /// The lowest value, in the parameter's SI unit.
@@ -195,13 +195,13 @@ pub(super) fn target_of<'a>(
     }
 }
 
-impl Held {
+impl HeldParameter {
     /// Checks name and range; the error names the remedy.
     fn check(&self, options: &Options) -> Result<(), IdentifyError> {
         let Self { name, low, high } = self;
         let wrong = |reason: String| Err(IdentifyError::Record(reason));
         let mut parameters = CANDIDATES.iter().flat_map(|kind| kind.parameters());
-        let of_memory: Option<&Parameter> = parameters.find(|one| one.name == name);
+        let of_memory: Option<&ModelParameter> = parameters.find(|one| one.name == name);
         let (contains, allowed) = match of_memory {
             Some(known) => {
                 let inside = [low, high].iter().all(|end| known.range.contains(**end));

@@ -40,7 +40,7 @@ impl ParameterRange {
 /// A parameter of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub struct Parameter {
+pub struct ModelParameter {
     /// Its key in a tissue file, which includes the unit.
     pub name: &'static str,
     /// Its unit; empty for a pure number.
@@ -53,8 +53,8 @@ pub struct Parameter {
     pub help: &'static str,
 }
 
-const fn positive(name: &'static str, unit: &'static str, help: &'static str) -> Parameter {
-    Parameter {
+const fn positive(name: &'static str, unit: &'static str, help: &'static str) -> ModelParameter {
+    ModelParameter {
         name,
         unit,
         range: ParameterRange::Positive,
@@ -63,47 +63,48 @@ const fn positive(name: &'static str, unit: &'static str, help: &'static str) ->
     }
 }
 
-const fn share(name: &'static str, help: &'static str) -> Parameter {
-    Parameter {
+const fn share(name: &'static str, help: &'static str) -> ModelParameter {
+    ModelParameter {
         range: ParameterRange::Order,
         ..positive(name, "", help)
     }
 }
 
-const VISCOSITY: Parameter = positive("viscosity_pa_s_alpha", "Pa·s^α", "V of the first element");
-const ORDER: Parameter = share("order", "α of the first element");
-const SECOND_VISCOSITY: Parameter = positive(
+const VISCOSITY: ModelParameter =
+    positive("viscosity_pa_s_alpha", "Pa·s^α", "V of the first element");
+const ORDER: ModelParameter = share("order", "α of the first element");
+const SECOND_VISCOSITY: ModelParameter = positive(
     "second_viscosity_pa_s_beta",
     "Pa·s^β",
     "G of the second element",
 );
-const SECOND_ORDER: Parameter = share("second_order", "β of the second element, below α");
-const SPRING: Parameter = positive("elastic_modulus_pa", "Pa", "E of the spring");
-const SECOND_SPRING: Parameter = positive(
+const SECOND_ORDER: ModelParameter = share("second_order", "β of the second element, below α");
+const SPRING: ModelParameter = positive("elastic_modulus_pa", "Pa", "E of the spring");
+const SECOND_SPRING: ModelParameter = positive(
     "second_elastic_modulus_pa",
     "Pa",
     "E of the spring that the dashpot belongs to",
 );
-const DASHPOT: Parameter = positive("viscosity_pa_s", "Pa·s", "η of the dashpot");
-const BASE: Parameter = Parameter {
+const DASHPOT: ModelParameter = positive("viscosity_pa_s", "Pa·s", "η of the dashpot");
+const BASE: ModelParameter = ModelParameter {
     range: ParameterRange::NotNegative,
     ..positive("elastic_modulus_pa", "Pa", "E of the spring, 0 Pa for none")
 };
-const BRANCH_MODULI: Parameter = Parameter {
+const BRANCH_MODULI: ModelParameter = ModelParameter {
     for_each_branch: true,
     ..positive("branch_moduli_pa", "Pa", "E of each branch")
 };
-const BRANCH_TIMES: Parameter = Parameter {
+const BRANCH_TIMES: ModelParameter = ModelParameter {
     for_each_branch: true,
     ..positive("branch_times_s", "s", "τ of each branch, rising")
 };
-const TWO: [Parameter; 4] = [VISCOSITY, ORDER, SECOND_VISCOSITY, SECOND_ORDER];
-const THREE: [Parameter; 5] = [VISCOSITY, ORDER, SECOND_VISCOSITY, SECOND_ORDER, SPRING];
+const TWO: [ModelParameter; 4] = [VISCOSITY, ORDER, SECOND_VISCOSITY, SECOND_ORDER];
+const THREE: [ModelParameter; 5] = [VISCOSITY, ORDER, SECOND_VISCOSITY, SECOND_ORDER, SPRING];
 
 /// E₀, η and α of a tissue file without `model`: a spring beside a spring-pot, either of which may be missing.
-pub(crate) const TWO_ELEMENTS: [Parameter; 3] = [
+pub(crate) const TWO_ELEMENTS: [ModelParameter; 3] = [
     BASE,
-    Parameter {
+    ModelParameter {
         range: ParameterRange::NotNegative,
         ..VISCOSITY
     },
@@ -189,7 +190,7 @@ impl ModelKind {
     /// Its parameters, in the order of [`Model::from_parameters`](super::Model::from_parameters). Those for each branch of a Prony series
     /// come again and again there: spring; modulus, time; modulus, time; …
     #[must_use]
-    pub const fn parameters(self) -> &'static [Parameter] {
+    pub const fn parameters(self) -> &'static [ModelParameter] {
         match self {
             Self::Spring => &[SPRING],
             Self::Dashpot => &[DASHPOT],
@@ -228,7 +229,7 @@ impl ModelKind {
     }
 
     /// The parameter of the value at a place.
-    pub(super) fn parameter(self, index: usize) -> Option<&'static Parameter> {
+    pub(super) fn parameter(self, index: usize) -> Option<&'static ModelParameter> {
         let all = self.parameters();
         let (once, each) = all.split_at(all.partition_point(|one| !one.for_each_branch));
         once.get(index)

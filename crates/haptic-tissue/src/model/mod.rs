@@ -24,7 +24,7 @@ use joint::Two;
 #[cfg(feature = "identify")]
 pub use kind::CANDIDATES;
 pub(crate) use kind::TWO_ELEMENTS;
-pub use kind::{ModelKind, Parameter, ParameterRange};
+pub use kind::{ModelKind, ModelParameter, ParameterRange};
 use num_complex::Complex64;
 use spring_pot::Response;
 pub(crate) use spring_pot::SpringPot;
@@ -155,7 +155,7 @@ impl Model {
 
     /// The parameters of [`Model::kind`] with their values.
     #[must_use]
-    pub fn parameters(&self) -> Vec<(&'static Parameter, f64)> {
+    pub fn parameters(&self) -> Vec<(&'static ModelParameter, f64)> {
         let kind = self.kind();
         let values = match &self.0 {
             Form::One(one) if kind == ModelKind::SpringPot => vec![one.size, one.order],
@@ -190,7 +190,7 @@ impl Model {
     }
 
     /// The numbers of each parameter: one, or one for each branch of a Prony series.
-    pub(crate) fn columns(&self) -> impl Iterator<Item = (&'static Parameter, Vec<f64>)> {
+    pub(crate) fn columns(&self) -> impl Iterator<Item = (&'static ModelParameter, Vec<f64>)> {
         let values = self.parameters();
         self.kind().parameters().iter().map(move |parameter| {
             let of_it = values.iter().filter(|(known, _)| *known == parameter);
@@ -341,7 +341,7 @@ fn check(form: &Form) -> Result<(), ModelError> {
 }
 
 pub(crate) const fn out_of_range(
-    parameter: &Parameter,
+    parameter: &ModelParameter,
     value: f64,
     allowed: &'static str,
 ) -> ModelError {
@@ -391,7 +391,7 @@ mod tests {
             return vec![0.0, 5.0, 0.1, 3.0, 2.0];
         }
         let mut order = 0.9;
-        let one = |parameter: &Parameter| {
+        let one = |parameter: &ModelParameter| {
             if parameter.range == ParameterRange::Order {
                 order -= 0.3;
                 order

@@ -13,7 +13,7 @@ use clap::builder::ArgPredicate;
 use fracdiff::full_memory::Kernel;
 use fracdiff::scheme::DEFAULT_TOLERANCE;
 use fracdiff::{Operator, OperatorList, Order, Scheme, Seconds};
-use fracdiff_c::{CNumber, Header, HeaderError, Law};
+use fracdiff_c::{CHeader, CNumber, HeaderError, WallLaw};
 use haptic_experiment::document::Document;
 use haptic_experiment::judge::operator;
 use haptic_experiment::question::analysis::rate;
@@ -197,7 +197,7 @@ impl Arguments {
         let list = OperatorList::from(&operator);
         let notes = self.notes(what);
         let law = what.tissue.map(|tissue| &tissue.law);
-        let header = Header::new(&self.name, &list, law, &notes);
+        let header = CHeader::new(&self.name, &list, law, &notes);
         let coefficients = list.values.len() + list.filter.len();
         Ok((header.map_err(named)?.to_string(), coefficients))
     }
@@ -246,7 +246,7 @@ fn named(error: HeaderError) -> Failure {
 
 struct Tissue {
     material: ModelledTissue,
-    law: Law,
+    law: WallLaw,
     specimen: Specimen,
 }
 
@@ -266,7 +266,7 @@ fn tissue(pressed: &Document) -> Result<Option<Tissue>, Failure> {
         let (stiffness, dissipation) = piece.spring_and_damper();
         Tissue {
             material: *piece.material,
-            law: Law {
+            law: WallLaw {
                 stiffness,
                 dissipation,
                 depth_map: piece.specimen.depth_map().map(|map| map.numbers()),
@@ -283,7 +283,7 @@ impl Tissue {
     }
 
     fn notes(&self, name: &str, order: Order, sample_time_s: f64) -> Vec<String> {
-        let Law {
+        let WallLaw {
             stiffness,
             dissipation,
             depth_map,

@@ -24,6 +24,7 @@ mod others;
 mod pair;
 mod picture_file;
 mod pins;
+mod press;
 mod process;
 mod public;
 mod realtime;

@@ -6,7 +6,7 @@ use crate::devices::Emulator;
 use crate::process::{Ended, Place, column, number, says, signal, until};
 use haptic_bridge::{Bridge, Description};
 use haptic_devices::haply::TORQUES_BYTES;
-use haptic_link::{Direction, Receiver, Report, Sample};
+use haptic_link::{DeviceReport, Direction, Receiver, Sample};
 use haptic_loop::Limiters;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -172,11 +172,11 @@ impl Rig {
 
     /// Samples that a board of ours has told, also those for which nobody listened.
     fn samples(&self) -> Vec<Sample> {
-        let mut receiver = Receiver::<Report>::new(Direction::FromDevice);
+        let mut receiver = Receiver::<DeviceReport>::new(Direction::FromDevice);
         let kept = self.kept.lock().expect("nobody panicked");
         let reports = kept[1].iter().filter_map(|&byte| receiver.push(byte));
         let samples = reports.filter_map(|(_, report)| {
-            if let Report::Sample(sample) = report {
+            if let DeviceReport::Sample(sample) = report {
                 Some(sample)
             } else {
                 None

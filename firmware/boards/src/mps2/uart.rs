@@ -2,7 +2,7 @@
 
 use super::register::Register;
 use crate::board::mps2::{UART_DIVIDER, UART0};
-use haptic_board::{Line, Queue};
+use haptic_board::{HostLine, Queue};
 
 /// Bytes that wait to be fetched at most: the longest frame, twice.
 const RECEIVED_MAX: usize = 512;
@@ -87,7 +87,7 @@ impl Uart {
     }
 }
 
-impl Line for Uart {
+impl HostLine for Uart {
     fn receive(&mut self) -> Option<u8> {
         RECEIVED.pop()
     }

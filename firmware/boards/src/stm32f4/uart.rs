@@ -5,7 +5,7 @@
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 use critical_section::Mutex;
-use haptic_board::{Line, Queue};
+use haptic_board::{HostLine, Queue};
 use stm32f4xx_hal::pac::{DMA1, USART2};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::serial::{Rx, Tx};
@@ -139,7 +139,7 @@ impl Uart {
     }
 }
 
-impl Line for Uart {
+impl HostLine for Uart {
     fn receive(&mut self) -> Option<u8> {
         if self.fetched == self.known {
             self.known = received();

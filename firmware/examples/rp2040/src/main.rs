@@ -23,7 +23,9 @@ use embassy_futures::select::select;
 use embassy_rp::watchdog::Watchdog;
 use embassy_time::{Duration, Timer};
 use encoder::EncoderPins;
-use haptic_board::{Image, MainLoop, Place, RetainedMemory, Ticker, TickerSlot, image, power_up};
+use haptic_board::{
+    DeviceMemory, Image, MainLoop, RetainedMemory, Ticker, TickerSlot, image, power_up,
+};
 use tick::Alarm;
 use usb::{Buffers, UsbLine};
 
@@ -62,7 +64,7 @@ async fn main(_spawner: Spawner) {
     let mut watchdog = Fed(Watchdog::new(chip.WATCHDOG));
     watchdog.0.start(START_UP);
     let retained = RETAINED.take();
-    let place = singleton!(: Place<Axis> = Place::new());
+    let place = singleton!(: DeviceMemory<Axis> = DeviceMemory::new());
     let device = place.and_then(|place| power_up(place, axis, IMAGE.version(), retained).ok());
     let buffers = singleton!(: Buffers = Buffers::default());
     let (Some((device, session)), Some(buffers)) = (device, buffers) else {

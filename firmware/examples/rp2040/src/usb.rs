@@ -7,7 +7,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_usb::class::cdc_acm::{CdcAcmClass, Receiver, Sender, State};
 use embassy_usb::{Builder, Config, UsbDevice};
-use haptic_board::{Line, Queue};
+use haptic_board::{HostLine, Queue};
 
 type Port = Driver<'static, USB>;
 
@@ -103,7 +103,7 @@ pub(crate) async fn send(sender: &mut Sender<'static, Port>) {
 #[derive(Debug)]
 pub(crate) struct UsbLine;
 
-impl Line for UsbLine {
+impl HostLine for UsbLine {
     fn receive(&mut self) -> Option<u8> {
         RECEIVED.pop()
     }

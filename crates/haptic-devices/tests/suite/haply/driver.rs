@@ -2,7 +2,7 @@
 
 use super::wire::{Damage, FORCE_N, Running, Way, Wire, World, name, stroked};
 use haptic_devices::haply::{
-    Haply2Diy, HaplyOpenError, Home, LATE_MOST, Trouble, Version, configuration, torques,
+    Haply2Diy, HaplyOpenError, HaplyTrouble, Home, LATE_MOST, Version, configuration, torques,
 };
 use haptic_emulator::AtLine as _;
 use haptic_emulator::haply::{Board, Body, Hand};
@@ -89,7 +89,7 @@ fn a_board_that_falls_silent_is_a_fault_and_has_no_torque_when_it_comes_back() {
     }
     assert_eq!(running.device.status().fault, Fault::BoardFailed.code());
     let trouble = running.device.hardware().ended_by();
-    let silent = matches!(trouble, Some(Trouble::Silent { bytes: 0, .. }));
+    let silent = matches!(trouble, Some(HaplyTrouble::Silent { bytes: 0, .. }));
     assert!(silent, "{trouble:?}");
     // What its samples still tell is no measurement, and each says so.
     for _ in 0..50 {
@@ -110,7 +110,7 @@ fn the_answer_of_another_device_is_a_fault() {
         running.tick();
     }
     let trouble = running.device.hardware().ended_by();
-    assert_eq!(trouble, Some(Trouble::OtherDevice { device_id: 4 }));
+    assert_eq!(trouble, Some(HaplyTrouble::OtherDevice { device_id: 4 }));
 }
 
 #[test]

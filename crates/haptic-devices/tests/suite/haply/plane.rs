@@ -4,7 +4,7 @@ use super::wire::{Running, TICK_US, stroked};
 use fracdiff::batch::Batch;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Operator, Order, Scheme, Seconds};
-use haptic_devices::haply::{Plane, Unreachable, Version};
+use haptic_devices::haply::{HaplyPlane, Unreachable, Version};
 use haptic_link::State;
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{
@@ -132,8 +132,8 @@ fn the_force_is_the_sum_over_the_depth_along_the_normal() {
 #[test]
 fn the_middle_of_the_plane_is_reached_and_what_is_far_is_not() {
     for version in Version::ALL {
-        let plane = Plane::of(version.model());
-        let (low, high) = Plane::HANDY_M;
+        let plane = HaplyPlane::of(version.model());
+        let (low, high) = HaplyPlane::HANDY_M;
         let [least, most] = plane.masses(low, high).expect("within reach");
         println!("{version:?}: {least} to {most} kg");
         // 1 kg in the mean of the directions in the middle lies between.
@@ -167,7 +167,7 @@ fn the_middle_of_the_plane_is_reached_and_what_is_far_is_not() {
 fn masses_are_those_of_the_kinetic_energy_by_difference_quotients() {
     for version in Version::ALL {
         let model = version.model();
-        let plane = Plane::of(model);
+        let plane = HaplyPlane::of(model);
         let step = 1e-6;
         // ½·I·|Δθ|²/Δt² is ½·m·|Δx|²/Δt²: m/I = |Δθ|²/|Δx|².
         let mass = |place: Vector2<f64>, angle: f64| {

@@ -1,7 +1,7 @@
 //! Forces that arrive, and each fault that a servo can have.
 
 use super::world::{Rig, Wire};
-use haptic_devices::moteus::{Instead, MoteusOpenError, MoteusSettings, Trouble};
+use haptic_devices::moteus::{Instead, MoteusOpenError, MoteusSettings, MoteusTrouble};
 use haptic_emulator::moteus::Shaft;
 use haptic_link::{NOT_TAKEN, State, UNANSWERED};
 use haptic_loop::Fault;
@@ -204,7 +204,7 @@ fn the_force_is_zero_after_a_fault_and_comes_back_with_the_next_run() {
     assert!(rig.torque_nm().abs() > 0.01);
 }
 
-fn refused(wire: &Wire) -> Trouble {
+fn refused(wire: &Wire) -> MoteusTrouble {
     match wire.open(MoteusSettings::DEFAULT) {
         Err(MoteusOpenError::Trouble(trouble)) => trouble,
         other => panic!("{other:?}"),
@@ -215,7 +215,7 @@ fn refused(wire: &Wire) -> Trouble {
 fn a_servo_that_cannot_be_used_is_refused_at_the_door() {
     let wire = Wire::new(Shaft::LEVER);
     wire.world().harm = Some(Box::new(|bytes, _| bytes.clear()));
-    let silent = Trouble::Silent {
+    let silent = MoteusTrouble::Silent {
         id: 1,
         ticks: 25,
         instead: Instead::default(),
@@ -243,7 +243,7 @@ fn a_servo_that_cannot_be_used_is_refused_at_the_door() {
             *bytes = line("rcv 100 2100012F01000000000000000000000000210F24 E B F ");
         }
     }));
-    assert_eq!(refused(&wire), Trouble::Fault { id: 1, code: 36 });
+    assert_eq!(refused(&wire), MoteusTrouble::Fault { id: 1, code: 36 });
 
     let wire = Wire::new(Shaft::LEVER);
     wire.world().harm = Some(Box::new(|bytes, to_servo| {

@@ -144,7 +144,7 @@ fn two_boards_and_the_simulation_of_both_make_the_same_forces() {
         pair.run(&law, &values, [1000, 1000]);
 
         let tissue = SpringDamper::new(150.0, 20.0, operator).expect("a tissue");
-        let limits = haptic_loop::Limits::bare(
+        let limits = haptic_loop::SafetyLimits::bare(
             haptic_loop::units::Newtons(50.0),
             haptic_loop::units::NewtonsPerSecond(1e6),
         );

@@ -3,8 +3,8 @@
 use super::ControllerFile;
 use fracdiff::Seconds;
 use fractional_control::{
-    ControllerParameters, ControllerSetup, CroneParameters, FractionalTransferFunction,
-    LeadLagParameters, Memory, PidParameters, Plant, Rule, SampledPlant, TidParameters,
+    ControllerParameters, ControllerSetup, CroneParameters, FractionalTransferFunction, HeldPlant,
+    LeadLagParameters, PidParameters, Plant, PowerMemory, Rule, TidParameters,
 };
 use std::path::Path;
 
@@ -70,9 +70,9 @@ fn one_of_each() -> Vec<ControllerFile> {
 
 #[test]
 fn every_controller_reads_back_to_the_same_and_runs() {
-    let memory = Memory::new(Rule::Bdf2, 1e-6, 100.0).expect("valid");
+    let memory = PowerMemory::new(Rule::Bdf2, 1e-6, 100.0).expect("valid");
     let plant: Plant = "exp(-0.05s)/(s+1)".parse().expect("valid");
-    let plant = SampledPlant::new(&plant, memory, Seconds(0.01)).expect("valid");
+    let plant = HeldPlant::new(&plant, memory, Seconds(0.01)).expect("valid");
     for file in one_of_each() {
         let text = file.to_toml();
         assert_eq!(read(&text).as_ref(), Ok(&file), "{text}");
@@ -85,9 +85,9 @@ fn every_controller_reads_back_to_the_same_and_runs() {
 
 #[test]
 fn a_function_as_a_controller_is_the_pid_it_is_equal_to_within_its_limits() {
-    let memory = Memory::new(Rule::Bdf2, 1e-9, 100.0).expect("valid");
+    let memory = PowerMemory::new(Rule::Bdf2, 1e-9, 100.0).expect("valid");
     let plant: Plant = "1/(s+1)".parse().expect("valid");
-    let plant = SampledPlant::new(&plant, memory, Seconds(0.01)).expect("valid");
+    let plant = HeldPlant::new(&plant, memory, Seconds(0.01)).expect("valid");
     let of = |file: &str| {
         let text = format!(
             "{file}\n[loop]\nsample_time_s = 0.01\noutput_high = 5\noutput_low = -5\nscheme = \"full-bdf2:1e-9\""

@@ -20,8 +20,8 @@ use crate::run::drive_verdict::{DriveVerdict, LoopVerdict};
 use fracdiff::num_complex::Complex;
 use fracdiff::{FrequencyResponse, Seconds};
 use fractional_control::{
-    ControlError, FractionalTransferFunction, LoadedPlant, Plant, SampledLaw, SampledLoop,
-    SampledPlant, Term, TwoPort,
+    ControlError, FractionalTransferFunction, HeldPlant, LoadedPlant, Plant, SampledControlLoop,
+    SampledLaw, Term, TwoPort,
 };
 use haptic_analysis::{Dynamics, ForcePath, LoopOperator};
 use haptic_loop::plant::{FacingConfig, FacingContact, MassDamperConfig, RigDrive};
@@ -36,7 +36,10 @@ const BEYOND: f64 = 0.01;
 
 impl LoopVerdict {
     /// Verdict on a loop; `later` makes the loop whose command acts this many seconds later.
-    fn of(closed: &SampledLoop, later: impl Fn(f64) -> Result<SampledLoop, Failure>) -> Self {
+    fn of(
+        closed: &SampledControlLoop,
+        later: impl Fn(f64) -> Result<SampledControlLoop, Failure>,
+    ) -> Self {
         let margins = closed.margins();
         if !closed.verdict().stable {
             let stable_at = |gain: f64| closed.with_gain(gain).verdict().stable;
@@ -49,7 +52,8 @@ impl LoopVerdict {
             };
         }
         let first = closed.remembered(margins.delay_s);
-        let delay_s = closed.remembered(SampledLoop::delay_margin(first, &later).unwrap_or(first));
+        let delay_s =
+            closed.remembered(SampledControlLoop::delay_margin(first, &later).unwrap_or(first));
         Self {
             stable: true,
             phase_margin_rad: margins.phase.map(|phase| phase.value),
@@ -135,7 +139,7 @@ impl Drive {
         load: RigDrive,
         tissue: &Arc<dyn SampledLaw>,
         delay_s: f64,
-    ) -> Result<SampledLoop, Failure> {
+    ) -> Result<SampledControlLoop, Failure> {
         let late = LateSample::new(devices, delay_s)?;
         let port = late.port(load, &devices.contact);
         let sample_time = devices.devices[1].sample_time;
@@ -143,7 +147,7 @@ impl Drive {
         plant
             .and_then(|plant| {
                 let plant = plant.later(late.later)?;
-                SampledLoop::loaded(
+                SampledControlLoop::loaded(
                     self.controller.setup.law,
                     self.controller.setup.memory()?,
                     &plant,
@@ -186,7 +190,7 @@ impl Drive {
         device: &Dynamics,
         beside: &[Term],
         delay_s: f64,
-    ) -> Result<SampledLoop, ControlError> {
+    ) -> Result<SampledControlLoop, ControlError> {
         let moved = [
             Term::new(device.mass_kg, 2.0),
             Term::new(device.damping_n_s_per_m, 1.0),
@@ -202,7 +206,7 @@ impl Drive {
         let plant = Plant::transfer(function, device.delay_s + delay_s)?;
         let setup = &self.controller.setup;
         let sample_time = Seconds(setup.sample_time_s);
-        setup.closed_with(&SampledPlant::new(&plant, setup.memory()?, sample_time)?)
+        setup.closed_with(&HeldPlant::new(&plant, setup.memory()?, sample_time)?)
     }
 }
 
@@ -382,7 +386,7 @@ mod tests {
             };
             let indenter = Dynamics::ideal(rig.indenter_mass.0, rig.indenter_damping.0);
             let free = |delay_s: f64| drive.alone(&indenter, &[], delay_s).expect("closes");
-            let mut judge = |verdict: LoopVerdict, later: &dyn Fn(f64) -> SampledLoop| {
+            let mut judge = |verdict: LoopVerdict, later: &dyn Fn(f64) -> SampledControlLoop| {
                 let Some(delay) = verdict.delay_margin_s else {
                     return;
                 };

@@ -4,7 +4,7 @@ use crate::document::failure::Failure;
 use crate::document::parameters::{CONNECT, LISTEN};
 use haptic_link::{FRAME_MAX, HandSide};
 use haptic_loop::realtime::Moment;
-use haptic_teleoperation::{Heard, Introduction, Peer};
+use haptic_teleoperation::{Introduction, Peer, PeerMessage};
 use std::io::ErrorKind;
 use std::net::{SocketAddr, UdpSocket};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -109,7 +109,7 @@ impl Line {
                 greeted = Some(Moment::now());
             }
             while let Some(heard) = self.next()? {
-                if heard == Heard::Hello {
+                if heard == PeerMessage::Hello {
                     self.greet();
                 }
             }
@@ -139,19 +139,19 @@ impl Line {
     }
 
     /// The content of the next datagram; `None` without one.
-    pub(super) fn next(&mut self) -> Result<Option<Heard>, Failure> {
+    pub(super) fn next(&mut self) -> Result<Option<PeerMessage>, Failure> {
         // One more than a frame has: longer ones are cut there, and refused.
         let mut datagram = [0; FRAME_MAX + 1];
         let (length, from) = match self.socket.recv_from(&mut datagram) {
             Ok(received) => received,
             Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(None),
             // Caused by an earlier datagram: the peer is absent so far, or gone. The silence ends the run in time.
-            Err(_) => return Ok(Some(Heard::Nothing)),
+            Err(_) => return Ok(Some(PeerMessage::Nothing)),
         };
         if self.peer.is_some_and(|peer| peer != from) {
             self.strangers += 1;
             self.refuse(&datagram[..length], from);
-            return Ok(Some(Heard::Nothing));
+            return Ok(Some(PeerMessage::Nothing));
         }
         let heard = match self.state.take(&datagram[..length]) {
             Ok(heard) => heard,
@@ -164,7 +164,7 @@ impl Line {
                 )));
             }
         };
-        if matches!(heard, Heard::Hello | Heard::Met) {
+        if matches!(heard, PeerMessage::Hello | PeerMessage::Met) {
             self.peer = Some(from);
         }
         Ok(Some(heard))

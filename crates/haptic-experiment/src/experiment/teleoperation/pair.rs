@@ -10,7 +10,7 @@ use haptic_link::HandSide;
 use haptic_loop::plant::{MassDamper, MassDamperConfig, SUB_STEPS};
 use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{Device, Environment, Limiters, Reading, SafeForce};
-use haptic_teleoperation::{Channel, Port};
+use haptic_teleoperation::{OneWayLine, Port};
 use nalgebra::Vector1;
 
 /// Hand or environment at a device.
@@ -165,7 +165,7 @@ struct Side {
 
 impl Side {
     /// The port at work; its message is on the way.
-    fn tick(&mut self, tick: u64, way: &mut Channel) -> (SideTick, SafeForce<f64, 1>) {
+    fn tick(&mut self, tick: u64, way: &mut OneWayLine) -> (SideTick, SafeForce<f64, 1>) {
         let reading = self.body.reading(tick);
         let outside_n = self.body.outside_n(reading.time_s);
         let begun = self.port.begin(reading);
@@ -186,7 +186,7 @@ impl Side {
 pub(super) struct Pair {
     sides: [Side; 2],
     /// From master to slave, and back.
-    ways: [Channel; 2],
+    ways: [OneWayLine; 2],
     sample_time: f64,
     tick: u64,
 }
@@ -202,7 +202,7 @@ impl TeleoperationExperiment {
             })
         };
         // Two seeds for each one.
-        let way = |n| Channel::new(self.channel, t, self.seed.wrapping_mul(2).wrapping_add(n));
+        let way = |n| OneWayLine::new(self.channel, t, self.seed.wrapping_mul(2).wrapping_add(n));
         Ok(Pair {
             sides: [side(HandSide::Master)?, side(HandSide::Slave)?],
             ways: [way(0).map_err(parameter)?, way(1).map_err(parameter)?],
@@ -244,7 +244,7 @@ impl Pair {
     }
 
     /// From master to slave, and back.
-    pub(super) const fn ways(&self) -> &[Channel; 2] {
+    pub(super) const fn ways(&self) -> &[OneWayLine; 2] {
         &self.ways
     }
 

@@ -27,7 +27,7 @@ use haptic_log::record::{END, StartTime, TickMessage};
 use haptic_loop::realtime::Periodic;
 use haptic_loop::{Limit, Limiters, SafeForce};
 use haptic_quantity::{digits, written};
-use haptic_teleoperation::{Heard, Introduction, Port};
+use haptic_teleoperation::{Introduction, PeerMessage, Port};
 use serde::Serialize;
 use serde_json::json;
 use std::net::SocketAddr;
@@ -476,18 +476,18 @@ impl Side<'_> {
     fn listen(&mut self) -> Result<(), Failure> {
         while let Some(heard) = self.line.next()? {
             match heard {
-                Heard::Sample(sample) => {
+                PeerMessage::Sample(sample) => {
                     if self.port.receive(&sample) {
                         self.acted_on += 1;
                         self.heard_tick = self.tick;
                     }
                 }
-                Heard::Hello => self.line.greet(),
-                Heard::Bye => {
+                PeerMessage::Hello => self.line.greet(),
+                PeerMessage::Bye => {
                     self.left = true;
                     self.port.stop();
                 }
-                Heard::Met | Heard::Nothing => {}
+                PeerMessage::Met | PeerMessage::Nothing => {}
             }
         }
         Ok(())

@@ -22,7 +22,7 @@ use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, portable};
 use crate::run::simulate::Simulated;
 use crate::run::{Ran, run_logged};
 use haptic_analysis::Dynamics;
-use haptic_devices::haply::Plane;
+use haptic_devices::haply::HaplyPlane;
 use haptic_link::LoopMode;
 use haptic_loop::plant::{Axes, MassMatrix, Sensed};
 use haptic_loop::units::Kilograms;
@@ -347,7 +347,7 @@ impl TouchExperiment {
     }
 
     /// The plane of a 2DIY.
-    fn plane(&self) -> Option<Plane> {
+    fn plane(&self) -> Option<HaplyPlane> {
         match &self.conduct.remote.as_ref()?.name {
             LinkedName::Foreign(name) => name.plane(),
             LinkedName::Serial(_) => None,
@@ -355,9 +355,9 @@ impl TouchExperiment {
     }
 
     /// Least and largest mass in the box, or in the middle of the plane without one, for 1 kg in its centre.
-    fn reached(&self, plane: &Plane) -> Result<[f64; 2], Failure> {
+    fn reached(&self, plane: &HaplyPlane) -> Result<[f64; 2], Failure> {
         let corners = self.workspace_m.as_ref();
-        let (low_m, high_m) = corners.map_or(Plane::HANDY_M, |[low_m, high_m]| {
+        let (low_m, high_m) = corners.map_or(HaplyPlane::HANDY_M, |[low_m, high_m]| {
             (per_axis(low_m), per_axis(high_m))
         });
         plane.masses(low_m, high_m).map_err(|error| {

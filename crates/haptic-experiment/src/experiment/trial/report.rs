@@ -15,7 +15,7 @@ use crate::judge::report::{
 use crate::judge::sensed::SensedForce;
 use crate::judge::settling::{Settling, TrialVerdict};
 use crate::judge::warnings::Warnings;
-use crate::judge::{Compared, Curves, Drawing, Published, Reference, origin};
+use crate::judge::{Compared, Curves, Drawing, FeltSummary, Published, Reference, origin};
 use crate::run::preflight::{Found, PreflightRequest, PreflightVerdict, note_findings};
 use crate::run::record::Record;
 use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, device_name};
@@ -215,18 +215,30 @@ pub(crate) trait Trial: Experiment + Clone {
         let start_m = setup.start_m(ran)?;
         let (order, scheme) = self.operator_choice();
         let whole = record.ended.is_none();
+        let mut felt = setup.felt(record);
         Samples::of(record, &ran.log.paths).for_each(|sample| {
-            judge.see(sample.time_s, sample.position_m - start_m, sample.force_n);
+            let place_m = sample.position_m - start_m;
+            judge.see(sample.time_s, place_m, sample.force_n);
+            if let Some(felt) = &mut felt {
+                felt.see((sample.tick, sample.time_s), place_m, sample.force_n);
+            }
             Ok(())
         })?;
+        let felt = felt.map(|felt| felt.summary());
         let recorded = self.named(judge.settling(whole, rest_m))?;
         let (settling, hits) = match whole {
             true => self.worst(recorded)?,
             false => (recorded, Vec::new()),
         };
-        let agrees =
-            (ran.preflight.filter(|_| whole)).map(|analysis| analysis.stable == settling.stable);
-        let mut warnings = warnings(Self::KIND, &settling, &hits, agrees, record);
+        let judged = ran.preflight.filter(|_| whole && felt.is_none());
+        let agrees = judged.map(|analysis| analysis.stable == settling.stable);
+        let (verdict, mut warnings) = match &felt {
+            Some(felt) => of_hand(felt, record),
+            None => (
+                settling.verdict.words(),
+                warnings(Self::KIND, &settling, &hits, agrees, record),
+            ),
+        };
         warnings.0.extend(setup.not_thrown());
         warnings.0.extend(self.warning(ran));
         let (mut curves, mut object_m) = (None, None);
@@ -248,10 +260,12 @@ pub(crate) trait Trial: Experiment + Clone {
             let origin = origin(record);
             let title = format!("A trial of a {}, {origin}", Self::KIND);
             let law = self.law_in_words();
-            let subtitle = format!("{law} · {}", words(setup, scheme, &settling));
+            let push_n = felt.is_none().then_some(setup.plan.push_n);
+            let subtitle = format!("{law} · {}", words(setup, scheme, push_n, verdict));
             let names = ["position_m", object, "force_n"];
+            let rest_m = settling.expected_deflection_m;
             let drawing = Drawing::Trial {
-                expected_deflection_m: settling.expected_deflection_m,
+                expected_deflection_m: rest_m.filter(|_| felt.is_none()),
             };
             curves = Some((compared.curves).named(names, origin, title, subtitle, drawing));
         } else {
@@ -278,15 +292,17 @@ pub(crate) trait Trial: Experiment + Clone {
         });
         // A wall that never pulls is hit at several speeds, of which the worst is the verdict; the log is of the first.
         let hits = (!hits.is_empty()).then(|| json!({ "hits": hits }));
-        let deflection = self.deflection_error(record, settling);
-        let results = [json!(settling)].into_iter().chain(hits).chain([
-            json!({ "analysis_agrees": agrees }),
-            full_history_error(&operator_error),
-            closed_form_error(&deflection),
-            json!({ "reference_tolerance": record.whole.is_none().then_some(TOLERANCE) }),
-            sensed_rows,
-        ]);
-        let verdict = settling.verdict.words().to_owned();
+        let deflection = closed_form_error(&self.deflection_error(record, settling));
+        let mut results = match felt {
+            Some(felt) => vec![json!({ "verdict": verdict, "felt": felt })],
+            None => [json!(settling)].into_iter().chain(hits).collect(),
+        };
+        results.extend((felt.is_none()).then(|| json!({ "analysis_agrees": agrees })));
+        results.push(full_history_error(&operator_error));
+        results.extend(felt.is_none().then_some(deflection));
+        let tolerance = record.whole.is_none().then_some(TOLERANCE);
+        results.extend([json!({ "reference_tolerance": tolerance }), sensed_rows]);
+        let verdict = verdict.to_owned();
         let is_accepted = settling.stable
             && agrees == Some(true)
             && (ran.preflight.as_ref()).is_some_and(|analysis| self.is_accepted(analysis));
@@ -370,19 +386,30 @@ impl<T: Trial> Experiment for T {
     }
 }
 
-/// Device, operator, push, verdict and guard for the line below a picture.
-fn words(setup: &TrialSetup, scheme: Scheme, settling: &Settling) -> String {
+/// Verdict and warnings of a run that somebody held in the hand.
+fn of_hand(felt: &FeltSummary, record: &Record) -> (&'static str, Warnings) {
+    let mut warnings = Warnings::default();
+    warnings.limited(record);
+    match felt.contacts {
+        0 => {
+            let untouched = "nobody touched it: move the handle behind 0 m while it runs";
+            warnings.0.push(untouched.to_owned());
+            ("untouched", warnings)
+        }
+        _ => ("held by a person", warnings),
+    }
+}
+
+/// Device, operator, push if it is known, N, verdict and guard for the line below a picture.
+fn words(setup: &TrialSetup, scheme: Scheme, push_n: Option<f64>, verdict: &str) -> String {
     let guard = setup.safety.guard;
     let guard = match guard == GuardChoice::Off {
         true => String::new(),
         false => format!(" · guard {}", guard.name()),
     };
-    format!(
-        "device {} · scheme {scheme} · push {} N · {}{guard}",
-        device_name(setup.conduct.remote.as_ref()),
-        setup.plan.push_n,
-        settling.verdict.words()
-    )
+    let push = push_n.map_or(String::new(), |push_n| format!("push {push_n} N · "));
+    let device = device_name(setup.conduct.remote.as_ref());
+    format!("device {device} · scheme {scheme} · {push}{verdict}{guard}")
 }
 
 /// To six significant digits, as a subtitle shows a number.

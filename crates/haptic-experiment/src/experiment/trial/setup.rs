@@ -11,9 +11,11 @@ use crate::document::parameters as p;
 use crate::document::reader::Table;
 use crate::experiment::kind::Conduct;
 use crate::experiment::reading::{device, device_model, remote, samples_fit};
+use crate::judge::Tally;
 use crate::judge::settling::{Criterion, Judge};
 use crate::run::Ran;
 use crate::run::plant_file::DeviceModel;
+use crate::run::record::Record;
 use crate::run::remote::RemoteLaw;
 use crate::run::safety::{GuardChoice, GuardedDevice, Safety, safety};
 use crate::run::samples::Samples;
@@ -22,7 +24,7 @@ use fracdiff::parameter::Shown;
 use haptic_analysis::Dynamics;
 use haptic_loop::plant::{MassDamperConfig, Sensed};
 use haptic_loop::units::Newtons;
-use haptic_loop::{Controller, Environment, Limits, SafetyChain};
+use haptic_loop::{Controller, Environment, SafetyChain, SafetyLimits};
 
 /// All of an experiment on a pushed device but the law that it feels.
 #[derive(Clone, Debug)]
@@ -117,6 +119,14 @@ impl TrialSetup {
         Ok(start_m.unwrap_or(0.0))
     }
 
+    /// Sums over a run in the hand of a person, whose push nobody knows; `None` of a trial: on a simulated device, pushed by its own
+    /// motor, or to be stable.
+    pub(super) fn felt(&self, record: &Record) -> Option<Tally> {
+        let is_real = record.link.as_ref().is_some_and(|link| !link.simulated);
+        let held = is_real && self.plan.push_by == PushBy::Hand && !self.must_be_stable;
+        held.then(|| Tally::of(0.0, None, self.device.sample_time))
+    }
+
     /// Warning about a requested impact that had no effect.
     pub(super) fn not_thrown(&self) -> Option<String> {
         let impact_m_per_s = self.plan.impact_m_per_s;
@@ -147,7 +157,7 @@ impl TrialSetup {
         safe_chain(limits, &self.device, self.sensors, &safety, &self.conduct)
     }
 
-    fn force_and_rate(&self) -> Limits {
+    fn force_and_rate(&self) -> SafetyLimits {
         let (force, rate) = (self.plan.force_limit_n, self.force_rate_limit_n_per_s);
         force_and_rate(force, rate, self.device.sample_time)
     }

@@ -14,7 +14,7 @@ use crate::experiment::wall::{DISSIPATION, STIFFNESS};
 use crate::judge::rows;
 use fracdiff::num_complex::Complex;
 use fracdiff::{Order, Scheme};
-use haptic_analysis::{ClosedLoop, Coupler, Environment, LeastDamping, LoopOperator};
+use haptic_analysis::{ClosedLoop, Coupler, LeastDamping, LoopOperator, SampledWall};
 use haptic_quantity::written;
 use serde_json::{Value, json};
 use std::f64::consts::PI;
@@ -22,7 +22,7 @@ use std::f64::consts::PI;
 /// A law, at these frequencies, and the device that it is felt through.
 #[derive(Clone, Debug)]
 pub(crate) struct Felt {
-    wall: Environment,
+    wall: SampledWall,
     law: Law,
     omegas: Vec<f64>,
     closed: Option<ClosedLoop>,
@@ -48,7 +48,7 @@ impl Felt {
         }
         let count = table.count_in(&POINTS, 2..=FREQUENCIES_MOST)?;
         Ok(Self {
-            wall: Environment {
+            wall: SampledWall {
                 stiffness_n_per_m: needed(law.stiffness, &STIFFNESS)?,
                 dissipation_n_s_mu_per_m: needed(law.dissipation, &DISSIPATION)?,
                 order: law.order,
@@ -100,7 +100,7 @@ impl Felt {
 
     /// What was asked, as a report repeats it.
     pub(super) fn asked(&self) -> [Value; 3] {
-        let Environment {
+        let SampledWall {
             stiffness_n_per_m,
             dissipation_n_s_mu_per_m,
             order,

@@ -5,7 +5,7 @@ use super::keys::{ANALYSED_CONTROLLER, ANALYSED_MASS, ANALYSED_TISSUE};
 use super::wall::{WallLoop, WithUnits, missing};
 use crate::document::failure::Failure;
 use fracdiff::{Scheme, Seconds};
-use haptic_analysis::{AnalysisError, BoundaryPoint, ClosedLoop, Largest, NoiseGain};
+use haptic_analysis::{AnalysisError, ClosedLoop, Largest, NoiseGain, OutlinePoint};
 use haptic_quantity::written;
 use serde_json::{Value, json};
 use std::f64::consts::PI;
@@ -68,7 +68,7 @@ impl WallLoop {
     /// Polygons of the stable walls.
     fn stable_walls(&self, points: usize) -> Result<Vec<Vec<Point>>, Failure> {
         let region = self.stable_region(points)?;
-        let point = |at: &BoundaryPoint| self.point(at.beta, at.alpha);
+        let point = |at: &OutlinePoint| self.point(at.beta, at.alpha);
         let polygons = region.bounded().map_or(&[][..], |area| &area.polygons);
         let outlines = polygons
             .iter()

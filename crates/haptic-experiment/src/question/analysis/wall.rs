@@ -17,8 +17,8 @@ use crate::run::advice::analysed;
 use crate::run::device::Warn;
 use crate::run::plant_file::PlantModel;
 use haptic_analysis::{
-    AnalysisError, Dynamics, Environment, ForcePath, Largest, LoopOperator, Nondimensional,
-    OnePort, Polygon, RequiredDelta, SampledLoop, SampledPlant, StabilityRegion, StableArea,
+    AnalysisError, Dynamics, ForcePath, Largest, LoopOperator, Nondimensional, OnePort, Polygon,
+    RequiredDelta, SampledLoop, SampledPlant, SampledWall, StabilityRegion, StableArea,
 };
 use haptic_quantity::{digits, written};
 use serde_json::{Value, json};
@@ -70,7 +70,7 @@ struct OnPlant {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WithUnits {
     pub(super) device: Dynamics,
-    pub(super) wall: Environment,
+    pub(super) wall: SampledWall,
 }
 
 impl WallLoop {
@@ -124,7 +124,7 @@ impl WallLoop {
                 hand_stiffness_n_per_m: hand,
                 ..Dynamics::ideal(mass, damping)
             };
-            let wall = Environment {
+            let wall = SampledWall {
                 stiffness_n_per_m: needed(law.stiffness, &STIFFNESS)?,
                 dissipation_n_s_mu_per_m: needed(law.dissipation, &DISSIPATION)?,
                 order: law.order,

@@ -5,7 +5,7 @@ use crate::document::failure::Failure;
 use crate::judge::control::{in_short, margins, refused};
 use core::f64::consts::PI;
 use fractional_control::analysis::{
-    AT_REST, Cause, LoopAnalysis, LoopPoint, OtherGain, analyse, curve, poles,
+    AT_REST, LoopAnalysis, LoopPoint, OtherGain, VerdictCause, analyse, curve, poles,
 };
 use fractional_control::num_complex::Complex;
 use fractional_control::{ControllerSetup, Crossing, Margins};
@@ -18,12 +18,12 @@ pub struct Analysed {
     /// Its numbers, with warnings. The keys are a contract of the command line.
     pub report: Value,
     /// L over frequency, or G.
-    pub curve: Curve,
+    pub curve: AnalysisCurve,
 }
 
 /// The curve of an analysis.
 #[derive(Clone, Debug)]
-pub enum Curve {
+pub enum AnalysisCurve {
     /// Of a loop, with the margins on it.
     Loop(Box<LoopAnalysis>),
     /// Of a plant.
@@ -61,7 +61,7 @@ impl ControlLoop {
             "margins": (judged.stable && proved).then(|| margins(&analysis.margins)),
             "warnings": self.warnings,
         });
-        let curve = Curve::Loop(Box::new(analysis));
+        let curve = AnalysisCurve::Loop(Box::new(analysis));
         Ok(Analysed { report, curve })
     }
 
@@ -101,7 +101,7 @@ impl ControlLoop {
             "warnings": self.warnings,
         });
         let curve = curve(1e-3 * middle, 1e3 * middle, |omega| plant.response(omega));
-        let curve = Curve::Plant(curve);
+        let curve = AnalysisCurve::Plant(curve);
         Ok(Analysed { report, curve })
     }
 }
@@ -195,51 +195,51 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
     };
     let unstable = |why: String| format!("Unstable, proved: {poles}{why}");
     match analysis.cause {
-        Cause::Stable => stable(&analysis.margins),
-        Cause::Boundary | Cause::Cancelled if at_rest(analysis) => {
+        VerdictCause::Stable => stable(&analysis.margins),
+        VerdictCause::Boundary | VerdictCause::Cancelled if at_rest(analysis) => {
             "On the boundary: a pole neither decays nor grows within 1e8 samples. \
              An integral may meet a factor s: omit one, or add a proportional part. \
              Else raise the gain or the sample time."
                 .to_owned()
         }
-        Cause::Boundary => {
+        VerdictCause::Boundary => {
             format!("On the boundary: {poles} at {omega} rad/s. Change the gain a little.")
         }
-        Cause::Cancelled => format!(
+        VerdictCause::Cancelled => format!(
             "On the boundary at any gain: {poles} at {omega} rad/s, where a zero cancels it: move it."
         ),
-        Cause::TooLarge => {
+        VerdictCause::TooLarge => {
             "Not decided: a number is beyond 1e-308 to 1e308. Give the loop in other units."
                 .to_owned()
         }
-        Cause::NearWhole(order) => format!(
+        VerdictCause::NearWhole(order) => format!(
             "Not decided: order {order} is too close to {}. Write the whole order.",
             order.round()
         ),
-        Cause::GainTooHigh(OtherGain { edge, end, .. }) => unstable(format!(
+        VerdictCause::GainTooHigh(OtherGain { edge, end, .. }) => unstable(format!(
             ": too much gain. At {} rad/s the loop inverts errors and makes them {} times as large. Stable {} times the gain.",
             at(&edge),
             digits(1.0 / edge.value, 4),
             where_stable("below", edge.value, end)
         )),
-        Cause::GainTooLow(OtherGain { edge, end, .. }) => unstable(format!(
+        VerdictCause::GainTooLow(OtherGain { edge, end, .. }) => unstable(format!(
             ": too little gain to hold the plant (at {} rad/s). Stable {} times the gain.",
             at(&edge),
             where_stable("above", edge.value, end)
         )),
-        Cause::WrongSign(gain) => unstable(format!(
+        VerdictCause::WrongSign(gain) => unstable(format!(
             ": the sign is wrong. Change the sign of controller or plant{}.",
             match gain {
                 1.0 => String::new(),
                 gain => format!(", with {} times the gain", digits(gain, 4)),
             }
         )),
-        Cause::DeadTime(delay) => unstable(format!(
+        VerdictCause::DeadTime(delay) => unstable(format!(
             ": the dead time is too long. Stable up to {} (at {} rad/s).",
             written("delay_s", delay.value),
             at(&delay)
         )),
-        Cause::Shape => {
+        VerdictCause::Shape => {
             let near = analysis.margins.phase.as_ref();
             let near = near.map(|crossover| format!(" (more phase near {} rad/s)", at(crossover)));
             unstable(format!(

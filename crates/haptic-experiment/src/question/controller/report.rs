@@ -5,7 +5,7 @@ use crate::document::failure::Failure;
 use crate::judge::control::{DesignWords, gains, in_degrees, margins, refused, row_of_wish, shape};
 use crate::judge::rows;
 use fractional_control::ControlError;
-use fractional_control::design::{Candidate, ControlAnswer, ControlDesign, Wish};
+use fractional_control::design::{ControlAnswer, ControlDesign, TunedController, Wish};
 use serde_json::{Value, json};
 
 /// A controller that was designed, with the best PID of order 1 beside it.
@@ -34,14 +34,14 @@ pub fn designed(design: ControlDesign) -> Result<DesignedController, Failure> {
 }
 
 /// The verdict on a loop; null for a plant that was measured, which does not run, and where nothing is proved of the plant.
-fn stable(candidate: &Candidate) -> Option<bool> {
+fn stable(candidate: &TunedController) -> Option<bool> {
     let trial = candidate.trial.as_ref();
     let proved = trial.filter(|trial| trial.analysis.coarse.is_none());
     proved.map(|trial| trial.analysis.verdict.stable)
 }
 
 /// The loop of a controller.
-fn trial(candidate: &Candidate, t: f64) -> Value {
+fn trial(candidate: &TunedController, t: f64) -> Value {
     let Some(trial) = &candidate.trial else {
         return json!({});
     };
@@ -81,8 +81,9 @@ impl DesignedController {
         let integer = self.answer.integer.as_ref().ok();
         let wish = |wish: &Wish| {
             let (name, _, in_unit) = row_of_wish(wish.name);
-            let wish_of =
-                |other: &Candidate| other.wishes.iter().find(|w| w.name == wish.name).copied();
+            let wish_of = |other: &TunedController| {
+                other.wishes.iter().find(|w| w.name == wish.name).copied()
+            };
             json!({
                 "name": name,
                 "wanted": in_unit(wish.wanted),

@@ -7,8 +7,8 @@ use crate::judge::modelled_tissue::{loop_operator, operator};
 use crate::question::bench::{crossings, last, minimum_of, units};
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{
-    AnalysisError, Dynamics, Effective, Environment, Largest, LoopOperator, NoiseGain, OnePort,
-    RequiredDelta, SampledLoop, SampledPlant, StabilityRegion, StableArea,
+    AnalysisError, Dynamics, Effective, Largest, LoopOperator, NoiseGain, OnePort, RequiredDelta,
+    SampledLoop, SampledPlant, SampledWall, StabilityRegion, StableArea,
 };
 use haptic_tissue::Model;
 use std::f64::consts::PI;
@@ -225,7 +225,7 @@ impl<'a> Bench<'a> {
         omega_rad_s: f64,
     ) -> Result<Effective, AnalysisError> {
         let (stiffness_n_per_m, dissipation_n_s_mu_per_m) = self.law(alpha, beta);
-        let environment = Environment {
+        let environment = SampledWall {
             stiffness_n_per_m,
             dissipation_n_s_mu_per_m,
             order: self.order,

@@ -15,7 +15,7 @@ use haptic_link::{LoopMode, Scope, Simulation, SimulationKind, Start};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::Seconds;
 use haptic_loop::{
-    Controller, Device, Environment, Fault, ParameterError, Reading, SafeForce, SafetyChain,
+    Controller, Device, Environment, Fault, LoopParameterError, Reading, SafeForce, SafetyChain,
 };
 use haptic_remote::LinkError;
 use haptic_remote::serial::{SerialError, SerialLink};
@@ -49,7 +49,7 @@ pub(crate) struct Driven {
 #[derive(Debug, PartialEq)]
 pub(crate) enum DriveError<E> {
     /// Limits that make no safety chain.
-    Plan(ParameterError),
+    Plan(LoopParameterError),
     /// The device did not follow a command.
     Device(E),
 }
@@ -489,7 +489,7 @@ fn driven(
         .configuration()
         .map_err(|error| at_port(&path, &error))?;
     // The box is about the start, which is not known yet: the chain here watches over it.
-    let limits = haptic_loop::Limits {
+    let limits = haptic_loop::SafetyLimits {
         workspace: None,
         ..plan.limits(0.0)
     };

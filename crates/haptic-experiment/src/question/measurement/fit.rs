@@ -24,7 +24,7 @@ use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{
     Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond, Seconds,
 };
-use haptic_loop::{ParameterError, SafeForce, SafetyChain, SafetyState};
+use haptic_loop::{LoopParameterError, SafeForce, SafetyChain, SafetyState};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn, Vector1};
@@ -441,7 +441,10 @@ pub(super) struct Replay {
 
 impl Replay {
     /// The forces of a record, as they were applied: a chain that limits nothing hands them on.
-    pub(super) fn new(record: &MotionRecord, starts: Vec<usize>) -> Result<Self, ParameterError> {
+    pub(super) fn new(
+        record: &MotionRecord,
+        starts: Vec<usize>,
+    ) -> Result<Self, LoopParameterError> {
         let t = Seconds(record.sample_time_s);
         let most = 1e9;
         let chain = SafetyChain::<f64>::new(Newtons(most), NewtonsPerSecond(2.0 * most / t.0), t)?;

@@ -5,7 +5,8 @@ use fractional_control::model_search::{
     DeadTimeEvidence, Found, InputOutput, Unexplained, Validation, settles_as_well,
 };
 use fractional_control::{
-    DeadTime, FractionalPolynomial, FractionalTransferFunction, FreeNumber, Identified, Start, Term,
+    DeadTime, FractionalPolynomial, FractionalTransferFunction, FreeNumber, Identified, StartState,
+    Term,
 };
 use haptic_quantity::{digits, written};
 use serde::Serialize;
@@ -128,8 +129,8 @@ impl PlantReport {
             delay_low_s: interval.map(|[low, _]| low),
             delay_high_s: interval.map(|[_, high]| high),
             delay_determined: evidence.map(|evidence| evidence.is_determined),
-            offset: (record.start != Start::Rest).then_some(identified.offset),
-            input_before: (start == Start::Settled).then_some(identified.input_before),
+            offset: (record.start != StartState::Rest).then_some(identified.offset),
+            input_before: (start == StartState::Settled).then_some(identified.input_before),
             begins: begins(start),
             output_read: reading(identified, record),
             samples: record.time_s.len(),
@@ -160,10 +161,13 @@ impl PlantReport {
 }
 
 /// A plant of other than whole orders has no finite state, so it counts as settled.
-fn start_of(record: &InputOutput, found: &Identified) -> Start {
+fn start_of(record: &InputOutput, found: &Identified) -> StartState {
     match record.start {
-        Start::Moving if !found.function.is_whole() => Start::Settled,
-        start @ (Start::Rest | Start::Offset | Start::Settled | Start::Moving) => start,
+        StartState::Moving if !found.function.is_whole() => StartState::Settled,
+        start @ (StartState::Rest
+        | StartState::Offset
+        | StartState::Settled
+        | StartState::Moving) => start,
     }
 }
 
@@ -171,23 +175,23 @@ fn start_of(record: &InputOutput, found: &Identified) -> Start {
 pub(super) fn counted_from(record: &InputOutput, found: &Identified) -> String {
     let offset = digits(found.offset, 5);
     match start_of(record, found) {
-        Start::Rest => String::new(),
-        Start::Offset => format!(", output counted from {offset}"),
-        Start::Settled => {
+        StartState::Rest => String::new(),
+        StartState::Offset => format!(", output counted from {offset}"),
+        StartState::Settled => {
             let before = digits(found.input_before, 5);
             format!(", output counted from {offset}, input from {before}")
         }
-        Start::Moving => format!(", output counted from {offset}, of a plant that was moving"),
+        StartState::Moving => format!(", output counted from {offset}, of a plant that was moving"),
     }
 }
 
 /// As a sentence.
-fn begins(start: Start) -> &'static str {
+fn begins(start: StartState) -> &'static str {
     match start {
-        Start::Rest => "at rest",
-        Start::Offset => "at rest, at an offset",
-        Start::Settled => "settled at an input before",
-        Start::Moving => "moving",
+        StartState::Rest => "at rest",
+        StartState::Offset => "at rest, at an offset",
+        StartState::Settled => "settled at an input before",
+        StartState::Moving => "moving",
     }
 }
 
@@ -306,7 +310,7 @@ fn lacking(at: &Unexplained) -> String {
 /// Warnings about the residual, and about numbers that the record does not determine.
 fn warnings(found: &[Found], best: &Found, record: &InputOutput) -> Vec<String> {
     let mut warnings = Vec::new();
-    if record.start == Start::Moving && !best.identified.function.is_whole() {
+    if record.start == StartState::Moving && !best.identified.function.is_whole() {
         let what = "the plant was moving when the record began, and one of these orders has no finite state: only an offset and an input before are fitted";
         warnings.push(what.to_owned());
     }
@@ -340,7 +344,7 @@ fn warnings(found: &[Found], best: &Found, record: &InputOutput) -> Vec<String> 
 fn one_of_two(best: &Found, record: &InputOutput) -> Option<String> {
     let first = *record.input.first()?;
     let rests = record.input.iter().all(|u| (u - first).abs() == 0.0);
-    let is_open = rests && record.start != Start::Rest;
+    let is_open = rests && record.start != StartState::Rest;
     is_open.then(|| {
         let offset = best.identified.offset;
         format!(

@@ -17,7 +17,7 @@ use haptic_link::{
 use haptic_loop::Fault;
 use haptic_loop::realtime::Moment;
 use haptic_remote::LinkError;
-use haptic_remote::serial::{Heard, SerialError, SerialLink};
+use haptic_remote::serial::{DeviceMessage, SerialError, SerialLink};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -467,7 +467,7 @@ fn followed(
     let (mut next, mut missed) = (0, 0);
     loop {
         match link.hear(patience) {
-            Some(Heard::Sample(sample)) => {
+            Some(DeviceMessage::Sample(sample)) => {
                 let tick = u64::from(sample.tick);
                 if let Some(axis) = sample.axes.first()
                     && (next..samples).contains(&tick)
@@ -479,7 +479,7 @@ fn followed(
                     }
                 }
             }
-            Some(Heard::Event(event)) if event.kind == EventKind::Finished => {
+            Some(DeviceMessage::Event(event)) if event.kind == EventKind::Finished => {
                 missed += samples - next;
                 if missed == 0 {
                     return Ok(Trial::Whole);
@@ -489,9 +489,9 @@ fn followed(
                     samples - missed
                 ))));
             }
-            Some(Heard::Event(_)) => {}
-            Some(Heard::Fault(report)) => return faulted(link, report),
-            Some(Heard::Over(error)) => return Err(refused_at_port(path, error.into())),
+            Some(DeviceMessage::Event(_)) => {}
+            Some(DeviceMessage::Fault(report)) => return faulted(link, report),
+            Some(DeviceMessage::Over(error)) => return Err(refused_at_port(path, error.into())),
             None => {
                 let error = link.silent(patience);
                 if let LinkError::HeldUp { .. } = error {

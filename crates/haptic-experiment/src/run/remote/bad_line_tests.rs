@@ -168,6 +168,7 @@ impl BadPair<'_> {
             found: None,
             own_push_n: None,
             force_limit_n: 10.0,
+            holds: false,
         };
         let Watched {
             request,

@@ -156,6 +156,7 @@ impl<'a, M> RemoteRun<'a, M> {
             found,
             own_push_n: self.law.own_push_n,
             force_limit_n: configuration.limits.force_n.into(),
+            holds,
         })
     }
 }

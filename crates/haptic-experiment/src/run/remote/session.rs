@@ -12,20 +12,22 @@ use crate::run::remote::RemoteDevice;
 use crate::run::remote::partner::{Partner, Side};
 use crate::run::remote::summary::{LinkSummary, summarise};
 use crate::run::schedule::Schedule;
+use crate::run::sensor_offset::SensorOffset;
 use crate::run::tick::{TickRecord, by_device, by_loop, per_axis, sensed_by_device};
 use crate::run::{Ran, Supervisor, close, tell_end};
 use fracdiff::Real;
 use haptic_link::{
-    EventKind, FaultReport, LoopMode, Refusal, Report, Request, Sample, Start, State, Statistics,
+    DeviceReport, EventKind, FaultReport, LoopMode, Refusal, Request, Sample, Start, State,
+    Statistics,
 };
 use haptic_log::record::flaw::LATE_FORCE;
 use haptic_log::record::{DRIVE_END, END, EventMessage, RecordError, StartTime, TickMessage};
 use haptic_loop::realtime::{Moment, RaisedThread};
 use haptic_loop::{
-    Controller, Device, Environment, Reading, SafeForce, Sample as Tick, StartRefused,
+    Controller, Device, Environment, LoopSample as Tick, Reading, SafeForce, StartRefused,
 };
 use haptic_remote::LinkError;
-use haptic_remote::serial::{Heard, SerialError, SerialLink};
+use haptic_remote::serial::{DeviceMessage, SerialError, SerialLink};
 use nalgebra::SVector;
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
@@ -50,6 +52,8 @@ pub(super) struct Ready<'a, M> {
     /// Push of its own motor, N, and the force limit.
     pub own_push_n: Option<f64>,
     pub force_limit_n: f64,
+    /// The device holds its handle from the first tick on.
+    pub holds: bool,
 }
 
 /// A device that is configured, armed by nobody yet, and the log of what is to come.
@@ -159,8 +163,31 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         (self.record, self.recorder, let_go)
     }
 
+    /// The offset of the force sensor of a device that wants a force from its first tick on: by what it shows before, idle.
+    fn sense_offset(&mut self) -> Result<(), SerialError> {
+        let link = &mut self.ready.link;
+        if !self.ready.holds || link.capabilities().sensed_force_max_n <= 0.0 {
+            return Ok(());
+        }
+        link.stream(1, 1)?;
+        let sensor = &mut self.record.sensor;
+        while matches!(sensor, SensorOffset::Measuring { .. }) {
+            match link.hear(AFTER_FAULT) {
+                Some(DeviceMessage::Sample(sample)) => sensor.take_off(&mut TickMessage {
+                    sensed_force_n: sensed_by_device(&sample),
+                    ..TickMessage::at_rest(D)
+                }),
+                Some(DeviceMessage::Event(_)) => {}
+                // A device that is silent, or gone, says so when it is armed.
+                Some(DeviceMessage::Fault(_) | DeviceMessage::Over(_)) | None => break,
+            }
+        }
+        link.stream(0, 1)
+    }
+
     /// Arms and starts; false if the partner left before, or somebody asked to stop.
     fn start(&mut self, ticks: u32, supervisor: Supervisor<'_>) -> Result<bool, SerialError> {
+        self.sense_offset()?;
         self.ready.link.arm(self.ready.device.watchdog())?;
         if let Some(partner) = &self.partner
             && !partner.waits(&self.ready.link, supervisor.stop)
@@ -196,14 +223,14 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         let mut patience = SILENCE;
         loop {
             match self.hear_or_stop(patience, supervisor)? {
-                Some(Heard::Sample(sample)) => {
+                Some(DeviceMessage::Sample(sample)) => {
                     if !self.take_sample(&sample) {
                         break;
                     }
                     (supervisor.progress)(self.counted());
                     self.stop_when_done()?;
                 }
-                Some(Heard::Event(event)) => match event.kind {
+                Some(DeviceMessage::Event(event)) => match event.kind {
                     EventKind::Finished | EventKind::Stopped | EventKind::Disarmed => {
                         self.over = true;
                         // Any other end is one that nobody here has asked for.
@@ -227,14 +254,14 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
                     | EventKind::Started
                     | EventKind::Withdrawn => {}
                 },
-                Some(Heard::Fault(report)) => {
+                Some(DeviceMessage::Fault(report)) => {
                     // Also of one that was to stop, and was on its way to zero: nothing else would end it.
                     self.ends_unasked(Ending::DeviceFault(report));
                     // Until the ramp is over its samples come by themselves; for those behind it, ask.
                     self.stream_after_fault(1);
                     patience = AFTER_FAULT;
                 }
-                Some(Heard::Over(error)) => return Err(error.into()),
+                Some(DeviceMessage::Over(error)) => return Err(error.into()),
                 None if self.record.ended.is_some_and(Ending::is_fault) => break,
                 None => return Err(self.ready.link.silent(SILENCE).into()),
             }
@@ -255,7 +282,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         &mut self,
         patience: Duration,
         supervisor: Supervisor<'_>,
-    ) -> Result<Option<Heard>, SerialError> {
+    ) -> Result<Option<DeviceMessage>, SerialError> {
         /// A pause in which a stop is looked for.
         const PAUSE: Duration = Duration::from_millis(20);
         let mut patience = self.ready.link.patience(patience);
@@ -404,9 +431,9 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             while let (false, Some(heard)) = (self.is_all_told(), self.ready.link.hear(AFTER_FAULT))
             {
                 let goes_on = match heard {
-                    Heard::Sample(sample) => self.take_sample(&sample),
-                    Heard::Over(_) => return,
-                    Heard::Event(_) | Heard::Fault(_) => true,
+                    DeviceMessage::Sample(sample) => self.take_sample(&sample),
+                    DeviceMessage::Over(_) => return,
+                    DeviceMessage::Event(_) | DeviceMessage::Fault(_) => true,
                 };
                 if !goes_on {
                     break;
@@ -421,7 +448,8 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         let mut count = 1;
         while kept.len() < usize::from(count) {
             let index = kept.len() as u16;
-            let Ok(Report::Flight(flight)) = self.ready.link.ask(Request::ReadFlight { index })
+            let Ok(DeviceReport::Flight(flight)) =
+                self.ready.link.ask(Request::ReadFlight { index })
             else {
                 break;
             };
@@ -852,18 +880,18 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         let mut patience = self.ready.link.patience(most);
         while !self.ready.link.is_silent(&mut patience) {
             match self.ready.link.hear(AFTER_FAULT) {
-                Some(Heard::Sample(sample)) => {
+                Some(DeviceMessage::Sample(sample)) => {
                     self.take_sample(&sample);
                 }
-                Some(Heard::Event(event)) => match event.kind {
+                Some(DeviceMessage::Event(event)) => match event.kind {
                     EventKind::Finished
                     | EventKind::Stopped
                     | EventKind::Disarmed
                     | EventKind::Withdrawn => return Last::Over,
                     EventKind::Configured | EventKind::Armed | EventKind::Started => {}
                 },
-                Some(Heard::Fault(report)) => return Last::Fault(report),
-                Some(Heard::Over(_)) | None => break,
+                Some(DeviceMessage::Fault(report)) => return Last::Fault(report),
+                Some(DeviceMessage::Over(_)) | None => break,
             }
         }
         Last::Nothing

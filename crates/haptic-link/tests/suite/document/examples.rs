@@ -4,9 +4,9 @@ use super::reader::Document;
 use super::{frame, frame_with};
 use crate::frames::CONNECTION;
 use haptic_link::{
-    Ack, Batch, BatchItem, CoefficientBlock, Configuration, DigestBuilder, Direction, Field,
-    Header, Hello, Outcome, Refusal, Report, Request, Sample, Scope, Simulation, Start, Status,
-    SurfaceKind, SurfaceShape,
+    Ack, BatchItem, CoefficientBlock, Configuration, DeviceReport, DigestBuilder, Direction, Field,
+    Header, Hello, Outcome, Refusal, Request, Sample, SampleBatch, Scope, Simulation, Start,
+    Status, SurfaceKind, SurfaceShape,
 };
 
 pub(super) fn hex(bytes: &[u8]) -> String {
@@ -72,7 +72,7 @@ fn opening() -> Vec<String> {
         hello(),
         framed(
             "its answer, sequence number 0: connection 0x6A5B4C3D, firmware 0.1.0, boot 77, Idle, no fault",
-            &Report::Hello(Hello {
+            &DeviceReport::Hello(Hello {
                 nonce: 0x1234_5678,
                 connection: CONNECTION,
                 firmware: [0, 1, 0],
@@ -92,7 +92,7 @@ fn configuring() -> Vec<String> {
     let digest = digest.finish();
     let number = digest.to_le_bytes();
     let answer = |outcome| {
-        Report::Ack(Ack {
+        DeviceReport::Ack(Ack {
             sequence: 3,
             request: 4,
             outcome,
@@ -181,7 +181,7 @@ fn running() -> Vec<String> {
         ),
         framed(
             "sample, sequence number 300: tick 256, 1 000 000 µs, 1 mm, −0.5 N wanted and applied",
-            &Report::Sample(Sample {
+            &DeviceReport::Sample(Sample {
                 tick: 256,
                 time_us: 1_000_000,
                 axes: [item(1e-3)].into_iter().collect(),
@@ -192,7 +192,7 @@ fn running() -> Vec<String> {
         ),
         framed(
             "batch of two, sequence number 301",
-            &Report::Batch(Batch {
+            &DeviceReport::Batch(SampleBatch {
                 tick: 257,
                 time_us: 1_001_000,
                 every: 1,
@@ -205,7 +205,7 @@ fn running() -> Vec<String> {
         ),
         framed(
             "sample, sequence number 302: tick 259, 1 003 000 µs, 1 mm, 0.75 N at the force sensor",
-            &Report::Sample(Sample {
+            &DeviceReport::Sample(Sample {
                 tick: 259,
                 time_us: 1_003_000,
                 axes: [item(1e-3)].into_iter().collect(),

@@ -3,7 +3,7 @@
 use super::content;
 use crate::frames::{body, header, line};
 use crate::messages::{reports, requests};
-use haptic_link::{Direction, FRAME_MAX, Receiver, Report, Request, encode};
+use haptic_link::{DeviceReport, Direction, FRAME_MAX, Receiver, Request, encode};
 
 /// Bytes that are a message on their own.
 struct Raw<'a>(&'a [u8]);
@@ -74,7 +74,7 @@ fn a_message_counts_in_one_form_only() {
     }
     for report in reports() {
         let content = content(&line(&report, 1, Direction::FromDevice));
-        has_one_form::<Report>(body(&content, Direction::FromDevice), Direction::FromDevice);
+        has_one_form::<DeviceReport>(body(&content, Direction::FromDevice), Direction::FromDevice);
     }
     // What was found: 135 with a zero behind it armed, 137 started.
     assert!(received::<Request>(&[7, 0, 0], Direction::FromHost).is_some());

@@ -5,7 +5,9 @@ use fracdiff::{Real, Seconds};
 use haptic_loop::units::{
     Kilograms, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond,
 };
-use haptic_loop::{EnergyBounding, Guard, Limits, SafetyChain, SafetyState, SpeedLimit};
+use haptic_loop::{
+    EnergyBounding, PassivityGuard, SafetyChain, SafetyLimits, SafetyState, SpeedLimit,
+};
 use nalgebra::SVector;
 use testkit::Random;
 
@@ -176,12 +178,12 @@ impl Case {
     }
 
     /// The limits of the chain.
-    fn chain_limits(&self, guard: Option<EnergyBounding>) -> Limits {
+    fn chain_limits(&self, guard: Option<EnergyBounding>) -> SafetyLimits {
         let t = self.sample_time;
         let (force, rate) = self.limits;
         let rate = rate.unwrap_or(2.0 * force / t);
-        Limits {
-            guard: guard.map(Guard::EnergyBounding),
+        SafetyLimits {
+            guard: guard.map(PassivityGuard::EnergyBounding),
             norm: self.braking.map(|_| Newtons(force)),
             rise_time: self.braking.map(|_| Seconds(20.0 * t)),
             speed: self.braking.map(|_| SpeedLimit {
@@ -191,7 +193,7 @@ impl Case {
             braking: self.braking.map(NewtonSecondsPerMetre),
             // Heavy enough to bear it, with the sample of delay that is assumed.
             device_mass: self.braking.map(|b| Kilograms(3.01 * b * t)),
-            ..Limits::bare(Newtons(force), NewtonsPerSecond(rate))
+            ..SafetyLimits::bare(Newtons(force), NewtonsPerSecond(rate))
         }
     }
 

@@ -3,7 +3,7 @@
 use super::{DAMPING, MASS, T, bounding, guarded, late, observer};
 use crate::apply;
 use fracdiff::Seconds;
-use haptic_loop::{EnergyBounding, Guard, Limiters};
+use haptic_loop::{EnergyBounding, Limiters, PassivityGuard};
 use nalgebra::{SVector, vector};
 use proptest::prelude::*;
 
@@ -17,7 +17,7 @@ fn single_precision_holds_a_force_for_minutes() {
         (0.0, 2.0, 0.0, 0.5, 300),
         (0.5, 3.0, 5.0, 0.5, 300),
     ] {
-        let guard = Guard::EnergyBounding(EnergyBounding {
+        let guard = PassivityGuard::EnergyBounding(EnergyBounding {
             forget: Seconds(forget),
             ..late(1e-3 * least, 1e-3 * most, 1e-3 * lag)
         });
@@ -89,7 +89,7 @@ proptest! {
     ) {
         let delay_s = delay as f64 * T.0;
         let guard = EnergyBounding { forget: Seconds(forget), ..late(delay_s, delay_s, 0.0) };
-        let (chain, mut state) = guarded::<f64, 2>(Some(Guard::EnergyBounding(guard)), 100.0, 200.0 / T.0);
+        let (chain, mut state) = guarded::<f64, 2>(Some(PassivityGuard::EnergyBounding(guard)), 100.0, 200.0 / T.0);
         let (mut x, mut energy) = (SVector::<f64, 2>::zeros(), 0.0);
         let mut line = [SVector::<f64, 2>::zeros(); 5];
         for (step, wanted) in motions {

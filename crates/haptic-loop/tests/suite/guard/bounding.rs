@@ -4,7 +4,9 @@ use super::{DAMPING, T, bare, bounding, guarded, late, observer};
 use crate::apply;
 use fracdiff::Seconds;
 use haptic_loop::units::{Metres, NewtonSecondsPerMetre};
-use haptic_loop::{EnergyBounding, Fault, Guard, Limiters, Limits, SafetyChain, SafetyState};
+use haptic_loop::{
+    EnergyBounding, Fault, Limiters, PassivityGuard, SafetyChain, SafetyLimits, SafetyState,
+};
 use nalgebra::vector;
 use testkit::Random;
 
@@ -218,9 +220,9 @@ fn a_force_that_was_bounded_has_no_surplus_to_forget() {
 #[test]
 fn what_a_guard_cannot_promise_is_refused() {
     let refused = |bounding| {
-        let limits = Limits {
-            guard: Some(Guard::EnergyBounding(bounding)),
-            ..Limits::default()
+        let limits = SafetyLimits {
+            guard: Some(PassivityGuard::EnergyBounding(bounding)),
+            ..SafetyLimits::default()
         };
         let error = SafetyChain::<f64>::from_limits(&limits, T).expect_err("refused");
         error.to_string()

@@ -5,8 +5,8 @@ use haptic_loop::units::{
     Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond,
 };
 use haptic_loop::{
-    EnergyBounding, Fault, Guard, Limits, PassivityObserver, SafetyChain, SafetyState, SpeedLimit,
-    Stuck, Workspace,
+    EnergyBounding, Fault, PassivityGuard, PassivityObserver, SafetyChain, SafetyLimits,
+    SafetyState, SpeedLimit, Stuck, Workspace,
 };
 use nalgebra::SVector;
 use testkit::Random;
@@ -16,8 +16,8 @@ fn maybe<V>(random: &mut Random, value: impl FnOnce(&mut Random) -> V) -> Option
 }
 
 /// Limits of every size that is accepted.
-fn any_limits(random: &mut Random, sample_time: Seconds) -> Limits {
-    let mut limits = Limits {
+fn any_limits(random: &mut Random, sample_time: Seconds) -> SafetyLimits {
+    let mut limits = SafetyLimits {
         norm: maybe(random, |random| Newtons(random.log_between(0.1, 100.0))),
         rise_time: maybe(random, |random| Seconds(random.log_between(1e-3, 3.0))),
         workspace: maybe(random, |random| Workspace {
@@ -41,7 +41,7 @@ fn any_limits(random: &mut Random, sample_time: Seconds) -> Limits {
             time: Seconds(random.log_between(1e-3, 0.1)),
         }),
         jump: maybe(random, |random| Metres(random.log_between(1e-4, 0.1))),
-        ..Limits::bare(
+        ..SafetyLimits::bare(
             Newtons(random.log_between(0.1, 100.0)),
             NewtonsPerSecond(random.log_between(0.1, 1e6)),
         )
@@ -53,9 +53,9 @@ fn any_limits(random: &mut Random, sample_time: Seconds) -> Limits {
     limits.guard = maybe(random, |random| {
         let damping = NewtonSecondsPerMetre(random.log_between(0.1, 10.0));
         if random.chance(0.5) {
-            Guard::EnergyBounding(EnergyBounding::of(damping))
+            PassivityGuard::EnergyBounding(EnergyBounding::of(damping))
         } else {
-            Guard::Observer(PassivityObserver {
+            PassivityGuard::Observer(PassivityObserver {
                 damping_max: damping,
                 forget: Seconds(0.5),
             })
@@ -81,7 +81,7 @@ impl Envelope {
         &mut self,
         now: &[f64; D],
         before: &[f64; D],
-        limits: &Limits,
+        limits: &SafetyLimits,
         tolerance: f64,
     ) {
         self.ticks = (self.ticks - 1.0).max(0.0);
@@ -110,7 +110,7 @@ const WILD: [f64; 6] = [f64::NAN, f64::INFINITY, 1e38, -1e300, 5e-324, 0.0];
 /// faster, not turn it round.
 fn keeps_its_limits<F: Real, const D: usize>(
     (now, before): (&[f64; D], &[f64; D]),
-    limits: &Limits,
+    limits: &SafetyLimits,
     (step_n, released): (f64, bool),
     tolerance: f64,
 ) {
@@ -122,7 +122,7 @@ fn keeps_its_limits<F: Real, const D: usize>(
         "{}",
         told()
     );
-    let bounding = matches!(limits.guard, Some(Guard::EnergyBounding(_)));
+    let bounding = matches!(limits.guard, Some(PassivityGuard::EnergyBounding(_)));
     let change: [f64; D] = core::array::from_fn(|axis| {
         let (now, before) = (now[axis], before[axis]);
         let taken = bounding && now.abs() <= before.abs() && now * before >= 0.0;
@@ -163,7 +163,7 @@ impl<F: Real, const D: usize> World<F, D> {
     }
 
     /// Whatever happens before a tick. Returns the ticks that are missing before it.
-    fn happens(&mut self, random: &mut Random, limits: &Limits) -> u64 {
+    fn happens(&mut self, random: &mut Random, limits: &SafetyLimits) -> u64 {
         match (60.0 * random.share()) as u32 {
             0 => (self.state.stop(), self.stopped = true).0,
             1 => (self.state).trip(Fault::ALL[(10.0 * random.share()) as usize]),

@@ -5,8 +5,8 @@ use crate::apply;
 use fracdiff::Seconds;
 use haptic_loop::units::{Hertz, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons};
 use haptic_loop::{
-    EnergyBounding, Fault, Guard, Limiters, Limits, SafetyChain, SafetyState, SpeedLimit, Stuck,
-    Workspace,
+    EnergyBounding, Fault, Limiters, PassivityGuard, SafetyChain, SafetyLimits, SafetyState,
+    SpeedLimit, Stuck, Workspace,
 };
 use nalgebra::vector;
 
@@ -62,7 +62,7 @@ fn each_limit_of_the_motion_is_kept_with_no_other_beside_it() {
         (None, Some(speed), None, fast),
         (None, None, Some(stuck), still),
     ] {
-        let chain = chain(Limits {
+        let chain = chain(SafetyLimits {
             workspace,
             speed,
             stuck,
@@ -81,7 +81,7 @@ fn each_limit_of_the_motion_is_kept_with_no_other_beside_it() {
 
 #[test]
 fn a_velocity_beyond_the_number_type_is_a_fault_though_the_way_is_not() {
-    let limits = Limits {
+    let limits = SafetyLimits {
         braking: Some(NewtonSecondsPerMetre(5.0)),
         velocity_bandwidth: Hertz(1e5),
         ..BARE
@@ -97,7 +97,7 @@ fn a_velocity_beyond_the_number_type_is_a_fault_though_the_way_is_not() {
 
 #[test]
 fn the_velocity_is_a_low_pass_of_the_differences() {
-    let chain = chain(Limits {
+    let chain = chain(SafetyLimits {
         braking: Some(NewtonSecondsPerMetre(5.0)),
         ..BARE
     });
@@ -114,7 +114,7 @@ fn the_velocity_is_a_low_pass_of_the_differences() {
 
 #[test]
 fn too_fast_is_braked_and_then_a_fault() {
-    let chain = chain(Limits {
+    let chain = chain(SafetyLimits {
         speed: Some(SpeedLimit {
             soft: MetresPerSecond(1.0),
             hard: MetresPerSecond(2.0),
@@ -148,11 +148,11 @@ fn too_fast_is_braked_and_then_a_fault() {
 
 #[test]
 fn a_device_moved_while_nothing_ran_is_not_too_fast_after_clear() {
-    let chain = chain(Limits {
-        guard: Some(Guard::EnergyBounding(EnergyBounding::of(
+    let chain = chain(SafetyLimits {
+        guard: Some(PassivityGuard::EnergyBounding(EnergyBounding::of(
             NewtonSecondsPerMetre(3.5),
         ))),
-        ..Limits::default()
+        ..SafetyLimits::default()
     });
     let mut state = SafetyState::<f64, 1>::default();
     apply(&chain, &mut state, 0.0, 0.0);

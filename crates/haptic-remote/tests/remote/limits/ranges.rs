@@ -149,10 +149,10 @@ fn what_a_chain_on_the_host_has_goes_over_the_wire_and_is_good() {
     let observer = PassivityObserver::bearable(Kilograms(0.065), Seconds(1e-3));
     for guard in [
         None,
-        Some(haptic_loop::Guard::EnergyBounding(bounding)),
-        Some(haptic_loop::Guard::Observer(observer)),
+        Some(haptic_loop::PassivityGuard::EnergyBounding(bounding)),
+        Some(haptic_loop::PassivityGuard::Observer(observer)),
     ] {
-        let limits = haptic_loop::Limits {
+        let limits = haptic_loop::SafetyLimits {
             norm: Some(Newtons(5.0)),
             workspace: Some(Workspace {
                 low: Metres(-0.1),
@@ -165,7 +165,7 @@ fn what_a_chain_on_the_host_has_goes_over_the_wire_and_is_good() {
             }),
             velocity_bandwidth: Hertz(30.0),
             guard,
-            ..haptic_loop::Limits::default()
+            ..haptic_loop::SafetyLimits::default()
         };
         let wire = haptic_remote::wire_limits(&limits, Seconds(1e-3));
         let want = Limits {
@@ -186,7 +186,7 @@ fn what_a_chain_on_the_host_has_goes_over_the_wire_and_is_good() {
         let mut bench = Bench::ideal();
         set(&mut bench, plain(100.0, wire)).expect("good parameters");
     }
-    let bare = haptic_loop::Limits::bare(Newtons(10.0), NewtonsPerSecond(1000.0));
+    let bare = haptic_loop::SafetyLimits::bare(Newtons(10.0), NewtonsPerSecond(1000.0));
     let wire = haptic_remote::wire_limits(&bare, Seconds(1e-3));
     assert_eq!(wire, Limits::bare(10.0, 1000.0));
 }

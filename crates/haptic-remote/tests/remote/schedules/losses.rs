@@ -3,7 +3,7 @@
 use super::Told;
 use crate::line::{Bench, START, spring};
 use haptic_emulator::LineFaults;
-use haptic_link::{Report, Request, Sample, Statistics};
+use haptic_link::{DeviceReport, Request, Sample, Statistics};
 
 /// A session whose line has had these faults for a while.
 fn damaged(seed: u64, faults: LineFaults) -> Bench {
@@ -29,7 +29,7 @@ fn losses(seed: u64, faults: LineFaults) {
     let told = Told(seed);
     let mut bench = damaged(seed, faults);
     // The first good frame after the damage tells of all that are missing before it.
-    let Report::Statistics(device) = bench.done(Request::GetStatistics) else {
+    let DeviceReport::Statistics(device) = bench.done(Request::GetStatistics) else {
         panic!("no statistics");
     };
     bench.run_ms(5);

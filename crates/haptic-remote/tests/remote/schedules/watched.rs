@@ -2,7 +2,7 @@
 
 use crate::line::{Bench, STEP_US};
 use haptic_emulator::LineFaults;
-use haptic_link::{Limits, Refusal, Report, State};
+use haptic_link::{DeviceReport, Limits, Refusal, State};
 use haptic_remote::LinkError;
 
 /// What a device does at the moment.
@@ -54,7 +54,7 @@ impl Watched {
         }
     }
 
-    pub(super) fn step(&mut self) -> Result<Option<Result<Report, Refusal>>, LinkError> {
+    pub(super) fn step(&mut self) -> Result<Option<Result<DeviceReport, Refusal>>, LinkError> {
         let answer = self.bench.step();
         self.check();
         answer

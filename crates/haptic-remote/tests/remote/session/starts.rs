@@ -4,7 +4,7 @@ use super::{armed, armed_host_loop, fault, started};
 use crate::line::{Bench, START};
 use haptic_emulator::LineFaults;
 use haptic_link::{
-    Event, EventKind, FRAME_MAX, Header, Refusal, Report, Request, Start, State, encode,
+    DeviceReport, Event, EventKind, FRAME_MAX, Header, Refusal, Request, Start, State, encode,
 };
 use haptic_remote::Incoming;
 
@@ -46,7 +46,7 @@ fn a_start_that_is_sent_again_after_its_run_has_ended_starts_nothing() {
 }
 
 /// Asks for a start whose answer the line loses, and all else for so long.
-fn start_unheard(bench: &mut Bench, lost_ms: u64) -> Report {
+fn start_unheard(bench: &mut Bench, lost_ms: u64) -> DeviceReport {
     let lost = LineFaults {
         drop: 1.0,
         ..LineFaults::default()
@@ -72,7 +72,7 @@ fn the_first_sample_of_a_run_answers_its_start_so_that_a_loop_on_the_host_answer
     // The watchdog has 20 ms, another try comes after 50 ms.
     let asked_us = bench.now_us;
     let answer = start_unheard(&mut bench, 5);
-    assert!(matches!(answer, Report::Sample(_)), "{answer:?}");
+    assert!(matches!(answer, DeviceReport::Sample(_)), "{answer:?}");
     assert!(bench.now_us - asked_us < 10_000, "{}", bench.now_us);
     bench.run_ms(200);
     assert_eq!((fault(&bench), bench.state()), (None, State::Running));
@@ -81,7 +81,7 @@ fn the_first_sample_of_a_run_answers_its_start_so_that_a_loop_on_the_host_answer
 }
 
 /// What the host makes of a frame of the device that is so far ahead of those that came.
-fn heard(bench: &mut Bench, report: &Report, ahead: u16) -> Option<Incoming> {
+fn heard(bench: &mut Bench, report: &DeviceReport, ahead: u16) -> Option<Incoming> {
     let mut line = [0; FRAME_MAX];
     let sequence = (bench.host.counters().line.received as u16).wrapping_add(ahead);
     let length = encode(report, Header::from_device(sequence), &mut line).expect("fits");
@@ -99,7 +99,7 @@ fn only_what_is_heard_of_the_new_run_answers_its_start() {
     bench.run_ms(200);
     let mut sample = bench.samples().next_back().expect("it ran").clone();
     let event = |kind| {
-        Report::Event(Event {
+        DeviceReport::Event(Event {
             kind,
             tick: 0,
             time_us: 0,
@@ -114,7 +114,7 @@ fn only_what_is_heard_of_the_new_run_answers_its_start() {
     // The last of the run before, late.
     sample.tick += 1;
     for (ahead, old) in [
-        (10, Report::Sample(sample.clone())),
+        (10, DeviceReport::Sample(sample.clone())),
         (20, event(EventKind::Stopped)),
     ] {
         let old = heard(&mut bench, &old, ahead);
@@ -123,7 +123,7 @@ fn only_what_is_heard_of_the_new_run_answers_its_start() {
     assert!(bench.host.is_waiting());
     // Its ticks count anew.
     sample.tick = 0;
-    let new = heard(&mut bench, &Report::Sample(sample), 30);
+    let new = heard(&mut bench, &DeviceReport::Sample(sample), 30);
     assert!(matches!(new, Some(Incoming::Begun(_))), "{new:?}");
     assert!(!bench.host.is_waiting());
     // The device says so.

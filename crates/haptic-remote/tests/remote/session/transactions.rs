@@ -3,7 +3,7 @@
 use crate::line::{Bench, START, beyond, spring, transaction};
 use fracdiff::{PortableOperator, portable::Form};
 use haptic_link::{
-    Configuration, EventKind, Field, OperatorForm, OperatorShape, Refusal, Report, Request,
+    Configuration, DeviceReport, EventKind, Field, OperatorForm, OperatorShape, Refusal, Request,
 };
 use haptic_loop::units::Metres;
 use haptic_loop::{Contact, DepthMap, Environment, SpringDamper};
@@ -14,7 +14,7 @@ fn a_configuration_takes_effect_as_a_whole_and_reads_back() {
     let (mut configuration, _) = spring();
     configuration.operator.count = 40;
     let mut bench = Bench::configured(configuration, &values);
-    let Report::Configuration {
+    let DeviceReport::Configuration {
         configuration: have,
         ..
     } = bench.done(Request::GetConfiguration)
@@ -24,7 +24,8 @@ fn a_configuration_takes_effect_as_a_whole_and_reads_back() {
     assert_eq!(have, configuration);
     let mut back = Vec::new();
     for offset in [0, 16, 32] {
-        let Report::Coefficients(block) = bench.done(Request::GetCoefficients { offset }) else {
+        let DeviceReport::Coefficients(block) = bench.done(Request::GetCoefficients { offset })
+        else {
             panic!("no coefficients");
         };
         back.extend(block.values);

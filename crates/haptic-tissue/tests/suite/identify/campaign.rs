@@ -3,7 +3,7 @@
 
 use super::recovery::{holds, noise};
 use haptic_tissue::identify::{
-    CANDIDATES, Identification, Options, Reading, Record, RecordKind, identify,
+    CANDIDATES, Identification, Options, Record, RecordKind, TableDetails, identify,
 };
 use haptic_tissue::{Model, ModelKind};
 use measured_table::{Column, Columns};
@@ -177,7 +177,7 @@ fn record(kind: Kind, model: &Model, count: usize, noise: &[f64]) -> Record {
                 ],
                 ..Columns::default()
             };
-            let understood = Reading::default().record(columns);
+            let understood = TableDetails::default().record(columns);
             return understood.map(|one| one.record).expect("a record of creep");
         }
     };

@@ -3,7 +3,7 @@
 use super::layouts::reader;
 use super::{candidate, one};
 use haptic_loop::{Loading, LoadingKind};
-use haptic_tissue::identify::{IdentifyError, Reading};
+use haptic_tissue::identify::{IdentifyError, TableDetails};
 use measured_table::{Reader, read_table};
 use std::path::PathBuf;
 use testkit::{assert_close, assert_relative};
@@ -48,7 +48,7 @@ fn bytes(name: &str) -> Vec<u8> {
 }
 
 /// Indentations are those of a sphere of 5 mm, or of 27.5 µm.
-fn reading(name: &str) -> Reading {
+fn reading(name: &str) -> TableDetails {
     let is_small = name.starts_with("lines");
     let mut pressed = ["m3", "c28", "c29"].iter();
     let is_pressed = is_small || pressed.any(|start| name.starts_with(start));
@@ -56,14 +56,14 @@ fn reading(name: &str) -> Reading {
         radius_m: Some(if is_small { 27.5e-6 } else { 5e-3 }),
         ..Loading::new(LoadingKind::Sphere)
     };
-    Reading {
+    TableDetails {
         loading: if is_pressed {
             sphere
         } else {
-            Reading::default().loading
+            TableDetails::default().loading
         },
         loading_is_told: is_pressed,
-        ..Reading::default()
+        ..TableDetails::default()
     }
 }
 

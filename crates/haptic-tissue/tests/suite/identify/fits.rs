@@ -1,7 +1,7 @@
 //! What is held, what is a candidate, and the noise of several motions.
 
 use super::{candidate, one};
-use haptic_tissue::identify::{Held, Identification, Options, Record, identify};
+use haptic_tissue::identify::{HeldParameter, Identification, Options, Record, identify};
 use haptic_tissue::{Model, ModelKind};
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
@@ -37,7 +37,7 @@ fn held(record: &Record, kind: &str, held: &[(&str, f64, f64)]) -> Identificatio
 }
 
 fn holding(kind: &str, held: &[(&str, f64, f64)]) -> Options {
-    let held = held.iter().map(|&(name, low, high)| Held {
+    let held = held.iter().map(|&(name, low, high)| HeldParameter {
         name: name.to_owned(),
         low,
         high,

@@ -1,6 +1,6 @@
 //! Files in the layouts of instruments and programs: every row is read, in SI units, without a word or with at most two.
 
-use haptic_tissue::identify::{IdentifyError, Reading};
+use haptic_tissue::identify::{IdentifyError, TableDetails};
 use measured_table::{Choice, Column, Columns, Reader, read_table};
 use testkit::assert_relative;
 
@@ -171,7 +171,7 @@ fn what_needs_a_word_says_so() {
         }
         let table = read_table(&bytes(&name)).expect("a table");
         let record = Reader::default().read(table).map_err(IdentifyError::from);
-        let record = record.and_then(|columns| Reading::default().record(columns));
+        let record = record.and_then(|columns| TableDetails::default().record(columns));
         let message = record.expect_err(&name).to_string();
         let asked = ["`columns`", "`segment`", "`strain`", "`loading`"];
         assert!(

@@ -1,7 +1,7 @@
 //! Records at several temperatures: the shifts that made them come out, and those that others publish.
 
 use super::{candidate, one};
-use haptic_tissue::identify::{MasterCurve, Reading, Record, ShiftBy, master_curve};
+use haptic_tissue::identify::{MasterCurve, Record, ShiftBy, TableDetails, master_curve};
 use haptic_tissue::{Model, ModelKind};
 use measured_table::{Reader, read_table};
 
@@ -239,7 +239,7 @@ fn segments(table: &str) -> Vec<(f64, Record)> {
     let all = reader.read_all(&read_table(table.as_bytes()).expect("a table"));
     let records = all.expect("segments").into_iter().map(|columns| {
         let celsius = columns.temperature_c.expect("a temperature");
-        let read = Reading::default().record(columns).expect("a record");
+        let read = TableDetails::default().record(columns).expect("a record");
         (celsius, read.record)
     });
     records.collect()

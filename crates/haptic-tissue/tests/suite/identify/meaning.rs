@@ -3,12 +3,13 @@
 use super::candidate;
 use haptic_loop::{Loading, LoadingKind};
 use haptic_tissue::identify::{
-    ContactPoint, Identification, IdentifyError, Options, Reading, RecordKind, Understood, identify,
+    ContactPoint, Identification, IdentifyError, Options, RecordKind, TableDetails, Understood,
+    identify,
 };
 use measured_table::{Reader, read_table};
 use testkit::assert_relative;
 
-pub(super) fn understood(table: &str, reading: &Reading) -> Result<Understood, IdentifyError> {
+pub(super) fn understood(table: &str, reading: &TableDetails) -> Result<Understood, IdentifyError> {
     reading.record(Reader::default().read(read_table(table.as_bytes())?)?)
 }
 
@@ -61,7 +62,7 @@ fn other_moduli_of_a_rheometer_are_storage_and_loss() {
         tangents("Complex modulus |E*| (kPa)", phase, 1e-3),
         phases,
     ] {
-        let read = understood(&table, &Reading::default()).expect("a sweep");
+        let read = understood(&table, &TableDetails::default()).expect("a sweep");
         assert_eq!(read.record.kind(), RecordKind::Oscillation);
         let made = read
             .notes
@@ -72,11 +73,11 @@ fn other_moduli_of_a_rheometer_are_storage_and_loss() {
     }
     // Measured ones are taken as they are.
     let both = "omega_rad_s,storage_modulus_pa,loss_modulus_pa,loss_tangent\n1,3,2,9\n10,5,3,9\n100,9,6,9\n";
-    let read = understood(both, &Reading::default()).expect("a sweep");
+    let read = understood(both, &TableDetails::default()).expect("a sweep");
     assert_eq!(read.record.second(), [2.0, 3.0, 6.0]);
-    let touched = Reading {
+    let touched = TableDetails {
         contact: ContactPoint::Fitted,
-        ..Reading::default()
+        ..TableDetails::default()
     };
     let refused = understood(both, &touched)
         .expect_err("no indenter")
@@ -86,7 +87,7 @@ fn other_moduli_of_a_rheometer_are_storage_and_loss() {
         "{refused}"
     );
     let beyond = "omega_rad_s,complex_modulus_pa,phase_rad\n1,3,0.3\n10,5,2\n";
-    let refused = understood(beyond, &Reading::default()).expect_err("beyond 90 degrees");
+    let refused = understood(beyond, &TableDetails::default()).expect_err("beyond 90 degrees");
     let refused = refused.to_string();
     assert!(
         refused.starts_with("line 3: loss modulus") && refused.contains("is not above 0 Pa"),
@@ -97,13 +98,13 @@ fn other_moduli_of_a_rheometer_are_storage_and_loss() {
 #[test]
 fn compression_may_be_written_below_0() {
     let table = include_str!("../../golden/meaning/negative-relaxation.csv");
-    let reading = Reading {
+    let reading = TableDetails {
         strain: Some(0.05),
         loading: Loading {
             area_m2: Some(4e-4),
             ..Loading::new(LoadingKind::Compression)
         },
-        ..Reading::default()
+        ..TableDetails::default()
     };
     let [down, up] = [table.to_owned(), table.replace(",-", ",")]
         .map(|table| understood(&table, &reading).expect("read"));
@@ -122,12 +123,12 @@ fn compression_may_be_written_below_0() {
         format!("time_s,strain,stress_pa\n{}", rows.collect::<String>())
     };
     let [down, up] =
-        [-1.0, 1.0].map(|sign| understood(&motion(sign), &Reading::default()).expect("read"));
+        [-1.0, 1.0].map(|sign| understood(&motion(sign), &TableDetails::default()).expect("read"));
     assert_eq!(down.record, up.record);
     let creep = "time_s,strain\n1,-0.001\n2,-0.0012\n4,-0.0015\n8,-0.0019\n";
-    let reading = Reading {
+    let reading = TableDetails {
         stress_pa: Some(100.0),
-        ..Reading::default()
+        ..TableDetails::default()
     };
     let [down, up] = [creep.to_owned(), creep.replace(",-", ",")]
         .map(|table| understood(&table, &reading).expect("read"));
@@ -137,10 +138,10 @@ fn compression_may_be_written_below_0() {
 #[test]
 fn a_ramp_that_no_column_tells_is_told_by_its_time() {
     let table = include_str!("../../golden/meaning/ramp-in-relaxation.csv");
-    let reading = |ramp_time_s| Reading {
+    let reading = |ramp_time_s| TableDetails {
         strain: Some(0.05),
         ramp_time_s,
-        ..Reading::default()
+        ..TableDetails::default()
     };
     let step = understood(table, &reading(None)).expect("a step");
     let found = fitted(&step);
@@ -175,7 +176,7 @@ fn a_ramp_that_no_column_tells_is_told_by_its_time() {
     let creep = "time_s,creep_compliance_per_pa\n1,1e-3\n2,2e-3\n";
     let refused = understood(
         creep,
-        &Reading {
+        &TableDetails {
             strain: None,
             ..reading(Some(1.0))
         },

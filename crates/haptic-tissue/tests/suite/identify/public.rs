@@ -3,7 +3,7 @@
 use super::meaning::understood;
 use super::{one, read_public};
 use haptic_tissue::ModelKind;
-use haptic_tissue::identify::Reading;
+use haptic_tissue::identify::TableDetails;
 
 /// Root of the mean square of the logarithms at the best spring-pot of 40 starts, of `tests/golden/meaning/make_golden.py` with the
 /// folder of the records. One of equal frequencies is among them.
@@ -22,7 +22,7 @@ fn public_records_are_fitted_as_well_as_scipy_does() {
         return;
     };
     for ((name, best), table) in BEST.iter().zip(tables) {
-        let read = understood(&table, &Reading::default()).expect(name);
+        let read = understood(&table, &TableDetails::default()).expect(name);
         let rms = one(&read.record, ModelKind::SpringPot).fits[0].rms;
         assert!(rms <= 1.001 * best, "{name}: {rms} {best}");
         // Nor better, or it would be another objective.

@@ -1,20 +1,20 @@
 //! Tables as rheometers and testing machines write them, and tables that are wrong.
 
 use haptic_loop::{Loading, LoadingKind, Modulus};
-use haptic_tissue::identify::{IdentifyError, Reading, RecordKind, Understood};
+use haptic_tissue::identify::{IdentifyError, RecordKind, TableDetails, Understood};
 use measured_table::{Choice, Column, Columns, Reader, read_record, read_table};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use testkit::assert_relative;
 
-fn understand(text: &str, reader: &Reader, reading: &Reading) -> Result<Understood, String> {
+fn understand(text: &str, reader: &Reader, reading: &TableDetails) -> Result<Understood, String> {
     let table = read_table(text.as_bytes()).map_err(|error| error.to_string())?;
     let columns = reader.read(table).map_err(|error| error.to_string())?;
     reading.record(columns).map_err(|error| error.to_string())
 }
 
 fn plain(text: &str) -> Understood {
-    understand(text, &Reader::default(), &Reading::default())
+    understand(text, &Reader::default(), &TableDetails::default())
         .unwrap_or_else(|error| panic!("{text}\n{error}"))
 }
 
@@ -77,9 +77,9 @@ fn forces_and_positions_become_stresses_and_strains() {
         thickness_m: Some(0.02),
         ..Loading::new(LoadingKind::Compression)
     };
-    let reading = Reading {
+    let reading = TableDetails {
         loading,
-        ..Reading::default()
+        ..TableDetails::default()
     };
     let text = "Time (s),Extension (mm),Load (N)\n0,0,0\n1,1,2\n2,1,1.5\n";
     let record = understand(text, &Reader::default(), &reading)
@@ -88,13 +88,13 @@ fn forces_and_positions_become_stresses_and_strains() {
     assert_eq!(record.kind(), RecordKind::History);
     assert!((record.first()[1] - 0.05).abs() < 1e-15 && (record.second()[1] - 5000.0).abs() < 1e-9);
     // A held strain makes a relaxation of it.
-    let held = Reading {
+    let held = TableDetails {
         strain: Some(0.05),
         loading: Loading {
             area_m2: Some(4e-4),
             ..Loading::new(LoadingKind::Compression)
         },
-        ..Reading::default()
+        ..TableDetails::default()
     };
     let record = understand("t,F (N)\n1,2\n2,1.5\n", &Reader::default(), &held)
         .expect("valid")
@@ -147,11 +147,11 @@ fn headers_tell_the_loading_and_the_modulus() {
         );
     }
     // What is told counts more than symbols, but not more than words.
-    let tension = Reading {
+    let tension = TableDetails {
         loading: Loading::new(LoadingKind::Tension),
         loading_is_told: true,
         poisson_ratio: Some(0.4),
-        ..Reading::default()
+        ..TableDetails::default()
     };
     let read = |header: &str| {
         understand(
@@ -206,10 +206,10 @@ fn a_loading_that_does_not_fit_is_refused_with_the_remedy() {
         let (kind, sizes) = given.split_once(' ').unwrap_or((&given, ""));
         let mut kinds = LoadingKind::ALL.into_iter();
         let kind = kinds.find(|one| one.name() == kind).expect("a kind");
-        let mut reading = Reading {
+        let mut reading = TableDetails {
             loading: Loading::new(kind),
             loading_is_told: true,
-            ..Reading::default()
+            ..TableDetails::default()
         };
         for size in sizes.split_whitespace() {
             let (name, value) = size.split_once('=').unwrap_or((size, "1"));
@@ -261,11 +261,11 @@ fn force_and_depth_become_the_stress_of_a_strain() {
         ),
     ];
     for (loading, poisson_ratio, per_pa, e) in cases {
-        let reading = Reading {
+        let reading = TableDetails {
             loading,
             loading_is_told: true,
             poisson_ratio,
-            ..Reading::default()
+            ..TableDetails::default()
         };
         let force = [0.5, 1.0].map(|share| spring(per_pa * share));
         let text = format!(
@@ -295,10 +295,10 @@ fn force_and_depth_become_the_stress_of_a_strain() {
         bonded: true,
         ..Loading::new(LoadingKind::Compression)
     };
-    let reading = Reading {
+    let reading = TableDetails {
         loading: slab,
         loading_is_told: true,
-        ..Reading::default()
+        ..TableDetails::default()
     };
     let text = "t (s),Depth (mm),F (N)\n0,0,0\n1,1,2\n2,1,1\n";
     let record = understand(text, &Reader::default(), &reading)
@@ -307,7 +307,7 @@ fn force_and_depth_become_the_stress_of_a_strain() {
     let factor = 1.0 + 4e-4 / (2.0 * std::f64::consts::PI * 1e-4);
     assert_relative("stress", record.second()[1], 2.0 / 4e-4 / factor, 1e-14);
     // And held.
-    let held = Reading {
+    let held = TableDetails {
         strain: Some(0.1),
         ..reading
     };
@@ -337,10 +337,10 @@ fn an_unknown_loading_may_move_beyond_the_thickness() {
         ..Loading::new(LoadingKind::Compression)
     };
     for (loading_is_told, said) in [(false, "a motion"), (true, "is beyond the thickness")] {
-        let reading = Reading {
+        let reading = TableDetails {
             loading: sizes,
             loading_is_told,
-            ..Reading::default()
+            ..TableDetails::default()
         };
         let text = "Time (s),Extension (mm),Load (N)\n0,0,0\n1,20,2\n2,40,3\n";
         let have = match understand(text, &Reader::default(), &reading) {
@@ -371,7 +371,7 @@ fn columns_units_and_range_can_be_given() {
         ..Reader::default()
     };
     let text = "# made by hand\na,Value,Temperature\n0,9,20\n1,8,20\n\n2,7,20\n3,,20\n4,6,20\n";
-    let understood = understand(text, &reader, &Reading::default()).expect("valid");
+    let understood = understand(text, &reader, &TableDetails::default()).expect("valid");
     assert_eq!(understood.record.x(), [2e-3, 4e-3]);
     assert_eq!(understood.record.first(), [7e3, 6e3]);
     let said = understood.notes.join("\n");
@@ -390,7 +390,7 @@ fn columns_units_and_range_can_be_given() {
         columns: places.into(),
         ..Reader::default()
     };
-    let read = understand("1,8\n2,7\n", &reader, &Reading::default()).expect("valid");
+    let read = understand("1,8\n2,7\n", &reader, &TableDetails::default()).expect("valid");
     assert_eq!(read.record.samples(), 2);
 }
 
@@ -412,9 +412,9 @@ fn columns_that_are_named_are_those_that_count() {
             columns: columns.collect(),
             ..Reader::default()
         };
-        let reading = Reading {
+        let reading = TableDetails {
             kind: Some(kind),
-            ..Reading::default()
+            ..TableDetails::default()
         };
         understand(text, &reader, &reading)
     };
@@ -468,9 +468,9 @@ fn a_bad_table_is_refused_with_line_column_and_remedy() {
         let kind = RecordKind::ALL
             .into_iter()
             .find(|known| known.name() == kind);
-        let reading = Reading {
+        let reading = TableDetails {
             kind,
-            ..Reading::default()
+            ..TableDetails::default()
         };
         let message = understand(&text, &Reader::default(), &reading).expect_err(&text);
         for wanted in wanted.split(" & ") {
@@ -510,7 +510,7 @@ fn what_is_no_text_and_a_unit_of_something_else_are_refused() {
             units,
             ..Reader::default()
         };
-        let refused = understand(text, &reader, &Reading::default());
+        let refused = understand(text, &reader, &TableDetails::default());
         told(&refused.expect_err(words), words);
     }
 }
@@ -678,7 +678,8 @@ const FOUND: &str = r#"
 #[test]
 fn what_was_found_where_is_said_in_one_line() {
     for [text, wanted] in testkit::table(FOUND) {
-        let message = understand(&text, &Reader::default(), &Reading::default()).expect_err(&text);
+        let message =
+            understand(&text, &Reader::default(), &TableDetails::default()).expect_err(&text);
         for wanted in wanted.split(" & ") {
             assert!(
                 message.contains(wanted),
@@ -692,13 +693,15 @@ fn what_was_found_where_is_said_in_one_line() {
         "time_s,relaxation_modulus_pa\n1,{}\n2,3\n",
         "9".repeat(1 << 20)
     );
-    let message = understand(&long, &Reader::default(), &Reading::default()).expect_err("long");
+    let message =
+        understand(&long, &Reader::default(), &TableDetails::default()).expect_err("long");
     assert!(
         message.starts_with("line 2") && message.len() < 300,
         "{message}"
     );
     let line = "x".repeat(1 << 22);
-    let message = understand(&line, &Reader::default(), &Reading::default()).expect_err("long");
+    let message =
+        understand(&line, &Reader::default(), &TableDetails::default()).expect_err("long");
     assert!(
         message.contains("no row with numbers in 1 lines"),
         "{message}"
@@ -760,13 +763,13 @@ fn columns_that_nobody_named_are_not_looked_at() {
             .into(),
         ..Reader::default()
     };
-    let record = understand(text, &reader, &Reading::default())
+    let record = understand(text, &reader, &TableDetails::default())
         .expect("valid")
         .record;
     assert_eq!((record.samples(), record.x()), (3, &[1.0, 2.0, 3.0][..]));
     // A frequency in 1/s is asked for there too.
     let text = "Frequency (1/s),a,b\n1,5,1\n2,6,2\n3,7,3\n";
-    let refused = understand(text, &reader, &Reading::default()).expect_err("asked");
+    let refused = understand(text, &reader, &TableDetails::default()).expect_err("asked");
     assert!(refused.contains("Hz or rad/s"), "{refused}");
 }
 
@@ -796,7 +799,7 @@ fn damaged_tables_never_panic() {
         let record = read_table(&bytes)
             .and_then(|table| Reader::default().read(table))
             .map_err(IdentifyError::from)
-            .and_then(|columns| Reading::default().record(columns));
+            .and_then(|columns| TableDetails::default().record(columns));
         match record {
             Ok(_) => read += 1,
             Err(error) => {
@@ -833,13 +836,13 @@ fn a_bad_row_is_left_out_by_name_where_that_is_asked_for() {
             rows.insert(line.parse::<usize>().expect("a line") - 2, row.to_owned());
         }
         let text = format!("time_s,relaxation_modulus_pa\n{}\n", rows.join("\n"));
-        let refused = understand(&text, &Reader::default(), &Reading::default());
+        let refused = understand(&text, &Reader::default(), &TableDetails::default());
         assert!(refused.expect_err(&bad).starts_with("line "), "{bad}");
         let reader = Reader {
             skip_bad_rows: true,
             ..Reader::default()
         };
-        let said = match understand(&text, &reader, &Reading::default()) {
+        let said = match understand(&text, &reader, &TableDetails::default()) {
             Ok(read) => {
                 assert_eq!(read.record.samples(), 24, "{bad}");
                 read.notes.join("; ")
@@ -874,7 +877,7 @@ fn segments_that_go_on_with_the_clock_are_one_motion() {
     let mut joined = Columns::joined(all.clone());
     let one = joined.pop().expect("one");
     assert!(joined.is_empty());
-    let read = Reading::default().record(one).expect("a creep");
+    let read = TableDetails::default().record(one).expect("a creep");
     assert_eq!(read.record.kind(), RecordKind::Creep);
     let found = super::one(&read.record, haptic_tissue::ModelKind::SpringPot);
     let values = &found.fits[0].parameters;

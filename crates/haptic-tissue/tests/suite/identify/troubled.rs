@@ -2,16 +2,18 @@
 
 use haptic_loop::{Loading, LoadingKind};
 use haptic_tissue::ModelKind;
-use haptic_tissue::identify::{Identification, Options, Reading, RecordKind, Understood, identify};
+use haptic_tissue::identify::{
+    Identification, Options, RecordKind, TableDetails, Understood, identify,
+};
 use measured_table::{Reader, read_table};
 use testkit::assert_relative;
 
 /// The record of these files, loaded so; none where they are not there.
 fn read(names: &[&str], loading: Loading) -> Option<Understood> {
-    let reading = Reading {
+    let reading = TableDetails {
         loading,
         loading_is_told: true,
-        ..Reading::default()
+        ..TableDetails::default()
     };
     read_as(names, &reading)
 }
@@ -26,7 +28,7 @@ fn folder() -> Option<std::path::PathBuf> {
     folder
 }
 
-fn read_as(names: &[&str], reading: &Reading) -> Option<Understood> {
+fn read_as(names: &[&str], reading: &TableDetails) -> Option<Understood> {
     let folder = folder()?;
     let one = |name: &&str| {
         let bytes = std::fs::read(folder.join(name)).expect("a file");
@@ -141,9 +143,9 @@ fn spring_pot(understood: &Understood) -> ([f64; 2], String) {
 #[test]
 fn creep_as_strain_and_stress_is_fitted_in_the_strain() {
     for kind in [None, Some(RecordKind::History), Some(RecordKind::Creep)] {
-        let reading = Reading {
+        let reading = TableDetails {
             kind,
-            ..Reading::default()
+            ..TableDetails::default()
         };
         let Some(creep) = read_as(&["creep-strain-stress.csv"], &reading) else {
             return;
@@ -157,9 +159,9 @@ fn creep_as_strain_and_stress_is_fitted_in_the_strain() {
 
 #[test]
 fn a_ramp_inside_a_relaxation_names_its_time() {
-    let strain = Reading {
+    let strain = TableDetails {
         strain: Some(0.05),
-        ..Reading::default()
+        ..TableDetails::default()
     };
     let Some(folder) = folder() else { return };
     let bytes = std::fs::read(folder.join("ramp-inside-relaxation.csv")).expect("a file");
@@ -171,7 +173,7 @@ fn a_ramp_inside_a_relaxation_names_its_time() {
         refused.to_string().contains("give `ramp_time_s` = 1s,"),
         "{refused}"
     );
-    let ramp = Reading {
+    let ramp = TableDetails {
         ramp_time_s: Some(1.0),
         ..strain
     };

@@ -3,12 +3,12 @@
 use super::{candidate, one};
 use haptic_loop::{Loading, LoadingKind};
 use haptic_tissue::identify::{
-    Held, IdentifyError, Options, Reading, Record, Understood, identify,
+    HeldParameter, IdentifyError, Options, Record, TableDetails, Understood, identify,
 };
 use measured_table::{Reader, read_table};
 use testkit::assert_relative;
 
-fn read(table: &str, reading: &Reading) -> Result<Understood, IdentifyError> {
+fn read(table: &str, reading: &TableDetails) -> Result<Understood, IdentifyError> {
     reading.record(Reader::default().read(read_table(table.as_bytes())?)?)
 }
 
@@ -22,15 +22,15 @@ fn depths(samples: u32) -> String {
     "Depth (um),Force (N)\n".to_owned() + &rows.collect::<String>()
 }
 
-fn sphere() -> Reading {
+fn sphere() -> TableDetails {
     let loading = Loading {
         radius_m: Some(5e-3),
         ..Loading::new(LoadingKind::Sphere)
     };
-    Reading {
+    TableDetails {
         loading,
         loading_is_told: true,
-        ..Reading::default()
+        ..TableDetails::default()
     }
 }
 
@@ -62,7 +62,7 @@ fn a_motion_with_equal_times_is_fitted_without_memory() {
     assert_relative("E", found.fits[0].parameters[0].value, wanted, 1e-6);
     let held = Options {
         candidates: vec![candidate("spring-pot")],
-        held: vec![Held {
+        held: vec![HeldParameter {
             name: "order".to_owned(),
             low: 0.0,
             high: 0.0,
@@ -106,9 +106,9 @@ fn a_sweep_of_amplitude_is_told_from_one_of_frequency() {
 fn a_held_strain_may_have_either_sign() {
     let rows = (1..20).map(|n| format!("{n},-0.05,{}\n", -50.0 * f64::from(n).powf(-0.2)));
     let table = "time_s,strain,stress_pa\n".to_owned() + &rows.collect::<String>();
-    let reading = |strain: f64| Reading {
+    let reading = |strain: f64| TableDetails {
         strain: Some(strain),
-        ..Reading::default()
+        ..TableDetails::default()
     };
     for strain in [0.05, -0.05] {
         let read = read(&table, &reading(strain)).expect("a relaxation");

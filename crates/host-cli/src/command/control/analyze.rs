@@ -9,7 +9,7 @@ use clap::Args;
 use fractional_control::analysis::LoopPoint;
 use haptic_experiment::Failure;
 use haptic_experiment::question::analysis::decibel;
-use haptic_experiment::question::control_loop::analysis::Curve;
+use haptic_experiment::question::control_loop::analysis::AnalysisCurve;
 
 /// Judge whether a loop is stable, why and by how much; or list the poles of a plant
 ///
@@ -49,13 +49,13 @@ impl Arguments {
         let mut outputs = self.files.look(stem, &[])?;
         let found = asked.analysed()?;
         let files = match &found.curve {
-            Curve::Loop(analysis) => {
+            AnalysisCurve::Loop(analysis) => {
                 let closed = |at: &LoopPoint| [at.sensitivity(), at.complementary()].map(decibel);
                 let points = analysis.curve.iter();
                 let rows = points.map(|point| (open(point), closed(point)));
                 outputs.table_and_picture(&COLUMNS, rows, || draw_loop(analysis, &asked))
             }
-            Curve::Plant(points) => {
+            AnalysisCurve::Plant(points) => {
                 let picture = || draw_plant(points, &asked.plant);
                 outputs.table_and_picture(&COLUMNS[..3], points.iter().map(open), picture)
             }

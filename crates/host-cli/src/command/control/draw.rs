@@ -2,7 +2,7 @@
 
 use crate::picture::{Panel, Points, linear, logarithmic, page, short_name};
 use fractional_control::analysis::{LoopAnalysis, LoopPoint};
-use fractional_control::design::{Candidate, ControlAnswer, Trial};
+use fractional_control::design::{ControlAnswer, Trial, TunedController};
 use fractional_control::model_search::InputOutput;
 use fractional_control::{ControllerSetup, Crossing};
 use haptic_experiment::control::in_short;
@@ -436,7 +436,7 @@ pub(super) fn draw_design(
     page(title, &about.join("\n"), 2, &panels).map(Some)
 }
 
-pub(super) fn design_columns(candidate: &Candidate, prefix: &str) -> Vec<(String, Vec<f64>)> {
+pub(super) fn design_columns(candidate: &TunedController, prefix: &str) -> Vec<(String, Vec<f64>)> {
     let Some(trial) = &candidate.trial else {
         return Vec::new();
     };

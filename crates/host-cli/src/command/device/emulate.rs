@@ -1,6 +1,7 @@
 //! `device emulate`.
 
 mod inverse3;
+mod specimen;
 
 use super::key_value::{count, in_range, key_and_value, keys_help, refused};
 use crate::command::conduct::stop_on_interrupt;
@@ -8,11 +9,12 @@ use crate::options::DeviceModelArguments;
 use crate::output::{Output, note, warn};
 use crate::parse::{WAITS, choice, quantity, whole};
 use clap::Args;
-use haptic_devices::haply::{HaplyName, Model, Version};
+use haptic_devices::haply::{HaplyModel, HaplyName, Version};
 use haptic_devices::inverse3::Inverse3Name;
 use haptic_devices::moteus::{MoteusName, MoteusSettings};
-use haptic_emulator::board::{self, Body, Emulated, Emulation, EmulatorError, Port, PortKind};
-use haptic_emulator::{Damage, LineFaults, emulate, haply, moteus};
+use haptic_emulator::board::{self, BoardPort, Body, Emulated, Emulation, EmulatorError, PortKind};
+use haptic_emulator::{DuplexDamage, LineFaults, emulate, haply, moteus};
+use haptic_experiment::document::short;
 use haptic_experiment::parameters::{self, Range};
 use haptic_experiment::run::DeviceModel;
 use haptic_experiment::{Failure, named};
@@ -69,6 +71,9 @@ impl Kind {
 /// Keys make the line bad: it loses, damages, repeats, reorders, delays or stalls frames, in the
 /// same way for the same `line_seed`.
 ///
+/// With `specimen` a piece of tissue hangs at the handle, to be measured with press: a physical force, integrated apart from every law of
+/// this program. It begins where the handle does, and each run finds it unpressed. A run that brings a hand or an indenter has that instead.
+///
 /// With `sensed_range` the board has a force sensor too, which shows the force of the hand or of the other board on it, and its log
 /// `sensed_force_n`.
 ///
@@ -89,7 +94,8 @@ impl Kind {
     after_help = format!("Examples:\n  host-cli device emulate --link device &\n  host-cli relax --device \
                   serial:device --duration 20s\n  host-cli device emulate --kind haply-2diy --link 2diy &\n  \
                   host-cli relax --device haply:2diy --duration 20s\n  \
-                  host-cli device emulate --link blue --facing white gap=1mm facing_drop=1%\n\nKeys:{}",
+                  host-cli device emulate --link blue --facing white gap=1mm facing_drop=1%\n  \
+                  host-cli device emulate --link bench specimen=fish-muscle area=2cm2 sensed_range=20N\n\nKeys:{}",
                   keys_help(all_keys()))
 )]
 pub(crate) struct Arguments {
@@ -184,6 +190,7 @@ fn all_keys() -> impl Iterator<Item = (&'static str, &'static str)> {
     let of_kinds = HAPLY_KEYS.into_iter().chain(MOTEUS_KEYS);
     let of_kinds = of_kinds.chain(inverse3::KEYS);
     let of_board = LINE_KEYS.into_iter().chain(SENSOR_KEYS);
+    let of_board = of_board.chain(specimen::keys());
     of_board.chain(of_kinds).chain(FACING_KEYS)
 }
 
@@ -212,6 +219,7 @@ struct Details {
     cursor: haptic_emulator::inverse3::Hand,
     facing_model: Option<PathBuf>,
     contact: FacingContact,
+    specimen: specimen::Words,
 }
 
 impl Details {
@@ -234,6 +242,10 @@ impl Details {
             let (key, text) = facing.map_or_else(|| key_and_value(word, all), Ok)?;
             if !details.given[side].insert(key) {
                 return Err(refused(word, "is given twice: keep one"));
+            }
+            if let Some(parameter) = specimen::parameter(key) {
+                (details.specimen).push((parameter, text.to_owned(), short(word).into_owned()));
+                continue;
             }
             let set = details.set(side, key, text);
             set.map_err(|why| refused(word, &why))?;
@@ -333,6 +345,7 @@ impl Arguments {
         let bodies = bodies.map(|model| model.as_ref().map(body));
         let sensors = [details.sensor(0)?, details.sensor(1)?];
         let servo = servo(details.servo_id, details.turn)?;
+        let specimen = specimen::read(details.specimen)?;
         let duration = self.duration.map(Duration::from_secs_f64);
         let (faults, seed) = (details.faults[0], details.seeds[0]);
         let stop = stop_on_interrupt()?;
@@ -347,18 +360,18 @@ impl Arguments {
             true => PortKind::ForeignAddress,
             false => kind_of_port,
         };
-        let port = Port::open(kind_of_port, first).map_err(failed)?;
+        let port = BoardPort::open(kind_of_port, first).map_err(failed)?;
         let facing = self.facing.as_deref();
-        let facing = facing.map(|path| Port::open(kind_of_port, Some(path)));
+        let facing = facing.map(|path| BoardPort::open(kind_of_port, Some(path)));
         let facing = facing.transpose().map_err(failed)?;
         let public = [Some(&port), facing.as_ref()].into_iter().flatten();
-        if let Some(address) = public.filter_map(Port::public_address).next() {
+        if let Some(address) = public.filter_map(BoardPort::public_address).next() {
             warn(&format!(
                 "whoever reaches {address} can move this device, as nothing is encrypted and no password is asked: \
                  listen there on a trusted network only"
             ));
         }
-        let told = |port: &Port| {
+        let told = |port: &BoardPort| {
             let path = port.path();
             let is_named = kind == Kind::Own && tcp_address(&path).is_some();
             let device = match is_named {
@@ -381,6 +394,7 @@ impl Arguments {
                     axes: self.axes.unwrap_or(1),
                     body: bodies[side],
                     sensor: sensors[side],
+                    specimen: specimen.clone(),
                     speed: self.speed,
                     faults: details.faults[side],
                     seed: details.seeds[side],
@@ -434,6 +448,12 @@ impl Arguments {
             "an Inverse Service is at a TCP port, which loses nothing: omit keys of the line, --link and --listen"
         } else if kind != Kind::Own && details.has(&SENSOR_KEYS) {
             "a force sensor is of --kind own: omit sensed_…"
+        } else if kind != Kind::Own && !details.specimen.is_empty() {
+            "a specimen is pressed by --kind own: omit its keys"
+        } else if self.axes.unwrap_or(1) != 1 && !details.specimen.is_empty() {
+            "a specimen is pressed along one axis: omit --axes, or the keys of the specimen"
+        } else if self.facing.is_some() && !details.specimen.is_empty() {
+            "boards that face each other have no specimen: omit --facing, or the keys of the specimen"
         } else if kind != Kind::Own && self.axes.is_some() {
             "--axes applies only to --kind own: omit it"
         } else if kind != Kind::Own && self.model.is_given() {
@@ -536,7 +556,7 @@ fn hand(text: &str) -> Result<Option<haply::Hand>, String> {
 }
 
 /// A hand that strokes along y, in the middle of the workspace of this hardware.
-fn strokes(model: &Model) -> haply::Hand {
+fn strokes(model: &HaplyModel) -> haply::Hand {
     let (from_m, depth_m, time_s) = STROKES;
     haply::Hand::Strokes {
         from: [0.5 * model.pantograph.base_m, from_m],
@@ -545,7 +565,7 @@ fn strokes(model: &Model) -> haply::Hand {
     }
 }
 
-fn words_of_haply(board: &haply::Board, damage: &Damage) -> String {
+fn words_of_haply(board: &haply::Board, damage: &DuplexDamage) -> String {
     let place_m = board.body().place_m();
     let [first, second] = board.torques_nm();
     let counted = board.counted();
@@ -563,7 +583,7 @@ fn words_of_haply(board: &haply::Board, damage: &Damage) -> String {
     )
 }
 
-fn words_of_line(Damage { to_device, to_host }: &Damage) -> String {
+fn words_of_line(DuplexDamage { to_device, to_host }: &DuplexDamage) -> String {
     let lost = to_device.dropped + to_host.dropped;
     let damaged = to_device.corrupted + to_host.corrupted;
     format!("{lost} bytes lost, {damaged} damaged")
@@ -595,7 +615,7 @@ fn servo(id: Option<u8>, hand: Option<moteus::Hand>) -> Result<moteus::EmulatedS
     moteus::EmulatedServo::new(id, shaft).map_err(Failure::input)
 }
 
-fn words_of_moteus(adapter: &moteus::EmulatedAdapter, damage: &Damage) -> String {
+fn words_of_moteus(adapter: &moteus::EmulatedAdapter, damage: &DuplexDamage) -> String {
     let (served, servo) = (adapter.served(), &adapter.servo);
     format!(
         "{} frames, {} answers, {} lines refused; mode {} at the end, shaft at {:.6} revolutions, \

@@ -12,7 +12,7 @@ use haptic_experiment::{Failure, parameters};
 use haptic_link::{BATCH_MAX, FaultReport, Sample};
 use haptic_log::record::{RecordError, StartTime, TickMessage};
 use haptic_loop::realtime::Moment;
-use haptic_remote::serial::{Heard, SerialLink};
+use haptic_remote::serial::{DeviceMessage, SerialLink};
 use indicatif::ProgressBar;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -247,21 +247,21 @@ impl Watch<'_> {
                 break Some(link.unheard(silence).to_string());
             }
             match heard {
-                Some(Heard::Sample(sample)) => {
+                Some(DeviceMessage::Sample(sample)) => {
                     self.count(&sample, &mut next_tick, period_s, log);
                     self.take(&sample, period_s, log);
                 }
                 // The fault of a board that has failed is reported with its trouble, next.
-                Some(Heard::Fault(report)) if trouble(link).is_none() => {
+                Some(DeviceMessage::Fault(report)) if trouble(link).is_none() => {
                     self.fault(&report, period_s, log);
                 }
-                Some(Heard::Event(event)) => {
+                Some(DeviceMessage::Event(event)) => {
                     let time_s = f64::from(event.tick) * period_s;
                     let words = format!("{:?}", event.kind).to_lowercase();
                     log.keep(|log| log.event(time_s, "device", words));
                 }
-                Some(Heard::Over(error)) => break Some(error.to_string()),
-                Some(Heard::Fault(_)) | None => {}
+                Some(DeviceMessage::Over(error)) => break Some(error.to_string()),
+                Some(DeviceMessage::Fault(_)) | None => {}
             }
             let state = link.status().state;
             self.bar.set_prefix(state.to_string());

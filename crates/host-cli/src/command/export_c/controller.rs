@@ -2,7 +2,7 @@
 
 use super::{Arguments, named};
 use crate::output::Output;
-use fracdiff_c::{CNumber, Header};
+use fracdiff_c::{CHeader, CNumber};
 use fractional_control::{ControllerList, ControllerParameters, ControllerSetup, rule_of_scheme};
 use haptic_experiment::control::refused;
 use haptic_experiment::{Failure, Named as _, Precision};
@@ -62,7 +62,7 @@ impl Arguments {
             ),
             format!("Made by host-cli {} export-c.", env!("CARGO_PKG_VERSION")),
         ];
-        let header = Header::of_controller(&self.name, &list, &notes).map_err(named)?;
+        let header = CHeader::of_controller(&self.name, &list, &notes).map_err(named)?;
         Ok(header.to_string())
     }
 }

@@ -7,7 +7,7 @@ use haptic_experiment::question::tissue::RecordQuestion;
 use haptic_experiment::{ExperimentFile, Failure, PressRecord};
 use haptic_log::record::{Entry, LogFiles, TickMessage};
 use haptic_loop::Loading;
-use haptic_tissue::identify::{IdentifyError, Reading, SAMPLES_MOST, Understood};
+use haptic_tissue::identify::{IdentifyError, SAMPLES_MOST, TableDetails, Understood};
 use measured_table::{Choice, Column, Columns, Reader, read_table};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -133,12 +133,12 @@ fn pressed(
 }
 
 /// Takes how the tissue was pressed from the document in the log, unless options say anything of it; what was taken, for people.
-fn loading_of(experiment: &ExperimentFile, reading: &mut Reading) -> Option<String> {
-    let unsaid = Reading {
+fn loading_of(experiment: &ExperimentFile, reading: &mut TableDetails) -> Option<String> {
+    let unsaid = TableDetails {
         kind: reading.kind,
         strain: reading.strain,
         stress_pa: reading.stress_pa,
-        ..Reading::default()
+        ..TableDetails::default()
     };
     if *reading != unsaid {
         return None;

@@ -58,8 +58,9 @@ fn info_names_the_inverse3_and_what_its_service_does_to_forces() {
 fn by_night_every_sample_that_an_inverse3_loses_is_counted_and_a_spring_has_the_bits_of_its_positions()
  {
     let place = Place::new();
-    let service = Emulator::start(&place, SERVICE);
     for (sample_time, ticks) in [("1ms", 2000.0), ("250us", 8000.0)] {
+        // The last run leaves its handle behind the plane, where a force may not begin.
+        let service = Emulator::start(&place, SERVICE);
         place.write(
             "ball.toml",
             format!(
@@ -74,7 +75,8 @@ fn by_night_every_sample_that_an_inverse3_loses_is_counted_and_a_spring_has_the_
         let (samples, lost) = (at(&report, "/samples"), at(&report, "/link/samples_lost"));
         assert!(samples + lost >= ticks, "{report}");
         let log = format!("log export {sample_time}/touch.mcap -");
-        let table = place.run(&log).succeeded().stdout;
+        // The log of such a machine is not whole, which its export says by that code too.
+        let table = place.run(&log).ended_by_the_clock().stdout;
         let of = |name: &str| column(&table, name);
         assert_eq!(of("tick").len() as f64, samples);
         let (depths, forces) = (of("position_z_m"), of("environment_force_z_n"));

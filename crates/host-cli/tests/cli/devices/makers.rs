@@ -1,7 +1,7 @@
 //! Devices of other makers, emulated: held to the makers' own programs, and experiments on them.
 
 use super::{Emulated, at};
-use crate::process::{Ended, Place, holds, number, says};
+use crate::process::{Ended, Place, column, holds, number, says};
 use haptic_devices::haply::Version;
 use serde_json::Value;
 use std::path::Path;
@@ -117,6 +117,72 @@ fn relaxed(place_of_loop: &str) -> (Value, f64) {
     assert!(most_nm <= 0.02 * 4.0, "{most_nm} N·m");
     assert_eq!((mode, torque_nm), (0.0, 0.0));
     (report, most_nm)
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_run_that_a_person_holds_says_what_was_felt_unless_it_has_to_be_stable() {
+    let device = Emulated::new("--kind moteus turn=2mm:0.2s");
+    let keys = "mass_kg = 0.1\ndamping_n_s_per_m = 0.5\nsample_time_s = 2e-3\norder = 1\nstiffness_n_per_m = 100\n\
+         dissipation_n_s_mu_per_m = 0.5\nforce_limit_n = 4\nwindow_s = 0.1";
+    let write = |more: &str| {
+        let wall = format!("[wall]\n{keys}\n{more}");
+        device.place.write("held.toml", wall);
+    };
+    let line = format!(
+        "run held.toml {DEVICE} watchdog=1s late_ticks=0 max_age_ticks=1000 duration=2s --loop host --out held --overwrite --quiet"
+    );
+    write("");
+    let run = |line: &str| device.place.run(&format!("{line} --json"));
+    let report = run(&line).ended_by_the_clock().json();
+    assert_eq!(report["verdict"], "held by a person", "{report}");
+    for key in [
+        "stable",
+        "deflection_m",
+        "analysis_agrees",
+        "closed_form_error",
+        "push_n",
+    ] {
+        assert!(report.get(key).is_none(), "{key}: {report}");
+    }
+    // By the table: each of its ticks lasts 2 ms.
+    let table = device.place.text("held/wall.csv");
+    let columns = ["position_m", "reaction_force_n"].map(|name| column(&table, name));
+    let [places_m, forces_n] = columns;
+    let motion: Vec<(f64, f64)> = places_m.into_iter().zip(forces_n).collect();
+    let inside = motion.iter().filter(|(place_m, _)| *place_m > 0.0);
+    let forces: Vec<f64> = inside.clone().map(|(_, force_n)| force_n.abs()).collect();
+    let ticks = forces.len() as f64;
+    let is = |key: &str, want: f64| assert_close(key, at(&report["felt"], key), want, 1e-9);
+    assert!(
+        ticks > 10.0 && at(&report, "/felt/deepest_m") > 5e-4,
+        "{report}"
+    );
+    let outside = motion
+        .windows(2)
+        .filter(|two| two[0].0 <= 0.0 && two[1].0 > 0.0);
+    let begins_inside = f64::from(u8::from(motion[0].0 > 0.0));
+    is("/contacts", begins_inside + outside.count() as f64);
+    is("/dwell_s", 2e-3 * ticks);
+    is("/peak_force_n", forces.iter().copied().fold(0.0, f64::max));
+    is("/mean_force_n", forces.iter().sum::<f64>() / ticks);
+    let squares: f64 = forces.iter().map(|force_n| force_n * force_n).sum();
+    is("/rms_force_n", (squares / ticks).sqrt());
+    is("/deepest_m", inside.map(|at| at.0).fold(0.0, f64::max));
+    // Places 10 ms apart.
+    let apart: Vec<f64> = motion.iter().step_by(5).map(|at| at.0).collect();
+    let way: f64 = apart.windows(2).map(|two| (two[1] - two[0]).abs()).sum();
+    is("/speed_m_per_s", way / (2e-3 * motion.len() as f64));
+    // One that has to be stable is a trial, whoever pushes.
+    write("must_be_stable = true");
+    let trial = run(&line);
+    // A busy machine skips periods of the device, which counts more.
+    let code = if trial.code == Some(4) { 4 } else { 1 };
+    let trial = trial.failed(code).json();
+    assert!(
+        trial["felt"].is_null() && trial["stable"].is_boolean(),
+        "{trial}"
+    );
 }
 
 /// A log that lacks samples may lack the one with the largest force.

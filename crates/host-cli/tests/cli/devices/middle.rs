@@ -1,7 +1,7 @@
 //! A line between a program and an emulated device that loses or changes what a test wants.
 
 use super::Emulated;
-use haptic_link::{Direction, FRAME_MAX, Receiver, Report, encode};
+use haptic_link::{DeviceReport, Direction, FRAME_MAX, Receiver, encode};
 use std::io::{Read, Write};
 use std::net::Shutdown;
 use std::os::unix::net::{UnixListener, UnixStream};
@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex};
 
-type Passes = Arc<Mutex<dyn FnMut(Report) -> Option<Report> + Send>>;
+type Passes = Arc<Mutex<dyn FnMut(DeviceReport) -> Option<DeviceReport> + Send>>;
 
 /// The line: at the socket `line`, before the device at the socket `device`.
 pub(super) struct Middle {
@@ -20,7 +20,7 @@ impl Middle {
     /// Loses the messages of the device for which this is true.
     pub(super) fn before(
         device: &Emulated,
-        mut loses: impl FnMut(&Report) -> bool + Send + 'static,
+        mut loses: impl FnMut(&DeviceReport) -> bool + Send + 'static,
     ) -> Self {
         Self::changing(device, move |report| (!loses(&report)).then_some(report))
     }
@@ -28,7 +28,7 @@ impl Middle {
     /// Passes on what this makes of the messages of the device.
     pub(super) fn changing(
         device: &Emulated,
-        passes: impl FnMut(Report) -> Option<Report> + Send + 'static,
+        passes: impl FnMut(DeviceReport) -> Option<DeviceReport> + Send + 'static,
     ) -> Self {
         let there = device.place.path("device");
         let listener = UnixListener::bind(device.place.path("line")).expect("a socket");
@@ -81,7 +81,7 @@ fn to_device(host: UnixStream, device: UnixStream, deaf: &AtomicBool) {
 
 /// A host that stands still keeps nothing of this end waiting.
 fn to_host(device: UnixStream, mut host: UnixStream, passes: &Passes) {
-    let mut receiver = Receiver::<Report>::new(Direction::FromDevice);
+    let mut receiver = Receiver::<DeviceReport>::new(Direction::FromDevice);
     let mut frame = Vec::new();
     let (queue, frames) = channel::<Vec<u8>>();
     let end = clone(&host);

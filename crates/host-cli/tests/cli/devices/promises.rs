@@ -3,7 +3,7 @@
 use super::middle::Middle;
 use super::{Emulated, at};
 use crate::process::{Ended, Place, number, says, signal};
-use haptic_link::{Capabilities, Report};
+use haptic_link::{Capabilities, DeviceReport};
 use serde_json::Value;
 use std::io::{BufRead as _, BufReader, Read as _};
 use testkit::assert_close;
@@ -519,14 +519,14 @@ fn what_is_flashed_is_what_cargo_has_built_and_only_a_fresh_start_proves_it() {
     let place = device.place();
     let mut since_us = 3_600_000_000;
     let _line = Middle::changing(&device, move |mut report| {
-        if let Report::Capabilities(abilities) = &mut report {
+        if let DeviceReport::Capabilities(abilities) = &mut report {
             abilities.board = Capabilities::board_name("nucleo-f446re");
         }
-        if let Report::Hello(hello) = &mut report {
+        if let DeviceReport::Hello(hello) = &mut report {
             hello.firmware = [0, 1, 0];
         }
         // It has run for an hour, then for a microsecond.
-        if let Report::Alive(alive) = &mut report {
+        if let DeviceReport::Alive(alive) = &mut report {
             alive.time_us = std::mem::replace(&mut since_us, 1);
         }
         Some(report)

@@ -4,7 +4,7 @@ use super::middle::Middle;
 use super::{Emulated, at};
 use crate::faults::metadata;
 use crate::process::{Ended, PATIENCE, column, holds, number, says, signal};
-use haptic_link::{EventKind, FaultReport, Report, Request, Sample, Start, State, Status};
+use haptic_link::{DeviceReport, EventKind, FaultReport, Request, Sample, Start, State, Status};
 use haptic_loop::{Fault, Limiters};
 use std::collections::BTreeMap;
 use std::process::Child;
@@ -48,7 +48,7 @@ fn a_sample_that_is_asked_for_after_a_silence_is_none_of_the_run() {
     device.loosen();
     let (said, faults) = channel();
     let _line = Middle::before(&device, move |report| {
-        if matches!(report, Report::Fault(_)) {
+        if matches!(report, DeviceReport::Fault(_)) {
             // Nobody waits for the second.
             let _ = said.send(());
         }
@@ -78,7 +78,7 @@ fn a_stop_without_samples_goes_out_at_once() {
     let lost = Arc::new(AtomicBool::new(false));
     let losing = Arc::clone(&lost);
     let _line = Middle::before(&device, move |report| {
-        losing.load(Ordering::Relaxed) && matches!(report, Report::Sample(_))
+        losing.load(Ordering::Relaxed) && matches!(report, DeviceReport::Sample(_))
     });
     let line = "relax --device serial:line watchdog=1s --contact rigid --ramp-time 100ms --duration 60s --out run --quiet --json";
     let child = under_way(&device, line);
@@ -134,17 +134,17 @@ fn is_told_as_it_was(options: &str) {
 pub(super) type Told = Arc<Mutex<BTreeMap<u32, Sample>>>;
 
 /// A line that keeps what the device tells, and loses the messages for which this is true.
-pub(super) fn witnessed(device: &Emulated, loses: fn(&Report) -> bool) -> (Middle, Told) {
+pub(super) fn witnessed(device: &Emulated, loses: fn(&DeviceReport) -> bool) -> (Middle, Told) {
     let told = Told::default();
     let telling = Arc::clone(&told);
     let start = Request::Start(Start::ENDLESS).number();
     let line = Middle::before(device, move |report| {
         let mut told = telling.lock().expect("nobody panicked");
-        if let Report::Sample(sample) = report {
+        if let DeviceReport::Sample(sample) = report {
             told.insert(sample.tick, sample.clone());
         }
         // Samples of an earlier run do not count.
-        if matches!(report, Report::Ack(ack) if ack.request == start) {
+        if matches!(report, DeviceReport::Ack(ack) if ack.request == start) {
             told.clear();
         }
         loses(report)
@@ -157,7 +157,7 @@ pub(super) fn witnessed(device: &Emulated, loses: fn(&Report) -> bool) -> (Middl
 fn a_fault_whose_frame_is_lost_has_its_own_tick() {
     for options in ["", "--loop host max_age_ticks=500"] {
         let device = Emulated::new("");
-        let (_line, told) = witnessed(&device, |report| matches!(report, Report::Fault(_)));
+        let (_line, told) = witnessed(&device, |report| matches!(report, DeviceReport::Fault(_)));
         device.place.write("wall.toml", LEAVES);
         let line = format!("run wall.toml --device serial:line {options} --out run --json");
         let ended = device.place.run(&line).failed(1);
@@ -184,15 +184,15 @@ fn a_fault_on_the_way_to_zero_ends_a_run_that_was_interrupted() {
     device.loosen();
     let mut failed = false;
     let _line = Middle::changing(&device, move |report| {
-        if matches!(&report, Report::Event(event) if event.kind == EventKind::Stopped) {
+        if matches!(&report, DeviceReport::Event(event) if event.kind == EventKind::Stopped) {
             return None;
         }
-        if let Report::Sample(sample) = &report
+        if let DeviceReport::Sample(sample) = &report
             && !failed
             && sample.axes[0].limiters & Limiters::STOPPING.bits() != 0
         {
             failed = true;
-            return Some(Report::Fault(FaultReport {
+            return Some(DeviceReport::Fault(FaultReport {
                 status: Status {
                     state: State::Fault,
                     fault: Fault::Workspace.code(),
@@ -272,7 +272,7 @@ fn lies((words, lie): (&str, Lie), options: &str) {
     let device = Emulated::new("");
     device.loosen();
     let _line = Middle::changing(&device, move |mut report| {
-        if let Report::Sample(sample) = &mut report
+        if let DeviceReport::Sample(sample) = &mut report
             && sample.tick == LIE
         {
             lie(sample);
@@ -326,7 +326,7 @@ fn a_sample_that_cannot_be_ends_a_run_as_a_fault_of_the_device() {
 fn abilities_that_are_no_numbers_are_refused_before_anything_moves() {
     let device = Emulated::new("");
     let _line = Middle::changing(&device, move |mut report| {
-        if let Report::Capabilities(told) = &mut report {
+        if let DeviceReport::Capabilities(told) = &mut report {
             told.force_max_n = f32::NAN;
         }
         Some(report)

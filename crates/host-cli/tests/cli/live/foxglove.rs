@@ -3,7 +3,7 @@
 use super::{PATIENCE, run, stderr};
 use haptic_experiment::run::Recorder;
 use haptic_log::live::Foxglove;
-use haptic_log::record::{Entry, LogReader, TickMessage, Value as Logged};
+use haptic_log::record::{ColumnValue as Logged, Entry, LogReader, TickMessage};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::net::{SocketAddr, TcpListener, TcpStream};

@@ -6,7 +6,7 @@
 
 use crate::files::PROGRAM;
 use crate::output::joined;
-use haptic_experiment::{Line, lines};
+use haptic_experiment::{ReportLine, lines};
 use haptic_link::Limits;
 use haptic_loop::Limit;
 use haptic_quantity::{label, written};
@@ -79,15 +79,15 @@ fn tables(report: &impl serde::Serialize) -> String {
     let mut text = String::new();
     let mut is_in_table = false;
     for line in lines(report) {
-        let was_in_table = std::mem::replace(&mut is_in_table, matches!(line, Line::Row(_)));
+        let was_in_table = std::mem::replace(&mut is_in_table, matches!(line, ReportLine::Row(_)));
         match line {
-            Line::Row(row) => {
+            ReportLine::Row(row) => {
                 if !was_in_table {
                     text += "\n| | |\n|---|---|\n";
                 }
                 write_row(&mut text, &[row.label, row.value]);
             }
-            Line::Table(table) => {
+            ReportLine::Table(table) => {
                 text.push('\n');
                 write_row(&mut text, &table.columns);
                 text += &"|---".repeat(table.columns.len());

@@ -1,4 +1,4 @@
-//! Numbers of a stimulus: how often and how long the wall was touched, with what force, how deep and how fast.
+//! Numbers of what a hand felt: how often and how long the wall was touched, with what force, how deep and how fast.
 //!
 //! ```text
 //! contact   a tick with the handle behind the surface        dwell      their time
@@ -6,14 +6,13 @@
 //! speed     the way of the handle over the time, from places 10 ms apart, so that noise is no motion
 //! ```
 
-use super::ticking::Ticked;
 use fracdiff::Seconds;
 use serde::Serialize;
 
 /// Time between two places from which a speed is computed, s.
 const APART_S: f64 = 0.01;
 
-/// A summary of a stimulus, as far as it was felt.
+/// A summary of a run in a hand or of a stimulus, as far as it was felt.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct FeltSummary {
     /// The first tick in the log, and its time, s.
@@ -38,17 +37,16 @@ pub struct FeltSummary {
     pub speed_m_per_s: f64,
 }
 
-/// Sums of the ticks of a stimulus.
+/// Sums over the ticks in which something was felt.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Tally {
-    /// The number of the stimulus, and the place of its surface, m.
-    number: u64,
+pub struct Tally {
+    /// Place of the surface, m.
     surface_m: f64,
     /// Ticks that count at most.
     most: u64,
     sample_time_s: f64,
     first: (u64, f64),
-    pub(super) ticks: u64,
+    pub(crate) ticks: u64,
     inside: u64,
     was_inside: bool,
     contacts: u64,
@@ -61,9 +59,10 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    pub(super) fn of(number: u64, surface_m: f64, most: Option<u64>, t: Seconds) -> Self {
+    /// Of a wall behind this surface, m, over so many ticks at most.
+    #[must_use]
+    pub fn of(surface_m: f64, most: Option<u64>, t: Seconds) -> Self {
         Self {
-            number,
             surface_m,
             most: most.unwrap_or(u64::MAX),
             sample_time_s: t.0,
@@ -71,14 +70,13 @@ impl Tally {
         }
     }
 
-    pub(super) fn see(&mut self, ticked: &Ticked) {
-        if ticked.stimulus != self.number || self.ticks >= self.most {
+    /// Takes a tick: its number and time, s, the place of the handle, m, and the force, N.
+    pub fn see(&mut self, at: (u64, f64), place_m: f64, force_n: f64) {
+        if self.ticks >= self.most {
             return;
         }
-        let reading = &ticked.sample.reading;
-        let place_m = reading.position_m[0];
         if self.ticks == 0 {
-            self.first = (reading.tick, reading.time_s);
+            self.first = at;
             self.from_m = place_m;
         }
         let apart = (APART_S / self.sample_time_s).round().max(1.0) as u64;
@@ -90,7 +88,7 @@ impl Tally {
         let depth_m = place_m - self.surface_m;
         let is_inside = depth_m > 0.0;
         if is_inside {
-            let force_n = ticked.sample.force.newtons()[0].abs();
+            let force_n = force_n.abs();
             self.contacts += u64::from(!self.was_inside);
             self.inside += 1;
             self.peak_n = self.peak_n.max(force_n);
@@ -101,7 +99,9 @@ impl Tally {
         self.was_inside = is_inside;
     }
 
-    pub(super) fn summary(&self) -> FeltSummary {
+    /// The numbers so far.
+    #[must_use]
+    pub fn summary(&self) -> FeltSummary {
         let inside = self.inside as f64;
         let touched = |force_n: f64| (self.inside > 0).then_some(force_n);
         let duration_s = self.ticks as f64 * self.sample_time_s;

@@ -1,0 +1,283 @@
+//! Compare: two walls under one handle, blind; which of the two is the stiffer?
+//! ```text
+//! each trial: wall 1 ─the handle leaves─▶ wall 2 ─▶ answer ─▶ a row of the table      B is 1 or 2: drawn from the seed
+//! ```
+//! - *A* is what was felt before, *B* that with a change. Both are judged before the first trial.
+//! - *A wall begins* with an empty memory, as soon as the handle is in front of it and free of force; until then the one before it is felt.
+//! - *The stiffer one* has the larger K, or the larger B of the same order if neither has a spring that differs.
+//! - *A row* is on the disk with its answer; the log has every tick.
+
+use super::settings::{FeelChange, FeelSettings};
+use crate::folder::next_folder;
+use fracdiff::Seconds;
+use haptic_experiment::Failure;
+use haptic_experiment::judge::{FeltSummary, Tally};
+use haptic_experiment::live::{Finished, Recording, Ticked};
+use haptic_experiment::parameters::Range;
+use haptic_quantity::short;
+use rand_pcg::Pcg32;
+use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Write as _;
+use std::path::Path;
+
+/// Trials of a comparison.
+const TRIALS: Range = Range::Within(1.0, 1000.0);
+/// Columns of the table, as those of the guide's threshold.
+const COLUMNS: &str = "subject,trial,catch,difference,stiffer,answer,correct,log,answered_s,\
+                       first_tick,first_peak_n,first_deepest_m,second_tick,second_peak_n,second_deepest_m";
+
+/// Fields of `compare.start`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct CompareStart {
+    /// The change that makes B of what is felt.
+    pub(super) b: FeelChange,
+    trials: f64,
+    /// A code, no name.
+    subject: String,
+    seed: u32,
+}
+
+/// A comparison that goes on, or its result.
+#[derive(Debug)]
+pub(crate) struct Comparison {
+    /// A and B.
+    walls: [FeelSettings; 2],
+    /// Of B's stiffness over that of A.
+    difference: f64,
+    subject: String,
+    /// True if B is the second wall, trial by trial.
+    b_is_second: Vec<bool>,
+    trial: usize,
+    right: usize,
+    /// Number of each wall of this trial, and what was felt of it.
+    felt: Vec<(u64, Tally)>,
+    /// The walls that were asked for so far.
+    number: u64,
+    /// Newest time of the loop, s.
+    time_s: f64,
+    name: String,
+    table: File,
+    /// `None` after the end.
+    recording: Option<Recording>,
+}
+
+/// Stiffness of B over that of A, less 1.
+fn difference(a: &FeelSettings, b: &FeelSettings) -> Result<f64, Failure> {
+    let (of_a, of_b) = (a.gains(), b.gains());
+    let change = |of_a: f64, of_b: f64| {
+        let change = of_b / of_a - 1.0;
+        (change.is_finite() && change.abs() > 0.0).then_some(change)
+    };
+    let same = |of_a: f64, of_b: f64| of_a.total_cmp(&of_b).is_eq();
+    let alike = same(of_a.0, of_b.0) && same(a.law.order, b.law.order);
+    let springs = change(of_a.0, of_b.0);
+    let found = springs.or_else(|| change(of_a.1, of_b.1).filter(|_| alike));
+    found.ok_or_else(|| {
+        Failure::bad_input(
+            "neither wall is known to be stiffer, so no answer would be right: give `b` another stiffness or scale",
+        )
+    })
+}
+
+impl Comparison {
+    /// Begins a table and a log in the next free folder of the runs; these metadata are of A.
+    pub(super) fn start(
+        start: CompareStart,
+        walls: [FeelSettings; 2],
+        mut metadata: BTreeMap<String, String>,
+        (runs, provenance): (&Path, &BTreeMap<String, String>),
+    ) -> Result<Self, Failure> {
+        let CompareStart {
+            trials,
+            subject,
+            seed,
+            ..
+        } = start;
+        if !(TRIALS.contains(trials) && trials.fract() == 0.0) {
+            return Err(Failure::bad_input(format_args!(
+                "`trials` = {trials} is not a whole number {TRIALS}: change it"
+            )));
+        }
+        let is_code = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
+        if subject.is_empty() || subject.len() > 32 || !subject.chars().all(is_code) {
+            return Err(Failure::bad_input(format_args!(
+                "`subject` = {} is not a code of 1 to 32 letters, digits, - or _: use one as p07",
+                short(&subject)
+            )));
+        }
+        let difference = difference(&walls[0], &walls[1])?;
+        let mut chance = Pcg32::seed_from_u64(seed.into());
+        let b_is_second = (0..trials as usize).map(|_| chance.next_u32() >> 31 == 1);
+        let (request, name) = next_folder(runs, "compare", provenance)?;
+        for (key, value) in [("experiment", "compare"), ("subject", &subject)] {
+            metadata.insert(key.to_owned(), value.to_owned());
+        }
+        metadata.insert("seed".to_owned(), seed.to_string());
+        // It is no wall that could be run again.
+        metadata.remove("document");
+        let recording = Recording::start(&request, name.clone(), metadata)?;
+        let path = runs.join(format!("{name}.csv"));
+        let table = File::create_new(&path).map_err(|error| unwritten(&name, error))?;
+        let mut comparison = Self {
+            walls,
+            difference,
+            subject,
+            b_is_second: b_is_second.collect(),
+            trial: 0,
+            right: 0,
+            felt: Vec::new(),
+            number: 0,
+            time_s: 0.0,
+            name,
+            table,
+            recording: Some(recording),
+        };
+        comparison.write(COLUMNS)?;
+        Ok(comparison)
+    }
+
+    fn write(&mut self, row: &str) -> Result<(), Failure> {
+        let written = writeln!(self.table, "{row}").and_then(|()| self.table.sync_data());
+        written.map_err(|error| unwritten(&self.name, error))
+    }
+
+    pub(super) const fn goes_on(&self) -> bool {
+        self.recording.is_some()
+    }
+
+    /// Takes a tick; the end of the log, if its writer has ended.
+    pub(super) fn tick(
+        &mut self,
+        ticked: &Ticked,
+        energy_j: f64,
+    ) -> Option<Result<Finished, Failure>> {
+        let recording = self.recording.as_mut()?;
+        if !recording.tick(ticked, energy_j) {
+            return self.end();
+        }
+        let reading = &ticked.sample.reading;
+        self.time_s = reading.time_s;
+        let at = recording.at(ticked);
+        let felt = self.felt.iter_mut();
+        for (_, tally) in felt.filter(|(number, _)| *number == ticked.stimulus) {
+            tally.see(at, reading.position_m[0], ticked.sample.force.newtons()[0]);
+        }
+        None
+    }
+
+    /// The wall that is next in this trial, and its number among all.
+    pub(super) fn next(&mut self, t: Seconds) -> Result<(FeelSettings, u64), Failure> {
+        let wall = self.felt.len();
+        if wall == 2 {
+            return Err(Failure::bad_input(
+                "both walls were there: send `compare.answer`",
+            ));
+        }
+        self.touched()?;
+        self.number += 1;
+        self.felt.push((self.number, Tally::of(0.0, None, t)));
+        let is_b = (wall == 1) == self.b_is_second[self.trial];
+        let settings = self.walls[usize::from(is_b)].clone();
+        let ((k, b), law) = (settings.gains(), &settings.law);
+        let text = format!(
+            "trial {}, wall {}: order {}, K {k} N/m, B {b} N·s^μ/m",
+            self.trial,
+            wall + 1,
+            law.order
+        );
+        self.event("feel", text);
+        Ok((settings, self.number))
+    }
+
+    fn event(&mut self, kind: &str, text: String) {
+        if let Some(recording) = &mut self.recording {
+            recording.event(self.time_s, kind, text);
+        }
+    }
+
+    /// Refuses to go on before the newest wall was touched.
+    fn touched(&self) -> Result<(), Failure> {
+        match self.felt.last() {
+            Some((_, tally)) if tally.summary().contacts == 0 => {
+                Err(Failure::bad_input(format_args!(
+                    "wall {} was not touched yet: press it first",
+                    self.felt.len()
+                )))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The trial begins with its first wall again.
+    pub(super) fn again(&mut self) {
+        self.felt.clear();
+    }
+
+    /// Writes the row of this trial; true if it was the last.
+    pub(super) fn answer(&mut self, answer: u8) -> Result<bool, Failure> {
+        if !(1..=2).contains(&answer) {
+            return Err(Failure::bad_input(format_args!(
+                "`stiffer` = {answer} is not 1 or 2: answer with the number of a wall"
+            )));
+        }
+        let &[(_, first), (_, second)] = &self.felt[..] else {
+            return Err(Failure::bad_input(
+                "an answer before both walls were felt: send `compare.feel`",
+            ));
+        };
+        self.touched()?;
+        self.event("answer", answer.to_string());
+        let [first, second] = [first.summary(), second.summary()];
+        let b_is_stiffer = self.difference > 0.0;
+        let stiffer = 1 + u8::from(self.b_is_second[self.trial] == b_is_stiffer);
+        let is_right = answer == stiffer;
+        let felt = |felt: FeltSummary| {
+            let peak_n = felt.peak_force_n.unwrap_or(0.0);
+            format!("{},{peak_n},{}", felt.tick, felt.deepest_m)
+        };
+        let log = self.name.rsplit('/').next().unwrap_or_default();
+        let row = format!(
+            "{},{},0,{},{stiffer},{answer},{},{log}.mcap,{},{},{}",
+            self.subject,
+            self.trial,
+            self.difference,
+            u8::from(is_right),
+            second.time_s + second.duration_s,
+            felt(first),
+            felt(second)
+        );
+        self.write(&row)?;
+        self.trial += 1;
+        self.right += usize::from(is_right);
+        self.felt.clear();
+        Ok(self.trial == self.b_is_second.len())
+    }
+
+    /// Closes the log, if it is open: its samples.
+    pub(super) fn end(&mut self) -> Option<Result<Finished, Failure>> {
+        Some(self.recording.take()?.finish())
+    }
+
+    /// Facts for the page: none of the order, and before the end no count of right answers.
+    pub(crate) fn status(&self) -> Value {
+        let goes_on = self.goes_on();
+        json!({
+            "running": goes_on,
+            "trial": self.trial,
+            "trials": self.b_is_second.len(),
+            "wall": self.felt.len(),
+            "touched": self.touched().is_ok(),
+            "right": (!goes_on).then_some(self.right),
+            "table": format!("{}.csv", self.name),
+        })
+    }
+}
+
+fn unwritten(name: &str, error: std::io::Error) -> Failure {
+    Failure::writing(error, format_args!("cannot write `{name}.csv`"))
+}

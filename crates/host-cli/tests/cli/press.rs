@@ -1,0 +1,58 @@
+//! A specimen on an emulated board is measured, and its tissue felt on the same board.
+
+use crate::devices::{Emulated, at};
+use crate::process::Place;
+
+/// The position loop of `experiments/indenter.toml`.
+const CONTROLLER: &str = include_str!("../../../../experiments/indenter.toml");
+
+/// True if the interval of this parameter holds the truth.
+fn holds(found: &serde_json::Value, name: &str, truth: f64) -> bool {
+    let end = |end: &str| at(found, &format!("/parameters/{name}/{end}"));
+    (end("low_95")..=end("high_95")).contains(&truth)
+}
+
+/// By the motor and by a sensor with an offset, noise and lag, on a device that holds its handle from its first tick on.
+#[test]
+fn a_tissue_at_the_handle_of_a_board_is_measured_and_then_felt_on_it() {
+    for (sensor, source) in [
+        ("", "motor"),
+        ("sensed_range=20N sensed_offset=0.3N", "sensor"),
+    ] {
+        let device = Emulated::new(&format!("--speed 8 specimen=prostate-cancerous {sensor}"));
+        device.place.write("position.toml", CONTROLLER);
+        let press = "press --device serial:device watchdog=1s --controller position.toml --depth 2mm --hold-time 5s --out p --quiet";
+        let pressed = device.json(press);
+        assert_eq!(pressed["force_source"], source, "{pressed}");
+        assert_eq!(at(&pressed, "/link/samples_lost"), 0.0);
+        let found = device.json("identify p/press.mcap --model spring-pot --out gel.toml");
+        // The library's 8650 Pa·s^α and 0.2247, integrated apart from what is fitted.
+        assert!(
+            holds(&found, "viscosity_pa_s_alpha", 8650.0) && holds(&found, "order", 0.2247),
+            "{found}"
+        );
+        let felt = "relax --tissue gel.toml --device serial:device watchdog=1s --contact rigid --duration 2s --out felt --quiet";
+        let felt = device.json(felt);
+        assert_eq!(felt["tissue"], "gel");
+        assert!(at(&felt, "/max_relative_error") < 1e-3, "{felt}");
+    }
+}
+
+#[test]
+fn what_no_specimen_can_be_is_refused_in_a_line() {
+    Place::new().refuses(
+        "
+        device emulate specimen=unicorn => specimen=unicorn | known are | spring-pot
+        device emulate specimen=none.toml => none.toml
+        device emulate specimen=spring area=0m2 => area=0m2 | above 0
+        device emulate specimen=spring thickness=-1mm => thickness=-1mm | above 0
+        device emulate specimen=spring loading=sphere => indenter_radius
+        device emulate specimen=spring loading=hug => loading=hug | sphere
+        device emulate area=4cm2 => area=4cm2 | specimen=fish-muscle
+        device emulate specimen=spring specimen=dashpot => twice
+        device emulate --axes 2 specimen=spring => one axis | --axes
+        device emulate --kind moteus specimen=spring => --kind own
+        device emulate --link blue --facing white specimen=spring => --facing
+        ",
+    );
+}
