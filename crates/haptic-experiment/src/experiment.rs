@@ -55,8 +55,8 @@ const ALL: &[Kind] = &[
     Kind {
         name: "coupler",
         keys: &[COUPLER_REQUIRED, COUPLER, DEVICE, CHAIN],
-        beside: Beside::DeviceFile,
-        read: |table, _| Ok(Box::new(coupler::coupler(table)?)),
+        beside: Beside::DriveAndDeviceFile,
+        read: |table, drive| Ok(Box::new(coupler::coupler(table, drive)?)),
     },
     Kind {
         name: "teleoperation",
@@ -85,7 +85,7 @@ pub(crate) const HEADINGS: &[Keys] = &[
     ("[creep]", rendering::CREEP),
     ("[relax] and [creep]", rendering::RENDERING),
     (
-        "[drive], beside [relax], [creep], [press] or [wall]",
+        "[drive], beside [relax], [creep], [press], [wall] or [coupler]",
         drive::DRIVE,
     ),
     ("[wall], required", wall::WALL_REQUIRED),

@@ -21,11 +21,12 @@ use crate::document::reader::Table;
 use crate::judge::preflight::WallContact;
 use crate::judge::settling::{Criterion, Judge, Scales, Settling, Tolerance};
 use crate::run::advice::parameter;
+use crate::run::ending::MotorPush;
 use crate::run::remote::{RemoteLaw, held};
 use crate::run::safety::{GuardedDevice, Safety};
 use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
-use fracdiff::{Operator, Real, Seconds};
+use fracdiff::{Operator, Order, Real, Scheme, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
@@ -166,11 +167,12 @@ impl TrialPlan {
         }
     }
 
-    /// The push of a motor, N: of one that the first swing switches off.
-    fn push_of_motor_n(&self) -> Option<f64> {
+    /// The push of a motor.
+    fn push_of_motor(&self) -> Option<MotorPush> {
         match self.push_by {
             PushBy::Hand => None,
-            PushBy::Device | PushBy::Second => Some(self.push_n),
+            PushBy::Device => Some(MotorPush::Own(self.push_n)),
+            PushBy::Second => Some(MotorPush::Second(self.push_n)),
         }
     }
 
@@ -186,7 +188,7 @@ impl TrialPlan {
     pub(crate) fn hits(&self, contact: WallContact) -> impl Iterator<Item = f64> {
         let once = contact == WallContact::Linear
             || self.criterion != Criterion::Settling
-            || self.push_of_motor_n().is_some();
+            || self.push_of_motor().is_some();
         let hits: &[f64] = if once { &[] } else { &HITS };
         let planned = self.impact_m_per_s;
         (hits.iter().copied()).filter(move |hit| hit.total_cmp(&planned).is_ne())
@@ -277,7 +279,7 @@ impl TrialPlan {
             0.5 * self.duration_s,
             self.force_limit_n,
         )
-        .behind(self.own_push_n(), self.push_of_motor_n())
+        .behind(self.push_of_motor())
     }
 }
 
@@ -398,6 +400,14 @@ pub(crate) fn seen(judge: &mut Judge, sample: &LoopSample<f64, 1>) -> bool {
         reading.position_m[0],
         sample.force.newtons()[0],
     )
+}
+
+/// A wall without a force.
+pub(crate) fn no_wall(t: Seconds) -> Result<VirtualWall, Failure> {
+    let order = Order::new(0.0).map_err(Failure::input)?;
+    let operator = Scheme::Grunwald { length: 1 }.build(order, t, 1.0);
+    let operator = operator.map_err(Failure::input)?;
+    wall_at_start(0.0, 0.0, operator, WallContact::Linear).map_err(Failure::input)
 }
 
 /// K in N/m and B in N·s^μ/m; one-sided it pushes but never pulls, signed it has no clamp yet.

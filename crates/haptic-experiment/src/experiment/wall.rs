@@ -326,7 +326,7 @@ impl Trial for WallExperiment {
         }
         let planned = self.setup.plan().samples(self.setup.device.sample_time)?;
         let samples = Samples::of(&ran.record, &ran.log.paths);
-        let mut derivative = self.look(planned).felt_of(samples)?;
+        let mut derivative = (self.look(planned)).felt_of(samples, ran.record.before())?;
         Ok(Ok(Box::new(move |sample| {
             let (x, d) = (sample.position_m, derivative.at(sample));
             let wanted = -(self.stiffness_n_per_m * x + self.dissipation_n_s_mu_per_m * d);

@@ -1,4 +1,4 @@
-//! A second device that pushes the handle of the first into its law, in virtual time.
+//! A second device that pushes the handle of the first into its law: simulated in virtual time, or at a port beside the first.
 //!
 //! ```text
 //! first    m₁·x₁'' + b₁·x₁' + k₁·x₁ = f₁ + F      f₁ the law through the chain of the first device
@@ -11,31 +11,46 @@
 //! - *Analysis*: while they touch, the wall meets both masses and both dampers, m₁ + m₂ and b₁ + b₂, as one body.
 //! - *Letting go*: after a fault or stop of one, the other is stopped before its next force. Until then its force is constant: only the
 //!   size of the push is limited, not its rate.
+//! - *At ports* each device has a chain and a thread of its own, see [`PairRun`](crate::run::remote::PairRun); the second may only push
+//!   within its lasting limits of force, workspace and speed.
 
-use super::{IMPACT, PUSH, TrialPlan, force_and_rate, safe_chain};
+use super::setup::TrialSetup;
+use super::{
+    IMPACT, PUSH, TrialPlan, VirtualWall, force_and_rate, no_law_there, no_wall, safe_chain,
+};
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters as p;
 use crate::document::parameters::Parameter;
 use crate::document::reader::Table;
-use crate::experiment::drive::{CONTACT_DAMPING, CONTACT_STIFFNESS, DRIVE_FORCE_LIMIT};
+use crate::experiment::drive::{
+    CONTACT_DAMPING, CONTACT_STIFFNESS, DRIVE_FORCE_LIMIT, DriveSamples, second_device,
+};
 use crate::experiment::kind::Conduct;
-use crate::experiment::reading::{DEVICE_FILES, device_model_by, remote};
-use crate::run::World;
+use crate::experiment::reading::{DEVICE_FILES, device_model_by};
 use crate::run::advice::parameter;
 use crate::run::ending::Ending;
+use crate::run::remote::{RemoteDevice, RemoteLaw};
 use crate::run::safety::{GuardChoice, Safety};
 use crate::run::sensors::Imperfections;
 use crate::run::simulate::{Instrumented, Simulated};
+use crate::run::tick::KeptSample;
+use crate::run::{Ran, World};
 use fracdiff::parameter::Shown;
 use haptic_log::record::TickMessage;
 use haptic_loop::plant::{
     FacingConfig, FacingContact, FacingDevices, FacingSide, MassDamper, MassDamperConfig, Sensed,
 };
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, Seconds};
-use haptic_loop::{Controller, Device, Environment, Reading, SafeForce, SafetyChain, SafetyState};
+use haptic_loop::{
+    Controller, Device, Environment, OwnPush, Reading, SafeForce, SafetyChain, SafetyLimits,
+    SafetyState,
+};
 use nalgebra::Vector1;
 use std::convert::Infallible;
+
+/// Place, m, and force, N, of a second device at a sample of the first; asked for in their order.
+pub(super) type OfDrive<'a> = Box<dyn FnMut(&KeptSample) -> [f64; 2] + 'a>;
 
 /// Units of time in a sample, in which contact begins and ends.
 const UNITS: u64 = 1_000_000;
@@ -47,33 +62,40 @@ pub(crate) struct SecondDevice {
     pub(crate) contact: FacingContact,
     /// Largest force of its motor, N, at least the push.
     pub(crate) force_limit_n: f64,
+    /// The device at a port; `None` for the simulated one.
+    pub(crate) remote: Option<RemoteDevice>,
 }
 
-/// `[drive]` beside `[wall]`, whose device `first` is pushed as planned.
+/// `[drive]` beside the table of a law whose device, `first`, is pushed as planned, at a port or simulated.
 pub(super) fn second(
     table: &Table<'_>,
-    wall: &Table<'_>,
-    first: MassDamperConfig,
+    law: &Table<'_>,
+    (first, at_port): (MassDamperConfig, Option<&RemoteDevice>),
     plan: &TrialPlan,
 ) -> Result<SecondDevice, FileError> {
-    if remote(wall)?.is_some() {
-        let key = p::DEVICE.key;
-        let reason =
-            format!("[drive] beside [wall] is only simulated so far: omit {key} or [drive]");
-        return Err(wall.fail_at(key, reason));
-    }
-    if let Some(key) = [&p::PUSH_BY, &IMPACT].into_iter().find(|key| wall.has(key)) {
+    if let Some(key) = [&p::PUSH_BY, &IMPACT].into_iter().find(|key| law.has(key)) {
         let key = key.key;
         let reason = format!(
             "{key} has no effect beside [drive], whose device pushes, from rest: omit {key} or [drive]"
         );
-        return Err(wall.fail_at(key, reason));
+        return Err(law.fail_at(key, reason));
     }
-    let idle: [&Parameter; 3] = [&p::CONTROLLER, &p::DRIVE_DEVICE, &p::DRIVE_LOOP];
-    if let Some(key) = idle.into_iter().find(|key| table.has(key)) {
+    let remote = match table.has(&p::DRIVE_DEVICE) {
+        true => second_device(table, at_port)?.map(|device| device.remote),
+        false => None,
+    };
+    if at_port.is_some() && remote.is_none() {
+        let reason = "[drive] beside a device at a port has one of its own: give `drive_device` as serial:PATH, or omit [drive]";
+        return Err(table.fail(reason));
+    }
+    let idle: &[&Parameter] = match remote {
+        None => &[&p::CONTROLLER, &p::DRIVE_LOOP],
+        Some(_) => &[&p::CONTROLLER, &CONTACT_STIFFNESS, &CONTACT_DAMPING],
+    };
+    if let Some(key) = idle.iter().find(|key| table.has(key)) {
         let key = key.key;
         let reason = format!(
-            "{key} has no effect beside [wall], where a simulated motor pushes with {PUSH}: omit {key}"
+            "{key} has no effect where the motor of [drive] only pushes, with {PUSH}: omit {key}"
         );
         return Err(table.fail_at(key, reason));
     }
@@ -108,10 +130,101 @@ pub(super) fn second(
             ..FacingContact::COMPLIANT
         },
         force_limit_n,
+        remote,
     })
 }
 
+/// The motor of a second device, behind a chain of its own.
+#[derive(Clone, Debug)]
+struct Pusher {
+    chain: SafetyChain<f64>,
+    state: SafetyState<f64, 1>,
+    push_n: f64,
+}
+
+impl Pusher {
+    /// The force of the next tick, at this place, m.
+    fn push(&mut self, position_m: f64) -> SafeForce<f64, 1> {
+        let [position, wanted] = [position_m, self.push_n].map(Vector1::new);
+        self.chain.apply(&mut self.state, &position, &wanted).0
+    }
+}
+
+impl TrialSetup {
+    /// The second device, if it is at a port.
+    pub(super) fn second_there(&self) -> Option<(&SecondDevice, &RemoteDevice)> {
+        let second = self.second.as_ref()?;
+        Some((second, second.remote.as_ref()?))
+    }
+
+    /// Place of the second device of a run, m, and its force, N: by its own samples, or computed again of a simulated one.
+    pub(super) fn driven<'a>(&self, ran: &'a Ran) -> Result<Option<OfDrive<'a>>, Failure> {
+        let Some(second) = &self.second else {
+            return Ok(None);
+        };
+        let t = self.device.sample_time.0;
+        Ok(Some(match &ran.second {
+            None => {
+                let mut pusher = second.pusher(self.plan.push_n, &self.safety())?;
+                Box::new(move |sample| {
+                    let place_m = sample.indenter_position_m;
+                    [place_m, pusher.push(place_m).newtons()[0]]
+                })
+            }
+            Some(there) => {
+                let own = |sample: &KeptSample| (0.0, [sample.position_m, sample.force_n]);
+                let mut samples = DriveSamples::new(there, &ran.record, t, own);
+                Box::new(move |sample| samples.at(sample.time_s).1)
+            }
+        }))
+    }
+}
+
+/// Settings of the chain of a second device: those of the first, without its guard.
+fn unguarded(safety: &Safety) -> Safety {
+    let mut safety = *safety;
+    safety.guard = GuardChoice::Off;
+    safety
+}
+
 impl SecondDevice {
+    fn limits(&self) -> SafetyLimits {
+        force_and_rate(self.force_limit_n, None, self.device.sample_time)
+    }
+
+    /// The push for a device at a port, and no law at all.
+    pub(super) fn law_there(&self, push_n: f64, safety: &Safety) -> RemoteLaw {
+        let safety = unguarded(safety);
+        RemoteLaw {
+            own_push_n: Some(push_n),
+            ..no_law_there(self.limits(), None, &safety, &self.device, 0.0)
+        }
+    }
+
+    /// The push of a loop that runs here, and no law at all.
+    pub(super) fn controller(
+        &self,
+        push_n: f64,
+        safety: &Safety,
+    ) -> Result<Controller<f64, 1, OwnPush<f64, VirtualWall>>, Failure> {
+        let law = OwnPush::new(no_wall(self.device.sample_time)?, Some(push_n));
+        Ok(Controller::new(law, self.chain(safety)?))
+    }
+
+    fn chain(&self, safety: &Safety) -> Result<SafetyChain<f64>, Failure> {
+        let conduct = Conduct::on(self.remote.clone());
+        let (safety, sensors) = (unguarded(safety), Imperfections::NONE.sensors);
+        safe_chain(self.limits(), &self.device, sensors, &safety, &conduct)
+    }
+
+    fn pusher(&self, push_n: f64, safety: &Safety) -> Result<Pusher, Failure> {
+        Ok(Pusher {
+            chain: self.chain(safety)?,
+            state: SafetyState::default(),
+            push_n,
+        })
+    }
+
     /// Both devices at rest, in each other's way, with this push and the first one's limits of motion.
     pub(super) fn before(
         &self,
@@ -120,21 +233,13 @@ impl SecondDevice {
         safety: &Safety,
     ) -> Result<PushedPair, Failure> {
         let t = self.device.sample_time;
-        let mut safety = *safety;
-        safety.guard = GuardChoice::Off;
-        let (limits, sensors) = (
-            force_and_rate(self.force_limit_n, None, t),
-            Imperfections::NONE.sensors,
-        );
         let devices = FacingConfig {
             devices: [first, self.device],
             contact: self.contact,
         };
         Ok(PushedPair {
             world: FacingDevices::new(devices, Seconds(t.0 / UNITS as f64)).map_err(parameter)?,
-            chain: safe_chain(limits, &self.device, sensors, &safety, &Conduct::on(None))?,
-            state: SafetyState::default(),
-            push_n,
+            pusher: self.pusher(push_n, safety)?,
             sample_time: t,
             tick: 0,
         })
@@ -145,10 +250,7 @@ impl SecondDevice {
 #[derive(Clone, Debug)]
 pub(crate) struct PushedPair {
     world: FacingDevices,
-    /// Of the second device.
-    chain: SafetyChain<f64>,
-    state: SafetyState<f64, 1>,
-    push_n: f64,
+    pusher: Pusher,
     sample_time: Seconds,
     tick: u64,
 }
@@ -167,7 +269,7 @@ impl Pushed {
     fn ended(&self) -> Option<Ending> {
         match self {
             Self::Alone(_) => None,
-            Self::Pair(pair) => pair.state.fault().map(Ending::Fault),
+            Self::Pair(pair) => pair.pusher.state.fault().map(Ending::Fault),
         }
     }
 
@@ -175,7 +277,7 @@ impl Pushed {
     fn is_at_rest(&self) -> bool {
         match self {
             Self::Alone(_) => true,
-            Self::Pair(pair) => pair.state.is_at_rest(),
+            Self::Pair(pair) => pair.pusher.state.is_at_rest(),
         }
     }
 
@@ -183,7 +285,7 @@ impl Pushed {
     fn stop(&mut self) {
         match self {
             Self::Alone(_) => {}
-            Self::Pair(pair) => pair.state.stop(),
+            Self::Pair(pair) => pair.pusher.state.stop(),
         }
     }
 }
@@ -207,9 +309,7 @@ impl Device<f64, 1> for Pushed {
             Self::Alone(device) => return device.write(force),
             Self::Pair(pair) => pair,
         };
-        let position = Vector1::new(pair.world.position(FacingSide::Indenter));
-        let wanted = Vector1::new(pair.push_n);
-        let (push, _) = pair.chain.apply(&mut pair.state, &position, &wanted);
+        let push = pair.pusher.push(pair.world.position(FacingSide::Indenter));
         let commands = [(FacingSide::Renderer, force), (FacingSide::Indenter, push)];
         for (side, force) in commands {
             pair.world.command(side, force.newtons()[0]);

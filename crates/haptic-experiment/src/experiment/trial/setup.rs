@@ -168,6 +168,7 @@ impl TrialSetup {
         RemoteLaw {
             held_push_n: self.plan.push_n,
             own_push_n: self.plan.own_push_n(),
+            second_push_n: self.second.as_ref().map(|_| self.plan.push_n),
             ..no_law_there(
                 self.force_and_rate(),
                 self.force_rate_limit_n_per_s,
@@ -230,7 +231,7 @@ pub(crate) fn setup(
     }
     let (device, sensors) = device(table, sample_time_s)?;
     let mut plan = plan(table, duration_s)?;
-    let second = drive.map(|drive| second(drive, table, device, &plan));
+    let second = drive.map(|drive| second(drive, table, (device, remote.as_ref()), &plan));
     let second = second.transpose()?;
     if second.is_some() {
         plan = TrialPlan {

@@ -2,7 +2,8 @@
 
 use super::*;
 use crate::experiment::bounded_tests::conducted;
-use crate::experiment::kind::Experiment as _;
+use crate::experiment::coupler::CouplerExperiment;
+use crate::experiment::kind::Experiment;
 use crate::experiment::trial::{PushBy, Trial as _};
 use crate::experiment::wall::WallExperiment;
 use crate::judge::settling::{Settling, TrialVerdict};
@@ -20,9 +21,13 @@ fn text((mu, k, b): (f64, f64, f64), wall: &str, drive: &str) -> String {
 }
 
 fn read(text: &str) -> Result<WallExperiment, String> {
+    read_as(text)
+}
+
+fn read_as<T: Experiment + Clone>(text: &str) -> Result<T, String> {
     let file = ExperimentFile::parse(Path::new("lab.toml"), text);
     let file = file.map_err(|error| error.to_string())?;
-    Ok(file.of::<WallExperiment>().expect("a wall").clone())
+    Ok(file.of::<T>().expect("of this kind").clone())
 }
 
 fn tried(wall: &WallExperiment) -> Settling {
@@ -92,6 +97,30 @@ fn a_second_device_comes_to_rest_at_the_push_over_the_stiffness_and_is_judged_as
     }
 }
 
+/// x = F·(1/k + 1/k_o): the spring of the coupler and that of the object bear the push one after the other. The analysis has the damping
+/// of both devices.
+#[test]
+fn a_second_device_pushes_a_coupler_as_far_as_both_springs_give() {
+    let mut random = Random(6912);
+    for _ in 0..20 {
+        let [spring, ground] = [(); 2].map(|()| random.log_between(200.0, 1000.0));
+        let push_n = random.log_between(0.2, 5.0);
+        let text = format!(
+            "[coupler]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.001\norder = 1.0\npush_n = {push_n:?}\n\
+             coupler_damping_n_s_per_m = 2.0\ncoupler_spring_n_s_1_minus_mu_per_m = {spring:?}\n\
+             object_mass_kg = 0.05\nobject_damping_n_s_per_m = 2.0\nobject_stiffness_n_per_m = {ground:?}\n[drive]\n"
+        );
+        let coupler: CouplerExperiment = read_as(&text).expect("good");
+        let pushed = coupler.tried().expect("runs");
+        assert_eq!(pushed.verdict, TrialVerdict::Stable, "{pushed:?} {text}");
+        let want = push_n * (1.0 / spring + 1.0 / ground);
+        let off = (pushed.deflection_m.expect("rests") / want - 1.0).abs();
+        assert!(off < 1e-6, "{off} {text}");
+        let analysed = coupler.look().expect("judges").coupler;
+        assert_eq!(analysed.expect("one").damping_n_s_per_m, 7.0);
+    }
+}
+
 /// Ticks of the run, the first swing in the last of them.
 #[test]
 fn the_first_swing_ends_the_trial() {
@@ -128,7 +157,7 @@ fn both_devices_let_go_after_a_stop_and_after_a_fault_of_either() {
             [first, second].map(|limits| read(&text(soft, &limited(limits), "")).expect("good"));
         let mut parts = wall.parts().expect("good");
         if let Pushed::Pair(pair) = parts.device.device_mut() {
-            pair.chain = of_second.setup.chain().expect("good");
+            pair.pusher.chain = of_second.setup.chain().expect("good");
         }
         let mut world = PushedLoop::new(&mut parts.controller, &mut parts.device);
         let mut ended_at = None;
@@ -178,6 +207,22 @@ fn the_report_names_the_second_device_and_the_log_has_the_force_between_both() {
     assert!((last.contact_force_n - 1.0).abs() < 1e-6, "{last:?}");
     assert!((last.force_n + 1.0).abs() < 1e-6, "{last:?}");
     assert_eq!(wall.metadata()["impact_m_per_s"], "0");
+    let csv = std::fs::read_to_string(folder.join("run.csv")).expect("a table");
+    let (names, rows) = csv.split_once('\n').expect("rows");
+    assert!(
+        names.ends_with(",indenter_position_m,drive_force_n"),
+        "{names}"
+    );
+    // The push from the first sample on; in the end the contact gives by the push over its stiffness.
+    let mut last = [0.0; 5];
+    for row in rows.lines() {
+        let mut values = row
+            .split(',')
+            .map(|value| value.parse::<f64>().expect("a number"));
+        last = std::array::from_fn(|_| values.next().expect("a column"));
+        assert_eq!(last[4], 1.0, "{row}");
+    }
+    assert!((last[3] - last[1] - 1e-5).abs() < 1e-9, "{last:?}");
 }
 
 #[test]
@@ -186,9 +231,19 @@ fn a_push_that_a_second_device_cannot_make_is_refused_in_one_line() {
     for (wall, drive, words) in [
         ("push_by = 'device'", "", "push_by"),
         ("impact_m_per_s = 0.1", "", "from rest"),
-        ("device = 'serial:x'", "", "device"),
+        ("device = 'serial:x'", "", "give `drive_device`"),
+        (
+            "device = 'serial:x'",
+            "drive_device = 'serial:x'",
+            "may be the same device",
+        ),
+        (
+            "device = 'serial:x'",
+            "drive_device = 'serial:y'\ncontact_damping_n_s_per_m = 1.0",
+            "contact_damping_n_s_per_m has no effect",
+        ),
         ("", "controller = 'c.toml'", "controller"),
-        ("", "drive_device = 'serial:y'", "drive_device"),
+        ("", "drive_device = 'serial:y'", "both devices of a drive"),
         ("", "drive_loop = 'host'", "drive_loop"),
         (
             "push_n = 2.0",
@@ -202,7 +257,7 @@ fn a_push_that_a_second_device_cannot_make_is_refused_in_one_line() {
         assert!(error.contains(words), "{error}");
         assert_eq!(error.lines().count(), 1, "{error}");
     }
-    let coupler = "[coupler]\n[drive]\n";
-    let error = ExperimentFile::parse(Path::new("lab.toml"), coupler).expect_err("no drive");
-    assert!(error.to_string().contains("not [coupler]"), "{error}");
+    let touch = "[touch]\n[drive]\n";
+    let error = ExperimentFile::parse(Path::new("lab.toml"), touch).expect_err("no drive");
+    assert!(error.to_string().contains("not [touch]"), "{error}");
 }
