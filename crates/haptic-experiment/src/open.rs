@@ -87,7 +87,7 @@ impl ExperimentFile {
         let table = above_device(name, table)?;
         if let Some(drive) = drive.as_ref().filter(|_| !kind.beside.has_drive()) {
             return Err(drive.fail(format_args!(
-                "[{DRIVE_TABLE}] holds the indenter of [relax], [creep] or [press], which [{name}] does not have: omit it"
+                "[{DRIVE_TABLE}] stands beside [relax], [creep], [press], [wall] or [coupler], not [{name}]: omit it"
             )));
         }
         let drive = drive

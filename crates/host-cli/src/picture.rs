@@ -387,6 +387,7 @@ fn of_trial(rest_m: Option<f64>, trial: &Curves) -> Result<Picture, FigureError>
     let position = column(trial, "position_m", 1e3);
     let object = column(trial, "object_position_m", 1e3);
     let force = column(trial, "force_n", 1.0);
+    let drive = column(trial, "drive_force_n", 1.0);
     let run = trial.origin;
     let (device, what) = match object.is_empty() {
         true => (run.to_owned(), "wall"),
@@ -404,8 +405,9 @@ fn of_trial(rest_m: Option<f64>, trial: &Curves) -> Result<Picture, FigureError>
             .with("rest position", Look::Dashed, 1, rest.iter().copied())
     };
     let forces = |caption: String, time| {
-        let panel = Panel::new(caption, time, linear(FORCE));
-        panel.with(&device, Look::Line, 0, force.iter().copied())
+        Panel::new(caption, time, linear(FORCE))
+            .with(&device, Look::Line, 0, force.iter().copied())
+            .with("second device", Look::Dashed, 3, drive.iter().copied())
     };
     // An impact takes milliseconds, and the rest seconds.
     let (whole, log) = (linear("time / s"), logarithmic("time / s"));

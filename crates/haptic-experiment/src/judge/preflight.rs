@@ -223,11 +223,12 @@ impl Preflight<'_> {
     pub(crate) fn felt_of(
         &self,
         samples: Samples<'_>,
+        before: Before<'_>,
     ) -> Result<ReferenceSeries<'static>, Failure> {
         let (t, planned) = (Seconds(self.sample_time_s), self.samples);
         ReferenceSeries::new(
             samples,
-            Before::default(),
+            before,
             |x| self.felt(x),
             || {
                 Ok(match self.model {

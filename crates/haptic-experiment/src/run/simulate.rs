@@ -67,6 +67,16 @@ where
         let engaged = controller.engage(device);
         Self { engaged }
     }
+
+    /// The device behind its sensors.
+    pub(crate) fn device(&self) -> &V {
+        self.engaged.device().device()
+    }
+
+    /// The device behind its sensors.
+    pub(crate) fn device_mut(&mut self) -> &mut V {
+        self.engaged.device_mut().device_mut()
+    }
 }
 
 impl<F: Real, E: Environment<F, D>, V, const D: usize> World<D> for Simulated<'_, F, E, V, D>
