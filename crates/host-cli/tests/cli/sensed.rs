@@ -69,6 +69,30 @@ fn a_simulated_rig_with_a_force_sensor_has_a_column_a_picture_and_a_report() {
     }
 }
 
+/// Pressed at an angle to its axes and held: but for 1 mN of noise, 1 ms of lag and the mass, which meets the edge at 20 mm/s, a hand feels
+/// the rendered force.
+#[test]
+fn a_touch_of_two_or_three_axes_has_its_sensed_force_along_the_rendered_one() {
+    let place = Place::new();
+    for (axes, normal, [out, within]) in [
+        (2, "[3, 4]", ["-6e-3, -8e-3", "6e-3, 8e-3"]),
+        (3, "[1, 2, 2]", ["-3e-3, -6e-3, -6e-3", "3e-3, 6e-3, 6e-3"]),
+    ] {
+        let touch = format!(
+            "[touch]\naxes = {axes}\nshape = \"plane\"\nnormal = {normal}\nduration_s = 3\nsensed_range_n = 20\nsensed_offset_n = 0.3\n\
+             way_points = [[0, {out}], [0.3, {out}], [1.3, {within}]]\n"
+        );
+        place.write("touch.toml", &touch);
+        let report = place.json("run touch.toml --out run --overwrite --quiet");
+        assert!((at(&report, "/sensed/offset_n") - 0.3).abs() < 5e-4);
+        let [rms_n, largest_n] = differences(&report, "from_rendered");
+        let peak_n = at(&report, "/peak_force_n");
+        assert!((0.9e-3..0.01 * peak_n).contains(&rms_n), "{report}");
+        assert!(largest_n < 0.1 * peak_n, "{report}");
+        assert!(report["sensed"]["from_closed_form"].is_null());
+    }
+}
+
 #[test]
 fn what_no_force_sensor_can_be_is_refused_in_a_line() {
     Place::new().refuses(
