@@ -112,7 +112,9 @@ impl Row {
 
     fn line(&self) -> String {
         let (key, default, range, meaning) = (self.key, &self.default, &self.range, &self.meaning);
-        format!("| `{key}` | {default}{range} | {meaning} |")
+        let shown = format!("{default}{range}");
+        let shown = shown.strip_prefix("none; ").unwrap_or(&shown);
+        format!("`{key}` | {shown} | {meaning}")
     }
 
     /// The key alone, with its default here if that is another one than `there`.
@@ -203,7 +205,7 @@ impl Table {
     }
 }
 
-const HEAD: &str = "| key | default; range | meaning |\n|---|---|---|";
+const HEAD: &str = "key | default; range | meaning\n---|---|---";
 
 /// Rows that at least three tables have: one for each key, that of most, with the default of most.
 fn shared(tables: &[Table]) -> Table {
@@ -275,10 +277,10 @@ fn questions() -> Vec<(String, Vec<Parameter>)> {
 
 /// The names of a key, rule and exceptions: on the command, on the page and in Python.
 fn names(questions: &[(String, Vec<Parameter>)]) -> String {
-    let mut text = String::from("\n| key | command | page | Python |\n|---|---|---|---|\n");
+    let mut text = String::from("\nkey | command | page | Python\n---|---|---|---\n");
     let like = ["`--sample-time`", "`sample_time_s`", "`sample_time_s`"];
     let mut row = |key: &str, [command, page, python]: [&str; 3]| {
-        let _ = writeln!(text, "| {key} | {command} | {page} | {python} |");
+        let _ = writeln!(text, "{key} | {command} | {page} | {python}");
     };
     row("each key, as `sample_time_s`", like);
     for (command, parameters) in questions {
@@ -325,9 +327,9 @@ fn lists_once(text: &str) -> String {
             return line.to_owned();
         };
         if let Some(first) = seen.get(list) {
-            return format!("{row}; choices of {first} |");
+            return format!("{row}; choices of {first}");
         }
-        seen.insert(list, row.split(' ').nth(1).unwrap_or_default());
+        seen.insert(list, row.split(' ').next().unwrap_or_default());
         line.to_owned()
     });
     lines.collect::<Vec<_>>().join("\n") + "\n"
