@@ -60,10 +60,10 @@ def test_every_key_of_a_question_is_an_argument(question: str, function) -> None
         return re.findall(r"`([a-z][a-z0-9_]*)`", text)
 
     table = page.split("\n## Questions\n")[1].split(f"\n### {question}\n")[1].split("\n### ")[0]
-    rows, _, elsewhere = table.partition("\nAs in ")
+    rows, _, elsewhere = table.partition("\nAlso ")
     named = [row.split("|")[0] for row in rows.splitlines() if row.startswith("`")]
     in_python = {}
-    for row in re.findall(r"\n(`.+?` \| as each \| as each \| `.+?`)(?=\n)", page):
+    for row in re.findall(r"\n(`.+?` \| same \| same \| `.+?`)(?=\n)", page):
         key, name = keys(row)
         in_python[key] = name
     assert len(in_python) == 5

@@ -50,14 +50,14 @@ fn default(parameter: &Parameter) -> String {
     }
 }
 
-/// An interval, as in `[0, 1e6]` or `(0, 1e6]`.
+/// An interval, as in `0…1e6` or `>0…1e6`.
 fn interval(range: Range) -> String {
     let (Range::Within(low, high) | Range::AboveUpTo(low, high) | Range::ZeroOr(low, high)) = range;
     let [low, high] = [low, high].map(Shown);
     match range {
-        Range::Within(..) => format!("[{low}, {high}]"),
-        Range::AboveUpTo(..) => format!("({low}, {high}]"),
-        Range::ZeroOr(..) => format!("0, [{low}, {high}]"),
+        Range::Within(..) => format!("{low}…{high}"),
+        Range::AboveUpTo(..) => format!(">{low}…{high}"),
+        Range::ZeroOr(..) => format!("0, {low}…{high}"),
     }
 }
 
@@ -66,9 +66,8 @@ fn range(parameter: &Parameter) -> String {
     match parameter.value {
         Value::Number(_, Range::Within(f64::MIN, f64::MAX)) => "; any".to_owned(),
         Value::Number(_, range) => format!("; {}", interval(range)),
-        Value::Count(_) => "; whole".to_owned(),
         Value::List(range) => format!("; list in {}", interval(range)),
-        Value::Flag(_) => String::new(),
+        Value::Count(_) | Value::Flag(_) => String::new(),
         Value::Text("") if choices(parameter).is_empty() => "; text".to_owned(),
         Value::Text(_) => String::new(),
     }
@@ -142,6 +141,12 @@ const GROUPS: [(&str, &str); 3] = [
     ),
 ];
 
+/// The keys with the names of groups in their place.
+fn grouped(keys: &str) -> String {
+    let name = |keys: String, (group, its): &(&str, &str)| keys.replace(its, group);
+    GROUPS.iter().fold(keys.to_owned(), name)
+}
+
 /// A table of the page, under its heading.
 struct Table {
     heading: String,
@@ -192,15 +197,14 @@ impl Table {
             let _ = writeln!(text, "\n{HEAD}\n{}", rows.join("\n"));
         }
         let elsewhere = elsewhere.into_iter().map(|(table, names)| {
-            let (heading, anchor, names) = (&table.heading, table.anchor(), names.join(" "));
-            let grouped = GROUPS
-                .iter()
-                .fold(names, |names, (group, keys)| names.replace(keys, group));
-            format!("[{heading}](#{anchor}): {grouped}")
+            let (anchor, names) = (table.anchor(), names.join(" "));
+            let heading = table.heading.split(',').next().unwrap_or_default();
+            let heading = heading.trim_end_matches(" keys");
+            format!("[{heading}](#{anchor}): {}", grouped(&names))
         });
         let elsewhere = elsewhere.collect::<Vec<_>>().join("; ");
         if !elsewhere.is_empty() {
-            let _ = writeln!(text, "\nAs in {elsewhere}");
+            let _ = writeln!(text, "\nAlso {elsewhere}");
         }
     }
 }
@@ -292,28 +296,22 @@ fn names(questions: &[(String, Vec<Parameter>)]) -> String {
         let typed: Vec<String> = typed.map(|key| format!("`{key}`")).collect();
         if !typed.is_empty() {
             assert!(help.contains("[KEY=VALUE]"), "{command}: {typed:?}");
-            let keys = format!("`{command}`: {}", typed.join(" "));
-            row(
-                &keys,
-                ["`KEY=VALUE`, key without unit", "as each", "as each"],
-            );
+            let keys = format!("`{command}`: {}", grouped(&typed.join(" ")));
+            row(&keys, ["`KEY=VALUE`, key without unit", "same", "same"]);
         }
     }
     let on_device = ON_DEVICE.map(|key| format!("`{key}`")).join(" ");
     let no_field = "no field: it runs no device at a port";
-    row(&on_device, ["as each", no_field, "as each"]);
+    row(&on_device, ["same", no_field, "same"]);
     row(
         &format!("`{}`", VALIDATE.key),
-        ["as each", "second file", "as each"],
+        ["same", "second file", "same"],
     );
-    row(
-        &format!("`{}`", REFERENCE.key),
-        ["as each", "file", "as each"],
-    );
+    row(&format!("`{}`", REFERENCE.key), ["same", "file", "same"]);
     for (key, python) in IN_PYTHON {
         row(
             &format!("`{key}`"),
-            ["as each", "as each", &format!("`{python}`")],
+            ["same", "same", &format!("`{python}`")],
         );
     }
     text
@@ -353,7 +351,10 @@ fn made() -> String {
     let groups = GROUPS
         .map(|(group, keys)| format!("{group}: {keys}"))
         .join("\n\n");
-    let mut text = format!("\n## {}\n\n{groups}\n\n{HEAD}\n", shared.heading);
+    let mut text = format!(
+        "\n## {}\n\nNamed groups:\n\n{groups}\n\n{HEAD}\n",
+        shared.heading
+    );
     for row in &shared.rows {
         let _ = writeln!(text, "{}", row.line());
     }
