@@ -406,7 +406,7 @@ fn own_loop(
             )));
         }
         Some(remote) if remote.loop_mode == LoopMode::Host => LINE_SAMPLES,
-        _ => 0.0,
+        Some(_) | None => 0.0,
     };
     Ok(Drive {
         name: "made from mass and damping".to_owned(),

@@ -407,7 +407,8 @@ fn sensed_rows(samples: &[KeptSample], offset: SensorOffset) -> (Value, Vec<Stri
         }
     }
     let rows = sensed.rows(offset, None);
-    let doubts = match partial && rows == json!({}) {
+    let is_unread = partial && rows == json!({}) && matches!(offset, SensorOffset::Known(_));
+    let doubts = match is_unread {
         true => vec![
             "the force sensor reads some axes alone, and a force along the normal needs all: compare `sensed_force_n` in the log".to_owned(),
         ],
