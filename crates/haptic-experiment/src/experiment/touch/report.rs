@@ -409,7 +409,7 @@ fn sensed_rows(samples: &[KeptSample], offset: SensorOffset) -> (Value, Vec<Stri
     let rows = sensed.rows(offset, None);
     let doubts = match partial && rows == json!({}) {
         true => vec![
-            "the force sensor reads some axes alone, and a force along the normal needs all: compare `sensed_force_n` in the log".to_owned(),
+            "the force sensor reads some axes alone, and a force along the normal needs all: compare both in the log, axis by axis".to_owned(),
         ],
         false => sensed.warnings(offset, true),
     };
