@@ -100,7 +100,7 @@ fn the_slave_of_a_teleoperation_senses_the_force_on_its_place() {
     let place = Place::new();
     let text = "[teleoperation]\nenvironment = \"wall\"\npress_m = 5e-3\namplitude_m = 1e-5\nduration_s = 4\nwindow_s = 2\n";
     place.write("plain.toml", text);
-    place.write("sensed.toml", &format!("{text}sensed_range_n = 20\n"));
+    place.write("sensed.toml", format!("{text}sensed_range_n = 20\n"));
     assert_eq!(place.json("run plain.toml --out plain").get("sensed"), None);
     let report = place.json("run sensed.toml --out sensed");
     assert!(differences(&report, "from_rendered")[0] < 0.2 * at(&report, "/slave_peak_n"));

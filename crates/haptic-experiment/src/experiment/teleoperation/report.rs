@@ -273,7 +273,7 @@ impl TeleoperationExperiment {
         let warnings = self.warnings(ran, verdict, judged);
         let [forth, back] = line_counts(pair);
         let most = felt.iter().filter_map(|felt| felt.off_formula_db);
-        // What the place feels beside what the hand feels.
+        // The force on the place beside that on the hand.
         let mut sensed = SensedForce::default();
         if self.force_sensor.is_some() {
             Samples::of(&ran.record, &ran.log.paths).for_each(|sample| {

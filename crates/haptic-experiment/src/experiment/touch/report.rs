@@ -410,7 +410,7 @@ fn sensed_rows(samples: &[KeptSample], offset: SensorOffset) -> (Value, Vec<Stri
     let is_unread = partial && rows == json!({}) && matches!(offset, SensorOffset::Known(_));
     let doubts = match is_unread {
         true => vec![
-            "the force sensor reads some axes alone, and a force along the normal needs all: compare `sensed_force_n` in the log".to_owned(),
+            "the force sensor reads some axes alone, and a force along the normal needs all: compare both in the log, axis by axis".to_owned(),
         ],
         false => sensed.warnings(offset, true),
     };
