@@ -116,9 +116,9 @@ impl Row {
         format!("`{key}` | {shown} | {meaning}")
     }
 
-    /// The key alone, with its default here if that is another one than `there`.
-    fn named(&self, there: &Self) -> String {
-        match self.default == there.default || self.default == "required" {
+    /// The key alone, with its default if the row that is shown has another one.
+    fn named(&self, shown: &Self) -> String {
+        match self.default == shown.default || self.default == "required" {
             true => format!("`{}`", self.key),
             false => format!("`{}` ({})", self.key, self.default),
         }
@@ -143,7 +143,7 @@ const GROUPS: [(&str, &str); 3] = [
 
 /// The keys with the names of groups in their place.
 fn grouped(keys: &str) -> String {
-    let name = |keys: String, (group, its): &(&str, &str)| keys.replace(its, group);
+    let name = |keys: String, (group, list): &(&str, &str)| keys.replace(list, group);
     GROUPS.iter().fold(keys.to_owned(), name)
 }
 
@@ -163,10 +163,19 @@ impl Table {
         }
     }
 
-    fn anchor(&self) -> String {
+    /// The anchor of the heading behind those of `before`, some of which may have the same words.
+    fn anchor(&self, before: &[Self]) -> String {
+        let alike = |table: &&Self| table.heading == self.heading;
+        let earlier = before
+            .iter()
+            .take_while(|table| !std::ptr::eq(*table, self));
+        let suffix = match earlier.filter(alike).count() {
+            0 => String::new(),
+            count => format!("-{count}"),
+        };
         let kept = |c: &char| c.is_alphanumeric() || " _-".contains(*c);
         let kept: String = self.heading.chars().filter(kept).collect();
-        kept.to_lowercase().replace(' ', "-")
+        kept.to_lowercase().replace(' ', "-") + &suffix
     }
 
     /// The rows that stand nowhere else before, and the names of all others with the place of their rows.
@@ -177,18 +186,15 @@ impl Table {
         for row in &self.rows {
             let mut tables = [shared].into_iter().chain(before);
             let known = tables.find_map(|table| {
-                let there = table.rows.iter().find(|there| there.is(row));
-                there.map(|there| (table, there))
+                let shown = table.rows.iter().find(|shown| shown.is(row));
+                shown.map(|shown| (table, shown))
             });
-            let Some((table, there)) = known else {
+            let Some((table, shown)) = known else {
                 rows.push(row.line());
                 continue;
             };
-            let name = row.named(there);
-            match elsewhere
-                .iter_mut()
-                .find(|one| one.0.heading == table.heading)
-            {
+            let name = row.named(shown);
+            match elsewhere.iter_mut().find(|one| std::ptr::eq(one.0, table)) {
                 Some((_, names)) => names.push(name),
                 None => elsewhere.push((table, vec![name])),
             }
@@ -197,7 +203,7 @@ impl Table {
             let _ = writeln!(text, "\n{HEAD}\n{}", rows.join("\n"));
         }
         let elsewhere = elsewhere.into_iter().map(|(table, names)| {
-            let (anchor, names) = (table.anchor(), names.join(" "));
+            let (anchor, names) = (table.anchor(before), names.join(" "));
             let heading = table.heading.split(',').next().unwrap_or_default();
             let heading = heading.trim_end_matches(" keys");
             format!("[{heading}](#{anchor}): {}", grouped(&names))
@@ -384,7 +390,7 @@ fn made() -> String {
 const EXPERIMENT_FILES: &str = "";
 const CONTROLLER_FILES: &str = "\nOne of the first five, and `[loop]`.\n";
 const PLANT_FILES: &str = "\nOne of the first four. In `[device]` mass and damping are required; `[intervals]` beside it has the same\nkeys, each `[low, high]`.\n";
-const ASKED: &str = "\nThe command, the page and Python ask them alike; in Python they are `tissue.identify_tables`, `control.identify`, `control.design`, `control.analyze`, `control.simulate`, and in\n`experiment` `zwidth`, `design`, `analyze_stability` and so on. On the page a plant is typed, or a file. Names:\n";
+const ASKED: &str = "\nCommand, page and Python ask them alike, in Python as `tissue.identify_tables`, `control.identify`, `control.design`, `control.analyze`, `control.simulate`, and in\n`experiment` `zwidth`, `design`, `analyze_stability` and so on. On the page a plant is typed, or a file. Names:\n";
 
 #[test]
 fn the_page_of_keys_is_made_from_the_tables() {
