@@ -1,5 +1,5 @@
 //! Experiment files: TOML with one table, `[relax]`, `[creep]`, `[wall]`, `[coupler]`, `[teleoperation]`, `[touch]` or `[press]`, units in the
-//! names of keys; `[drive]` beside the first two and the last.
+//! names of keys; `[drive]` beside all but `[teleoperation]` and `[touch]`.
 //!
 //! ```toml
 //! [wall]

@@ -270,18 +270,16 @@ impl Indentation {
                     patience: device.patience,
                     ..second.remote.clone()
                 };
+                let followed = |time_s| blank(reference(time_s));
                 let pair = PairRun {
                     opposed_n,
-                    drive: RemoteRun {
-                        device: &there,
-                        law: self.drive_law(drive)?,
-                        blank: &|time_s| blank(reference(time_s)),
-                        metadata: BTreeMap::new(),
-                        wanted: PreflightRequest::default(),
-                        preflight: None,
+                    drive: RemoteRun::beside(
+                        &there,
+                        self.drive_law(drive)?,
                         schedule,
+                        &followed,
                         request,
-                    },
+                    ),
                     tissue: run,
                     judged: Some(&|delays_s| self.faced(drive, second, delays_s, samples)),
                 };

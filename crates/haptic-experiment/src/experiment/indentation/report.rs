@@ -97,7 +97,7 @@ struct Moved {
 
 /// Source of a drive's report: the samples of the run, or those of its own device.
 enum Driven {
-    Here(DriveJudge),
+    Here(Box<DriveJudge>),
     Beside(DriveSamples, Box<DriveReport>),
 }
 
@@ -146,7 +146,7 @@ impl<'a> Judge<'a> {
             let (t, on_device) = (of.sample_time_s, of.conduct.remote.is_some());
             let mut judge = DriveJudge::new(drive, of.load, t, ran.drive, on_device)?;
             Ok::<_, Failure>(match &ran.second {
-                None => Driven::Here(judge),
+                None => Driven::Here(Box::new(judge)),
                 Some(ran) => {
                     let samples = DriveSamples::new(ran, record, t, |sample| judge.add(sample));
                     let report = DriveReport {

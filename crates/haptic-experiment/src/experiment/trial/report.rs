@@ -20,9 +20,7 @@ use crate::judge::warnings::Warnings;
 use crate::judge::{Compared, Curves, Drawing, FeltSummary, Published, Reference, origin};
 use crate::run::preflight::{Found, PreflightRequest, PreflightVerdict, note_findings};
 use crate::run::record::Record;
-use crate::run::remote::{
-    PairRun, RemoteDevice, RemoteLaw, RemoteRun, blank, device_name, fits_two_devices,
-};
+use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, device_name};
 use crate::run::safety::GuardChoice;
 use crate::run::samples::Samples;
 use crate::run::tick::KeptSample;
@@ -34,7 +32,6 @@ use haptic_loop::Environment;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 /// A trial of a wall at one speed.
 #[derive(Debug, Serialize)]
@@ -152,32 +149,13 @@ pub(crate) trait Trial: Experiment + Clone {
             request,
             metadata,
         };
-        let Some((second, there)) = setup.second_there() else {
-            return run.run(&mut parts.controller, supervisor);
-        };
-        fits_two_devices(samples)?;
-        let (push_n, safety) = (setup.plan.push_n, setup.safety());
-        let there = &RemoteDevice {
-            patience: remote.patience,
-            ..there.clone()
-        };
-        let pair = PairRun {
-            opposed_n: Arc::default(),
-            drive: RemoteRun {
-                device: there,
-                law: second.law_there(push_n, &safety),
-                schedule,
-                blank: &|_| blank(0.0),
-                preflight: None,
-                wanted: PreflightRequest::default(),
-                request,
-                metadata: BTreeMap::new(),
-            },
-            tissue: run,
-            judged: None,
-        };
-        let mut pushing = second.controller(push_n, &safety)?;
-        pair.run(&mut parts.controller, &mut pushing, supervisor)
+        match &setup.second {
+            None => run.run(&mut parts.controller, supervisor),
+            Some(second) => {
+                let (push_n, safety) = (setup.plan.push_n, setup.safety());
+                second.push_into(push_n, &safety, run, &mut parts.controller, supervisor)
+            }
+        }
     }
 
     /// Runs it without log or files: does it settle, at each hit, and without friction too?
@@ -280,8 +258,9 @@ pub(crate) trait Trial: Experiment + Clone {
                 false => (Err("the law began where the handle stood"), None),
             };
             let push_n = setup.plan.own_push_n().unwrap_or(0.0);
-            let beside = (object, setup.driven(ran)?);
-            let compared = Comparison::of(ran, push_n, off_n, beside)?;
+            let second = (setup.second.as_ref())
+                .map(|second| second.driven(ran, setup.plan.push_n, &setup.safety()));
+            let compared = Comparison::of(ran, push_n, off_n, object, second.transpose()?)?;
             (files, operator_error) = (compared.files, compared.error);
             let sensed = compared.sensed;
             (warnings.0).extend(sensed.warnings(record.sensor, record.link.is_some()));
@@ -521,7 +500,8 @@ impl Comparison {
         ran: &Ran,
         push_n: f64,
         mut off_n: OffN<'_>,
-        (mut object, mut drive): (Option<OfSample<'_>>, Option<OfDrive<'_>>),
+        mut object: Option<OfSample<'_>>,
+        mut drive: Option<OfDrive<'_>>,
     ) -> Result<Self, Failure> {
         let record = &ran.record;
         let mut names = vec!["time_s", "position_m"];

@@ -14,10 +14,7 @@
 //! - *At ports* each device has a chain and a thread of its own, see [`PairRun`](crate::run::remote::PairRun); the second may only push
 //!   within its lasting limits of force, workspace and speed.
 
-use super::setup::TrialSetup;
-use super::{
-    IMPACT, PUSH, TrialPlan, VirtualWall, force_and_rate, no_law_there, no_wall, safe_chain,
-};
+use super::{IMPACT, PUSH, TrialPlan, force_and_rate, no_law_there, no_wall, safe_chain};
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters as p;
@@ -30,12 +27,12 @@ use crate::experiment::kind::Conduct;
 use crate::experiment::reading::{DEVICE_FILES, device_model_by};
 use crate::run::advice::parameter;
 use crate::run::ending::Ending;
-use crate::run::remote::{RemoteDevice, RemoteLaw};
+use crate::run::remote::{PairRun, RemoteDevice, RemoteLaw, RemoteRun, blank, fits_two_devices};
 use crate::run::safety::{GuardChoice, Safety};
 use crate::run::sensors::Imperfections;
 use crate::run::simulate::{Instrumented, Simulated};
 use crate::run::tick::KeptSample;
-use crate::run::{Ran, World};
+use crate::run::{DeviceModel, Ran, Supervisor, World};
 use fracdiff::parameter::Shown;
 use haptic_log::record::TickMessage;
 use haptic_loop::plant::{
@@ -48,6 +45,7 @@ use haptic_loop::{
 };
 use nalgebra::Vector1;
 use std::convert::Infallible;
+use std::sync::Arc;
 
 /// Place, m, and force, N, of a second device at a sample of the first; asked for in their order.
 pub(super) type OfDrive<'a> = Box<dyn FnMut(&KeptSample) -> [f64; 2] + 'a>;
@@ -62,6 +60,8 @@ pub(crate) struct SecondDevice {
     pub(crate) contact: FacingContact,
     /// Largest force of its motor, N, at least the push.
     pub(crate) force_limit_n: f64,
+    /// A device file describes it.
+    pub(crate) is_known: bool,
     /// The device at a port; `None` for the simulated one.
     pub(crate) remote: Option<RemoteDevice>,
 }
@@ -70,7 +70,8 @@ pub(crate) struct SecondDevice {
 pub(super) fn second(
     table: &Table<'_>,
     law: &Table<'_>,
-    (first, at_port): (MassDamperConfig, Option<&RemoteDevice>),
+    first: MassDamperConfig,
+    at_port: Option<&RemoteDevice>,
     plan: &TrialPlan,
 ) -> Result<SecondDevice, FileError> {
     if let Some(key) = [&p::PUSH_BY, &IMPACT].into_iter().find(|key| law.has(key)) {
@@ -110,7 +111,21 @@ pub(super) fn second(
         return Err(table.fail_at(key, reason));
     }
     let model = device_model_by(table, DEVICE_FILES[1])?;
-    // Without a file it is built as the first, but nobody holds it.
+    Ok(SecondDevice {
+        device: built(model.as_ref(), first),
+        contact: FacingContact {
+            stiffness: NewtonsPerMetre(table.number(&CONTACT_STIFFNESS)?),
+            damping: NewtonSecondsPerMetre(table.number(&CONTACT_DAMPING)?),
+            ..FacingContact::COMPLIANT
+        },
+        force_limit_n,
+        is_known: model.is_some(),
+        remote,
+    })
+}
+
+/// A device as its file says, or else as the first is built, but held by nobody.
+fn built(model: Option<&DeviceModel>, first: MassDamperConfig) -> MassDamperConfig {
     let device = model.map_or(first, |model| MassDamperConfig {
         mass: Kilograms(model.values.mass_kg),
         damping: NewtonSecondsPerMetre(model.values.damping_n_s_per_m),
@@ -119,19 +134,17 @@ pub(super) fn second(
         friction: Newtons(model.values.friction_n),
         ..first
     });
-    Ok(SecondDevice {
-        device: MassDamperConfig {
-            stiffness: NewtonsPerMetre(0.0),
-            ..device
-        },
-        contact: FacingContact {
-            stiffness: NewtonsPerMetre(table.number(&CONTACT_STIFFNESS)?),
-            damping: NewtonSecondsPerMetre(table.number(&CONTACT_DAMPING)?),
-            ..FacingContact::COMPLIANT
-        },
-        force_limit_n,
-        remote,
-    })
+    MassDamperConfig {
+        stiffness: NewtonsPerMetre(0.0),
+        ..device
+    }
+}
+
+/// Settings of the chain of a second device: those of the first, without its guard.
+fn unguarded(safety: &Safety) -> Safety {
+    let mut safety = *safety;
+    safety.guard = GuardChoice::Off;
+    safety
 }
 
 /// The motor of a second device, behind a chain of its own.
@@ -150,22 +163,61 @@ impl Pusher {
     }
 }
 
-impl TrialSetup {
-    /// The second device, if it is at a port.
-    pub(super) fn second_there(&self) -> Option<(&SecondDevice, &RemoteDevice)> {
-        let second = self.second.as_ref()?;
-        Some((second, second.remote.as_ref()?))
+impl SecondDevice {
+    /// Runs a law on the first device at a port, while this one makes that push, N.
+    pub(super) fn push_into<E>(
+        &self,
+        push_n: f64,
+        safety: &Safety,
+        law: RemoteRun<'_>,
+        controller: &mut Controller<f64, 1, E>,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure>
+    where
+        E: Environment<f64, 1, History: Send> + Send,
+    {
+        // Both are at ports, or neither.
+        let Some(remote) = &self.remote else {
+            return law.run(controller, supervisor);
+        };
+        fits_two_devices(law.schedule.samples)?;
+        if !self.is_known {
+            (supervisor.warn)(&format!(
+                "pre-flight: the second device is judged as if it were built as the first: give {}",
+                p::DRIVE_DEVICE_MODEL
+            ));
+        }
+        let safety = unguarded(safety);
+        let device = &RemoteDevice {
+            patience: law.device.patience,
+            ..remote.clone()
+        };
+        let push = RemoteLaw {
+            own_push_n: Some(push_n),
+            ..no_law_there(self.limits(), None, &safety, &self.device, 0.0)
+        };
+        let pair = PairRun {
+            drive: RemoteRun::beside(device, push, law.schedule, &|_| blank(0.0), law.request),
+            tissue: law,
+            judged: None,
+            opposed_n: Arc::default(),
+        };
+        let no_law = OwnPush::new(no_wall(self.device.sample_time)?, Some(push_n));
+        let mut pushing = Controller::new(no_law, self.chain(&safety)?);
+        pair.run(controller, &mut pushing, supervisor)
     }
 
-    /// Place of the second device of a run, m, and its force, N: by its own samples, or computed again of a simulated one.
-    pub(super) fn driven<'a>(&self, ran: &'a Ran) -> Result<Option<OfDrive<'a>>, Failure> {
-        let Some(second) = &self.second else {
-            return Ok(None);
-        };
+    /// Its place in a run, m, and its force, N: by its own samples, or computed again of a simulated one.
+    pub(super) fn driven<'a>(
+        &self,
+        ran: &'a Ran,
+        push_n: f64,
+        safety: &Safety,
+    ) -> Result<OfDrive<'a>, Failure> {
         let t = self.device.sample_time.0;
-        Ok(Some(match &ran.second {
+        Ok(match &ran.second {
             None => {
-                let mut pusher = second.pusher(self.plan.push_n, &self.safety())?;
+                let mut pusher = self.pusher(push_n, safety)?;
                 Box::new(move |sample| {
                     let place_m = sample.indenter_position_m;
                     [place_m, pusher.push(place_m).newtons()[0]]
@@ -176,39 +228,11 @@ impl TrialSetup {
                 let mut samples = DriveSamples::new(there, &ran.record, t, own);
                 Box::new(move |sample| samples.at(sample.time_s).1)
             }
-        }))
+        })
     }
-}
 
-/// Settings of the chain of a second device: those of the first, without its guard.
-fn unguarded(safety: &Safety) -> Safety {
-    let mut safety = *safety;
-    safety.guard = GuardChoice::Off;
-    safety
-}
-
-impl SecondDevice {
     fn limits(&self) -> SafetyLimits {
         force_and_rate(self.force_limit_n, None, self.device.sample_time)
-    }
-
-    /// The push for a device at a port, and no law at all.
-    pub(super) fn law_there(&self, push_n: f64, safety: &Safety) -> RemoteLaw {
-        let safety = unguarded(safety);
-        RemoteLaw {
-            own_push_n: Some(push_n),
-            ..no_law_there(self.limits(), None, &safety, &self.device, 0.0)
-        }
-    }
-
-    /// The push of a loop that runs here, and no law at all.
-    pub(super) fn controller(
-        &self,
-        push_n: f64,
-        safety: &Safety,
-    ) -> Result<Controller<f64, 1, OwnPush<f64, VirtualWall>>, Failure> {
-        let law = OwnPush::new(no_wall(self.device.sample_time)?, Some(push_n));
-        Ok(Controller::new(law, self.chain(safety)?))
     }
 
     fn chain(&self, safety: &Safety) -> Result<SafetyChain<f64>, Failure> {

@@ -231,7 +231,7 @@ pub(crate) fn setup(
     }
     let (device, sensors) = device(table, sample_time_s)?;
     let mut plan = plan(table, duration_s)?;
-    let second = drive.map(|drive| second(drive, table, (device, remote.as_ref()), &plan));
+    let second = drive.map(|drive| second(drive, table, device, remote.as_ref(), &plan));
     let second = second.transpose()?;
     if second.is_some() {
         plan = TrialPlan {

@@ -70,6 +70,7 @@ impl PairRun<'_> {
         let mut drive = drive.map_err(|failure| failure.and(&DRIVE_DEVICE.set_to(&device)))?;
         // Its push meets no law of its own that could swing.
         drive.push = None;
+        // One that only pushes needs a device that it meets.
         let simulates = |ready: &&Ready<'_, _>| ready.link.capabilities().simulated;
         let simulated = [&tissue, &drive].into_iter().find(simulates);
         if let (None, Some(ready)) = (&self.judged, simulated) {

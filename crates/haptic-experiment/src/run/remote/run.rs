@@ -47,6 +47,26 @@ pub(crate) struct RemoteRun<'a, M = TickMessage> {
 }
 
 impl<'a, M> RemoteRun<'a, M> {
+    /// The run of a second device, which is judged and described with that of the first.
+    pub(crate) fn beside(
+        device: &'a RemoteDevice,
+        law: RemoteLaw,
+        schedule: Schedule,
+        blank: &'a (dyn Fn(f64) -> M + Sync),
+        request: &'a FolderRequest,
+    ) -> Self {
+        Self {
+            device,
+            law,
+            schedule,
+            blank,
+            request,
+            preflight: None,
+            wanted: PreflightRequest::default(),
+            metadata: BTreeMap::new(),
+        }
+    }
+
     /// Runs where the device's loop mode says; `controller` closes a loop on the host.
     pub(crate) fn run<F: Real, E: Environment<F, D>, const D: usize>(
         self,
