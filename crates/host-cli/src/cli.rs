@@ -81,6 +81,7 @@ enum Command {
     /// Measure a real specimen: the device's own position loop presses it and records the force
     ///
     /// The force is that of the device's sensor, or the motor's less friction, inertia and damping of its device file.
+    /// The position loop is made from the device's mass and damping, unless --controller gives one.
     /// `host-cli identify press.mcap` turns the log into a tissue, with the loading that the log states. On the simulated device
     /// --tissue names the specimen.
     #[command(

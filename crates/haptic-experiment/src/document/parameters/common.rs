@@ -51,7 +51,7 @@ parameters! {
     FORCE_LIMIT = number("force_limit_n", Limit::Force.default_number(), "10N", FORCE_LIMITS, "Largest force the loop may command");
     /// A plant that is analysed in place of a device.
     PLANT_MODEL = text("plant_model", "", "Plant file with [state_space] in place of a device, from force in N to measured position in m; its delay adds to the one given");
-    CONTROLLER = text("controller", "", "Controller file of the indenter, which is then a mass [default in [press]: made from mass and damping]");
+    CONTROLLER = text("controller", "", "Controller file of the indenter, which is then a mass");
     /// Device of a drive at a port.
     DRIVE_DEVICE = text("drive_device", "", "Second device, which the controller moves: it presses the tissue that the other one renders");
     DRIVE_DEVICE_MODEL = text("drive_device_model", "", "Its device file from `device measure`");
