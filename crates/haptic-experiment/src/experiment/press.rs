@@ -17,7 +17,9 @@ mod tests;
 
 use super::drive::{self, Drive, HostDrive, PressPath, Section};
 use super::kind::{Conduct, Experiment, Watched};
-use super::reading::{device, fits, force_sensor, metadata, piece, remote, samples_fit, without};
+use super::reading::{
+    device, device_model, fits, force_sensor, metadata, piece, remote, samples_fit, without,
+};
 use super::trial::{dynamics, force_and_rate, no_law_there, safe_chain};
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
@@ -57,6 +59,7 @@ use haptic_loop::plant::{
 };
 use haptic_loop::units::{Metres, NewtonsPerMetre, Seconds};
 use haptic_loop::{Controller, SafetyLimits};
+use record::PossibleDevice;
 pub use record::PressRecord;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -119,6 +122,8 @@ pub(crate) struct Press {
     /// The specimen: its shape, and the tissue of a simulated one.
     pub(crate) piece: TissuePiece,
     device: MassDamperConfig,
+    /// What the motor may have moved.
+    possible: Vec<PossibleDevice>,
     sensors: Sensors,
     force_sensor: Option<ForceSensorConfig>,
     drive: Drive,
@@ -369,10 +374,13 @@ pub(crate) fn press(table: &Table<'_>, held: Option<&Table<'_>>) -> Result<Press
     // As far in front of the specimen as the guard is behind its surface.
     safety.workspace_m.get_or_insert((0.0 - limit_m, limit_m));
     let rate = table.number(&FORCE_RATE_LIMIT)?;
+    let model = device_model(table)?;
+    let intervals = model.map_or_else(Vec::new, |model| model.intervals);
     Ok(Press {
         protocol,
         path: Arc::new(path),
         piece,
+        possible: PossibleDevice::all(&device, &intervals),
         device: MassDamperConfig {
             stiffness: NewtonsPerMetre(0.0),
             ..device

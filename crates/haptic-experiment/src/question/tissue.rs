@@ -456,7 +456,7 @@ impl RecordQuestion {
         }
         if !also.is_empty() {
             found.warnings.push(format!(
-                "the intervals hold the force as far as the device knows it, what friction or the lag of a sensor may do to it, by {} more fits",
+                "the intervals hold the force as far as the device knows it, what friction, mass and damping or the lag of a sensor may do to it, by {} more fits",
                 also.len()
             ));
         }

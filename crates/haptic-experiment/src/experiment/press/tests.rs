@@ -111,6 +111,54 @@ fn a_sensed_press_of_a_stiffness_is_that_stiffness_and_the_depth_is_less_by_the_
     );
 }
 
+/// The ends of the intervals of a device file are devices of their own: with the true one the force is that of whoever knows it.
+#[test]
+fn mass_damping_and_friction_are_in_doubt_as_far_as_the_device_file_leaves_them_open() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = "[device]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nfriction_n = 0.01\n\
+                [intervals]\nmass_kg = [0.06, 0.07]\ndamping_n_s_per_m = [3.0, 4.0]\nfriction_n = [0.0, 0.02]\n";
+    std::fs::write(folder.path().join("device.toml"), file).expect("writes");
+    let press = |keys: &str| {
+        let text = format!("[press]\nhold_time_s = 0.2\n{keys}");
+        let document = Document::of_text(&folder.path().join("press.toml"), &text);
+        ExperimentFile::open(&document).expect("a press")
+    };
+    let run = ticks(
+        press("mass_kg = 0.07\nfriction_n = 0")
+            .of()
+            .expect("a press"),
+    );
+    let forces = |keys: &str| press(keys).press_record(&run).expect("a record").forces_n;
+    let doubted = forces("device_model = \"device.toml\"");
+    let likeliest = forces("mass_kg = 0.065\nfriction_n = 0.01");
+    assert_eq!((doubted.len(), likeliest.len()), (9, 5));
+    assert_eq!(doubted[0], likeliest[0]);
+    let rubbing = "friction_n = 0.02";
+    for (n, keys) in [
+        (5, "mass_kg = 0.06"),
+        (6, "mass_kg = 0.07"),
+        (7, "damping_n_s_per_m = 3.0"),
+        (8, "damping_n_s_per_m = 4.0"),
+    ] {
+        assert_eq!(
+            doubted[n],
+            forces(&format!("friction_n = 0.01\n{keys}"))[0],
+            "{keys}"
+        );
+    }
+    // At the end of a hold the share of friction is ±1 of its largest.
+    let rubbing = forces(rubbing);
+    let last = doubted[0].len() - 1;
+    for n in 1..5 {
+        assert_eq!(doubted[n][last..], rubbing[n][last..], "{n}");
+    }
+    // Whoever gives a mass beyond the interval does not mean this device.
+    assert_eq!(
+        forces("device_model = \"device.toml\"\nmass_kg = 0.2").len(),
+        7
+    );
+}
+
 /// Keys that are refused before any force, and what is said.
 const REFUSED: &str = "
     protocol = \"dance\" | protocol
