@@ -320,6 +320,24 @@ fn by_night_all_105_points_of_figure_4_3_are_those_of_the_simulated_curve() {
     follow_the_simulated_curve("", 105);
 }
 
+#[test]
+fn a_specimen_on_the_device_is_as_large_as_the_simulated_one() {
+    for tissue in ["fish-muscle", "liver"] {
+        let night = Night::of(&format!("tissue = \"{tissue}\""));
+        let scale = |report: ZWidthReport| report.scales.expect("some").largest_scale;
+        let never = AtomicBool::new(false);
+        let simulated = night.zwidth.searched(None, None, &|_| {}, &never);
+        let simulated = scale(simulated.expect("ends"));
+        let morning = night.whole();
+        assert!(morning.forces_n.iter().all(|force| *force < 6.0));
+        let found = scale(morning.found());
+        assert!(
+            (found / simulated - 1.0).abs() < 0.05,
+            "{tissue}: {found} {simulated}"
+        );
+    }
+}
+
 /// No push takes the device beyond a limit, with any push and however far the handle creeps between two trials; it comes back by itself,
 /// and its motor stays as cool as if it always held half its largest force.
 #[test]
