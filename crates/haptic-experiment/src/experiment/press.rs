@@ -10,6 +10,7 @@
 //! - *Simulated*: a tissue of the library, integrated apart from what renders it, see [`PressedDevice`].
 
 mod position_loop;
+mod possible_device;
 mod record;
 mod report;
 #[cfg(test)]
@@ -59,7 +60,7 @@ use haptic_loop::plant::{
 };
 use haptic_loop::units::{Metres, NewtonsPerMetre, Seconds};
 use haptic_loop::{Controller, SafetyLimits};
-use record::PossibleDevice;
+use possible_device::PossibleDevice;
 pub use record::PressRecord;
 use std::collections::BTreeMap;
 use std::sync::Arc;
