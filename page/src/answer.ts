@@ -98,6 +98,8 @@ export class AnswerPanel {
     const drawn = curves.filter(({ at }) => at.length > 0);
     if (drawn.length === 0) return;
     const { x, points } = joined(drawn.map(({ at }) => ({ time: at.map(([beta]) => beta), value: at.map(([, alpha]) => alpha) })));
+    // One dissipation, as of a specimen, is no curve.
+    if (x.length < 2) return;
     const lines = drawn.map(({ line }) => line);
     this.chart = new Chart({ name: "Largest stiffness over dissipation", lines, yLeast: 0 });
     const caption = el("p", { class: "hint" }, "Largest stiffness α = K·T²/m over dissipation β = B·T^(2−μ)/m: dots were tried, lines are of the analysis.");

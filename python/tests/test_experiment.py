@@ -120,6 +120,9 @@ def test_zwidth_finds_what_the_analysis_says() -> None:
     for point in points[:-1]:
         assert abs(point["stiffness_max"] / point["analysis_stiffness_n_per_m"] - 1) < 0.05
     assert done == sorted(done)
+    specimen = experiment.zwidth(tissue=tissue.find("liver"), area_m2=1e-4)
+    assert specimen["tissue"] == "liver"
+    assert abs(specimen["largest_scale"] / specimen["analysis_scale"] - 1) < 0.05
 
 
 def test_a_design_comes_to_rest_when_it_is_tried() -> None:

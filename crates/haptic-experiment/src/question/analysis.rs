@@ -4,7 +4,7 @@ mod answer;
 mod difference;
 pub(crate) mod felt;
 pub(crate) mod keys;
-mod law;
+pub(crate) mod law;
 mod map;
 pub(crate) mod teleoperation;
 pub(crate) mod wall;

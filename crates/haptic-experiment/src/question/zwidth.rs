@@ -9,6 +9,8 @@
 //! - *Friction* can hold a wall that would shake. So a device with friction is tried with and without: stable is
 //!   what settles both ways, and how far friction alone holds it stands beside. The dissertation's rule does not ask.
 //! - *A wall that only pushes* is hit at six speeds, and has to settle after each.
+//! - *A specimen of a tissue* in place of walls has its own order, and K, B and memory that only grow together: of it the largest
+//!   scale is searched, along one line.
 //! - *Cost*: about 60 runs of a quarter of a millisecond a cell, twice that with friction, up to six times that of one that only
 //!   pushes.
 //!
@@ -21,19 +23,21 @@ mod upward;
 
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
-use crate::document::parameters::kind::{Parameter, parameters};
+use crate::document::parameters::kind::{Parameter, joined, parameters};
 use crate::document::parameters::range::WALL_ORDERS;
 use crate::document::parameters::{
-    CAMPAIGN, DEVICE, DEVICE_MODEL, LESS_THAN_IDEAL, PUSH_BY, SCHEME, TRIAL_DURATION,
+    CAMPAIGN, DEVICE, DEVICE_MODEL, LESS_THAN_IDEAL, PUSH_BY, SCHEME, TRIAL_DURATION, UNNAMED_PIECE,
 };
 use crate::document::reader::Table;
-use crate::experiment::reading::{remote, samples_fit, without};
+use crate::experiment::reading::{linear_piece, remote, samples_fit, without};
 use crate::experiment::trial::{
     CRITERION, IMPACT, PUSH, THRESHOLD, TRIAL_SAMPLES, TrialPlan, WINDOW, force_and_rate, plan,
 };
 use crate::experiment::wall::ONE_SIDED;
+use crate::judge::modelled_tissue::TissuePiece;
 use crate::judge::preflight::WallContact;
 use crate::judge::settling::Criterion;
+use crate::question::analysis::{ANALYSED_TISSUE, law};
 use crate::question::bench::{AskedDevice, bench, check_orders, orders, scheme};
 use crate::run::device::Warn;
 use crate::run::remote::{RemoteDevice, RemoteLaw, held};
@@ -41,7 +45,8 @@ use crate::run::sensors::{Imperfections, Sensors};
 use fracdiff::{Order, Scheme};
 use haptic_link::{OperatorForm, OperatorShape};
 use haptic_loop::plant::MassDamperConfig;
-use haptic_quantity::written;
+use haptic_quantity::{digits, written};
+use haptic_tissue::Model;
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
 
@@ -54,20 +59,12 @@ parameters! {
 const RETREAT_DAMPING: f64 = 0.1;
 
 /// Of `[zwidth]`, beside the device of a question.
-pub(crate) const ZWIDTH: &[Parameter] = &[
-    ZWIDTH_ORDERS,
-    ZWIDTH_POINTS,
-    CAMPAIGN,
-    SCHEME,
-    ONE_SIDED,
-    PUSH,
-    PUSH_BY,
-    IMPACT,
-    TRIAL_DURATION,
-    WINDOW,
-    CRITERION,
-    THRESHOLD,
-];
+pub(crate) const ZWIDTH: &[Parameter] = &joined::<20>(&[
+    &[ZWIDTH_ORDERS, ZWIDTH_POINTS, ANALYSED_TISSUE],
+    UNNAMED_PIECE,
+    &[CAMPAIGN, SCHEME, ONE_SIDED, PUSH, PUSH_BY, IMPACT],
+    &[TRIAL_DURATION, WINDOW, CRITERION, THRESHOLD],
+]);
 
 #[derive(Clone, Debug)]
 pub(crate) struct ZWidth {
@@ -79,6 +76,8 @@ pub(crate) struct ZWidth {
     /// The linear wall that the theory assumes, or one that only pushes.
     pub contact: WallContact,
     pub scheme: Scheme,
+    /// A specimen to grow, in place of walls.
+    pub tissue: Option<TissuePiece>,
     pub orders: Vec<Order>,
     /// Dissipations to try for each order, from 0 to the largest stable one.
     pub points: usize,
@@ -119,24 +118,33 @@ impl ZWidth {
             without(table, its_keys, &why)?;
             bench.plant = Imperfections::NONE.on(bench.plant);
             bench.sensors = Imperfections::NONE.sensors;
-        }
-        if remote.is_none() && table.has(&CAMPAIGN) {
-            let why = format_args!(
-                "`campaign` has no effect on the simulated device, whose search is short: omit it, or give another {DEVICE}"
-            );
-            return Err(table.fail_at(CAMPAIGN.key, why));
+        } else {
+            let why =
+                format!("on the simulated device, whose search is short: give another {DEVICE}");
+            without(table, [&CAMPAIGN], &why)?;
         }
         let duration_s = table.number(&TRIAL_DURATION)?;
         let sample_time_s = bench.plant.sample_time.0;
         samples_fit(table, sample_time_s, duration_s, &TRIAL_SAMPLES)?;
+        let has_tissue = !table.text(&ANALYSED_TISSUE)?.is_empty();
+        let tissue = has_tissue.then(|| linear_piece(table)).transpose()?;
+        let (orders, points) = if let Some(piece) = &tissue {
+            law::without(table, &[&ZWIDTH_ORDERS, &ZWIDTH_POINTS], &ANALYSED_TISSUE)?;
+            (vec![piece.material.order()], 1)
+        } else {
+            law::of_a_tissue_alone(table)?;
+            let points = table.count_in(&ZWIDTH_POINTS, 2..=1000)?;
+            (orders(table, &ZWIDTH_ORDERS)?, points)
+        };
         let zwidth = Self {
             device: bench.plant,
             analysed,
             sensors: bench.sensors,
             contact: WallContact::of(table.flag(&ONE_SIDED)?),
             scheme: scheme(table)?,
-            orders: orders(table, &ZWIDTH_ORDERS)?,
-            points: table.count_in(&ZWIDTH_POINTS, 2..=1000)?,
+            tissue,
+            orders,
+            points,
             plan: plan(table, duration_s)?,
             remote,
             campaign: table.file(&CAMPAIGN)?,
@@ -149,20 +157,19 @@ impl ZWidth {
 
     /// All that its points depend on.
     fn in_full(&self) -> String {
-        let Self {
-            device,
-            analysed: _,
-            sensors,
-            contact,
-            scheme,
-            orders,
-            points,
-            plan,
-            remote,
-            campaign: _,
-        } = self;
-        let name = remote.as_ref().map(|remote| remote.name.to_string());
-        format!("{name:?} {device:?} {sensors:?} {contact:?} {scheme} {orders:?} {points} {plan:?}")
+        let name = self.remote.as_ref().map(|remote| remote.name.to_string());
+        let asked = Self {
+            analysed: None,
+            remote: None,
+            campaign: None,
+            ..self.clone()
+        };
+        format!("{name:?} {asked:?}")
+    }
+
+    /// The model whose memory is the operator; `None` for D^μ.
+    fn model(&self) -> Option<&Model> {
+        self.tissue.as_ref()?.material.composed()
     }
 
     /// The way of the handle out of a wall into which the device pushes by itself: the push turned round, through a damper.
@@ -218,6 +225,11 @@ pub struct ZWidthReport {
     pub alpha_searched: f64,
     /// One entry per order, in the question's sequence.
     pub orders: Vec<OrderBoundary>,
+    /// The tissue that was tried: stiffness and dissipation of its largest specimen are those of the only point.
+    pub tissue: Option<String>,
+    /// Its scales; left out if none came to rest.
+    #[serde(flatten)]
+    pub scales: Option<Scales>,
     /// Total number of trials, which explains the time taken.
     pub runs: u64,
     /// Points where trial and analysis disagree by more than 5 % of the wall.
@@ -247,6 +259,17 @@ pub struct OrderBoundary {
     pub units: (f64, f64),
 }
 
+/// Factors by which a specimen, as its area, may grow.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Scales {
+    /// The largest at which the device came to rest.
+    pub largest_scale: f64,
+    /// The largest stable one by the analysis; null if it finds none.
+    pub analysis_scale: Option<f64>,
+    /// The one up to which friction alone holds the device still; null as for a wall.
+    pub held_by_friction_up_to_scale: Option<f64>,
+}
+
 /// One point of a boundary.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct BoundaryPoint {
@@ -267,6 +290,9 @@ pub struct BoundaryPoint {
     /// The K up to which friction alone holds the device still, N/m; null without friction, and if it holds
     /// nothing beyond `stiffness_max`.
     pub held_by_friction_up_to_n_per_m: Option<f64>,
+    /// Of a specimen.
+    #[serde(skip)]
+    pub(super) scales: Option<Scales>,
 }
 
 /// A row of the table of all points.
@@ -283,8 +309,12 @@ struct BoundaryRow {
 }
 
 impl ZWidthReport {
-    /// The stiffest wall of all, in words.
+    /// The stiffest wall of all, or the largest specimen, in words.
     pub(super) fn stiffest(&self) -> String {
+        if let Some((tissue, scales)) = self.tissue.as_ref().zip(self.scales) {
+            let scale = digits(scales.largest_scale, 4);
+            return format!("{tissue}: up to {scale} times the specimen");
+        }
         let points = self.orders.iter().flat_map(|order| {
             let points = order.boundary.iter();
             points.map(|point| (order.order, point.stiffness_max))

@@ -41,6 +41,9 @@ fn the_stiffest_walls_of_a_device_are_found_and_kept() {
     other.refuses("runs.open", json!({"name": "mine"}), "is not an answer");
     let table = std::fs::read_to_string(runs.path().join("zwidth-0001/zwidth.csv"));
     assert_eq!(table.expect("a table").lines().count(), 5);
+    let specimen = ran(&mut page, "zwidth", json!({"tissue": "liver"}));
+    let verdict = specimen["verdict"].as_str().expect("words");
+    assert!(verdict.starts_with("liver: up to 6"), "{verdict}");
 }
 
 #[test]

@@ -13,6 +13,7 @@ use serde_json::json;
 pub(crate) const EXAMPLES: &str = "Examples:\n  \
                   host-cli zwidth --orders 0,0.5,1 --points 11 --device-model laboratory --out zwidth\n  \
                   host-cli zwidth --mass 45g --damping 0.2 --force-limit 3.3N --orders 1 window=1s\n  \
+                  host-cli zwidth --tissue liver loading=shear area=4cm2 thickness=2cm --device-model laboratory\n  \
                   host-cli zwidth --device serial:auto --push-by device --campaign night.jsonl --out night";
 
 pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), Failure> {
@@ -63,8 +64,11 @@ fn draw(report: &ZWidthReport) -> Result<Picture, FigureError> {
         with_curves(without_units, report, false),
         with_curves(with_units, report, true),
     ];
-    let title = "Z-width: the stiffest walls that settle";
-    page(title, &subtitle, 2, &panels)
+    let title = match &report.tissue {
+        Some(tissue) => format!("Z-width: the largest specimen of {tissue} that settles"),
+        None => "Z-width: the stiffest walls that settle".to_owned(),
+    };
+    page(&title, &subtitle, 2, &panels)
 }
 
 fn with_curves<'a>(mut panel: Panel<'a>, report: &ZWidthReport, with_units: bool) -> Panel<'a> {

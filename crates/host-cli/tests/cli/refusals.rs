@@ -27,12 +27,15 @@ fn an_option_without_effect_is_refused_with_what_would_give_it_one() {
         "
         relax seed=7 => seed=7: seed has no effect without noise | sensor_noise_m
         zwidth threshold=1mm => threshold=1mm: threshold_m has no effect with the criterion settling | `criterion` = dissertation
-        zwidth --campaign night => --campaign has no effect on the simulated device
+        zwidth --campaign night => --campaign night: campaign has no effect on the simulated device | omit --campaign
         zwidth impact=1 --push-by device => impact_m_per_s has no effect where the device pushes by itself | push-by
         zwidth --push-by nobody => nobody | hand, device
         zwidth --push-by device --push 0N => push_n = 0 is not above 0
         zwidth --push-by device --push=-1N => push_n = -1 is not above 0
         zwidth --push-by device --push 200N => no wall could hold it
+        zwidth --tissue liver --orders 1 => --orders 1: --tissue has one of its own: omit it
+        zwidth --tissue liver --points 3 => --points 3: --tissue has one of its own: omit it
+        zwidth area=1cm2 => area=1cm2: it belongs to a tissue: give --tissue, or omit it
         relax --overwrite => no effect | --out | omit --overwrite
         relax device_mass=65g => 0.065 kg | no effect | --guard observer | `braking_n_s_per_m`
         relax --device serial:nowhere precision=f64 => precision=f64: precision has no effect | --loop host
@@ -46,6 +49,9 @@ fn bad_usage_is_refused_in_one_line() {
         2,
         "
         rleax => rleax | relax
+        zwidth --tissue mucus --scheme muir:3 => muir:3 | --scheme full
+        zwidth --tissue passive-muscle => not linear in its depth | slab
+        zwidth --tissue liver area=0 => area_m2 = 0 is not above 0 | 10
         relax --stain 5% => --stain | --strain
         relax --strain => --strain
         weights --order 0.5 --count 0 => 0 | --count

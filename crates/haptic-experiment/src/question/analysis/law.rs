@@ -5,6 +5,7 @@ use super::keys::{
     ANALYSED_CONTROLLER, ANALYSED_SAMPLE_TIME, ANALYSED_SCHEME, ANALYSED_TISSUE, JUDGED_DEPTH,
 };
 use crate::document::ControllerFile;
+use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters::{Parameter, SCHEME, UNNAMED_PIECE};
 use crate::document::reader::Table;
@@ -234,22 +235,26 @@ impl Law {
 const OF_WALL: &[&Parameter] = &[&STIFFNESS, &DISSIPATION, &ORDER];
 
 /// Refuses keys of which a law in place of a wall has its own.
-fn without(table: &Table<'_>, keys: &[&Parameter], law: &Parameter) -> Result<(), Failure> {
+pub(crate) fn without(
+    table: &Table<'_>,
+    keys: &[&Parameter],
+    law: &Parameter,
+) -> Result<(), FileError> {
     let Some(parameter) = keys.iter().find(|parameter| table.has(parameter)) else {
         return Ok(());
     };
     let reason = format!("{law} has one of its own: omit it");
-    Err(table.fail_at(parameter.key, reason).into())
+    Err(table.fail_at(parameter.key, reason))
 }
 
 /// Refuses keys of a tissue without a tissue.
-fn of_a_tissue_alone(table: &Table<'_>) -> Result<(), Failure> {
+pub(crate) fn of_a_tissue_alone(table: &Table<'_>) -> Result<(), FileError> {
     let mut keys = UNNAMED_PIECE.iter().chain([&JUDGED_DEPTH]);
     let Some(parameter) = keys.find(|parameter| table.has(parameter)) else {
         return Ok(());
     };
     let reason = format!("it belongs to a tissue: give {ANALYSED_TISSUE}, or omit it");
-    Err(table.fail_at(parameter.key, reason).into())
+    Err(table.fail_at(parameter.key, reason))
 }
 
 /// True of two sample times that differ by rounding alone.

@@ -3,22 +3,21 @@
 use super::campaign::{Campaign, Cell, Extent};
 use super::trials::Trials;
 use super::upward::Settled;
-use super::{BoundaryPoint, OrderBoundary, ZWidth, ZWidthReport};
+use super::{BoundaryPoint, OrderBoundary, Scales, ZWidth, ZWidthReport};
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
 use crate::experiment::trial::{
     TrialPlan, dynamics, encoder_step, force_and_rate, force_limit, seen, thrown, wall_at_start,
 };
+use crate::judge::modelled_tissue::{loop_operator, operator};
 use crate::judge::preflight::WallContact;
 use crate::judge::settling::Criterion;
 use crate::question::bench::{AskedDevice, crossings, last, units};
 use crate::run::device::Warn;
 use crate::run::remote::{RemoteLaw, device_name, held, portable};
 use crate::run::sensors::Sensors;
-use fracdiff::{Operator, Order, Scheme};
-use haptic_analysis::{
-    AnalysisError, LoopOperator, SampledLoop, SampledPlant, StabilityRegion, StableArea,
-};
+use fracdiff::{Differintegrator as _, Operator, Order};
+use haptic_analysis::{LoopOperator, SampledLoop, SampledPlant, StabilityRegion, StableArea};
 use haptic_loop::plant::{MassDamper, MassDamperConfig, run_wall};
 use haptic_loop::units::Newtons;
 use haptic_loop::{Controller, OwnPush, SafetyChain};
@@ -94,6 +93,8 @@ impl ZWidth {
             disagreements: points
                 .filter(|point| point.analysis_agrees == Some(false))
                 .count(),
+            tissue: (self.tissue.as_ref()).map(|piece| piece.material.name.clone()),
+            scales: (orders.first()).and_then(|order| order.boundary.first()?.scales),
             orders,
             scheme: self.scheme.to_string(),
             device: device_name(self.remote.as_ref()),
@@ -122,7 +123,7 @@ impl ZWidth {
         plan: &TrialPlan,
     ) -> Result<RemoteLaw, Failure> {
         let (config, t) = (&self.device, self.device.sample_time);
-        let operator = (self.scheme.build(order, t, horizon)).map_err(Failure::input)?;
+        let operator = operator(self.model(), self.scheme, order, t, horizon)?;
         let limits = force_and_rate(plan.force_limit_n, None, t);
         Ok(RemoteLaw {
             order: order.get(),
@@ -141,7 +142,7 @@ impl ZWidth {
             .with_min_len(self.at_once());
         let boundary = points.filter_map(|point| {
             let extent = extent.as_ref()?;
-            let beta = extent.dissipation * point as f64 / (self.points - 1) as f64;
+            let beta = extent.dissipation * point as f64 / (self.points - 1).max(1) as f64;
             let found = search.kept_cell(point, beta, extent);
             progress(1);
             found.map(|cell| search.point(beta, cell))
@@ -206,6 +207,8 @@ struct Search<'a> {
     plan: TrialPlan,
     order: Order,
     operator: Operator<f64>,
+    /// α and β of the specimen of a tissue: with one, an α that is tried is a scale of it, and β is not used.
+    specimen: Option<[f64; 2]>,
     /// The device as it is.
     device: MassDamper<1>,
     /// The device without friction, if it has some.
@@ -267,7 +270,8 @@ impl<'a> Search<'a> {
             experiment,
             plan,
             order,
-            operator: scheme.build(order, t, horizon).map_err(Failure::input)?,
+            operator: operator(experiment.model(), scheme, order, t, horizon)?,
+            specimen: None,
             smooth: smooth.transpose()?,
             device,
             chain: force_limit(plan.force_limit_n, t)?,
@@ -276,7 +280,7 @@ impl<'a> Search<'a> {
             encoder_step_m,
             // A wall that cannot be analysed can still be tried.
             theory: (experiment.analysed.as_ref())
-                .and_then(|device| Theory::new(device, experiment.scheme, order).ok()),
+                .and_then(|device| Theory::new(device, experiment, order)),
             most: search_limit(config.damping.0 * t.0 / config.mass.0),
             units: units(&config, order),
             seed: experiment.sensors.seed.wrapping_add((index as u64) << 32),
@@ -285,25 +289,55 @@ impl<'a> Search<'a> {
             index,
             stop,
             runs: AtomicU64::new(0),
-        })
+        }
+        .on_specimen())
+    }
+
+    /// Tries scales of the specimen, if there is one.
+    fn on_specimen(self) -> Self {
+        let Some(piece) = &self.experiment.tissue else {
+            return self;
+        };
+        let ((k, b), gain) = (piece.spring_and_damper(), self.operator.direct_gain());
+        Self {
+            specimen: Some([k / self.units.0, b / self.units.1]),
+            // B of a slow element may be large beside what its memory resists in a sample.
+            most: self.most * self.units.0 / k.max(b * gain),
+            rate: gain,
+            ..self
+        }
     }
 
     fn point(&self, beta: f64, cell: Cell) -> BoundaryPoint {
-        let (stiffness, dissipation) = self.units;
         let theory = self.theory.as_ref();
+        let (alpha, beta) = self.wall(cell.stable, beta);
+        let (stiffness, dissipation) = self.units;
+        let analysed = theory.and_then(|theory| match self.specimen {
+            Some(specimen) => theory.largest_scale(specimen, self.most),
+            None => theory.largest_alpha(beta),
+        });
+        let stiffness_at = |tried| self.wall(tried, beta).0 * stiffness;
         BoundaryPoint {
             dissipation: beta * dissipation,
-            stiffness_max: cell.stable * stiffness,
-            alpha: cell.stable,
+            stiffness_max: alpha * stiffness,
+            alpha,
             beta,
-            analysis_stiffness_n_per_m: theory
-                .and_then(|theory| theory.largest_alpha(beta))
-                .map(|alpha| alpha * stiffness),
+            analysis_stiffness_n_per_m: analysed.map(stiffness_at),
             analysis_agrees: theory
                 .filter(|_| cell.stable < 0.999 * self.most)
-                .and_then(|theory| theory.has_edge_within(cell.stable, beta, AGREES_WITHIN)),
-            held_by_friction_up_to_n_per_m: cell.held.map(|alpha| alpha * stiffness),
+                .and_then(|theory| theory.has_edge_within(alpha, beta, AGREES_WITHIN)),
+            held_by_friction_up_to_n_per_m: cell.held.map(stiffness_at),
+            scales: self.specimen.map(|_| Scales {
+                largest_scale: cell.stable,
+                analysis_scale: analysed,
+                held_by_friction_up_to_scale: cell.held,
+            }),
         }
+    }
+
+    /// α and β of a wall, or of a scale of the specimen.
+    fn wall(&self, tried: f64, beta: f64) -> (f64, f64) {
+        (self.specimen).map_or((tried, beta), |[alpha, beta]| (tried * alpha, tried * beta))
     }
 
     /// The largest α that is stable with this β; `None` if none that is tried is, or the search has ended.
@@ -384,7 +418,10 @@ impl<'a> Search<'a> {
         let plan = &self.plan;
         let tau_s = (plan.duration_s - plan.window_s) / 8.0;
         let soft = (self.rate * tau_s.powf(self.order.get())).recip();
-        let settled = Settled::look(self.most, |beta| beta * soft, rests);
+        let settled = match self.specimen {
+            Some(_) => Settled::softest(self.most, |scale| rests(scale, 0.0)),
+            None => Settled::look(self.most, |beta| beta * soft, rests),
+        };
         self.whole(Extent {
             dissipation: settled.largest_dissipation()?,
             settled: Some(settled),
@@ -394,6 +431,9 @@ impl<'a> Search<'a> {
     /// The largest β that is stable with any α, or 0; `None` if the search was stopped. α = 0 is excluded:
     /// a pure damper of order 1 and more yields for ever; and with A₃ at μ > 1 a wall needs stiffness to be stable at all.
     fn largest_dissipation(&self) -> Option<f64> {
+        if self.specimen.is_some() {
+            return Some(0.0);
+        }
         let any_stiffness = |beta| {
             let mut walls = coarse(self.most).filter(|alpha| *alpha > 0.0);
             walls.any(|alpha| self.is_stable(alpha, beta))
@@ -414,6 +454,7 @@ impl<'a> Search<'a> {
             return false;
         }
         self.runs.fetch_add(1, Ordering::Relaxed);
+        let (alpha, beta) = self.wall(alpha, beta);
         let (stiffness, dissipation) = (alpha * self.units.0, beta * self.units.1);
         let t = self.experiment.device.sample_time.0;
         let spring = stiffness + self.experiment.device.stiffness.0;
@@ -453,17 +494,16 @@ impl<'a> Search<'a> {
 
 #[cfg(test)]
 impl ZWidth {
-    /// The largest α of the simulated device with this β, and the largest β with any, of an order by its number.
-    pub(super) fn simulated(&self, index: usize, betas: &[f64]) -> (Vec<Option<f64>>, Option<f64>) {
+    /// The largest α of the simulated device with this β, of an order by its number.
+    pub(super) fn simulated(&self, index: usize, betas: &[f64]) -> Vec<Option<f64>> {
         let stop = AtomicBool::new(false);
         let search = Search::new(self, self.orders[index], index, None, &stop).expect("valid");
-        let most = search.largest_dissipation();
         let extent = Extent {
-            dissipation: most.unwrap_or(0.0),
+            dissipation: 0.0,
             settled: None,
         };
         let alpha = |beta: &f64| search.cell(*beta, &extent, 0).map(|cell| cell.stable);
-        (betas.iter().map(alpha).collect(), most)
+        betas.iter().map(alpha).collect()
     }
 }
 
@@ -475,11 +515,12 @@ struct Theory {
 }
 
 impl Theory {
-    fn new(device: &MassDamperConfig, scheme: Scheme, order: Order) -> Result<Self, AnalysisError> {
-        let operator = LoopOperator::new(scheme, order, device.sample_time, HORIZON)?;
-        let plant = dynamics(device).plant(device.sample_time.0)?;
-        let region = StabilityRegion::new(plant, &operator, 0, POINTS)?;
-        Ok(Self {
+    fn new(device: &MassDamperConfig, asked: &ZWidth, order: Order) -> Option<Self> {
+        let (model, t) = (asked.model(), device.sample_time);
+        let operator = loop_operator(model, asked.scheme, order, t, HORIZON).ok()?;
+        let plant = dynamics(device).plant(t.0).ok()?;
+        let region = StabilityRegion::new(plant, &operator, 0, POINTS).ok()?;
+        Some(Self {
             area: region.bounded().cloned(),
             operator,
             plant,
@@ -513,13 +554,20 @@ impl Theory {
         crossings(self.area.as_ref()?, beta).last().copied()
     }
 
+    /// The largest stable scale of a specimen, of α and β, below the end of a search.
+    fn largest_scale(&self, [alpha, beta]: [f64; 2], most: f64) -> Option<f64> {
+        let closed = SampledLoop::with_plant(self.plant, alpha, beta, &self.operator).ok()?;
+        let stable = closed.beside_rest().stable_factors([1e-6 * most, most]);
+        (stable.last().map(|[_, edge]| *edge)).filter(|edge| *edge < most)
+    }
+
     /// True if the edge is within a share of this wall: with its K, or K and B together, made weaker by the
     /// share it is stable, and made stronger unstable. Both ways, because an edge may run along one of them.
     /// `None` if the loop cannot be analysed.
     fn has_edge_within(&self, alpha: f64, beta: f64, share: f64) -> Option<bool> {
         let stable = |alpha: f64, beta: f64| {
             let closed = SampledLoop::with_plant(self.plant, alpha, beta, &self.operator).ok()?;
-            Some(closed.is_stable())
+            Some(closed.beside_rest().is_stable())
         };
         let (weaker, stronger) = (1.0 - share, 1.0 + share);
         let along_both =
@@ -533,7 +581,7 @@ mod tests {
     use super::*;
     use crate::question::bench::tests::dissertation_device;
     use crate::{Imperfections, TrialPlan};
-    use fracdiff::Seconds;
+    use fracdiff::{Scheme, Seconds};
 
     #[test]
     fn an_interrupted_search_keeps_the_points_that_were_done() {
@@ -543,6 +591,7 @@ mod tests {
             sensors: Imperfections::NONE.sensors,
             contact: WallContact::Linear,
             scheme: Scheme::Muir { degree: 3 },
+            tissue: None,
             orders: vec![Order::new(1.0).expect("in range")],
             points: 5,
             plan: TrialPlan {

@@ -62,6 +62,12 @@ impl Settled {
         settled
     }
 
+    /// Of scales of one law: the softest that comes to rest, at a β of 0.
+    pub(super) fn softest(most: f64, rests: impl Fn(f64) -> bool) -> Self {
+        let first = doubling(most).find(|&scale| rests(scale));
+        Self(first.map(|scale| (0.0, scale)).into_iter().collect())
+    }
+
     /// The largest β with a wall that came to rest.
     pub(super) fn largest_dissipation(&self) -> Option<f64> {
         self.0.last().map(|(beta, _)| *beta)
