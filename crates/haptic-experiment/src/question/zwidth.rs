@@ -118,23 +118,23 @@ impl ZWidth {
             without(table, its_keys, &why)?;
             bench.plant = Imperfections::NONE.on(bench.plant);
             bench.sensors = Imperfections::NONE.sensors;
-        }
-        if remote.is_none() && table.has(&CAMPAIGN) {
-            let why = format_args!(
-                "`campaign` has no effect on the simulated device, whose search is short: omit it, or give another {DEVICE}"
-            );
-            return Err(table.fail_at(CAMPAIGN.key, why));
+        } else {
+            let why =
+                format!("on the simulated device, whose search is short: give another {DEVICE}");
+            without(table, [&CAMPAIGN], &why)?;
         }
         let duration_s = table.number(&TRIAL_DURATION)?;
         let sample_time_s = bench.plant.sample_time.0;
         samples_fit(table, sample_time_s, duration_s, &TRIAL_SAMPLES)?;
-        let tissue = specimen(table)?;
-        let (orders, points) = match &tissue {
-            Some(piece) => (vec![piece.material.order()], 1),
-            None => (
-                orders(table, &ZWIDTH_ORDERS)?,
-                table.count_in(&ZWIDTH_POINTS, 2..=1000)?,
-            ),
+        let has_tissue = !table.text(&ANALYSED_TISSUE)?.is_empty();
+        let tissue = has_tissue.then(|| linear_piece(table)).transpose()?;
+        let (orders, points) = if let Some(piece) = &tissue {
+            law::without(table, &[&ZWIDTH_ORDERS, &ZWIDTH_POINTS], &ANALYSED_TISSUE)?;
+            (vec![piece.material.order()], 1)
+        } else {
+            law::of_a_tissue_alone(table)?;
+            let points = table.count_in(&ZWIDTH_POINTS, 2..=1000)?;
+            (orders(table, &ZWIDTH_ORDERS)?, points)
         };
         let zwidth = Self {
             device: bench.plant,
@@ -157,23 +157,14 @@ impl ZWidth {
 
     /// All that its points depend on.
     fn in_full(&self) -> String {
-        let Self {
-            device,
-            analysed: _,
-            sensors,
-            contact,
-            scheme,
-            tissue,
-            orders,
-            points,
-            plan,
-            remote,
-            campaign: _,
-        } = self;
-        let name = remote.as_ref().map(|remote| remote.name.to_string());
-        format!(
-            "{name:?} {device:?} {sensors:?} {contact:?} {scheme} {orders:?} {points} {plan:?} {tissue:?}"
-        )
+        let name = self.remote.as_ref().map(|remote| remote.name.to_string());
+        let asked = Self {
+            analysed: None,
+            remote: None,
+            campaign: None,
+            ..self.clone()
+        };
+        format!("{name:?} {asked:?}")
     }
 
     /// The model whose memory is the operator; `None` for D^μ.
@@ -208,15 +199,6 @@ impl ZWidth {
         check_orders(&self.orders, &ZWIDTH_ORDERS)?;
         self.plan().samples(self.device.sample_time).map(|_| ())
     }
-}
-
-/// The specimen of a tissue, if there is one.
-fn specimen(table: &Table<'_>) -> Result<Option<TissuePiece>, FileError> {
-    if table.text(&ANALYSED_TISSUE)?.is_empty() {
-        return law::of_a_tissue_alone(table).map(|()| None);
-    }
-    law::without(table, &[&ZWIDTH_ORDERS, &ZWIDTH_POINTS], &ANALYSED_TISSUE)?;
-    linear_piece(table).map(Some)
 }
 
 /// The result. The keys are a contract of the command line.

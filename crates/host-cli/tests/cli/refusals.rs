@@ -27,7 +27,7 @@ fn an_option_without_effect_is_refused_with_what_would_give_it_one() {
         "
         relax seed=7 => seed=7: seed has no effect without noise | sensor_noise_m
         zwidth threshold=1mm => threshold=1mm: threshold_m has no effect with the criterion settling | `criterion` = dissertation
-        zwidth --campaign night => --campaign has no effect on the simulated device
+        zwidth --campaign night => --campaign night: campaign has no effect on the simulated device | omit --campaign
         zwidth impact=1 --push-by device => impact_m_per_s has no effect where the device pushes by itself | push-by
         zwidth --push-by nobody => nobody | hand, device
         zwidth --push-by device --push 0N => push_n = 0 is not above 0

@@ -7,7 +7,7 @@ use super::keys::{
     ALPHA, ANALYSED_DAMPING, ANALYSED_DELAY, ANALYSED_HAND, ANALYSED_LAG, ANALYSED_MASS,
     ANALYSED_SAMPLE_TIME, BETA, DELAY_SAMPLES, DELTA, GAMMA, SENSITIVITY_POINTS,
 };
-use super::law::{InPlace, Law};
+use super::law::{InPlace, Law, without};
 use crate::document::failure::Failure;
 use crate::document::parameters::{DEVICE_MODEL, PLANT_MODEL, Parameter};
 use crate::document::reader::Table;
@@ -518,10 +518,7 @@ impl OnPlant {
             &ANALYSED_HAND,
             &ANALYSED_LAG,
         ];
-        if let Some(parameter) = of_device.iter().find(|parameter| table.has(parameter)) {
-            let reason = format!("{PLANT_MODEL} has one of its own: omit it");
-            return Err(table.fail_at(parameter.key, reason).into());
-        }
+        without(table, &of_device, &PLANT_MODEL)?;
         let t = sample_time_s.ok_or_else(|| missing(&ANALYSED_SAMPLE_TIME))?;
         let name = file.display().to_string();
         let PlantModel::StateSpace {

@@ -494,17 +494,16 @@ impl<'a> Search<'a> {
 
 #[cfg(test)]
 impl ZWidth {
-    /// The largest α of the simulated device with this β, and the largest β with any, of an order by its number.
-    pub(super) fn simulated(&self, index: usize, betas: &[f64]) -> (Vec<Option<f64>>, Option<f64>) {
+    /// The largest α of the simulated device with this β, of an order by its number.
+    pub(super) fn simulated(&self, index: usize, betas: &[f64]) -> Vec<Option<f64>> {
         let stop = AtomicBool::new(false);
         let search = Search::new(self, self.orders[index], index, None, &stop).expect("valid");
-        let most = search.largest_dissipation();
         let extent = Extent {
-            dissipation: most.unwrap_or(0.0),
+            dissipation: 0.0,
             settled: None,
         };
         let alpha = |beta: &f64| search.cell(*beta, &extent, 0).map(|cell| cell.stable);
-        (betas.iter().map(alpha).collect(), most)
+        betas.iter().map(alpha).collect()
     }
 }
 
