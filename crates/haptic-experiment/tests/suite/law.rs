@@ -12,22 +12,18 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use testkit::{Random, assert_relative};
 
-pub(super) const T: f64 = 1e-3;
+const T: f64 = 1e-3;
 
 /// The file of a tissue of 1 m² by 1 m, whose force is its stress.
-pub(super) struct TissueFile(tempfile::TempDir);
+struct TissueFile(tempfile::TempDir);
 
 impl TissueFile {
-    pub(super) fn of(kind: ModelKind, numbers: &[f64]) -> Self {
+    fn of(kind: ModelKind, numbers: &[f64]) -> Self {
         let names = kind.parameters().iter().map(|parameter| parameter.name);
         Self::with(&format!("model = \"{}\"", kind.name()), names, numbers)
     }
 
-    pub(super) fn with<'a>(
-        model: &str,
-        names: impl Iterator<Item = &'a str>,
-        numbers: &[f64],
-    ) -> Self {
+    fn with<'a>(model: &str, names: impl Iterator<Item = &'a str>, numbers: &[f64]) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let mut text = format!("name = \"made\"\ndescription = \"made\"\n{model}\n[parameters]\n");
         for (name, number) in names.zip(numbers) {
@@ -38,7 +34,7 @@ impl TissueFile {
         Self(folder)
     }
 
-    pub(super) fn ask(&self, analysis: &str, more: &str) -> Value {
+    fn ask(&self, analysis: &str, more: &str) -> Value {
         let file = self.0.path().join("made.toml");
         ask(
             analysis,
@@ -69,7 +65,7 @@ impl ControllerFile {
     }
 }
 
-pub(super) fn ask(analysis: &str, keys: &str) -> Result<Value, String> {
+fn ask(analysis: &str, keys: &str) -> Result<Value, String> {
     let question = Question::parse(Path::new("form"), &format!("[{analysis}]\n{keys}\n"));
     let never = AtomicBool::new(false);
     let answer = question.and_then(|question| question.answer(&|_| (), &never, &|_| ()));
@@ -355,7 +351,7 @@ fn device(w: Complex<f64>) -> Complex<f64> {
     w * above / ((1.0 - w) * (1.0 - w * e)) * (T * T / (mass * a * a))
 }
 
-pub(super) const DEVICE: &str = "mass_kg = 0.065\ndamping_n_s_per_m = 3.5\ndelay_s = 1e-3\n";
+const DEVICE: &str = "mass_kg = 0.065\ndamping_n_s_per_m = 3.5\ndelay_s = 1e-3\n";
 
 /// The factors g with which 1 + g·G·H is 0 somewhere, from 1e-5 rad on.
 fn edges(h: impl Fn(Complex<f64>) -> Complex<f64>) -> Vec<f64> {
@@ -384,7 +380,7 @@ fn edges(h: impl Fn(Complex<f64>) -> Complex<f64>) -> Vec<f64> {
     found
 }
 
-pub(super) fn gain_margin(h: impl Fn(Complex<f64>) -> Complex<f64>) -> f64 {
+fn gain_margin(h: impl Fn(Complex<f64>) -> Complex<f64>) -> f64 {
     let above = edges(h).into_iter().filter(|factor| *factor > 1.0);
     above.fold(f64::INFINITY, f64::min)
 }

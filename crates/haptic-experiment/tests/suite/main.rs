@@ -6,7 +6,6 @@ mod design;
 mod difference;
 mod law;
 mod log;
-mod specimen;
 mod touch;
 
 use haptic_experiment::document::Document;
