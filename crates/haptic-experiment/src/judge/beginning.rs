@@ -34,10 +34,7 @@ impl Beginning {
         let start = ran.record.start;
         let within_s = match &ran.second {
             None => 0.0,
-            // Nothing is known of a device that did not send its time.
-            Some(second) => second.aligned.map_or(f64::INFINITY, |aligned| {
-                aligned.residual_s + (start.begun_s() - aligned.offset_s).abs()
-            }),
+            Some(second) => second.within_s(start),
         };
         Self {
             within_s,

@@ -523,19 +523,23 @@ fn a_second_device_pushes_into_a_wall_within_lasting_limits() {
     assert!(!place.path("run").exists());
     let report = pair.json(PUSHED);
     assert_eq!(report["push_by"], "second_device", "{report}");
-    assert_eq!(report["verdict"], "stable", "{report}");
-    assert!(
-        (number(&report, "deflection_m") - 2e-3).abs() < 2e-5,
-        "{report}"
-    );
+    if report["verdict"] == "not finished" {
+        // A machine that is too busy to align the clocks says so.
+        let words = ["the trial is not judged: the clocks of both devices tell within"];
+        says(&report["warnings"].to_string(), &words);
+    } else {
+        assert_eq!(report["verdict"], "stable", "{report}");
+        let deflection_m = number(&report, "deflection_m");
+        assert!((deflection_m - 2e-3).abs() < 2e-5, "{report}");
+    }
     assert!(number(&report, "max_relative_error") < 1e-4, "{report}");
     assert_eq!(number(&report["drive"], "samples"), 501.0, "{report}");
-    // The contact, 100 kN/m, gives by the push.
+    // The contact, 100 kN/m, gives by the push, in the middle of the run.
     let table = place.text("run/wall.csv");
     assert!(
         table.starts_with("time_s,position_m,reaction_force_n,indenter_position_m,drive_force_n\n")
     );
-    let row = table.lines().next_back().expect("a row").split(',');
+    let row = table.lines().nth(251).expect("a row").split(',');
     let row: Vec<f64> = row.map(|value| value.parse().expect("a number")).collect();
     assert!((row[3] - row[1] - 1e-5).abs() < 1e-7, "{row:?}");
     assert!((row[4] - 1.0).abs() < 1e-6, "{row:?}");

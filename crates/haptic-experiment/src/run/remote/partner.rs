@@ -12,7 +12,7 @@
 //! - *Losses* are counted on each side.
 
 use crate::run::ending::Ending;
-use crate::run::record::Record;
+use crate::run::record::{Record, Start};
 use haptic_loop::realtime::Moment;
 use haptic_remote::serial::{DeviceClock, SerialLink};
 use serde::Serialize;
@@ -298,6 +298,15 @@ pub(crate) struct DriveRan {
     /// `None` if a device did not send its time.
     pub aligned: Option<Aligned>,
     pub fault_log: Option<PathBuf>,
+}
+
+impl DriveRan {
+    /// Largest error of this start of the first device's run, as far as the clocks know, s; infinite of a device that did not send its time.
+    pub(crate) fn within_s(&self, start: Start) -> f64 {
+        self.aligned.map_or(f64::INFINITY, |aligned| {
+            aligned.residual_s + (start.begun_s() - aligned.offset_s).abs()
+        })
+    }
 }
 
 #[cfg(test)]
