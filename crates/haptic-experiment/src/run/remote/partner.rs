@@ -24,6 +24,9 @@ use std::time::Duration;
 /// A pause in which another side is looked for.
 const PAUSE: Duration = Duration::from_millis(1);
 
+/// Both devices write their times in whole µs, so that those of tick 0 are off by up to one against each other.
+const STAMP_US: f64 = 1.0;
+
 /// The two sides: of the tissue, and of the drive that moves it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Side {
@@ -282,7 +285,7 @@ pub(super) fn aligned(both: &Both, clocks: &[Clock; 2]) -> Option<Aligned> {
     Some(Aligned {
         offset_s: 1e-6 * (line.at(drive_us?) - zero_us?),
         drift: line.rate - 1.0,
-        residual_s: 1e-6 * line.error_us,
+        residual_s: 1e-6 * (line.error_us + STAMP_US),
         tissue_tick_0_s: 1e-6 * zero_us?,
         drive_tick_0_s: 1e-6 * drive_us?,
     })
