@@ -8,8 +8,10 @@ import type { Line } from "./chart";
 /** Room for the numbers of the axes, px. */
 const EDGE = { left: 46, right: 12, top: 8, bottom: 34 };
 
-/** Least and most of depth and force in each column of time; forces are negative against the motion, as a frame has them. */
+/** Least and most of depth and force in each column of time, as a frame has them. */
 export interface DepthCurve extends Omit<Line, "label"> {
+  /** 1 where the device itself presses; else a force against the motion is shown as positive. */
+  sign?: number;
   depth: readonly [Float32Array | undefined, Float32Array | undefined];
   force: readonly [Float32Array | undefined, Float32Array | undefined];
 }
@@ -40,7 +42,7 @@ export class DepthPlot {
   /** Draws curves, the last on top. */
   draw(curves: DepthCurve[]): void {
     const none = new Float32Array();
-    this.tracks = curves.map(({ depth, force, ...stroke }) => ({ ...stroke, depth: values(depth[0] ?? none, depth[1] ?? none, 1000), force: values(force[0] ?? none, force[1] ?? none, -1) }));
+    this.tracks = curves.map(({ depth, force, sign = -1, ...stroke }) => ({ ...stroke, depth: values(depth[0] ?? none, depth[1] ?? none, 1000), force: values(force[0] ?? none, force[1] ?? none, sign) }));
     this.show();
   }
 

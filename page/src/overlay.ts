@@ -158,7 +158,7 @@ export class Overlay {
     try {
       const frames = await Promise.all(runs.map((run) => this.frameOf(run, DEPTH, DEPTH_COLUMNS)));
       if (round !== this.round) return;
-      const curves = frames.map((frame, n) => ({ ...this.strokeOf(runs[n]), depth: [frame.least[0], frame.most[0]] as const, force: [frame.least[1], frame.most[1]] as const }));
+      const curves = frames.map((frame, n) => ({ ...this.strokeOf(runs[n]), sign: isPress(runs[n]) ? 1 : -1, depth: [frame.least[0], frame.most[0]] as const, force: [frame.least[1], frame.most[1]] as const }));
       this.depths.draw(curves.reverse());
     } catch (error) {
       this.app.notify(error instanceof Error ? error.message : String(error));
@@ -284,6 +284,10 @@ export class Overlay {
       if (run.curves && curves.some((curve) => curve.run === run && curve.judged)) save(new Blob([csvOf(run.curves, this.zoom)], { type: "text/csv" }), `${name}-closed-form.csv`);
     }
   }
+}
+
+function isPress(run: OpenRun | undefined): boolean {
+  return ((run?.metadata["experiment"] ?? {}) as Record<string, unknown>)["experiment"] === "press";
 }
 
 function hasTheory(run: OpenRun): boolean {

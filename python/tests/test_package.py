@@ -52,16 +52,22 @@ def test_the_version_is_that_of_the_package() -> None:
     ],
 )
 def test_every_key_of_a_question_is_an_argument(question: str, function) -> None:
-    page = Path(__file__).parents[2] / "docs/guide/src/experiment-keys.md"
+    page = (Path(__file__).parents[2] / "docs/guide/src/experiment-keys.md").read_text()
+    for name, group in reversed(re.findall(r"\n(\*.+?\*): (.+)", page)):
+        page = page.replace(name, group)
 
-    def arguments(heading: str) -> tuple[dict[str, str], list[str]]:
-        table = page.read_text().split(f"\n### {heading}\n")[1].split("\n### ")[0]
-        rows = [row.split("|") for row in table.splitlines() if row.startswith("| `")]
-        shared = re.findall("`(.+?)`", table.partition("\nAnd [of several]")[2])
-        return {row[1].split("`")[1]: row[3].strip(" `") for row in rows}, shared
+    def keys(text: str) -> list[str]:
+        return re.findall(r"`([a-z][a-z0-9_]*)`", text)
 
-    (own, names), (several, _) = arguments(question), arguments("Keys of several questions")
-    names = [*own.values(), *(several[name] for name in names)]
+    table = page.split("\n## Questions\n")[1].split(f"\n### {question}\n")[1].split("\n### ")[0]
+    rows, _, elsewhere = table.partition("\nAlso ")
+    named = [row.split("|")[0] for row in rows.splitlines() if row.startswith("`")]
+    in_python = {}
+    for row in re.findall(r"\n(`.+?` \| same \| same \| `.+?`)(?=\n)", page):
+        key, name = keys(row)
+        in_python[key] = name
+    assert len(in_python) == 5
+    names = [in_python.get(key, key) for key in keys(" ".join(named) + elsewhere)]
     assert len(names) > 5
     assert set(names) <= set(inspect.signature(function).parameters)
 

@@ -321,9 +321,9 @@ fn functions(core: &Core, integer: i8) -> String {
     let direct = &core.direct;
     let (before, after) = (before_step(direct, integer), after_step(integer));
     let sum = if integer < 0 { SUM } else { "" };
-    let (step, own) = (&core.step, &core.functions);
+    let (step, functions) = (&core.step, &core.functions);
     format!(
-        "{sum}{own}
+        "{sum}{functions}
 /* The output for the input x now; changes nothing. */
 static inline real @_output(const @_t *self, real x)
 {{

@@ -136,7 +136,7 @@ pub(crate) fn analysed(
     let curve = curve(low, PI / t, |omega| Some(open.open(omega * t)));
     let cause = match curve.len() {
         // NaN cannot be judged.
-        POINTS => cause(setup, plant, judged.own(), &verdict)?,
+        POINTS => cause(setup, plant, judged.sampled_loop(), &verdict)?,
         _ => VerdictCause::TooLarge,
     };
     Ok(LoopAnalysis {
@@ -197,10 +197,10 @@ pub fn curve(
 
 pub(crate) fn adds_up(law: &ControllerParameters) -> bool {
     match law {
-        ControllerParameters::Pid(own) => own.integral != 0.0,
-        ControllerParameters::Tid(own) => own.integral != 0.0,
-        ControllerParameters::Function(own) => {
-            own.denominator().lowest() > own.numerator().lowest()
+        ControllerParameters::Pid(law) => law.integral != 0.0,
+        ControllerParameters::Tid(law) => law.integral != 0.0,
+        ControllerParameters::Function(law) => {
+            law.denominator().lowest() > law.numerator().lowest()
         }
         ControllerParameters::Crone(_) | ControllerParameters::LeadLag(_) => false,
     }
@@ -215,8 +215,8 @@ fn near_whole(setup: &ControllerSetup, plant: &Plant) -> Option<f64> {
     };
     let mut orders = plant.function().map(orders_of).unwrap_or_default();
     match &setup.law {
-        ControllerParameters::Pid(own) => {
-            orders.extend([own.integral_order, own.derivative_order]);
+        ControllerParameters::Pid(law) => {
+            orders.extend([law.integral_order, law.derivative_order]);
         }
         ControllerParameters::Function(function) => orders.extend(orders_of(function)),
         ControllerParameters::Tid(_)
@@ -338,7 +338,7 @@ fn cause(
         && let Some(prompt) = plant.without_dead_time()
     {
         let judged = setup.closed_with(&setup.sampled(&prompt)?)?.judged();
-        let first = judged.own().margins().delay_s;
+        let first = judged.sampled_loop().margins().delay_s;
         let later = |delay_s| later(setup, &prompt, delay_s);
         if judged.verdict.stable
             && let Some(delay) = SampledControlLoop::delay_margin(first, &later).unwrap_or(first)

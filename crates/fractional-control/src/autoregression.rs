@@ -55,7 +55,7 @@ impl Autoregression {
         let mut correlations = [0.0; HIGHEST_ORDER];
         let (mut criterion, mut best, mut order) = (0.0, 0.0, 0);
         let tried = samples / SAMPLES_PER_ORDER;
-        for (place, own) in correlations.iter_mut().enumerate().take(tried) {
+        for (place, correlation) in correlations.iter_mut().enumerate().take(tried) {
             let (mut product, mut power) = (0.0, 0.0);
             for [forward, backward] in &errors {
                 for (f, b) in forward.iter().skip(1).zip(backward) {
@@ -67,7 +67,7 @@ impl Autoregression {
             if !r.is_finite() {
                 break;
             }
-            *own = r;
+            *correlation = r;
             for [forward, backward] in &mut errors {
                 let pairs = forward.iter().skip(1).zip(backward.iter());
                 let next = pairs.map(|(f, b)| (f - r * b, b - r * f));

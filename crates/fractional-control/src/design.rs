@@ -223,13 +223,13 @@ impl ControlDesign {
                 gain,
                 shape: response.shape(),
                 response,
-                stable: judged.own().with_gain(gain).verdict().stable,
+                stable: judged.sampled_loop().with_gain(gain).verdict().stable,
             });
         let step = vec![self.step; self.samples];
         let step = setup.simulate(&plant, &step)?;
         let analysis = analysed(setup, &self.plant, &judged)?;
         Ok(Trial {
-            stable_gains: judged.own().gain_interval(&analysis.margins),
+            stable_gains: judged.sampled_loop().gain_interval(&analysis.margins),
             analysis,
             robustness: robustness.collect(),
             shape: step.shape_of_step(self.step),

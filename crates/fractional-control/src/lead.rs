@@ -186,10 +186,10 @@ impl<F: Real, const MODES: usize> Differintegrator<F> for LeadPower<F, MODES> {
         if let Some(memories) = &self.memories {
             history.last = y;
             y = y * (F::ONE - self.zero);
-            for (memory, own) in memories.iter().zip(&mut history.memories) {
+            for (memory, past) in memories.iter().zip(&mut history.memories) {
                 if let Some(memory) = memory {
-                    *own = memory.settled(y);
-                    y = own.as_ref().map_or(y, |own| memory.output(own, y));
+                    *past = memory.settled(y);
+                    y = past.as_ref().map_or(y, |past| memory.output(past, y));
                 }
             }
         }
@@ -211,14 +211,14 @@ impl<F: Real, const MODES: usize> Differintegrator<F> for LeadPower<F, MODES> {
     #[inline]
     fn output(&self, history: &Self::History, x: F) -> F {
         let mut y = x;
-        for (before, own) in history.sections.iter().take(self.sections) {
-            y = (y - self.zero * *before) + self.pole * *own;
+        for (before, past) in history.sections.iter().take(self.sections) {
+            y = (y - self.zero * *before) + self.pole * *past;
         }
         if let Some(memories) = &self.memories {
             y -= self.zero * history.last;
-            for (memory, own) in memories.iter().zip(&history.memories) {
-                if let (Some(memory), Some(own)) = (memory, own) {
-                    y = memory.output(own, y);
+            for (memory, past) in memories.iter().zip(&history.memories) {
+                if let (Some(memory), Some(past)) = (memory, past) {
+                    y = memory.output(past, y);
                 }
             }
         }
@@ -228,19 +228,19 @@ impl<F: Real, const MODES: usize> Differintegrator<F> for LeadPower<F, MODES> {
     #[inline]
     fn advance(&self, history: &mut Self::History, x: F) {
         let mut y = x;
-        for (before, own) in history.sections.iter_mut().take(self.sections) {
-            let next = (y - self.zero * *before) + self.pole * *own;
-            (*before, *own) = (y, next);
+        for (before, past) in history.sections.iter_mut().take(self.sections) {
+            let next = (y - self.zero * *before) + self.pole * *past;
+            (*before, *past) = (y, next);
             y = next;
         }
         if let Some(memories) = &self.memories {
             let difference = y - self.zero * history.last;
             history.last = y;
             y = difference;
-            for (memory, own) in memories.iter().zip(&mut history.memories) {
-                if let (Some(memory), Some(own)) = (memory, own) {
-                    let next = memory.output(own, y);
-                    memory.advance(own, y);
+            for (memory, past) in memories.iter().zip(&mut history.memories) {
+                if let (Some(memory), Some(past)) = (memory, past) {
+                    let next = memory.output(past, y);
+                    memory.advance(past, y);
                     y = next;
                 }
             }

@@ -97,18 +97,18 @@ impl<F: Real> ControllerList<F> {
         let t = setup.sample_time();
         let memory = setup.memory()?.fewest_modes();
         let law = match setup.law {
-            ControllerParameters::Pid(own) => {
-                let branches = own.checked()?.branches(setup.set_point.checked()?);
+            ControllerParameters::Pid(law) => {
+                let branches = law.checked()?.branches(setup.set_point.checked()?);
                 let names = ["proportional", "integral", "derivative"];
                 parallel(names, branches, memory, t)?
             }
-            ControllerParameters::Tid(own) => {
-                let branches = own.branches(setup.set_point.derivative)?;
+            ControllerParameters::Tid(law) => {
+                let branches = law.branches(setup.set_point.derivative)?;
                 let names = ["tilt", "integral", "derivative"];
                 parallel(names, branches, memory, t)?
             }
-            ControllerParameters::Crone(own) => lead(own.shape()?, memory, t)?,
-            ControllerParameters::LeadLag(own) => lead(own.shape()?, memory, t)?,
+            ControllerParameters::Crone(law) => lead(law.shape()?, memory, t)?,
+            ControllerParameters::LeadLag(law) => lead(law.shape()?, memory, t)?,
             ControllerParameters::Function(_) => {
                 return Err(ControlError::NotFound {
                     what: "a list of numbers for a controller that is a transfer function",
@@ -142,9 +142,9 @@ impl<F: Real> ControllerList<F> {
         match &self.law {
             LawList::Parallel(law) => {
                 let mut values = [self.keep].to_vec();
-                for own in &law.branches {
-                    values.extend([own.gain, own.weight].map(F::from_f64));
-                    values.extend(own.power.iter().flat_map(numbers));
+                for branch in &law.branches {
+                    values.extend([branch.gain, branch.weight].map(F::from_f64));
+                    values.extend(branch.power.iter().flat_map(numbers));
                 }
                 let branches = law.branches.iter();
                 let parts = branches.map(|branch| part(branch.power.as_ref()));
@@ -175,7 +175,7 @@ fn parallel<F: Real>(
     let running =
         FractionalPid::<F, MODES>::of_branches(parameters, unlimited, memory, sample_time)?;
     let named = names.into_iter().zip(parameters);
-    let used = named.filter(|(_, own)| own.gain != 0.0);
+    let used = named.filter(|(_, term)| term.gain != 0.0);
     Ok(LawList::Parallel(match &running.0 {
         Kind::First(running) => side_by_side(used, running),
         Kind::Second(running) => side_by_side(used, running),
@@ -189,13 +189,13 @@ fn side_by_side<F: Real, O: Differintegrator<F>>(
 where
     for<'a> OperatorList<F>: From<&'a O>,
 {
-    let branches = used.zip(&running.branches).map(|((name, own), branch)| {
+    let branches = used.zip(&running.branches).map(|((name, term), branch)| {
         let power = branch.as_ref().map(|branch| &branch.power);
         BranchList {
             name,
-            gain: own.gain,
-            weight: own.weight,
-            order: own.order,
+            gain: term.gain,
+            weight: term.weight,
+            order: term.order,
             power: power.map(OperatorList::from),
         }
     });
@@ -209,13 +209,13 @@ fn lead<F: Real>(
     memory: PowerMemory,
     sample_time: Seconds,
 ) -> Result<LawList<F>, ControlError> {
-    let (operator, own) = LeadPower::<F, MODES>::new(&shape, &memory, sample_time)?;
-    let gain = shape.gain * shape.factor * own;
+    let (operator, normaliser) = LeadPower::<F, MODES>::new(&shape, &memory, sample_time)?;
+    let gain = shape.gain * shape.factor * normaliser;
     in_samples::<F>("gain", gain)?;
     in_samples::<F>("inverse of the gain", 1.0 / gain)?;
     Ok(LawList::Lead(LeadList {
         gain: shape.gain,
-        factors: [shape.factor, own],
+        factors: [shape.factor, normaliser],
         sections: operator.sections,
         zero: operator.zero,
         pole: operator.pole,

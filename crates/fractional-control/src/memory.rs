@@ -197,9 +197,9 @@ impl<F: Real, const MODES: usize> Chain<F, MODES> {
     #[inline]
     pub(crate) fn advance(&self, history: &mut ChainHistory<F, MODES>, v: F) -> [F; LEVELS] {
         let mut outputs = [v; LEVELS];
-        if let (Some(core), Some(own)) = (&self.core, &mut history.core) {
-            outputs[0] = core.output(own, v);
-            core.advance(own, v);
+        if let (Some(core), Some(past)) = (&self.core, &mut history.core) {
+            outputs[0] = core.output(past, v);
+            core.advance(past, v);
         }
         for (level, (sum, carry)) in history.sums.iter_mut().enumerate().take(self.sums) {
             // Kahan's sum: in single precision small increments are not lost.
@@ -217,8 +217,8 @@ impl<F: Real, const MODES: usize> Chain<F, MODES> {
     #[inline]
     pub(crate) fn past(&self, history: &ChainHistory<F, MODES>) -> [F; LEVELS] {
         let mut past = [F::ZERO; LEVELS];
-        if let (Some(core), Some(own)) = (&self.core, &history.core) {
-            past[0] = core.past(own);
+        if let (Some(core), Some(state)) = (&self.core, &history.core) {
+            past[0] = core.past(state);
         }
         for (level, (sum, carry)) in history.sums.iter().enumerate().take(self.sums) {
             past[level + 1] = *sum + (self.sample_time * past[level] + *carry);

@@ -143,9 +143,9 @@ pub fn integer_baseline(
     setup: &ControllerSetup,
     plant: &Plant,
 ) -> Result<Option<ControllerSetup>, ControlError> {
-    if let ControllerParameters::Pid(own) = setup.law {
+    if let ControllerParameters::Pid(law) = setup.law {
         let whole = |gain: f64, order: f64| gain == 0.0 || (order - 1.0).abs() == 0.0;
-        if whole(own.integral, own.integral_order) && whole(own.derivative, own.derivative_order) {
+        if whole(law.integral, law.integral_order) && whole(law.derivative, law.derivative_order) {
             return Ok(None);
         }
     }

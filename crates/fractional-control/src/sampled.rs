@@ -211,9 +211,9 @@ impl<F: Real, const MODES: usize> SampledTransferFunction<F, MODES> {
     #[inline]
     fn refresh(&self, history: &mut SampledHistory<F, MODES>) {
         let mut past = [[F::ZERO; LEVELS]; PARTS_MAX];
-        for ((past, chain), own) in past.iter_mut().zip(&self.chains).zip(&history.chains) {
-            if let (Some(chain), Some(own)) = (chain, own) {
-                *past = chain.past(own);
+        for ((past, chain), state) in past.iter_mut().zip(&self.chains).zip(&history.chains) {
+            if let (Some(chain), Some(state)) = (chain, state) {
+                *past = chain.past(state);
             }
         }
         let (mut fed_back, mut forward) = (F::ZERO, F::ZERO);
@@ -275,9 +275,9 @@ impl<F: Real, const MODES: usize> Differintegrator<F> for SampledTransferFunctio
         let v = (u - history.fed_back) * self.inverse;
         let mut outputs = [[F::ZERO; LEVELS]; PARTS_MAX];
         let chains = self.chains.iter().zip(&mut history.chains);
-        for (outputs, (chain, own)) in outputs.iter_mut().zip(chains) {
-            if let (Some(chain), Some(own)) = (chain, own) {
-                *outputs = chain.advance(own, v);
+        for (outputs, (chain, state)) in outputs.iter_mut().zip(chains) {
+            if let (Some(chain), Some(state)) = (chain, state) {
+                *outputs = chain.advance(state, v);
             }
         }
         for (part, filter) in self.parts.iter().zip(&mut history.filters) {

@@ -248,11 +248,11 @@ impl<F: Real, const MODES: usize> LeadController<F, MODES> {
     ) -> Result<Self, ControlError> {
         let gain = shape.gain * shape.factor;
         range("gain", gain, gain != 0.0, "finite and not 0", "")?;
-        let (operator, own) = LeadPower::new(&shape, &memory, sample_time)?;
-        in_samples::<F>("inverse of the gain", 1.0 / (gain * own))?;
+        let (operator, normaliser) = LeadPower::new(&shape, &memory, sample_time)?;
+        in_samples::<F>("inverse of the gain", 1.0 / (gain * normaliser))?;
         Ok(Self {
             operator,
-            gain: in_samples("gain", gain * own)?,
+            gain: in_samples("gain", gain * normaliser)?,
             stage: actuator.stage(sample_time, false),
         })
     }

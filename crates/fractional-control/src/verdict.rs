@@ -67,7 +67,7 @@ pub(crate) struct Judged {
 
 impl Judged {
     /// The loop that the verdict is on.
-    pub(crate) fn own(&self) -> &SampledControlLoop {
+    pub(crate) fn sampled_loop(&self) -> &SampledControlLoop {
         match self.is_plants {
             true => &self.of_plant,
             false => &self.closed,

@@ -145,18 +145,18 @@ impl LineSide {
         }
         let (calls, told_us) = self.handle.calls();
         let made = calls.wrapping_sub(self.looked.calls);
-        let told = told_us.saturating_sub(self.looked.told_us);
+        let handed_us = told_us.saturating_sub(self.looked.told_us);
         // The first call gives any time. A program that calls more often than it has to lives in a time of its own.
         let is_wrong = made >= CALLS_LEAST
             && self.looked.calls > 0
             && passed_us >= u64::from(made) * self.period_us / 2
-            && told < passed_us / UNIT;
+            && handed_us < passed_us / UNIT;
         // Twice in a row, as a busy machine may hold a program up.
         let is_known = is_wrong && self.looked.was_wrong;
         self.handle.judge_unit(is_known.then(|| Reason {
             trouble: Trouble::Unit,
             measured_us: u32::try_from(passed_us).unwrap_or(u32::MAX),
-            told_us: told as u32,
+            told_us: handed_us as u32,
         }));
         self.looked = Looked {
             at_us: now_us,

@@ -176,7 +176,7 @@ mod tests {
         assert_eq!(settings.path, "/dev/x");
         assert_eq!(settings.metres("radius", 0.0..=1.0, 1.0), Ok(0.02));
         assert_eq!(read("COM3").expect("good").text("version"), None);
-        for (text, said) in [
+        for (text, message) in [
             (
                 "",
                 "haply needs the path of a port, as in haply:/dev/ttyACM0",
@@ -195,7 +195,7 @@ mod tests {
                 "\"host\" is not HOST:PORT with a port up to 65535: give both, as in 127.0.0.1:4250, or [::1]:4250 for IPv6",
             ),
         ] {
-            assert_eq!(read(text).expect_err("bad").to_string(), said);
+            assert_eq!(read(text).expect_err("bad").to_string(), message);
         }
         for length in ["2cm", "0.02", "0.02 m", "20000um", "20mm"] {
             let metres = Settings {

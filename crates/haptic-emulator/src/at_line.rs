@@ -115,7 +115,7 @@ fn carried(line: &mut FaultyLine, bytes: &[u8], now_us: u64) -> Vec<u8> {
 pub struct NearLine<D> {
     device: Arc<Mutex<D>>,
     time: DeviceTime,
-    said: VecDeque<u8>,
+    answers: VecDeque<u8>,
 }
 
 impl<D: AtLine> NearLine<D> {
@@ -125,7 +125,7 @@ impl<D: AtLine> NearLine<D> {
         Self {
             device,
             time,
-            said: VecDeque::new(),
+            answers: VecDeque::new(),
         }
     }
 
@@ -142,10 +142,10 @@ impl<D> fmt::Debug for NearLine<D> {
 
 impl<D: AtLine> Read for NearLine<D> {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
-        if self.said.is_empty() {
+        if self.answers.is_empty() {
             return Err(ErrorKind::TimedOut.into());
         }
-        self.said.read(into)
+        self.answers.read(into)
     }
 }
 
@@ -159,7 +159,7 @@ impl<D: AtLine> Write for NearLine<D> {
             device.receive(*byte, now_us, &mut answer);
         }
         drop(device);
-        self.said.extend(answer);
+        self.answers.extend(answer);
         Ok(bytes.len())
     }
 

@@ -55,7 +55,7 @@ struct Given {
     table: String,
     key: String,
     value: Value,
-    said: String,
+    wording: String,
 }
 
 /// Group and name of the document in the log of its run.
@@ -94,7 +94,7 @@ impl Document {
         {
             return Ok(Self::of_text(path, &text_of(path, "experiment")?));
         }
-        let refuse = |reason: String| FileError::said("", reason);
+        let refuse = |reason: String| FileError::wording("", reason);
         let log = path.display();
         let summary = inspect(path).map_err(|error| refuse(error.to_string()))?;
         let reasons = summary.reasons().join("; ");
@@ -104,8 +104,8 @@ impl Document {
             )));
         }
         let mut records = summary.metadata.into_iter();
-        let said = records.find(|record| record.name == IN_LOG.0);
-        let logged = said.map(|record| record.values).unwrap_or_default();
+        let record = records.find(|record| record.name == IN_LOG.0);
+        let logged = record.map(|record| record.values).unwrap_or_default();
         match logged.get(IN_LOG.1) {
             Some(text) => Ok(Self {
                 text: text.clone(),
@@ -141,10 +141,10 @@ impl Document {
         table: &str,
         key: &str,
         value: impl Into<Value>,
-        said: &str,
+        wording: &str,
     ) -> Result<(), FileError> {
         // A message is one line.
-        let said: String = said
+        let wording: String = wording
             .chars()
             .map(|c| if c.is_control() { ' ' } else { c })
             .collect();
@@ -155,15 +155,15 @@ impl Document {
         if let Some(before) = before {
             let reason = format!(
                 "{key} is given twice, also as {}: omit one of them",
-                before.said
+                before.wording
             );
-            return Err(FileError::said(&said, reason));
+            return Err(FileError::wording(&wording, reason));
         }
         self.given.push(Given {
             table: table.to_owned(),
             key: key.to_owned(),
             value: value.into(),
-            said,
+            wording,
         });
         self.over = self.written();
         Ok(())
@@ -179,33 +179,33 @@ impl Document {
             let Given {
                 table, key, value, ..
             } = given;
-            both.set(table, key, value.clone(), &given.said)?;
+            both.set(table, key, value.clone(), &given.wording)?;
         }
         Ok(both)
     }
 
     /// Given values as TOML, and for each of its lines the words in which the value was given.
     fn written(&self) -> (String, Vec<String>) {
-        let (mut text, mut said) = (String::new(), Vec::new());
+        let (mut text, mut wording) = (String::new(), Vec::new());
         let mut given: Vec<&Given> = self.given.iter().collect();
         given.sort_by_key(|given| &given.table);
         for given in given.chunk_by(|a, b| a.table == b.table) {
             text += &format!("[{}]\n", given[0].table);
-            said.push(String::new());
+            wording.push(String::new());
             for Given {
                 key,
                 value,
-                said: how,
+                wording: text_of_user,
                 ..
             } in given
             {
                 // Quotes what is no bare key.
                 let line = toml::Table::from_iter([(key.clone(), value.clone())]).to_string();
-                said.extend(line.lines().map(|_| how.clone()));
+                wording.extend(line.lines().map(|_| text_of_user.clone()));
                 text += &line;
             }
         }
-        (text, said)
+        (text, wording)
     }
 
     /// Keys of the values that were given.
@@ -217,7 +217,7 @@ impl Document {
         let given = Source {
             path: Path::new(""),
             text: &self.over.0,
-            said: &self.over.1,
+            wording: &self.over.1,
             logged: None,
         };
         let mut parsed = Parsed::of(&self.path, &self.text)?;
@@ -315,7 +315,7 @@ impl<'a> Parsed<'a> {
         let layer = Layer::of(Source {
             path,
             text,
-            said: &[],
+            wording: &[],
             logged: None,
         })?;
         Ok(Self {
@@ -332,13 +332,13 @@ impl<'a> Parsed<'a> {
     pub(crate) fn one_of<'k>(
         &'a self,
         kinds: &[&'k str],
-        beside: &[&'k str],
+        companions: &[&'k str],
         what: &str,
         choice: &str,
     ) -> Result<(&'k str, Table<'a>, BTreeMap<&'k str, Table<'a>>), FileError> {
         let (mut found, mut others) = (None, BTreeMap::new());
-        for (name, table) in self.tables(&[kinds, beside].concat(), choice)? {
-            if beside.contains(&name) {
+        for (name, table) in self.tables(&[kinds, companions].concat(), choice)? {
+            if companions.contains(&name) {
                 others.insert(name, table);
             } else if found.is_some() {
                 return Err(table.fail(format!("a second {what} [{name}]: {choice}")));
@@ -392,7 +392,7 @@ impl<'a> Parsed<'a> {
     pub(crate) fn fail(&self, reason: impl Display) -> FileError {
         match self.layers.last() {
             Some(file) => file.source.fail_from(0, reason),
-            None => FileError::said("", reason),
+            None => FileError::wording("", reason),
         }
     }
 }

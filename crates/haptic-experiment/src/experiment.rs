@@ -49,14 +49,14 @@ const ALL: &[Kind] = &[
     Kind {
         name: "wall",
         keys: &[WALL_REQUIRED, WALL, DEVICE, CHAIN],
-        beside: Beside::DeviceFile,
-        read: |table, _| Ok(Box::new(wall::wall(table)?)),
+        beside: Beside::DriveAndDeviceFile,
+        read: |table, drive| Ok(Box::new(wall::wall(table, drive)?)),
     },
     Kind {
         name: "coupler",
         keys: &[COUPLER_REQUIRED, COUPLER, DEVICE, CHAIN],
-        beside: Beside::DeviceFile,
-        read: |table, _| Ok(Box::new(coupler::coupler(table)?)),
+        beside: Beside::DriveAndDeviceFile,
+        read: |table, drive| Ok(Box::new(coupler::coupler(table, drive)?)),
     },
     Kind {
         name: "teleoperation",
@@ -84,7 +84,10 @@ pub(crate) const HEADINGS: &[Keys] = &[
     ("[relax]", rendering::RELAX),
     ("[creep]", rendering::CREEP),
     ("[relax] and [creep]", rendering::RENDERING),
-    ("[drive], beside [relax], [creep] or [press]", drive::DRIVE),
+    (
+        "[drive], beside [relax], [creep], [press], [wall] or [coupler]",
+        drive::DRIVE,
+    ),
     ("[wall], required", wall::WALL_REQUIRED),
     ("[wall]", wall::WALL),
     ("[coupler], required", coupler::COUPLER_REQUIRED),

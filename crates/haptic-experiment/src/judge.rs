@@ -246,6 +246,8 @@ pub enum Drawing {
     },
     /// One side of a teleoperation.
     Side,
+    /// A specimen that is pressed, by a device as a testing machine.
+    Press,
     /// A path in the plane of the first two axes.
     Plane {
         /// Outline of what is touched, m; empty if it does not end.

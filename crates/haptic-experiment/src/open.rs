@@ -1,5 +1,5 @@
 //! Experiment files: TOML with one table, `[relax]`, `[creep]`, `[wall]`, `[coupler]`, `[teleoperation]`, `[touch]` or `[press]`, units in the
-//! names of keys; `[drive]` beside the first two and the last.
+//! names of keys; `[drive]` beside all but `[teleoperation]` and `[touch]`.
 //!
 //! ```toml
 //! [wall]
@@ -79,15 +79,15 @@ impl ExperimentFile {
     pub fn open(document: &Document) -> Result<Self, FileError> {
         let document = document.parse()?;
         let words = choice(&KINDS);
-        let (name, table, mut beside) =
+        let (name, table, mut tables) =
             document.one_of(&KINDS, &[DRIVE_TABLE], "experiment", &words)?;
-        let drive = beside.remove(DRIVE_TABLE);
+        let drive = tables.remove(DRIVE_TABLE);
         let kind = experiment::find(name).ok_or_else(|| table.fail(format!("no kind {name}")))?;
         let table = table.with_keys(kind.keys)?;
         let table = above_device(name, table)?;
         if let Some(drive) = drive.as_ref().filter(|_| !kind.beside.has_drive()) {
             return Err(drive.fail(format_args!(
-                "[{DRIVE_TABLE}] holds the indenter of [relax], [creep] or [press], which [{name}] does not have: omit it"
+                "[{DRIVE_TABLE}] stands beside [relax], [creep], [press], [wall] or [coupler], not [{name}]: omit it"
             )));
         }
         let drive = drive
@@ -322,9 +322,9 @@ impl Document {
     #[must_use]
     pub fn changed_since_log(&self) -> Option<String> {
         let read = |document: &Self| -> Result<BTreeMap<String, String>, FileError> {
-            let mut said = ExperimentFile::open(document)?.metadata();
-            document.keep_in(&mut said)?;
-            Ok(said)
+            let mut metadata = ExperimentFile::open(document)?.metadata();
+            document.keep_in(&mut metadata)?;
+            Ok(metadata)
         };
         let mut today = self.clone();
         // It stays a log, which may have former keys.

@@ -364,8 +364,8 @@ mod tests {
             "#,
         ) {
             let error = read(&text).expect_err(&text);
-            let said = error.contains(&want) && !error.contains('\n');
-            assert!(said, "{text}: {error}");
+            let is_named = error.contains(&want) && !error.contains('\n');
+            assert!(is_named, "{text}: {error}");
         }
     }
 }

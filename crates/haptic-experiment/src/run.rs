@@ -177,6 +177,12 @@ pub(crate) fn recorder(
 }
 
 impl Ran {
+    /// True if neither of its devices cut it short.
+    pub(crate) fn is_whole(&self) -> bool {
+        let second = self.second.as_ref().and_then(|second| second.record.ended);
+        self.record.ended.or(second).is_none()
+    }
+
     pub(crate) fn of(record: Record, recorded: Recorded, folder: OutputFolder) -> Self {
         Self {
             record,

@@ -89,7 +89,11 @@ fn thinned(numbers: &[f64], every: usize) -> Vec<f64> {
 }
 
 /// The controller of a file, in the loop of a design.
-fn own(name: &str, setup: &ControllerSetup, design: &ControlDesign) -> Result<Value, Failure> {
+fn compared_loop(
+    name: &str,
+    setup: &ControllerSetup,
+    design: &ControlDesign,
+) -> Result<Value, Failure> {
     let crossover = Some(design.wishes.crossover_rad_s);
     let design = ControlDesign {
         samples: samples_for(crossover, setup.sample_time_s) as usize,
@@ -110,8 +114,8 @@ pub(crate) fn designed(request: &ControlRequest) -> Result<Value, Failure> {
     let plant = plant.plant(held.plant)?;
     let design = wishes.design(plant.plant)?;
     let compared = held.controller.zip(request.controller_file.as_ref());
-    let own = compared.map(|(setup, file)| own(&file.name, &setup, &design));
-    let own = own.transpose()?;
+    let compared_loop = compared.map(|(setup, file)| compared_loop(&file.name, &setup, &design));
+    let compared_loop = compared_loop.transpose()?;
     let found = designed_by(design)?;
     let (design, words) = (&found.design, found.words());
     let (fractional, integer) = (&found.answer.fractional, found.answer.integer.as_ref());
@@ -132,7 +136,7 @@ pub(crate) fn designed(request: &ControlRequest) -> Result<Value, Failure> {
         "fractional": seen(fractional),
         "integer": integer.ok().map(seen),
         "integer_reason": integer.err().map(in_degrees),
-        "own": own,
+        "own": compared_loop,
         "notes": reading.chain(unmet).chain(words.sentences()).collect::<Vec<_>>(),
         "file": words.file(&plant.words, &design.wishes, "").to_toml(),
     }))

@@ -80,7 +80,7 @@ impl Connections {
     }
 
     /// The current connection has armed the device.
-    pub(super) const fn own(&mut self) {
+    pub(super) const fn claim(&mut self) {
         self.owner = self.current;
     }
 
@@ -132,7 +132,7 @@ mod tests {
             connections.arrive(header(7, first)),
             Arrived::New { first: true }
         );
-        connections.own();
+        connections.claim();
         let second = connections.offer(2, 20);
         assert_eq!(
             connections.arrive(header(8, first)),

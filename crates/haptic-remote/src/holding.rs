@@ -36,11 +36,11 @@ impl Holding {
     #[inline(never)]
     pub(crate) fn new(law: &ControllerLaw, values: &[f32]) -> Result<Self, Refusal> {
         let mut parts = [PortablePart::default(); CONTROLLER_PARTS];
-        for (part, told) in parts.iter_mut().zip(&law.parts) {
+        for (part, layout) in parts.iter_mut().zip(&law.parts) {
             *part = PortablePart {
-                integer: told.integer,
-                values: usize::from(told.values),
-                filter: usize::from(told.filter),
+                integer: layout.integer,
+                values: usize::from(layout.values),
+                filter: usize::from(layout.filter),
             };
         }
         let form = match law.form {

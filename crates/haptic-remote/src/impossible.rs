@@ -309,8 +309,8 @@ mod tests {
         };
         for position_m in [f32::NAN, f32::INFINITY] {
             let bad = BatchItem { position_m, ..ITEM };
-            let said = look(of(10, 10_000, bad)).to_string();
-            assert!(said.contains(&position_m.to_string()), "{said}");
+            let message = look(of(10, 10_000, bad)).to_string();
+            assert!(message.contains(&position_m.to_string()), "{message}");
         }
         for force_n in [f32::NAN, f32::NEG_INFINITY, 5.001, -1e30] {
             let bad = BatchItem { force_n, ..ITEM };
@@ -319,8 +319,8 @@ mod tests {
                 matches!(found, Impossible::Force { tick: 10, .. }),
                 "{found}"
             );
-            let said = found.to_string();
-            assert!(said.contains(&force_n.to_string()), "{said}");
+            let message = found.to_string();
+            assert!(message.contains(&force_n.to_string()), "{message}");
         }
         assert_eq!(
             look(sample(8, 10_000)),

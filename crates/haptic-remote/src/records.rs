@@ -329,7 +329,7 @@ impl<const D: usize> Tick<D> {
 
     /// As a device reported it; `None` for another number of axes.
     #[must_use]
-    pub fn told(sample: &Sample) -> Option<Self> {
+    pub fn reported(sample: &Sample) -> Option<Self> {
         let axes: &[BatchItem; D] = sample.axes[..].try_into().ok()?;
         let first = axes.first()?;
         Some(Self {

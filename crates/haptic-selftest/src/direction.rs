@@ -200,10 +200,10 @@ mod tests {
         let verdict = |moves: usize, sign: f32| {
             let mut followed = moved.clone();
             for place in &mut followed.places_m {
-                let there = core::mem::take(&mut place[0]);
-                place[moves] = sign * there;
+                let moved = core::mem::take(&mut place[0]);
+                place[moves] = sign * moved;
                 // The others tremble.
-                place[(moves + 1) % 3] = 0.1 * there;
+                place[(moves + 1) % 3] = 0.1 * moved;
             }
             judge(&followed, &LIMITS, &can, 1, true)
         };

@@ -18,7 +18,7 @@ pub(super) fn in_time<T>(
     let mut attempt = 1;
     loop {
         let late_before = bench.late_ticks()?;
-        let (rows, told) = match trial(bench) {
+        let (rows, result) = match trial(bench) {
             Err(Broken::Link(error)) if attempt < ATTEMPTS && bench.answers_again(&error)? => {
                 attempt += 1;
                 continue;
@@ -34,11 +34,11 @@ pub(super) fn in_time<T>(
         let rows = within_limits(rows, bench.left.take());
         let Some(why) = excuse(&rows, board, host) else {
             checks.extend(rows);
-            return Ok(told);
+            return Ok(result);
         };
         if attempt == ATTEMPTS {
             checks.extend(rows.into_iter().map(|check| check.too_late(&why)));
-            return Ok(told);
+            return Ok(result);
         }
         attempt += 1;
     }

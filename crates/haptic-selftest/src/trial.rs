@@ -60,7 +60,7 @@ pub(super) fn seen(sample: &Sample, axis: usize) -> Option<Tick> {
         driven.force_n = squares.sum::<f32>().sqrt().copysign(driven.force_n);
     }
     let axes = core::iter::once(driven).collect();
-    Tick::told(&Sample {
+    Tick::reported(&Sample {
         axes,
         ..sample.clone()
     })

@@ -65,12 +65,12 @@ impl<O: Differintegrator<f64>> Law<O> {
     }
 
     /// State for the other side.
-    pub(crate) fn said(&self, position_m: f64, applied_n: f64) -> HandState {
+    pub(crate) fn state(&self, position_m: f64, applied_n: f64) -> HandState {
         match self {
             Self::Position(_) | Self::Reflected { .. } => HandState::Position { position_m },
             Self::Reflecting(_) => HandState::Force { force_n: applied_n },
             Self::Wave(law) => {
-                let (sum, energy_j) = law.said();
+                let (sum, energy_j) = law.integrals();
                 HandState::Wave { sum, energy_j }
             }
             Self::Observed(law) => HandState::Energy {
@@ -296,7 +296,7 @@ impl WavePort {
     }
 
     /// T·Σu and T·Σu²/2.
-    pub(crate) const fn said(&self) -> (f64, f64) {
+    pub(crate) const fn integrals(&self) -> (f64, f64) {
         (self.left, self.account.sent_j)
     }
 }

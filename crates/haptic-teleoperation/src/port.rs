@@ -257,7 +257,7 @@ impl<O: Differintegrator<f64>> Begun<'_, O> {
         let message = HandSample {
             sequence: port.sequence,
             time_s: sample.reading.time_s,
-            state: port.law.said(position_m, applied_n),
+            state: port.law.state(position_m, applied_n),
         };
         FinishedTick { sample, message }
     }

@@ -259,7 +259,7 @@ impl Part {
             let dashpot = SpringPot::new(e * branch.relaxation_time_s, 1.0);
             Self::element(&dashpot).series(Self::new(e, Vec::new()))
         };
-        form.of(Self::element, maxwell, Self::beside, Self::series)
+        form.of(Self::element, maxwell, Self::parallel, Self::series)
     }
 
     const fn new(spring_pa: f64, branches: Vec<Branch>) -> Self {
@@ -276,7 +276,7 @@ impl Part {
         }
     }
 
-    fn beside(mut self, other: Self) -> Self {
+    fn parallel(mut self, other: Self) -> Self {
         self.spring_pa += other.spring_pa;
         self.branches.extend(other.branches);
         self
@@ -297,7 +297,7 @@ impl Part {
         let k = spring.spring_pa / (spring.spring_pa + part.spring_pa);
         let rest = Self::new(0.0, part.branches).times(k).times(k);
         let rest = rest.series(Self::new(spring.spring_pa * k, Vec::new()));
-        Self::new(part.spring_pa * k, Vec::new()).beside(rest)
+        Self::new(part.spring_pa * k, Vec::new()).parallel(rest)
     }
 
     fn times(&self, factor: f64) -> Self {

@@ -81,10 +81,11 @@ enum Command {
     /// Measure a real specimen: the device's own position loop presses it and records the force
     ///
     /// The force is that of the device's sensor, or the motor's less friction, inertia and damping of its device file.
+    /// The position loop is made from the device's mass and damping, unless --controller gives one.
     /// `host-cli identify press.mcap` turns the log into a tissue, with the loading that the log states. On the simulated device
     /// --tissue names the specimen.
     #[command(
-        after_help = "Example: host-cli press --controller position.toml --tissue prostate-healthy --depth 2mm --hold-time 10s --out p"
+        after_help = "Example: host-cli press --tissue prostate-healthy --depth 2mm --hold-time 10s --out p"
     )]
     Press(Experiment<keys::Press>),
     /// Judge stability, passivity and transparency, before any hardware
@@ -281,10 +282,10 @@ fn meant(error: &clap::Error) -> Option<String> {
         false => ContextKind::InvalidSubcommand,
     };
     let typed = error.get(kind)?.to_string();
-    if let Err(said) = DeviceName::from_str(&typed)
-        && said.contains("is a port")
+    if let Err(error) = DeviceName::from_str(&typed)
+        && error.contains("is a port")
     {
-        return Some(said);
+        return Some(error);
     }
     let (command, words) = asked();
     // Of -tissue the parser reads -t alone.

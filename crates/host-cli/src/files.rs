@@ -311,11 +311,11 @@ pub(crate) struct PlaceOfFile {
 impl PlaceOfFile {
     /// Checks the place of a file of this kind. Nothing is made yet.
     pub(crate) fn look(file: &File, kind: &str) -> Result<Self, Failure> {
-        Self::beside(file, kind, &[])
+        Self::next_to(file, kind, &[])
     }
 
     /// Looks at the place of a file with files of these extensions beside it.
-    pub(crate) fn beside(file: &File, kind: &str, others: &[&str]) -> Result<Self, Failure> {
+    pub(crate) fn next_to(file: &File, kind: &str, others: &[&str]) -> Result<Self, Failure> {
         let File {
             out,
             overwrite,

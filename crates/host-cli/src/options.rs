@@ -212,10 +212,10 @@ impl<N: Named> Options<N> {
     /// A form of a library, whose fields have the names of keys.
     pub(crate) fn form<T: DeserializeOwned>(self) -> Result<T, Failure> {
         let mut values = toml::Table::new();
-        for (parameter, text, said) in self.options {
-            let value = value_of("", parameter, &text).map_err(|error| refused(&said, error))?;
+        for (parameter, text, wording) in self.options {
+            let value = value_of("", parameter, &text).map_err(|error| refused(&wording, error))?;
             if let Some(outside) = parameter.outside(value.as_float()) {
-                return Err(refused(&said, format!("{} = {outside}", parameter.key)));
+                return Err(refused(&wording, format!("{} = {outside}", parameter.key)));
             }
             values.insert(parameter.key.to_owned(), value);
         }
@@ -224,9 +224,9 @@ impl<N: Named> Options<N> {
 
     pub(crate) fn over(self, mut document: Document) -> Result<Document, Failure> {
         let kind = document.kind()?;
-        for (parameter, text, said) in self.options {
-            let value = value_of("", parameter, &text).map_err(|error| refused(&said, error))?;
-            document.set(table_of(kind, parameter), parameter.key, value, &said)?;
+        for (parameter, text, wording) in self.options {
+            let value = value_of("", parameter, &text).map_err(|error| refused(&wording, error))?;
+            document.set(table_of(kind, parameter), parameter.key, value, &wording)?;
         }
         for text in &self.values {
             let shown = &short(text);

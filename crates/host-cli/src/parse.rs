@@ -221,18 +221,18 @@ mod tests {
         let mut counted = 0;
         for (way, argument) in counts {
             let option = argument.get_long().unwrap_or_default();
-            let said = refused(&mut command, way, option, "1.5").expect(option);
-            let asks = said.contains(" 1.5 is not a whole number from ");
+            let error = refused(&mut command, way, option, "1.5").expect(option);
+            let asks = error.contains(" 1.5 is not a whole number from ");
             assert!(
-                asks && said.contains(&format!("change --{option}")),
-                "{said}"
+                asks && error.contains(&format!("change --{option}")),
+                "{error}"
             );
             counted += 1;
         }
         assert!(counted > 10, "{counted}");
-        let said = refused(&mut command, &["teleoperate".to_owned()], "patience", "1e9");
+        let error = refused(&mut command, &["teleoperate".to_owned()], "patience", "1e9");
         assert_eq!(
-            said.expect("too long").trim_end(),
+            error.expect("too long").trim_end(),
             "error: patience 1e9 s is not from 0 to 86400 s: change --patience"
         );
     }

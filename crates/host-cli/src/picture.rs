@@ -104,13 +104,14 @@ pub(crate) fn of_run(curves: &Curves) -> Result<Picture, FigureError> {
         } => of_trial(*expected_deflection_m, curves),
         Drawing::Pair { stiffnesses } => of_pair(stiffnesses, curves),
         Drawing::Side => of_side(curves),
+        Drawing::Press => of_press(curves),
         Drawing::Plane { outline_m } => of_path(outline_m, curves),
     }
 }
 
 /// Columns of the runs of each kind; those behind the others are of a drive, an object or a third axis.
 const COLUMNS: &str = "values closed_form relative_error reference_m position_m hand_m far_position_m force_n far_force_n taken_j \
-    hand_x_m hand_y_m x_m y_m depth_m force_x_n force_y_n drive_force_n object_position_m";
+    hand_x_m hand_y_m x_m y_m depth_m force_x_n force_y_n drive_force_n object_position_m sensed_force_n";
 
 /// The picture of a run of this kind as it will be, with its panels and without its numbers: `None` of a kind without one.
 pub(crate) fn rehearsed(
@@ -156,6 +157,7 @@ pub(crate) fn rehearsed(
         "teleoperation" => Drawing::Pair {
             stiffnesses: Vec::new(),
         },
+        "press" => Drawing::Press,
         _ => return None,
     };
     Some(of_run(&Curves {
@@ -306,6 +308,32 @@ fn of_side(curves: &Curves) -> Result<Picture, FigureError> {
     page(&curves.title, &curves.subtitle, 1, &[places, forces])
 }
 
+/// A press: force and depth over time, and the force over the depth, as a testing machine shows it.
+fn of_press(curves: &Curves) -> Result<Picture, FigureError> {
+    let (force, depth) = ("force / N", "depth / mm");
+    let mut over_depth = Panel::new("force over depth", linear(depth), linear(force));
+    let mut forces = over_time("force on the specimen", force);
+    let depths = column(curves, "depth_m", 1e3);
+    for (name, key, look, colour) in [
+        ("motor", "force_n", Look::Line, 0),
+        ("sensor", "sensed_force_n", Look::Dashed, 1),
+    ] {
+        let points = column(curves, key, 1.0);
+        let pairs = std::iter::zip(&depths, &points);
+        over_depth = over_depth.with(name, look, colour, pairs.map(|(at, y)| (at.1, y.1)));
+        forces = forces.with(name, look, colour, points);
+    }
+    let depths = over_time("depth", depth)
+        .with("wanted", Look::Broad, 3, column(curves, "reference_m", 1e3))
+        .with("handle", Look::Line, 2, depths);
+    page(
+        &curves.title,
+        &curves.subtitle,
+        2,
+        &[forces, depths, over_depth],
+    )
+}
+
 /// A teleoperation: places and forces of both sides, the energy that the line took, and what was felt.
 fn of_pair(stiffnesses: &[(&str, Points)], curves: &Curves) -> Result<Picture, FigureError> {
     let column = |name, scale| column(curves, name, scale);
@@ -359,6 +387,7 @@ fn of_trial(rest_m: Option<f64>, trial: &Curves) -> Result<Picture, FigureError>
     let position = column(trial, "position_m", 1e3);
     let object = column(trial, "object_position_m", 1e3);
     let force = column(trial, "force_n", 1.0);
+    let drive = column(trial, "drive_force_n", 1.0);
     let run = trial.origin;
     let (device, what) = match object.is_empty() {
         true => (run.to_owned(), "wall"),
@@ -376,8 +405,9 @@ fn of_trial(rest_m: Option<f64>, trial: &Curves) -> Result<Picture, FigureError>
             .with("rest position", Look::Dashed, 1, rest.iter().copied())
     };
     let forces = |caption: String, time| {
-        let panel = Panel::new(caption, time, linear(FORCE));
-        panel.with(&device, Look::Line, 0, force.iter().copied())
+        Panel::new(caption, time, linear(FORCE))
+            .with(&device, Look::Line, 0, force.iter().copied())
+            .with("second device", Look::Dashed, 3, drive.iter().copied())
     };
     // An impact takes milliseconds, and the rest seconds.
     let (whole, log) = (linear("time / s"), logarithmic("time / s"));

@@ -103,9 +103,9 @@ pub(super) fn understand(header: &str, below: &str) -> Option<Meaning> {
         return Some(Meaning { column, unit, rank });
     }
     let whole = header.trim().to_owned();
-    let (name, told) = split(header);
+    let (name, unit_of_name) = split(header);
     // The unit below belongs to the whole name, as in `Shear modulus (elastic component)`.
-    let ways = match (below, told) {
+    let ways = match (below, unit_of_name) {
         ("", unit) => vec![(name, unit)],
         (below, None) => vec![(whole, Some(below.to_owned()))],
         (below, Some(unit)) => vec![(whole, Some(below.to_owned())), (name, Some(unit))],

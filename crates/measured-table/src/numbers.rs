@@ -490,7 +490,7 @@ impl Reader {
         let given = column.dimension().factor(unit);
         let given = given.ok_or_else(|| TableError::Whole(foreign(unit, column)))?;
         match found.unit.factor() {
-            Some(told) if (told / given - 1.0).abs() > 1e-9 => Err(TableError::Whole(format!(
+            Some(named) if (named / given - 1.0).abs() > 1e-9 => Err(TableError::Whole(format!(
                 "column {name} names its own unit: omit {}={unit} of {UNITS}",
                 column.name()
             ))),

@@ -157,13 +157,13 @@ mod tests {
             holds: Some(holds),
             numbers: String::new(),
         };
-        for (ours, beside, want) in [
+        for (ours, reference, want) in [
             (true, true, "holds"),
             (true, false, "holds only with A₃"),
             (false, true, "holds only with (1 − w)^μ"),
             (false, false, "does not hold"),
         ] {
-            let both = [evidence("A₃", ours), evidence("(1 − w)^μ", beside)];
+            let both = [evidence("A₃", ours), evidence("(1 − w)^μ", reference)];
             assert_eq!(verdict(&both), want);
         }
         assert_eq!(verdict(&[evidence("(1 − w)^μ", true)]), "holds");

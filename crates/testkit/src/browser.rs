@@ -112,7 +112,7 @@ pub struct Page {
     socket: WebSocket<TcpStream>,
     id: u64,
     /// Unasked messages that were not yet looked at.
-    pub told: Vec<Value>,
+    pub unasked: Vec<Value>,
     /// Frames that were not yet looked at.
     pub frames: Vec<Frame>,
     picture: Option<Frame>,
@@ -148,7 +148,7 @@ impl Page {
         Ok(Self {
             socket,
             id: 0,
-            told: Vec::new(),
+            unasked: Vec::new(),
             frames: Vec::new(),
             picture: None,
             acknowledges: true,
@@ -218,9 +218,9 @@ impl Page {
 
     /// The answer to a number; what comes before it is kept.
     pub fn answer(&mut self, id: &Value) -> Value {
-        let known = |told: &Value| told.get("id").is_some_and(|given| given == id);
-        if let Some(found) = self.told.iter().position(known) {
-            return self.told.remove(found);
+        let known = |unasked: &Value| unasked.get("id").is_some_and(|given| given == id);
+        if let Some(found) = self.unasked.iter().position(known) {
+            return self.unasked.remove(found);
         }
         loop {
             let message = self.read().expect("open");
@@ -228,7 +228,7 @@ impl Page {
                 return message;
             }
             if !message.is_null() {
-                self.told.push(message);
+                self.unasked.push(message);
             }
         }
     }
@@ -272,19 +272,20 @@ impl Page {
     pub fn wait(&mut self, kind: &str, holds: impl Fn(&Value) -> bool) -> Value {
         let until = Instant::now() + PATIENCE;
         loop {
-            let wanted = |told: &Value| told.get(kind).is_some_and(&holds);
-            if let Some(found) = self.told.iter().position(wanted) {
-                return self.told.remove(found)[kind].take();
+            let wanted = |unasked: &Value| unasked.get(kind).is_some_and(&holds);
+            if let Some(found) = self.unasked.iter().position(wanted) {
+                return self.unasked.remove(found)[kind].take();
             }
             assert!(
                 Instant::now() < until,
                 "no {kind} for which it holds, the last was {:?}",
-                self.told.last()
+                self.unasked.last()
             );
-            self.told.retain(|told| told.get("status").is_none());
+            self.unasked
+                .retain(|unasked| unasked.get("status").is_none());
             let message = self.read().expect("open");
             if !message.is_null() {
-                self.told.push(message);
+                self.unasked.push(message);
             }
         }
     }
@@ -303,7 +304,7 @@ impl Page {
             assert!(Instant::now() < until, "no frame");
             let message = self.read().expect("open");
             if !message.is_null() {
-                self.told.push(message);
+                self.unasked.push(message);
             }
         }
     }

@@ -44,8 +44,8 @@ pub fn models(v: f64, g: f64, kinds: &[(&str, f64, f64)]) -> Vec<(String, Model)
     let mut models = vec![("spring-pot".to_owned(), one)];
     for &(orders, alpha, beta) in kinds {
         for (turn, kind) in two_spring_pots().into_iter().enumerate() {
-            let beside = kind == ModelKind::FractionalZener;
-            let spring = if beside { 5e3 } else { 40e3 };
+            let is_zener = kind == ModelKind::FractionalZener;
+            let spring = if is_zener { 5e3 } else { 40e3 };
             let model = of_two(turn, [v, alpha, g, beta, spring]);
             models.push((format!("{kind} {orders}"), model));
         }

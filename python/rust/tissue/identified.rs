@@ -160,7 +160,7 @@ fn report<'py>(py: Python<'py>, found: &Identification) -> PyResult<Bound<'py, P
         "x": PyArray1::from_slice(py, &found.x),
         "measured": PyArray1::from_slice(py, &found.measured),
         "warnings": &found.warnings,
-        "beside": to_python(py, &found.beside)?,
+        "beside": to_python(py, &found.placement)?,
         "fits": fits.collect::<PyResult<Vec<_>>>()?,
     })
 }

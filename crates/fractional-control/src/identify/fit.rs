@@ -281,7 +281,7 @@ impl<'a> Fit<'a> {
             motions.push(ones.clone());
         }
         let left = self.record.output.iter().zip(&output);
-        let left: Vec<f64> = left.map(|(y, own)| y - own).collect();
+        let left: Vec<f64> = left.map(|(y, modelled)| y - modelled).collect();
         let noise = &self.record.noise;
         let white: Vec<Vec<f64>> = motions
             .iter()
@@ -290,7 +290,7 @@ impl<'a> Fit<'a> {
         let shares = projected(&white, noise.whitened(&left));
         for (motion, share) in motions.iter().zip(&shares) {
             let pairs = output.iter_mut().zip(motion);
-            pairs.for_each(|(y, own)| *y += share * own);
+            pairs.for_each(|(y, modelled)| *y += share * modelled);
         }
         let is_settled = shares.len() == 2 && !moves;
         Ok(Ran {

@@ -248,7 +248,7 @@ fn searched_by<'a>(
     let mean = output.iter().sum::<f64>() / output.len() as f64;
     let variance: f64 = output.iter().map(|y| (y - mean) * (y - mean)).sum();
     let pairs = output.iter().zip(&run.output);
-    let left: Vec<f64> = pairs.map(|(y, own)| y - own).collect();
+    let left: Vec<f64> = pairs.map(|(y, modelled)| y - modelled).collect();
     let power = |signal: &[f64]| signal.iter().map(|x| x * x).sum::<f64>();
     let [left, white] = [&left, &record.noise.whitened(&left)].map(|left| power(left));
     if left.is_nan() || left >= variance {

@@ -125,7 +125,7 @@ pub(super) const ALIKE: f64 = 0.02;
 /// noise (growth, poles and zeros at rest, zeros of the right half-plane), then the fewest numbers, unless another has strong evidence.
 pub(super) fn plainest(found: &[Found], record: &InputOutput) -> Option<usize> {
     let least = |among: &[(usize, &Found)]| {
-        let all = among.iter().map(|(_, own)| own.bic);
+        let all = among.iter().map(|(_, candidate)| candidate.bic);
         all.fold(f64::INFINITY, f64::min)
     };
     // A first lag as slow as the record was put there for an integrator.
@@ -146,11 +146,11 @@ pub(super) fn plainest(found: &[Found], record: &InputOutput) -> Option<usize> {
         .map(|candidate| candidate.news(record))
         .collect();
     let most = (1.0 + ALIKE) * news.iter().copied().fold(f64::INFINITY, f64::min);
-    near.retain(|(place, own)| own.bic <= best + DECISIVE || news[*place] <= most);
-    let fewest = near.iter().map(|(_, own)| draws(own)).min()?;
-    near.retain(|(_, own)| draws(own) == fewest);
+    near.retain(|(place, candidate)| candidate.bic <= best + DECISIVE || news[*place] <= most);
+    let fewest = near.iter().map(|(_, candidate)| draws(candidate)).min()?;
+    near.retain(|(_, candidate)| draws(candidate) == fewest);
     let best = least(&near);
-    near.retain(|(_, own)| own.bic <= best + STRONG);
+    near.retain(|(_, candidate)| candidate.bic <= best + STRONG);
     let simplest = near.iter().min_by(|(_, a), (_, b)| {
         let numbers = |candidate: &Found| (candidate.numbers(), !candidate.is_whole());
         (numbers(a).cmp(&numbers(b))).then(a.bic.total_cmp(&b.bic))
@@ -178,7 +178,7 @@ const LATE: f64 = 0.1;
 /// Dead times to try with a simpler function: the given one, or 0, that of the other function, and a share of the record.
 fn again(other: &Found, search: &Search<'_>) -> Vec<DeadTime> {
     let late = other.identified.dead_time;
-    if search.told {
+    if search.dead_time_is_known {
         return vec![late];
     }
     let share = LATE * search.record.length_s();

@@ -213,8 +213,8 @@ pub(super) fn gain(record: &InputOutput, held: bool, known: Option<Seconds>) -> 
         let input = record.as_record(held, DeadTime::Known(Seconds(late * t)));
         let input: Vec<f64> = input.now();
         let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let (own, both) = (product(&input, &input), product(&input, &record.output));
-        (both * both / own, both / own, late)
+        let (energy, both) = (product(&input, &input), product(&input, &record.output));
+        (both * both / energy, both / energy, late)
     };
     let best = match known {
         Some(known) => explained(known.0 / t),
@@ -307,9 +307,9 @@ pub fn dead_time_evidence<'a>(
 }
 
 fn profile_interval_s(found: &Found, record: &InputOutput, held: bool) -> [f64; 2] {
-    let (t, own) = (record.sample_time_s(), &found.identified);
-    let best = own.dead_time.seconds();
-    if own.function.denominator().degree() == 0.0 && held {
+    let (t, model) = (record.sample_time_s(), &found.identified);
+    let best = model.dead_time.seconds();
+    if model.function.denominator().degree() == 0.0 && held {
         let last = libm::ceil(best / t);
         return [(last - 1.0).max(0.0) * t, last * t];
     }
@@ -322,10 +322,10 @@ fn profile_interval_s(found: &Found, record: &InputOutput, held: bool) -> [f64; 
     // √ of what the profile has risen by, over what it may.
     let risen = |dead_time_s: f64| -> f64 {
         let behind = InputOutputRecord {
-            noise: own.noise,
+            noise: model.noise,
             ..record.as_record(held, DeadTime::Known(Seconds(dead_time_s)))
         };
-        let left = least_residual(&own.function, &behind, freedom).unwrap_or(f64::INFINITY);
+        let left = least_residual(&model.function, &behind, freedom).unwrap_or(f64::INFINITY);
         let deviance = 2.0 * samples * libm::log(left.max(floor) / least.max(floor));
         libm::sqrt(deviance.max(0.0) / LIKELY)
     };

@@ -38,7 +38,7 @@ impl Found {
     /// have too; then the function is compared with the mean alone, in the noise that the function leaves.
     #[must_use]
     pub fn shows_a_response(&self, record: &InputOutput) -> bool {
-        let (own, samples) = (&self.identified, record.output.len());
+        let (identified, samples) = (&self.identified, record.output.len());
         let ones = vec![1.0; samples];
         let ran = |input: &[f64], dead_time| {
             let alone = InputOutputRecord {
@@ -47,12 +47,12 @@ impl Found {
                 start: StartState::Rest,
                 ..record.as_record(true, dead_time)
             };
-            run_alone(&own.function, &alone).map(DVector::from_vec)
+            run_alone(&identified.function, &alone).map(DVector::from_vec)
         };
-        let count = (self.numbers() + own.start_numbers + 2) as f64;
+        let count = (self.numbers() + identified.start_numbers + 2) as f64;
         let enough = chance(count).max(count * libm::log(samples as f64));
         if hardly_changes(&record.input) {
-            let left = left(record, &own.model);
+            let left = left(record, &identified.model);
             let noise = Autoregression::of(&[&left]);
             let power = |signal: Vec<f64>| signal.iter().map(|x| x * x).sum::<f64>();
             let mean = record.output.iter().sum::<f64>() / samples as f64;
@@ -61,23 +61,23 @@ impl Found {
             return (samples as f64 - count) * libm::log(alone / left) > enough;
         }
         let step = ran(&ones, DeadTime::NONE);
-        let modes = libm::ceil(own.function.denominator().degree()) as usize;
+        let modes = libm::ceil(identified.function.denominator().degree()) as usize;
         let mut motions = vec![DVector::from_vec(ones.clone())];
         motions.extend(iter::successors(step, |last| Some(differences(last))).take(modes));
         let wanted = DVector::from_column_slice(&record.output);
         let floor = rounding(record);
         let alone = drawn(&motions, &wanted, floor);
         let won = |other: f64| (1.0 - count / samples as f64) * (alone - other);
-        let own_won = won(noise_of(&left(record, &own.model), floor));
+        let own_won = won(noise_of(&left(record, &identified.model), floor));
         if own_won <= enough {
             return false;
         }
-        let answer = ran(&record.input, own.dead_time);
+        let answer = ran(&record.input, identified.dead_time);
         let shifts = (1..=SHIFTS).map(|k| k * samples / (SHIFTS + 1));
         let by_chance = shifts.filter(|shift| *shift > 0).filter_map(|shift| {
             let mut input = record.input.clone();
             input.rotate_right(shift);
-            let other = ran(&input, own.dead_time)?;
+            let other = ran(&input, identified.dead_time)?;
             if like(&motions, &other, answer.as_ref()?) > LIKE {
                 return None;
             }

@@ -363,9 +363,9 @@ pub fn identify(
                 break;
             }
             match fitted {
-                Ok((own, prompt)) => {
-                    starts.extend(start.doubted(&own.identified, resolved(record)));
-                    found.extend(prompt.into_iter().chain([own]));
+                Ok((single, prompt)) => {
+                    starts.extend(start.doubted(&single.identified, resolved(record)));
+                    found.extend(prompt.into_iter().chain([single]));
                 }
                 Err(error) => {
                     starts.extend(start.first());
@@ -458,7 +458,7 @@ fn fitted_of_whole_orders(
     };
     let part = stretch(record, held, LONG);
     if let Some(part) = &part {
-        let mut of_this = Search::new(part, held, search.told);
+        let mut of_this = Search::new(part, held, search.dead_time_is_known);
         let (mut of_part, _) = fitted(guesses, &of_this, true);
         if of_this.leaves_alike(of_part.iter()) {
             of_this.whiten(&mut of_part);
@@ -566,17 +566,17 @@ fn simplest_at_rest(found: &[Found]) -> Option<usize> {
 fn cancel(found: &mut [Found], search: &Search<'_>) {
     let floor = rounding(search.record);
     let mut place = 0;
-    while let Some(own) = found.get(place) {
+    while let Some(candidate) = found.get(place) {
         let fitted = |fewer: Option<FractionalTransferFunction>| {
-            search.coefficients(&fewer?, own.identified.dead_time)
+            search.coefficients(&fewer?, candidate.identified.dead_time)
         };
-        let left = AS_MUCH * own.identified.rms_residual.max(floor);
+        let left = AS_MUCH * candidate.identified.rms_residual.max(floor);
         let at_rest = || {
-            let fewer = fitted(cancelled(&own.identified.function, search.record));
+            let fewer = fitted(cancelled(&candidate.identified.function, search.record));
             fewer.filter(|fewer| fewer.identified.rms_residual <= left)
         };
-        let as_one = || fitted(without_pair(&own.identified, search.record));
-        let whole = own.is_whole().then(|| at_rest().or_else(as_one));
+        let as_one = || fitted(without_pair(&candidate.identified, search.record));
+        let whole = candidate.is_whole().then(|| at_rest().or_else(as_one));
         match whole.flatten() {
             // Check again: there may be two of them.
             Some(fewer) => found[place] = fewer,
@@ -606,16 +606,16 @@ fn late_by_whole_samples(found: &mut Vec<Found>, search: &Search<'_>) {
     let Some(first) = found.first() else {
         return;
     };
-    let (own, t) = (&first.identified, search.record.sample_time_s());
-    let late = own.dead_time.seconds() / t;
+    let (model, t) = (&first.identified, search.record.sample_time_s());
+    let late = model.dead_time.seconds() / t;
     let whole = libm::round(late);
     let is_near = whole > 0.0 && (late - whole).abs() <= WHOLE;
-    if !is_near || !own.dead_time.is_free() || !search.record.is_even() {
+    if !is_near || !model.dead_time.is_free() || !search.record.is_even() {
         return;
     }
     let behind = DeadTime::Known(Seconds(whole * t));
     let most = (1.0 + ALIKE) * first.news(search.record);
-    let fit = search.fitted(&own.function, behind, first.freedom).ok();
+    let fit = search.fitted(&model.function, behind, first.freedom).ok();
     if let Some(mut fit) = fit.filter(|fit| fit.news(search.record) <= most) {
         // It was chosen, so it counts.
         fit.bic += libm::log(search.record.output.len() as f64);

@@ -23,7 +23,7 @@ pub(super) struct Search<'a> {
     pub(super) record: &'a InputOutput,
     pub(super) held: bool,
     /// True if the dead time is known.
-    pub(super) told: bool,
+    pub(super) dead_time_is_known: bool,
     /// True if what candidates leave is made white.
     is_alike: bool,
 }
@@ -35,11 +35,11 @@ const LONG: usize = 2000;
 const SETTLED: f64 = 0.01;
 
 impl<'a> Search<'a> {
-    pub(super) fn new(record: &'a InputOutput, held: bool, told: bool) -> Self {
+    pub(super) fn new(record: &'a InputOutput, held: bool, dead_time_is_known: bool) -> Self {
         Self {
             record,
             held,
-            told,
+            dead_time_is_known,
             is_alike: false,
         }
     }

@@ -264,9 +264,9 @@ pub(super) fn at_once(t: f64, dead_times: &[DeadTime]) -> Vec<DeadTime> {
         let late = dead_time.seconds() / t;
         match dead_time {
             // One that ends between two rows has one reading.
-            DeadTime::Known(own) if own.0 != 0.0 => {
+            DeadTime::Known(known) if known.0 != 0.0 => {
                 let is_whole = (late - libm::round(late)).abs() < WHOLE;
-                let after = is_whole.then_some(DeadTime::JustAfter(*own));
+                let after = is_whole.then_some(DeadTime::JustAfter(*known));
                 return [*dead_time].into_iter().chain(after).collect();
             }
             DeadTime::Known(_) | DeadTime::JustAfter(_) => {}

@@ -45,7 +45,7 @@ pub struct Haply2Diy<L: Line, const D: usize = 1> {
     posture: Posture,
     trouble: Option<HaplyTrouble>,
     /// The line accepted every byte of the command to let go, for a board in trouble.
-    told: bool,
+    is_let_go: bool,
     /// The command to let go was repeated to a board in trouble.
     told_again: bool,
     /// Torques beyond the board's, scaled down.
@@ -81,7 +81,7 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
             exchange: Exchange::default(),
             posture,
             trouble: None,
-            told: false,
+            is_let_go: false,
             told_again: false,
             scaled: 0,
             along,
@@ -242,7 +242,7 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
             .and_then(|()| self.line.write_all(&configuration(&self.model)))
             .and_then(|()| self.line.write_all(&nothing))
             .and_then(|()| self.line.write_all(&reset()));
-        self.told |= written.is_ok();
+        self.is_let_go |= written.is_ok();
     }
 }
 
@@ -320,8 +320,8 @@ impl<L: Line + 'static, const D: usize> ServedHardware<D> for Haply2Diy<L, D> {
     fn trouble(&self) -> Option<BoardTrouble> {
         let trouble = self.trouble?;
         // A port that is gone takes no byte.
-        let was_told = self.told && trouble != HaplyTrouble::Gone;
-        let told = match (was_told, trouble.cause()) {
+        let was_told = self.is_let_go && trouble != HaplyTrouble::Gone;
+        let state = match (was_told, trouble.cause()) {
             (false, _) => "the 2DIY cannot be told to let go",
             (true, TroubleCause::Gone) => {
                 "the 2DIY does not answer; it was told to let go and to reset itself"
@@ -330,7 +330,7 @@ impl<L: Line + 'static, const D: usize> ServedHardware<D> for Haply2Diy<L, D> {
         };
         Some(BoardTrouble {
             words: format!(
-                "{told}: {trouble}; its home is uncertain: reopen it there, without home=before"
+                "{state}: {trouble}; its home is uncertain: reopen it there, without home=before"
             ),
             cause: trouble.cause(),
         })

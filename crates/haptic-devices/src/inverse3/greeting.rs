@@ -44,9 +44,9 @@ impl Inverse3Name {
         self.check_version(InTime::new(stream, move || left().is_zero()))?;
         let stream = self.connect(left).map_err(failed)?;
         stream.set_nodelay(true).map_err(failed)?;
-        let (device, told) = Inverse3::greet(stream, self, move || left().is_zero())?;
+        let (device, greeting) = Inverse3::greet(stream, self, move || left().is_zero())?;
         (device.stream().set_nonblocking(true)).map_err(failed)?;
-        warn(&told);
+        warn(&greeting);
         Ok(device)
     }
 
@@ -73,7 +73,7 @@ impl Inverse3Name {
     fn not_service(&self, reply: &str) -> Inverse3OpenError {
         Inverse3OpenError::NotService {
             address: self.address.clone(),
-            said: cut(reply).chars().take(60).collect(),
+            reply: cut(reply).chars().take(60).collect(),
         }
     }
 
@@ -136,7 +136,7 @@ impl Inverse3Name {
         let devices = inventory["inverse3"].as_array();
         let devices = devices.ok_or(Inverse3Trouble::Unreadable)?;
         let known: Vec<&str> = devices.iter().map(id_of).collect();
-        let said = match (&self.id, known.as_slice()) {
+        let reason = match (&self.id, known.as_slice()) {
             (_, []) => return Err(Inverse3OpenError::NoDevice),
             (None, [_]) => return Ok(&devices[0]),
             (None, _) => "which Inverse3 is not said".to_owned(),
@@ -147,7 +147,7 @@ impl Inverse3Name {
         let found = found.find(|(_, id)| Some(**id) == wanted);
         found.map(|(device, _)| device).ok_or_else(|| {
             let known = cut(&known.join(", "));
-            Inverse3OpenError::Which { said, known }
+            Inverse3OpenError::Which { reason, known }
         })
     }
 }

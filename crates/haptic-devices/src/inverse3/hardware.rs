@@ -230,12 +230,12 @@ impl<S: Read + Write, const D: usize> Hardware<D> for Inverse3<S, D> {
 impl<S: Read + Write + Send + 'static, const D: usize> ServedHardware<D> for Inverse3<S, D> {
     fn trouble(&self) -> Option<BoardTrouble> {
         let trouble = self.trouble?;
-        let told = match trouble.cause() {
+        let outcome = match trouble.cause() {
             TroubleCause::Board => "it was told to let go",
             TroubleCause::Gone | TroubleCause::HostLate => "it cannot be told to let go",
         };
         Some(BoardTrouble {
-            words: format!("Inverse3 {}: {trouble}; {told}", self.id),
+            words: format!("Inverse3 {}: {trouble}; {outcome}", self.id),
             cause: trouble.cause(),
         })
     }

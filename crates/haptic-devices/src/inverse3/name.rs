@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn a_name_says_host_port_and_device() {
-        for (given, said) in [
+        for (given, text) in [
             ("", "inverse3:localhost:10001"),
             (",id=049D", "inverse3:localhost:10001,id=049D"),
             ("desk", "inverse3:desk:10001"),
@@ -129,11 +129,11 @@ mod tests {
             ("[::1]:8,axis=-z", "inverse3:[::1]:8"),
         ] {
             let name = Inverse3Name::parse(given).expect(given);
-            assert_eq!(name.to_string(), said);
-            let again = said.strip_prefix("inverse3:").expect("its kind");
-            assert_eq!(Inverse3Name::parse(again), Ok(name), "{said}");
+            assert_eq!(name.to_string(), text);
+            let again = text.strip_prefix("inverse3:").expect("its kind");
+            assert_eq!(Inverse3Name::parse(again), Ok(name), "{text}");
         }
-        for (bad, said) in [
+        for (bad, text) in [
             ("desk:0", "port = \"0\" is not in [1, 65535]"),
             ("desk:99999", "port = \"99999\" is not in [1, 65535]"),
             ("desk:", "port = \"\" is not in [1, 65535]"),
@@ -149,7 +149,7 @@ mod tests {
             ("desk,id=1,id=2", "id is given twice"),
         ] {
             let error = Inverse3Name::parse(bad).expect_err(bad);
-            assert_eq!(error.to_string(), said);
+            assert_eq!(error.to_string(), text);
         }
     }
 }

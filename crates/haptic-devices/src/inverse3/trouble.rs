@@ -30,13 +30,13 @@ pub enum Inverse3OpenError {
     },
     /// Another program is at that port.
     #[error(
-        "{address} is not an Inverse Service: it says `{said}`; name its port as inverse3:HOST:PORT, by default 10001"
+        "{address} is not an Inverse Service: it says `{reply}`; name its port as inverse3:HOST:PORT, by default 10001"
     )]
     NotService {
         /// Host and port that were tried.
         address: String,
         /// Its answer, if that is short.
-        said: String,
+        reply: String,
     },
     /// A service that speaks another protocol.
     #[error(
@@ -50,10 +50,10 @@ pub enum Inverse3OpenError {
     #[error("the Inverse Service knows no Inverse3: plug it in and switch it on")]
     NoDevice,
     /// More than one device, and no number; or another number.
-    #[error("{said}: the Inverse Service knows {known}; give one of them as id=ID")]
+    #[error("{reason}: the Inverse Service knows {known}; give one of them as id=ID")]
     Which {
         /// Says which number was asked for, if any.
-        said: String,
+        reason: String,
         /// All numbers that there are, with commas between.
         known: String,
     },

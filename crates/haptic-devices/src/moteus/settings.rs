@@ -183,7 +183,7 @@ mod tests {
         };
         assert_eq!(name.settings, expected);
         assert_eq!(name.to_string(), format!("moteus:{text}"));
-        for (bad, said) in [
+        for (bad, message) in [
             (
                 "",
                 "moteus needs the path of a port, as in moteus:/dev/ttyACM0",
@@ -218,7 +218,7 @@ mod tests {
             ),
         ] {
             let error = MoteusName::parse(bad).expect_err(bad);
-            assert_eq!(error.to_string(), said);
+            assert_eq!(error.to_string(), message);
         }
         MoteusName::parse("/dev/x,servo=1").expect_err("no such key");
         let centimetres = MoteusName::parse("/dev/x,radius=2cm,watchdog=50 ms").expect("good");

@@ -101,7 +101,7 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("terminal-links-{}", std::process::id()));
         std::fs::create_dir_all(&folder).expect("a folder");
         let link = folder.join("device");
-        let there = || std::fs::symlink_metadata(&link).is_ok();
+        let is_linked = || std::fs::symlink_metadata(&link).is_ok();
         let terminal = Terminal::open(None).expect("a pseudo-terminal");
         let gone = terminal.path().with_file_name("4294967295");
         symlink(&gone, &link).expect("a link");
@@ -109,9 +109,9 @@ mod tests {
             let first = Terminal::open(Some(&link)).expect("the dead one gives way");
             assert_eq!(first.path(), link);
             Terminal::open(Some(&link)).expect_err("the living one stays");
-            assert!(there());
+            assert!(is_linked());
         }
-        assert!(!there(), "gone with its terminal");
+        assert!(!is_linked(), "gone with its terminal");
         for foreign in [folder.join("nowhere"), folder.clone()] {
             symlink(&foreign, &link).expect("a link");
             Terminal::open(Some(&link)).expect_err("it is somebody else's");

@@ -114,7 +114,7 @@ impl Connection {
         let mut service = self.service();
         service.counted.sessions += 1;
         let session = service.counted.sessions;
-        let inventory = service.told(session, true).to_string();
+        let inventory = service.state(session, true).to_string();
         // Into memory, which takes it.
         let _ = socket.send(Message::text(inventory));
         out.append(&mut socket.get_mut().outgoing);

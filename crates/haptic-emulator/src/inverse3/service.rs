@@ -123,7 +123,7 @@ impl Service {
                 "build_time": "2026-01-01T00:00:00Z", "git_branch": "main", "git_describe": tag, "git_hash": "0",
                 "git_tag": tag, "project_name": "emulated-inverse-service", "project_version": tag,
             })),
-            "/devices" => Some(self.told(0, true)),
+            "/devices" => Some(self.state(0, true)),
             _ => None,
         }
     }
@@ -153,12 +153,12 @@ impl Service {
             }
         }
         let full = message["session"]["force_render_full_state"].is_object();
-        self.told(session, full)
+        self.state(session, full)
     }
 
     /// All devices, with their configuration if it is to be full.
-    pub(super) fn told(&self, session: u64, full: bool) -> Value {
-        let units = self.units.iter().map(|unit| unit.told(full));
+    pub(super) fn state(&self, session: u64, full: bool) -> Value {
+        let units = self.units.iter().map(|unit| unit.state(full));
         let units: Vec<Value> = units.collect();
         json!({"session_id": session, "inverse3": units, "wireless_verse_grip": [grip(full)]})
     }
@@ -174,7 +174,7 @@ impl Unit {
         self.gate = number("force_gate", "gain").unwrap_or(self.gate);
     }
 
-    fn told(&self, full: bool) -> Value {
+    fn state(&self, full: bool) -> Value {
         let base = if self.preset.ends_with("_centered") {
             Vector3::zeros()
         } else {

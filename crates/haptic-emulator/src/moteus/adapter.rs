@@ -149,7 +149,7 @@ mod tests {
     use super::*;
     use crate::moteus::Shaft;
 
-    fn said(adapter: &mut EmulatedAdapter, line: &[u8]) -> String {
+    fn answer_to(adapter: &mut EmulatedAdapter, line: &[u8]) -> String {
         let mut out = Vec::new();
         adapter.receive(line, 0, &mut out);
         String::from_utf8(out).expect("text")
@@ -160,7 +160,7 @@ mod tests {
         let servo = EmulatedServo::new(1, Shaft::LEVER).expect("a good servo");
         let mut adapter = EmulatedAdapter::new(servo);
         // Mode and motion as 16-bit numbers, voltage, temperature and fault as 8-bit ones.
-        let answer = said(&mut adapter, b"can send 8001 140400130d\n");
+        let answer = answer_to(&mut adapter, b"can send 8001 140400130d\n");
         let lines: Vec<&str> = answer.lines().collect();
         assert_eq!(lines[0], "OK *BD");
         assert!(
@@ -173,10 +173,10 @@ mod tests {
     fn after_a_checksum_all_lines_need_one() {
         let servo = EmulatedServo::new(1, Shaft::LEVER).expect("a good servo");
         let mut adapter = EmulatedAdapter::new(servo);
-        assert!(said(&mut adapter, b"can send 0001 20\n").starts_with("OK"));
-        assert!(said(&mut adapter, b"can send 0001 20 *AE\n").starts_with("OK"));
-        assert!(said(&mut adapter, b"can send 0001 20 *AF\n").starts_with("ERR checksum"));
-        assert!(said(&mut adapter, b"can send 0001 20\n").starts_with("ERR checksum"));
-        assert!(said(&mut adapter, b"hello\n").starts_with("ERR"));
+        assert!(answer_to(&mut adapter, b"can send 0001 20\n").starts_with("OK"));
+        assert!(answer_to(&mut adapter, b"can send 0001 20 *AE\n").starts_with("OK"));
+        assert!(answer_to(&mut adapter, b"can send 0001 20 *AF\n").starts_with("ERR checksum"));
+        assert!(answer_to(&mut adapter, b"can send 0001 20\n").starts_with("ERR checksum"));
+        assert!(answer_to(&mut adapter, b"hello\n").starts_with("ERR"));
     }
 }

@@ -103,11 +103,11 @@ impl ControllerFile {
     pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
         let document = Parsed::of(path, text)?;
         let laws = LAWS.map(|(name, _)| name);
-        let (name, law, mut beside) =
+        let (name, law, mut tables) =
             document.one_of(&laws, &["loop", "source"], "controller", CHOICE)?;
         let known = LAWS.iter().find(|(law, _)| *law == name);
         let law = law.with_keys(known.map(std::slice::from_ref).unwrap_or_default())?;
-        let running = beside.remove("loop").ok_or_else(|| {
+        let running = tables.remove("loop").ok_or_else(|| {
             let key = p::CONTROLLER_SAMPLE_TIME.key;
             let missing = format!("missing table [loop]: add it with `{key}`");
             document.fail(missing).of_file(String::new())
@@ -123,7 +123,7 @@ impl ControllerFile {
         }
         let setup = in_loop(setup, &running)?;
         let mut origin = ControllerOrigin::default();
-        if let Some(table) = beside.remove("source") {
+        if let Some(table) = tables.remove("source") {
             let table = table.with_keys(&[("source", p::CONTROLLER_SOURCE)])?;
             let text = |parameter| table.text(parameter).map(str::to_owned);
             origin = ControllerOrigin {

@@ -45,7 +45,7 @@ pub(crate) fn text_of(path: &Path, kind: &str) -> Result<String, FileError> {
             "cannot read the {kind} file `{}`: {error}; give the path of a TOML file",
             path.display()
         );
-        FileError::said("", reason)
+        FileError::wording("", reason)
     })
 }
 
@@ -60,9 +60,9 @@ impl FileError {
     }
 
     /// An error about what was said, as in `--strain 500%`.
-    pub(crate) fn said(said: &str, reason: impl fmt::Display) -> Self {
+    pub(crate) fn wording(wording: &str, reason: impl fmt::Display) -> Self {
         Self {
-            place: Place::Said(said.to_owned()),
+            place: Place::Said(wording.to_owned()),
             of_file: String::new(),
             reason: reason.to_string(),
         }
@@ -84,8 +84,8 @@ impl FileError {
             Place::Line(path, line) | Place::Character(Excerpt { path, line, .. }) => {
                 format!("{}:{line}: {reason}", path.display())
             }
-            Place::Said(said) if said.is_empty() => reason,
-            Place::Said(said) => format!("{said}: {reason}"),
+            Place::Said(wording) if wording.is_empty() => reason,
+            Place::Said(wording) => format!("{wording}: {reason}"),
         }
     }
 }
@@ -105,7 +105,7 @@ pub(crate) struct Source<'a> {
     pub(crate) path: &'a Path,
     pub(crate) text: &'a str,
     /// The words in which each line was given; empty for a file.
-    pub(crate) said: &'a [String],
+    pub(crate) wording: &'a [String],
     /// Metadata from the log of this document's run.
     pub(crate) logged: Option<&'a BTreeMap<String, String>>,
 }
@@ -118,8 +118,8 @@ impl Source<'_> {
 
     /// The words in which the value at this offset was given; empty in a file or a form.
     pub(crate) fn said_at(&self, offset: usize) -> &str {
-        let said = self.said.get(self.line(offset));
-        said.map_or("", String::as_str)
+        let wording = self.wording.get(self.line(offset));
+        wording.map_or("", String::as_str)
     }
 
     fn excerpt(self, offset: usize) -> Excerpt {

@@ -207,7 +207,7 @@ impl<'a> Table<'a> {
     pub(crate) fn fail(&self, reason: impl Display) -> FileError {
         match self.parts.last() {
             Some(part) => part.source.fail_from(part.offset, reason),
-            None => FileError::said("", reason),
+            None => FileError::wording("", reason),
         }
     }
 
@@ -223,7 +223,7 @@ impl<'a> Table<'a> {
     pub(crate) fn path(&self, parameter: &Parameter) -> Option<PathBuf> {
         let found = self.find(parameter.key)?;
         let text = found.value.as_str()?;
-        is_path(parameter.key, text).then(|| beside(found.source, text))
+        is_path(parameter.key, text).then(|| path_from(found.source, text))
     }
 
     /// The file that a key names: a path from the folder of its file, or a name as it is; none where the text is empty.
@@ -440,7 +440,7 @@ impl<'a> Table<'a> {
 }
 
 /// From the folder of a file.
-fn beside(source: Source<'_>, path: &str) -> PathBuf {
+fn path_from(source: Source<'_>, path: &str) -> PathBuf {
     let folder = source.path.parent();
     folder.map_or_else(|| PathBuf::from(path), |folder| folder.join(path))
 }

@@ -183,10 +183,13 @@ mod tests {
         assert_eq!(record.input, [1.0, 2.0, 4.0]);
         assert_eq!(record.output, [10.0, 12.0, 13.0]);
         assert_eq!(lines, [2, 4, 5]);
-        let said = one_row_a_time(&mut of(&[0.0, 1.0, 0.5]), &mut lines).expect_err("falls");
-        assert!(said.starts_with("line 5: 0.5 s comes after 1 s"), "{said}");
-        let said = one_row_a_time(&mut of(&[1.0, 1.0]), &mut lines).expect_err("one time");
-        assert!(said.contains("does not increase"), "{said}");
+        let error = one_row_a_time(&mut of(&[0.0, 1.0, 0.5]), &mut lines).expect_err("falls");
+        assert!(
+            error.starts_with("line 5: 0.5 s comes after 1 s"),
+            "{error}"
+        );
+        let error = one_row_a_time(&mut of(&[1.0, 1.0]), &mut lines).expect_err("one time");
+        assert!(error.contains("does not increase"), "{error}");
     }
 
     #[test]
@@ -208,7 +211,7 @@ mod tests {
         };
         let between = filled("1 1 1 1 1 1", "0 NaN 2 NaN NaN 8");
         assert_eq!(between, Ok(signal("0 1 2 4 6 8")));
-        for (input, output, said) in [
+        for (input, output, reason) in [
             ("1 NaN 1 1 1 1", "0 1 2 3 4 5", "line 6: column `valve`"),
             (
                 "1 1 1 1 1 1",
@@ -219,7 +222,7 @@ mod tests {
             ("1 1 1 1 1 1", "0 1 2 3 4 NaN", "line 10: column `level`"),
         ] {
             let refused = filled(input, output).expect_err(output);
-            assert!(refused.starts_with(said), "{refused}");
+            assert!(refused.starts_with(reason), "{refused}");
         }
     }
 }

@@ -116,9 +116,12 @@ pub(crate) struct CouplerExperiment {
     pub object: CoupledObject,
 }
 
-/// `[coupler]`: device, coupler, object and trial.
-pub(crate) fn coupler(table: &Table<'_>) -> Result<CouplerExperiment, FileError> {
-    let setup = setup(table, &COUPLER_MUST_BE_STABLE)?;
+/// `[coupler]`: device, coupler, object and trial, with the table of a second device that pushes.
+pub(crate) fn coupler(
+    table: &Table<'_>,
+    drive: Option<&Table<'_>>,
+) -> Result<CouplerExperiment, FileError> {
+    let setup = setup(table, &COUPLER_MUST_BE_STABLE, drive)?;
     let order = table.order(&COUPLER_ORDER)?;
     let run = deflection_order(order).map_err(|error| table.fail_at("order", error))?;
     let (t, duration_s) = (setup.device.sample_time.0, setup.plan.duration_s);
@@ -308,7 +311,11 @@ impl Trial for CouplerExperiment {
     fn object_m(&self, ran: &Ran) -> Result<Option<OfSample<'_>>, Failure> {
         let planned = self.setup.plan().samples(self.setup.device.sample_time)?;
         let samples = Samples::of(&ran.record, &ran.log.paths);
-        let mut object = ReferenceSeries::stepped(samples, self.replayed(planned)?)?;
+        let mut step = self.replayed(planned)?;
+        for sample in &ran.record.approach {
+            step(sample.position_m);
+        }
+        let mut object = ReferenceSeries::stepped(samples, step)?;
         Ok(Some(Box::new(move |sample| object.at(sample))))
     }
 

@@ -46,7 +46,7 @@ use haptic_quantity::written;
 pub(crate) use judge::{DriveJudge, DriveReport, drive_columns};
 pub(crate) use path::{Motion, PressPath, Section};
 pub(crate) use preflight::{TissueLaw, device};
-pub(crate) use second::{DriveSamples, tell};
+pub(crate) use second::{DriveSamples, SecondReport, tell};
 use std::convert::Infallible;
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -56,14 +56,14 @@ parameters! {
     crate;
     /// Force limit of the drive, N.
     DRIVE_FORCE_LIMIT = optional("drive_force_limit_n", FORCE_LIMITS,
-        "Largest force of the drive on the indenter [default: four times the peak that the tissue predicts, and twice the friction of the device]");
+        "Largest force of the drive on the indenter [default: four times the peak that the tissue predicts, and twice the friction of the device; beside [wall] or [coupler] the push]");
     /// Spring of the contact of two devices, N/m.
     CONTACT_STIFFNESS = number("contact_stiffness_n_per_m", 1e5, "100kN/m", STIFFNESSES, "Stiffness of the contact of two devices, for the analysis");
     /// Damper of that contact, N·s/m.
     CONTACT_DAMPING = number("contact_damping_n_s_per_m", 80.0, "80", DAMPINGS, "Damping of that contact, for the analysis");
 }
 
-/// Of `[drive]`, beside `[relax]` or `[creep]`.
+/// Of `[drive]`: some are for `[relax]` and `[creep]` alone.
 pub(crate) const DRIVE: &[Parameter] = &[
     CONTROLLER,
     DRIVE_FORCE_LIMIT,
@@ -101,12 +101,12 @@ pub(crate) fn drive(
             Some(text) => ControllerFile::parse(&path, text)?,
             None => ControllerFile::read(&path)?,
         },
-        device: second(table, tissue)?,
+        device: second_device(table, tissue)?,
     })
 }
 
-/// The device that the controller moves, if it is another one than that of the tissue.
-fn second(
+/// The device of a drive, if it is another one than that of the tissue, or of the law that it pushes into.
+pub(crate) fn second_device(
     table: &Table<'_>,
     tissue: Option<&RemoteDevice>,
 ) -> Result<Option<DriveDevice>, FileError> {

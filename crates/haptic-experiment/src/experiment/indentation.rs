@@ -30,8 +30,8 @@ use crate::document::failure::Failure;
 use crate::document::named::Named as _;
 use crate::document::parameters as p;
 use crate::document::parameters::{
-    CONTACT, CONTROLLER, CONTROLLER_IN_LOG, DEVICE, DRIVE_LOOP, LOOP, Parameter, SAMPLE_TIME,
-    TISSUE, TISSUE_IN_LOG, TRIAL_DURATION,
+    CONTACT, CONTROLLER, CONTROLLER_IN_LOG, DEVICE, DRIVE_LOOP, LOOP, Parameter, TISSUE,
+    TISSUE_IN_LOG,
 };
 use crate::document::reader::Table;
 use crate::experiment::drive::{self, Drive, DriveDevice, SimulatedRig, TissueLaw};
@@ -42,10 +42,9 @@ use crate::judge::{Published, Report};
 use crate::run::advice::parameter;
 use crate::run::drive_verdict::DriveVerdict;
 use crate::run::preflight::{Found, PreflightRequest, note_findings};
-use crate::run::record::{WHOLE_MOST, keeps_all};
 use crate::run::remote::{
-    PairRun, RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, indentation, no_operator,
-    portable, push,
+    PairRun, RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, fits_two_devices,
+    indentation, no_operator, portable, push,
 };
 use crate::run::safety::{GuardChoice, GuardedDevice, Safety, safety};
 use crate::run::schedule::samples;
@@ -271,20 +270,18 @@ impl Indentation {
                     patience: device.patience,
                     ..second.remote.clone()
                 };
+                let followed = |time_s| blank(reference(time_s));
                 let pair = PairRun {
                     opposed_n,
-                    drive: RemoteRun {
-                        device: &there,
-                        law: self.drive_law(drive)?,
-                        blank: &|time_s| blank(reference(time_s)),
-                        metadata: BTreeMap::new(),
-                        wanted: PreflightRequest::default(),
-                        preflight: None,
+                    drive: RemoteRun::beside(
+                        &there,
+                        self.drive_law(drive)?,
                         schedule,
+                        &followed,
                         request,
-                    },
+                    ),
                     tissue: run,
-                    judged: &|delays_s| self.faced(drive, second, delays_s, samples),
+                    judged: Some(&|delays_s| self.faced(drive, second, delays_s, samples)),
                 };
                 return pair.run(&mut controller, &mut holding, supervisor);
             }
@@ -485,11 +482,7 @@ impl Indentation {
                     DRIVE_LOOP.set_to("host")
                 )));
             }
-            if !keeps_all(self.check()?) {
-                return Err(Failure::bad_input(format_args!(
-                    "a run on two devices has at most {WHOLE_MOST} samples: use a shorter {TRIAL_DURATION}, or a longer {SAMPLE_TIME}"
-                )));
-            }
+            fits_two_devices(self.check()?)?;
         } else if let Some(remote) = &self.conduct.remote {
             if matches!(self.load, RigDrive::Force(_)) {
                 return Err(Failure::bad_input(format_args!(

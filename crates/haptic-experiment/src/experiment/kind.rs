@@ -38,9 +38,7 @@ pub(crate) enum Beside {
     Nothing,
     /// A table of the drive that holds its indenter.
     Drive,
-    /// The device file of its simulated device.
-    DeviceFile,
-    /// Both: its controller moves that device.
+    /// That, and the device file of its simulated device.
     DriveAndDeviceFile,
 }
 
@@ -48,13 +46,13 @@ impl Beside {
     pub(crate) const fn has_drive(&self) -> bool {
         match self {
             Self::Drive | Self::DriveAndDeviceFile => true,
-            Self::Nothing | Self::DeviceFile => false,
+            Self::Nothing => false,
         }
     }
 
     pub(crate) const fn has_device_file(&self) -> bool {
         match self {
-            Self::DeviceFile | Self::DriveAndDeviceFile => true,
+            Self::DriveAndDeviceFile => true,
             Self::Nothing | Self::Drive => false,
         }
     }

@@ -9,6 +9,7 @@
 //! - *Guards*: a force beyond `force_limit_n` is never commanded; beyond `depth_limit_m` a fault ends the run. Both hold before any force.
 //! - *Simulated*: a tissue of the library, integrated apart from what renders it, see [`PressedDevice`].
 
+mod position_loop;
 mod record;
 mod report;
 #[cfg(test)]
@@ -16,7 +17,9 @@ mod tests;
 
 use super::drive::{self, Drive, HostDrive, PressPath, Section};
 use super::kind::{Conduct, Experiment, Watched};
-use super::reading::{device, fits, force_sensor, metadata, piece, remote, samples_fit, without};
+use super::reading::{
+    device, device_model, fits, force_sensor, metadata, piece, remote, samples_fit, without,
+};
 use super::trial::{dynamics, force_and_rate, no_law_there, safe_chain};
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
@@ -56,6 +59,7 @@ use haptic_loop::plant::{
 };
 use haptic_loop::units::{Metres, NewtonsPerMetre, Seconds};
 use haptic_loop::{Controller, SafetyLimits};
+use record::PossibleDevice;
 pub use record::PressRecord;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -91,6 +95,8 @@ pub(crate) const PRESS: &[Parameter] = &joined::<33>(&[
 
 /// Periods of each frequency.
 const PERIODS: f64 = 5.0;
+/// Samples by which a force from here is later than one of the device's own loop.
+const LINE_SAMPLES: f64 = 2.0;
 /// Rest in front of the specimen, in which the offset of a sensor is measured: twice the samples that it needs.
 const REST_SAMPLES: f64 = 2.0 * OFFSET_SAMPLES as f64;
 
@@ -116,6 +122,8 @@ pub(crate) struct Press {
     /// The specimen: its shape, and the tissue of a simulated one.
     pub(crate) piece: TissuePiece,
     device: MassDamperConfig,
+    /// What the motor may have moved.
+    possible: Vec<PossibleDevice>,
     sensors: Sensors,
     force_sensor: Option<ForceSensorConfig>,
     drive: Drive,
@@ -162,8 +170,8 @@ impl Experiment for Press {
             Some(remote) => self.run_on(remote, watched)?,
             None => self.simulate(watched)?,
         };
-        let report = self.report(&ran)?;
-        Ok(Published::new(report, None, ran))
+        let (report, curves) = self.report(&ran)?;
+        Ok(Published::new(report, curves, ran))
     }
 
     fn check_start(&self) -> Result<(), Failure> {
@@ -305,24 +313,26 @@ impl Instrumented for PressedDevice {
 
 /// `[press]`, with the table of the controller that holds the handle.
 pub(crate) fn press(table: &Table<'_>, held: Option<&Table<'_>>) -> Result<Press, FileError> {
-    let held = held.ok_or_else(|| {
-        table.fail(format_args!(
-            "[press] needs a position loop: give {CONTROLLER} in [drive]"
-        ))
-    })?;
-    if held.has(&p::DRIVE_DEVICE) {
+    let given = |key: &Parameter| held.filter(|held| held.has(key));
+    if let Some(held) = given(&p::DRIVE_DEVICE) {
         let reason =
             "drive_device is of [relax] and [creep], and [press] moves its own device: omit it";
         return Err(held.fail_at(p::DRIVE_DEVICE.key, reason));
     }
     let remote = remote(table)?;
     let t = table.number(&SAMPLE_TIME)?;
+    let (device, sensors) = device(table, t)?;
     let force_limit_n = table.number(&FORCE_LIMIT)?;
-    let of_drive = held.number_if(&drive::DRIVE_FORCE_LIMIT)?;
+    let of_drive = held.map(|held| held.number_if(&drive::DRIVE_FORCE_LIMIT));
+    let of_drive = of_drive.transpose()?.flatten().unwrap_or(force_limit_n);
+    let drive = match given(&CONTROLLER) {
+        Some(held) => drive::drive(held, None, None, force_limit_n)?,
+        None => own_loop(table, &device, remote.as_ref())?,
+    };
     let drive = Drive {
-        force_limit_n: of_drive.unwrap_or(force_limit_n),
+        force_limit_n: of_drive,
         force_limit_reason: None,
-        ..drive::drive(held, None, None, force_limit_n)?
+        ..drive
     };
     let protocol = table.choice(&PROTOCOL)?;
     let in_device = (remote.as_ref()).is_some_and(|remote| remote.loop_mode == LoopMode::Device);
@@ -355,7 +365,6 @@ pub(crate) fn press(table: &Table<'_>, held: Option<&Table<'_>>) -> Result<Press
     samples_fit(table, t, path.duration_s(), &(10.0..=WHOLE_MOST as f64))?;
     let piece = piece(table)?;
     fits(table, &piece, deepest_m)?;
-    let (device, sensors) = device(table, t)?;
     let force_sensor = force_sensor(table)?;
     if remote.is_some() {
         let idle = format!("with a device, which has its own: omit {DEVICE}");
@@ -365,10 +374,13 @@ pub(crate) fn press(table: &Table<'_>, held: Option<&Table<'_>>) -> Result<Press
     // As far in front of the specimen as the guard is behind its surface.
     safety.workspace_m.get_or_insert((0.0 - limit_m, limit_m));
     let rate = table.number(&FORCE_RATE_LIMIT)?;
+    let model = device_model(table)?;
+    let intervals = model.map_or_else(Vec::new, |model| model.intervals);
     Ok(Press {
         protocol,
         path: Arc::new(path),
         piece,
+        possible: PossibleDevice::all(&device, &intervals),
         device: MassDamperConfig {
             stiffness: NewtonsPerMetre(0.0),
             ..device
@@ -380,6 +392,36 @@ pub(crate) fn press(table: &Table<'_>, held: Option<&Table<'_>>) -> Result<Press
         frame_n_per_m: table.number_if(&FRAME_STIFFNESS)?,
         safety,
         conduct: Conduct::on(remote),
+    })
+}
+
+/// A position loop for this device, if its mass is known.
+fn own_loop(
+    table: &Table<'_>,
+    device: &MassDamperConfig,
+    remote: Option<&RemoteDevice>,
+) -> Result<Drive, FileError> {
+    let known = [&p::MASS, &p::DEVICE_MODEL]
+        .iter()
+        .any(|key| table.has(key));
+    let line = match remote {
+        Some(_) if !known => {
+            return Err(table.fail(format_args!(
+                "[press] makes its position loop from the mass of the device, which nobody gave: give {}, or {} and {}, or {CONTROLLER} in [drive]",
+                p::DEVICE_MODEL,
+                p::MASS,
+                p::DAMPING
+            )));
+        }
+        Some(remote) if remote.loop_mode == LoopMode::Host => LINE_SAMPLES,
+        Some(_) | None => 0.0,
+    };
+    Ok(Drive {
+        name: "made from mass and damping".to_owned(),
+        controller: position_loop::position_loop(device, line),
+        force_limit_n: f64::NAN,
+        force_limit_reason: None,
+        device: None,
     })
 }
 

@@ -21,7 +21,7 @@ mod side;
 mod tests;
 
 use super::kind::{Conduct, Experiment as _};
-use super::reading::linear_piece;
+use super::reading::{force_sensor, linear_piece};
 use super::trial::{
     TRIAL_FORCE_RATE_LIMIT, VirtualWall, force_and_rate, safe_chain, wall_at_start,
 };
@@ -36,7 +36,7 @@ use crate::document::parameters::range::{
 };
 use crate::document::parameters::{
     DAMPING, FORCE_LIMIT, HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, MASS, PIECE,
-    SAMPLE_TIME, SCHEME,
+    SAMPLE_TIME, SCHEME, SENSED_LAG, SENSED_NOISE, SENSED_RANGE,
 };
 use crate::document::reader::Table;
 use crate::judge::preflight::{Matter, Preflight, WallContact};
@@ -51,7 +51,7 @@ use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{Dynamics, HandCoupler, HandLine, HandMass, Teleoperation};
 use haptic_link::{Architecture, HandSide};
 use haptic_loop::SafetyChain;
-use haptic_loop::plant::{MassDamperConfig, SUB_STEPS};
+use haptic_loop::plant::{ForceSensorConfig, MassDamperConfig, SUB_STEPS};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
 use haptic_teleoperation::{ChannelModel, CouplerGains, Port, PortLaw, Settings};
 pub use line::End;
@@ -111,7 +111,7 @@ parameters! {
 }
 
 /// Of `[teleoperation]`.
-pub(crate) const TELEOPERATION: &[Parameter] = &joined::<43>(&[
+pub(crate) const TELEOPERATION: &[Parameter] = &joined::<46>(&[
     &[ARCHITECTURE, HAND_COUPLER_STIFFNESS],
     &[HAND_COUPLER_DISSIPATION, HAND_COUPLER_ORDER],
     &[WAVE_IMPEDANCE, PLAYOUT, LINE_DELAY, LINE_JITTER],
@@ -123,6 +123,8 @@ pub(crate) const TELEOPERATION: &[Parameter] = &joined::<43>(&[
     PIECE,
     &[PLACE_STIFFNESS, PLACE_DISSIPATION, PLACE_ORDER],
     &[PLACE_ONE_SIDED],
+    // Without an offset: the slave is joined to its place from its start on, so it could not be measured.
+    &[SENSED_RANGE, SENSED_NOISE, SENSED_LAG],
     &[SCHEME, SAMPLE_TIME, TELEOPERATION_DURATION],
     &[TELEOPERATION_WINDOW],
     &[FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, MUST_BE_PASSIVE],
@@ -203,6 +205,8 @@ pub(crate) struct TeleoperationExperiment {
     pub(super) hand: HandModel,
     pub(super) motion: HandMotion,
     pub(super) place: RemotePlace,
+    /// Between the slave and that place.
+    pub(super) force_sensor: Option<ForceSensorConfig>,
     /// The law that joins master and slave.
     pub(super) architecture: Architecture,
     /// The coupler; not of waves.
@@ -422,6 +426,7 @@ pub(crate) fn teleoperation(table: &Table<'_>) -> Result<TeleoperationExperiment
         },
         motion: motion(table, window_s)?,
         place: place(table)?,
+        force_sensor: force_sensor(table)?,
         architecture: table.choice(&ARCHITECTURE)?,
         coupler: CouplerGains {
             stiffness_n_per_m: table.number(&HAND_COUPLER_STIFFNESS)?,

@@ -16,7 +16,7 @@ mod running;
 mod shape;
 
 use super::kind::{Conduct, Experiment as _};
-use super::reading::{piece, remote, samples_fit, scheme, sensors};
+use super::reading::{force_sensor, piece, remote, samples_fit, scheme, sensors, without};
 use super::trial::{TRIAL_FORCE_RATE_LIMIT, dynamics, force_and_rate, safe_chain};
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
@@ -26,8 +26,8 @@ use crate::document::parameters::range::{
     STIFFNESSES_ABOVE_0, WALL_ORDERS, WORKSPACES,
 };
 use crate::document::parameters::{
-    CURRENT_LAG, DELAY, FORCE_LIMIT, FRICTION, LESS_THAN_IDEAL, SAMPLE_TIME, SCHEME, TOUCH_AXES,
-    UNNAMED_PIECE,
+    CURRENT_LAG, DELAY, DEVICE, FORCE_LIMIT, FORCE_SENSOR, FRICTION, LESS_THAN_IDEAL, SAMPLE_TIME,
+    SCHEME, SENSED_RANGE, TOUCH_AXES, UNNAMED_PIECE,
 };
 use crate::document::reader::Table;
 use crate::judge::preflight::{Matter, Preflight, WallContact};
@@ -38,7 +38,7 @@ use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::Dynamics;
-use haptic_loop::plant::MassDamperConfig;
+use haptic_loop::plant::{ForceSensorConfig, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use haptic_loop::{Limit, SafetyChain, SafetyLimits};
 use shape::{Circle, Grip, HandPath, TouchBall, TouchShape};
@@ -98,7 +98,7 @@ const WAY: Range = Range::Within(-1e4, 1e7);
 pub(crate) const TOUCH_MASS_DEFAULT: f64 = 0.065;
 
 /// Of `[touch]`.
-pub(crate) const TOUCH: &[Parameter] = &joined::<40>(&[
+pub(crate) const TOUCH: &[Parameter] = &joined::<44>(&[
     &[TOUCH_AXES, TOUCH_SHAPE, TOUCH_NORMAL, TOUCH_SURFACE],
     &[TOUCH_CENTRE, TOUCH_RADIUS],
     &[TOUCH_TISSUE],
@@ -106,6 +106,7 @@ pub(crate) const TOUCH: &[Parameter] = &joined::<40>(&[
     &[TOUCH_STIFFNESS, TOUCH_DISSIPATION, TOUCH_ORDER, SCHEME],
     &[TOUCH_MASS, TOUCH_DAMPING],
     LESS_THAN_IDEAL,
+    FORCE_SENSOR,
     &[TOUCH_HAND, TOUCH_HAND_STIFFNESS, TOUCH_WAY],
     &[TOUCH_CIRCLE_CENTRE, TOUCH_CIRCLE_RADIUS],
     &[TOUCH_CIRCLE_START, TOUCH_CIRCLE_PERIOD],
@@ -127,6 +128,7 @@ pub(crate) struct TouchExperiment {
     /// The device without its mass and hand: damping, delay, friction, lag, sample time; the same on each axis.
     device: MassDamperConfig,
     sensors: Sensors,
+    force_sensor: Option<ForceSensorConfig>,
     /// Path of the hand, m or N.
     path: HandPath,
     /// Coupling of hand and device.
@@ -243,6 +245,11 @@ pub(crate) fn touch(table: &Table<'_>) -> Result<TouchExperiment, FileError> {
     let look = matter.run_by(Scheme::Exact, Seconds(t), 0);
     let shape = shape(table, axes)?;
     let safety = safety(table)?;
+    let remote = remote(table)?;
+    if remote.is_some() {
+        let idle = format!("with a device, which has its own: omit {DEVICE}");
+        without(table, [&SENSED_RANGE], &idle)?;
+    }
     let touch = TouchExperiment {
         axes,
         scheme: scheme(table, look.model, look.order, t, duration_s)?,
@@ -250,6 +257,7 @@ pub(crate) fn touch(table: &Table<'_>) -> Result<TouchExperiment, FileError> {
         mass_kg: masses(table, axes)?,
         device: device(table, t)?,
         sensors: sensors(table)?,
+        force_sensor: force_sensor(table)?,
         path: path(table, axes, &shape)?,
         grip: match table.choice(&TOUCH_HAND)? {
             GripName::Spring => Grip::Spring(table.number(&TOUCH_HAND_STIFFNESS)?),
@@ -262,7 +270,7 @@ pub(crate) fn touch(table: &Table<'_>) -> Result<TouchExperiment, FileError> {
         workspace_m: workspace_of(table, axes, &safety)?,
         must_be_passive: table.flag(&TOUCH_MUST_BE_PASSIVE)?,
         safety,
-        conduct: Conduct::on(remote(table)?),
+        conduct: Conduct::on(remote),
     };
     (touch.check()).map_err(|error| table.fail(error))?;
     Ok(touch)

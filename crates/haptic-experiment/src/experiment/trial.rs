@@ -4,13 +4,14 @@
 //! wall remembers nothing. From then on the push acts.
 
 mod report;
+mod second;
 mod setup;
 
 use super::kind::Conduct;
 use super::reading::without;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
-use crate::document::named::{Named as _, named};
+use crate::document::named::Named;
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::{
     DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES_ABOVE_0, IMPACTS, REACHES_ABOVE_0,
@@ -20,11 +21,12 @@ use crate::document::reader::Table;
 use crate::judge::preflight::WallContact;
 use crate::judge::settling::{Criterion, Judge, Scales, Settling, Tolerance};
 use crate::run::advice::parameter;
+use crate::run::ending::MotorPush;
 use crate::run::remote::{RemoteLaw, held};
 use crate::run::safety::{GuardedDevice, Safety};
 use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
-use fracdiff::{Operator, Real, Seconds};
+use fracdiff::{Operator, Order, Real, Scheme, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
@@ -34,6 +36,7 @@ use haptic_loop::{
 };
 use nalgebra::{SVector, Vector1};
 pub(crate) use report::{OfSample, OffN, Seen, Trial, incomparable, limited, louder, six_digits};
+pub(crate) use second::{Pushed, PushedLoop, SecondDevice};
 pub(crate) use setup::{Parts, TrialSetup, setup};
 use std::convert::Infallible;
 use std::fmt::Debug;
@@ -79,11 +82,32 @@ pub(crate) type VirtualWall = Wall<f64, Operator<f64>>;
 pub(crate) enum PushBy {
     Hand,
     Device,
+    /// A second device, that of a `[drive]`.
+    Second,
 }
 
-named! { PushBy:
-    Hand = "hand", "Somebody, a hung weight, or the simulated hand";
-    Device = "device", "The device's own motor, behind the law and within its limits";
+impl Named for PushBy {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (
+            Self::Hand,
+            "hand",
+            "Somebody, a hung weight, or the simulated hand",
+        ),
+        (
+            Self::Device,
+            "device",
+            "The device's own motor, behind the law and within its limits",
+        ),
+    ];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Hand => "hand",
+            Self::Device => "device",
+            // No choice of this key: `[drive]` is.
+            Self::Second => "second_device",
+        }
+    }
 }
 
 /// Plan of a trial: the motion into the wall, and the rule that judges it.
@@ -139,7 +163,16 @@ impl TrialPlan {
     pub(crate) fn push_of_hand_n(&self) -> f64 {
         match self.push_by {
             PushBy::Hand => self.push_n,
-            PushBy::Device => 0.0,
+            PushBy::Device | PushBy::Second => 0.0,
+        }
+    }
+
+    /// The push of a motor.
+    fn push_of_motor(&self) -> Option<MotorPush> {
+        match self.push_by {
+            PushBy::Hand => None,
+            PushBy::Device => Some(MotorPush::Own(self.push_n)),
+            PushBy::Second => Some(MotorPush::Second(self.push_n)),
         }
     }
 
@@ -155,7 +188,7 @@ impl TrialPlan {
     pub(crate) fn hits(&self, contact: WallContact) -> impl Iterator<Item = f64> {
         let once = contact == WallContact::Linear
             || self.criterion != Criterion::Settling
-            || self.push_by == PushBy::Device;
+            || self.push_of_motor().is_some();
         let hits: &[f64] = if once { &[] } else { &HITS };
         let planned = self.impact_m_per_s;
         (hits.iter().copied()).filter(move |hit| hit.total_cmp(&planned).is_ne())
@@ -246,7 +279,7 @@ impl TrialPlan {
             0.5 * self.duration_s,
             self.force_limit_n,
         )
-        .behind(self.own_push_n())
+        .behind(self.push_of_motor())
     }
 }
 
@@ -317,6 +350,8 @@ pub(crate) fn plan(table: &Table<'_>, duration_s: f64) -> Result<TrialPlan, File
             without(table, [&IMPACT], why)?;
             0.0
         }
+        // Its table is read later.
+        PushBy::Second => 0.0,
     };
     let plan = TrialPlan {
         criterion,
@@ -365,6 +400,14 @@ pub(crate) fn seen(judge: &mut Judge, sample: &LoopSample<f64, 1>) -> bool {
         reading.position_m[0],
         sample.force.newtons()[0],
     )
+}
+
+/// A wall without a force.
+pub(crate) fn no_wall(t: Seconds) -> Result<VirtualWall, Failure> {
+    let order = Order::new(0.0).map_err(Failure::input)?;
+    let operator = Scheme::Grunwald { length: 1 }.build(order, t, 1.0);
+    let operator = operator.map_err(Failure::input)?;
+    wall_at_start(0.0, 0.0, operator, WallContact::Linear).map_err(Failure::input)
 }
 
 /// K in N/m and B in N·s^μ/m; one-sided it pushes but never pulls, signed it has no clamp yet.

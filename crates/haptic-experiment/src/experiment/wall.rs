@@ -115,9 +115,12 @@ pub(crate) fn contact(table: &Table<'_>) -> Result<WallContact, FileError> {
     Ok(contact)
 }
 
-/// `[wall]`: device, wall and trial.
-pub(crate) fn wall(table: &Table<'_>) -> Result<WallExperiment, FileError> {
-    let setup = setup(table, &MUST_BE_STABLE)?;
+/// `[wall]`: device, wall and trial, with the table of a second device that pushes.
+pub(crate) fn wall(
+    table: &Table<'_>,
+    drive: Option<&Table<'_>>,
+) -> Result<WallExperiment, FileError> {
+    let setup = setup(table, &MUST_BE_STABLE, drive)?;
     let order = table.order(&ORDER)?;
     let (t, duration_s) = (setup.device.sample_time.0, setup.plan.duration_s);
     let scheme = scheme(table, None, order, t, duration_s)?;
@@ -323,7 +326,7 @@ impl Trial for WallExperiment {
         }
         let planned = self.setup.plan().samples(self.setup.device.sample_time)?;
         let samples = Samples::of(&ran.record, &ran.log.paths);
-        let mut derivative = self.look(planned).felt_of(samples)?;
+        let mut derivative = (self.look(planned)).felt_of(samples, ran.record.before())?;
         Ok(Ok(Box::new(move |sample| {
             let (x, d) = (sample.position_m, derivative.at(sample));
             let wanted = -(self.stiffness_n_per_m * x + self.dissipation_n_s_mu_per_m * d);

@@ -223,11 +223,12 @@ impl Preflight<'_> {
     pub(crate) fn felt_of(
         &self,
         samples: Samples<'_>,
+        before: Before<'_>,
     ) -> Result<ReferenceSeries<'static>, Failure> {
         let (t, planned) = (Seconds(self.sample_time_s), self.samples);
         ReferenceSeries::new(
             samples,
-            Before::default(),
+            before,
             |x| self.felt(x),
             || {
                 Ok(match self.model {
@@ -431,10 +432,10 @@ mod tests {
         verdict.require_stable(true).expect("forced");
         for (guarded, words) in [(false, "it runs anyway"), (true, "only the guard")] {
             let warning = verdict.warning(guarded).expect("a warning");
-            let told = ["unstable", words]
+            let is_named = ["unstable", words]
                 .iter()
                 .all(|word| warning.contains(word));
-            assert!(told, "{warning}");
+            assert!(is_named, "{warning}");
         }
     }
 
@@ -543,7 +544,7 @@ mod tests {
             scheme: "full".parse().expect("a scheme"),
             ..wall(1.0, 6000.0, 18.0)
         };
-        let said = |contact, guarded, factor: f64, device| {
+        let verdict_of = |contact, guarded, factor: f64, device| {
             let wall = Preflight {
                 contact,
                 guarded,
@@ -563,7 +564,7 @@ mod tests {
             (Signed, false, 1.6, Some(NOT_PROVED)),
             (Signed, true, 1.6, Some(NO_ENERGY)),
         ] {
-            let verdict = said(contact, guarded, factor, device);
+            let verdict = verdict_of(contact, guarded, factor, device);
             assert_eq!(verdict.pushing_contact, proof, "{contact:?} {factor}");
             let margin = verdict.pulling_contact_margin.expect("a margin");
             assert!((1.5..1.51).contains(&(margin * factor)), "{margin}");
@@ -581,7 +582,7 @@ mod tests {
             hand_stiffness_n_per_m: 0.0,
             ..device
         };
-        let verdict = said(Signed, false, 0.5, free);
+        let verdict = verdict_of(Signed, false, 0.5, free);
         assert_eq!(verdict.pushing_contact, Some(NOT_PROVED));
     }
 

@@ -404,7 +404,7 @@ fn stands_beside(object: &Object, key: &str) -> bool {
     let has = |stem: &str| (object.keys()).any(|key| key == stem || without_unit(key) == stem);
     let is_of = |stem: &str, says| match says {
         Says::Reason | Says::From | Says::To => has(stem),
-        Says::Samples => beside(object, stem, Says::From).is_some(),
+        Says::Samples => companion(object, stem, Says::From).is_some(),
         // It may be the unit of a column in a table below.
         Says::Unit => true,
         Says::Frequency => object.contains_key(stem),
@@ -420,7 +420,7 @@ fn is_unit(object: &Object, key: &str) -> bool {
 }
 
 /// The key that says this of a key, and its value; null is a value too.
-fn beside<'o>(object: &'o Object, key: &str, says: Says) -> Option<(String, &'o Value)> {
+fn companion<'o>(object: &'o Object, key: &str, says: Says) -> Option<(String, &'o Value)> {
     let (end, _) = ENDS.iter().find(|end| end.1 == says)?;
     let name = format!("{key}{end}");
     object.get(&name).map(|value| (name, value))
@@ -437,13 +437,13 @@ fn is_repeated(object: &Object, key: &str, value: &Value) -> bool {
 fn reason(object: &Object, key: &str) -> String {
     let value_beside = |says| {
         let mut found = [key, without_unit(key)].into_iter();
-        let (_, value) = found.find_map(|stem| beside(object, stem, says))?;
+        let (_, value) = found.find_map(|stem| companion(object, stem, says))?;
         Some(value).filter(|value| !value.is_null())
     };
     if let Some(Value::String(reason)) = value_beside(Says::Reason) {
         return reason.clone();
     }
-    let frequency = beside(object, key, Says::Frequency).filter(|(_, at)| !at.is_null());
+    let frequency = companion(object, key, Says::Frequency).filter(|(_, at)| !at.is_null());
     let frequency = frequency.map(|(name, at)| format!("at {}", text(&name, at, None)));
     let mut parts = Vec::from_iter(frequency);
     if let (Some(from), Some(to)) = (value_beside(Says::From), value_beside(Says::To)) {
@@ -457,7 +457,7 @@ fn reason(object: &Object, key: &str) -> String {
 /// The unit that a report says beside a key, in the object or in the one around it.
 fn unit<'o>(objects: [&'o Object; 2], key: &str) -> Option<&'o str> {
     let mut units = objects.into_iter();
-    units.find_map(|object| beside(object, key, Says::Unit)?.1.as_str())
+    units.find_map(|object| companion(object, key, Says::Unit)?.1.as_str())
 }
 
 /// Places of a list that are shown: all of a short one, the first and the last and evenly between of a long one.
@@ -475,7 +475,7 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    fn said(report: &Value) -> Vec<String> {
+    fn lines_of(report: &Value) -> Vec<String> {
         let say = |line: ReportLine| match line {
             ReportLine::Row(row) => {
                 format!("{}|{}|{}|{}", row.level, row.label, row.value, row.reason)
@@ -516,7 +516,7 @@ mod tests {
             "preflight": { "stable": true, "delay_s": 0.002, "alpha": 0.5, "beta": null },
         });
         assert_eq!(
-            said(&report),
+            lines_of(&report),
             [
                 "0|sample time|1 ms|",
                 "0|samples|10001|",
@@ -543,10 +543,10 @@ mod tests {
             "peak": 1.25, "peak_rad_s": 5.0, "gain_up": null, "gain_up_rad_s": null, "crossover_rad_s": 3.0,
         });
         let lines = ["0|peak|1.25|at 5 rad/s", "0|crossover|3 rad/s|"];
-        assert_eq!(said(&report), lines);
+        assert_eq!(lines_of(&report), lines);
         let steps = json!({ "steps": [{ "shape": { "overshoot": 0.25, "rise_time_s": 0.5 } }] });
         assert_eq!(
-            said(&steps),
+            lines_of(&steps),
             ["steps: shape overshoot,shape rise time / ms: 0.25,500"]
         );
     }
@@ -568,7 +568,7 @@ mod tests {
             "0|correlation|1, 0.5|",
             "0||0.5, –|",
         ];
-        assert_eq!(said(&report), lines);
+        assert_eq!(lines_of(&report), lines);
     }
 
     #[test]
@@ -576,7 +576,7 @@ mod tests {
         let report =
             json!({ "mass_kg": { "value": 0.065, "low": 0.064_997_21, "high": 0.065_003_75 } });
         assert_eq!(
-            said(&report),
+            lines_of(&report),
             ["0|mass|65 g, low 64.99721 g, high 65.00375 g|"]
         );
         let events: Vec<Value> = (0..30)
@@ -587,7 +587,7 @@ mod tests {
         };
         assert_eq!(table.rows.len(), 30);
         let none = json!({ "poles": [], "poles_reason": "it creeps" });
-        assert_eq!(said(&none), ["0|poles|none|it creeps"]);
+        assert_eq!(lines_of(&none), ["0|poles|none|it creeps"]);
     }
 
     #[test]
@@ -600,7 +600,7 @@ mod tests {
             ],
         });
         let table = "walls: order,stiffness / N/m,dissipation / N·s/m: 0.5,–,3;1,12000,4";
-        assert_eq!(said(&report), [table]);
+        assert_eq!(lines_of(&report), [table]);
         let long: Vec<Value> = (0..100)
             .map(|place| json!({ "place": f64::from(place) }))
             .collect();

@@ -172,13 +172,13 @@ mod tests {
                 let rms = (off.clone().map(|off| off * off).sum::<f64>() / samples.len() as f64).sqrt();
                 let largest = off.map(f64::abs).fold(0.0, f64::max);
                 for (key, value) in [("rms_n", rms), ("largest_n", largest)] {
-                    let told = sensed[name][key].as_f64().expect("a number");
-                    prop_assert!((told - value).abs() <= 1e-9 * value, "{} {}: {} {}", name, key, told, value);
+                    let shown = sensed[name][key].as_f64().expect("a number");
+                    prop_assert!((shown - value).abs() <= 1e-9 * value, "{} {}: {} {}", name, key, shown, value);
                 }
             }
-            let said = judge.warnings(known, true);
+            let warnings = judge.warnings(known, true);
             let want = usize::from(factor < 0.0) + usize::from(!(0.1..=10.0).contains(&factor.abs()));
-            prop_assert_eq!(said.len(), want, "{:?}", said);
+            prop_assert_eq!(warnings.len(), want, "{:?}", warnings);
         }
     }
 
@@ -194,10 +194,10 @@ mod tests {
         let touched = SensorOffset::Touched { samples: 12 };
         let judge = judged(&[[1.0, 1.0, 1.0], [2.0, 2.0, 2.0]]);
         assert_eq!(judge.warnings(touched, false), Vec::<String>::new());
-        let said = judge.warnings(touched, true);
+        let warnings = judge.warnings(touched, true);
         assert!(
-            said.len() == 1 && said[0].contains("12 samples"),
-            "{said:?}"
+            warnings.len() == 1 && warnings[0].contains("12 samples"),
+            "{warnings:?}"
         );
         assert!(judge.rows(touched, None)["sensed"]["offset_n"].is_null());
     }

@@ -27,7 +27,7 @@
 //! Source of the old rule: O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4, figure 4.3.
 
 use crate::document::named::named;
-use crate::run::ending::{AT_LIMIT, Ending, swings};
+use crate::run::ending::{AT_LIMIT, Ending, MotorPush};
 use serde::Serialize;
 
 /// Share of the samples in which the force may be at its limit.
@@ -272,8 +272,8 @@ pub(crate) struct Judge {
     /// Begin of the second half, s.
     half_s: f64,
     force_limit_n: f64,
-    /// Push of the device's own motor, N: part of the force, but not of the law.
-    own_push_n: f64,
+    /// Push of a motor.
+    push: Option<MotorPush>,
     samples: u64,
     limited: u64,
     position: Moments,
@@ -306,7 +306,7 @@ impl Judge {
             from_s,
             half_s,
             force_limit_n,
-            own_push_n: 0.0,
+            push: None,
             samples: 0,
             limited: 0,
             position: Moments::default(),
@@ -320,20 +320,18 @@ impl Judge {
         }
     }
 
-    /// Judges the law that the device's own motor pushes into: of the forces that it sees all but this push, N.
-    pub(crate) fn behind(self, own_push_n: Option<f64>) -> Self {
-        Self {
-            own_push_n: own_push_n.unwrap_or(0.0),
-            ..self
-        }
+    /// Judges the law that a motor pushes into: of the forces that it sees all but the push of the device's own motor.
+    pub(crate) fn behind(self, push: Option<MotorPush>) -> Self {
+        Self { push, ..self }
     }
 
-    /// One sample; `false` if the device has left, or has swung while its own motor pushed, so that nothing more can come of it.
+    /// One sample; `false` if the device has left, or has swung while a motor pushed, so that nothing more can come of it.
     pub(crate) fn see(&mut self, time_s: f64, position_m: f64, force_n: f64) -> bool {
         self.samples += 1;
         self.limited += u64::from(force_n.abs() >= AT_LIMIT * self.force_limit_n);
-        self.swung |= self.own_push_n > 0.0 && swings(force_n, self.own_push_n, self.force_limit_n);
-        let force_n = force_n - self.own_push_n;
+        let swings = |push: MotorPush| push.swings(force_n, self.force_limit_n);
+        self.swung |= self.push.is_some_and(swings);
+        let force_n = force_n - self.push.map_or(0.0, MotorPush::own_n);
         self.peak_force_n = self.peak_force_n.max(force_n.abs());
         if force_n > self.largest_pull.0 {
             self.largest_pull = (force_n, position_m);

@@ -124,8 +124,8 @@ impl Warnings {
             if missing > 0 {
                 of_drive.0.push(format!("{missing} samples did not come"));
             }
-            let told = of_drive.0.into_iter();
-            self.0.extend(told.map(|words| format!("drive: {words}")));
+            let lines = of_drive.0.into_iter();
+            self.0.extend(lines.map(|words| format!("drive: {words}")));
         }
     }
 
@@ -217,10 +217,10 @@ mod tests {
         });
         let mut warnings = Warnings::default();
         warnings.late(&record);
-        let said = warnings.0.concat();
+        let warning = warnings.0.concat();
         assert!(
-            said.starts_with("of 1300 ticks of the device 28 were"),
-            "{said}"
+            warning.starts_with("of 1300 ticks of the device 28 were"),
+            "{warning}"
         );
     }
 
@@ -238,13 +238,13 @@ mod tests {
             (record.limited, record.limiters) = (7, limiter.bits());
             let mut warnings = Warnings::default();
             warnings.limited(&record);
-            let [said] = &warnings.0[..] else {
+            let [warning] = &warnings.0[..] else {
                 panic!("{warnings:?}")
             };
-            let said = said.clone();
+            let warning = warning.clone();
             assert!(
-                said.contains("in 7 samples") && said.contains(named),
-                "{said}"
+                warning.contains("in 7 samples") && warning.contains(named),
+                "{warning}"
             );
             record.link = Some(LinkSummary::default());
             let mut warnings = Warnings::default();
@@ -254,14 +254,14 @@ mod tests {
             assert!(said_of_device.contains(named), "{said_of_device}");
             assert_eq!(
                 (
-                    said.contains("device set"),
+                    warning.contains("device set"),
                     said_of_device.contains("device set")
                 ),
                 (false, set_there),
                 "{said_of_device}"
             );
             for other in LIMITERS.into_iter().filter(|other| *other != limiter) {
-                assert!(!said.contains(&remedy(other, false)), "{said}");
+                assert!(!warning.contains(&remedy(other, false)), "{warning}");
             }
         }
         let bits: Vec<u8> = LIMITERS.iter().map(|limiter| limiter.bits()).collect();

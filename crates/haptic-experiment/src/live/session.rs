@@ -23,7 +23,7 @@ use crate::document::named::Named as _;
 use crate::document::parameters::{DAMPING, DEVICE, DEVICE_MODEL, LOOP, MASS, SAMPLE_TIME, SCHEME};
 use crate::document::{Document, IN_LOG};
 use crate::experiment::kind::Experiment as _;
-use crate::experiment::trial::{PUSH, TRIAL_FORCE_LIMIT};
+use crate::experiment::trial::{PUSH, TRIAL_FORCE_LIMIT, no_wall};
 use crate::experiment::wall::{
     DISSIPATION, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT, WallExperiment,
 };
@@ -38,7 +38,7 @@ use crate::run::safety::keys::WORKSPACE_HIGH as WORKSPACE_ENDS;
 use crate::run::schedule::{Pace, Schedule};
 use crate::run::{Ran, Supervisor, run_logged};
 use fracdiff::parameter::Shown;
-use fracdiff::{Operator, Order, Scheme, Seconds};
+use fracdiff::{Operator, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_link::LoopMode;
 use haptic_log::record::EventMessage;
@@ -239,8 +239,9 @@ fn no_law() -> Result<Document, Failure> {
 fn wall(document: &Document) -> Result<WallExperiment, Failure> {
     let experiment = ExperimentFile::open(document)?;
     let wall: Option<&WallExperiment> = experiment.of();
-    wall.cloned()
-        .ok_or_else(|| Failure::bad_input("a session feels walls alone"))
+    wall.filter(|wall| wall.setup.second.is_none())
+        .cloned()
+        .ok_or_else(|| Failure::bad_input("a session feels walls alone, without [drive]"))
 }
 
 /// The folder and stem of a log.
@@ -269,14 +270,6 @@ fn request(log: &Path, provenance: BTreeMap<String, String>) -> Result<FolderReq
         roll_bytes: None,
         provenance,
     })
-}
-
-/// A wall without a force.
-fn nothing(t: Seconds) -> Result<Pushing<Wall<f64, Operator<f64>>>, Failure> {
-    let order = Order::new(0.0).map_err(Failure::input)?;
-    let operator = Scheme::Grunwald { length: 1 }.build(order, t, 1.0);
-    let wall = Wall::new(0.0, 0.0, operator.map_err(Failure::input)?, None);
-    Ok(Pushing::new(wall.map_err(Failure::input)?, false))
 }
 
 /// All that the thread of the loop owns.
@@ -457,7 +450,7 @@ impl Session {
             (None, None) => Pace::Virtual,
         };
         let t = wall.setup.device.sample_time;
-        let nothing = nothing(t)?;
+        let nothing = Pushing::new(no_wall(t)?, false);
         let law = Placed::new(nothing.clone(), 0.0);
         let controller = Controller::new(fading(&law, t), wall.setup.chain()?);
         let (orders, ends, from_loop) = Orders::new();

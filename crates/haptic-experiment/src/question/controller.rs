@@ -270,14 +270,14 @@ mod tests {
 
     #[test]
     fn what_is_refused_is_what_was_given() {
-        for (text, said) in [
+        for (text, reason) in [
             ("-1e9dB", "gain -1e9 dB is not from -300 to 120 dB"),
             ("7e150 dB", "gain 7e150 dB is not from -300 to 120 dB"),
             ("1e-300", "gain 1e-300 is not from 1e-15 to 1e6"),
         ] {
-            assert_eq!(parse_gain(text), Err(said.to_owned()));
+            assert_eq!(parse_gain(text), Err(reason.to_owned()));
             let both = parse_bound(&format!("3rad/s:{text}")).expect_err("refused");
-            assert_eq!(both, format!("{said}: give both as in 10rad/s:-20dB"));
+            assert_eq!(both, format!("{reason}: give both as in 10rad/s:-20dB"));
         }
         let fast = parse_bound("1e10rad/s:0.1").expect_err("refused");
         assert!(

@@ -486,14 +486,14 @@ mod tests {
             "more than 950 ms of a second",
             "9999.5 processes",
         ] {
-            let said = advice.iter().any(|sentence| sentence.contains(part));
-            assert!(said, "\"{part}\" in {advice:#?}");
+            let is_advised = advice.iter().any(|sentence| sentence.contains(part));
+            assert!(is_advised, "\"{part}\" in {advice:#?}");
         }
     }
 
     #[test]
     fn each_system_hears_what_can_be_done_on_it() {
-        for (system, said, unsaid) in [
+        for (system, advised, omitted) in [
             ("windows", "powercfg", "isolcpus"),
             ("macos", "caffeinate", "isolcpus"),
             ("linux", "isolcpus", "powercfg"),
@@ -504,8 +504,8 @@ mod tests {
                 ..Machine::default()
             };
             let advice = machine.advice(None, &[rate(false)], 0).join("\n");
-            assert!(advice.contains(said), "{system}: {advice}");
-            assert!(!advice.contains(unsaid), "{system}: {advice}");
+            assert!(advice.contains(advised), "{system}: {advice}");
+            assert!(!advice.contains(omitted), "{system}: {advice}");
             assert_eq!(machine.advice(None, &[rate(true)], 0), [""; 0]);
         }
     }

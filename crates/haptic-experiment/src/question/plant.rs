@@ -257,7 +257,7 @@ impl PlantQuestion {
         steps("first guesses", 1, 0);
         find_start(record, held, delay);
         let guesses = match self.model {
-            Some(own) => candidates_of(own.function, record, held, delay, own.delay),
+            Some(plant) => candidates_of(plant.function, record, held, delay, plant.delay),
             None => candidates(record, held, delay, self.wanted),
         };
         going()?;

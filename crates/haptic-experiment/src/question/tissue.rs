@@ -396,9 +396,9 @@ impl RecordQuestion {
                 let (records, understood) = Understood::specimens(all)?;
                 let mut of_all = replicates(&records, &self.options, stop, progress)?;
                 for (specimen, name) in of_all.specimens.iter().zip(names) {
-                    let said = specimen.warnings.iter();
-                    let said = said.map(|said| format!("{name}: {said}"));
-                    of_all.all.warnings.extend(said);
+                    let warnings = specimen.warnings.iter();
+                    let warnings = warnings.map(|warnings| format!("{name}: {warnings}"));
+                    of_all.all.warnings.extend(warnings);
                 }
                 return Ok(RecordAnswer {
                     understood,
@@ -441,8 +441,11 @@ impl RecordQuestion {
         for record in also {
             let other = identify_unless(record, &options, stop, &|_| ())?;
             let fit = &other.fits[0];
-            let wider = fit.parameters.iter().chain(&other.beside);
-            let estimates = found.fits[0].parameters.iter_mut().chain(&mut found.beside);
+            let wider = fit.parameters.iter().chain(&other.placement);
+            let estimates = found.fits[0]
+                .parameters
+                .iter_mut()
+                .chain(&mut found.placement);
             for (estimate, wider) in estimates.zip(wider) {
                 let ends = |a: Option<f64>, b: Option<f64>, of: fn(f64, f64) -> f64| {
                     a.zip(b).map(|(a, b)| of(a, b))
@@ -453,7 +456,7 @@ impl RecordQuestion {
         }
         if !also.is_empty() {
             found.warnings.push(format!(
-                "the intervals hold the force as far as the device knows it, what friction or the lag of a sensor may do to it, by {} more fits",
+                "the intervals hold the force as far as the device knows it, what friction, mass and damping or the lag of a sensor may do to it, by {} more fits",
                 also.len()
             ));
         }
@@ -491,9 +494,9 @@ impl RecordAnswer {
             "samples": found.samples,
             "loading": self.understood.loading,
             "model": fit.kind.name(),
-            "parameters": estimates(fit.parameters.iter().chain(&found.beside)),
+            "parameters": estimates(fit.parameters.iter().chain(&found.placement)),
         });
-        let beside = json!({
+        let further = json!({
             "candidates": candidates.collect::<Vec<_>>(),
             "correlation": correlation.collect::<Vec<_>>(),
             "tissue": tissue,
@@ -502,7 +505,7 @@ impl RecordAnswer {
             "notes": notes,
             "warnings": notes.iter().chain(&found.warnings).collect::<Vec<_>>(),
         });
-        rows([chosen, self.rows.clone(), quality(found, fit), beside])
+        rows([chosen, self.rows.clone(), quality(found, fit), further])
     }
 }
 
@@ -526,7 +529,10 @@ fn specimens(found: &Replicates, names: &[String]) -> Value {
         (spread.mean.name.to_owned(), spread_of)
     });
     let specimens = found.specimens.iter().zip(names).map(|(specimen, name)| {
-        let all = specimen.fits[0].parameters.iter().chain(&specimen.beside);
+        let all = specimen.fits[0]
+            .parameters
+            .iter()
+            .chain(&specimen.placement);
         let values = all.map(|one| (one.name.to_owned(), json!(one.value)));
         let record = ("record".to_owned(), json!(name));
         Value::Object(std::iter::once(record).chain(values).collect())
@@ -538,7 +544,7 @@ fn specimens(found: &Replicates, names: &[String]) -> Value {
 }
 
 /// A row, with what storage and loss modulus say alone if there are two.
-fn beside(mut row: Value, alone: Option<[f64; 2]>, [storage, loss]: [&str; 2]) -> Value {
+fn row_of_pair(mut row: Value, alone: Option<[f64; 2]>, [storage, loss]: [&str; 2]) -> Value {
     if let Some(alone) = alone {
         row[storage] = json!(alone[0]);
         row[loss] = json!(alone[1]);
@@ -553,7 +559,7 @@ fn shifts(curve: &MasterCurve) -> Value {
             "log10_shift": shift.log10,
             "standard_error": shift.standard_error,
         });
-        beside(row, shift.alone, ["by_storage", "by_loss"])
+        row_of_pair(row, shift.alone, ["by_storage", "by_loss"])
     });
     let overlaps = curve.overlaps.iter().map(|overlap| {
         let row = json!({
@@ -562,7 +568,7 @@ fn shifts(curve: &MasterCurve) -> Value {
             "points": overlap.points,
             "rms_log_misfit": overlap.misfit,
         });
-        beside(row, overlap.alone, ["of_storage", "of_loss"])
+        row_of_pair(row, overlap.alone, ["of_storage", "of_loss"])
     });
     let laws = curve.laws.iter().map(|law| {
         json!({
@@ -628,10 +634,10 @@ mod tests {
             question.check(2).map(|()| question)
         };
         for [form, wanted] in testkit::table(REFUSED) {
-            let said = question(&form).expect_err(&form).to_string();
+            let error = question(&form).expect_err(&form).to_string();
             assert!(
-                said.contains(&wanted) && !said.contains('\n'),
-                "{form}: {said}"
+                error.contains(&wanted) && !error.contains('\n'),
+                "{form}: {error}"
             );
         }
         for (text, celsius) in [

@@ -25,17 +25,37 @@ pub(crate) enum Ending {
     Silent,
     /// The other side of such a line said goodbye.
     OtherLeft,
-    /// The law that the device's own motor pushed into swung: see [`swings`].
+    /// The law that a motor pushed into swung: see [`MotorPush::swings`].
     Swing,
     /// The log could not be written.
     LogStopped,
 }
 
-/// Swing of a law that ends a push of the device's own motor: a law that holds a push makes at most twice that push on the way to
-/// rest, and never pulls. `force_n` is of both, N, as is its limit.
-pub(crate) fn swings(force_n: f64, push_n: f64, limit_n: f64) -> bool {
-    let law_n = force_n - push_n;
-    law_n < -SWING_SHARE * push_n || law_n > push_n || force_n.abs() >= AT_LIMIT * limit_n
+/// Push of a motor into a law, N. The first swing of the law ends it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum MotorPush {
+    /// Of the motor that renders the law: part of its force.
+    Own(f64),
+    /// Of that of a second device.
+    Second(f64),
+}
+
+impl MotorPush {
+    /// Share of the force of the device that renders the law, N.
+    pub(crate) const fn own_n(self) -> f64 {
+        match self {
+            Self::Own(push_n) => push_n,
+            Self::Second(_) => 0.0,
+        }
+    }
+
+    /// True of a force that is a swing, N, within this limit: a law that holds a push makes at most twice that push on the way to rest, and
+    /// never pulls.
+    pub(crate) fn swings(self, force_n: f64, limit_n: f64) -> bool {
+        let (Self::Own(push_n) | Self::Second(push_n)) = self;
+        let law_n = force_n - self.own_n();
+        law_n < -SWING_SHARE * push_n || law_n > push_n || force_n.abs() >= AT_LIMIT * limit_n
+    }
 }
 
 /// Share of the force limit that counts as the limit: single precision on a device rounds it.

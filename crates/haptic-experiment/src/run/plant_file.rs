@@ -49,12 +49,12 @@ const INTERVALS: &str = "intervals";
 fn parse(path: &Path, text: &str) -> Result<(PlantModel, Vec<Interval>), FileError> {
     let document = Parsed::of(path, text)?;
     let kinds = MODELS.map(|(name, _)| name);
-    let (name, table, mut beside) =
+    let (name, table, mut tables) =
         document.one_of(&kinds, &["source", INTERVALS], "plant", CHOICE)?;
     let known = MODELS.iter().find(|(model, _)| *model == name);
     let table = table.with_keys(known.map(std::slice::from_ref).unwrap_or_default())?;
     let (model, mut found) = (model(name, &table)?, Vec::new());
-    if let Some(table) = beside.remove(INTERVALS) {
+    if let Some(table) = tables.remove(INTERVALS) {
         let table = table.with_keys(&[(INTERVALS, p::DEVICE_PLANT)])?;
         let PlantModel::Device(values) = &model else {
             return Err(table.fail(format_args!(
@@ -63,7 +63,7 @@ fn parse(path: &Path, text: &str) -> Result<(PlantModel, Vec<Interval>), FileErr
         };
         found = intervals(&table, values)?;
     }
-    if let Some(source) = beside.remove("source") {
+    if let Some(source) = tables.remove("source") {
         let source = source.with_keys(&[("source", p::PLANT_SOURCE)])?;
         source.text(&p::SOURCE_PROGRAM)?;
         source.text(&p::SOURCE_NOTE)?;

@@ -16,7 +16,7 @@ mod summary;
 
 use crate::document::parameters::{LOOP, PUSH_BY, SAMPLE_TIME, SCHEME};
 use fracdiff::parameter::Shown;
-pub(crate) use pair::PairRun;
+pub(crate) use pair::{PairRun, fits_two_devices};
 pub(crate) use partner::{Aligned, DriveRan};
 pub(crate) use run::{RemoteRun, delay_of};
 pub(crate) use session::{Steered, Steers, blank};
@@ -130,6 +130,8 @@ pub(crate) struct RemoteLaw {
     pub held_push_n: f64,
     /// Push of the device's own motor, N.
     pub own_push_n: Option<f64>,
+    /// Push of a second device's motor into the law, N.
+    pub second_push_n: Option<f64>,
     /// The plant stands still until the device has raised its force: so its motion can be compared
     /// with theory from the start.
     pub after_rise: bool,
@@ -173,6 +175,7 @@ impl RemoteLaw {
             simulation,
             held_push_n: 0.0,
             own_push_n: None,
+            second_push_n: None,
             after_rise: false,
         }
     }
@@ -238,6 +241,13 @@ pub(crate) fn within(
             "push_n = {} is not below the device's own force limit of {most_n} N: no wall could hold it; \
              push less, or raise that limit with host-cli device set",
             Shown(law.held_push_n)
+        )));
+    }
+    let own_push_n = law.own_push_n.unwrap_or(0.0);
+    if own_push_n as f32 > most_n {
+        return Err(Failure::bad_input(format_args!(
+            "push_n = {} is above the device's own force limit of {most_n} N: push less, or raise that limit with host-cli device set",
+            Shown(own_push_n)
         )));
     }
     if let Some(text) = tighter {

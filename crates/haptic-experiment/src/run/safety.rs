@@ -466,12 +466,12 @@ mod tests {
         };
         let same = |range: Range, key: &str, set: &dyn Fn(&mut Wire, f32)| {
             let decades = (-90..=110).map(|tenths| 10_f64.powf(f64::from(tenths) / 10.0));
-            let beside = range
+            let ends = range
                 .ends()
                 .map(|end| [0.999 * end, end, 1.001 * end])
                 .concat();
             // 0 is asked for only where it switches off what is on unless somebody says so.
-            for x in decades.chain(beside).filter(|x| *x > 0.0) {
+            for x in decades.chain(ends).filter(|x| *x > 0.0) {
                 let mut configuration = Configuration {
                     simulation: Simulation::TESTBED,
                     ..Configuration::PASSIVE

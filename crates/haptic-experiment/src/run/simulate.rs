@@ -19,7 +19,8 @@ use std::ops::ControlFlow;
 /// Receiver of each sample; it may end the simulation.
 pub(crate) type Sink<'a, M = TickMessage> = &'a mut dyn FnMut(&M) -> ControlFlow<()>;
 
-/// A simulated device with instruments of its own, beside the sensors that the loop reads. A force sensor shows its contact force.
+/// A simulated device with instruments of its own, beside the sensors that the loop reads. A force sensor shows its contact force, unless it says
+/// what is sensed.
 pub(crate) trait Instrumented<const D: usize = 1> {
     /// Record of a tick.
     type Message: TickRecord;
@@ -67,6 +68,16 @@ where
         let engaged = controller.engage(device);
         Self { engaged }
     }
+
+    /// The device behind its sensors.
+    pub(crate) fn device(&self) -> &V {
+        self.engaged.device().device()
+    }
+
+    /// The device behind its sensors.
+    pub(crate) fn device_mut(&mut self) -> &mut V {
+        self.engaged.device_mut().device_mut()
+    }
 }
 
 impl<F: Real, E: Environment<F, D>, V, const D: usize> World<D> for Simulated<'_, F, E, V, D>
@@ -83,7 +94,7 @@ where
         };
         let guarded_energy_j = self.engaged.controller().guarded_energy_j();
         let logged = message.logged_mut();
-        let mut sensed = logged.contact_force_n;
+        let mut sensed = logged.sensed_force_n.unwrap_or(logged.contact_force_n);
         let senses = self.engaged.device_mut().sense(sensed.values_mut());
         logged.sensed_force_n = senses.then_some(sensed);
         *logged = by_loop(*logged, &sample, guarded_energy_j);

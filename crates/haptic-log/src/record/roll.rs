@@ -298,9 +298,9 @@ impl LogFiles {
         let Some(next) = self.next.take() else {
             return Ok(false);
         };
-        let there = [next.clone(), part_of(&next)];
-        let there = there.into_iter().find(|file| file.exists());
-        let Some(file) = there else {
+        let files = [next.clone(), part_of(&next)];
+        let existing = files.into_iter().find(|file| file.exists());
+        let Some(file) = existing else {
             self.end(next, "is not there");
             return Ok(false);
         };

@@ -222,8 +222,8 @@ impl Rows {
         let first_ns = self.first_ns.unwrap_or(0);
         // Divided, 5.5 ms has no digits beyond those that it had.
         let time = (order.iter()).map(|&row| (self.log_times_ns[row] - first_ns) as f64 / 1e9);
-        let own = self.places.contains_key("time_s");
-        let name = if own { "log_time_s" } else { "time_s" };
+        let is_stamped = self.places.contains_key("time_s");
+        let name = if is_stamped { "log_time_s" } else { "time_s" };
         let mut columns = vec![(name.to_owned(), time.collect())];
         for (name, column) in &self.columns {
             let at = |row: &usize| column.get(*row).copied().unwrap_or(f64::NAN);
@@ -237,16 +237,16 @@ impl Rows {
 fn join_stamps(columns: &[(String, Vec<f64>)]) -> Vec<(String, Vec<f64>)> {
     const SECONDS: [&str; 3] = ["sec", "secs", "seconds"];
     const REST: [&str; 4] = ["nanosec", "nsec", "nsecs", "nanos"];
-    let beside = |stamp: &str, parts: &[&str]| {
+    let companion = |stamp: &str, parts: &[&str]| {
         let mut names = parts.iter().map(|part| format!("{stamp}.{part}"));
         names.find_map(|name| columns.iter().find(|(other, _)| *other == name))
     };
     let joined = columns.iter().filter_map(|(name, numbers)| {
         let (stamp, part) = name.rsplit_once('.').unwrap_or_default();
-        if REST.contains(&part) && beside(stamp, &SECONDS).is_some() {
+        if REST.contains(&part) && companion(stamp, &SECONDS).is_some() {
             return None;
         }
-        let rest = beside(stamp, &REST).filter(|_| SECONDS.contains(&part));
+        let rest = companion(stamp, &REST).filter(|_| SECONDS.contains(&part));
         let Some((_, rest)) = rest else {
             return Some((name.clone(), numbers.clone()));
         };

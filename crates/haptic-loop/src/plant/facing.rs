@@ -236,6 +236,12 @@ impl FacingDevices {
         self.pressed(&self.state)
     }
 
+    /// The command that acts on a device now, N, within its saturation.
+    #[must_use]
+    pub fn commanded(&self, side: FacingSide) -> f64 {
+        self.state[FORCE[side as usize]]
+    }
+
     /// Another command for a device, N, within its saturation; it acts after the delay of that device.
     pub fn command(&mut self, side: FacingSide, force: f64) {
         let side = side as usize;

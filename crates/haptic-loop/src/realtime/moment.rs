@@ -75,7 +75,7 @@ mod tests {
     /// In a namespace of time whose machine has slept for an hour.
     #[test]
     fn the_time_for_which_a_machine_slept_counts() {
-        let own = "realtime::moment::tests::the_time_for_which_a_machine_slept_counts";
+        let test_name = "realtime::moment::tests::the_time_for_which_a_machine_slept_counts";
         if std::env::var_os("SLEPT").is_some() {
             let near = |time: Duration| (time.as_secs_f64() - uptime_s()).abs() < 0.5;
             assert!(near(Moment::now().0), "{:?}", Moment::now());
@@ -98,8 +98,11 @@ mod tests {
             return testkit::skip("no namespace of time is to be had");
         }
         let test = std::env::current_exe().expect("its path");
-        let ran = in_namespace(&test, &["--exact", own]).expect("runs");
-        let said = String::from_utf8_lossy(&ran.stdout);
-        assert!(ran.status.success() && said.contains("1 passed"), "{said}");
+        let ran = in_namespace(&test, &["--exact", test_name]).expect("runs");
+        let printed = String::from_utf8_lossy(&ran.stdout);
+        assert!(
+            ran.status.success() && printed.contains("1 passed"),
+            "{printed}"
+        );
     }
 }

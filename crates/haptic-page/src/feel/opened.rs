@@ -35,6 +35,12 @@ pub(crate) fn opened(document: &Document) -> Result<Opened, Failure> {
             path.display()
         )));
     }
+    if table.contains_key(parameters::DRIVE_TABLE) {
+        return Err(Failure::bad_input(format_args!(
+            "{}: on the page a hand pushes into the wall, and not the device of [drive]: omit [drive], or start it in Runs",
+            path.display()
+        )));
+    }
     ExperimentFile::open(document)?;
     // All of its keys with their values, given or by default, those of its device file too.
     let mut metadata = BTreeMap::new();

@@ -87,7 +87,7 @@ fn shown(curves: &Curves) -> Value {
             named["expected_deflection_m"] = json!(expected_deflection_m);
             named
         }
-        Drawing::Pair { .. } | Drawing::Side => named(curves, &curves.subtitle),
+        Drawing::Pair { .. } | Drawing::Side | Drawing::Press => named(curves, &curves.subtitle),
         // The log has all of it, in every axis.
         Drawing::Plane { .. } => Value::Null,
     }

@@ -164,12 +164,12 @@ fn listed(name: &str, path: &Path, seen: Seen) -> Listed {
         running: is_being_written(path),
         ..Listed::default()
     };
-    let said = if is_answer(path) {
+    let summary = if is_answer(path) {
         listed.answer(path)
     } else {
         listed.log(path)
     };
-    if let Err(error) = said {
+    if let Err(error) = summary {
         listed.verdict = Some(format!("cannot be read: {error}"));
     }
     listed

@@ -49,7 +49,7 @@ pub(crate) struct Runs {
     open: Mutex<VecDeque<Arc<Opened>>>,
     going: Mutex<Option<Arc<Going>>>,
     /// Of those that were run here; newest last.
-    told: Arc<Mutex<VecDeque<Told>>>,
+    outcomes: Arc<Mutex<VecDeque<Told>>>,
 }
 
 /// Curves that a run gave at its end, which its log does not hold.
@@ -80,7 +80,7 @@ impl Runs {
             listing: Mutex::default(),
             open: Mutex::default(),
             going: Mutex::default(),
-            told: Arc::default(),
+            outcomes: Arc::default(),
         }
     }
 
@@ -109,7 +109,7 @@ impl Runs {
         let opened = self.opened(name)?;
         let mut answer = opened.answer();
         answer["running"] = is_being_written(&path).into();
-        let outcomes = locked(&self.told);
+        let outcomes = locked(&self.outcomes);
         let found = outcomes.iter().find(|outcome| outcome.name == name);
         answer["curves"] = found.map_or(Value::Null, |outcome| outcome.curves.clone());
         Ok(answer)
@@ -195,7 +195,7 @@ impl Runs {
             )));
         }
         let (name, samples) = (work.name.clone(), work.steps);
-        let outcomes = Arc::clone(&self.told);
+        let outcomes = Arc::clone(&self.outcomes);
         let keep = move |name: &str, curves: Value| {
             let mut outcomes = locked(&outcomes);
             outcomes.push_back(Told {

@@ -32,7 +32,7 @@ pub(super) async fn answer(
     Ok(match request {
         Request::Hello { version } => {
             let page = page.clone();
-            hub.beside(move |hub| hello(version, hub, &page)).await?
+            hub.apart(move |hub| hello(version, hub, &page)).await?
         }
         Request::TakeControls { force } => {
             hub.take_controls(page.number, force)?;
@@ -82,7 +82,7 @@ pub(super) async fn answer(
             let offered = move || Ok(hub.tables.offer(hub.runs.table(&table)?));
             json!({"address": blocking(offered).await?})
         }
-        Request::RunsForms {} => hub.beside(|_| Ok(forms())).await?,
+        Request::RunsForms {} => hub.apart(|_| Ok(forms())).await?,
         Request::RunsStart(run) => blocking(move || hub.start_run(&run)).await?,
         Request::RunsStop {} => json!(hub.runs.stop()),
         Request::Ask {
@@ -100,15 +100,15 @@ pub(super) async fn answer(
             };
             json!({"path": blocking(keep).await?.display().to_string()})
         }
-        Request::File(file) => hub.beside(move |_| looked_at(&file)).await?,
+        Request::File(file) => hub.apart(move |_| looked_at(&file)).await?,
         Request::Quantity { key, text } => {
             let read = move |_: &Hub| parse_for_key(&key, &text).map_err(Failure::bad_input);
-            json!({"value": hub.beside(read).await?})
+            json!({"value": hub.apart(read).await?})
         }
-        Request::Surface(told) => {
+        Request::Surface(surface) => {
             let panels = Arc::clone(&page.panels);
-            let pushed = move |_: &Hub| pushed(&mut locked(&panels.surface), told);
-            json!({"surface_m": hub.beside(pushed).await?})
+            let pushed = move |_: &Hub| pushed(&mut locked(&panels.surface), surface);
+            json!({"surface_m": hub.apart(pushed).await?})
         }
     })
 }
@@ -185,7 +185,7 @@ async fn view(id: &Value, view: ViewRequest, hub: Arc<Hub>, page: &Page) -> Resu
     }
     if view.source == LIVE {
         let page = page.clone();
-        return hub.beside(move |hub| live(number, &view, hub, &page)).await;
+        return hub.apart(move |hub| live(number, &view, hub, &page)).await;
     }
     let (frame, channels) = blocking(move || {
         let spanned = |made, sample_time_s| span(&view, made, sample_time_s);

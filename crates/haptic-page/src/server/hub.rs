@@ -166,7 +166,7 @@ impl Hub {
     }
 
     /// Does short work whose size a page chooses, as reading what it sent.
-    pub(super) async fn beside<T: Send + 'static>(
+    pub(super) async fn apart<T: Send + 'static>(
         self: &Arc<Self>,
         work: impl FnOnce(&Self) -> Result<T, Failure> + Send + 'static,
     ) -> Result<T, Failure> {

@@ -63,7 +63,7 @@ impl Panels {
         }
         let _work = tokio::select! {
             biased;
-            () = turn.told.notified() => {
+            () = turn.given_up_notice.notified() => {
                 return Err(Failure::bad_input("a newer question from this panel has replaced this one"));
             }
             work = queue.work.lock() => work,

@@ -88,13 +88,13 @@ pub(super) enum Request {
 #[derive(Debug, Default)]
 pub(super) struct Turn {
     pub(super) given_up: AtomicBool,
-    pub(super) told: Notify,
+    pub(super) given_up_notice: Notify,
 }
 
 impl Turn {
     pub(super) fn give_up(&self) {
         self.given_up.store(true, Ordering::Relaxed);
-        self.told.notify_one();
+        self.given_up_notice.notify_one();
     }
 }
 

@@ -93,7 +93,7 @@ enum Asked {
 }
 
 /// The reason, as soon as there is one.
-async fn told(mut reason: watch::Receiver<Option<&'static str>>) -> &'static str {
+async fn ending(mut reason: watch::Receiver<Option<&'static str>>) -> &'static str {
     let reason = reason.wait_for(Option::is_some).await;
     reason.ok().and_then(|reason| *reason).unwrap_or_default()
 }
@@ -111,8 +111,8 @@ async fn read(
         tokio::task::yield_now().await;
         let message = tokio::select! {
             message = timeout(SILENCE, source.next()) => message,
-            reason = told(hub.ending.clone()) => return Some((CloseCode::Away, reason)),
-            reason = told(page.closing.subscribe()) => return Some((CloseCode::Policy, reason)),
+            reason = ending(hub.ending.clone()) => return Some((CloseCode::Away, reason)),
+            reason = ending(page.closing.subscribe()) => return Some((CloseCode::Policy, reason)),
             () = page.out.closed() => return None,
         };
         let asked = match message {
@@ -146,7 +146,7 @@ async fn work(mut asked: mpsc::Receiver<Asked>, hub: Arc<Hub>, page: Page) {
         let read = match asked {
             Asked::Read(read) => read,
             Asked::Text(text) => {
-                let read = hub.beside(move |_| Ok(request::parse(&text))).await;
+                let read = hub.apart(move |_| Ok(request::parse(&text))).await;
                 read.unwrap_or_else(|failure| Err((Value::Null, failure.to_string())))
             }
         };

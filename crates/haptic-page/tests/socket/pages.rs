@@ -258,7 +258,7 @@ fn what_has_a_wrong_type_is_answered_once_in_a_line_within_its_limit() {
         let said = request.to_string();
         let id = page.post(what, request);
         let answer = page.answer(&json!(id));
-        page.told.clear();
+        page.unasked.clear();
         let Some(error) = answer["error"].as_str() else {
             continue;
         };

@@ -78,11 +78,6 @@ fn the_defaults_of_every_form_run() {
             page.refuses("runs.start", untouched(form), "missing key `");
             continue;
         }
-        // The handle of a press needs a controller, whose file has to be given.
-        if kind == "press" {
-            page.refuses("runs.start", untouched(form), "needs a position loop");
-            continue;
-        }
         page.ask("runs.start", untouched(form));
         // These two have numbers of the page; the others those of the command, which has tests of its own.
         let whole = ["wall", "coupler"].contains(&kind);

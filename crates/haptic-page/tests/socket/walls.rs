@@ -300,6 +300,11 @@ fn a_tissue_file_is_felt_and_what_is_not_felt_says_what_to_do() {
             "[coupler]\n",
             "coupler.toml: a [coupler] is not felt on the page",
         ),
+        (
+            "pushed.toml",
+            "[wall]\n[drive]\n",
+            "pushed.toml: on the page a hand pushes into the wall",
+        ),
         ("wall.toml", "[wall]\nmass_kg = 1000,5", "wall.toml:2"),
         ("wall.toml", "[wall]\nmass_kg = 1", "wall.toml"),
         ("device.toml", "[device]\nmass_kg = 1", "device.toml"),

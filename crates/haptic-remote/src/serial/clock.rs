@@ -214,12 +214,12 @@ pub struct DeviceClock {
 impl DeviceClock {
     /// The time of this device by that of another; `None` if no keep-alive of the other lies between two of this one.
     #[must_use]
-    pub fn beside(&self, other: &Self) -> Option<ClockLine> {
+    pub fn relative_to(&self, other: &Self) -> Option<ClockLine> {
         let us = |a: Moment, b: Moment| a.saturating_duration_since(b).as_secs_f64() * 1e6;
         let shift_us = us(other.epoch, self.epoch) - us(self.epoch, other.epoch);
         let points = other.points.iter().filter_map(|[h, theirs, their_u]| {
             let h = h + shift_us;
-            let after = self.points.partition_point(|[own, ..]| *own < h);
+            let after = self.points.partition_point(|[host_us, ..]| *host_us < h);
             let [h_0, d_0, u_0] = *self.points.get(after.checked_sub(1)?)?;
             let [h_1, d_1, u_1] = *self.points.get(after)?;
             let share = (h - h_0) / (h_1 - h_0);
@@ -296,11 +296,11 @@ mod tests {
                 least - chance.between(5.0, 200.0) * (1.0 - chance.uniform()).ln()
                     + if long { chance.between(0.0, 2e4) } else { 0.0 }
             };
-            let (there, back) = (way(self.ways_us[0]), way(self.ways_us[1]));
+            let (outward_us, homeward_us) = (way(self.ways_us[0]), way(self.ways_us[1]));
             Ping {
                 sent_us: now_us as u64,
-                heard_us: (now_us + there + back) as u64,
-                device_us: self.at(now_us + there) as u64,
+                heard_us: (now_us + outward_us + homeward_us) as u64,
+                device_us: self.at(now_us + outward_us) as u64,
             }
         }
     }
@@ -320,8 +320,9 @@ mod tests {
                 for ((device, pings), begun_us) in devices.iter().zip(&mut pings).zip(begun_us) {
                     let ping = device.ping(now_us, chance);
                     // Counted from an epoch of its own.
-                    let own = |us: u64| (us as f64 + begun_us) as u64;
-                    let (sent_us, heard_us) = (own(ping.sent_us), own(ping.heard_us));
+                    let device_time = |us: u64| (us as f64 + begun_us) as u64;
+                    let (sent_us, heard_us) =
+                        (device_time(ping.sent_us), device_time(ping.heard_us));
                     pings.add(Ping {
                         sent_us,
                         heard_us,
@@ -334,7 +335,7 @@ mod tests {
             // What passed between the two epochs while this test took them.
             let between =
                 epochs[1].saturating_duration_since(epochs[0]).as_secs_f64() * 1e6 + begun_us[1];
-            let line = clocks[0].beside(&clocks[1]).expect("between");
+            let line = clocks[0].relative_to(&clocks[1]).expect("between");
             let bound_us = line.error_us;
             for n in 0..=200 {
                 let here_us = 1e6 + 1e6 * f64::from(n);
@@ -383,7 +384,7 @@ mod tests {
         }
         let epoch = Moment::now();
         let [first, second] = [0, 1].map(|n: usize| pings[n].clock(epoch).expect("pings"));
-        let line = first.beside(&second).expect("between");
+        let line = first.relative_to(&second).expect("between");
         for n in 0..200 {
             let error = (line.at(1e6 * f64::from(n)) - 1e6 * f64::from(n)).abs();
             assert!(error < 50.0, "{n}: {error}");

@@ -100,9 +100,9 @@ impl SerialLink {
     fn over(line: Box<dyn Line>, bauds: &[u32], path: &str) -> Result<Self, SerialError> {
         let mut port = line;
         let mut conversation = Conversation::new(RETRY.as_micros() as u64).by_listening();
-        let mut said = Vec::new();
-        let greeted = greet(port.as_mut(), &mut conversation, bauds, &mut said);
-        let (hello, baud) = greeted.map_err(|error| port::unanswered(path, &said, error))?;
+        let mut received = Vec::new();
+        let greeted = greet(port.as_mut(), &mut conversation, bauds, &mut received);
+        let (hello, baud) = greeted.map_err(|error| port::unanswered(path, &received, error))?;
         let reading = port.share().map_err(|error| SerialError::Open {
             path: path.to_string(),
             baud,
@@ -287,7 +287,7 @@ fn greet(
     port: &mut dyn Line,
     conversation: &mut Conversation,
     bauds: &[u32],
-    said: &mut Vec<u8>,
+    received: &mut Vec<u8>,
 ) -> Result<(Hello, u32), SerialError> {
     // A line that keeps its own patience is heard all the same.
     let _ = port.set_patience(LISTENS);
@@ -298,7 +298,7 @@ fn greet(
         }
         // A port without speeds, as a pseudo-terminal may be, has the only one.
         port.set_baud_rate(baud);
-        if let Some(hello) = take_turn(port, conversation, nonce, said)? {
+        if let Some(hello) = take_turn(port, conversation, nonce, received)? {
             return Ok((hello, baud));
         }
     }
@@ -311,7 +311,7 @@ fn take_turn(
     port: &mut dyn Line,
     conversation: &mut Conversation,
     nonce: u32,
-    said: &mut Vec<u8>,
+    received: &mut Vec<u8>,
 ) -> Result<Option<Hello>, LinkError> {
     let began = Moment::now();
     let now_us = |began: Moment| began.elapsed().as_micros() as u64;
@@ -330,8 +330,8 @@ fn take_turn(
             Err(_) => return Err(LinkError::Gone),
         };
         let took = waits.elapsed();
-        let room = SAID_MOST - said.len();
-        said.extend_from_slice(&bytes[..count.min(room)]);
+        let room = SAID_MOST - received.len();
+        received.extend_from_slice(&bytes[..count.min(room)]);
         for &byte in &bytes[..count] {
             if let Some(Incoming::Answer(DeviceReport::Hello(hello))) =
                 conversation.receive(byte, now_us(began))
@@ -345,7 +345,7 @@ fn take_turn(
         send(port, &line[..length])?;
     }
     // It is there, and cannot answer: nothing changes by asking on.
-    if said.starts_with(WAITING.as_bytes()) {
+    if received.starts_with(WAITING.as_bytes()) {
         return Err(LinkError::Gone);
     }
     Ok(None)

@@ -74,21 +74,21 @@ struct Host {
     read: Moment,
     receiver: Receiver<Request>,
     /// Said before it was let in, and not read yet.
-    said: VecDeque<u8>,
+    greeting: VecDeque<u8>,
 }
 
 impl Host {
     /// Takes what it has said; true if it has greeted. An error if it is gone, or speaks of something else. Does not wait.
     fn look(&mut self, greeting: Greeting) -> io::Result<bool> {
         let mut bytes = [0; FRAME_MAX];
-        while self.said.len() < GREETING_MOST {
+        while self.greeting.len() < GREETING_MOST {
             let count = match self.stream.receive(&mut bytes) {
                 Ok(0) => break,
                 Ok(count) => count,
                 Err(error) if error.kind() == ErrorKind::TimedOut => return Ok(false),
                 Err(error) => return Err(error),
             };
-            self.said.extend(&bytes[..count]);
+            self.greeting.extend(&bytes[..count]);
             if self.greets(&bytes[..count], greeting) {
                 return Ok(true);
             }
@@ -180,7 +180,7 @@ impl Door {
             patience: Patience::new(self.silence),
             read: Moment::now(),
             receiver: Receiver::new(Direction::FromHost),
-            said: VecDeque::new(),
+            greeting: VecDeque::new(),
         })
     }
 
@@ -232,8 +232,10 @@ impl Hosts {
 
     /// Hands over what the present one said before it was let in.
     fn first_words(&mut self, into: &mut [u8]) -> usize {
-        let said = self.present.as_mut().map(|present| &mut present.said);
-        said.and_then(|said| said.read(into).ok()).unwrap_or(0)
+        let greeting = self.present.as_mut().map(|present| &mut present.greeting);
+        greeting
+            .and_then(|greeting| greeting.read(into).ok())
+            .unwrap_or(0)
     }
 
     fn stream(&self) -> Option<Arc<TcpStream>> {
@@ -395,27 +397,31 @@ mod tests {
             assert_eq!(heard(&mut device), b"first");
             let mut second = TcpStream::connect(address).expect("listens");
             second.write_all(b"second").expect("takes it");
-            let mut told = Vec::new();
+            let mut received = Vec::new();
             if let_in {
                 assert_eq!(heard(&mut device), b"second");
-                assert!(first.read_to_end(&mut told).is_ok_and(|count| count == 0));
+                assert!(
+                    first
+                        .read_to_end(&mut received)
+                        .is_ok_and(|count| count == 0)
+                );
                 device.write_all(b"hello").expect("it is there");
                 let mut bytes = [0; 5];
                 second.read_exact(&mut bytes).expect("comes");
                 assert_eq!(&bytes, b"hello");
             } else {
                 let reader =
-                    std::thread::spawn(move || second.read_to_end(&mut told).map(|_| told));
+                    std::thread::spawn(move || second.read_to_end(&mut received).map(|_| received));
                 while !reader.is_finished() {
                     first.write_all(b"x").expect("takes it");
                     let _ = device.read(&mut [0; 8]);
                 }
-                let told = reader
+                let received = reader
                     .join()
                     .expect("no panic")
                     .expect("no reset before the words");
                 let first = first.local_addr().expect("bound");
-                assert_eq!(told, format!("busy: it serves {first}\n").as_bytes());
+                assert_eq!(received, format!("busy: it serves {first}\n").as_bytes());
             }
         }
     }

@@ -177,13 +177,13 @@ const fn is_socket(_: &str) -> bool {
 
 /// A greeting at this path that no device answered. At an address or a socket a line of text says who did. A socket that says
 /// nothing lets one program in at a time, and most likely another one has it open.
-pub(super) fn unanswered(path: &str, said: &[u8], error: SerialError) -> SerialError {
+pub(super) fn unanswered(path: &str, received: &[u8], error: SerialError) -> SerialError {
     let is_tcp = tcp::tcp_address(path).is_some();
     let SerialError::Link(failed @ (LinkError::NoAnswer { .. } | LinkError::Gone)) = &error else {
         return error;
     };
     let path = path.to_string();
-    let text = said.split(|byte| b"\r\n".contains(byte)).next();
+    let text = received.split(|byte| b"\r\n".contains(byte)).next();
     let text = text.and_then(|text| std::str::from_utf8(text).ok());
     let text = text.filter(|text| text.len() >= TEXT_LEAST && !text.contains(char::is_control));
     let nothing = LineCounters::default();
@@ -248,14 +248,14 @@ mod tests {
             port("/dev/ttyS0", None),
         ];
         assert_eq!(with_number("A1", &ports), Ok("/dev/ttyUSB0".to_string()));
-        let said = |number| with_number(number, &ports).expect_err("none").to_string();
+        let refusal = |number| with_number(number, &ports).expect_err("none").to_string();
         let others = "there are /dev/ttyUSB0 (usb:A1), /dev/ttyUSB1 (usb:B2), /dev/ttyUSB2 (usb:B2), /dev/ttyS0: plug";
         for (number, none) in [("a1", "usb:a1"), ("B2", "usb:B2 alone")] {
-            let error = said(number);
+            let error = refusal(number);
             let start = format!("there is no port {none}, {others}");
             assert!(error.starts_with(&start), "{error}");
         }
-        assert!(said("").starts_with("there is no port usb:,"));
+        assert!(refusal("").starts_with("there is no port usb:,"));
     }
 
     #[cfg(unix)]

@@ -116,15 +116,15 @@ impl SerialLink {
         &mut self,
         configuration: Configuration,
         values: &[f32],
-        beside: Beside<'_>,
+        companions: Beside<'_>,
     ) -> Result<(), SerialError> {
-        if beside.surface.is_some() && !self.has_surfaces {
+        if companions.surface.is_some() && !self.has_surfaces {
             return Err(LinkError::NoSurfaces.into());
         }
-        if beside.controller.is_some() {
+        if companions.controller.is_some() {
             self.controller_cost()?;
         }
-        self.set_within(configuration, values, beside, Scope::Run)?;
+        self.set_within(configuration, values, companions, Scope::Run)?;
         // During the run, a reported force beyond its limit is impossible.
         self.plausible.force_most_n = configuration.limits.force_n;
         Ok(())
@@ -134,7 +134,7 @@ impl SerialLink {
         &mut self,
         configuration: Configuration,
         values: &[f32],
-        beside: Beside<'_>,
+        companions: Beside<'_>,
         scope: Scope,
     ) -> Result<(), SerialError> {
         let most = self.capabilities.coefficients_max;
@@ -155,15 +155,15 @@ impl SerialLink {
             self.ask(Request::Coefficients(CoefficientBlock::of(values, offset)))?;
         }
         let mut digest = DigestBuilder::new(&configuration).coefficients(values);
-        if let Some(workspace) = beside.workspace {
+        if let Some(workspace) = companions.workspace {
             self.ask(Request::Workspace(workspace.clone()))?;
             digest = digest.workspace(workspace);
         }
-        if let Some(surface) = beside.surface {
+        if let Some(surface) = companions.surface {
             self.ask(Request::Surface(surface.clone()))?;
             digest = digest.surface(surface);
         }
-        if let Some(law) = beside.controller {
+        if let Some(law) = companions.controller {
             self.ask(Request::Controller(law.clone()))?;
             digest = digest.controller(law);
         }

@@ -74,13 +74,13 @@ impl Served {
     ) -> Result<Self, ServeError> {
         let clock = HeldClock::new(now, 1.0);
         let device = TickSide::new(Punctual::new(hardware, clock)).map_err(ServeError::Hardware)?;
-        let (here, there) = Pipe::pair();
+        let (here, line) = Pipe::pair();
         let stop = Arc::new(AtomicBool::new(false));
         let trouble = Arc::new(Mutex::new(None));
         let mut serving = Serving {
             device: RefCell::new(device),
             session: DeviceSession::within_this_process(),
-            line: there,
+            line,
             frame: [0; FRAME_MAX],
             clock,
             own_time,

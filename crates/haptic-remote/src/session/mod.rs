@@ -325,7 +325,7 @@ impl DeviceSession {
             device.heard(now_us, false);
             Ok(())
         })?;
-        self.connections.own();
+        self.connections.claim();
         // Arming counts as a sign of life; an emulated device measures from here how long the host has been silent.
         self.fed = self.fed.wrapping_add(1);
         Ok(())

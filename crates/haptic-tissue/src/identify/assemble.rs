@@ -320,9 +320,9 @@ impl Assembly {
             Column::Complex,
         ];
         let headers = self.0.values.iter().map(|value| {
-            let told = told(&value.1);
-            let modulus = told.modulus.filter(|_| of_modulus.contains(&value.0));
-            (value.1.as_str(), told.kind, modulus)
+            let loading_of = loading_of(&value.1);
+            let modulus = loading_of.modulus.filter(|_| of_modulus.contains(&value.0));
+            (value.1.as_str(), loading_of.kind, modulus)
         });
         let kinds = headers
             .clone()
@@ -811,7 +811,7 @@ const MODULI: [(Modulus, &[&str]); 2] = [
 ];
 
 /// Loading of the specimen and kind of modulus that a header names.
-fn told(header: &str) -> MeasuredLoading {
+fn loading_of(header: &str) -> MeasuredLoading {
     let name = words(header);
     let says = |known: &[&str]| name.iter().any(|word| known.contains(&word.as_str()));
     let kind = LOADINGS.iter().find(|known| says(known.1));

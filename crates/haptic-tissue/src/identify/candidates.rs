@@ -30,7 +30,7 @@ pub struct Identification {
     /// long history a selection.
     pub measured: Vec<f64>,
     /// Contact point and baseline of the chosen fit, if they were looked for.
-    pub beside: Vec<Estimate>,
+    pub placement: Vec<Estimate>,
     /// True if residuals are differences in the unit of the values, as of a motion; false if they are those of logarithms.
     pub is_absolute: bool,
     /// True of a creep under more than one step of stress, as with a recovery.
@@ -197,7 +197,7 @@ pub(super) fn identified(
         fits,
         x,
         measured,
-        beside: Vec::new(),
+        placement: Vec::new(),
         is_absolute: record.is_absolute(),
         is_staircase: record.steps.len() > 1,
         is_timed: record.untimed.is_none(),

@@ -155,7 +155,7 @@ pub(super) fn touched(
     let mut found = identified(&linear, &single, stop, progress)?;
     let target = target_of(&linear, options, stop);
     as_measured(&mut found.fits[0], &linear, &target);
-    found.beside = search.beside(&linear, &found.fits[0], &place)?;
+    found.placement = search.placement(&linear, &found.fits[0], &place)?;
     found.fits.extend(fitted.into_iter().map(|(_, fit, _)| fit));
     found.samples = record.samples();
     let (kept, all) = (linear.samples(), record.samples());
@@ -425,7 +425,7 @@ impl Search<'_> {
     }
 
     /// The contact point and the baseline with their errors, of the linear problem at the best fit.
-    fn beside(
+    fn placement(
         &self,
         record: &Record,
         fit: &Fit,

@@ -157,7 +157,7 @@ fn all(kind: ModelKind, specimens: &[Identification], spreads: &[Spread]) -> Ide
         fits: vec![fit],
         x: joined(|specimen| &specimen.x),
         measured: joined(|specimen| &specimen.measured),
-        beside: Vec::new(),
+        placement: Vec::new(),
         is_absolute: specimens.iter().any(|specimen| specimen.is_absolute),
         is_staircase: specimens.iter().any(|specimen| specimen.is_staircase),
         is_timed: specimens.iter().all(|specimen| specimen.is_timed),

@@ -165,7 +165,7 @@ pub(super) fn stiffened(
         let [_, bic] = whitened::criteria(alone, &target, &point.best);
         (point.fit.rms, bic)
     });
-    found.warnings.extend(said(record, best, linear));
+    found.warnings.extend(warning(record, best, linear));
     match stop.load(Ordering::Relaxed) {
         true => Err(IdentifyError::Stopped),
         false => Ok(found),
@@ -182,7 +182,7 @@ const fn alone(b: f64) -> Estimate {
 }
 
 /// Warning if the record does not settle b, or does not distinguish it from 0.
-fn said(record: &Record, best: &Fit, linear: Option<(f64, f64)>) -> Option<String> {
+fn warning(record: &Record, best: &Fit, linear: Option<(f64, f64)>) -> Option<String> {
     let b = best.stiffening()?;
     let low = b.low_95.unwrap_or(0.0);
     if (b.high_95).is_some_and(|high| low > 0.0 && high - low <= SETTLED * b.value) {

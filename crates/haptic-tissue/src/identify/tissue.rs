@@ -31,7 +31,7 @@ impl Identification {
         &self,
         name: &str,
         understood: &Understood,
-        told: Provenance<'_>,
+        provenance: Provenance<'_>,
     ) -> Result<Material, IdentifyError> {
         let fit = &self.fits[0];
         if !fit.is_settled() {
@@ -55,10 +55,13 @@ impl Identification {
             }
         };
         let source = Source {
-            citation: format!("fit by {} to the {what} of {}", told.program, told.record),
-            conditions: told.conditions.unwrap_or("not given").to_owned(),
+            citation: format!(
+                "fit by {} to the {what} of {}",
+                provenance.program, provenance.record
+            ),
+            conditions: provenance.conditions.unwrap_or("not given").to_owned(),
             checked: false,
-            date: told.date.to_owned(),
+            date: provenance.date.to_owned(),
             residual: format!(
                 "rms {}{unit} in {of}, {} samples",
                 digits(fit.rms, 4),
@@ -66,7 +69,7 @@ impl Identification {
             ),
             ..Source::default()
         };
-        let description = format!("the tissue of {}", told.record);
+        let description = format!("the tissue of {}", provenance.record);
         let material = Material::new(name, &description, model, source)
             .map_err(|error| IdentifyError::Record(error.to_string()))?;
         let range = ValidRange {

@@ -132,7 +132,7 @@ impl Arguments {
             Precision::F32 => self.header::<f32>(&what)?,
             Precision::F64 => self.header::<f64>(&what)?,
         };
-        self.told(
+        self.write(
             header,
             output,
             json!({
@@ -152,7 +152,7 @@ impl Arguments {
     }
 
     /// Writes the header, and says what it is.
-    fn told(&self, header: String, output: Output, mut what: Value) -> Result<(), Failure> {
+    fn write(&self, header: String, output: Output, mut what: Value) -> Result<(), Failure> {
         let file = self.file.write(&header)?;
         if file.is_none() && !output.json {
             return output.text(&(), |out| out.write_all(header.as_bytes()));

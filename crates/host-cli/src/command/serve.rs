@@ -98,12 +98,12 @@ impl Arguments {
             ));
         }
         while !stop.load(Ordering::Relaxed) {
-            if let Some(said) = server.notice(LOOK) {
-                note("note", said);
+            if let Some(notice) = server.notice(LOOK) {
+                note("note", notice);
             }
         }
-        for said in server.stop() {
-            note("note", said);
+        for last in server.stop() {
+            note("note", last);
         }
         Ok(())
     }

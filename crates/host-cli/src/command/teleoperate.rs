@@ -82,7 +82,7 @@ impl Arguments {
         let opened = |address| {
             let (what, address) = match end {
                 End::Listen(_) => ("listening", address),
-                End::Connect(there) => ("connecting", there),
+                End::Connect(address) => ("connecting", address),
             };
             if output.json {
                 note(what, address);

@@ -2,7 +2,7 @@
 
 use crate::emulated::Emulated;
 use crate::interrupted::with_short_files;
-use crate::process::{Ended, Place, says, signal};
+use crate::process::{Ended, Place, column, says, signal};
 use haptic_log::record::{Entry, LogFiles, TickMessage};
 use haptic_loop::Limiters;
 use serde_json::Value;
@@ -59,8 +59,8 @@ fn ticks(log: &Path) -> [Vec<TickMessage>; 2] {
     [first, drive]
 }
 
-/// What a whole run of both has to reach: no sample lost, the force within 1e-6 of the defining sum over the motion that was made and
-/// within 0.5 % of the closed form from 0.1 s after the ramp on.
+/// What a whole run of both has to reach: no sample lost, the force within 1e-6 of its peak of the defining sum over the motion that was
+/// made and within 0.5 % of the closed form from 0.1 s after the ramp on.
 fn reaches(pair: &Emulated, duration_s: u64) {
     // The weights of the default scheme are only right to 1e-6.
     let scheme = "scheme=full:1e-8";
@@ -69,7 +69,13 @@ fn reaches(pair: &Emulated, duration_s: u64) {
     assert_eq!(report["dropped_samples"], 0, "{report}");
     assert_eq!(drive["dropped_samples"], 0, "{report}");
     assert_eq!(drive["samples"], 1000 * duration_s + 1);
-    assert!(number(&report, "max_relative_error") < 1e-6, "{report}");
+    // Of the largest force: where a busy machine lets the tissue count late, the drive has let go before its end, and the rest is small.
+    let table = pair.place.text("run/relax.csv");
+    let [force_n, full_n] =
+        ["rendered_force_n", "full_history_force_n"].map(|name| column(&table, name));
+    let off_n = (force_n.iter().zip(&full_n)).map(|(force, full)| (force - full).abs());
+    let off = off_n.fold(0.0, f64::max) / number(&report, "peak_force_n");
+    assert!(off < 1e-6 && force_n.len() > 900, "{off}: {report}");
     // Boards of one emulator have one clock: so all that is between them is when each began. The closed form counts from the tissue's
     // start, so that a drive which a busy machine lets begin later has relaxed for less: d ln σ = −μ dt/t.
     let apart_s = number(drive, "clock_drive_tick_0_s") - number(drive, "clock_tick_0_s");
@@ -484,5 +490,79 @@ fn what_cannot_be_a_pair_is_refused_before_any_force() {
     for device in ["device", "white"] {
         let info = pair.json(&format!("device info --device serial:{device}"));
         assert_eq!(info["state"], "idle", "{info}");
+    }
+}
+
+/// A wall of this stiffness, N/m, into which the second device pushes.
+fn pushed(pair: &Emulated, stiffness: f64) {
+    let text = format!(
+        "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.002\norder = 1\nduration_s = 1.0\nwindow_s = 0.2\n\
+         stiffness_n_per_m = {stiffness:?}\ndissipation_n_s_mu_per_m = 2.0\n[drive]\ndrive_device = \"serial:white\"\n"
+    );
+    pair.place.write("wall.toml", text);
+}
+
+const PUSHED: &str =
+    "run wall.toml --device serial:device watchdog=1s --quiet --overwrite --out run";
+/// Limits within which it may push.
+const MAY_PUSH: &str = "device set --device serial:white force_limit=3N workspace=-0.3m:0.3m speed_limit=2m/s rise_time=5ms";
+
+#[test]
+fn a_second_device_pushes_into_a_wall_within_lasting_limits() {
+    let pair = facing("--speed 8");
+    let place = &pair.place;
+    pushed(&pair, 500.0);
+    let words = [
+        "lasting limits of force, workspace and speed",
+        "serial:white",
+    ];
+    place.run(PUSHED).refused(2, &words);
+    pair.json(MAY_PUSH);
+    let words = ["push_n = 4 is above the device's own force limit of 3 N"];
+    place.run(&format!("{PUSHED} push=4N")).refused(2, &words);
+    assert!(!place.path("run").exists());
+    let report = pair.json(PUSHED);
+    assert_eq!(report["push_by"], "second_device", "{report}");
+    assert_eq!(report["verdict"], "stable", "{report}");
+    assert!(
+        (number(&report, "deflection_m") - 2e-3).abs() < 2e-5,
+        "{report}"
+    );
+    assert!(number(&report, "max_relative_error") < 1e-4, "{report}");
+    assert_eq!(number(&report["drive"], "samples"), 501.0, "{report}");
+    // The contact, 100 kN/m, gives by the push.
+    let table = place.text("run/wall.csv");
+    assert!(
+        table.starts_with("time_s,position_m,reaction_force_n,indenter_position_m,drive_force_n\n")
+    );
+    let row = table.lines().next_back().expect("a row").split(',');
+    let row: Vec<f64> = row.map(|value| value.parse().expect("a number")).collect();
+    assert!((row[3] - row[1] - 1e-5).abs() < 1e-7, "{row:?}");
+    assert!((row[4] - 1.0).abs() < 1e-6, "{row:?}");
+    let [_, drive] = ticks(&place.path("run/wall.mcap"));
+    assert!(drive.len() >= 501, "{}", drive.len());
+    place.run("log check run/wall.mcap").succeeded();
+    // Boards that simulate masses of their own do not meet.
+    let apart = Apart::new("");
+    pushed(&apart.tissue, 500.0);
+    apart.tissue.json(MAY_PUSH);
+    let words = ["serial:device simulates a mass of its own"];
+    apart.tissue.place.run(PUSHED).refused(2, &words);
+}
+
+#[test]
+fn the_first_swing_of_a_wall_and_a_fault_of_either_device_let_both_go() {
+    let pair = facing("--speed 8");
+    pair.json(MAY_PUSH);
+    for (limits, stiffness, words) in [
+        ("device rise_time=5ms", 1.5e5, "the law swung"),
+        ("device workspace=-0.3m:0.5mm", 500.0, "left its workspace"),
+        ("white speed_limit=1mm/s", 500.0, "drive serial:white"),
+    ] {
+        pair.json(&format!("device set --device serial:{limits}"));
+        pushed(&pair, stiffness);
+        let ended = (pair.place).run(&format!("{PUSHED} --force-unstable"));
+        says(ended.failed(1).error(), &[words, "force"]);
+        both_let_go(&pair.place.path("run/wall.mcap"), words);
     }
 }

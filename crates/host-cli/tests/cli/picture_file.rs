@@ -158,6 +158,7 @@ fn a_panel_that_a_run_will_not_have_is_refused_before_it_with_those_that_it_has(
         run experiments/touch-disc.toml duration=1s | touch
         run experiments/touch-edge.toml duration=1s | touch
         run experiments/teleoperation.toml duration=5s | teleoperation
+        press --hold-time 1s | press
         ",
     ) {
         let ended = place.run(&format!("{line} --out p --panel z"));

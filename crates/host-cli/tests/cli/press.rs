@@ -3,9 +3,6 @@
 use crate::devices::{Emulated, at};
 use crate::process::Place;
 
-/// The position loop of `experiments/indenter.toml`.
-const CONTROLLER: &str = include_str!("../../../../experiments/indenter.toml");
-
 /// True if the interval of this parameter holds the truth.
 fn holds(found: &serde_json::Value, name: &str, truth: f64) -> bool {
     let end = |end: &str| at(found, &format!("/parameters/{name}/{end}"));
@@ -20,8 +17,7 @@ fn a_tissue_at_the_handle_of_a_board_is_measured_and_then_felt_on_it() {
         ("sensed_range=20N sensed_offset=0.3N", "sensor"),
     ] {
         let device = Emulated::new(&format!("--speed 8 specimen=prostate-cancerous {sensor}"));
-        device.place.write("position.toml", CONTROLLER);
-        let press = "press --device serial:device watchdog=1s --controller position.toml --depth 2mm --hold-time 5s --out p --quiet";
+        let press = "press --device serial:device watchdog=1s mass=65g damping=3.5 --depth 2mm --hold-time 5s --out p --quiet";
         let pressed = device.json(press);
         assert_eq!(pressed["force_source"], source, "{pressed}");
         assert_eq!(at(&pressed, "/link/samples_lost"), 0.0);
@@ -35,6 +31,21 @@ fn a_tissue_at_the_handle_of_a_board_is_measured_and_then_felt_on_it() {
         let felt = device.json(felt);
         assert_eq!(felt["tissue"], "gel");
         assert!(at(&felt, "/max_relative_error") < 1e-3, "{felt}");
+    }
+}
+
+#[test]
+fn a_press_is_drawn_over_time_and_over_depth_with_its_sensor_if_there_is_one() {
+    let place = Place::new();
+    for (sensor, is_there) in [("", false), ("sensed_range=20N", true)] {
+        place.json(&format!(
+            "press --hold-time 1s {sensor} --out p --quiet --overwrite"
+        ));
+        let svg = place.text("p/press.svg");
+        for text in [">motor<", ">wanted<", ">handle<", "(c) force over depth"] {
+            assert!(svg.contains(text), "{text}");
+        }
+        assert_eq!(svg.contains(">sensor<"), is_there);
     }
 }
 

@@ -69,14 +69,64 @@ fn a_simulated_rig_with_a_force_sensor_has_a_column_a_picture_and_a_report() {
     }
 }
 
+/// Pressed at an angle to its axes and held: but for 1 mN of noise, 1 ms of lag and the mass, which meets the edge at 20 mm/s, a hand feels
+/// the rendered force.
+#[test]
+fn a_touch_of_two_or_three_axes_has_its_sensed_force_along_the_rendered_one() {
+    let place = Place::new();
+    for (axes, normal, [out, within]) in [
+        (2, "[3, 4]", ["-6e-3, -8e-3", "6e-3, 8e-3"]),
+        (3, "[1, 2, 2]", ["-3e-3, -6e-3, -6e-3", "3e-3, 6e-3, 6e-3"]),
+    ] {
+        let touch = format!(
+            "[touch]\naxes = {axes}\nshape = \"plane\"\nnormal = {normal}\nduration_s = 3\nsensed_range_n = 20\nsensed_offset_n = 0.3\n\
+             way_points = [[0, {out}], [0.3, {out}], [1.3, {within}]]\n"
+        );
+        place.write("touch.toml", &touch);
+        let report = place.json("run touch.toml --out run --overwrite --quiet");
+        assert!((at(&report, "/sensed/offset_n") - 0.3).abs() < 5e-4);
+        let [rms_n, largest_n] = differences(&report, "from_rendered");
+        let peak_n = at(&report, "/peak_force_n");
+        assert!((0.9e-3..0.01 * peak_n).contains(&rms_n), "{report}");
+        assert!(largest_n < 0.1 * peak_n, "{report}");
+        assert!(report["sensed"]["from_closed_form"].is_null());
+    }
+}
+
+/// Pressed into a wall: at rest the hand feels what the place does, in motion the sensor shows the true force but for its noise of 1 mN and
+/// its lag of 1 ms.
+#[test]
+fn the_slave_of_a_teleoperation_senses_the_force_on_its_place() {
+    let place = Place::new();
+    let text = "[teleoperation]\nenvironment = \"wall\"\npress_m = 5e-3\namplitude_m = 1e-5\nduration_s = 4\nwindow_s = 2\n";
+    place.write("plain.toml", text);
+    place.write("sensed.toml", format!("{text}sensed_range_n = 20\n"));
+    assert_eq!(place.json("run plain.toml --out plain").get("sensed"), None);
+    let report = place.json("run sensed.toml --out sensed");
+    assert!(differences(&report, "from_rendered")[0] < 0.2 * at(&report, "/slave_peak_n"));
+    let export = place
+        .run("log export sensed/teleoperation.mcap -")
+        .succeeded();
+    let [sensed, true_n] =
+        ["sensed_force_n", "contact_force_n"].map(|name| column(&export.stdout, name));
+    let off = sensed
+        .iter()
+        .zip(&true_n)
+        .map(|(sensed, force)| sensed - force);
+    let off: Vec<f64> = off.filter(|off| off.is_finite()).collect();
+    let rms = (off.iter().map(|off| off * off).sum::<f64>() / off.len() as f64).sqrt();
+    assert!(off.len() > 3900 && (0.9e-3..1.2e-3).contains(&rms), "{rms}");
+}
+
 #[test]
 fn what_no_force_sensor_can_be_is_refused_in_a_line() {
-    Place::new().refuses(
+    Place::with_examples().refuses(
         "
         relax sensed_noise=1mN => sensed_noise | sensed_range
         relax sensed_range=0N => sensed_range=0N | above 0
         relax sensed_range=1N sensed_offset=2N => offset of the force sensor 2 N | within its range
         relax --device serial:nowhere sensed_range=1N => sensed_range | omit
+        run experiments/teleoperation.toml sensed_offset=1N => sensed_offset
         device emulate sensed_lag=1ms => sensed_range=20N
         device emulate sensed_range=1N sensed_offset=1N => within its range
         device emulate --kind moteus sensed_range=1N => --kind own

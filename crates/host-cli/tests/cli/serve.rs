@@ -208,7 +208,7 @@ fn watch(page: &mut Page, time: Duration) -> serde_json::Value {
         page.ask("feel.hand", json!({"position_m": position_m, "held": true}));
         let status = page.status(|_| true);
         page.frames.clear();
-        page.told.clear();
+        page.unasked.clear();
         if Instant::now() > until {
             return status;
         }
@@ -309,7 +309,7 @@ fn by_night_a_tick_takes_as_long_with_a_page_as_without() {
                     page.read().expect("open");
                     page.frames.clear();
                 }
-                page.told.clear();
+                page.unasked.clear();
                 page.status(|_| true)
             };
             times[turn] = status["tick_p999_us"].as_f64().expect("a number");

@@ -123,7 +123,7 @@ fn what_is_wrong_is_said_in_one_line_with_its_place() {
     ) {
         let text = PID.replace(&from, &to);
         assert_ne!(text, PID, "{from}");
-        let said = read(&text).expect_err(&want);
-        assert!(said.starts_with(&want) && !said.contains('\n'), "{said}");
+        let error = read(&text).expect_err(&want);
+        assert!(error.starts_with(&want) && !error.contains('\n'), "{error}");
     }
 }

@@ -1,6 +1,5 @@
 //! The side of a drive that has a device of its own: its samples at the times of the tissue's device, and its report.
 
-use super::{DriveJudge, DriveReport};
 use crate::judge::RunReport;
 use crate::run::ending::Ending;
 use crate::run::record::Record;
@@ -32,16 +31,30 @@ pub(crate) struct DriveSamples {
     points: Vec<(f64, [f64; 3])>,
     /// The sample before the time that was asked for last.
     at: usize,
-    report: DriveReport,
+}
+
+impl SecondReport {
+    pub(crate) fn of(second: &DriveRan) -> Self {
+        let record = &second.record;
+        Self {
+            device: second.device.clone(),
+            samples: record.samples,
+            dropped_samples: record.dropped,
+            aligned: second.aligned,
+            ended_early: record.reason(),
+            link: record.link.clone(),
+            fault_log: (second.fault_log.as_ref()).map(|path| path.display().to_string()),
+        }
+    }
 }
 
 impl DriveSamples {
     /// Judged in its own time, and put beside a run of this sample time that counts as this record does.
     pub(crate) fn new(
-        mut judge: DriveJudge,
         second: &DriveRan,
         first: &Record,
         sample_time_s: f64,
+        mut judged: impl FnMut(&KeptSample) -> (f64, [f64; 2]),
     ) -> Self {
         let begun_s = first.start.begun_s();
         let samples = second.record.whole.as_deref().unwrap_or_default();
@@ -62,27 +75,10 @@ impl DriveSamples {
                 sensed_force_n: None,
                 ..*sample
             };
-            let (error, [measured, force_n]) = judge.add(&own);
+            let (error, [measured, force_n]) = judged(&own);
             points.push((now_s, [error, measured, force_n]));
         }
-        let record = &second.record;
-        let report = DriveReport {
-            second: Some(SecondReport {
-                device: second.device.clone(),
-                samples: record.samples,
-                dropped_samples: record.dropped,
-                aligned: second.aligned,
-                ended_early: record.reason(),
-                link: record.link.clone(),
-                fault_log: (second.fault_log.as_ref()).map(|path| path.display().to_string()),
-            }),
-            ..judge.finish()
-        };
-        Self {
-            points,
-            at: 0,
-            report,
-        }
+        Self { points, at: 0 }
     }
 
     /// At a time of the run, on the straight line between its neighbours, or the nearest: error, and the values of the columns. Times must
@@ -103,10 +99,6 @@ impl DriveSamples {
             None => before,
         };
         (error, [measured, force_n])
-    }
-
-    pub(crate) fn finish(self) -> DriveReport {
-        self.report
     }
 }
 

@@ -4,7 +4,7 @@ use super::Indentation;
 use crate::document::failure::Failure;
 use crate::document::parameters::{CONTACT, FORCE_LIMIT};
 use crate::experiment::drive::{
-    DriveJudge, DriveReport, DriveSamples, Massless, drive_columns, tell,
+    DriveJudge, DriveReport, DriveSamples, Massless, SecondReport, drive_columns, tell,
 };
 use crate::experiment::kind::Experiment as _;
 use crate::experiment::rendering::{DEPTH, FORCE, STRESS};
@@ -97,8 +97,8 @@ struct Moved {
 
 /// Source of a drive's report: the samples of the run, or those of its own device.
 enum Driven {
-    Here(DriveJudge),
-    Beside(DriveSamples),
+    Here(Box<DriveJudge>),
+    Beside(DriveSamples, Box<DriveReport>),
 }
 
 /// Says of each sample what theory says.
@@ -144,10 +144,17 @@ impl<'a> Judge<'a> {
         let (unit, from_s) = (quantity.unit, quantity.from_s);
         let driven = |drive| {
             let (t, on_device) = (of.sample_time_s, of.conduct.remote.is_some());
-            let judge = DriveJudge::new(drive, of.load, t, ran.drive, on_device)?;
+            let mut judge = DriveJudge::new(drive, of.load, t, ran.drive, on_device)?;
             Ok::<_, Failure>(match &ran.second {
-                None => Driven::Here(judge),
-                Some(second) => Driven::Beside(DriveSamples::new(judge, second, record, t)),
+                None => Driven::Here(Box::new(judge)),
+                Some(ran) => {
+                    let samples = DriveSamples::new(ran, record, t, |sample| judge.add(sample));
+                    let report = DriveReport {
+                        second: Some(SecondReport::of(ran)),
+                        ..judge.finish()
+                    };
+                    Driven::Beside(samples, Box::new(report))
+                }
             })
         };
         let drive = of.drive.as_ref().map(driven).transpose()?;
@@ -160,7 +167,7 @@ impl<'a> Judge<'a> {
                 LargestError::new(from_s, quantity.without_rig, unit),
             ],
             curves: Decimated::of(record),
-            csv: is_whole(ran).then(|| table(ran, quantity.moved, columns)),
+            csv: ran.is_whole().then(|| table(ran, quantity.moved, columns)),
             against: of.against.as_ref().map(Comparison::new),
             sensed: SensedForce::default(),
             sensed_against: (of.against.as_ref())
@@ -214,7 +221,7 @@ impl<'a> Judge<'a> {
         }
         let driven = self.drive.as_mut().map(|drive| match drive {
             Driven::Here(judge) => judge.add(sample),
-            Driven::Beside(samples) => samples.at(sample.time_s),
+            Driven::Beside(samples, _) => samples.at(sample.time_s),
         });
         let Some(csv) = &mut self.csv else {
             return;
@@ -261,16 +268,10 @@ impl<'a> Judge<'a> {
             unrendered,
             drive: self.drive.take().map(|drive| match drive {
                 Driven::Here(judge) => judge.finish(),
-                Driven::Beside(samples) => samples.finish(),
+                Driven::Beside(_, report) => *report,
             }),
         }
     }
-}
-
-/// True of a run that neither of its devices cut short.
-fn is_whole(ran: &Ran) -> bool {
-    let second = ran.second.as_ref().and_then(|second| second.record.ended);
-    ran.record.ended.or(second).is_none()
 }
 
 impl Indentation {
@@ -378,7 +379,9 @@ impl Indentation {
             label: quantity.label,
             record: overlay,
         });
-        let curves = is_whole(ran).then(|| curves.named(names, origin, title, subtitle, drawing));
+        let curves = ran
+            .is_whole()
+            .then(|| curves.named(names, origin, title, subtitle, drawing));
         Ok((report, curves))
     }
 

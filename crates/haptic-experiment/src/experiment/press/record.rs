@@ -1,18 +1,60 @@
 //! The record of a press: depth, and the force of the specimen as far as the device knows it.
 
 use super::Press;
+use crate::document::parameters::{DAMPING, FRICTION, MASS, Parameter};
 use crate::experiment::drive::Motion;
+use crate::run::plant_file::Interval;
 use crate::run::tick::KeptSample;
+use haptic_loop::plant::MassDamperConfig;
 use measured_table::{Column, Columns};
 
-/// Shares of friction at the beginning and at the end of a hold, of which nobody knows more than their size. The first is the likeliest.
-const FRICTIONS: [[f64; 2]; 5] = [
-    [0.0, 0.0],
-    [1.0, 1.0],
-    [-1.0, -1.0],
-    [1.0, -1.0],
-    [-1.0, 1.0],
-];
+/// Shares of friction at the beginning and at the end of a hold, of which nobody knows more than their size.
+const FRICTIONS: [[f64; 2]; 4] = [[1.0, 1.0], [-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0]];
+
+/// A device that the motor may have moved.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PossibleDevice {
+    mass_kg: f64,
+    damping_n_s_per_m: f64,
+    /// Friction at the beginning and at the end of a hold, N.
+    friction_n: [f64; 2],
+}
+
+impl PossibleDevice {
+    /// The likeliest, with no friction in a hold; then those that differ in friction, mass or damping, as far as its file leaves them open.
+    pub(super) fn all(device: &MassDamperConfig, intervals: &[Interval]) -> Vec<Self> {
+        let ends = |parameter: Parameter, value: f64| {
+            let mut found = intervals.iter().filter(|ends| ends.key == parameter.key);
+            let found = found.find(|ends| (ends.low..=ends.high).contains(&value));
+            found.map(|ends| [ends.low, ends.high])
+        };
+        let (mass_kg, damping) = (device.mass.0, device.damping.0);
+        let friction_n =
+            ends(FRICTION, device.friction.0).map_or(device.friction.0, |ends| ends[1]);
+        let likeliest = Self {
+            mass_kg,
+            damping_n_s_per_m: damping,
+            friction_n: [0.0; 2],
+        };
+        let rubbing = FRICTIONS.iter().filter(|_| friction_n > 0.0);
+        let rubbing = rubbing.map(|shares| Self {
+            friction_n: shares.map(|share| share * friction_n),
+            ..likeliest
+        });
+        let heavy = ends(MASS, mass_kg).into_iter().flatten();
+        let heavy = heavy.map(|mass_kg| Self {
+            mass_kg,
+            ..likeliest
+        });
+        let damped = ends(DAMPING, damping).into_iter().flatten();
+        let damped = damped.map(|damping_n_s_per_m| Self {
+            damping_n_s_per_m,
+            ..likeliest
+        });
+        let others = rubbing.chain(heavy).chain(damped);
+        [likeliest].into_iter().chain(others).collect()
+    }
+}
 
 /// Samples by which the filter of a sensor may show its force later, if nothing is known of it.
 const LAGS: usize = 2;
@@ -24,8 +66,10 @@ pub struct PressRecord {
     pub time_s: Vec<f64>,
     /// Depth in the specimen, m.
     pub depth_m: Vec<f64>,
-    /// Force on the specimen, N: the likeliest first, then what friction or the lag of a sensor may make of it.
+    /// Force on the specimen, N: the likeliest first, then what friction, mass and damping or the lag of a sensor may make of it.
     pub forces_n: Vec<Vec<f64>>,
+    /// That of the motor, N: the likeliest too where no sensor measured it.
+    pub motor_n: Vec<f64>,
     /// True if a sensor measured it.
     pub is_sensed: bool,
 }
@@ -64,11 +108,9 @@ impl Press {
         let is_sensed = samples[begins..]
             .iter()
             .all(|sample| sample.sensed_force_n.is_some());
-        let has_friction = self.device.friction.0 > 0.0;
         let doubts = match is_sensed {
             true => 1 + LAGS,
-            false if has_friction => FRICTIONS.len(),
-            false => 1,
+            false => self.possible.len(),
         };
         let mut record = PressRecord {
             is_sensed,
@@ -77,16 +119,18 @@ impl Press {
         };
         let sensed = |n: usize| samples[n].sensed_force_n;
         for (n, sample) in samples.iter().enumerate().skip(begins) {
+            let motor_n = |doubt: usize| {
+                let device = &self.possible[doubt];
+                self.force_n(samples, n, device) - self.friction_n(sample.time_s, device.friction_n)
+            };
             let force_n = |doubt: usize| match is_sensed {
                 true => 0.0 - sensed((n + doubt).min(samples.len() - 1)).unwrap_or(f64::NAN),
-                false => {
-                    let friction_n = self.friction_n(sample.time_s, FRICTIONS[doubt]);
-                    self.force_n(samples, n) - friction_n
-                }
+                false => motor_n(doubt),
             };
             let bent_m = (self.frame_n_per_m).map_or(0.0, |frame| force_n(0) / frame);
             record.time_s.push(sample.time_s);
             record.depth_m.push(sample.position_m - bent_m);
+            record.motor_n.push(motor_n(0));
             for (doubt, forces) in record.forces_n.iter_mut().enumerate() {
                 forces.push(force_n(doubt));
             }
@@ -95,7 +139,7 @@ impl Press {
     }
 
     /// Force of the motor that is left for specimen and friction, N: u − m·x'' − b·x'. A force that is held has acted on both sides of a sample.
-    fn force_n(&self, samples: &[KeptSample], n: usize) -> f64 {
+    fn force_n(&self, samples: &[KeptSample], n: usize, device: &PossibleDevice) -> f64 {
         let made = |n: usize| samples[n].applied_force_n;
         let made_n = 0.5 * (made(n) + made(n.saturating_sub(1)));
         let (Some(before), Some(after)) = (n.checked_sub(SIDE), samples.get(n + SIDE)) else {
@@ -106,7 +150,7 @@ impl Press {
         let speed = 0.5 * (after.position_m - before.position_m) / side_s;
         let bend = after.position_m - 2.0 * now.position_m + before.position_m;
         let acceleration = bend / (side_s * side_s);
-        made_n - self.device.mass.0 * acceleration - self.device.damping.0 * speed
+        made_n - device.mass_kg * acceleration - device.damping_n_s_per_m * speed
     }
 
     fn friction_n(&self, time_s: f64, [first, last]: [f64; 2]) -> f64 {
@@ -115,11 +159,10 @@ impl Press {
             held,
             ..
         } = self.path.at(time_s);
-        let share = match held {
+        match held {
             Some(over) => first + (last - first) * over,
             None if speed_m_per_s == 0.0 => 0.0,
-            None => speed_m_per_s.signum(),
-        };
-        self.device.friction.0 * share
+            None => self.device.friction.0 * speed_m_per_s.signum(),
+        }
     }
 }

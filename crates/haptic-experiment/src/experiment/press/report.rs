@@ -1,12 +1,13 @@
-//! Reports a press: what was measured, and the smallest modulus that this device and depth can tell.
+//! Reports a press: what was measured, its curves, and the smallest modulus that this device and depth can tell.
 
-use super::Press;
+use super::{Press, PressRecord};
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
 use crate::experiment::kind::Experiment as _;
 use crate::judge::against::noise;
 use crate::judge::report::{Files, Report, RunReport, rows};
 use crate::judge::warnings::Warnings;
+use crate::judge::{Curves, Drawing, origin};
 use crate::run::Ran;
 use crate::run::remote::device_name;
 use crate::run::samples::Samples;
@@ -18,8 +19,8 @@ use serde_json::json;
 const HIDDEN: f64 = 3.0;
 
 impl Press {
-    /// The report of a run, with its record as a table where it reached its end.
-    pub(super) fn report(&self, ran: &Ran) -> Result<Report, Failure> {
+    /// The report of a run, with its record as a table and as curves where it reached its end.
+    pub(super) fn report(&self, ran: &Ran) -> Result<(Report, Option<Curves>), Failure> {
         let mut samples: Vec<KeptSample> = Vec::new();
         Samples::of(&ran.record, &ran.log.paths).for_each(|sample| {
             samples.push(*sample);
@@ -76,12 +77,50 @@ impl Press {
         });
         let [depth, force] =
             [("depth_m", deepest_m), ("force_n", peak_n)].map(|(key, number)| written(key, number));
-        Ok(Report {
+        let verdict = format!("pressed to {depth} with {force}");
+        let is_whole = ran.record.ended.is_none();
+        let curves = is_whole.then(|| self.curves(record, origin(&ran.record), &verdict));
+        let report = Report {
             law: rows([law]),
             run,
             results: rows([results]),
-            verdict: Some(format!("pressed to {depth} with {force}")),
+            verdict: Some(verdict),
             unmet: None,
-        })
+        };
+        Ok((report, curves))
+    }
+
+    fn curves(&self, record: PressRecord, origin: &'static str, verdict: &str) -> Curves {
+        let wanted = record.time_s.iter().map(|t| self.path.at(*t).position_m);
+        let mut columns = vec![
+            ("reference_m", wanted.collect()),
+            ("depth_m", record.depth_m),
+            ("force_n", record.motor_n),
+        ];
+        if record.is_sensed {
+            columns.extend(
+                record
+                    .forces_n
+                    .into_iter()
+                    .next()
+                    .map(|force_n| ("sensed_force_n", force_n)),
+            );
+        }
+        let specimen = match &self.conduct.remote {
+            Some(remote) => format!("device {}", device_name(Some(remote))),
+            None => self.piece.material.name.clone(),
+        };
+        let loading = self.piece.specimen.loading().kind.name();
+        Curves {
+            title: format!("A press, {origin}"),
+            subtitle: format!(
+                "{specimen} · {loading} · {} · {verdict}",
+                self.protocol.name()
+            ),
+            origin,
+            time_s: record.time_s,
+            columns,
+            drawing: Drawing::Press,
+        }
     }
 }

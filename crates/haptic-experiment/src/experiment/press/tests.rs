@@ -7,6 +7,7 @@ use crate::judge::modelled_tissue::ModelledTissue;
 use crate::question::tissue::{RecordForm, RecordQuestion};
 use crate::run::sensor_offset::SensorOffset;
 use crate::run::simulate::simulate;
+use fracdiff::num_complex::Complex;
 use haptic_loop::{Fault, INCOMPRESSIBLE, Modulus};
 use haptic_tissue::identify::{Identification, TableDetails, Understood};
 use haptic_tissue::{Library, Material, ModelKind};
@@ -103,9 +104,58 @@ fn a_sensed_press_of_a_stiffness_is_that_stiffness_and_the_depth_is_less_by_the_
     assert!(plain.is_sensed && (plain.depth_m[n] - 2e-3).abs() < 1e-5);
     let less = plain.depth_m[n] - bent.depth_m[n];
     // Motor and sensor agree at rest but for the noise of the sensor, 1 mN.
+    assert!((plain.motor_n[n] - plain.forces_n[0][n]).abs() < 5e-3);
     assert!(
         (less - plain.forces_n[0][n] / 1000.0).abs() < 5e-6,
         "{less}"
+    );
+}
+
+/// The ends of the intervals of a device file are devices of their own: with the true one the force is that of whoever knows it.
+#[test]
+fn mass_damping_and_friction_are_in_doubt_as_far_as_the_device_file_leaves_them_open() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = "[device]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nfriction_n = 0.01\n\
+                [intervals]\nmass_kg = [0.06, 0.07]\ndamping_n_s_per_m = [3.0, 4.0]\nfriction_n = [0.0, 0.02]\n";
+    std::fs::write(folder.path().join("device.toml"), file).expect("writes");
+    let press = |keys: &str| {
+        let text = format!("[press]\nhold_time_s = 0.2\n{keys}");
+        let document = Document::of_text(&folder.path().join("press.toml"), &text);
+        ExperimentFile::open(&document).expect("a press")
+    };
+    let run = ticks(
+        press("mass_kg = 0.07\nfriction_n = 0")
+            .of()
+            .expect("a press"),
+    );
+    let forces = |keys: &str| press(keys).press_record(&run).expect("a record").forces_n;
+    let doubted = forces("device_model = \"device.toml\"");
+    let likeliest = forces("mass_kg = 0.065\nfriction_n = 0.01");
+    assert_eq!((doubted.len(), likeliest.len()), (9, 5));
+    assert_eq!(doubted[0], likeliest[0]);
+    let rubbing = "friction_n = 0.02";
+    for (n, keys) in [
+        (5, "mass_kg = 0.06"),
+        (6, "mass_kg = 0.07"),
+        (7, "damping_n_s_per_m = 3.0"),
+        (8, "damping_n_s_per_m = 4.0"),
+    ] {
+        assert_eq!(
+            doubted[n],
+            forces(&format!("friction_n = 0.01\n{keys}"))[0],
+            "{keys}"
+        );
+    }
+    // At the end of a hold the share of friction is ±1 of its largest.
+    let rubbing = forces(rubbing);
+    let last = doubted[0].len() - 1;
+    for n in 1..5 {
+        assert_eq!(doubted[n][last..], rubbing[n][last..], "{n}");
+    }
+    // Whoever gives a mass beyond the interval does not mean this device.
+    assert_eq!(
+        forces("device_model = \"device.toml\"\nmass_kg = 0.2").len(),
+        7
     );
 }
 
@@ -125,7 +175,7 @@ const REFUSED: &str = "
 ";
 
 #[test]
-fn bad_values_are_refused_in_a_line_and_a_press_without_a_position_loop_too() {
+fn bad_values_are_refused_in_a_line_and_a_device_of_unknown_mass_too() {
     for [text, wanted] in testkit::table(REFUSED) {
         let said = press_of(&text.replace("; ", "\n"))
             .map(|_| ())
@@ -136,11 +186,93 @@ fn bad_values_are_refused_in_a_line_and_a_press_without_a_position_loop_too() {
             "{text}: {said}"
         );
     }
-    let alone = ExperimentFile::parse(Path::new("press.toml"), "[press]").expect_err("no loop");
-    assert!(
-        alone.to_string().contains("give `controller` in [drive]"),
-        "{alone}"
-    );
+    let unknown = of_its_own("device = \"serial:x\"").expect_err("no mass");
+    let said = unknown.to_string();
+    for key in ["device_model", "mass_kg", "damping_n_s_per_m", "controller"] {
+        assert!(said.contains(key) && !said.contains('\n'), "{key}: {said}");
+    }
+    of_its_own("device = \"serial:x\"\nmass_kg = 0.2").expect("a mass");
+}
+
+/// A press of this text whose position loop is made for it.
+fn of_its_own(text: &str) -> Result<ExperimentFile, FileError> {
+    ExperimentFile::parse(Path::new("press.toml"), &format!("[press]\n{text}"))
+}
+
+/// K(jω)·P(jω) = −e^(j60°) at the crossover of the module's text; the sampled loop is stable and loses no more than the delays.
+#[test]
+fn a_loop_that_nobody_gave_crosses_over_with_its_margin_and_is_stable_in_samples() {
+    for (m, b, t, late) in [
+        (0.065, 3.5, 1e-3, 0.0),
+        (0.065, 3.5, 1e-3, 2e-3),
+        (0.5, 0.0, 1e-3, 1e-3),
+        (0.065, 3.5, 1e-4, 0.0),
+        (0.02, 20.0, 1e-3, 0.0),
+        (3.0, 10.0, 2e-3, 5e-3),
+    ] {
+        let text = format!(
+            "mass_kg = {m}\ndamping_n_s_per_m = {b:?}\nsample_time_s = {t}\ndelay_s = {late:?}\nhold_time_s = 1"
+        );
+        let press = of_its_own(&text).expect("a press");
+        let press: &Press = press.of().expect("a press");
+        let pid = press.drive.controller.setup.pid().expect("a PID");
+        let omega = f64::min(0.2 / t, 0.3 / (0.5 * t + late));
+        let s = Complex::new(0.0, omega);
+        let gain = pid.proportional + pid.integral / s + pid.derivative * s;
+        let open = gain / (s * s * m + s * b);
+        let margin = 180.0 + open.arg().to_degrees();
+        if pid.derivative > 0.0 {
+            assert!((open.norm() - 1.0).abs() < 1e-12 && (margin - 60.0).abs() < 1e-9);
+        } else {
+            assert!(open.norm() < 1.0 && margin > 60.0, "{margin}");
+        }
+        let free = press
+            .judged(&dynamics(&press.device))
+            .expect("a verdict")
+            .free;
+        let free = free.expect("a loop");
+        let phase = free.phase_margin_rad.expect("a margin").to_degrees();
+        assert!(free.stable && phase > 60.0 - 18.0, "{text}: {phase}");
+    }
+}
+
+/// From 0.9 to 65 kPa, with friction, a coarse encoder and noise: the handle overshoots by at most 5 % and is at rest within the hold.
+#[test]
+fn a_loop_that_nobody_gave_presses_soft_and_stiff_specimens() {
+    for (seed, tissue) in [
+        "mucus",
+        "liver",
+        "prostate-healthy",
+        "prostate-cancerous",
+        "fish-muscle",
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        for device in [
+            "",
+            "friction_n = 0.05\nencoder_resolution_m = 5e-6\nsensor_noise_m = 1e-6\n",
+        ] {
+            let seed = if device.is_empty() {
+                String::new()
+            } else {
+                format!("seed = {seed}\n")
+            };
+            let text = format!("tissue = \"{tissue}\"\nhold_time_s = 1\n{device}{seed}");
+            let press = of_its_own(&text).expect("a press");
+            let run = ticks(press.of().expect("a press"));
+            let places = run.iter().map(|tick| tick.position_m[0]);
+            let deepest = places.fold(0.0, f64::max);
+            assert!(deepest < 1.05 * 2e-3, "{text}: {deepest}");
+            // From 0.15 s after the ramp on.
+            let held = &run[450..];
+            assert!(
+                held.iter()
+                    .all(|tick| (tick.position_m[0] - 2e-3).abs() < 4e-5),
+                "{text}"
+            );
+        }
+    }
 }
 
 /// Neither guard is passed: the force stays within its limit, and a depth beyond the guard ends the run.

@@ -7,7 +7,8 @@ use crate::run::advice::parameter;
 use crate::run::ending::Ending;
 use fracdiff::{Operator, Seconds};
 use haptic_link::HandSide;
-use haptic_loop::plant::{MassDamper, MassDamperConfig, SUB_STEPS};
+use haptic_log::record::PerAxis;
+use haptic_loop::plant::{ForceSensor, MassDamper, MassDamperConfig, SUB_STEPS};
 use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{Device, Environment, Limiters, Reading, SafeForce};
 use haptic_teleoperation::{OneWayLine, Port};
@@ -31,6 +32,8 @@ enum World {
 pub(super) struct Body {
     plant: MassDamper<1>,
     world: World,
+    /// Of the slave, at its place.
+    sensor: Option<ForceSensor>,
     damping: f64,
     sample_time: f64,
     /// Σ f[n]·(x[n+1] − x[n]).
@@ -60,6 +63,8 @@ impl TeleoperationExperiment {
                 )
             }
         };
+        let sensor = (self.force_sensor).filter(|_| side == HandSide::Slave);
+        let sensor = sensor.map(|sensor| ForceSensor::new(sensor, t));
         let config = MassDamperConfig {
             damping: NewtonSecondsPerMetre(device.damping.0 + held.damping_n_s_per_m),
             stiffness: NewtonsPerMetre(held.stiffness_n_per_m),
@@ -69,6 +74,7 @@ impl TeleoperationExperiment {
         Ok(Body {
             plant: MassDamper::new(config).map_err(parameter)?,
             world,
+            sensor: sensor.transpose().map_err(Failure::input)?,
             damping: device.damping.0,
             sample_time: t.0,
             held_j: 0.0,
@@ -97,6 +103,14 @@ impl Body {
             }
             World::Place { law, history } => law.force(history, &self.plant.position())[0],
         }
+    }
+
+    /// Its sensor shows the force on the place as it is, N; `None` without one.
+    pub(super) fn sensed_n(&mut self, force_n: f64) -> Option<PerAxis> {
+        let sensor = self.sensor.as_mut()?;
+        let mut forces_n = [force_n];
+        sensor.read(&mut forces_n);
+        Some(PerAxis::new(&forces_n))
     }
 
     /// A sample under a force.
@@ -140,6 +154,8 @@ pub(crate) struct SideTick {
     /// External force on the device, N: from the hand on the master, from the remote environment on
     /// the slave.
     pub outside_n: f64,
+    /// Force on the place of the slave by its sensor, N.
+    pub sensed_n: Option<PerAxis>,
 }
 
 /// A tick of both sides.
@@ -178,6 +194,7 @@ impl Side {
             force_n: force.newtons()[0],
             limiters: ticked.sample.limiters,
             outside_n,
+            sensed_n: self.body.sensed_n(0.0 - outside_n),
         };
         (seen, force)
     }

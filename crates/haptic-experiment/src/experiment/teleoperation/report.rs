@@ -10,11 +10,13 @@ use crate::experiment::kind::{Conduct, Experiment, Watched};
 use crate::experiment::reading::metadata;
 use crate::judge::decimated::Decimated;
 use crate::judge::report::{Files, Report, RunReport, rows, unmet};
+use crate::judge::sensed::SensedForce;
 use crate::judge::warnings::Warnings;
 use crate::judge::{Curves, Drawing, Published, percent};
 use crate::run::ending::Ending;
 use crate::run::folder::{OutputFolder, Table};
 use crate::run::preflight::note_findings;
+use crate::run::samples::Samples;
 use crate::run::{Ran, World, run_logged};
 use fracdiff::num_complex::Complex;
 use haptic_log::record::TickMessage;
@@ -107,6 +109,7 @@ fn message(tick: &PairTick, hand_m: f64) -> TickMessage {
         commanded_force_n: master.force_n.into(),
         applied_force_n: master.force_n.into(),
         contact_force_n: (0.0 - slave.outside_n).into(),
+        sensed_force_n: slave.sensed_n,
         limiters: master.limiters.bits() | slave.limiters.bits(),
         observed_energy_j: 0.0 - tick.given_j,
         ..TickMessage::unknown(1)
@@ -270,6 +273,14 @@ impl TeleoperationExperiment {
         let warnings = self.warnings(ran, verdict, judged);
         let [forth, back] = line_counts(pair);
         let most = felt.iter().filter_map(|felt| felt.off_formula_db);
+        // The force on the place beside that on the hand.
+        let mut sensed = SensedForce::default();
+        if self.force_sensor.is_some() {
+            Samples::of(&ran.record, &ran.log.paths).for_each(|sample| {
+                sensed.add(sample, sample.reaction_n(), None);
+                Ok(())
+            })?;
+        }
         let law = json!({
             "place": self.place.words(),
             "architecture": self.architecture.name(),
@@ -299,7 +310,7 @@ impl TeleoperationExperiment {
         Ok(Report {
             law: rows([law]),
             run: RunReport::new(ran, "sim".to_owned(), self.sample_time().0, files, warnings),
-            results: rows([results]),
+            results: rows([results, sensed.rows(ran.record.sensor, None)]),
             verdict: Some(verdict.words().to_owned()),
             unmet: broken.then(|| unmet(&MUST_BE_PASSIVE, verdict.words(), remedy)),
         })

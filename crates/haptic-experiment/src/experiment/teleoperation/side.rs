@@ -364,7 +364,9 @@ struct Kept {
 }
 
 impl Kept {
-    fn take(&mut self, message: &TickMessage) {
+    fn take(&mut self, mut message: TickMessage) {
+        self.record.sensor.take_off(&mut message);
+        let message = &message;
         let logged = self.recorder.tick(message);
         if self.record.ended.is_some() {
             self.record.push_after(message);
@@ -440,7 +442,7 @@ impl Side<'_> {
                     observed_energy_j: 0.0 - self.port.given_j(),
                     ..self.observed()
                 };
-                self.kept.take(&message);
+                self.kept.take(message);
                 self.advance(force);
             }
             self.listen()?;
@@ -502,7 +504,7 @@ impl Side<'_> {
         self.at_limit += u64::from(done.sample.limiters.contains(Limiters::MAGNITUDE));
         let taken_j = 0.0 - self.port.given_j();
         self.kept
-            .take(&by_loop(observed, &done.sample, Some(taken_j)));
+            .take(by_loop(observed, &done.sample, Some(taken_j)));
         let Line { state, buffer, .. } = &mut self.line;
         let length = state.sample(message, buffer).map_err(Failure::run)?;
         self.line.send(length);
@@ -511,16 +513,18 @@ impl Side<'_> {
     }
 
     /// This tick as the log has it, without what the port does in it.
-    fn observed(&self) -> TickMessage {
+    fn observed(&mut self) -> TickMessage {
         let reading = self.body.reading(self.tick);
         let time_s = reading.time_s;
+        let contact_force_n = 0.0 - self.body.outside_n(time_s);
         TickMessage {
             tick: self.tick,
             time_s,
             reference_m: (self.motion.map_or(f64::NAN, |motion| motion.at(time_s).0)).into(),
             indenter_position_m: reading.position_m[0].into(),
             position_m: reading.position_m[0].into(),
-            contact_force_n: (0.0 - self.body.outside_n(time_s)).into(),
+            contact_force_n: contact_force_n.into(),
+            sensed_force_n: self.body.sensed_n(contact_force_n),
             ..TickMessage::unknown(1)
         }
     }

@@ -69,6 +69,7 @@ fn experiment(architecture: Architecture, place: RemotePlace) -> TeleoperationEx
             amplitude_m: 4e-3,
             frequencies_hz: HandMotion::frequencies(0.5, 100.0, 12, 4.0),
         },
+        force_sensor: None,
         place,
         architecture,
         coupler: CouplerGains {

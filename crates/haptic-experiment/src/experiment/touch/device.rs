@@ -4,8 +4,8 @@ use super::shape::{Grip, HandPath};
 use crate::run::simulate::Instrumented;
 use crate::run::tick::{KeptSample, TickRecord, judged_force_n, per_axis};
 use fracdiff::Real;
-use haptic_log::record::TickMessage;
-use haptic_loop::plant::Axes;
+use haptic_log::record::{PerAxis, TickMessage};
+use haptic_loop::plant::{Axes, MassDamperConfig};
 use haptic_loop::{Device, Reading, SafeForce, Shape, Surface as _};
 use nalgebra::SVector;
 use std::convert::Infallible;
@@ -19,6 +19,7 @@ pub(super) struct HeldAxes<const D: usize> {
     path: HandPath,
     grip: Grip,
     shape: Shape<f64, D>,
+    damping_n_s_per_m: f64,
     sample_time_s: f64,
     tick: u64,
     energy: HandEnergy,
@@ -42,7 +43,7 @@ impl<const D: usize> HeldAxes<D> {
         path: HandPath,
         grip: Grip,
         shape: Shape<f64, D>,
-        sample_time_s: f64,
+        device: &MassDamperConfig,
     ) -> Self {
         if let Grip::Spring(_) = grip {
             let begin = SVector::from_fn(|axis, _| path.at(0.0, axis));
@@ -53,7 +54,8 @@ impl<const D: usize> HeldAxes<D> {
             path,
             grip,
             shape,
-            sample_time_s,
+            damping_n_s_per_m: device.damping.0,
+            sample_time_s: device.sample_time.0,
             tick: 0,
             energy: HandEnergy::default(),
         }
@@ -72,6 +74,15 @@ impl<const D: usize> HeldAxes<D> {
     fn hand(&self) -> SVector<f64, D> {
         let time_s = self.tick as f64 * self.sample_time_s;
         SVector::from_fn(|axis, _| self.path.at(time_s, axis))
+    }
+
+    /// The hand's force on the device, as a sensor in the handle sees it: damping counts as the hand's.
+    fn force_of_hand(&self) -> SVector<f64, D> {
+        let push = self.push(&self.hand()) - self.damping_n_s_per_m * self.axes.velocity();
+        match self.grip {
+            Grip::Spring(stiffness) => push - stiffness * self.axes.position(),
+            Grip::Force => push,
+        }
     }
 
     /// The hand's force without its spring, which is in the axes.
@@ -135,6 +146,17 @@ impl<const D: usize> TouchTick<D> {
         let tick = TickMessage::unknown(D);
         Self { tick, shape }
     }
+
+    /// Sensed force against the force on the hand, N: NaN if the sensor does not read every axis.
+    fn sensed_n(&self) -> Option<f64> {
+        let force_n = judged_force_n(&self.tick);
+        let along = |sensed: PerAxis| -> f64 {
+            let axes = sensed.iter().zip(force_n.iter());
+            axes.map(|(sensed, force)| sensed * force).sum()
+        };
+        let sensed = self.tick.sensed_force_n.map(along)?;
+        (force_n.norm() > 0.0).then(|| 0.0 - sensed / force_n.norm())
+    }
 }
 
 impl<const D: usize> TickRecord for TouchTick<D> {
@@ -157,8 +179,7 @@ impl<const D: usize> TickRecord for TouchTick<D> {
             applied_force_n: 0.0 - tick.applied_force_n.norm(),
             indenter_position_m: depth(&self.shape, &tick.indenter_position_m),
             contact_force_n: tick.contact_force_n.norm(),
-            // A length has no sign to compare.
-            sensed_force_n: None,
+            sensed_force_n: self.sensed_n(),
             limiters: tick.limiters,
         }
     }
@@ -179,6 +200,7 @@ impl<const D: usize> Instrumented<D> for HeldAxes<D> {
                 reference_m: per_axis(&reference),
                 indenter_position_m: per_axis(&position),
                 contact_force_n: per_axis(&self.axes.applied_force()),
+                sensed_force_n: Some(per_axis(&self.force_of_hand())),
                 ..TickMessage::unknown(D)
             },
             shape: self.shape,

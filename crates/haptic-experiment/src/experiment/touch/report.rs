@@ -12,6 +12,7 @@ use crate::judge::preflight::Matter;
 use crate::judge::report::{
     Files, Report, RunReport, closed_form_error, full_history_error, rows, unmet,
 };
+use crate::judge::sensed::SensedForce;
 use crate::judge::warnings::Warnings;
 use crate::judge::{Compared, Curves, Drawing, Published, Reference, origin};
 use crate::run::Ran;
@@ -19,12 +20,13 @@ use crate::run::record::Record;
 use crate::run::remote::device_name;
 use crate::run::safety::GuardChoice;
 use crate::run::safety::keys::{GUARD, RISE_TIME};
+use crate::run::sensor_offset::SensorOffset;
 use crate::run::tick::{KeptSample, judged_force_n};
 use haptic_log::record::{Entry, LogReader, TickMessage, column_name};
 use haptic_loop::{Limit, Limiters, LoadingKind};
 use haptic_tissue::ting;
 use serde::Serialize;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -99,6 +101,9 @@ impl TouchExperiment {
             run.warnings
                 .extend(piece.leaves(times_s, record.farthest_m()));
         }
+        let kept = record.whole.as_deref().unwrap_or_default();
+        let (sensed, doubts) = sensed_rows(kept, record.sensor);
+        run.warnings.extend(doubts);
         let law = json!({
             "axes": D,
             "shape": self.shape.words(),
@@ -130,6 +135,7 @@ impl TouchExperiment {
                 closed_form_error(&no_closed_form),
                 results,
                 json!(posture),
+                sensed,
             ]),
             verdict: Some(verdict.words().to_owned()),
             unmet: broken.then(|| unmet(&TOUCH_MUST_BE_PASSIVE, verdict.words(), remedy)),
@@ -391,6 +397,26 @@ impl TouchExperiment {
     }
 }
 
+/// Rows and doubts of a force sensor; none without one. Along the rendered force there is a sign to compare.
+fn sensed_rows(samples: &[KeptSample], offset: SensorOffset) -> (Value, Vec<String>) {
+    let (mut sensed, mut partial) = (SensedForce::default(), false);
+    for sample in samples {
+        match sample.sensed_force_n {
+            Some(force_n) if force_n.is_nan() => partial = true,
+            Some(_) | None => sensed.add(sample, sample.reaction_n(), None),
+        }
+    }
+    let rows = sensed.rows(offset, None);
+    let is_unread = partial && rows == json!({}) && matches!(offset, SensorOffset::Known(_));
+    let doubts = match is_unread {
+        true => vec![
+            "the force sensor reads some axes alone, and a force along the normal needs all: compare both in the log, axis by axis".to_owned(),
+        ],
+        false => sensed.warnings(offset, true),
+    };
+    (rows, doubts)
+}
+
 /// The values of a tick that are drawn.
 fn drawn(tick: &TickMessage, depth_m: f64) -> [f64; CURVES] {
     let axis = |vector: &[f64], axis: usize| vector.get(axis).copied().unwrap_or(0.0);
@@ -416,4 +442,40 @@ pub(crate) struct PostureVerdict {
     /// The mass that the pre-flight reports, kg: an unstable one if there is one, else the one with
     /// the smaller margin.
     pub judged_mass_kg: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::touch::device::TouchTick;
+    use crate::run::tick::TickRecord as _;
+    use haptic_log::record::PerAxis;
+
+    /// Of a force of 5 N that pushes the hand out along (−3, −4)/5.
+    fn kept(sensed_n: [f64; 2]) -> KeptSample {
+        let plane = TouchShape::Plane {
+            normal: vec![3.0, 4.0],
+            surface_m: 0.0,
+        };
+        let mut tick = TouchTick::<2>::unknown(plane.of().expect("a plane"));
+        *tick.logged_mut() = TickMessage {
+            commanded_force_n: PerAxis::new(&[-3.0, -4.0]),
+            sensed_force_n: Some(PerAxis::new(&sensed_n)),
+            ..TickMessage::unknown(2)
+        };
+        tick.kept()
+    }
+
+    #[test]
+    fn a_sensed_vector_is_compared_along_the_rendered_one_and_a_sensor_of_one_axis_is_named() {
+        let known = SensorOffset::Known([0.0; 3]);
+        // Across the force nothing counts, along it 0.5 N are too much.
+        let (rows, doubts) = sensed_rows(&[kept([3.0 - 4.0 + 0.3, 4.0 + 3.0 + 0.4])], known);
+        let off_n = rows["sensed"]["from_rendered"]["largest_n"].as_f64();
+        assert!((off_n.expect("a number") - 0.5).abs() < 1e-12, "{rows}");
+        assert!(doubts.is_empty());
+        let (rows, doubts) = sensed_rows(&[kept([3.0, f64::NAN])], known);
+        assert_eq!((rows, doubts.len()), (json!({}), 1));
+        assert!(doubts[0].contains("some axes alone"), "{doubts:?}");
+    }
 }

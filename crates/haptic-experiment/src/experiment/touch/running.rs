@@ -176,10 +176,10 @@ impl TouchExperiment {
         let shape = self.shape.of::<D>()?;
         let axes = per_axis::<D>(&self.mass_kg).map(|mass| self.axis(mass));
         let axes = Axes::new(axes).map_err(parameter)?;
-        let device = HeldAxes::new(axes, self.path.clone(), self.grip, shape, t.0);
+        let device = HeldAxes::new(axes, self.path.clone(), self.grip, shape, &self.device);
         Ok(Parts {
             controller,
-            device: self.sensors.before(device)?,
+            device: (self.sensors).and_force_before(device, self.force_sensor, t)?,
             samples,
         })
     }

@@ -1,9 +1,12 @@
 //! An experiment on a pushed device: the interface of a wall and a coupler, and the report of both.
 
+use super::PushedLoop;
+use super::second::OfDrive;
 use super::setup::{Parts, TrialSetup};
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
 use crate::document::parameters::Parameter;
+use crate::experiment::drive::{SecondReport, tell};
 use crate::experiment::kind::{Conduct, Experiment, Watched};
 use crate::experiment::reading::metadata;
 use crate::judge::decimated::Decimated;
@@ -20,7 +23,6 @@ use crate::run::record::Record;
 use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, device_name};
 use crate::run::safety::GuardChoice;
 use crate::run::samples::Samples;
-use crate::run::simulate::Simulated;
 use crate::run::tick::KeptSample;
 use crate::run::{Ran, run_logged};
 use fracdiff::full_memory::Kernel;
@@ -56,7 +58,7 @@ pub(crate) type OffN<'a> = Result<OfSample<'a>, &'static str>;
 /// An experiment on a pushed device.
 pub(crate) trait Trial: Experiment + Clone {
     /// The law that the device feels.
-    type Law: Environment<f64, 1>;
+    type Law: Environment<f64, 1, History: Send> + Send;
     const KIND: &'static str;
     /// Reason for a push that no rest position belongs to.
     const NO_REST: &'static str;
@@ -126,7 +128,7 @@ pub(crate) trait Trial: Experiment + Clone {
             // Nothing can break, so it is only noted.
             let verdict = judge(dynamics, 0)?;
             note_findings(&mut metadata, "preflight", &verdict);
-            let mut world = Simulated::new(&mut parts.controller, &mut parts.device);
+            let mut world = PushedLoop::new(&mut parts.controller, &mut parts.device);
             let ran = run_logged(&mut world, schedule, (request, metadata), supervisor)?;
             return Ok(Ran {
                 preflight: Some(verdict),
@@ -147,7 +149,13 @@ pub(crate) trait Trial: Experiment + Clone {
             request,
             metadata,
         };
-        run.run(&mut parts.controller, supervisor)
+        match &setup.second {
+            None => run.run(&mut parts.controller, supervisor),
+            Some(second) => {
+                let (push_n, safety) = (setup.plan.push_n, setup.safety());
+                second.push_into(push_n, &safety, run, &mut parts.controller, supervisor)
+            }
+        }
     }
 
     /// Runs it without log or files: does it settle, at each hit, and without friction too?
@@ -214,7 +222,7 @@ pub(crate) trait Trial: Experiment + Clone {
         } = seen.parts()?;
         let start_m = setup.start_m(ran)?;
         let (order, scheme) = self.operator_choice();
-        let whole = record.ended.is_none();
+        let whole = ran.is_whole();
         let mut felt = setup.felt(record);
         Samples::of(record, &ran.log.paths).for_each(|sample| {
             let place_m = sample.position_m - start_m;
@@ -250,7 +258,9 @@ pub(crate) trait Trial: Experiment + Clone {
                 false => (Err("the law began where the handle stood"), None),
             };
             let push_n = setup.plan.own_push_n().unwrap_or(0.0);
-            let compared = Comparison::of(ran, push_n, off_n, object)?;
+            let second = (setup.second.as_ref())
+                .map(|second| second.driven(ran, setup.plan.push_n, &setup.safety()));
+            let compared = Comparison::of(ran, push_n, off_n, object, second.transpose()?)?;
             (files, operator_error) = (compared.files, compared.error);
             let sensed = compared.sensed;
             (warnings.0).extend(sensed.warnings(record.sensor, record.link.is_some()));
@@ -262,7 +272,8 @@ pub(crate) trait Trial: Experiment + Clone {
             let law = self.law_in_words();
             let push_n = felt.is_none().then_some(setup.plan.push_n);
             let subtitle = format!("{law} · {}", words(setup, scheme, push_n, verdict));
-            let names = ["position_m", object, "force_n"];
+            let drive = setup.second.as_ref().map_or("", |_| "drive_force_n");
+            let names = ["position_m", object, "force_n", drive];
             let rest_m = settling.expected_deflection_m;
             let drawing = Drawing::Trial {
                 expected_deflection_m: rest_m.filter(|_| felt.is_none()),
@@ -276,6 +287,13 @@ pub(crate) trait Trial: Experiment + Clone {
         let t = setup.device.sample_time.0;
         let shared = setup.plan.own_push_n().map(|push_n| {
             json!({ "push_by": setup.plan.push_by.name(), "shared_actuator": SHARED, "push_n": push_n })
+        });
+        let second = setup.second.as_ref().map(|second| {
+            json!({
+                "push_by": setup.plan.push_by.name(),
+                "push_n": setup.plan.push_n,
+                "drive_force_limit_n": second.force_limit_n,
+            })
         });
         let operator = json!({
             // No tissue.
@@ -303,13 +321,19 @@ pub(crate) trait Trial: Experiment + Clone {
             let why = format!("trial ({verdict}){}", Self::REFUSED);
             unmet(&Self::MUST_BE_STABLE, &why, "design a weaker one")
         });
+        let mut run = RunReport::new(ran, device, t, files, warnings);
+        if let Some(second) = &ran.second {
+            tell(&mut run, record, second);
+            results.push(json!({ "drive": SecondReport::of(second) }));
+        }
         let report = Report {
             law: rows(
                 [self.law_in_rows(&settling, object_m), operator]
                     .into_iter()
-                    .chain(shared),
+                    .chain(shared)
+                    .chain(second),
             ),
-            run: RunReport::new(ran, device, t, files, warnings),
+            run,
             results: rows(results),
             verdict: Some(verdict),
             unmet,
@@ -457,10 +481,13 @@ fn warnings(
     warnings
 }
 
+/// Columns of a second device.
+const SECOND_COLUMNS: [&str; 2] = ["indenter_position_m", "drive_force_n"];
+
 /// A run that reached its end, beside theory.
 struct Comparison {
     files: Files,
-    curves: Decimated<3>,
+    curves: Decimated<4>,
     /// Of the force against the full history.
     error: Compared,
     object_m: Option<f64>,
@@ -474,18 +501,14 @@ impl Comparison {
         push_n: f64,
         mut off_n: OffN<'_>,
         mut object: Option<OfSample<'_>>,
+        mut drive: Option<OfDrive<'_>>,
     ) -> Result<Self, Failure> {
         let record = &ran.record;
-        let names: &[&str] = match object {
-            Some(_) => &[
-                "time_s",
-                "position_m",
-                "object_position_m",
-                "reaction_force_n",
-            ],
-            None => &["time_s", "position_m", "reaction_force_n"],
-        };
-        let mut table = ran.folder.named_table_beside_log("csv", names);
+        let mut names = vec!["time_s", "position_m"];
+        names.extend(object.as_ref().map(|_| "object_position_m"));
+        names.push("reaction_force_n");
+        names.extend(drive.iter().flat_map(|_| SECOND_COLUMNS));
+        let mut table = ran.folder.named_table_beside_log("csv", &names);
         let mut curves = Decimated::of(record);
         let (mut seen, mut last) = (Seen::default(), None);
         let mut sensed = SensedForce::default();
@@ -501,9 +524,15 @@ impl Comparison {
             sensed.add(sample, rendered_n, off_n.map(|off_n| rendered_n + off_n));
             last = object.as_mut().map(|object| object(sample));
             let (x, force_n) = (sample.position_m, sample.reaction_n());
-            curves.add(sample.time_s, [x, last.unwrap_or(0.0), force_n]);
+            let driven = drive.as_mut().map(|drive| drive(sample));
+            let [_, drive_n] = driven.unwrap_or_default();
+            curves.add(sample.time_s, [x, last.unwrap_or(0.0), force_n, drive_n]);
             let row = [Some(sample.time_s), Some(x), last, Some(force_n)];
-            table.row(row.into_iter().flatten().collect::<Vec<f64>>());
+            let row = row
+                .into_iter()
+                .flatten()
+                .chain(driven.into_iter().flatten());
+            table.row(row.collect::<Vec<f64>>());
             Ok(())
         })?;
         Ok(Self {

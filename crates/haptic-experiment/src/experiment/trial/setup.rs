@@ -1,8 +1,9 @@
 //! All of an experiment on a pushed device but the law that it feels: what a wall and a coupler share.
 
+use super::second::second;
 use super::{
-    IMPACT, PushBy, TRIAL_FORCE_RATE_LIMIT, TRIAL_SAMPLES, TrialPlan, dynamics, force_and_rate,
-    no_law_there, plan, safe_chain, thrown,
+    IMPACT, PushBy, Pushed, SecondDevice, TRIAL_FORCE_RATE_LIMIT, TRIAL_SAMPLES, TrialPlan,
+    dynamics, force_and_rate, no_law_there, plan, safe_chain, thrown,
 };
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
@@ -21,7 +22,7 @@ use crate::run::samples::Samples;
 use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
 use haptic_analysis::Dynamics;
-use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
+use haptic_loop::plant::{MassDamperConfig, Sensed};
 use haptic_loop::units::Newtons;
 use haptic_loop::{Controller, Environment, SafetyChain, SafetyLimits};
 
@@ -32,6 +33,8 @@ pub(crate) struct TrialSetup {
     pub device: MassDamperConfig,
     pub sensors: Sensors,
     pub plan: TrialPlan,
+    /// The device that pushes it, if that is a second one.
+    pub second: Option<SecondDevice>,
     /// True if the run fails when the trial or the analysis finds it unstable, or a coupler does
     /// not meet Llewellyn's criterion.
     pub must_be_stable: bool,
@@ -51,7 +54,7 @@ pub(crate) struct TrialSetup {
 /// A loop made of good parameters: the law behind the safety chain, and the device behind its sensors.
 pub(crate) struct Parts<E: Environment<f64, 1>> {
     pub(crate) controller: Controller<f64, 1, E>,
-    pub(crate) device: Sensed<MassDamper<1>>,
+    pub(crate) device: Sensed<Pushed>,
     pub(crate) samples: u64,
     pub(crate) judge: Judge,
     /// See [`Settling::expected_deflection_m`](crate::Settling::expected_deflection_m).
@@ -65,6 +68,7 @@ impl TrialSetup {
             device,
             sensors,
             plan,
+            second: None,
             must_be_stable: false,
             force_rate_limit_n_per_s: None,
             safety: Safety::default(),
@@ -74,9 +78,17 @@ impl TrialSetup {
         }
     }
 
-    /// Device and hand, as the analysis knows them, wherever the device is.
+    /// Device and hand, as the analysis knows them, wherever the device is; with a second device, which it touches, as one body.
     pub(crate) fn dynamics(&self) -> Dynamics {
-        dynamics(&self.device)
+        let first = dynamics(&self.device);
+        let Some(second) = &self.second else {
+            return first;
+        };
+        Dynamics {
+            mass_kg: first.mass_kg + second.device.mass.0,
+            damping_n_s_per_m: first.damping_n_s_per_m + second.device.damping.0,
+            ..first
+        }
     }
 
     /// Settings of the safety chain: on a serial device with what its file says.
@@ -128,8 +140,15 @@ impl TrialSetup {
     }
 
     /// The device behind its sensors, pushed and thrown.
-    pub(crate) fn sensed(&self) -> Result<Sensed<MassDamper<1>>, Failure> {
-        self.sensors.before(thrown(self.device, &self.plan())?)
+    pub(crate) fn sensed(&self) -> Result<Sensed<Pushed>, Failure> {
+        let plan = self.plan();
+        self.sensors.before(match &self.second {
+            None => Pushed::Alone(Box::new(thrown(self.device, &plan)?)),
+            Some(second) => {
+                let pair = second.before(self.device, plan.push_n, &self.safety())?;
+                Pushed::Pair(Box::new(pair))
+            }
+        })
     }
 
     /// The safety chain of the loop that runs here.
@@ -149,6 +168,7 @@ impl TrialSetup {
         RemoteLaw {
             held_push_n: self.plan.push_n,
             own_push_n: self.plan.own_push_n(),
+            second_push_n: self.second.as_ref().map(|_| self.plan.push_n),
             ..no_law_there(
                 self.force_and_rate(),
                 self.force_rate_limit_n_per_s,
@@ -161,10 +181,15 @@ impl TrialSetup {
 
     /// A copy without friction, if friction could be all that holds the device.
     pub(super) fn smooth(&self) -> Option<Self> {
-        let simulated = self.conduct.remote.is_none() && self.device.friction.0 > 0.0;
+        let second_n = (self.second.as_ref()).map_or(0.0, |second| second.device.friction.0);
+        let rubs = self.device.friction.0 + second_n > 0.0;
+        let simulated = self.conduct.remote.is_none() && rubs;
         (simulated && self.plan.criterion == Criterion::Settling).then(|| {
             let mut smooth = self.clone();
             smooth.device.friction = Newtons(0.0);
+            if let Some(second) = &mut smooth.second {
+                second.device.friction = Newtons(0.0);
+            }
             smooth
         })
     }
@@ -194,6 +219,7 @@ const PUSHED_WITH_GUARD: &str = "push_by = \"device\" pushes with the energy tha
 pub(crate) fn setup(
     table: &Table<'_>,
     must_be_stable: &p::Parameter,
+    drive: Option<&Table<'_>>,
 ) -> Result<TrialSetup, FileError> {
     let remote = remote(table)?;
     let sample_time_s = table.required(&p::SAMPLE_TIME)?;
@@ -204,7 +230,15 @@ pub(crate) fn setup(
         table.required(key)?;
     }
     let (device, sensors) = device(table, sample_time_s)?;
-    let plan = plan(table, duration_s)?;
+    let mut plan = plan(table, duration_s)?;
+    let second = drive.map(|drive| second(drive, table, device, remote.as_ref(), &plan));
+    let second = second.transpose()?;
+    if second.is_some() {
+        plan = TrialPlan {
+            push_by: PushBy::Second,
+            ..plan.starting_at_rest()
+        };
+    }
     let safety = safety(table)?;
     if plan.push_by == PushBy::Device && safety.guard != GuardChoice::Off {
         return Err(table.fail_at(p::PUSH_BY.key, PUSHED_WITH_GUARD));
@@ -215,6 +249,7 @@ pub(crate) fn setup(
         force_rate_limit_n_per_s: table.number_if(&TRIAL_FORCE_RATE_LIMIT)?,
         safety,
         conduct: Conduct::on(remote),
+        second,
         impact_was_given: table.number_if(&IMPACT)?.is_some(),
         known: written(table, &device, sensors).or(of_file),
         ..TrialSetup::new(device, sensors, plan)

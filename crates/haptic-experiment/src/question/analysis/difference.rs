@@ -92,18 +92,18 @@ impl Difference {
             .map(|h| self.share * h.norm().max(self.least_n_per_m))
             .collect();
         // The law without the device, which spring and damper have too.
-        let own: Vec<Complex<f64>> = (law.iter().zip(&omegas))
+        let rendered: Vec<Complex<f64>> = (law.iter().zip(&omegas))
             .map(|(h, omega)| h - self.law.of_device(*omega))
             .collect();
         let all = 0..law.len();
-        let stiffness = nearest(all.clone().map(|n| (own[n].re, noticed[n])));
+        let stiffness = nearest(all.clone().map(|n| (rendered[n].re, noticed[n])));
         let damping = nearest(
             all.clone()
-                .map(|n| (own[n].im / omegas[n], noticed[n] / omegas[n])),
+                .map(|n| (rendered[n].im / omegas[n], noticed[n] / omegas[n])),
         );
         let points: Vec<DifferencePoint> = all
             .map(|n| {
-                let replaced = Complex::new(stiffness, omegas[n] * damping) - own[n];
+                let replaced = Complex::new(stiffness, omegas[n] * damping) - rendered[n];
                 let changed = other.as_ref().map(|other| other[n] - law[n]);
                 DifferencePoint {
                     frequency_hz: self.frequencies_hz[n],

@@ -192,7 +192,7 @@ impl Law {
 
     /// True of a controller that pushes on and on at a place that stands.
     pub(super) fn integrates(&self) -> bool {
-        matches!(&self.in_place, Some(InPlace::Controller(own)) if own.integrates)
+        matches!(&self.in_place, Some(InPlace::Controller(controller)) if controller.integrates)
     }
 
     /// True if it is K + B·D^μ, of which Corollary 1 speaks.
@@ -211,7 +211,9 @@ impl Law {
             Some(InPlace::Tissue(tissue)) => {
                 json!({"tissue": tissue.matter.words(), "depth_m": tissue.depth_m})
             }
-            Some(InPlace::Controller(own)) => json!({"controller": own.law.to_string()}),
+            Some(InPlace::Controller(controller)) => {
+                json!({"controller": controller.law.to_string()})
+            }
         }
     }
 
@@ -220,7 +222,7 @@ impl Law {
         let law = match &self.in_place {
             None => format!("order μ = {}", digits(self.order.get(), 4)),
             Some(InPlace::Tissue(tissue)) => tissue.matter.words(),
-            Some(InPlace::Controller(own)) => format!("controller {}", own.law),
+            Some(InPlace::Controller(controller)) => format!("controller {}", controller.law),
         };
         let scheme = format!("scheme {}", self.scheme);
         let k_and_b = k_and_b.filter(|_| !self.is_controller());
@@ -266,7 +268,7 @@ impl InPlace {
     pub(super) fn stiffness(&self, omega_rad_s: f64) -> Complex<f64> {
         match self {
             Self::Tissue(tissue) => tissue.matter.stiffness(omega_rad_s) * tissue.slope,
-            Self::Controller(own) => own.law.response(omega_rad_s),
+            Self::Controller(controller) => controller.law.response(omega_rad_s),
         }
     }
 

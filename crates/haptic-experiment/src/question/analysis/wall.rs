@@ -333,7 +333,7 @@ impl WallLoop {
         });
         if self.law.in_place.is_some() {
             // Of the force of the whole law, up to which it is passive.
-            let bounded = required.filter(|own| own.delta > 0.0 && !own.negative_at_rest);
+            let bounded = required.filter(|wall| wall.delta > 0.0 && !wall.negative_at_rest);
             let scale = delta
                 .zip(bounded)
                 .map(|(delta, required)| delta / required.delta);

@@ -31,7 +31,7 @@ impl Design {
         let best = found.as_ref().map(|found| found.wall.clone());
         let imperfections = self.device.imperfections();
         let realistic = match &best {
-            Some(best) if imperfections.is_ideal() => Some(self.beside(best)?),
+            Some(best) if imperfections.is_ideal() => Some(self.realistic(best)?),
             _ => None,
         };
         Ok(DesignReport {
@@ -210,7 +210,7 @@ impl Design {
     }
 
     /// Trial of the candidate on the device `laboratory`.
-    fn beside(&self, best: &Candidate) -> Result<RealisticTrial, Failure> {
+    fn realistic(&self, best: &Candidate) -> Result<RealisticTrial, Failure> {
         let mut real = self.clone();
         let laboratory = DeviceModel::find(Path::new(p::LABORATORY));
         let imperfections = laboratory?.values.imperfections();
@@ -273,9 +273,9 @@ fn half_way(order: f64, candidates: &[Candidate]) -> Vec<Order> {
     let orders = || candidates.iter().map(|candidate| candidate.order);
     let below = orders().filter(|other| *other < order).reduce(f64::max);
     let above = orders().filter(|other| *other > order).reduce(f64::min);
-    let beside = [below, above].into_iter().flatten();
+    let neighbours = [below, above].into_iter().flatten();
     let tried: Vec<Order> = orders().flat_map(Order::new).collect();
-    beside
+    neighbours
         .flat_map(|other| Order::new((50.0 * (order + other)).round() / 100.0))
         .filter(|middle| !tried.contains(middle))
         .collect()

@@ -96,7 +96,7 @@ impl FrontWall {
         };
         let mut pairs = merits(self).into_iter().zip(merits(other));
         // Walls of order 0 are one spring however it is parted.
-        pairs.all(|(own, other)| own >= other - ALIKE * other.abs())
+        pairs.all(|(value, other)| value >= other - ALIKE * other.abs())
     }
 }
 

@@ -210,7 +210,7 @@ impl<'a> Ray<'a> {
     }
 
     /// The ray of an order this many octaves beside the ratio with the same time β/α; `None` if it cannot be analysed.
-    fn beside(&self, bench: Arc<Bench<'a>>, octaves: f64) -> Option<Self> {
+    fn neighbour(&self, bench: Arc<Bench<'a>>, octaves: f64) -> Option<Self> {
         let power = bench.order.get() / self.bench.order.get();
         let ratio = (self.beta / self.alpha).powf(power) * octaves.exp2();
         Ray::new(bench, self.alpha, self.alpha * ratio).ok()
@@ -675,8 +675,8 @@ impl<'a> Search<'_, 'a> {
         let better = places.par_iter().find_map_first(|(bench, quarters, gain)| {
             let octaves = 0.25 * f64::from(*quarters);
             let tried = self.go_on().and_then(|()| {
-                let beside = ray.beside(Arc::clone(bench), octaves);
-                beside.map_or(Ok(None), |beside| self.better(ray, beside, *gain))
+                let neighbour = ray.neighbour(Arc::clone(bench), octaves);
+                neighbour.map_or(Ok(None), |neighbour| self.better(ray, neighbour, *gain))
             });
             tried.transpose()
         });
@@ -716,12 +716,12 @@ impl<'a> Search<'_, 'a> {
                 true => Arc::clone(&ray.bench),
                 false => Arc::new(Bench::new(self.design, order)?),
             };
-            let Some(beside) = ray.beside(bench, step * octaves) else {
+            let Some(neighbour) = ray.neighbour(bench, step * octaves) else {
                 continue;
             };
             for gain in GAINS {
                 self.go_on()?;
-                if let Some(better) = self.better(ray, beside.clone(), gain)? {
+                if let Some(better) = self.better(ray, neighbour.clone(), gain)? {
                     return Ok(Some(better));
                 }
             }

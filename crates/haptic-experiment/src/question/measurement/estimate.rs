@@ -104,7 +104,9 @@ pub(crate) fn estimate(record: &MotionRecord, hand: bool) -> Result<Measured, Me
             minima = finer;
         }
     }
-    let candidates = minima.iter().filter_map(|minimum| search.told(minimum));
+    let candidates = minima
+        .iter()
+        .filter_map(|minimum| search.measured_at(minimum));
     let mut candidates: Vec<Measured> = candidates.collect();
     // All fit equally well: the first with a certain mass is reported, the others widen its intervals.
     candidates.sort_by_key(|candidate| candidate.mass_kg.relative() > UNSURE);
@@ -196,7 +198,7 @@ impl<'a> Search<'a> {
         };
         // A lag that may be zero is not exchanged: no device is so light.
         let has_lag = |best: &Fitted| {
-            let measured = self.told(best);
+            let measured = self.measured_at(best);
             is_slow(&best.model)
                 || measured.is_some_and(|measured| measured.current_lag_s.low > 0.0)
         };
@@ -218,7 +220,7 @@ impl<'a> Search<'a> {
     }
 
     /// Estimates of the device at a minimum.
-    fn told(&self, fitted: &Fitted) -> Option<Measured> {
+    fn measured_at(&self, fitted: &Fitted) -> Option<Measured> {
         let known = self.position.iter().filter(|x| x.is_finite()).count();
         let numbers = 2 * self.replay.starts.len() + fitted.numbers.len();
         let spread = Spread::of(fitted, self.replay.parts == 1)?;
@@ -776,7 +778,7 @@ mod tests {
 
     type Defect = fn(&mut Measured);
 
-    fn said(change: impl Fn(&mut Measured)) -> Vec<String> {
+    fn warnings(change: impl Fn(&mut Measured)) -> Vec<String> {
         let mut found = sound();
         change(&mut found);
         found.warn(10_000);
@@ -785,12 +787,12 @@ mod tests {
 
     #[test]
     fn a_sound_measurement_has_no_warnings_and_each_defect_has_one() {
-        assert_eq!(said(|found| found.lost_samples = 9), [""; 0]);
+        assert_eq!(warnings(|found| found.lost_samples = 9), [""; 0]);
         // Residuals of the arithmetic, where the sensor explains nothing.
         let exact = |found: &mut Measured| {
             (found.residual_rms_m, found.expected_residual_rms_m) = (1e-9, 0.0);
         };
-        assert_eq!(said(exact), [""; 0]);
+        assert_eq!(warnings(exact), [""; 0]);
         let defects: [(&str, Defect); 8] = [
             ("10 of 10000 samples were lost", |found| {
                 found.lost_samples = 10;
@@ -823,10 +825,10 @@ mod tests {
             }),
         ];
         for (words, change) in defects {
-            let said = said(change);
+            let warnings = warnings(change);
             assert!(
-                said.len() == 1 && said[0].contains(words),
-                "{words}: {said:?}"
+                warnings.len() == 1 && warnings[0].contains(words),
+                "{words}: {warnings:?}"
             );
         }
     }

@@ -210,7 +210,10 @@ fn a_motor_slower_than_the_device_is_not_taken_for_its_mass() {
         let plan = MeasurePlan::default();
         let record = measured(&plan, device, &imperfections);
         let found = found(&record, false);
-        let told = found.warnings.iter().any(|said| said.contains("apart"));
+        let told = found
+            .warnings
+            .iter()
+            .any(|message| message.contains("apart"));
         let right = (found.mass_kg.value / mass - 1.0).abs() < 0.05;
         assert!(right || told, "{found:?}");
         let slack = 0.01 * mass;
@@ -372,10 +375,10 @@ fn a_device_that_flies_off_ends_in_a_fault_without_force_and_the_reason_said() {
         [Fault::Workspace, Fault::Velocity, Fault::PositionJump].contains(&fault),
         "{fault}"
     );
-    let said = refusal(&driven, &plan);
+    let message = refusal(&driven, &plan);
     assert!(
-        said.contains("the force is zero") && said.contains("smaller `force_limit_n`"),
-        "{said}"
+        message.contains("the force is zero") && message.contains("smaller `force_limit_n`"),
+        "{message}"
     );
 }
 
@@ -405,8 +408,11 @@ fn a_plan_outside_its_ranges_is_refused() {
         "#,
     ) {
         let document = Document::of_text(Path::new("m.toml"), &format!("[measure]\n{line}\n"));
-        let said = Measurement::open(&document).expect_err(&want).to_string();
-        assert!(said.starts_with(&format!("m.toml:2: {want}")), "{said}");
+        let message = Measurement::open(&document).expect_err(&want).to_string();
+        assert!(
+            message.starts_with(&format!("m.toml:2: {want}")),
+            "{message}"
+        );
     }
 }
 
@@ -446,9 +452,10 @@ fn a_device_file_says_what_was_measured_and_refuses_what_cannot_be() {
         "#,
     ) {
         let read = DeviceModel::parse(path, &text.replace('@', DEVICE));
-        let said = read.expect_err(&want).to_string();
-        let told = said.starts_with(&format!("lab/device.toml:{want}")) && !said.contains('\n');
-        assert!(told, "{said}");
+        let message = read.expect_err(&want).to_string();
+        let told =
+            message.starts_with(&format!("lab/device.toml:{want}")) && !message.contains('\n');
+        assert!(told, "{message}");
     }
 }
 

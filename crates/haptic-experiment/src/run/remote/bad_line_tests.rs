@@ -166,7 +166,7 @@ impl BadPair<'_> {
             blank: &blank,
             metadata: BTreeMap::new(),
             found: None,
-            own_push_n: None,
+            push: None,
             force_limit_n: 10.0,
             holds: false,
         };

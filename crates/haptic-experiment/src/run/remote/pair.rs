@@ -2,24 +2,40 @@
 
 use super::partner::{Both, DriveRan, Partner, Side, aligned};
 use super::run::RemoteRun;
+use super::session::Ready;
 use crate::document::failure::Failure;
-use crate::document::parameters::{DEVICE, DEVICE_MODEL, DRIVE_DEVICE, DRIVE_DEVICE_MODEL};
+use crate::document::parameters::{
+    DEVICE, DEVICE_MODEL, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, SAMPLE_TIME, TRIAL_DURATION,
+};
 use crate::run::drive_verdict::DriveVerdict;
 use crate::run::preflight::note_findings;
+use crate::run::record::{WHOLE_MOST, keeps_all};
 use crate::run::{Ran, Supervisor, recorder};
 use fracdiff::Real;
 use haptic_loop::{Controller, Environment};
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 
-/// The verdict on a drive, alone and in contact, with loops this many seconds later than their devices; `None` if one is unknown.
+/// The verdict on a controller that drives, alone and in contact, with loops this many seconds later than their devices; `None` if one is
+/// unknown.
 type Judged<'a> = &'a dyn Fn([f64; 2]) -> Result<Option<DriveVerdict>, Failure>;
+
+/// Refuses more samples than a run on two devices keeps.
+pub(crate) fn fits_two_devices(samples: u64) -> Result<(), Failure> {
+    match keeps_all(samples) {
+        true => Ok(()),
+        false => Err(Failure::bad_input(format_args!(
+            "a run on two devices has at most {WHOLE_MOST} samples: use a shorter {TRIAL_DURATION}, or a longer {SAMPLE_TIME}"
+        ))),
+    }
+}
 
 /// A run on two devices.
 pub(crate) struct PairRun<'a> {
     pub tissue: RemoteRun<'a>,
     pub drive: RemoteRun<'a>,
-    pub judged: Judged<'a>,
+    /// `None` of a drive that only pushes.
+    pub judged: Option<Judged<'a>>,
     /// Newest force that the tissue opposes, N, as its bits.
     pub opposed_n: Arc<AtomicU64>,
 }
@@ -51,15 +67,28 @@ impl PairRun<'_> {
             ..supervisor
         };
         let drive = self.drive.ready::<1>(beside);
-        let drive = drive.map_err(|failure| failure.and(&DRIVE_DEVICE.set_to(&device)))?;
+        let mut drive = drive.map_err(|failure| failure.and(&DRIVE_DEVICE.set_to(&device)))?;
+        // Its push meets no law of its own that could swing.
+        drive.push = None;
+        // One that only pushes needs a device that it meets.
+        let simulates = |ready: &&Ready<'_, _>| ready.link.capabilities().simulated;
+        let simulated = [&tissue, &drive].into_iter().find(simulates);
+        if let (None, Some(ready)) = (&self.judged, simulated) {
+            return Err(Failure::bad_input(format_args!(
+                "{} simulates a mass of its own, which no other device touches: name two real devices, or two emulated ones that face each other",
+                ready.device.name
+            )));
+        }
         // Before, nobody knows their clocks.
-        let judged = (self.judged)([tissue.measured_delay_s(), drive.measured_delay_s()])?;
+        let delays_s = [tissue.measured_delay_s(), drive.measured_delay_s()];
+        let judged = self.judged.map(|judged| judged(delays_s)).transpose()?;
         let described = (drive.metadata.iter()).filter(|(key, _)| !key.contains("preflight"));
         let described = described.map(|(key, value)| (format!("drive.{key}"), value.clone()));
         tissue.metadata.extend(described);
         match &judged {
-            Some(judged) => note_findings(&mut tissue.metadata, DriveVerdict::KEY, judged),
-            None => warn(&format!(
+            Some(Some(judged)) => note_findings(&mut tissue.metadata, DriveVerdict::KEY, judged),
+            None => {}
+            Some(None) => warn(&format!(
                 "pre-flight: the drive and its contact are not judged, a device is unknown: give {DEVICE_MODEL} and {DRIVE_DEVICE_MODEL}"
             )),
         }
@@ -106,7 +135,7 @@ impl PairRun<'_> {
         let mut ran = tissue.finish(folder)?;
         ran.live_warnings.extend(recorded.warnings);
         Ok(Ran {
-            drive: judged,
+            drive: judged.flatten(),
             second: Some(DriveRan {
                 device,
                 record,

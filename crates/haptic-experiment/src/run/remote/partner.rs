@@ -277,7 +277,7 @@ impl Aligned {
 /// Present relation of both clocks; `None` until both are known.
 pub(super) fn aligned(both: &Both, clocks: &[Clock; 2]) -> Option<Aligned> {
     let [first, second] = clocks;
-    let line = first()?.beside(&second()?)?;
+    let line = first()?.relative_to(&second()?)?;
     let [zero_us, drive_us] = [0, 1].map(|side: usize| both.sides[side].tick_0_us.get().copied());
     Some(Aligned {
         offset_s: 1e-6 * (line.at(drive_us?) - zero_us?),

@@ -6,7 +6,7 @@ use crate::document::named::Named;
 use crate::document::parameters::{CONTACT, CONTROLLER, LOOP, MEMORY, SAMPLE_TIME};
 use crate::run::device::{Warn, firmware_version, refused_at_port};
 use crate::run::drive_verdict::DriveVerdict;
-use crate::run::ending::Keeper;
+use crate::run::ending::{Keeper, MotorPush};
 use crate::run::folder::FolderRequest;
 use crate::run::preflight::{
     Found, Look, MEASURED, PreflightRequest, delay_samples, note_findings,
@@ -47,6 +47,26 @@ pub(crate) struct RemoteRun<'a, M = TickMessage> {
 }
 
 impl<'a, M> RemoteRun<'a, M> {
+    /// The run of a second device, which is judged and described with that of the first.
+    pub(crate) fn beside(
+        device: &'a RemoteDevice,
+        law: RemoteLaw,
+        schedule: Schedule,
+        blank: &'a (dyn Fn(f64) -> M + Sync),
+        request: &'a FolderRequest,
+    ) -> Self {
+        Self {
+            device,
+            law,
+            schedule,
+            blank,
+            request,
+            preflight: None,
+            wanted: PreflightRequest::default(),
+            metadata: BTreeMap::new(),
+        }
+    }
+
     /// Runs where the device's loop mode says; `controller` closes a loop on the host.
     pub(crate) fn run<F: Real, E: Environment<F, D>, const D: usize>(
         self,
@@ -132,12 +152,12 @@ impl<'a, M> RemoteRun<'a, M> {
         }
         describe_limits(&configuration.limits, &mut self.metadata);
         let workspace = self.law.limits.workspace_box.map(wire_box::<D>);
-        let beside = Beside {
+        let companions = Beside {
             workspace: workspace.as_ref(),
             surface: self.law.surface.as_ref(),
             controller: self.law.controller.as_ref(),
         };
-        let set = link.set_run(configuration, &self.law.operator.1, beside);
+        let set = link.set_run(configuration, &self.law.operator.1, companions);
         set.map_err(problem)?;
         let before = link.statistics().map_err(problem)?;
         describe(&link, device, &mut self.metadata);
@@ -154,7 +174,8 @@ impl<'a, M> RemoteRun<'a, M> {
             blank: self.blank,
             metadata: self.metadata,
             found,
-            own_push_n: self.law.own_push_n,
+            push: (self.law.own_push_n.map(MotorPush::Own))
+                .or(self.law.second_push_n.map(MotorPush::Second)),
             force_limit_n: configuration.limits.force_n.into(),
             holds,
         })

@@ -1,7 +1,7 @@
 //! A configured device: arm, start, listen or control, let go, and close the log.
 
 use crate::document::failure::Failure;
-use crate::run::ending::{Ending, swings};
+use crate::run::ending::{Ending, MotorPush};
 use crate::run::fault_recorder::AFTER;
 use crate::run::flat::flat;
 use crate::run::folder::OutputFolder;
@@ -49,8 +49,8 @@ pub(super) struct Ready<'a, M> {
     pub blank: &'a (dyn Fn(f64) -> M + Sync),
     pub metadata: BTreeMap<String, String>,
     pub found: Option<Found>,
-    /// Push of its own motor, N, and the force limit.
-    pub own_push_n: Option<f64>,
+    /// Push of a motor into its law.
+    pub push: Option<MotorPush>,
     pub force_limit_n: f64,
     /// The device holds its handle from the first tick on.
     pub holds: bool,
@@ -67,7 +67,7 @@ pub(super) struct HostSession<'a, M, const D: usize> {
     pub(super) over: bool,
     /// The device does not answer.
     pub(super) deaf: bool,
-    /// The law that its own motor pushes into has swung.
+    /// The law that a motor pushes into has swung.
     pub(super) swung: bool,
     /// The device at the other side of a contact, if there is one.
     pub(super) partner: Option<Partner<'a>>,
@@ -737,8 +737,8 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     fn keep(&mut self, mut message: M, counted: bool) {
         self.record.sensor.take_off(message.logged_mut());
         let (force_n, limit_n) = (message.kept().applied_force_n, self.ready.force_limit_n);
-        let swings = |push_n| swings(force_n, push_n, limit_n);
-        self.swung |= self.ready.own_push_n.is_some_and(swings);
+        let swings = |push: MotorPush| push.swings(force_n, limit_n);
+        self.swung |= self.ready.push.is_some_and(swings);
         let logged = self.recorder.tick(message.logged());
         if let Some(partner) = &self.partner {
             partner.opposes(message.kept().reaction_n());

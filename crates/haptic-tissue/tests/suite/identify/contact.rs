@@ -153,7 +153,7 @@ fn inside(count: u64, seeds: impl Iterator<Item = u64>) -> [usize; 4] {
         let all = found.fits[0]
             .parameters
             .iter()
-            .chain(&found.beside)
+            .chain(&found.placement)
             .zip(truth);
         for (one, (found, truth)) in inside.iter_mut().zip(all) {
             let low = found.low_95.is_none_or(|low| low <= truth);
@@ -258,7 +258,7 @@ fn late(contact: ContactPoint) -> Result<Record, IdentifyError> {
 fn a_late_contact_is_found() {
     let read = |contact| late(contact).expect("valid");
     let found = fitted(&read(ContactPoint::Fitted), None).expect("fits");
-    let [viscosity, contact] = [&found.fits[0].parameters[0], &found.beside[0]];
+    let [viscosity, contact] = [&found.fits[0].parameters[0], &found.placement[0]];
     assert_eq!((contact.name, contact.unit), ("contact_point_m", "m"));
     assert!((viscosity.value - 2990.0).abs() < 5.0, "{viscosity:?}");
     assert!((contact.value + 1.02e-4).abs() < 1e-6, "{contact:?}");
@@ -294,11 +294,11 @@ fn a_baseline_is_found_in_the_samples_before_contact() {
             (viscosity.value - 3000.0).abs() < 15.0 * count as f64,
             "{viscosity:?}"
         );
-        assert_eq!(found.beside.len(), count);
-        let offset = &found.beside[0];
+        assert_eq!(found.placement.len(), count);
+        let offset = &found.placement[0];
         assert_eq!((offset.name, offset.unit), ("baseline_n", "N"));
         assert!((offset.value - 6.47e-4).abs() < 0.03e-3, "{offset:?}");
-        for drift in &found.beside[1..] {
+        for drift in &found.placement[1..] {
             assert!(
                 drift.low_95.is_some_and(|low| low < 0.0)
                     && drift.high_95.is_some_and(|high| high > 0.0),
@@ -423,7 +423,7 @@ fn standard_errors_know_the_contact_wherever_samples_lie() {
             let scales = [truth[0], truth[1], truth[2]];
             let scaled = DMatrix::from_fn(times.len(), 3, |n, k| jacobian[(n, k)] * scales[k]);
             let spread = scaled.tr_mul(&scaled).try_inverse().expect("regular");
-            let all = found.fits[0].parameters.iter().chain(&found.beside);
+            let all = found.fits[0].parameters.iter().chain(&found.placement);
             for (k, one) in all.enumerate() {
                 let wanted = (size * spread[(k, k)]).sqrt() * scales[k];
                 let ratio = one.standard_error.expect("settled") / wanted;

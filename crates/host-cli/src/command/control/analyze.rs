@@ -1,7 +1,7 @@
 //! `control analyze`: the verdict on a loop, its root and its margins; or the poles of a plant.
 
 use super::draw::{draw_loop, draw_plant};
-use super::loops::{asked, told};
+use super::loops::{asked, print};
 use crate::files::Files;
 use crate::options::{Options, keys};
 use crate::output::Output;
@@ -60,7 +60,7 @@ impl Arguments {
                 outputs.table_and_picture(&COLUMNS[..3], points.iter().map(open), picture)
             }
         };
-        told(found.report, &files, output)?;
+        print(found.report, &files, output)?;
         outputs.close(Ok(()))
     }
 }

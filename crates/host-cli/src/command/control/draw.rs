@@ -95,7 +95,7 @@ fn command_axis(command: &Points, integer: Option<&Points>) -> AxisSpec<'static>
     }
 }
 
-fn beside(record: &InputOutput, model: &[f64], title: &'static str) -> [Panel<'static>; 2] {
+fn panels_of(record: &InputOutput, model: &[f64], title: &'static str) -> [Panel<'static>; 2] {
     let points = |values: &[f64]| -> Points {
         let time = record.time_s.iter().copied();
         time.zip(values.iter().copied()).collect()
@@ -116,11 +116,11 @@ fn beside(record: &InputOutput, model: &[f64], title: &'static str) -> [Panel<'s
 
 /// A function beside its record, and beside another one that it is tried on.
 pub(super) fn draw_identified(answer: &PlantAnswer, name: &str) -> Result<Picture, FigureError> {
-    let panels = beside(&answer.record, answer.model(), "record and function");
+    let panels = panels_of(&answer.record, answer.model(), "record and function");
     let mut panels = Vec::from(panels);
     if let Some(tried) = &answer.tried {
         let other = "a second record and the function";
-        panels.extend(beside(&tried.record, &tried.validation.model, other));
+        panels.extend(panels_of(&tried.record, &tried.validation.model, other));
     }
     let subtitle = format!(
         "{} · {} samples\n{}",

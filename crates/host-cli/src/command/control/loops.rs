@@ -15,7 +15,7 @@ pub(super) fn asked<N: Named>(options: Options<N>) -> Result<ControlLoop, Failur
 }
 
 /// Prints the report of a loop; its warnings go to standard error.
-pub(super) fn told(mut report: Value, files: &[String], output: Output) -> Result<(), Failure> {
+pub(super) fn print(mut report: Value, files: &[String], output: Output) -> Result<(), Failure> {
     let warnings = report["warnings"].as_array().into_iter().flatten();
     warnings
         .filter_map(Value::as_str)

@@ -1,7 +1,7 @@
 //! `control simulate`: a step, or any record, through a loop or a plant alone.
 
 use super::draw::draw_run;
-use super::loops::{asked, told};
+use super::loops::{asked, print};
 use crate::files::Files;
 use crate::options::{Options, keys};
 use crate::output::Output;
@@ -65,7 +65,7 @@ impl Arguments {
         let files = outputs.table_and_picture(&[], rows.iter(), picture);
         found.report["step"] = json!(rows);
         let ended = found.judge();
-        told(found.report, &files, output)?;
+        print(found.report, &files, output)?;
         outputs.close(ended)
     }
 }

@@ -371,7 +371,7 @@ impl Arguments {
                  listen there on a trusted network only"
             ));
         }
-        let told = |port: &BoardPort| {
+        let port_report = |port: &BoardPort| {
             let path = port.path();
             let is_named = kind == Kind::Own && tcp_address(&path).is_some();
             let device = match is_named {
@@ -380,11 +380,11 @@ impl Arguments {
             };
             json!({"path": path, "device": device})
         };
-        let mut report = told(&port);
+        let mut report = port_report(&port);
         // Chances of the line, and its seed; none of a good one.
         report["line"] = json!(self.values);
         if let Some(facing) = &facing {
-            report["facing"] = told(facing);
+            report["facing"] = port_report(facing);
         }
         output.report(&report)?;
         let line = port.line().map_err(failed)?;

@@ -118,9 +118,9 @@ impl Arguments {
             cargo.arg("--quiet");
         }
         let advice = "install Rust, and with rustup the target that it names";
-        let told = run(cargo, "cargo", advice)?;
+        let printed = run(cargo, "cargo", advice)?;
         // Only cargo knows where it puts an image: a target folder can be set in five places.
-        let built = String::from_utf8_lossy(&told).lines().find_map(|line| {
+        let built = String::from_utf8_lossy(&printed).lines().find_map(|line| {
             let message: serde_json::Value = serde_json::from_str(line).ok()?;
             message["executable"].as_str().map(PathBuf::from)
         });

@@ -47,7 +47,7 @@ pub(crate) struct Arguments {
 
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
-        let mut outputs = PlaceOfFile::beside(&self.file, "device", &["csv"])?;
+        let mut outputs = PlaceOfFile::next_to(&self.file, "device", &["csv"])?;
         let document = self.options.over(Document::new(MEASUREMENT))?;
         let mut asked = Measurement::open(&document)?;
         if let Some(wait) = self.wait {

@@ -37,7 +37,7 @@ impl Arguments {
             "scheme": setup.scheme.to_string(),
             "horizon_s": setup.horizon_s(),
         });
-        self.told(header, output, what)
+        self.write(header, output, what)
     }
 
     fn controller_header<F: CNumber>(&self, setup: &ControllerSetup) -> Result<String, Failure> {

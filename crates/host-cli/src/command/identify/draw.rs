@@ -210,7 +210,7 @@ mod tests {
             fits: vec![fit.clone()],
             x: vec![1.0, 2.0],
             measured: vec![100.0, 100.0],
-            beside: Vec::new(),
+            placement: Vec::new(),
             is_absolute: false,
             is_staircase: false,
             is_timed: true,

@@ -378,7 +378,7 @@ fn panels(runs: &[Run], over_depth: bool) -> Vec<Panel<'static>> {
         };
         let name = caption(key, n / 2, runs[0].axes);
         let mut panel = Panel::new(&name, linear(x), linear(y));
-        let beside: &[_] = match n {
+        let others: &[_] = match n {
             0 => &[
                 ("reference", Look::Broad, 6, 6),
                 ("indenter", Look::Line, 2, 8),
@@ -390,8 +390,8 @@ fn panels(runs: &[Run], over_depth: bool) -> Vec<Panel<'static>> {
             _ => &[(contact, Look::Dashed, 5, 9)],
         };
         let is_known = |n: usize| n != 10 || runs[0].curves[n].iter().any(|force| !force.is_nan());
-        let beside = beside.iter().filter(|_| is_alone);
-        for (name, look, colour, n) in beside.filter(|(.., n)| is_known(*n)) {
+        let others = others.iter().filter(|_| is_alone);
+        for (name, look, colour, n) in others.filter(|(.., n)| is_known(*n)) {
             let scale = match n {
                 9 => sign,
                 10 => 1.0,
@@ -457,7 +457,7 @@ fn difference(a: &Run, b: &Run, span: Span) -> Result<(Value, Vec<Panel<'static>
                 .for_each(|(less, before)| *less += share * (before - *less));
             interpolated += 1;
         }
-        zip(&mut less, drawn(&tick)).for_each(|(less, own)| *less -= own);
+        zip(&mut less, drawn(&tick)).for_each(|(less, value)| *less -= value);
         shown.add(tick.time_s, less);
         for (sum, less) in zip(&mut sums, less) {
             sum.0 += less * less;

@@ -27,40 +27,49 @@ fn told(parameter: &Parameter) -> (&'static str, Option<&'static str>) {
     })
 }
 
+/// The number, or words where it is not one or has no end, as 60 degrees in radians.
 fn default(parameter: &Parameter) -> String {
     if let Some(default) = told(parameter).1 {
         return default.to_owned();
     }
+    let shown = Some(parameter.shown).filter(|shown| !shown.is_empty());
+    let is_word = |number: &str| {
+        shown.filter(|shown| number.len() > 9 || !shown.starts_with(|c: char| c.is_ascii_digit()))
+    };
     match parameter.value {
-        Value::Number(Some(default), _) => format!("{default}"),
+        Value::Number(Some(default), _) => {
+            let number = format!("{default}");
+            is_word(&number).map_or(number.clone(), str::to_owned)
+        }
         Value::Count(default) => format!("{default}"),
         Value::Flag(default) => format!("{default}"),
-        Value::List(_) if !parameter.shown.is_empty() => parameter.shown.to_owned(),
-        Value::Text("") | Value::Number(None, _) | Value::List(_) => "none".to_owned(),
+        Value::Text("") | Value::Number(None, _) | Value::List(_) => {
+            shown.unwrap_or("none").to_owned()
+        }
         Value::Text(default) => format!("`\"{default}\"`"),
     }
 }
 
-/// An interval, as in `[0, 1e6]` or `(0, 1e6]`.
+/// An interval, as in `0…1e6` or `>0…1e6`.
 fn interval(range: Range) -> String {
     let (Range::Within(low, high) | Range::AboveUpTo(low, high) | Range::ZeroOr(low, high)) = range;
     let [low, high] = [low, high].map(Shown);
     match range {
-        Range::Within(..) => format!("[{low}, {high}]"),
-        Range::AboveUpTo(..) => format!("({low}, {high}]"),
-        Range::ZeroOr(..) => format!("0, [{low}, {high}]"),
+        Range::Within(..) => format!("{low}…{high}"),
+        Range::AboveUpTo(..) => format!(">{low}…{high}"),
+        Range::ZeroOr(..) => format!("0, {low}…{high}"),
     }
 }
 
+/// The range, if the default does not show it.
 fn range(parameter: &Parameter) -> String {
     match parameter.value {
-        Value::Number(_, Range::Within(f64::MIN, f64::MAX)) => "any".to_owned(),
-        Value::Number(_, range) => interval(range),
-        Value::Count(_) => "whole".to_owned(),
-        Value::Flag(_) => "true, false".to_owned(),
-        Value::List(range) => format!("list in {}", interval(range)),
-        Value::Text(_) if choices(parameter).is_empty() => "text".to_owned(),
-        Value::Text(_) => "choice".to_owned(),
+        Value::Number(_, Range::Within(f64::MIN, f64::MAX)) => "; any".to_owned(),
+        Value::Number(_, range) => format!("; {}", interval(range)),
+        Value::List(range) => format!("; list in {}", interval(range)),
+        Value::Count(_) | Value::Flag(_) => String::new(),
+        Value::Text("") if choices(parameter).is_empty() => "; text".to_owned(),
+        Value::Text(_) => String::new(),
     }
 }
 
@@ -72,39 +81,163 @@ fn meaning(parameter: &Parameter) -> String {
     text
 }
 
-/// Rows of a table, each with its key.
-fn rows(heading: &str, parameters: &[Parameter]) -> Vec<(&'static str, String)> {
-    let required = heading.ends_with("required");
-    let said = required.then_some("required");
-    let rows = parameters.iter();
-    let rows = rows.map(|one| (one.key, format!("| `{}` | {} |", one.key, cells(one, said))));
-    rows.collect()
+/// A key as it stands in one table; its row may stand elsewhere.
+#[derive(Clone, PartialEq)]
+struct Row {
+    key: &'static str,
+    default: String,
+    range: String,
+    meaning: String,
 }
 
-/// Default, which may be said otherwise, range and meaning.
-fn cells(parameter: &Parameter, said: Option<&str>) -> String {
-    let default = said.map_or_else(|| default(parameter), str::to_owned);
-    let meaning = meaning(parameter).replace('|', "\\|");
-    [default, range(parameter), meaning].join(" | ")
-}
+impl Row {
+    fn new(parameter: &Parameter, required: bool) -> Self {
+        let default = match required {
+            true => "required".to_owned(),
+            false => default(parameter),
+        };
+        Self {
+            key: parameter.key,
+            default,
+            range: range(parameter),
+            meaning: meaning(parameter).replace('|', "\\|"),
+        }
+    }
 
-fn table(text: &mut String, heading: &str, rows: &[&str]) {
-    let _ = write!(text, "\n### {heading}\n");
-    if !rows.is_empty() {
-        let head = "| key | default | range | meaning |\n|---|---|---|---|";
-        let _ = writeln!(text, "\n{head}\n{}", rows.join("\n"));
+    /// True if one row does for both, but for its default.
+    fn is(&self, other: &Self) -> bool {
+        (self.key, &self.range, &self.meaning) == (other.key, &other.range, &other.meaning)
+    }
+
+    fn line(&self) -> String {
+        let (key, default, range, meaning) = (self.key, &self.default, &self.range, &self.meaning);
+        let shown = format!("{default}{range}");
+        let shown = shown.strip_prefix("none; ").unwrap_or(&shown);
+        format!("`{key}` | {shown} | {meaning}")
+    }
+
+    /// The key alone, with its default if the row that is shown has another one.
+    fn named(&self, shown: &Self) -> String {
+        match self.default == shown.default || self.default == "required" {
+            true => format!("`{}`", self.key),
+            false => format!("`{}` ({})", self.key, self.default),
+        }
     }
 }
 
-/// Rows that several tables have stand once, under Shared keys; the tables name them.
-fn tables(text: &mut String, tables: &[(&str, &[Parameter])], shared: &[String]) {
-    for (heading, parameters) in tables {
-        let rows = rows(heading, parameters);
-        let (own, common) = apart(&rows, shared);
-        table(text, heading, &own);
-        if !common.is_empty() {
-            let _ = writeln!(text, "\nAnd [shared](#shared-keys): {common}");
+/// Keys that stand together in many tables, and their name.
+const GROUPS: [(&str, &str); 3] = [
+    (
+        "*specimen*",
+        "`library` `area_m2` `thickness_m` `loading` `indenter_radius_m` `half_angle_rad` `bonded`",
+    ),
+    (
+        "*law*",
+        "`order` `scheme` `stiffness_n_per_m` `dissipation_n_s_mu_per_m` `sample_time_s` `tissue` *specimen* `depth_m` `controller`",
+    ),
+    (
+        "*without units*",
+        "`alpha` `beta` `delta` `gamma` `delay_samples`",
+    ),
+];
+
+/// The keys with the names of groups in their place.
+fn grouped(keys: &str) -> String {
+    let name = |keys: String, (group, list): &(&str, &str)| keys.replace(list, group);
+    GROUPS.iter().fold(keys.to_owned(), name)
+}
+
+/// A table of the page, under its heading.
+struct Table {
+    heading: String,
+    rows: Vec<Row>,
+}
+
+impl Table {
+    fn new(heading: &str, parameters: &[Parameter]) -> Self {
+        let required = heading.ends_with("required");
+        let rows = parameters.iter().map(|one| Row::new(one, required));
+        Self {
+            heading: heading.to_owned(),
+            rows: rows.collect(),
         }
+    }
+
+    /// The anchor of the heading behind those of `before`, some of which may have the same words.
+    fn anchor(&self, before: &[Self]) -> String {
+        let alike = |table: &&Self| table.heading == self.heading;
+        let earlier = before
+            .iter()
+            .take_while(|table| !std::ptr::eq(*table, self));
+        let suffix = match earlier.filter(alike).count() {
+            0 => String::new(),
+            count => format!("-{count}"),
+        };
+        let kept = |c: &char| c.is_alphanumeric() || " _-".contains(*c);
+        let kept: String = self.heading.chars().filter(kept).collect();
+        kept.to_lowercase().replace(' ', "-") + &suffix
+    }
+
+    /// The rows that stand nowhere else before, and the names of all others with the place of their rows.
+    fn write(&self, text: &mut String, shared: &Self, before: &[Self]) {
+        let _ = write!(text, "\n### {}\n", self.heading);
+        let mut rows = Vec::new();
+        let mut elsewhere: Vec<(&Self, Vec<String>)> = Vec::new();
+        for row in &self.rows {
+            let mut tables = [shared].into_iter().chain(before);
+            let known = tables.find_map(|table| {
+                let shown = table.rows.iter().find(|shown| shown.is(row));
+                shown.map(|shown| (table, shown))
+            });
+            let Some((table, shown)) = known else {
+                rows.push(row.line());
+                continue;
+            };
+            let name = row.named(shown);
+            match elsewhere.iter_mut().find(|one| std::ptr::eq(one.0, table)) {
+                Some((_, names)) => names.push(name),
+                None => elsewhere.push((table, vec![name])),
+            }
+        }
+        if !rows.is_empty() {
+            let _ = writeln!(text, "\n{HEAD}\n{}", rows.join("\n"));
+        }
+        let elsewhere = elsewhere.into_iter().map(|(table, names)| {
+            let (anchor, names) = (table.anchor(before), names.join(" "));
+            let heading = table.heading.split(',').next().unwrap_or_default();
+            let heading = heading.trim_end_matches(" keys");
+            format!("[{heading}](#{anchor}): {}", grouped(&names))
+        });
+        let elsewhere = elsewhere.collect::<Vec<_>>().join("; ");
+        if !elsewhere.is_empty() {
+            let _ = writeln!(text, "\nAlso {elsewhere}");
+        }
+    }
+}
+
+const HEAD: &str = "key | default; range | meaning\n---|---|---";
+
+/// Rows that at least three tables have: one for each key, that of most, with the default of most.
+fn shared(tables: &[Table]) -> Table {
+    let mut counts: BTreeMap<&str, Vec<(&Row, usize)>> = BTreeMap::new();
+    let all: Vec<&Row> = tables.iter().flat_map(|table| &table.rows).collect();
+    for row in &all {
+        let known = counts.entry(row.key).or_default();
+        match known.iter_mut().find(|one| one.0.is(row)) {
+            Some((_, count)) => *count += 1,
+            None => known.push((row, 1)),
+        }
+    }
+    let most = counts.into_values().filter_map(|rows| {
+        let (row, count) = rows.into_iter().max_by_key(|one| one.1)?;
+        let alike = |one: &&&Row| one.is(row) && one.default != "required";
+        let by_default = |one: &&Row| all.iter().filter(|other| **other == *one).count();
+        let row = all.iter().filter(alike).copied().max_by_key(by_default)?;
+        (count > 2).then(|| row.clone())
+    });
+    Table {
+        heading: "Shared keys".to_owned(),
+        rows: most.collect(),
     }
 }
 
@@ -126,41 +259,8 @@ const ON_DEVICE: [&str; 5] = [
     "watchdog_s",
 ];
 
-/// Keys of a question, each with its row: option, or `KEY=VALUE`, and argument; the help of the command has them.
-fn asked(command: &str, tables: &[(&str, &[Parameter])]) -> Vec<(&'static str, String)> {
-    let help = Place::new().run(&format!("{command} --help")).stdout;
-    let row = |parameter: &Parameter| {
-        let key = parameter.key;
-        let option = format!("--{}", without_unit(key).replace('_', "-"));
-        let is_option = [" ", "\n"]
-            .iter()
-            .any(|end| help.contains(&format!("{option}{end}")));
-        let typed = match is_option {
-            true => option,
-            false => format!("{}=VALUE", without_unit(key)),
-        };
-        assert!(is_option || help.contains("[KEY=VALUE]"), "{typed}");
-        let page = match key {
-            key if key == VALIDATE.key => ", second file",
-            key if key == REFERENCE.key => ", file",
-            key if ON_DEVICE.contains(&key) => ", not there",
-            _ => "",
-        };
-        let python = IN_PYTHON.iter().find(|one| one.0 == key);
-        let python = python.map_or(key, |one| one.1);
-        let cells = cells(
-            parameter,
-            Some(parameter.shown).filter(|shown| !shown.is_empty()),
-        );
-        let row = format!("| `{key}`{page} | `{typed}` | `{python}` | {cells} |");
-        (key, row)
-    };
-    let all = tables.iter().flat_map(|(_, table)| *table);
-    all.map(row).collect()
-}
-
-/// The questions, with their own rows; those of several stand once, behind them.
-fn questions(text: &mut String) {
+/// The questions: command and tables.
+fn questions() -> Vec<(String, Vec<Parameter>)> {
     let design = [&CONTROL_LOOP[..1], CONTROL_DESIGN].concat();
     let forms = [
         ("identify", RECORD),
@@ -171,64 +271,56 @@ fn questions(text: &mut String) {
     ];
     let forms = forms.map(|(command, tables)| (command.to_owned(), tables.to_vec()));
     let documents = QUESTIONS.map(|kind| {
-        (
-            kind.replace("analyze-", "analyze "),
-            parameters::of_kind(kind),
-        )
+        let command = kind.replace("analyze-", "analyze ");
+        (command, parameters::of_kind(kind))
     });
     let all = forms.into_iter().chain(documents);
-    let all: Vec<_> = all
-        .map(|(command, tables)| {
-            let rows = asked(&command, &tables);
-            (command, rows)
-        })
-        .collect();
-    let shared = shared(all.iter().flat_map(|(_, rows)| rows.clone()));
-    let head = "| key, field of the page | command | Python | default | range | meaning |\n|---|---|---|---|---|---|";
-    for (command, rows) in &all {
-        let (own, common) = apart(rows, &shared);
-        let _ = writeln!(text, "\n### {command}");
-        if !own.is_empty() {
-            let _ = writeln!(text, "\n{head}\n{}", own.join("\n"));
-        }
-        if !common.is_empty() {
-            let _ = writeln!(
-                text,
-                "\nAnd [of several](#keys-of-several-questions): {common}"
-            );
+    let keys = |tables: Vec<(&str, &[Parameter])>| {
+        tables
+            .iter()
+            .flat_map(|(_, table)| table.to_vec())
+            .collect()
+    };
+    all.map(|(command, tables)| (command, keys(tables)))
+        .collect()
+}
+
+/// The names of a key, rule and exceptions: on the command, on the page and in Python.
+fn names(questions: &[(String, Vec<Parameter>)]) -> String {
+    let mut text = String::from("\nkey | command | page | Python\n---|---|---|---\n");
+    let like = ["`--sample-time`", "`sample_time_s`", "`sample_time_s`"];
+    let mut row = |key: &str, [command, page, python]: [&str; 3]| {
+        let _ = writeln!(text, "{key} | {command} | {page} | {python}");
+    };
+    row("each key, as `sample_time_s`", like);
+    for (command, parameters) in questions {
+        let help = Place::new().run(&format!("{command} --help")).stdout;
+        let typed = parameters.iter().map(|one| one.key).filter(|key| {
+            let option = format!("--{}", without_unit(key).replace('_', "-"));
+            !([" ", "\n"].iter()).any(|end| help.contains(&format!("{option}{end}")))
+        });
+        let typed: Vec<String> = typed.map(|key| format!("`{key}`")).collect();
+        if !typed.is_empty() {
+            assert!(help.contains("[KEY=VALUE]"), "{command}: {typed:?}");
+            let keys = format!("`{command}`: {}", grouped(&typed.join(" ")));
+            row(&keys, ["`KEY=VALUE`, key without unit", "same", "same"]);
         }
     }
-    let _ = writeln!(
-        text,
-        "\n### Keys of several questions\n\n{head}\n{}",
-        shared.join("\n")
+    let on_device = ON_DEVICE.map(|key| format!("`{key}`")).join(" ");
+    let no_field = "no field: it runs no device at a port";
+    row(&on_device, ["same", no_field, "same"]);
+    row(
+        &format!("`{}`", VALIDATE.key),
+        ["same", "second file", "same"],
     );
-}
-
-/// Rows that stand here alone, and the keys of those that stand once for several tables.
-fn apart<'a>(rows: &'a [(&str, String)], shared: &[String]) -> (Vec<&'a str>, String) {
-    let (common, own): (Vec<_>, Vec<_>) = rows.iter().partition(|row| shared.contains(&row.1));
-    let common: Vec<String> = common.iter().map(|row| format!("`{}`", row.0)).collect();
-    (
-        own.iter().map(|row| row.1.as_str()).collect(),
-        common.join(" "),
-    )
-}
-
-/// Rows of several tables: one for each key, that of most.
-fn shared(all: impl Iterator<Item = (&'static str, String)>) -> Vec<String> {
-    let mut counts: BTreeMap<String, (&str, usize)> = BTreeMap::new();
-    for (key, row) in all {
-        counts.entry(row).or_insert((key, 0)).1 += 1;
+    row(&format!("`{}`", REFERENCE.key), ["same", "file", "same"]);
+    for (key, python) in IN_PYTHON {
+        row(
+            &format!("`{key}`"),
+            ["same", "same", &format!("`{python}`")],
+        );
     }
-    let mut shared: BTreeMap<&str, (usize, String)> = BTreeMap::new();
-    for (row, (key, count)) in counts {
-        let least = shared.get(key).map_or(1, |known| known.0);
-        if count > least {
-            shared.insert(key, (count, row));
-        }
-    }
-    shared.into_values().map(|(_, row)| row).collect()
+    text
 }
 
 /// The text with each list of choices once; later rows name the key that has it.
@@ -239,9 +331,9 @@ fn lists_once(text: &str) -> String {
             return line.to_owned();
         };
         if let Some(first) = seen.get(list) {
-            return format!("{row}; choices as of {first} above |");
+            return format!("{row}; choices of {first}");
         }
-        seen.insert(list, row.split(' ').nth(1).unwrap_or_default());
+        seen.insert(list, row.split(' ').next().unwrap_or_default());
         line.to_owned()
     });
     lines.collect::<Vec<_>>().join("\n") + "\n"
@@ -249,25 +341,56 @@ fn lists_once(text: &str) -> String {
 
 /// The page below its mark.
 fn made() -> String {
-    let all = ["experiment", "controller", "plant"]
-        .map(parameters::tables)
-        .concat();
-    let all = all
-        .iter()
-        .flat_map(|(heading, parameters)| rows(heading, parameters));
-    let shared = shared(all);
-    let mut text = String::from("\n## Experiment files\n");
-    let listed: Vec<&str> = shared.iter().map(String::as_str).collect();
-    tables(&mut text, &parameters::tables("experiment"), &shared);
-    table(&mut text, "Shared keys", &listed);
-    text.push_str("\n## Controller files\n\nOne of the first five, and `[loop]`.\n");
-    tables(&mut text, &parameters::tables("controller"), &shared);
-    text.push_str("\n## Plant files\n\nOne of the first four. In `[device]` mass and damping are required; `[intervals]` beside it has the same\nkeys, each `[low, high]`.\n");
-    tables(&mut text, &parameters::tables("plant"), &shared);
-    text.push_str("\n## Questions\n\nThe command, the page and Python ask them alike; in Python they are `tissue.identify_tables`, `control.identify`, `control.design`, `control.analyze`, `control.simulate`, and in\n`experiment` `zwidth`, `design`, `analyze_stability` and so on. The page runs no device at a port; a plant is typed there, or a file.\n");
-    questions(&mut text);
+    let questions = questions();
+    let asked = questions.iter();
+    let asked = asked.map(|(command, parameters)| Table::new(command, parameters));
+    let files = ["experiment", "controller", "plant"].map(|file| {
+        let tables = parameters::tables(file);
+        tables
+            .iter()
+            .map(|(heading, keys)| Table::new(heading, keys))
+            .collect::<Vec<_>>()
+    });
+    let [experiment, controller, plant] = files.each_ref().map(Vec::len);
+    let all: Vec<Table> = files.into_iter().flatten().chain(asked).collect();
+    let shared = shared(&all);
+    let groups = GROUPS
+        .map(|(group, keys)| format!("{group}: {keys}"))
+        .join("\n\n");
+    let mut text = format!(
+        "\n## {}\n\nNamed groups:\n\n{groups}\n\n{HEAD}\n",
+        shared.heading
+    );
+    for row in &shared.rows {
+        let _ = writeln!(text, "{}", row.line());
+    }
+    let chapters = [
+        (0, "Experiment files", EXPERIMENT_FILES.to_owned()),
+        (experiment, "Controller files", CONTROLLER_FILES.to_owned()),
+        (
+            experiment + controller,
+            "Plant files",
+            PLANT_FILES.to_owned(),
+        ),
+        (
+            experiment + controller + plant,
+            "Questions",
+            format!("{ASKED}{}", names(&questions)),
+        ),
+    ];
+    for (at, table) in all.iter().enumerate() {
+        if let Some((_, heading, head)) = chapters.iter().find(|chapter| chapter.0 == at) {
+            let _ = write!(text, "\n## {heading}\n{head}");
+        }
+        table.write(&mut text, &shared, &all[..at]);
+    }
     lists_once(&text)
 }
+
+const EXPERIMENT_FILES: &str = "";
+const CONTROLLER_FILES: &str = "\nOne of the first five, and `[loop]`.\n";
+const PLANT_FILES: &str = "\nOne of the first four. In `[device]` mass and damping are required; `[intervals]` beside it has the same\nkeys, each `[low, high]`.\n";
+const ASKED: &str = "\nCommand, page and Python ask them alike, in Python as `tissue.identify_tables`, `control.identify`, `control.design`, `control.analyze`, `control.simulate`, and in\n`experiment` `zwidth`, `design`, `analyze_stability` and so on. On the page a plant is typed, or a file. Names:\n";
 
 #[test]
 fn the_page_of_keys_is_made_from_the_tables() {

@@ -89,8 +89,8 @@ mod tests {
             ("RPI-RP2 RP2350", "rp2040 and rp2350"),
         ] {
             let ids: Vec<String> = drives.split(' ').map(str::to_owned).collect();
-            let said = Board::at(&ids).map_or_else(|no| no.to_string(), |it| it.name.to_owned());
-            assert!(said.contains(chosen), "{drives}: {said}");
+            let name = Board::at(&ids).map_or_else(|no| no.to_string(), |it| it.name.to_owned());
+            assert!(name.contains(chosen), "{drives}: {name}");
         }
         let pico = boards().into_iter().find(|board| board.1 == "pico");
         assert_eq!(pico.expect("known").0.name, "rp2040");

@@ -140,8 +140,8 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let file = folder.path().join(FILE);
         std::fs::write(&file, "precious").expect("is written");
-        let there = write(folder.path(), &[0; 512]).expect_err("is there");
-        let words = refused(folder.path(), &there).to_string();
+        let image = write(folder.path(), &[0; 512]).expect_err("is there");
+        let words = refused(folder.path(), &image).to_string();
         assert!(
             words.ends_with("already has a file haptic.uf2: delete it"),
             "{words}"
