@@ -328,7 +328,7 @@ pub(crate) fn press(table: &Table<'_>, held: Option<&Table<'_>>) -> Result<Press
     let of_drive = of_drive.transpose()?.flatten().unwrap_or(force_limit_n);
     let drive = match given(&CONTROLLER) {
         Some(held) => drive::drive(held, None, None, force_limit_n)?,
-        None => own_loop(table, &device, remote.as_ref())?,
+        None => own_loop(table, &device, remote.as_ref(), force_limit_n)?,
     };
     let drive = Drive {
         force_limit_n: of_drive,
@@ -401,6 +401,7 @@ fn own_loop(
     table: &Table<'_>,
     device: &MassDamperConfig,
     remote: Option<&RemoteDevice>,
+    force_limit_n: f64,
 ) -> Result<Drive, FileError> {
     let known = [&p::MASS, &p::DEVICE_MODEL]
         .iter()
@@ -420,7 +421,7 @@ fn own_loop(
     Ok(Drive {
         name: "made from mass and damping".to_owned(),
         controller: position_loop::position_loop(device, line),
-        force_limit_n: f64::NAN,
+        force_limit_n,
         force_limit_reason: None,
         device: None,
     })

@@ -168,7 +168,7 @@ impl TrialPlan {
     }
 
     /// The push of a motor.
-    fn push_of_motor(&self) -> Option<MotorPush> {
+    pub(crate) fn push_of_motor(&self) -> Option<MotorPush> {
         match self.push_by {
             PushBy::Hand => None,
             PushBy::Device => Some(MotorPush::Own(self.push_n)),

@@ -40,6 +40,7 @@ use crate::judge::settling::Criterion;
 use crate::question::analysis::{ANALYSED_TISSUE, law};
 use crate::question::bench::{AskedDevice, bench, check_orders, orders, scheme};
 use crate::run::device::Warn;
+use crate::run::ending::MotorPush;
 use crate::run::remote::{RemoteDevice, RemoteLaw, held};
 use crate::run::sensors::{Imperfections, Sensors};
 use fracdiff::{Order, Scheme};
@@ -187,7 +188,7 @@ impl ZWidth {
             order: 1.0,
             operator: (derivative, vec![t.0.recip() as f32, -t.0.recip() as f32]),
             held_push_n: push_n,
-            own_push_n: Some(-push_n),
+            push: Some(MotorPush::Own(-push_n)),
             ..RemoteLaw::bare(
                 force_and_rate(plan.force_limit_n, None, t),
                 held(&self.device, 0.0),

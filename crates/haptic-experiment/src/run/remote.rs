@@ -28,7 +28,7 @@ use super::schedule::Schedule;
 use crate::document::failure::Failure;
 use crate::run::advice::single;
 use crate::run::device::LinkedName;
-use crate::run::ending::Lateness;
+use crate::run::ending::{Lateness, MotorPush};
 use fracdiff::Operator;
 use haptic_link::{
     Capabilities, Configuration, ControllerLaw, Limits, LoopMode, OperatorShape, Simulation,
@@ -128,10 +128,8 @@ pub(crate) struct RemoteLaw {
     pub simulation: Simulation,
     /// Constant push that the force has to hold, N; 0 for none.
     pub held_push_n: f64,
-    /// Push of the device's own motor, N.
-    pub own_push_n: Option<f64>,
-    /// Push of a second device's motor into the law, N.
-    pub second_push_n: Option<f64>,
+    /// Push of a motor into the law.
+    pub push: Option<MotorPush>,
     /// The plant stands still until the device has raised its force: so its motion can be compared
     /// with theory from the start.
     pub after_rise: bool,
@@ -174,10 +172,14 @@ impl RemoteLaw {
             guard: Default::default(),
             simulation,
             held_push_n: 0.0,
-            own_push_n: None,
-            second_push_n: None,
+            push: None,
             after_rise: false,
         }
+    }
+
+    /// Push of the device's own motor, N; 0 for none.
+    fn own_push_n(&self) -> f64 {
+        self.push.map_or(0.0, MotorPush::own_n)
     }
 }
 
@@ -218,7 +220,7 @@ pub(crate) fn agreed(
     set: &Configuration,
     warn: &dyn Fn(&str),
 ) -> Result<Configuration, Failure> {
-    if law.own_push_n.is_some() {
+    if let Some(MotorPush::Own(_)) = law.push {
         may_push(device, link)?;
     }
     within(device, law, schedule, link.capabilities(), set, warn)
@@ -243,7 +245,7 @@ pub(crate) fn within(
             Shown(law.held_push_n)
         )));
     }
-    let own_push_n = law.own_push_n.unwrap_or(0.0);
+    let own_push_n = law.own_push_n();
     if own_push_n as f32 > most_n {
         return Err(Failure::bad_input(format_args!(
             "push_n = {} is above the device's own force limit of {most_n} N: push less, or raise that limit with host-cli device set",
@@ -335,7 +337,7 @@ fn configuration(
         },
         simulation,
         own_push_n: match device.loop_mode {
-            LoopMode::Device => single("push", law.own_push_n.unwrap_or(0.0))?,
+            LoopMode::Device => single("push", law.own_push_n())?,
             // The controller here adds it.
             LoopMode::Host => 0.0,
         },

@@ -26,7 +26,7 @@ use crate::experiment::drive::{
 use crate::experiment::kind::Conduct;
 use crate::experiment::reading::{DEVICE_FILES, device_model_by};
 use crate::run::advice::parameter;
-use crate::run::ending::Ending;
+use crate::run::ending::{Ending, MotorPush};
 use crate::run::remote::{PairRun, RemoteDevice, RemoteLaw, RemoteRun, blank, fits_two_devices};
 use crate::run::safety::{GuardChoice, Safety};
 use crate::run::sensors::Imperfections;
@@ -187,14 +187,13 @@ impl SecondDevice {
                 p::DRIVE_DEVICE_MODEL
             ));
         }
-        let safety = unguarded(safety);
         let device = &RemoteDevice {
             patience: law.device.patience,
             ..remote.clone()
         };
         let push = RemoteLaw {
-            own_push_n: Some(push_n),
-            ..no_law_there(self.limits(), None, &safety, &self.device, 0.0)
+            push: Some(MotorPush::Own(push_n)),
+            ..no_law_there(self.limits(), None, &unguarded(safety), &self.device, 0.0)
         };
         let pair = PairRun {
             drive: RemoteRun::beside(device, push, law.schedule, &|_| blank(0.0), law.request),
@@ -203,7 +202,7 @@ impl SecondDevice {
             opposed_n: Arc::default(),
         };
         let no_law = OwnPush::new(no_wall(self.device.sample_time)?, Some(push_n));
-        let mut pushing = Controller::new(no_law, self.chain(&safety)?);
+        let mut pushing = Controller::new(no_law, self.chain(safety)?);
         pair.run(controller, &mut pushing, supervisor)
     }
 

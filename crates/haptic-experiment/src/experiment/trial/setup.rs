@@ -167,8 +167,7 @@ impl TrialSetup {
         let push_n = self.plan.push_of_hand_n();
         RemoteLaw {
             held_push_n: self.plan.push_n,
-            own_push_n: self.plan.own_push_n(),
-            second_push_n: self.second.as_ref().map(|_| self.plan.push_n),
+            push: self.plan.push_of_motor(),
             ..no_law_there(
                 self.force_and_rate(),
                 self.force_rate_limit_n_per_s,

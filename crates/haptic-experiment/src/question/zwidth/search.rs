@@ -130,7 +130,7 @@ impl ZWidth {
             one_sided: self.contact == WallContact::OneSided,
             operator: portable(&operator)?,
             held_push_n: plan.push_n,
-            own_push_n: plan.own_push_n(),
+            push: plan.push_of_motor(),
             ..RemoteLaw::bare(limits, held(config, plan.push_of_hand_n()))
         })
     }

@@ -6,7 +6,7 @@ use crate::document::named::Named;
 use crate::document::parameters::{CONTACT, CONTROLLER, LOOP, MEMORY, SAMPLE_TIME};
 use crate::run::device::{Warn, firmware_version, refused_at_port};
 use crate::run::drive_verdict::DriveVerdict;
-use crate::run::ending::{Keeper, MotorPush};
+use crate::run::ending::Keeper;
 use crate::run::folder::FolderRequest;
 use crate::run::preflight::{
     Found, Look, MEASURED, PreflightRequest, delay_samples, note_findings,
@@ -174,8 +174,7 @@ impl<'a, M> RemoteRun<'a, M> {
             blank: self.blank,
             metadata: self.metadata,
             found,
-            push: (self.law.own_push_n.map(MotorPush::Own))
-                .or(self.law.second_push_n.map(MotorPush::Second)),
+            push: self.law.push,
             force_limit_n: configuration.limits.force_n.into(),
             holds,
         })
