@@ -198,7 +198,7 @@ macro_rules! one_of {
         #[inline]
         fn past(&self, history: &Self::History) -> F {
             match (self, history) {
-                $((Self::$kind(operator), $history::$kind(own)) => operator.past(own),)+
+                $((Self::$kind(operator), $history::$kind(past)) => operator.past(past),)+
                 _ => F::from_f64(f64::NAN),
             }
         }
@@ -206,7 +206,7 @@ macro_rules! one_of {
         #[inline]
         fn output(&self, history: &Self::History, x: F) -> F {
             match (self, history) {
-                $((Self::$kind(operator), $history::$kind(own)) => operator.output(own, x),)+
+                $((Self::$kind(operator), $history::$kind(past)) => operator.output(past, x),)+
                 _ => F::from_f64(f64::NAN),
             }
         }
@@ -214,14 +214,14 @@ macro_rules! one_of {
         #[inline]
         fn advance(&self, history: &mut Self::History, x: F) {
             match (self, history) {
-                $((Self::$kind(operator), $history::$kind(own)) => $advance(operator, own, x),)+
+                $((Self::$kind(operator), $history::$kind(past)) => $advance(operator, past, x),)+
                 _ => {}
             }
         }
 
         fn process(&self, history: &mut Self::History, samples: &mut [F]) {
             match (self, history) {
-                $((Self::$kind(operator), $history::$kind(own)) => operator.process(own, samples),)+
+                $((Self::$kind(operator), $history::$kind(past)) => operator.process(past, samples),)+
                 _ => samples.fill(F::from_f64(f64::NAN)),
             }
         }

@@ -113,12 +113,12 @@ impl fmt::Display for Shown {
             return value.fmt(f);
         }
         let plain = (1e-6..1e6).contains(&size);
-        let (mut own, mut rounded) = (Text::EMPTY, Text::EMPTY);
-        write!(own, "{value:e}")?;
+        let (mut shortest, mut rounded) = (Text::EMPTY, Text::EMPTY);
+        write!(shortest, "{value:e}")?;
         write!(rounded, "{value:.*e}", DIGITS - 1)?;
         let (mantissa, exponent) = rounded.halves();
-        let keeps_its_own = digits(own.halves().0) <= DIGITS || digits(mantissa) <= ROUND;
-        match (plain, keeps_its_own) {
+        let is_short = digits(shortest.halves().0) <= DIGITS || digits(mantissa) <= ROUND;
+        match (plain, is_short) {
             (true, true) => value.fmt(f),
             (false, true) => fmt::LowerExp::fmt(&value, f),
             (false, false) => write!(f, "{mantissa}e{exponent}"),

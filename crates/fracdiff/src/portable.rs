@@ -195,9 +195,9 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differ
 
     fn rest(&self, history: &mut Self::History) {
         match (self, history) {
-            (Self::Taps(_), PortableHistory::Taps(own)) => own.rest(),
+            (Self::Taps(_), PortableHistory::Taps(past)) => past.rest(),
             (Self::Taps(_), other) => rest_as_taps(other),
-            (Self::Modes(core), PortableHistory::Modes(own)) => core.rest(own),
+            (Self::Modes(core), PortableHistory::Modes(past)) => core.rest(past),
             (Self::Modes(_), other) => rest_as_modes(other),
             (Self::Recursion(core), other) => rest_as(core, PortableHistory::Recursion, other),
         }

@@ -49,7 +49,7 @@ fn found(coefficients: &[f64]) -> (Vec<Complex<f64>>, usize) {
         return (all, 0);
     }
     let mut polynomial = Polynomial {
-        own: rest,
+        coefficients: rest,
         scaled: Vec::new(),
     };
     let mut places = polynomial.beginning();
@@ -61,7 +61,7 @@ fn found(coefficients: &[f64]) -> (Vec<Complex<f64>>, usize) {
 
 struct Polynomial<'a> {
     /// Coefficients, the first and the last not 0.
-    own: &'a [f64],
+    coefficients: &'a [f64],
     /// Those of p(2^e·z)/2^m for some e, the largest about 1: so no power of z is too large or too small.
     scaled: Vec<(i32, Vec<f64>)>,
 }
@@ -69,10 +69,14 @@ struct Polynomial<'a> {
 impl Polynomial<'_> {
     /// On circles of |`c_i`/`c_j`|^(1/(j−i)) for each edge i to j of the upper hull of (k, ln|`c_k`|).
     fn beginning(&self) -> Vec<Complex<f64>> {
-        let logarithms: Vec<f64> = self.own.iter().map(|c| libm::log(c.abs())).collect();
+        let logarithms: Vec<f64> = self
+            .coefficients
+            .iter()
+            .map(|c| libm::log(c.abs()))
+            .collect();
         let slope = |i: usize, j: usize| (logarithms[j] - logarithms[i]) / (j - i) as f64;
         let mut hull: Vec<usize> = Vec::new();
-        for (k, c) in self.own.iter().enumerate() {
+        for (k, c) in self.coefficients.iter().enumerate() {
             if *c == 0.0 {
                 continue;
             }
@@ -83,14 +87,15 @@ impl Polynomial<'_> {
             }
             hull.push(k);
         }
-        let mut places = Vec::with_capacity(self.own.len());
+        let mut places = Vec::with_capacity(self.coefficients.len());
         for edge in hull.windows(2) {
             let [i, j] = [edge[0], edge[1]];
             let radius = libm::exp(-slope(i, j));
             places.extend((i..j).map(|k| {
                 // No two of them conjugate: such a pair could never become two real roots.
-                let angle =
-                    2.0 * PI * ((k - i) as f64 / (j - i) as f64 + i as f64 / self.own.len() as f64);
+                let angle = 2.0
+                    * PI
+                    * ((k - i) as f64 / (j - i) as f64 + i as f64 / self.coefficients.len() as f64);
                 Complex::from_polar(radius, angle + 0.7)
             }));
         }
@@ -131,7 +136,12 @@ impl Polynomial<'_> {
     fn in_unit(&mut self, unit: i32) -> &[f64] {
         let known = self.scaled.iter().position(|(known, _)| *known == unit);
         let place = known.unwrap_or_else(|| {
-            let powers = || self.own.iter().zip(0..).map(|(c, k)| (*c, unit * k));
+            let powers = || {
+                self.coefficients
+                    .iter()
+                    .zip(0..)
+                    .map(|(c, k)| (*c, unit * k))
+            };
             let used = powers().filter(|(c, _)| *c != 0.0);
             let sizes = used.map(|(c, power)| libm::ilogb(c) + power);
             let most = sizes.max().unwrap_or(0);

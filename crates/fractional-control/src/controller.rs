@@ -102,7 +102,7 @@ impl<F: Real> Stage<F> {
 
     /// The applied command if it is finite, otherwise the command within its limits.
     #[inline]
-    pub(crate) fn told(&self, wanted: F, applied: F) -> F {
+    pub(crate) fn applied(&self, wanted: F, applied: F) -> F {
         if applied.is_finite() {
             applied
         } else {
@@ -113,7 +113,7 @@ impl<F: Real> Stage<F> {
     /// The applied command if it is beyond the dead zone, as with an unknown limit, otherwise the command within its limits.
     #[inline]
     pub(crate) fn given(&self, wanted: F, applied: F) -> F {
-        let (command, applied) = (self.limit(wanted), self.told(wanted, applied));
+        let (command, applied) = (self.limit(wanted), self.applied(wanted, applied));
         let [threshold, range] = DEAD_ZONE.map(F::from_f64);
         if (applied - command).abs() > threshold * command.abs() + range * self.range {
             applied

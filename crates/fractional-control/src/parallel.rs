@@ -119,21 +119,21 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
         // Also where no branch has a power.
         sample_time.rate_to_the(Order::new(0.0)?)?;
         let used = parameters.iter().filter(|p| p.gain != 0.0);
-        for (slot, own) in branches.iter_mut().zip(used) {
-            let gain = in_samples("gain", own.gain)?;
-            let weight = in_samples("set-point weight", own.weight)?;
-            let mut direct = own.gain;
-            if own.order == 0.0 {
+        for (slot, part) in branches.iter_mut().zip(used) {
+            let gain = in_samples("gain", part.gain)?;
+            let weight = in_samples("set-point weight", part.weight)?;
+            let mut direct = part.gain;
+            if part.order == 0.0 {
                 proportional = Some([gain, weight]);
             } else {
-                let power = make(Order::new(own.order)?)?;
-                direct = own.gain * power.direct_gain().to_f64();
+                let power = make(Order::new(part.order)?)?;
+                direct = part.gain * power.direct_gain().to_f64();
                 *slot = Some(Branch {
                     gain,
                     weight,
-                    order: own.order,
+                    order: part.order,
                     power,
-                    integrates: own.order < 0.0,
+                    integrates: part.order < 0.0,
                 });
             }
             feedback += direct;
@@ -151,8 +151,9 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
     fn at_rest(&self) -> Past<F, O::History> {
         let any = self.branches.iter().flatten().next();
         let rest = |any: &Branch<F, O>| {
-            let own = |own: &Option<Branch<F, O>>| own.as_ref().unwrap_or(any).power.at_rest();
-            self.branches.each_ref().map(own)
+            let history =
+                |branch: &Option<Branch<F, O>>| branch.as_ref().unwrap_or(any).power.at_rest();
+            self.branches.each_ref().map(history)
         };
         Past {
             powers: any.map(rest),
@@ -177,10 +178,10 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
         let Some(powers) = &past.powers else {
             return (sum, errors);
         };
-        for ((branch, own), error) in self.branches.iter().zip(powers).zip(&mut errors) {
+        for ((branch, history), error) in self.branches.iter().zip(powers).zip(&mut errors) {
             if let Some(branch) = branch {
                 *error = branch.error(r, y);
-                sum += branch.gain * branch.power.output(own, *error);
+                sum += branch.gain * branch.power.output(history, *error);
             }
         }
         (sum, errors)
@@ -201,25 +202,25 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
         let Some(powers) = &mut past.powers else {
             return;
         };
-        for ((branch, own), error) in self.branches.iter().zip(powers).zip(errors) {
+        for ((branch, history), error) in self.branches.iter().zip(powers).zip(errors) {
             if let Some(branch) = branch {
                 // The clock of an integral stands while it pushes on.
                 let push = branch.gain * error;
                 if branch.integrates && ((down && push < F::ZERO) || (up && push > F::ZERO)) {
                     continue;
                 }
-                advance_apart(&branch.power, own, error);
+                advance_apart(&branch.power, history, error);
             }
         }
     }
 
     fn follow(&self, past: &mut Past<F, O::History>, r: F, y: F, applied: F) {
         let wanted = self.wanted(past, r, y);
-        past.bias += self.stage.told(wanted, applied) - wanted;
+        past.bias += self.stage.applied(wanted, applied) - wanted;
         let powers = past.powers.iter_mut().flatten();
-        for (branch, own) in self.branches.iter().zip(powers) {
+        for (branch, history) in self.branches.iter().zip(powers) {
             if let Some(branch) = branch.as_ref().filter(|branch| !branch.integrates) {
-                branch.power.advance(own, branch.error(r, y));
+                branch.power.advance(history, branch.error(r, y));
             }
         }
     }
@@ -227,7 +228,7 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
     fn settled(&self, r: F, y: F, command: F) -> Past<F, O::History> {
         let mut past = self.keep(None, r, y);
         let wanted = self.wanted(&past, r, y);
-        past.bias = self.stage.limit(self.stage.told(wanted, command)) - wanted;
+        past.bias = self.stage.limit(self.stage.applied(wanted, command)) - wanted;
         past
     }
 
@@ -241,19 +242,19 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
     ) -> Past<F, O::History> {
         let mut kept = self.at_rest();
         kept.average = other.map_or(F::ZERO, |(_, past)| past.average);
-        for (own, slot) in self.branches.iter().zip(kept.powers.iter_mut().flatten()) {
-            let Some(own) = own else { continue };
-            let theirs = other.into_iter().flat_map(|(other, past)| {
+        for (branch, slot) in self.branches.iter().zip(kept.powers.iter_mut().flatten()) {
+            let Some(branch) = branch else { continue };
+            let known = other.into_iter().flat_map(|(other, past)| {
                 let powers = past.powers.iter().flatten();
                 other.branches.iter().zip(powers)
             });
-            let same = theirs.filter_map(|(branch, past)| {
-                let branch = branch.as_ref()?;
-                let same = own.power == branch.power && own.weight == branch.weight;
+            let same = known.filter_map(|(theirs, past)| {
+                let theirs = theirs.as_ref()?;
+                let same = branch.power == theirs.power && branch.weight == theirs.weight;
                 same.then_some(past)
             });
-            let new = || match own.order > 0.0 {
-                true => own.power.settled(own.error(r, y)),
+            let new = || match branch.order > 0.0 {
+                true => branch.power.settled(branch.error(r, y)),
                 false => None,
             };
             if let Some(known) = same.last().cloned().or_else(new) {
@@ -329,24 +330,24 @@ impl<F: Real, const MODES: usize> Controller<F> for FractionalPid<F, MODES> {
 
     fn at_rest(&self) -> Self::History {
         ParallelHistory(match &self.0 {
-            Kind::First(own) => KindHistory::First(own.at_rest()),
-            Kind::Second(own) => KindHistory::Second(own.at_rest()),
+            Kind::First(sum) => KindHistory::First(sum.at_rest()),
+            Kind::Second(sum) => KindHistory::Second(sum.at_rest()),
         })
     }
 
     #[inline]
     fn feedback_gain(&self) -> F {
         match &self.0 {
-            Kind::First(own) => own.feedback,
-            Kind::Second(own) => own.feedback,
+            Kind::First(sum) => sum.feedback,
+            Kind::Second(sum) => sum.feedback,
         }
     }
 
     #[inline]
     fn wanted(&self, history: &Self::History, r: F, y: F) -> F {
         match (&self.0, &history.0) {
-            (Kind::First(own), KindHistory::First(past)) => own.wanted(past, r, y),
-            (Kind::Second(own), KindHistory::Second(past)) => own.wanted(past, r, y),
+            (Kind::First(sum), KindHistory::First(past)) => sum.wanted(past, r, y),
+            (Kind::Second(sum), KindHistory::Second(past)) => sum.wanted(past, r, y),
             _ => F::from_f64(f64::NAN),
         }
     }
@@ -354,8 +355,8 @@ impl<F: Real, const MODES: usize> Controller<F> for FractionalPid<F, MODES> {
     #[inline]
     fn output(&self, history: &Self::History, r: F, y: F) -> F {
         match (&self.0, &history.0) {
-            (Kind::First(own), KindHistory::First(past)) => own.output(past, r, y),
-            (Kind::Second(own), KindHistory::Second(past)) => own.output(past, r, y),
+            (Kind::First(sum), KindHistory::First(past)) => sum.output(past, r, y),
+            (Kind::Second(sum), KindHistory::Second(past)) => sum.output(past, r, y),
             _ => F::from_f64(f64::NAN),
         }
     }
@@ -363,50 +364,50 @@ impl<F: Real, const MODES: usize> Controller<F> for FractionalPid<F, MODES> {
     #[inline]
     fn limited(&self, command: F) -> F {
         match &self.0 {
-            Kind::First(own) => own.stage.limit(command),
-            Kind::Second(own) => own.stage.limit(command),
+            Kind::First(sum) => sum.stage.limit(command),
+            Kind::Second(sum) => sum.stage.limit(command),
         }
     }
 
     #[inline]
     fn advance(&self, history: &mut Self::History, r: F, y: F, applied: F) {
         match (&self.0, &mut history.0) {
-            (Kind::First(own), KindHistory::First(past)) => own.advance(past, r, y, applied),
-            (Kind::Second(own), KindHistory::Second(past)) => own.advance(past, r, y, applied),
+            (Kind::First(sum), KindHistory::First(past)) => sum.advance(past, r, y, applied),
+            (Kind::Second(sum), KindHistory::Second(past)) => sum.advance(past, r, y, applied),
             _ => {}
         }
     }
 
     fn follow(&self, history: &mut Self::History, r: F, y: F, applied: F) {
         match (&self.0, &mut history.0) {
-            (Kind::First(own), KindHistory::First(past)) => own.follow(past, r, y, applied),
-            (Kind::Second(own), KindHistory::Second(past)) => own.follow(past, r, y, applied),
+            (Kind::First(sum), KindHistory::First(past)) => sum.follow(past, r, y, applied),
+            (Kind::Second(sum), KindHistory::Second(past)) => sum.follow(past, r, y, applied),
             _ => {}
         }
     }
 
     fn settled(&self, r: F, y: F, command: F) -> Option<Self::History> {
         Some(ParallelHistory(match &self.0 {
-            Kind::First(own) => KindHistory::First(own.settled(r, y, command)),
-            Kind::Second(own) => KindHistory::Second(own.settled(r, y, command)),
+            Kind::First(sum) => KindHistory::First(sum.settled(r, y, command)),
+            Kind::Second(sum) => KindHistory::Second(sum.settled(r, y, command)),
         }))
     }
 
     fn take_over(&self, other: &Self, history: &Self::History, r: F, y: F) -> Self::History {
         let mut next = ParallelHistory(match &self.0 {
-            Kind::First(own) => {
+            Kind::First(sum) => {
                 let theirs = match (&other.0, &history.0) {
                     (Kind::First(other), KindHistory::First(past)) => Some((other, past)),
                     _ => None,
                 };
-                KindHistory::First(own.keep(theirs, r, y))
+                KindHistory::First(sum.keep(theirs, r, y))
             }
-            Kind::Second(own) => {
+            Kind::Second(sum) => {
                 let theirs = match (&other.0, &history.0) {
                     (Kind::Second(other), KindHistory::Second(past)) => Some((other, past)),
                     _ => None,
                 };
-                KindHistory::Second(own.keep(theirs, r, y))
+                KindHistory::Second(sum.keep(theirs, r, y))
             }
         });
         let bump = other.wanted(history, r, y) - self.wanted(&next, r, y);
@@ -434,8 +435,8 @@ impl<F: Real, const MODES: usize> FrequencyResponse for FractionalPid<F, MODES> 
     /// −u/y at the angle θ, of the weights held.
     fn response(&self, theta: f64) -> Complex<f64> {
         match &self.0 {
-            Kind::First(own) => own.response(theta),
-            Kind::Second(own) => own.response(theta),
+            Kind::First(sum) => sum.response(theta),
+            Kind::Second(sum) => sum.response(theta),
         }
     }
 }

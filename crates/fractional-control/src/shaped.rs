@@ -80,7 +80,7 @@ where
 
     fn follow(&self, history: &mut Self::History, r: F, y: F, applied: F) {
         let wanted = self.wanted(history, r, y);
-        history.bias += self.stage.told(wanted, applied) - wanted;
+        history.bias += self.stage.applied(wanted, applied) - wanted;
         self.operator.advance(&mut history.operator, r - y);
     }
 
@@ -93,7 +93,7 @@ where
         let mut history = self.at_rest();
         history.operator = self.operator.settled(r - y)?;
         let wanted = self.wanted(&history, r, y);
-        history.bias = self.stage.limit(self.stage.told(wanted, command)) - wanted;
+        history.bias = self.stage.limit(self.stage.applied(wanted, command)) - wanted;
         Some(history)
     }
 
