@@ -255,16 +255,6 @@ impl TrialPlan {
         Ok(judge.settling(whole, Some(self.push_n / stiffness_n_per_m)))
     }
 
-    /// The time at which a push still acts that began within so many seconds of the run; `None` if less than half of the window is left.
-    fn pushed_until_s(&self, within_s: f64) -> Option<f64> {
-        // The last sample too, rounded as it is, where both begin as one.
-        let end_s = match within_s > 0.0 {
-            true => self.duration_s - within_s,
-            false => f64::INFINITY,
-        };
-        (within_s <= 0.5 * self.window_s).then_some(end_s)
-    }
-
     /// The judge of a wall of K N/m with the hand, and of K + B·T^(−μ) N/m for a step, behind these sensors.
     pub(crate) fn judge(
         &self,

@@ -1,8 +1,8 @@
 //! An experiment on a pushed device: the interface of a wall and a coupler, and the report of both.
 
+use super::PushedLoop;
 use super::second::OfDrive;
 use super::setup::{Parts, TrialSetup};
-use super::{PushedLoop, WINDOW};
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
 use crate::document::parameters::Parameter;
@@ -29,7 +29,6 @@ use fracdiff::full_memory::Kernel;
 use fracdiff::{Order, Scheme};
 use haptic_analysis::Dynamics;
 use haptic_loop::Environment;
-use haptic_quantity::digits;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -224,26 +223,22 @@ pub(crate) trait Trial: Experiment + Clone {
         let start_m = setup.start_m(ran)?;
         let (order, scheme) = self.operator_choice();
         let whole = ran.is_whole();
-        let doubt_s = (ran.second.as_ref()).map_or(0.0, |second| second.within_s(record.start));
-        let pushed_until_s = setup.plan.pushed_until_s(doubt_s);
         let mut felt = setup.felt(record);
         Samples::of(record, &ran.log.paths).for_each(|sample| {
             let place_m = sample.position_m - start_m;
-            if pushed_until_s.is_none_or(|end_s| sample.time_s <= end_s) {
-                judge.see(sample.time_s, place_m, sample.force_n);
-            }
+            judge.see(sample.time_s, place_m, sample.force_n);
             if let Some(felt) = &mut felt {
                 felt.see((sample.tick, sample.time_s), place_m, sample.force_n);
             }
             Ok(())
         })?;
         let felt = felt.map(|felt| felt.summary());
-        let recorded = self.named(judge.settling(whole && pushed_until_s.is_some(), rest_m))?;
+        let recorded = self.named(judge.settling(whole, rest_m))?;
         let (settling, hits) = match whole {
             true => self.worst(recorded)?,
             false => (recorded, Vec::new()),
         };
-        let is_judged = whole && felt.is_none() && pushed_until_s.is_some();
+        let is_judged = whole && felt.is_none();
         let judged = ran.preflight.filter(|_| is_judged);
         let agrees = judged.map(|analysis| analysis.stable == settling.stable);
         let (verdict, mut warnings) = match &felt {
@@ -254,13 +249,6 @@ pub(crate) trait Trial: Experiment + Clone {
             ),
         };
         warnings.0.extend(setup.not_thrown());
-        if pushed_until_s.is_none() {
-            warnings.0.push(format!(
-                "the trial is not judged: the clocks of both devices tell within {} s when the push began and ended, more than half of \
-                 {WINDOW}: use lines with less delay, or a longer {WINDOW}",
-                digits(doubt_s, 2)
-            ));
-        }
         warnings.0.extend(self.warning(ran));
         let (mut curves, mut object_m) = (None, None);
         let mut sensed_rows = json!({});

@@ -66,7 +66,10 @@ impl PairRun<'_> {
             warn: &warn_of_drive,
             ..supervisor
         };
-        let drive = self.drive.ready::<1>(beside);
+        let mut drive = self.drive;
+        // It lets go when the tissue is done, however far the clocks of both were off; at the latest, here.
+        drive.schedule.samples = samples.saturating_mul(2).min(WHOLE_MOST);
+        let drive = drive.ready::<1>(beside);
         let mut drive = drive.map_err(|failure| failure.and(&DRIVE_DEVICE.set_to(&device)))?;
         // Its push meets no law of its own that could swing.
         drive.push = None;

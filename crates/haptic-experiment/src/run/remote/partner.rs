@@ -1,8 +1,8 @@
 //! Two devices in one run: a tissue on the first, and the drive that presses it, the second. Each has its own line and its own thread here.
 //!
 //! ```text
-//! first    armed ─▶ started ─▶ its force has risen ─┐                                    stopped from here
-//! second   armed ───────────────────────────────────┴▶ started: time 0 of the run ─▶ ends with its last tick
+//! first    armed ─▶ started ─▶ its force has risen ─┐                                has made its samples ─┐   ┌▶ stopped from here
+//! second   armed ───────────────────────────────────┴▶ started: time 0 of the run ─▶ holds on ─────────────┴▶ stopped from here
 //! ```
 //! - *Time* is that of the first device, and begins with tick 0 of the second. The second's ticks get the first's time by the clocks of
 //!   both, which keep-alives carry ([`DeviceClock`]): as long as the run lasts, and once more when it is over.
@@ -58,7 +58,9 @@ pub(super) struct Both {
 struct Shown {
     armed: AtomicBool,
     ended: AtomicBool,
-    /// It made all that it was to make.
+    /// It made all samples that count.
+    whole: AtomicBool,
+    /// It lets go, with nothing left to make.
     done: AtomicBool,
     /// Messages that came from its device: while they stop, the other side counts its silence.
     heard: AtomicU64,
@@ -146,6 +148,23 @@ impl<'a> Partner<'a> {
 
     fn other_is_done(&self) -> bool {
         self.shown(self.side.other()).done.load(Ordering::Acquire)
+    }
+
+    /// True once a drive that has made so many samples is not needed any more, or the tissue's device will never know when it began; and of
+    /// the tissue's device, once it has made its samples and the drive has let go.
+    pub(super) fn may_let_go(&self, made: u64, samples: u64) -> bool {
+        let is_needed = match self.side {
+            Side::Tissue => {
+                let is_whole = made >= samples;
+                (self.shown(self.side).whole).store(is_whole, Ordering::Release);
+                !(is_whole && self.other_is_done())
+            }
+            Side::Drive => {
+                let is_unknown = made >= self.samples && self.begun_s().is_none();
+                !(is_unknown || self.shown(Side::Tissue).whole.load(Ordering::Acquire))
+            }
+        };
+        !(is_needed || self.is_done())
     }
 
     /// True of the side that moves the other.
@@ -315,6 +334,34 @@ impl DriveRan {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_drive_lets_go_when_the_tissue_has_made_its_samples_and_the_tissue_after_it() {
+        let none: Clock = Arc::new(|| None);
+        let partner = |both, side| {
+            let clocks = [Arc::clone(&none), Arc::clone(&none)];
+            let partner = Partner::new(both, side, clocks, Duration::from_secs(1), Arc::default());
+            Partner {
+                samples: 100,
+                ..partner
+            }
+        };
+        let both = &Both::default();
+        let [tissue, drive] = [Side::Tissue, Side::Drive].map(|side| partner(both, side));
+        both.begun_s.set(0.0).expect("once");
+        // However much the drive has made.
+        for made in [99, 100] {
+            assert!(!drive.may_let_go(150, 200), "{made}");
+            assert!(!tissue.may_let_go(made, 100), "{made}");
+        }
+        assert!(drive.may_let_go(80, 200));
+        drive.done();
+        assert!(!drive.may_let_go(81, 200) && tissue.may_let_go(101, 100));
+        // The tissue's device will never know when this one began.
+        let unknown = &Both::default();
+        let drive = partner(unknown, Side::Drive);
+        assert!(!drive.may_let_go(99, 200) && drive.may_let_go(100, 200));
+    }
 
     /// A silence counts while this side is heard; one of both is a pause of this machine, of which each session judges its own.
     #[test]

@@ -155,7 +155,12 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         recorder.metadata(link, flat(&summary, "", "."));
         record.link = Some(summary);
         let planned = match &self.partner {
-            Some(partner) if self.ready.schedule.samples == u64::MAX => partner.samples,
+            Some(partner)
+                if self.ready.schedule.samples == u64::MAX
+                    || is_drive && record.ended.is_some() =>
+            {
+                partner.samples
+            }
             Some(_) | None => self.ready.schedule.samples,
         };
         let ended = record.end(planned, self.next_tick);
@@ -228,7 +233,6 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
                         break;
                     }
                     (supervisor.progress)(self.counted());
-                    self.stop_when_done()?;
                 }
                 Some(DeviceMessage::Event(event)) => match event.kind {
                     EventKind::Finished | EventKind::Stopped | EventKind::Disarmed => {
@@ -296,6 +300,10 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
                 self.ready.link.ask(Request::Stop)?;
             }
             let pause = patience.left().min(PAUSE);
+            if self.may_let_go() {
+                self.ready.link.ask(Request::Stop)?;
+                self.partner.iter().for_each(Partner::done);
+            }
             if let Some(heard) = self.ready.link.hear(pause) {
                 self.partner.iter().for_each(Partner::hears);
                 return Ok(Some(heard));
@@ -319,7 +327,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             return self.ready.link.disarm();
         }
         let mut engaged = controller.engage(&mut *self);
-        let mut resting = 0;
+        let (mut stops, mut resting) = (false, 0);
         loop {
             // Waiting for the sample is no part of the tick.
             let reading = engaged.read()?;
@@ -344,6 +352,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             let session = engaged.device_mut();
             session.steered(steered, tick);
             (supervisor.progress)(session.counted());
+            let waits = !session.may_let_go() && session.is_pushed();
             if session.record.ended.is_none() {
                 if let Some(fault) = done.fault {
                     session.ends(Ending::Fault(fault));
@@ -353,7 +362,9 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
                     session.ends(left);
                 }
             }
-            if session.record.ended.is_some() || tick + 1 >= session.ready.schedule.samples {
+            let planned = session.ready.schedule.samples;
+            stops |= session.record.ended.is_some() || tick + 1 >= planned && !waits;
+            if stops {
                 engaged.controller_mut().stop();
                 let session = engaged.device_mut();
                 session.partner.iter().for_each(Partner::done);
@@ -635,16 +646,24 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         self.ready.schedule.samples < u64::MAX
     }
 
-    /// The run of a tissue ends with the last tick of its drive.
-    fn stop_when_done(&mut self) -> Result<(), SerialError> {
-        let is_done = self.next_tick >= self.ready.schedule.samples && self.record.ended.is_none();
-        match &self.partner {
-            Some(partner) if is_done && !partner.is_drive() && !partner.is_done() => {
-                partner.done();
-                self.ready.link.ask(Request::Stop).map(drop)
-            }
-            Some(_) | None => Ok(()),
+    /// True if a partner pushes it, which is to let go first.
+    fn is_pushed(&self) -> bool {
+        let partner = self.partner.as_ref();
+        partner.is_some_and(|partner| !partner.is_drive())
+    }
+
+    /// True once a device with a partner may let go: neither is pushed by the other then.
+    fn may_let_go(&mut self) -> bool {
+        let (made, samples) = (self.next_tick, &mut self.ready.schedule.samples);
+        let partner = self
+            .partner
+            .as_ref()
+            .filter(|_| self.record.ended.is_none());
+        let may = partner.is_some_and(|partner| partner.may_let_go(made, *samples));
+        if may && partner.is_some_and(Partner::is_drive) {
+            *samples = made;
         }
+        may
     }
 
     /// True if this tick is part of the result: none from a fault of the device on, though nobody knows which yet.

@@ -261,18 +261,3 @@ fn a_push_that_a_second_device_cannot_make_is_refused_in_one_line() {
     let error = ExperimentFile::parse(Path::new("lab.toml"), touch).expect_err("no drive");
     assert!(error.to_string().contains("not [touch]"), "{error}");
 }
-
-#[test]
-fn a_push_is_judged_as_long_as_the_clocks_of_both_devices_say_that_it_acts() {
-    let plan = TrialPlan {
-        duration_s: 5.0,
-        window_s: 0.4,
-        ..TrialPlan::DEFAULT
-    };
-    let ends =
-        [0.0, 0.1, 0.2, 0.3, f64::INFINITY, f64::NAN].map(|within_s| plan.pushed_until_s(within_s));
-    assert_eq!(
-        ends,
-        [Some(f64::INFINITY), Some(4.9), Some(4.8), None, None, None]
-    );
-}
