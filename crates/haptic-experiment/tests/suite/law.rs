@@ -808,3 +808,105 @@ fn a_composed_tissue_grows_up_to_what_the_sums_of_its_model_say() {
         assert_eq!(report["disagreements"], 0, "{report}");
     }
 }
+
+/// K + B·D^μ, whether a specimen or a PD^μ says it, in each rule.
+#[test]
+fn a_controller_of_a_spring_and_a_derivative_grows_as_far_as_a_specimen() {
+    for (order, scheme) in [(1.0, "full"), (0.3, "full:1e-9"), (0.3, "full-bdf2:1e-9")] {
+        let law = format!(
+            "[pid]\nproportional_gain = 300\nintegral_gain_per_s_lambda = 0\nintegral_order = 1\nderivative_gain_s_mu = 40\nderivative_order = {order}\n"
+        );
+        let keys = format!("{DEVICE}hand_stiffness_n_per_m = 50\nduration_s = 2\n");
+        let by_controller = ControllerFile::of(&law, scheme).ask("zwidth", &keys);
+        let keys = format!("{keys}scheme = \"{scheme}\"\n");
+        let by_tissue = pot(300.0, 40.0, order).ask("zwidth", &keys);
+        // Both are bisected to 2e-4.
+        for (key, tolerance) in [("largest_scale", 4e-4), ("analysis_scale", 1e-6)] {
+            let [found, wanted] = [&by_controller, &by_tissue].map(|report| number(report, key));
+            assert_relative(key, found, wanted, tolerance);
+        }
+        assert_eq!(by_controller["disagreements"], by_tissue["disagreements"]);
+        assert_eq!(by_controller["scheme"], by_tissue["scheme"]);
+    }
+}
+
+#[test]
+fn ten_controllers_grow_up_to_what_the_sums_of_their_functions_say() {
+    let mut random = Random(102);
+    for case in 0..testkit::cases(10) {
+        let (text, law) = drawn(&mut random, case);
+        let file = ControllerFile::of(&text, "full:1e-9");
+        let report = file.ask("zwidth", &format!("{DEVICE}duration_s = 5\n"));
+        let margin = gain_margin(law);
+        assert_relative(&text, number(&report, "analysis_scale"), margin, 1e-5);
+        assert_relative(&text, number(&report, "largest_scale"), margin, 0.05);
+    }
+}
+
+/// m·s³ + b·s² + k·s + g·I is stable below g = b·k/(m·I), and m·τ·s³ + (m + b·τ)s² + b·s + g·K below g = (m + b·τ)b/(m·τ·K): both far below what
+/// the newest sample bears. Near the edge a motion dies out slowly, so that trials have to be long.
+#[test]
+fn slow_controllers_grow_up_to_their_edge_and_those_of_the_wrong_sign_nowhere() {
+    let integral = |gain: f64| {
+        let law = format!(
+            "[pid]\nproportional_gain = 0\nintegral_gain_per_s_lambda = {gain}\nintegral_order = 1\nderivative_gain_s_mu = 0\nderivative_order = 1\n"
+        );
+        ControllerFile::of(&law, "full")
+    };
+    let held =
+        "mass_kg = 0.065\ndamping_n_s_per_m = 3.5\nhand_stiffness_n_per_m = 100\nduration_s = 20\n";
+    let edge = 3.5 * 100.0 / (0.065 * 2000.0);
+    let report = integral(2000.0).ask("zwidth", held);
+    // The hold is half a sample late, which is little at 40 rad/s.
+    assert_relative("analysis", number(&report, "analysis_scale"), edge, 0.03);
+    assert_relative(
+        "trial",
+        number(&report, "largest_scale"),
+        number(&report, "analysis_scale"),
+        0.05,
+    );
+    let lag = ControllerFile::of("[transfer_function]\nfunction = \"10/(0.1s+1)\"\n", "full");
+    let report = lag.ask(
+        "zwidth",
+        "mass_kg = 0.065\ndamping_n_s_per_m = 3.5\nduration_s = 20\n",
+    );
+    let edge = (0.065 + 0.35) * 3.5 / (0.065 * 0.1 * 10.0);
+    assert_relative("lag", number(&report, "analysis_scale"), edge, 0.03);
+    assert_relative("lag, tried", number(&report, "largest_scale"), edge, 0.08);
+    // Damped so much that it does not get far in the time of a trial.
+    for file in [
+        integral(-2000.0),
+        ControllerFile::of("[transfer_function]\nfunction = \"-10/(0.1s+1)\"\n", "full"),
+    ] {
+        let report = file.ask("zwidth", "mass_kg = 0.065\ndamping_n_s_per_m = 20\n");
+        assert!(report["largest_scale"].is_null(), "{report}");
+        assert!(report["orders"].as_array().is_some_and(Vec::is_empty));
+    }
+}
+
+#[test]
+fn what_a_controller_that_is_tried_does_not_have_is_refused_in_a_line() {
+    let made = ControllerFile::of("[transfer_function]\nfunction = \"10/(0.1s+1)\"\n", "full");
+    for [keys, wanted] in testkit::table(
+        r#"
+        sample_time_s = 2e-3 | 0.002 s is not the 0.001 s of the controller
+        orders = [1] | `controller` has one of its own: omit it
+        scheme = "full" | has one of its own: omit it
+        tissue = "fish-muscle" | has one of its own: omit it
+        area_m2 = 1 | belongs to a tissue
+        one_sided = true | pulls too: omit it
+        device = "serial:x" | is tried on the simulated device
+        "#,
+    ) {
+        let error = made.asked("zwidth", &keys).expect_err(&keys);
+        assert!(
+            error.contains(&wanted) && !error.contains('\n'),
+            "{keys}: {error}"
+        );
+    }
+    let error = ask("zwidth", "controller = \"no-such.toml\"").expect_err("no file");
+    assert!(
+        error.contains("no-such.toml") && !error.contains('\n'),
+        "{error}"
+    );
+}

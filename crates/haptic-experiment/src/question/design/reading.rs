@@ -77,7 +77,7 @@ fn towards(table: &Table<'_>, wish: Wish) -> Result<Design, FileError> {
     }
     let design = Design {
         contact,
-        device: bench(table)?,
+        device: bench(table, None)?,
         scheme: scheme(table)?,
         orders: in_order(table)?,
         finer: !table.has(&DESIGN_ORDERS),
@@ -124,7 +124,7 @@ pub(crate) fn coupler(table: &Table<'_>) -> Result<CouplerDesign, FileError> {
     for parameter in of_walls.into_iter().chain([ONE_SIDED, WALL_CONTACT]) {
         foreign(table, &parameter, "a wall")?;
     }
-    let device = bench(table)?;
+    let device = bench(table, None)?;
     if !device.imperfections().is_ideal() {
         let reason = format!(
             "a coupler is designed for an ideal device: leave out {FRICTION}, {DELAY}, \
