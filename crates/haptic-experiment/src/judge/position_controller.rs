@@ -10,12 +10,15 @@ use crate::document::failure::Failure;
 use crate::judge::control::refused;
 use fracdiff::{FrequencyResponse as _, Order};
 use fractional_control::{ControlError, Controller, ControllerSetup, UseController};
-use haptic_analysis::LoopOperator;
+use haptic_analysis::{LoopOperator, NoiseGain};
 use std::fmt::Debug;
 use std::path::Path;
 
+/// Weights of which the noise is summed.
+const WEIGHTS: u64 = 4096;
+
 /// A controller of a file, as the loop and its analysis have it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PositionController {
     pub(crate) setup: ControllerSetup,
     /// P, of order 1.
@@ -55,28 +58,48 @@ impl PositionController {
         if !self.integrates {
             return Ok(self.operator.response(0.0).re);
         }
-        let mut step = Step {
+        let forces = self.forces_n(samples, |_| 1.0)?;
+        Ok(forces.last().copied().unwrap_or(0.0))
+    }
+
+    /// Its noise for noise of the position; `None` if it integrates, since that has no end without the loop.
+    pub(crate) fn noise(&self) -> Result<Option<NoiseGain>, Failure> {
+        if self.integrates {
+            return Ok(None);
+        }
+        let t = self.setup.sample_time_s;
+        let weights = self.forces_n(WEIGHTS, |n| if n == 0 { 1.0 } else { 0.0 })?;
+        let weights = weights.into_iter().map(|force| force / t);
+        Ok(Some(NoiseGain::of_weights(weights)))
+    }
+
+    /// Forces against positions, m, from rest, N.
+    fn forces_n(&self, samples: u64, position_m: fn(u64) -> f64) -> Result<Vec<f64>, Failure> {
+        let mut motion = Motion {
             samples,
-            force_n: 0.0,
+            position_m,
+            forces_n: Vec::new(),
         };
-        self.setup.with_controller(&mut step).map_err(refused)?;
-        Ok(step.force_n)
+        self.setup.with_controller(&mut motion).map_err(refused)?;
+        Ok(motion.forces_n)
     }
 }
 
-/// The force against a step of 1 m, after some samples.
-struct Step {
+/// A motion, and the forces against it.
+struct Motion {
     samples: u64,
-    force_n: f64,
+    position_m: fn(u64) -> f64,
+    forces_n: Vec<f64>,
 }
 
-impl UseController for Step {
+impl UseController for Motion {
     fn have<C: Controller<f64> + Clone + Debug + 'static>(&mut self, controller: &C) {
         let mut past = controller.at_rest();
-        for _ in 0..self.samples {
-            let command = controller.output(&past, 0.0, 1.0);
-            controller.advance(&mut past, 0.0, 1.0, command);
-            self.force_n = -command;
+        for n in 0..self.samples {
+            let x = (self.position_m)(n);
+            let command = controller.output(&past, 0.0, x);
+            controller.advance(&mut past, 0.0, x, command);
+            self.forces_n.push(-command);
         }
     }
 }

@@ -904,9 +904,161 @@ fn what_a_controller_that_is_tried_does_not_have_is_refused_in_a_line() {
             "{keys}: {error}"
         );
     }
-    let error = ask("zwidth", "controller = \"no-such.toml\"").expect_err("no file");
-    assert!(
-        error.contains("no-such.toml") && !error.contains('\n'),
-        "{error}"
-    );
+    for [keys, wanted] in testkit::table(
+        r#"
+        sample_time_s = 2e-3 | 0.002 s is not the 0.001 s of the controller
+        orders = [1] | belongs to another wish
+        scheme = "full" | belongs to another wish
+        one_sided = true | belongs to another wish
+        frequency_hz = 1 | belongs to another wish
+        tissue = "fish-muscle" | belongs to the wish tissue
+        "#,
+    ) {
+        let error = made
+            .asked("design", &format!("wish = \"controller\"\n{keys}"))
+            .expect_err(&keys);
+        assert!(
+            error.contains(&wanted) && !error.contains('\n'),
+            "{keys}: {error}"
+        );
+    }
+    for (question, keys, wanted) in [
+        ("zwidth", "controller = \"no-such.toml\"", "no-such.toml"),
+        ("design", "wish = \"controller\"", "give `controller`"),
+        (
+            "design",
+            "controller = \"x.toml\"",
+            "belongs to the wish controller",
+        ),
+        (
+            "design",
+            "front = true\ncontroller = \"x.toml\"",
+            "a design without `front`",
+        ),
+    ] {
+        let error = ask(question, keys).expect_err(keys);
+        assert!(
+            error.contains(wanted) && !error.contains('\n'),
+            "{keys}: {error}"
+        );
+    }
+}
+
+/// K + B·D^μ, whether a specimen or a PD^μ says it.
+#[test]
+fn a_design_of_a_controller_is_that_of_the_specimen_that_it_equals() {
+    let law = |scale: f64| {
+        format!(
+            "[pid]\nproportional_gain = {}\nintegral_gain_per_s_lambda = 0\nintegral_order = 1\nderivative_gain_s_mu = {}\nderivative_order = 0.3\n",
+            300.0 * scale,
+            40.0 * scale
+        )
+    };
+    let by_controller = |scale: f64, more: &str| {
+        let keys = format!("{DEVICE}wish = \"controller\"\nencoder_resolution_m = 1e-5\n{more}");
+        ControllerFile::of(&law(scale), "full:1e-9").ask("design", &keys)
+    };
+    for more in [
+        "",
+        "require = \"passive\"\n",
+        "require = \"every-motion\"\n",
+    ] {
+        let found = by_controller(1.0, more);
+        let keys = format!(
+            "{DEVICE}wish = \"tissue\"\nencoder_resolution_m = 1e-5\norders = [0.3]\nscheme = \"full:1e-9\"\n{more}"
+        );
+        let wanted = pot(300.0, 40.0, 0.3).ask("design", &keys);
+        assert_eq!(
+            found["controller"]["fits"], wanted["tissue"]["fits"],
+            "{found}"
+        );
+        let scale = number(&found["controller"], "largest_scale");
+        assert_relative(
+            "scale",
+            scale,
+            number(&wanted["tissue"], "largest_scale"),
+            1e-5,
+        );
+        let of_a_wall = ["order", "alpha", "beta", "effective_damping_n_s_per_m"];
+        for (key, wanted) in wanted["candidates"][0].as_object().expect("a candidate") {
+            let found = &found["candidates"][0][key];
+            match wanted
+                .as_f64()
+                .filter(|_| !of_a_wall.contains(&key.as_str()))
+            {
+                _ if key.starts_with("stiffness_") || key.starts_with("dissipation_") => {
+                    assert!(found.is_null(), "{key}: {found}");
+                }
+                Some(wanted) => {
+                    let tolerance = if key.starts_with("tried") { 1e-2 } else { 1e-5 };
+                    assert_relative(key, found.as_f64().expect(key), wanted, tolerance);
+                }
+                None => {}
+            }
+        }
+        if more.is_empty() {
+            // Three digits are enough to tell.
+            let largest = found["controller"]["largest"].as_str().expect("a law");
+            let gain: f64 = largest
+                .split('+')
+                .next()
+                .and_then(|gain| gain.parse().ok())
+                .expect("a gain");
+            assert_relative("gain", gain, 300.0 * scale, 1e-3);
+            for (factor, fits) in [(0.99, true), (1.01, false)] {
+                let report = by_controller(scale * factor, more);
+                assert_eq!(report["controller"]["fits"], fits, "{factor}: {report}");
+                assert_eq!(report["best"].is_null(), !fits);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_controller_with_an_integral_has_a_margin_both_ways_and_no_proof() {
+    let law = |gain: f64| {
+        format!(
+            "[pid]\nproportional_gain = {}\nintegral_gain_per_s_lambda = {}\nintegral_order = 1\nderivative_gain_s_mu = {}\nderivative_order = 1\n",
+            300.0 * gain,
+            30_000.0 * gain,
+            4.0 * gain
+        )
+    };
+    let edges = edges(|w| {
+        let s = (1.0 - w) / T;
+        300.0 + 30_000.0 / s + 4.0 * s
+    });
+    let least = edges
+        .iter()
+        .filter(|edge| **edge < 1.0)
+        .fold(0.0_f64, |a, b| a.max(*b));
+    let most = edges
+        .iter()
+        .filter(|edge| **edge > 1.0)
+        .fold(f64::INFINITY, |a, b| a.min(*b));
+    let ask = |gain: f64, more: &str| {
+        let keys = format!("{DEVICE}wish = \"controller\"\ngain_margin = 1.5\n{more}");
+        ControllerFile::of(&law(gain), "full:1e-9").asked("design", &keys)
+    };
+    for (gain, fits, reason) in [
+        (1.4 * least, false, "with less gain it is unstable"),
+        (1.7 * least, true, ""),
+        (most / 1.4, false, "the gain is too large"),
+    ] {
+        let report = ask(gain, "encoder_resolution_m = 1e-6\n").expect("an answer");
+        assert_eq!(report["controller"]["fits"], fits, "{gain}: {report}");
+        let found = number(&report["controller"], "largest_scale");
+        assert_relative("scale", found, most / (1.5 * gain), 2e-4);
+        let candidate = &report["candidates"][0];
+        assert_eq!(candidate["reason"].as_str().unwrap_or(""), reason);
+        assert_eq!(candidate["passive"], false);
+        assert!(candidate["force_noise_rms_n"].is_null());
+        assert_eq!(report["best"].is_null(), !fits);
+    }
+    let error = ask(1.0, "require = \"every-motion\"\n").expect_err("no proof");
+    assert!(error.contains("an integral has no such proof"), "{error}");
+    let keys = format!("{DEVICE}wish = \"controller\"\nrequire = \"passive\"\n");
+    let report = ControllerFile::of(&law(1.0), "full").ask("design", &keys);
+    let reason = report["candidates"][0]["reason"].as_str();
+    assert_eq!(reason, Some("no damping is enough for an integral"));
 }

@@ -51,7 +51,8 @@ pub(crate) fn run(arguments: Arguments, output: Output) -> Result<(), Failure> {
     let table = outputs.write(|folder| answer.write_table(folder)).flatten();
     let mut files = Vec::from_iter(table);
     match &answer {
-        Answer::Design(report) if report.best.is_some() => {
+        // A controller is a single point.
+        Answer::Design(report) if report.best.is_some() && report.wish != "controller" => {
             files.extend(outputs.picture(|| draw(report)));
         }
         Answer::Front(report) if !report.walls.is_empty() => {
