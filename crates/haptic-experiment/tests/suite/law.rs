@@ -944,6 +944,18 @@ fn what_a_controller_that_is_tried_does_not_have_is_refused_in_a_line() {
     }
 }
 
+/// One step of 0.1 mm through 200 N/m of an element that hardly flows is 40 mN; its B alone would make it 0.25 N, the most that is excused.
+#[test]
+fn a_step_of_the_encoder_counts_as_what_the_whole_memory_makes_of_it() {
+    let slow = TissueFile::of(ModelKind::FractionalMaxwell, &[1e6, 0.9, 200.0, 0.1]);
+    let report = slow.ask(
+        "design",
+        &format!("{DEVICE}wish = \"tissue\"\norders = [0.9]\nhand_stiffness_n_per_m = 100\nencoder_resolution_m = 1e-4\n"),
+    );
+    let limit = number(&report["simulated"], "force_std_limit_n");
+    assert_relative("5 % of the push", limit, 0.05, 1e-12);
+}
+
 /// K + B·D^μ, whether a specimen or a PD^μ says it.
 #[test]
 fn a_design_of_a_controller_is_that_of_the_specimen_that_it_equals() {
