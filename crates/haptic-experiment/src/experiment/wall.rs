@@ -216,15 +216,18 @@ impl WallExperiment {
     ) -> Result<Parts<OwnPush<f64, PositionLaw>>, Failure> {
         let (setup, plan) = (&self.setup, self.setup.plan());
         let t = setup.device.sample_time;
-        let standing = controller.stiffness_n_per_m((plan.window_s / t.0) as u64)?;
-        let spring = standing + setup.device.stiffness.0;
-        let step = controller.operator.direct_gain().abs();
+        let standing = controller.stiffness_n_per_m(plan.window_s)?;
+        let hand = setup.device.stiffness.0;
+        let encoder_step_m = encoder_step(setup.sensors);
+        let judge = PositionLaw::judge(controller, [1.0, standing], &plan, hand, encoder_step_m);
+        let judge = judge.ok_or_else(|| Failure::run("it pushes the device away"))?;
+        let spring = standing + hand;
         let law = PositionLaw::new(controller, 1.0).map_err(Failure::input)?;
         Ok(Parts {
             controller: Controller::new(OwnPush::new(law, plan.own_push_n()), setup.chain()?),
             device: setup.sensed()?,
             samples: plan.samples(t)?,
-            judge: plan.judge(spring, step, encoder_step(setup.sensors), t.0),
+            judge,
             rest_m: match controller.integrates {
                 true => Some(0.0),
                 false => (spring > 0.0).then(|| plan.push_n / spring),

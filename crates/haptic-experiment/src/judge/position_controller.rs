@@ -53,12 +53,13 @@ impl PositionController {
         })
     }
 
-    /// Force per displacement that stands, N/m; of one that integrates after so many samples.
-    pub(crate) fn stiffness_n_per_m(&self, samples: u64) -> Result<f64, Failure> {
+    /// Force per displacement that stands, N/m; of one that integrates after this time.
+    pub(crate) fn stiffness_n_per_m(&self, time_s: f64) -> Result<f64, Failure> {
         if !self.integrates {
             return Ok(self.operator.response(0.0).re);
         }
-        let forces = self.forces_n(samples, |_| 1.0)?;
+        let samples = (time_s / self.setup.sample_time_s).ceil();
+        let forces = self.forces_n(samples as u64, |_| 1.0)?;
         Ok(forces.last().copied().unwrap_or(0.0))
     }
 

@@ -102,7 +102,7 @@ named! { WishName:
     StiffestWall = "stiffest-wall", "The largest stiffness";
     MostDamping = "most-damping", "The largest effective damping at a frequency";
     Tissue = "tissue", "A specimen of a tissue: does it fit, and how large may it be";
-    Controller = "controller", "A controller from position to force: by which factor may its gain grow";
+    Controller = "controller", "A controller: how far may its gain grow";
     Coupler = "coupler", "The virtual coupler that feels stiffest at a frequency";
 }
 
@@ -288,6 +288,15 @@ impl DesignReport {
                 real.imperfections.words(),
                 real.simulated.verdict.words()
             ));
+        }
+        if self.best.is_none()
+            && let Some(controller) = &self.controller
+        {
+            let why = self.notes.last().map_or("", String::as_str);
+            return Err(Failure::run(format_args!(
+                "{} does not fit: {why}; change {ANALYSED_CONTROLLER}, ask for less, or give another device",
+                controller.law
+            )));
         }
         let Some(best) = &self.best else {
             return Err(nothing_found(self.notes.last().map(String::as_str)));

@@ -11,8 +11,7 @@
 //! - *A wall that only pushes* is hit at six speeds, and has to settle after each.
 //! - *A specimen of a tissue* in place of walls has its own order, and K, B and memory that only grow together: of it the largest
 //!   scale is searched, along one line.
-//! - *A controller* from position to force likewise, without limits of its own. Where a hand that holds still makes its force grow, the device comes
-//!   back to its start, and position and force are judged by the stiffness that it has after the window.
+//! - *A controller* from position to force likewise, without limits of its own.
 //! - *Cost*: about 60 runs of a quarter of a millisecond a cell, twice that with friction, up to six times that of one that only
 //!   pushes.
 //!
@@ -423,6 +422,11 @@ impl ZWidthReport {
 
     /// Says where search and analysis ended, or differ.
     pub(super) fn warn(&self, warn: Warn<'_>) {
+        if let (Some(law), None, None) = (&self.controller, self.scales, &self.ended_early) {
+            warn(&format!(
+                "no scale of {law} came to rest: it pushes the device away, or friction, encoder and duration_s keep it from rest"
+            ));
+        }
         let points = self.orders.iter().flat_map(|order| &order.boundary);
         let searched = self.alpha_searched;
         if points.clone().any(|point| point.alpha >= 0.999 * searched) {

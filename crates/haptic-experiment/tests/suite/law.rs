@@ -843,6 +843,19 @@ fn ten_controllers_grow_up_to_what_the_sums_of_their_functions_say() {
     }
 }
 
+/// The controller of the rig, whose device comes back to its start by a power of time.
+#[test]
+fn a_controller_whose_integral_is_slow_at_the_end_is_at_rest_when_it_holds_the_push() {
+    let law = "[pid]\nproportional_gain = 2085.25\nintegral_gain_per_s_lambda = 68324.0\nintegral_order = 1.834\nderivative_gain_s_mu = 15.652\nderivative_order = 0.9906\n";
+    let margin = gain_margin(|w| {
+        let s = (1.0 - w) / T;
+        2085.25 + 68324.0 * s.powf(-1.834) + 15.652 * s.powf(0.9906)
+    });
+    let report = ControllerFile::of(law, "full:1e-9").ask("zwidth", DEVICE);
+    assert_relative("analysis", number(&report, "analysis_scale"), margin, 1e-5);
+    assert_relative("trial", number(&report, "largest_scale"), margin, 0.02);
+}
+
 /// m·s³ + b·s² + k·s + g·I is stable below g = b·k/(m·I), and m·τ·s³ + (m + b·τ)s² + b·s + g·K below g = (m + b·τ)b/(m·τ·K): both far below what
 /// the newest sample bears. Near the edge a motion dies out slowly, so that trials have to be long.
 #[test]

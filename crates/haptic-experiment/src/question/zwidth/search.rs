@@ -294,7 +294,7 @@ impl<'a> Search<'a> {
             },
             growing: None,
             standing_n_per_m: match experiment.controller() {
-                Some(controller) => controller.stiffness_n_per_m((plan.window_s / t.0) as u64)?,
+                Some(controller) => controller.stiffness_n_per_m(plan.window_s)?,
                 None => 0.0,
             },
             smooth: smooth.transpose()?,
@@ -491,14 +491,21 @@ impl<'a> Search<'a> {
         let (alpha, beta) = self.wall(alpha, beta);
         let (stiffness, dissipation) = (alpha * self.units.0, beta * self.units.1);
         let t = self.experiment.device.sample_time.0;
-        let standing = stiffness + dissipation / t * self.standing_n_per_m;
-        let spring = standing + self.experiment.device.stiffness.0;
-        if spring < 0.0 {
-            // Some controllers push the device away from where it is.
+        let hand = self.experiment.device.stiffness.0;
+        let (plan, encoder_step_m) = (&self.plan, self.encoder_step_m);
+        let judge = match &self.law {
+            Tried::Controller(controller) => {
+                let scale = [dissipation / t, self.standing_n_per_m];
+                PositionLaw::judge(controller, scale, plan, hand, encoder_step_m)
+            }
+            Tried::Memory(_) => {
+                let step = stiffness + dissipation * self.rate;
+                Some(plan.judge(stiffness + hand, step, encoder_step_m, t))
+            }
+        };
+        let Some(judge) = judge else {
             return false;
-        }
-        let step = stiffness + dissipation * self.rate;
-        let judge = self.plan.judge(spring, step, self.encoder_step_m, t);
+        };
         let contact = self.experiment.contact;
         if let Some((law, trials)) = &self.remote {
             let law = RemoteLaw {
