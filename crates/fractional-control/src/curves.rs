@@ -6,7 +6,7 @@ use crate::memory::{Rule, TAPS};
 use crate::pid::BranchParameters;
 use crate::records::MODES;
 use crate::sampled::entries;
-use crate::{ControlError, FractionalTransferFunction, PowerMemory, SetPoint};
+use crate::{ControlError, FractionalTransferFunction, PowerMemory, SetPoint, Term};
 use crate::{CroneParameters, LeadLagParameters, PidParameters, TidParameters};
 use core::fmt;
 use fracdiff::full_memory::Design;
@@ -89,6 +89,35 @@ impl ControllerParameters {
             Self::LeadLag(law) => law.response(omega),
             Self::Function(law) => law.response(omega),
         }
+    }
+
+    /// With all of its gain this many times as large.
+    ///
+    /// # Errors
+    /// A coefficient of a function that overflows.
+    pub fn scaled(mut self, factor: f64) -> Result<Self, ControlError> {
+        match &mut self {
+            Self::Pid(law) => {
+                law.proportional *= factor;
+                law.integral *= factor;
+                law.derivative *= factor;
+            }
+            Self::Tid(law) => {
+                law.tilt *= factor;
+                law.integral *= factor;
+                law.derivative *= factor;
+            }
+            Self::Crone(law) => law.gain *= factor,
+            Self::LeadLag(law) => law.gain *= factor,
+            Self::Function(law) => {
+                let above = law.numerator().terms().iter();
+                let above: Vec<Term> = above
+                    .map(|term| Term::new(factor * term.coefficient, term.order))
+                    .collect();
+                *law = FractionalTransferFunction::new(&above, law.denominator().terms())?;
+            }
+        }
+        Ok(self)
     }
 
     /// True if an error that stands drives the command on and on.

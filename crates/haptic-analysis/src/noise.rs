@@ -41,13 +41,20 @@ impl NoiseGain {
     pub fn of(operator: impl Differintegrator<f64>) -> Self {
         let mut channel = Channel::new(operator);
         let first = channel.step(1.0);
-        let mut squares = first * first;
-        for _ in 1..WEIGHTS {
-            let output = channel.step(0.0);
-            squares += output * output;
+        let others = (1..WEIGHTS).map(|_| channel.step(0.0));
+        Self::of_weights(core::iter::once(first).chain(others))
+    }
+
+    /// Of the weights of an operator with T in them, the newest sample's first.
+    #[must_use]
+    pub fn of_weights(weights: impl IntoIterator<Item = f64>) -> Self {
+        let mut weights = weights.into_iter();
+        let first = weights.next().unwrap_or(0.0);
+        let squares = weights.fold(first * first, |sum, weight| sum + weight * weight);
+        Self {
+            first,
+            all: squares.sqrt(),
         }
-        let all = squares.sqrt();
-        Self { first, all }
     }
 
     /// The noise of the exact operator, by its closed form.

@@ -6,6 +6,7 @@ pub mod control;
 pub(crate) mod decimated;
 pub(crate) mod felt;
 pub(crate) mod modelled_tissue;
+pub(crate) mod position_controller;
 pub(crate) mod preflight;
 pub(crate) mod reference;
 pub(crate) mod report;

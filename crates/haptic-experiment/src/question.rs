@@ -132,7 +132,10 @@ impl Question {
             }
             _ => match design::reading::wish(&table)? {
                 WishName::Coupler => Asked::Coupler(design::reading::coupler(&table)?),
-                wish @ (WishName::StiffestWall | WishName::MostDamping | WishName::Tissue) => {
+                wish @ (WishName::StiffestWall
+                | WishName::MostDamping
+                | WishName::Tissue
+                | WishName::Controller) => {
                     Asked::Design(Box::new(design::reading::design(&table, wish)?))
                 }
             },
@@ -234,6 +237,7 @@ impl Answer {
                 let (kept, compared) = (found.walls.len(), found.compared);
                 return format!("{kept} of {compared} walls are beaten by none");
             }
+            Self::Design(found) if found.controller.is_some() => return found.of_controller(),
             Self::Design(found) => (found.best.as_ref().map(|best| best.order), found.simulated),
             Self::Coupler(found) => (found.best.as_ref().map(|best| best.order), found.simulated),
         };

@@ -292,7 +292,7 @@ impl UseController for Maker {
 }
 
 impl ControllerHolder {
-    fn new(setup: &ControllerSetup) -> Result<Self, ControlError> {
+    pub(crate) fn new(setup: &ControllerSetup) -> Result<Self, ControlError> {
         let mut maker = Maker::default();
         setup.with_controller(&mut maker)?;
         let running = maker.0.ok_or(ControlError::Empty { what: "controller" })?;
@@ -301,12 +301,22 @@ impl ControllerHolder {
             limited: false,
         })
     }
+
+    /// The command; leaves the history alone.
+    pub(crate) fn command(&self, set_point: f64, measured: f64) -> f64 {
+        self.running.command(set_point, measured).0
+    }
+
+    /// Takes in what was really applied.
+    pub(crate) fn advance(&mut self, set_point: f64, measured: f64, applied: f64) {
+        self.running.advance(set_point, measured, applied);
+    }
 }
 
 impl Holder for ControllerHolder {
     fn force(&mut self, set_point: f64, measured: f64) -> f64 {
         let (command, limited) = self.running.command(set_point, measured);
-        self.running.advance(set_point, measured, command);
+        self.advance(set_point, measured, command);
         self.limited = limited;
         command
     }

@@ -3,6 +3,7 @@
 //! The device arrives from free flight: at time 0 it is at the wall with the speed of the impact, and the
 //! wall remembers nothing. From then on the push acts.
 
+mod position_law;
 mod report;
 mod second;
 mod setup;
@@ -35,6 +36,7 @@ use haptic_loop::{
     SafetyChain, SafetyLimits, Wall,
 };
 use nalgebra::{SVector, Vector1};
+pub(crate) use position_law::PositionLaw;
 pub(crate) use report::{OfSample, OffN, Seen, Trial, incomparable, limited, louder, six_digits};
 pub(crate) use second::{Pushed, PushedLoop, SecondDevice};
 pub(crate) use setup::{Parts, TrialSetup, setup};

@@ -3,8 +3,8 @@
 use super::kind::Experiment as _;
 use super::reading::scheme;
 use super::trial::{
-    OffN, Parts, TRIAL, TRIAL_LOOP, Trial, TrialSetup, VirtualWall, encoder_step, incomparable,
-    setup, six_digits, wall_at_start,
+    OffN, Parts, PositionLaw, TRIAL, TRIAL_LOOP, Trial, TrialSetup, VirtualWall, encoder_step,
+    incomparable, setup, six_digits, wall_at_start,
 };
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
@@ -16,6 +16,7 @@ use crate::document::parameters::{
 };
 use crate::document::reader::Table;
 use crate::judge::Reference;
+use crate::judge::position_controller::PositionController;
 use crate::judge::preflight::{Preflight, WallContact};
 use crate::judge::settling::Settling;
 use crate::run::Ran;
@@ -23,7 +24,7 @@ use crate::run::preflight::PreflightVerdict;
 use crate::run::remote::{RemoteDevice, RemoteLaw, portable};
 use crate::run::safety::GuardChoice;
 use crate::run::samples::Samples;
-use fracdiff::{FrequencyResponse as _, Operator, Order, Scheme};
+use fracdiff::{Differintegrator as _, FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_analysis::Dynamics;
 use haptic_link::LoopMode;
 use haptic_loop::{Controller, Limit, OwnPush, Pushing};
@@ -66,6 +67,8 @@ pub(crate) struct WallExperiment {
     pub order: Order,
     /// The model whose memory the operator is, for slow motion of the order μ; `None` for D^μ.
     pub model: Option<Model>,
+    /// The controller in place of it all, for which μ = 1 and B = T only set the unit: of a design.
+    pub controller: Option<Box<PositionController>>,
     pub scheme: Scheme,
     /// K, N/m, at least 0.
     pub stiffness_n_per_m: f64,
@@ -164,6 +167,7 @@ impl WallExperiment {
             setup,
             order,
             model: None,
+            controller: None,
             scheme,
             stiffness_n_per_m,
             dissipation_n_s_mu_per_m,
@@ -205,6 +209,32 @@ impl WallExperiment {
         Ok((law, look.verdict(dynamics, line)?))
     }
 
+    /// The loop of a controller.
+    fn parts_of(
+        &self,
+        controller: &PositionController,
+    ) -> Result<Parts<OwnPush<f64, PositionLaw>>, Failure> {
+        let (setup, plan) = (&self.setup, self.setup.plan());
+        let t = setup.device.sample_time;
+        let standing = controller.stiffness_n_per_m(plan.window_s)?;
+        let hand = setup.device.stiffness.0;
+        let encoder_step_m = encoder_step(setup.sensors);
+        let judge = PositionLaw::judge(controller, [1.0, standing], &plan, hand, encoder_step_m);
+        let judge = judge.ok_or_else(|| Failure::run("it pushes the device away"))?;
+        let spring = standing + hand;
+        let law = PositionLaw::new(controller, 1.0).map_err(Failure::input)?;
+        Ok(Parts {
+            controller: Controller::new(OwnPush::new(law, plan.own_push_n()), setup.chain()?),
+            device: setup.sensed()?,
+            samples: plan.samples(t)?,
+            judge,
+            rest_m: match controller.integrates {
+                true => Some(0.0),
+                false => (spring > 0.0).then(|| plan.push_n / spring),
+            },
+        })
+    }
+
     /// push/(K + k + B·T^(−μ)·P(1)), m: P(1), the gain of the operator at rest, is 1 for the identity, 0
     /// for a good derivative, and something else for one that forgets.
     fn expected_deflection(&self, operator: &Operator<f64>) -> Result<Option<f64>, Failure> {
@@ -239,6 +269,13 @@ impl Trial for WallExperiment {
         line: usize,
     ) -> Result<PreflightVerdict, Failure> {
         self.look(samples).proved(dynamics, line)
+    }
+
+    fn tried(&self) -> Result<Settling, Failure> {
+        match &self.controller {
+            Some(controller) => self.parts_of(controller).map(Parts::tried),
+            None => self.parts().map(Parts::tried),
+        }
     }
 
     fn law_there(&self, remote: &RemoteDevice, samples: u64) -> Result<RemoteLaw, Failure> {
@@ -295,7 +332,11 @@ impl Trial for WallExperiment {
         let samples = plan.samples(t)?;
         let device = self.setup.sensed()?;
         let operator = self.look(samples).operator()?;
-        let rate = t.rate_to_the(self.order).map_err(Failure::input)?;
+        // B of a slow element may be large beside what its memory resists in a sample.
+        let rate = match self.model {
+            Some(_) => operator.direct_gain(),
+            None => t.rate_to_the(self.order).map_err(Failure::input)?,
+        };
         let (k, b) = (self.stiffness_n_per_m, self.dissipation_n_s_mu_per_m);
         let judge = plan.judge(
             k + self.setup.device.stiffness.0,

@@ -19,6 +19,8 @@
 //!   device now and then, however small its deviation.
 //! - *Noise* of the sensor counts as an encoder whose steps have the same rms: q = √12·σ.
 //! - *Without a spring* (K + k = 0) the device gives way for ever, and the force alone is judged.
+//! - *A law that integrates* brings the device back to its start, by powers of time. There the force alone is judged, and law and hand have to
+//!   hold the push up to 5 %, so that a device that drifts is not at rest.
 //! - *[`Criterion::Dissertation`]* is the old rule: the position alone against one threshold. Friction may hold the device.
 //!
 //! - *A wall that never pulls* may settle after one hit and grow after another: it is hit at several speeds, and the worst of these
@@ -274,6 +276,8 @@ pub(crate) struct Judge {
     force_limit_n: f64,
     /// Push of a motor.
     push: Option<MotorPush>,
+    /// Push, N, and spring of a hand, N/m, which a law that integrates balances at rest.
+    balanced: Option<[f64; 2]>,
     samples: u64,
     limited: u64,
     position: Moments,
@@ -307,6 +311,7 @@ impl Judge {
             half_s,
             force_limit_n,
             push: None,
+            balanced: None,
             samples: 0,
             limited: 0,
             position: Moments::default(),
@@ -323,6 +328,21 @@ impl Judge {
     /// Judges the law that a motor pushes into: of the forces that it sees all but the push of the device's own motor.
     pub(crate) fn behind(self, push: Option<MotorPush>) -> Self {
         Self { push, ..self }
+    }
+
+    /// Judges a law that brings the device back to its start, however slowly: at rest it holds the push, less what a hand's spring does.
+    pub(crate) fn balancing(self, push_n: f64, hand_n_per_m: f64) -> Self {
+        Self {
+            balanced: Some([push_n, hand_n_per_m]),
+            ..self
+        }
+    }
+
+    fn is_balanced(&self) -> bool {
+        self.balanced.is_none_or(|[push_n, hand_n_per_m]| {
+            let left_n = push_n + self.force.mean - hand_n_per_m * self.position.mean;
+            left_n.abs() <= FORCE_SHARE * push_n
+        })
     }
 
     /// One sample; `false` if the device has left, or has swung while a motor pushed, so that nothing more can come of it.
@@ -364,7 +384,8 @@ impl Judge {
             Some((position, force))
                 if within(position, self.tolerance.position_std_m)
                     && within(force, self.tolerance.force_std_n)
-                    && within(range, self.tolerance.force_range_n) =>
+                    && within(range, self.tolerance.force_range_n)
+                    && self.is_balanced() =>
             {
                 match self.force_ends_n == (0.0, 0.0) {
                     true => TrialVerdict::Untouched,

@@ -61,8 +61,10 @@ pub(super) fn units(device: &MassDamperConfig, order: Order) -> (f64, f64) {
     (m / (t * t), m / t.powf(2.0 - order.get()))
 }
 
-pub(super) fn bench(table: &Table<'_>) -> Result<Device, FileError> {
-    let (plant, sensors) = device(table, table.number(&SAMPLE_TIME)?)?;
+/// With the sample time of a law that brings one.
+pub(super) fn bench(table: &Table<'_>, sample_time_s: Option<f64>) -> Result<Device, FileError> {
+    let sample_time_s = sample_time_s.map_or_else(|| table.number(&SAMPLE_TIME), Ok)?;
+    let (plant, sensors) = device(table, sample_time_s)?;
     Ok(Device {
         plant,
         sensors,

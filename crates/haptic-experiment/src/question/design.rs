@@ -18,6 +18,7 @@
 //! - *Tissue*: K, B and μ are given by tissue and specimen; the question is by which factor the
 //!   specimen may grow. For other orders K is the same, and B makes |B·s^μ| the same at a frequency.
 //!
+//! - *Controller*: likewise, from position to force; no other orders stand beside it. It has to bear the margin in both directions.
 //! - *Noise*: steps q of the encoder make a noise of the force, rms B·(q/√12)·T^(−μ)·√Σc², c the weights
 //!   of the operator. A limit on it is a limit on B for the strongest wall of an order; its trials have the last word.
 //! - *The device* is the one on the desk: delay and current lag are in the analysis, friction and encoder in
@@ -42,7 +43,9 @@ use crate::document::parameters::{DEVICE_MODEL, ENCODER_RESOLUTION, SCHEME, UNNA
 use crate::experiment::trial::dynamics;
 use crate::experiment::wall::{ONE_SIDED, WALL_CONTACT};
 use crate::judge::modelled_tissue::ModelledTissue;
+use crate::judge::position_controller::PositionController;
 use crate::judge::preflight::WallContact;
+use crate::question::analysis::ANALYSED_CONTROLLER;
 use crate::question::bench::{AskedDevice, Device, check_orders};
 use crate::run::advice::parameter;
 use crate::run::device::Warn;
@@ -50,6 +53,7 @@ use crate::{Imperfections, Settling};
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme};
 use haptic_loop::plant::MassDamper;
+use haptic_quantity::digits;
 use haptic_tissue::Model;
 use serde::Serialize;
 
@@ -78,8 +82,8 @@ const HALVINGS: usize = 5;
 pub(crate) const COMPARED_AT_HZ: f64 = 1.0;
 
 /// Of `[design]`, beside the device of a question.
-pub(crate) const DESIGN: &[Parameter] = &joined::<18>(&[
-    &[WISH, WISH_TISSUE],
+pub(crate) const DESIGN: &[Parameter] = &joined::<19>(&[
+    &[WISH, WISH_TISSUE, ANALYSED_CONTROLLER],
     UNNAMED_PIECE,
     &[FRONT, WISH_FREQUENCY, REQUIRE, GAIN_MARGIN, DESIGN_ORDERS],
     &[SCHEME, FORCE_NOISE_LIMIT, ONE_SIDED, WALL_CONTACT],
@@ -90,6 +94,7 @@ pub(crate) enum WishName {
     StiffestWall,
     MostDamping,
     Tissue,
+    Controller,
     Coupler,
 }
 
@@ -97,6 +102,7 @@ named! { WishName:
     StiffestWall = "stiffest-wall", "The largest stiffness";
     MostDamping = "most-damping", "The largest effective damping at a frequency";
     Tissue = "tissue", "A specimen of a tissue: does it fit, and how large may it be";
+    Controller = "controller", "A controller: how far may its gain grow";
     Coupler = "coupler", "The virtual coupler that feels stiffest at a frequency";
 }
 
@@ -130,6 +136,8 @@ pub(crate) enum Wish {
         /// Frequency at which other orders are made equal to it, Hz.
         frequency_hz: f64,
     },
+    /// A controller from the position to the force.
+    Controller(Box<PositionController>),
 }
 
 /// A question of a designer.
@@ -224,12 +232,25 @@ impl Wish {
             Self::StiffestWall => "stiffest-wall",
             Self::MostDamping { .. } => "most-damping",
             Self::Tissue { .. } => "tissue",
+            Self::Controller(_) => "controller",
         }
+    }
+
+    fn controller(&self) -> Option<&PositionController> {
+        match self {
+            Self::Controller(controller) => Some(controller),
+            Self::StiffestWall | Self::MostDamping { .. } | Self::Tissue { .. } => None,
+        }
+    }
+
+    /// True if the law is given, which fits or does not.
+    const fn is_given(&self) -> bool {
+        matches!(self, Self::Tissue { .. } | Self::Controller(_))
     }
 
     fn frequency_hz(&self) -> Option<f64> {
         match self {
-            Self::StiffestWall => None,
+            Self::StiffestWall | Self::Controller(_) => None,
             Self::MostDamping { frequency_hz } | Self::Tissue { frequency_hz, .. } => {
                 Some(*frequency_hz)
             }
@@ -246,6 +267,18 @@ fn nothing_found(why: Option<&str>) -> Failure {
 }
 
 impl DesignReport {
+    /// The verdict on a controller, in words.
+    pub(crate) fn of_controller(&self) -> String {
+        self.controller.as_ref().map_or_else(String::new, |found| {
+            let fits = if found.fits { "fits" } else { "does not fit" };
+            let scale = found.largest_scale.map_or_else(
+                || "no scale of it does".to_owned(),
+                |scale| format!("up to {} times the gain", digits(scale, 4)),
+            );
+            format!("{}: {fits}, {scale}", found.law)
+        })
+    }
+
     /// Refuses a design without a candidate that passes its trial. One that only an ideal device bears is warned of, and one of which
     /// little is proved.
     pub(crate) fn require(&self, warn: Warn<'_>) -> Result<(), Failure> {
@@ -255,6 +288,15 @@ impl DesignReport {
                 real.imperfections.words(),
                 real.simulated.verdict.words()
             ));
+        }
+        if self.best.is_none()
+            && let Some(controller) = &self.controller
+        {
+            let why = self.notes.last().map_or("", String::as_str);
+            return Err(Failure::run(format_args!(
+                "{} does not fit: {why}; change {ANALYSED_CONTROLLER}, ask for less, or give another device",
+                controller.law
+            )));
         }
         let Some(best) = &self.best else {
             return Err(nothing_found(self.notes.last().map(String::as_str)));
@@ -274,7 +316,7 @@ impl DesignReport {
 /// The best wall of one order.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Candidate {
-    /// The order μ that was tried.
+    /// The order μ that was tried; 1 of a controller, which has its own.
     pub order: f64,
     /// K; null if no wall was found.
     pub stiffness_n_per_m: Option<f64>,
@@ -301,7 +343,7 @@ pub struct Candidate {
     /// Largest standard deviation of the force in the last 10 s of all its trials, N; null if it was not tried, or with ideal sensors.
     /// Steps of an encoder that the loop keeps alive make more of it than even noise does.
     pub tried_force_noise_rms_n: Option<f64>,
-    /// For a tissue: factor by which the specimen may grow under the requirement; below 1 it is too
+    /// For a tissue or controller: factor by which specimen or gain may grow under the requirement; below 1 it is too
     /// large.
     pub largest_scale: Option<f64>,
     /// Why it will not do.
@@ -318,7 +360,7 @@ pub(crate) struct RealisticTrial {
     /// Factor by which the wall may grow until it is unstable (below 1: must shrink); null if no factor does.
     pub margin: Option<f64>,
     /// Force noise that the encoder causes, rms N.
-    pub force_noise_rms_n: f64,
+    pub force_noise_rms_n: Option<f64>,
     pub simulated: Settling,
 }
 
@@ -341,6 +383,18 @@ pub(crate) struct TissueVerdict {
     pub fits: bool,
     /// Factor by which the specimen may grow.
     pub largest_scale: Option<f64>,
+}
+
+/// Verdict on a controller.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct ControllerVerdict {
+    pub law: String,
+    /// True if it meets the requirement and passes its trials.
+    pub fits: bool,
+    /// Factor by which its gain may grow.
+    pub largest_scale: Option<f64>,
+    /// The controller with that gain.
+    pub largest: Option<String>,
 }
 
 /// The answer. The keys are a contract of the command line.
@@ -382,6 +436,7 @@ pub struct DesignReport {
     /// The candidate that meets the wish best; null if none does.
     pub best: Option<Candidate>,
     pub(crate) tissue: Option<TissueVerdict>,
+    pub(crate) controller: Option<ControllerVerdict>,
     /// The best one tried on the simulated device.
     pub simulated: Option<Settling>,
     /// If an ideal device was assumed: the best one tried on a realistic one.

@@ -11,6 +11,7 @@
 //! - *A wall that only pushes* is hit at six speeds, and has to settle after each.
 //! - *A specimen of a tissue* in place of walls has its own order, and K, B and memory that only grow together: of it the largest
 //!   scale is searched, along one line.
+//! - *A controller* from position to force likewise, without limits of its own.
 //! - *Cost*: about 60 runs of a quarter of a millisecond a cell, twice that with friction, up to six times that of one that only
 //!   pushes.
 //!
@@ -21,12 +22,12 @@ mod search;
 mod trials;
 mod upward;
 
-use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters::kind::{Parameter, joined, parameters};
 use crate::document::parameters::range::WALL_ORDERS;
 use crate::document::parameters::{
-    CAMPAIGN, DEVICE, DEVICE_MODEL, LESS_THAN_IDEAL, PUSH_BY, SCHEME, TRIAL_DURATION, UNNAMED_PIECE,
+    CAMPAIGN, DEVICE, DEVICE_MODEL, LESS_THAN_IDEAL, PUSH_BY, SAMPLE_TIME, SCHEME, TRIAL_DURATION,
+    UNNAMED_PIECE,
 };
 use crate::document::reader::Table;
 use crate::experiment::reading::{linear_piece, remote, samples_fit, without};
@@ -35,9 +36,10 @@ use crate::experiment::trial::{
 };
 use crate::experiment::wall::ONE_SIDED;
 use crate::judge::modelled_tissue::TissuePiece;
+use crate::judge::position_controller::PositionController;
 use crate::judge::preflight::WallContact;
 use crate::judge::settling::Criterion;
-use crate::question::analysis::{ANALYSED_TISSUE, law};
+use crate::question::analysis::{ANALYSED_CONTROLLER, ANALYSED_TISSUE, law};
 use crate::question::bench::{AskedDevice, bench, check_orders, orders, scheme};
 use crate::run::device::Warn;
 use crate::run::ending::MotorPush;
@@ -60,12 +62,24 @@ parameters! {
 const RETREAT_DAMPING: f64 = 0.1;
 
 /// Of `[zwidth]`, beside the device of a question.
-pub(crate) const ZWIDTH: &[Parameter] = &joined::<20>(&[
-    &[ZWIDTH_ORDERS, ZWIDTH_POINTS, ANALYSED_TISSUE],
+pub(crate) const ZWIDTH: &[Parameter] = &joined::<21>(&[
+    &[
+        ZWIDTH_ORDERS,
+        ZWIDTH_POINTS,
+        ANALYSED_TISSUE,
+        ANALYSED_CONTROLLER,
+    ],
     UNNAMED_PIECE,
     &[CAMPAIGN, SCHEME, ONE_SIDED, PUSH, PUSH_BY, IMPACT],
     &[TRIAL_DURATION, WINDOW, CRITERION, THRESHOLD],
 ]);
+
+/// A law that only grows as a whole.
+#[derive(Clone, Debug)]
+pub(crate) enum Growing {
+    Specimen(TissuePiece),
+    Controller(Box<PositionController>),
+}
 
 #[derive(Clone, Debug)]
 pub(crate) struct ZWidth {
@@ -77,8 +91,8 @@ pub(crate) struct ZWidth {
     /// The linear wall that the theory assumes, or one that only pushes.
     pub contact: WallContact,
     pub scheme: Scheme,
-    /// A specimen to grow, in place of walls.
-    pub tissue: Option<TissuePiece>,
+    /// A law to grow, in place of walls.
+    pub growing: Option<Growing>,
     pub orders: Vec<Order>,
     /// Dissipations to try for each order, from 0 to the largest stable one.
     pub points: usize,
@@ -88,6 +102,55 @@ pub(crate) struct ZWidth {
     pub remote: Option<RemoteDevice>,
     /// File of what a search on a serial device has found.
     pub campaign: Option<PathBuf>,
+}
+
+impl Growing {
+    /// The law of the keys; `None` for walls.
+    fn of(table: &Table<'_>) -> Result<Option<Self>, Failure> {
+        if !table.text(&ANALYSED_CONTROLLER)?.is_empty() {
+            let of_others = [&ANALYSED_TISSUE, &ZWIDTH_ORDERS, &ZWIDTH_POINTS, &SCHEME];
+            law::without(table, &of_others, &ANALYSED_CONTROLLER)?;
+            law::of_a_tissue_alone(table)?;
+            for parameter in [&DEVICE, &ONE_SIDED] {
+                if table.has(parameter) {
+                    let reason =
+                        "a controller is tried on the simulated device, and pulls too: omit it";
+                    return Err(table.fail_at(parameter.key, reason).into());
+                }
+            }
+            let controller = law::controller(table, table.number_if(&SAMPLE_TIME)?)?;
+            return Ok(Some(Self::Controller(Box::new(controller))));
+        }
+        if table.text(&ANALYSED_TISSUE)?.is_empty() {
+            law::of_a_tissue_alone(table)?;
+            return Ok(None);
+        }
+        law::without(table, &[&ZWIDTH_ORDERS, &ZWIDTH_POINTS], &ANALYSED_TISSUE)?;
+        Ok(Some(Self::Specimen(linear_piece(table)?)))
+    }
+
+    /// T, s, if the law brings one.
+    fn sample_time_s(&self) -> Option<f64> {
+        match self {
+            Self::Specimen(_) => None,
+            Self::Controller(controller) => Some(controller.setup.sample_time_s),
+        }
+    }
+
+    fn order(&self) -> Order {
+        match self {
+            Self::Specimen(piece) => piece.material.order(),
+            Self::Controller(controller) => controller.operator.order(),
+        }
+    }
+
+    /// K, N/m, and B, N·s^μ/m, of a scale of 1.
+    fn spring_and_damper(&self) -> (f64, f64) {
+        match self {
+            Self::Specimen(piece) => piece.spring_and_damper(),
+            Self::Controller(controller) => (0.0, controller.setup.sample_time_s),
+        }
+    }
 }
 
 impl ZWidth {
@@ -105,9 +168,11 @@ impl ZWidth {
     }
 
     /// Reads and checks `[zwidth]`.
-    pub(crate) fn of(table: &Table<'_>) -> Result<Self, FileError> {
+    pub(crate) fn of(table: &Table<'_>) -> Result<Self, Failure> {
         let remote = remote(table)?;
-        let mut bench = bench(table)?;
+        let growing = Growing::of(table)?;
+        let sample_time_s = growing.as_ref().and_then(Growing::sample_time_s);
+        let mut bench = bench(table, sample_time_s)?;
         let analysed = (remote.is_none() || table.has(&DEVICE_MODEL)).then_some(bench.plant);
         if remote.is_some() {
             // It has its own, whatever its file says of them.
@@ -127,23 +192,23 @@ impl ZWidth {
         let duration_s = table.number(&TRIAL_DURATION)?;
         let sample_time_s = bench.plant.sample_time.0;
         samples_fit(table, sample_time_s, duration_s, &TRIAL_SAMPLES)?;
-        let has_tissue = !table.text(&ANALYSED_TISSUE)?.is_empty();
-        let tissue = has_tissue.then(|| linear_piece(table)).transpose()?;
-        let (orders, points) = if let Some(piece) = &tissue {
-            law::without(table, &[&ZWIDTH_ORDERS, &ZWIDTH_POINTS], &ANALYSED_TISSUE)?;
-            (vec![piece.material.order()], 1)
-        } else {
-            law::of_a_tissue_alone(table)?;
-            let points = table.count_in(&ZWIDTH_POINTS, 2..=1000)?;
-            (orders(table, &ZWIDTH_ORDERS)?, points)
+        let (orders, points) = match &growing {
+            Some(growing) => (vec![growing.order()], 1),
+            None => {
+                let points = table.count_in(&ZWIDTH_POINTS, 2..=1000)?;
+                (orders(table, &ZWIDTH_ORDERS)?, points)
+            }
         };
         let zwidth = Self {
             device: bench.plant,
             analysed,
             sensors: bench.sensors,
             contact: WallContact::of(table.flag(&ONE_SIDED)?),
-            scheme: scheme(table)?,
-            tissue,
+            scheme: match &growing {
+                Some(Growing::Controller(controller)) => controller.setup.scheme,
+                Some(Growing::Specimen(_)) | None => scheme(table)?,
+            },
+            growing,
             orders,
             points,
             plan: plan(table, duration_s)?,
@@ -154,6 +219,22 @@ impl ZWidth {
             .check()
             .map_err(|error| table.fail(error.to_string()))?;
         Ok(zwidth)
+    }
+
+    /// The specimen in place of walls.
+    fn piece(&self) -> Option<&TissuePiece> {
+        match self.growing.as_ref()? {
+            Growing::Specimen(piece) => Some(piece),
+            Growing::Controller(_) => None,
+        }
+    }
+
+    /// The controller in place of walls.
+    fn controller(&self) -> Option<&PositionController> {
+        match self.growing.as_ref()? {
+            Growing::Specimen(_) => None,
+            Growing::Controller(controller) => Some(controller),
+        }
     }
 
     /// All that its points depend on.
@@ -170,7 +251,7 @@ impl ZWidth {
 
     /// The model whose memory is the operator; `None` for D^μ.
     fn model(&self) -> Option<&Model> {
-        self.tissue.as_ref()?.material.composed()
+        self.piece()?.material.composed()
     }
 
     /// The way of the handle out of a wall into which the device pushes by itself: the push turned round, through a damper.
@@ -228,7 +309,9 @@ pub struct ZWidthReport {
     pub orders: Vec<OrderBoundary>,
     /// The tissue that was tried: stiffness and dissipation of its largest specimen are those of the only point.
     pub tissue: Option<String>,
-    /// Its scales; left out if none came to rest.
+    /// The controller that was tried.
+    pub controller: Option<String>,
+    /// Scales of the one or the other; left out if none came to rest.
     #[serde(flatten)]
     pub scales: Option<Scales>,
     /// Total number of trials, which explains the time taken.
@@ -260,7 +343,7 @@ pub struct OrderBoundary {
     pub units: (f64, f64),
 }
 
-/// Factors by which a specimen, as its area, may grow.
+/// Factors by which a specimen, as its area, or a controller, as its gain, may grow.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Scales {
     /// The largest at which the device came to rest.
@@ -312,9 +395,16 @@ struct BoundaryRow {
 impl ZWidthReport {
     /// The stiffest wall of all, or the largest specimen, in words.
     pub(super) fn stiffest(&self) -> String {
-        if let Some((tissue, scales)) = self.tissue.as_ref().zip(self.scales) {
-            let scale = digits(scales.largest_scale, 4);
-            return format!("{tissue}: up to {scale} times the specimen");
+        let tissue = self.tissue.iter().map(|name| (name, "specimen"));
+        let controller = self.controller.iter().map(|law| (law, "gain"));
+        if let Some((name, what)) = tissue.chain(controller).next() {
+            return match self.scales {
+                Some(scales) => {
+                    let scale = digits(scales.largest_scale, 4);
+                    format!("{name}: up to {scale} times the {what}")
+                }
+                None => format!("{name}: no scale came to rest"),
+            };
         }
         let points = self.orders.iter().flat_map(|order| {
             let points = order.boundary.iter();
@@ -332,6 +422,11 @@ impl ZWidthReport {
 
     /// Says where search and analysis ended, or differ.
     pub(super) fn warn(&self, warn: Warn<'_>) {
+        if let (Some(law), None, None) = (&self.controller, self.scales, &self.ended_early) {
+            warn(&format!(
+                "no scale of {law} came to rest: it pushes the device away, or friction, encoder and duration_s keep it from rest"
+            ));
+        }
         let points = self.orders.iter().flat_map(|order| &order.boundary);
         let searched = self.alpha_searched;
         if points.clone().any(|point| point.alpha >= 0.999 * searched) {
@@ -351,7 +446,7 @@ impl ZWidthReport {
                  agrees: no): the analysis knows no friction, encoder, force limit or one-sided wall, the trial only its \
                  duration_s",
                 self.disagreements,
-                points.count()
+                points.count().max(1)
             ));
         }
     }

@@ -808,3 +808,282 @@ fn a_composed_tissue_grows_up_to_what_the_sums_of_its_model_say() {
         assert_eq!(report["disagreements"], 0, "{report}");
     }
 }
+
+/// K + B·D^μ, whether a specimen or a PD^μ says it, in each rule.
+#[test]
+fn a_controller_of_a_spring_and_a_derivative_grows_as_far_as_a_specimen() {
+    for (order, scheme) in [(1.0, "full"), (0.3, "full:1e-9"), (0.3, "full-bdf2:1e-9")] {
+        let law = format!(
+            "[pid]\nproportional_gain = 300\nintegral_gain_per_s_lambda = 0\nintegral_order = 1\nderivative_gain_s_mu = 40\nderivative_order = {order}\n"
+        );
+        let keys = format!("{DEVICE}hand_stiffness_n_per_m = 50\nduration_s = 2\n");
+        let by_controller = ControllerFile::of(&law, scheme).ask("zwidth", &keys);
+        let keys = format!("{keys}scheme = \"{scheme}\"\n");
+        let by_tissue = pot(300.0, 40.0, order).ask("zwidth", &keys);
+        // Both are bisected to 2e-4.
+        for (key, tolerance) in [("largest_scale", 4e-4), ("analysis_scale", 1e-6)] {
+            let [found, wanted] = [&by_controller, &by_tissue].map(|report| number(report, key));
+            assert_relative(key, found, wanted, tolerance);
+        }
+        assert_eq!(by_controller["disagreements"], by_tissue["disagreements"]);
+        assert_eq!(by_controller["scheme"], by_tissue["scheme"]);
+    }
+}
+
+#[test]
+fn ten_controllers_grow_up_to_what_the_sums_of_their_functions_say() {
+    let mut random = Random(102);
+    for case in 0..testkit::cases(10) {
+        let (text, law) = drawn(&mut random, case);
+        let file = ControllerFile::of(&text, "full:1e-9");
+        let report = file.ask("zwidth", &format!("{DEVICE}duration_s = 5\n"));
+        let margin = gain_margin(law);
+        assert_relative(&text, number(&report, "analysis_scale"), margin, 1e-5);
+        assert_relative(&text, number(&report, "largest_scale"), margin, 0.05);
+    }
+}
+
+/// The controller of the rig, whose device comes back to its start by a power of time.
+#[test]
+fn a_controller_whose_integral_is_slow_at_the_end_is_at_rest_when_it_holds_the_push() {
+    let law = "[pid]\nproportional_gain = 2085.25\nintegral_gain_per_s_lambda = 68324.0\nintegral_order = 1.834\nderivative_gain_s_mu = 15.652\nderivative_order = 0.9906\n";
+    let margin = gain_margin(|w| {
+        let s = (1.0 - w) / T;
+        2085.25 + 68324.0 * s.powf(-1.834) + 15.652 * s.powf(0.9906)
+    });
+    let report = ControllerFile::of(law, "full:1e-9").ask("zwidth", DEVICE);
+    assert_relative("analysis", number(&report, "analysis_scale"), margin, 1e-5);
+    assert_relative("trial", number(&report, "largest_scale"), margin, 0.02);
+}
+
+/// m·s³ + b·s² + k·s + g·I is stable below g = b·k/(m·I), and m·τ·s³ + (m + b·τ)s² + b·s + g·K below g = (m + b·τ)b/(m·τ·K): both far below what
+/// the newest sample bears. Near the edge a motion dies out slowly, so that trials have to be long.
+#[test]
+fn slow_controllers_grow_up_to_their_edge_and_those_of_the_wrong_sign_nowhere() {
+    let integral = |gain: f64| {
+        let law = format!(
+            "[pid]\nproportional_gain = 0\nintegral_gain_per_s_lambda = {gain}\nintegral_order = 1\nderivative_gain_s_mu = 0\nderivative_order = 1\n"
+        );
+        ControllerFile::of(&law, "full")
+    };
+    let held =
+        "mass_kg = 0.065\ndamping_n_s_per_m = 3.5\nhand_stiffness_n_per_m = 100\nduration_s = 20\n";
+    let edge = 3.5 * 100.0 / (0.065 * 2000.0);
+    let report = integral(2000.0).ask("zwidth", held);
+    // The hold is half a sample late, which is little at 40 rad/s.
+    assert_relative("analysis", number(&report, "analysis_scale"), edge, 0.03);
+    assert_relative(
+        "trial",
+        number(&report, "largest_scale"),
+        number(&report, "analysis_scale"),
+        0.05,
+    );
+    let lag = ControllerFile::of("[transfer_function]\nfunction = \"10/(0.1s+1)\"\n", "full");
+    let report = lag.ask(
+        "zwidth",
+        "mass_kg = 0.065\ndamping_n_s_per_m = 3.5\nduration_s = 20\n",
+    );
+    let edge = (0.065 + 0.35) * 3.5 / (0.065 * 0.1 * 10.0);
+    assert_relative("lag", number(&report, "analysis_scale"), edge, 0.03);
+    assert_relative("lag, tried", number(&report, "largest_scale"), edge, 0.08);
+    // Damped so much that it does not get far in the time of a trial.
+    for file in [
+        integral(-2000.0),
+        ControllerFile::of("[transfer_function]\nfunction = \"-10/(0.1s+1)\"\n", "full"),
+    ] {
+        let report = file.ask("zwidth", "mass_kg = 0.065\ndamping_n_s_per_m = 20\n");
+        assert!(report["largest_scale"].is_null(), "{report}");
+        assert!(report["orders"].as_array().is_some_and(Vec::is_empty));
+    }
+}
+
+#[test]
+fn what_a_controller_that_is_tried_does_not_have_is_refused_in_a_line() {
+    let made = ControllerFile::of("[transfer_function]\nfunction = \"10/(0.1s+1)\"\n", "full");
+    for [keys, wanted] in testkit::table(
+        r#"
+        sample_time_s = 2e-3 | 0.002 s is not the 0.001 s of the controller
+        orders = [1] | `controller` has one of its own: omit it
+        scheme = "full" | has one of its own: omit it
+        tissue = "fish-muscle" | has one of its own: omit it
+        area_m2 = 1 | belongs to a tissue
+        one_sided = true | pulls too: omit it
+        device = "serial:x" | is tried on the simulated device
+        "#,
+    ) {
+        let error = made.asked("zwidth", &keys).expect_err(&keys);
+        assert!(
+            error.contains(&wanted) && !error.contains('\n'),
+            "{keys}: {error}"
+        );
+    }
+    for [keys, wanted] in testkit::table(
+        r#"
+        sample_time_s = 2e-3 | 0.002 s is not the 0.001 s of the controller
+        orders = [1] | belongs to another wish
+        scheme = "full" | belongs to another wish
+        one_sided = true | belongs to another wish
+        frequency_hz = 1 | belongs to another wish
+        tissue = "fish-muscle" | belongs to the wish tissue
+        "#,
+    ) {
+        let error = made
+            .asked("design", &format!("wish = \"controller\"\n{keys}"))
+            .expect_err(&keys);
+        assert!(
+            error.contains(&wanted) && !error.contains('\n'),
+            "{keys}: {error}"
+        );
+    }
+    for (question, keys, wanted) in [
+        ("zwidth", "controller = \"no-such.toml\"", "no-such.toml"),
+        ("design", "wish = \"controller\"", "give `controller`"),
+        (
+            "design",
+            "controller = \"x.toml\"",
+            "belongs to the wish controller",
+        ),
+        (
+            "design",
+            "front = true\ncontroller = \"x.toml\"",
+            "a design without `front`",
+        ),
+    ] {
+        let error = ask(question, keys).expect_err(keys);
+        assert!(
+            error.contains(wanted) && !error.contains('\n'),
+            "{keys}: {error}"
+        );
+    }
+}
+
+/// One step of 0.1 mm through 200 N/m of an element that hardly flows is 40 mN; its B alone would make it 0.25 N, the most that is excused.
+#[test]
+fn a_step_of_the_encoder_counts_as_what_the_whole_memory_makes_of_it() {
+    let slow = TissueFile::of(ModelKind::FractionalMaxwell, &[1e6, 0.9, 200.0, 0.1]);
+    let report = slow.ask(
+        "design",
+        &format!("{DEVICE}wish = \"tissue\"\norders = [0.9]\nhand_stiffness_n_per_m = 100\nencoder_resolution_m = 1e-4\n"),
+    );
+    let limit = number(&report["simulated"], "force_std_limit_n");
+    assert_relative("5 % of the push", limit, 0.05, 1e-12);
+}
+
+/// K + B·D^μ, whether a specimen or a PD^μ says it.
+#[test]
+fn a_design_of_a_controller_is_that_of_the_specimen_that_it_equals() {
+    let law = |scale: f64| {
+        format!(
+            "[pid]\nproportional_gain = {}\nintegral_gain_per_s_lambda = 0\nintegral_order = 1\nderivative_gain_s_mu = {}\nderivative_order = 0.3\n",
+            300.0 * scale,
+            40.0 * scale
+        )
+    };
+    let by_controller = |scale: f64, more: &str| {
+        let keys = format!("{DEVICE}wish = \"controller\"\nencoder_resolution_m = 1e-5\n{more}");
+        ControllerFile::of(&law(scale), "full:1e-9").ask("design", &keys)
+    };
+    for more in [
+        "",
+        "require = \"passive\"\n",
+        "require = \"every-motion\"\n",
+    ] {
+        let found = by_controller(1.0, more);
+        let keys = format!(
+            "{DEVICE}wish = \"tissue\"\nencoder_resolution_m = 1e-5\norders = [0.3]\nscheme = \"full:1e-9\"\n{more}"
+        );
+        let wanted = pot(300.0, 40.0, 0.3).ask("design", &keys);
+        assert_eq!(
+            found["controller"]["fits"], wanted["tissue"]["fits"],
+            "{found}"
+        );
+        let scale = number(&found["controller"], "largest_scale");
+        assert_relative(
+            "scale",
+            scale,
+            number(&wanted["tissue"], "largest_scale"),
+            1e-5,
+        );
+        let of_a_wall = ["order", "alpha", "beta", "effective_damping_n_s_per_m"];
+        for (key, wanted) in wanted["candidates"][0].as_object().expect("a candidate") {
+            let found = &found["candidates"][0][key];
+            match wanted
+                .as_f64()
+                .filter(|_| !of_a_wall.contains(&key.as_str()))
+            {
+                _ if key.starts_with("stiffness_") || key.starts_with("dissipation_") => {
+                    assert!(found.is_null(), "{key}: {found}");
+                }
+                Some(wanted) => {
+                    let tolerance = if key.starts_with("tried") { 1e-2 } else { 1e-5 };
+                    assert_relative(key, found.as_f64().expect(key), wanted, tolerance);
+                }
+                None => {}
+            }
+        }
+        if more.is_empty() {
+            // Three digits are enough to tell.
+            let largest = found["controller"]["largest"].as_str().expect("a law");
+            let gain: f64 = largest
+                .split('+')
+                .next()
+                .and_then(|gain| gain.parse().ok())
+                .expect("a gain");
+            assert_relative("gain", gain, 300.0 * scale, 1e-3);
+            for (factor, fits) in [(0.99, true), (1.01, false)] {
+                let report = by_controller(scale * factor, more);
+                assert_eq!(report["controller"]["fits"], fits, "{factor}: {report}");
+                assert_eq!(report["best"].is_null(), !fits);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_controller_with_an_integral_has_a_margin_both_ways_and_no_proof() {
+    let law = |gain: f64| {
+        format!(
+            "[pid]\nproportional_gain = {}\nintegral_gain_per_s_lambda = {}\nintegral_order = 1\nderivative_gain_s_mu = {}\nderivative_order = 1\n",
+            300.0 * gain,
+            30_000.0 * gain,
+            4.0 * gain
+        )
+    };
+    let edges = edges(|w| {
+        let s = (1.0 - w) / T;
+        300.0 + 30_000.0 / s + 4.0 * s
+    });
+    let least = edges
+        .iter()
+        .filter(|edge| **edge < 1.0)
+        .fold(0.0_f64, |a, b| a.max(*b));
+    let most = edges
+        .iter()
+        .filter(|edge| **edge > 1.0)
+        .fold(f64::INFINITY, |a, b| a.min(*b));
+    let ask = |gain: f64, more: &str| {
+        let keys = format!("{DEVICE}wish = \"controller\"\ngain_margin = 1.5\n{more}");
+        ControllerFile::of(&law(gain), "full:1e-9").asked("design", &keys)
+    };
+    for (gain, fits, reason) in [
+        (1.4 * least, false, "with less gain it is unstable"),
+        (1.7 * least, true, ""),
+        (most / 1.4, false, "the gain is too large"),
+    ] {
+        let report = ask(gain, "encoder_resolution_m = 1e-6\n").expect("an answer");
+        assert_eq!(report["controller"]["fits"], fits, "{gain}: {report}");
+        let found = number(&report["controller"], "largest_scale");
+        assert_relative("scale", found, most / (1.5 * gain), 2e-4);
+        let candidate = &report["candidates"][0];
+        assert_eq!(candidate["reason"].as_str().unwrap_or(""), reason);
+        assert_eq!(candidate["passive"], false);
+        assert!(candidate["force_noise_rms_n"].is_null());
+        assert_eq!(report["best"].is_null(), !fits);
+    }
+    let error = ask(1.0, "require = \"every-motion\"\n").expect_err("no proof");
+    assert!(error.contains("an integral has no such proof"), "{error}");
+    let keys = format!("{DEVICE}wish = \"controller\"\nrequire = \"passive\"\n");
+    let report = ControllerFile::of(&law(1.0), "full").ask("design", &keys);
+    let reason = report["candidates"][0]["reason"].as_str();
+    assert_eq!(reason, Some("no damping is enough for an integral"));
+}

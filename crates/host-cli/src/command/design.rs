@@ -16,6 +16,7 @@ use std::sync::atomic::AtomicBool;
 pub(crate) const EXAMPLES: &str = "Examples:\n  host-cli design --delay 1ms --out design\n  \
                   host-cli design --wish most-damping --frequency 5Hz --require passive\n  \
                   host-cli design --wish tissue --tissue prostate-cancerous encoder_resolution=30um\n  \
+                  host-cli design --wish controller --controller pid.toml --delay 1ms\n  \
                   host-cli design --front --delay 1ms --frequency 5Hz --out front";
 
 /// The question, and the length of the printed answer.
@@ -51,7 +52,8 @@ pub(crate) fn run(arguments: Arguments, output: Output) -> Result<(), Failure> {
     let table = outputs.write(|folder| answer.write_table(folder)).flatten();
     let mut files = Vec::from_iter(table);
     match &answer {
-        Answer::Design(report) if report.best.is_some() => {
+        // A controller is a single point.
+        Answer::Design(report) if report.best.is_some() && report.wish != "controller" => {
             files.extend(outputs.picture(|| draw(report)));
         }
         Answer::Front(report) if !report.walls.is_empty() => {

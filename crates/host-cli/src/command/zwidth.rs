@@ -14,6 +14,7 @@ pub(crate) const EXAMPLES: &str = "Examples:\n  \
                   host-cli zwidth --orders 0,0.5,1 --points 11 --device-model laboratory --out zwidth\n  \
                   host-cli zwidth --mass 45g --damping 0.2 --force-limit 3.3N --orders 1 window=1s\n  \
                   host-cli zwidth --tissue liver loading=shear area=4cm2 thickness=2cm --device-model laboratory\n  \
+                  host-cli zwidth --controller pid.toml --device-model laboratory\n  \
                   host-cli zwidth --device serial:auto --push-by device --campaign night.jsonl --out night";
 
 pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), Failure> {

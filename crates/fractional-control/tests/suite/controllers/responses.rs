@@ -5,8 +5,9 @@ use core::f64::consts::PI;
 use fracdiff::FrequencyResponse;
 use fractional_control::num_complex::Complex;
 use fractional_control::{
-    Actuator, Controller, CroneParameters, FractionalPid, LeadController, LeadLagParameters,
-    PidParameters, Rule, SetPoint, TidParameters,
+    Actuator, Controller, ControllerParameters, CroneParameters, FractionalPid,
+    FractionalTransferFunction, LeadController, LeadLagParameters, PidParameters, Rule, SetPoint,
+    TidParameters,
 };
 
 /// −u/y from the impulse response, on the circle.
@@ -123,4 +124,28 @@ fn crone_keeps_its_phase_over_the_band_and_lead_of_order_one_is_the_plain_filter
             "{theta}: {have} {want}"
         );
     }
+}
+
+#[test]
+fn a_scaled_law_answers_that_many_times_as_much() {
+    let function: FractionalTransferFunction = "(s^0.5+2)/(0.1s+1)".parse().expect("valid");
+    let laws: [ControllerParameters; 5] = [
+        GAINS.into(),
+        TID.into(),
+        CRONE.into(),
+        LAG.into(),
+        function.into(),
+    ];
+    for law in laws {
+        let scaled = law.scaled(-2.5).expect("finite");
+        for omega in [0.1, 3.0, 200.0] {
+            let (have, want) = (scaled.response(omega), law.response(omega) * -2.5);
+            assert!((have - want).norm() < 1e-12 * want.norm(), "{law}: {have}");
+        }
+    }
+    assert!(
+        ControllerParameters::from(function)
+            .scaled(f64::INFINITY)
+            .is_err()
+    );
 }

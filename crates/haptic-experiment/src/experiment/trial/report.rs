@@ -186,10 +186,7 @@ pub(crate) trait Trial: Experiment + Clone {
 
     /// Runs it without log or files, to see if it settles.
     fn tried(&self) -> Result<Settling, Failure> {
-        let mut parts = self.parts()?;
-        let (device, judge) = (&mut parts.device, &mut parts.judge);
-        let whole = super::try_out(&mut parts.controller, device, parts.samples, judge);
-        Ok(parts.judge.settling(whole, parts.rest_m))
+        self.parts().map(Parts::tried)
     }
 
     /// Changes the verdict if friction alone holds the device. Noise includes that of the device without friction: a moving hand feels it.

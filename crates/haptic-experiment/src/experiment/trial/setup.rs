@@ -3,7 +3,7 @@
 use super::second::second;
 use super::{
     IMPACT, PushBy, Pushed, SecondDevice, TRIAL_FORCE_RATE_LIMIT, TRIAL_SAMPLES, TrialPlan,
-    dynamics, force_and_rate, no_law_there, plan, safe_chain, thrown,
+    dynamics, force_and_rate, no_law_there, plan, safe_chain, thrown, try_out,
 };
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
@@ -12,7 +12,7 @@ use crate::document::reader::Table;
 use crate::experiment::kind::Conduct;
 use crate::experiment::reading::{device, device_model, remote, samples_fit};
 use crate::judge::Tally;
-use crate::judge::settling::{Criterion, Judge};
+use crate::judge::settling::{Criterion, Judge, Settling};
 use crate::run::Ran;
 use crate::run::plant_file::DeviceModel;
 use crate::run::record::Record;
@@ -59,6 +59,15 @@ pub(crate) struct Parts<E: Environment<f64, 1>> {
     pub(crate) judge: Judge,
     /// See [`Settling::expected_deflection_m`](crate::Settling::expected_deflection_m).
     pub(crate) rest_m: Option<f64>,
+}
+
+impl<E: Environment<f64, 1>> Parts<E> {
+    /// Runs the loop without log or files.
+    pub(crate) fn tried(mut self) -> Settling {
+        let (device, judge) = (&mut self.device, &mut self.judge);
+        let whole = try_out(&mut self.controller, device, self.samples, judge);
+        self.judge.settling(whole, self.rest_m)
+    }
 }
 
 impl TrialSetup {

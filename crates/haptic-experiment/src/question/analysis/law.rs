@@ -4,20 +4,18 @@ use super::answer::{HORIZON, Kind, operator};
 use super::keys::{
     ANALYSED_CONTROLLER, ANALYSED_SAMPLE_TIME, ANALYSED_SCHEME, ANALYSED_TISSUE, JUDGED_DEPTH,
 };
-use crate::document::ControllerFile;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters::{Parameter, SCHEME, UNNAMED_PIECE};
 use crate::document::reader::Table;
 use crate::experiment::reading::{fits, piece};
 use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
-use crate::judge::control::refused;
 use crate::judge::modelled_tissue::TissuePiece;
+use crate::judge::position_controller::PositionController;
 use crate::judge::preflight::Matter;
 use fracdiff::num_complex::Complex;
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
-use fractional_control::ControllerParameters;
 use haptic_analysis::LoopOperator;
 use haptic_quantity::digits;
 use haptic_tissue::{Model, SampledModel};
@@ -43,7 +41,7 @@ pub(super) struct Law {
 #[derive(Clone, Debug)]
 pub(super) enum InPlace {
     Tissue(Box<JudgedTissue>),
-    Controller(Box<JudgedController>),
+    Controller(Box<PositionController>),
 }
 
 /// A piece of tissue at the depth where it is judged.
@@ -55,13 +53,6 @@ pub(super) struct JudgedTissue {
     slope: f64,
     /// True if its memory is that of several elements, not D^μ.
     is_composed: bool,
-}
-
-/// A controller from the position, in m, to the force, in N, whose reference stands.
-#[derive(Clone, Debug)]
-pub(super) struct JudgedController {
-    law: ControllerParameters,
-    integrates: bool,
 }
 
 impl Law {
@@ -101,31 +92,15 @@ impl Law {
     }
 
     fn of_controller(table: &Table<'_>, given_s: Option<f64>) -> Result<(Self, f64), Failure> {
-        let path = table.file(&ANALYSED_CONTROLLER)?.unwrap_or_default();
-        let setup = ControllerFile::read(&path)?.setup;
-        let t = setup.sample_time_s;
-        if let Some(other) = given_s.filter(|given| !same_time(*given, t)) {
-            let reason = format!(
-                "{} s is not the {} s of the controller, whose weights are for it: omit it, or change its file",
-                Shown(other),
-                Shown(t)
-            );
-            return Err(table.fail_at(ANALYSED_SAMPLE_TIME.key, reason).into());
-        }
-        let feedback = setup.feedback().map_err(refused)?;
-        let order = Order::new(1.0).map_err(Failure::input)?;
-        let both = [feedback.above, feedback.below];
-        let operator = LoopOperator::from_controller(order, both, feedback.direct_gain);
+        let controller = controller(table, given_s)?;
+        let t = controller.setup.sample_time_s;
         let law = Self {
             stiffness: Some(0.0),
             dissipation: Some(t),
-            order,
-            scheme: setup.scheme,
-            operator: operator.map_err(Failure::input)?,
-            in_place: Some(InPlace::Controller(Box::new(JudgedController {
-                law: setup.law,
-                integrates: feedback.integrates,
-            }))),
+            order: controller.operator.order(),
+            scheme: controller.setup.scheme,
+            operator: controller.operator.clone(),
+            in_place: Some(InPlace::Controller(Box::new(controller))),
         };
         Ok((law, t))
     }
@@ -213,7 +188,7 @@ impl Law {
                 json!({"tissue": tissue.matter.words(), "depth_m": tissue.depth_m})
             }
             Some(InPlace::Controller(controller)) => {
-                json!({"controller": controller.law.to_string()})
+                json!({"controller": controller.setup.law.to_string()})
             }
         }
     }
@@ -223,12 +198,31 @@ impl Law {
         let law = match &self.in_place {
             None => format!("order μ = {}", digits(self.order.get(), 4)),
             Some(InPlace::Tissue(tissue)) => tissue.matter.words(),
-            Some(InPlace::Controller(controller)) => format!("controller {}", controller.law),
+            Some(InPlace::Controller(controller)) => format!("controller {}", controller.setup.law),
         };
         let scheme = format!("scheme {}", self.scheme);
         let k_and_b = k_and_b.filter(|_| !self.is_controller());
         [law, scheme].into_iter().chain(k_and_b).collect()
     }
+}
+
+/// The controller in place of a wall, which brings its sample time: refuses another one.
+pub(crate) fn controller(
+    table: &Table<'_>,
+    given_s: Option<f64>,
+) -> Result<PositionController, Failure> {
+    let path = table.file(&ANALYSED_CONTROLLER)?.unwrap_or_default();
+    let controller = PositionController::read(&path)?;
+    let t = controller.setup.sample_time_s;
+    if let Some(other) = given_s.filter(|given| !same_time(*given, t)) {
+        let reason = format!(
+            "{} s is not the {} s of the controller, whose weights are for it: omit it, or change its file",
+            Shown(other),
+            Shown(t)
+        );
+        return Err(table.fail_at(ANALYSED_SAMPLE_TIME.key, reason).into());
+    }
+    Ok(controller)
 }
 
 /// Keys of a wall that another law has itself.
@@ -273,7 +267,7 @@ impl InPlace {
     pub(super) fn stiffness(&self, omega_rad_s: f64) -> Complex<f64> {
         match self {
             Self::Tissue(tissue) => tissue.matter.stiffness(omega_rad_s) * tissue.slope,
-            Self::Controller(controller) => controller.law.response(omega_rad_s),
+            Self::Controller(controller) => controller.setup.law.response(omega_rad_s),
         }
     }
 

@@ -3,7 +3,8 @@
 use super::bench::Bench;
 use super::search::{Found, best};
 use super::{
-    Candidate, Design, DesignReport, FORCE_NOISE_LIMIT, RealisticTrial, TissueVerdict, Wish,
+    Candidate, ControllerVerdict, Design, DesignReport, FORCE_NOISE_LIMIT, RealisticTrial,
+    TissueVerdict, Wish,
 };
 use crate::document::failure::Failure;
 use crate::document::lines_of;
@@ -38,6 +39,7 @@ impl Design {
             asked: AskedDevice::of(&self.device.plant),
             notes: self.notes(&candidates, found.as_ref()),
             tissue: self.tissue_verdict(&candidates),
+            controller: self.controller_verdict(&candidates),
             wish: self.wish.name(),
             require: match self.gain_margin {
                 None => "passive",
@@ -56,13 +58,13 @@ impl Design {
             ideal_device_assumed: imperfections.is_ideal(),
             imperfections,
             realistic,
-            candidates,
-            best,
+            candidates: candidates.into_iter().map(|one| self.shown(one)).collect(),
+            best: best.map(|best| self.shown(best)),
             simulated: found.as_ref().map(|found| found.tried.settling),
             // A wall file knows no models.
             experiment_text: found
                 .map(|found| found.tried.experiment)
-                .filter(|wall| wall.model.is_none())
+                .filter(|wall| wall.model.is_none() && wall.controller.is_none())
                 .map(|wall| self.experiment_file(&wall)),
         })
     }
@@ -85,7 +87,7 @@ impl Design {
             })
         };
         let mut candidates = judged(&self.orders_to_try())?;
-        let fixed = usize::from(matches!(self.wish, Wish::Tissue { .. }));
+        let fixed = usize::from(self.wish.is_given());
         for _ in 0..self.halvings() {
             let Some(best) = self.best(&candidates) else {
                 break;
@@ -118,6 +120,7 @@ impl Design {
                 .largest_scale
                 .filter(|scale| *scale >= 1.0)
                 .map(|_| -(candidate.order - material.order().get()).abs()),
+            Wish::Controller(_) => candidate.reason.is_none().then_some(0.0),
         }
     }
 
@@ -136,6 +139,31 @@ impl Design {
             fits: first.largest_scale.is_some_and(|scale| scale >= 1.0),
             largest_scale: first.largest_scale,
         })
+    }
+
+    fn controller_verdict(&self, candidates: &[Candidate]) -> Option<ControllerVerdict> {
+        let (controller, found) = (self.wish.controller()?, candidates.first()?);
+        let largest = found.largest_scale.map(|scale| controller.scaled(scale));
+        Some(ControllerVerdict {
+            law: controller.setup.law.to_string(),
+            fits: self.merit(found).is_some(),
+            largest_scale: found.largest_scale,
+            largest: largest.and_then(|setup| Some(setup.ok()?.law.to_string())),
+        })
+    }
+
+    /// A candidate as a report has it: a controller is no point among walls.
+    fn shown(&self, candidate: Candidate) -> Candidate {
+        match self.wish.controller() {
+            None => candidate,
+            Some(_) => Candidate {
+                stiffness_n_per_m: None,
+                dissipation_n_s_mu_per_m: None,
+                alpha: None,
+                beta: None,
+                ..candidate
+            },
+        }
     }
 
     /// Notes for the designer beside the numbers.
@@ -162,6 +190,9 @@ impl Design {
         notes.extend(found.and_then(|found| found.rings_s).map(|rings_s| {
             format!("proved, but it rings: pushed and hit it is at rest after {rings_s:.0} s")
         }));
+        if best.is_some() && self.wish.controller().is_some() {
+            notes.push("no experiment file: a wall has no controller".to_owned());
+        }
         let order = best.and_then(|best| Order::new(best.order).ok());
         if order.is_some_and(|order| self.model(order).is_some()) {
             notes.push(

@@ -31,6 +31,8 @@ const SHARES: [f64; 6] = [0.99, 0.97, 0.9, 0.8, 0.6, 0.3];
 const HALVINGS_TO_EDGE: u32 = 60;
 /// Times that the β of the stiffest quiet passive wall is halved.
 const NOISE_HALVINGS: usize = 30;
+/// Factors on the gain of a controller among which stable ones are looked for.
+const SCALES: [f64; 2] = [1e-6, 1e6];
 /// Times that a wall is halved until it is stable.
 const HALVINGS: usize = 40;
 
@@ -46,7 +48,8 @@ pub(super) struct Bench<'a> {
     units: (f64, f64),
     /// rms of the position's noise, m.
     noise_m: f64,
-    noise: NoiseGain,
+    /// `None` of a controller that integrates.
+    noise: Option<NoiseGain>,
 }
 
 /// α, β, and of a tissue the factor by which its specimen may grow.
@@ -69,7 +72,13 @@ impl<'a> Bench<'a> {
         let t = device.plant.sample_time;
         let dynamics = dynamics(&device.plant);
         let (model, units) = (design.model(order), units(&device.plant, order));
-        let operator = loop_operator(model, design.scheme, order, t, HORIZON)?;
+        let (operator, noise) = match design.wish.controller() {
+            Some(controller) => (controller.operator.clone(), controller.noise()?),
+            None => (
+                loop_operator(model, design.scheme, order, t, HORIZON)?,
+                Some(noise_gain(model, design.scheme, order, t)?),
+            ),
+        };
         Ok(Self {
             design,
             order,
@@ -79,14 +88,14 @@ impl<'a> Bench<'a> {
             delta: dynamics.damping_n_s_per_m * t.0 / dynamics.mass_kg,
             units,
             noise_m: device.sensors.deviation_m(),
-            noise: noise_gain(model, design.scheme, order, t)?,
+            noise,
         })
     }
 
     /// The best wall, or the reason why no wall meets the wishes.
     pub(super) fn candidate(&self) -> Result<Candidate, AnalysisError> {
         let wall = match (&self.design.wish, self.design.gain_margin) {
-            (Wish::Tissue { .. }, _) => self.tissue()?,
+            (Wish::Tissue { .. } | Wish::Controller(_), _) => self.given()?,
             (_, None) => self.passive_wall()?,
             (_, Some(gain_margin)) => self.stable_wall(gain_margin)?,
         };
@@ -111,18 +120,22 @@ impl<'a> Bench<'a> {
         self.dynamics.port(t, &self.operator)
     }
 
-    /// Noise of the force of a wall, rms N.
-    pub(super) fn force_noise_n(&self, alpha: f64, beta: f64) -> f64 {
+    /// True of a controller that pushes on and on at a place that stands.
+    fn integrates(&self) -> bool {
+        self.noise.is_none()
+    }
+
+    /// Noise of the force of a wall, rms N; `None` where an integral makes it endless without the loop.
+    pub(super) fn force_noise_n(&self, alpha: f64, beta: f64) -> Option<f64> {
         let (stiffness, dissipation) = self.law(alpha, beta);
-        self.noise_m * self.noise.of_wall(stiffness, dissipation)
+        Some(self.noise_m * self.noise?.of_wall(stiffness, dissipation))
     }
 
     /// The factor that takes a wall to the limit of its force noise.
     pub(super) fn largest_quiet_scale(&self, alpha: f64, beta: f64) -> f64 {
         let limit = self.design.force_noise_limit_n;
-        limit.map_or(f64::INFINITY, |limit| {
-            limit / self.force_noise_n(alpha, beta)
-        })
+        let limited = limit.zip(self.force_noise_n(alpha, beta));
+        limited.map_or(f64::INFINITY, |(limit, noise)| limit / noise)
     }
 
     /// The largest α beside β at which the wall times `times` is within the limit, or 0.
@@ -135,20 +148,21 @@ impl<'a> Bench<'a> {
         last(0.0, most, HALVINGS_TO_EDGE, is_quiet)
     }
 
-    /// K, B and the specimen's scale of the wished tissue at this order.
-    fn tissue(&self) -> Result<Option<Wall>, AnalysisError> {
-        let Wish::Tissue {
-            material,
-            shape_m,
-            frequency_hz,
-        } = &self.design.wish
-        else {
-            return Ok(None);
+    /// K, B and the scale of the tissue or controller that is wished, at this order.
+    fn given(&self) -> Result<Option<Wall>, AnalysisError> {
+        let (stiffness, dissipation) = match &self.design.wish {
+            Wish::Tissue {
+                material,
+                shape_m: shape,
+                frequency_hz,
+            } => (
+                shape * material.rest_modulus_pa(),
+                material.dissipation_at(*shape, self.order, 2.0 * PI * frequency_hz),
+            ),
+            Wish::Controller(controller) => (0.0, controller.setup.sample_time_s),
+            Wish::StiffestWall | Wish::MostDamping { .. } => return Ok(None),
         };
-        let shape = *shape_m;
-        let alpha = shape * material.rest_modulus_pa() / self.units.0;
-        let dissipation = material.dissipation_at(shape, self.order, 2.0 * PI * frequency_hz);
-        let beta = dissipation / self.units.1;
+        let (alpha, beta) = (stiffness / self.units.0, dissipation / self.units.1);
         let proved = match self.design.every_motion {
             true => self.closed(alpha, beta)?.slope_limit().proved,
             false => f64::INFINITY,
@@ -269,12 +283,22 @@ impl<'a> Bench<'a> {
     pub(super) fn judged(&self, (alpha, beta, scale): Wall) -> Result<Candidate, AnalysisError> {
         let device = &self.design.device;
         let (_, margin) = self.stable_and_margin(alpha, beta)?;
-        let proved = self.closed(alpha, beta)?.slope_limit().proved;
         let (stiffness, dissipation) = self.law(alpha, beta);
-        let (required, damping) = self.required(alpha, beta)?;
-        let reason = scale
-            .filter(|scale| *scale < 1.0)
-            .map(|_| "the specimen is too large".to_owned());
+        let (mut proved, mut required) = (0.0, None);
+        // No proof and no damping is enough where an integral pushes on and on.
+        if !self.integrates() {
+            proved = self.closed(alpha, beta)?.slope_limit().proved;
+            required = Some(self.required(alpha, beta)?);
+        }
+        let is_controller = self.design.wish.controller().is_some();
+        let reason = match (scale, self.design.gain_margin) {
+            (Some(scale), _) if scale < 1.0 && is_controller => Some("the gain is too large"),
+            (Some(scale), _) if scale < 1.0 => Some("the specimen is too large"),
+            (Some(_), Some(g)) if is_controller && !self.has_margin(alpha, beta, g)? => {
+                Some("with less gain it is unstable")
+            }
+            _ => None,
+        };
         Ok(Candidate {
             order: self.order.get(),
             stiffness_n_per_m: Some(stiffness),
@@ -283,14 +307,14 @@ impl<'a> Bench<'a> {
             pulling_contact_margin: (proved > 0.0).then_some(proved),
             alpha: Some(alpha),
             beta: Some(beta),
-            passive: Some(required.passive(self.delta)),
-            required_damping_n_s_per_m: Some(damping),
+            passive: Some(required.is_some_and(|(required, _)| required.passive(self.delta))),
+            required_damping_n_s_per_m: required.map(|(_, damping)| damping),
             effective_damping_n_s_per_m: self.effective_damping(alpha, beta)?,
-            force_noise_rms_n: (!device.sensors.are_ideal())
-                .then(|| self.force_noise_n(alpha, beta)),
+            force_noise_rms_n: (self.force_noise_n(alpha, beta))
+                .filter(|_| !device.sensors.are_ideal()),
             tried_force_noise_rms_n: None,
             largest_scale: scale,
-            reason,
+            reason: reason.map(str::to_owned),
         })
     }
 
@@ -298,6 +322,7 @@ impl<'a> Bench<'a> {
     fn nothing(&self) -> String {
         match self.design.gain_margin {
             None if self.delta <= 0.0 => "none is passive: the device has no damping",
+            None if self.integrates() => "no damping is enough for an integral",
             None => "none is passive",
             Some(_) if self.design.every_motion => "none is proved for every motion",
             Some(_) => "none is stable with the gain margin",
@@ -364,6 +389,9 @@ impl<'a> Bench<'a> {
 
     /// The factor up to which a wall stays passive; `None` if a device without damping bears none.
     fn largest_passive_scale(&self, alpha: f64, beta: f64) -> Result<Option<f64>, AnalysisError> {
+        if self.integrates() {
+            return Ok(None);
+        }
         // sup(α·u + β·v) grows in proportion to the wall.
         let required = self.port()?.required_delta(alpha, beta)?;
         let scale = self.delta / required.delta;
@@ -434,6 +462,11 @@ impl<'a> Bench<'a> {
         alpha: f64,
         beta: f64,
     ) -> Result<Option<[f64; 2]>, AnalysisError> {
+        if self.design.wish.controller().is_some() {
+            // One with an integral may need gain too.
+            let factors = self.closed(alpha, beta)?.stable_factors(SCALES);
+            return Ok(factors.last().copied());
+        }
         let mut scale = 1.0;
         for _ in 0..HALVINGS {
             let closed = self.closed(scale * alpha, scale * beta)?;

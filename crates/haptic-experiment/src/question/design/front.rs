@@ -205,7 +205,7 @@ impl Front {
                 margin,
                 effective_stiffness_n_per_m: felt.stiffness_n_per_m,
                 effective_damping_n_s_per_m: felt.damping_n_s_per_m,
-                force_noise_rms_n: (!self.design.device.sensors.are_ideal()).then_some(noise_n),
+                force_noise_rms_n: noise_n.filter(|_| !self.design.device.sensors.are_ideal()),
                 required_damping_n_s_per_m: scale * required,
             });
         }

@@ -7,15 +7,18 @@ use super::{
     RequireName, WISH, WISH_FREQUENCY, WISH_TISSUE, Wish, WishName,
 };
 use crate::document::error::FileError;
+use crate::document::failure::Failure;
 use crate::document::parameters::{
-    CURRENT_LAG, DELAY, DEVICE_MODEL, ENCODER_RESOLUTION, FRICTION, Parameter, SENSOR_NOISE,
-    UNNAMED_PIECE,
+    CURRENT_LAG, DELAY, DEVICE_MODEL, ENCODER_RESOLUTION, FRICTION, Parameter, SAMPLE_TIME, SCHEME,
+    SENSOR_NOISE, UNNAMED_PIECE,
 };
 use crate::document::reader::Table;
 use crate::experiment::reading::linear_piece;
 use crate::experiment::trial::TRIAL_FORCE_LIMIT;
 use crate::experiment::wall::{ONE_SIDED, WALL_CONTACT, contact};
+use crate::judge::position_controller::PositionController;
 use crate::judge::preflight::WallContact;
+use crate::question::analysis::{ANALYSED_CONTROLLER, law};
 use crate::question::bench::{bench, orders, scheme};
 use fracdiff::Order;
 
@@ -26,11 +29,44 @@ pub(crate) fn wish(table: &Table<'_>) -> Result<WishName, FileError> {
             foreign(table, parameter, "the wish tissue")?;
         }
     }
+    if wish != WishName::Controller {
+        foreign(table, &ANALYSED_CONTROLLER, "the wish controller")?;
+    }
     Ok(wish)
 }
 
-pub(crate) fn design(table: &Table<'_>, wish: WishName) -> Result<Design, FileError> {
-    towards(table, aim(table, wish)?)
+pub(crate) fn design(table: &Table<'_>, wish: WishName) -> Result<Design, Failure> {
+    let wish = match wish {
+        WishName::Controller => Wish::Controller(Box::new(controller(table)?)),
+        WishName::StiffestWall | WishName::MostDamping | WishName::Tissue | WishName::Coupler => {
+            aim(table, wish)?
+        }
+    };
+    Ok(towards(table, wish)?)
+}
+
+/// A controller, which has orders, scheme and sample time of its own, and pulls too.
+fn controller(table: &Table<'_>) -> Result<PositionController, Failure> {
+    if table.text(&ANALYSED_CONTROLLER)?.is_empty() {
+        let reason = format!("the wish controller needs one: give {ANALYSED_CONTROLLER}");
+        return Err(table.fail_at(WISH.key, reason).into());
+    }
+    for parameter in [
+        &WISH_FREQUENCY,
+        &DESIGN_ORDERS,
+        &SCHEME,
+        &ONE_SIDED,
+        &WALL_CONTACT,
+    ] {
+        foreign(table, parameter, "another wish")?;
+    }
+    let controller = law::controller(table, table.number_if(&SAMPLE_TIME)?)?;
+    let every_motion = table.choice::<RequireName>(&REQUIRE)? == RequireName::EveryMotion;
+    if every_motion && controller.integrates {
+        let reason = "a controller with an integral has no such proof: change it";
+        return Err(table.fail_at(REQUIRE.key, reason).into());
+    }
+    Ok(controller)
 }
 
 /// The front, for which walls are not tried.
@@ -38,6 +74,7 @@ pub(crate) fn front(table: &Table<'_>) -> Result<Front, FileError> {
     for parameter in [
         &WISH,
         &WISH_TISSUE,
+        &ANALYSED_CONTROLLER,
         &ONE_SIDED,
         &WALL_CONTACT,
         &TRIAL_FORCE_LIMIT,
@@ -75,12 +112,20 @@ fn towards(table: &Table<'_>, wish: Wish) -> Result<Design, FileError> {
         );
         return Err(table.fail_at(REQUIRE.key, reason));
     }
+    let controller = wish.controller();
+    let sample_time_s = controller.map(|controller| controller.setup.sample_time_s);
     let design = Design {
         contact,
-        device: bench(table)?,
-        scheme: scheme(table)?,
-        orders: in_order(table)?,
-        finer: !table.has(&DESIGN_ORDERS),
+        device: bench(table, sample_time_s)?,
+        scheme: match controller {
+            Some(controller) => controller.setup.scheme,
+            None => scheme(table)?,
+        },
+        orders: match controller {
+            Some(controller) => vec![controller.operator.order()],
+            None => in_order(table)?,
+        },
+        finer: controller.is_none() && !table.has(&DESIGN_ORDERS),
         gain_margin,
         every_motion: require == RequireName::EveryMotion || contact == WallContact::Signed,
         wish,
@@ -111,7 +156,7 @@ fn aim(table: &Table<'_>, wish: WishName) -> Result<Wish, FileError> {
                 frequency_hz: frequency_hz.unwrap_or(COMPARED_AT_HZ),
             }
         }
-        WishName::StiffestWall | WishName::Coupler => {
+        WishName::StiffestWall | WishName::Controller | WishName::Coupler => {
             foreign(table, &WISH_FREQUENCY, "another wish")?;
             Wish::StiffestWall
         }
@@ -124,7 +169,7 @@ pub(crate) fn coupler(table: &Table<'_>) -> Result<CouplerDesign, FileError> {
     for parameter in of_walls.into_iter().chain([ONE_SIDED, WALL_CONTACT]) {
         foreign(table, &parameter, "a wall")?;
     }
-    let device = bench(table)?;
+    let device = bench(table, None)?;
     if !device.imperfections().is_ideal() {
         let reason = format!(
             "a coupler is designed for an ideal device: leave out {FRICTION}, {DELAY}, \

@@ -25,14 +25,14 @@
 //!   that passes has 30 trials of 20 s, of a wall that never pulls 66.
 
 use super::bench::Bench;
-use super::{Candidate, Design, Noisier, Wish};
+use super::{Candidate, Design, Noisier};
 use crate::document::failure::Failure;
 use crate::experiment::trial::{Trial, TrialSetup, louder};
 use crate::experiment::wall::WallExperiment;
 use crate::judge::settling::{GONE_M, TrialVerdict};
 use crate::question::bench::last;
 use crate::{Settling, TrialPlan};
-use fracdiff::{Order, Seconds};
+use fracdiff::{FrequencyResponse as _, Order, Seconds};
 use haptic_analysis::AnalysisError;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -282,7 +282,7 @@ impl Design {
 
     /// The limit of the noise of the force, asked for or not, N.
     pub(super) fn noise_limit_n(&self) -> Option<f64> {
-        let has_choice = !matches!(self.wish, Wish::Tissue { .. });
+        let has_choice = !self.wish.is_given();
         let unasked = has_choice && !self.device.sensors.are_ideal();
         (self.force_noise_limit_n).or_else(|| unasked.then(|| NOISE_SHARE * self.push_n()))
     }
@@ -378,7 +378,12 @@ impl Design {
         let device = &self.device;
         let usual = self.plan(one.stretch);
         // At rest it is between two steps of the encoder, and there it matters where.
-        let step_n = device.sensors.encoder_resolution_m * (law.0 + device.plant.stiffness.0);
+        let controller = self.wish.controller();
+        let spring = match controller.filter(|controller| !controller.integrates) {
+            Some(controller) => controller.operator.response(0.0).re,
+            None => law.0,
+        };
+        let step_n = device.sensors.encoder_resolution_m * (spring + device.plant.stiffness.0);
         let push_n = one.push * usual.push_n + one.moved * step_n;
         let plan = TrialPlan {
             // A step of more force than the device has is far too noisy.
@@ -394,6 +399,7 @@ impl Design {
         };
         WallExperiment {
             model: self.model(order).cloned(),
+            controller: controller.cloned().map(Box::new),
             contact: self.contact,
             ..WallExperiment::linear(setup, order, self.scheme, law.0, law.1)
         }
@@ -525,7 +531,7 @@ impl<'a> Search<'_, 'a> {
                 self.candidates[n].reason = Some(outcome.reason());
                 self.candidates[n].tried_force_noise_rms_n = outcome.noise_n;
             }
-            if matches!(design.wish, Wish::Tissue { .. }) {
+            if design.wish.is_given() {
                 continue;
             }
             if first.is_some() && design.force_noise_limit_n.is_none() {
@@ -604,7 +610,7 @@ impl<'a> Search<'_, 'a> {
     }
 
     fn turn_all(&mut self) {
-        if !matches!(self.design.wish, Wish::Tissue { .. }) {
+        if !self.design.wish.is_given() {
             let turned: Vec<_> = self.rays.iter().flat_map(|ray| self.turned(ray)).collect();
             self.rays.extend(turned);
         }
@@ -646,7 +652,7 @@ impl<'a> Search<'_, 'a> {
         mut outcome: Outcome,
     ) -> Result<(Ray<'a>, Outcome), Failure> {
         let design = self.design;
-        let is_fixed = design.every_motion || matches!(design.wish, Wish::Tissue { .. });
+        let is_fixed = design.every_motion || design.wish.is_given();
         if is_fixed || ray.is_first() || ray.bench.order.get() <= 0.0 {
             return Ok((ray, outcome));
         }

@@ -7,9 +7,11 @@ use super::{BoundaryPoint, OrderBoundary, Scales, ZWidth, ZWidthReport};
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
 use crate::experiment::trial::{
-    TrialPlan, dynamics, encoder_step, force_and_rate, force_limit, seen, thrown, wall_at_start,
+    PositionLaw, TrialPlan, dynamics, encoder_step, force_and_rate, force_limit, seen, thrown,
+    try_out, wall_at_start,
 };
 use crate::judge::modelled_tissue::{loop_operator, operator};
+use crate::judge::position_controller::PositionController;
 use crate::judge::preflight::WallContact;
 use crate::judge::settling::Criterion;
 use crate::question::bench::{AskedDevice, crossings, last, units};
@@ -28,6 +30,10 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 const BISECTIONS: u32 = 12;
 /// Share by which the wall of a trial may be off from the boundary of the analysis, up or down.
 const AGREES_WITHIN: f64 = 0.05;
+/// Fine steps down from the coarse ones: to 1e-4 of the most. The newest sample of a lag or an integral weighs little in its force, so that
+/// the most of a controller may be far above what is stable: to 2e-9.
+const FINE: i32 = 24;
+const FINE_OF_CONTROLLERS: i32 = 70;
 /// Points on the boundary of a region.
 const POINTS: usize = 400;
 /// Pieces of an edge of an outline.
@@ -93,9 +99,11 @@ impl ZWidth {
             disagreements: points
                 .filter(|point| point.analysis_agrees == Some(false))
                 .count(),
-            tissue: (self.tissue.as_ref()).map(|piece| piece.material.name.clone()),
+            tissue: self.piece().map(|piece| piece.material.name.clone()),
+            controller: (self.controller()).map(|controller| controller.setup.law.to_string()),
             scales: (orders.first()).and_then(|order| order.boundary.first()?.scales),
-            orders,
+            // A controller is no point among walls.
+            orders: self.controller().map_or(orders, |_| Vec::new()),
             scheme: self.scheme.to_string(),
             device: device_name(self.remote.as_ref()),
             asked: AskedDevice::of(config),
@@ -178,20 +186,20 @@ fn search_limit(delta: f64) -> f64 {
     f64::max(5.0, 4.0 * (1.0 + delta))
 }
 
-/// The coarse scale from `most` down: fifty even steps, then ten a decade down to 1e-4, then 0. A wall
+/// The coarse scale from `most` down: fifty even steps, then so many, ten a decade, then 0. A wall
 /// far softer than the softest of the even steps is still found.
-fn coarse(most: f64) -> impl Iterator<Item = f64> {
+fn coarse(most: f64, fine: i32) -> impl Iterator<Item = f64> {
     let even = (1..=50)
         .rev()
         .map(move |step| most * f64::from(step) / 50.0);
-    let fine = (1..=24).map(move |step| most / 50.0 * 10f64.powf(-f64::from(step) / 10.0));
+    let fine = (1..=fine).map(move |step| most / 50.0 * 10f64.powf(-f64::from(step) / 10.0));
     even.chain(fine).chain([0.0])
 }
 
 /// The largest value up to `most` that is stable; `None` if no value of the coarse scale is.
-fn largest(most: f64, stable: impl Fn(f64) -> bool) -> Option<f64> {
+fn largest(most: f64, fine: i32, stable: impl Fn(f64) -> bool) -> Option<f64> {
     let mut above = most;
-    let found = coarse(most).find(|&value| {
+    let found = coarse(most, fine).find(|&value| {
         let found = stable(value);
         if !found {
             above = value;
@@ -201,14 +209,23 @@ fn largest(most: f64, stable: impl Fn(f64) -> bool) -> Option<f64> {
     Some(last(found, above, BISECTIONS, stable))
 }
 
+/// Part of a law beside its spring.
+enum Tried<'a> {
+    /// B times this.
+    Memory(Operator<f64>),
+    Controller(&'a PositionController),
+}
+
 /// A wall of one order that lacks only its stiffness and dissipation.
 struct Search<'a> {
     experiment: &'a ZWidth,
     plan: TrialPlan,
     order: Order,
-    operator: Operator<f64>,
-    /// α and β of the specimen of a tissue: with one, an α that is tried is a scale of it, and β is not used.
-    specimen: Option<[f64; 2]>,
+    law: Tried<'a>,
+    /// α and β of a law that only grows: with one, an α that is tried is a scale of it, and β is not used.
+    growing: Option<[f64; 2]>,
+    /// Force per displacement that stands, of a controller, N/m.
+    standing_n_per_m: f64,
     /// The device as it is.
     device: MassDamper<1>,
     /// The device without friction, if it has some.
@@ -218,8 +235,9 @@ struct Search<'a> {
     rate: f64,
     encoder_step_m: f64,
     theory: Option<Theory>,
-    /// Largest α or β that is tried.
+    /// Largest α or β that is tried, and the number of fine steps down from it.
     most: f64,
+    fine: i32,
     /// N/m of α = 1, and N·s^μ/m of β = 1.
     units: (f64, f64),
     /// Seed of this order's cells.
@@ -270,8 +288,15 @@ impl<'a> Search<'a> {
             experiment,
             plan,
             order,
-            operator: operator(experiment.model(), scheme, order, t, horizon)?,
-            specimen: None,
+            law: match experiment.controller() {
+                Some(controller) => Tried::Controller(controller),
+                None => Tried::Memory(operator(experiment.model(), scheme, order, t, horizon)?),
+            },
+            growing: None,
+            standing_n_per_m: match experiment.controller() {
+                Some(controller) => controller.stiffness_n_per_m(plan.window_s)?,
+                None => 0.0,
+            },
             smooth: smooth.transpose()?,
             device,
             chain: force_limit(plan.force_limit_n, t)?,
@@ -282,6 +307,10 @@ impl<'a> Search<'a> {
             theory: (experiment.analysed.as_ref())
                 .and_then(|device| Theory::new(device, experiment, order)),
             most: search_limit(config.damping.0 * t.0 / config.mass.0),
+            fine: match experiment.controller() {
+                Some(_) => FINE_OF_CONTROLLERS,
+                None => FINE,
+            },
             units: units(&config, order),
             seed: experiment.sensors.seed.wrapping_add((index as u64) << 32),
             remote: remote.transpose()?,
@@ -290,17 +319,21 @@ impl<'a> Search<'a> {
             stop,
             runs: AtomicU64::new(0),
         }
-        .on_specimen())
+        .on_growing())
     }
 
-    /// Tries scales of the specimen, if there is one.
-    fn on_specimen(self) -> Self {
-        let Some(piece) = &self.experiment.tissue else {
+    /// Tries scales of a law that only grows, if there is one.
+    fn on_growing(self) -> Self {
+        let Some(growing) = &self.experiment.growing else {
             return self;
         };
-        let ((k, b), gain) = (piece.spring_and_damper(), self.operator.direct_gain());
+        let (k, b) = growing.spring_and_damper();
+        let gain = match &self.law {
+            Tried::Memory(operator) => operator.direct_gain(),
+            Tried::Controller(controller) => controller.operator.direct_gain().abs() / b,
+        };
         Self {
-            specimen: Some([k / self.units.0, b / self.units.1]),
+            growing: Some([k / self.units.0, b / self.units.1]),
             // B of a slow element may be large beside what its memory resists in a sample.
             most: self.most * self.units.0 / k.max(b * gain),
             rate: gain,
@@ -312,8 +345,8 @@ impl<'a> Search<'a> {
         let theory = self.theory.as_ref();
         let (alpha, beta) = self.wall(cell.stable, beta);
         let (stiffness, dissipation) = self.units;
-        let analysed = theory.and_then(|theory| match self.specimen {
-            Some(specimen) => theory.largest_scale(specimen, self.most),
+        let analysed = theory.and_then(|theory| match self.growing {
+            Some(growing) => theory.largest_scale(growing, self.most),
             None => theory.largest_alpha(beta),
         });
         let stiffness_at = |tried| self.wall(tried, beta).0 * stiffness;
@@ -327,7 +360,7 @@ impl<'a> Search<'a> {
                 .filter(|_| cell.stable < 0.999 * self.most)
                 .and_then(|theory| theory.has_edge_within(alpha, beta, AGREES_WITHIN)),
             held_by_friction_up_to_n_per_m: cell.held.map(stiffness_at),
-            scales: self.specimen.map(|_| Scales {
+            scales: self.growing.map(|_| Scales {
                 largest_scale: cell.stable,
                 analysis_scale: analysed,
                 held_by_friction_up_to_scale: cell.held,
@@ -335,9 +368,9 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// α and β of a wall, or of a scale of the specimen.
+    /// α and β of a wall, or of a scale of the law that grows.
     fn wall(&self, tried: f64, beta: f64) -> (f64, f64) {
-        (self.specimen).map_or((tried, beta), |[alpha, beta]| (tried * alpha, tried * beta))
+        (self.growing).map_or((tried, beta), |[alpha, beta]| (tried * alpha, tried * beta))
     }
 
     /// The largest α that is stable with this β; `None` if none that is tried is, or the search has ended.
@@ -349,8 +382,8 @@ impl<'a> Search<'a> {
         }
         let rests = |device, cell| move |alpha| self.settles(device, alpha, beta, cell);
         // If no wall comes to rest, the scale and the noise of the extent: with them one does at the largest dissipation.
-        let as_it_is = largest(self.most, rests(&self.device, cell))
-            .or_else(|| largest(self.most, rests(&self.device, 0)))?;
+        let as_it_is = largest(self.most, self.fine, rests(&self.device, cell))
+            .or_else(|| largest(self.most, self.fine, rests(&self.device, 0)))?;
         let Some(smooth) = &self.smooth else {
             return self.whole(Cell {
                 stable: as_it_is,
@@ -361,7 +394,8 @@ impl<'a> Search<'a> {
             let (smooth, device) = (rests(smooth, cell), rests(&self.device, cell));
             move |alpha| smooth(alpha) && device(alpha)
         };
-        let stable = largest(as_it_is, both(cell)).or_else(|| largest(self.most, both(0)))?;
+        let stable = largest(as_it_is, self.fine, both(cell))
+            .or_else(|| largest(self.most, self.fine, both(0)))?;
         // Two bisections end where they end: closer than a thousandth is the same.
         let held = Some(as_it_is).filter(|held| *held > 1.001 * stable);
         self.whole(Cell { stable, held })
@@ -418,7 +452,7 @@ impl<'a> Search<'a> {
         let plan = &self.plan;
         let tau_s = (plan.duration_s - plan.window_s) / 8.0;
         let soft = (self.rate * tau_s.powf(self.order.get())).recip();
-        let settled = match self.specimen {
+        let settled = match self.growing {
             Some(_) => Settled::softest(self.most, |scale| rests(scale, 0.0)),
             None => Settled::look(self.most, |beta| beta * soft, rests),
         };
@@ -431,14 +465,14 @@ impl<'a> Search<'a> {
     /// The largest β that is stable with any α, or 0; `None` if the search was stopped. α = 0 is excluded:
     /// a pure damper of order 1 and more yields for ever; and with A₃ at μ > 1 a wall needs stiffness to be stable at all.
     fn largest_dissipation(&self) -> Option<f64> {
-        if self.specimen.is_some() {
+        if self.growing.is_some() {
             return Some(0.0);
         }
         let any_stiffness = |beta| {
-            let mut walls = coarse(self.most).filter(|alpha| *alpha > 0.0);
+            let mut walls = coarse(self.most, self.fine).filter(|alpha| *alpha > 0.0);
             walls.any(|alpha| self.is_stable(alpha, beta))
         };
-        self.whole(largest(self.most, any_stiffness).unwrap_or(0.0))
+        self.whole(largest(self.most, self.fine, any_stiffness).unwrap_or(0.0))
     }
 
     /// True if a wall settles, also without friction.
@@ -457,9 +491,21 @@ impl<'a> Search<'a> {
         let (alpha, beta) = self.wall(alpha, beta);
         let (stiffness, dissipation) = (alpha * self.units.0, beta * self.units.1);
         let t = self.experiment.device.sample_time.0;
-        let spring = stiffness + self.experiment.device.stiffness.0;
-        let step = stiffness + dissipation * self.rate;
-        let judge = self.plan.judge(spring, step, self.encoder_step_m, t);
+        let hand = self.experiment.device.stiffness.0;
+        let (plan, encoder_step_m) = (&self.plan, self.encoder_step_m);
+        let judge = match &self.law {
+            Tried::Controller(controller) => {
+                let scale = [dissipation / t, self.standing_n_per_m];
+                PositionLaw::judge(controller, scale, plan, hand, encoder_step_m)
+            }
+            Tried::Memory(_) => {
+                let step = stiffness + dissipation * self.rate;
+                Some(plan.judge(stiffness + hand, step, encoder_step_m, t))
+            }
+        };
+        let Some(judge) = judge else {
+            return false;
+        };
         let contact = self.experiment.contact;
         if let Some((law, trials)) = &self.remote {
             let law = RemoteLaw {
@@ -477,14 +523,28 @@ impl<'a> Search<'a> {
         let settles = |impact_m_per_s: f64| {
             let (mut device, mut judge) = (device.clone(), judge);
             device.set_state([0.0].into(), [impact_m_per_s].into());
-            let wall = wall_at_start(stiffness, dissipation, self.operator.clone(), contact);
-            let (Ok(wall), Ok(mut device)) = (wall, sensors.before(device)) else {
+            let Ok(mut device) = sensors.before(device) else {
                 return false;
             };
-            let wall = OwnPush::new(wall, self.plan.own_push_n());
-            let mut controller = Controller::<f64, 1, _>::new(wall, self.chain);
-            let see = &mut |sample: &_| seen(&mut judge, sample);
-            let whole = run_wall(&mut controller, &mut device, self.samples, see);
+            let (push_n, samples) = (self.plan.own_push_n(), self.samples);
+            let whole = match &self.law {
+                Tried::Memory(operator) => {
+                    let wall = wall_at_start(stiffness, dissipation, operator.clone(), contact);
+                    let Ok(wall) = wall else {
+                        return false;
+                    };
+                    let mut wall = Controller::new(OwnPush::new(wall, push_n), self.chain);
+                    let see = &mut |sample: &_| seen(&mut judge, sample);
+                    run_wall(&mut wall, &mut device, samples, see)
+                }
+                Tried::Controller(controller) => {
+                    let Ok(law) = PositionLaw::new(controller, dissipation / t) else {
+                        return false;
+                    };
+                    let mut law = Controller::new(OwnPush::new(law, push_n), self.chain);
+                    try_out(&mut law, &mut device, samples, &mut judge)
+                }
+            };
             judge.settling(whole, None).stable
         };
         let first = core::iter::once(self.plan.impact_m_per_s);
@@ -517,8 +577,15 @@ struct Theory {
 impl Theory {
     fn new(device: &MassDamperConfig, asked: &ZWidth, order: Order) -> Option<Self> {
         let (model, t) = (asked.model(), device.sample_time);
-        let operator = loop_operator(model, asked.scheme, order, t, HORIZON).ok()?;
         let plant = dynamics(device).plant(t.0).ok()?;
+        if let Some(controller) = asked.controller() {
+            return Some(Self {
+                area: None,
+                operator: controller.operator.clone(),
+                plant,
+            });
+        }
+        let operator = loop_operator(model, asked.scheme, order, t, HORIZON).ok()?;
         let region = StabilityRegion::new(plant, &operator, 0, POINTS).ok()?;
         Some(Self {
             area: region.bounded().cloned(),
@@ -554,7 +621,7 @@ impl Theory {
         crossings(self.area.as_ref()?, beta).last().copied()
     }
 
-    /// The largest stable scale of a specimen, of α and β, below the end of a search.
+    /// The largest stable scale of a law that grows, of α and β, below the end of a search.
     fn largest_scale(&self, [alpha, beta]: [f64; 2], most: f64) -> Option<f64> {
         let closed = SampledLoop::with_plant(self.plant, alpha, beta, &self.operator).ok()?;
         let stable = closed.beside_rest().stable_factors([1e-6 * most, most]);
@@ -591,7 +658,7 @@ mod tests {
             sensors: Imperfections::NONE.sensors,
             contact: WallContact::Linear,
             scheme: Scheme::Muir { degree: 3 },
-            tissue: None,
+            growing: None,
             orders: vec![Order::new(1.0).expect("in range")],
             points: 5,
             plan: TrialPlan {
