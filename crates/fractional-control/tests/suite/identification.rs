@@ -7,7 +7,7 @@ use fractional_control::{
     DeadTime, FractionalTransferFunction, HeldPlant, InputOutputRecord, Plant, PowerMemory, Rule,
     StartState, WholeShape, identify, identify_coefficients, respond, step_response, whole_guess,
 };
-use testkit::{assert_close, assert_relative};
+use testkit::{assert_close, assert_relative, assert_says};
 
 fn of(text: &str) -> FractionalTransferFunction {
     text.parse().expect("valid")
@@ -264,5 +264,5 @@ fn an_input_that_is_late_by_a_part_of_a_sample_is_run_exactly() {
     };
     let refused = identify(&of("1/(s+1)"), &outside).expect_err("refused");
     let said = refused.to_string();
-    assert!(said.contains("dead time 30 s"), "{said}");
+    assert_says(&said, "dead time 30 s");
 }

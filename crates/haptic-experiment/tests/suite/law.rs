@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
-use testkit::{Random, assert_relative};
+use testkit::{Random, assert_relative, assert_says};
 
 const T: f64 = 1e-3;
 
@@ -609,9 +609,9 @@ fn what_a_controller_does_not_have_is_refused_in_a_line() {
     let error = grows
         .asked("analyze-stability", DEVICE)
         .expect_err("it grows");
-    assert!(
-        error.contains("poles of the controller that grow by themselves 1 is not 0"),
-        "{error}"
+    assert_says(
+        &error,
+        "poles of the controller that grow by themselves 1 is not 0",
     );
 }
 

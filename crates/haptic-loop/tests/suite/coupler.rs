@@ -7,8 +7,8 @@ use fracdiff::{Operator, Real, Scheme, Seconds, ShortMemory, grunwald_weights};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{Environment, VirtualCoupler, VirtualObject, deflection_order};
 use nalgebra::{SVector, vector};
-use testkit::Random;
 use testkit::operator::order;
+use testkit::{Random, assert_says};
 
 fn object([mass, damping, stiffness]: [f64; 3]) -> VirtualObject {
     VirtualObject::new(
@@ -305,8 +305,5 @@ fn parameters_outside_their_range_are_refused() {
     let high = deflection_order(order(1.25))
         .expect_err("refused")
         .to_string();
-    assert!(
-        high.contains("order of a coupler 1.25 is not in [0, 1]"),
-        "{high}"
-    );
+    assert_says(&high, "order of a coupler 1.25 is not in [0, 1]");
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 use testkit::browser::{get, parts};
-use testkit::{Random, cases, table, until};
+use testkit::{Random, assert_says, cases, table, until};
 
 #[test]
 fn wrong_tokens_and_hosts_get_a_sentence_and_nothing_else() {
@@ -83,10 +83,7 @@ fn a_port_that_is_taken_is_refused() {
     let taken = options(runs.path(), OnClose::Stop, port.parse().expect("a number"));
     let refused = PageServer::start(taken).expect_err("taken");
     let said = refused.to_string();
-    assert!(
-        said.contains("is taken by another program: use another, or 0"),
-        "{said}"
-    );
+    assert_says(&said, "is taken by another program: use another, or 0");
 }
 
 #[test]
@@ -96,7 +93,7 @@ fn a_browser_is_led_to_the_address_by_a_file_of_its_owner() {
     let address = server.address().to_owned();
     let path = server.opener().expect("a file").to_owned();
     let text = std::fs::read_to_string(&path).expect("it is there");
-    assert!(text.contains(&format!("url={address}\"")), "{text}");
+    assert_says(&text, &format!("url={address}\""));
     assert!(!path.to_string_lossy().contains(parts(&address).1));
     #[cfg(unix)]
     {

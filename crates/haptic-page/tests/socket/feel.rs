@@ -5,7 +5,7 @@ use crate::{
 };
 use haptic_page::{OnClose, PageServer};
 use serde_json::{Value, json};
-use testkit::browser::Page;
+use testkit::{assert_says, browser::Page};
 
 #[test]
 fn the_verdict_stands_beside_what_it_is_of_wherever_that_is_told() {
@@ -228,5 +228,5 @@ fn a_recording_holds_every_sample_and_is_listed_opened_and_gone() {
     page.refuses("view", view, "deleted or moved");
     page.refuses("runs.open", open, "deleted or moved");
     let outside = page.refused("runs.open", json!({"name": "../../etc/passwd"}));
-    assert!(outside.contains("there is no log"), "{outside}");
+    assert_says(&outside, "there is no log");
 }

@@ -4,7 +4,7 @@ use crate::{assert_documented, has, opened, prostate, question, ran};
 use haptic_log::record::{LogWriter, TickMessage};
 use serde_json::{Value, json};
 use std::fs;
-use testkit::assert_relative;
+use testkit::{assert_relative, assert_says};
 
 fn control(more: &Value) -> Value {
     let mut asked = json!({"plant": "0.55exp(-s)/(62s+1)", "crossover_rad_s": 0.1,
@@ -52,7 +52,7 @@ fn a_plant_and_a_controller_may_be_files() {
     let held = page.ask("ask", control(&device));
     has(&held["fractional"], json!({"stable": true}));
     let words = held["plant"].as_str().expect("words");
-    assert!(words.contains("0.065"), "{words}");
+    assert_says(&words, "0.065");
     for [wrong, words] in testkit::table(
         r#"
         {"mass_kg": 0.065} | `mass_kg` belongs to a device
@@ -135,10 +135,7 @@ fn columns_and_units_are_chosen_and_the_tissue_is_kept_and_felt() {
     let tissue = &found["tissue"];
     assert_eq!(tissue["name"], "my-gel");
     let text = tissue["text"].as_str().expect("a file");
-    assert!(
-        text.contains("fit by a test to the relaxation of My gel.csv"),
-        "{text}"
-    );
+    assert_says(&text, "fit by a test to the relaxation of My gel.csv");
     let kept = page.ask("tissue.keep", json!({"name": "my-gel", "text": text}));
     assert_documented("tissue.keep", &kept);
     let path = runs.path().join("tissues/my-gel.toml");
@@ -320,5 +317,5 @@ fn a_contact_point_that_was_found_is_in_the_report() {
     let contact = &found["report"]["parameters"]["contact_point_m"]["value"];
     assert_relative("contact", contact.as_f64().expect("found"), 1e-4, 1e-3);
     let lines = found["lines"].to_string();
-    assert!(lines.contains("contact_point"), "{lines}");
+    assert_says(&lines, "contact_point");
 }

@@ -8,8 +8,8 @@ use haptic_page::{OnClose, PageServer};
 use haptic_tissue::Library;
 use serde_json::{Value, json};
 use std::path::Path;
-use testkit::browser::Page;
 use testkit::{Random, assert_relative};
+use testkit::{assert_says, browser::Page};
 
 /// The file of a wall of any order and scheme, for a device that is late.
 fn any(random: &mut Random) -> String {
@@ -146,7 +146,7 @@ fn every_tissue_is_felt_and_one_that_is_too_stiff_is_made_smaller_and_says_so() 
             made_smaller.push(material.name.as_str());
             // Who asks for all of it is told why not.
             let whole = page.refused("feel.set", json!({"scale": 1}));
-            assert!(whole.contains("would be unstable"), "{whole}");
+            assert_says(&whole, "would be unstable");
         }
     }
     assert_eq!(made_smaller, ["rat-tail-tendon"]);
@@ -417,7 +417,7 @@ fn a_server_that_is_given_a_file_offers_its_wall_first() {
     let refused = PageServer::start(options)
         .expect_err("nothing there")
         .to_string();
-    assert!(refused.contains("wall.toml"), "{refused}");
+    assert_says(&refused, "wall.toml");
 }
 
 #[test]

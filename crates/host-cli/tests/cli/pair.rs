@@ -2,11 +2,12 @@
 
 use crate::emulated::Emulated;
 use crate::interrupted::with_short_files;
-use crate::process::{Ended, Place, column, says, signal};
+use crate::process::{Ended, Place, column, signal};
 use haptic_log::record::{Entry, LogFiles, TickMessage};
 use haptic_loop::Limiters;
 use serde_json::Value;
 use std::path::Path;
+use testkit::assert_says;
 
 /// Both are voice coils of 65 g.
 const BODY: &str = "[device]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\n";
@@ -41,7 +42,7 @@ fn closed_form_error(report: &Value) -> Option<f64> {
     let error = report["closed_form_error"].as_f64();
     if error.is_none() {
         let reason = report["closed_form_error_reason"].to_string();
-        says(&reason, &["the clocks of both devices tell within"]);
+        assert_says(&reason, "the clocks of both devices tell within");
     }
     error
 }
@@ -396,7 +397,7 @@ fn a_full_disk_ends_the_run_of_both() {
         let Some(ended) = with_short_files(&pair.place, blocks, &script) else {
             return;
         };
-        says(ended.failed(4).error(), &["File too large"]);
+        assert_says(ended.failed(4).error(), "File too large");
         for device in ["device", "white"] {
             let info = pair.json(&format!("device info --device serial:{device}"));
             assert_eq!(info["state"], "idle", "{info}");
@@ -525,8 +526,11 @@ fn a_second_device_pushes_into_a_wall_within_lasting_limits() {
     assert_eq!(report["push_by"], "second_device", "{report}");
     if report["verdict"] == "not finished" {
         // A machine that is too busy to align the clocks says so.
-        let words = ["the trial is not judged: the clocks of both devices tell within"];
-        says(&report["warnings"].to_string(), &words);
+
+        assert_says(
+            &report["warnings"].to_string(),
+            "the trial is not judged: the clocks of both devices tell within",
+        );
     } else {
         assert_eq!(report["verdict"], "stable", "{report}");
         let deflection_m = number(&report, "deflection_m");
@@ -566,7 +570,7 @@ fn the_first_swing_of_a_wall_and_a_fault_of_either_device_let_both_go() {
         pair.json(&format!("device set --device serial:{limits}"));
         pushed(&pair, stiffness);
         let ended = (pair.place).run(&format!("{PUSHED} --force-unstable"));
-        says(ended.failed(1).error(), &[words, "force"]);
+        assert_says(ended.failed(1).error(), &format!("force & {words}"));
         both_let_go(&pair.place.path("run/wall.mcap"), words);
     }
 }

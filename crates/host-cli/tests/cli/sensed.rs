@@ -1,8 +1,9 @@
 //! Runs on devices with a force sensor, from the device to the log and the report.
 
 use crate::devices::{Emulated, at};
-use crate::process::{Place, column, says};
+use crate::process::{Place, column};
 use serde_json::Value;
+use testkit::assert_says;
 
 /// What the sensor shows beside the rendered force and the closed form, N.
 fn differences(report: &Value, key: &str) -> [f64; 2] {
@@ -34,9 +35,9 @@ fn a_simulated_rig_with_a_force_sensor_has_a_column_a_picture_and_a_report() {
     let again = place.json(&format!(
         "{line} sensed_range=20N seed=2 --against with/relax.mcap --out again"
     ));
-    says(
+    assert_says(
         &again["against"]["notes"].to_string(),
-        &["that of the log's sensor"],
+        "that of the log's sensor",
     );
     let from_record = differences(&again, "from_record")[0];
     assert!((1.3e-3..1.55e-3).contains(&from_record), "{again}");

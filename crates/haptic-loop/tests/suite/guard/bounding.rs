@@ -8,7 +8,7 @@ use haptic_loop::{
     EnergyBounding, Fault, Limiters, PassivityGuard, SafetyChain, SafetyLimits, SafetyState,
 };
 use nalgebra::vector;
-use testkit::Random;
+use testkit::{Random, assert_says};
 
 #[test]
 fn an_energy_that_is_no_number_gives_no_force() {
@@ -263,7 +263,7 @@ fn what_a_guard_cannot_promise_is_refused() {
         (shared(1.01), "share of the damping".to_owned()),
     ] {
         let text = refused(bounding);
-        assert!(text.contains(&words), "{text}");
+        assert_says(&text, &words);
     }
 }
 

@@ -10,6 +10,7 @@ use nalgebra::DMatrix;
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng as _;
+use testkit::{assert_refused, assert_says};
 
 /// V, Pa·s^0.2, and the order of the tissue.
 const TISSUE: [f64; 2] = [3000.0, 0.2];
@@ -276,10 +277,7 @@ fn a_late_contact_is_found() {
         .iter()
         .find(|one| one.contains("fits better with"))
         .expect("told");
-    assert!(
-        said.contains("touches at -0.1") && said.contains("give `contact_point_m` = fit"),
-        "{said}"
-    );
+    assert_says(&said, "touches at -0.1 & give `contact_point_m` = fit");
 }
 
 /// The offset of the file is 5 % of its largest force, 0.647 mN.
@@ -317,7 +315,7 @@ fn a_baseline_is_found_in_the_samples_before_contact() {
         .iter()
         .find(|one| one.contains("fits better with"))
         .expect("told");
-    assert!(said.contains("`baseline` = constant"), "{said}");
+    assert_says(&said, "`baseline` = constant");
 }
 
 #[test]
@@ -333,17 +331,14 @@ fn what_cannot_be_fitted_with_a_contact_point_is_refused_with_a_remedy() {
             .to_string()
     };
     let said = refused(&record, &stiffening);
-    assert!(
-        said.contains("`contact_point_m` is not fitted together with `stiffening`"),
-        "{said}"
+    assert_says(
+        &said,
+        "`contact_point_m` is not fitted together with `stiffening`",
     );
     let said = Record::together(vec![record.clone(), record])
         .expect_err("two")
         .to_string();
-    assert!(
-        said.contains("`contact_point_m` is fitted to one motion"),
-        "{said}"
-    );
+    assert_says(&said, "`contact_point_m` is fitted to one motion");
     let record = late(ContactPoint::At(-1e-4)).expect("valid");
     let two = Record::together(vec![record.clone(), record]).expect("valid");
     let baseline = Options {
@@ -351,19 +346,12 @@ fn what_cannot_be_fitted_with_a_contact_point_is_refused_with_a_remedy() {
         ..Options::default()
     };
     let said = refused(&two, &baseline);
-    assert!(
-        said.contains("`baseline` is fitted to one motion, and there are 2"),
-        "{said}"
-    );
+    assert_says(&said, "`baseline` is fitted to one motion, and there are 2");
     let step =
         Record::relaxation(vec![1.0, 2.0, 3.0, 4.0], vec![4.0, 3.0, 2.5, 2.0]).expect("valid");
     let said = refused(&step, &baseline);
-    assert!(
-        said.contains("the record is of kind relaxation: omit it"),
-        "{said}"
-    );
-    let said = late(ContactPoint::At(2e-3)).expect_err("above").to_string();
-    assert!(said.contains("the depth is never above 0"), "{said}");
+    assert_says(&said, "the record is of kind relaxation: omit it");
+    assert_refused(late(ContactPoint::At(2e-3)), "the depth is never above 0");
 }
 
 /// Force over that of 1 Pa·s^α at 1 m/s of a ramp at this speed to a depth and a hold, which touches at `contact`, m: closed in the
@@ -451,8 +439,5 @@ fn errors_that_cancel_at_one_frequency_are_told() {
     );
     let read = Record::pressed(times, depths, forces, &sphere()).expect("valid");
     let said = fitted(&read, None).expect("fits").warnings.join("\n");
-    assert!(
-        said.contains("contact_point_m` = fit and `baseline` = constant"),
-        "{said}"
-    );
+    assert_says(&said, "contact_point_m` = fit and `baseline` = constant");
 }

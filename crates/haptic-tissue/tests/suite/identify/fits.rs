@@ -6,7 +6,7 @@ use haptic_tissue::{Model, ModelKind};
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng as _;
-use testkit::assert_relative;
+use testkit::{assert_relative, assert_says};
 
 fn normal(seed: u64) -> impl FnMut() -> f64 {
     let mut generator = Pcg64::seed_from_u64(seed);
@@ -311,10 +311,7 @@ fn depths_of_one_load_cell_share_its_noise() {
     println!("{inside} inside, width {width} beside {deepest}: {said}");
     assert!((0.9..=1.0).contains(&inside), "{inside}");
     assert!(width < 1.05 * deepest, "{width} {deepest}");
-    assert!(
-        said.contains("all motions are taken to have the same noise"),
-        "{said}"
-    );
+    assert_says(&said, "all motions are taken to have the same noise");
 }
 
 #[test]
@@ -322,7 +319,7 @@ fn depths_whose_noise_differs_count_by_their_own() {
     let (inside, width, said) = intervals([0.1, 0.3, 1.3], 40);
     println!("{inside} inside, width {width}: {said}");
     assert!((0.9..=1.0).contains(&inside), "{inside}");
-    assert!(said.contains("the noise of the motions differs"), "{said}");
+    assert_says(&said, "the noise of the motions differs");
 }
 
 /// So many samples of a relaxation over three decades with 1 % of noise.

@@ -3,6 +3,7 @@
 use super::{candidate, fish, one};
 use haptic_tissue::identify::{CANDIDATES, Identification, Options, Record, identify};
 use haptic_tissue::{Model, ModelKind};
+use testkit::assert_says;
 
 /// A record beside `best.csv`.
 fn record(name: &str, kind: &str) -> Record {
@@ -147,7 +148,7 @@ fn the_record_chooses_and_says_what_it_cannot_tell() {
     let found = identify(&record, &options, &|_| ()).expect("converges");
     assert_eq!(found.fits[0].kind, ModelKind::FractionalMaxwell);
     let said = found.warnings.join("\n");
-    assert!(said.contains("the simpler spring-pot is as good"), "{said}");
+    assert_says(&said, "the simpler spring-pot is as good");
     let auto = identify(&record, &Options::default(), &|_| ()).expect("converges");
     assert_eq!(auto.fits[0].kind, ModelKind::SpringPot);
 }

@@ -7,7 +7,7 @@ use haptic_tissue::{Model, ModelKind};
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng as _;
-use testkit::assert_relative;
+use testkit::{assert_refused, assert_relative, assert_says};
 
 /// A punch, a sphere, a cone, a sphere on a layer, slabs.
 fn shapes() -> [Specimen; 6] {
@@ -259,7 +259,7 @@ fn a_candidate_that_cannot_be_fitted_is_left_out_and_told() {
     let found = identify(&record, &options, &|_| ()).expect("the others are fitted");
     let told = found.warnings.join("\n");
     for kind in ["fractional-zener", "fractional-poynting-thomson"] {
-        assert!(told.contains(kind), "{told}");
+        assert_says(&told, kind);
     }
     assert_eq!(found.fits.len() + 2, options.candidates.len());
 }
@@ -281,10 +281,7 @@ fn stiffening_that_cannot_be_seen_is_refused() {
         let refused = identify(&record, &options, &|_| ())
             .expect_err("cannot")
             .to_string();
-        assert!(
-            refused.contains("not under a cone: give `kind` = record"),
-            "{refused}"
-        );
+        assert_says(&refused, "not under a cone: give `kind` = record");
     }
     let together = |records: &[Record]| {
         Record::together(records.to_vec())
@@ -408,7 +405,7 @@ fn a_retraction_is_left_out_of_growing_contact_and_said() {
         let said = found.warnings.join("\n");
         let wanted = "the contact shrinks from 3 s on: 100 samples of 401 are left out";
         assert_eq!(said.contains(wanted), left_out > 0, "{said}");
-        assert!(said.contains("1 samples with a depth below 0"), "{said}");
+        assert_says(&said, "1 samples with a depth below 0");
         assert_relative("order", found.fits[0].parameters[1].value, truth[1], 1e-4);
     }
 }
@@ -431,10 +428,7 @@ fn an_overshoot_keeps_its_hold() {
     assert_eq!(record.samples(), count);
     let found = one(&record, *kind);
     let said = found.warnings.join("\n");
-    assert!(
-        said.contains("falls back by 2.9 % of its largest"),
-        "{said}"
-    );
+    assert_says(&said, "falls back by 2.9 % of its largest");
     assert_relative("order", found.fits[0].parameters[1].value, truth[1], 1e-3);
 }
 
@@ -472,11 +466,7 @@ fn what_is_pressed_wrongly_is_refused() {
         vec![0.0, 1.0, 2.0],
         &shapes()[1],
     );
-    let refused = upwards.expect_err("upwards").to_string();
-    assert!(
-        refused.contains("the depth is never above 0: change its sign"),
-        "{refused}"
-    );
+    assert_refused(upwards, "the depth is never above 0: change its sign");
     let [_, _, _, layer, compression, _] = shapes();
     for specimen in [layer, compression] {
         let thickness = specimen.loading().thickness_m.expect("a thickness");
@@ -492,7 +482,7 @@ fn what_is_pressed_wrongly_is_refused() {
             "is beyond the thickness",
             "change `thickness_m`",
         ] {
-            assert!(refused.contains(words), "{refused}");
+            assert_says(&refused, words);
         }
     }
 }

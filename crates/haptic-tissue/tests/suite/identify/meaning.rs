@@ -7,7 +7,7 @@ use haptic_tissue::identify::{
     identify,
 };
 use measured_table::{Reader, read_table};
-use testkit::assert_relative;
+use testkit::{assert_relative, assert_says};
 
 pub(super) fn understood(table: &str, reading: &TableDetails) -> Result<Understood, IdentifyError> {
     reading.record(Reader::default().read(read_table(table.as_bytes())?)?)
@@ -171,7 +171,7 @@ fn a_ramp_that_no_column_tells_is_told_by_its_time() {
         let refused = understood(table, &reading(Some(ramp)))
             .expect_err("refused")
             .to_string();
-        assert!(refused.contains(said), "{refused}");
+        assert_says(&refused, said);
     }
     let creep = "time_s,creep_compliance_per_pa\n1,1e-3\n2,2e-3\n";
     let refused = understood(

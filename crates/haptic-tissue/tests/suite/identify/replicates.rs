@@ -7,7 +7,7 @@ use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng as _;
 use std::sync::atomic::AtomicBool;
-use testkit::assert_relative;
+use testkit::{assert_relative, assert_says};
 
 /// A spring-pot with noise of so much.
 fn specimen(viscosity: f64, order: f64, noise: f64, seed: u64) -> Record {
@@ -117,5 +117,5 @@ fn what_is_no_replicate_is_refused_with_a_remedy() {
     let said = fitted(&[one, creep], &Options::default())
         .expect_err("two kinds")
         .to_string();
-    assert!(said.contains("relaxation and creep"), "{said}");
+    assert_says(&said, "relaxation and creep");
 }

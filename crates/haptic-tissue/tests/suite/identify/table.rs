@@ -5,7 +5,7 @@ use haptic_tissue::identify::{IdentifyError, RecordKind, TableDetails, Understoo
 use measured_table::{Choice, Column, Columns, Reader, read_record, read_table};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
-use testkit::assert_relative;
+use testkit::{assert_refused, assert_relative, assert_says};
 
 fn understand(text: &str, reader: &Reader, reading: &TableDetails) -> Result<Understood, String> {
     let table = read_table(text.as_bytes()).map_err(|error| error.to_string())?;
@@ -171,10 +171,7 @@ fn headers_tell_the_loading_and_the_modulus() {
     let said = symbol.notes.iter().any(|said| said.starts_with(note));
     assert!(said, "{:?}", symbol.notes);
     let refused = read("Shear modulus").expect_err("of two kinds");
-    assert!(
-        refused.contains("is of shear, and `loading` is tension"),
-        "{refused}"
-    );
+    assert_says(&refused, "is of shear, and `loading` is tension");
 }
 
 /// Force and depth, how they were measured, and what the refusal says; sizes as `radius=5e-3`.
@@ -316,7 +313,7 @@ fn force_and_depth_become_the_stress_of_a_strain() {
     // A machine's own stress knows nothing of it; the force does.
     let both = "t (s),Depth (mm),F (N),Stress (kPa)\n0,0,0,0\n1,1,2,5\n2,1,1,2.5\n";
     let refused = understand(both, &Reader::default(), &reading).expect_err("two loads");
-    assert!(refused.contains("`bonded` acts on the force"), "{refused}");
+    assert_says(&refused, "`bonded` acts on the force");
     let force = Reader {
         columns: vec![(Column::Force, Choice::Number(3))],
         units: vec![(Column::Force, "N".to_owned())],
@@ -350,7 +347,7 @@ fn an_unknown_loading_may_move_beyond_the_thickness() {
             }
             Err(refused) => refused,
         };
-        assert!(have.contains(said), "{have}");
+        assert_says(&have, said);
     }
 }
 
@@ -379,7 +376,7 @@ fn columns_units_and_range_can_be_given() {
         "1 row (line 7) left out, a cell without a number",
         "2 rows (lines 3, 4) left out, outside the range asked for",
     ] {
-        assert!(said.contains(note), "{said}");
+        assert_says(&said, note);
     }
     // No header at all.
     let places = [
@@ -433,7 +430,7 @@ fn columns_that_are_named_are_those_that_count() {
     ] {
         let refused = read(named, kind).expect_err("no effect");
         for words in ["has no effect", kind.name()] {
-            assert!(refused.contains(words), "{refused}");
+            assert_says(&refused, words);
         }
     }
 }
@@ -485,7 +482,7 @@ fn a_bad_table_is_refused_with_line_column_and_remedy() {
 
 #[test]
 fn what_is_no_text_and_a_unit_of_something_else_are_refused() {
-    let told = |said: &str, words: &str| assert!(said.contains(words), "{said}");
+    let told = |said: &str, words: &str| assert_says(&said, words);
     for bytes in [
         &b"PK\x03\x04\x14\x00\x06\x00"[..],
         b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\x02\x80",
@@ -550,8 +547,7 @@ fn what_would_be_read_as_another_number_is_refused() {
             "1 row (line 2) of numbers above the header in line 3",
         ),
     ] {
-        let refused = read(text).expect_err(text).to_string();
-        assert!(refused.contains(words), "{refused}");
+        assert_refused(read(text), words);
     }
     // A number of a remark is none of the samples.
     read("Samples,2\n1000,\ntime_s,relaxation_modulus_pa\n1,5\n2,4\n").expect("remarks");
@@ -561,18 +557,15 @@ fn what_would_be_read_as_another_number_is_refused() {
     let gaps = marked.expect("a gap is counted").gaps();
     assert_eq!(gaps.as_deref(), Some("1 row (line 3)"));
     let missing = read_record(b"x,u\n5,1\n#N/A,2\n6,3\n", ["time_s", "x"]);
-    let refused = missing.expect_err("a gap without a time").to_string();
-    assert!(refused.contains("line 3"), "{refused}");
+    assert_refused(missing, "line 3");
     // An empty line is a missing sample, of numbers in quotes too.
     let missing = read_record(b"x,u\n\"5\",\"1\"\n\n\"6\",\"3\"\n", ["time_s", "x"]);
-    let refused = missing.expect_err("a gap").to_string();
-    assert!(refused.contains("line 3"), "{refused}");
+    assert_refused(missing, "line 3");
     // A time of day is no unit.
     let clock = read_record(b"time_s,x\n10:15:00,1\n10:15:01,2\n", ["time_s", "x"]);
-    let refused = clock.expect_err("no number").to_string();
-    assert!(
-        refused.contains("line 2, column time_s: \"10:15:00\" is not a finite number"),
-        "{refused}"
+    assert_refused(
+        clock,
+        "line 2, column time_s: \"10:15:00\" is not a finite number",
     );
 }
 
@@ -645,11 +638,7 @@ fn a_record_reads_the_same_however_it_is_spelt() {
     let mut odd = utf16(plain, true, little);
     odd.truncate(odd.len() - 3);
     let refused = read_record(&odd, ["time_s", "valve", "level"]);
-    let refused = refused.expect_err("an odd length").to_string();
-    assert!(
-        refused.contains("UTF-16 of an odd number of bytes"),
-        "{refused}"
-    );
+    assert_refused(refused, "UTF-16 of an odd number of bytes");
     let fortnights = plain.replace("time_s", "time [fortnights]");
     let refused = read_record(fortnights.as_bytes(), ["time", "valve", "level"]);
     let refused = refused.expect_err("no unit").to_string();
@@ -702,10 +691,7 @@ fn what_was_found_where_is_said_in_one_line() {
     let line = "x".repeat(1 << 22);
     let message =
         understand(&line, &Reader::default(), &TableDetails::default()).expect_err("long");
-    assert!(
-        message.contains("no row with numbers in 1 lines"),
-        "{message}"
-    );
+    assert_says(&message, "no row with numbers in 1 lines");
 }
 
 /// A table without names, by numbers; blocks of another file's preamble do not hide it.
@@ -770,7 +756,7 @@ fn columns_that_nobody_named_are_not_looked_at() {
     // A frequency in 1/s is asked for there too.
     let text = "Frequency (1/s),a,b\n1,5,1\n2,6,2\n3,7,3\n";
     let refused = understand(text, &reader, &TableDetails::default()).expect_err("asked");
-    assert!(refused.contains("Hz or rad/s"), "{refused}");
+    assert_says(&refused, "Hz or rad/s");
 }
 
 const LETTERS: &[u8] = b"0123456789.,;\t\n-eE\"#%[]()/x";
