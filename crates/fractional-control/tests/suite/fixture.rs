@@ -42,8 +42,16 @@ pub(crate) fn closed(
     memory: PowerMemory,
     t: f64,
 ) -> SampledControlLoop {
-    let plant = HeldPlant::new(plant, memory, Seconds(t)).expect("runs");
-    SampledControlLoop::new(gains.into(), memory, &plant).expect("a loop")
+    SampledControlLoop::new(gains.into(), memory, &held(plant, memory, t)).expect("a loop")
+}
+
+pub(crate) fn held(plant: &Plant, memory: PowerMemory, t: f64) -> HeldPlant {
+    HeldPlant::new(plant, memory, Seconds(t)).expect("runs")
+}
+
+/// A memory for so many seconds.
+pub(crate) fn bdf2(tolerance: f64, duration_s: f64) -> PowerMemory {
+    PowerMemory::new(Rule::Bdf2, tolerance, duration_s).expect("valid")
 }
 
 pub(crate) fn every(seconds: f64) -> Sampling {

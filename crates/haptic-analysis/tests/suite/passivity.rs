@@ -6,8 +6,8 @@ use haptic_analysis::{AnalysisError, Largest, OnePort, corollary_delta};
 use num_complex::Complex;
 use proptest::prelude::*;
 use std::f64::consts::PI;
-use testkit::assert_relative;
 use testkit::operator::{exact, order, path, wall};
+use testkit::{assert_close, assert_relative};
 
 const T: Seconds = Seconds(1e-3);
 
@@ -334,7 +334,7 @@ fn a_negative_spring_at_rest_is_never_passive_whatever_the_damping() {
         haptic_analysis::LoopOperator::new(Scheme::Muir { degree: 3 }, order, Seconds(1.0), 1e3);
     let operator = operator.expect("valid");
     let port = OnePort::new(&operator, order).expect("valid");
-    assert!((port.largest_ratio().expect("negative") - 4.0).abs() < 1e-9);
+    assert_close("value", port.largest_ratio().expect("negative"), 4.0, 1e-9);
     for (alpha, beta, sound) in [(0.01, 0.08, false), (0.03, 0.08, true), (0.0, 0.1, false)] {
         let required = port.required_delta(alpha, beta).expect("finite");
         assert_eq!(required.passive(1e6), sound, "α {alpha} β {beta}");

@@ -24,7 +24,7 @@ use std::net::TcpListener;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
-use testkit::{assert_refused, assert_says, operator::order};
+use testkit::{assert_close, assert_refused, assert_says, operator::order};
 
 const ID: &str = "04BA";
 const STIFFNESS: f32 = 100.0;
@@ -270,7 +270,7 @@ fn with_three_axes_a_vector_arrives_and_positions_count_from_the_middle_of_the_w
         0.005 + 1.0 / 400.0,
     ];
     for (have, want) in rig.device.newest().position_m.iter().zip(wanted) {
-        assert!((f64::from(*have) - want).abs() < 1e-4, "{have} {want}");
+        assert_close("position", f64::from(*have), want, 1e-4);
     }
 }
 

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
-use testkit::{Random, assert_relative, assert_says};
+use testkit::{Random, assert_close, assert_relative, assert_says};
 
 const T: f64 = 1e-3;
 
@@ -142,11 +142,8 @@ fn the_damping_that_a_fractional_solid_needs_is_that_of_the_theory() {
     // With an odd number of weights the worst frequency lies inside.
     let report = solid(0.1).ask("analyze-passivity", "mass_kg = 1\nscheme = \"grunwald:3\"");
     let found = number(&report, "required_damping_n_s_per_m");
-    assert!((found - 0.344383).abs() < 1e-6, "{found}");
-    assert!(
-        (number(&report, "worst_theta") - 2.498).abs() < 1e-3,
-        "{report}"
-    );
+    assert_close("found", found, 0.344383, 1e-6);
+    assert_close("value", number(&report, "worst_theta"), 2.498, 1e-3);
 }
 
 #[test]

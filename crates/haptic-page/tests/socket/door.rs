@@ -1,6 +1,6 @@
 //! Who gets in.
 
-use crate::{opened, options, prostate, server};
+use crate::{hello, opened, options, prostate, served};
 use haptic_page::{OnClose, PageServer};
 use serde_json::json;
 use std::io::{ErrorKind, Read as _, Write as _};
@@ -13,8 +13,7 @@ use testkit::{Random, assert_says, cases, table, until};
 
 #[test]
 fn wrong_tokens_and_hosts_get_a_sentence_and_nothing_else() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let server = server(runs.path(), OnClose::Stop);
+    let (_runs, server) = served();
     let (host, path) = parts(server.address());
     assert!(host.starts_with("127.0.0.1:") && path.len() == 34, "{path}");
     let own = format!("Host: {host}\r\n");
@@ -52,8 +51,7 @@ fn wrong_tokens_and_hosts_get_a_sentence_and_nothing_else() {
 
 #[test]
 fn a_file_that_the_browser_has_is_not_sent_again() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let server = server(runs.path(), OnClose::Stop);
+    let (_runs, server) = served();
     let (host, path) = parts(server.address());
     let own = format!("Host: {host}\r\n");
     let index = get(host, path, &own);
@@ -73,8 +71,7 @@ fn a_file_that_the_browser_has_is_not_sent_again() {
 
 #[test]
 fn a_port_that_is_taken_is_refused() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let server = server(runs.path(), OnClose::Stop);
+    let (runs, server) = served();
     let port = parts(server.address())
         .0
         .rsplit_once(':')
@@ -88,8 +85,7 @@ fn a_port_that_is_taken_is_refused() {
 
 #[test]
 fn a_browser_is_led_to_the_address_by_a_file_of_its_owner() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let mut server = server(runs.path(), OnClose::Stop);
+    let (_runs, mut server) = served();
     let address = server.address().to_owned();
     let path = server.opener().expect("a file").to_owned();
     let text = std::fs::read_to_string(&path).expect("it is there");
@@ -318,15 +314,15 @@ fn intrude(address: &str, count: usize) -> Vec<TcpStream> {
 fn intruded(count: usize) -> (PageServer, Vec<TcpStream>) {
     let (runs, server, mut page) = opened();
     let (panics, address) = (panics(), server.address());
-    let hello = page.ask("hello", json!({"version": 1}));
+    let before = hello(&mut page);
     let open = std::thread::scope(|scope| {
         let intruder = scope.spawn(move || intrude(address, count));
         while !intruder.is_finished() {
-            let mut still = page.ask("hello", json!({"version": 1}));
+            let mut still = hello(&mut page);
             for count in ["id", "watching"] {
-                still[count] = hello[count].clone();
+                still[count] = before[count].clone();
             }
-            assert_eq!(still, hello);
+            assert_eq!(still, before);
         }
         intruder.join().expect("all are refused")
     });

@@ -1,6 +1,6 @@
 //! Files that a person gives the page: plants, controllers, tissues, experiments; and logs that another program writes.
 
-use crate::{assert_documented, has, opened, prostate, question, ran};
+use crate::{assert_documented, has, hello, opened, prostate, question, ran};
 use haptic_log::record::{LogWriter, TickMessage};
 use serde_json::{Value, json};
 use std::fs;
@@ -155,7 +155,7 @@ fn columns_and_units_are_chosen_and_the_tissue_is_kept_and_felt() {
         json!({"name": "other", "text": "no tissue"}),
         "the tissue:1",
     );
-    let tissues = page.ask("hello", json!({"version": 1}))["tissues"].take();
+    let tissues = hello(&mut page)["tissues"].take();
     let tissues = tissues.as_array().expect("a list");
     assert!(tissues.iter().any(|tissue| tissue["name"] == "my-gel"));
     let felt = page.ask("feel.start", json!({"environment": {"tissue": "my-gel"}}));

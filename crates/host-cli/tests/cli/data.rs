@@ -2,7 +2,7 @@
 
 use crate::process::{Place, cases, number};
 use serde_json::Value;
-use testkit::assert_says;
+use testkit::{assert_close, assert_relative, assert_says};
 
 /// A tissue file that is right; its order is in line 7.
 pub(crate) const GEL: &str = "name = \"gel\"\ndescription = \"a gel\"\n\n[parameters]\n\
@@ -108,7 +108,7 @@ fn uneven_times_are_taken_as_they_are_or_refused() {
     assert_eq!(last[0], time(60));
     let want = 36.0 * libm::tgamma(2.5);
     // The straight lines between the samples leave the curve by so much.
-    assert!((y / want - 1.0).abs() < 1e-3, "{y} {want}");
+    assert_relative("y", y, want, 1e-3);
     for scheme in ["full", "exact", "grunwald:9", "full-bdf2", "muir:3"] {
         let refused = place.run(&format!("{line} --scheme {scheme}"));
         refused.refused(2, &["uneven.csv", "uneven", "piecewise-linear", "resample"]);
@@ -494,7 +494,7 @@ fn a_header_is_written_once_and_compiles() {
     let ran = place.shell("cc -std=c99 -Wall -Wextra -Werror main.c -o main && ./main");
     // The first output is T^(−1/2).
     let first: f64 = ran.succeeded().stdout.trim().parse().expect("a number");
-    assert!((first - 1000f64.sqrt()).abs() < 1e-5, "{first}");
+    assert_close("first", first, 1000f64.sqrt(), 1e-5);
     let words = ["half.h", "already exists", "--overwrite"];
     place.run(command).refused(2, &words);
     place.run(&format!("{command} --overwrite")).succeeded();

@@ -4,7 +4,7 @@ use crate::data::GEL;
 use crate::process::{Ended, Place, column, holds, number, table};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use testkit::{assert_close, assert_says};
+use testkit::{assert_close, assert_relative, assert_says};
 
 /// A run of 3001 samples: ramp until 0.5 s, hold until 3 s.
 pub(crate) const SHORT: &str = "relax --duration 3s --ramp-time 0.5s --out run";
@@ -94,7 +94,7 @@ fn creep_reports_the_same_keys_and_follows_its_closed_form() {
     // Without elastic modulus: ε = σ₀/η·t^α/Γ(1+α). On the ideal rig the sampling alone is left, T·α/t at most.
     let theory = 200.0 / ETA * 3f64.powf(ALPHA) / libm::tgamma(1.0 + ALPHA);
     let strain = number(&report, "final_strain");
-    assert!((strain / theory - 1.0).abs() < 1e-4, "{strain} {theory}");
+    assert_relative("strain", strain, theory, 1e-4);
     // A push beyond the force limit is the rig's, and not rendered: nothing is compared.
     let line = "creep --duration 2s --stress 50kPa --out far --json";
     let ended = place.run(line).succeeded_with_warnings();
@@ -272,7 +272,7 @@ fn a_memory_shorter_than_the_experiment_is_announced_with_the_factor_it_costs() 
     let want = p * 0.5 / (3f64.powf(p) - 2.5f64.powf(p));
     let report = ended.json();
     let have = number(&report, "final_over_theory");
-    assert!((have / want - 1.0).abs() < 0.005, "{have} {want}");
+    assert_relative("have", have, want, 0.005);
     assert_eq!(number(&report, "memory_s"), 1.0);
     let warnings = report["warnings"].as_array().expect("a list");
     let sentence = warnings[0].as_str().expect("a sentence");

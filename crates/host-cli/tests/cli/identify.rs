@@ -37,7 +37,7 @@ fn json_has_the_contracts_keys() {
     assert_says(&report["figure"].to_string(), "muscle.");
     let viscosity = &report["parameters"]["viscosity_pa_s_alpha"];
     assert_eq!(keys(viscosity), "high_95 low_95 standard_error unit value");
-    assert!((number(&viscosity["value"]) / 876e3 - 1.0).abs() < 0.05);
+    assert_relative("value", number(&viscosity["value"]), 876e3, 0.05);
     assert!(number(&viscosity["low_95"]) < number(&viscosity["high_95"]));
     assert!(number(&report["rms_log_residual"]) <= 0.0046);
     let candidates = report["candidates"].as_array().expect("a list");
@@ -248,16 +248,16 @@ fn the_log_of_a_run_says_how_its_tissue_was_pressed() {
     let report = place.run(line).succeeded_with_warnings().json();
     assert_eq!(report["loading"]["kind"], "sphere");
     let order = number(&report["parameters"]["order"]["value"]);
-    assert!((order / 0.2154 - 1.0).abs() < 0.01, "{order}");
+    assert_relative("order", order, 0.2154, 0.01);
     let modulus = number(&report["parameters"]["viscosity_pa_s_alpha"]["value"]);
-    assert!((modulus / 3610.0 - 1.0).abs() < 0.01, "{modulus}");
+    assert_relative("modulus", modulus, 3610.0, 0.01);
     // What options say wins.
     let line =
         "identify run/relax.mcap --model spring-pot --json --loading sphere --indenter-radius 20mm";
     let twice = place.run(line).succeeded_with_warnings().json();
     // γ grows with √R.
     let other = number(&twice["parameters"]["viscosity_pa_s_alpha"]["value"]);
-    assert!((2.0 * other / modulus - 1.0).abs() < 0.01, "{other}");
+    assert_close("2.0 * other / modulus", 2.0 * other / modulus, 1.0, 0.01);
 }
 
 #[test]

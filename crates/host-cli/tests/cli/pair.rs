@@ -7,7 +7,7 @@ use haptic_log::record::{Entry, LogFiles, TickMessage};
 use haptic_loop::Limiters;
 use serde_json::Value;
 use std::path::Path;
-use testkit::assert_says;
+use testkit::{assert_close, assert_says};
 
 /// Both are voice coils of 65 g.
 const BODY: &str = "[device]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\n";
@@ -146,11 +146,13 @@ fn reaches(pair: &Emulated, duration_s: u64) {
     assert_eq!([first.limiters, drive.limiters], [0, 0]);
     let opposed_n = -first.commanded_force_n[0];
     let overlap_m = drive.position_m[0] - first.position_m[0];
-    assert!(
-        (overlap_m - opposed_n / 1e5).abs() < 1e-8,
-        "{overlap_m} {opposed_n}"
+    assert_close("overlap_m", overlap_m, opposed_n / 1e5, 1e-8);
+    assert_close(
+        "drive.commanded_force_n[0]",
+        drive.commanded_force_n[0],
+        opposed_n,
+        1e-3 * opposed_n,
     );
-    assert!((drive.commanded_force_n[0] - opposed_n).abs() < 1e-3 * opposed_n);
 }
 
 #[test]
@@ -546,7 +548,7 @@ fn a_second_device_pushes_into_a_wall_within_lasting_limits() {
     let row = table.lines().nth(251).expect("a row").split(',');
     let row: Vec<f64> = row.map(|value| value.parse().expect("a number")).collect();
     assert!((row[3] - row[1] - 1e-5).abs() < 1e-7, "{row:?}");
-    assert!((row[4] - 1.0).abs() < 1e-6, "{row:?}");
+    assert_close("row[4]", row[4], 1.0, 1e-6);
     let [_, drive] = ticks(&place.path("run/wall.mcap"));
     assert!(drive.len() >= 501, "{}", drive.len());
     place.run("log check run/wall.mcap").succeeded();

@@ -9,7 +9,7 @@ use haptic_emulator::haply::{Board, Body, Hand};
 use haptic_link::{NOT_TAKEN, State, UNANSWERED};
 use haptic_loop::{Fault, Limiters};
 use haptic_remote::serial::ServedHardware as _;
-use testkit::{assert_refused, assert_says};
+use testkit::{assert_close, assert_refused, assert_says};
 
 /// A board of a version that a host has configured as another and led for so long, s.
 fn configured(version: Version, as_version: Version, hand: Hand, for_s: f64) -> (Board, u64) {
@@ -64,7 +64,7 @@ fn the_place_is_true_to_a_count() {
         let position = f64::from(running.device.newest().position_m[0]);
         // A whole count at the beginning, half a count now, of two encoders.
         let most = 1.5 * 2.0 * f64::from(model.resolution_m());
-        assert!((position - 0.02).abs() < most, "{position}");
+        assert_close("position", position, 0.02, most);
     }
 }
 

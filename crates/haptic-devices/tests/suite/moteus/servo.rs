@@ -8,7 +8,7 @@ use haptic_loop::Fault;
 use moteus_protocol::Mode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
-use testkit::assert_says;
+use testkit::{assert_close, assert_says};
 
 #[test]
 fn a_force_is_a_torque_at_the_radius() {
@@ -42,7 +42,7 @@ fn ticks_that_are_skipped_are_no_jump_of_the_position() {
         assert_eq!(rig.fault(), None, "tick {n} at {at_m} m: {}", rig.trouble());
     }
     let newest = f64::from(rig.device.newest().position_m[0]);
-    assert!((newest - at_m).abs() < 1e-3, "{newest} m of {at_m} m");
+    assert_close("position", newest, at_m, 1e-3);
 }
 
 #[test]

@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng as _;
-use testkit::{assert_refused, assert_says};
+use testkit::{assert_close, assert_refused, assert_relative, assert_says};
 
 /// V, Pa·s^0.2, and the order of the tissue.
 const TISSUE: [f64; 2] = [3000.0, 0.2];
@@ -261,16 +261,18 @@ fn a_late_contact_is_found() {
     let found = fitted(&read(ContactPoint::Fitted), None).expect("fits");
     let [viscosity, contact] = [&found.fits[0].parameters[0], &found.placement[0]];
     assert_eq!((contact.name, contact.unit), ("contact_point_m", "m"));
-    assert!((viscosity.value - 2990.0).abs() < 5.0, "{viscosity:?}");
+    assert_close("viscosity.value", viscosity.value, 2990.0, 5.0);
     assert!((contact.value + 1.02e-4).abs() < 1e-6, "{contact:?}");
     // As of a length that is given.
     let given = fitted(&read(ContactPoint::At(contact.value)), None).expect("fits");
     let given = &given.fits[0];
-    assert!(
-        (given.parameters[0].value / viscosity.value - 1.0).abs() < 1e-3,
-        "{given:?}"
+    assert_relative(
+        "given.parameters[0].value",
+        given.parameters[0].value,
+        viscosity.value,
+        1e-3,
     );
-    assert!((given.rms / found.fits[0].rms - 1.0).abs() < 1e-4);
+    assert_relative("given.rms", given.rms, found.fits[0].rms, 1e-4);
     let missed = fitted(&read(ContactPoint::Zero), None).expect("fits");
     let said = missed
         .warnings
@@ -288,14 +290,16 @@ fn a_baseline_is_found_in_the_samples_before_contact() {
     for (baseline, count) in [(Baseline::Constant, 1), (Baseline::Linear, 2)] {
         let found = fitted(&record, Some(baseline)).expect("fits");
         let viscosity = &found.fits[0].parameters[0];
-        assert!(
-            (viscosity.value - 3000.0).abs() < 15.0 * count as f64,
-            "{viscosity:?}"
+        assert_close(
+            "viscosity.value",
+            viscosity.value,
+            3000.0,
+            15.0 * count as f64,
         );
         assert_eq!(found.placement.len(), count);
         let offset = &found.placement[0];
         assert_eq!((offset.name, offset.unit), ("baseline_n", "N"));
-        assert!((offset.value - 6.47e-4).abs() < 0.03e-3, "{offset:?}");
+        assert_close("offset.value", offset.value, 6.47e-4, 0.03e-3);
         for drift in &found.placement[1..] {
             assert!(
                 drift.low_95.is_some_and(|low| low < 0.0)
@@ -307,7 +311,7 @@ fn a_baseline_is_found_in_the_samples_before_contact() {
         assert_eq!(found.measured.len(), found.fits[0].predicted.len());
         let residuals = found.residuals(&found.fits[0]);
         let rms = (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt();
-        assert!((rms / found.fits[0].rms - 1.0).abs() < 1e-9);
+        assert_relative("rms", rms, found.fits[0].rms, 1e-9);
     }
     let missed = fitted(&record, None).expect("fits");
     let said = missed

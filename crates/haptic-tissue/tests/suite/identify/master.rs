@@ -4,7 +4,7 @@ use super::{candidate, one};
 use haptic_tissue::identify::{MasterCurve, Record, ShiftBy, TableDetails, master_curve};
 use haptic_tissue::{Model, ModelKind};
 use measured_table::{Reader, read_table};
-use testkit::{assert_refused, assert_says};
+use testkit::{assert_close, assert_refused, assert_says};
 
 const TEMPERATURES_C: [f64; 6] = [-10.0, 0.0, 10.0, 20.0, 30.0, 40.0];
 
@@ -150,12 +150,12 @@ fn several_records_of_one_temperature_are_one() {
     });
     // Half a degree beyond the end is the end.
     let curve = master_curve(halves.collect(), 40.5, ShiftBy::Both).expect("one curve");
-    assert!((curve.reference_c - 40.02).abs() < 1e-9);
+    assert_close("curve.reference_c", curve.reference_c, 40.02, 1e-9);
     assert_eq!(curve.shifts.len(), TEMPERATURES_C.len());
     assert_eq!(curve.record.samples(), 264);
     for (shift, celsius) in curve.shifts.iter().zip(TEMPERATURES_C) {
         let wanted = wlf(celsius) - wlf(40.0);
-        assert!((shift.log10 - wanted).abs() < 0.02, "{shift:?} {wanted}");
+        assert_close("shift.log10", shift.log10, wanted, 0.02);
     }
     assert!(curve.is_lawful && curve.overlaps.iter().all(|one| one.misfit < 5e-3));
 }

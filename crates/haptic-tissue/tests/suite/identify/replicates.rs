@@ -97,10 +97,7 @@ fn the_noise_of_fits_is_no_spread_of_specimens() {
         left < 0.55 * spread.standard_deviation.powi(2),
         "{spread:?}"
     );
-    assert!(
-        (spread.mean.value / 2000.0 - 1.0).abs() < 0.005,
-        "{spread:?}"
-    );
+    assert_relative("spread.mean.value", spread.mean.value, 2000.0, 0.005);
 }
 
 #[test]

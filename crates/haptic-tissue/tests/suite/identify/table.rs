@@ -5,7 +5,7 @@ use haptic_tissue::identify::{IdentifyError, RecordKind, TableDetails, Understoo
 use measured_table::{Choice, Column, Columns, Reader, read_record, read_table};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
-use testkit::{assert_refused, assert_relative, assert_says};
+use testkit::{assert_close, assert_refused, assert_relative, assert_says};
 
 fn understand(text: &str, reader: &Reader, reading: &TableDetails) -> Result<Understood, String> {
     let table = read_table(text.as_bytes()).map_err(|error| error.to_string())?;
@@ -100,7 +100,7 @@ fn forces_and_positions_become_stresses_and_strains() {
         .expect("valid")
         .record;
     assert_eq!(record.kind(), RecordKind::Relaxation);
-    assert!((record.first()[0] - 1e5).abs() < 1e-6);
+    assert_close("record.first()[0]", record.first()[0], 1e5, 1e-6);
 }
 
 /// The loading, the modulus, and the headers that say it; `?` where they do not.
@@ -867,8 +867,8 @@ fn segments_that_go_on_with_the_clock_are_one_motion() {
     assert_eq!(read.record.kind(), RecordKind::Creep);
     let found = super::one(&read.record, haptic_tissue::ModelKind::SpringPot);
     let values = &found.fits[0].parameters;
-    testkit::assert_relative("V", values[0].value, 2000.0, 1e-6);
-    testkit::assert_relative("order", values[1].value, 0.5, 1e-6);
+    assert_relative("V", values[0].value, 2000.0, 1e-6);
+    assert_relative("order", values[1].value, 0.5, 1e-6);
     // A clock that begins anew is another motion.
     let again = Columns::joined([&all[..1], &all[..1]].concat());
     assert_eq!(again.len(), 2);

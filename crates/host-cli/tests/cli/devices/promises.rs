@@ -356,7 +356,7 @@ fn keeps_its_promises(line: &str) {
     let report = device.json("device selftest --device serial:device");
     assert_eq!(report["holds"], true, "{line}: {report:#}");
     assert_eq!(report["board"], "emulated");
-    assert!((number(&report, "force_limit_n") - 0.1).abs() < 1e-6);
+    assert_close("value", number(&report, "force_limit_n"), 0.1, 1e-6);
     assert!(
         report["date"]
             .as_str()

@@ -6,7 +6,7 @@ use haptic_log::record::{
 };
 use serde_json::Value;
 use std::time::{Duration, UNIX_EPOCH};
-use testkit::assert_says;
+use testkit::{assert_close, assert_says};
 
 const TICK_S: f64 = 1e-3;
 
@@ -133,7 +133,7 @@ fn unequal_times_are_joined_by_straight_lines_and_that_is_said() {
     let found = ended.json();
     // A straight line is its own interpolation.
     let rms_m = number(&found, "position_rms_m");
-    assert!((rms_m - 1e-5).abs() < 1e-12, "{rms_m}");
+    assert_close("rms_m", rms_m, 1e-5, 1e-12);
     // 350 ms is the missing one, and across it nothing is made up.
     assert_eq!(number(&found, "compared"), 899.0);
     // One in seven is at a sample of both.
@@ -178,7 +178,7 @@ fn two_axes_have_panels_of_their_own() {
     let found = place.json("log plot a.mcap b.mcap --difference");
     // Of the second axis: 10 mm·sin(0.999).
     let largest_m = number(&found, "position_largest_y_m");
-    assert!((largest_m - 0.01 * at(999).sin()).abs() < 1e-12);
+    assert_close("largest_m", largest_m, 0.01 * at(999).sin(), 1e-12);
     let svg = place.text("a.runs.svg");
     assert!(svg.contains("(h) difference of force y"), "{}", svg.len());
     place.json("log plot a.mcap b.mcap --over-depth");
