@@ -1,11 +1,11 @@
 //! Reasons against loops whose boundary is known, baselines, designs, records.
 
-use crate::fixture::{near, not_flat, pi, plant, states};
+use crate::fixture::{near, not_flat, pi, plant, searched, states};
 use core::array::from_fn;
 use fracdiff::Seconds;
 use fractional_control::analysis::{VerdictCause, analyse};
 use fractional_control::design::ControlDesign;
-use fractional_control::model_search::{InputOutput, Wanted, candidates, identify};
+use fractional_control::model_search::InputOutput;
 use fractional_control::run::{integer_baseline, run, run_plant, samples_for};
 use fractional_control::tuning::Specification;
 use fractional_control::{ControllerSetup, FractionalTransferFunction, Plant};
@@ -219,15 +219,7 @@ fn a_record_with_a_dead_time_gives_its_plant_back() {
         output: response.measured,
         ..InputOutput::default()
     };
-    let behind = |dead_time| {
-        identify(
-            &record,
-            &candidates(&record, true, dead_time, Wanted::default()),
-            true,
-            Wanted::default(),
-            &|_| (),
-        )
-    };
+    let behind = |dead_time| searched(&record, dead_time);
     for known in [Some(Seconds(0.25)), None] {
         let found = behind(known).expect("found");
         let best = found[0].identified.function;
@@ -245,13 +237,7 @@ fn a_record_with_a_dead_time_gives_its_plant_back() {
 
 /// The best function of a record.
 fn found(record: &InputOutput) -> FractionalTransferFunction {
-    let found = identify(
-        record,
-        &candidates(record, true, Some(Seconds(0.0)), Wanted::default()),
-        true,
-        Wanted::default(),
-        &|_| (),
-    );
+    let found = searched(record, Some(Seconds(0.0)));
     found.expect("found")[0].identified.function
 }
 
@@ -318,14 +304,7 @@ fn a_swing_gives_its_plant_back() {
         for (n, y) in record.output.iter_mut().enumerate() {
             *y += noise * ((n as f64 * 0.618_033_988_75 * (1.0 + n as f64 * 0.01)).fract() - 0.5);
         }
-        let found = identify(
-            &record,
-            &candidates(&record, true, None, Wanted::default()),
-            true,
-            Wanted::default(),
-            &|_| (),
-        )
-        .expect("found");
+        let found = searched(&record, None).expect("found");
         let best = &found[0].identified;
         assert_eq!(best.function.unstable_poles(), poles, "{}", best.function);
         assert_eq!(best.function.denominator().lowest(), 0.0);

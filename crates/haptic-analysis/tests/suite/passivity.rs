@@ -86,14 +86,16 @@ fn colgates_condition_is_the_case_of_order_1() {
     // b > KT/2 + B
     for (k, b) in [(1000.0, 2.0), (1e4, 0.0), (0.0, 10.0)] {
         let p = exact(1.0);
-        let have = port(&p, 1.0, 0).required_damping(T, k, b).expect("valid");
+        let port = port(&p, 1.0, 0);
+        let have = port.required_damping(T, k, b).expect("valid");
         let want = 0.5 * k * T.0 + b;
-        assert_relative("b", have.damping_n_s_per_m, want, 1e-12);
-        assert_relative("corollary", have.corollary_n_s_per_m, want, 1e-12);
-        assert_relative("ω", have.worst_rad_s, PI / T.0, 1e-12);
-        assert!(have.passive(have.damping_n_s_per_m * 1.000_001));
+        assert_relative("b", have, want, 1e-12);
+        let unit = port.required_delta(k * T.0 * T.0, b * T.0).expect("valid");
+        assert_relative("corollary", unit.corollary_delta, want * T.0, 1e-12);
+        assert_relative("θ", unit.worst_theta, PI, 1e-12);
+        assert!(unit.passive(unit.delta * 1.000_001));
         // The theorem is strict.
-        assert!(!have.passive(have.damping_n_s_per_m));
+        assert!(!unit.passive(unit.delta));
     }
 }
 

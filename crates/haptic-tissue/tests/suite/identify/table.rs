@@ -223,12 +223,7 @@ fn a_loading_that_does_not_fit_is_refused_with_the_remedy() {
         }
         let text = format!("time_s,{header}\n0,0,0\n1,2,0.3\n2,1.5,0.3\n");
         let message = understand(&text, &Reader::default(), &reading).expect_err(&given);
-        for wanted in wanted.split(" & ") {
-            assert!(
-                message.contains(wanted),
-                "{given}\nhave {message}\nwant {wanted}"
-            );
-        }
+        assert_says(&message, &wanted);
         assert!(!message.contains('\n'), "{message}");
     }
 }
@@ -470,12 +465,7 @@ fn a_bad_table_is_refused_with_line_column_and_remedy() {
             ..TableDetails::default()
         };
         let message = understand(&text, &Reader::default(), &reading).expect_err(&text);
-        for wanted in wanted.split(" & ") {
-            assert!(
-                message.contains(wanted),
-                "{text:?}\nhave {message}\nwant {wanted}"
-            );
-        }
+        assert_says(&message, &wanted);
         assert!(!message.contains('\n'), "{message}");
     }
 }
@@ -669,12 +659,7 @@ fn what_was_found_where_is_said_in_one_line() {
     for [text, wanted] in testkit::table(FOUND) {
         let message =
             understand(&text, &Reader::default(), &TableDetails::default()).expect_err(&text);
-        for wanted in wanted.split(" & ") {
-            assert!(
-                message.contains(wanted),
-                "{text:?}\nhave {message}\nwant {wanted}"
-            );
-        }
+        assert_says(&message, &wanted);
         assert!(!message.contains('\n') && message.len() < 400, "{message}");
     }
     // Nobody reads a cell of a megabyte.
@@ -835,9 +820,7 @@ fn a_bad_row_is_left_out_by_name_where_that_is_asked_for() {
             }
             Err(refused) => refused,
         };
-        for words in wanted.split(" & ") {
-            assert!(said.contains(words), "{bad}: {said}");
-        }
+        assert_says(&said, &wanted);
     }
 }
 
