@@ -7,7 +7,7 @@ use fractional_control::{
     DeadTime, FractionalTransferFunction, HeldPlant, InputOutputRecord, Plant, StartState,
     WholeShape, identify, identify_coefficients, respond, step_response, whole_guess,
 };
-use testkit::{assert_close, assert_relative, assert_says};
+use testkit::{assert_close, assert_refused, assert_relative};
 
 fn of(text: &str) -> FractionalTransferFunction {
     text.parse().expect("valid")
@@ -262,7 +262,5 @@ fn an_input_that_is_late_by_a_part_of_a_sample_is_run_exactly() {
         dead_time: DeadTime::Known(Seconds(30.0)),
         ..record(t, &input, &input)
     };
-    let refused = identify(&of("1/(s+1)"), &outside).expect_err("refused");
-    let said = refused.to_string();
-    assert_says(&said, "dead time 30 s");
+    assert_refused(identify(&of("1/(s+1)"), &outside), "dead time 30 s");
 }

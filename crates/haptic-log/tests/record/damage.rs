@@ -149,7 +149,7 @@ fn a_killed_writer_leaves_all_but_the_last_100_ms() {
         error,
         RecordError::File(NewFileError::Leftover(_))
     ));
-    assert!(error.to_string().contains("log recover"), "{error}");
+    assert_says(&error, "log recover");
     let saved = recover(&part, &saved, false).expect("recovers");
     assert_eq!((saved.samples, saved.events), (5_000, 1));
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 use testkit::browser::{get, parts};
-use testkit::{Random, assert_says, cases, table, until};
+use testkit::{Random, assert_refused, assert_says, cases, table, until};
 
 #[test]
 fn wrong_tokens_and_hosts_get_a_sentence_and_nothing_else() {
@@ -78,9 +78,10 @@ fn a_port_that_is_taken_is_refused() {
         .expect("a port")
         .1;
     let taken = options(runs.path(), OnClose::Stop, port.parse().expect("a number"));
-    let refused = PageServer::start(taken).expect_err("taken");
-    let said = refused.to_string();
-    assert_says(&said, "is taken by another program: use another, or 0");
+    assert_refused(
+        PageServer::start(taken),
+        "is taken by another program: use another, or 0",
+    );
 }
 
 #[test]

@@ -67,10 +67,7 @@ fn a_plant_and_a_controller_may_be_files() {
         "#,
     ) {
         let said = page.refused("ask", control(&wrong.parse().expect("JSON")));
-        assert!(
-            said.contains(&words) && !said.contains('\n'),
-            "{wrong}: {said}"
-        );
+        assert!(said.contains(&words) && !said.contains('\n'), "{said}");
     }
 }
 

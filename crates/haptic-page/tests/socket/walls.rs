@@ -8,8 +8,8 @@ use haptic_page::{OnClose, PageServer};
 use haptic_tissue::Library;
 use serde_json::{Value, json};
 use std::path::Path;
-use testkit::{Random, assert_close, assert_relative};
-use testkit::{assert_says, browser::Page};
+use testkit::browser::Page;
+use testkit::{Random, assert_close, assert_refused, assert_relative, assert_says};
 
 /// The file of a wall of any order and scheme, for a device that is late.
 fn any(random: &mut Random) -> String {
@@ -402,19 +402,12 @@ fn a_server_that_is_given_a_file_offers_its_wall_first() {
         ),
         ("[drive]".to_owned(), "wall.toml"),
     ] {
-        let refused = start(&text).expect_err(words).to_string();
-        assert!(
-            refused.contains(words) && !refused.contains('\n'),
-            "{refused}"
-        );
+        assert_refused(start(&text), words);
     }
     std::fs::remove_file(&path).expect("removed");
     let mut options = options(runs.path(), OnClose::Stop, 0);
     options.opens = Some(path);
-    let refused = PageServer::start(options)
-        .expect_err("nothing there")
-        .to_string();
-    assert_says(&refused, "wall.toml");
+    assert_refused(PageServer::start(options), "wall.toml");
 }
 
 #[test]

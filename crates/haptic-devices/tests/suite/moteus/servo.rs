@@ -8,7 +8,7 @@ use haptic_loop::Fault;
 use moteus_protocol::Mode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
-use testkit::{assert_close, assert_says};
+use testkit::{assert_close, assert_refused, assert_says};
 
 #[test]
 fn a_force_is_a_torque_at_the_radius() {
@@ -226,11 +226,7 @@ fn a_servo_that_cannot_be_used_is_refused_at_the_door() {
         id: 9,
         ..MoteusSettings::DEFAULT
     };
-    let words = wire
-        .open(settings)
-        .expect_err("nobody is there")
-        .to_string();
-    assert_says(&words, "servo 9 did not answer & (`id`)");
+    assert_refused(wire.open(settings), "servo 9 did not answer & (`id`)");
 
     let wire = Wire::new(Shaft::LEVER);
     wire.world().harm = Some(Box::new(|bytes, to_servo| {

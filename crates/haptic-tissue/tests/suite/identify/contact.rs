@@ -190,7 +190,7 @@ fn told(count: u64, seeds: impl Iterator<Item = u64>) -> [[usize; 2]; 2] {
             let (matters, is_told) = match draw.record(ContactPoint::Zero) {
                 // A depth that begins far from rest is refused, with the remedy.
                 Err(error) => {
-                    assert!(error.to_string().contains("contact_point_m"), "{error}");
+                    assert_says(&error, "contact_point_m");
                     continue;
                 }
                 Ok(record) => {
@@ -339,10 +339,10 @@ fn what_cannot_be_fitted_with_a_contact_point_is_refused_with_a_remedy() {
         &said,
         "`contact_point_m` is not fitted together with `stiffening`",
     );
-    let said = Record::together(vec![record.clone(), record])
-        .expect_err("two")
-        .to_string();
-    assert_says(&said, "`contact_point_m` is fitted to one motion");
+    assert_refused(
+        Record::together(vec![record.clone(), record]),
+        "`contact_point_m` is fitted to one motion",
+    );
     let record = late(ContactPoint::At(-1e-4)).expect("valid");
     let two = Record::together(vec![record.clone(), record]).expect("valid");
     let baseline = Options {

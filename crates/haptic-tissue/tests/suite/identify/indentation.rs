@@ -287,10 +287,10 @@ fn stiffening_that_cannot_be_seen_is_refused() {
         &shapes()[2],
     );
     for record in [relaxation, cone.expect("valid")] {
-        let refused = identify(&record, &options, &|_| ())
-            .expect_err("cannot")
-            .to_string();
-        assert_says(&refused, "not under a cone: give `kind` = record");
+        assert_refused(
+            identify(&record, &options, &|_| ()),
+            "not under a cone: give `kind` = record",
+        );
     }
     let together = |records: &[Record]| {
         Record::together(records.to_vec())
@@ -467,9 +467,8 @@ fn what_is_pressed_wrongly_is_refused() {
             vec![0.0, 1.0, 2.0],
             &specimen,
         );
-        let refused = record.expect_err("beyond").to_string();
-        assert_says(
-            &refused,
+        assert_refused(
+            record,
             "sample 3 & is beyond the thickness & change `thickness_m`",
         );
     }

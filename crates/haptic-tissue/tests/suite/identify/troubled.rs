@@ -6,7 +6,7 @@ use haptic_tissue::identify::{
     Identification, Options, RecordKind, TableDetails, Understood, identify,
 };
 use measured_table::{Reader, read_table};
-use testkit::{assert_relative, assert_says};
+use testkit::{assert_refused, assert_relative, assert_says};
 
 /// The record of these files, loaded so; none where they are not there.
 fn read(names: &[&str], loading: Loading) -> Option<Understood> {
@@ -166,12 +166,9 @@ fn a_ramp_inside_a_relaxation_names_its_time() {
     let Some(folder) = folder() else { return };
     let bytes = std::fs::read(folder.join("ramp-inside-relaxation.csv")).expect("a file");
     let columns = || Reader::default().read(read_table(&bytes).expect("a table"));
-    let refused = strain
-        .record(columns().expect("columns"))
-        .expect_err("a ramp");
-    assert!(
-        refused.to_string().contains("give `ramp_time_s` = 1s,"),
-        "{refused}"
+    assert_refused(
+        strain.record(columns().expect("columns")),
+        "give `ramp_time_s` = 1s,",
     );
     let ramp = TableDetails {
         ramp_time_s: Some(1.0),
