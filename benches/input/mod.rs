@@ -4,8 +4,7 @@ use fractional_haptics::fracdiff::{Order, Real, Seconds};
 use fractional_haptics::haptic_loop::plant::RampHold;
 use fractional_haptics::haptic_loop::units::Metres;
 
-/// Calls in one iteration of criterion: its timer is read twice for a thousand of them, and its µs an
-/// iteration are ns a call.
+/// Calls between two looks at the clock.
 pub(crate) const BATCH: usize = 1000;
 /// T of the loop.
 pub(crate) const SAMPLE_TIME: Seconds = Seconds(1e-3);

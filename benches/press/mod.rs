@@ -1,7 +1,6 @@
-//! A loop that presses into tissue, and how long criterion measures it.
+//! A loop that presses into tissue.
 
 use crate::input::{BATCH, SAMPLE_TIME, order, ramp_and_hold};
-use criterion::Criterion;
 use fractional_haptics::fracdiff::{Differintegrator, Operator, Real, Scheme};
 use fractional_haptics::haptic_loop::units::{
     Kilograms, Metres, NewtonSecondsPerMetre, Pascals, SquareMetres,
@@ -13,7 +12,6 @@ use fractional_haptics::haptic_loop::{
 use nalgebra::SVector;
 use std::convert::Infallible;
 use std::error::Error;
-use std::time::Duration;
 
 /// None, and both: the bounding has work, for the tissue is some three times stiffer than 2ρb/T = 80 N/m.
 pub(crate) fn guards() -> [(&'static str, Option<PassivityGuard>); 3] {
@@ -71,14 +69,6 @@ pub(crate) fn contact<F: Real, O: Differintegrator<F>, const D: usize>(
     operator: O,
 ) -> Result<Contact<F, SpringDamper<F, O>, D>, Box<dyn Error>> {
     Ok(Contact::new(direction, Metres(0.0), tissue(operator)?)?)
-}
-
-/// Long enough for a figure on a quiet machine; the command line has the last word.
-pub(crate) fn short_runs() -> Criterion {
-    Criterion::default()
-        .warm_up_time(Duration::from_millis(500))
-        .measurement_time(Duration::from_secs(1))
-        .configure_from_args()
 }
 
 /// A device that goes its own way and keeps the force.

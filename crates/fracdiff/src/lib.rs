@@ -52,7 +52,7 @@ pub use portable::PortableOperator;
 pub use real::Real;
 pub use response::{ExactDifference, FrequencyResponse};
 #[cfg(feature = "std")]
-pub use roots::roots;
+pub use roots::{product, roots};
 #[cfg(feature = "std")]
 pub use scheme::{Operator, OperatorHistory, OperatorList, Scheme, SchemeError};
 pub use short_memory::ShortMemory;

@@ -31,6 +31,18 @@ pub fn roots(coefficients: &[f64]) -> Vec<Complex<f64>> {
     found(coefficients).0
 }
 
+/// The product of two polynomials that are not empty, in the order of their coefficients.
+#[must_use]
+pub fn product(a: &[f64], b: &[f64]) -> Vec<f64> {
+    let mut product = vec![0.0; a.len() + b.len() - 1];
+    for (i, x) in a.iter().enumerate() {
+        for (sum, y) in product[i..].iter_mut().zip(b) {
+            *sum += x * y;
+        }
+    }
+    product
+}
+
 /// The roots, and the sweeps that they took.
 fn found(coefficients: &[f64]) -> (Vec<Complex<f64>>, usize) {
     let used = coefficients

@@ -2,6 +2,7 @@
 
 use crate::functions::{Curve, Polynomial, Power};
 use certified_count::{Bounds, Jet, Place};
+pub(crate) use fracdiff::product as multiply;
 use fracdiff::{FrequencyResponse, Order};
 use num_complex::Complex;
 
@@ -251,15 +252,4 @@ impl FrequencyResponse for LoopOperator {
     fn response(&self, theta: f64) -> Complex<f64> {
         self.response_and_rate(theta).0
     }
-}
-
-/// The product of two polynomials.
-pub(crate) fn multiply(a: &[f64], b: &[f64]) -> Vec<f64> {
-    let mut product = vec![0.0; a.len() + b.len() - 1];
-    for (i, x) in a.iter().enumerate() {
-        for (j, y) in b.iter().enumerate() {
-            product[i + j] += x * y;
-        }
-    }
-    product
 }

@@ -149,7 +149,8 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
         })
     }
 
-    /// The damping that Theorem 1 requires, for K in N/m and B in N·s^μ/m.
+    /// The damping that Theorem 1 requires, N·s/m, for K in N/m and B in N·s^μ/m: the loop is passive above it, and only there. Infinite if a
+    /// negative spring at rest lets none be enough, see [`RequiredDelta::negative_at_rest`].
     ///
     /// # Errors
     /// T not above 0, K or B below 0, or an operator without a finite response.
@@ -158,16 +159,13 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
         sample_time: Seconds,
         stiffness: f64,
         dissipation: f64,
-    ) -> Result<RequiredDamping, AnalysisError> {
+    ) -> Result<f64, AnalysisError> {
         let (t, alpha, beta) = self.for_unit_mass(sample_time, stiffness, dissipation)?;
         let required = self.required_delta(alpha, beta)?;
-        let unit = "N·s/m";
-        Ok(RequiredDamping {
-            damping_n_s_per_m: finite("least damping", required.delta / t, unit)?,
-            worst_rad_s: finite("worst frequency", required.worst_theta / t, "rad/s")?,
-            corollary_n_s_per_m: finite("least damping", required.corollary_delta / t, unit)?,
-            negative_at_rest: required.negative_at_rest,
-        })
+        if required.negative_at_rest {
+            return Ok(f64::INFINITY);
+        }
+        finite("least damping", required.delta / t, "N·s/m")
     }
 
     /// The largest α for given δ and β: inf over θ of (δ − β·v)/u where u > 0.
@@ -378,29 +376,6 @@ impl RequiredDelta {
     #[must_use]
     pub fn passive(&self, delta: f64) -> bool {
         delta > self.delta && !self.negative_at_rest
-    }
-}
-
-/// The damping that Theorem 1 requires, with units, with Corollary 1's for comparison.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct RequiredDamping {
-    /// The loop is passive for b above this, N·s/m, and only then.
-    pub damping_n_s_per_m: f64,
-    /// ω that requires it, rad/s.
-    pub worst_rad_s: f64,
-    /// The damping that Corollary 1 requires, N·s/m.
-    pub corollary_n_s_per_m: f64,
-    /// K + B·T^(−μ)·P(1) < 0, see [`RequiredDelta::negative_at_rest`].
-    pub negative_at_rest: bool,
-}
-
-impl RequiredDamping {
-    /// True if a device of this damping, N·s/m, is passive. The inequality is strict, as in the
-    /// theorem.
-    #[must_use]
-    pub fn passive(&self, damping_n_s_per_m: f64) -> bool {
-        damping_n_s_per_m > self.damping_n_s_per_m && !self.negative_at_rest
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::model::{Form, MaxwellBranch, Model, ModelError, SpringPot};
 use core::f64::consts::PI;
 use fracdiff::full_memory::{DecayingMode, Design, DesignError, Kernel, Memory};
-use fracdiff::{FrequencyResponse, Order, Seconds, grunwald_weights};
+use fracdiff::{FrequencyResponse, Order, Seconds, grunwald_weights, product};
 use num_complex::Complex64;
 
 /// A model as backward differences see it: a spring beside one full memory of increments of strain.
@@ -447,17 +447,6 @@ fn memory_order(order: f64) -> Result<Order, ModelError> {
         allowed: "in [0, 1]",
         unit: "",
     })
-}
-
-/// The product of two polynomials.
-fn product(a: &[f64], b: &[f64]) -> Vec<f64> {
-    let mut product = vec![0.0; a.len() + b.len() - 1];
-    for (i, x) in a.iter().enumerate() {
-        for (sum, y) in product[i..].iter_mut().zip(b) {
-            *sum += x * y;
-        }
-    }
-    product
 }
 
 /// The sum of two polynomials.

@@ -9,6 +9,7 @@ use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use testkit::assert_says;
 
 /// Ticks of a run.
 const TICKS: u64 = 10_000;
@@ -112,7 +113,7 @@ fn client(line: &str, ticks: u64, options: &str) -> Option<(Value, Emulator)> {
         }
         said = String::from_utf8_lossy(&output.stderr).into_owned();
         let silent = format!("fault {}", Fault::HostSilent.code());
-        assert!(said.contains(&silent), "{said}");
+        assert_says(&said, &silent);
     }
     panic!("the host is silent even for a device at its own speed: {said}")
 }

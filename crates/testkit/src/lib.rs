@@ -16,7 +16,7 @@ pub mod golden;
 pub mod operator;
 pub mod tissue;
 
-use std::fmt::Debug;
+use std::fmt::{Debug, Display};
 use std::io::Write as _;
 use std::ops::Deref;
 use std::path::Path;
@@ -115,6 +115,33 @@ pub fn assert_relative(what: &str, have: f64, want: f64, tolerance: f64) {
         "{what}: have {have:.15e}, want {want:.15e}, off by {:.1e}",
         have / want - 1.0
     );
+}
+
+/// The text has all of these words, ` & ` between them.
+///
+/// # Panics
+/// Otherwise, with the beginning of the text.
+#[track_caller]
+pub fn assert_says(text: &(impl Display + ?Sized), words: &str) {
+    let text = text.to_string();
+    let start = || text.chars().take(2000).collect::<String>();
+    for words in words.split(" & ") {
+        assert!(text.contains(words), "\"{words}\" is missing: {}", start());
+    }
+}
+
+/// Refused in one line that has all of these words, ` & ` between them.
+///
+/// # Panics
+/// Otherwise.
+#[track_caller]
+pub fn assert_refused<T, E: Display>(answer: Result<T, E>, words: &str) {
+    let Err(refusal) = answer else {
+        panic!("not refused: {words}");
+    };
+    assert_says(&refusal, words);
+    let refusal = refusal.to_string();
+    assert!(!refusal.contains('\n'), "{refusal}");
 }
 
 /// Says on standard error that this test is skipped, and why.

@@ -116,9 +116,7 @@ impl PyPort {
         heard_by(slf, move |own, _| {
             let port = own.port()?;
             let (t, k, b) = (own.sample_time, stiffness_n_per_m, dissipation_n_s_mu_per_m);
-            let required = port.required_damping(t, k, b).or_refused()?;
-            let finite = (!required.negative_at_rest).then_some(required.damping_n_s_per_m);
-            Ok(finite.unwrap_or(f64::INFINITY))
+            port.required_damping(t, k, b).or_refused()
         })
     }
 

@@ -1,10 +1,9 @@
 //! The same bits over 100 000 samples, by every compiler that is here, without a warning or undefined behaviour.
 
-use super::{CASES, build, hash, hash_of_push, header_of, is_here, laws, output, source};
+use super::{CASES, build, hash, hash_of_push, header_of, laws, said_by, written};
 use fracdiff::OperatorList;
 use fracdiff_c::{CHeader, CNumber, WallLaw};
 use std::num::NonZero;
-use std::process::Command;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::available_parallelism;
 use testkit::Folder;
@@ -85,16 +84,8 @@ fn has_the_same_bits<F: CNumber>((scheme, order): (&str, f64), compilers: &Compi
     let operator = build::<F>(scheme, order);
     let want = hash(&operator);
     let header = header_of(&operator, &folder);
-    let program = folder.join("run");
-    for (compiler, flags) in compilers.iter().filter(|(compiler, _)| is_here(compiler)) {
-        let mut compile = Command::new(compiler);
-        compile.args(*flags).args(WARNINGS);
-        compile.arg(format!("-DREAL={}", F::TYPE));
-        compile.arg("-include").arg(&header);
-        compile.args([source("run.c"), source("host.c")]);
-        output(compile.arg("-o").arg(&program));
-        let have = output(&mut Command::new(&program));
-        assert_eq!(have, want, "{scheme} {order}, {compiler} {flags:?}");
+    for (have, by) in said_by::<F>(compilers, "run.c", &header, &[]) {
+        assert_eq!(have, want, "{scheme} {order}, {by}");
     }
 }
 
@@ -112,18 +103,9 @@ fn pushes_with_the_same_bits<F: CNumber>(law: &WallLaw) {
     let operator = build::<F>("full", 0.2247);
     let list = OperatorList::from(&operator);
     let header = CHeader::new("op", &list, Some(law), &[]).expect("a header");
-    let path = folder.join("op.h");
-    std::fs::write(&path, header.to_string()).expect("writes");
-    let program = folder.join("run");
-    for (compiler, flags) in COMPILERS.iter().filter(|(compiler, _)| is_here(compiler)) {
-        let mut compile = Command::new(compiler);
-        compile.args(*flags).args(WARNINGS);
-        compile.arg(format!("-DREAL={}", F::TYPE)).arg("-DLAW");
-        compile.arg("-include").arg(&path);
-        compile.args([source("run.c"), source("host.c")]);
-        output(compile.arg("-o").arg(&program));
-        let have = output(&mut Command::new(&program));
-        assert_eq!(have, hash_of_push(&operator, law), "{compiler} {flags:?}");
+    let header = written(&header, &folder);
+    for (have, by) in said_by::<F>(COMPILERS, "run.c", &header, &["-DLAW".to_owned()]) {
+        assert_eq!(have, hash_of_push(&operator, law), "{by}");
     }
 }
 

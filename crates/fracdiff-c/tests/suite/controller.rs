@@ -1,7 +1,7 @@
 //! Controllers in C against controllers in Rust.
 
 use super::bits::{COMPILERS, Compilers, WARNINGS, for_each};
-use super::{SAMPLES, fnv, is_here, output, source};
+use super::{SAMPLES, fnv, is_here, output, said_by, source, written};
 use fracdiff::{Real, Scheme, Seconds};
 use fracdiff_c::{CHeader, CNumber};
 use fractional_control::{
@@ -315,10 +315,10 @@ fn the_oven_of_the_guide_rests_at_its_reference_in_c() {
 /// The header of a controller in a folder.
 pub(crate) fn header_of<F: CNumber>(setup: &ControllerSetup, folder: &Path) -> PathBuf {
     let list = ControllerList::<F>::new(setup).expect("a list");
-    let header = CHeader::of_controller("op", &list, &[]).expect("a header");
-    let path = folder.join("op.h");
-    std::fs::write(&path, header.to_string()).expect("writes");
-    path
+    written(
+        &CHeader::of_controller("op", &list, &[]).expect("a header"),
+        folder,
+    )
 }
 
 /// In an order of their own: a drawn controller with its set-point weights, whose loop is that of `controller.c`. Some signs are opposite.
@@ -362,9 +362,7 @@ fn drawn(index: u32) -> Case {
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn drawn_controllers_have_the_bits_of_rust_at_their_limits() {
-    let count = std::env::var("CAMPAIGN_CASES").ok();
-    let count = count.map_or(12, |count| count.parse().expect("a number"));
-    let all: Vec<Case> = (0..count).map(drawn).collect();
+    let all: Vec<Case> = (0..testkit::cases(12)).map(drawn).collect();
     for_each(&all, |case| has_the_same_bits::<f32>(case, &COMPILERS[..1]));
 }
 
@@ -387,25 +385,9 @@ fn controllers_have_the_same_bits_by_every_compiler() {
 fn has_the_same_bits<F: CNumber>(case: &Case, compilers: &Compilers) {
     let folder = Folder::empty();
     let header = header_of::<F>(&case.setup, &folder);
-    let program = folder.join("run");
     let want = hash::<F>(case);
-    for (compiler, flags) in compilers.iter().filter(|(compiler, _)| is_here(compiler)) {
-        let mut compile = Command::new(compiler);
-        compile
-            .args(*flags)
-            .args(WARNINGS)
-            .arg(format!("-DREAL={}", F::TYPE));
-        compile
-            .arg(format!("-DCHANGE={}", case.change))
-            .arg("-include")
-            .arg(&header);
-        compile.args([source("controller.c"), source("host.c")]);
-        output(compile.arg("-o").arg(&program));
-        let have = output(&mut Command::new(&program));
-        assert_eq!(
-            have, want,
-            "{} {}, {compiler} {flags:?}",
-            case.name, case.setup.scheme
-        );
+    let change = [format!("-DCHANGE={}", case.change)];
+    for (have, by) in said_by::<F>(compilers, "controller.c", &header, &change) {
+        assert_eq!(have, want, "{} {}, {by}", case.name, case.setup.scheme);
     }
 }

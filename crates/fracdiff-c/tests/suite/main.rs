@@ -54,10 +54,40 @@ fn header_of<F: CNumber>(operator: &Operator<F>, folder: &Path) -> PathBuf {
     // Notes that would spoil the header, were they not only notes.
     let notes = ["D^0.5 */ #error @ ZERO real ".to_owned()];
     let list = OperatorList::from(operator);
-    let header = CHeader::new("op", &list, None, &notes).expect("a header");
+    written(
+        &CHeader::new("op", &list, None, &notes).expect("a header"),
+        folder,
+    )
+}
+
+fn written(header: &CHeader, folder: &Path) -> PathBuf {
     let path = folder.join("op.h");
     std::fs::write(&path, header.to_string()).expect("writes");
     path
+}
+
+/// What a program in C says, by each of these compilers that is here, and by which.
+fn said_by<F: CNumber>(
+    compilers: &bits::Compilers,
+    program: &str,
+    header: &Path,
+    defined: &[String],
+) -> Vec<(String, String)> {
+    let here = compilers.iter().filter(|(compiler, _)| is_here(compiler));
+    let said = here.map(|(compiler, flags)| {
+        let built = header.with_extension("run");
+        let mut compile = Command::new(compiler);
+        compile.args(*flags).args(bits::WARNINGS).args(defined);
+        compile.arg(format!("-DREAL={}", F::TYPE));
+        compile.arg("-include").arg(header);
+        compile.args([source(program), source("host.c")]);
+        output(compile.arg("-o").arg(&built));
+        (
+            output(&mut Command::new(&built)),
+            format!("{compiler} {flags:?}"),
+        )
+    });
+    said.collect()
 }
 
 /// A file of `tests/c`.

@@ -39,6 +39,14 @@ fn bound_of(design: &Design<16, 48>, sizes: &[f64]) -> Vec<f64> {
     sizes.iter().map(step).collect()
 }
 
+/// The outputs in single and in double precision.
+fn both(design: &Design<16, 48>, x: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    (
+        run(&operator::<f32>(design), x),
+        run(&operator::<f64>(design), x),
+    )
+}
+
 /// Δx.
 fn differences(x: &[f64]) -> Vec<f64> {
     let before = std::iter::once(&0.0).chain(x);
@@ -51,10 +59,7 @@ fn single_precision_holds_2e_6_of_the_present_output_for_200_s() {
         for mu in [0.05, 0.2247, 0.5, 0.7, 0.9, 0.99] {
             let design = design(kernel, mu, 2.1e5);
             let x: Vec<f64> = (0..SAMPLES).map(ramp_and_hold).collect();
-            let (single, double) = (
-                run(&operator::<f32>(&design), &x),
-                run(&operator::<f64>(&design), &x),
-            );
+            let (single, double) = both(&design, &x);
             for n in 1..SAMPLES {
                 let error = (single[n] / double[n] - 1.0).abs();
                 assert!(error <= SINGLE, "{kernel:?} μ {mu} sample {n}: {error:e}");
@@ -71,10 +76,7 @@ fn single_precision_holds_2e_6_of_the_bound_where_the_output_is_a_difference() {
             let x: Vec<f64> = (0..SAMPLES).map(ramp_and_hold).collect();
             let second = differences(&differences(&x));
             let bound = bound_of(&design, &second.iter().map(|u| u.abs()).collect::<Vec<_>>());
-            let (single, double) = (
-                run(&operator::<f32>(&design), &x),
-                run(&operator::<f64>(&design), &x),
-            );
+            let (single, double) = both(&design, &x);
             for n in 1..SAMPLES {
                 let error = (single[n] - double[n]).abs() / bound[n];
                 assert!(error <= SINGLE, "{kernel:?} μ {mu} sample {n}: {error:e}");
@@ -101,10 +103,7 @@ fn single_precision_loses_of_first_differences_what_their_rounding_takes() {
                 .map(|(new, old)| new.abs() + old.abs())
                 .collect();
             let (bound, rounding) = (bound_of(&design, &second), bound_of(&design, &rounded));
-            let (single, double) = (
-                run(&operator::<f32>(&design), &x),
-                run(&operator::<f64>(&design), &x),
-            );
+            let (single, double) = both(&design, &x);
             for n in 1..x.len() {
                 let error = (single[n] - double[n]).abs();
                 let most = SINGLE * bound[n] + 2_f64.powi(-24) * rounding[n];

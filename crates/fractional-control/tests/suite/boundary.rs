@@ -1,6 +1,6 @@
 //! The certified verdict against simulation on both sides of the boundary.
 
-use crate::fixture::{Draw, states};
+use crate::fixture::{Draw, bdf2, held, states};
 use fracdiff::Seconds;
 use fractional_control::{
     Actuator, FractionalPid, FractionalTransferFunction, HeldPlant, PidParameters, Plant,
@@ -76,7 +76,7 @@ impl Candidate {
             Rule::Grunwald
         };
         let memory = PowerMemory::new(rule, 1e-6, 400.0).expect("valid");
-        let sampled = HeldPlant::new(&plant, memory, Seconds(t)).expect("valid");
+        let sampled = held(&plant, memory, t);
         Self {
             plant,
             sampled,
@@ -172,7 +172,7 @@ fn bracket(stable: impl Fn(f64) -> bool) -> Option<(f64, f64)> {
 #[test]
 fn a_number_common_to_above_and_below_changes_no_verdict() {
     let t = Seconds(1e-9);
-    let memory = PowerMemory::new(Rule::Bdf2, 1e-6, 1.0).expect("valid");
+    let memory = bdf2(1e-6, 1.0);
     let verdict = |c: &str| {
         let plant: Plant = format!("{c}/({c}s^1.5+{c})").parse().expect("valid");
         let law: FractionalTransferFunction = format!("({c}s^0.5+{c})/({c}s^1.5+{c})")
@@ -194,7 +194,7 @@ fn a_number_common_to_above_and_below_changes_no_verdict() {
 /// Two numbers whose ratio no loop can bear are refused where they meet, also in a controller.
 #[test]
 fn a_ratio_that_no_loop_can_bear_is_refused_with_the_remedy() {
-    let memory = PowerMemory::new(Rule::Bdf2, 1e-6, 100.0).expect("valid");
+    let memory = bdf2(1e-6, 100.0);
     let plant = |text: &str| HeldPlant::new(&text.parse().expect("valid"), memory, Seconds(1.0));
     for text in ["1e60/(1e-60s^1.5+1e-60)", "1e-60/(s+1e60)"] {
         let refused = plant(text).map(drop).expect_err(text).to_string();

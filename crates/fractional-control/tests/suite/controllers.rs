@@ -2,12 +2,13 @@
 
 mod responses;
 
-use crate::fixture::podlubny;
+use crate::fixture::{held, podlubny};
 use fracdiff::Seconds;
 use fractional_control::{
     Actuator, Controller, CroneParameters, FractionalPid, HeldPlant, LeadController, Mode,
     PidParameters, Plant, PowerMemory, Rule, SetPoint, Station, simulate,
 };
+use testkit::assert_close;
 
 const T: Seconds = Seconds(1e-3);
 
@@ -61,7 +62,7 @@ fn podlubnys_loop_with_its_controller_converges_to_the_closed_form() {
         let free = (SetPoint::ERROR, Actuator::UNLIMITED);
         let pid = FractionalPid::<f64, 64>::new(gains, free.0, free.1, memory, Seconds(t));
         let pid = pid.expect("valid");
-        let plant = HeldPlant::new(&plant, memory, Seconds(t)).expect("valid");
+        let plant = held(&plant, memory, t);
         let run = simulate(&pid, &plant, |_| 1.0, (10.0 / t) as usize + 1);
         let errors = golden
             .points
@@ -257,7 +258,7 @@ fn the_shape_of_a_ramp_up_to_a_little_too_much() {
     let mut run = fractional_control::Response::default();
     run.measured = rise.chain([2.0; 5]).collect();
     let shape = run.shape_of_step(2.0);
-    assert!((shape.overshoot - 0.1).abs() < 1e-12);
+    assert_close("shape.overshoot", shape.overshoot, 0.1, 1e-12);
     assert!(shape.rise.is_some_and(|rise| (rise - 8.0).abs() < 1e-9));
     assert_eq!(shape.settled, Some(12));
     assert!(shape.final_error < 1e-12);

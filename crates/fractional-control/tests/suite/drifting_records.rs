@@ -2,10 +2,9 @@
 //!
 //! `CAMPAIGN_CASES` sets how many; 6 unless it is given.
 
+use crate::fixture::searched;
 use fracdiff::Seconds;
-use fractional_control::model_search::{
-    Found, InputOutput, Wanted, candidates, find_start, identify,
-};
+use fractional_control::model_search::{Found, InputOutput, find_start};
 use fractional_control::{FreeNumber, HeldPlant, Plant, PowerMemory, Rule};
 use rayon::prelude::*;
 use testkit::{Random, assert_close, assert_relative};
@@ -115,8 +114,7 @@ impl Case {
 
 fn found(mut record: InputOutput) -> Vec<Found> {
     find_start(&mut record, true, None);
-    let guesses = candidates(&record, true, None, Wanted::default());
-    identify(&record, &guesses, true, Wanted::default(), &|_| {}).expect("some function fits")
+    searched(&record, None).expect("some function fits")
 }
 
 /// The gain at rest, and its relative error.

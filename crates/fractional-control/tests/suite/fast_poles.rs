@@ -1,13 +1,13 @@
 //! Loops by name that were judged wrongly: poles far faster than the sample, dead times alone, gains at once.
 
-use crate::fixture::{closed, pi, plant};
+use crate::fixture::{bdf2, closed, held, pi, plant};
 use fracdiff::Seconds;
-use fractional_control::{HeldPlant, Plant, PowerMemory, Rule, SampledControlLoop};
-use testkit::assert_relative;
+use fractional_control::{HeldPlant, Plant, SampledControlLoop};
+use testkit::{assert_refused, assert_relative};
 
 /// A loop by its notation: plant, `K_p`, `K_i`, T.
 fn judged(function: &str, (proportional, integral): (f64, f64), t: f64) -> SampledControlLoop {
-    let memory = PowerMemory::new(Rule::Bdf2, 1e-9, 1e6 * t).expect("valid");
+    let memory = bdf2(1e-9, 1e6 * t);
     closed(pi(proportional, integral, 1.0), &plant(function), memory, t)
 }
 
@@ -76,11 +76,11 @@ fn a_dead_time_alone_turns_errors_over_at_a_gain_of_one() {
 /// (2s + 1)/(s + 1) = 2 − 1/(s + 1), held: its own gain acts on the next measurement.
 #[test]
 fn what_passes_at_once_is_seen_by_the_next_measurement() {
-    let memory = PowerMemory::new(Rule::Bdf2, 1e-9, 100.0).expect("valid");
+    let memory = bdf2(1e-9, 100.0);
     for (delay, first) in [(0.0, 1), (0.04, 1), (0.1, 1), (0.13, 2), (0.2, 2)] {
         let plant: Plant = "(2s+1)/(s+1)".parse().expect("valid");
         let plant = plant.delayed(delay).expect("valid");
-        let plant = HeldPlant::new(&plant, memory, Seconds(0.1)).expect("runs");
+        let plant = held(&plant, memory, 0.1);
         let mut state = plant.at_rest();
         let y: Vec<f64> = (0..30).map(|_| plant.step(&mut state, 1.0)).collect();
         for (n, y) in y.iter().enumerate() {
@@ -94,7 +94,7 @@ fn what_passes_at_once_is_seen_by_the_next_measurement() {
 
 #[test]
 fn a_pole_beyond_all_bounds_is_refused_with_the_remedy() {
-    let memory = PowerMemory::new(Rule::Bdf2, 1e-9, 1e6).expect("valid");
+    let memory = bdf2(1e-9, 1e6);
     for text in [
         "1/(1e-12s+1)",
         "1e60/(1e-60s+1)",
@@ -102,8 +102,6 @@ fn a_pole_beyond_all_bounds_is_refused_with_the_remedy() {
         "1/(0.0028s-1)",
     ] {
         let refused = HeldPlant::new(&plant(text), memory, Seconds(1.0));
-        let said = refused.expect_err("refused").to_string();
-        assert!(said.contains("sample time 1 s is not within"), "{said}");
-        assert!(said.contains("sample faster"), "{said}");
+        assert_refused(refused, "sample time 1 s is not within & sample faster");
     }
 }

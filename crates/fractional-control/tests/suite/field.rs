@@ -1,11 +1,11 @@
 //! Numbers that others have printed, each within its digits.
 
-use crate::fixture::{closed, plant};
+use crate::fixture::{bdf2, closed, plant};
 use fracdiff::Seconds;
 use fractional_control::autoregression::Autoregression;
 use fractional_control::{
-    DeadTime, FractionalTransferFunction, InputOutputRecord, PowerMemory, Rule, StartState,
-    identify_coefficients, respond,
+    DeadTime, FractionalTransferFunction, InputOutputRecord, StartState, identify_coefficients,
+    respond,
 };
 use testkit::{assert_close, assert_relative};
 
@@ -46,7 +46,7 @@ fn margins_of_held_plants_are_those_of_python_control() {
         ),
     ];
     for (function, t, (want, within)) in examples {
-        let memory = PowerMemory::new(Rule::Bdf2, 1e-8, 100.0).expect("valid");
+        let memory = bdf2(1e-8, 100.0);
         let alone = "1".parse().expect("a controller");
         let margins = closed(alone, &plant(function), memory, t).margins();
         let (gain, phase) = (
@@ -79,7 +79,7 @@ fn margins_of_plants_are_those_of_python_control() {
         ("(s+0.1)/(s^2(s+1))", (None, (44.4594, 0.7907), 1e-4)),
     ];
     for (function, (gain, (phase, omega), within)) in examples {
-        let memory = PowerMemory::new(Rule::Bdf2, 1e-8, 1e-2).expect("valid");
+        let memory = bdf2(1e-8, 1e-2);
         let alone = "1".parse().expect("a controller");
         let margins = closed(alone, &plant(function), memory, 1e-6).margins();
         let own = margins.phase.expect(function);
@@ -109,7 +109,7 @@ fn the_guide_holds_its_margins_against_those_that_are_printed() {
             [phase, crossover.trim_end_matches(" rad/s")].map(str::to_owned)
         };
         let t: f64 = cells[3].trim_end_matches(" s").parse().expect(row);
-        let memory = PowerMemory::new(Rule::Bdf2, 1e-8, 1e6 * t).expect("valid");
+        let memory = bdf2(1e-8, 1e6 * t);
         let controller = cells[2].parse().expect(row);
         let margin = closed(controller, &plant(cells[1]), memory, t)
             .margins()
@@ -144,7 +144,7 @@ fn the_example_of_the_crone_toolbox_gives_its_coefficients_back() {
             .flat_map(|(count, level)| vec![*level; count * each])
             .collect()
     };
-    let memory = PowerMemory::new(Rule::Bdf2, 1e-8, 100.0).expect("valid");
+    let memory = bdf2(1e-8, 100.0);
     let fine = respond(
         &function("0.5/(0.5s^3+1.5s^1.5+1)"),
         memory,

@@ -1,10 +1,10 @@
 //! Flat phases: the overshoot stays while the gain of the plant goes from half to double.
 
 use super::tuning::{bound, plants};
-use crate::fixture::every;
+use crate::fixture::{bdf2, every};
 use fracdiff::Seconds;
 use fractional_control::tuning::{GAINS, Specification, steps, tune, tune_integer};
-use fractional_control::{HeldPlant, PidParameters, Plant, PowerMemory, Rule, SampledControlLoop};
+use fractional_control::{HeldPlant, PidParameters, Plant, SampledControlLoop};
 use testkit::{assert_close, assert_relative};
 
 #[test]
@@ -32,7 +32,7 @@ const FLAT: f64 = 0.35;
 
 /// Simulated spread of the overshoot over ± 6 dB of gain, and true if all five loops are certified stable.
 fn spread(parameters: &PidParameters, plant: &Plant, t: Seconds) -> (f64, bool) {
-    let memory = PowerMemory::new(Rule::Bdf2, 1e-6, 2e4 * t.0).expect("valid");
+    let memory = bdf2(1e-6, 2e4 * t.0);
     let steps = steps(parameters, plant, memory, t, 4000).expect("runs");
     let all = steps.iter().map(|step| step.shape().overshoot);
     let (low, high) = all.fold((f64::MAX, f64::MIN), |(l, h), o| (l.min(o), h.max(o)));

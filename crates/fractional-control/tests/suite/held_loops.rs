@@ -1,13 +1,14 @@
 //! Loops and records of plants of fractional order, by the exact response of the plant behind its hold.
 
-use super::fixture::Draw;
+use super::fixture::{Draw, bdf2, held};
 use crate::fixture::p;
 use fracdiff::Seconds;
 use fractional_control::autoregression::Autoregression;
 use fractional_control::{
-    DeadTime, FractionalTransferFunction, HeldPlant, InputOutputRecord, Plant, PowerMemory, Rule,
-    SampledControlLoop, StartState, identify,
+    DeadTime, FractionalTransferFunction, InputOutputRecord, Plant, SampledControlLoop, StartState,
+    identify,
 };
+use testkit::assert_close;
 
 const SAMPLES: usize = 2000;
 
@@ -21,10 +22,10 @@ struct Loop {
 
 impl Loop {
     fn closed(&self, more: f64) -> SampledControlLoop {
-        let memory = PowerMemory::new(Rule::Bdf2, 1e-8, 1e4).expect("valid");
+        let memory = bdf2(1e-8, 1e4);
         let plant = format!("exp(-{}s)/s^{}", self.delay + more, self.order);
         let plant: Plant = plant.parse().expect("a plant");
-        let plant = HeldPlant::new(&plant, memory, Seconds(1.0)).expect("runs");
+        let plant = held(&plant, memory, 1.0);
         let proportional = p(self.gain);
         SampledControlLoop::new(proportional.into(), memory, &plant).expect("a loop")
     }
@@ -128,7 +129,7 @@ fn a_record_of_a_plant_gives_its_function() {
                 .collect()
         };
         for (found, true_number) in of(&found.function).iter().zip(of(&truth)) {
-            assert!((found - true_number).abs() < 1e-3, "{found} {true_number}");
+            assert_close("found", *found, true_number, 1e-3);
         }
     }
 }

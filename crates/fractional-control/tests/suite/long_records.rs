@@ -1,8 +1,7 @@
 //! Records of more rows than a search begins with, whose plant is faster than every tenth of them tells.
 
-use fractional_control::model_search::{
-    Found, InputOutput, Wanted, candidates, find_start, identify,
-};
+use crate::fixture::searched;
+use fractional_control::model_search::{Found, InputOutput, find_start};
 use fractional_control::num_complex::Complex;
 use std::f64::consts::{PI, TAU};
 use testkit::{Random, assert_close};
@@ -56,8 +55,7 @@ fn resonator(input: Vec<f64>, noise: f64, random: &mut Random) -> InputOutput {
 
 fn best(record: &mut InputOutput) -> Found {
     find_start(record, true, None);
-    let guesses = candidates(record, true, None, Wanted::default());
-    let found = identify(record, &guesses, true, Wanted::default(), &|_| {}).expect("found");
+    let found = searched(record, None).expect("found");
     found.into_iter().next().expect("a function")
 }
 

@@ -3,6 +3,7 @@
 use fractional_control::num_complex::Complex;
 use fractional_control::{ControlError, FractionalTransferFunction, Term};
 use proptest::prelude::*;
+use testkit::assert_refused;
 
 fn read(text: &str) -> Result<FractionalTransferFunction, ControlError> {
     text.parse()
@@ -66,11 +67,7 @@ fn a_refusal_is_one_line_with_the_value_and_the_remedy() {
 }
 
 fn refused(text: &str, part: &str) {
-    let error = read(text).expect_err(text).to_string();
-    assert!(
-        error.contains(part) && !error.contains('\n'),
-        "{text}: {error}"
-    );
+    assert_refused(read(text), part);
 }
 
 #[test]

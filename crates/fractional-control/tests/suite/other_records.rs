@@ -2,9 +2,8 @@
 //!
 //! The records are closed forms: sums of modes, each run from switch to switch of a held input. `CAMPAIGN_CASES` sets how many.
 
-use fractional_control::model_search::{
-    Found, InputOutput, Wanted, candidates, find_start, identify,
-};
+use crate::fixture::searched;
+use fractional_control::model_search::{Found, InputOutput, find_start};
 use fractional_control::{FractionalTransferFunction, FreeNumber, StartState, Term};
 use rayon::prelude::*;
 use testkit::Random;
@@ -218,8 +217,7 @@ impl Case {
 
 fn found(record: &mut InputOutput) -> Vec<Found> {
     find_start(record, true, None);
-    let guesses = candidates(record, true, None, Wanted::default());
-    identify(record, &guesses, true, Wanted::default(), &|_| {}).unwrap_or_default()
+    searched(record, None).unwrap_or_default()
 }
 
 /// Poles at s = 0.

@@ -1,19 +1,19 @@
 //! Plants in samples: matrices exactly, transfer functions to second order, measured responses between their points.
 
-use crate::fixture::{of_impulse_response, p, plant, states};
+use crate::fixture::{bdf2, of_impulse_response, p, plant, states};
 use core::f64::consts::PI;
 use fracdiff::{FrequencyResponse, Seconds};
 use fractional_control::num_complex::Complex;
 use fractional_control::{
     Actuator, ControllerParameters, CroneParameters, FractionalPid, FractionalTransferFunction,
-    HeldPlant, LeadController, LeadLagParameters, PidParameters, Plant, PowerMemory, Rule,
+    HeldPlant, LeadController, LeadLagParameters, PidParameters, Plant, PowerMemory,
     SampledControlLoop, SetPoint, StateSpace, TidParameters,
 };
 use nalgebra::{DMatrix, DVector, RowDVector};
 use testkit::assert_close;
 
 fn memory() -> PowerMemory {
-    PowerMemory::new(Rule::Bdf2, 1e-9, 50.0).expect("valid")
+    bdf2(1e-9, 50.0)
 }
 
 /// 1/(s² + 0.6 s + 2) as matrices.
@@ -234,7 +234,7 @@ fn the_curve_of_the_verdict_is_the_controller_that_runs() {
 
 #[test]
 fn a_plant_has_one_verdict_in_notation_and_as_matrices() {
-    let memory = PowerMemory::new(Rule::Bdf2, 1e-6, 100.0).expect("is right");
+    let memory = bdf2(1e-6, 100.0);
     // Plant, its pole, T; the held loop turns unstable at a gain of (1 + e^(pT))/(e^(pT) − 1)·|p|.
     for (text, pole, t) in [
         ("1/(s-1)", 1.0, 1e-3),

@@ -3,11 +3,10 @@
 //! The records are closed forms: sums of modes behind a hold and a dead time, noise and the last digit of a file upon them.
 //! `CAMPAIGN_CASES` sets how many; 20 to 30 unless it is given.
 
+use crate::fixture::searched;
 use fracdiff::Seconds;
 use fractional_control::autoregression::Autoregression;
-use fractional_control::model_search::{
-    InputOutput, Wanted, candidates, dead_time_evidence, identify, settles_as_well,
-};
+use fractional_control::model_search::{InputOutput, dead_time_evidence, settles_as_well};
 use fractional_control::num_complex::Complex;
 use fractional_control::{
     DeadTime, FractionalTransferFunction, InputOutputRecord, StartState, identify_coefficients,
@@ -241,13 +240,7 @@ fn wrong(number: u64, case: &Case, record: &InputOutput) -> Option<String> {
     let length_s = T * record.output.len() as f64;
     let is_slow = |mode: &Mode| mode.rate.re < 0.0 && mode.rate.re * length_s > -1.0;
     let is_slow = case.modes.iter().any(is_slow);
-    let found = identify(
-        record,
-        &candidates(record, true, dead_time, Wanted::default()),
-        true,
-        Wanted::default(),
-        &|_| (),
-    );
+    let found = searched(record, dead_time);
     let is_right = match &found {
         Ok(found) => {
             let own = &found[0].identified;
@@ -407,7 +400,7 @@ fn dead_times_are_found_within_5_percent_or_half_a_sample() {
         let mut random = Random(number + 1_000_000);
         let case = Case::late(number, &mut random);
         let (record, answer) = case.record_and_answer(&mut random);
-        let found = identify(&record, &candidates(&record, true, None, Wanted::default()), true, Wanted::default(), &|_| ());
+        let found = searched(&record, None);
         let found = found.expect("some function fits");
         let evidence = dead_time_evidence(&found, &record, true).expect("a function");
         let [low, high] = evidence.interval_s.map(|s| s / T);
@@ -467,13 +460,7 @@ fn noise_shows_no_response() {
             input,
             ..InputOutput::default()
         };
-        let found = identify(
-            &record,
-            &candidates(&record, true, None, Wanted::default()),
-            true,
-            Wanted::default(),
-            &|_| (),
-        );
+        let found = searched(&record, None);
         found.is_ok_and(|found| found[0].shows_a_response(&record))
     });
     let seen = seen.count() as u64;
@@ -490,13 +477,7 @@ fn the_lowest_coefficient_below_is_1() {
         (case.delay, case.noise, case.samples) = (2.6, 0.01, 250);
         (case.digits, case.input) = (None, Input::Step);
         let record = case.record(&mut random);
-        let found = identify(
-            &record,
-            &candidates(&record, true, None, Wanted::default()),
-            true,
-            Wanted::default(),
-            &|_| (),
-        );
+        let found = searched(&record, None);
         for found in found.expect("some function fits") {
             let function = found.identified.function;
             let lowest = function.denominator().terms().last().expect("a term");

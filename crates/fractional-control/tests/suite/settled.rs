@@ -6,6 +6,7 @@ use fractional_control::{
     FunctionController, LeadController, MISSED_MOST, Mode, PidParameters, PortableController,
     PowerMemory, Rule, SetPoint, Station, TidParameters,
 };
+use testkit::assert_close;
 
 const T: Seconds = Seconds(1e-2);
 
@@ -155,7 +156,7 @@ fn functions_of_the_error_settle_at_their_gain_or_are_refused() {
     for _ in 0..100 {
         // The gain at rest of the weights that run.
         let u = crone.output(&history, 5.0, 4.0);
-        assert!((u - 2.0).abs() < 1e-5, "{u}");
+        assert_close("u", u, 2.0, 1e-5);
         // A weak drive leaves it alone.
         crone.advance(&mut history, 5.0, 4.0, 0.85 * u);
     }

@@ -2,10 +2,9 @@
 //!
 //! `CAMPAIGN_CASES` sets how many; 20 to 30 unless it is given.
 
+use crate::fixture::searched;
 use fracdiff::Seconds;
-use fractional_control::model_search::{
-    Found, InputOutput, Wanted, candidates, find_start, identify,
-};
+use fractional_control::model_search::{Found, InputOutput, find_start};
 use fractional_control::{HeldPlant, Plant, StartState};
 use rayon::prelude::*;
 use testkit::{Random, assert_close, assert_relative};
@@ -49,8 +48,7 @@ fn record(t: f64, input: Vec<f64>, output: Vec<f64>) -> InputOutput {
 }
 
 fn found(record: &InputOutput) -> Vec<Found> {
-    let guesses = candidates(record, true, None, Wanted::default());
-    identify(record, &guesses, true, Wanted::default(), &|_| {}).expect("found")
+    searched(record, None).expect("found")
 }
 
 /// What is printed, run by other code, is what the fit is of.
@@ -280,8 +278,7 @@ fn an_output_that_no_input_moves_is_told() {
         let output: Vec<f64> = output.collect();
         let mut record = record(0.1, input, output);
         find_start(&mut record, true, None);
-        let guesses = candidates(&record, true, None, Wanted::default());
-        let found = identify(&record, &guesses, true, Wanted::default(), &|_| {});
+        let found = searched(&record, None);
         let Some(best) = found.ok().and_then(|found| found.into_iter().next()) else {
             return false;
         };

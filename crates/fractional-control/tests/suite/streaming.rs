@@ -1,7 +1,7 @@
 //! Transfer functions sample by sample, against numerical inversion of the Laplace transform.
 
-use crate::fixture::of_impulse_response;
 use crate::fixture::{Golden, podlubny, randoms};
+use crate::fixture::{bdf2, of_impulse_response};
 use core::f64::consts::PI;
 use fracdiff::{Differintegrator, FrequencyResponse, Seconds};
 use fractional_control::num_complex::Complex;
@@ -77,7 +77,7 @@ fn random_functions_converge_with_orders_one_and_two() {
 
 #[test]
 fn the_sampled_response_is_that_of_the_impulse_response() {
-    let memory = PowerMemory::new(Rule::Bdf2, 1e-9, 100.0).expect("valid");
+    let memory = bdf2(1e-9, 100.0);
     for text in [
         "1/(s^1.5+2s+1)",
         "(s^0.5+2)/(0.3s^2.2+s^1.7+1)",
@@ -109,7 +109,7 @@ fn the_sampled_response_is_that_of_the_impulse_response() {
 
 #[test]
 fn single_precision_neither_drifts_nor_cancels() {
-    let memory = PowerMemory::new(Rule::Bdf2, 1e-6, 200.0).expect("valid");
+    let memory = bdf2(1e-6, 200.0);
     for text in [
         "1/(0.8s^2.2+0.5s^0.9+1)",
         "1/(s^3+2s^2+2s+1)",
@@ -140,7 +140,7 @@ fn orders_of_one_fraction_share_a_memory_and_agree_with_those_that_do_not() {
     let [whole, a, b] = ["1/(s+3s^0.5+2)", "1/(s^0.5+1)", "1/(s^0.5+2)"].map(run);
     for n in 0..1000 {
         // ε of the memories.
-        assert!((whole[n] - (a[n] - b[n])).abs() < 1e-8, "{n}");
+        assert_close("whole[n]", whole[n], a[n] - b[n], 1e-8);
     }
 }
 

@@ -1,12 +1,12 @@
 //! Tuning: every wish met or named, robustness against the integer PID, refusals.
 
-use crate::fixture::{every, not_flat, states};
+use crate::fixture::{bdf2, every, held, not_flat, states};
 use fracdiff::Seconds;
 use fractional_control::tuning::{
     Bound, Sampling, Specification, Tuned, WishName, tune, tune_integer,
 };
 use fractional_control::{HeldPlant, Plant, PowerMemory, Rule, SampledControlLoop};
-use testkit::{assert_close, assert_relative};
+use testkit::{assert_close, assert_refused, assert_relative};
 
 /// Plant, crossover in rad/s, margin in degrees: 20 of first order with dead time, 15 of second order, 15 fractional.
 pub(crate) fn plants() -> Vec<(String, f64, f64)> {
@@ -118,7 +118,7 @@ fn the_sampled_loop_that_was_tuned_is_certified_stable_and_has_its_margin() {
         let tuned = tune(&plant, Some(sampling), &Specification::new(omega, 1.0)).expect("tuned");
         assert!(tuned.unmet.is_empty(), "{:?}", tuned.unmet);
         let memory = PowerMemory::new(Rule::Grunwald, 1e-6, 50.0).expect("valid");
-        let second = PowerMemory::new(Rule::Bdf2, 1e-6, 50.0).expect("valid");
+        let second = bdf2(1e-6, 50.0);
         let sampled = HeldPlant::new(&plant, second, t).expect("valid");
         let closed =
             SampledControlLoop::new(tuned.parameters.into(), memory, &sampled).expect("valid");
@@ -212,8 +212,7 @@ fn a_wish_that_is_out_of_reach_is_told_with_what_was_reached() {
         sample_time: Seconds(2.0),
         rule: Rule::Bdf2,
     });
-    let refused = tune(&plant, slow, &base).expect_err("too slow").to_string();
-    assert!(refused.contains("samples a period"), "{refused}");
+    assert_refused(tune(&plant, slow, &base), "samples a period");
     let far = Specification {
         crossover_rad_s: 5.0,
         noise: bound(10.0, 1e-3),
@@ -295,7 +294,7 @@ fn a_plant_that_falls_slowly_is_judged_with_its_aliases() {
         tune_integer(&plant, Some(sampling), &wishes),
     ] {
         let tuned = tuned.expect("tuned");
-        let memory = PowerMemory::new(Rule::Bdf2, 1e-6, 100.0).expect("valid");
+        let memory = bdf2(1e-6, 100.0);
         let sampled = HeldPlant::new(&plant, memory, sample_time).expect("valid");
         let closed =
             SampledControlLoop::new(tuned.parameters.into(), memory, &sampled).expect("valid");
@@ -330,8 +329,8 @@ fn a_design_holds_where_a_fast_lag_is_a_dead_time() {
         assert!(tuned.measures.stable_with_dead_time, "{lags}");
         for text in [lags, late] {
             let plant: Plant = text.parse().expect("valid");
-            let memory = PowerMemory::new(Rule::Bdf2, 1e-6, 2000.0 * t).expect("valid");
-            let plant = HeldPlant::new(&plant, memory, Seconds(t)).expect("valid");
+            let memory = bdf2(1e-6, 2000.0 * t);
+            let plant = held(&plant, memory, t);
             let own =
                 SampledControlLoop::new(tuned.parameters.into(), memory, &plant).expect("valid");
             assert!(own.verdict().stable, "{text}: {:?}", tuned.parameters);

@@ -1,6 +1,6 @@
 //! Saturation: a limited step recovers as well as an unlimited one.
 
-use crate::fixture::Draw;
+use crate::fixture::{Draw, bdf2};
 use fracdiff::{Real, Seconds};
 use fractional_control::{
     Actuator, Controller, FractionalPid, HeldPlant, PidParameters, Plant, PowerMemory, Rule,
@@ -80,10 +80,7 @@ fn noisy_mean<F: Real>(
     reference: f64,
     noise: f64,
 ) -> f64 {
-    let (t, memory) = (
-        Seconds(1e-3),
-        PowerMemory::new(Rule::Bdf2, 1e-6, 60.0).expect("valid"),
-    );
+    let (t, memory) = (Seconds(1e-3), bdf2(1e-6, 60.0));
     let actuator = Actuator::new(-1.0, 1.0).expect("valid");
     let pid = FractionalPid::<F, 64>::new(gains, set_point, actuator, memory, t).expect("valid");
     let (mut history, mut y, mut sum, mut draw) = (pid.at_rest(), 0.0_f64, 0.0, Draw(1));
@@ -131,10 +128,7 @@ fn gains_of_opposite_signs_neither_latch_nor_blow_up() {
         ("-1+10/s^0.5", 5.0, 0.01),
     ] {
         let gains: PidParameters = text.parse().expect("a controller");
-        let (t, memory) = (
-            Seconds(t),
-            PowerMemory::new(Rule::Bdf2, 1e-6, 60.0).expect("valid"),
-        );
+        let (t, memory) = (Seconds(t), bdf2(1e-6, 60.0));
         let plant: Plant = "1/(s+1)".parse().expect("valid");
         let plant = HeldPlant::new(&plant, memory, t).expect("valid");
         let actuator = Actuator::new(-1.0, 1.0).expect("valid");
@@ -181,10 +175,7 @@ struct Design {
 }
 
 fn drawn(draw: &mut Draw) -> Option<Design> {
-    let (t, memory) = (
-        Seconds(STEP),
-        PowerMemory::new(Rule::Bdf2, 1e-5, 200.0).expect("valid"),
-    );
+    let (t, memory) = (Seconds(STEP), bdf2(1e-5, 200.0));
     let (gain, lag, late) = (
         draw.scale(0.3, 3.0),
         draw.scale(0.3, 3.0),
@@ -267,7 +258,7 @@ fn noise_gain(pid: &FractionalPid<f64, 64>) -> f64 {
 
 impl Design {
     fn pid<F: Real>(&self) -> FractionalPid<F, 64> {
-        let memory = PowerMemory::new(Rule::Bdf2, 1e-5, 200.0).expect("valid");
+        let memory = bdf2(1e-5, 200.0);
         let actuator = Actuator::new(-self.limit, self.limit).expect("valid");
         let pid = FractionalPid::new(self.gains, self.set_point, actuator, memory, Seconds(STEP));
         pid.expect("valid")

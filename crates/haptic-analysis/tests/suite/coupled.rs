@@ -5,8 +5,8 @@ mod passive;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::{CoupledLoop, CoupledObject, Coupler, Dynamics, LeastDamping, LoopOperator};
 use num_complex::Complex;
-use testkit::operator::order;
 use testkit::{Random, assert_relative};
+use testkit::{assert_says, operator::order};
 
 const T: f64 = 1e-3;
 
@@ -283,10 +283,7 @@ fn what_is_out_of_range_is_refused() {
         coupled.expect_err("refused").to_string()
     };
     let other = refused(&exact(0.25, 1.0, 1.0), object);
-    assert!(
-        other.contains("order of the coupler's operator 0.5"),
-        "{other}"
-    );
+    assert_says(&other, "order of the coupler's operator 0.5");
     let negative = CoupledObject {
         mass_kg: -1.0,
         ..object

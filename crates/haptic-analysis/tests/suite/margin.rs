@@ -4,7 +4,7 @@ use haptic_analysis::{ForcePath, SampledLoop, SampledPlant};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 use testkit::operator::{operator, path, wall};
-use testkit::{Random, assert_relative};
+use testkit::{Random, assert_close, assert_relative};
 
 #[test]
 fn a_spring_and_damper_on_a_free_mass_have_their_margins_in_closed_form() {
@@ -13,7 +13,7 @@ fn a_spring_and_damper_on_a_free_mass_have_their_margins_in_closed_form() {
     let subject = SampledLoop::new(wall(0.3, 0.6, 0.0, 0.0), &operator, 0).expect("in range");
     let margins = subject.margins().expect("stable");
     let up = margins.gain_up.expect("there is one");
-    assert!((up.value - 2.0).abs() < 1e-12, "{up:?}");
+    assert_close("up.value", up.value, 2.0, 1e-12);
     assert_eq!(margins.gain_down, None);
     // GH = −1 with so much delay.
     let delay = margins.delay.expect("there is one");
@@ -38,7 +38,12 @@ fn without_feedback_the_sensitivity_is_one() {
     let operator = operator("exact", 0.5);
     let subject = SampledLoop::new(wall(0.0, 0.0, 0.5, 0.5), &operator, 0).expect("in range");
     let margins = subject.margins().expect("stable");
-    assert!((margins.sensitivity.value - 1.0).abs() < 1e-15);
+    assert_close(
+        "margins.sensitivity.value",
+        margins.sensitivity.value,
+        1.0,
+        1e-15,
+    );
     let edges = (margins.gain_up, margins.gain_down, margins.delay);
     assert_eq!(edges, (None, None, None));
 }

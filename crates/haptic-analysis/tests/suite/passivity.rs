@@ -6,8 +6,8 @@ use haptic_analysis::{AnalysisError, Largest, OnePort, corollary_delta};
 use num_complex::Complex;
 use proptest::prelude::*;
 use std::f64::consts::PI;
-use testkit::assert_relative;
 use testkit::operator::{exact, order, path, wall};
+use testkit::{assert_close, assert_relative};
 
 const T: Seconds = Seconds(1e-3);
 
@@ -86,14 +86,16 @@ fn colgates_condition_is_the_case_of_order_1() {
     // b > KT/2 + B
     for (k, b) in [(1000.0, 2.0), (1e4, 0.0), (0.0, 10.0)] {
         let p = exact(1.0);
-        let have = port(&p, 1.0, 0).required_damping(T, k, b).expect("valid");
+        let port = port(&p, 1.0, 0);
+        let have = port.required_damping(T, k, b).expect("valid");
         let want = 0.5 * k * T.0 + b;
-        assert_relative("b", have.damping_n_s_per_m, want, 1e-12);
-        assert_relative("corollary", have.corollary_n_s_per_m, want, 1e-12);
-        assert_relative("ω", have.worst_rad_s, PI / T.0, 1e-12);
-        assert!(have.passive(have.damping_n_s_per_m * 1.000_001));
+        assert_relative("b", have, want, 1e-12);
+        let unit = port.required_delta(k * T.0 * T.0, b * T.0).expect("valid");
+        assert_relative("corollary", unit.corollary_delta, want * T.0, 1e-12);
+        assert_relative("θ", unit.worst_theta, PI, 1e-12);
+        assert!(unit.passive(unit.delta * 1.000_001));
         // The theorem is strict.
-        assert!(!have.passive(have.damping_n_s_per_m));
+        assert!(!unit.passive(unit.delta));
     }
 }
 
@@ -334,7 +336,7 @@ fn a_negative_spring_at_rest_is_never_passive_whatever_the_damping() {
         haptic_analysis::LoopOperator::new(Scheme::Muir { degree: 3 }, order, Seconds(1.0), 1e3);
     let operator = operator.expect("valid");
     let port = OnePort::new(&operator, order).expect("valid");
-    assert!((port.largest_ratio().expect("negative") - 4.0).abs() < 1e-9);
+    assert_close("value", port.largest_ratio().expect("negative"), 4.0, 1e-9);
     for (alpha, beta, sound) in [(0.01, 0.08, false), (0.03, 0.08, true), (0.0, 0.1, false)] {
         let required = port.required_delta(alpha, beta).expect("finite");
         assert_eq!(required.passive(1e6), sound, "α {alpha} β {beta}");

@@ -260,11 +260,16 @@ fn the_region_changes_steadily_with_the_delay_from_one_whole_sample_to_the_next(
     // The anchors at whole samples, and no step beside them.
     let anchor = 12.0 - 8.0 * 2_f64.sqrt();
     for (delay, want) in [(0.0, anchor), (1.0, 0.144_47), (2.0, 0.062_43)] {
-        assert!((largest(delay) - want).abs() < 5e-6, "{delay}");
+        assert_close("largest(delay)", largest(delay), want, 5e-6);
         let beside = largest(delay + 1e-6) - largest(delay);
         assert!(beside.abs() < 1e-5, "{delay}");
     }
-    assert!((largest(1.0 - 1e-6) - largest(1.0)).abs() < 1e-5);
+    assert_close(
+        "largest(1.0 - 1e-6)",
+        largest(1.0 - 1e-6),
+        largest(1.0),
+        1e-5,
+    );
     let delays = (0..=40).map(|k| largest(0.05 * f64::from(k)));
     let values: Vec<f64> = delays.collect();
     assert!(values.is_sorted_by(|a, b| b < a), "{values:?}");

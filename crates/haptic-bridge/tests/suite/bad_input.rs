@@ -4,6 +4,7 @@
 use haptic_bridge::*;
 use std::ffi::{CStr, CString, c_char};
 use std::ptr;
+use testkit::assert_says;
 
 pub(crate) fn device(name: &CStr) -> HbDevice {
     HbDevice {
@@ -188,7 +189,7 @@ fn null_is_never_followed_and_never_a_force() {
             assert_eq!(hb_fault(bridge), 12);
             assert_eq!(force, if missing { [0.0; 3] } else { [7.0; 3] });
             let reason = CStr::from_ptr(hb_reason(bridge)).to_str().expect("a text");
-            assert!(reason.contains("arrays of three numbers"), "{reason}");
+            assert_says(&reason, "arrays of three numbers");
             hb_close(bridge);
         }
     }

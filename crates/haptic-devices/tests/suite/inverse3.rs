@@ -24,7 +24,7 @@ use std::net::TcpListener;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
-use testkit::operator::order;
+use testkit::{assert_close, assert_refused, assert_says, operator::order};
 
 const ID: &str = "04BA";
 const STIFFNESS: f32 = 100.0;
@@ -81,7 +81,7 @@ impl Wire {
     fn open<const D: usize>(&self, name: &str) -> core::result::Result<Axes<D>, Inverse3OpenError> {
         let name = Inverse3Name::parse(name).expect("a name");
         let (device, told) = Inverse3::greet(self.clone(), &name, || false)?;
-        assert!(told.contains("gain 0.3"), "{told}");
+        assert_says(&told, "gain 0.3");
         Ok(device)
     }
 
@@ -270,7 +270,7 @@ fn with_three_axes_a_vector_arrives_and_positions_count_from_the_middle_of_the_w
         0.005 + 1.0 / 400.0,
     ];
     for (have, want) in rig.device.newest().position_m.iter().zip(wanted) {
-        assert!((f64::from(*have) - want).abs() < 1e-4, "{have} {want}");
+        assert_close("position", f64::from(*have), want, 1e-4);
     }
 }
 
@@ -485,8 +485,10 @@ fn each_trouble_is_a_fault_with_a_reason_and_no_force_remains() {
 fn a_service_that_is_gone_takes_its_force_with_it() {
     let gone = |rig: &mut Rig<1>| lock(&rig.wire.world).gone = true;
     let (words, _) = trouble_of(gone);
-    assert!(words.contains("has closed the connection"), "{words}");
-    assert!(words.contains("cannot be told to let go"), "{words}");
+    assert_says(
+        &words,
+        "has closed the connection & cannot be told to let go",
+    );
 }
 
 fn command(socket: &mut tungstenite::WebSocket<Wire>, force: &str) {
@@ -562,11 +564,11 @@ fn a_device_is_chosen_by_its_number_and_looked_at_before_it_counts() {
     );
     Wire::to(two()).open::<3>(",id=049D").expect("there");
     let none = refused(service([], Hand::Free), "");
-    assert!(none.contains("knows no Inverse3: plug it in"), "{none}");
+    assert_says(&none, "knows no Inverse3: plug it in");
     let mut lost = two();
     lost.forget_calibration("04BA");
     let lost = refused(lost, ",id=04BA");
-    assert!(lost.contains("Inverse3 04BA is not calibrated"), "{lost}");
+    assert_says(&lost, "Inverse3 04BA is not calibrated");
 }
 
 #[test]
@@ -575,10 +577,9 @@ fn damping_that_another_program_left_is_set_to_none_and_read_back() {
     let wire = Wire::held_by(Hand::Free);
     let set = "\"damping\":{\"scalar\":0.0}";
     lock(&wire.world).harm = Some(replace(set, "\"damping\":{\"scalar\":5.0}"));
-    let error = wire.open::<1>("").expect_err("not taken").to_string();
-    assert!(
-        error.contains("has damping = 5.0 after it was told another"),
-        "{error}"
+    assert_refused(
+        wire.open::<1>(""),
+        "has damping = 5.0 after it was told another",
     );
 }
 
@@ -635,8 +636,8 @@ fn of_what_a_service_says_an_error_repeats_200_characters_in_one_line() {
         let name = Inverse3Name::parse("").expect("a name");
         let error = name.check_version(InTime::new(wire, || false));
         let error = error.expect_err("another version").to_string();
-        assert!(error.contains(&format!("is version {said}")), "{error}");
-        assert!(error.contains("install one"), "{error}");
+        assert_says(&error, &format!("is version {said}"));
+        assert_says(&error, "install one");
         assert!(error.chars().count() < 320, "{} characters", error.len());
         assert!(!error.contains(char::is_control), "{error}");
     }

@@ -3,6 +3,7 @@
 use haptic_devices::haply::{Pantograph, Posture, Singular, Version};
 use nalgebra::{Matrix2, Vector2};
 use proptest::prelude::*;
+use testkit::assert_close;
 
 /// A row of `pantograph.csv`.
 struct Golden {
@@ -57,7 +58,7 @@ fn the_homes_of_both_versions_are_in_order() {
         let model = version.model();
         let posture = model.pantograph.posture(model.home()).expect("in order");
         let middle = 0.5 * model.pantograph.base_m;
-        assert!((posture.hand_m.x - middle).abs() < 1e-4, "{posture:?}");
+        assert_close("posture.hand_m.x", posture.hand_m.x, middle, 1e-4);
         // Near the base: 22 and 36 mm from it.
         assert!((0.02..0.04).contains(&posture.hand_m.y), "{posture:?}");
     }

@@ -9,7 +9,7 @@ use haptic_devices::haply::Version;
 use haptic_devices::moteus::MoteusSettings;
 use haptic_emulator::moteus::Shaft;
 use haptic_link::{Configuration, OperatorShape, State};
-use testkit::operator::order;
+use testkit::{assert_close, operator::order};
 
 /// α of cancerous prostate.
 const ORDER: f64 = 0.2247;
@@ -58,7 +58,7 @@ fn the_force_of_a_2diy_is_the_sum_over_the_recorded_motion() {
             let force = f64::from(sample.force_n[0]);
             // The motors make it, along y and nowhere else.
             let made = running.force();
-            assert!((made.y - force).abs() < 0.01 * made.y.abs() + 1e-6);
+            assert_close("made.y", made.y, force, 0.01 * made.y.abs() + 1e-6);
             (f64::from(sample.position_m[0]), force)
         });
         is_the_sum(DISSIPATION, t, &motion.collect::<Vec<_>>());
@@ -91,7 +91,7 @@ fn the_force_of_a_servo_is_the_sum_over_the_recorded_motion() {
             // The servo makes it.
             let wanted_n = f64::from(sample.force_n[0]);
             let made_n = rig.torque_nm() / MoteusSettings::DEFAULT.radius_m;
-            assert!((made_n - wanted_n).abs() < 1e-6, "{made_n} of {wanted_n} N");
+            assert_close("force", made_n, wanted_n, 1e-6);
             (f64::from(sample.position_m[0]), wanted_n)
         });
         is_the_sum(DISSIPATION, t, &motion.collect::<Vec<_>>());

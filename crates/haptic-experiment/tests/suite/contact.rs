@@ -5,7 +5,7 @@ use crate::touch::{request, supervised};
 use haptic_experiment::ExperimentFile;
 use serde_json::Value;
 use std::path::Path;
-use testkit::Folder;
+use testkit::{Folder, assert_says};
 
 /// After public reports: a linear loop with a margin of 1.5, which a hit at 0.5 m/s takes to the force limit behind the clamp.
 const SATURATES: &str = "mass_kg = 0.065\ndamping_n_s_per_m = 0.2\nsample_time_s = 1e-3\norder = 1\nstiffness_n_per_m = 6000\n\
@@ -48,7 +48,7 @@ fn a_wall_that_never_pulls_is_judged_by_its_worst_hit_and_nothing_is_said_to_be_
         let worst = number(&report, "impact_m_per_s");
         assert!(worst > 0.1 && worst < 1.1, "{report}");
         let warnings = report["warnings"].to_string();
-        assert!(warnings.contains("when it is hit at"), "{warnings}");
+        assert_says(&warnings, "when it is hit at");
     }
     // The hit that the file asks for settles, which once was the whole verdict.
     let report = wall(SATURATES, "one_sided = true\n");
@@ -128,7 +128,7 @@ fn a_contact_without_meaning_is_refused_in_a_line() {
     assert_ne!(springless, SATURATES);
     let error =
         parsed(&format!("[wall]\n{springless}contact = \"signed\"\n")).expect_err("refused");
-    assert!(error.contains("would push anywhere"), "{error}");
+    assert_says(&error, "would push anywhere");
 }
 
 /// Without damping of its own a device throws every one-sided wall off; the design of a linear one keeps a gain margin of 1.1.

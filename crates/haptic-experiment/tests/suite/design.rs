@@ -5,7 +5,7 @@ use serde_json::Value;
 use std::f64::consts::PI;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
-use testkit::assert_relative;
+use testkit::{assert_relative, assert_says};
 
 /// Nobody stops it.
 static NEVER: AtomicBool = AtomicBool::new(false);
@@ -557,7 +557,7 @@ fn a_proved_wall_that_rings_is_given_with_how_long() {
     assert_relative("ringing", number(&report, "rings_s"), 112.0, 0.05);
     assert!(report["notes"].to_string().contains("rings"), "{report}");
     let text = found.experiment_text().expect("a wall");
-    assert!(text.contains("duration_s = 320.0"), "{text}");
+    assert_says(&text, "duration_s = 320.0");
 }
 
 #[test]

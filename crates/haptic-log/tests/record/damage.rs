@@ -16,7 +16,7 @@ use std::io::{self, Cursor, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::Path;
 use std::rc::Rc;
-use testkit::{Folder, Random, broken, cases};
+use testkit::{Folder, Random, assert_says, broken, cases};
 
 /// A sink that shares its bytes and fails once it holds `limit` of them.
 #[derive(Clone)]
@@ -136,7 +136,7 @@ fn a_killed_writer_leaves_all_but_the_last_100_ms() {
             "{error}"
         );
         let text = error.to_string();
-        assert!(text.contains("is being written by another run"), "{text}");
+        assert_says(&text, "is being written by another run");
     }
     assert!(!saved.exists());
 
@@ -149,7 +149,7 @@ fn a_killed_writer_leaves_all_but_the_last_100_ms() {
         error,
         RecordError::File(NewFileError::Leftover(_))
     ));
-    assert!(error.to_string().contains("log recover"), "{error}");
+    assert_says(&error, "log recover");
     let saved = recover(&part, &saved, false).expect("recovers");
     assert_eq!((saved.samples, saved.events), (5_000, 1));
 }
@@ -191,7 +191,7 @@ fn a_damaged_chunk_costs_its_own_100_ms_and_nothing_else() {
     let saved = recover(&damaged, &folder.join("saved.mcap"), false).expect("recovers");
     assert_eq!(saved.samples, 10_000 - CHUNK_TICKS);
     let sentences = saved.missing.join("\n");
-    assert!(sentences.contains("100 ticks between"), "{sentences}");
+    assert_says(&sentences, "100 ticks between");
 }
 
 /// One to four bytes of it are others.
@@ -403,7 +403,7 @@ fn a_sound_log_of_others_is_not_an_empty_table() {
     let error = export_csv(&path, &table, false).expect_err("has no ticks");
     assert!(matches!(error, RecordError::NoTicks { .. }), "{error:?}");
     let text = error.to_string();
-    assert!(text.contains("/camera/image, /joint_states"), "{text}");
+    assert_says(&text, "/camera/image, /joint_states");
     // A copy of it lacks them, and that is said.
     let files = folder.read_dir().expect("lists");
     assert_eq!(files.count(), 1, "no table");

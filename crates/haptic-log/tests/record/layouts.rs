@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
-use testkit::{Folder, Random, cases};
+use testkit::{Folder, Random, assert_says, cases};
 
 /// Ticks in each.
 const TICKS: u64 = 40;
@@ -374,7 +374,7 @@ fn a_compression_that_is_not_read_is_named() {
     let mut reader = LogReader::new(bytes.as_slice(), Path::new("xz")).expect("opens");
     reader.by_ref().for_each(drop);
     let damage = reader.condition().damage[0].to_string();
-    assert!(damage.contains("format `xz7`"), "{damage}");
+    assert_says(&damage, "format `xz7`");
 }
 
 /// `CAMPAIGN_CASES`: changes to each log, 40 by default.

@@ -253,12 +253,6 @@ impl PressedDevice {
         0.0 - self.force_n
     }
 
-    /// Steps of its own since it was at rest.
-    #[must_use]
-    pub const fn steps(&self) -> u64 {
-        self.steps
-    }
-
     /// Moves on by steps of its own under this force, N.
     pub fn advance(&mut self, force_n: f64, steps: u64) {
         let h = self.device.config().sample_time.0;
@@ -380,6 +374,6 @@ mod tests {
         device.advance(-0.5, 10_000);
         assert!(device.position() < 0.0 && device.contact_force() == 0.0);
         device.restart();
-        assert_eq!((device.position().to_bits(), device.steps()), (0, 0));
+        assert_eq!((device.position().to_bits(), device.steps), (0, 0));
     }
 }

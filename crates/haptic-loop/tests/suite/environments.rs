@@ -10,7 +10,7 @@ use haptic_loop::{
 };
 use nalgebra::{Vector1, vector};
 use proptest::prelude::*;
-use testkit::operator::order;
+use testkit::{assert_close, assert_relative, operator::order};
 
 /// Positions through an environment, forces out.
 fn run<E: Environment<f64, 1>>(environment: &E, positions: &[f64]) -> Vec<f64> {
@@ -27,7 +27,7 @@ fn at_whole_orders_it_is_a_spring_and_a_spring_or_a_viscous_damper() {
         let forces = run(&spring(2000.0, 5.0, mu), &positions);
         for (x, f) in positions.iter().zip(forces) {
             let want = -(2000.0 * x + 5.0 * if mu == 0.0 { *x } else { 1e-3 });
-            assert!((f - want).abs() < 1e-12, "{f} {want}");
+            assert_close("f", f, want, 1e-12);
         }
     }
 }
@@ -84,7 +84,12 @@ fn a_signed_contact_pushes_before_the_surface_and_does_not_jump_there() {
     let jump = |forces: &[f64]| forces[touched - 1] - forces[touched];
     assert!(jump(&signed) <= k * v * t + 1e-9, "{}", jump(&signed));
     let first = way[touched];
-    assert!((jump(&depth) - (k * first + b * first / t)).abs() < 1e-9);
+    assert_close(
+        "jump(&depth)",
+        jump(&depth),
+        k * first + b * first / t,
+        1e-9,
+    );
     assert!(jump(&depth) > 9.0, "{}", jump(&depth));
     // Never a pull, and an environment as it is is not clamped.
     let out: Vec<f64> = (0..20).map(|n| 0.01 - v * t * f64::from(n)).collect();
@@ -129,7 +134,7 @@ fn a_specimen_scales_stress_to_force() {
         .iter()
         .zip(run(&same, &positions))
     {
-        assert!((a - b).abs() < 1e-15, "{a} {b}");
+        assert_close("a", *a, b, 1e-15);
     }
     assert_eq!(specimen.strain(Metres(1e-3)), 0.05);
 }
@@ -152,7 +157,7 @@ fn a_short_ramp_relaxes_like_a_step() {
     let tissue = Tissue::new(Pascals(70.0), 30.0, order(0.4)).expect("valid");
     let ramp = tissue.relaxation_stress(0.1, 1e-6, 5.0).0;
     let step = tissue.relaxation_stress(0.1, 0.0, 5.0).0;
-    assert!((ramp / step - 1.0).abs() < 1e-7, "{ramp} {step}");
+    assert_relative("ramp", ramp, step, 1e-7);
     assert_eq!(tissue.relaxation_stress(0.1, 1.0, 0.0).0, 0.0);
     assert_eq!(tissue.relaxation_stress(0.1, 1.0, -3.0).0, 0.0);
 }

@@ -15,6 +15,7 @@ use haptic_loop::{
     SafetyState, SpringDamper,
 };
 use nalgebra::vector;
+use testkit::assert_relative;
 use testkit::device::{DAMPING, MASS, ideal, plant};
 
 const T: Seconds = Seconds(2e-3);
@@ -255,7 +256,7 @@ fn the_price_is_the_stiffness_above_what_the_damping_can_pay() {
     // The observer adds damping only: the stiffness at rest is the commanded one.
     let case = Case::on_ray(0.0, (1.0, 0.0), 3.0 * passivity_limit(0.0, (1.0, 0.0)));
     let have = rendered(case, observer());
-    assert!((have / 10_500.0 - 1.0).abs() < 1e-3, "{have}");
+    assert_relative("have", have, 10_500.0, 1e-3);
 }
 
 #[test]

@@ -8,6 +8,7 @@ use haptic_loop::{
     Contact, DepthMap, Environment, Loading, LoadingKind, LoopParameterError, Modulus, Specimen,
     SpringDamper,
 };
+use testkit::assert_close;
 
 fn relative_error(have: f64, want: f64) -> f64 {
     (have / want - 1.0).abs()
@@ -94,10 +95,7 @@ fn compression_is_three_times_shear_of_the_same_slab_to_the_last_bit() {
         let [compression, shear] =
             [LoadingKind::Compression, LoadingKind::Shear].map(|kind| slab(kind).shape(modulus));
         let ulp = f64::EPSILON * compression;
-        assert!(
-            (compression - 3.0 * shear).abs() <= ulp,
-            "{compression} {shear}"
-        );
+        assert_close("compression", compression, 3.0 * shear, ulp);
     }
 }
 

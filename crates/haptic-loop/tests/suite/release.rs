@@ -8,6 +8,7 @@ use crate::{T, apply, chain};
 use fracdiff::Seconds;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{Fault, LoopParameterError, SafetyChain, SafetyLimits, SafetyState};
+use testkit::assert_close;
 
 #[test]
 fn a_force_is_zero_within_the_stop_time_however_slow_its_rate() {
@@ -62,7 +63,7 @@ fn braking_beyond_what_the_device_bears_is_refused_in_one_line() {
         let LoopParameterError::Braking { most_n_s_per_m, .. } = refused else {
             panic!("{refused:?}");
         };
-        assert!((most_n_s_per_m - most).abs() < 1e-9, "{most_n_s_per_m}");
+        assert_close("most_n_s_per_m", most_n_s_per_m, most, 1e-9);
     }
     for good in [
         of(5.0, None, 1),

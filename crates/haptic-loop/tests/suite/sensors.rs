@@ -4,8 +4,8 @@ use fracdiff::Seconds;
 use haptic_loop::plant::{ForceSensor, ForceSensorConfig, MassDamper, MassDamperConfig, Sensed};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons};
 use nalgebra::Vector1;
-use testkit::assert_close;
 use testkit::device::{read, write};
+use testkit::{assert_close, assert_relative};
 
 /// A free mass of 1 kg, one tick a second.
 fn plant() -> MassDamper<1> {
@@ -62,7 +62,7 @@ fn a_force_sensor_has_its_noise_and_cannot_be_beyond_its_range() {
     });
     // Of 20 000 draws the deviation is known within 0.5 %.
     let deviation = (squares.sum::<f64>() / 20_000.0).sqrt();
-    assert!((deviation / 0.1 - 1.0).abs() < 0.02, "{deviation}");
+    assert_relative("deviation", deviation, 0.1, 0.02);
     for (range, noise, lag, offset, word) in [
         (0.0, 0.0, 0.0, 0.0, "range"),
         (f64::INFINITY, 0.0, 0.0, 0.0, "range"),

@@ -1,6 +1,6 @@
 //! Two walls are compared, blind: the table says what was felt of which, and nothing says it before.
 
-use crate::{has, opened};
+use crate::{has, hello, opened};
 use serde_json::{Value, json};
 use std::path::Path;
 use testkit::browser::Page;
@@ -66,7 +66,7 @@ fn rows(runs: &Path, ended: &Value) -> Vec<Value> {
 fn a_comparison_is_played_to_its_end_and_its_table_says_what_was_felt() {
     let (runs, _server, mut page) = opened();
     started(&mut page, 11, 4);
-    let felt = page.ask("hello", json!({"version": 1}))["feel"].take();
+    let felt = hello(&mut page)["feel"].take();
     let ended = played(&mut page, 4);
     let rows = rows(runs.path(), &ended);
     assert_eq!(rows.len(), 4);
@@ -120,7 +120,7 @@ fn a_comparison_is_played_to_its_end_and_its_table_says_what_was_felt() {
     has(&ended, json!({"trials": 4, "trial": 4, "right": right}));
     // Both orders, and none that anybody was told.
     assert!((1..4).contains(&right), "{stiffer:?}");
-    let after = page.ask("hello", json!({"version": 1}))["feel"].take();
+    let after = hello(&mut page)["feel"].take();
     assert_eq!(after, felt);
     // The same seed draws the same order.
     page.ask("compare.start", compared(11, 2));

@@ -1,6 +1,6 @@
 //! Who gets in.
 
-use crate::{opened, options, prostate, server};
+use crate::{hello, opened, options, prostate, served};
 use haptic_page::{OnClose, PageServer};
 use serde_json::json;
 use std::io::{ErrorKind, Read as _, Write as _};
@@ -9,12 +9,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 use testkit::browser::{get, parts};
-use testkit::{Random, cases, table, until};
+use testkit::{Random, assert_refused, assert_says, cases, table, until};
 
 #[test]
 fn wrong_tokens_and_hosts_get_a_sentence_and_nothing_else() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let server = server(runs.path(), OnClose::Stop);
+    let (_runs, server) = served();
     let (host, path) = parts(server.address());
     assert!(host.starts_with("127.0.0.1:") && path.len() == 34, "{path}");
     let own = format!("Host: {host}\r\n");
@@ -52,8 +51,7 @@ fn wrong_tokens_and_hosts_get_a_sentence_and_nothing_else() {
 
 #[test]
 fn a_file_that_the_browser_has_is_not_sent_again() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let server = server(runs.path(), OnClose::Stop);
+    let (_runs, server) = served();
     let (host, path) = parts(server.address());
     let own = format!("Host: {host}\r\n");
     let index = get(host, path, &own);
@@ -73,30 +71,26 @@ fn a_file_that_the_browser_has_is_not_sent_again() {
 
 #[test]
 fn a_port_that_is_taken_is_refused() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let server = server(runs.path(), OnClose::Stop);
+    let (runs, server) = served();
     let port = parts(server.address())
         .0
         .rsplit_once(':')
         .expect("a port")
         .1;
     let taken = options(runs.path(), OnClose::Stop, port.parse().expect("a number"));
-    let refused = PageServer::start(taken).expect_err("taken");
-    let said = refused.to_string();
-    assert!(
-        said.contains("is taken by another program: use another, or 0"),
-        "{said}"
+    assert_refused(
+        PageServer::start(taken),
+        "is taken by another program: use another, or 0",
     );
 }
 
 #[test]
 fn a_browser_is_led_to_the_address_by_a_file_of_its_owner() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let mut server = server(runs.path(), OnClose::Stop);
+    let (_runs, mut server) = served();
     let address = server.address().to_owned();
     let path = server.opener().expect("a file").to_owned();
     let text = std::fs::read_to_string(&path).expect("it is there");
-    assert!(text.contains(&format!("url={address}\"")), "{text}");
+    assert_says(&text, &format!("url={address}\""));
     assert!(!path.to_string_lossy().contains(parts(&address).1));
     #[cfg(unix)]
     {
@@ -321,15 +315,15 @@ fn intrude(address: &str, count: usize) -> Vec<TcpStream> {
 fn intruded(count: usize) -> (PageServer, Vec<TcpStream>) {
     let (runs, server, mut page) = opened();
     let (panics, address) = (panics(), server.address());
-    let hello = page.ask("hello", json!({"version": 1}));
+    let before = hello(&mut page);
     let open = std::thread::scope(|scope| {
         let intruder = scope.spawn(move || intrude(address, count));
         while !intruder.is_finished() {
-            let mut still = page.ask("hello", json!({"version": 1}));
+            let mut still = hello(&mut page);
             for count in ["id", "watching"] {
-                still[count] = hello[count].clone();
+                still[count] = before[count].clone();
             }
-            assert_eq!(still, hello);
+            assert_eq!(still, before);
         }
         intruder.join().expect("all are refused")
     });

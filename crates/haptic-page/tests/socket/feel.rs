@@ -1,11 +1,12 @@
 //! What is felt: a tissue, changes of it, stop, a recording.
 
 use crate::{
-    A3, FORCE, SHORT, assert_documented, below, has, opened, prostate, server, two_with_force,
+    A3, FORCE, SHORT, assert_documented, below, has, held_at, hello, opened, prostate, served,
+    two_with_force,
 };
 use haptic_page::{OnClose, PageServer};
 use serde_json::{Value, json};
-use testkit::browser::Page;
+use testkit::{assert_says, browser::Page};
 
 #[test]
 fn the_verdict_stands_beside_what_it_is_of_wherever_that_is_told() {
@@ -22,7 +23,7 @@ fn the_verdict_stands_beside_what_it_is_of_wherever_that_is_told() {
     // Where the loop of the free device and both spring-pots, s = (1 - 1/z)/T, meets -1, in NumPy.
     assert!((margin / 19.2197 - 1.0).abs() < 1e-4, "{verdict}");
     let mut watcher = Page::open(server.address());
-    let hello = watcher.ask("hello", json!({"version": 1}));
+    let hello = hello(&mut watcher);
     assert_eq!(hello["feel"], muscle["feel"]);
     let halved = page.ask("feel.set", json!({"scale": 0.5}));
     let told = watcher.wait("feel", |feel| feel["scale"] == 0.5);
@@ -54,7 +55,7 @@ fn the_verdict_is_of_the_device_that_runs() {
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_tissue_is_felt_relaxes_and_remembers() {
     let (_runs, server, mut page) = opened();
-    let hello = page.ask("hello", json!({"version": 1}));
+    let hello = hello(&mut page);
     has(&hello, json!({"controls": true, "feel": null}));
     assert_eq!(hello["channels"][FORCE], "force_n");
     let started = page.ask("feel.start", prostate());
@@ -62,7 +63,7 @@ fn a_tissue_is_felt_relaxes_and_remembers() {
     assert_eq!(started["feel"]["ghosts"], json!(["short", "a3"]));
     let view = json!({"source": "live", "last_s": 30, "columns": 800});
     let live = page.ask("view", view);
-    page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
+    held_at(&mut page, 5e-3);
     // 5 mm into 173 N·s^μ/m: some tenths of a newton, pushing back.
     let pushed = page.frame(|frame| {
         let deep = frame.largest(0).iter().any(|&position| position > 1e-3);
@@ -96,7 +97,7 @@ fn a_tissue_is_felt_relaxes_and_remembers() {
 #[test]
 fn a_pointer_beyond_the_reach_of_the_hand_is_told_where_the_hand_goes() {
     let (_runs, _server, mut page) = opened();
-    let hello = page.ask("hello", json!({"version": 1}));
+    let hello = hello(&mut page);
     let reach = &hello["ranges"]["hand_m"];
     page.ask("feel.start", prostate());
     for (asked, goes_to) in [
@@ -120,7 +121,7 @@ fn a_pointer_beyond_the_reach_of_the_hand_is_told_where_the_hand_goes() {
 fn what_is_felt_changes_while_it_runs_without_a_bump_and_only_to_what_is_stable() {
     let (_runs, _server, mut page) = opened();
     page.ask("feel.start", json!({"environment": {"wall": {"order": 0.3, "stiffness_n_per_m": 100, "dissipation_n_s_mu_per_m": 20}}}));
-    page.ask("feel.hand", json!({"position_m": 4e-3, "held": true}));
+    held_at(&mut page, 4e-3);
     page.status(|status| below(&status["force_n"], -0.3));
     let set = page.ask("feel.set", json!({"order": 0.7, "stiffness_n_per_m": 200}));
     has(
@@ -141,7 +142,7 @@ fn what_is_felt_changes_while_it_runs_without_a_bump_and_only_to_what_is_stable(
         assert!(!refused.contains('\n'), "{wrong}: {refused}");
     }
     // What ran before goes on, with the change that was good.
-    let felt = page.ask("hello", json!({"version": 1}));
+    let felt = hello(&mut page);
     has(&felt["feel"], json!({"order": 0.7, "scale": 1.0}));
     let before = page.status(|_| true)["tick"].as_u64().expect("a tick");
     page.status(|status| status["tick"].as_u64() > Some(before + 600));
@@ -167,8 +168,7 @@ fn assert_no_bump(page: &mut Page) {
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn stop_is_always_possible_and_the_force_is_zero() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let server = server(runs.path(), OnClose::Stop);
+    let (_runs, server) = served();
     let (mut page, mut watcher) = two_with_force(server.address());
     // Who only watches may not move anything, but may stop.
     let hand = json!({"position_m": 0, "held": true});
@@ -179,13 +179,13 @@ fn stop_is_always_possible_and_the_force_is_zero() {
     let stopped = page.status(|status| status["force_n"] == 0.0 && status["stopped"] == true);
     has(&stopped, json!({"armed": false, "running": true}));
     // Nothing moves it before it is armed.
-    page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
+    held_at(&mut page, 5e-3);
     let tick = stopped["tick"].as_u64().expect("a tick");
     let still = page.status(|status| status["tick"].as_u64() > Some(tick + 200));
     assert_eq!(still["force_n"], 0.0);
     page.ask("arm", json!({}));
     page.status(|status| status["armed"] == true && below(&status["position_m"], 0.0));
-    page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
+    held_at(&mut page, 5e-3);
     page.status(|status| below(&status["force_n"], -0.1));
     // A world that stands still is stopped too.
     page.ask("feel.pause", json!({"paused": true}));
@@ -200,7 +200,7 @@ fn a_recording_holds_every_sample_and_is_listed_opened_and_gone() {
     page.ask("feel.start", prostate());
     let name = page.ask("feel.record", json!({"on": true}))["name"].clone();
     assert_eq!(name, "feel-0001/feel");
-    page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
+    held_at(&mut page, 5e-3);
     page.ask("feel.mark", json!({"text": "here"}));
     page.wait("mark", |mark| mark["text"] == "here");
     page.status(|status| status["recorded"].as_u64() > Some(500));
@@ -228,5 +228,5 @@ fn a_recording_holds_every_sample_and_is_listed_opened_and_gone() {
     page.refuses("view", view, "deleted or moved");
     page.refuses("runs.open", open, "deleted or moved");
     let outside = page.refused("runs.open", json!({"name": "../../etc/passwd"}));
-    assert!(outside.contains("there is no log"), "{outside}");
+    assert_says(&outside, "there is no log");
 }

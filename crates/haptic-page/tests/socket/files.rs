@@ -1,10 +1,10 @@
 //! Files that a person gives the page: plants, controllers, tissues, experiments; and logs that another program writes.
 
-use crate::{assert_documented, has, opened, prostate, question, ran};
+use crate::{assert_documented, has, hello, opened, prostate, question, ran};
 use haptic_log::record::{LogWriter, TickMessage};
 use serde_json::{Value, json};
 use std::fs;
-use testkit::assert_relative;
+use testkit::{assert_relative, assert_says};
 
 fn control(more: &Value) -> Value {
     let mut asked = json!({"plant": "0.55exp(-s)/(62s+1)", "crossover_rad_s": 0.1,
@@ -52,7 +52,7 @@ fn a_plant_and_a_controller_may_be_files() {
     let held = page.ask("ask", control(&device));
     has(&held["fractional"], json!({"stable": true}));
     let words = held["plant"].as_str().expect("words");
-    assert!(words.contains("0.065"), "{words}");
+    assert_says(&words, "0.065");
     for [wrong, words] in testkit::table(
         r#"
         {"mass_kg": 0.065} | `mass_kg` belongs to a device
@@ -67,10 +67,7 @@ fn a_plant_and_a_controller_may_be_files() {
         "#,
     ) {
         let said = page.refused("ask", control(&wrong.parse().expect("JSON")));
-        assert!(
-            said.contains(&words) && !said.contains('\n'),
-            "{wrong}: {said}"
-        );
+        assert!(said.contains(&words) && !said.contains('\n'), "{said}");
     }
 }
 
@@ -135,10 +132,7 @@ fn columns_and_units_are_chosen_and_the_tissue_is_kept_and_felt() {
     let tissue = &found["tissue"];
     assert_eq!(tissue["name"], "my-gel");
     let text = tissue["text"].as_str().expect("a file");
-    assert!(
-        text.contains("fit by a test to the relaxation of My gel.csv"),
-        "{text}"
-    );
+    assert_says(&text, "fit by a test to the relaxation of My gel.csv");
     let kept = page.ask("tissue.keep", json!({"name": "my-gel", "text": text}));
     assert_documented("tissue.keep", &kept);
     let path = runs.path().join("tissues/my-gel.toml");
@@ -158,7 +152,7 @@ fn columns_and_units_are_chosen_and_the_tissue_is_kept_and_felt() {
         json!({"name": "other", "text": "no tissue"}),
         "the tissue:1",
     );
-    let tissues = page.ask("hello", json!({"version": 1}))["tissues"].take();
+    let tissues = hello(&mut page)["tissues"].take();
     let tissues = tissues.as_array().expect("a list");
     assert!(tissues.iter().any(|tissue| tissue["name"] == "my-gel"));
     let felt = page.ask("feel.start", json!({"environment": {"tissue": "my-gel"}}));
@@ -320,5 +314,5 @@ fn a_contact_point_that_was_found_is_in_the_report() {
     let contact = &found["report"]["parameters"]["contact_point_m"]["value"];
     assert_relative("contact", contact.as_f64().expect("found"), 1e-4, 1e-3);
     let lines = found["lines"].to_string();
-    assert!(lines.contains("contact_point"), "{lines}");
+    assert_says(&lines, "contact_point");
 }

@@ -30,10 +30,16 @@ fn server(runs: &Path, on_close: OnClose) -> PageServer {
     PageServer::start(options(runs, on_close, 0)).expect("starts")
 }
 
-/// A server over a folder of its own, and a page of it.
-fn opened() -> (TempDir, PageServer, Page) {
+/// A server over a folder of its own.
+fn served() -> (TempDir, PageServer) {
     let runs = tempfile::tempdir().expect("a folder");
     let server = server(runs.path(), OnClose::Stop);
+    (runs, server)
+}
+
+/// Such a server, and a page of it.
+fn opened() -> (TempDir, PageServer, Page) {
+    let (runs, server) = served();
     let page = Page::open(server.address());
     (runs, server, page)
 }
@@ -54,8 +60,17 @@ fn options(runs: &Path, on_close: OnClose, port: u16) -> ServerOptions {
 /// A page with the controls, and one that watches: it comes when the first is there.
 fn two(address: &str) -> (Page, Page) {
     let mut page = Page::open(address);
-    page.ask("hello", json!({"version": 1}));
+    hello(&mut page);
     (page, Page::open(address))
+}
+
+fn hello(page: &mut Page) -> Value {
+    page.ask("hello", json!({"version": 1}))
+}
+
+/// Somebody holds the handle at this place, m.
+fn held_at(page: &mut Page, position_m: f64) {
+    page.ask("feel.hand", json!({"position_m": position_m, "held": true}));
 }
 
 fn prostate() -> Value {
@@ -86,7 +101,7 @@ fn below(value: &Value, limit: f64) -> bool {
 fn two_with_force(address: &str) -> (Page, Page) {
     let (mut page, watcher) = two(address);
     page.ask("feel.start", prostate());
-    page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
+    held_at(&mut page, 5e-3);
     page.status(|status| below(&status["force_n"], -0.1));
     (page, watcher)
 }

@@ -1,6 +1,6 @@
 //! The page's types of messages are those that the server sends: an example of each, which the compiler of the page checks.
 
-use crate::{ended, opened, prostate, question, ran};
+use crate::{ended, hello, opened, prostate, question, ran};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
@@ -55,7 +55,7 @@ fn bare(key: &str, value: &Value) -> Value {
 
 /// The name of each type, and an example of it.
 fn examples(page: &mut Page, runs: &Path) -> Vec<(&'static str, Value)> {
-    page.ask("hello", json!({"version": 1}));
+    hello(page);
     page.ask("feel.start", prostate());
     let compared = json!({"b": {"scale": 0.9}, "trials": 1, "subject": "p00", "seed": 1});
     page.ask("compare.start", compared);
@@ -68,7 +68,7 @@ fn examples(page: &mut Page, runs: &Path) -> Vec<(&'static str, Value)> {
     let mark = page.wait("mark", |_| true);
     page.ask("feel.set", json!({"scale": 0.9}));
     let feel = page.wait("feel", |_| true);
-    let hello = page.ask("hello", json!({"version": 1}));
+    let hello = hello(page);
     page.ask("feel.end", json!({}));
     ran(page, "relax", json!({"duration_s": 2}));
     let before = runs.join("relax-0001/relax.mcap").display().to_string();

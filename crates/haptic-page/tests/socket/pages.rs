@@ -1,6 +1,6 @@
 //! Several pages, pages that go, pages that talk garbage.
 
-use crate::{below, has, opened, prostate, record, server, two_with_force};
+use crate::{below, has, held_at, hello, opened, prostate, record, served, server, two_with_force};
 use haptic_page::OnClose;
 use serde_json::{Value, json};
 use std::time::Instant;
@@ -9,12 +9,11 @@ use testkit::{Random, cases};
 
 #[test]
 fn one_page_holds_the_controls_and_the_others_watch() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let server = server(runs.path(), OnClose::Stop);
+    let (_runs, server) = served();
     let mut first = Page::open(server.address());
-    assert_eq!(first.ask("hello", json!({"version": 1}))["controls"], true);
+    assert_eq!(hello(&mut first)["controls"], true);
     let mut second = Page::open(server.address());
-    let hello = second.ask("hello", json!({"version": 1}));
+    let hello = hello(&mut second);
     has(&hello, json!({"controls": false, "watching": 1}));
     second.refuses("controls.take", json!({}), "let them go there");
     first.ask("controls.release", json!({}));
@@ -42,11 +41,11 @@ fn a_page_that_goes_stops_what_it_controlled_or_not_as_asked() {
         let mut watcher = {
             let mut page = Page::open(server.address());
             page.ask("feel.start", prostate());
-            page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
+            held_at(&mut page, 5e-3);
             page.status(|status| below(&status["force_n"], -0.1));
             let mut watcher = Page::open(server.address());
             // Answered, so it is there before the first goes, without a word.
-            watcher.ask("hello", json!({"version": 1}));
+            hello(&mut watcher);
             watcher
         };
         // A busy machine tells of a page that has gone before it tells of the loop.
@@ -73,7 +72,7 @@ fn garbage_is_answered_and_closes_the_socket_the_third_time() {
         assert!(!said.contains('\n'), "{said}");
     }
     // Something sensible in between starts anew.
-    page.ask("hello", json!({"version": 1}));
+    hello(&mut page);
     page.refuses("dance", json!({}), "not understood");
     for _ in 0..3 {
         page.send("☃");
@@ -87,8 +86,7 @@ fn garbage_is_answered_and_closes_the_socket_the_third_time() {
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_page_that_does_not_read_is_closed_and_can_stop_until_then() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let server = server(runs.path(), OnClose::Stop);
+    let (_runs, server) = served();
     let (mut page, mut watcher) = two_with_force(server.address());
     // Frames and answers that nobody reads: the queue is bounded, so the socket goes, and with the controls the force.
     let view = json!({"source": "live", "last_s": 30, "columns": 8192});
@@ -119,7 +117,7 @@ fn what_is_worked_on_is_bounded_for_the_server_and_given_up_with_its_page() {
             page.post("ask", json!({"panel": panel, "question": long}));
         }
         // Answered, so those before it are being worked on.
-        page.ask("hello", json!({"version": 1}));
+        hello(page);
     }
     let mut other = Page::open(server.address());
     let all = "sixteen requests are being worked on";

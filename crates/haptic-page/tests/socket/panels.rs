@@ -6,8 +6,8 @@ use haptic_experiment::parameters::{
     REFERENCE, VALIDATE,
 };
 use serde_json::{Value, json};
-use testkit::browser::Page;
 use testkit::{Random, assert_close, assert_relative};
+use testkit::{assert_says, browser::Page};
 
 /// A wall of the dissertation's device, with these keys instead of its own.
 fn wall(other: &Value) -> Value {
@@ -137,7 +137,7 @@ fn a_hand_should_tell_no_spring_from_the_best_one_and_a_loop_too_slow_for_it_say
         json!({"sample_time_s": 0.2, "stiffness_n_per_m": 10, "dissipation_n_s_mu_per_m": 0, "points": 16}),
     );
     let reason = slow["reason"].as_str().expect("a reason");
-    assert!(reason.contains("half the sample rate"), "{reason}");
+    assert_says(&reason, "half the sample rate");
 }
 
 #[test]
@@ -196,7 +196,7 @@ fn bad_input_gets_a_line_that_names_it_and_the_page_goes_on() {
     page.send(r#"{"do": "ask", "panel": "design"}"#);
     let answer = page.answer(&json!(null));
     let said = answer["error"].as_str().expect("a sentence");
-    assert!(said.contains("`id`"), "{said}");
+    assert_says(&said, "`id`");
     // Numbers of any size: an answer or a line, and never a panic.
     let mut random = Random(56);
     for _ in 0..testkit::cases(200) {

@@ -5,8 +5,8 @@ use haptic_experiment::question::controller::DesignForm;
 use haptic_experiment::question::controller::report::designed;
 use haptic_page::OnClose;
 use serde_json::{Value, json};
-use testkit::browser::Page;
 use testkit::{assert_close, assert_relative};
+use testkit::{assert_says, browser::Page};
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
@@ -191,7 +191,7 @@ fn a_loop_is_judged_and_run_as_the_command_does_it() {
         json!({"stable": true, "at_reference": false}),
     );
     let warnings = run["report"]["warnings"].to_string();
-    assert!(warnings.contains("the loop rests beside it"), "{warnings}");
+    assert_says(&warnings, "the loop rests beside it");
     assert_close(
         "output",
         run["output"][500].as_f64().expect("a number"),

@@ -4,8 +4,8 @@ use crate::{assert_documented, ended, has, opened, ran, refuses};
 use haptic_log::record::{Entry, LogFiles, TickMessage};
 use haptic_page::OnClose;
 use serde_json::{Value, json};
-use testkit::assert_close;
 use testkit::browser::{Page, get, parts};
+use testkit::{assert_close, assert_says};
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
@@ -98,7 +98,7 @@ fn the_defaults_of_every_form_run() {
 fn body(answer: &str) -> String {
     let (head, mut rest) = answer.split_once("\r\n\r\n").expect("a head");
     assert!(head.starts_with("HTTP/1.1 200"), "{head}");
-    assert!(head.contains("text/csv"), "{head}");
+    assert_says(&head, "text/csv");
     let mut body = String::new();
     while let Some((length, more)) = rest.split_once("\r\n") {
         let length = usize::from_str_radix(length, 16).expect("a length");

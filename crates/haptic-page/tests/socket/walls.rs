@@ -1,6 +1,6 @@
 //! Every wall and every tissue can be felt, with the verdict of the command: from the numbers of a page, a file, a log.
 
-use crate::{assert_documented, has, opened, options, prostate, ran};
+use crate::{assert_documented, has, hello, opened, options, prostate, ran};
 use fracdiff::Order;
 use haptic_experiment::judge::{Preflight, WallContact};
 use haptic_experiment::{Dynamics, ExperimentFile, PreflightVerdict};
@@ -9,7 +9,7 @@ use haptic_tissue::Library;
 use serde_json::{Value, json};
 use std::path::Path;
 use testkit::browser::Page;
-use testkit::{Random, assert_relative};
+use testkit::{Random, assert_close, assert_refused, assert_relative, assert_says};
 
 /// The file of a wall of any order and scheme, for a device that is late.
 fn any(random: &mut Random) -> String {
@@ -146,7 +146,7 @@ fn every_tissue_is_felt_and_one_that_is_too_stiff_is_made_smaller_and_says_so() 
             made_smaller.push(material.name.as_str());
             // Who asks for all of it is told why not.
             let whole = page.refused("feel.set", json!({"scale": 1}));
-            assert!(whole.contains("would be unstable"), "{whole}");
+            assert_says(&whole, "would be unstable");
         }
     }
     assert_eq!(made_smaller, ["rat-tail-tendon"]);
@@ -156,7 +156,7 @@ fn every_tissue_is_felt_and_one_that_is_too_stiff_is_made_smaller_and_says_so() 
     let much = json!({"order": 1, "dissipation_n_s_mu_per_m": 2000});
     let refused = page.refused("feel.set", much);
     assert!(refused.contains("unstable") && refused.contains("of K and B"));
-    let felt = page.ask("hello", json!({"version": 1}));
+    let felt = hello(&mut page);
     has(&felt["feel"], json!({"order": 0.2247, "scale": 1.0}));
 }
 
@@ -191,7 +191,7 @@ fn the_device_of_a_start_is_that_of_the_server_but_for_what_is_said() {
         json!({"source": "live", "last_s": 1, "columns": 100}),
     );
     let shown = page.frame(|_| true).sample_time_s;
-    assert!((shown - 2e-3).abs() < 1e-12, "{shown}");
+    assert_close("shown", shown, 2e-3, 1e-12);
     for [of, number, words] in testkit::table(
         r#"
         device | {"mass_kg": 0} | `mass_kg` = 0 is not above 0 and at most 100
@@ -226,10 +226,7 @@ fn the_device_of_a_start_is_that_of_the_server_but_for_what_is_said() {
         json!({"environment": {"wall": {"stiffness_n_per_m": 1e8}}}),
     );
     // What ran before goes on.
-    assert_eq!(
-        page.ask("hello", json!({"version": 1}))["feel"]["sample_time_s"],
-        2e-3
-    );
+    assert_eq!(hello(&mut page)["feel"]["sample_time_s"], 2e-3);
 }
 
 #[test]
@@ -281,7 +278,7 @@ fn a_tissue_file_is_felt_and_what_is_not_felt_says_what_to_do() {
     // It is known from now on.
     page.ask("feel.set", json!({"environment": {"tissue": "liver"}}));
     page.ask("feel.set", json!({"environment": {"tissue": "gel"}}));
-    let tissues = page.ask("hello", json!({"version": 1}))["tissues"].take();
+    let tissues = hello(&mut page)["tissues"].take();
     let named = tissues.as_array().expect("a list").iter();
     assert_eq!(named.filter(|tissue| tissue["name"] == "gel").count(), 1);
     // Opened again it is the same; a name stands for one tissue.
@@ -323,9 +320,9 @@ fn a_tissue_file_is_felt_and_what_is_not_felt_says_what_to_do() {
     let odd = "name = \"odd\"\ndescription = \"odd\"\nmodel = \"fractional-kelvin-voigt\"\n[parameters]\nviscosity_pa_s_alpha = 1e3\n\
                order = 0.5\nsecond_viscosity_pa_s_beta = 500.0\nsecond_order = 1e-8\n[source]\ncitation = \"x\"\nconditions = \"y\"\n\
                checked = false\n";
-    let known = page.ask("hello", json!({"version": 1}))["tissues"].take();
+    let known = hello(&mut page)["tissues"].take();
     page.refuses("feel.start", file("odd.toml", odd), "at least 1e-6");
-    let after = page.ask("hello", json!({"version": 1}))["tissues"].take();
+    let after = hello(&mut page)["tissues"].take();
     assert_eq!(after, known);
     let folder = runs.path().join("tissues");
     std::fs::create_dir_all(&folder).expect("made");
@@ -333,7 +330,7 @@ fn a_tissue_file_is_felt_and_what_is_not_felt_says_what_to_do() {
     let server = PageServer::start(options(runs.path(), OnClose::Stop, 0)).expect("starts");
     let mut page = Page::open(server.address());
     let built_in = Library::load(None).expect("built in").materials().len();
-    let tissues = page.ask("hello", json!({"version": 1}))["tissues"].take();
+    let tissues = hello(&mut page)["tissues"].take();
     assert_eq!(tissues.as_array().map(Vec::len), Some(built_in));
     page.refuses(
         "feel.start",
@@ -388,7 +385,7 @@ fn a_server_that_is_given_a_file_offers_its_wall_first() {
                 dissipation_n_s_mu_per_m = 0.01\nencoder_resolution_m = 2e-5\n";
     let server = start(wall).expect("a wall");
     let mut page = Page::open(server.address());
-    let opens = page.ask("hello", json!({"version": 1}))["opens"].take();
+    let opens = hello(&mut page)["opens"].take();
     has(
         &opens,
         json!({"order": 1.63, "mass_kg": 0.2, "encoder_resolution_m": 2e-5, "scheme": "full"}),
@@ -405,19 +402,12 @@ fn a_server_that_is_given_a_file_offers_its_wall_first() {
         ),
         ("[drive]".to_owned(), "wall.toml"),
     ] {
-        let refused = start(&text).expect_err(words).to_string();
-        assert!(
-            refused.contains(words) && !refused.contains('\n'),
-            "{refused}"
-        );
+        assert_refused(start(&text), words);
     }
     std::fs::remove_file(&path).expect("removed");
     let mut options = options(runs.path(), OnClose::Stop, 0);
     options.opens = Some(path);
-    let refused = PageServer::start(options)
-        .expect_err("nothing there")
-        .to_string();
-    assert!(refused.contains("wall.toml"), "{refused}");
+    assert_refused(PageServer::start(options), "wall.toml");
 }
 
 #[test]

@@ -12,6 +12,7 @@ use haptic_link::{
 };
 use haptic_loop::Fault;
 use haptic_remote::{Conversation, DeviceOperator, Incoming, LinkError};
+use testkit::assert_says;
 
 fn fault(bench: &Bench) -> Option<Fault> {
     bench.told_fault().map(|(fault, _)| fault)
@@ -231,7 +232,7 @@ fn a_device_that_is_not_there_is_reported_whatever_it_sent_before() {
         };
         assert_eq!(request, "get-capabilities");
         let said = error.to_string();
-        assert!(said.contains("nothing came: check"), "{said}");
+        assert_says(&said, "nothing came: check");
     }
 }
 
@@ -261,7 +262,7 @@ fn a_greeting_in_vain_is_judged_by_all_of_its_turns() {
             }
         }
         let said = host.no_answer().to_string();
-        assert!(said.contains(words), "{said}");
+        assert_says(&said, words);
     }
 }
 

@@ -22,6 +22,7 @@ use std::cell::RefCell;
 use std::io::{Read as _, Write as _};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use testkit::assert_refused;
 
 const T: Seconds = Seconds(1e-3);
 const K: f64 = 300.0;
@@ -585,11 +586,7 @@ fn a_device_from_before_surfaces_is_told_of_before_anything_is_set() {
         ..Beside::default()
     };
     let refused = link.set_run(edge.configuration, &edge.values, beside);
-    let error = refused.expect_err("refused").to_string();
-    assert!(
-        error.contains("cannot render a shape on its own") && error.contains("flash"),
-        "{error}"
-    );
+    assert_refused(refused, "cannot render a shape on its own & flash");
     assert_eq!(link.configuration().expect("tells"), before);
     // A loop on the host needs no more than it has.
     let mut hosts = edge.configuration;

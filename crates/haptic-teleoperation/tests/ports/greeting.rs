@@ -5,6 +5,7 @@ use haptic_link::{
     Header, MessageKey, Receiver, encode,
 };
 use haptic_teleoperation::{Introduction, Peer, PeerError, PeerMessage};
+use testkit::assert_says;
 
 const MASTER: Introduction = Introduction {
     side: HandSide::Master,
@@ -94,7 +95,7 @@ fn a_side_that_does_not_fit_is_named() {
     ];
     for (other, words) in [slow, soft].into_iter().zip(words) {
         let said = refused(other).to_string();
-        assert!(said.contains(words), "{said}");
+        assert_says(&said, words);
     }
     let error = refused(Introduction {
         coupler_digest: 1,

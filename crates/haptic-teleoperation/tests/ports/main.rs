@@ -9,7 +9,7 @@ use haptic_link::{Architecture, HandSample, HandSide, HandState};
 use haptic_loop::units::{Newtons, NewtonsPerSecond};
 use haptic_loop::{Fault, Reading, SafetyChain};
 use haptic_teleoperation::{ChannelModel, CouplerGains, OneWayLine, Port, PortLaw, Settings};
-use testkit::Random;
+use testkit::{Random, assert_close};
 
 const T: Seconds = Seconds(1e-3);
 const LIMIT_N: f64 = 8.0;
@@ -170,7 +170,7 @@ fn without_delay_a_wave_line_holds_two_hands_together() {
     let mut line = Line::new(Architecture::Wave, ChannelModel::IDEAL, 1);
     // Damped, as the hold asks for: a wave line itself has no loss.
     let x = follows(&mut line, 15.0, 3000);
-    assert!((x - 0.01).abs() < 1e-6, "{x}");
+    assert_close("x", x, 0.01, 1e-6);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! `--against`: a measured record over a run, from the command line.
 
 use crate::process::Place;
+use testkit::assert_says;
 
 #[test]
 fn a_record_lies_over_the_run_in_report_figure_and_table() {
@@ -43,19 +44,13 @@ fn a_written_document_and_the_log_of_a_run_keep_the_record() {
         .run(&format!("{line} --write muscle.toml"))
         .succeeded();
     let written = place.text("muscle.toml");
-    assert!(
-        written.contains("/fish-muscle-relaxation.tsv\""),
-        "{written}"
-    );
+    assert_says(&written, "/fish-muscle-relaxation.tsv\"");
     let report = place.json("run muscle.toml --out muscle");
     // The fit of the library has an rms of 0.0044 in log modulus over all of the record.
     let error = report["against_error"].as_f64().expect("a number");
     assert!((0.002..0.0045).contains(&error), "{error}");
     let notes = report["against"]["notes"].to_string();
-    assert!(
-        notes.contains("modulus on the piece, under the load of the run"),
-        "{notes}"
-    );
+    assert_says(&notes, "modulus on the piece, under the load of the run");
     let again = place.json("run muscle/relax.mcap --out again");
     assert_eq!(again["against_error"], report["against_error"]);
     // A file names its record from its own folder.

@@ -1,8 +1,8 @@
 //! `analyze` and `zwidth`: the contract's keys, known numbers, refusals.
 
-use super::process::{Place, number, says};
+use super::process::{Place, number};
 use serde_json::Value;
-use testkit::assert_relative;
+use testkit::{assert_relative, assert_says};
 
 /// One analysis, as JSON.
 fn analyze(line: &str) -> Value {
@@ -90,26 +90,18 @@ fn a_map_names_the_law_that_stands_in_place_of_a_wall() {
     for (options, words) in [
         (
             "--tissue fish-muscle --sample-time 1ms",
-            [
-                "your tissue",
-                "spring K of the tissue",
-                "more or less of it",
-            ],
+            "your tissue & spring K of the tissue & more or less of it",
         ),
         (
             "--controller pd.toml",
-            [
-                "your controller",
-                "factor on the controller",
-                "spring beside it",
-            ],
+            "your controller & factor on the controller & spring beside it",
         ),
     ] {
         let device = "--mass 65g --damping 3.5 --delay 0.5ms --out map --overwrite";
         let line = format!("analyze stability-region {options} {device}");
         place.run(&line).succeeded();
         let svg = place.text("map/region.svg");
-        says(&svg, &words);
+        assert_says(&svg, words);
         assert!(!svg.contains("wall"), "{options}");
     }
 }
@@ -118,10 +110,7 @@ fn a_map_names_the_law_that_stands_in_place_of_a_wall() {
 fn a_map_has_the_units_of_its_loop_and_the_wall_that_was_given() {
     let place = Place::new();
     let device = "--mass 65g --damping 3.5 --sample-time 1ms --delay 0.5ms";
-    let (with, without) = (
-        ["stiffness K / N·m⁻¹", "m = 65 g"],
-        ["α = KT²/m", "δ = 0.1"],
-    );
+    let (with, without) = ("stiffness K / N·m⁻¹ & m = 65 g", "α = KT²/m & δ = 0.1");
     for (options, words, has_wall) in [
         (
             format!("{device} --stiffness 3N/mm --dissipation 100"),
@@ -143,7 +132,7 @@ fn a_map_has_the_units_of_its_loop_and_the_wall_that_was_given() {
             false => ended.succeeded_with_warnings(),
         };
         let svg = place.text("map/region.svg");
-        says(&svg, &words);
+        assert_says(&svg, words);
         assert_eq!(svg.contains("your wall"), has_wall, "{options}");
     }
 }

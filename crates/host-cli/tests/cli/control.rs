@@ -1,8 +1,8 @@
 //! `control`: from wishes to a controller, its loop, and back from a record to a plant.
 
-use crate::process::{Place, holds, keys, number, says};
+use crate::process::{Place, holds, keys, number};
 use serde_json::Value;
-use testkit::{assert_close, assert_relative};
+use testkit::{assert_close, assert_relative, assert_says};
 
 const OVEN: &str = "0.55exp(-s)/(62s+1)";
 const PODLUBNY: &str = "1/(0.8s^2.2+0.5s^0.9+1)";
@@ -57,10 +57,7 @@ fn a_wish_that_is_not_met_ends_with_1_and_says_by_how_much() {
         "control design --plant {OVEN} --crossover 0.1rad/s --phase-margin 65deg --sensitivity-peak 1.01 --out d --json"
     );
     let ended = place.run(&line).failed(1);
-    says(
-        ended.error(),
-        &["not met: largest |S|", "instead of 1.01 (+"],
-    );
+    assert_says(ended.error(), "not met: largest |S| & instead of 1.01 (+");
     // The report is there all the same, and the file says so.
     let report = ended.json();
     let wishes = report["specification"].as_array().expect("a list").iter();
@@ -69,9 +66,9 @@ fn a_wish_that_is_not_met_ends_with_1_and_says_by_how_much() {
         .map(|wish| &wish["name"])
         .collect();
     assert_eq!(missed, ["sensitivity_peak"]);
-    says(
+    assert_says(
         &place.text("d/controller.toml"),
-        &["note = \"not met: largest |S|"],
+        "note = \"not met: largest |S|",
     );
 }
 
@@ -93,21 +90,17 @@ fn a_loop_that_does_not_end_at_its_reference_says_so_and_ends_with_1() {
         "--controller=-1+10/s^0.5 --output-limits=-1:1 --step 5 --duration 20s",
     ));
     let ended = ended.failed(1);
-    says(
+    assert_says(
         ended.error(),
-        &[
-            "ends at 1, not at its reference 5",
-            "at a limit",
-            "--output-limits",
-        ],
+        "ends at 1, not at its reference 5 & at a limit & --output-limits",
     );
     assert_eq!(ended.json()["at_reference"], false);
     // One that grows beyond all numbers.
     let line = "control simulate --plant 1/(s-1) --sample-time 10ms --controller 0.5+0.1/s --duration 1200s";
     let ended = place.run(line).failed(1);
-    says(
+    assert_says(
         ended.error(),
-        &["not at its reference 1", "unstable", "control analyze"],
+        "not at its reference 1 & unstable & control analyze",
     );
     assert!(!ended.error().contains("widen"), "{}", ended.error());
     // No integral: it ends where its gain lets it, which is its reference only if the gain is large.
@@ -119,7 +112,7 @@ fn a_loop_that_does_not_end_at_its_reference_says_so_and_ends_with_1() {
         }
         let ended = run.failed(1);
         assert_eq!(ended.json()["at_reference"], false, "{gain}");
-        says(ended.error(), &["rests beside it", "an integral"]);
+        assert_says(ended.error(), "rests beside it & an integral");
     }
     // Too short to get there.
     place
@@ -163,9 +156,9 @@ fn what_a_record_does_not_determine_is_in_the_json() {
     place.write("one.csv", format!("time_s,input,output\n{rows}"));
     let ended = place.run("control identify one.csv --model 1/(1000s+1) -q --json");
     let json = ended.succeeded_with_warnings().json();
-    says(
+    assert_says(
         &json["warnings"].to_string(),
-        &["does not determine numerator_coefficient_1"],
+        "does not determine numerator_coefficient_1",
     );
     let numbers = json["numbers"].as_array().expect("numbers");
     for determined in [false, true] {
@@ -182,9 +175,9 @@ fn a_design_that_is_lost_at_twice_its_gain_is_warned_of_in_words_file_and_pictur
     let place = Place::new();
     let line = "control design --plant exp(-0.1s)/(s+1) --crossover 13rad/s --phase-margin 25deg --not-flat --out late";
     let shown = place.run(line).succeeded().stdout;
-    says(
+    assert_says(
         &shown,
-        &["Warning: the sampled loop is proved stable only from"],
+        "Warning: the sampled loop is proved stable only from",
     );
     let rows = shown
         .lines()
@@ -194,9 +187,9 @@ fn a_design_that_is_lost_at_twice_its_gain_is_warned_of_in_words_file_and_pictur
     let is_told = |row: &Vec<&str>| row[2..].iter().any(|cell| *cell != "–");
     assert!(!unstable.iter().any(is_told), "{shown}");
     assert!(!shown.contains("overshoot spread"), "{shown}");
-    says(&place.text("late/controller.toml"), &["proved stable only"]);
+    assert_says(&place.text("late/controller.toml"), "proved stable only");
     let left_out = "left out: integer-order PID at gain +3 dB, which grows";
-    says(&place.text("late/controller.svg"), &[left_out]);
+    assert_says(&place.text("late/controller.svg"), left_out);
 }
 
 #[test]
@@ -248,9 +241,9 @@ fn a_german_record_gives_its_plant_and_its_dead_time_back() {
         number(&json, "delay_low_s") <= 0.3501 && number(&json, "delay_high_s") >= 0.3499,
         &json,
     );
-    says(
+    assert_says(
         &json["warnings"].to_string(),
-        &["1 row (line 54) without an output", "straight line"],
+        "1 row (line 54) without an output & straight line",
     );
     assert_eq!(json["delay_determined"], true);
     place.write("no.csv", "PK\u{3}\u{4}\u{14}");
@@ -281,9 +274,9 @@ fn noise_is_no_plant_and_a_short_rise_tells_its_dead_time_only_between_two() {
     let json = place.run("control identify few.csv --model 1/(10s+1) -q --json");
     let json = json.succeeded_with_warnings().json();
     assert_eq!(json["delay_determined"], false);
-    says(
+    assert_says(
         &json["warnings"].to_string(),
-        &["does not determine the dead time, from", "`delay_s`"],
+        "does not determine the dead time, from & `delay_s`",
     );
 }
 
@@ -369,10 +362,7 @@ fn poles_stable_validate_and_a_first_dead_time_are_heard() {
     assert!(!function.contains("s^"), "{function}");
     assert_eq!(found["unstable_poles"], 0);
     assert!(number(&found["validation"], "fit") < 0.8, "{found}");
-    says(
-        ended.error(),
-        &["--validate", "times as much as of its own"],
-    );
+    assert_says(ended.error(), "--validate & times as much as of its own");
     let refused = place.run("control identify one.csv --poles 5");
-    says(refused.failed(2).error(), &["5", "from 1 to 4"]);
+    assert_says(refused.failed(2).error(), "5 & from 1 to 4");
 }

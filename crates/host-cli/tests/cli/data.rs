@@ -1,7 +1,8 @@
 //! `weights`, `differintegrate`, `materials`, `completions`, `man`: numbers and text in and out.
 
-use crate::process::{Place, cases, number, says};
+use crate::process::{Place, cases, number};
 use serde_json::Value;
+use testkit::{assert_close, assert_relative, assert_says};
 
 /// A tissue file that is right; its order is in line 7.
 pub(crate) const GEL: &str = "name = \"gel\"\ndescription = \"a gel\"\n\n[parameters]\n\
@@ -107,7 +108,7 @@ fn uneven_times_are_taken_as_they_are_or_refused() {
     assert_eq!(last[0], time(60));
     let want = 36.0 * libm::tgamma(2.5);
     // The straight lines between the samples leave the curve by so much.
-    assert!((y / want - 1.0).abs() < 1e-3, "{y} {want}");
+    assert_relative("y", y, want, 1e-3);
     for scheme in ["full", "exact", "grunwald:9", "full-bdf2", "muir:3"] {
         let refused = place.run(&format!("{line} --scheme {scheme}"));
         refused.refused(2, &["uneven.csv", "uneven", "piecewise-linear", "resample"]);
@@ -252,7 +253,7 @@ fn completions_name_the_commands() {
     for shell in ["bash", "zsh", "fish"] {
         let script = Place::new().run(&format!("completions {shell}"));
         let script = script.succeeded().stdout;
-        says(&script, &["relax", "differintegrate", "overwrite"]);
+        assert_says(&script, "relax & differintegrate & overwrite");
     }
 }
 
@@ -284,7 +285,7 @@ fn man_writes_a_page_for_each_command() {
     for name in ["host-cli", "host-cli-relax", "host-cli-log-recover"] {
         let page = format!("pages/man1/{name}.1");
         assert!(pages.contains(&Value::from(page.clone())), "{page}");
-        says(&place.text(&page), &[".TH", ".SH NAME"]);
+        assert_says(&place.text(&page), ".TH & .SH NAME");
     }
     // All that was written was named.
     assert_eq!(pages.len(), place.files().len() - 2);
@@ -367,9 +368,9 @@ fn materials_are_listed_with_those_of_the_user() {
     assert_eq!(with_gel, [&own[..], &["gel".to_owned()]].concat());
     let text = place.run("materials list --library mine").succeeded();
     let muscle = text.stdout.split("fish-muscle").nth(1).expect("a row");
-    says(
+    assert_says(
         muscle,
-        &["fractional-maxwell", "13.9 ms to 981 s", "no", "pyRheo"],
+        "fractional-maxwell & 13.9 ms to 981 s & no & pyRheo",
     );
     assert!(text.stdout.contains("gel"), "{text}");
 }
@@ -389,7 +390,7 @@ fn a_material_is_shown_with_its_source() {
     let show = place.json("materials show prostate-cancerous");
     assert_eq!(number(&show, "order"), 0.2247);
     assert_eq!(show["source"]["checked"], false);
-    says(&show["source"]["citation"].to_string(), &["Tokatlı"]);
+    assert_says(&show["source"]["citation"].to_string(), "Tokatlı");
 }
 
 #[test]
@@ -406,27 +407,21 @@ fn a_tissue_is_exported_for_finite_elements_with_its_error() {
     let place = Place::new();
     let table = place.run("materials export fish-muscle --prony 12");
     let table = table.succeeded().stdout;
-    says(
+    assert_says(
         &table,
-        &[
-            "for t from 0.0139 s to 981 s",
-            "G here is the Young's modulus, as assumed",
-        ],
+        "for t from 0.0139 s to 981 s & G here is the Young's modulus, as assumed",
     );
     let beyond = place.run("materials export fish-muscle --horizon 1962s");
-    says(
-        &beyond.stderr,
-        &["come from 0.0139 to 981 s", "2 times later"],
-    );
+    assert_says(&beyond.stderr, "come from 0.0139 to 981 s & 2 times later");
     let rows = table.lines().filter(|line| !line.starts_with('#'));
     let rows: Vec<&str> = rows.collect();
     assert_eq!(rows[0], "branch,modulus_pa,relaxation_time_s");
     assert!(rows.len() <= 14, "{table}");
-    says(&table, &["# largest relative error of G over this band: "]);
+    assert_says(&table, "# largest relative error of G over this band: ");
     let line = "materials export fish-muscle --format febio --out muscle.xml";
     let said = place.run(line).succeeded().stdout;
-    says(&said, &["muscle.xml", "max relative error"]);
-    says(&place.text("muscle.xml"), &["<g0>1</g0>"]);
+    assert_says(&said, "muscle.xml & max relative error");
+    assert_says(&place.text("muscle.xml"), "<g0>1</g0>");
     place.run(line).refused(2, &["muscle.xml"]);
     place.run(&format!("{line} --overwrite")).succeeded();
     let json = place.json("materials export prostate-healthy --format abaqus");
@@ -445,14 +440,11 @@ fn a_tissue_is_exported_for_finite_elements_with_its_error() {
     let motion = format!("time_s,strain,stress_pa\n{}", rows.collect::<String>());
     place.write("motion.csv", motion);
     let fitted = place.run("identify motion.csv --model spring-pot --out my-gel.toml");
-    says(&fitted.stdout, &["my-gel.toml"]);
+    assert_says(&fitted.stdout, "my-gel.toml");
     let card = place.run("materials export ./my-gel.toml --format abaqus --card material");
-    says(
+    assert_says(
         &card.succeeded().stdout,
-        &[
-            "for t from 0.05 s to 1.9",
-            "*MATERIAL, NAME=my_gel\n*ELASTIC, MODULI=INSTANTANEOUS\n",
-        ],
+        "for t from 0.05 s to 1.9 & *MATERIAL, NAME=my_gel\n*ELASTIC, MODULI=INSTANTANEOUS\n",
     );
 }
 
@@ -469,13 +461,13 @@ fn what_is_no_tissue_is_named_with_its_reason_and_skipped() {
     let skipped = ended.stderr.matches("warning: skipped").count();
     assert_eq!(skipped, 4, "{ended}");
     for file in ["folder", "wall", "bytes", "pipe"] {
-        says(&ended.stderr, &[&format!("mine/{file}.toml")]);
+        assert_says(&ended.stderr, &format!("mine/{file}.toml"));
     }
-    let reasons = [
-        "it is not a regular file",
-        "mine/wall.toml:7: order = 1.3 is not in [0, 1]",
-    ];
-    says(&ended.stderr, &reasons);
+
+    assert_says(
+        &ended.stderr,
+        "it is not a regular file & mine/wall.toml:7: order = 1.3 is not in [0, 1]",
+    );
     ended.succeeded_with_warnings();
     let line =
         "export-c --tissue mine/gel.toml --sample-time 1ms --horizon 10s --name gel --out gel.h";
@@ -488,12 +480,12 @@ fn a_header_is_written_once_and_compiles() {
     let command = "export-c --order 0.5 --sample-time 1ms --horizon 1h --name half --out half.h";
     place.run(command).succeeded();
     let header = place.text("half.h");
-    let words = [
-        "static inline float half_step(half_t *self, float x)",
-        "D^0.5 x, sample time 0.001 s",
-    ];
-    says(&header, &words);
-    says(&header, &["Error up to 3600 s"]);
+
+    assert_says(
+        &header,
+        "static inline float half_step(half_t *self, float x) & D^0.5 x, sample time 0.001 s",
+    );
+    assert_says(&header, "Error up to 3600 s");
     place.write(
         "main.c",
         "#include \"half.h\"\n#include <stdio.h>\nint main(void) { half_t h; half_init(&h); \
@@ -502,7 +494,7 @@ fn a_header_is_written_once_and_compiles() {
     let ran = place.shell("cc -std=c99 -Wall -Wextra -Werror main.c -o main && ./main");
     // The first output is T^(−1/2).
     let first: f64 = ran.succeeded().stdout.trim().parse().expect("a number");
-    assert!((first - 1000f64.sqrt()).abs() < 1e-5, "{first}");
+    assert_close("first", first, 1000f64.sqrt(), 1e-5);
     let words = ["half.h", "already exists", "--overwrite"];
     place.run(command).refused(2, &words);
     place.run(&format!("{command} --overwrite")).succeeded();
@@ -515,12 +507,11 @@ fn a_header_of_a_tissue_under_a_sphere_has_its_map() {
     let command = format!("{line} --loading sphere --indenter-radius 5mm --out liver.h");
     place.run(&command).succeeded();
     let header = place.text("liver.h");
-    let words = [
-        "The tissue liver, sphere, 0.005 m indenter radius, sample time 0.001 s",
-        "f = -(K e(x) + B y)",
-        "--loading sphere --indenter-radius 0.005m --sample-time 0.001s",
-    ];
-    says(&header, &words);
+
+    assert_says(
+        &header,
+        "The tissue liver, sphere, 0.005 m indenter radius, sample time 0.001 s & f = -(K e(x) + B y) & --loading sphere --indenter-radius 0.005m --sample-time 0.001s",
+    );
     place.refuses(
         r#"
         export-c --tissue liver --sample-time 1ms --loading sphere => needs | --indenter-radius
@@ -544,15 +535,15 @@ fn a_controller_is_exported_with_what_its_file_says() {
     place
         .run("export-c --controller pi.toml --out pi.h")
         .succeeded();
-    says(
+    assert_says(
         &place.text("pi.h"),
-        &["C(s) = 2+3/s^0.5.", "Limits -inf to 2, sample time 0.01 s"],
+        "C(s) = 2+3/s^0.5. & Limits -inf to 2, sample time 0.01 s",
     );
     let json = place.json("export-c --controller 2+3/s^0.5 --sample-time 10ms --horizon 1min");
     assert_eq!(json["horizon_s"], 60.0);
-    says(
+    assert_says(
         json["header"].as_str().expect("text"),
-        &["full-bdf2", "u = C(s) of b r - y"],
+        "full-bdf2 & u = C(s) of b r - y",
     );
     place.refuses(
         r#"
@@ -569,10 +560,10 @@ fn without_a_file_the_header_is_printed_and_what_gives_none_is_refused() {
     let place = Place::new();
     let line = "export-c --order 1 --sample-time 1ms --scheme grunwald:2";
     let printed = place.run(&format!("{line} --precision f64")).succeeded();
-    says(&printed.stdout, &["double operator_d_output("]);
+    assert_says(&printed.stdout, "double operator_d_output(");
     let json = place.json(line);
     assert_eq!(json["coefficients"], 2);
-    says(&json["header"].to_string(), &["#endif"]);
+    assert_says(&json["header"].to_string(), "#endif");
     assert!(json["file"].is_null() && json["error_bound"].is_null());
     place.refuses(
         r#"

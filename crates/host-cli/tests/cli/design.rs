@@ -1,9 +1,9 @@
 //! `design`: walls that are what they promise.
 
 use crate::devices::Emulated;
-use crate::process::{Place, number, row, says, table};
+use crate::process::{Place, number, row, table};
 use serde_json::Value;
-use testkit::assert_relative;
+use testkit::{assert_relative, assert_says};
 
 /// Runs a design that must succeed without a word on standard error.
 fn design(place: &Place, options: &str) -> Value {
@@ -39,7 +39,7 @@ fn what_cannot_be_is_said_in_words() {
     let line = "design --require passive --damping 0 --out design";
     // Nothing was found: the report, and exit code 1.
     let ended = place.run(line).failed(1);
-    says(ended.error(), &["no candidate meets the wish"]);
+    assert_says(ended.error(), "no candidate meets the wish");
     let words = "none is passive: the device has no damping";
     assert_eq!(ended.stdout.matches(words).count(), 10, "{ended}");
     assert!(!ended.stdout.contains("best"), "{ended}");
@@ -117,7 +117,7 @@ fn a_design_that_assumes_an_ideal_device_says_so_and_shows_a_realistic_one() {
     assert!(number(real, "margin") < 0.2, "{real}");
     assert_eq!(real["simulated"]["stable"], false);
     let said = place.run("design --orders 2").succeeded_with_warnings();
-    says(&said.stderr, &["this is for an ideal device", "saturated"]);
+    assert_says(&said.stderr, "this is for an ideal device & saturated");
     assert_eq!(row(&said.stdout, "ideal device assumed"), "yes");
 }
 
@@ -234,7 +234,7 @@ fn device_and_object_rest_where_the_springs_balance_the_push() {
         let last = &rows[5000];
         assert_relative("rest", last[3], 1000.0 * last[2], 1e-6);
         let svg = place.text("run/coupler.svg");
-        says(&svg, &["object", "A trial of a coupler, simulated"]);
+        assert_says(&svg, "object & A trial of a coupler, simulated");
         has_samples(&place, "run/coupler.mcap", 5001.0);
     }
 }

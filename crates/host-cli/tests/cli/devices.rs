@@ -13,10 +13,11 @@ mod tcp;
 mod unheard;
 
 pub(crate) use crate::emulated::{Emulated, Emulator};
-use crate::process::{column, says};
+use crate::process::column;
 pub(crate) use makers::told;
 use serde_json::Value;
 use std::time::Duration;
+use testkit::assert_says;
 
 const RELAX: &str = "relax --device serial:device watchdog=1s --contact rigid --duration 4s --ramp-time \
                      0.5s --out run --quiet";
@@ -42,10 +43,7 @@ fn a_relaxation_in_the_devices_loop_loses_nothing_and_follows_theory() {
     assert_eq!(report["link"]["board"], "emulated");
     // An emulated device simulates its rig, so nothing is called rendered.
     assert_eq!(report["link"]["simulated"], true);
-    says(
-        &device.place.text("run/relax.csv"),
-        &[",simulated_force_n,"],
-    );
+    assert_says(&device.place.text("run/relax.csv"), ",simulated_force_n,");
     // The log says the same.
     let info = device.json("log info run/relax.mcap");
     assert_eq!(info["complete"], true);
@@ -127,23 +125,22 @@ fn a_run_leaves_the_device_as_it_was_and_loosens_nothing() {
         "device set --device serial:device stiffness=123N/m order=0.5 dissipation=2 rise_time=0.2s";
     let set = device.place.run(set);
     // What was loosened, and by how much.
-    says(
+    assert_says(
         &set.stderr,
-        &["warning: loosened: rise time from 500 ms to 200 ms"],
+        "warning: loosened: rise time from 500 ms to 200 ms",
     );
     assert_eq!(set.stderr.matches("loosened").count(), 1, "{set}");
     let before = device.json(get);
     let run = device.place.run("run wall.toml --out wall --quiet --json");
     // And no limit that the run asked for itself.
-    let words = [
-        "the limits set on the device",
-        "tighter: at most 10 N; a run",
-        "device set",
-    ];
-    says(&run.stderr, &words);
+
+    assert_says(
+        &run.stderr,
+        "the limits set on the device & tighter: at most 10 N; a run & device set",
+    );
     assert_eq!(device.json(get), before);
     let info = device.place.run("log info wall/wall.mcap --json");
-    says(&info.stdout, &["\"device_force_limit_n\":\"10\""]);
+    assert_says(&info.stdout, "\"device_force_limit_n\":\"10\"");
     // A host that is killed in the middle of a run leaves no more.
     let line = RELAX.replace("watchdog=1s", "watchdog=300ms");
     let mut run = device.place.start(&line);

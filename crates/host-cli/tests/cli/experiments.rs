@@ -1,10 +1,10 @@
 //! `relax` and `creep`: what they compute, write and print.
 
 use crate::data::GEL;
-use crate::process::{Ended, Place, column, holds, number, says, table};
+use crate::process::{Ended, Place, column, holds, number, table};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use testkit::assert_close;
+use testkit::{assert_close, assert_relative, assert_says};
 
 /// A run of 3001 samples: ramp until 0.5 s, hold until 3 s.
 pub(crate) const SHORT: &str = "relax --duration 3s --ramp-time 0.5s --out run";
@@ -94,12 +94,12 @@ fn creep_reports_the_same_keys_and_follows_its_closed_form() {
     // Without elastic modulus: ε = σ₀/η·t^α/Γ(1+α). On the ideal rig the sampling alone is left, T·α/t at most.
     let theory = 200.0 / ETA * 3f64.powf(ALPHA) / libm::tgamma(1.0 + ALPHA);
     let strain = number(&report, "final_strain");
-    assert!((strain / theory - 1.0).abs() < 1e-4, "{strain} {theory}");
+    assert_relative("strain", strain, theory, 1e-4);
     // A push beyond the force limit is the rig's, and not rendered: nothing is compared.
     let line = "creep --duration 2s --stress 50kPa --out far --json";
     let ended = place.run(line).succeeded_with_warnings();
     assert!(ended.json()["final_over_theory"].is_null());
-    says(&ended.stderr, &["assumes the whole push", "force_limit"]);
+    assert_says(&ended.stderr, "assumes the whole push & force_limit");
     let check = place.run("log check run/creep.mcap --json").succeeded();
     assert_eq!(number(&check.json(), "samples"), 3001.0);
 }
@@ -140,12 +140,11 @@ fn an_experiment_is_written_down_and_run_again_from_its_log() {
     let line = "relax --duration 2s ramp-time=0.5s --tissue mine/gel.toml --sample-time 2ms rendering.precision=f32";
     let run = |options: &str| place.run(options).succeeded();
     run(&format!("{line} --write mine/relax.toml"));
-    let kept = [
-        "sample_time_s = 0.002\n",
-        "precision = \"f32\"\n",
-        "# strain = 0.05\n",
-    ];
-    says(&place.text("mine/relax.toml"), &kept);
+
+    assert_says(
+        &place.text("mine/relax.toml"),
+        "sample_time_s = 0.002\n & precision = \"f32\"\n & # strain = 0.05\n",
+    );
     let again = format!("{line} --write mine/relax.toml");
     place.run(&again).refused(2, &["mine/relax.toml"]);
     let now = || haptic_log::record::StartTime::at(std::time::SystemTime::now()).rfc3339();
@@ -185,14 +184,14 @@ fn a_log_runs_again_with_the_files_that_it_has() {
     // The tissue is another today, or gone: the run is that of the log, and says so.
     place.write("gel.toml", tissue(2000));
     let again = run("run first/relax.mcap --out again");
-    says(&again.stderr, &["file of tissue has changed"]);
+    assert_says(&again.stderr, "file of tissue has changed");
     assert_eq!(of("again"), of("first"));
     let given = run("run first/relax.mcap tissue=gel.toml --out given");
     assert!(!given.stderr.contains("what it was"), "{given}");
     assert_ne!(of("given"), of("first"));
     std::fs::remove_file(place.path("gel.toml")).expect("removes");
     let gone = run("run again/relax.mcap --out gone");
-    says(&gone.stderr, &["file of tissue has changed"]);
+    assert_says(&gone.stderr, "file of tissue has changed");
     assert_eq!(of("gone"), of("first"));
 }
 
@@ -224,17 +223,9 @@ fn a_log_that_is_not_whole_is_not_run_again() {
 #[test]
 fn without_json_a_person_reads_a_summary() {
     let ended = Place::new().run(SHORT).succeeded();
-    says(
+    assert_says(
         &ended.stdout,
-        &[
-            "tissue                prostate-cancerous",
-            "order                 0.2247",
-            "sample time           1 ms",
-            "samples               3001",
-            "s, 2991 samples)",
-            "run/relax.mcap",
-            "run/relax.png",
-        ],
+        "tissue                prostate-cancerous & order                 0.2247 & sample time           1 ms & samples               3001 & s, 2991 samples) & run/relax.mcap & run/relax.png",
     );
 }
 
@@ -281,21 +272,16 @@ fn a_memory_shorter_than_the_experiment_is_announced_with_the_factor_it_costs() 
     let want = p * 0.5 / (3f64.powf(p) - 2.5f64.powf(p));
     let report = ended.json();
     let have = number(&report, "final_over_theory");
-    assert!((have / want - 1.0).abs() < 0.005, "{have} {want}");
+    assert_relative("have", have, want, 0.005);
     assert_eq!(number(&report, "memory_s"), 1.0);
     let warnings = report["warnings"].as_array().expect("a list");
     let sentence = warnings[0].as_str().expect("a sentence");
     // The terminal names options, JSON keys.
     let said = sentence.replace("`scheme` = full", "--scheme full");
     assert_eq!(ended.stderr, format!("warning: {said}\n"));
-    says(
+    assert_says(
         sentence,
-        &[
-            "remembers 1 s",
-            "lasts 3 s",
-            "the force is 1.253 times",
-            "`scheme` = full",
-        ],
+        "remembers 1 s & lasts 3 s & the force is 1.253 times & `scheme` = full",
     );
 }
 
@@ -311,7 +297,7 @@ fn the_worked_example_draws_its_drive_and_names_its_controller() {
     let file = example("relax-driven.toml");
     let report = place.json(&format!("run {} --out driven", file.display()));
     let drive = &report["drive"];
-    says(&drive["controller"].to_string(), &["indenter.toml\""]);
+    assert_says(&drive["controller"].to_string(), "indenter.toml\"");
     // 1 mm in 1 s.
     assert!(number(drive, "tracking_error_final") < 2e-6, "{drive}");
     for name in ["free", "in_contact"] {
@@ -320,14 +306,13 @@ fn the_worked_example_draws_its_drive_and_names_its_controller() {
             "{name}"
         );
     }
-    let panels = [
-        "(d) set point less measurement",
-        "(e) force of the drive",
-        "tracking error / µm",
-    ];
-    says(&place.text("driven/relax.svg"), &panels);
+
+    assert_says(
+        &place.text("driven/relax.svg"),
+        "(d) set point less measurement & (e) force of the drive & tracking error / µm",
+    );
     let info = place.run("log info driven/relax.mcap").succeeded().stdout;
-    says(&info, &["indenter.toml"]);
+    assert_says(&info, "indenter.toml");
 }
 
 #[test]
@@ -346,7 +331,7 @@ fn an_unstable_drive_is_refused_unless_it_is_forced() {
     assert!(!place.files().iter().any(|file| file.ends_with(".mcap")));
     let forced = place.run("relax --duration 2s --controller unstable.toml --force-unstable");
     let forced = forced.succeeded_with_warnings();
-    says(&forced.stderr, &["the loop of the drive is unstable"]);
+    assert_says(&forced.stderr, "the loop of the drive is unstable");
 }
 
 /// The issue's table: commanded force against the full history, and against the closed form.
@@ -388,9 +373,9 @@ fn a_simulated_device_that_pushes_by_itself_is_one_that_a_hand_pushes_from_rest(
         let (hand, by_hand) = run("impact=0");
         let (own, by_device) = run("push_by=device");
         assert_eq!(own["push_by"], "device");
-        says(
+        assert_says(
             own["shared_actuator"].as_str().expect("words"),
-            &["one actuator"],
+            "one actuator",
         );
         assert_eq!(
             (&hand["push_by"], &hand["verdict"]),

@@ -1,11 +1,11 @@
 //! Faults and what is kept of them, and the pre-flight that is to prevent some.
 
 use crate::devices::Emulated;
-use crate::process::{Place, holds, number, says, signal};
+use crate::process::{Place, holds, number, signal};
 use serde_json::Value;
 use std::process::Stdio;
 use std::time::Duration;
-use testkit::{assert_close, skip};
+use testkit::{assert_close, assert_says, skip};
 
 /// The metadata record of this name in what `log info` or `log check` tells.
 pub(crate) fn metadata<'a>(summary: &'a Value, name: &str) -> &'a Value {
@@ -22,9 +22,9 @@ const TOO_DEEP: &str = "relax --duration 20s --ramp-time 4s --contact rigid prec
 fn a_fault_is_kept_with_a_thousand_samples_before_it_and_a_hundred_after() {
     let place = Place::new();
     let ended = place.run(&format!("{TOO_DEEP} --json")).failed(1);
-    says(
+    assert_says(
         ended.error(),
-        &["fault", "the device left its workspace", "run/relax.mcap"],
+        "fault & the device left its workspace & run/relax.mcap",
     );
     let files = ["run/", "run/relax-fault.mcap", "run/relax.mcap"];
     assert_eq!(place.files(), files);
@@ -118,7 +118,7 @@ fn a_fault_on_a_device_is_kept_with_what_the_device_recorded() {
         assert!(report["fault_log"].is_string(), "{report}");
         // 190 ms were set: more is proposed.
         let reason = report["ended_early"].as_str().expect("a reason");
-        assert!(reason.contains("`watchdog_s` = 0.95"), "{reason}");
+        assert_says(&reason, "`watchdog_s` = 0.95");
         // The log lacks what the report says, and is not judged by what was planned behind the fault.
         let info = device.json("log info run/relax.mcap");
         assert_eq!(info["missing_samples"], report["dropped_samples"], "{info}");
@@ -169,7 +169,7 @@ fn every_fault_has_its_place_in_the_users_guide() {
         let section = guide.split_once(&heading);
         let (_, section) = section.unwrap_or_else(|| panic!("no section {heading:?}"));
         let section = section.split("\n## ").next().unwrap_or_default();
-        says(section, &["*Means*", "*Check*"]);
+        assert_says(section, "*Means* & *Check*");
     }
 }
 

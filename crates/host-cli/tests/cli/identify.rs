@@ -1,9 +1,9 @@
 //! `identify`: from a record to a tissue that other commands take.
 
-use crate::process::{Place, keys, says};
+use crate::process::{Place, keys};
 use haptic_tissue::{Model, ModelKind};
 use serde_json::Value;
-use testkit::{assert_close, assert_relative};
+use testkit::{assert_close, assert_relative, assert_says};
 
 const FISH: &str = include_str!("../../../haptic-tissue/records/fish-muscle-relaxation.tsv");
 const SWEEP: &str = include_str!("../../../haptic-tissue/tests/golden/identify/chia.csv");
@@ -34,10 +34,10 @@ fn json_has_the_contracts_keys() {
         (&"relaxation".into(), &566.into())
     );
     assert_eq!(report["tissue"], "muscle.toml");
-    says(&report["figure"].to_string(), &["muscle."]);
+    assert_says(&report["figure"].to_string(), "muscle.");
     let viscosity = &report["parameters"]["viscosity_pa_s_alpha"];
     assert_eq!(keys(viscosity), "high_95 low_95 standard_error unit value");
-    assert!((number(&viscosity["value"]) / 876e3 - 1.0).abs() < 0.05);
+    assert_relative("value", number(&viscosity["value"]), 876e3, 0.05);
     assert!(number(&viscosity["low_95"]) < number(&viscosity["high_95"]));
     assert!(number(&report["rms_log_residual"]) <= 0.0046);
     let candidates = report["candidates"].as_array().expect("a list");
@@ -51,9 +51,9 @@ fn json_has_the_contracts_keys() {
         .iter()
         .map(|row| row.as_array().map_or(0, Vec::len));
     assert_eq!(rows.collect::<Vec<_>>(), [4; 4]);
-    says(
+    assert_says(
         &report["warnings"].to_string(),
-        &["kind relaxation, by the columns"],
+        "kind relaxation, by the columns",
     );
 }
 
@@ -69,15 +69,11 @@ fn the_tissue_file_reads_back_with_its_source() {
         (&source["conditions"], &source["checked"]),
         (&"cod".into(), &false.into())
     );
-    let words = [
-        "model = \"fractional-maxwell\"",
-        "fish.tsv",
-        "566 samples",
-        "rms",
-        "date = \"20",
-        "time_to_s = 981",
-    ];
-    says(&place.text("muscle.toml"), &words);
+
+    assert_says(
+        &place.text("muscle.toml"),
+        "model = \"fractional-maxwell\" & fish.tsv & 566 samples & rms & date = \"20 & time_to_s = 981",
+    );
     assert_eq!(
         place.listing(),
         "fish.tsv muscle.png muscle.svg muscle.toml sweep.csv"
@@ -154,14 +150,14 @@ fn the_tissue_file_says_how_its_record_was_loaded() {
     );
     let value = number(&report["parameters"]["viscosity_pa_s_alpha"]["value"]);
     assert_relative("E", value, 3e3, 1e-4);
-    let words = [
-        "[loading]\nkind = \"sphere\"\nmodulus = \"young\"\npoisson_ratio = 0.5",
-        "strain_to = 0.1",
-    ];
-    says(&place.text("ball.toml"), &words);
-    says(
+
+    assert_says(
+        &place.text("ball.toml"),
+        "[loading]\nkind = \"sphere\"\nmodulus = \"young\"\npoisson_ratio = 0.5 & strain_to = 0.1",
+    );
+    assert_says(
         &report["notes"].to_string(),
-        &["Poisson's ratio is taken as 0.5"],
+        "Poisson's ratio is taken as 0.5",
     );
     // A rheometer's record, and its force in compression.
     let rows = (1..40).map(|n| format!("{n},{}\n", 1e3 * f64::from(n).powf(-0.2)));
@@ -172,10 +168,7 @@ fn the_tissue_file_says_how_its_record_was_loaded() {
     place
         .run("identify gel.csv --model spring-pot --out shear.toml")
         .succeeded_with_warnings();
-    says(
-        &place.text("shear.toml"),
-        &["[loading]\nmodulus = \"shear\""],
-    );
+    assert_says(&place.text("shear.toml"), "[loading]\nmodulus = \"shear\"");
     let young = place.text("shear.toml").replace("\"shear\"", "\"young\"");
     place.write("young.toml", young);
     let last_force = |tissue: &str| {
@@ -228,8 +221,11 @@ fn several_depths_give_the_stiffening_of_a_tissue() {
     assert_relative("b", number(&of["value"]), 8.0, 0.01);
     assert!(number(&of["low_95"]) <= number(&of["value"]));
     assert_eq!(report["samples"], 450);
-    let words = ["stiffening = ", "3.csv, 8.csv, 15.csv", "strain_to = 0.15"];
-    says(&place.text("soft.toml"), &words);
+
+    assert_says(
+        &place.text("soft.toml"),
+        "stiffening =  & 3.csv, 8.csv, 15.csv & strain_to = 0.15",
+    );
     place.run("materials show soft.toml").succeeded();
     place.write(
         "gel.csv",
@@ -252,16 +248,16 @@ fn the_log_of_a_run_says_how_its_tissue_was_pressed() {
     let report = place.run(line).succeeded_with_warnings().json();
     assert_eq!(report["loading"]["kind"], "sphere");
     let order = number(&report["parameters"]["order"]["value"]);
-    assert!((order / 0.2154 - 1.0).abs() < 0.01, "{order}");
+    assert_relative("order", order, 0.2154, 0.01);
     let modulus = number(&report["parameters"]["viscosity_pa_s_alpha"]["value"]);
-    assert!((modulus / 3610.0 - 1.0).abs() < 0.01, "{modulus}");
+    assert_relative("modulus", modulus, 3610.0, 0.01);
     // What options say wins.
     let line =
         "identify run/relax.mcap --model spring-pot --json --loading sphere --indenter-radius 20mm";
     let twice = place.run(line).succeeded_with_warnings().json();
     // γ grows with √R.
     let other = number(&twice["parameters"]["viscosity_pa_s_alpha"]["value"]);
-    assert!((2.0 * other / modulus - 1.0).abs() < 0.01, "{other}");
+    assert_close("2.0 * other / modulus", 2.0 * other / modulus, 1.0, 0.01);
 }
 
 #[test]
@@ -310,8 +306,11 @@ fn a_file_of_several_segments_is_listed_and_one_is_chosen() {
 #[test]
 fn parameters_are_a_table_with_intervals() {
     let ended = place().run("identify sweep.csv --bootstrap 40");
-    let words = ["oscillation", "spring-pot", "second_order", "low 95"];
-    says(&ended.succeeded_with_warnings().stdout, &words);
+
+    assert_says(
+        &ended.succeeded_with_warnings().stdout,
+        "oscillation & spring-pot & second_order & low 95",
+    );
 }
 
 #[test]
@@ -344,5 +343,5 @@ fn bad_input_is_refused_in_one_line_with_the_option_that_mends_it() {
     // Rows that may be left out are counted and named.
     let ended = place.run("identify zero.csv --from 1s --model spring-pot");
     let told = "1 row (line 2) left out, outside the range asked for";
-    says(&ended.succeeded_with_warnings().stdout, &[told]);
+    assert_says(&ended.succeeded_with_warnings().stdout, told);
 }

@@ -1,9 +1,9 @@
 //! Runs that do not reach their end: stopped by a signal, by a fault, by a full disk.
 
 use crate::experiments::SHORT;
-use crate::process::{Ended, Place, column, number, says, until};
+use crate::process::{Ended, Place, column, number, until};
 use std::process::Child;
-use testkit::{assert_close, skip};
+use testkit::{assert_close, assert_says, skip};
 
 /// A limiter bit of the log: the loop is stopping.
 const STOPPING: u8 = 8;
@@ -54,9 +54,9 @@ fn ctrl_c_ramps_the_force_to_zero_and_closes_the_log() {
     place.run(SHORT).succeeded();
     let line = "relax --realtime force_rate_limit=2N/s --out run --overwrite --json";
     let ended = run_and_interrupt(&place, line, || ()).failed(1);
-    says(
+    assert_says(
         ended.error(),
-        &["interrupted", "ramped to zero", "run/relax.mcap"],
+        "interrupted & ramped to zero & run/relax.mcap",
     );
     let report = ended.json();
     assert_eq!(report["ended_early"], "interrupted");
@@ -124,9 +124,9 @@ fn a_folder_that_a_run_writes_to_is_its_own() {
             "log recover run/relax.mcap.part saved.mcap",
         ] {
             let refused = place.run(line).failed(2);
-            says(
+            assert_says(
                 refused.error(),
-                &["relax.mcap.part` is being written by another run; wait"],
+                "relax.mcap.part` is being written by another run; wait",
             );
         }
     });
@@ -244,8 +244,8 @@ fn a_disk_without_room_for_the_table_keeps_log_and_picture() {
         return;
     };
     let ended = ended.failed(4);
-    says(ended.error(), &["run/relax.csv", "the log is whole"]);
-    says(&ended.stdout, &["samples               3001"]);
+    assert_says(ended.error(), "run/relax.csv & the log is whole");
+    assert_says(&ended.stdout, "samples               3001");
     let kept = ["run/", "run/relax.mcap", "run/relax.png", "run/relax.svg"];
     assert_eq!(place.files(), kept);
     place.run("log check run/relax.mcap").succeeded();
@@ -261,9 +261,9 @@ fn a_disk_without_room_for_a_table_speaks_of_no_log_where_there_is_none() {
     };
     assert!(!ended.stderr.contains("log"), "{ended}");
     let ended = ended.failed(4);
-    says(
+    assert_says(
         ended.error(),
-        &["s/sensitivity.csv", "make space and try again"],
+        "s/sensitivity.csv & make space and try again",
     );
     // What was found is told all the same.
     assert!(ended.stdout.contains("peak"), "{ended}");

@@ -43,5 +43,5 @@ fn a_build_without_foxglove_says_so() {
     let ended = run(&place, "relax --duration 2s --foxglove --out run");
     let said = stderr(&ended);
     assert_eq!(ended.status.code(), Some(2), "{said}");
-    assert!(said.contains("--features foxglove"), "{said}");
+    testkit::assert_says(&said, "--features foxglove");
 }

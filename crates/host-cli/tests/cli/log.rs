@@ -5,9 +5,10 @@ mod damaged;
 mod runs;
 
 use crate::experiments::SHORT;
-use crate::process::{Place, number, row, says, table};
+use crate::process::{Place, number, row, table};
 use haptic_log::record::{LogWriter, TickMessage};
 use serde_json::Value;
+use testkit::assert_says;
 
 /// Header of `log export`.
 const COLUMNS: &str = "tick,time_s,reference_m,indenter_position_m,position_m,environment_force_n,\
@@ -72,7 +73,7 @@ fn a_run_rolls_its_log_on_request() {
     // The second file on its own names the first, and lacks nothing before its own first sample.
     let second = place.run("log check run/relax-0002.mcap");
     let second = second.succeeded_with_warnings();
-    says(&second.stderr, &["check relax.mcap for the whole log"]);
+    assert_says(&second.stderr, "check relax.mcap for the whole log");
     assert_eq!(row(&second.stdout, "continues"), "relax.mcap");
     let first = place.run("log check run/relax.mcap").succeeded();
     assert!(!first.stdout.contains("continues"), "{first}");

@@ -3,7 +3,7 @@
 use crate::emulated::Emulated;
 use crate::process::{Place, column, number};
 use serde_json::Value;
-use testkit::{assert_close, assert_relative};
+use testkit::{assert_close, assert_relative, assert_says};
 
 /// Mass, damping, friction, delay and lag of the device that is measured here.
 const DEVICE: &str =
@@ -266,5 +266,5 @@ fn a_board_of_several_axes_is_measured_axis_by_axis_and_tested_on_all() {
     // Without a run it stands still, on both axes.
     let direction = checks.iter().find(|row| row["check"] == "direction");
     let seen = direction.expect("a row")["seen"].to_string();
-    assert!(seen.contains("x: ") && seen.contains("; y: "), "{seen}");
+    assert_says(&seen, "x:  & ; y: ");
 }

@@ -1,6 +1,7 @@
 //! What people type in their first hour: each answer names the remedy.
 
-use crate::process::{Place, cases, says};
+use crate::process::{Place, cases};
+use testkit::assert_says;
 
 /// A line as it is typed, and what its answer says.
 const MISTAKES: &str = "
@@ -83,7 +84,7 @@ fn a_text_without_end_where_a_number_is_wanted_is_refused_by_its_beginning() {
         let error = ended.error();
         assert!(error.len() < 500, "{error:.600}");
         if line.contains("thickness") {
-            says(error, &["1[[[[[[[[[[[[[[[[[[[…", "at most 64 characters"]);
+            assert_says(error, "1[[[[[[[[[[[[[[[[[[[… & at most 64 characters");
         }
     }
 }
@@ -103,5 +104,5 @@ fn a_file_is_read_in_the_encoding_in_which_other_programs_save_it() {
         assert!(again.contains("strain = 0.03"), "{name}: {again}");
     }
     place.write("nothing.toml", [0_u8, 1, 2, 3, 4, 5, 6, 7]);
-    says(place.run("run nothing.toml").error(), &["this is no text"]);
+    assert_says(place.run("run nothing.toml").error(), "this is no text");
 }

@@ -2,11 +2,12 @@
 
 use crate::emulated::Emulated;
 use crate::interrupted::with_short_files;
-use crate::process::{Ended, Place, column, says, signal};
+use crate::process::{Ended, Place, column, signal};
 use haptic_log::record::{Entry, LogFiles, TickMessage};
 use haptic_loop::Limiters;
 use serde_json::Value;
 use std::path::Path;
+use testkit::{assert_close, assert_says};
 
 /// Both are voice coils of 65 g.
 const BODY: &str = "[device]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\n";
@@ -41,7 +42,7 @@ fn closed_form_error(report: &Value) -> Option<f64> {
     let error = report["closed_form_error"].as_f64();
     if error.is_none() {
         let reason = report["closed_form_error_reason"].to_string();
-        says(&reason, &["the clocks of both devices tell within"]);
+        assert_says(&reason, "the clocks of both devices tell within");
     }
     error
 }
@@ -143,11 +144,13 @@ fn reaches(pair: &Emulated, duration_s: u64) {
     assert_eq!([first.limiters, drive.limiters], [0, 0]);
     let opposed_n = -first.commanded_force_n[0];
     let overlap_m = drive.position_m[0] - first.position_m[0];
-    assert!(
-        (overlap_m - opposed_n / 1e5).abs() < 1e-8,
-        "{overlap_m} {opposed_n}"
+    assert_close("overlap_m", overlap_m, opposed_n / 1e5, 1e-8);
+    assert_close(
+        "drive.commanded_force_n[0]",
+        drive.commanded_force_n[0],
+        opposed_n,
+        1e-3 * opposed_n,
     );
-    assert!((drive.commanded_force_n[0] - opposed_n).abs() < 1e-3 * opposed_n);
 }
 
 #[test]
@@ -394,7 +397,7 @@ fn a_full_disk_ends_the_run_of_both() {
         let Some(ended) = with_short_files(&pair.place, blocks, &script) else {
             return;
         };
-        says(ended.failed(4).error(), &["File too large"]);
+        assert_says(ended.failed(4).error(), "File too large");
         for device in ["device", "white"] {
             let info = pair.json(&format!("device info --device serial:{device}"));
             assert_eq!(info["state"], "idle", "{info}");
@@ -533,7 +536,7 @@ fn a_second_device_pushes_into_a_wall_within_lasting_limits() {
     let row = table.lines().next_back().expect("a row").split(',');
     let row: Vec<f64> = row.map(|value| value.parse().expect("a number")).collect();
     assert!((row[3] - row[1] - 1e-5).abs() < 1e-7, "{row:?}");
-    assert!((row[4] - 1.0).abs() < 1e-6, "{row:?}");
+    assert_close("row[4]", row[4], 1.0, 1e-6);
     place.run("log check run/wall.mcap").succeeded();
     // Boards that simulate masses of their own do not meet.
     let apart = Apart::new("");
@@ -555,7 +558,7 @@ fn the_first_swing_of_a_wall_and_a_fault_of_either_device_let_both_go() {
         pair.json(&format!("device set --device serial:{limits}"));
         pushed(&pair, stiffness);
         let ended = (pair.place).run(&format!("{PUSHED} --force-unstable"));
-        says(ended.failed(1).error(), &[words, "force"]);
+        assert_says(ended.failed(1).error(), &format!("force & {words}"));
         both_let_go(&pair.place.path("run/wall.mcap"), words);
     }
 }

@@ -1,11 +1,11 @@
 //! Saving a picture: both files or neither; SVG alone without the feature `png`.
 
-use crate::process::{Place, says};
+use crate::process::Place;
 use haptic_figure::{AxisSpec, Chart, ChartPage, Look, Picture, Scale, Series};
 use host_cli::picture_file::Pictures;
 use std::fs;
 use std::path::Path;
-use testkit::Folder;
+use testkit::{Folder, assert_says};
 
 /// The first bytes of a PNG.
 #[cfg(feature = "png")]
@@ -85,10 +85,7 @@ fn existing_files_are_refused_unless_overwriting_is_wanted() {
         .expect("overwrites");
     assert!(fs::read(&png).expect("reads").starts_with(PNG_SIGNATURE));
     let nowhere = refused(&folder.join("missing").join("relax"));
-    assert!(
-        nowhere.contains("check that the folder exists"),
-        "{nowhere}"
-    );
+    assert_says(&nowhere, "check that the folder exists");
 }
 
 #[cfg(feature = "png")]
@@ -134,7 +131,7 @@ fn what_no_picture_can_be_is_refused_with_what_it_can() {
         let line = format!("control simulate --plant 1/(s+1) --duration 5s --out p {option}");
         let ended = place.run(&line);
 
-        says(ended.error(), &[told]);
+        assert_says(ended.error(), told);
         assert!(!place.path("p/response.svg").exists(), "{option}");
         let _ = std::fs::remove_dir_all(place.path("p"));
     }

@@ -369,15 +369,6 @@ pub(crate) fn signal(child: &Child, name: &str) {
     assert!(sent.expect("sh runs").success());
 }
 
-/// All of these parts are in the text.
-pub(crate) fn says(text: &str, parts: &[&str]) {
-    for part in parts {
-        // Of a picture its beginning.
-        let start = || text.chars().take(2000).collect::<String>();
-        assert!(text.contains(part), "\"{part}\" is missing: {}", start());
-    }
-}
-
 /// The value of the first row of a report with this label; empty if there is none.
 pub(crate) fn row<'a>(text: &'a str, label: &str) -> &'a str {
     let rows = text.lines().map(str::trim_start);

@@ -1,8 +1,8 @@
 //! Runs by the clock, and `rt-check`. Nothing here depends on how fast or busy the machine is.
 
-use crate::process::{Place, holds, number, says};
+use crate::process::{Place, holds, number};
 use serde_json::Value;
-use testkit::assert_relative;
+use testkit::{assert_relative, assert_says};
 
 /// A run of 301 ticks by the clock.
 const SHORT: &str = "relax --realtime --duration 0.3s --ramp-time 0.1s --out run --json";
@@ -27,10 +27,7 @@ fn rt_check_reports_the_contracts_keys() {
         assert_eq!(rate["fit"].is_null(), cycles < 1e3 && !late, "{rate}");
         let reason = &rate["fit_reason"];
         match rate["fit"].is_null() {
-            true => says(
-                reason.as_str().expect("a reason"),
-                &["a verdict needs 1000"],
-            ),
+            true => assert_says(reason.as_str().expect("a reason"), "a verdict needs 1000"),
             false => assert!(rate["fit"].is_boolean() && reason.is_null(), "{rate}"),
         }
         // Each period has a cycle or is counted.
@@ -141,14 +138,9 @@ fn a_run_that_may_not_have_a_priority_goes_on_and_says_once_how_to_get_it() {
         .lines()
         .filter(|line| line.contains("no real-time priority"));
     let told = refused.next().unwrap_or_default();
-    says(
+    assert_says(
         told,
-        &[
-            "priority 60",
-            "ulimit -r 60",
-            "limits.d",
-            "setcap cap_sys_nice",
-        ],
+        "priority 60 & ulimit -r 60 & limits.d & setcap cap_sys_nice",
     );
     assert_eq!(refused.next(), None, "{ended}");
 }

@@ -1,7 +1,8 @@
 //! `reproduce`: every figure and claim of the dissertation.
 
-use super::process::{Place, holds, says};
+use super::process::{Place, holds};
 use serde_json::Value;
+use testkit::assert_says;
 
 /// The data of a figure that was made again, with its quantities, and its picture.
 fn assert_figure(place: &Place, figure: &Value) {
@@ -30,7 +31,7 @@ fn assert_claims(claims: &[Value]) {
         ("C7", "passive if"),
     ] {
         let claim = claims.iter().find(|claim| claim["id"] == id);
-        says(&claim.expect("judged")["statement"].to_string(), &[words]);
+        assert_says(&claim.expect("judged")["statement"].to_string(), words);
     }
     for claim in claims {
         let judged = claim["verdict"].is_string() && claim["statement"].is_string();
@@ -69,8 +70,8 @@ fn the_dissertation_is_made_again_and_judged() {
     // Self-contained.
     let html = place.text("again/report.html");
     assert_eq!(html.matches("<svg").count(), 9);
-    says(&html, &["C17", "Sabancı University", "Not compared are"]);
-    says(&place.text("again/report.md"), &["| C7 | 5.1 |"]);
+    assert_says(&html, "C17 & Sabancı University & Not compared are");
+    assert_says(&place.text("again/report.md"), "| C7 | 5.1 |");
     // Not a second time into the same folder, unless asked.
     let again = place.run("reproduce --out again");
     again.refused(2, &["report.html", "--overwrite"]);

@@ -1,8 +1,9 @@
 //! Runs on devices with a force sensor, from the device to the log and the report.
 
 use crate::devices::{Emulated, at};
-use crate::process::{Place, column, says};
+use crate::process::{Place, column};
 use serde_json::Value;
+use testkit::{assert_close, assert_says};
 
 /// What the sensor shows beside the rendered force and the closed form, N.
 fn differences(report: &Value, key: &str) -> [f64; 2] {
@@ -34,9 +35,9 @@ fn a_simulated_rig_with_a_force_sensor_has_a_column_a_picture_and_a_report() {
     let again = place.json(&format!(
         "{line} sensed_range=20N seed=2 --against with/relax.mcap --out again"
     ));
-    says(
+    assert_says(
         &again["against"]["notes"].to_string(),
-        &["that of the log's sensor"],
+        "that of the log's sensor",
     );
     let from_record = differences(&again, "from_record")[0];
     assert!((1.3e-3..1.55e-3).contains(&from_record), "{again}");
@@ -84,7 +85,7 @@ fn a_touch_of_two_or_three_axes_has_its_sensed_force_along_the_rendered_one() {
         );
         place.write("touch.toml", &touch);
         let report = place.json("run touch.toml --out run --overwrite --quiet");
-        assert!((at(&report, "/sensed/offset_n") - 0.3).abs() < 5e-4);
+        assert_close("value", at(&report, "/sensed/offset_n"), 0.3, 5e-4);
         let [rms_n, largest_n] = differences(&report, "from_rendered");
         let peak_n = at(&report, "/peak_force_n");
         assert!((0.9e-3..0.01 * peak_n).contains(&rms_n), "{report}");
@@ -170,5 +171,10 @@ fn the_report_of_a_wall_has_its_sensed_force_beside_the_rendered_one() {
     assert!(rms_n < 1e-6, "{report}");
     let export = device.place.run("log export run/wall.mcap -").succeeded();
     let sensed = column(&export.stdout, "sensed_force_n");
-    assert!((sensed[sensed.len() - 1] - 1.0).abs() < 6e-3);
+    assert_close(
+        "sensed[sensed.len() - 1]",
+        sensed[sensed.len() - 1],
+        1.0,
+        6e-3,
+    );
 }

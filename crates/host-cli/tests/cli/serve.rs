@@ -6,7 +6,7 @@ use std::io::{BufRead as _, BufReader, Read as _};
 use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 use testkit::browser::{Page, parts};
-use testkit::until;
+use testkit::{assert_says, until};
 
 /// A server in a process of its own, killed when dropped.
 struct Served {
@@ -65,7 +65,7 @@ fn it_prints_its_address_and_ctrl_c_stops_the_force_tells_the_page_and_is_succes
         (Some(0), "1001: the server was stopped")
     );
     // The recording was closed: it is whole, and its force ends at zero.
-    assert!(said.contains("note: recorded feel-0001"), "{said}");
+    assert_says(&said, "note: recorded feel-0001");
     let info = place.json("log info results/feel-0001/feel.mcap");
     assert_eq!(
         (&info["complete"], &info["missing_samples"]),
@@ -166,7 +166,7 @@ fn a_file_is_felt_first_and_one_that_cannot_be_is_a_line_and_an_exit_code() {
         let refused = place.run(&format!("{SERVE} {file}"));
         assert_eq!(refused.code, Some(2), "{file}: {refused}");
         let said = &refused.stderr;
-        assert!(said.contains(words), "{said}");
+        assert_says(&said, words);
         assert!(said.starts_with("error: "), "{said}");
     }
 }

@@ -3,7 +3,7 @@
 //! `CAMPAIGN_CASES` sets how many; a seed chooses signal and moment.
 
 use crate::devices::Emulator;
-use crate::process::{Ended, Place, column, number, says, signal, until};
+use crate::process::{Ended, Place, column, number, signal, until};
 use haptic_bridge::{Bridge, Description};
 use haptic_devices::haply::TORQUES_BYTES;
 use haptic_link::{DeviceReport, Direction, Receiver, Sample};
@@ -15,7 +15,7 @@ use std::process::Child;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
-use testkit::{Random, cases};
+use testkit::{Random, assert_says, cases};
 
 /// Signals that end a run in order. Those of Linux alone come last: PWR, one without a name, the first and the last of real time.
 const HEARD: &[&str] = &[
@@ -373,7 +373,7 @@ fn meets(kind: Kind, name: &str, ms: f64, in_file: bool) -> bool {
         matches!(ended.code, Some(code @ (1 | 3)) if code <= most),
         "{ended}"
     );
-    says(ended.error(), &[words]);
+    assert_says(ended.error(), words);
     assert!(!rig.place.path(LOG).exists(), "{ended}");
     let table = rig.place.run("log export run/relax.mcap -").stdout;
     let rows = ["limiters", "commanded_force_n"].map(|name| column(&table, name));
@@ -411,7 +411,7 @@ fn recovers(place: &Place) {
         assert_eq!(number(&check, "first_s"), 0.0, "{check}");
         assert_eq!(number(&recovered, "last_tick"), samples - 1.0);
         let missing = recovered["missing"].to_string();
-        assert!(missing.contains("whatever came after tick"), "{missing}");
+        assert_says(&missing, "whatever came after tick");
     }
 }
 
@@ -470,6 +470,6 @@ fn a_terminal_is_left_as_it_was_and_the_last_line_is_whole() {
         let [hidden, visible] =
             ["\u{1b}[?25l", "\u{1b}[?25h"].map(|sequence| shown.rfind(sequence));
         assert!(hidden <= visible, "{name}: the cursor is hidden: {shown:?}");
-        says(&shown, &["interrupted: the run ended at"]);
+        assert_says(&shown, "interrupted: the run ended at");
     }
 }

@@ -1,10 +1,10 @@
 //! Two hands over a line: analysis, simulated runs, and two processes with real datagrams between them.
 
-use crate::process::{Ended, Place, column, number, says, signal};
+use crate::process::{Ended, Place, column, number, signal};
 use std::io::{BufRead as _, BufReader};
 use std::net::UdpSocket;
 use std::process::Child;
-use testkit::assert_close;
+use testkit::{assert_close, assert_says};
 
 /// A side in a process of its own, and the address it listens at.
 struct Side {
@@ -126,7 +126,7 @@ fn a_side_whose_partner_is_killed_is_at_zero_within_the_stated_time() {
     slave.child.kill().expect("running");
     slave.child.wait().expect("ends");
     let ended = master.end().failed(1);
-    says(ended.error(), &["the other side fell silent"]);
+    assert_says(ended.error(), "the other side fell silent");
     let report = ended.json();
     assert_eq!(report["ended"], "silent");
     assert_eq!(number(&report, "final_force_n"), 0.0);
@@ -167,13 +167,12 @@ fn the_wrong_peer_is_refused_in_one_line() {
     let slave = Side::start(&place, "teleoperate wave.toml --listen 127.0.0.1:0");
     let line = format!("teleoperate place.toml --connect {}", slave.address);
     let master = Side::start(&place, &line);
-    let words = [
-        "the other side has the architecture",
-        "give both the same",
-        "no force was applied",
-    ];
+
     for ended in [slave.end(), master.end()] {
-        says(ended.failed(3).error(), &words);
+        assert_says(
+            ended.failed(3).error(),
+            "the other side has the architecture & give both the same & no force was applied",
+        );
     }
     let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
     let address = socket.local_addr().expect("bound");
@@ -235,7 +234,7 @@ fn a_line_that_gives_energy_fails_where_it_must_be_passive() {
     place.write("late.toml", text);
     let ended = place.run("run late.toml --json --out late").failed(1);
     assert_eq!(ended.json()["verdict"], "gave-energy");
-    says(ended.error(), &["must_be_passive"]);
+    assert_says(ended.error(), "must_be_passive");
     let head = "[teleoperation]\n";
     let passive = text.replace(head, &format!("{head}architecture = \"time-domain\"\n"));
     place.write("passive.toml", passive);

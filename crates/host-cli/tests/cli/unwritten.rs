@@ -1,7 +1,8 @@
 //! Results that find no place: looked for before the work, and told behind the result if they find none after it.
 
 use crate::interrupted::with_short_files;
-use crate::process::{Ended, Place, number, says};
+use crate::process::{Ended, Place, number};
+use testkit::assert_says;
 
 /// A record of a step of 2/(0.3s + 1).
 fn record() -> String {
@@ -60,8 +61,9 @@ fn without_a_drawing(place: &Place, name: &str, line: &str, result: &str) -> Opt
     let blocks = if name == "r/region" { 120 } else { 100 };
     let ended =
         with_short_files(place, blocks, &format!("exec \"$0\" {}", words.join(" ")))?.failed(4);
-    says(ended.error(), &[&format!("{name}.png"), "File too large"]);
-    says(&ended.stdout, &[result]);
+    assert_says(ended.error(), "File too large");
+    assert_says(ended.error(), &format!("{name}.png"));
+    assert_says(&ended.stdout, result);
     assert!(!ended.stdout.contains(".png"), "{ended}");
     assert!(
         !place.path(&format!("{name}.svg")).exists(),
@@ -124,8 +126,8 @@ fn a_table_without_space_is_told_behind_the_report() {
             return;
         };
         let ended = ended.failed(4);
-        let words = [&format!("{stem}.csv"), "the log is whole", "File too large"];
-        says(ended.error(), &words);
+        let words = format!("{stem}.csv & the log is whole & File too large");
+        assert_says(ended.error(), &words);
         let report = ended.json();
         assert!(report["csv"].is_null(), "{report}");
         assert!(number(&report, "peak_force_n") > 0.0, "{report}");

@@ -65,7 +65,7 @@ fn polynomials_are_those_of_the_operator() {
     let muir = operator("muir:3", 0.6);
     let (above, below) = muir.polynomials().expect("a polynomial");
     for (have, want) in above.iter().zip(muir3(0.6)) {
-        assert!((have - want).abs() < 1e-15);
+        assert_close("have", *have, want, 1e-15);
     }
     assert_eq!(below, [1.0]);
     let rational = operator("tustin-muir:4", 1.4);

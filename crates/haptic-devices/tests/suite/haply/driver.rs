@@ -9,6 +9,7 @@ use haptic_emulator::haply::{Board, Body, Hand};
 use haptic_link::{NOT_TAKEN, State, UNANSWERED};
 use haptic_loop::{Fault, Limiters};
 use haptic_remote::serial::ServedHardware as _;
+use testkit::{assert_close, assert_refused, assert_says};
 
 /// A board of a version that a host has configured as another and led for so long, s.
 fn configured(version: Version, as_version: Version, hand: Hand, for_s: f64) -> (Board, u64) {
@@ -63,7 +64,7 @@ fn the_place_is_true_to_a_count() {
         let position = f64::from(running.device.newest().position_m[0]);
         // A whole count at the beginning, half a count now, of two encoders.
         let most = 1.5 * 2.0 * f64::from(model.resolution_m());
-        assert!((position - 0.02).abs() < most, "{position}");
+        assert_close("position", position, 0.02, most);
     }
 }
 
@@ -154,7 +155,7 @@ fn a_port_that_is_gone_is_not_said_to_have_told_the_board_anything() {
         // What is said is true: behind a port that is gone the motors still push.
         assert!(running.torque() > 0.0);
         let words = running.device.hardware().trouble().expect("failed").words;
-        assert!(words.contains(told), "{words}");
+        assert_says(&words, told);
         assert_eq!(words.contains("its port is gone"), !silent, "{words}");
         assert!(silent || !words.contains("reset"), "{words}");
     }
@@ -212,8 +213,7 @@ fn what_the_home_of_before_cannot_be_names_the_remedy() {
     let mut world = World::new(board);
     world.now_us = now_us;
     let refused = Haply2Diy::<_, 1>::greet(Wire::new(world), &name(Version::V3, Home::Before));
-    let said = refused.expect_err("angles of another device").to_string();
-    assert!(said.contains("omit home=before"), "{said}");
+    assert_refused(refused, "omit home=before");
 }
 
 #[test]
@@ -233,7 +233,7 @@ fn a_2diy_of_the_other_version_is_said_to_be_one() {
         let trouble = running.device.hardware().ended_by();
         println!("to ({x}, {y}): tick {ticks}, {trouble:?}");
         let said = trouble.expect("a trouble").to_string();
-        assert!(said.contains("version"), "{said}");
+        assert_says(&said, "version");
         assert!(running.torque() < 1e-30);
     }
 }

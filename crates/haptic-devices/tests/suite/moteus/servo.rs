@@ -8,6 +8,7 @@ use haptic_loop::Fault;
 use moteus_protocol::Mode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
+use testkit::{assert_close, assert_refused, assert_says};
 
 #[test]
 fn a_force_is_a_torque_at_the_radius() {
@@ -41,7 +42,7 @@ fn ticks_that_are_skipped_are_no_jump_of_the_position() {
         assert_eq!(rig.fault(), None, "tick {n} at {at_m} m: {}", rig.trouble());
     }
     let newest = f64::from(rig.device.newest().position_m[0]);
-    assert!((newest - at_m).abs() < 1e-3, "{newest} m of {at_m} m");
+    assert_close("position", newest, at_m, 1e-3);
 }
 
 #[test]
@@ -175,13 +176,10 @@ fn each_fault_is_named_within_five_ticks() {
     ];
     for (words, happens) in happens {
         let said = trouble_of(happens);
-        assert!(said.contains(words), "{said}");
+        assert_says(&said, words);
     }
     let said = trouble_of(|rig| instead(rig, line(of_another)));
-    assert!(
-        said.contains("servo 3 talks to 0 on the bus of servo 1"),
-        "{said}"
-    );
+    assert_says(&said, "servo 3 talks to 0 on the bus of servo 1");
 }
 
 fn line(text: &str) -> Vec<u8> {
@@ -228,14 +226,7 @@ fn a_servo_that_cannot_be_used_is_refused_at_the_door() {
         id: 9,
         ..MoteusSettings::DEFAULT
     };
-    let words = wire
-        .open(settings)
-        .expect_err("nobody is there")
-        .to_string();
-    assert!(
-        words.contains("servo 9 did not answer") && words.contains("(`id`)"),
-        "{words}"
-    );
+    assert_refused(wire.open(settings), "servo 9 did not answer & (`id`)");
 
     let wire = Wire::new(Shaft::LEVER);
     wire.world().harm = Some(Box::new(|bytes, to_servo| {
@@ -252,5 +243,5 @@ fn a_servo_that_cannot_be_used_is_refused_at_the_door() {
         }
     }));
     let words = refused(&wire).to_string();
-    assert!(words.contains("none of an fdcanusb"), "{words}");
+    assert_says(&words, "none of an fdcanusb");
 }

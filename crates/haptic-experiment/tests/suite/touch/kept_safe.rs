@@ -4,6 +4,7 @@ use super::{json, run, touch, verdict};
 use crate::design::number;
 use haptic_log::record::TickMessage;
 use haptic_quantity::written;
+use testkit::assert_says;
 
 #[test]
 fn the_force_stays_within_the_limit_of_its_norm() {
@@ -47,10 +48,7 @@ fn a_wall_that_shakes_gives_the_hand_energy_and_a_guard_takes_it_back() {
     assert!(most_j > 1e-6, "{most_j}");
     assert!(!report.run.preflight.expect("one").stable);
     let said = report.run.warnings.join("; ");
-    assert!(
-        said.contains("pre-flight") && said.contains("the hand was given"),
-        "{said}"
-    );
+    assert_says(&said, "pre-flight & the hand was given");
     let (report, ticks) = run(&shaking("guard = \"energy-bounding\""));
     assert_eq!(verdict(&report), "passive", "{report:?}");
     // No friction from the guard: the hand slides along the second axis.
@@ -86,7 +84,7 @@ fn leaving_the_box_is_a_fault_that_ends_the_run() {
     ));
     assert_eq!(verdict(&report), "unfinished");
     let reason = report.run.ended_early.clone().expect("a fault");
-    assert!(reason.contains("workspace"), "{reason}");
+    assert_says(&reason, "workspace");
     assert!(report.run.fault_log.is_some());
     let last = ticks.last().expect("ticks").position_m;
     assert!((0.02..0.03).contains(&last[1]), "{last:?}");

@@ -3,7 +3,7 @@
 use super::{request, supervised, touch};
 use haptic_experiment::ExperimentFile;
 use std::path::Path;
-use testkit::Folder;
+use testkit::{Folder, assert_refused};
 
 /// Keys of `[touch]`, and a part of what is said of them.
 const WRONG: &str = r#"
@@ -53,8 +53,7 @@ fn a_simulated_hand_that_begins_inside_is_refused_before_a_file_is_made() {
     let folder = Folder::empty();
     let inside = touch("circle_start_radius_m = 0.01");
     let refused = supervised(|supervisor| inside.run(&request(&folder, "touch"), supervisor));
-    let said = refused.expect_err("inside").to_string();
-    assert!(said.contains("would be a blow"), "{said}");
+    assert_refused(refused, "would be a blow");
     let left = folder.read_dir().expect("a folder").count();
     assert_eq!(left, 0);
 }

@@ -6,6 +6,7 @@ use fracdiff::Seconds;
 use haptic_loop::{EnergyBounding, Limiters, PassivityGuard};
 use nalgebra::{SVector, vector};
 use proptest::prelude::*;
+use testkit::assert_close;
 
 #[test]
 fn single_precision_holds_a_force_for_minutes() {
@@ -71,7 +72,7 @@ fn the_books_go_on_while_a_force_falls_to_zero() {
         let lost = before - state.observed_energy_j();
         let want = 0.9e-3 - damping * 1e-6;
         // But for what is forgotten, 1/250 of at most 50 mJ a sample.
-        assert!((lost - want).abs() < 4e-4, "{lost} {want}");
+        assert_close("lost", lost, want, 4e-4);
     }
 }
 

@@ -8,7 +8,7 @@ use haptic_loop::{
     EnergyBounding, Fault, Limiters, PassivityGuard, SafetyChain, SafetyLimits, SafetyState,
 };
 use nalgebra::vector;
-use testkit::Random;
+use testkit::{Random, assert_close, assert_relative, assert_says};
 
 #[test]
 fn an_energy_that_is_no_number_gives_no_force() {
@@ -95,7 +95,7 @@ fn a_rate_limit_does_not_keep_up_a_force_that_the_guard_takes_away() {
         assert!(force - last >= -T.0 - 1e-12);
         last = force;
     }
-    assert!((last + 2.0).abs() < 1e-2, "{last}");
+    assert_close("last", last, -2.0, 1e-2);
     // The worst motion, sample by sample.
     let mut acted = false;
     for _ in 0..5000 {
@@ -139,7 +139,7 @@ fn the_price_of_delay_lag_and_interval_is_that_of_its_formula() {
         let want = most / held / (1.0 + (spread / held).sqrt()).powi(2);
         let have = -force / 1e-3;
         println!("{least} {wide} {lag}: {have} {want}");
-        assert!((have / want - 1.0).abs() < 0.02, "{have} {want}");
+        assert_relative("have", have, want, 0.02);
     }
 }
 
@@ -195,13 +195,13 @@ fn noise_is_owed_for_a_thousand_samples_and_paid_only_with_energy_to_spare() {
     let x = (500.0 * noise / damping).sqrt() + (1002.0 * noise / damping).sqrt();
     tick(&mut state, x, 0.0);
     let left = state.observed_energy_j() / (keep * noise);
-    assert!((left - 501.0).abs() < 1e-6, "{left}");
+    assert_close("left", left, 501.0, 1e-6);
     // All that is covered for a force is not spent on noise: it is held for a minute.
     let sent = tick(&mut state, x, -10.0);
     assert!((-10.0..-0.1).contains(&sent), "{sent}");
     for _ in 0..30_000 {
         let held = tick(&mut state, x, -10.0);
-        assert!((held - sent).abs() < 1e-9, "{held} {sent}");
+        assert_close("held", held, sent, 1e-9);
     }
 }
 
@@ -214,7 +214,12 @@ fn a_force_that_was_bounded_has_no_surplus_to_forget() {
         apply(&chain, &mut state, x, wanted);
     }
     let energy = 0.8 * DAMPING / T.0 * 1e-6;
-    assert!((state.observed_energy_j() / energy - 1.0).abs() < 1e-12);
+    assert_relative(
+        "state.observed_energy_j()",
+        state.observed_energy_j(),
+        energy,
+        1e-12,
+    );
 }
 
 #[test]
@@ -263,7 +268,7 @@ fn what_a_guard_cannot_promise_is_refused() {
         (shared(1.01), "share of the damping".to_owned()),
     ] {
         let text = refused(bounding);
-        assert!(text.contains(&words), "{text}");
+        assert_says(&text, &words);
     }
 }
 

@@ -10,6 +10,7 @@ use nalgebra::DMatrix;
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng as _;
+use testkit::{assert_close, assert_refused, assert_relative, assert_says};
 
 /// V, Pa·s^0.2, and the order of the tissue.
 const TISSUE: [f64; 2] = [3000.0, 0.2];
@@ -189,7 +190,7 @@ fn told(count: u64, seeds: impl Iterator<Item = u64>) -> [[usize; 2]; 2] {
             let (matters, is_told) = match draw.record(ContactPoint::Zero) {
                 // A depth that begins far from rest is refused, with the remedy.
                 Err(error) => {
-                    assert!(error.to_string().contains("contact_point_m"), "{error}");
+                    assert_says(&error, "contact_point_m");
                     continue;
                 }
                 Ok(record) => {
@@ -260,26 +261,25 @@ fn a_late_contact_is_found() {
     let found = fitted(&read(ContactPoint::Fitted), None).expect("fits");
     let [viscosity, contact] = [&found.fits[0].parameters[0], &found.placement[0]];
     assert_eq!((contact.name, contact.unit), ("contact_point_m", "m"));
-    assert!((viscosity.value - 2990.0).abs() < 5.0, "{viscosity:?}");
+    assert_close("viscosity.value", viscosity.value, 2990.0, 5.0);
     assert!((contact.value + 1.02e-4).abs() < 1e-6, "{contact:?}");
     // As of a length that is given.
     let given = fitted(&read(ContactPoint::At(contact.value)), None).expect("fits");
     let given = &given.fits[0];
-    assert!(
-        (given.parameters[0].value / viscosity.value - 1.0).abs() < 1e-3,
-        "{given:?}"
+    assert_relative(
+        "given.parameters[0].value",
+        given.parameters[0].value,
+        viscosity.value,
+        1e-3,
     );
-    assert!((given.rms / found.fits[0].rms - 1.0).abs() < 1e-4);
+    assert_relative("given.rms", given.rms, found.fits[0].rms, 1e-4);
     let missed = fitted(&read(ContactPoint::Zero), None).expect("fits");
     let said = missed
         .warnings
         .iter()
         .find(|one| one.contains("fits better with"))
         .expect("told");
-    assert!(
-        said.contains("touches at -0.1") && said.contains("give `contact_point_m` = fit"),
-        "{said}"
-    );
+    assert_says(&said, "touches at -0.1 & give `contact_point_m` = fit");
 }
 
 /// The offset of the file is 5 % of its largest force, 0.647 mN.
@@ -290,14 +290,16 @@ fn a_baseline_is_found_in_the_samples_before_contact() {
     for (baseline, count) in [(Baseline::Constant, 1), (Baseline::Linear, 2)] {
         let found = fitted(&record, Some(baseline)).expect("fits");
         let viscosity = &found.fits[0].parameters[0];
-        assert!(
-            (viscosity.value - 3000.0).abs() < 15.0 * count as f64,
-            "{viscosity:?}"
+        assert_close(
+            "viscosity.value",
+            viscosity.value,
+            3000.0,
+            15.0 * count as f64,
         );
         assert_eq!(found.placement.len(), count);
         let offset = &found.placement[0];
         assert_eq!((offset.name, offset.unit), ("baseline_n", "N"));
-        assert!((offset.value - 6.47e-4).abs() < 0.03e-3, "{offset:?}");
+        assert_close("offset.value", offset.value, 6.47e-4, 0.03e-3);
         for drift in &found.placement[1..] {
             assert!(
                 drift.low_95.is_some_and(|low| low < 0.0)
@@ -309,7 +311,7 @@ fn a_baseline_is_found_in_the_samples_before_contact() {
         assert_eq!(found.measured.len(), found.fits[0].predicted.len());
         let residuals = found.residuals(&found.fits[0]);
         let rms = (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt();
-        assert!((rms / found.fits[0].rms - 1.0).abs() < 1e-9);
+        assert_relative("rms", rms, found.fits[0].rms, 1e-9);
     }
     let missed = fitted(&record, None).expect("fits");
     let said = missed
@@ -317,7 +319,7 @@ fn a_baseline_is_found_in_the_samples_before_contact() {
         .iter()
         .find(|one| one.contains("fits better with"))
         .expect("told");
-    assert!(said.contains("`baseline` = constant"), "{said}");
+    assert_says(&said, "`baseline` = constant");
 }
 
 #[test]
@@ -333,16 +335,13 @@ fn what_cannot_be_fitted_with_a_contact_point_is_refused_with_a_remedy() {
             .to_string()
     };
     let said = refused(&record, &stiffening);
-    assert!(
-        said.contains("`contact_point_m` is not fitted together with `stiffening`"),
-        "{said}"
+    assert_says(
+        &said,
+        "`contact_point_m` is not fitted together with `stiffening`",
     );
-    let said = Record::together(vec![record.clone(), record])
-        .expect_err("two")
-        .to_string();
-    assert!(
-        said.contains("`contact_point_m` is fitted to one motion"),
-        "{said}"
+    assert_refused(
+        Record::together(vec![record.clone(), record]),
+        "`contact_point_m` is fitted to one motion",
     );
     let record = late(ContactPoint::At(-1e-4)).expect("valid");
     let two = Record::together(vec![record.clone(), record]).expect("valid");
@@ -351,19 +350,12 @@ fn what_cannot_be_fitted_with_a_contact_point_is_refused_with_a_remedy() {
         ..Options::default()
     };
     let said = refused(&two, &baseline);
-    assert!(
-        said.contains("`baseline` is fitted to one motion, and there are 2"),
-        "{said}"
-    );
+    assert_says(&said, "`baseline` is fitted to one motion, and there are 2");
     let step =
         Record::relaxation(vec![1.0, 2.0, 3.0, 4.0], vec![4.0, 3.0, 2.5, 2.0]).expect("valid");
     let said = refused(&step, &baseline);
-    assert!(
-        said.contains("the record is of kind relaxation: omit it"),
-        "{said}"
-    );
-    let said = late(ContactPoint::At(2e-3)).expect_err("above").to_string();
-    assert!(said.contains("the depth is never above 0"), "{said}");
+    assert_says(&said, "the record is of kind relaxation: omit it");
+    assert_refused(late(ContactPoint::At(2e-3)), "the depth is never above 0");
 }
 
 /// Force over that of 1 Pa·s^α at 1 m/s of a ramp at this speed to a depth and a hold, which touches at `contact`, m: closed in the
@@ -451,8 +443,5 @@ fn errors_that_cancel_at_one_frequency_are_told() {
     );
     let read = Record::pressed(times, depths, forces, &sphere()).expect("valid");
     let said = fitted(&read, None).expect("fits").warnings.join("\n");
-    assert!(
-        said.contains("contact_point_m` = fit and `baseline` = constant"),
-        "{said}"
-    );
+    assert_says(&said, "contact_point_m` = fit and `baseline` = constant");
 }

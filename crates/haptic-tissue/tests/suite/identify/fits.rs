@@ -6,7 +6,7 @@ use haptic_tissue::{Model, ModelKind};
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng as _;
-use testkit::assert_relative;
+use testkit::{assert_refused, assert_relative, assert_says};
 
 fn normal(seed: u64) -> impl FnMut() -> f64 {
     let mut generator = Pcg64::seed_from_u64(seed);
@@ -195,24 +195,18 @@ fn what_cannot_be_held_is_refused_with_the_remedy() {
         assert!(!refused.contains('\n'), "{refused}");
     }
     let twice = holding("spring-pot", &[("order", 0.1, 0.1), ("order", 0.2, 0.2)]);
-    let refused = identify(&record, &twice, &|_| ()).expect_err("twice");
-    assert!(
-        refused.to_string().contains("`order` is held twice"),
-        "{refused}"
-    );
+    assert_refused(identify(&record, &twice, &|_| ()), "`order` is held twice");
     let exchanged = [("order", 0.1, 0.1), ("second_order", 0.3, 0.3)];
     let exchanged = holding("fractional-maxwell", &exchanged);
-    let refused = identify(&record, &exchanged, &|_| ()).expect_err("exchanged");
-    assert!(refused.to_string().contains("exchange"), "{refused}");
+    assert_refused(identify(&record, &exchanged, &|_| ()), "exchange");
     // A dashpot has no storage modulus.
     let options = Options {
         chosen: Some(ModelKind::Dashpot),
         ..holding("dashpot", &[])
     };
-    let refused = identify(&record, &options, &|_| ()).expect_err("none");
-    assert!(
-        refused.to_string().contains("cannot show a dashpot"),
-        "{refused}"
+    assert_refused(
+        identify(&record, &options, &|_| ()),
+        "cannot show a dashpot",
     );
 }
 
@@ -311,10 +305,7 @@ fn depths_of_one_load_cell_share_its_noise() {
     println!("{inside} inside, width {width} beside {deepest}: {said}");
     assert!((0.9..=1.0).contains(&inside), "{inside}");
     assert!(width < 1.05 * deepest, "{width} {deepest}");
-    assert!(
-        said.contains("all motions are taken to have the same noise"),
-        "{said}"
-    );
+    assert_says(&said, "all motions are taken to have the same noise");
 }
 
 #[test]
@@ -322,7 +313,7 @@ fn depths_whose_noise_differs_count_by_their_own() {
     let (inside, width, said) = intervals([0.1, 0.3, 1.3], 40);
     println!("{inside} inside, width {width}: {said}");
     assert!((0.9..=1.0).contains(&inside), "{inside}");
-    assert!(said.contains("the noise of the motions differs"), "{said}");
+    assert_says(&said, "the noise of the motions differs");
 }
 
 /// So many samples of a relaxation over three decades with 1 % of noise.

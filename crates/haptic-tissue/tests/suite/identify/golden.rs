@@ -3,6 +3,7 @@
 use super::{candidate, fish, one};
 use haptic_tissue::identify::{CANDIDATES, Identification, Options, Record, identify};
 use haptic_tissue::{Model, ModelKind};
+use testkit::{assert_close, assert_says};
 
 /// A record beside `best.csv`.
 fn record(name: &str, kind: &str) -> Record {
@@ -104,7 +105,7 @@ fn fish_muscle_is_the_fractional_maxwell_model_of_the_theory() {
         let squares: f64 = pairs.map(|(have, want)| (have / want).ln().powi(2)).sum();
         (squares / moduli.len() as f64).sqrt()
     };
-    assert!((rms(&best) - fit.rms).abs() < 1e-8 * fit.rms);
+    assert_close("rms(&best)", rms(&best), fit.rms, 1e-8 * fit.rms);
     for k in 0..4 {
         for factor in [0.999, 1.001] {
             let mut other = best.clone();
@@ -125,7 +126,7 @@ fn the_record_chooses_and_says_what_it_cannot_tell() {
         .fits
         .iter()
         .find(|fit| fit.kind == ModelKind::SpringPot);
-    assert!((pot.expect("there").rms - 0.15).abs() < 0.005);
+    assert_close("value", pot.expect("there").rms, 0.15, 0.005);
     assert!(
         found.fits[1..]
             .windows(2)
@@ -147,7 +148,7 @@ fn the_record_chooses_and_says_what_it_cannot_tell() {
     let found = identify(&record, &options, &|_| ()).expect("converges");
     assert_eq!(found.fits[0].kind, ModelKind::FractionalMaxwell);
     let said = found.warnings.join("\n");
-    assert!(said.contains("the simpler spring-pot is as good"), "{said}");
+    assert_says(&said, "the simpler spring-pot is as good");
     let auto = identify(&record, &Options::default(), &|_| ()).expect("converges");
     assert_eq!(auto.fits[0].kind, ModelKind::SpringPot);
 }

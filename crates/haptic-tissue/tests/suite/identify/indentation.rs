@@ -7,7 +7,7 @@ use haptic_tissue::{Model, ModelKind};
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng as _;
-use testkit::assert_relative;
+use testkit::{assert_refused, assert_relative, assert_says};
 
 /// A punch, a sphere, a cone, a sphere on a layer, slabs.
 fn shapes() -> [Specimen; 6] {
@@ -107,19 +107,24 @@ fn truths() -> [(ModelKind, Vec<f64>); 3] {
     ]
 }
 
+fn truth(number: usize) -> (ModelKind, Vec<f64>, Model) {
+    let (kind, truth) = truths()[number].clone();
+    let model = Model::from_parameters(kind, &truth).expect("valid");
+    (kind, truth, model)
+}
+
 /// How many parameters were inside their intervals, how many that are ten standard errors off were outside, and of how many.
 fn inside(cases: u64) -> (u64, u64, u64) {
     let (mut inside, mut refused, mut all) = (0, 0, 0);
     for case in 0..cases {
         let specimen = &shapes()[case as usize % 6];
-        let (kind, truth) = &truths()[case as usize / 6 % 3];
-        let model = Model::from_parameters(*kind, truth).expect("valid");
+        let (kind, truth, model) = truth(case as usize / 6 % 3);
         let depth = specimen.length().map_or(1e-3, |length| 0.15 * length.0);
         let motion = motion(depth);
         let force = pressed(&model, specimen, &motion, 0.01, 77 * case + 5);
         let record = Record::pressed(motion.0, motion.1, force, specimen).expect("valid");
-        let found = one(&record, *kind);
-        for (estimate, truth) in found.fits[0].parameters.iter().zip(truth) {
+        let found = one(&record, kind);
+        for (estimate, truth) in found.fits[0].parameters.iter().zip(&truth) {
             let (low, high) = (estimate.low_95, estimate.high_95);
             let [low, high] = [low, high].map(|end| end.expect("settled"));
             inside += u64::from((low..=high).contains(truth));
@@ -140,8 +145,7 @@ fn inside_stiffening(cases: u64) -> (u64, u64, u64, u64) {
         let shape = &shapes[[0, 1, 3, 4, 5][case as usize % 5]];
         let stiffening = [4.0, 12.0][case as usize % 2];
         let stiff = Specimen::new(*shape.loading(), 0.5, stiffening).expect("valid");
-        let (kind, truth) = &truths()[case as usize / 5 % 3];
-        let model = Model::from_parameters(*kind, truth).expect("valid");
+        let (kind, truth, model) = truth(case as usize / 5 % 3);
         let length = shape.length().expect("a length").0;
         let records = [0.05, 0.1, 0.2].map(|strain| {
             let motion = motion(strain * length);
@@ -150,7 +154,7 @@ fn inside_stiffening(cases: u64) -> (u64, u64, u64, u64) {
             Record::pressed(motion.0, motion.1, force, shape).expect("valid")
         });
         let record = Record::together(records.into()).expect("valid");
-        let found = with_stiffening(&record, *kind);
+        let found = with_stiffening(&record, kind);
         let truth: Vec<f64> = truth.iter().copied().chain([stiffening]).collect();
         let estimates = &found.fits[0].parameters;
         assert_eq!(estimates.len(), truth.len());
@@ -168,6 +172,12 @@ fn inside_stiffening(cases: u64) -> (u64, u64, u64, u64) {
         }
     }
     (inside, own, open, all)
+}
+
+fn assert_parameters(found: &Identification, truth: &[f64], tolerance: f64) {
+    for (estimate, truth) in found.fits[0].parameters.iter().zip(truth) {
+        assert_relative(estimate.name, estimate.value, *truth, tolerance);
+    }
 }
 
 fn with_stiffening(record: &Record, kind: ModelKind) -> Identification {
@@ -199,8 +209,7 @@ fn by_night_the_truth_of_stiffening_is_inside_ninety_five_of_a_hundred_intervals
 fn several_depths_tell_stiffening_from_the_modulus_and_one_does_not() {
     let shape = shapes()[4];
     let stiff = Specimen::new(*shape.loading(), 0.5, 8.0).expect("valid");
-    let (kind, truth) = &truths()[0];
-    let model = Model::from_parameters(*kind, truth).expect("valid");
+    let (kind, truth, model) = truth(0);
     let record = |strain: f64, noise: f64, seed: u64| {
         // A ramp that nobody sampled.
         let (mut times, mut depths) = motion(0.02 * strain);
@@ -216,14 +225,14 @@ fn several_depths_tell_stiffening_from_the_modulus_and_one_does_not() {
         Record::pressed(times, depths, force, &shape).expect("valid")
     };
     let several = [0.03, 0.08, 0.15].map(|strain| record(strain, 1e-3, 0));
-    let found = with_stiffening(&Record::together(several.into()).expect("valid"), *kind);
+    let found = with_stiffening(&Record::together(several.into()).expect("valid"), kind);
     let b = found.fits[0].stiffening().expect("looked for").value;
     assert_relative("b", b, 8.0, 0.01);
     assert_relative("V", found.fits[0].parameters[0].value, truth[0], 0.01);
     let said = found.warnings.join("\n");
     assert!(!said.contains("depths"), "{said}");
     assert!(found.fits[0].to_model().is_ok());
-    let found = with_stiffening(&record(0.15, 0.01, 3), *kind);
+    let found = with_stiffening(&record(0.15, 0.01, 3), kind);
     let b = found.fits[0].stiffening().expect("looked for");
     let said = found.warnings.join("\n");
     assert!(
@@ -259,7 +268,7 @@ fn a_candidate_that_cannot_be_fitted_is_left_out_and_told() {
     let found = identify(&record, &options, &|_| ()).expect("the others are fitted");
     let told = found.warnings.join("\n");
     for kind in ["fractional-zener", "fractional-poynting-thomson"] {
-        assert!(told.contains(kind), "{told}");
+        assert_says(&told, kind);
     }
     assert_eq!(found.fits.len() + 2, options.candidates.len());
 }
@@ -278,12 +287,9 @@ fn stiffening_that_cannot_be_seen_is_refused() {
         &shapes()[2],
     );
     for record in [relaxation, cone.expect("valid")] {
-        let refused = identify(&record, &options, &|_| ())
-            .expect_err("cannot")
-            .to_string();
-        assert!(
-            refused.contains("not under a cone: give `kind` = record"),
-            "{refused}"
+        assert_refused(
+            identify(&record, &options, &|_| ()),
+            "not under a cone: give `kind` = record",
         );
     }
     let together = |records: &[Record]| {
@@ -318,9 +324,8 @@ fn by_night_the_truth_of_indentations_is_inside_ninety_five_of_a_hundred_interva
 /// Without noise the model itself, whatever the shape, and in any motion that grows.
 #[test]
 fn the_memory_of_any_shape_comes_back() {
-    let (kind, truth) = &truths()[2];
-    let model = Model::from_parameters(*kind, truth).expect("valid");
-    for (n, specimen) in shapes().iter().enumerate() {
+    let (kind, truth, model) = truth(2);
+    for specimen in &shapes() {
         let depth = specimen.length().map_or(1e-3, |length| 0.15 * length.0);
         let (times, _) = motion(depth);
         // Two ramps, and coarse samples.
@@ -331,15 +336,8 @@ fn the_memory_of_any_shape_comes_back() {
         let motion = (times, depths);
         let force = pressed(&model, specimen, &motion, 0.0, 0);
         let record = Record::pressed(motion.0, motion.1, force, specimen).expect("valid");
-        let found = one(&record, *kind);
-        for (estimate, truth) in found.fits[0].parameters.iter().zip(truth) {
-            assert_relative(
-                &format!("{n} {}", estimate.name),
-                estimate.value,
-                *truth,
-                1e-3,
-            );
-        }
+        let found = one(&record, kind);
+        assert_parameters(&found, &truth, 1e-3);
     }
 }
 
@@ -364,24 +362,19 @@ fn a_ramp_of_two_samples_tells_the_memory_too() {
     let forces = times.iter().map(|&t| force(t)).collect();
     let record = Record::pressed(times, depths, forces, &cone).expect("valid");
     let found = one(&record, ModelKind::SpringPot);
-    for (estimate, truth) in found.fits[0].parameters.iter().zip([viscosity, order]) {
-        assert_relative(estimate.name, estimate.value, truth, 1e-5);
-    }
+    assert_parameters(&found, &[viscosity, order], 1e-5);
 }
 
 /// A rheometer's G(t) and what a press makes of it: E = 2(1 + ν)·G, three times at ν = 0.5, to the last digit.
 #[test]
 fn a_shear_record_compresses_with_three_times_its_force() {
-    let (kind, truth) = &truths()[0];
-    let model = Model::from_parameters(*kind, truth).expect("valid");
+    let (_, truth, model) = truth(0);
     let [.., compression, shear] = shapes();
     let motion = motion(1e-3);
     let force = pressed(&model, &shear, &motion, 0.0, 0);
     let record = Record::pressed(motion.0, motion.1, force, &shear).expect("valid");
     let found = one(&record, candidate("spring-pot"));
-    for (estimate, truth) in found.fits[0].parameters.iter().zip(truth) {
-        assert_relative(estimate.name, estimate.value, *truth, 1e-6);
-    }
+    assert_parameters(&found, &truth, 1e-6);
     let [sheared, pressed] = [shear, compression].map(|one| one.shape(haptic_loop::Modulus::Shear));
     assert_eq!((pressed / sheared).to_bits(), 3.0_f64.to_bits());
 }
@@ -389,8 +382,7 @@ fn a_shear_record_compresses_with_three_times_its_force() {
 /// In and out again: what shrinks is left out and said; a punch keeps its contact, and all is fitted.
 #[test]
 fn a_retraction_is_left_out_of_growing_contact_and_said() {
-    let (kind, truth) = &truths()[0];
-    let model = Model::from_parameters(*kind, truth).expect("valid");
+    let (kind, truth, model) = truth(0);
     let [punch, sphere, cone, ..] = shapes();
     let times: Vec<f64> = (0..=400).map(|n| 0.01 * f64::from(n)).collect();
     let depths: Vec<f64> = (times.iter())
@@ -404,11 +396,11 @@ fn a_retraction_is_left_out_of_growing_contact_and_said() {
         depths[0] = -1e-9;
         let record = Record::pressed(motion.0, depths, force, &specimen).expect("valid");
         assert_eq!(record.samples(), 401 - left_out);
-        let found = one(&record, *kind);
+        let found = one(&record, kind);
         let said = found.warnings.join("\n");
         let wanted = "the contact shrinks from 3 s on: 100 samples of 401 are left out";
         assert_eq!(said.contains(wanted), left_out > 0, "{said}");
-        assert!(said.contains("1 samples with a depth below 0"), "{said}");
+        assert_says(&said, "1 samples with a depth below 0");
         assert_relative("order", found.fits[0].parameters[1].value, truth[1], 1e-4);
     }
 }
@@ -416,8 +408,7 @@ fn a_retraction_is_left_out_of_growing_contact_and_said() {
 /// An overshoot of 3 % is no retraction: the hold behind it is fitted, and the fall is said.
 #[test]
 fn an_overshoot_keeps_its_hold() {
-    let (kind, truth) = &truths()[0];
-    let model = Model::from_parameters(*kind, truth).expect("valid");
+    let (kind, truth, model) = truth(0);
     let sphere = shapes()[1];
     let (times, _) = motion(1.0);
     let depths = times.iter().map(|t| {
@@ -429,20 +420,16 @@ fn an_overshoot_keeps_its_hold() {
     let force = pressed(&model, &sphere, &(times.clone(), depths.clone()), 0.0, 0);
     let record = Record::pressed(times, depths, force, &sphere).expect("valid");
     assert_eq!(record.samples(), count);
-    let found = one(&record, *kind);
+    let found = one(&record, kind);
     let said = found.warnings.join("\n");
-    assert!(
-        said.contains("falls back by 2.9 % of its largest"),
-        "{said}"
-    );
+    assert_says(&said, "falls back by 2.9 % of its largest");
     assert_relative("order", found.fits[0].parameters[1].value, truth[1], 1e-3);
 }
 
 /// A touch between two samples begins there, not at the sample before.
 #[test]
 fn a_touch_begins_between_its_samples() {
-    let (kind, truth) = &truths()[0];
-    let model = Model::from_parameters(*kind, truth).expect("valid");
+    let (kind, truth, model) = truth(0);
     let sphere = shapes()[1];
     // 0.6 of the time between two samples before the touch.
     let fine: Vec<f64> = (0..=2000).map(|n| 0.001 * f64::from(n)).collect();
@@ -456,11 +443,9 @@ fn a_touch_begins_between_its_samples() {
         forces.push(force[n]);
     }
     let record = Record::pressed(times, depths, forces, &sphere).expect("valid");
-    let found = one(&record, *kind);
+    let found = one(&record, kind);
     assert!(record.x()[0].abs() < 1e-12);
-    for (estimate, truth) in found.fits[0].parameters.iter().zip(truth) {
-        assert_relative(estimate.name, estimate.value, *truth, 1e-3);
-    }
+    assert_parameters(&found, &truth, 1e-3);
 }
 
 #[test]
@@ -472,11 +457,7 @@ fn what_is_pressed_wrongly_is_refused() {
         vec![0.0, 1.0, 2.0],
         &shapes()[1],
     );
-    let refused = upwards.expect_err("upwards").to_string();
-    assert!(
-        refused.contains("the depth is never above 0: change its sign"),
-        "{refused}"
-    );
+    assert_refused(upwards, "the depth is never above 0: change its sign");
     let [_, _, _, layer, compression, _] = shapes();
     for specimen in [layer, compression] {
         let thickness = specimen.loading().thickness_m.expect("a thickness");
@@ -486,13 +467,9 @@ fn what_is_pressed_wrongly_is_refused() {
             vec![0.0, 1.0, 2.0],
             &specimen,
         );
-        let refused = record.expect_err("beyond").to_string();
-        for words in [
-            "sample 3",
-            "is beyond the thickness",
-            "change `thickness_m`",
-        ] {
-            assert!(refused.contains(words), "{refused}");
-        }
+        assert_refused(
+            record,
+            "sample 3 & is beyond the thickness & change `thickness_m`",
+        );
     }
 }

@@ -2,7 +2,7 @@
 
 use haptic_tissue::identify::{IdentifyError, TableDetails};
 use measured_table::{Choice, Column, Columns, Reader, read_table};
-use testkit::assert_relative;
+use testkit::{assert_refused, assert_relative};
 
 /// A file, the options that it needs, and the law that its numbers obey.
 const LAYOUTS: &str = r"
@@ -231,10 +231,9 @@ fn segments_are_listed_and_chosen() {
             segments: vec![wrong.to_owned()],
             ..Reader::default()
         };
-        let refused = reader.read_all(&table).expect_err(wrong).to_string();
-        assert!(
-            refused.contains("give `segment` a number from 1 to 2"),
-            "{refused}"
+        assert_refused(
+            reader.read_all(&table),
+            "give `segment` a number from 1 to 2",
         );
     }
 }

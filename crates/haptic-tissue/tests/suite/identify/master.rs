@@ -4,6 +4,7 @@ use super::{candidate, one};
 use haptic_tissue::identify::{MasterCurve, Record, ShiftBy, TableDetails, master_curve};
 use haptic_tissue::{Model, ModelKind};
 use measured_table::{Reader, read_table};
+use testkit::{assert_close, assert_refused, assert_says};
 
 const TEMPERATURES_C: [f64; 6] = [-10.0, 0.0, 10.0, 20.0, 30.0, 40.0];
 
@@ -129,13 +130,11 @@ fn what_makes_no_master_curve_is_refused_with_a_remedy() {
         ),
     ] {
         let refused = master_curve(records, celsius, ShiftBy::Both);
-        let refused = refused.expect_err("refused").to_string();
-        assert!(refused.contains(said), "{refused}");
+        assert_refused(refused, said);
     }
     let pair = vec![(20.0, at(1.0)), (30.0, at(0.9))];
     let refused = master_curve(pair, 20.0, ShiftBy::Storage);
-    let refused = refused.expect_err("one modulus").to_string();
-    assert!(refused.contains("`shift_by` has no effect"), "{refused}");
+    assert_refused(refused, "`shift_by` has no effect");
 }
 
 /// Halves of a record at one temperature are that record: the short times and the long ones, of which only one overlaps a neighbour far away.
@@ -151,12 +150,12 @@ fn several_records_of_one_temperature_are_one() {
     });
     // Half a degree beyond the end is the end.
     let curve = master_curve(halves.collect(), 40.5, ShiftBy::Both).expect("one curve");
-    assert!((curve.reference_c - 40.02).abs() < 1e-9);
+    assert_close("curve.reference_c", curve.reference_c, 40.02, 1e-9);
     assert_eq!(curve.shifts.len(), TEMPERATURES_C.len());
     assert_eq!(curve.record.samples(), 264);
     for (shift, celsius) in curve.shifts.iter().zip(TEMPERATURES_C) {
         let wanted = wlf(celsius) - wlf(40.0);
-        assert!((shift.log10 - wanted).abs() < 0.02, "{shift:?} {wanted}");
+        assert_close("shift.log10", shift.log10, wanted, 0.02);
     }
     assert!(curve.is_lawful && curve.overlaps.iter().all(|one| one.misfit < 5e-3));
 }
@@ -186,9 +185,9 @@ fn storage_and_loss_that_disagree_are_said_and_widen_the_errors() {
         }
         let found = one(&curve.record, candidate("fractional-zener"));
         let said = found.warnings.join("\n");
-        assert!(
-            said.contains("at -10 degC the storage modulus alone is shifted by 3.43 decades"),
-            "{said}"
+        assert_says(
+            &said,
+            "at -10 degC the storage modulus alone is shifted by 3.43 decades",
         );
         assert_eq!(said.contains("`shift_by`"), by == ShiftBy::Both, "{said}");
         assert!(curve.is_lawful);
@@ -214,7 +213,7 @@ fn shifts_that_no_law_fits_are_no_result() {
         .warnings
         .join("\n");
     for words in ["the shifts are no result", "`shift_by` = storage"] {
-        assert!(said.contains(words), "{said}");
+        assert_says(&said, words);
     }
     let storage = master_curve(records, 3.0, ShiftBy::Storage).expect("one curve");
     assert!(

@@ -7,7 +7,7 @@ use haptic_tissue::identify::{
     identify,
 };
 use measured_table::{Reader, read_table};
-use testkit::assert_relative;
+use testkit::{assert_refused, assert_relative, assert_says};
 
 pub(super) fn understood(table: &str, reading: &TableDetails) -> Result<Understood, IdentifyError> {
     reading.record(Reader::default().read(read_table(table.as_bytes())?)?)
@@ -168,10 +168,7 @@ fn a_ramp_that_no_column_tells_is_told_by_its_time() {
         (60.0, "below the last time 60 s"),
         (f64::NAN, "NaN s is not above"),
     ] {
-        let refused = understood(table, &reading(Some(ramp)))
-            .expect_err("refused")
-            .to_string();
-        assert!(refused.contains(said), "{refused}");
+        assert_refused(understood(table, &reading(Some(ramp))), said);
     }
     let creep = "time_s,creep_compliance_per_pa\n1,1e-3\n2,2e-3\n";
     let refused = understood(
@@ -182,12 +179,7 @@ fn a_ramp_that_no_column_tells_is_told_by_its_time() {
         },
     )
     .expect_err("no ramp");
-    assert!(
-        refused
-            .to_string()
-            .contains("`ramp_time_s` 1 s has no effect"),
-        "{refused}"
-    );
+    assert_says(&refused, "`ramp_time_s` 1 s has no effect");
 }
 
 const RAMP: [f64; 2] = [3000.0, 0.2];

@@ -3,7 +3,7 @@
 use fracdiff::Seconds;
 use haptic_tissue::identify::{Identification, Options, Record, identify};
 use haptic_tissue::{FullHistory, Library, Model, ModelKind, SampledModel};
-use testkit::tissue::model;
+use testkit::{assert_close, assert_relative, tissue::model};
 
 /// As `relax` imposes it: a ramp to 5 % in a second, then held until 4 s, of a tissue that is rendered at this sample time.
 fn rendered(tissue: &Model, sample_time_s: f64) -> Record {
@@ -68,7 +68,7 @@ fn rendered_creep_is_of_the_model_that_crept() {
         let fit = &found.fits[0];
         assert_eq!(fit.kind, kind, "{parameters:?}: {:?}", fit.parameters);
         for (found, truth) in fit.parameters.iter().zip(parameters) {
-            testkit::assert_relative(found.name, found.value, *truth, 0.02);
+            assert_relative(found.name, found.value, *truth, 0.02);
         }
     }
 }
@@ -88,7 +88,12 @@ fn a_rendered_spring_pot_is_a_spring_pot() {
         let found = found(&rendered(&tissue, sample_time_s), &FEWEST);
         let fit = &found.fits[0];
         assert_eq!(fit.kind, ModelKind::SpringPot, "{order} at {sample_time_s}");
-        assert!((fit.parameters[1].value - order).abs() < 1e-3, "{fit:?}");
+        assert_close(
+            "fit.parameters[1].value",
+            fit.parameters[1].value,
+            order,
+            1e-3,
+        );
     }
 }
 

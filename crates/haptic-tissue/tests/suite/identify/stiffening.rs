@@ -7,7 +7,7 @@ use haptic_tissue::{Model, ModelKind};
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng as _;
-use testkit::assert_relative;
+use testkit::{assert_relative, assert_says};
 
 fn stiffened(record: &Record, candidates: &[ModelKind]) -> Identification {
     let options = Options {
@@ -60,7 +60,7 @@ fn a_convex_record_of_two_negative_columns_is_turned() {
     assert_relative("E", fit.parameters[0].value, 2e3, 1e-3);
     assert_relative("b", fit.parameters[1].value, 9.0, 1e-3);
     let said = found.warnings.join("\n");
-    assert!(said.contains("with the other sign"), "{said}");
+    assert_says(&said, "with the other sign");
 }
 
 /// A slow pull of tissue without memory, with an error that hangs together over the whole record: some four residuals of 150 are

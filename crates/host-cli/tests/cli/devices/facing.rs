@@ -1,7 +1,8 @@
 //! Two emulated boards whose masses meet, in one process.
 
 use super::Emulated;
-use crate::process::{Place, says};
+use crate::process::Place;
+use testkit::assert_says;
 
 #[test]
 fn both_boards_of_a_pair_answer_each_over_its_own_line_and_both_go_together() {
@@ -14,7 +15,7 @@ fn both_boards_of_a_pair_answer_each_over_its_own_line_and_both_go_together() {
         assert_eq!(info["state"], "idle", "{info}");
     }
     let said = pair.ends();
-    says(&said, &["ticks", "; facing: "]);
+    assert_says(&said, "ticks & ; facing: ");
     let left = pair.place.files();
     assert!(
         !left.iter().any(|file| file == "device" || file == "white"),

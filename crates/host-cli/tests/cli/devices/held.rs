@@ -1,10 +1,11 @@
 //! A device that a controller holds, in a loop of its own.
 
 use super::{Emulated, at};
-use crate::process::{column, says};
+use crate::process::column;
 use fracdiff::Seconds;
 use fractional_control::{Controller as _, FractionalPid};
 use haptic_experiment::document::ControllerFile;
+use testkit::assert_says;
 
 /// It reaches its upper limit on the ramp: the emulated device takes 12 mN to go at 3.3 mm/s.
 const PID: &str = "[pid]\nproportional_gain = 300\nintegral_gain_per_s_lambda = 900\nintegral_order = 0.9\n\
@@ -35,10 +36,7 @@ fn a_drive_holds_the_device_itself_by_the_bits_of_the_hosts_controller() {
         "{report}"
     );
     assert!(at(&report, "/drive/saturated_samples") > 50.0, "{report}");
-    says(
-        &report["warnings"].to_string(),
-        &["has no tissue before it"],
-    );
+    assert_says(&report["warnings"].to_string(), "has no tissue before it");
 
     let file = ControllerFile::read(&device.place.path("pid.toml")).expect("valid");
     let setup = file.setup;
@@ -65,9 +63,9 @@ fn a_drive_holds_the_device_itself_by_the_bits_of_the_hosts_controller() {
     }
     // By the rise of its force.
     assert!(held_back > 300, "{held_back}");
-    says(
+    assert_says(
         &device.place.text("held/relax.csv"),
-        &["indenter_position_m,drive_force_n"],
+        "indenter_position_m,drive_force_n",
     );
     let info = device.json("device info --device serial:device");
     assert_eq!(at(&info, "/controller_sample_time_min_s"), 1e-4);

@@ -1,7 +1,8 @@
 //! An emulated Inverse Service at a port of this machine, and commands on its device.
 
 use super::{Emulator, at};
-use crate::process::{Place, column, says};
+use crate::process::{Place, column};
+use testkit::assert_says;
 
 const SERVICE: &str = "--kind inverse3 service_port=0";
 
@@ -13,7 +14,7 @@ fn info_names_the_inverse3_and_what_its_service_does_to_forces() {
     // A machine that is busy answers late.
     let line = format!("device info --device {device},lost=1000 --json");
     let ended = place.run(&line).succeeded_with_warnings();
-    says(&ended.stderr, &["force gate has gain 0.3", "damping to 0"]);
+    assert_says(&ended.stderr, "force gate has gain 0.3 & damping to 0");
     let info = ended.json();
     assert_eq!(info["board"], "Inverse3 04BA");
     assert_eq!(at(&info, "/force_max_n"), 3.0);
@@ -50,7 +51,7 @@ fn info_names_the_inverse3_and_what_its_service_does_to_forces() {
         &["add --kind inverse3"],
     );
     let said = service.ends();
-    says(&said, &["emulated: 2 sessions,", "largest 0.000000 N"]);
+    assert_says(&said, "emulated: 2 sessions, & largest 0.000000 N");
 }
 
 #[test]

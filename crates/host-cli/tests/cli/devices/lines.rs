@@ -12,6 +12,7 @@ use std::process::{Child, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
+use testkit::assert_says;
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
@@ -93,7 +94,7 @@ fn a_device_that_is_pulled_out_ends_the_run_with_a_whole_log() {
     let ended = run.wait_with_output().expect("ends");
     let error = String::from_utf8_lossy(&ended.stderr).into_owned();
     assert_eq!(ended.status.code(), Some(3), "{error}");
-    assert!(error.contains("the connection is gone"), "{error}");
+    assert_says(&error, "the connection is gone");
     let info = device.json("log info run/relax.mcap");
     assert_eq!(info["complete"], true);
     assert!(at(&info, "/samples") > 50.0, "{info}");
@@ -102,7 +103,7 @@ fn a_device_that_is_pulled_out_ends_the_run_with_a_whole_log() {
     assert!(check.error().contains("the link was lost"), "{check}");
     assert_eq!(info["end"]["planned_samples"], 60502);
     let reason = info["end"]["reason"].as_str().expect("a text");
-    assert!(reason.contains("the connection is gone"), "{reason}");
+    assert_says(&reason, "the connection is gone");
 }
 
 #[test]
@@ -117,7 +118,7 @@ fn a_host_that_is_killed_leaves_a_device_without_force() {
     let info = device.json("device info --device serial:device");
     assert_eq!(info["state"], "in a fault", "{info}");
     let fault = info["fault"].as_str().expect("a fault");
-    assert!(fault.contains("heard nothing from the host"), "{fault}");
+    assert_says(&fault, "heard nothing from the host");
     // What it left of its log can be saved.
     let saved = device
         .place

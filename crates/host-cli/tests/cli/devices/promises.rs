@@ -2,11 +2,11 @@
 
 use super::middle::Middle;
 use super::{Emulated, at};
-use crate::process::{Ended, Place, number, says, signal};
+use crate::process::{Ended, Place, number, signal};
 use haptic_link::{Capabilities, DeviceReport};
 use serde_json::Value;
 use std::io::{BufRead as _, BufReader, Read as _};
-use testkit::assert_close;
+use testkit::{assert_close, assert_says};
 
 /// 8000 N/m on the dissertation's device: it shakes.
 const SHAKING: &str = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 2e-3\norder = 0\n\
@@ -151,12 +151,11 @@ fn a_z_width_can_be_found_on_a_device() {
     }
     // A person is told what is missing beside them, and where it is to be had.
     let shown = device.place.run(&SEARCH.replace(" --quiet", ""));
-    let words = [
-        "the analysis needs",
-        "--device-model",
-        "host-cli device measure",
-    ];
-    says(&shown.succeeded_with_warnings().stderr, &words);
+
+    assert_says(
+        &shown.succeeded_with_warnings().stderr,
+        "the analysis needs & --device-model & host-cli device measure",
+    );
 }
 
 #[test]
@@ -239,9 +238,9 @@ fn a_device_pushes_by_itself_only_within_lasting_limits() {
         (&Value::from("device"), &Value::from(true)),
         "{ran}"
     );
-    says(
+    assert_says(
         ran["shared_actuator"].as_str().expect("words"),
-        &["one actuator"],
+        "one actuator",
     );
     let deflection = at(&ran, "/deflection_m");
     assert!((deflection - 2e-3).abs() < 2e-5, "{ran}");
@@ -252,7 +251,7 @@ fn a_device_pushes_by_itself_only_within_lasting_limits() {
         .place
         .run(&format!("{PUSHED} --force-unstable --json"))
         .failed(1);
-    says(ended.error(), &["the law swung"]);
+    assert_says(ended.error(), "the law swung");
     let report = ended.json();
     assert_eq!(report["verdict"], "unstable", "{report}");
     assert!(at(&report, "/duration_s") < 0.5, "{report}");
@@ -332,11 +331,11 @@ fn a_fault_of_the_sensor_ends_a_search_at_once() {
     let device = Emulated::new("--speed 8");
     device.json("device set --device serial:device speed_limit=2mm/s jump=1um");
     let ended = device.place.run(&format!("{SEARCH} --json")).failed(3);
-    let words = [
-        "the position jumped by more than the speed limit allows",
-        "no more trials are made",
-    ];
-    says(ended.error(), &words);
+
+    assert_says(
+        ended.error(),
+        "the position jumped by more than the speed limit allows & no more trials are made",
+    );
     // Each trial that ends so would have armed the device again.
     assert_eq!(faults(&device), 1.0, "{ended}");
 }
@@ -357,7 +356,7 @@ fn keeps_its_promises(line: &str) {
     let report = device.json("device selftest --device serial:device");
     assert_eq!(report["holds"], true, "{line}: {report:#}");
     assert_eq!(report["board"], "emulated");
-    assert!((number(&report, "force_limit_n") - 0.1).abs() < 1e-6);
+    assert_close("value", number(&report, "force_limit_n"), 0.1, 1e-6);
     assert!(
         report["date"]
             .as_str()
@@ -390,14 +389,11 @@ fn a_person_sees_a_table_and_what_cannot_be_is_refused() {
     let line = "device selftest --device serial:device --force-limit";
     let shown = device.place.run(&format!("{line} 50mN"));
     assert_eq!(shown.code, Some(0), "{shown}");
-    let words = [
-        "force-limit",
-        "at most 0.05 N",
-        "no force for 200 ms is a fault",
-        "emergency-stop",
-        "not there",
-    ];
-    says(&shown.stdout, &words);
+
+    assert_says(
+        &shown.stdout,
+        "force-limit & at most 0.05 N & no force for 200 ms is a fault & emergency-stop & not there",
+    );
     let much = device.place.run(&format!("{line} 20N"));
     much.refused(2, &["20 N", "[0.001, 2] N", "--force-limit"]);
     let nobody = device.place.run("device selftest --device serial:nowhere");
@@ -414,15 +410,15 @@ fn the_form_of_a_first_time_has_what_was_found_and_is_never_replaced() {
     assert_eq!(report["form"], "form.md", "{report:#}");
     let form = place.text("form.md");
     let firmware = report["firmware"].as_str().expect("a version");
-    let words = [
-        "# First time on real hardware: emulated\n",
-        &format!("| firmware | {firmware} |\n"),
-        "| force limit | 10 N | 500 mN or less | tighten it first |\n",
-        "| workspace low | none | -20 mm or above | tighten it first |\n",
-        "| who holds the emergency stop | |\n",
-        "\n## What ends it\n",
-    ];
-    says(&form, &words);
+    let words = format!(
+        "# First time on real hardware: emulated\n & \
+         | firmware | {firmware} |\n & \
+         | force limit | 10 N | 500 mN or less | tighten it first |\n & \
+         | workspace low | none | -20 mm or above | tighten it first |\n & \
+         | who holds the emergency stop | |\n & \
+         \n## What ends it\n"
+    );
+    assert_says(&form, &words);
     for check in report["checks"].as_array().expect("a list") {
         let [name, promised] = ["check", "promised"].map(|key| check[key].as_str().expect("words"));
         let ok = match check["ok"].as_bool() {
@@ -433,9 +429,9 @@ fn the_form_of_a_first_time_has_what_was_found_and_is_never_replaced() {
         let row = form
             .lines()
             .find(|line| line.starts_with(&format!("| {name} | {promised} |")));
-        says(
+        assert_says(
             row.unwrap_or_else(|| panic!("{name}: {form}")),
-            &[&format!(" | {ok} | no | no |")],
+            &format!(" | {ok} | no | no |"),
         );
     }
     // Nothing was found, so nothing is written.
@@ -475,7 +471,7 @@ fn a_test_that_somebody_stops_tells_what_it_has_seen() {
     output.stderr = said.into_bytes();
     let ended = Ended::new(line.to_owned(), &output);
     assert_eq!(ended.code, Some(1), "{ended}");
-    says(ended.error(), &["interrupted: the device was disarmed"]);
+    assert_says(ended.error(), "interrupted: the device was disarmed");
     let report = ended.json();
     assert_eq!(
         [&report["interrupted"], &report["holds"]],
@@ -559,10 +555,7 @@ fn what_is_flashed_is_what_cargo_has_built_and_only_a_fresh_start_proves_it() {
     let done = flash().json();
     assert_eq!(done["image"], image.display().to_string());
     let programmed = place.text("programmed");
-    assert!(
-        programmed.contains(&format!("--verify {}", image.display())),
-        "{programmed}"
-    );
+    assert_says(&programmed, &format!("--verify {}", image.display()));
 }
 
 #[test]
@@ -598,7 +591,7 @@ fn an_image_of_another_board_is_not_programmed() {
         let output = command.env("PATH", "").output().expect("runs");
         let error = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(2), "{words}: {error}");
-        says(&error, &[says_too]);
+        assert_says(&error, says_too);
     }
     // The right image, but what answers is another board.
     place.write("nucleo", image(0x0800_0000, "nucleo-f446re"));
@@ -606,7 +599,7 @@ fn an_image_of_another_board_is_not_programmed() {
     let port = format!("serial:{}", device.place.path("device").display());
     let (code, error) = flash("--image=nucleo", &port);
     assert_eq!(code, Some(3), "{error}");
-    says(&error, &["board emulated with firmware 0.1.0 answers"]);
+    assert_says(&error, "board emulated with firmware 0.1.0 answers");
 }
 
 #[test]
@@ -617,5 +610,5 @@ fn flashing_without_probe_rs_says_how_to_get_it() {
     let output = command.env("PATH", place.path("")).output().expect("runs");
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(3), "{error}");
-    assert!(error.contains("cargo install probe-rs-tools"), "{error}");
+    assert_says(&error, "cargo install probe-rs-tools");
 }

@@ -1,7 +1,8 @@
 //! Limits that outlive the device on which they were set.
 
 use super::{Emulated, at};
-use crate::process::{Ended, column, says};
+use crate::process::{Ended, column};
+use testkit::assert_says;
 
 const ON: &str = "--device serial:device";
 const SET: &str = "device set --device serial:device force_limit=0.5N workspace=-20mm:20mm";
@@ -32,15 +33,11 @@ fn limits_outlive_the_device_until_they_are_forgotten_or_set_anew() {
     let ran = after_restart(&mut device, RUN);
     let most = most_n(&device);
     assert!((0.4..=0.5).contains(&most), "{most} N: {ran}");
-    says(
+    assert_says(
         &ran.stderr,
-        &[
-            "emulated at ",
-            "host-cli device set gave it",
-            LOST,
-            "device forget",
-        ],
+        "emulated at  & host-cli device set gave it & device forget",
     );
+    assert_says(&ran.stderr, LOST);
     // It has them now.
     let again = device.place.run(RUN);
     assert!(!again.stderr.contains("forgotten"), "{again}");
@@ -51,7 +48,7 @@ fn limits_outlive_the_device_until_they_are_forgotten_or_set_anew() {
         "zwidth --orders 1 --points 2 --sample-time 2ms duration=0.5s window=0.2s push=0.1N",
     ] {
         let ended = after_restart(&mut device, &format!("{line} {ON}"));
-        says(&ended.stderr, &[LOST]);
+        assert_says(&ended.stderr, LOST);
     }
     // Of what is set anew the last counts, the rest stays.
     let set = after_restart(
@@ -60,9 +57,9 @@ fn limits_outlive_the_device_until_they_are_forgotten_or_set_anew() {
     )
     .json();
     assert_eq!(at(&set, "/safety/workspace_m/0"), -0.02);
-    says(
+    assert_says(
         &after_restart(&mut device, RUN).stderr,
-        &["force limit from 1 N to 10 N"],
+        "force limit from 1 N to 10 N",
     );
     for forgotten in [true, false] {
         assert_eq!(device.json(FORGET)["forgotten"], forgotten);
@@ -103,6 +100,6 @@ fn a_device_that_forgets_with_every_command_is_limited_in_the_next() {
     let at = "--device moteus:device,watchdog=1s,lost=1000";
     device.json(&format!("device set {at} force_limit=0.5N"));
     let get = device.place.run(&format!("device get {at}"));
-    says(&get.stderr, &["force limit from 500 mN to 5 N"]);
+    assert_says(&get.stderr, "force limit from 500 mN to 5 N");
     get.succeeded_with_warnings();
 }

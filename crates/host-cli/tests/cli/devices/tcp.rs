@@ -1,8 +1,9 @@
 //! Devices at TCP addresses.
 
 use super::{Emulator, RELAX, at};
-use crate::process::{Ended, Place, says};
+use crate::process::{Ended, Place};
 use serde_json::Value;
+use testkit::assert_says;
 
 /// An emulated device at a free port of this machine.
 struct Listening {
@@ -73,7 +74,7 @@ fn a_device_that_vanishes_in_a_run_over_tcp_ends_it_with_a_whole_log() {
     device.place.wait_for("run/relax.mcap.part", &mut run);
     device.emulator.child.kill().expect("can be killed");
     let ended = Ended::new(line, &run.wait_with_output().expect("ends")).failed(3);
-    says(ended.error(), &["the log is run/relax.mcap"]);
+    assert_says(ended.error(), "the log is run/relax.mcap");
     assert_eq!(device.json("log info run/relax.mcap")["complete"], true);
 }
 

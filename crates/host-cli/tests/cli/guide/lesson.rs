@@ -3,7 +3,7 @@
 use crate::process::{Place, number};
 use serde_json::Value;
 use std::f64::consts::PI;
-use testkit::book;
+use testkit::{assert_relative, book};
 
 fn answer(place: &Place, line: &str) -> Value {
     place
@@ -60,7 +60,7 @@ fn the_answers_of_the_lesson_follow_from_its_formulas() {
     });
     for pair in forces.windows(2) {
         let ratio = pair[1] / pair[0];
-        assert!((ratio / 10_f64.powf(-0.2247) - 1.0).abs() < 2e-3, "{ratio}");
+        assert_relative("ratio", ratio, 10_f64.powf(-0.2247), 2e-3);
     }
     for (force, shown) in forces.iter().zip(["145 mN", "86 mN", "52 mN"]) {
         assert_eq!(format!("{:.0} mN", force * 1e3), shown);

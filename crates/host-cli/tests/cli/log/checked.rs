@@ -1,8 +1,9 @@
 //! `log check`: what is missing, and where.
 
-use crate::process::{Place, number, row, says};
+use crate::process::{Place, number, row};
 use haptic_log::record::{END, EndKind, RollingLog, RunEnd, TickMessage, flaw};
 use std::collections::BTreeMap;
+use testkit::assert_says;
 
 /// A log of these ticks at 1 kHz, of a run that made 1000 of 2000.
 fn log_of(place: &Place, ticks: impl Iterator<Item = u64>, ended: EndKind, dropped: u64) {
@@ -62,14 +63,11 @@ fn check_judges_a_run_up_to_its_end_and_says_that_it_ended_early() {
         assert_eq!(told, ["1000", "yes", "for a reason", "2000"], "{check}");
     }
     // Nobody knows how many samples there were; the run knows of more than the log shows.
-    says(
+    assert_says(
         checked(EndKind::Link, 0).failed(4).error(),
-        &["the link was lost"],
+        "the link was lost",
     );
-    says(
-        checked(EndKind::Finished, 3).failed(4).error(),
-        &["counted 3"],
-    );
+    assert_says(checked(EndKind::Finished, 3).failed(4).error(), "counted 3");
 }
 
 #[test]
@@ -90,9 +88,9 @@ fn check_bears_a_hundredth_of_stale_ticks_and_none_that_cannot_be() {
     let told = ["stale", "unanswered"].map(|label| row(&check.stdout, label));
     assert_eq!(told, ["10", "10"], "{check}");
     let check = with(11, flaw::LATE_FORCE, 0.0).failed(4);
-    says(
+    assert_says(
         check.error(),
-        &["11 of 1000 ticks are stale: in 11 an older force of the host acted"],
+        "11 of 1000 ticks are stale: in 11 an older force of the host acted",
     );
     with(600, flaw::UNANSWERED | flaw::NOT_TAKEN, 0.0).failed(4);
     let check = place.run("log check made.mcap --json").failed(4).json();
@@ -102,9 +100,9 @@ fn check_bears_a_hundredth_of_stale_ticks_and_none_that_cannot_be() {
     // One is too many, whoever saw it.
     for (flaws, position_m) in [(flaw::IMPOSSIBLE, 0.0), (0, f64::NAN)] {
         let check = with(1, flaws, position_m).failed(4);
-        says(
+        assert_says(
             check.error(),
-            &["of 1 ticks the device reported impossible values"],
+            "of 1 ticks the device reported impossible values",
         );
     }
 }

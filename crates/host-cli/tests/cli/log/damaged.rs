@@ -1,8 +1,9 @@
 //! Logs that are cut or damaged.
 
 use super::with_log;
-use crate::process::{Place, number, row, says};
+use crate::process::{Place, number, row};
 use serde_json::Value;
+use testkit::assert_says;
 
 #[test]
 fn a_log_cut_anywhere_is_recovered() {
@@ -18,7 +19,7 @@ fn a_log_cut_anywhere_is_recovered() {
         let check = cut.run("log check cut.mcap.part").failed(4);
         assert!(check.error().contains("log recover"), "{check}");
         let recovered = cut.run("log recover cut.mcap.part --json").failed(4);
-        says(recovered.error(), &["cut.mcap.part"]);
+        assert_says(recovered.error(), "cut.mcap.part");
         let summary = recovered.json();
         assert_eq!(summary["log"], "cut.recovered.mcap");
         assert_eq!(summary["complete"], false);
@@ -69,7 +70,7 @@ fn a_damaged_byte_is_found_and_the_rest_is_saved() {
             let check = format!("log check saved-{tenth}.mcap --json");
             let check = place.run(&check).failed(4);
             let advice = check.error();
-            assert!(advice.contains("what is missing is lost"), "{advice}");
+            assert_says(&advice, "what is missing is lost");
             let check = check.json();
             assert_eq!(check["complete"], Value::from(true), "{tenth}");
             assert_eq!(check["gaps"][0]["missing"], Value::from(missing));

@@ -1,11 +1,12 @@
 //! `log plot` of several runs and of parts, and `log cut`.
 
-use crate::process::{Place, number, says};
+use crate::process::{Place, number};
 use haptic_log::record::{
     END, EndKind, EventMessage, LogWriter, PerAxis, RunEnd, StartTime, TickMessage,
 };
 use serde_json::Value;
 use std::time::{Duration, UNIX_EPOCH};
+use testkit::{assert_close, assert_says};
 
 const TICK_S: f64 = 1e-3;
 
@@ -125,17 +126,14 @@ fn unequal_times_are_joined_by_straight_lines_and_that_is_said() {
     );
     let ended = place.run("log plot a.mcap b.mcap --difference --json");
     let ended = ended.succeeded_with_warnings();
-    says(
+    assert_says(
         &ended.stderr,
-        &[
-            "samples of a.mcap are between two of b.mcap",
-            "straight line",
-        ],
+        "samples of a.mcap are between two of b.mcap & straight line",
     );
     let found = ended.json();
     // A straight line is its own interpolation.
     let rms_m = number(&found, "position_rms_m");
-    assert!((rms_m - 1e-5).abs() < 1e-12, "{rms_m}");
+    assert_close("rms_m", rms_m, 1e-5, 1e-12);
     // 350 ms is the missing one, and across it nothing is made up.
     assert_eq!(number(&found, "compared"), 899.0);
     // One in seven is at a sample of both.
@@ -153,9 +151,9 @@ fn runs_begin_together_and_what_was_shifted_is_said() {
     );
     let ended = place.run("log plot a.mcap b.mcap --difference --json");
     let ended = ended.succeeded_with_warnings();
-    says(
+    assert_says(
         &ended.stderr,
-        &["b.mcap begins at 5 s", "drawn from 0 s on, as the first"],
+        "b.mcap begins at 5 s & drawn from 0 s on, as the first",
     );
     let found = ended.json();
     assert_eq!(number(&found["runs"][1], "shifted_s"), 5.0);
@@ -180,7 +178,7 @@ fn two_axes_have_panels_of_their_own() {
     let found = place.json("log plot a.mcap b.mcap --difference");
     // Of the second axis: 10 mm·sin(0.999).
     let largest_m = number(&found, "position_largest_y_m");
-    assert!((largest_m - 0.01 * at(999).sin()).abs() < 1e-12);
+    assert_close("largest_m", largest_m, 0.01 * at(999).sin(), 1e-12);
     let svg = place.text("a.runs.svg");
     assert!(svg.contains("(h) difference of force y"), "{}", svg.len());
     place.json("log plot a.mcap b.mcap --over-depth");
@@ -283,7 +281,7 @@ fn a_cut_shows_what_is_missing_within_it() {
     let torn = place
         .run("log cut torn.mcap --from 0.1s --to 0.3s")
         .failed(4);
-    says(torn.error(), &["torn.mcap", "not whole"]);
+    assert_says(torn.error(), "torn.mcap & not whole");
     place.json("log check torn.cut.mcap");
 }
 
@@ -342,7 +340,7 @@ fn a_folder_is_the_log_in_it() {
     std::fs::create_dir(place.path("dead")).expect("a folder");
     place.write("dead/relax.mcap.part", &bytes[..bytes.len() / 2]);
     let ended = place.run("log plot dead --json").failed(4);
-    says(ended.error(), &["not whole"]);
+    assert_says(ended.error(), "not whole");
     place.run("log recover dead").failed(4);
     assert!(place.path("dead/relax.recovered.mcap").exists());
 }
