@@ -174,7 +174,7 @@ impl Bench {
             let length = self
                 .session
                 .receive(byte, self.now_us, &self.device, &mut line);
-            self.said(&line[..length]);
+            self.words(&line[..length]);
         }
         // Between two ticks no force changes.
         self.check(false);
@@ -191,12 +191,12 @@ impl Bench {
             if length == 0 {
                 break;
             }
-            self.said(&line[..length]);
+            self.words(&line[..length]);
         }
     }
 
     /// Whatever a device says is a frame with a message in it.
-    fn said(&mut self, line: &[u8]) {
+    fn words(&mut self, line: &[u8]) {
         if !line.is_empty() {
             let message = line.iter().find_map(|&byte| self.from_device.push(byte));
             match message {

@@ -178,7 +178,7 @@ impl Images {
             .spawn()
             .expect("QEMU starts");
         let mut qemu = Qemu(child);
-        let said = || std::fs::read_to_string(output.path()).expect("text");
+        let words = || std::fs::read_to_string(output.path()).expect("text");
         let deadline = Instant::now() + testkit::PATIENCE;
         let status = loop {
             if let Some(status) = qemu.0.try_wait().expect("a child") {
@@ -187,12 +187,12 @@ impl Images {
             assert!(
                 Instant::now() < deadline,
                 "{image:?} does not end:\n{}",
-                said()
+                words()
             );
             std::thread::sleep(Duration::from_millis(10));
         };
-        assert!(status.success(), "{image:?} failed, {status}:\n{}", said());
-        said()
+        assert!(status.success(), "{image:?} failed, {status}:\n{}", words());
+        words()
     }
 
     /// What the device takes, by the sections and symbols of its file.

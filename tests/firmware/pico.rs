@@ -40,8 +40,8 @@ fn on_the_cortex_m4f(positions_m: &[f32]) -> u32 {
         "loader,file={},addr={INPUT:#x},force-raw=on",
         file.path().display()
     );
-    let said = told(&images.run_with(Image::Replay, &["-device".to_owned(), device]));
-    let digest = said["full 200 s"].trim_start_matches("0x");
+    let text = told(&images.run_with(Image::Replay, &["-device".to_owned(), device]));
+    let digest = text["full 200 s"].trim_start_matches("0x");
     u32::from_str_radix(digest, 16).expect("a digest")
 }
 
@@ -238,7 +238,7 @@ fn by_night_a_pico_is_the_master_of_a_teleoperation() {
         let displaced_m = reading.position_m[0];
         let begun = master.begin(reading);
         link.write(begun.force()).expect("there");
-        let said = begun.finish().message;
+        let text = begun.finish().message;
         let begun = slave.begin(Reading {
             tick,
             time_s: 1e-3 * tick as f64,
@@ -246,7 +246,7 @@ fn by_night_a_pico_is_the_master_of_a_teleoperation() {
         });
         remote.push(begun.force().newtons()[0]);
         master.receive(&begun.finish().message);
-        slave.receive(&said);
+        slave.receive(&text);
         if tick % 1300 == 1299 {
             let share = COUPLER / (COUPLER + SPRING);
             println!("{:.6} m of {displaced_m:.6} m", remote.position_m);

@@ -80,17 +80,17 @@ fn a_copy_of_the_template_says_the_hello_of_the_page() {
         .args([emulator.path(), "--hello"])
         .output()
         .expect("Python runs");
-    let said = String::from_utf8_lossy(&output.stdout);
+    let message = String::from_utf8_lossy(&output.stdout);
     assert!(
         output.status.success(),
-        "{said}{}",
+        "{message}{}",
         String::from_utf8_lossy(&output.stderr)
     );
     let page = include_str!("../../docs/guide/src/your-own-board.md");
     let (_, promised) = page.split_once("```json\n").expect("an answer");
     let promised = promised.lines().next().expect("a line");
     let parsed = |text: &str| -> serde_json::Value { serde_json::from_str(text).expect("is JSON") };
-    assert_eq!(parsed(&said), parsed(promised));
+    assert_eq!(parsed(&message), parsed(promised));
 }
 
 /// The page is followed to the letter, but for the clone, which is this one. Each of its builds makes an image for the STM32's flash.

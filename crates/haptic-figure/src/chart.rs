@@ -250,7 +250,7 @@ impl ChartPage<'_> {
 impl Chart<'_> {
     /// Words about markers that have no place on a logarithmic axis, and about the end of a curve beyond a focused one.
     fn beyond(&self, series: &Series<'_>, curve: &Curve, x: &Axis, y: &Axis) -> Option<Beyond> {
-        let said = |share, words| Beyond {
+        let message = |share, words| Beyond {
             form: curve.form,
             share,
             words,
@@ -258,7 +258,8 @@ impl Chart<'_> {
         if let Form::Markers(_) = curve.form {
             let finite = |point: &&(f64, f64)| point.0.is_finite() && point.1.is_finite();
             let missing = series.points.iter().filter(finite).count() - curve.points().count();
-            return (missing > 0).then(|| said(0.0, format!("{missing} not drawn: not above 0")));
+            return (missing > 0)
+                .then(|| message(0.0, format!("{missing} not drawn: not above 0")));
         }
         let beyond = |point: &(f64, f64)| (point.1 - y.high).max(y.low - point.1);
         let seen = |point: &(f64, f64)| (x.low..=x.high).contains(&point.0) && beyond(point) > 0.0;
@@ -268,7 +269,7 @@ impl Chart<'_> {
         let end = points.max_by(|a, b| beyond(a).total_cmp(&beyond(b)))?;
         let arrow = if end.1 > y.high { '↑' } else { '↓' };
         let words = format!("{arrow} {}", four_digits(end.1 / y.unit));
-        Some(said(x.fraction(end.0), words))
+        Some(message(x.fraction(end.0), words))
     }
 
     /// Axes in the given ranges, or around these curves.

@@ -61,12 +61,12 @@ impl Emulator {
             .args(["-INT", &self.child.id().to_string()])
             .status();
         assert!(ended.expect("kill runs").success());
-        let mut said = String::new();
+        let mut message = String::new();
         let mut stderr = self.child.stderr.take().expect("piped");
-        stderr.read_to_string(&mut said).expect("is text");
-        let before = said.split(" not fetched").next();
+        stderr.read_to_string(&mut message).expect("is text");
+        let before = message.split(" not fetched").next();
         let count = before.and_then(|text| text.rsplit(' ').next());
-        count.and_then(|count| count.parse().ok()).expect(&said)
+        count.and_then(|count| count.parse().ok()).expect(&message)
     }
 }
 
@@ -88,7 +88,7 @@ fn repository(path: &str) -> PathBuf {
 /// Python, which is a failure in CI.
 fn client(line: &str, ticks: u64, options: &str) -> Option<(Value, Emulator)> {
     let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
-    let mut said = String::new();
+    let mut message = String::new();
     for speed in SPEEDS {
         let emulator = Emulator::new(speed, line);
         let output = Command::new(&python)
@@ -111,11 +111,11 @@ fn client(line: &str, ticks: u64, options: &str) -> Option<(Value, Emulator)> {
             let summary = serde_json::from_slice(&output.stdout);
             return Some((summary.expect("one JSON object"), emulator));
         }
-        said = String::from_utf8_lossy(&output.stderr).into_owned();
+        message = String::from_utf8_lossy(&output.stderr).into_owned();
         let silent = format!("fault {}", Fault::HostSilent.code());
-        assert_says(&said, &silent);
+        assert_says(&message, &silent);
     }
-    panic!("the host is silent even for a device at its own speed: {said}")
+    panic!("the host is silent even for a device at its own speed: {message}")
 }
 
 fn count(summary: &Value, group: &str, name: &str) -> u64 {
@@ -160,8 +160,8 @@ fn a_python_host_gets_every_sample_over_a_good_line() {
         .arg(format!("serial:{}", emulator.port))
         .output()
         .expect("runs");
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{said}");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{message}");
     let parameters: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(parameters["stiffness_n_per_m"], 500.0, "{parameters}");
     assert_eq!(parameters["order"], 0.5);

@@ -117,21 +117,24 @@ fn numbers_of_a_law_that_are_none_are_refused() {
         let header = CHeader::new("op", &list, Some(&law), &[]);
         header.expect_err("a bad number").to_string()
     };
-    let said = refused(WallLaw {
+    let message = refused(WallLaw {
         stiffness: -1.0,
         ..law
     });
-    assert!(said.starts_with("stiffness or dissipation -1"), "{said}");
+    assert!(
+        message.starts_with("stiffness or dissipation -1"),
+        "{message}"
+    );
     for (at, value, text) in [(0, 0.0, "0"), (3, -1.0, "-1"), (7, f64::NAN, "NaN")] {
         let mut map = law.depth_map.expect("a map");
         map[at] = value;
-        let said = refused(WallLaw {
+        let message = refused(WallLaw {
             depth_map: Some(map),
             ..law
         });
         assert!(
-            said.starts_with(&format!("a number of {text} in a map")),
-            "{said}"
+            message.starts_with(&format!("a number of {text} in a map")),
+            "{message}"
         );
     }
 }

@@ -302,13 +302,13 @@ fn the_oven_of_the_guide_rests_at_its_reference_in_c() {
         "1 1023",
         "0.98 4095",
     ] {
-        let said = output(Command::new(&program).args(drive.split(' ')));
-        let numbers: Vec<f64> = said
+        let message = output(Command::new(&program).args(drive.split(' ')));
+        let numbers: Vec<f64> = message
             .split(' ')
             .map(|n| n.parse().expect("a number"))
             .collect();
-        assert!((numbers[0] - 3.0).abs() < 0.025 * 3.0, "{drive}: {said}");
-        assert!(numbers[1] < 1e-6 * 3.0, "{drive}: {said}");
+        assert!((numbers[0] - 3.0).abs() < 0.025 * 3.0, "{drive}: {message}");
+        assert!(numbers[1] < 1e-6 * 3.0, "{drive}: {message}");
     }
 }
 

@@ -74,7 +74,7 @@ fn said_by<F: CNumber>(
     defined: &[String],
 ) -> Vec<(String, String)> {
     let here = compilers.iter().filter(|(compiler, _)| is_here(compiler));
-    let said = here.map(|(compiler, flags)| {
+    let message = here.map(|(compiler, flags)| {
         let built = header.with_extension("run");
         let mut compile = Command::new(compiler);
         compile.args(*flags).args(bits::WARNINGS).args(defined);
@@ -87,7 +87,7 @@ fn said_by<F: CNumber>(
             format!("{compiler} {flags:?}"),
         )
     });
-    said.collect()
+    message.collect()
 }
 
 /// A file of `tests/c`.
@@ -117,10 +117,10 @@ fn output(command: &mut Command) -> String {
         stdout,
         stderr,
     } = command.output().expect("starts");
-    let said = String::from_utf8_lossy(&stderr);
-    assert!(status.success(), "{command:?}: {said}");
+    let message = String::from_utf8_lossy(&stderr);
+    assert!(status.success(), "{command:?}: {message}");
     let printed = String::from_utf8_lossy(&stdout);
-    format!("{printed}{said}").trim().to_owned()
+    format!("{printed}{message}").trim().to_owned()
 }
 
 /// FNV-1a of the bits of all outputs, for the input of `run.c`.

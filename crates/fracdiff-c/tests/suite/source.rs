@@ -18,24 +18,27 @@ fn no_compiler_takes_it_with_fast_math() {
                 let mut compile = Command::new(compiler);
                 compile.args(["-x", language, "-fsyntax-only"]).args(flags);
                 let output = compile.arg(&header).output().expect("starts");
-                let said = String::from_utf8_lossy(&output.stderr).into_owned();
-                (output.status.success(), said)
+                let message = String::from_utf8_lossy(&output.stderr).into_owned();
+                (output.status.success(), message)
             };
-            let (taken, said) = compile(&["-O3"]);
-            assert!(taken, "{compiler} {language}: {said}");
+            let (taken, message) = compile(&["-O3"]);
+            assert!(taken, "{compiler} {language}: {message}");
             // Wider numbers round elsewhere: other bits.
-            let (taken, said) = compile(&["-mfpmath=387"]);
+            let (taken, message) = compile(&["-mfpmath=387"]);
             let why = "op computes as written: compile without the x87's wider numbers";
             let is_x86 = cfg!(target_arch = "x86_64") && compiler == "cc";
             assert!(
-                !is_x86 || (!taken && said.contains(why)),
-                "{language}: {said}"
+                !is_x86 || (!taken && message.contains(why)),
+                "{language}: {message}"
             );
             for flag in ["-ffast-math", "-Ofast"] {
-                let (taken, said) = compile(&[flag]);
+                let (taken, message) = compile(&[flag]);
                 assert!(!taken, "{compiler} {language} {flag}");
                 let why = "op computes as written: compile without -ffast-math and -Ofast";
-                assert!(said.contains(why), "{compiler} {language} {flag}: {said}");
+                assert!(
+                    message.contains(why),
+                    "{compiler} {language} {flag}: {message}"
+                );
             }
         }
     }
@@ -54,8 +57,8 @@ fn clang_format_leaves_it_as_it_is() {
     let mut format = Command::new("clang-format");
     format.args(["--dry-run", "-Werror", "--style=file"]);
     let output = format.args(&files).output().expect("starts");
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{said}");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{message}");
 }
 
 /// All operators, as they are and with a law.

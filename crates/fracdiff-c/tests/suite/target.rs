@@ -78,15 +78,15 @@ fn is_small(folder: &Path, functions: &str) {
     std::fs::write(&alone, format!("#include \"op.h\"\n{functions}")).expect("writes");
     let object = folder.join("alone.o");
     output(gcc().arg("-c").arg(&alone).arg("-o").arg(&object));
-    let said = output(Command::new("arm-none-eabi-size").arg(&object));
-    let sizes = said.lines().nth(1).expect("a line of numbers");
+    let message = output(Command::new("arm-none-eabi-size").arg(&object));
+    let sizes = message.lines().nth(1).expect("a line of numbers");
     let sizes: Vec<u32> = sizes
         .split_whitespace()
         .map_while(|n| n.parse().ok())
         .collect();
     let (flash, ram) = (sizes[0] + sizes[1], sizes[1] + sizes[2]);
     println!("{flash} B of flash, {ram} B of RAM");
-    assert!(flash < FLASH_MOST && ram < RAM_MOST, "{said}");
+    assert!(flash < FLASH_MOST && ram < RAM_MOST, "{message}");
 }
 
 /// The compiler of the target.
@@ -113,8 +113,8 @@ fn run(header: &Path, program: &str, change: &str, want: &str) -> u32 {
     let mut qemu = Command::new("qemu-system-arm");
     qemu.args("-M mps2-an386 -icount shift=6,sleep=off -display none -monitor none".split(' '));
     qemu.args("-serial null -semihosting-config enable=on,target=native -kernel".split(' '));
-    let said = output(qemu.arg(&image));
-    let (have, instructions) = said.split_once('\n').expect("two lines");
+    let message = output(qemu.arg(&image));
+    let (have, instructions) = message.split_once('\n').expect("two lines");
     assert_eq!(have, want, "{}", header.display());
     u32::from_str_radix(instructions.trim(), 16).expect("a number")
 }

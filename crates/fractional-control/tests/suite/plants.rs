@@ -193,9 +193,9 @@ fn what_is_no_plant_is_refused() {
     assert!(text("exp(0.5s)/(s+1)").starts_with("dead time -0.5 s is not at least 0"));
     assert!(text("s^2/(s+1)").contains("order 2 exceeds"));
     let unstable: Plant = "1/(s^1.5-1)".parse().expect("valid");
-    let said = unstable.stable_by_itself().expect_err("unstable");
+    let message = unstable.stable_by_itself().expect_err("unstable");
     let want = "the plant has a pole that does not decay: close the loop with a controller first";
-    assert_eq!(said.to_string(), want);
+    assert_eq!(message.to_string(), want);
     let wrong = StateSpace::new(
         DMatrix::zeros(2, 3),
         DVector::zeros(2),

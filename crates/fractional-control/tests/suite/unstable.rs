@@ -205,7 +205,7 @@ fn a_pendulum_is_held_with_a_flat_phase() {
 #[test]
 fn the_wish_that_excludes_a_controller_is_named() {
     let flat = |omega, margin: f64| Specification::new(omega, margin.to_radians());
-    for (text, wishes, said) in [
+    for (text, wishes, message) in [
         ("1/(s-1)", flat(3.0, 70.0), "give up the flat phase"),
         ("1/(s^2-1)", flat(0.5, 60.0), "give up the flat phase"),
         (
@@ -226,6 +226,6 @@ fn the_wish_that_excludes_a_controller_is_named() {
         ),
     ] {
         let plant: Plant = text.parse().expect("valid");
-        assert_refused(tune(&plant, None, &wishes), said);
+        assert_refused(tune(&plant, None, &wishes), message);
     }
 }

@@ -12,9 +12,9 @@ fn here(path: &str) -> PathBuf {
 /// Runs a command to its good end.
 fn run(command: &mut Command) {
     let output = command.output().expect("starts");
-    let said = String::from_utf8_lossy(&output.stderr);
+    let message = String::from_utf8_lossy(&output.stderr);
     let printed = String::from_utf8_lossy(&output.stdout);
-    assert!(output.status.success(), "{command:?}: {printed}{said}");
+    assert!(output.status.success(), "{command:?}: {printed}{message}");
 }
 
 /// The library as cargo has built it for this test, or as `.ci/nightly` has with a sanitizer.
@@ -124,8 +124,8 @@ fn the_example_in_cpp_compiles_without_a_warning_and_is_a_device() {
     let mut host = crate::host::Host::connect(example.port);
     assert!(host.presses(1000) > 0.1);
     // It calls hb_stop at its end, which is no end of a run like any other.
-    let said = example.end();
-    assert!(said.starts_with("largest force "), "{said}");
+    let message = example.end();
+    assert!(message.starts_with("largest force "), "{message}");
     assert_eq!(
         host.over().to_string(),
         "stopped by the program of the device"
@@ -159,14 +159,14 @@ fn by_night_it_is_installed_and_found_by_cmake_and_pkg_config() {
         ask.args(flags).arg("haptic-bridge");
         ask.env("PKG_CONFIG_PATH", prefix.join("lib/pkgconfig"));
         let answer = ask.output().expect("starts");
-        let said = String::from_utf8(answer.stdout).expect("a text");
+        let message = String::from_utf8(answer.stdout).expect("a text");
         let program = folder.join("by_pkg_config");
         let mut compile = Command::new("c++");
         compile
             .args(["-std=c++17", "-pthread"])
             .arg(here("examples/simulated_device.cpp"));
         run(compile
-            .args(said.split_whitespace())
+            .args(message.split_whitespace())
             .arg("-o")
             .arg(&program));
         Example::start(&program, &prefix.join("lib")).end();

@@ -186,9 +186,9 @@ fn a_program_that_does_not_call_hb_tick_is_named_at_once() {
     let began = haptic_loop::realtime::Moment::now();
     let options = haptic_remote::serial::ConnectOptions::default();
     let refused = haptic_remote::serial::SerialLink::connect(&path, options);
-    let said = refused.expect_err("nobody answers").to_string();
+    let message = refused.expect_err("nobody answers").to_string();
     let words = "answers \"waiting: the program does not call hb_tick: start its haptic thread\"";
-    assert_eq!(said, format!("{path} {words}"));
+    assert_eq!(message, format!("{path} {words}"));
     // Not after all the time in which a device may be found.
     assert!(began.elapsed() < haptic_remote::serial::GREETING);
 }

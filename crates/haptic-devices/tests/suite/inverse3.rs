@@ -625,7 +625,7 @@ fn of_what_a_service_says_an_error_repeats_200_characters_in_one_line() {
     let long = |before: &str| format!("{before}\u{1b}[2J\n{}", "9".repeat(100_000));
     let fours = "4".repeat(100_000);
     let shown = format!("{}… (100000 characters)", &fours[..80]);
-    for (version, said) in [
+    for (version, wording) in [
         ("3.1.1.0", "3.1.1.0, and this program needs 3.5"),
         ("4.0", "4.0, and"),
         (&fours, &shown),
@@ -636,7 +636,7 @@ fn of_what_a_service_says_an_error_repeats_200_characters_in_one_line() {
         let name = Inverse3Name::parse("").expect("a name");
         let error = name.check_version(InTime::new(wire, || false));
         let error = error.expect_err("another version").to_string();
-        assert_says(&error, &format!("is version {said}"));
+        assert_says(&error, &format!("is version {wording}"));
         assert_says(&error, "install one");
         assert!(error.chars().count() < 320, "{} characters", error.len());
         assert!(!error.contains(char::is_control), "{error}");
@@ -649,13 +649,13 @@ fn of_what_a_service_says_an_error_repeats_200_characters_in_one_line() {
 }
 
 /// The error of opening a name at a port where this is said to whoever connects.
-fn opened_at(said: &'static str) -> String {
+fn opened_at(wording: &'static str) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = listener.local_addr().expect("an address");
     let thread = std::thread::spawn(move || {
         let (mut stream, _) = listener.accept().expect("somebody");
         let _ = stream.read(&mut [0; 1024]);
-        let _ = stream.write_all(said.as_bytes());
+        let _ = stream.write_all(wording.as_bytes());
     });
     let name: ForeignName = format!("inverse3:{address}").parse().expect("a name");
     let error = name.open_with(3, &|_| {}).expect_err("no service");
@@ -665,7 +665,7 @@ fn opened_at(said: &'static str) -> String {
 
 #[test]
 fn what_is_no_service_is_named() {
-    for (answer, said) in [
+    for (answer, wording) in [
         (
             "HTTP/1.1 404 Not Found\r\n\r\n<html>{no}</html>",
             "says `HTTP/1.1 404 Not Found`",
@@ -678,7 +678,7 @@ fn what_is_no_service_is_named() {
         ("", "says ``"),
     ] {
         let error = opened_at(answer);
-        let wanted = format!("ADDRESS is not an Inverse Service: it {said}");
+        let wanted = format!("ADDRESS is not an Inverse Service: it {wording}");
         assert!(error.starts_with(&wanted), "{error}");
     }
     // Nobody is there any more.
@@ -686,12 +686,12 @@ fn what_is_no_service_is_named() {
     let address = listener.local_addr().expect("an address");
     drop(listener);
     let name: ForeignName = format!("inverse3:{address}").parse().expect("a name");
-    for (axes, said, may_pass) in [
+    for (axes, wording, may_pass) in [
         (1, "no Inverse Service at 127.0.0.1:", true),
         (2, "it has 3 axes, but 2 are needed", false),
     ] {
-        let error = name.open_with(axes, &|_| {}).expect_err(said);
-        assert!(error.to_string().starts_with(said), "{error}");
+        let error = name.open_with(axes, &|_| {}).expect_err(wording);
+        assert!(error.to_string().starts_with(wording), "{error}");
         assert_eq!(error.may_pass(), may_pass, "{error}");
     }
 }

@@ -133,8 +133,8 @@ fn what_is_wrong_is_said_in_one_line_with_its_place() {
 fn refused(text: &str, from: &str, to: &str, want: &str) {
     assert!(text.contains(from), "{from}");
     let have = read(&text.replace(from, to)).expect_err(to);
-    let said = have.strip_prefix("lab/wall.toml:").unwrap_or_default();
-    assert!(said.starts_with(want), "have {have}\nwant {want}");
+    let message = have.strip_prefix("lab/wall.toml:").unwrap_or_default();
+    assert!(message.starts_with(want), "have {have}\nwant {want}");
     assert!(!have.contains('\n'), "{have}");
 }
 
@@ -152,8 +152,8 @@ fn a_coupler_has_an_object_by_default_and_no_loop_on_a_device() {
     assert_eq!(file.samples().expect("valid"), 5001);
     // What is given over the file may still ask for a loop on the host.
     let serial = format!("{COUPLER}device = \"serial:x\"\n");
-    let said = read(&serial).expect_err("no loop there");
-    assert!(said.contains("give `loop` = host"), "{said}");
+    let message = read(&serial).expect_err("no loop there");
+    assert!(message.contains("give `loop` = host"), "{message}");
     let mut document = Document::of_text(Path::new("lab/wall.toml"), &serial);
     let set = document.set("coupler", "loop", "host", "--loop host");
     set.expect("new");
@@ -412,9 +412,9 @@ fn a_log_says_when_a_file_is_not_that_of_its_run() {
     };
     let logged = |tissue: &str| {
         let document = Document::of_text(Path::new("far.toml"), &text(tissue));
-        let mut said = ExperimentFile::open(&document).expect("good").metadata();
-        document.keep_in(&mut said).expect("good");
-        said
+        let mut message = ExperimentFile::open(&document).expect("good").metadata();
+        document.keep_in(&mut message).expect("good");
+        message
     };
     let mut log = Document::of_text(Path::new("far.mcap"), &text("liver"));
     log.logged = logged("liver");

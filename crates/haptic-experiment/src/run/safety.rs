@@ -307,11 +307,11 @@ impl Safety {
 
     /// Facts of the device as the experiment gives them; where it gives none, those of `device`.
     pub(crate) fn guarded(&self, device: GuardedDevice) -> GuardedDevice {
-        let said = GuardedDevice {
+        let message = GuardedDevice {
             mass_kg: self.number(Limit::DeviceMass),
             ..self.device
         };
-        said.or(device)
+        message.or(device)
     }
 
     /// The limits for a device of this mass, unless somebody says otherwise, and delay: how much braking it bears.
@@ -501,7 +501,7 @@ mod tests {
         use crate::run::remote::guard_of;
         use haptic_link::Simulation;
         let t = Seconds(1e-3);
-        let said = GuardedDevice {
+        let message = GuardedDevice {
             damping_n_s_per_m: Some(2.0),
             delay_s: Some((0.0, 1e-3)),
             lag_s: Some(5e-4),
@@ -521,8 +521,8 @@ mod tests {
         let ideal = (3.5, (0.0, 0.0), 0.0);
         assert_eq!(bounding(nothing, &Simulation::TESTBED), ideal);
         let worse = (2.0, (0.0, 1e-3), 5e-4);
-        assert_eq!(bounding(said, &Simulation::TESTBED), worse);
-        assert_eq!(bounding(said, &Simulation::REAL), worse);
+        assert_eq!(bounding(message, &Simulation::TESTBED), worse);
+        assert_eq!(bounding(message, &Simulation::REAL), worse);
         assert!(guard_of(GuardChoice::EnergyBounding, nothing, &Simulation::REAL, t).is_err());
     }
 }

@@ -55,18 +55,18 @@ fn a_wall_that_never_pulls_is_judged_by_its_worst_hit_and_nothing_is_said_to_be_
     assert_eq!(report["hits"][0]["verdict"], "stable");
     // A guard lets no hit give energy, and the same wall fed with the place settles after each.
     let guarded = wall(SATURATES, "one_sided = true\nguard = \"energy-bounding\"\n");
-    let said = &guarded["preflight"]["pushing_contact"];
-    assert_eq!(said, "proved to give no energy, with the guard on");
+    let message = &guarded["preflight"]["pushing_contact"];
+    assert_eq!(message, "proved to give no energy, with the guard on");
 }
 
 #[test]
 fn a_signed_wall_settles_after_every_hit_as_its_proof_says() {
     for keys in [SATURATES, LEAVES] {
         let report = wall(keys, "contact = \"signed\"\n");
-        let said = report["preflight"]["pushing_contact"]
+        let message = report["preflight"]["pushing_contact"]
             .as_str()
             .expect("said");
-        assert!(said.starts_with("proved for every motion"), "{said}");
+        assert!(message.starts_with("proved for every motion"), "{message}");
         assert_eq!(report["stable"], true, "{report}");
         assert_eq!(report["hits"].as_array().map(Vec::len), Some(6));
         // It is compared with its full history, and clamped as that is.

@@ -336,7 +336,7 @@ fn long_names_wrap_in_the_legend_and_long_captions_are_made_to_fit() {
 }
 
 /// Texts of a page of one chart of lines over this axis.
-fn said(y: AxisSpec<'_>, lines: &[&[(f64, f64)]]) -> Vec<String> {
+fn message(y: AxisSpec<'_>, lines: &[&[(f64, f64)]]) -> Vec<String> {
     let x = AxisSpec::new("x", Scale::Linear);
     let lines = lines.iter().enumerate();
     let series = lines.map(|(n, points)| Series::new("", points, Look::Line, n));
@@ -358,7 +358,7 @@ fn said_by(chart: Chart<'_>) -> Vec<String> {
 fn a_line_beyond_a_focused_axis_says_how_far_it_goes_and_one_beyond_another_does_not() {
     let kick = [(0.0, 554.8), (0.1, 3.0), (0.2, -75.25), (0.3, 1.0)];
     let calm = [(0.0, 0.5), (0.3, 1.0)];
-    let with = |y: AxisSpec<'static>| said(y, &[&kick, &calm]);
+    let with = |y: AxisSpec<'static>| message(y, &[&kick, &calm]);
     let command = AxisSpec::new("command / V", Scale::Linear);
     let focused = with(command.focused(-10.0, 36.0));
     assert_eq!(focused.iter().filter(|text| *text == "↑ 554.8").count(), 1);
@@ -373,7 +373,7 @@ fn a_line_beyond_a_focused_axis_says_how_far_it_goes_and_one_beyond_another_does
     // In the unit of the axis.
     let small = [(0.0, 0.005_548), (1.0, 0.0)];
     let force = AxisSpec::new("force / N", Scale::Linear);
-    let small = said(force.focused(0.0, 0.002), &[&small]);
+    let small = message(force.focused(0.0, 0.002), &[&small]);
     assert!(small.contains(&"↑ 5.548".to_owned()) && small.contains(&"force / mN".to_owned()));
 }
 
@@ -402,7 +402,7 @@ fn markers_without_a_place_on_a_logarithmic_axis_are_counted() {
 fn units_have_the_prefix_at_which_numbers_are_short() {
     let label = |label: &str, largest: f64| {
         let points = [(0.0, 0.0), (1.0, largest)];
-        let all = said(AxisSpec::new(label, Scale::Linear), &[&points]);
+        let all = message(AxisSpec::new(label, Scale::Linear), &[&points]);
         let is_label = |text: &&String| text.contains(" / ");
         let label = all.iter().find(is_label).expect("has a label").clone();
         assert!(
@@ -428,7 +428,7 @@ fn units_have_the_prefix_at_which_numbers_are_short() {
     }
     for other in ["phase / °", "angle / rad", "G / (m/N)", "rate / s⁻¹"] {
         let points = [(0.0, 0.0), (1.0, 1e-7)];
-        let all = said(AxisSpec::new(other, Scale::Linear), &[&points]);
+        let all = message(AxisSpec::new(other, Scale::Linear), &[&points]);
         assert!(all.contains(&other.to_owned()), "{all:?}");
     }
 }

@@ -370,14 +370,14 @@ fn meddled(done: impl Fn(&Path)) -> RecordError {
 
 #[test]
 fn a_log_that_somebody_removes_or_empties_is_not_called_whole() {
-    let said = |done: fn(&Path)| {
+    let words = |done: fn(&Path)| {
         let error = meddled(done);
         assert!(matches!(error, RecordError::Lost { .. }), "{error}");
         error.to_string()
     };
-    assert!(said(|part| fs::remove_file(part).expect("removes")).contains("was removed"));
+    assert!(words(|part| fs::remove_file(part).expect("removes")).contains("was removed"));
     assert!(
-        said(|part| drop(fs::File::create(part).expect("empties"))).contains("was emptied or cut")
+        words(|part| drop(fs::File::create(part).expect("empties"))).contains("was emptied or cut")
     );
 }
 
@@ -408,10 +408,10 @@ fn a_sound_log_of_others_is_not_an_empty_table() {
     let files = folder.read_dir().expect("lists");
     assert_eq!(files.count(), 1, "no table");
     let saved = recover(&path, &table, false).expect("saves");
-    let said = &saved.missing[0];
+    let words = &saved.missing[0];
     assert!(
-        !saved.complete && said.starts_with("3 messages on topics"),
-        "{said}"
+        !saved.complete && words.starts_with("3 messages on topics"),
+        "{words}"
     );
     let summary = inspect(&path).expect("inspects");
     assert!(summary.complete && summary.foreign_messages == 3);
@@ -495,10 +495,10 @@ fn a_log_that_unpacks_without_an_end_is_left() {
         // 32 MB a chunk: a GiB is 32 of them, whatever comes of them.
         let damage = read(&packed(50, 1 << 25, compression, b"cut", &[]));
         assert_eq!(damage.len(), 32 + 1, "{compression}");
-        let said = damage[32].to_string();
+        let words = damage[32].to_string();
         assert!(
-            matches!(damage[32], Damage::Structure { .. }) && said.contains("64 times"),
-            "{said}"
+            matches!(damage[32], Damage::Structure { .. }) && words.contains("64 times"),
+            "{words}"
         );
         // A length that is not believed does not count.
         let damage = read(&packed(50, 1 << 40, compression, b"cut", &[]));
@@ -578,8 +578,11 @@ fn kinds_of_logs() -> Vec<(&'static str, Vec<u8>, u64)> {
 
 /// Time of a processor that this thread has taken, s; 0 where the system does not say it.
 fn processor_s() -> f64 {
-    let said = fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    let taken = said.split(' ').next().and_then(|ns| ns.parse::<f64>().ok());
+    let words = fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let taken = words
+        .split(' ')
+        .next()
+        .and_then(|ns| ns.parse::<f64>().ok());
     1e-9 * taken.unwrap_or(0.0)
 }
 
@@ -624,9 +627,9 @@ fn broken_logs_never_panic_never_lose_in_silence_and_never_take_long() {
             );
         }
     }
-    let said =
+    let words =
         format!("{cases} broken logs, read as whole {whole} times, slowest {slowest_s:.2} s");
-    println!("{said}");
-    assert!(slowest_s < 5.0, "{said}");
-    assert!(whole > 0 && whole < cases as u32, "{said}");
+    println!("{words}");
+    assert!(slowest_s < 5.0, "{words}");
+    assert!(whole > 0 && whole < cases as u32, "{words}");
 }

@@ -227,7 +227,7 @@ fn a_log_that_goes_on_under_a_name_of_its_own_or_none_ends() {
     let nowhere = nowhere.into_iter().chain([None]);
     let nowhere = nowhere.map(|name| (name, "is no name of a file"));
     let again = ["a.mcap", "b.mcap"].map(|name| (Some(name), "one of its files already"));
-    for (next, said) in nowhere.chain(again) {
+    for (next, words) in nowhere.chain(again) {
         goes_on(&names[0], 1, next);
         goes_on(&names[1], 1, Some("a.mcap"));
         let summary = inspect(&names[0]).expect("inspects");
@@ -237,7 +237,7 @@ fn a_log_that_goes_on_under_a_name_of_its_own_or_none_ends() {
             "{next:?}: {summary:?}"
         );
         assert!(
-            summary.samples > 0 && summary.damage[0].contains(said),
+            summary.samples > 0 && summary.damage[0].contains(words),
             "{next:?}: {summary:?}"
         );
     }

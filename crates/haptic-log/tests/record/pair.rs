@@ -102,8 +102,8 @@ fn what_the_drive_lost_is_told_in_the_middle_and_at_the_end() {
         let saved = recover(&path, &folder.join(format!("{n}-saved.mcap")), false);
         let saved = saved.expect("recovers");
         assert!(!saved.complete, "{saved:?}");
-        let said = format!("{missing} ticks of the drive are missing");
-        assert!(saved.missing.contains(&said), "{saved:?}");
+        let words = format!("{missing} ticks of the drive are missing");
+        assert!(saved.missing.contains(&words), "{saved:?}");
     }
 }
 

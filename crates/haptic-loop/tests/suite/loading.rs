@@ -192,8 +192,8 @@ fn what_is_no_specimen_and_no_map_is_refused() {
         (0.5, -1.0, "stiffening"),
         (0.5, 101.0, "stiffening"),
     ] {
-        let said = refused(sphere, nu, b);
-        assert!(said.starts_with(words), "{said}");
+        let message = refused(sphere, nu, b);
+        assert!(message.starts_with(words), "{message}");
     }
     type Change = fn(&mut Loading);
     let changes: [(Change, &str); 5] = [
@@ -214,8 +214,8 @@ fn what_is_no_specimen_and_no_map_is_refused() {
     for (change, words) in changes {
         let mut loading = sphere;
         change(&mut loading);
-        let said = refused(loading, 0.5, 0.0);
-        assert!(said.starts_with(words), "{said}");
+        let message = refused(loading, 0.5, 0.0);
+        assert!(message.starts_with(words), "{message}");
     }
     let cone = Loading {
         half_angle_rad: Some(1.0),

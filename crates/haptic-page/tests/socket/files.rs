@@ -66,8 +66,11 @@ fn a_plant_and_a_controller_may_be_files() {
         {"crossover_rad_s": 1e300} | is not from
         "#,
     ) {
-        let said = page.refused("ask", control(&wrong.parse().expect("JSON")));
-        assert!(said.contains(&words) && !said.contains('\n'), "{said}");
+        let wording = page.refused("ask", control(&wrong.parse().expect("JSON")));
+        assert!(
+            wording.contains(&words) && !wording.contains('\n'),
+            "{wording}"
+        );
     }
 }
 
@@ -120,8 +123,11 @@ fn columns_and_units_are_chosen_and_the_tissue_is_kept_and_felt() {
         ),
         ("time=1,modulus=2", "time=parsec", "My gel.csv: "),
     ] {
-        let said = page.refused("ask", asked(columns, units));
-        assert!(said.starts_with(words) && !said.contains('\n'), "{said}");
+        let wording = page.refused("ask", asked(columns, units));
+        assert!(
+            wording.starts_with(words) && !wording.contains('\n'),
+            "{wording}"
+        );
     }
     for none in ["", "a,b\n1,2\n", "\u{0}\u{1}\u{2}", "time_s\n1\n2\n"] {
         let record = json!({"name": "x.csv", "text": none});
@@ -284,8 +290,8 @@ fn a_record_is_asked_with_the_options_of_the_command() {
         record["model"] = json!("spring-pot");
         let asked = question("identify", "record", record);
         if place == "refused" {
-            let said = page.refused("ask", asked);
-            assert!(said.starts_with(&wanted), "{options}: {said}");
+            let wording = page.refused("ask", asked);
+            assert!(wording.starts_with(&wanted), "{options}: {wording}");
             continue;
         }
         let found = page.ask("ask", asked);

@@ -68,8 +68,8 @@ fn garbage_is_answered_and_closes_the_socket_the_third_time() {
         page.send(garbage);
         let answer = page.answer(&json!(null));
         assert_eq!(answer["ok"], false);
-        let said = answer["error"].as_str().expect("a sentence");
-        assert!(!said.contains('\n'), "{said}");
+        let message = answer["error"].as_str().expect("a sentence");
+        assert!(!message.contains('\n'), "{message}");
     }
     // Something sensible in between starts anew.
     hello(&mut page);
@@ -179,9 +179,9 @@ fn a_stop_is_answered_before_what_is_read_and_worked_on_for_its_page_and_others(
     let mut ids = std::iter::repeat_with(|| page.read().expect("open")["id"].take());
     assert_eq!(ids.find(Value::is_u64), Some(json!(stop)));
     let asked = watcher.answer(&json!(3));
-    let said = asked["error"].as_str().expect("refused");
+    let message = asked["error"].as_str().expect("refused");
     let short = "\"[[[[[[[[[[[[[[[[[[[[…\" is not a time: give at most 64 characters";
-    assert_eq!(said, short);
+    assert_eq!(message, short);
 }
 
 /// Something of another type, or none that is meant.
@@ -253,7 +253,7 @@ fn what_has_a_wrong_type_is_answered_once_in_a_line_within_its_limit() {
         if !request.is_object() {
             request = json!({"force": request});
         }
-        let said = request.to_string();
+        let message = request.to_string();
         let id = page.post(what, request);
         let answer = page.answer(&json!(id));
         page.unasked.clear();
@@ -266,7 +266,7 @@ fn what_has_a_wrong_type_is_answered_once_in_a_line_within_its_limit() {
         let echo = error.matches('\u{1f41f}').count();
         let panicked = error.contains("could not finish");
         if !is_line || echo > 50 || panicked {
-            bad.push(format!("{what} {said:.200}: {error}"));
+            bad.push(format!("{what} {message:.200}: {error}"));
         }
     }
     println!("{refused} refused, the longest in {longest} characters");

@@ -195,8 +195,8 @@ fn bad_input_gets_a_line_that_names_it_and_the_page_goes_on() {
     }
     page.send(r#"{"do": "ask", "panel": "design"}"#);
     let answer = page.answer(&json!(null));
-    let said = answer["error"].as_str().expect("a sentence");
-    assert_says(&said, "`id`");
+    let message = answer["error"].as_str().expect("a sentence");
+    assert_says(&message, "`id`");
     // Numbers of any size: an answer or a line, and never a panic.
     let mut random = Random(56);
     for _ in 0..testkit::cases(200) {
@@ -220,9 +220,9 @@ fn bad_input_gets_a_line_that_names_it_and_the_page_goes_on() {
         let number = page.post("ask", wall(&given));
         let answer = page.answer(&json!(number));
         if answer["ok"] == false {
-            let said = answer["error"].as_str().expect("a sentence");
-            let is_line = !said.contains('\n') && !said.contains("terminal");
-            assert!(is_line, "{given}: {said}");
+            let message = answer["error"].as_str().expect("a sentence");
+            let is_line = !message.contains('\n') && !message.contains("terminal");
+            assert!(is_line, "{given}: {message}");
         }
     }
 }
@@ -245,12 +245,12 @@ fn the_newest_question_of_a_panel_wins_and_those_before_it_are_given_up() {
     );
     let given_up = |page: &mut Page, id: u64| page.answer(&json!(id))["error"].take();
     for id in asked {
-        let said = given_up(&mut page, id);
+        let message = given_up(&mut page, id);
         let words = [
             "a newer question from this panel has replaced this one",
             "x.csv: interrupted",
         ];
-        assert!(words.map(Value::from).contains(&said), "{said}");
+        assert!(words.map(Value::from).contains(&message), "{message}");
     }
 }
 

@@ -157,7 +157,7 @@ fn a_controller_is_designed_with_the_margins_and_sentences_of_the_command() {
             .contains("integral_order")
     );
     // What the command says: how the plant was read, and that the loop does not settle.
-    for (plant, margin, said) in [
+    for (plant, margin, message) in [
         (
             "1/(s+1)(2s+1)",
             1.2,
@@ -169,7 +169,7 @@ fn a_controller_is_designed_with_the_margins_and_sentences_of_the_command() {
         let notes = page.ask("ask", asked(wishes))["notes"].take();
         let notes = notes.as_array().expect("sentences").iter();
         let mut notes = notes.map(|note| note.as_str().expect("a sentence"));
-        assert!(notes.any(|note| note.contains(said)), "{plant}");
+        assert!(notes.any(|note| note.contains(message)), "{plant}");
     }
 }
 

@@ -40,9 +40,9 @@ impl Mirror {
 
     /// Whether the device has done this arm.
     pub(crate) fn has_armed(&mut self, request: &Request, answer: &[u8]) -> bool {
-        let said = answer.iter().find_map(|&byte| self.reports.push(byte));
+        let message = answer.iter().find_map(|&byte| self.reports.push(byte));
         let done =
-            matches!(said, Some((_, DeviceReport::Ack(ack))) if ack.outcome == Outcome::Done);
+            matches!(message, Some((_, DeviceReport::Ack(ack))) if ack.outcome == Outcome::Done);
         done && matches!(request, Request::Arm { .. })
     }
 }

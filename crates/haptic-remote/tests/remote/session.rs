@@ -231,8 +231,8 @@ fn a_device_that_is_not_there_is_reported_whatever_it_sent_before() {
             panic!("{error}");
         };
         assert_eq!(request, "get-capabilities");
-        let said = error.to_string();
-        assert_says(&said, "nothing came: check");
+        let message = error.to_string();
+        assert_says(&message, "nothing came: check");
     }
 }
 
@@ -261,8 +261,8 @@ fn a_greeting_in_vain_is_judged_by_all_of_its_turns() {
                 }
             }
         }
-        let said = host.no_answer().to_string();
-        assert_says(&said, words);
+        let message = host.no_answer().to_string();
+        assert_says(&message, words);
     }
 }
 

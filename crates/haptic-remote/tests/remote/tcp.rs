@@ -106,10 +106,10 @@ fn a_place_where_nobody_listens_is_named_with_each_address() {
     let port = listener.local_addr().expect("bound").port();
     let in_use = TcpListener::bind(("127.0.0.1", port)).expect_err("taken");
     let taken = TcpListening::open(&format!("127.0.0.1:{port}")).expect_err("taken");
-    let said = format!(
+    let message = format!(
         "cannot listen at 127.0.0.1:{port}: {in_use}; give another address, or port 0 for a free one"
     );
-    assert_eq!(taken.to_string(), said);
+    assert_eq!(taken.to_string(), message);
     drop(listener);
     for host in ["127.0.0.1", "localhost"] {
         let path = format!("tcp:{host}:{port}");

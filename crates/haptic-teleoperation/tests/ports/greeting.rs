@@ -94,8 +94,8 @@ fn a_side_that_does_not_fit_is_named() {
         "4 N·s/m, this one of 3 N·s/m",
     ];
     for (other, words) in [slow, soft].into_iter().zip(words) {
-        let said = refused(other).to_string();
-        assert_says(&said, words);
+        let message = refused(other).to_string();
+        assert_says(&message, words);
     }
     let error = refused(Introduction {
         coupler_digest: 1,

@@ -155,8 +155,8 @@ fn a_wrong_file_is_refused_with_line_and_reason() {
 fn a_name_that_is_none_is_refused() {
     let spring = model(ModelKind::Spring, 0.1);
     let error = Material::new("Gel 1", "", spring, Source::default());
-    let said = error.expect_err("a name").to_string();
-    assert!(said.starts_with("name \"Gel 1\""), "{said}");
+    let message = error.expect_err("a name").to_string();
+    assert!(message.starts_with("name \"Gel 1\""), "{message}");
 }
 
 /// A tissue of the library.

@@ -77,7 +77,7 @@ fn a_scheme_that_forgets_says_for_how_long_it_remembers() {
 fn a_sample_time_other_than_that_of_the_table_is_refused() {
     let place = Place::new();
     let line = "differintegrate --order 0.5 in.csv --sample-time";
-    for (time, right, wrong, said) in [
+    for (time, right, wrong, message) in [
         ("time_s", "0.25s", "0.5s", "steps of 250 ms"),
         ("t (ms)", "0.25ms", "0.25s", "steps of 250 µs"),
     ] {
@@ -88,7 +88,7 @@ fn a_sample_time_other_than_that_of_the_table_is_refused() {
         );
         place.run(&format!("{line} {right}")).succeeded();
         let refused = place.run(&format!("{line} {wrong}"));
-        refused.refused(2, &["in.csv", said, "change --sample-time"]);
+        refused.refused(2, &["in.csv", message, "change --sample-time"]);
     }
 }
 
@@ -419,8 +419,8 @@ fn a_tissue_is_exported_for_finite_elements_with_its_error() {
     assert!(rows.len() <= 14, "{table}");
     assert_says(&table, "# largest relative error of G over this band: ");
     let line = "materials export fish-muscle --format febio --out muscle.xml";
-    let said = place.run(line).succeeded().stdout;
-    assert_says(&said, "muscle.xml & max relative error");
+    let message = place.run(line).succeeded().stdout;
+    assert_says(&message, "muscle.xml & max relative error");
     assert_says(&place.text("muscle.xml"), "<g0>1</g0>");
     place.run(line).refused(2, &["muscle.xml"]);
     place.run(&format!("{line} --overwrite")).succeeded();

@@ -116,9 +116,9 @@ fn a_design_that_assumes_an_ideal_device_says_so_and_shows_a_realistic_one() {
     assert_eq!(real["analysis_stable"], false);
     assert!(number(real, "margin") < 0.2, "{real}");
     assert_eq!(real["simulated"]["stable"], false);
-    let said = place.run("design --orders 2").succeeded_with_warnings();
-    assert_says(&said.stderr, "this is for an ideal device & saturated");
-    assert_eq!(row(&said.stdout, "ideal device assumed"), "yes");
+    let message = place.run("design --orders 2").succeeded_with_warnings();
+    assert_says(&message.stderr, "this is for an ideal device & saturated");
+    assert_eq!(row(&message.stdout, "ideal device assumed"), "yes");
 }
 
 /// A wall that is stable on the dissertation's device.

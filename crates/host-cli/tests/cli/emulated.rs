@@ -40,10 +40,10 @@ impl Emulator {
     /// Stops it as Ctrl-C does; what it said at the end.
     pub(crate) fn ends(&mut self) -> String {
         signal(&self.child, "INT");
-        let mut said = String::new();
+        let mut message = String::new();
         let mut stderr = self.child.stderr.take().expect("piped");
-        stderr.read_to_string(&mut said).expect("is text");
-        said
+        stderr.read_to_string(&mut message).expect("is text");
+        message
     }
 
     fn kill(&mut self) {

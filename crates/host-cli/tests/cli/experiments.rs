@@ -277,8 +277,8 @@ fn a_memory_shorter_than_the_experiment_is_announced_with_the_factor_it_costs() 
     let warnings = report["warnings"].as_array().expect("a list");
     let sentence = warnings[0].as_str().expect("a sentence");
     // The terminal names options, JSON keys.
-    let said = sentence.replace("`scheme` = full", "--scheme full");
-    assert_eq!(ended.stderr, format!("warning: {said}\n"));
+    let message = sentence.replace("`scheme` = full", "--scheme full");
+    assert_eq!(ended.stderr, format!("warning: {message}\n"));
     assert_says(
         sentence,
         "remembers 1 s & lasts 3 s & the force is 1.253 times & `scheme` = full",

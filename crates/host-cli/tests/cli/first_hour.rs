@@ -106,10 +106,10 @@ fn gauges_that_were_not_zeroed_are_counted_from_their_first_row() {
     let place = Place::new();
     place.write("loaded.csv", LOADED);
     let line = "identify loaded.csv --model spring --subtract-start --json";
-    let said = place.run(line).succeeded_with_warnings().json();
+    let message = place.run(line).succeeded_with_warnings().json();
     // (210 − 10) Pa over (0.04 − 0.03).
-    let modulus = said["parameters"]["elastic_modulus_pa"]["value"]
+    let modulus = message["parameters"]["elastic_modulus_pa"]["value"]
         .as_f64()
         .expect("a number");
-    assert!((modulus / 2e4 - 1.0).abs() < 1e-6, "{said}");
+    assert!((modulus / 2e4 - 1.0).abs() < 1e-6, "{message}");
 }

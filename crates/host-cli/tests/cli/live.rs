@@ -28,9 +28,9 @@ fn a_bad_address_is_refused_before_any_file_is_made() {
         let place = Folder::empty();
         let line = format!("relax --duration 2s --foxglove={address} --out run");
         let ended = run(&place, &line);
-        let said = stderr(&ended);
-        assert_eq!(ended.status.code(), Some(2), "{address}: {said}");
-        assert!(said.contains("IP:PORT"), "{address}: {said}");
+        let message = stderr(&ended);
+        assert_eq!(ended.status.code(), Some(2), "{address}: {message}");
+        assert!(message.contains("IP:PORT"), "{address}: {message}");
         assert!(!place.join("run").exists(), "{address}");
     }
 }
@@ -41,7 +41,7 @@ fn a_bad_address_is_refused_before_any_file_is_made() {
 fn a_build_without_foxglove_says_so() {
     let place = Folder::empty();
     let ended = run(&place, "relax --duration 2s --foxglove --out run");
-    let said = stderr(&ended);
-    assert_eq!(ended.status.code(), Some(2), "{said}");
-    testkit::assert_says(&said, "--features foxglove");
+    let message = stderr(&ended);
+    assert_eq!(ended.status.code(), Some(2), "{message}");
+    testkit::assert_says(&message, "--features foxglove");
 }

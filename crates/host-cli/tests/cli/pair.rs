@@ -247,13 +247,13 @@ fn letting_go(ticks: &[TickMessage], what: &str) -> (f64, f64) {
 /// is too busy to tick it.
 fn clock_error_s(log: &Path) -> f64 {
     let mut entries = LogFiles::open(log).expect("opens");
-    let said = entries.find_map(|entry| match entry.expect("reads") {
+    let message = entries.find_map(|entry| match entry.expect("reads") {
         Entry::Metadata(metadata) if metadata.name == "drive.clock" => {
             metadata.values.get("clock_residual_s")?.parse().ok()
         }
         Entry::Tick(_) | Entry::Drive(_) | Entry::Event(_) | Entry::Metadata(_) | _ => None,
     });
-    said.unwrap_or(0.0)
+    message.unwrap_or(0.0)
 }
 
 /// No device has a force later than a watchdog time behind the end of the first that let go.
@@ -414,8 +414,8 @@ fn a_fault_of_the_drive_ends_the_run_of_both() {
     pair.json("device set --device serial:white speed_limit=0.8mm/s");
     let ended = place.run(&format!("{RUN} duration=60s --out run"));
     assert_eq!(ended.code, Some(1), "{ended}");
-    for said in ["drive serial:white", "moved faster", "force was zero"] {
-        assert!(ended.stderr.contains(said), "{ended}");
+    for message in ["drive serial:white", "moved faster", "force was zero"] {
+        assert!(ended.stderr.contains(message), "{ended}");
     }
     assert!(place.path("run/relax-drive-fault.mcap").exists());
     assert!(!place.path("run/relax-fault.mcap").exists());

@@ -119,11 +119,11 @@ impl Place {
     /// Waits until this process has made this file, not longer than it lives.
     pub(crate) fn wait_for(&self, name: &str, maker: &mut Child) {
         if !self.grows(name, 0, maker) {
-            let mut said = String::new();
+            let mut message = String::new();
             if let Some(stderr) = &mut maker.stderr {
-                stderr.read_to_string(&mut said).expect("is text");
+                stderr.read_to_string(&mut message).expect("is text");
             }
-            panic!("nobody made {name}: {said}");
+            panic!("nobody made {name}: {message}");
         }
     }
 
@@ -256,11 +256,11 @@ impl Ended {
 
     /// The last line of standard error, but for the line of a file that is shown under it.
     pub(crate) fn error(&self) -> &str {
-        self.said().last().unwrap_or("")
+        self.message().last().unwrap_or("")
     }
 
     /// Lines of standard error without the lines of a file.
-    fn said(&self) -> impl Iterator<Item = &str> {
+    fn message(&self) -> impl Iterator<Item = &str> {
         let shown = |line: &str| {
             line.trim_start_matches(|c: char| c == ' ' || c.is_ascii_digit())
                 .starts_with('|')
@@ -271,7 +271,7 @@ impl Ended {
     /// A line of standard error that is neither error nor warning.
     fn strange_line(&self) -> Option<&str> {
         let known = |line: &str| line.starts_with("error: ") || line.starts_with("warning: ");
-        self.said().find(|line| !known(line))
+        self.message().find(|line| !known(line))
     }
 
     /// The one JSON object on standard output.
@@ -351,8 +351,8 @@ pub(crate) fn cases(table: &str) -> Vec<(&str, Vec<&str>)> {
 
 /// This is so; else what was said is shown.
 #[track_caller]
-pub(crate) fn holds(is_so: bool, said: &impl fmt::Display) {
-    assert!(is_so, "{said}");
+pub(crate) fn holds(is_so: bool, message: &impl fmt::Display) {
+    assert!(is_so, "{message}");
 }
 
 /// A number in a JSON object.

@@ -113,9 +113,9 @@ fn a_file_may_have_a_name_that_is_no_text() {
     let mut command = place.command("log info");
     command.arg(std::ffi::OsStr::from_bytes(b"a\xff.mcap"));
     let output = command.output().expect("runs");
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.starts_with("error: "), "{said}");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.starts_with("error: "), "{message}");
 }
 
 /// Permissions do not stop the superuser; a folder below a regular file cannot be made by anyone.

@@ -31,10 +31,10 @@ impl Served {
     fn signal(mut self, name: &str) -> (Option<i32>, String) {
         signal(&self.child, name);
         let status = until("its end", || self.child.try_wait().expect("waits"));
-        let mut said = String::new();
+        let mut message = String::new();
         let stderr = self.child.stderr.as_mut().expect("piped");
-        stderr.read_to_string(&mut said).expect("text");
-        (status.code(), said)
+        stderr.read_to_string(&mut message).expect("text");
+        (status.code(), message)
     }
 }
 
@@ -59,13 +59,13 @@ fn it_prints_its_address_and_ctrl_c_stops_the_force_tells_the_page_and_is_succes
     page.ask("feel.record", json!({"on": true}));
     page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
     page.status(|status| status["recorded"].as_u64() > Some(200));
-    let (code, said) = served.signal("INT");
+    let (code, message) = served.signal("INT");
     assert_eq!(
         (code, page.closed().as_str()),
         (Some(0), "1001: the server was stopped")
     );
     // The recording was closed: it is whole, and its force ends at zero.
-    assert_says(&said, "note: recorded feel-0001");
+    assert_says(&message, "note: recorded feel-0001");
     let info = place.json("log info results/feel-0001/feel.mcap");
     assert_eq!(
         (&info["complete"], &info["missing_samples"]),
@@ -101,8 +101,8 @@ fn it_ends_whatever_is_asked_of_it() {
         page.status(|_| true);
     }
     // Ctrl-C is that of another test.
-    let (code, said) = served.signal("TERM");
-    assert_eq!(code, Some(0), "{said}");
+    let (code, message) = served.signal("TERM");
+    assert_eq!(code, Some(0), "{message}");
 }
 
 #[test]
@@ -165,9 +165,9 @@ fn a_file_is_felt_first_and_one_that_cannot_be_is_a_line_and_an_exit_code() {
     ] {
         let refused = place.run(&format!("{SERVE} {file}"));
         assert_eq!(refused.code, Some(2), "{file}: {refused}");
-        let said = &refused.stderr;
-        assert_says(&said, words);
-        assert!(said.starts_with("error: "), "{said}");
+        let message = &refused.stderr;
+        assert_says(&message, words);
+        assert!(message.starts_with("error: "), "{message}");
     }
 }
 

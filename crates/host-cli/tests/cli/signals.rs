@@ -140,8 +140,8 @@ impl Rig {
 
     /// What an emulator says at its end: the numbers behind these words.
     fn told(&mut self, before: &str, count: usize) -> Vec<f64> {
-        let said = self.emulator.as_mut().expect("an emulator").ends();
-        crate::devices::told(&said, before, count)
+        let message = self.emulator.as_mut().expect("an emulator").ends();
+        crate::devices::told(&message, before, count)
     }
 
     /// A relaxation that a hand keeps up, as an option of `relax` or in a file.
@@ -326,16 +326,16 @@ fn meets(kind: Kind, name: &str, ms: f64, in_file: bool) -> bool {
         is_there = grows(&mut run, bytes(ms + 300.0));
     }
     // By the clock of a busy machine a 2DIY misses three answers, and a hand is too deep for a start.
-    let is_lost = |said: &str| {
+    let is_lost = |message: &str| {
         let words = ["no complete answer", "move it out of contact"];
-        words.iter().any(|words| said.contains(words))
+        words.iter().any(|words| message.contains(words))
     };
     if !is_there {
         let output = run.wait_with_output().expect("ends");
-        let said = String::from_utf8_lossy(&output.stderr);
+        let message = String::from_utf8_lossy(&output.stderr);
         assert!(
-            is_lost(&said),
-            "{kind:?} {name}: ended before the signal: {said}"
+            is_lost(&message),
+            "{kind:?} {name}: ended before the signal: {message}"
         );
         return false;
     }

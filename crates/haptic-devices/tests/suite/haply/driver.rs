@@ -232,8 +232,8 @@ fn a_2diy_of_the_other_version_is_said_to_be_one() {
         }
         let trouble = running.device.hardware().ended_by();
         println!("to ({x}, {y}): tick {ticks}, {trouble:?}");
-        let said = trouble.expect("a trouble").to_string();
-        assert_says(&said, "version");
+        let message = trouble.expect("a trouble").to_string();
+        assert_says(&message, "version");
         assert!(running.torque() < 1e-30);
     }
 }

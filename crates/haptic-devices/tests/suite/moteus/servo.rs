@@ -175,11 +175,11 @@ fn each_fault_is_named_within_five_ticks() {
         ),
     ];
     for (words, happens) in happens {
-        let said = trouble_of(happens);
-        assert_says(&said, words);
+        let message = trouble_of(happens);
+        assert_says(&message, words);
     }
-    let said = trouble_of(|rig| instead(rig, line(of_another)));
-    assert_says(&said, "servo 3 talks to 0 on the bus of servo 1");
+    let message = trouble_of(|rig| instead(rig, line(of_another)));
+    assert_says(&message, "servo 3 talks to 0 on the bus of servo 1");
 }
 
 fn line(text: &str) -> Vec<u8> {

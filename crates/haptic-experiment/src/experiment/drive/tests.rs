@@ -232,8 +232,8 @@ fn a_drive_that_cannot_act_is_refused_with_the_remedy() {
         let mut held = cancerous(drive(gains), 2.0);
         change(&mut held);
         let sink = &mut |_: &TickMessage| ControlFlow::Continue(());
-        let said = held.simulate(sink).expect_err("refused").to_string();
-        assert!(said.contains(words), "{said}");
+        let wording = held.simulate(sink).expect_err("refused").to_string();
+        assert!(wording.contains(words), "{wording}");
     };
     refused(
         |held| held.contact = Contact::Rigid,

@@ -195,10 +195,10 @@ fn a_run_beyond_the_record_says_by_how_much_and_a_run_within_is_quiet() {
     let material = Material::clone(&material).with_range(range);
     *muscle.material = ModelledTissue::new(material).expect("sampled");
     assert!(muscle.leaves((0.01, 1000.0), 0.5e-3).is_empty());
-    let said = muscle.leaves((1e-3, 5000.0), 1.5e-3).join("; ");
+    let message = muscle.leaves((1e-3, 5000.0), 1.5e-3).join("; ");
     // The record's strain is that of shear, which says nothing of a sphere.
     assert_eq!(
-        said,
+        message,
         "the numbers of gel come from 0.01 to 1000 s; this asks for 0.001 to 5000 s, 10 times earlier and 5 times later; \
          the strain reaches 30 %; small strain, as this model assumes, holds up to 20 %"
     );
@@ -210,9 +210,9 @@ fn a_run_beyond_the_record_says_by_how_much_and_a_run_within_is_quiet() {
         let material = Material::clone(&muscle.material).with_loading(indented, 0.0);
         Box::new(ModelledTissue::new(material).expect("sampled"))
     };
-    let said = muscle.leaves((0.01, 1.0), 1e-3).join("; ");
+    let message = muscle.leaves((0.01, 1.0), 1e-3).join("; ");
     assert_eq!(
-        said,
+        message,
         "the strain reaches 20 %; the numbers of gel hold up to 10 %"
     );
 }

@@ -177,19 +177,22 @@ const REFUSED: &str = "
 #[test]
 fn bad_values_are_refused_in_a_line_and_a_device_of_unknown_mass_too() {
     for [text, wanted] in testkit::table(REFUSED) {
-        let said = press_of(&text.replace("; ", "\n"))
+        let words = press_of(&text.replace("; ", "\n"))
             .map(|_| ())
             .expect_err(&text)
             .to_string();
         assert!(
-            said.contains(&wanted) && !said.contains('\n'),
-            "{text}: {said}"
+            words.contains(&wanted) && !words.contains('\n'),
+            "{text}: {words}"
         );
     }
     let unknown = of_its_own("device = \"serial:x\"").expect_err("no mass");
-    let said = unknown.to_string();
+    let words = unknown.to_string();
     for key in ["device_model", "mass_kg", "damping_n_s_per_m", "controller"] {
-        assert!(said.contains(key) && !said.contains('\n'), "{key}: {said}");
+        assert!(
+            words.contains(key) && !words.contains('\n'),
+            "{key}: {words}"
+        );
     }
     of_its_own("device = \"serial:x\"\nmass_kg = 0.2").expect("a mass");
 }

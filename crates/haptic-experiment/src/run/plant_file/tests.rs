@@ -135,8 +135,11 @@ const WRONG_ROWS: &str = r#"
 #[test]
 fn what_is_wrong_is_said_in_one_line_with_its_place() {
     let refused = |text: &str, want: &str| {
-        let said = read(text).expect_err(want);
-        assert!(said.starts_with(want) && !said.contains('\n'), "{said}");
+        let message = read(text).expect_err(want);
+        assert!(
+            message.starts_with(want) && !message.contains('\n'),
+            "{message}"
+        );
     };
     for [text, want] in testkit::table(WRONG) {
         refused(&text, &want);
@@ -149,7 +152,7 @@ fn what_is_wrong_is_said_in_one_line_with_its_place() {
     for [rows, want] in testkit::table(WRONG_ROWS) {
         std::fs::write(folder.join("r.csv"), rows).expect("writes");
         let text = "[measured_response]\nfile = \"r.csv\"";
-        let said = parse(&folder.join("p.toml"), text).expect_err(&want);
-        assert!(said.to_string().contains(&want), "{said}");
+        let message = parse(&folder.join("p.toml"), text).expect_err(&want);
+        assert!(message.to_string().contains(&want), "{message}");
     }
 }

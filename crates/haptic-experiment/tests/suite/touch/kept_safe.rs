@@ -47,8 +47,8 @@ fn a_wall_that_shakes_gives_the_hand_energy_and_a_guard_takes_it_back() {
     let most_j = number(&json(&report), "given_most_j");
     assert!(most_j > 1e-6, "{most_j}");
     assert!(!report.run.preflight.expect("one").stable);
-    let said = report.run.warnings.join("; ");
-    assert_says(&said, "pre-flight & the hand was given");
+    let message = report.run.warnings.join("; ");
+    assert_says(&message, "pre-flight & the hand was given");
     let (report, ticks) = run(&shaking("guard = \"energy-bounding\""));
     assert_eq!(verdict(&report), "passive", "{report:?}");
     // No friction from the guard: the hand slides along the second axis.
@@ -67,10 +67,10 @@ fn a_shape_that_grows_stiff_while_it_is_pressed_is_told_as_that() {
     };
     let (report, _) = run(&risen(0.01));
     assert_eq!(verdict(&report), "gave-energy");
-    let said = report.run.warnings.join("; ");
+    let message = report.run.warnings.join("; ");
     assert!(
-        said.contains("use a shorter `rise_time_s`") && !said.contains("softer K"),
-        "{said}"
+        message.contains("use a shorter `rise_time_s`") && !message.contains("softer K"),
+        "{message}"
     );
     let (report, _) = run(&risen(2.5));
     assert_ne!(verdict(&report), "gave-energy");
@@ -110,9 +110,9 @@ fn what_is_told_of_a_run_that_a_fault_ended_is_what_its_log_shows() {
             .iter()
             .rfind(|tick| tick.commanded_force_n.norm() > 0.0);
         let until_s = acting.expect("a force").time_s;
-        let said = run.let_go.as_deref().unwrap_or_default();
+        let message = run.let_go.as_deref().unwrap_or_default();
         let ramped = format!("ramped to zero until {}", written("time_s", until_s));
-        assert_eq!(said.contains(&ramped), ramps, "{safety}: {said}");
+        assert_eq!(message.contains(&ramped), ramps, "{safety}: {message}");
         let norms: Vec<f64> = ticks
             .iter()
             .map(|tick| tick.commanded_force_n.norm())

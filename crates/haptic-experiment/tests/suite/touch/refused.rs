@@ -42,9 +42,9 @@ const WRONG: &str = r#"
 fn what_is_wrong_is_refused_with_its_line() {
     for [keys, reason] in testkit::table(WRONG) {
         let error = ExperimentFile::parse(Path::new("lab.toml"), &format!("[touch]\n{keys}"));
-        let said = error.expect_err(&keys).to_string();
-        let told = said.contains(&reason) && !said.contains('\n');
-        assert!(told, "{keys}: {said}");
+        let message = error.expect_err(&keys).to_string();
+        let told = message.contains(&reason) && !message.contains('\n');
+        assert!(told, "{keys}: {message}");
     }
 }
 

@@ -219,17 +219,20 @@ fn told(count: u64, seeds: impl Iterator<Item = u64>) -> [[usize; 2]; 2] {
 
 #[test]
 fn a_contact_point_that_matters_is_missed_aloud() {
-    let [[matter, said], [small, too_often]] = told(12, (0..12).step_by(3));
-    assert!(matter >= 2 && said == matter, "{said} of {matter}");
+    let [[matter, message], [small, too_often]] = told(12, (0..12).step_by(3));
+    assert!(matter >= 2 && message == matter, "{message} of {matter}");
     assert!(small >= 4 && too_often == 0, "{too_often} of {small}");
 }
 
 #[test]
 #[ignore = "by night: `.ci/nightly` does it"]
 fn by_night_warnings_of_a_contact_point_come_where_it_matters() {
-    let [[matter, said], [small, too_often]] = told(200, 0..200);
-    println!("{said} of {matter}, {too_often} of {small}");
-    assert!(said as f64 >= 0.95 * matter as f64, "{said} of {matter}");
+    let [[matter, message], [small, too_often]] = told(200, 0..200);
+    println!("{message} of {matter}, {too_often} of {small}");
+    assert!(
+        message as f64 >= 0.95 * matter as f64,
+        "{message} of {matter}"
+    );
     assert!(
         too_often as f64 <= 0.05 * small as f64,
         "{too_often} of {small}"
@@ -274,12 +277,12 @@ fn a_late_contact_is_found() {
     );
     assert_relative("given.rms", given.rms, found.fits[0].rms, 1e-4);
     let missed = fitted(&read(ContactPoint::Zero), None).expect("fits");
-    let said = missed
+    let message = missed
         .warnings
         .iter()
         .find(|one| one.contains("fits better with"))
         .expect("told");
-    assert_says(&said, "touches at -0.1 & give `contact_point_m` = fit");
+    assert_says(&message, "touches at -0.1 & give `contact_point_m` = fit");
 }
 
 /// The offset of the file is 5 % of its largest force, 0.647 mN.
@@ -314,12 +317,12 @@ fn a_baseline_is_found_in_the_samples_before_contact() {
         assert_relative("rms", rms, found.fits[0].rms, 1e-9);
     }
     let missed = fitted(&record, None).expect("fits");
-    let said = missed
+    let message = missed
         .warnings
         .iter()
         .find(|one| one.contains("fits better with"))
         .expect("told");
-    assert_says(&said, "`baseline` = constant");
+    assert_says(&message, "`baseline` = constant");
 }
 
 #[test]
@@ -334,9 +337,9 @@ fn what_cannot_be_fitted_with_a_contact_point_is_refused_with_a_remedy() {
             .expect_err("refused")
             .to_string()
     };
-    let said = refused(&record, &stiffening);
+    let message = refused(&record, &stiffening);
     assert_says(
-        &said,
+        &message,
         "`contact_point_m` is not fitted together with `stiffening`",
     );
     assert_refused(
@@ -349,12 +352,15 @@ fn what_cannot_be_fitted_with_a_contact_point_is_refused_with_a_remedy() {
         baseline: Some(Baseline::Constant),
         ..Options::default()
     };
-    let said = refused(&two, &baseline);
-    assert_says(&said, "`baseline` is fitted to one motion, and there are 2");
+    let message = refused(&two, &baseline);
+    assert_says(
+        &message,
+        "`baseline` is fitted to one motion, and there are 2",
+    );
     let step =
         Record::relaxation(vec![1.0, 2.0, 3.0, 4.0], vec![4.0, 3.0, 2.5, 2.0]).expect("valid");
-    let said = refused(&step, &baseline);
-    assert_says(&said, "the record is of kind relaxation: omit it");
+    let message = refused(&step, &baseline);
+    assert_says(&message, "the record is of kind relaxation: omit it");
     assert_refused(late(ContactPoint::At(2e-3)), "the depth is never above 0");
 }
 
@@ -442,6 +448,6 @@ fn errors_that_cancel_at_one_frequency_are_told() {
         forces.collect(),
     );
     let read = Record::pressed(times, depths, forces, &sphere()).expect("valid");
-    let said = fitted(&read, None).expect("fits").warnings.join("\n");
-    assert_says(&said, "contact_point_m` = fit and `baseline` = constant");
+    let message = fitted(&read, None).expect("fits").warnings.join("\n");
+    assert_says(&message, "contact_point_m` = fit and `baseline` = constant");
 }

@@ -145,8 +145,8 @@ fn a_range_holds_at_its_near_end_alone() {
         "{order:?}"
     );
     assert!(near.fits[0].rms > free.fits[0].rms);
-    let said = near.warnings.join("\n");
-    assert!(!said.contains("the end of its range"), "{said}");
+    let message = near.warnings.join("\n");
+    assert!(!message.contains("the end of its range"), "{message}");
     // The second order is held below the first.
     let near = held(&record, "fractional-kelvin-voigt", &[("order", 0.05, 0.05)]);
     let orders = [1, 3].map(|n| near.fits[0].parameters[n].value);
@@ -263,7 +263,7 @@ fn presses(noise_pa: [f64; 3], seed: u64) -> Record {
 
 /// Share of truths inside, mean width of the interval of ln V, and the sentence, over so many seeds.
 fn intervals(noise_pa: [f64; 3], cases: u64) -> (f64, f64, String) {
-    let (mut inside, mut width, mut said) = (0, 0.0, String::new());
+    let (mut inside, mut width, mut message) = (0, 0.0, String::new());
     for seed in 0..cases {
         let found = one(&presses(noise_pa, seed), ModelKind::SpringPot);
         for (estimate, truth) in found.fits[0].parameters.iter().zip([1000.0, 0.2]) {
@@ -277,12 +277,12 @@ fn intervals(noise_pa: [f64; 3], cases: u64) -> (f64, f64, String) {
                 false => (high / low).ln(),
             };
         }
-        said = found.warnings.join("\n");
+        message = found.warnings.join("\n");
     }
     (
         inside as f64 / (2 * cases) as f64,
         width / cases as f64,
-        said,
+        message,
     )
 }
 
@@ -290,7 +290,7 @@ fn intervals(noise_pa: [f64; 3], cases: u64) -> (f64, f64, String) {
 /// record the interval is as wide as that of the noisiest.
 #[test]
 fn depths_of_one_load_cell_share_its_noise() {
-    let (inside, width, said) = intervals([1.0; 3], 40);
+    let (inside, width, message) = intervals([1.0; 3], 40);
     // Of the deepest alone.
     let deepest: f64 = (0..40)
         .map(|seed| {
@@ -302,18 +302,18 @@ fn depths_of_one_load_cell_share_its_noise() {
             (own[0].high_95.expect("high") / own[0].low_95.expect("low")).ln() / 40.0
         })
         .sum();
-    println!("{inside} inside, width {width} beside {deepest}: {said}");
+    println!("{inside} inside, width {width} beside {deepest}: {message}");
     assert!((0.9..=1.0).contains(&inside), "{inside}");
     assert!(width < 1.05 * deepest, "{width} {deepest}");
-    assert_says(&said, "all motions are taken to have the same noise");
+    assert_says(&message, "all motions are taken to have the same noise");
 }
 
 #[test]
 fn depths_whose_noise_differs_count_by_their_own() {
-    let (inside, width, said) = intervals([0.1, 0.3, 1.3], 40);
-    println!("{inside} inside, width {width}: {said}");
+    let (inside, width, message) = intervals([0.1, 0.3, 1.3], 40);
+    println!("{inside} inside, width {width}: {message}");
     assert!((0.9..=1.0).contains(&inside), "{inside}");
-    assert_says(&said, "the noise of the motions differs");
+    assert_says(&message, "the noise of the motions differs");
 }
 
 /// So many samples of a relaxation over three decades with 1 % of noise.

@@ -147,8 +147,8 @@ fn the_record_chooses_and_says_what_it_cannot_tell() {
     };
     let found = identify(&record, &options, &|_| ()).expect("converges");
     assert_eq!(found.fits[0].kind, ModelKind::FractionalMaxwell);
-    let said = found.warnings.join("\n");
-    assert_says(&said, "the simpler spring-pot is as good");
+    let message = found.warnings.join("\n");
+    assert_says(&message, "the simpler spring-pot is as good");
     let auto = identify(&record, &Options::default(), &|_| ()).expect("converges");
     assert_eq!(auto.fits[0].kind, ModelKind::SpringPot);
 }

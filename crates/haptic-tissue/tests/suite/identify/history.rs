@@ -114,7 +114,7 @@ fn a_long_record_is_thinned_but_not_its_strain() {
         found
             .warnings
             .iter()
-            .any(|said| said.contains("of 30001 samples")),
+            .any(|message| message.contains("of 30001 samples")),
         "{:?}",
         found.warnings
     );

@@ -229,15 +229,15 @@ fn several_depths_tell_stiffening_from_the_modulus_and_one_does_not() {
     let b = found.fits[0].stiffening().expect("looked for").value;
     assert_relative("b", b, 8.0, 0.01);
     assert_relative("V", found.fits[0].parameters[0].value, truth[0], 0.01);
-    let said = found.warnings.join("\n");
-    assert!(!said.contains("depths"), "{said}");
+    let message = found.warnings.join("\n");
+    assert!(!message.contains("depths"), "{message}");
     assert!(found.fits[0].to_model().is_ok());
     let found = with_stiffening(&record(0.15, 0.01, 3), kind);
     let b = found.fits[0].stiffening().expect("looked for");
-    let said = found.warnings.join("\n");
+    let message = found.warnings.join("\n");
     assert!(
-        said.contains("give records of several depths"),
-        "{said} {b:?}"
+        message.contains("give records of several depths"),
+        "{message} {b:?}"
     );
     let (low, high) = (b.low_95.unwrap_or(0.0), b.high_95.unwrap_or(100.0));
     assert!(low < 8.0 && high > 8.0, "{b:?}");
@@ -397,10 +397,10 @@ fn a_retraction_is_left_out_of_growing_contact_and_said() {
         let record = Record::pressed(motion.0, depths, force, &specimen).expect("valid");
         assert_eq!(record.samples(), 401 - left_out);
         let found = one(&record, kind);
-        let said = found.warnings.join("\n");
+        let message = found.warnings.join("\n");
         let wanted = "the contact shrinks from 3 s on: 100 samples of 401 are left out";
-        assert_eq!(said.contains(wanted), left_out > 0, "{said}");
-        assert_says(&said, "1 samples with a depth below 0");
+        assert_eq!(message.contains(wanted), left_out > 0, "{message}");
+        assert_says(&message, "1 samples with a depth below 0");
         assert_relative("order", found.fits[0].parameters[1].value, truth[1], 1e-4);
     }
 }
@@ -421,8 +421,8 @@ fn an_overshoot_keeps_its_hold() {
     let record = Record::pressed(times, depths, force, &sphere).expect("valid");
     assert_eq!(record.samples(), count);
     let found = one(&record, kind);
-    let said = found.warnings.join("\n");
-    assert_says(&said, "falls back by 2.9 % of its largest");
+    let message = found.warnings.join("\n");
+    assert_says(&message, "falls back by 2.9 % of its largest");
     assert_relative("order", found.fits[0].parameters[1].value, truth[1], 1e-3);
 }
 

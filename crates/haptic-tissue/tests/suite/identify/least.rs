@@ -72,8 +72,8 @@ fn elastic_records(samples: std::ops::RangeInclusive<usize>, candidates: &[Model
             ..Options::default()
         };
         let found = identify(&record, &options, &|_| ()).expect("every candidate has a minimum");
-        let said = found.warnings.join("\n");
-        assert!(!said.contains("no minimum"), "{row:?}: {said}");
+        let message = found.warnings.join("\n");
+        assert!(!message.contains("no minimum"), "{row:?}: {message}");
         assert_eq!(found.fits.len(), candidates.len());
         let spring_pot = found
             .fits

@@ -96,7 +96,7 @@ fn what_makes_no_master_curve_is_refused_with_a_remedy() {
     };
     let times: Vec<f64> = (0..9).map(f64::from).collect();
     let motion = Record::history(times.clone(), times.clone(), times.clone()).expect("valid");
-    for (records, celsius, said) in [
+    for (records, celsius, message) in [
         (
             vec![],
             20.0,
@@ -130,7 +130,7 @@ fn what_makes_no_master_curve_is_refused_with_a_remedy() {
         ),
     ] {
         let refused = master_curve(records, celsius, ShiftBy::Both);
-        assert_refused(refused, said);
+        assert_refused(refused, message);
     }
     let pair = vec![(20.0, at(1.0)), (30.0, at(0.9))];
     let refused = master_curve(pair, 20.0, ShiftBy::Storage);
@@ -184,12 +184,16 @@ fn storage_and_loss_that_disagree_are_said_and_widen_the_errors() {
             );
         }
         let found = one(&curve.record, candidate("fractional-zener"));
-        let said = found.warnings.join("\n");
+        let message = found.warnings.join("\n");
         assert_says(
-            &said,
+            &message,
             "at -10 degC the storage modulus alone is shifted by 3.43 decades",
         );
-        assert_eq!(said.contains("`shift_by`"), by == ShiftBy::Both, "{said}");
+        assert_eq!(
+            message.contains("`shift_by`"),
+            by == ShiftBy::Both,
+            "{message}"
+        );
         assert!(curve.is_lawful);
     }
 }
@@ -209,11 +213,11 @@ fn shifts_that_no_law_fits_are_no_result() {
         "{:?}",
         both.shifts[0]
     );
-    let said = one(&both.record, candidate("fractional-zener"))
+    let message = one(&both.record, candidate("fractional-zener"))
         .warnings
         .join("\n");
     for words in ["the shifts are no result", "`shift_by` = storage"] {
-        assert_says(&said, words);
+        assert_says(&message, words);
     }
     let storage = master_curve(records, 3.0, ShiftBy::Storage).expect("one curve");
     assert!(

@@ -109,9 +109,9 @@ fn compression_may_be_written_below_0() {
     let [down, up] = [table.to_owned(), table.replace(",-", ",")]
         .map(|table| understood(&table, &reading).expect("read"));
     assert_eq!(down.record, up.record);
-    let said = "the stress is read with the other sign, so that the modulus is above 0";
-    assert_eq!(down.notes.iter().filter(|note| *note == said).count(), 1);
-    assert!(!up.notes.iter().any(|note| note == said));
+    let message = "the stress is read with the other sign, so that the modulus is above 0";
+    assert_eq!(down.notes.iter().filter(|note| *note == message).count(), 1);
+    assert!(!up.notes.iter().any(|note| note == message));
     let rows: Vec<(f64, f64)> = (0..40)
         .map(|n| 0.1 * f64::from(n))
         .map(|t| (t, 0.05 * t.min(1.0)))
@@ -145,13 +145,13 @@ fn a_ramp_that_no_column_tells_is_told_by_its_time() {
     };
     let step = understood(table, &reading(None)).expect("a step");
     let found = fitted(&step);
-    let said = found
+    let message = found
         .warnings
         .iter()
         .find(|one| one.contains("before it falls"))
         .expect("said");
     assert_eq!(
-        said,
+        message,
         "the modulus rises 9 times before it falls, as in a ramp to the held strain: give `ramp_time_s`, or a strain column"
     );
     let read = understood(table, &reading(Some(1.0))).expect("a ramp");
@@ -163,12 +163,12 @@ fn a_ramp_that_no_column_tells_is_told_by_its_time() {
         let (low, high) = found.low_95.zip(found.high_95).expect("bounds");
         assert!(low < truth && truth < high, "{found:?}");
     }
-    for (ramp, said) in [
+    for (ramp, message) in [
         (0.0, "`ramp_time_s` 0 s is not above 0 s"),
         (60.0, "below the last time 60 s"),
         (f64::NAN, "NaN s is not above"),
     ] {
-        assert_refused(understood(table, &reading(Some(ramp))), said);
+        assert_refused(understood(table, &reading(Some(ramp))), message);
     }
     let creep = "time_s,creep_compliance_per_pa\n1,1e-3\n2,2e-3\n";
     let refused = understood(

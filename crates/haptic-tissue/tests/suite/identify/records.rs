@@ -109,7 +109,7 @@ fn a_record_without_a_number_to_spare_is_too_short_for_a_model() {
     // The others are no reason to refuse what can be fitted, but are named.
     let found = identify(&few(7), &Options::default(), &|_| ()).expect("two parameters");
     assert_eq!(found.fits[0].kind, ModelKind::SpringPot);
-    let short = |said: &&String| said.contains("too few");
+    let short = |words: &&String| words.contains("too few");
     assert_eq!(found.warnings.iter().filter(short).count(), 2);
 }
 
@@ -185,15 +185,15 @@ fn a_record_that_no_model_describes_is_said_to_be_one() {
         let warning = found
             .warnings
             .into_iter()
-            .find(|said| said.contains("does not describe"));
+            .find(|words| words.contains("does not describe"));
         println!("{} {warning:?}", found.fits[0].rms);
         assert!(found.fits[0].rms > 0.1);
         warning
     };
-    let said = warned(compliance(&rings)).expect("a warning");
+    let words = warned(compliance(&rings)).expect("a warning");
     assert!(
-        said.contains("it leaves ") && said.ends_with("with `from_s`"),
-        "{said}"
+        words.contains("it leaves ") && words.ends_with("with `from_s`"),
+        "{words}"
     );
     assert_eq!(warned(compliance(&noisy)), None);
 }

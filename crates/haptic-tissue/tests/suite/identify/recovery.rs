@@ -196,14 +196,14 @@ fn a_truth_that_the_record_cannot_refuse_is_inside_every_interval() {
             };
             far += usize::from(distance > 4.0);
         }
-        let said = found.warnings.join("\n");
+        let message = found.warnings.join("\n");
         for Estimate { name, high_95, .. } in &fit.parameters {
             let sentence = format!("the record gives `{name}` no upper bound");
-            let is_fixed = said.contains(&format!("`{name}` is at the end"));
+            let is_fixed = message.contains(&format!("`{name}` is at the end"));
             assert_eq!(
                 high_95.is_none() && !is_fixed,
-                said.contains(&sentence),
-                "{said}"
+                message.contains(&sentence),
+                "{message}"
             );
         }
     }

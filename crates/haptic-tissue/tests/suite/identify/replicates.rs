@@ -103,12 +103,12 @@ fn the_noise_of_fits_is_no_spread_of_specimens() {
 #[test]
 fn what_is_no_replicate_is_refused_with_a_remedy() {
     let one = specimen(2000.0, 0.2, 0.0, 0);
-    let said = fitted(std::slice::from_ref(&one), &Options::default())
+    let message = fitted(std::slice::from_ref(&one), &Options::default())
         .expect_err("one")
         .to_string();
     assert!(
-        said.starts_with("`replicates` needs records of two specimens at least"),
-        "{said}"
+        message.starts_with("`replicates` needs records of two specimens at least"),
+        "{message}"
     );
     let creep = Record::creep(vec![1.0, 2.0, 3.0, 4.0], vec![1.0, 2.0, 3.0, 4.0]).expect("valid");
     assert_refused(

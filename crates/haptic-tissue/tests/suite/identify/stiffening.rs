@@ -59,8 +59,8 @@ fn a_convex_record_of_two_negative_columns_is_turned() {
     let fit = &found.fits[0];
     assert_relative("E", fit.parameters[0].value, 2e3, 1e-3);
     assert_relative("b", fit.parameters[1].value, 9.0, 1e-3);
-    let said = found.warnings.join("\n");
-    assert_says(&said, "with the other sign");
+    let message = found.warnings.join("\n");
+    assert_says(&message, "with the other sign");
 }
 
 /// A slow pull of tissue without memory, with an error that hangs together over the whole record: some four residuals of 150 are
@@ -90,14 +90,14 @@ fn the_least_sum_of_an_elastic_record_is_found_whatever_its_interval() {
         assert_relative("rms", fit.rms, rms, 1e-4);
         // The interval of the first reaches b = 0, but tissue that does not stiffen is not as good.
         let linear = elastic(1e-9, &strain, &stress).1;
-        let said = found.warnings.join("\n");
-        assert!(!said.contains("as good"), "{said}");
+        let message = found.warnings.join("\n");
+        assert!(!message.contains("as good"), "{message}");
         let both = format!(
             "fits worse (rms residual {} Pa against {} Pa)",
             digits(linear),
             digits(rms)
         );
-        assert_eq!(said.contains(&both), b == 8.0, "{both} {said}");
+        assert_eq!(message.contains(&both), b == 8.0, "{both} {message}");
     }
 }
 
@@ -169,8 +169,8 @@ fn chosen(cases: std::ops::Range<u64>) {
             })
             .collect();
         println!("{case} {kind}: {}", table.join(", "));
-        let said = found.warnings.join("\n");
-        assert!(!said.contains("no minimum"), "{case}: {said}");
+        let message = found.warnings.join("\n");
+        assert!(!message.contains("no minimum"), "{case}: {message}");
         assert!(found.fits[0].bic <= least + 2.0, "{case}: {table:?}");
         let own = found.fits.iter().find(|fit| fit.kind == kind);
         assert!(

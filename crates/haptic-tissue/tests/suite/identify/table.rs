@@ -172,8 +172,8 @@ fn headers_tell_the_loading_and_the_modulus() {
     let symbol = read("G").expect("valid");
     assert_eq!(symbol.loading.modulus, Some(Modulus::Young));
     let note = "column G (Pa) is taken as the modulus that `loading` tells";
-    let said = symbol.notes.iter().any(|said| said.starts_with(note));
-    assert!(said, "{:?}", symbol.notes);
+    let wording = symbol.notes.iter().any(|wording| wording.starts_with(note));
+    assert!(wording, "{:?}", symbol.notes);
     assert_refused(
         read("Shear modulus"),
         "is of shear, and `loading` is tension",
@@ -334,7 +334,7 @@ fn an_unknown_loading_may_move_beyond_the_thickness() {
         thickness_m: Some(0.02),
         ..Loading::new(LoadingKind::Compression)
     };
-    for (loading_is_told, said) in [(false, "a motion"), (true, "is beyond the thickness")] {
+    for (loading_is_told, wording) in [(false, "a motion"), (true, "is beyond the thickness")] {
         let reading = TableDetails {
             loading: sizes,
             loading_is_told,
@@ -348,7 +348,7 @@ fn an_unknown_loading_may_move_beyond_the_thickness() {
             }
             Err(refused) => refused,
         };
-        assert_says(&have, said);
+        assert_says(&have, wording);
     }
 }
 
@@ -372,12 +372,12 @@ fn columns_units_and_range_can_be_given() {
     let understood = understand(text, &reader, &TableDetails::default()).expect("valid");
     assert_eq!(understood.record.x(), [2e-3, 4e-3]);
     assert_eq!(understood.record.first(), [7e3, 6e3]);
-    let said = understood.notes.join("\n");
+    let wording = understood.notes.join("\n");
     for note in [
         "1 row (line 7) left out, a cell without a number",
         "2 rows (lines 3, 4) left out, outside the range asked for",
     ] {
-        assert_says(&said, note);
+        assert_says(&wording, note);
     }
     // No header at all.
     let places = [
@@ -476,7 +476,7 @@ fn a_bad_table_is_refused_with_line_column_and_remedy() {
 
 #[test]
 fn what_is_no_text_and_a_unit_of_something_else_are_refused() {
-    let told = |said: &str, words: &str| assert_says(&said, words);
+    let told = |wording: &str, words: &str| assert_says(&wording, words);
     for bytes in [
         &b"PK\x03\x04\x14\x00\x06\x00"[..],
         b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\x02\x80",
@@ -717,7 +717,10 @@ fn nothing_is_left_out_in_silence() {
     ) {
         let understood = plain(&text);
         assert_eq!(understood.record.samples().to_string(), samples, "{text:?}");
-        let is_said = understood.notes.iter().any(|said| said.contains(&note));
+        let is_said = understood
+            .notes
+            .iter()
+            .any(|wording| wording.contains(&note));
         assert!(is_said, "{text:?}: {:?}", understood.notes);
     }
 }
@@ -815,14 +818,14 @@ fn a_bad_row_is_left_out_by_name_where_that_is_asked_for() {
             skip_bad_rows: true,
             ..Reader::default()
         };
-        let said = match understand(&text, &reader, &TableDetails::default()) {
+        let wording = match understand(&text, &reader, &TableDetails::default()) {
             Ok(read) => {
                 assert_eq!(read.record.samples(), 24, "{bad}");
                 read.notes.join("; ")
             }
             Err(refused) => refused,
         };
-        assert_says(&said, &wanted);
+        assert_says(&wording, &wanted);
     }
 }
 

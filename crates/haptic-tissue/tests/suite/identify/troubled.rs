@@ -136,8 +136,8 @@ fn equal_times_of_four_digits_are_no_error() {
 fn spring_pot(understood: &Understood) -> ([f64; 2], String) {
     let found = fitted(understood, &[ModelKind::SpringPot], false);
     let parameters = &found.fits[0].parameters;
-    let said = [&understood.notes[..], &found.warnings].concat().join("\n");
-    ([parameters[0].value, parameters[1].value], said)
+    let message = [&understood.notes[..], &found.warnings].concat().join("\n");
+    ([parameters[0].value, parameters[1].value], message)
 }
 
 #[test]
@@ -150,10 +150,10 @@ fn creep_as_strain_and_stress_is_fitted_in_the_strain() {
         let Some(creep) = read_as(&["creep-strain-stress.csv"], &reading) else {
             return;
         };
-        let ([viscosity, order], said) = spring_pot(&creep);
+        let ([viscosity, order], message) = spring_pot(&creep);
         assert_relative("V", viscosity, 2000.0, 2e-3);
         assert_relative("order", order, 0.5, 2e-3);
-        assert_says(&said, "the strain is fitted");
+        assert_says(&message, "the strain is fitted");
     }
 }
 
@@ -188,10 +188,10 @@ fn the_clock_of_a_whole_test_is_not_that_of_its_step() {
     ) else {
         return;
     };
-    let ([viscosity, order], said) = spring_pot(&late);
+    let ([viscosity, order], message) = spring_pot(&late);
     assert_relative("V", viscosity, 3000.0, 1e-3);
     assert_relative("order", order, 0.2, 1e-3);
-    assert_says(&said, "from 60 s of the clock on, 0.01 s before");
+    assert_says(&message, "from 60 s of the clock on, 0.01 s before");
 }
 
 /// Made from 14.52 kPa·s^0.178 and 10.49 kPa·s^0.089. The viscosities hang together by 0.9999: whatever the filter, their least squares are

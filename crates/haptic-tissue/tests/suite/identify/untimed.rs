@@ -43,8 +43,8 @@ fn a_table_of_depth_and_force_alone_gives_a_spring() {
         assert!(!found.is_timed);
         let refused =
             identify(&read.record, &Options::default(), &|_| ()).expect_err("needs times");
-        let said = refused.to_string();
-        assert_says(&said, "the samples have no times & `model` = spring");
+        let message = refused.to_string();
+        assert_says(&message, "the samples have no times & `model` = spring");
     }
 }
 
@@ -71,8 +71,8 @@ fn a_motion_with_equal_times_is_fitted_without_memory() {
     let found = identify(&record, &held, &|_| ()).expect("without memory");
     assert_relative("V", found.fits[0].parameters[0].value, wanted, 1e-6);
     let refused = identify(&record, &Options::default(), &|_| ()).expect_err("needs times");
-    let said = refused.to_string();
-    assert_says(&said, "samples 2 and 3 have the same time, 0.1 s");
+    let message = refused.to_string();
+    assert_says(&message, "samples 2 and 3 have the same time, 0.1 s");
     // Times that fall stay refused.
     let falls = Record::history(
         vec![0.0, 0.2, 0.1, 0.1],
@@ -84,7 +84,7 @@ fn a_motion_with_equal_times_is_fitted_without_memory() {
 
 #[test]
 fn a_sweep_of_amplitude_is_told_from_one_of_frequency() {
-    let said = |omega: Vec<f64>| {
+    let message = |omega: Vec<f64>| {
         let storage = vec![2000.0, 1990.0, 1900.0, 1700.0, 1500.0];
         let loss = vec![500.0, 505.0, 510.0, 520.0, 500.0];
         let record = Record::oscillation(omega, storage, loss).expect("valid");
@@ -92,8 +92,8 @@ fn a_sweep_of_amplitude_is_told_from_one_of_frequency() {
         let mut warnings = found.warnings.iter();
         warnings.any(|one| one.contains("all samples are of one frequency, 3.5 rad/s"))
     };
-    assert!(said(vec![3.5, 3.502, 3.5, 3.503, 3.5]));
-    assert!(!said(vec![3.5, 7.0, 8.0, 9.0, 10.0]));
+    assert!(message(vec![3.5, 3.502, 3.5, 3.503, 3.5]));
+    assert!(!message(vec![3.5, 7.0, 8.0, 9.0, 10.0]));
 }
 
 /// Compression that is written below 0 is the strain that was given.
@@ -126,9 +126,9 @@ fn the_number_that_widens_the_intervals_is_said() {
     let ratio = fit.predicted.len() as f64 / fit.independent;
     assert!(ratio > 1.0);
     let shown: f64 = format!("{ratio:.2e}").parse().expect("a number");
-    let said = found.warnings.join("\n");
+    let message = found.warnings.join("\n");
     assert!(
-        said.contains(&format!("alike, over {shown} samples on average")),
-        "{shown}: {said}"
+        message.contains(&format!("alike, over {shown} samples on average")),
+        "{shown}: {message}"
     );
 }

@@ -14,8 +14,8 @@ fn both_boards_of_a_pair_answer_each_over_its_own_line_and_both_go_together() {
         assert_eq!(info["simulated"], false, "{info}");
         assert_eq!(info["state"], "idle", "{info}");
     }
-    let said = pair.ends();
-    assert_says(&said, "ticks & ; facing: ");
+    let message = pair.ends();
+    assert_says(&message, "ticks & ; facing: ");
     let left = pair.place.files();
     assert!(
         !left.iter().any(|file| file == "device" || file == "white"),

@@ -53,9 +53,9 @@ fn a_run_is_not_usable(kind: &str, device: &str) {
 /// Reads the standard error of a command until a line says this, then pulls the plug of its device; how the command ended.
 fn unplugged_after(mut run: Child, device: &mut Emulated, words: &str) -> Ended {
     let mut stderr = BufReader::new(run.stderr.take().expect("piped"));
-    let mut said = String::new();
-    while !said.contains(words) {
-        let count = stderr.read_line(&mut said).expect("is text");
+    let mut message = String::new();
+    while !message.contains(words) {
+        let count = stderr.read_line(&mut message).expect("is text");
         if count == 0 {
             // A machine that is too busy to open it.
             break;
@@ -64,9 +64,9 @@ fn unplugged_after(mut run: Child, device: &mut Emulated, words: &str) -> Ended 
     // Into the middle of it, or to its beginning on a busy machine: the claim is the same.
     std::thread::sleep(Duration::from_millis(200));
     device.kill();
-    stderr.read_to_string(&mut said).expect("is text");
+    stderr.read_to_string(&mut message).expect("is text");
     let mut output = run.wait_with_output().expect("ends");
-    output.stderr = said.into_bytes();
+    output.stderr = message.into_bytes();
     Ended::new(words.to_owned(), &output)
 }
 
@@ -161,12 +161,12 @@ fn a_monitor_closes_its_log_when_the_device_goes_away_and_goes_on_when_it_is_bac
 }
 
 /// How often a monitor says that its device is gone, and each time but the last that it is back.
-fn times_lost(kind: &str, said: &str) -> usize {
-    let notes: Vec<&str> = said
+fn times_lost(kind: &str, message: &str) -> usize {
+    let notes: Vec<&str> = message
         .lines()
         .filter(|line| line.contains("link: "))
         .collect();
-    assert!(notes.len() >= 2, "{kind}: {said}");
+    assert!(notes.len() >= 2, "{kind}: {message}");
     for pair in notes.chunks(2) {
         let gone = [
             "the connection is gone",
@@ -176,11 +176,11 @@ fn times_lost(kind: &str, said: &str) -> usize {
             "its port is gone",
         ];
         let one = gone.iter().any(|words| pair[0].contains(words));
-        assert!(one, "{kind}: {said}");
+        assert!(one, "{kind}: {message}");
         says_only_what_can_be(pair[0]);
         // A busy machine may lose it once more at the end.
         let back = pair.get(1).unwrap_or(&"the device is back");
-        assert!(back.contains("the device is back"), "{kind}: {said}");
+        assert!(back.contains("the device is back"), "{kind}: {message}");
     }
     notes.len() / 2
 }
@@ -204,21 +204,21 @@ fn a_monitor_goes_on(kind: &str, name: &str) {
         since.pop()
     });
     signal(&monitor, "INT");
-    let mut said = String::new();
+    let mut message = String::new();
     let stderr = monitor.stderr.as_mut().expect("piped");
-    stderr.read_to_string(&mut said).expect("is text");
+    stderr.read_to_string(&mut message).expect("is text");
     let ended = monitor.wait_with_output().expect("ends");
-    let lost = times_lost(kind, &said);
+    let lost = times_lost(kind, &message);
     // A busy machine skips samples of a device that it serves, and may lose it more often than it was unplugged: it says so.
     let code = ended.status.code();
     let watched: serde_json::Value = serde_json::from_slice(&ended.stdout).expect("JSON");
     let missing = number(&watched, "samples_lost") + number(&watched, "dropped_samples");
-    let wanted = match (said.contains("did not come back"), missing > 0.0) {
+    let wanted = match (message.contains("did not come back"), missing > 0.0) {
         (true, _) => 3,
         (false, true) => 4,
         (false, false) => 0,
     };
-    assert_eq!(code, Some(wanted), "{kind}: {said} {watched}");
+    assert_eq!(code, Some(wanted), "{kind}: {message} {watched}");
     assert_eq!(number(&watched, "faults"), 0.0, "{kind}: {watched}");
     let again = number(&watched, "reconnected");
     assert_eq!(again, lost as f64, "{kind}: {watched}");
@@ -257,15 +257,15 @@ fn watched(kind: &str, name: &str, away: fn(&mut Emulated)) {
         (ended || logs(&device.place) != (0, 0)).then_some(())
     });
     away(&mut device);
-    let mut said = String::new();
-    while !said.contains("link: ") {
-        let count = stderr.read_line(&mut said).expect("is text");
-        assert!(count > 0, "{kind}: {said}");
+    let mut message = String::new();
+    while !message.contains("link: ") {
+        let count = stderr.read_line(&mut message).expect("is text");
+        assert!(count > 0, "{kind}: {message}");
     }
     signal(&monitor, "INT");
-    stderr.read_to_string(&mut said).expect("is text");
+    stderr.read_to_string(&mut message).expect("is text");
     let mut output = monitor.wait_with_output().expect("ends");
-    output.stderr = said.into_bytes();
+    output.stderr = message.into_bytes();
     let ended = Ended::new(line, &output);
     assert_eq!(ended.code, Some(3), "{kind}: {ended}");
     let error = ended.error();
@@ -287,17 +287,17 @@ fn a_monitor_whose_log_finds_no_space_says_so_at_once_and_goes_on() {
     let monitor = monitor.stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut monitor = monitor.spawn().expect("starts");
     let mut stderr = BufReader::new(monitor.stderr.take().expect("piped"));
-    let mut said = String::new();
-    let count = stderr.read_line(&mut said).expect("is text");
-    assert!(count > 0 && !said.contains("ulimit"), "{said}");
+    let mut message = String::new();
+    let count = stderr.read_line(&mut message).expect("is text");
+    assert!(count > 0 && !message.contains("ulimit"), "{message}");
     let lost = "watch/monitor.mcap.part & samples are safe";
-    assert_says(&said, "warning:  & nothing is recorded");
-    assert_says(&said, lost);
+    assert_says(&message, "warning:  & nothing is recorded");
+    assert_says(&message, lost);
     assert!(monitor.try_wait().expect("can be asked").is_none());
     signal(&monitor, "INT");
-    stderr.read_to_string(&mut said).expect("is text");
+    stderr.read_to_string(&mut message).expect("is text");
     let mut output = monitor.wait_with_output().expect("ends");
-    output.stderr = said.into_bytes();
+    output.stderr = message.into_bytes();
     let ended = Ended::new(line.to_owned(), &output).failed(4);
     assert_says(ended.error(), lost);
     let report = ended.json();

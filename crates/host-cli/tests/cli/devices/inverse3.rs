@@ -50,8 +50,8 @@ fn info_names_the_inverse3_and_what_its_service_does_to_forces() {
         2,
         &["add --kind inverse3"],
     );
-    let said = service.ends();
-    assert_says(&said, "emulated: 2 sessions, & largest 0.000000 N");
+    let message = service.ends();
+    assert_says(&message, "emulated: 2 sessions, & largest 0.000000 N");
 }
 
 #[test]

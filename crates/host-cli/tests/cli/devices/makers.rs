@@ -24,19 +24,19 @@ fn by_the_maker(script: &str, device: &Path, arguments: &[String]) -> Option<Val
             return None;
         }
     };
-    let said = String::from_utf8_lossy(&output.stderr);
+    let message = String::from_utf8_lossy(&output.stderr);
     if output.status.code() == Some(3) {
-        skip(said.trim());
+        skip(message.trim());
         return None;
     }
-    assert!(output.status.success(), "{said}");
+    assert!(output.status.success(), "{message}");
     Some(serde_json::from_slice(&output.stdout).expect("one JSON object"))
 }
 
 /// The numbers behind these words in what an emulated device says at its end.
-pub(crate) fn told(said: &str, before: &str, count: usize) -> Vec<f64> {
-    let text = said.split(before).nth(1);
-    let text = text.unwrap_or_else(|| panic!("no {before}: {said}"));
+pub(crate) fn told(message: &str, before: &str, count: usize) -> Vec<f64> {
+    let text = message.split(before).nth(1);
+    let text = text.unwrap_or_else(|| panic!("no {before}: {message}"));
     let words = text.split([' ', ',', ';']);
     words
         .filter_map(|word| word.parse().ok())
@@ -102,8 +102,8 @@ fn relax(place_of_loop: &str, duration: &str) -> String {
 }
 
 /// What a servo said at its end: mode, torque and largest torque.
-fn last_words(said: &str) -> (f64, f64, f64) {
-    let after = |words: &str| told(said, words, 1)[0];
+fn last_words(message: &str) -> (f64, f64, f64) {
+    let after = |words: &str| told(message, words, 1)[0];
     (after("mode "), after(" torque "), after("largest "))
 }
 
@@ -249,8 +249,8 @@ fn by_night_what_a_servo_did_not_take_is_told_by_report_warning_and_log() {
     let logged = at(&check, "/unanswered");
     assert!(logged > 100.0 && logged <= unanswered, "{check}");
     // What the servo heard, and what it was sent: each tick one frame, and those of opening it.
-    let said = device.ends();
-    let heard = told(&said, "emulated: ", 1)[0];
+    let message = device.ends();
+    let heard = told(&message, "emulated: ", 1)[0];
     let sent = of("ticks");
     assert!(
         heard + not_taken >= sent,
@@ -299,7 +299,7 @@ fn reads_and_sends(version: Version, (x, y): (f64, f64)) {
     let place = [0.5 * model.pantograph.base_m + x, y];
     let force = [0.3, -0.5];
     let hand = format!("fixed:{}:{}", place[0], place[1]);
-    let Some((seen, said)) = makers_host(version, &hand, force) else {
+    let Some((seen, message)) = makers_host(version, &hand, force) else {
         return;
     };
     assert!(number(&seen, "answers") > 50.0, "{seen}");
@@ -330,7 +330,7 @@ fn reads_and_sends(version: Version, (x, y): (f64, f64)) {
     let same = posture.hand_m.y > elbow;
     assert_eq!(off < 1e-9, same, "{version:?} {place:?}: {ours} {seen}");
     // At the right motors.
-    for (made, theirs) in told(&said, "torques ", 2).into_iter().zip(theirs) {
+    for (made, theirs) in told(&message, "torques ", 2).into_iter().zip(theirs) {
         assert_close("motor", made, theirs, 1e-6);
     }
 }
@@ -386,8 +386,8 @@ fn a_relaxation_on_a_2diy_ends_well_or_as_a_fault_that_says_why() {
     }
     let missing = number(&check.json(), "missing_samples");
     assert_eq!(missing, number(&report, "dropped_samples"), "{check}");
-    let said = emulated.ends();
-    assert_eq!(told(&said, "torques ", 2), [0.0, 0.0], "{said}");
+    let message = emulated.ends();
+    assert_eq!(told(&message, "torques ", 2), [0.0, 0.0], "{message}");
 }
 
 #[test]
@@ -402,10 +402,10 @@ fn a_line_that_loses_bytes_is_a_fault_that_says_so_and_no_torque() {
     } else {
         println!("lost before the run began");
     }
-    let said = emulated.ends();
+    let message = emulated.ends();
     // The zeros that end it may have lost bytes too: next to nothing then, and never what was there before.
-    let mut torques = told(&said, "torques ", 2).into_iter();
-    assert!(torques.all(|torque| torque.abs() < 1e-6), "{said}");
+    let mut torques = told(&message, "torques ", 2).into_iter();
+    assert!(torques.all(|torque| torque.abs() < 1e-6), "{message}");
 }
 
 /// An edge across the way of the hand, at the slowest rate.
@@ -466,8 +466,8 @@ fn touches_a_2diy(loop_mode: &str) {
         }
         assert!(pushed > 10, "{pushed}");
     }
-    let said = emulated.ends();
-    assert_eq!(told(&said, "torques ", 2), [0.0, 0.0], "{said}");
+    let message = emulated.ends();
+    assert_eq!(told(&message, "torques ", 2), [0.0, 0.0], "{message}");
 }
 
 #[test]

@@ -459,16 +459,16 @@ fn a_test_that_somebody_stops_tells_what_it_has_seen() {
     let line = "device selftest --device serial:device --emergency-stop pressed --json";
     let mut test = device.place().start(line);
     let mut stderr = BufReader::new(test.stderr.take().expect("piped"));
-    let mut said = String::new();
+    let mut message = String::new();
     // Nobody presses it: all before it was tried.
-    while !said.contains("press the emergency stop") {
-        let count = stderr.read_line(&mut said).expect("is text");
-        assert!(count > 0, "{said}");
+    while !message.contains("press the emergency stop") {
+        let count = stderr.read_line(&mut message).expect("is text");
+        assert!(count > 0, "{message}");
     }
     signal(&test, "INT");
-    stderr.read_to_string(&mut said).expect("is text");
+    stderr.read_to_string(&mut message).expect("is text");
     let mut output = test.wait_with_output().expect("ends");
-    output.stderr = said.into_bytes();
+    output.stderr = message.into_bytes();
     let ended = Ended::new(line.to_owned(), &output);
     assert_eq!(ended.code, Some(1), "{ended}");
     assert_says(ended.error(), "interrupted: the device was disarmed");

@@ -47,11 +47,11 @@ pub(super) fn ended(line: &str, child: Child) -> Ended {
 fn a_sample_that_is_asked_for_after_a_silence_is_none_of_the_run() {
     let device = Emulated::new("");
     device.loosen();
-    let (said, faults) = channel();
+    let (message, faults) = channel();
     let _line = Middle::before(&device, move |report| {
         if matches!(report, DeviceReport::Fault(_)) {
             // Nobody waits for the second.
-            let _ = said.send(());
+            let _ = message.send(());
         }
         false
     });

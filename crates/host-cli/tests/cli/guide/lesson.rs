@@ -13,8 +13,8 @@ fn answer(place: &Place, line: &str) -> Value {
 }
 
 /// The program's number is the formula's, within this share of it.
-fn agree(said: &Value, key: &str, formula: f64, within: f64) {
-    let program = number(said, key);
+fn agree(message: &Value, key: &str, formula: f64, within: f64) {
+    let program = number(message, key);
     assert!(
         (program / formula - 1.0).abs() <= within,
         "{key}: {program}, by hand {formula}"
@@ -48,15 +48,15 @@ fn the_answers_of_the_lesson_follow_from_its_formulas() {
             weight *= (f64::from(k) - 1.0 - order) / f64::from(k);
             table += &format!("{k},{weight}\n");
         }
-        let said = place.run(&format!("weights --order {order} --count 4"));
-        assert_eq!(said.succeeded().stdout, table, "order {order}");
+        let message = place.run(&format!("weights --order {order} --count 4"));
+        assert_eq!(message.succeeded().stdout, table, "order {order}");
     }
 
     // The force falls by 10^(−μ) from decade to decade. The ramp of 10 ms is not a step: (1 − 5 ms/1 s)^(−μ) is 0.1 % more.
     let forces = ["1s", "10s", "100s"].map(|duration| {
         let line = "relax --contact rigid --ramp-time 10ms --out";
-        let said = answer(&place, &format!("{line} {duration} --duration {duration}"));
-        number(&said, "final_force_n")
+        let message = answer(&place, &format!("{line} {duration} --duration {duration}"));
+        number(&message, "final_force_n")
     });
     for pair in forces.windows(2) {
         let ratio = pair[1] / pair[0];
@@ -88,14 +88,19 @@ fn the_answers_of_the_lesson_follow_from_its_formulas() {
     // Phase margin 90° − ω·delay, and the gain at which ω·delay is 90°; the hold is half a sample more.
     for gain in [1.0, 2.0] {
         let line = "control analyze --plant 1/s --delay 500ms --sample-time 1ms --controller";
-        let said = answer(&place, &format!("{line} {gain}"));
+        let message = answer(&place, &format!("{line} {gain}"));
         let late_s = 0.5 + 0.5e-3;
         agree(
-            &said["margins"],
+            &message["margins"],
             "phase_margin_deg",
             (PI / 2.0 - gain * late_s).to_degrees(),
             1e-4,
         );
-        agree(&said["margins"], "gain_up", PI / 2.0 / late_s / gain, 1e-4);
+        agree(
+            &message["margins"],
+            "gain_up",
+            PI / 2.0 / late_s / gain,
+            1e-4,
+        );
     }
 }

@@ -39,8 +39,8 @@ struct Behind {
 impl Behind {
     /// The address at which it listens.
     fn address(&self) -> Option<String> {
-        let said = std::fs::read_to_string(&self.stdout).ok()?;
-        let mut words = said.split_whitespace();
+        let message = std::fs::read_to_string(&self.stdout).ok()?;
+        let mut words = message.split_whitespace();
         let address = words.find_map(|word| word.strip_prefix("tcp:"));
         address.map(str::to_owned)
     }
@@ -192,8 +192,8 @@ impl Reader<'_> {
             until(&command, || match link {
                 Some(link) => self.place.path(link).exists().then_some(()),
                 None => {
-                    let said = std::fs::metadata(&stdout).is_ok_and(|file| file.len() > 0);
-                    said.then_some(())
+                    let message = std::fs::metadata(&stdout).is_ok_and(|file| file.len() > 0);
+                    message.then_some(())
                 }
             });
             self.behind.push(Behind {

@@ -104,8 +104,8 @@ const TABLE: &str =
 
 /// Time of a processor that ended children of this process have taken, s.
 fn children_s() -> f64 {
-    let said = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let fields = said.rsplit(") ").next().unwrap_or_default().split(' ');
+    let message = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let fields = message.rsplit(") ").next().unwrap_or_default().split(' ');
     let ticks = fields.skip(13).take(2).flat_map(str::parse::<f64>);
     ticks.sum::<f64>() / 100.0
 }
@@ -164,10 +164,10 @@ fn a_broken_file_of_any_kind_ends_in_one_line_and_no_loss_is_silent() {
                 ended.failed(code);
                 continue;
             }
-            let said = ended.succeeded_with_warnings().json();
+            let message = ended.succeeded_with_warnings().json();
             let counts = ["log check", "log export", "log recover"];
             if counts.iter().any(|start| line.starts_with(start)) {
-                assert_eq!(number(&said, "samples"), 3001.0, "{case}: {line}");
+                assert_eq!(number(&message, "samples"), 3001.0, "{case}: {line}");
             }
         }
     }

@@ -39,9 +39,9 @@ fn a_device_that_does_not_answer_ends_it_with_what_to_look_at() {
     let Err(failure) = followed(&mut link, "here", 1000, patience, &mut |_, _, _| true) else {
         panic!("nothing more can be tried");
     };
-    let said = failure.to_string();
-    assert!(said.contains("check its plug and supply"), "{said}");
-    assert!(matches!(failure, Failure::Device(_)), "{said}");
+    let message = failure.to_string();
+    assert!(message.contains("check its plug and supply"), "{message}");
+    assert!(matches!(failure, Failure::Device(_)), "{message}");
     drop(stuck);
 }
 
@@ -53,13 +53,13 @@ fn a_board_that_failed_ends_it_with_its_own_words() {
     let Err(failure) = followed(&mut link, "here", 1000, SILENCE, &mut |_, _, _| true) else {
         panic!("nothing more can be tried");
     };
-    let said = failure.to_string();
+    let message = failure.to_string();
     let words = link.trouble().expect("it says why").words;
     assert!(
-        said.contains(&words) && said.contains("no more trials"),
-        "{said}"
+        message.contains(&words) && message.contains("no more trials"),
+        "{message}"
     );
-    assert!(matches!(failure, Failure::Device(_)), "{said}");
+    assert!(matches!(failure, Failure::Device(_)), "{message}");
 }
 
 #[test]
