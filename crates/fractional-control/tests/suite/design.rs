@@ -132,6 +132,7 @@ impl Exact {
 /// Plants of fractional orders, half of them late: the margins of a design are those of the analysis, to all digits, and those of the exact
 /// response of the plant behind its hold, by a dense search: to 1e-6 the rounding of its sums and the tolerance of the memories.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn margins_are_those_of_the_exact_response() {
     let judged: usize = (0..testkit::cases(12))
         .into_par_iter()

@@ -139,6 +139,7 @@ fn rest(found: &Found) -> (f64, f64) {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn stable_plants_beside_a_drift_do_not_grow_and_keep_their_gain() {
     campaign(testkit::cases(6));
 }
@@ -190,6 +191,7 @@ fn campaign(count: u64) {
 /// A second of −3.3·exp(−24 s)/(20 s + 1) beside 7 % of the variance of a disturbance with the correlation 0.95, sampled at 9 s as Box and Jenkins'
 /// gas furnace is: plain least squares called one in three growing.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_furnace_that_drifts_is_one_lag_behind_its_dead_time() {
     for seed in 0..2 {
         let mut random = Random(seed + 6_700_000);

@@ -60,6 +60,7 @@ fn best(record: &mut InputOutput) -> Found {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_long_record_keeps_a_resonance_that_every_tenth_row_loses() {
     for rows in [8000, 20_000] {
         let mut random = Random(68);

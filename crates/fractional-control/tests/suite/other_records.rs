@@ -263,6 +263,7 @@ fn held(best: &Found, truth: &FractionalTransferFunction) -> [u64; 2] {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn records_of_others_keep_their_integrators_and_do_not_grow() {
     campaign(testkit::cases(10));
 }
@@ -313,6 +314,7 @@ fn campaign(count: u64) {
 /// The objective and its least value of `golden/other_records.py`: c, `u_p`, first states, residues and direct path projected, poles and dead time from
 /// 40 starts of `SciPy`'s `least_squares`.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn no_other_search_leaves_less_of_a_record() {
     let cells = |text: &str| -> Vec<Vec<String>> {
         let rows = text.lines().skip(1);

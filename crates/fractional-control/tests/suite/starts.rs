@@ -153,6 +153,7 @@ fn nothing_grows_where_the_record_does_not() {
 
 /// Noise whose neighbours are alike says less than its samples: what a larger function explains of it is no dynamics.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn noise_that_is_alike_asks_for_no_larger_function() {
     let mut larger = 0;
     for seed in 0..4 {
@@ -188,6 +189,7 @@ fn a_short_log_keeps_the_integrator_that_it_shows() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_plant_that_had_settled_gives_the_input_before_its_record() {
     for seed in 0..4 {
         let mut random = Random(seed + 900);

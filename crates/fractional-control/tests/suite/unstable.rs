@@ -203,6 +203,7 @@ fn a_pendulum_is_held_with_a_flat_phase() {
 
 /// Where there is nothing, the wish that excludes it is named.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_wish_that_excludes_a_controller_is_named() {
     let flat = |omega, margin: f64| Specification::new(omega, margin.to_radians());
     for (text, wishes, message) in [

@@ -299,6 +299,7 @@ fn each_answer_that_is_late_is_flagged_and_counted_and_no_force_waits_in_a_queue
 
 /// A ball of tissue with a memory, below the middle of the workspace.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_ball_is_felt_with_the_bits_of_its_law_at_the_positions_that_are_told() {
     const WATCHDOG: Duration = Duration::from_secs(1);
     let (k, b) = (100.0, 5.0);
@@ -388,6 +389,7 @@ fn a_ball_is_felt_with_the_bits_of_its_law_at_the_positions_that_are_told() {
 
 /// Bytes of answers that are damaged at random end the run or do no harm; never a force beyond the limit.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn damaged_answers_are_a_fault_or_do_no_harm() {
     let mut ended = 0;
     for seed in 0..60 {

@@ -57,6 +57,7 @@ fn samples(log: &Path) -> Vec<[f64; 3]> {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_record_made_from_the_run_itself_is_not_off_at_all() {
     for text in [
         "[relax]\nduration_s = 2",

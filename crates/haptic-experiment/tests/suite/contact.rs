@@ -133,6 +133,7 @@ fn a_contact_without_meaning_is_refused_in_a_line() {
 
 /// Without damping of its own a device throws every one-sided wall off; the design of a linear one keeps a gain margin of 1.1.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_design_takes_a_one_sided_wall_only_if_it_settles_after_each_hit() {
     let keys = "mass_kg = 0.0533\ndamping_n_s_per_m = 0.05\nhand_stiffness_n_per_m = 1000\ndelay_s = 2.572e-3\norders = [0.5, 1]\n\
                 gain_margin = 1.05\nforce_limit_n = 1000\n";

@@ -38,6 +38,7 @@ fn of_order(report: &Value, order: f64) -> &Value {
 
 /// A soft wall on a device that hardly damps: it comes to rest without friction too, but not within the usual trial.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_wall_that_settles_slowly_is_not_called_held_by_friction() {
     let report = design(
         "require = \"passive\"\norders = [1]\nmass_kg = 0.045\ndamping_n_s_per_m = 0.2\ndelay_s = 1e-3\n\
@@ -240,6 +241,7 @@ fn each_wall_says_what_is_proved_for_every_motion() {
 
 /// The strongest wall by the analysis has a force of 0.154 N rms in its trial: encoder steps that the loop keeps alive.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_wall_is_as_quiet_in_its_trial_as_it_has_to_be() {
     let answer = ask("encoder_resolution_m = 55e-6\nforce_noise_limit_n = 0.1\norders = [1, 1.5]");
     let report = serde_json::to_value(&answer).expect("JSON");
@@ -260,6 +262,7 @@ fn a_wall_is_as_quiet_in_its_trial_as_it_has_to_be() {
 
 /// 15 kN/m of order 1.5 would be the most by the analysis, and shakes by the steps of the encoder.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn where_the_strongest_walls_shake_the_best_that_passes_is_taken() {
     let device = "delay_s = 1e-3\nencoder_resolution_m = 20e-6\norders = [1, 1.5]";
     let answer = ask(device);
@@ -390,6 +393,7 @@ fn the_most_damping_is_found_and_depends_on_the_order() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_noise_of_the_force_can_be_limited() {
     for wish in [
         "",
@@ -421,6 +425,7 @@ fn the_noise_of_the_force_can_be_limited() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_best_order_is_that_of_a_fine_grid() {
     let device = "mass_kg = 0.045\ndamping_n_s_per_m = 0.2\ndelay_s = 1e-3\n";
     let orders = |report: &Value| -> Vec<f64> {

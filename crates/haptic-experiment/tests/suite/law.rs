@@ -169,6 +169,7 @@ fn the_damping_that_a_fractional_solid_needs_is_that_of_the_theory() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn two_hundred_models_need_the_damping_of_their_sums() {
     let kinds = [
         ModelKind::FractionalKelvinVoigt,
@@ -744,6 +745,7 @@ fn pot(k: f64, b: f64, order: f64) -> TissueFile {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_specimen_ends_where_its_line_leaves_the_map_of_all_walls() {
     // The first is the model of Kelvin and Voigt.
     for (order, share) in [(1.0, 0.1), (0.25, 2.0), (0.6, 0.01), (0.9, 0.7)] {
@@ -812,6 +814,7 @@ fn a_controller_of_a_spring_and_a_derivative_grows_as_far_as_a_specimen() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn ten_controllers_grow_up_to_what_the_sums_of_their_functions_say() {
     let mut random = Random(102);
     for case in 0..testkit::cases(10) {
@@ -840,6 +843,7 @@ fn a_controller_whose_integral_is_slow_at_the_end_is_at_rest_when_it_holds_the_p
 /// m·s³ + b·s² + k·s + g·I is stable below g = b·k/(m·I), and m·τ·s³ + (m + b·τ)s² + b·s + g·K below g = (m + b·τ)b/(m·τ·K): both far below what
 /// the newest sample bears. Near the edge a motion dies out slowly, so that trials have to be long.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn slow_controllers_grow_up_to_their_edge_and_those_of_the_wrong_sign_nowhere() {
     let integral = |gain: f64| {
         let law = format!(
@@ -952,6 +956,7 @@ fn a_step_of_the_encoder_counts_as_what_the_whole_memory_makes_of_it() {
 
 /// K + B·D^μ, whether a specimen or a PD^μ says it.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_design_of_a_controller_is_that_of_the_specimen_that_it_equals() {
     let law = |scale: f64| {
         format!(

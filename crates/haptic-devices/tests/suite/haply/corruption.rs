@@ -141,6 +141,7 @@ fn bits(random: &mut Random) -> u8 {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_lost_byte_is_a_fault_and_no_torque_of_the_wrong_place() {
     for both in [false, true] {
         for way in [Way::ToBoard, Way::ToHost] {
@@ -169,6 +170,7 @@ fn a_changed_byte_of_an_answer_is_a_fault_or_no_harm() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn bytes_added_or_changed_on_the_way_to_the_board_last_a_tick_or_are_a_fault() {
     // A board without a checksum takes them for torques: nothing on this side can keep it from that, for one frame.
     for both in [false, true] {

@@ -367,6 +367,7 @@ mod tests {
 
     /// Just before the delay margin the loop is stable, just behind it is not: the force switches inside a sample.
     #[test]
+    #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     fn the_delay_margin_is_where_the_verdict_changes_inside_a_sample() {
         let mut largest: f64 = 0.0;
         for (gains, of_force) in [

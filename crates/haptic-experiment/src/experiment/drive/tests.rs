@@ -133,6 +133,7 @@ fn the_indenter_is_held_on_its_way_and_the_tissue_is_that_of_the_motion_really_m
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_verdict_before_the_run_is_what_the_run_shows_at_either_side_of_the_edge() {
     let gains = SOFT;
     let times = |factor: f64| {
@@ -198,6 +199,7 @@ fn an_unstable_drive_is_refused_before_a_file_is_made_unless_it_is_forced() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_push_is_held_too_its_force_measured_between_the_actuators() {
     let gains = PidParameters {
         proportional: 0.3,

@@ -102,6 +102,7 @@ fn bad(random: &mut Random) -> LineFaults {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn over_bad_lines_the_force_is_right_and_a_number_is_told_as_far_as_the_clocks_carry_it() {
     let relaxation = relaxation();
     let folder = Folder::empty();

@@ -394,6 +394,7 @@ fn cases() -> usize {
 
 /// Friction from 0 to 0.1 N, with and without a sensor. Each parameter that the record bounds counts once.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_truth_lies_within_the_interval_of_what_was_pressed() {
     let (mut within, mut all, mut refused, mut ended, mut missed) = (0, 0, 0, 0, Vec::new());
     for (n, material) in specimens(cases()).into_iter().enumerate() {

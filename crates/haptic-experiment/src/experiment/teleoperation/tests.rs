@@ -208,6 +208,7 @@ fn a_line_that_is_not_passive_is_seen_to_give_energy() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn what_is_felt_without_delay_is_what_the_formula_says_within_1_db() {
     let library = Library::load(None).expect("the library");
     let places = [

@@ -223,6 +223,7 @@ fn a_motor_slower_than_the_device_is_not_taken_for_its_mass() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_interval_of_a_lag_that_is_not_there_holds_zero() {
     let ideal =
         MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), Seconds(1e-3));
@@ -235,6 +236,7 @@ fn the_interval_of_a_lag_that_is_not_there_holds_zero() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_hand_and_a_slope_are_found() {
     let held = MassDamperConfig {
         stiffness: NewtonsPerMetre(150.0),
@@ -417,6 +419,7 @@ fn a_plan_outside_its_ranges_is_refused() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_device_file_says_what_was_measured_and_refuses_what_cannot_be() {
     let driven = Fine::new(usual(), 1).drive(&short());
     let found = found(&driven.record, false);

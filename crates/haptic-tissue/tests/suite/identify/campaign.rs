@@ -185,6 +185,7 @@ fn record(kind: Kind, model: &Model, count: usize, noise: &[f64]) -> Record {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn made_tissues_are_chosen_as_what_they_are_or_simpler_and_held_by_their_intervals() {
     let cases = testkit::cases(6_u64);
     let (mut right, mut inside, mut of) = (0, 0, 0);

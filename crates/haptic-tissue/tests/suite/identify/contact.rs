@@ -166,6 +166,7 @@ fn inside(count: u64, seeds: impl Iterator<Item = u64>) -> [usize; 4] {
 
 /// Of 40 truths all but 5 at most: with 95 % intervals that fails once in 300 draws of seeds, and of 80 % nearly always.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn intervals_know_that_contact_and_baseline_are_fitted() {
     let inside = inside(10, 0..10);
     assert!(inside.iter().sum::<usize>() >= 35, "{inside:?}");
@@ -218,6 +219,7 @@ fn told(count: u64, seeds: impl Iterator<Item = u64>) -> [[usize; 2]; 2] {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_contact_point_that_matters_is_missed_aloud() {
     let [[matter, message], [small, too_often]] = told(12, (0..12).step_by(3));
     assert!(matter >= 2 && message == matter, "{message} of {matter}");
@@ -391,6 +393,7 @@ fn ramped([viscosity, order, contact]: [f64; 3], time: f64) -> f64 {
 /// Times 10 ms apart, contacts 0, 3, 7 and 10 ms after a sample and a rounding beside one, 0.5 % of noise: standard errors by the Jacobian
 /// of all three parameters.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn standard_errors_know_the_contact_wherever_samples_lie() {
     let times: Vec<f64> = (0..=300).map(|n| 0.01 * f64::from(n)).collect();
     for late in [0.0, 1e-15, 0.003, 0.007, 0.01] {

@@ -206,6 +206,7 @@ fn by_night_the_truth_of_stiffening_is_inside_ninety_five_of_a_hundred_intervals
 
 /// Three depths tell b; one depth does not, which is said, and its interval still holds the truth.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn several_depths_tell_stiffening_from_the_modulus_and_one_does_not() {
     let shape = shapes()[4];
     let stiff = Specimen::new(*shape.loading(), 0.5, 8.0).expect("valid");
@@ -303,6 +304,7 @@ fn stiffening_that_cannot_be_seen_is_refused() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_truth_of_a_few_indentations_is_inside_their_intervals() {
     let (inside, refused, all) = inside(18);
     println!("{inside} inside, {refused} refused of {all}");

@@ -148,6 +148,7 @@ fn by_night_the_truth_is_inside_ninety_two_to_ninety_eight_of_a_hundred_interval
 /// A Zener model with orders close to each other has a valley on which 1 % of noise cannot tell a spring of 60 Pa from one of 500 Pa, nor a
 /// spring-pot from one a million times as stiff. The standard errors are those of one place in it.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_truth_that_the_record_cannot_refuse_is_inside_every_interval() {
     const SAMPLES: usize = 200;
     let kind = ModelKind::FractionalZener;

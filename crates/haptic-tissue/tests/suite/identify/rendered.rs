@@ -46,6 +46,7 @@ fn crept(tissue: &Model, sample_time_s: f64, count: usize) -> Record {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn rendered_creep_is_of_the_model_that_crept() {
     for (kind, parameters) in [
         (ModelKind::SpringPot, &[20_000.0, 0.5][..]),
@@ -159,6 +160,7 @@ fn library(cases: impl Fn(usize) -> bool) {
 
 /// A tenth of them.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_tissue_of_the_library_is_identified_as_what_it_is() {
     library(|case| case % 10 == 2);
 }

@@ -181,6 +181,7 @@ fn chosen(cases: std::ops::Range<u64>) {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_choice_is_that_of_the_table() {
     chosen(0..2);
 }

@@ -659,6 +659,7 @@ const FOUND: &str = r#"
 "#;
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn what_was_found_where_is_said_in_one_line() {
     for [text, wanted] in testkit::table(FOUND) {
         let message = as_it_is(&text).expect_err(&text);
