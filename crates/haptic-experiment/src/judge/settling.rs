@@ -560,6 +560,31 @@ mod tests {
     }
 
     #[test]
+    fn a_law_that_integrates_is_at_rest_when_it_holds_the_push_beside_the_hand() {
+        let scales = Scales {
+            spring_n_per_m: 0.0,
+            ..STIFF
+        };
+        for (force_n, position_m, rests) in [
+            (-0.96, 0.0, true),
+            (-0.94, 0.0, false),
+            // A drift against hardly any force.
+            (-1e-3, 0.1, false),
+            // A hand of 50 N/m holds a half.
+            (-0.5, 0.01, true),
+            (-1.0, 0.01, false),
+        ] {
+            let tolerance = Tolerance::new(Criterion::Settling, scales);
+            let judge = Judge::new(Criterion::Settling, 0.1, tolerance, 4.6, 2.5, 3.3);
+            let mut judge = judge.balancing(1.0, 50.0);
+            for n in 0..5001 {
+                judge.see(1e-3 * f64::from(n), position_m, force_n);
+            }
+            assert_eq!(judge.settling(true, None).stable, rests, "{force_n}");
+        }
+    }
+
+    #[test]
     fn without_a_spring_the_force_alone_is_judged() {
         let damper = Scales {
             spring_n_per_m: 0.0,
