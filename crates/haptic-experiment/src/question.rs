@@ -83,7 +83,7 @@ pub(crate) fn tables(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
 /// let wrong = Question::parse(Path::new("form"), "[design]\nwish = \"peace\"");
 /// assert_eq!(
 ///     wrong.expect_err("no wish of a wall").to_string(),
-///     "form:2: wish = \"peace\" is not one of stiffest-wall, most-damping, tissue, coupler"
+///     "form:2: wish = \"peace\" is not one of stiffest-wall, most-damping, tissue, controller, coupler"
 /// );
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
