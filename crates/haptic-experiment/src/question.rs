@@ -254,6 +254,9 @@ impl Answer {
     /// A table that cannot be written.
     pub fn write_table(&self, folder: &OutputFolder) -> Result<Option<String>, Failure> {
         let written = match self {
+            Self::ZWidth(report) if report.controller.is_some() => {
+                folder.write_table(&[], report.scales.iter())
+            }
             Self::ZWidth(report) => folder.write_table(&[], report.rows()),
             Self::Design(found) => folder.write_table(&[], found.candidates.iter()),
             Self::Coupler(found) => folder.write_table(&[], found.candidates.iter()),
