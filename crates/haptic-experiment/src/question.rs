@@ -83,7 +83,7 @@ pub(crate) fn tables(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
 /// let wrong = Question::parse(Path::new("form"), "[design]\nwish = \"peace\"");
 /// assert_eq!(
 ///     wrong.expect_err("no wish of a wall").to_string(),
-///     "form:2: wish = \"peace\" is not one of stiffest-wall, most-damping, tissue, coupler"
+///     "form:2: wish = \"peace\" is not one of stiffest-wall, most-damping, tissue, controller, coupler"
 /// );
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -254,6 +254,9 @@ impl Answer {
     /// A table that cannot be written.
     pub fn write_table(&self, folder: &OutputFolder) -> Result<Option<String>, Failure> {
         let written = match self {
+            Self::ZWidth(report) if report.controller.is_some() => {
+                folder.write_table(&[], report.scales.iter())
+            }
             Self::ZWidth(report) => folder.write_table(&[], report.rows()),
             Self::Design(found) => folder.write_table(&[], found.candidates.iter()),
             Self::Coupler(found) => folder.write_table(&[], found.candidates.iter()),

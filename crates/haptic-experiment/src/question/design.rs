@@ -294,7 +294,7 @@ impl DesignReport {
         {
             let why = self.notes.last().map_or("", String::as_str);
             return Err(Failure::run(format_args!(
-                "{} does not fit: {why}; change {ANALYSED_CONTROLLER}, ask for less, or give another device",
+                "{} does not fit: {why}; change {ANALYSED_CONTROLLER}, what is asked of it, or the device",
                 controller.law
             )));
         }

@@ -350,6 +350,9 @@ pub struct Scales {
     pub largest_scale: f64,
     /// The largest stable one by the analysis; null if it finds none.
     pub analysis_scale: Option<f64>,
+    /// The least one of those up to it, where smaller ones are unstable.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub analysis_scale_from: Option<f64>,
     /// The one up to which friction alone holds the device still; null as for a wall.
     pub held_by_friction_up_to_scale: Option<f64>,
 }
@@ -425,6 +428,12 @@ impl ZWidthReport {
         if let (Some(law), None, None) = (&self.controller, self.scales, &self.ended_early) {
             warn(&format!(
                 "no scale of {law} came to rest: it pushes the device away, or friction, encoder and duration_s keep it from rest"
+            ));
+        }
+        if let Some(from) = self.scales.and_then(|scales| scales.analysis_scale_from) {
+            warn(&format!(
+                "by the analysis it is unstable with less gain too, below {} times",
+                digits(from, 4)
             ));
         }
         let points = self.orders.iter().flat_map(|order| &order.boundary);

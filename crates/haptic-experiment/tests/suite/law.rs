@@ -319,8 +319,8 @@ fn what_a_tissue_does_not_have_is_refused_in_a_line() {
     let device = "sample_time_s = 1e-3\nmass_kg = 0.065\n";
     refused(
         r#"
-        tissue = "fish-muscle"\nstiffness_n_per_m = 1 | has one of its own: omit it
-        tissue = "fish-muscle"\norder = 0.5 | has one of its own: omit it
+        tissue = "fish-muscle"\nstiffness_n_per_m = 1 | has no effect beside
+        tissue = "fish-muscle"\norder = 0.5 | has no effect beside
         tissue = "fish-muscle"\nscheme = "exact" | use full, or a short memory, as in grunwald:1000
         tissue = "fish-muscle"\nscheme = "muir:3" | use `scheme` = full
         tissue = "fish-muscle"\nscheme = "grunwald:1" | from 2 to 10000
@@ -332,7 +332,7 @@ fn what_a_tissue_does_not_have_is_refused_in_a_line() {
         tissue = "fish-muscle"\nalpha = 1 | with and without units
         order = 1\nstiffness_n_per_m = 1\ndissipation_n_s_mu_per_m = 1\narea_m2 = 1 | belongs to a tissue
         controller = "no-such.toml" | no-such.toml
-        controller = "no-such.toml"\ntissue = "fish-muscle" | has one of its own: omit it
+        controller = "no-such.toml"\ntissue = "fish-muscle" | has no effect beside
         "#,
         |keys| ask("analyze-passivity", &format!("{device}{keys}")),
     );
@@ -584,9 +584,9 @@ fn what_a_controller_does_not_have_is_refused_in_a_line() {
     refused(
         r#"
         sample_time_s = 2e-3 | 0.002 s is not the 0.001 s of the controller
-        stiffness_n_per_m = 1 | `controller` has one of its own: omit it
-        order = 0.5 | has one of its own: omit it
-        scheme = "full" | has one of its own: omit it
+        stiffness_n_per_m = 1 | no effect beside `controller`: omit it
+        order = 0.5 | has no effect beside
+        scheme = "full" | has no effect beside
         area_m2 = 1 | belongs to a tissue
         alpha = 1 | with and without units
         "#,
@@ -727,8 +727,8 @@ fn a_plant_of_matrices_is_the_device_that_they_are_of() {
     }
     refused(
         r#"
-        mass_kg = 1 | `plant_model` has one of its own: omit it
-        current_lag_s = 1e-3 | has one of its own: omit it
+        mass_kg = 1 | no effect beside `plant_model`: omit it
+        current_lag_s = 1e-3 | has no effect beside
         alpha = 1 | with and without units
         "#,
         |more| ask("analyze-stability", &format!("{plant}{more}")),
@@ -871,6 +871,17 @@ fn slow_controllers_grow_up_to_their_edge_and_those_of_the_wrong_sign_nowhere() 
     let edge = (0.065 + 0.35) * 3.5 / (0.065 * 0.1 * 10.0);
     assert_relative("lag", number(&report, "analysis_scale"), edge, 0.03);
     assert_relative("lag, tried", number(&report, "largest_scale"), edge, 0.08);
+    // By Routh: far below what the newest sample bears; and where less gain is unstable too.
+    let device = "mass_kg = 0.065\ndamping_n_s_per_m = 3.5\n";
+    let slow = ControllerFile::of("[transfer_function]\nfunction = \"400/(s+1)\"\n", "full");
+    let report = slow.ask("zwidth", device);
+    let edge = (0.065 + 3.5) * 3.5 / (0.065 * 400.0);
+    assert_relative("slow", number(&report, "analysis_scale"), edge, 0.03);
+    assert!(report["analysis_scale_from"].is_null(), "{report}");
+    let pid = "[pid]\nproportional_gain = 400\nintegral_gain_per_s_lambda = 40000\nintegral_order = 1\nderivative_gain_s_mu = 5\nderivative_order = 1\n";
+    let report = ControllerFile::of(pid, "full").ask("zwidth", device);
+    let edge = (0.065 * 40e3 / 400.0 - 3.5) / 5.0;
+    assert_relative("pid", number(&report, "analysis_scale_from"), edge, 0.07);
     // Damped so much that it does not get far in the time of a trial.
     for file in [
         integral(-2000.0),
@@ -888,9 +899,9 @@ fn what_a_controller_that_is_tried_does_not_have_is_refused_in_a_line() {
     for [keys, wanted] in testkit::table(
         r#"
         sample_time_s = 2e-3 | 0.002 s is not the 0.001 s of the controller
-        orders = [1] | `controller` has one of its own: omit it
-        scheme = "full" | has one of its own: omit it
-        tissue = "fish-muscle" | has one of its own: omit it
+        orders = [1] | no effect beside `controller`: omit it
+        scheme = "full" | has no effect beside
+        tissue = "fish-muscle" | has no effect beside
         area_m2 = 1 | belongs to a tissue
         one_sided = true | pulls too: omit it
         device = "serial:x" | is tried on the simulated device

@@ -21,13 +21,18 @@ pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), 
     let mut outputs = asked.files.look("zwidth", &[])?;
     let answer = answered("zwidth", asked.options, stop_on_interrupt()?, output)?;
     let mut shown = json!(answer);
+    let mut files = Vec::new();
+    let found = matches!(&answer, Answer::ZWidth(report) if report.scales.is_some() || report.rows().next().is_some());
+    if found {
+        files.extend(outputs.write(|folder| answer.write_table(folder)).flatten());
+    }
     let Answer::ZWidth(report) = answer else {
         return Err(Failure::bad_input("not a Z-width"));
     };
-    let files = match report.rows().next().is_some() {
-        true => outputs.table_and_picture(&[], report.rows(), || draw(&report)),
-        false => Vec::new(),
-    };
+    // A controller is no point among walls.
+    if report.rows().next().is_some() {
+        files.extend(outputs.picture(|| draw(&report)));
+    }
     shown["files"] = json!(files);
     output.report(&shown)?;
     outputs.close(match report.ended_early {

@@ -33,8 +33,8 @@ fn an_option_without_effect_is_refused_with_what_would_give_it_one() {
         zwidth --push-by device --push 0N => push_n = 0 is not above 0
         zwidth --push-by device --push=-1N => push_n = -1 is not above 0
         zwidth --push-by device --push 200N => no wall could hold it
-        zwidth --tissue liver --orders 1 => --orders 1: --tissue has one of its own: omit it
-        zwidth --tissue liver --points 3 => --points 3: --tissue has one of its own: omit it
+        zwidth --tissue liver --orders 1 => --orders 1: it has no effect beside --tissue: omit it
+        zwidth --tissue liver --points 3 => --points 3: it has no effect beside --tissue: omit it
         zwidth area=1cm2 => area=1cm2: it belongs to a tissue: give --tissue, or omit it
         relax --overwrite => no effect | --out | omit --overwrite
         relax device_mass=65g => 0.065 kg | no effect | --guard observer | `braking_n_s_per_m`

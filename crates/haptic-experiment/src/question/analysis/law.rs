@@ -228,7 +228,7 @@ pub(crate) fn controller(
 /// Keys of a wall that another law has itself.
 const OF_WALL: &[&Parameter] = &[&STIFFNESS, &DISSIPATION, &ORDER];
 
-/// Refuses keys of which a law in place of a wall has its own.
+/// Refuses keys of which a law in place of a wall has its own, or for which it has no use.
 pub(crate) fn without(
     table: &Table<'_>,
     keys: &[&Parameter],
@@ -237,7 +237,7 @@ pub(crate) fn without(
     let Some(parameter) = keys.iter().find(|parameter| table.has(parameter)) else {
         return Ok(());
     };
-    let reason = format!("{law} has one of its own: omit it");
+    let reason = format!("it has no effect beside {law}: omit it");
     Err(table.fail_at(parameter.key, reason))
 }
 

@@ -34,6 +34,8 @@ const AGREES_WITHIN: f64 = 0.05;
 /// the most of a controller may be far above what is stable: to 2e-9.
 const FINE: i32 = 24;
 const FINE_OF_CONTROLLERS: i32 = 70;
+/// Scale below which a law counts as none.
+const LEAST: f64 = 1e-6;
 /// Points on the boundary of a region.
 const POINTS: usize = 400;
 /// Pieces of an edge of an outline.
@@ -345,10 +347,12 @@ impl<'a> Search<'a> {
         let theory = self.theory.as_ref();
         let (alpha, beta) = self.wall(cell.stable, beta);
         let (stiffness, dissipation) = self.units;
-        let analysed = theory.and_then(|theory| match self.growing {
-            Some(growing) => theory.largest_scale(growing, self.most),
-            None => theory.largest_alpha(beta),
-        });
+        let scales = (theory.zip(self.growing))
+            .and_then(|(theory, growing)| theory.largest_scales(growing, self.most));
+        let analysed = match self.growing {
+            Some(_) => scales.map(|[_, to]| to),
+            None => theory.and_then(|theory| theory.largest_alpha(beta)),
+        };
         let stiffness_at = |tried| self.wall(tried, beta).0 * stiffness;
         BoundaryPoint {
             dissipation: beta * dissipation,
@@ -363,6 +367,7 @@ impl<'a> Search<'a> {
             scales: self.growing.map(|_| Scales {
                 largest_scale: cell.stable,
                 analysis_scale: analysed,
+                analysis_scale_from: scales.map(|[from, _]| from).filter(|from| *from > LEAST),
                 held_by_friction_up_to_scale: cell.held,
             }),
         }
@@ -621,11 +626,13 @@ impl Theory {
         crossings(self.area.as_ref()?, beta).last().copied()
     }
 
-    /// The largest stable scale of a law that grows, of α and β, below the end of a search.
-    fn largest_scale(&self, [alpha, beta]: [f64; 2], most: f64) -> Option<f64> {
+    /// The largest stable scales of a law that grows, of α and β, from the first to the edge, below the end of a search.
+    fn largest_scales(&self, [alpha, beta]: [f64; 2], most: f64) -> Option<[f64; 2]> {
         let closed = SampledLoop::with_plant(self.plant, alpha, beta, &self.operator).ok()?;
-        let stable = closed.beside_rest().stable_factors([1e-6 * most, most]);
-        (stable.last().map(|[_, edge]| *edge)).filter(|edge| *edge < most)
+        let stable = closed
+            .beside_rest()
+            .stable_factors([LEAST.min(1e-6 * most), most]);
+        stable.last().copied().filter(|[_, edge]| *edge < most)
     }
 
     /// True if the edge is within a share of this wall: with its K, or K and B together, made weaker by the
