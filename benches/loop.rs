@@ -116,7 +116,7 @@ fn plants() -> Outcome {
         friction: Newtons(0.1),
         delay: Seconds(1.5e-3),
         saturation: Some(Newtons(10.0)),
-        lag: Seconds(0.5e-3),
+        current_lag: Seconds(0.5e-3),
         ..ideal
     };
     let real = MassDamper::new(real)?;

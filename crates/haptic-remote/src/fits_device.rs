@@ -61,7 +61,7 @@ impl FitsDevice for Setup {
             Plant::Still | Plant::Imposed(_) => Ok(()),
             Plant::MassDamper(plant) => plant.fit(device),
             // The rig knows no more of its renderer than mass and damping.
-            Plant::Rig(_) if device.friction.0 + device.delay.0 + device.lag.0 > 0.0 => {
+            Plant::Rig(_) if device.friction.0 + device.delay.0 + device.current_lag.0 > 0.0 => {
                 Err(Refusal::Unsupported(Field::SimulationKind))
             }
             Plant::Rig(rig) => {

@@ -184,7 +184,7 @@ fn guard(
         forget,
         delay_least: delay(least),
         delay_most: delay(most),
-        lag: Seconds(f64::from(lag)),
+        current_lag: Seconds(f64::from(lag)),
         noise: Metres(f64::from(noise)),
     }))
 }
@@ -236,7 +236,7 @@ pub fn wire_guard(guard: &PassivityGuard, sample_time: Seconds) -> haptic_link::
             forget_s: bounding.forget.0 as f32,
             delay_least_samples: (bounding.delay_least.0 / sample_time.0) as f32,
             delay_most_samples: (bounding.delay_most.0 / sample_time.0) as f32,
-            lag_s: bounding.lag.0 as f32,
+            lag_s: bounding.current_lag.0 as f32,
             noise_m: bounding.noise.0 as f32,
         },
     }

@@ -85,7 +85,7 @@ pub fn of_dynamics(device: &Dynamics, sample_time: Seconds) -> MassDamper<1> {
     plant(MassDamperConfig {
         stiffness: NewtonsPerMetre(device.hand_stiffness_n_per_m),
         delay: Seconds(device.delay_s),
-        lag: Seconds(device.current_lag_s),
+        current_lag: Seconds(device.current_lag_s),
         ..ideal(device.mass_kg, device.damping_n_s_per_m, sample_time.0)
     })
 }

@@ -140,7 +140,7 @@ pub(crate) fn second_device(
             loop_mode: table.choice(&DRIVE_LOOP)?,
             ..tissue.clone()
         },
-        dynamics: model.map(|model| model.dynamics()),
+        dynamics: model.map(|model| model.values.dynamics()),
         contact: FacingContact {
             stiffness: NewtonsPerMetre(table.number(&CONTACT_STIFFNESS)?),
             damping: NewtonSecondsPerMetre(table.number(&CONTACT_DAMPING)?),

@@ -81,11 +81,9 @@ pub struct Indentation {
     pub(crate) piece: TissuePiece,
     pub(crate) scheme: Scheme,
     pub(crate) precision: Precision,
-    pub(crate) sample_time_s: f64,
     pub(crate) contact: Contact,
-    /// Mass of each of the two actuators, kg.
-    pub(crate) mass_kg: f64,
-    pub(crate) damping_n_s_per_m: f64,
+    /// Each of the two actuators, with the sample time of the loop.
+    pub(crate) actuator: MassDamperConfig,
     /// The controller that holds the indenter; `None` for the rig's own servo or a constant push.
     pub(crate) drive: Option<Drive>,
     pub(crate) sensors: Sensors,
@@ -103,11 +101,11 @@ pub struct Indentation {
 
 impl Experiment for Indentation {
     fn check(&self) -> Result<u64, Failure> {
-        samples(self.duration_s, self.sample_time_s, &SAMPLES)
+        samples(self.duration_s, self.sample_time_s(), &SAMPLES)
     }
 
     fn sample_time_s(&self) -> f64 {
-        self.sample_time_s
+        self.actuator.sample_time.0
     }
 
     fn axes(&self) -> usize {
@@ -204,18 +202,19 @@ impl Indentation {
             Contact::Compliant => RigContact::COMPLIANT,
             Contact::Rigid | Contact::Ideal => RigContact::Rigid,
         };
-        let t = Seconds(self.sample_time_s);
-        let (mass, damping) = (
-            Kilograms(self.mass_kg),
-            NewtonSecondsPerMetre(self.damping_n_s_per_m),
-        );
+        let MassDamperConfig {
+            mass,
+            damping,
+            sample_time,
+            ..
+        } = self.actuator;
         RigConfig {
             renderer_mass: mass,
             renderer_damping: damping,
             indenter_mass: mass,
             indenter_damping: damping,
             servo: RigServo::of(mass, damping),
-            ..RigConfig::new(self.load, contact, t)
+            ..RigConfig::new(self.load, contact, sample_time)
         }
     }
 
@@ -336,7 +335,7 @@ impl Indentation {
             return Ok(None);
         };
         let mut devices = [devices.0, devices.1]
-            .map(|dynamics| drive::device(&dynamics, Seconds(self.sample_time_s)));
+            .map(|dynamics| drive::device(&dynamics, self.actuator.sample_time));
         for (device, delay_s) in devices.iter_mut().zip(delays_s) {
             device.delay.0 += delay_s;
         }
@@ -381,8 +380,8 @@ impl Indentation {
         opposed_n: Arc<AtomicU64>,
     ) -> Result<Controller<f64, 1, drive::HostDrive>, Failure> {
         let limits = second.remote.limits_here(self.limits_of(drive));
-        let chain = SafetyChain::from_limits(&limits, Seconds(self.sample_time_s));
-        let environment = drive.on_host(self.load, self.sample_time_s, opposed_n)?;
+        let chain = SafetyChain::from_limits(&limits, self.actuator.sample_time);
+        let environment = drive.on_host(self.load, self.sample_time_s(), opposed_n)?;
         Ok(Controller::new(environment, chain.map_err(parameter)?))
     }
 
@@ -422,19 +421,15 @@ impl Indentation {
         let map = map.map(|map| map.rounded()).transpose().map_err(too_much)?;
         let environment = OneSided::at(Metres(0.0), tissue).map_err(Failure::input)?;
         let environment = environment.with_depth_map(map);
-        let t = Seconds(self.sample_time_s);
+        let t = self.actuator.sample_time;
         let chain = match &conduct.remote {
-            None => {
-                let (mass, damping) = (Kilograms(self.mass_kg), self.damping_n_s_per_m);
-                let renderer = MassDamperConfig::ideal(mass, NewtonSecondsPerMetre(damping), t);
-                safe_chain(
-                    self.force_and_rate(),
-                    &renderer,
-                    self.sensors,
-                    safety,
-                    conduct,
-                )?
-            }
+            None => safe_chain(
+                self.force_and_rate(),
+                &self.actuator,
+                self.sensors,
+                safety,
+                conduct,
+            )?,
             Some(remote) => conduct.chain(&remote.limits_here(self.limits_there()), t, safety)?,
         };
         Ok(Controller::new(environment, chain))
@@ -454,7 +449,7 @@ impl Indentation {
             },
             Some(drive) => {
                 self.drive_acts()?;
-                let holder = drive.holder(self.sample_time_s)?;
+                let holder = drive.holder(self.sample_time_s())?;
                 let rig = HeldRig::new(config, holder).map_err(Failure::input)?;
                 SimulatedRig::Held(Box::new(rig))
             }
@@ -525,7 +520,7 @@ impl Indentation {
             order: piece.material.order(),
             model: piece.material.composed(),
             scheme: self.scheme,
-            sample_time_s: self.sample_time_s,
+            sample_time_s: self.sample_time_s(),
             samples,
             map: None,
             contact: WallContact::OneSided,
@@ -549,7 +544,7 @@ impl Indentation {
 
     /// The operator for this number of samples.
     fn operator<F: Real>(&self, samples: u64) -> Result<Operator<F>, Failure> {
-        let t = Seconds(self.sample_time_s);
+        let t = self.actuator.sample_time;
         self.piece.material.operator(self.scheme, t, samples)
     }
 
@@ -616,7 +611,7 @@ impl Indentation {
         if !drive.device.as_ref().is_none_or(in_device) {
             return Ok(bare);
         }
-        let portable = drive.portable(profile, self.sample_time_s);
+        let portable = drive.portable(profile, self.sample_time_s());
         let (shape, values, controller) = match &drive.device {
             None => portable?,
             Some(_) => portable
@@ -644,7 +639,7 @@ fn guarded(table: &Table<'_>, real: bool) -> Result<(Safety, Option<Dynamics>), 
         mass_kg,
         damping_n_s_per_m,
         ..model.map_or(Dynamics::ideal(mass_kg, damping_n_s_per_m), |model| {
-            model.dynamics()
+            model.values.dynamics()
         })
     });
     Ok((safety, dynamics))
@@ -704,15 +699,17 @@ fn rendering(
         piece,
         scheme,
         precision,
-        sample_time_s,
         contact: match table.choice(contact)? {
             Contact::Ideal if !table.has(contact) && (remote.is_some() || held.is_some()) => {
                 Contact::Compliant
             }
             given @ (Contact::Compliant | Contact::Rigid | Contact::Ideal) => given,
         },
-        mass_kg: table.number(&RIG_MASS)?,
-        damping_n_s_per_m: table.number(&RIG_DAMPING)?,
+        actuator: MassDamperConfig::ideal(
+            Kilograms(table.number(&RIG_MASS)?),
+            NewtonSecondsPerMetre(table.number(&RIG_DAMPING)?),
+            Seconds(sample_time_s),
+        ),
         drive: drive.transpose()?,
         sensors,
         force_sensor,

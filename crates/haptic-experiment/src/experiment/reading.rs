@@ -253,7 +253,7 @@ pub(crate) fn device(
         delay: Seconds(table.number(&p::DELAY)?),
         friction: Newtons(table.number(&p::FRICTION)?),
         saturation: None,
-        lag: Seconds(table.number(&p::CURRENT_LAG)?),
+        current_lag: Seconds(table.number(&p::CURRENT_LAG)?),
     };
     Ok((device, sensors(table)?))
 }

@@ -43,7 +43,7 @@ use crate::judge::preflight::{Matter, Preflight, WallContact};
 use crate::run::advice::parameter;
 use crate::run::preflight::PreflightVerdict;
 use crate::run::safety::{Safety, safety};
-use crate::run::sensors::Imperfections;
+use crate::run::sensors::Sensors;
 use crate::run::{SAMPLES, schedule};
 use fracdiff::num_complex::Complex;
 use fracdiff::parameter::Shown;
@@ -343,13 +343,7 @@ impl TeleoperationExperiment {
         };
         let (force, rate) = (self.force_limit_n, self.force_rate_limit_n_per_s);
         let limits = force_and_rate(force, rate, self.sample_time());
-        safe_chain(
-            limits,
-            device,
-            Imperfections::NONE.sensors,
-            &self.safety,
-            &self.conduct,
-        )
+        safe_chain(limits, device, Sensors::NONE, &self.safety, &self.conduct)
     }
 
     /// The pair for the analysis; `None` for time-domain passivity, which is not a linear law.

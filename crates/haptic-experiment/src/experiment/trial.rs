@@ -430,7 +430,7 @@ pub(crate) fn dynamics(device: &MassDamperConfig) -> Dynamics {
         damping_n_s_per_m: device.damping.0,
         hand_stiffness_n_per_m: device.stiffness.0,
         delay_s: device.delay.0,
-        current_lag_s: device.lag.0,
+        current_lag_s: device.current_lag.0,
     }
 }
 
@@ -502,7 +502,7 @@ pub(crate) fn no_law_there(
 
 /// Ticks from a measurement to the effect of its force, for braking: the lag of the actuator counts as delay.
 fn delay_ticks(device: &MassDamperConfig) -> u32 {
-    let ticks = (device.delay.0 + device.lag.0) / device.sample_time.0;
+    let ticks = (device.delay.0 + device.current_lag.0) / device.sample_time.0;
     // A ratio just above a whole number is that number.
     (ticks - 1e-9).ceil().max(0.0) as u32
 }

@@ -219,7 +219,7 @@ impl Device<f64, 1> for HeldDevice {
 mod tests {
     use super::*;
     use crate::document::parameters::{DAMPING, MASS};
-    use crate::run::sensors::Imperfections;
+    use crate::run::DeviceValues;
     use haptic_loop::units::{Kilograms, Newtons, NewtonsPerSecond, Seconds};
     use haptic_loop::{SafetyChain, SafetyState};
 
@@ -232,26 +232,26 @@ mod tests {
     }
 
     fn device() -> HeldDevice {
-        HeldDevice::new(ideal(), Imperfections::NONE.sensors).expect("valid")
+        HeldDevice::new(ideal(), Sensors::NONE).expect("valid")
     }
 
     #[test]
     fn the_device_of_a_file_has_its_delay_friction_and_encoder() {
-        let late = Imperfections {
+        let late = DeviceValues {
+            mass_kg: MASS.default_number(),
+            damping_n_s_per_m: DAMPING.default_number(),
             friction_n: 0.1,
             delay_s: 3e-3,
             current_lag_s: 1e-3,
-            sensors: Sensors {
-                encoder_resolution_m: 1e-4,
-                ..Imperfections::NONE.sensors
-            },
+            encoder_resolution_m: 1e-4,
+            ..DeviceValues::default()
         };
-        let config = late.on(ideal());
+        let config = late.free(Seconds(1e-3));
         let t = config.sample_time;
         let chain = SafetyChain::<f64>::new(Newtons(5.0), NewtonsPerSecond(1e4), t);
         let chain = chain.expect("limits");
         let mut safety = SafetyState::default();
-        let mut device = HeldDevice::new(config, late.sensors);
+        let mut device = HeldDevice::new(config, late.sensors());
         let device = device.as_mut().expect("valid");
         let mut alone = MassDamper::<1>::new(config).expect("valid");
         alone.set_state(Vector1::new(START_M), Vector1::new(0.0));

@@ -38,7 +38,7 @@ fn any(random: &mut Random, place_m: f64) -> Felt {
 
 fn device() -> HeldDevice {
     let ideal = MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), T);
-    let sensors = crate::run::sensors::Imperfections::NONE.sensors;
+    let sensors = crate::Sensors::NONE;
     HeldDevice::new(ideal, sensors).expect("valid")
 }
 

@@ -165,7 +165,7 @@ impl Device {
         Imperfections {
             friction_n: self.plant.friction.0,
             delay_s: self.plant.delay.0,
-            current_lag_s: self.plant.lag.0,
+            current_lag_s: self.plant.current_lag.0,
             sensors: self.sensors,
         }
     }

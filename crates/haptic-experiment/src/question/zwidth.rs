@@ -44,10 +44,11 @@ use crate::question::bench::{AskedDevice, bench, check_orders, orders, scheme};
 use crate::run::device::Warn;
 use crate::run::ending::MotorPush;
 use crate::run::remote::{RemoteDevice, RemoteLaw, held};
-use crate::run::sensors::{Imperfections, Sensors};
+use crate::run::sensors::Sensors;
 use fracdiff::{Order, Scheme};
 use haptic_link::{OperatorForm, OperatorShape};
 use haptic_loop::plant::MassDamperConfig;
+use haptic_loop::units::{Newtons, Seconds};
 use haptic_quantity::{digits, written};
 use haptic_tissue::Model;
 use serde::{Serialize, Serializer};
@@ -182,8 +183,13 @@ impl ZWidth {
                 DEVICE.set_to("sim")
             );
             without(table, its_keys, &why)?;
-            bench.plant = Imperfections::NONE.on(bench.plant);
-            bench.sensors = Imperfections::NONE.sensors;
+            bench.plant = MassDamperConfig {
+                friction: Newtons(0.0),
+                delay: Seconds(0.0),
+                current_lag: Seconds(0.0),
+                ..bench.plant
+            };
+            bench.sensors = Sensors::NONE;
         } else {
             let why =
                 format!("on the simulated device, whose search is short: give another {DEVICE}");

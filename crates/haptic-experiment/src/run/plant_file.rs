@@ -16,10 +16,12 @@ use crate::document::parameters::Parameter;
 use crate::document::reader::Table;
 use crate::document::{Parsed, lines_of, parameters as p};
 use crate::run::safety::GuardedDevice;
-use crate::run::sensors::{Imperfections, Sensors};
+use crate::run::sensors::Sensors;
 use fracdiff::parameter::{Shown, range};
 use fractional_control::{ControlError, FractionalTransferFunction, Plant, StateSpace};
 use haptic_analysis::Dynamics;
+use haptic_loop::plant::MassDamperConfig;
+use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, Seconds};
 use haptic_quantity::short;
 use measured_table::{TABLE_MOST, read_bytes, read_chosen, rows_named};
 use nalgebra::{DMatrix, DVector, RowDVector};
@@ -287,18 +289,40 @@ impl PlantModel {
 }
 
 impl DeviceValues {
-    /// Friction, delay, lag and sensors, for a simulation.
+    /// The device to be simulated, held by nobody.
     #[must_use]
-    pub const fn imperfections(&self) -> Imperfections {
-        Imperfections {
-            friction_n: self.friction_n,
+    pub const fn free(&self, sample_time: Seconds) -> MassDamperConfig {
+        MassDamperConfig {
+            friction: Newtons(self.friction_n),
+            delay: Seconds(self.delay_s),
+            current_lag: Seconds(self.current_lag_s),
+            ..MassDamperConfig::ideal(
+                Kilograms(self.mass_kg),
+                NewtonSecondsPerMetre(self.damping_n_s_per_m),
+                sample_time,
+            )
+        }
+    }
+
+    /// Its sensors, for a simulation.
+    #[must_use]
+    pub const fn sensors(&self) -> Sensors {
+        Sensors {
+            encoder_resolution_m: self.encoder_resolution_m,
+            noise_m: self.sensor_noise_m,
+            ..Sensors::NONE
+        }
+    }
+
+    /// Mass, damping, hand, delay and lag, for an analysis.
+    #[must_use]
+    pub const fn dynamics(&self) -> Dynamics {
+        Dynamics {
+            mass_kg: self.mass_kg,
+            damping_n_s_per_m: self.damping_n_s_per_m,
+            hand_stiffness_n_per_m: self.hand_stiffness_n_per_m,
             delay_s: self.delay_s,
             current_lag_s: self.current_lag_s,
-            sensors: Sensors {
-                encoder_resolution_m: self.encoder_resolution_m,
-                noise_m: self.sensor_noise_m,
-                ..Imperfections::NONE.sensors
-            },
         }
     }
 
@@ -423,17 +447,6 @@ impl DeviceModel {
         text + &made_by(program, note)
     }
 
-    /// Mass, damping, hand, delay and lag, for an analysis.
-    pub(crate) const fn dynamics(&self) -> Dynamics {
-        Dynamics {
-            mass_kg: self.values.mass_kg,
-            damping_n_s_per_m: self.values.damping_n_s_per_m,
-            hand_stiffness_n_per_m: self.values.hand_stiffness_n_per_m,
-            delay_s: self.values.delay_s,
-            current_lag_s: self.values.current_lag_s,
-        }
-    }
-
     /// The least of mass and damping and the whole interval of the delay, for a guard, which must hold for what is certain.
     pub(crate) fn guarded(&self) -> GuardedDevice {
         let values = &self.values;
@@ -445,8 +458,8 @@ impl DeviceModel {
             mass_kg: Some(ends(p::MASS.key, values.mass_kg).0),
             damping_n_s_per_m: Some(ends(p::DAMPING.key, values.damping_n_s_per_m).0),
             delay_s: Some(ends(p::DELAY.key, values.delay_s)),
-            lag_s: Some(values.current_lag_s),
-            noise_m: Some(self.values.imperfections().sensors.deviation_m()),
+            current_lag_s: Some(values.current_lag_s),
+            noise_m: Some(values.sensors().deviation_m()),
         }
     }
 }

@@ -403,7 +403,7 @@ pub fn guard_of(
             mass_kg: simulated(simulation.mass_kg),
             damping_n_s_per_m: simulated(simulation.damping_n_s_per_m),
             delay_s: Some((0.0, 0.0)),
-            lag_s: Some(0.0),
+            current_lag_s: Some(0.0),
             noise_m: None,
         }
     };

@@ -142,7 +142,7 @@ pub(crate) fn safety(table: &Table<'_>) -> Result<Safety, FileError> {
             mass_kg: None,
             damping_n_s_per_m: table.number_if(&DEVICE_DAMPING)?,
             delay_s: pair(table, delay, "a delay", true)?,
-            lag_s: table.number_if(&DEVICE_LAG)?,
+            current_lag_s: table.number_if(&DEVICE_LAG)?,
             noise_m: table.number_if(&p::DEVICE_NOISE)?,
         },
     };
@@ -172,7 +172,7 @@ impl Safety {
         let (workspace, delay) = (self.workspace_m.unzip(), device.delay_s.unzip());
         let others = [
             (DEVICE_DAMPING, device.damping_n_s_per_m),
-            (DEVICE_LAG, device.lag_s),
+            (DEVICE_LAG, device.current_lag_s),
             (p::DEVICE_NOISE, device.noise_m),
             (p::WORKSPACE_LOW, workspace.0),
             (p::WORKSPACE_HIGH, workspace.1),
@@ -261,7 +261,7 @@ impl Safety {
             mass_kg: None,
             damping_n_s_per_m: known.damping_n_s_per_m.filter(|_| real || bounded),
             delay_s: known.delay_s.filter(|_| bounded),
-            lag_s: known.lag_s.filter(|_| bounded),
+            current_lag_s: known.current_lag_s.filter(|_| bounded),
             noise_m: known.noise_m.filter(|_| bounded),
         };
         Self {
@@ -291,7 +291,7 @@ impl Safety {
         let delay_s = self.device.delay_s.map(|delay| delay.1);
         for (value, what, unit) in [
             (delay_s, "delay", "s"),
-            (self.device.lag_s, "lag", "s"),
+            (self.device.current_lag_s, "lag", "s"),
             (self.device.noise_m, "noise", "m"),
         ] {
             if let Some(value) = value {
@@ -381,11 +381,11 @@ impl GuardChoice {
                     let both = format_args!("{DEVICE_DELAY_LEAST} and {DEVICE_DELAY_MOST}");
                     unknown("delay", &both)
                 })?;
-                let lag = known(device.lag_s, "lag", DEVICE_LAG)?;
+                let lag = known(device.current_lag_s, "lag", DEVICE_LAG)?;
                 Some(PassivityGuard::EnergyBounding(EnergyBounding {
                     delay_least: Seconds(least),
                     delay_most: Seconds(most),
-                    lag: Seconds(lag),
+                    current_lag: Seconds(lag),
                     noise: Metres(device.noise_m.unwrap_or_default()),
                     ..EnergyBounding::of(NewtonSecondsPerMetre(damping))
                 }))
@@ -504,7 +504,7 @@ mod tests {
         let message = GuardedDevice {
             damping_n_s_per_m: Some(2.0),
             delay_s: Some((0.0, 1e-3)),
-            lag_s: Some(5e-4),
+            current_lag_s: Some(5e-4),
             ..GuardedDevice::default()
         };
         let bounding =
@@ -513,7 +513,7 @@ mod tests {
             {
                 Some(PassivityGuard::EnergyBounding(bounding)) => {
                     let delay = (bounding.delay_least.0, bounding.delay_most.0);
-                    (bounding.device_damping.0, delay, bounding.lag.0)
+                    (bounding.device_damping.0, delay, bounding.current_lag.0)
                 }
                 other => panic!("{other:?}"),
             };

@@ -2,8 +2,8 @@
 
 use crate::document::failure::Failure;
 use crate::document::parameters::{ENCODER_RESOLUTION, SENSOR_NOISE};
-use haptic_loop::plant::{ForceSensor, ForceSensorConfig, MassDamperConfig, Sensed};
-use haptic_loop::units::{Metres, Newtons, Seconds};
+use haptic_loop::plant::{ForceSensor, ForceSensorConfig, Sensed};
+use haptic_loop::units::{Metres, Seconds};
 use serde::Serialize;
 
 /// Sensors between the position and the loop.
@@ -19,6 +19,13 @@ pub struct Sensors {
 }
 
 impl Sensors {
+    /// The loop reads the true position.
+    pub const NONE: Self = Self {
+        encoder_resolution_m: 0.0,
+        noise_m: 0.0,
+        seed: 1,
+    };
+
     /// True if the loop reads the true position.
     pub(crate) fn are_ideal(&self) -> bool {
         !(self.encoder_resolution_m > 0.0 || self.noise_m > 0.0)
@@ -72,32 +79,9 @@ pub struct Imperfections {
 }
 
 impl Imperfections {
-    /// An ideal device, without any of these imperfections.
-    pub const NONE: Self = Self {
-        friction_n: 0.0,
-        delay_s: 0.0,
-        current_lag_s: 0.0,
-        sensors: Sensors {
-            encoder_resolution_m: 0.0,
-            noise_m: 0.0,
-            seed: 1,
-        },
-    };
-
     pub(crate) fn is_ideal(&self) -> bool {
         let none = self.friction_n + self.delay_s + self.current_lag_s <= 0.0;
         none && self.sensors.are_ideal()
-    }
-
-    /// A device that has them.
-    #[must_use]
-    pub const fn on(&self, ideal: MassDamperConfig) -> MassDamperConfig {
-        MassDamperConfig {
-            friction: Newtons(self.friction_n),
-            delay: Seconds(self.delay_s),
-            lag: Seconds(self.current_lag_s),
-            ..ideal
-        }
     }
 
     /// In words, as in `0.05 N friction, 1 ms delay, 1 ms current lag, 1 µm encoder`.

@@ -64,7 +64,7 @@ pub struct EnergyBounding {
     pub delay_most: Seconds,
     /// τ: time constant with which the actuator's force follows, 0 to
     /// [`MAX_GUARD_LAG_SAMPLES`](super::MAX_GUARD_LAG_SAMPLES) sample times.
-    pub lag: Seconds,
+    pub current_lag: Seconds,
     /// σ, m, at least 0: standard deviation of the noise of the position.
     pub noise: Metres,
 }
@@ -79,7 +79,7 @@ impl EnergyBounding {
             forget: Seconds(0.5),
             delay_least: Seconds(0.0),
             delay_most: Seconds(0.0),
-            lag: Seconds(0.0),
+            current_lag: Seconds(0.0),
             noise: Metres(0.0),
         }
     }
@@ -87,7 +87,7 @@ impl EnergyBounding {
 
 fn check(bounding: &EnergyBounding, sample_time: f64, checks: &mut Checks) {
     let (share, noise) = (bounding.share, bounding.noise.0);
-    let (damping, lag) = (bounding.device_damping.0, bounding.lag.0);
+    let (damping, lag) = (bounding.device_damping.0, bounding.current_lag.0);
     let (least, most) = (bounding.delay_least.0, bounding.delay_most.0);
     // With room for a rounding to single precision.
     let reach = |samples: usize| (1.0 + 1e-6) * sample_time * samples as f64;
@@ -125,7 +125,7 @@ impl<F: Real> Bounding<F> {
         check(bounding, sample_time, checks);
         let t = sample_time;
         let (share, noise) = (bounding.share, bounding.noise.0);
-        let (damping, lag) = (bounding.device_damping.0, bounding.lag.0);
+        let (damping, lag) = (bounding.device_damping.0, bounding.current_lag.0);
         let (least, most) = (bounding.delay_least.0, bounding.delay_most.0);
         let timing = Timing {
             delay: 0.5 * (least + most) / t,

@@ -140,8 +140,8 @@ impl FacingConfig {
             for (column, force) in forces {
                 generator[(V[side], column)] = force / m;
             }
-            if device.lag.0 > 0.0 {
-                generator[(LAG[side], LAG[side])] = -1.0 / device.lag.0;
+            if device.current_lag.0 > 0.0 {
+                generator[(LAG[side], LAG[side])] = -1.0 / device.current_lag.0;
             }
             scale[V[side]] = rate;
             (scale[LAG[side]], scale[FORCE[side]]) = (m * rate * rate, m * rate * rate);
@@ -278,7 +278,7 @@ impl FacingDevices {
                 && at <= self.now
             {
                 self.coming[side].pop_front();
-                if self.config.devices[side].lag.0 > 0.0 {
+                if self.config.devices[side].current_lag.0 > 0.0 {
                     // The actuator's force continues from its present value.
                     self.state[LAG[side]] += self.state[FORCE[side]] - force;
                 }

@@ -28,7 +28,7 @@ pub struct MassDamperConfig {
     /// Largest magnitude of the actuator's force, > 0, per axis.
     pub saturation: Option<Newtons>,
     /// τ ≥ 0, time constant of the actuator's current.
-    pub lag: Seconds,
+    pub current_lag: Seconds,
 }
 
 impl MassDamperConfig {
@@ -47,7 +47,7 @@ impl MassDamperConfig {
             friction: Newtons(0.0),
             delay: Seconds(0.0),
             saturation: None,
-            lag: Seconds(0.0),
+            current_lag: Seconds(0.0),
         }
     }
 }
@@ -105,7 +105,7 @@ impl<const D: usize> MassDamper<D> {
         let sample_time = checks.positive("sample time", config.sample_time.0, "s");
         let stiffness = checks.not_negative("hand stiffness", config.stiffness.0, "N/m");
         let friction = checks.not_negative("friction", config.friction.0, "N");
-        checks.not_negative("current lag", config.lag.0, "s");
+        checks.not_negative("current lag", config.current_lag.0, "s");
         let limit = config.saturation.map_or(f64::INFINITY, |limit| {
             checks.positive("actuator saturation", limit.0, "N")
         });
@@ -260,8 +260,12 @@ struct Step {
 impl Step {
     fn new(config: &MassDamperConfig, duration: f64) -> Result<Self, LoopParameterError> {
         let (m, b, k) = (config.mass.0, config.damping.0, config.stiffness.0);
-        let lags = config.lag.0 > 0.0;
-        let decay = if lags { -1.0 / config.lag.0 } else { 0.0 };
+        let lags = config.current_lag.0 > 0.0;
+        let decay = if lags {
+            -1.0 / config.current_lag.0
+        } else {
+            0.0
+        };
         #[rustfmt::skip]
         let generator = Matrix4::new(
             0.0,    1.0,    0.0,     0.0,

@@ -134,7 +134,7 @@ fn a_delay_rounded_up_or_down_is_not_safe() {
     // Nor one whose lag is not said.
     let case = stiff((0.0, 0.0), 1e-3, motion);
     let guard = EnergyBounding {
-        lag: Seconds(0.0),
+        current_lag: Seconds(0.0),
         ..case.guard()
     };
     assert!(case.least::<f64, 1>(Some(guard), 5000).0 < -1e-3);

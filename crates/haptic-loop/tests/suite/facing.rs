@@ -134,7 +134,7 @@ fn apart_each_device_moves_as_it_does_alone() {
     config.devices = [
         MassDamperConfig {
             delay: Seconds(1.37e-3),
-            lag: Seconds(0.4e-3),
+            current_lag: Seconds(0.4e-3),
             ..device(0.065, 3.5)
         },
         MassDamperConfig {
@@ -250,7 +250,7 @@ fn a_world_that_is_looked_at_moves_as_one_that_is_not() {
 fn a_device_that_lets_go_makes_no_force_not_even_one_on_its_way() {
     let mut config = config(1e5, 80.0, 0.0);
     config.devices[0].delay = Seconds(5e-3);
-    config.devices[0].lag = Seconds(1e-3);
+    config.devices[0].current_lag = Seconds(1e-3);
     let mut world = made(config);
     world.command(FacingSide::Renderer, 1.0);
     world.advance_to(4 * MILLISECOND);

@@ -317,7 +317,7 @@ fn late(least: f64, most: f64, lag: f64) -> EnergyBounding {
     EnergyBounding {
         delay_least: Seconds(least),
         delay_most: Seconds(most),
-        lag: Seconds(lag),
+        current_lag: Seconds(lag),
         ..EnergyBounding::of(NewtonSecondsPerMetre(DAMPING))
     }
 }

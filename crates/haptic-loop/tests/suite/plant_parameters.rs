@@ -34,7 +34,7 @@ const BAD_MASS_DAMPERS: [(Change<MassDamperConfig>, &str); 9] = refusals! { conf
     config.friction = Newtons(-0.1) => "friction -0.1 N is not at least 0 N";
     config.delay = Seconds(0.0641) => "delay 0.0641 s is not from 0 to 64 sample times";
     config.saturation = Some(Newtons(0.0)) => "actuator saturation 0 N is not above 0 N";
-    config.lag = Seconds(-1.0) => "current lag -1 s is not at least 0 s";
+    config.current_lag = Seconds(-1.0) => "current lag -1 s is not at least 0 s";
     (config.friction, config.stiffness) = (Newtons(0.1), NewtonsPerMetre(1e5)) => "hand stiffness 100000 N/m is not at most m/T², as with friction";
 };
 

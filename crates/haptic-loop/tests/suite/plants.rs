@@ -113,7 +113,7 @@ fn the_current_lags_behind_the_command_with_its_time_constant() {
     // b = 0, k = 0: m·v = u·(t - τ·(1 - e^(-t/τ))).
     let lag = 2e-3;
     let mut plant = plant(MassDamperConfig {
-        lag: Seconds(lag),
+        current_lag: Seconds(lag),
         ..ideal(M, 0.0, T)
     });
     for n in 1..=50_u32 {
@@ -146,7 +146,7 @@ fn a_mass_that_friction_holds_never_moves() {
         ..with_hand(M, B, 300.0, T)
     };
     let lagging = MassDamperConfig {
-        lag: Seconds(5e-3),
+        current_lag: Seconds(5e-3),
         ..stuck
     };
     for config in [stuck, lagging] {
@@ -223,7 +223,7 @@ fn axes_are_independent_and_runs_repeat_bit_for_bit() {
         friction: Newtons(0.05),
         delay: Seconds(1.3 * T),
         saturation: Some(Newtons(0.8)),
-        lag: Seconds(1e-3),
+        current_lag: Seconds(1e-3),
         ..with_hand(M, B, 50.0, T)
     };
     let run = || {
@@ -385,7 +385,7 @@ proptest! {
         t in 1e-4..1e-2_f64,
         u in -10.0..10.0_f64,
     ) {
-        let config = |t| MassDamperConfig { lag: Seconds(lag), ..with_hand(m, b, k, t) };
+        let config = |t| MassDamperConfig { current_lag: Seconds(lag), ..with_hand(m, b, k, t) };
         let (mut whole, mut half) = (plant(config(t)), plant(config(t / 2.0)));
         for plant in [&mut whole, &mut half] {
             plant.set_state(Vector1::new(0.1), Vector1::new(-0.2));

@@ -123,13 +123,9 @@ impl FeelSettings {
             guarded: false,
         };
         let preflight = preflight.at_depth(self.map, deep_m);
-        let device = self.device.values;
         let free = Dynamics {
-            mass_kg: device.mass_kg,
-            damping_n_s_per_m: device.damping_n_s_per_m,
             hand_stiffness_n_per_m: 0.0,
-            delay_s: device.delay_s,
-            current_lag_s: device.current_lag_s,
+            ..self.device.values.dynamics()
         };
         let held = Dynamics {
             damping_n_s_per_m: free.damping_n_s_per_m + HAND_DAMPING.0,

@@ -9,8 +9,6 @@ use haptic_experiment::parameters::{self, Range};
 use haptic_experiment::run::DeviceValues;
 use haptic_experiment::{Failure, ModelledTissue, TissuePiece};
 use haptic_loop::DepthMap;
-use haptic_loop::plant::MassDamperConfig;
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
 use haptic_quantity::short;
 use haptic_tissue::{Library, Material, Model};
 use serde::{Deserialize, Serialize};
@@ -163,13 +161,7 @@ impl DeviceNumbers {
 
     /// The device itself, in front of the surface.
     pub(super) fn simulated(&self) -> Result<HeldDevice, Failure> {
-        let imperfections = self.values.imperfections();
-        let ideal = MassDamperConfig::ideal(
-            Kilograms(self.values.mass_kg),
-            NewtonSecondsPerMetre(self.values.damping_n_s_per_m),
-            self.sample_time(),
-        );
-        HeldDevice::new(imperfections.on(ideal), imperfections.sensors)
+        HeldDevice::new(self.values.free(self.sample_time()), self.values.sensors())
     }
 }
 

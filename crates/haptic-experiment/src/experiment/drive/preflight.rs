@@ -215,7 +215,7 @@ pub(crate) fn device(dynamics: &Dynamics, sample_time: Seconds) -> MassDamperCon
     MassDamperConfig {
         stiffness: NewtonsPerMetre(dynamics.hand_stiffness_n_per_m),
         delay: Seconds(dynamics.delay_s),
-        lag: Seconds(dynamics.current_lag_s),
+        current_lag: Seconds(dynamics.current_lag_s),
         ..MassDamperConfig::ideal(
             Kilograms(dynamics.mass_kg),
             NewtonSecondsPerMetre(dynamics.damping_n_s_per_m),
@@ -256,7 +256,7 @@ impl LateSample {
         });
         Ok(Self {
             late,
-            lags: devices.devices.map(|device| device.lag.0 > 0.0),
+            lags: devices.devices.map(|device| device.current_lag.0 > 0.0),
             phases: phases.collect::<Result<_, Failure>>()?,
             later: second.whole_samples(),
         })
@@ -436,7 +436,7 @@ mod tests {
         let t = Seconds(1e-3);
         let device = |mass, damping, delay, lag| MassDamperConfig {
             delay: Seconds(delay),
-            lag: Seconds(lag),
+            current_lag: Seconds(lag),
             ..MassDamperConfig::ideal(Kilograms(mass), NewtonSecondsPerMetre(damping), t)
         };
         FacingConfig {
@@ -459,7 +459,7 @@ mod tests {
             let mut devices = pair();
             devices.contact.gap = Metres(gap);
             for (device, lag) in devices.devices.iter_mut().zip(lags) {
-                device.lag = Seconds(lag);
+                device.current_lag = Seconds(lag);
             }
             let mut world = FacingDevices::new(devices, Seconds(1e-9)).expect("a world");
             let mut sample = |forces: [f64; 2]| {

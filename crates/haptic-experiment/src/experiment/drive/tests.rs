@@ -257,7 +257,7 @@ fn a_drive_that_cannot_act_is_refused_with_the_remedy() {
     refused(mad, "test.toml");
     refused(mad, "order of the integral");
     let slow = "made for a sample time of 0.001 s";
-    refused(|held| held.sample_time_s = 2e-3, slow);
+    refused(|held| held.actuator.sample_time = Seconds(2e-3), slow);
 }
 
 #[test]

@@ -143,7 +143,7 @@ impl<'a> Judge<'a> {
         let (record, quantity) = (&ran.record, of.quantity());
         let (unit, from_s) = (quantity.unit, quantity.from_s);
         let driven = |drive| {
-            let (t, on_device) = (of.sample_time_s, of.conduct.remote.is_some());
+            let (t, on_device) = (of.sample_time_s(), of.conduct.remote.is_some());
             let mut judge = DriveJudge::new(drive, of.load, t, ran.drive, on_device)?;
             Ok::<_, Failure>(match &ran.second {
                 None => Driven::Here(Box::new(judge)),
@@ -256,7 +256,7 @@ impl<'a> Judge<'a> {
         let final_over_theory = beginning.ratio("final_over_theory", ratio);
         let seen_from_s = self
             .unseen_until_s
-            .map_or(0.0, |until_s| until_s + of.sample_time_s);
+            .map_or(0.0, |until_s| until_s + of.sample_time_s());
         Judged {
             last: self.last,
             final_over_theory,
@@ -314,7 +314,7 @@ impl Indentation {
         let mut run = RunReport::new(
             ran,
             device_name(self.conduct.remote.as_ref()),
-            self.sample_time_s,
+            self.sample_time_s(),
             files,
             self.warnings(ran, &judged, beginning.warning()),
         );
@@ -405,7 +405,7 @@ impl Indentation {
             "precision": self.precision_run(),
             "contact": self.contact,
             // Null for everything.
-            "memory_s": self.scheme.memory_s(Seconds(self.sample_time_s)),
+            "memory_s": self.scheme.memory_s(self.actuator.sample_time),
         })
     }
 
@@ -420,13 +420,13 @@ impl Indentation {
         // The load asks for times from the ramp on, or from a sample after a step.
         let shortest_s = match self.load {
             RigDrive::Position(profile) => profile.ramp_time().0,
-            RigDrive::Force(_) => self.sample_time_s,
+            RigDrive::Force(_) => self.sample_time_s(),
         };
         let leaves = self
             .piece
             .leaves((shortest_s, duration_s), judged.deepest_m);
         warnings.0.extend(leaves);
-        let memory_s = self.scheme.memory_s(Seconds(self.sample_time_s));
+        let memory_s = self.scheme.memory_s(self.actuator.sample_time);
         let name = self.quantity().name;
         warnings.operator(memory_s, duration_s, judged.unexplained, name);
         warnings.limited(record);
@@ -536,7 +536,7 @@ impl Indentation {
     fn relaxed(&self, profile: RampHold, ran: &Ran) -> Result<Theory<'_>, Failure> {
         let samples = Samples::of(&ran.record, &ran.log.paths);
         let mut history = self.full_history(samples, ran.record.before())?;
-        let (t, lead_s) = (self.sample_time_s, ran.record.start.lead_s);
+        let (t, lead_s) = (self.sample_time_s(), ran.record.start.lead_s);
         let mut ideal = ReferenceSeries::new(
             samples,
             Before::default(),
@@ -574,7 +574,7 @@ impl Indentation {
         let mut history = self.full_history(samples, ran.record.before())?;
         let mut alone = self.massless(push, self.check()?)?;
         let mut ideal = ReferenceSeries::stepped(samples, move |_| alone.next())?;
-        let mut depth = (self.piece).creep(push.0, Seconds(self.sample_time_s));
+        let mut depth = (self.piece).creep(push.0, self.actuator.sample_time);
         Ok(Box::new(move |sample| {
             let closed_form = depth(sample.tick, sample.time_s);
             let value = sample.position_m / length_m;
@@ -595,14 +595,14 @@ impl Indentation {
             self.sampled(samples)?,
             self.piece.specimen.depth_map(),
             push.0,
-            Seconds(self.sample_time_s),
+            self.actuator.sample_time,
         ))
     }
 
     /// The piece tick by tick with all of its past, from e(δ) to force.
     fn sampled(&self, samples: u64) -> Result<Sampled, Failure> {
         let piece = &self.piece;
-        let t = Seconds(self.sample_time_s);
+        let t = self.actuator.sample_time;
         let reference = Reference::of(self.scheme);
         (piece.material).sampled(piece.shape_m(), reference, t, samples)
     }
@@ -618,7 +618,7 @@ impl Indentation {
         let effective = piece.effective();
         let depth = position_m.iter().map(|x| effective(x.max(0.0)));
         let depth: Vec<f64> = depth.collect();
-        let (shape, t) = (piece.shape_m(), Seconds(self.sample_time_s));
+        let (shape, t) = (piece.shape_m(), self.actuator.sample_time);
         let reference = Reference::of(self.scheme);
         let forces = (piece.material).full_history(shape, reference, t, &depth)?;
         Ok(depth

@@ -39,7 +39,7 @@ fn relaxation(model: Model, precision: Precision) -> Indentation {
 /// backward difference costs, which is half a sample late at most.
 fn hold_errors(relaxation: &Indentation) -> [f64; 2] {
     let (mut worst, mut compared, mut peak) = ([0.0; 2], 0, 0.0);
-    let half = 0.5 * relaxation.sample_time_s;
+    let half = 0.5 * relaxation.actuator.sample_time.0;
     let reached = relaxation.simulate(&mut |sample| {
         let force = -sample.commanded_force_n[0];
         peak = f64::max(peak, force);

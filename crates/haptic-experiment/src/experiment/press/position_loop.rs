@@ -17,7 +17,7 @@ use haptic_quantity::digits;
 /// The loop of this device, whose line delays a force by this many samples.
 pub(super) fn position_loop(device: &MassDamperConfig, line: f64) -> ControllerFile {
     let (m, b, t) = (device.mass.0, device.damping.0, device.sample_time.0);
-    let late_s = (0.5 + line) * t + device.delay.0 + device.lag.0;
+    let late_s = (0.5 + line) * t + device.delay.0 + device.current_lag.0;
     let omega = f64::min(0.2 / t, 0.3 / late_s);
     let (sine, cosine) = (0.75_f64.sqrt(), 0.5);
     let proportional = cosine * m * omega * omega + sine * b * omega;

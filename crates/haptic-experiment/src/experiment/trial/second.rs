@@ -29,7 +29,7 @@ use crate::run::advice::parameter;
 use crate::run::ending::{Ending, MotorPush};
 use crate::run::remote::{PairRun, RemoteDevice, RemoteLaw, RemoteRun, blank, fits_two_devices};
 use crate::run::safety::{GuardChoice, Safety};
-use crate::run::sensors::Imperfections;
+use crate::run::sensors::Sensors;
 use crate::run::simulate::{Instrumented, Simulated};
 use crate::run::tick::KeptSample;
 use crate::run::{DeviceModel, Ran, Supervisor, World};
@@ -38,7 +38,7 @@ use haptic_log::record::TickMessage;
 use haptic_loop::plant::{
     FacingConfig, FacingContact, FacingDevices, FacingSide, MassDamper, MassDamperConfig, Sensed,
 };
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, Seconds};
+use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre, Seconds};
 use haptic_loop::{
     Controller, Device, Environment, OwnPush, Reading, SafeForce, SafetyChain, SafetyLimits,
     SafetyState,
@@ -126,18 +126,11 @@ pub(super) fn second(
 
 /// A device as its file says, or else as the first is built, but held by nobody.
 fn built(model: Option<&DeviceModel>, first: MassDamperConfig) -> MassDamperConfig {
-    let device = model.map_or(first, |model| MassDamperConfig {
-        mass: Kilograms(model.values.mass_kg),
-        damping: NewtonSecondsPerMetre(model.values.damping_n_s_per_m),
-        delay: Seconds(model.values.delay_s),
-        lag: Seconds(model.values.current_lag_s),
-        friction: Newtons(model.values.friction_n),
-        ..first
-    });
-    MassDamperConfig {
+    let free = MassDamperConfig {
         stiffness: NewtonsPerMetre(0.0),
-        ..device
-    }
+        ..first
+    };
+    model.map_or(free, |model| model.values.free(first.sample_time))
 }
 
 /// Settings of the chain of a second device: those of the first, without its guard.
@@ -236,7 +229,7 @@ impl SecondDevice {
 
     fn chain(&self, safety: &Safety) -> Result<SafetyChain<f64>, Failure> {
         let conduct = Conduct::on(self.remote.clone());
-        let (safety, sensors) = (unguarded(safety), Imperfections::NONE.sensors);
+        let (safety, sensors) = (unguarded(safety), Sensors::NONE);
         safe_chain(self.limits(), &self.device, sensors, &safety, &conduct)
     }
 

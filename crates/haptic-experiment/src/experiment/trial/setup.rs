@@ -215,7 +215,7 @@ fn written(table: &Table<'_>, device: &MassDamperConfig, sensors: Sensors) -> Gu
         mass_kg: all.mass_kg.filter(|_| is(&p::MASS)),
         damping_n_s_per_m: all.damping_n_s_per_m.filter(|_| is(&p::DAMPING)),
         delay_s: all.delay_s.filter(|_| is(&p::DELAY)),
-        lag_s: all.lag_s.filter(|_| is(&p::CURRENT_LAG)),
+        current_lag_s: all.current_lag_s.filter(|_| is(&p::CURRENT_LAG)),
         noise_m: all.noise_m.filter(|_| has_noise),
     }
 }

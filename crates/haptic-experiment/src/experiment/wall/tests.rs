@@ -3,7 +3,7 @@
 use super::*;
 use crate::experiment::trial::TrialPlan;
 use crate::judge::settling::{Settling, TrialVerdict};
-use crate::run::sensors::Imperfections;
+use crate::run::sensors::Sensors;
 use fracdiff::Seconds;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
@@ -21,7 +21,7 @@ fn experiment(
         force_limit_n: 1e5,
         ..TrialPlan::DEFAULT
     };
-    let setup = TrialSetup::new(device, Imperfections::NONE.sensors, plan);
+    let setup = TrialSetup::new(device, Sensors::NONE, plan);
     let order = Order::new(mu).expect("in range");
     let scheme = "full:1e-6".parse().expect("a scheme");
     WallExperiment {

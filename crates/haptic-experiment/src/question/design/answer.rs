@@ -16,6 +16,7 @@ use crate::judge::preflight::WallContact;
 use crate::question::bench::{AskedDevice, for_each_order};
 use crate::run::plant_file::DeviceModel;
 use fracdiff::{Order, Scheme};
+use haptic_loop::plant::MassDamperConfig;
 use haptic_quantity::written;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -171,7 +172,7 @@ impl Design {
         let mut notes = Vec::new();
         let best = found.map(|found| &found.wall);
         let plant = &self.device.plant;
-        let acts_at_once = plant.delay.0 + plant.lag.0 <= 0.0;
+        let acts_at_once = plant.delay.0 + plant.current_lag.0 <= 0.0;
         if best.is_none() {
             let first = candidates.iter().find_map(|found| found.reason.as_deref());
             notes.push(first.unwrap_or("nothing does it").to_owned());
@@ -244,16 +245,21 @@ impl Design {
     fn realistic(&self, best: &Candidate) -> Result<RealisticTrial, Failure> {
         let mut real = self.clone();
         let laboratory = DeviceModel::find(Path::new(p::LABORATORY));
-        let imperfections = laboratory?.values.imperfections();
-        real.device.plant = imperfections.on(self.device.plant);
-        real.device.sensors = imperfections.sensors;
+        let laboratory = laboratory?.values;
+        real.device.plant = MassDamperConfig {
+            mass: self.device.plant.mass,
+            damping: self.device.plant.damping,
+            stiffness: self.device.plant.stiffness,
+            ..laboratory.free(self.device.plant.sample_time)
+        };
+        real.device.sensors = laboratory.sensors();
         let bench = Bench::new(&real, Order::new(best.order).map_err(Failure::input)?)?;
         let (alpha, beta) = (best.alpha.unwrap_or(0.0), best.beta.unwrap_or(0.0));
         let (k, b) = bench.law(alpha, beta);
         let (analysis_stable, margin) =
             bench.stable_and_margin(alpha, beta).map_err(Failure::run)?;
         Ok(RealisticTrial {
-            imperfections,
+            imperfections: real.device.imperfections(),
             analysis_stable,
             margin,
             force_noise_rms_n: bench.force_noise_n(alpha, beta),
@@ -321,7 +327,7 @@ pub(super) fn keys(setup: &TrialSetup, scheme: Scheme, law: &[(Parameter, f64)])
         (p::HAND_STIFFNESS, device.stiffness.0),
         (p::SAMPLE_TIME, device.sample_time.0),
         (p::DELAY, device.delay.0),
-        (p::CURRENT_LAG, device.lag.0),
+        (p::CURRENT_LAG, device.current_lag.0),
         (p::FRICTION, device.friction.0),
         (p::ENCODER_RESOLUTION, sensors.encoder_resolution_m),
         (p::SENSOR_NOISE, sensors.noise_m),

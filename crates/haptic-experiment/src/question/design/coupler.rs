@@ -26,7 +26,7 @@ use crate::experiment::coupler::{
 use crate::experiment::trial::{TrialSetup, dynamics};
 use crate::judge::preflight::softer;
 use crate::question::bench::{AskedDevice, for_each_order, minimum_of};
-use crate::{Imperfections, Settling, TrialPlan};
+use crate::{Sensors, Settling, TrialPlan};
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{
     AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, ForcePath, LeastDamping,
@@ -315,11 +315,10 @@ impl CouplerDesign {
 
     fn trial(&self, best: &CouplerCandidate) -> Result<Tried<CouplerExperiment>, Failure> {
         let order = Order::new(best.order).map_err(Failure::input)?;
-        let sensors = Imperfections::NONE.sensors;
         let make = |stretch| CouplerExperiment {
             setup: TrialSetup {
                 must_be_stable: true,
-                ..TrialSetup::new(self.device, sensors, self.plan(stretch))
+                ..TrialSetup::new(self.device, Sensors::NONE, self.plan(stretch))
             },
             order,
             scheme: self.scheme,

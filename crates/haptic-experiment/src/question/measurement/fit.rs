@@ -489,7 +489,7 @@ impl Replay {
             friction: Newtons(model.friction),
             delay: Seconds((model.delay - whole) * t),
             saturation: None,
-            lag: Seconds(if lag > NO_LAG { lag * t } else { 0.0 }),
+            current_lag: Seconds(if lag > NO_LAG { lag * t } else { 0.0 }),
         })
         .ok()?;
         device.set_external_force(Vector1::new(model.bias));

@@ -12,9 +12,9 @@ use super::{
     MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, MeasurePlan,
     Measurement, MotionRecord,
 };
+use crate::Sensors;
 use crate::document::Document;
 use crate::run::plant_file::DeviceModel;
-use crate::{Imperfections, Sensors};
 use fracdiff::Seconds;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
@@ -100,26 +100,15 @@ fn usual() -> MassDamperConfig {
     MassDamperConfig {
         friction: Newtons(0.05),
         delay: Seconds(1.3e-3),
-        lag: Seconds(0.5e-3),
+        current_lag: Seconds(0.5e-3),
         ..MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), Seconds(1e-3))
     }
 }
 
 /// The motion of a simulated device that is less than ideal.
-fn measured(
-    plan: &MeasurePlan,
-    device: MassDamperConfig,
-    imperfections: &Imperfections,
-) -> MotionRecord {
+fn measured(plan: &MeasurePlan, device: MassDamperConfig, sensors: Sensors) -> MotionRecord {
     let never = AtomicBool::new(false);
-    on_simulated(
-        plan,
-        imperfections.on(device),
-        imperfections.sensors,
-        &|_| {},
-        &never,
-    )
-    .expect("measures")
+    on_simulated(plan, device, sensors, &|_| {}, &never).expect("measures")
 }
 
 impl Default for MeasurePlan {
@@ -196,19 +185,19 @@ fn a_motor_slower_than_the_device_is_not_taken_for_its_mass() {
     // m/b = 3.75 ms, or 18.6 ms; the lag is longer, and exchanged with it the motion is all but the same.
     for (mass, damping, lag_s, friction_n) in [(0.03, 8.0, 5e-3, 0.02), (0.065, 3.5, 25e-3, 0.0)] {
         let damped = NewtonSecondsPerMetre(damping);
-        let device = MassDamperConfig::ideal(Kilograms(mass), damped, Seconds(1e-3));
-        let imperfections = Imperfections {
-            friction_n,
-            delay_s: 1e-3,
-            current_lag_s: lag_s,
-            sensors: Sensors {
-                encoder_resolution_m: 1e-6,
-                noise_m: 1e-6,
-                seed: 1,
-            },
+        let device = MassDamperConfig {
+            friction: Newtons(friction_n),
+            delay: Seconds(1e-3),
+            current_lag: Seconds(lag_s),
+            ..MassDamperConfig::ideal(Kilograms(mass), damped, Seconds(1e-3))
+        };
+        let sensors = Sensors {
+            encoder_resolution_m: 1e-6,
+            noise_m: 1e-6,
+            seed: 1,
         };
         let plan = MeasurePlan::default();
-        let record = measured(&plan, device, &imperfections);
+        let record = measured(&plan, device, sensors);
         let found = found(&record, false);
         let told = found
             .warnings
@@ -228,7 +217,7 @@ fn the_interval_of_a_lag_that_is_not_there_holds_zero() {
     let ideal =
         MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), Seconds(1e-3));
     for plan in [short(), MeasurePlan::default()] {
-        let found = found(&measured(&plan, ideal, &Imperfections::NONE), false);
+        let found = found(&measured(&plan, ideal, Sensors::NONE), false);
         let [delay, lag] = [found.delay_s, found.current_lag_s];
         assert!(delay.covers(0.0) && lag.covers(0.0), "{delay:?} {lag:?}");
         assert!(lag.high < 1e-6, "{lag:?}");
@@ -265,7 +254,7 @@ fn nothing_is_made_of_an_ideal_device() {
     let ideal = MassDamperConfig {
         friction: Newtons(0.0),
         delay: Seconds(0.0),
-        lag: Seconds(0.0),
+        current_lag: Seconds(0.0),
         ..usual()
     };
     // With longer samples the lag could be taken for the mass: a device of 0.1 mg moves alike within a tenth of a nanometre.
@@ -278,7 +267,7 @@ fn nothing_is_made_of_an_ideal_device() {
             sample_time: Seconds(sample_time_s),
             ..ideal
         };
-        let found = found(&measured(&plan, ideal, &Imperfections::NONE), false);
+        let found = found(&measured(&plan, ideal, Sensors::NONE), false);
         let near = |have: f64, want: f64| (have / want - 1.0).abs() < 1e-4;
         assert!(near(found.mass_kg.value, 0.065), "{found:?}");
         assert!(near(found.damping_n_s_per_m.value, 3.5), "{found:?}");

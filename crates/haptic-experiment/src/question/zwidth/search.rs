@@ -653,8 +653,8 @@ impl Theory {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::TrialPlan;
     use crate::question::bench::tests::dissertation_device;
-    use crate::{Imperfections, TrialPlan};
     use fracdiff::{Scheme, Seconds};
 
     #[test]
@@ -662,7 +662,7 @@ mod tests {
         let experiment = ZWidth {
             device: dissertation_device(Seconds(2e-3)),
             analysed: None,
-            sensors: Imperfections::NONE.sensors,
+            sensors: Sensors::NONE,
             contact: WallContact::Linear,
             scheme: Scheme::Muir { degree: 3 },
             growing: None,

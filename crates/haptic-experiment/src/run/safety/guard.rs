@@ -35,7 +35,7 @@ pub struct GuardedDevice {
     /// Least and most delay from a measurement to the effect of its force, s, if known.
     pub delay_s: Option<(f64, f64)>,
     /// Time constant of the actuator, s, if known.
-    pub lag_s: Option<f64>,
+    pub current_lag_s: Option<f64>,
     /// Standard deviation of the noise of the position, m; none if not known.
     pub noise_m: Option<f64>,
 }
@@ -47,19 +47,19 @@ impl GuardedDevice {
             mass_kg: Some(device.mass.0),
             damping_n_s_per_m: Some(device.damping.0),
             delay_s: Some((device.delay.0, device.delay.0)),
-            lag_s: Some(device.lag.0),
+            current_lag_s: Some(device.current_lag.0),
             noise_m: Some(sensors.deviation_m()),
         }
     }
 
     /// Facts that an experiment states about a device not simulated here; an omitted delay or lag is unknown.
     pub(crate) fn given(device: &MassDamperConfig) -> Self {
-        let (delay, lag) = (device.delay.0, device.lag.0);
+        let (delay, lag) = (device.delay.0, device.current_lag.0);
         Self {
             mass_kg: Some(device.mass.0),
             damping_n_s_per_m: Some(device.damping.0),
             delay_s: (delay > 0.0).then_some((delay, delay)),
-            lag_s: (lag > 0.0).then_some(lag),
+            current_lag_s: (lag > 0.0).then_some(lag),
             noise_m: None,
         }
     }
@@ -83,7 +83,7 @@ impl GuardedDevice {
             mass_kg: self.mass_kg.or(other.mass_kg),
             damping_n_s_per_m: self.damping_n_s_per_m.or(other.damping_n_s_per_m),
             delay_s: self.delay_s.or(other.delay_s),
-            lag_s: self.lag_s.or(other.lag_s),
+            current_lag_s: self.current_lag_s.or(other.current_lag_s),
             noise_m: self.noise_m.or(other.noise_m),
         }
     }

@@ -117,7 +117,7 @@ impl Case {
             forget: Seconds(self.forget),
             delay_least: Seconds(self.delays.0),
             delay_most: Seconds(self.delays.1),
-            lag: Seconds(self.lag),
+            current_lag: Seconds(self.lag),
             ..EnergyBounding::of(NewtonSecondsPerMetre(self.damping))
         }
     }

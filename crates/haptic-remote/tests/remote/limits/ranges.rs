@@ -142,7 +142,7 @@ fn what_a_chain_on_the_host_has_goes_over_the_wire_and_is_good() {
     let bounding = EnergyBounding {
         delay_least: Seconds(2e-3),
         delay_most: Seconds(2.5e-3),
-        lag: Seconds(0.5e-3),
+        current_lag: Seconds(0.5e-3),
         noise: Metres(1e-6),
         ..EnergyBounding::of(NewtonSecondsPerMetre(3.5))
     };

@@ -223,7 +223,9 @@ impl Changes {
                 }
                 self.known.delay_s = Some((least, most));
             }
-            "device_lag_s" => self.known.lag_s = Some(within(parameters::DEVICE_LAG, text)?),
+            "device_lag_s" => {
+                self.known.current_lag_s = Some(within(parameters::DEVICE_LAG, text)?);
+            }
             _ => self.known.noise_m = Some(within(parameters::DEVICE_NOISE, text)?),
         }
         Ok(())

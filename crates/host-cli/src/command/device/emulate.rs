@@ -18,8 +18,8 @@ use haptic_experiment::document::short;
 use haptic_experiment::parameters::{self, Range};
 use haptic_experiment::run::DeviceModel;
 use haptic_experiment::{Failure, named};
-use haptic_loop::plant::{FacingContact, ForceSensor, ForceSensorConfig, MassDamperConfig};
-use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, Seconds};
+use haptic_loop::plant::{FacingContact, ForceSensor, ForceSensorConfig};
+use haptic_loop::units::{Metres, Newtons, Seconds};
 use haptic_quantity::without_unit;
 use haptic_remote::serial::tcp_address;
 use serde_json::json;
@@ -478,16 +478,10 @@ impl Arguments {
 }
 
 fn body(model: &DeviceModel) -> Body {
-    let (values, imperfections) = (&model.values, model.values.imperfections());
-    // The tick is that of a run.
-    let ideal = MassDamperConfig::ideal(
-        Kilograms(values.mass_kg),
-        NewtonSecondsPerMetre(values.damping_n_s_per_m),
-        Seconds(0.0),
-    );
-    let sensors = imperfections.sensors;
+    let sensors = model.values.sensors();
     Body {
-        plant: imperfections.on(ideal),
+        // The tick is that of a run.
+        plant: model.values.free(Seconds(0.0)),
         encoder_resolution: Metres(sensors.encoder_resolution_m),
         noise: (Metres(sensors.noise_m), sensors.seed),
     }

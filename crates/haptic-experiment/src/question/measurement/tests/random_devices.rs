@@ -3,12 +3,12 @@
 //! `CAMPAIGN_CASES` sets how many; 10 unless it is given, 500 at night.
 
 use super::measured;
+use crate::Sensors;
 use crate::question::measurement::MeasurePlan;
 use crate::question::measurement::estimate::{Estimate, Measured, estimate};
-use crate::{Imperfections, Sensors};
 use fracdiff::Seconds;
 use haptic_loop::plant::MassDamperConfig;
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
+use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons};
 use rayon::prelude::*;
 use testkit::Random;
 
@@ -16,44 +16,45 @@ use testkit::Random;
 struct Case {
     number: u64,
     device: MassDamperConfig,
-    imperfections: Imperfections,
+    sensors: Sensors,
     found: Measured,
 }
 
 /// Devices of 30 to 200 g, 1 to 8 N·s/m, with 0.02 to 0.2 N of friction, an encoder of 10 µm and up to 3 µm of noise; 0 to 3 samples of
 /// delay, one in eight without; 0 to 3 ms of lag, one in eight without and one in four below 0.3 ms.
-fn random_device(case: u64) -> (MassDamperConfig, Imperfections) {
+fn random_device(case: u64) -> (MassDamperConfig, Sensors) {
     let mut random = Random(0x6d65_6173 + 7919 * case);
     let t = 1e-3;
-    let device = MassDamperConfig::ideal(
+    let ideal = MassDamperConfig::ideal(
         Kilograms(random.log_between(0.03, 0.2)),
         NewtonSecondsPerMetre(random.log_between(1.0, 8.0)),
         Seconds(t),
     );
-    let friction_n = random.log_between(0.02, 0.2);
+    let friction = Newtons(random.log_between(0.02, 0.2));
     let delay = random.between(0.0, 3.0);
     let most = random.one_of(&[0.0, 0.3e-3, 0.3e-3, 3e-3, 3e-3, 3e-3, 3e-3, 3e-3]);
-    let imperfections = Imperfections {
-        friction_n,
-        delay_s: if random.share() < 0.125 {
+    let device = MassDamperConfig {
+        friction,
+        delay: Seconds(if random.share() < 0.125 {
             0.0
         } else {
             t * delay
-        },
-        current_lag_s: random.between(0.0, most),
-        sensors: Sensors {
-            encoder_resolution_m: 10e-6,
-            noise_m: random.between(0.0, 3e-6),
-            seed: case,
-        },
+        }),
+        current_lag: Seconds(random.between(0.0, most)),
+        ..ideal
     };
-    (device, imperfections)
+    let sensors = Sensors {
+        encoder_resolution_m: 10e-6,
+        noise_m: random.between(0.0, 3e-6),
+        seed: case,
+    };
+    (device, sensors)
 }
 
 fn measure(number: u64) -> Case {
-    let (device, imperfections) = random_device(number);
+    let (device, sensors) = random_device(number);
     let plan = MeasurePlan::default();
-    let record = measured(&plan, device, &imperfections);
+    let record = measured(&plan, device, sensors);
     assert!(record.largest_force_n() <= plan.force_n());
     let (low, high) = record.reach_m();
     assert!(-low <= plan.box_m && high <= plan.box_m);
@@ -61,7 +62,7 @@ fn measure(number: u64) -> Case {
     Case {
         number,
         device,
-        imperfections,
+        sensors,
         found,
     }
 }
@@ -71,17 +72,17 @@ impl Case {
     fn numbers(&self) -> [(&'static str, f64, Estimate); 7] {
         let Self {
             device,
-            imperfections: has,
+            sensors,
             found,
             ..
         } = self;
         [
             ("mass", device.mass.0, found.mass_kg),
             ("damping", device.damping.0, found.damping_n_s_per_m),
-            ("friction", has.friction_n, found.friction_n),
-            ("delay", has.delay_s, found.delay_s),
-            ("lag", has.current_lag_s, found.current_lag_s),
-            ("noise", has.sensors.noise_m, found.sensor_noise_m),
+            ("friction", device.friction.0, found.friction_n),
+            ("delay", device.delay.0, found.delay_s),
+            ("lag", device.current_lag.0, found.current_lag_s),
+            ("noise", sensors.noise_m, found.sensor_noise_m),
             ("bias", 0.0, found.bias_n),
         ]
     }
@@ -89,7 +90,7 @@ impl Case {
     /// True if what is late is found within a tenth of a sample, or a sentence says that something is unsure.
     fn is_right(&self) -> bool {
         let found = self.found.delay_s.value + self.found.current_lag_s.value;
-        let has = self.imperfections.delay_s + self.imperfections.current_lag_s;
+        let has = self.device.delay.0 + self.device.current_lag.0;
         (found - has).abs() < 1e-4 || !self.found.warnings.is_empty()
     }
 
