@@ -150,21 +150,21 @@ impl<'a> Partner<'a> {
         self.shown(self.side.other()).done.load(Ordering::Acquire)
     }
 
+    /// This side has made so many of its samples.
+    pub(super) fn makes(&self, made: u64, samples: u64) {
+        let whole = &self.shown(self.side).whole;
+        whole.store(made >= samples, Ordering::Release);
+    }
+
     /// True once a drive that has made so many samples is not needed any more, or the tissue's device will never know when it began; and of
     /// the tissue's device, once it has made its samples and the drive has let go.
-    pub(super) fn may_let_go(&self, made: u64, samples: u64) -> bool {
-        let is_needed = match self.side {
-            Side::Tissue => {
-                let is_whole = made >= samples;
-                (self.shown(self.side).whole).store(is_whole, Ordering::Release);
-                !(is_whole && self.other_is_done())
-            }
-            Side::Drive => {
-                let is_unknown = made >= self.samples && self.begun_s().is_none();
-                !(is_unknown || self.shown(Side::Tissue).whole.load(Ordering::Acquire))
-            }
+    pub(super) fn may_let_go(&self, made: u64) -> bool {
+        let is_whole = self.shown(Side::Tissue).whole.load(Ordering::Acquire);
+        let may = match self.side {
+            Side::Tissue => is_whole && self.other_is_done(),
+            Side::Drive => is_whole || made >= self.samples && self.begun_s().is_none(),
         };
-        !(is_needed || self.is_done())
+        may && !self.is_done()
     }
 
     /// True of the side that moves the other.
@@ -351,16 +351,17 @@ mod tests {
         both.begun_s.set(0.0).expect("once");
         // However much the drive has made.
         for made in [99, 100] {
-            assert!(!drive.may_let_go(150, 200), "{made}");
-            assert!(!tissue.may_let_go(made, 100), "{made}");
+            assert!(!drive.may_let_go(150), "{made}");
+            tissue.makes(made, 100);
+            assert!(!tissue.may_let_go(made), "{made}");
         }
-        assert!(drive.may_let_go(80, 200));
+        assert!(drive.may_let_go(80));
         drive.done();
-        assert!(!drive.may_let_go(81, 200) && tissue.may_let_go(101, 100));
+        assert!(!drive.may_let_go(81) && tissue.may_let_go(101));
         // The tissue's device will never know when this one began.
         let unknown = &Both::default();
         let drive = partner(unknown, Side::Drive);
-        assert!(!drive.may_let_go(99, 200) && drive.may_let_go(100, 200));
+        assert!(!drive.may_let_go(99) && drive.may_let_go(100));
     }
 
     /// A silence counts while this side is heard; one of both is a pause of this machine, of which each session judges its own.

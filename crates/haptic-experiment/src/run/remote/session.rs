@@ -300,7 +300,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
                 self.ready.link.ask(Request::Stop)?;
             }
             let pause = patience.left().min(PAUSE);
-            if self.may_let_go() {
+            if self.lets_go() {
                 self.ready.link.ask(Request::Stop)?;
                 self.partner.iter().for_each(Partner::done);
             }
@@ -352,7 +352,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             let session = engaged.device_mut();
             session.steered(steered, tick);
             (supervisor.progress)(session.counted());
-            let waits = !session.may_let_go() && session.is_pushed();
+            let waits = !session.lets_go() && session.is_pushed();
             if session.record.ended.is_none() {
                 if let Some(fault) = done.fault {
                     session.ends(Ending::Fault(fault));
@@ -652,15 +652,19 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         partner.is_some_and(|partner| !partner.is_drive())
     }
 
-    /// True once a device with a partner may let go: neither is pushed by the other then.
-    fn may_let_go(&mut self) -> bool {
+    /// Reports to a partner what is made, and ends a drive that may let go; true if this device may: neither is pushed by the other then.
+    fn lets_go(&mut self) -> bool {
         let (made, samples) = (self.next_tick, &mut self.ready.schedule.samples);
-        let partner = self
+        let Some(partner) = self
             .partner
             .as_ref()
-            .filter(|_| self.record.ended.is_none());
-        let may = partner.is_some_and(|partner| partner.may_let_go(made, *samples));
-        if may && partner.is_some_and(Partner::is_drive) {
+            .filter(|_| self.record.ended.is_none())
+        else {
+            return false;
+        };
+        partner.makes(made, *samples);
+        let may = partner.may_let_go(made);
+        if may && partner.is_drive() {
             *samples = made;
         }
         may
