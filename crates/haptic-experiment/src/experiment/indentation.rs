@@ -41,7 +41,7 @@ use crate::judge::preflight::{Preflight, WallContact};
 use crate::judge::{Published, Report};
 use crate::run::advice::parameter;
 use crate::run::drive_verdict::DriveVerdict;
-use crate::run::preflight::{Found, PreflightRequest, note_findings};
+use crate::run::preflight::{Found, note_findings};
 use crate::run::remote::{
     PairRun, RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, fits_two_devices,
     indentation, no_operator, portable, push,
@@ -246,21 +246,19 @@ impl Indentation {
                 }
                 Some(_) | None => self.look(samples).proved(dynamics, line).map(Found::Loop),
             };
+            let followed = |time_s| blank(reference(time_s));
+            // Of two devices it is the drive that follows.
+            let known = |time_s| match second {
+                None => followed(time_s),
+                Some(_) => blank(f64::NAN),
+            };
+            let law = self.law(device, samples)?;
             let run = RemoteRun {
-                device,
-                law: self.law(device, samples)?,
-                schedule,
-                blank: match second {
-                    None => &|time_s| blank(reference(time_s)),
-                    Some(_) => &|_| blank(f64::NAN),
-                },
                 preflight: Some(&look),
-                wanted: PreflightRequest {
-                    force_unstable: self.conduct.force_unstable,
-                    dynamics: self.dynamics,
-                },
-                request,
+                force_unstable: self.conduct.force_unstable,
+                dynamics: self.dynamics,
                 metadata,
+                ..RemoteRun::new(device, law, schedule, &known, request)
             };
             if let Some((drive, second)) = second {
                 let opposed_n = Arc::new(AtomicU64::new(0));
@@ -269,10 +267,9 @@ impl Indentation {
                     patience: device.patience,
                     ..second.remote.clone()
                 };
-                let followed = |time_s| blank(reference(time_s));
                 let pair = PairRun {
                     opposed_n,
-                    drive: RemoteRun::beside(
+                    drive: RemoteRun::new(
                         &there,
                         self.drive_law(drive)?,
                         schedule,

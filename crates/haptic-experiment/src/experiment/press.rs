@@ -40,7 +40,7 @@ use crate::judge::modelled_tissue::TissuePiece;
 use crate::judge::{Published, Report};
 use crate::run::advice::parameter;
 use crate::run::drive_verdict::DriveVerdict;
-use crate::run::preflight::{Found, PreflightRequest, note_findings};
+use crate::run::preflight::{Found, note_findings};
 use crate::run::record::WHOLE_MOST;
 use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank};
 use crate::run::safety::{Safety, safety};
@@ -252,18 +252,14 @@ impl Press {
             };
             self.judged(&later).map(Found::Drive)
         };
+        let blank = |time_s| blank(self.path.at(time_s).position_m);
+        let (law, schedule) = (self.law(remote)?, self.schedule(samples));
         let run = RemoteRun {
-            device: remote,
-            law: self.law(remote)?,
-            schedule: self.schedule(samples),
-            blank: &|time_s| blank(self.path.at(time_s).position_m),
             preflight: Some(&look),
-            wanted: PreflightRequest {
-                force_unstable: self.conduct.force_unstable,
-                dynamics: Some(dynamics(&self.device)),
-            },
-            request: watched.request,
+            force_unstable: self.conduct.force_unstable,
+            dynamics: Some(dynamics(&self.device)),
             metadata: self.metadata(),
+            ..RemoteRun::new(remote, law, schedule, &blank, watched.request)
         };
         run.run(&mut controller, watched.supervisor)
     }

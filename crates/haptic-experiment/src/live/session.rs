@@ -31,7 +31,6 @@ use crate::judge::{FeltSummary, Tally};
 use crate::open::ExperimentFile;
 use crate::run::device::LinkedName;
 use crate::run::folder::FolderRequest;
-use crate::run::preflight::PreflightRequest;
 use crate::run::realtime::RealtimeOptions;
 use crate::run::remote::{RemoteDevice, RemoteRun, blank, delay_of};
 use crate::run::safety::keys::WORKSPACE_HIGH as WORKSPACE_ENDS;
@@ -315,15 +314,10 @@ impl Work {
         schedule: Schedule,
         supervisor: Supervisor<'_>,
     ) -> Result<Ran, Failure> {
+        let law = self.wall.setup.law();
         let run = RemoteRun {
-            device,
-            law: self.wall.setup.law(),
-            schedule,
-            blank: &|_| blank(0.0),
-            preflight: None,
-            wanted: PreflightRequest::default(),
-            request: &self.request,
             metadata: self.metadata,
+            ..RemoteRun::new(device, law, schedule, &|_| blank(0.0), &self.request)
         };
         let connected = |link: &SerialLink, rise_ticks| {
             let simulated = link.capabilities().simulated;

@@ -13,15 +13,6 @@ use std::time::Duration;
 /// Time over which the round trip is measured.
 pub(crate) const MEASURED: Duration = Duration::from_millis(200);
 
-/// Request for the pre-flight, and the known dynamics of the device.
-#[derive(Debug, Default)]
-pub(crate) struct PreflightRequest {
-    /// True to run even an unstable loop.
-    pub force_unstable: bool,
-    /// Known dynamics of a device at a port.
-    pub dynamics: Option<Dynamics>,
-}
-
 /// Whole samples of delay for a round trip, µs: it, and the tick that the force waits for, rounded up.
 pub(crate) fn delay_samples(round_trip_us: u64, sample_time_s: f64) -> usize {
     (1e-6 * round_trip_us as f64 / sample_time_s + 1.0).ceil() as usize

@@ -17,7 +17,7 @@ use crate::judge::preflight::Preflight;
 use crate::judge::{Published, Report};
 use crate::run::advice::parameter;
 use crate::run::device::LinkedName;
-use crate::run::preflight::{Found, PreflightRequest, PreflightVerdict, note_findings};
+use crate::run::preflight::{Found, PreflightVerdict, note_findings};
 use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, portable};
 use crate::run::simulate::Simulated;
 use crate::run::{Ran, run_logged};
@@ -216,18 +216,14 @@ impl TouchExperiment {
         let mut metadata = self.metadata();
         note_findings(&mut metadata, "preflight", &posture);
         let look = |device, line| Ok(Found::Loop(postures.worse(device, line)?.0));
+        let blank = |_| TouchTick::unknown(shape);
+        let law = self.law_there::<D>(remote, samples)?;
         let run = RemoteRun {
-            device: remote,
-            law: self.law_there::<D>(remote, samples)?,
-            schedule: self.schedule(samples),
-            blank: &|_| TouchTick::unknown(shape),
             preflight: Some(&look),
-            wanted: PreflightRequest {
-                force_unstable: self.conduct.force_unstable,
-                dynamics: Some(dynamics),
-            },
-            request: watched.request,
+            force_unstable: self.conduct.force_unstable,
+            dynamics: Some(dynamics),
             metadata,
+            ..RemoteRun::new(remote, law, self.schedule(samples), &blank, watched.request)
         };
         let ran = run.run(&mut controller, watched.supervisor)?;
         self.publish::<D>(ran, None, posture)

@@ -18,7 +18,7 @@ use crate::judge::sensed::SensedForce;
 use crate::judge::settling::{Settling, TrialVerdict};
 use crate::judge::warnings::Warnings;
 use crate::judge::{Compared, Curves, Drawing, FeltSummary, Published, Reference, origin};
-use crate::run::preflight::{Found, PreflightRequest, PreflightVerdict, note_findings};
+use crate::run::preflight::{Found, PreflightVerdict, note_findings};
 use crate::run::record::Record;
 use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, device_name};
 use crate::run::safety::GuardChoice;
@@ -136,18 +136,13 @@ pub(crate) trait Trial: Experiment + Clone {
             });
         };
         let look = |dynamics, line| judge(dynamics, line).map(Found::Loop);
+        let law = self.law_there(remote, samples)?;
         let run = RemoteRun {
-            device: remote,
-            law: self.law_there(remote, samples)?,
-            schedule,
-            blank: &|_| blank(0.0),
             preflight: Some(&look),
-            wanted: PreflightRequest {
-                force_unstable: setup.conduct.force_unstable,
-                dynamics: Some(dynamics),
-            },
-            request,
+            force_unstable: setup.conduct.force_unstable,
+            dynamics: Some(dynamics),
             metadata,
+            ..RemoteRun::new(remote, law, schedule, &|_| blank(0.0), request)
         };
         match &setup.second {
             None => run.run(&mut parts.controller, supervisor),

@@ -189,7 +189,7 @@ impl SecondDevice {
             ..no_law_there(self.limits(), None, &unguarded(safety), &self.device, 0.0)
         };
         let pair = PairRun {
-            drive: RemoteRun::beside(device, push, law.schedule, &|_| blank(0.0), law.request),
+            drive: RemoteRun::new(device, push, law.schedule, &|_| blank(0.0), law.request),
             tissue: law,
             judged: None,
             opposed_n: Arc::default(),

@@ -8,9 +8,7 @@ use crate::run::device::{Warn, firmware_version, refused_at_port};
 use crate::run::drive_verdict::DriveVerdict;
 use crate::run::ending::Keeper;
 use crate::run::folder::FolderRequest;
-use crate::run::preflight::{
-    Found, Look, MEASURED, PreflightRequest, delay_samples, note_findings,
-};
+use crate::run::preflight::{Found, Look, MEASURED, delay_samples, note_findings};
 use crate::run::record::{Record, Start};
 use crate::run::recorder::Recorder;
 use crate::run::remote::partner::Partner;
@@ -40,15 +38,18 @@ pub(crate) struct RemoteRun<'a, M = TickMessage> {
     pub blank: &'a (dyn Fn(f64) -> M + Sync),
     /// This loop for the analysis; `None` if it is not closed through the device's motion.
     pub preflight: Option<&'a Look<'a>>,
-    pub wanted: PreflightRequest,
+    /// True to run even an unstable loop.
+    pub force_unstable: bool,
+    /// Known dynamics of a device at a port.
+    pub dynamics: Option<Dynamics>,
     pub request: &'a FolderRequest,
     /// Everything needed to repeat the run.
     pub metadata: BTreeMap<String, String>,
 }
 
 impl<'a, M> RemoteRun<'a, M> {
-    /// The run of a second device, which is judged and described with that of the first.
-    pub(crate) fn beside(
+    /// A run that nothing looks at before, as that of a second device, which is judged and described with that of the first.
+    pub(crate) fn new(
         device: &'a RemoteDevice,
         law: RemoteLaw,
         schedule: Schedule,
@@ -62,7 +63,8 @@ impl<'a, M> RemoteRun<'a, M> {
             blank,
             request,
             preflight: None,
-            wanted: PreflightRequest::default(),
+            force_unstable: false,
+            dynamics: None,
             metadata: BTreeMap::new(),
         }
     }
@@ -312,7 +314,7 @@ impl<M> RemoteRun<'_, M> {
             )
         };
         let simulated = link.capabilities().simulated;
-        let dynamics = self.wanted.dynamics.or_else(|| simulated.then(asked));
+        let dynamics = self.dynamics.or_else(|| simulated.then(asked));
         let Some(dynamics) = dynamics else {
             warn(&format!(
                 "pre-flight: skipped, the device is unknown: give {DEVICE_MASS} and {DEVICE_DAMPING}"
@@ -326,7 +328,7 @@ impl<M> RemoteRun<'_, M> {
         let verdict = look(dynamics, delay)?;
         // Energy bounding promises passivity for the damping that the device was said to have.
         let guarded = self.law.guard.0 == GuardChoice::EnergyBounding;
-        verdict.require_stable(self.wanted.force_unstable || guarded)?;
+        verdict.require_stable(self.force_unstable || guarded)?;
         if let Some(warning) = verdict.warning(guarded) {
             warn(&warning);
         }
