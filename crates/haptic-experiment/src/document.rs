@@ -380,7 +380,14 @@ impl<'a> Parsed<'a> {
                     Some((_, table)) => table.parts.insert(0, part),
                     None => {
                         let parts = vec![part];
-                        tables.push((known, Table { name, parts }));
+                        tables.push((
+                            known,
+                            Table {
+                                name,
+                                parts,
+                                intervals: Vec::new(),
+                            },
+                        ));
                     }
                 }
             }

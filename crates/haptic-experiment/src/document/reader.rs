@@ -18,6 +18,16 @@ pub(crate) struct Table<'a> {
     pub(crate) name: &'a str,
     /// The top one first; at least one.
     pub(crate) parts: Vec<Part<'a>>,
+    /// Of the numbers of a file that a layer names.
+    pub(crate) intervals: Vec<Interval>,
+}
+
+/// Two numbers between which a value of a device lies in 95 of 100 cases.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Interval {
+    pub key: &'static str,
+    pub low: f64,
+    pub high: f64,
 }
 
 /// A table in one layer.
@@ -178,19 +188,20 @@ impl<'a> Table<'a> {
         Ok(self)
     }
 
-    /// Itself, with the numbers of the file that this key names, below the keys of the layer that names it.
+    /// Itself, with the numbers of the file that this key names, below the keys of the layer that names it, and their intervals.
     pub(crate) fn with_named(
         mut self,
         parameter: &Parameter,
-        read: impl Fn(&Path) -> Result<Vec<(&'static str, f64)>, FileError>,
+        read: impl Fn(&Path) -> Result<(Vec<(&'static str, f64)>, Vec<Interval>), FileError>,
     ) -> Result<Self, FileError> {
         if let Some(path) = self.file(parameter)? {
-            let numbers = read(&path);
-            let numbers = numbers.map_err(|error| self.fail_at(parameter.key, error))?;
+            let named = read(&path);
+            let (numbers, intervals) = named.map_err(|error| self.fail_at(parameter.key, error))?;
             let mut parts = self.parts.iter_mut();
             if let Some(part) = parts.find(|part| part.find(parameter.key).is_some()) {
                 part.named = numbers;
             }
+            self.intervals = intervals;
         }
         Ok(self)
     }

@@ -18,9 +18,7 @@ mod tests;
 
 use super::drive::{self, Drive, HostDrive, PressPath, Section};
 use super::kind::{Conduct, Experiment, Watched};
-use super::reading::{
-    device, device_model, fits, force_sensor, metadata, piece, remote, samples_fit, without,
-};
+use super::reading::{device, fits, force_sensor, metadata, piece, remote, samples_fit, without};
 use super::trial::{dynamics, force_and_rate, no_law_there, safe_chain};
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
@@ -371,13 +369,11 @@ pub(crate) fn press(table: &Table<'_>, held: Option<&Table<'_>>) -> Result<Press
     // As far in front of the specimen as the guard is behind its surface.
     safety.workspace_m.get_or_insert((0.0 - limit_m, limit_m));
     let rate = table.number(&FORCE_RATE_LIMIT)?;
-    let model = device_model(table)?;
-    let intervals = model.map_or_else(Vec::new, |model| model.intervals);
     Ok(Press {
         protocol,
         path: Arc::new(path),
         piece,
-        possible: PossibleDevice::all(&device, &intervals),
+        possible: PossibleDevice::all(&device, &table.intervals),
         device: MassDamperConfig {
             stiffness: NewtonsPerMetre(0.0),
             ..device

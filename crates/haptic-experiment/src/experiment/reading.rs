@@ -174,10 +174,9 @@ pub(crate) fn scheme(
 pub(crate) fn with_devices(table: Table<'_>) -> Result<Table<'_>, FileError> {
     let logged = table.logged(&p::DEVICE_MODEL, DEVICE_IN_LOG);
     table.with_named(&p::DEVICE_MODEL, |path| {
-        let values = device_at(path, logged)?.values.named();
-        Ok(values
-            .map(|(parameter, value)| (parameter.key, value))
-            .into())
+        let DeviceModel { values, intervals } = device_at(path, logged)?;
+        let numbers = (values.named()).map(|(parameter, value)| (parameter.key, value));
+        Ok((numbers.into(), intervals))
     })
 }
 

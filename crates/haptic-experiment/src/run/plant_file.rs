@@ -13,7 +13,7 @@ use crate::document::controller_file::source;
 use crate::document::error::{FileError, text_of};
 use crate::document::failure::Failure;
 use crate::document::parameters::Parameter;
-use crate::document::reader::Table;
+use crate::document::reader::{Interval, Table};
 use crate::document::{Parsed, lines_of, parameters as p};
 use crate::run::safety::GuardedDevice;
 use crate::run::sensors::Sensors;
@@ -132,14 +132,6 @@ pub struct MeasuredPoints {
 
 /// Below this coherence the gain of a response may be off by a tenth and more.
 pub(crate) const COHERENT: f64 = 0.95;
-
-/// Two numbers between which a value of a device lies in 95 of 100 cases.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Interval {
-    pub key: &'static str,
-    pub low: f64,
-    pub high: f64,
-}
 
 /// A device with a hand: force in, position out. The linear plant excludes friction, encoder and
 /// noise.

@@ -1,7 +1,7 @@
 //! The device of a press, as far as its file knows it.
 
 use crate::document::parameters::{DAMPING, FRICTION, MASS, Parameter};
-use crate::run::plant_file::Interval;
+use crate::document::reader::Interval;
 use haptic_loop::plant::MassDamperConfig;
 
 /// Shares of friction at the beginning and at the end of a hold, of which nobody knows more than their size.

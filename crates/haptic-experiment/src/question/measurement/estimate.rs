@@ -16,7 +16,8 @@ use super::{
     MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, MotionRecord,
 };
 use crate::document::parameters as p;
-use crate::run::plant_file::{DeviceModel, DeviceValues, Interval};
+use crate::document::reader::Interval;
+use crate::run::plant_file::{DeviceModel, DeviceValues};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
