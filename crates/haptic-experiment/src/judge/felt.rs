@@ -40,6 +40,8 @@ pub struct FeltSummary {
 /// Sums over the ticks in which something was felt.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tally {
+    /// Number of the stimulus whose ticks count; 0 where nobody counts them.
+    pub(crate) stimulus: u64,
     /// Place of the surface, m.
     surface_m: f64,
     /// Ticks that count at most.
@@ -59,10 +61,11 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Of a wall behind this surface, m, over so many ticks at most.
+    /// Of the stimulus of this number behind this surface, m, over so many ticks at most.
     #[must_use]
-    pub fn of(surface_m: f64, most: Option<u64>, t: Seconds) -> Self {
+    pub fn of(stimulus: u64, surface_m: f64, most: Option<u64>, t: Seconds) -> Self {
         Self {
+            stimulus,
             surface_m,
             most: most.unwrap_or(u64::MAX),
             sample_time_s: t.0,
@@ -70,9 +73,9 @@ impl Tally {
         }
     }
 
-    /// Takes a tick: its number and time, s, the place of the handle, m, and the force, N.
-    pub fn see(&mut self, at: (u64, f64), place_m: f64, force_n: f64) {
-        if self.ticks >= self.most {
+    /// Takes a tick of a stimulus: its number and time, s, the place of the handle, m, and the force, N.
+    pub fn see(&mut self, stimulus: u64, at: (u64, f64), place_m: f64, force_n: f64) {
+        if stimulus != self.stimulus || self.ticks >= self.most {
             return;
         }
         if self.ticks == 0 {

@@ -653,7 +653,7 @@ impl Session {
         let environment = Placed::new(allowed.law, surface_m);
         let order = {
             let mut kept = locked(&self.shared.kept);
-            kept.tally = (number, Tally::of(surface_m, ticks, self.t));
+            kept.tally = Tally::of(number, surface_m, ticks, self.t);
             let stimulus = |law| {
                 Box::new(Stimulus {
                     law,
@@ -700,15 +700,15 @@ impl Session {
         progress: &dyn Fn(u64),
     ) -> Result<(), Failure> {
         loop {
-            let felt = locked(&self.shared.kept).tally.1.ticks;
+            let felt = locked(&self.shared.kept).tally.ticks;
             if felt >= ticks {
                 return Ok(());
             }
             // Virtual time stands still at the last of them.
             let until = ticks.min(felt + CHUNK);
             self.wait(until - felt, stops, |kept| {
-                progress(kept.tally.1.ticks);
-                (kept.tally.1.ticks >= until).then_some(())
+                progress(kept.tally.ticks);
+                (kept.tally.ticks >= until).then_some(())
             })?;
         }
     }
@@ -716,7 +716,7 @@ impl Session {
     /// Numbers of what was felt of the newest wall so far.
     #[must_use]
     pub fn felt(&self) -> FeltSummary {
-        locked(&self.shared.kept).tally.1.summary()
+        locked(&self.shared.kept).tally.summary()
     }
 
     /// Waits until the handle has left the wall, which then goes; false if that takes longer than the patience, s. The wall goes then as

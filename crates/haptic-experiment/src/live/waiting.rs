@@ -47,8 +47,8 @@ pub(super) struct Kept {
     pub(super) position_m: f64,
     /// The law of the newest of them.
     pub(super) stimulus: u64,
-    /// Sums over the stimulus of this number.
-    pub(super) tally: (u64, Tally),
+    /// Sums over a stimulus.
+    pub(super) tally: Tally,
     /// Positions that the law has heard, m, and the number of the first.
     pub(super) past_m: VecDeque<f64>,
     pub(super) past_from: u64,
@@ -64,11 +64,9 @@ impl Kept {
         let before_m = std::mem::replace(&mut self.position_m, f64::NAN);
         self.position_m = ticked.sample.reading.position_m[0];
         self.stimulus = ticked.stimulus;
-        if ticked.stimulus == self.tally.0 {
-            let (reading, force) = (&ticked.sample.reading, ticked.sample.force.newtons());
-            let at = (reading.tick, reading.time_s);
-            self.tally.1.see(at, self.position_m, force[0]);
-        }
+        let (reading, force) = (&ticked.sample.reading, ticked.sample.force.newtons());
+        let at = (reading.tick, reading.time_s);
+        (self.tally).see(ticked.stimulus, at, self.position_m, force[0]);
         if ticked.fresh || ticked.stimulus == 0 {
             self.past_m.clear();
             self.start_m = before_m;

@@ -54,8 +54,8 @@ pub(crate) struct Comparison {
     b_is_second: Vec<bool>,
     trial: usize,
     right: usize,
-    /// Number of each wall of this trial, and what was felt of it.
-    felt: Vec<(u64, Tally)>,
+    /// Sums over each wall of this trial.
+    felt: Vec<Tally>,
     /// The walls that were asked for so far.
     number: u64,
     /// Newest time of the loop, s.
@@ -163,9 +163,9 @@ impl Comparison {
         let reading = &ticked.sample.reading;
         self.time_s = reading.time_s;
         let at = recording.at(ticked);
-        let felt = self.felt.iter_mut();
-        for (_, tally) in felt.filter(|(number, _)| *number == ticked.stimulus) {
-            tally.see(at, reading.position_m[0], ticked.sample.force.newtons()[0]);
+        let force_n = ticked.sample.force.newtons()[0];
+        for tally in &mut self.felt {
+            tally.see(ticked.stimulus, at, reading.position_m[0], force_n);
         }
         None
     }
@@ -180,7 +180,7 @@ impl Comparison {
         }
         self.touched()?;
         self.number += 1;
-        self.felt.push((self.number, Tally::of(0.0, None, t)));
+        self.felt.push(Tally::of(self.number, 0.0, None, t));
         let is_b = (wall == 1) == self.b_is_second[self.trial];
         let settings = self.walls[usize::from(is_b)].clone();
         let ((k, b), law) = (settings.gains(), &settings.law);
@@ -203,12 +203,10 @@ impl Comparison {
     /// Refuses to go on before the newest wall was touched.
     fn touched(&self) -> Result<(), Failure> {
         match self.felt.last() {
-            Some((_, tally)) if tally.summary().contacts == 0 => {
-                Err(Failure::bad_input(format_args!(
-                    "wall {} was not touched yet: press it first",
-                    self.felt.len()
-                )))
-            }
+            Some(tally) if tally.summary().contacts == 0 => Err(Failure::bad_input(format_args!(
+                "wall {} was not touched yet: press it first",
+                self.felt.len()
+            ))),
             _ => Ok(()),
         }
     }
@@ -225,7 +223,7 @@ impl Comparison {
                 "`stiffer` = {answer} is not 1 or 2: answer with the number of a wall"
             )));
         }
-        let &[(_, first), (_, second)] = &self.felt[..] else {
+        let &[first, second] = &self.felt[..] else {
             return Err(Failure::bad_input(
                 "an answer before both walls were felt: send `compare.feel`",
             ));

@@ -220,7 +220,7 @@ pub(crate) trait Trial: Experiment + Clone {
             let place_m = sample.position_m - start_m;
             judge.see(sample.time_s, place_m, sample.force_n);
             if let Some(felt) = &mut felt {
-                felt.see((sample.tick, sample.time_s), place_m, sample.force_n);
+                felt.see(0, (sample.tick, sample.time_s), place_m, sample.force_n);
             }
             Ok(())
         })?;

@@ -133,7 +133,7 @@ impl TrialSetup {
     pub(super) fn felt(&self, record: &Record) -> Option<Tally> {
         let is_real = record.link.as_ref().is_some_and(|link| !link.simulated);
         let held = is_real && self.plan.push_by == PushBy::Hand && !self.must_be_stable;
-        held.then(|| Tally::of(0.0, None, self.device.sample_time))
+        held.then(|| Tally::of(0, 0.0, None, self.device.sample_time))
     }
 
     /// Warning about a requested impact that had no effect.
