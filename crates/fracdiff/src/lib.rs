@@ -18,6 +18,8 @@ mod fft;
 mod fir;
 pub mod full_memory;
 mod integer_part;
+#[cfg(feature = "std")]
+mod linear_motion;
 mod list;
 mod muir;
 mod order;
@@ -43,6 +45,8 @@ pub use eigenvalues::eigenvalues;
 pub use fir::{Fir, FirHistory};
 pub use full_memory::{FullMemory, FullMemoryHistory};
 pub use integer_part::IntegerHistory;
+#[cfg(feature = "std")]
+pub use linear_motion::linear_motion;
 pub use muir::{MuirPolynomial, muir_coefficients};
 /// The crate of [`Complex`](num_complex::Complex), which responses are.
 pub use num_complex;

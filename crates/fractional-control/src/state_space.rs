@@ -181,15 +181,9 @@ impl StateSpace {
 
     /// e^(At) − 1 and ∫₀^t e^(As)B ds.
     pub(crate) fn motion(&self, t: f64) -> (DMatrix<f64>, DVector<f64>) {
+        let (state, input) = fracdiff::linear_motion(self.a.as_slice(), self.b.as_slice(), t);
         let n = self.a.nrows();
-        let mut generator = DMatrix::zeros(n + 1, n + 1);
-        generator.view_mut((0, 0), (n, n)).copy_from(&(&self.a * t));
-        generator.view_mut((0, n), (n, 1)).copy_from(&(&self.b * t));
-        let moved = exponential_less_one(&generator);
-        (
-            moved.view((0, 0), (n, n)).into_owned(),
-            moved.view((0, n), (n, 1)).column(0).into_owned(),
-        )
+        (DMatrix::from_vec(n, n, state), input.into())
     }
 
     /// The samples behind a hold, for a delay of `fraction` of a sample, in 53 bits: for fits, which try thousands, and for poles that are not
@@ -364,23 +358,4 @@ impl SampledStates {
             before = input;
         }
     }
-}
-
-/// exp(M) − 1: halved until small, a series, doubled by E ← 2E + E².
-fn exponential_less_one(matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    let columns = matrix.column_iter();
-    let norm = columns
-        .map(|column| column.iter().map(|x| x.abs()).sum::<f64>())
-        .fold(0.0, f64::max);
-    let halvings = if norm < 0.5 {
-        0
-    } else {
-        (libm::ilogb(norm) + 2).min(60)
-    };
-    let small = matrix * libm::ldexp(1.0, -halvings);
-    let identity = DMatrix::identity(matrix.nrows(), matrix.nrows());
-    let inner = (2..=14).rev().fold(identity.clone(), |sum, k| {
-        &identity + &small * sum / f64::from(k)
-    });
-    (0..halvings).fold(small * inner, |e, _| &e * 2.0 + &e * &e)
 }

@@ -233,16 +233,7 @@ impl Sampled {
     }
 }
 
-/// Terms of the series: (1/2)^k/k! is below 1e-19 from here on.
-const TERMS: u32 = 16;
-
-/// Motion of a linear plant over part of a sample.
-/// ```text
-/// x' = Ax + Bu, u constant:   x(t) = x(0) + E·x(0) + Γ·u,     [E Γ; 0 0] = exp([A B; 0 0]·t) − 1
-/// exp(2M) − 1 = 2E + E²
-/// ```
-/// The exponential less 1 keeps the digits of slow motions beside fast ones. Taylor series for a norm below 1/2, then
-/// doublings: N. J. Higham, *Functions of Matrices*, SIAM, 2008, ch. 10.
+/// Motion of a linear plant over part of a sample, by [`fracdiff::linear_motion`].
 #[derive(Clone, Debug)]
 pub(crate) struct Motion {
     /// exp(A·t) − 1.
@@ -254,20 +245,10 @@ pub(crate) struct Motion {
 impl Motion {
     /// For `a` and `b` in units of one sample, `duration` in samples.
     pub(crate) fn new(a: &DMatrix<f64>, b: &DVector<f64>, duration: f64) -> Self {
-        let n = a.nrows();
-        let generator = DMatrix::from_fn(n + 1, n + 1, |row, column| {
-            if row == n {
-                0.0
-            } else if column == n {
-                b[row] * duration
-            } else {
-                a[(row, column)] * duration
-            }
-        });
-        let moved = exponential_less_one(&generator);
+        let (state, input) = fracdiff::linear_motion(a.as_slice(), b.as_slice(), duration);
         Self {
-            state: moved.view((0, 0), (n, n)).into_owned(),
-            input: moved.view((0, n), (n, 1)).column(0).into_owned(),
+            state: DMatrix::from_vec(a.nrows(), a.ncols(), state),
+            input: input.into(),
         }
     }
 
@@ -306,21 +287,6 @@ pub(crate) fn numerator(matrices: &Matrices, fraction: f64, denominator: &[f64])
         before = Some(std::mem::replace(&mut row, next));
     }
     terms
-}
-
-/// exp(M) − 1.
-fn exponential_less_one(matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    let norm = (matrix.column_iter())
-        .map(|column| column.iter().map(|x| x.abs()).sum::<f64>())
-        .fold(0.0, f64::max);
-    let halvings = if norm < 0.5 { 0 } else { libm::ilogb(norm) + 2 };
-    let small = matrix * libm::ldexp(1.0, -halvings);
-    // Horner: M·(1 + M/2·(1 + M/3·(…)))
-    let identity = DMatrix::identity(matrix.nrows(), matrix.nrows());
-    let inner = (2..=TERMS).rev().fold(identity.clone(), |sum, k| {
-        &identity + &small * sum / f64::from(k)
-    });
-    (0..halvings).fold(small * inner, |e, _| &e * 2.0 + &e * &e)
 }
 
 /// The plant in continuous time, in units of one sample.
