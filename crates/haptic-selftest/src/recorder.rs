@@ -3,7 +3,6 @@
 use super::bench::{Bench, Broken};
 use super::promise::{Check, Promise};
 use super::trial::{Followed, seen};
-use haptic_link::{DeviceReport, Request};
 use haptic_remote::Tick;
 use std::collections::BTreeMap;
 
@@ -22,26 +21,13 @@ pub(super) fn check(bench: &mut Bench<'_>, followed: Option<&Followed>) -> Resul
         let seen = "not tried: no fault before it";
         return Ok(Check::not_judged(Promise::FlightRecorder, promised, seen));
     };
-    let kept = read(bench)?;
+    let kept = bench.link()?.flight().collect::<Result<Vec<_>, _>>()?;
+    let kept: Vec<Tick> = (kept.iter())
+        .filter_map(|sample| seen(sample, bench.axis))
+        .collect();
     let (seen, ok) = judge(&kept, followed, fault, usize::from(room));
     let row = Check::judged(Promise::FlightRecorder, promised, seen, ok);
     Ok(row.figure("samples", kept.len() as f64))
-}
-
-fn read(bench: &Bench<'_>) -> Result<Vec<Tick>, Broken> {
-    let mut kept = Vec::new();
-    let mut count = 1;
-    while kept.len() < usize::from(count) {
-        let index = kept.len() as u16;
-        let DeviceReport::Flight(flight) = bench.link()?.ask(Request::ReadFlight { index })? else {
-            break;
-        };
-        count = flight.count;
-        if count > 0 {
-            kept.extend(seen(&flight.sample, bench.axis));
-        }
-    }
-    Ok(kept)
 }
 
 /// In words, and whether all of it is there: full, without gap, with the fault in it, and as it was sent.

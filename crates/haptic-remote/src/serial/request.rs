@@ -6,7 +6,7 @@ use super::link::{Command, LISTENS, SerialLink};
 use crate::LinkError;
 use haptic_link::{
     AXES_MAX, Alive, CoefficientBlock, Configuration, ControllerCost, ControllerLaw, DeviceReport,
-    DigestBuilder, FaultReport, Field, Refusal, Request, Scope, Start, State, Statistics,
+    DigestBuilder, FaultReport, Field, Refusal, Request, Sample, Scope, Start, State, Statistics,
     SurfaceShape, WorkspaceBox, block_count,
 };
 use hdrhistogram::Histogram;
@@ -205,6 +205,22 @@ impl SerialLink {
             return Err(LinkError::Gone.into());
         };
         Ok(statistics)
+    }
+
+    /// Samples that the flight recorder of the device has kept around a fault, the oldest first; an error is the last.
+    pub fn flight(&self) -> impl Iterator<Item = Result<Sample, SerialError>> {
+        let mut count = 1;
+        (0..).map_while(move |index| {
+            let report = (index < count).then(|| self.ask(Request::ReadFlight { index }))?;
+            match report {
+                Ok(DeviceReport::Flight(flight)) => {
+                    count = flight.count;
+                    (count > 0).then_some(Ok(flight.sample))
+                }
+                Ok(_) => None,
+                Err(error) => Some(Err(error)),
+            }
+        })
     }
 
     /// Time since the device started, by its own clock: a board that was programmed has started since.

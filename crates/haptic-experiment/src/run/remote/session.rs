@@ -17,8 +17,7 @@ use crate::run::tick::{TickRecord, by_device, by_loop, per_axis, sensed_by_devic
 use crate::run::{Ran, Supervisor, close, tell_end};
 use fracdiff::Real;
 use haptic_link::{
-    DeviceReport, EventKind, FaultReport, LoopMode, Refusal, Request, Sample, Start, State,
-    Statistics,
+    EventKind, FaultReport, LoopMode, Refusal, Request, Sample, Start, State, Statistics,
 };
 use haptic_log::record::flaw::LATE_FORCE;
 use haptic_log::record::{DRIVE_END, END, EventMessage, RecordError, StartTime, TickMessage};
@@ -455,28 +454,13 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         if self.deaf {
             return;
         }
-        let mut kept = Vec::new();
-        let mut count = 1;
-        while kept.len() < usize::from(count) {
-            let index = kept.len() as u16;
-            let Ok(DeviceReport::Flight(flight)) =
-                self.ready.link.ask(Request::ReadFlight { index })
-            else {
-                break;
-            };
-            count = flight.count;
-            match self.message(&flight.sample).filter(|_| count > 0) {
-                Some(message) => {
-                    let mut logged = *message.logged();
-                    let sensed = logged.sensed_force_n.take();
-                    logged.sensed_force_n =
-                        sensed.and_then(|sensed| self.record.sensor.less(sensed));
-                    kept.push(logged);
-                }
-                None => break,
-            }
-        }
-        self.recorder.fill_fault_recorder(kept);
+        let kept = self.ready.link.flight().map_while(|sample| {
+            let mut logged = *self.message(&sample.ok()?)?.logged();
+            let sensed = logged.sensed_force_n.take();
+            logged.sensed_force_n = sensed.and_then(|sensed| self.record.sensor.less(sensed));
+            Some(logged)
+        });
+        self.recorder.fill_fault_recorder(kept.collect::<Vec<_>>());
     }
 
     fn batch(&self) -> u8 {
