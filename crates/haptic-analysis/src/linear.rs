@@ -1,8 +1,8 @@
 //! A plant given by matrices: checks, natural units, poles and numerator of its samples.
 
-use crate::operator::multiply;
 use crate::{AnalysisError, ForcePath};
 use fracdiff::parameter::range;
+use fracdiff::product;
 use nalgebra::{Complex, DMatrix, DVector, RowDVector};
 
 pub(crate) const STATES_MAX: usize = 8;
@@ -164,8 +164,8 @@ impl Sampled {
                 // With the pole that it is conjugate to.
                 continue;
             };
-            denominator = multiply(&denominator, &sampled);
-            in_v = multiply(&in_v, &sampled_in_v);
+            denominator = product(&denominator, &sampled);
+            in_v = product(&in_v, &sampled_in_v);
         }
         if in_v.len() != a.nrows() + 1 {
             return Err(spoiled("its poles do not converge"));

@@ -2,7 +2,6 @@
 
 use crate::functions::{Curve, Polynomial, Power};
 use certified_count::{Bounds, Jet, Place};
-pub(crate) use fracdiff::product as multiply;
 use fracdiff::{FrequencyResponse, Order};
 use num_complex::Complex;
 

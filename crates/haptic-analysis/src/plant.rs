@@ -1,9 +1,9 @@
 //! The device with its hand behind a zero-order hold, as the loop sees it once a sample.
 
 use crate::linear::{Continuous, Lists, Matrices, numerator};
-use crate::operator::multiply;
 use crate::{AnalysisError, ForcePath, linear};
 use fracdiff::parameter::{not_negative, positive, range};
+use fracdiff::product;
 use nalgebra::{DMatrix, DVector, RowDVector};
 
 /// A plant behind a zero-order hold, sampled exactly: G(w) = w^(d+1)·N(w)/A(w), w = z^(−1).
@@ -128,8 +128,8 @@ impl SampledPlant {
             // (1 − e^(−T/τ)w) = (1 − e^(−T/τ)) + e^(−T/τ)v
             let rate = 1.0 / path.lag_samples();
             let (left, gone) = (libm::exp(-rate), -libm::expm1(-rate));
-            denominator = multiply(&denominator, &[1.0, -left]);
-            in_v = multiply(&in_v, &[gone, left]);
+            denominator = product(&denominator, &[1.0, -left]);
+            in_v = product(&in_v, &[gone, left]);
             sum *= gone;
         }
         let matrices = matrices(delta, gamma, path);

@@ -1,11 +1,11 @@
 //! The operators that have names.
 
 use crate::functions::{Cascade, Curve, Given, Modes, Polynomial, Power};
-use crate::operator::multiply;
 use crate::{AnalysisError, LoopOperator, StabilityRegion};
 use certified_count::Enclosing;
 use fracdiff::full_memory::{Design, HORIZON_MIN, Kernel};
 use fracdiff::parameter::range;
+use fracdiff::product;
 use fracdiff::scheme::{FULL_MODES, FULL_TAPS};
 use fracdiff::{
     Band, Order, Scheme, Seconds, bdf2_short_filter, grunwald_weights, muir_coefficients,
@@ -73,7 +73,7 @@ impl LoopOperator {
         let mut operator = Self::rational(order, above.clone(), below.clone());
         operator.differences = Power(f64::from(integer));
         for _ in 0..integer {
-            above = multiply(&above, &[1.0, -1.0]);
+            above = product(&above, &[1.0, -1.0]);
         }
         operator.polynomials = Some((above, below));
         Ok(operator)

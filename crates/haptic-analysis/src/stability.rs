@@ -1,12 +1,12 @@
 //! Stability of the sampled loop by encirclement, and its poles.
 
 use crate::characteristic::{Characteristic, Node, Span};
-use crate::operator::multiply;
 use crate::{AnalysisError, LoopOperator, SampledPlant, SampledWall};
 use certified_count::{Curve, NodeValue, StabilityVerdict};
 use core::f64::consts::PI;
 use fracdiff::Order;
 use fracdiff::parameter::{positive, range};
+use fracdiff::product;
 use num_complex::Complex;
 
 /// Device and wall without units.
@@ -208,13 +208,13 @@ impl<'a> SampledLoop<'a> {
     fn characteristic_polynomial(&self) -> Option<Vec<f64>> {
         let (above, below) = self.characteristic.operator.polynomials()?;
         let plant = &self.characteristic.plant;
-        let mut sum = multiply(plant.denominator(), below);
+        let mut sum = product(plant.denominator(), below);
         let environment = (0..above.len().max(below.len())).map(|j| {
             let at = |polynomial: &[f64]| polynomial.get(j).copied().unwrap_or(0.0);
             self.alpha * at(below) + self.beta * at(above)
         });
         let environment: Vec<f64> = environment.collect();
-        let fed_back = multiply(plant.numerator(), &environment);
+        let fed_back = product(plant.numerator(), &environment);
         let lag = plant.path().whole_samples() + 1;
         sum.resize(sum.len().max(lag + fed_back.len()), 0.0);
         for (j, term) in fed_back.iter().enumerate() {
@@ -385,7 +385,7 @@ mod tests {
 
     fn from_poles(poles: &[f64]) -> Vec<f64> {
         // Π (1 − p·w)
-        (poles.iter()).fold(vec![1.0], |product, p| multiply(&product, &[1.0, -p]))
+        (poles.iter()).fold(vec![1.0], |above, p| product(&above, &[1.0, -p]))
     }
 
     #[test]
