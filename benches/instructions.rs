@@ -82,9 +82,9 @@ fn parent(reason: Option<&str>) -> Outcome<ExitCode> {
     };
     let here = (rustc()?, target());
     if let (Some(table), None) = (&table, reason) {
-        let there = (table.rustc.clone(), table.target.clone());
-        if here != there {
-            return skip(&format!("the table is for {there:?}, this is {here:?}"));
+        let listed = (table.rustc.clone(), table.target.clone());
+        if here != listed {
+            return skip(&format!("the table is for {listed:?}, this is {here:?}"));
         }
     }
     if Command::new("valgrind").arg("--version").output().is_err() {

@@ -70,7 +70,7 @@ fn updating() -> bool {
 }
 
 /// The lines `name = value` that an image prints.
-fn told(output: &str) -> BTreeMap<String, String> {
+fn printed(output: &str) -> BTreeMap<String, String> {
     output
         .lines()
         .filter_map(|line| line.split_once(" = "))
@@ -87,7 +87,7 @@ fn lists_in_the_firmware_are_what_the_schemes_make_today() {
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn operators_have_the_same_bits_on_the_target() {
     let Some(images) = built() else { return };
-    let have = told(&images.run(Image::Operators));
+    let have = printed(&images.run(Image::Operators));
     let mut want = BTreeMap::new();
     cases::digests(|name, digest| {
         want.insert(name.to_string(), format!("{digest:#010x}"));
@@ -104,7 +104,7 @@ fn operators_have_the_same_bits_on_the_target() {
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn controllers_have_the_same_bits_on_the_target() {
     let Some(images) = built() else { return };
-    let have = told(&images.run(Image::Controllers));
+    let have = printed(&images.run(Image::Controllers));
     let mut cases = 0;
     loops::digests(|name, digest| {
         let want = format!("{digest:#010x}");
@@ -126,8 +126,8 @@ fn ticks_follow_their_period_and_one_that_takes_too_long_latches_a_fault() {
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_tick_takes_the_instructions_of_the_table() {
     let Some(images) = built() else { return };
-    let mut have = told(&images.run(Image::Instructions));
-    let controllers = told(&images.run(Image::Controllers));
+    let mut have = printed(&images.run(Image::Instructions));
+    let controllers = printed(&images.run(Image::Controllers));
     have.extend(
         controllers
             .into_iter()

@@ -3,7 +3,7 @@
 use super::board::samples;
 use super::image::{Image, built};
 use super::lists::LISTS;
-use super::{listed, replayed, told};
+use super::{listed, printed, replayed};
 use fracdiff::{Order, Seconds, ShortMemory};
 use fractional_control::{Controller as _, ControllerSetup, FractionalPid, PidParameters};
 use haptic_link::{Configuration, HandSide, Limits, LoopMode, Start};
@@ -40,7 +40,7 @@ fn on_the_cortex_m4f(positions_m: &[f32]) -> u32 {
         "loader,file={},addr={INPUT:#x},force-raw=on",
         file.path().display()
     );
-    let text = told(&images.run_with(Image::Replay, &["-device".to_owned(), device]));
+    let text = printed(&images.run_with(Image::Replay, &["-device".to_owned(), device]));
     let digest = text["full 200 s"].trim_start_matches("0x");
     u32::from_str_radix(digest, 16).expect("a digest")
 }
@@ -83,16 +83,16 @@ fn by_night_a_pico_has_the_bits_of_the_hosts_controller_within_its_promised_tick
         (setup, configuration, law.1, law.2)
     };
     let (_, configuration, values, long) = law("full-bdf2:1e-6");
-    let beside = |law| Beside {
+    let companions = |law| Beside {
         controller: Some(law),
         ..Beside::default()
     };
-    let refused = link.set_run(configuration, &values, beside(&long));
+    let refused = link.set_run(configuration, &values, companions(&long));
     let refused = refused.expect_err("too long for it").to_string();
     assert!(refused.contains("sample time (ms) 1 is not"), "{refused}");
 
     let (setup, configuration, values, short) = law("full:1e-4");
-    link.set_run(configuration, &values, beside(&short))
+    link.set_run(configuration, &values, companions(&short))
         .expect("there is time for it");
     link.arm(Duration::from_secs(5)).expect("arms");
     let start = Start {

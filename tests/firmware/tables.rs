@@ -130,8 +130,8 @@ const HEADER: &str = "\
 ";
 
 /// Compares with the table and returns what was counted.
-pub(crate) fn check_instructions(told: &BTreeMap<String, String>) -> BTreeMap<String, Count> {
-    let counts: BTreeMap<String, Count> = told
+pub(crate) fn check_instructions(printed: &BTreeMap<String, String>) -> BTreeMap<String, Count> {
+    let counts: BTreeMap<String, Count> = printed
         .iter()
         .map(|(name, value)| {
             let numbers: Vec<u32> = value
@@ -145,7 +145,7 @@ pub(crate) fn check_instructions(told: &BTreeMap<String, String>) -> BTreeMap<St
         })
         .collect();
     // Each list and the muscle; one of them again behind the whole safety chain, with energy bounding and two maps; the controllers.
-    assert_eq!(counts.len(), LISTED.len() + 5 + CONTROLLERS, "{told:?}");
+    assert_eq!(counts.len(), LISTED.len() + 5 + CONTROLLERS, "{printed:?}");
     let path = firmware().join("instructions.toml");
     if updating() {
         let mut text = HEADER.to_owned();

@@ -184,7 +184,7 @@ fn read_file(source: &mut Source, file: &Path, children: &Path, module: &[String
         file: number,
         module: module.to_vec(),
         folder: children.to_owned(),
-        beside: file.parent().expect("a folder").to_owned(),
+        base: file.parent().expect("a folder").to_owned(),
     };
     reader.visit_file(&parsed);
 }
@@ -197,7 +197,7 @@ struct Reader<'a> {
     /// Where the files of the modules declared here are.
     folder: PathBuf,
     /// Where a `#[path]` starts from.
-    beside: PathBuf,
+    base: PathBuf,
 }
 
 impl Reader<'_> {
@@ -337,7 +337,7 @@ impl<'ast> Visit<'ast> for Reader<'_> {
                 file: self.file,
                 module,
                 folder: self.folder.join(&name),
-                beside: self.beside.clone(),
+                base: self.base.clone(),
             };
             items.iter().for_each(|item| reader.visit_item(item));
             return;
@@ -350,7 +350,7 @@ impl<'ast> Visit<'ast> for Reader<'_> {
                     syn::Expr::Lit(syn::ExprLit {
                         lit: syn::Lit::Str(text),
                         ..
-                    }) => Some(self.beside.join(text.value())),
+                    }) => Some(self.base.join(text.value())),
                     _ => None,
                 },
                 _ => None,

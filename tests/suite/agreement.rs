@@ -35,7 +35,7 @@ trait Case: Debug {
 }
 
 /// So many cases from a seed, each by a share of the gain inside its edge and outside it.
-fn none_is_on_the_wrong_side<C: Case>(seed: u64, cases: usize, beside: f64) {
+fn none_is_on_the_wrong_side<C: Case>(seed: u64, cases: usize, distance: f64) {
     let cases = testkit::cases(cases);
     let mut random = Random(seed);
     let (mut tried, mut number, mut wrong) = (0, 0, Vec::new());
@@ -47,8 +47,8 @@ fn none_is_on_the_wrong_side<C: Case>(seed: u64, cases: usize, beside: f64) {
         };
         tried += 1;
         for (gain, want) in [
-            ((1.0 - beside) * edge, true),
-            ((1.0 + beside) * edge, false),
+            ((1.0 - distance) * edge, true),
+            ((1.0 + distance) * edge, false),
         ] {
             let stable = case.is_stable(gain);
             assert_eq!(stable, want, "the margin is not an edge: {case:?}");

@@ -105,12 +105,12 @@ fn in_folder() -> BTreeSet<String> {
 #[test]
 fn the_summary_lists_every_page_once_and_each_has_one_title() {
     let chapters = book::chapters();
-    let mut there = in_folder();
-    there.retain(|file| file.ends_with(".md") && file != "SUMMARY.md");
+    let mut files = in_folder();
+    files.retain(|file| file.ends_with(".md") && file != "SUMMARY.md");
     let listed: Vec<&String> = chapters.iter().filter(|file| !file.is_empty()).collect();
     let once: BTreeSet<String> = listed.iter().map(|file| (*file).clone()).collect();
     assert_eq!(listed.len(), once.len(), "twice: {listed:?}");
-    assert_eq!(once, there, "left the summary, right the folder");
+    assert_eq!(once, files, "left the summary, right the folder");
     for file in listed {
         let titles = Markdown::new(&book::chapter(file)).titles;
         assert_eq!(titles.len(), 1, "{file}: {titles:?}");

@@ -70,9 +70,9 @@ fn both_walks_find_the_zeros_that_are_there() {
         // On the circle.
         (vec![0.5, -1.0], None),
     ] {
-        let own = Factors(factors);
-        assert_eq!(own.in_arcs(), zeros, "{:?}", own.0);
-        assert_eq!(own.between_samples(), zeros, "{:?}", own.0);
+        let polynomial = Factors(factors);
+        assert_eq!(polynomial.in_arcs(), zeros, "{:?}", polynomial.0);
+        assert_eq!(polynomial.between_samples(), zeros, "{:?}", polynomial.0);
     }
 }
 

@@ -228,13 +228,13 @@ impl HeldPlant {
     #[must_use]
     pub fn output(&self, state: &PlantState, command: f64) -> f64 {
         match (&self.kind, &state.kind) {
-            (Kind::Transfer(running), KindState::Transfer(own)) => {
-                running.output(own, self.held(state, command))
+            (Kind::Transfer(running), KindState::Transfer(inner)) => {
+                running.output(inner, self.held(state, command))
             }
-            (Kind::States(states), KindState::States(own)) => {
+            (Kind::States(states), KindState::States(inner)) => {
                 let (gain, later) = self.direct;
                 let past = state.commands.get(self.delay + later - 1);
-                states.output(own) + gain * past.copied().unwrap_or(0.0)
+                states.output(inner) + gain * past.copied().unwrap_or(0.0)
             }
             _ => f64::NAN,
         }
@@ -259,8 +259,8 @@ impl HeldPlant {
         };
         let (newest, last) = (late(self.delay), late(self.delay + 1));
         match (&self.kind, &mut state.kind) {
-            (Kind::Transfer(running), KindState::Transfer(own)) => running.advance(own, held),
-            (Kind::States(states), KindState::States(own)) => states.advance(own, newest, last),
+            (Kind::Transfer(running), KindState::Transfer(inner)) => running.advance(inner, held),
+            (Kind::States(states), KindState::States(inner)) => states.advance(inner, newest, last),
             _ => {}
         }
         state.commands.rotate_right(1);

@@ -289,7 +289,7 @@ fn run<W: World<D>, const D: usize>(
         }
     }
     if let Some(periodic) = periodic {
-        told(periodic, &mut record, recorder);
+        note_periodic(periodic, &mut record, recorder);
     }
     (supervisor.progress)(tick);
     record.dropped = recorder.dropped();
@@ -321,7 +321,7 @@ pub(crate) fn tell_end(
 }
 
 /// Writes what the clock says of the run into record and log.
-pub(crate) fn told(periodic: Periodic, record: &mut Record, recorder: &mut Recorder) {
+pub(crate) fn note_periodic(periodic: Periodic, record: &mut Record, recorder: &mut Recorder) {
     let margin = periodic.spin_margin();
     record.raised(periodic.thread());
     let (timing, thread) = periodic.finish();

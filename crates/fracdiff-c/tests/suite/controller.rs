@@ -36,7 +36,7 @@ impl Case {
 fn case<P: Into<ControllerParameters>>(
     name: &'static str,
     scheme: &str,
-    [own, other]: [P; 2],
+    [parameters, other]: [P; 2],
     limits: Option<[f64; 2]>,
     change: &'static str,
 ) -> Case {
@@ -44,7 +44,7 @@ fn case<P: Into<ControllerParameters>>(
         output_low: limits.map(|[low, _]| low),
         output_high: limits.map(|[_, high]| high),
         scheme: scheme.parse::<Scheme>().expect("a scheme"),
-        ..ControllerSetup::new(own, Seconds(1e-3))
+        ..ControllerSetup::new(parameters, Seconds(1e-3))
     };
     let changed = ControllerSetup {
         law: other.into(),
@@ -105,16 +105,16 @@ const LEAD: LeadLagParameters = LeadLagParameters {
 /// Every law, both rules, orders beyond 1, limits and none, a derivative against the others, and parts that are not there.
 pub(crate) fn cases() -> Vec<Case> {
     let limits = Some([-0.8, 1.2]);
-    let pid = |own: PidParameters, scheme, limits| {
+    let pid = |parameters: PidParameters, scheme, limits| {
         let other = PidParameters {
-            proportional: 1.25 * own.proportional,
-            derivative: -own.derivative,
-            ..own
+            proportional: 1.25 * parameters.proportional,
+            derivative: -parameters.derivative,
+            ..parameters
         };
         let mut case = case(
             "pid",
             scheme,
-            [own, other],
+            [parameters, other],
             limits,
             "to.proportional *= 1.25; to.derivative *= -1; to.derivative_weight = 0.5; to.low = -0.5",
         );
@@ -198,11 +198,11 @@ pub(crate) fn hash<F: Real>(case: &Case) -> String {
     let pid = |setup: &ControllerSetup| -> Result<FractionalPid<F, MODES>, ControlError> {
         let (actuator, memory) = (setup.actuator()?, memory(setup)?);
         match setup.law {
-            ControllerParameters::Pid(own) => {
-                FractionalPid::new(own, setup.set_point, actuator, memory, t)
+            ControllerParameters::Pid(parameters) => {
+                FractionalPid::new(parameters, setup.set_point, actuator, memory, t)
             }
-            ControllerParameters::Tid(own) => {
-                FractionalPid::tid(own, setup.set_point.derivative, actuator, memory, t)
+            ControllerParameters::Tid(parameters) => {
+                FractionalPid::tid(parameters, setup.set_point.derivative, actuator, memory, t)
             }
             ControllerParameters::Crone(_)
             | ControllerParameters::LeadLag(_)
@@ -213,9 +213,11 @@ pub(crate) fn hash<F: Real>(case: &Case) -> String {
     let lead = |setup: &ControllerSetup| -> Result<LeadController<F, MODES>, ControlError> {
         let (actuator, memory) = (setup.actuator()?, memory(setup)?);
         match setup.law {
-            ControllerParameters::Crone(own) => LeadController::crone(own, actuator, memory, t),
-            ControllerParameters::LeadLag(own) => {
-                LeadController::lead_lag(own, actuator, memory, t)
+            ControllerParameters::Crone(parameters) => {
+                LeadController::crone(parameters, actuator, memory, t)
+            }
+            ControllerParameters::LeadLag(parameters) => {
+                LeadController::lead_lag(parameters, actuator, memory, t)
             }
             ControllerParameters::Pid(_)
             | ControllerParameters::Tid(_)

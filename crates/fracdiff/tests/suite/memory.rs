@@ -104,11 +104,11 @@ fn a_design_keeps_every_weight_within_its_bound() {
 #[test]
 fn a_named_kernel_takes_as_many_modes_as_its_own_design() {
     for nu in [0.1, 0.5, 0.7753] {
-        let own = Design::<16, 64>::pruned(Kernel::Grunwald, order(1.0 - nu), 1e-6, 2e5);
-        let own = own.expect("reachable").modes().len();
+        let modes = Design::<16, 64>::pruned(Kernel::Grunwald, order(1.0 - nu), 1e-6, 2e5);
+        let modes = modes.expect("reachable").modes().len();
         let have = Design::<16, 64>::of_memory(order(1.0 - nu), &mixed(nu, &[], 0.0), 1e-6, 2e5);
         let have = have.expect("reachable").modes().len();
-        assert!(have.abs_diff(own) <= 4, "ν {nu}: {have}, not {own}");
+        assert!(have.abs_diff(modes) <= 4, "ν {nu}: {have}, not {modes}");
     }
 }
 

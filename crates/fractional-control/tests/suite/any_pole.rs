@@ -66,12 +66,14 @@ impl Loop {
                 }
             })
             .product();
-        let own = |i: usize| -> f64 {
+        let spread = |i: usize| -> f64 {
             let others = (0..poles.len()).filter(|j| *j != i);
             others.map(|j| poles[i] - poles[j]).product()
         };
         let c = self.gain * scale;
-        (0..poles.len()).map(|i| (poles[i], c / own(i))).collect()
+        (0..poles.len())
+            .map(|i| (poles[i], c / spread(i)))
+            .collect()
     }
 
     /// The largest |z| of the closed loop.
@@ -195,7 +197,7 @@ fn drawn(draw: &mut Draw, index: usize) -> Loop {
 const KNOWN: f64 = 1e-6;
 
 /// Loops with what the code says of them, that the model contradicts.
-fn contradicted(own: &Loop, tried: &mut usize) -> Vec<String> {
+fn contradicted(case: &Loop, tried: &mut usize) -> Vec<String> {
     let mut wrong = Vec::new();
     let mut check = |what: &str, other: &Loop, stable: bool| {
         let radius = other.radius();
@@ -208,36 +210,36 @@ fn contradicted(own: &Loop, tried: &mut usize) -> Vec<String> {
             }
         }
     };
-    let closed = own.closed().expect("runs");
+    let closed = case.closed().expect("runs");
     let verdict = closed.verdict();
     if verdict.unstable_poles.is_none() {
         return Vec::new();
     }
-    check("verdict", own, verdict.stable);
+    check("verdict", case, verdict.stable);
     if !verdict.stable {
         return wrong;
     }
     let margins = closed.margins();
     if let Some(up) = margins.gain_up {
-        check("gain up", &own.with_gain(0.99 * up.value), true);
-        check("gain up", &own.with_gain(1.01 * up.value), false);
+        check("gain up", &case.with_gain(0.99 * up.value), true);
+        check("gain up", &case.with_gain(1.01 * up.value), false);
     }
     let most = margins.gain_up.map_or(1e3, |up| 0.99 * up.value);
     for share in 1..10 {
         let gain = most.powf(f64::from(share) / 10.0);
-        check("below gain up", &own.with_gain(gain), true);
+        check("below gain up", &case.with_gain(gain), true);
     }
     if let Some(down) = margins.gain_down {
-        check("gain down", &own.with_gain(1.01 * down.value), true);
-        check("gain down", &own.with_gain(0.99 * down.value), false);
+        check("gain down", &case.with_gain(1.01 * down.value), true);
+        check("gain down", &case.with_gain(0.99 * down.value), false);
     }
-    let tried = |delay: &Crossing| delay.value < 50.0 && !own.times.is_empty();
+    let tried = |delay: &Crossing| delay.value < 50.0 && !case.times.is_empty();
     if let Some(first) = margins.delay_s.filter(tried) {
-        let later = |further| own.with_delay(further).closed();
+        let later = |further| case.with_delay(further).closed();
         let delay = SampledControlLoop::delay_margin(Some(first), &later).expect("runs");
         let delay = delay.expect("a crossover").value;
-        check("delay", &own.with_delay(0.99 * delay), true);
-        check("delay", &own.with_delay(1.01 * delay), false);
+        check("delay", &case.with_delay(0.99 * delay), true);
+        check("delay", &case.with_delay(1.01 * delay), false);
     }
     wrong
 }
@@ -266,17 +268,17 @@ fn the_whole_range_in_one_plant() {
         ),
         (vec![1e6, 3e5, 1e5, 1e-6], &[1e-7, 1e-6, 1e-5][..]),
     ] {
-        let own = Loop {
+        let case = Loop {
             gain: 3.0,
             times,
             delay: 0.3,
             proportional: 1.0,
             integral: 0.0,
         };
-        let closed = own.closed().expect("runs");
+        let closed = case.closed().expect("runs");
         for theta in thetas {
             let w = Complex::from_polar(1.0, -theta);
-            let modes = own.modes().into_iter().map(|(pole, residue)| {
+            let modes = case.modes().into_iter().map(|(pole, residue)| {
                 let a =
                     |from: f64, to: f64| (pole * from).exp() * (pole * (to - from)).exp_m1() / pole;
                 (w * a(0.0, 0.7) + w * w * a(0.7, 1.0)) * residue / (-w * pole.exp() + 1.0)

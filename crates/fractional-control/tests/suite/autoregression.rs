@@ -36,11 +36,11 @@ fn the_filter_is_the_inverse_root_of_the_covariance() {
         (1.6, -0.68),
         (0.98, 0.0),
     ] {
-        let own = Autoregression::of_partial_correlations([a / (1.0 - b), b, 0.0, 0.0, 0.0, 0.0]);
+        let model = Autoregression::of_partial_correlations([a / (1.0 - b), b, 0.0, 0.0, 0.0, 0.0]);
         let want = covariance(a, b, 8);
         let unit = |n: usize| (0..8).map(|k| f64::from(u8::from(k == n))).collect();
         let columns: Vec<DVector<f64>> = (0..8)
-            .map(|n| DVector::from_vec(own.whitened(&Vec::<f64>::from_iter::<Vec<f64>>(unit(n)))))
+            .map(|n| DVector::from_vec(model.whitened(&Vec::<f64>::from_iter::<Vec<f64>>(unit(n)))))
             .collect();
         let filter = DMatrix::from_columns(&columns);
         let off = (&filter * &want * filter.transpose() - DMatrix::identity(8, 8)).amax();
@@ -50,7 +50,7 @@ fn the_filter_is_the_inverse_root_of_the_covariance() {
         let inverse = want.clone().try_inverse().expect("of full rank");
         let form = vector.dot(&(inverse * &vector));
         let likelihood = 8.0 * (form / 8.0).ln() + want.determinant().ln();
-        assert_close("deviance", own.deviance(&[&x], 0.0), likelihood, 1e-9);
+        assert_close("deviance", model.deviance(&[&x], 0.0), likelihood, 1e-9);
     }
 }
 
@@ -64,14 +64,14 @@ fn correlations_and_order_are_those_of_the_noise() {
         white +=
             usize::from(Autoregression::of(&[&noise(0.0, 0.0, 300, &mut random)]).order() == 0);
         let alike = noise(1.2, -0.5, 1000, &mut random);
-        let own = Autoregression::of(&[&alike]);
-        pairs += usize::from(own.order() == 2);
-        assert!(own.order() >= 2, "{seed}: {own:?}");
+        let model = Autoregression::of(&[&alike]);
+        pairs += usize::from(model.order() == 2);
+        assert!(model.order() >= 2, "{seed}: {model:?}");
         // Of a = 1.2, b = −0.5 the filter takes x_n − 1.2·x_(n−1) + 0.5·x_(n−2).
         let mut impulse = vec![0.0; 9];
         impulse[6] = 1.0;
-        let answer = own.whitened(&impulse);
-        let error = 4.0 * (0.75f64 / 1000.0).sqrt() * (1.0 + (own.order() - 2) as f64);
+        let answer = model.whitened(&impulse);
+        let error = 4.0 * (0.75f64 / 1000.0).sqrt() * (1.0 + (model.order() - 2) as f64);
         assert_close("a", answer[7], -1.2, error);
         assert_close("b", answer[8], 0.5, error);
     }
@@ -83,8 +83,8 @@ fn correlations_and_order_are_those_of_the_noise() {
 fn filtered_columns_give_honest_errors() {
     let line: Vec<f64> = (0..200).map(|n| f64::from(n) / 200.0).collect();
     let power = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
-    let inside = |own: &Autoregression, wanted: &[f64]| {
-        let (column, wanted) = (own.whitened(&line), own.whitened(wanted));
+    let inside = |model: &Autoregression, wanted: &[f64]| {
+        let (column, wanted) = (model.whitened(&line), model.whitened(wanted));
         let slope = power(&column, &wanted) / power(&column, &column);
         let left: f64 = column
             .iter()
@@ -112,11 +112,11 @@ fn segments_know_nothing_of_each_other() {
         noise(0.9, 0.0, 400, &mut Random(1)),
         noise(0.9, 0.0, 400, &mut Random(2)),
     );
-    let own = Autoregression::of(&[&one, &other]);
-    assert_eq!(own.order(), 1, "{own:?}");
-    let apart = own.deviance(&[&one, &other], 0.0);
+    let model = Autoregression::of(&[&one, &other]);
+    assert_eq!(model.order(), 1, "{model:?}");
+    let apart = model.deviance(&[&one, &other], 0.0);
     let joined = [one.clone(), other.clone()].concat();
-    assert!((own.deviance(&[&joined], 0.0) - apart).abs() > 1e-3);
+    assert!((model.deviance(&[&joined], 0.0) - apart).abs() > 1e-3);
     for segments in [
         &[&[][..]][..],
         &[&[0.0; 50]],

@@ -146,8 +146,8 @@ fn on_neither_side_of_the_boundary_the_verdict_is_wrong() {
             let growth = candidate.growth(edge * share);
             // A loop that has overflowed has grown.
             let grew = growth > 1.0 || growth.is_nan();
-            let own = (&candidate.plant, candidate.gains, candidate.sample_time);
-            assert_eq!(grew, grows, "loop {index}, {share}: {growth} {own:?}");
+            let case = (&candidate.plant, candidate.gains, candidate.sample_time);
+            assert_eq!(grew, grows, "loop {index}, {share}: {growth} {case:?}");
         }
         judged += 1;
     }
@@ -184,10 +184,10 @@ fn a_number_common_to_above_and_below_changes_no_verdict() {
     };
     let usual = verdict("1");
     for c in ["1e-60", "1e-55", "1e60"] {
-        let own = verdict(c);
-        let told = |of: StabilityVerdict| (of.stable, of.unstable_poles);
-        assert_eq!(told(own), told(usual), "{c}");
-        assert_relative(c, own.distance, usual.distance, 1e-9);
+        let found = verdict(c);
+        let stability = |answer: StabilityVerdict| (answer.stable, answer.unstable_poles);
+        assert_eq!(stability(found), stability(usual), "{c}");
+        assert_relative(c, found.distance, usual.distance, 1e-9);
     }
 }
 

@@ -236,11 +236,11 @@ fn verdicts_and_margins_are_those_of_the_defining_sums() {
     let mut wrong = Vec::new();
     let mut tried: std::collections::BTreeMap<_, usize> = std::collections::BTreeMap::new();
     for index in 0..cases {
-        let own = Loop::draw(&mut draw, index);
-        let stable = own.closed().verdict().stable;
-        let mut loops = vec![(if stable { "stable" } else { "unstable" }, own, !stable)];
+        let case = Loop::draw(&mut draw, index);
+        let stable = case.closed().verdict().stable;
+        let mut loops = vec![(if stable { "stable" } else { "unstable" }, case, !stable)];
         if stable {
-            loops.extend(own.beside_margins());
+            loops.extend(case.beside_margins());
         }
         for (what, tap, grows) in loops {
             *tried.entry(what).or_default() += 1;

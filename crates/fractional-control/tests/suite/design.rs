@@ -159,10 +159,10 @@ fn margins_are_those_of_the_exact_response() {
             };
             let found = design.answer().expect(&text).fractional;
             let trial = found.trial.expect("it runs");
-            let (own, margins) = (&trial.analysis, trial.analysis.margins);
+            let (analysis, margins) = (&trial.analysis, trial.analysis.margins);
             let again = analyse(&found.setup, &plant).expect("it runs");
             assert_eq!(
-                (own.margins, &own.curve),
+                (analysis.margins, &analysis.curve),
                 (again.margins, &again.curve),
                 "{text}"
             );
@@ -177,7 +177,7 @@ fn margins_are_those_of_the_exact_response() {
             let near = |what: &str, have: f64, want: f64| {
                 assert_relative(&format!("{what} of {text}"), have, want, 1e-5);
             };
-            for point in own.curve.iter().step_by(60) {
+            for point in analysis.curve.iter().step_by(60) {
                 let left = (point.open / exact.open(point.omega_rad_s * t) - 1.0).norm();
                 assert!(left < 1e-5, "{text}: {left:e} at {}", point.omega_rad_s);
             }

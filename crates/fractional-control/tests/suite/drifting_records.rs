@@ -119,20 +119,20 @@ fn found(mut record: InputOutput) -> Vec<Found> {
 
 /// The gain at rest, and its relative error.
 fn rest(found: &Found) -> (f64, f64) {
-    let own = &found.identified;
-    let (above, below) = (own.function.numerator(), own.function.denominator());
+    let fit = &found.identified;
+    let (above, below) = (fit.function.numerator(), fit.function.denominator());
     let [Some(b), Some(a)] = [above, below].map(|side| side.terms().last()) else {
         return (0.0, f64::INFINITY);
     };
     let last = FreeNumber::NumeratorCoefficient(above.terms().len() - 1);
-    let error = own
+    let error = fit
         .standard_errors
         .iter()
         .find(|(number, _)| *number == last);
     match (b.order, a.order) {
         (0.0, 0.0) => (
             b.coefficient / a.coefficient,
-            error.map_or(0.0, |own| own.1),
+            error.map_or(0.0, |fit| fit.1),
         ),
         _ => (f64::INFINITY, f64::INFINITY),
     }
@@ -154,17 +154,17 @@ fn campaign(count: u64) {
     let judged = (0..count).into_par_iter().map(|number| {
         let case = Case::drawn(number);
         let found = found(case.record.clone());
-        let own = &found[0].identified.function;
-        let grows = own.unstable_poles().is_some_and(|poles| poles > 0);
+        let function = &found[0].identified.function;
+        let grows = function.unstable_poles().is_some_and(|poles| poles > 0);
         let (gain, error) = rest(&found[0]);
         let is_right = (gain / case.gain - 1.0).abs() <= 0.3;
         // Said: an error of half of it, or no gain at all.
         let is_said = error > 0.5;
         let closest = found.iter().min_by(|a, b| a.bic.total_cmp(&b.bic));
-        let shows = closest.is_some_and(|own| own.shows_a_response(&case.record));
+        let shows = closest.is_some_and(|best| best.shows_a_response(&case.record));
         if grows || !is_right || !shows {
             println!(
-                "{number}: {}: {own} behind {:?}, error {error:.2}, shows {shows}",
+                "{number}: {}: {function} behind {:?}, error {error:.2}, shows {shows}",
                 case.words, found[0].identified.dead_time
             );
         }

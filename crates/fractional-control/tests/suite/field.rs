@@ -82,13 +82,13 @@ fn margins_of_plants_are_those_of_python_control() {
         let memory = bdf2(1e-8, 1e-2);
         let alone = "1".parse().expect("a controller");
         let margins = closed(alone, &plant(function), memory, 1e-6).margins();
-        let own = margins.phase.expect(function);
-        assert_close(function, own.value.to_degrees(), phase, within);
-        assert_close(function, own.omega_rad_s, omega, within);
+        let margin = margins.phase.expect(function);
+        assert_close(function, margin.value.to_degrees(), phase, within);
+        assert_close(function, margin.omega_rad_s, omega, within);
         if let Some((gain, omega)) = gain {
-            let own = margins.gain_up.expect(function);
-            assert_close(function, own.value, gain, within);
-            assert_close(function, own.omega_rad_s, omega, within);
+            let margin = margins.gain_up.expect(function);
+            assert_close(function, margin.value, gain, within);
+            assert_close(function, margin.omega_rad_s, omega, within);
         }
     }
 }

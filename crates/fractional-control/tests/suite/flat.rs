@@ -16,11 +16,11 @@ fn a_mass_is_held_by_a_power_alone_and_its_overshoot_stays() {
         let wishes = Specification::new(omega, f64::to_radians(margin_deg));
         let tuned = tune(&plant, Some(sampling), &wishes).expect("a flat phase");
         assert!(tuned.unmet.is_empty() && tuned.measures.stable_over_gains);
-        let own = &tuned.parameters;
-        let order = own.derivative_order;
+        let parameters = &tuned.parameters;
+        let order = parameters.derivative_order;
         let wanted = margin_deg / 90.0;
         assert_close("order", order, wanted, 0.03);
-        let power = own.derivative * omega.powf(order);
+        let power = parameters.derivative * omega.powf(order);
         assert_relative("power", power, omega * omega, 0.05);
         let (spread, stable) = spread(&tuned.parameters, &plant, sampling.sample_time);
         assert!(stable && spread < 0.01, "{margin_deg}: {spread}");
@@ -57,11 +57,11 @@ fn behind_a_long_dead_time_no_controller_is_three_times_better() {
         let integer = tune_integer(&plant, Some(every(0.02)), &wishes).expect(row);
         let best = controller.parse().expect(row);
         let of = |parameters| spread(&parameters, &plant, Seconds(0.02));
-        let ((own, stable), (theirs, _)) = (of(best), of(integer.parameters));
-        assert_close(row, own, number(searched), 1e-3);
+        let ((width, stable), (theirs, _)) = (of(best), of(integer.parameters));
+        assert_close(row, width, number(searched), 1e-3);
         assert!(
-            stable && 1.4 * own < theirs && theirs < 2.0 * own,
-            "{row}: {own}, {theirs}"
+            stable && 1.4 * width < theirs && theirs < 2.0 * width,
+            "{row}: {width}, {theirs}"
         );
     }
 }
@@ -95,7 +95,7 @@ fn an_iso_damped_loop_overshoots_alike_where_the_integer_pid_does_not() {
         let fractional = tune(&plant, sampling, &wishes);
         let fractional = fractional.unwrap_or_else(|error| panic!("{text}: {error}"));
         let foreseen = fractional.measures.overshoot_spread;
-        let (own, stable) = spread(&fractional.parameters, &plant, t);
+        let (width, stable) = spread(&fractional.parameters, &plant, t);
         assert!(stable, "{text}");
         if plant.delay_s() * omega > FLAT {
             // The tuner says so.
@@ -104,19 +104,19 @@ fn an_iso_damped_loop_overshoots_alike_where_the_integer_pid_does_not() {
             continue;
         }
         // The inverse transform on the grid, and the folding that it leaves out.
-        assert_close(&text, foreseen, own, 5e-3);
+        assert_close(&text, foreseen, width, 5e-3);
         let Ok(integer) = tune_integer(&plant, sampling, &wishes) else {
             alone += 1;
             continue;
         };
         let (theirs, _) = spread(&integer.parameters, &plant, t);
-        if theirs >= 3.0 * own {
+        if theirs >= 3.0 * width {
             better += 1;
         } else {
             // Where the integer PID is all but perfect there is nothing to gain.
             assert!(
-                own < 2e-3 && theirs < 5e-3,
-                "{text}: {own} against {theirs}"
+                width < 2e-3 && theirs < 5e-3,
+                "{text}: {width} against {theirs}"
             );
         }
     }

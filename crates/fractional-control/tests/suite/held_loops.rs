@@ -61,24 +61,24 @@ fn the_delay_margin_is_that_of_the_plant_behind_its_hold() {
     let (mut tried, mut apart) = (0, 0);
     while tried < 3 {
         let (order, crossover) = (draw.from(1.1, 1.9), draw.scale(0.1, 0.6));
-        let own = Loop {
+        let case = Loop {
             order,
             gain: crossover.powf(order),
             delay: draw.from(0.0, 2.0),
         };
-        let now = own.closed(0.0);
-        if !now.verdict().stable || own.growth(0.0) > 1.0 {
+        let now = case.closed(0.0);
+        if !now.verdict().stable || case.growth(0.0) > 1.0 {
             continue;
         }
         tried += 1;
         let first = now.margins().delay_s;
-        let later = |more| Ok::<_, ()>(own.closed(more));
+        let later = |more| Ok::<_, ()>(case.closed(more));
         let found = SampledControlLoop::delay_margin(first, &later).expect("runs");
         let found = found.expect("a crossover").value;
-        let (below, above) = (own.growth(0.97 * found), own.growth(1.03 * found));
+        let (below, above) = (case.growth(0.97 * found), case.growth(1.03 * found));
         assert!(
             below < 1.0 && above > 1.0,
-            "{own:?} {found}: {below} {above}"
+            "{case:?} {found}: {below} {above}"
         );
         let by_rule = first.expect("a crossover").value;
         apart += usize::from((by_rule / found - 1.0).abs() > 0.05);

@@ -21,7 +21,9 @@ fn multisine(rows: usize, random: &mut Random) -> Vec<f64> {
     let at = |n: usize| -> f64 {
         let turn = TAU * n as f64 / PERIOD as f64;
         let waves = waves.iter();
-        waves.map(|(own, phase)| (own * turn + phase).cos()).sum()
+        waves
+            .map(|(multiple, phase)| (multiple * turn + phase).cos())
+            .sum()
     };
     let period: Vec<f64> = (0..PERIOD).map(at).collect();
     period.into_iter().cycle().take(rows).collect()
@@ -67,11 +69,16 @@ fn a_long_record_keeps_a_resonance_that_every_tenth_row_loses() {
         let input = multisine(rows, &mut random);
         let mut record = resonator(input, 0.01, &mut random);
         let found = best(&mut record);
-        let own = &found.identified;
+        let identified = &found.identified;
         // All but the noise: of the variance that is 0.01².
-        assert!(own.fit > 0.9998, "{rows}: {} of {}", own.fit, own.function);
-        let below = own.function.denominator().terms();
-        assert_eq!(below.len(), 3, "{}", own.function);
+        assert!(
+            identified.fit > 0.9998,
+            "{rows}: {} of {}",
+            identified.fit,
+            identified.function
+        );
+        let below = identified.function.denominator().terms();
+        assert_eq!(below.len(), 3, "{}", identified.function);
         let omega = (below[2].coefficient / below[0].coefficient).sqrt();
         assert_close("ω", omega, TAU * HZ, TAU * HZ * 1e-3);
     }

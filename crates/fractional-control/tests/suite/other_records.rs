@@ -156,7 +156,7 @@ impl Case {
     fn truth(&self) -> FractionalTransferFunction {
         let [above, below] = self.function.each_ref().map(|side| {
             let terms = side.iter().rev().enumerate();
-            let terms = terms.map(|(order, own)| Term::new(*own, order as f64));
+            let terms = terms.map(|(order, coefficient)| Term::new(*coefficient, order as f64));
             terms
                 .filter(|term| term.coefficient != 0.0)
                 .collect::<Vec<Term>>()
@@ -179,7 +179,7 @@ impl Case {
         let mut states: Vec<[f64; 2]> = self.modes.iter().map(|mode| mode.first).collect();
         let (mut now, mut acts, mut next) = (time_s[0], self.input_before, 0);
         let mut output = Vec::new();
-        for (t, own) in time_s.iter().zip(&input) {
+        for (t, drive) in time_s.iter().zip(&input) {
             let mut advance = |to: f64, acts: f64| {
                 for (x, mode) in states.iter_mut().zip(&self.modes) {
                     let (moved, fed) = grown(mode.rate, to - now);
@@ -196,7 +196,7 @@ impl Case {
             advance(*t, acts);
             let modes = states.iter().zip(&self.modes);
             let y: f64 = modes.map(|(x, mode)| times(*x, mode.residue)[0]).sum();
-            output.push(self.offset + y + self.direct * own);
+            output.push(self.offset + y + self.direct * drive);
         }
         let mean = output.iter().sum::<f64>() / output.len() as f64;
         let spread = output
@@ -227,7 +227,7 @@ fn integrators(function: &FractionalTransferFunction) -> f64 {
 
 /// Numbers whose 95 % interval holds the truth, and all of them, of a function of the terms of the truth.
 fn held(best: &Found, truth: &FractionalTransferFunction) -> [u64; 2] {
-    let own = &best.identified;
+    let identified = &best.identified;
     let of = |function: &FractionalTransferFunction| {
         let sides = [function.numerator(), function.denominator()];
         sides.map(|side| {
@@ -237,11 +237,11 @@ fn held(best: &Found, truth: &FractionalTransferFunction) -> [u64; 2] {
                 .collect()
         })
     };
-    let [have, want]: [[Vec<(f64, f64)>; 2]; 2] = [of(&own.function), of(truth)];
+    let [have, want]: [[Vec<(f64, f64)>; 2]; 2] = [of(&identified.function), of(truth)];
     let orders = |sides: &[Vec<(f64, f64)>; 2]| {
         sides
             .clone()
-            .map(|side| side.iter().map(|own| own.1).collect::<Vec<_>>())
+            .map(|side| side.iter().map(|pair| pair.1).collect::<Vec<_>>())
     };
     if orders(&have) != orders(&want) {
         return [0, 0];
@@ -251,7 +251,7 @@ fn held(best: &Found, truth: &FractionalTransferFunction) -> [u64; 2] {
     let numbers: Vec<(f64, f64)> = numbers
         .map(|(have, want)| (have.0 * unit, want.0))
         .collect();
-    let errors = own
+    let errors = identified
         .standard_errors
         .iter()
         .filter(|(number, _)| *number != FreeNumber::DeadTime);
@@ -284,9 +284,9 @@ fn campaign(count: u64) {
             println!("{number}: nothing found of {case:?}");
             return [1, 0, 0, 0];
         };
-        let own = &best.identified;
-        let growing = own.function.unstable_poles();
-        let is_right = (integrators(&own.function) - case.integrators as f64).abs() == 0.0
+        let identified = &best.identified;
+        let growing = identified.function.unstable_poles();
+        let is_right = (integrators(&identified.function) - case.integrators as f64).abs() == 0.0
             && (growing == Some(0) || growing.is_none() && case.integrators > 0);
         let truth = case.truth();
         let [inside, all] = held(best, &truth);
@@ -294,7 +294,7 @@ fn campaign(count: u64) {
             println!(
                 "{number} {}: {} behind {:?} ({:?}) for {} behind {}, offset {}, before {}, jitter {}, {} samples, tau {}, rms {:.4}",
                 if is_right { "other" } else { "WRONG" },
-                own.function, own.dead_time, record.start, truth, case.late_s, case.offset, case.input_before, case.jitter, case.samples, case.tau, own.rms_residual
+                identified.function, identified.dead_time, record.start, truth, case.late_s, case.offset, case.input_before, case.jitter, case.samples, case.tau, identified.rms_residual
             );
         }
         [u64::from(!is_right), inside, all, u64::from(all > 0)]
@@ -326,9 +326,9 @@ fn no_other_search_leaves_less_of_a_record() {
         let [name, poles, at_once, late, moves, want] = &wanted[..] else {
             panic!("{wanted:?}");
         };
-        let own = rows.iter().filter(|row| row[0] == *name);
+        let group = rows.iter().filter(|row| row[0] == *name);
         let column = |n: usize| -> Vec<f64> {
-            let cells = own.clone().map(|row| row[n].parse().expect("a number"));
+            let cells = group.clone().map(|row| row[n].parse().expect("a number"));
             cells.collect()
         };
         let mut record = InputOutput {
@@ -352,11 +352,11 @@ fn no_other_search_leaves_less_of_a_record() {
         assert_eq!(is_prompt, at_once == "1", "{what}");
         assert_eq!(best.dead_time.seconds() > 0.0, late == "1", "{what}");
         let want: f64 = want.parse().expect("a number");
-        let alike = found.iter().filter(|own| {
-            own.identified.function.denominator().degree() == best.function.denominator().degree()
+        let alike = found.iter().filter(|other| {
+            other.identified.function.denominator().degree() == best.function.denominator().degree()
         });
-        let least = alike.fold(f64::INFINITY, |least, own| {
-            least.min(own.identified.rms_residual)
+        let least = alike.fold(f64::INFINITY, |least, other| {
+            least.min(other.identified.rms_residual)
         });
         assert!(least <= 1.001 * want, "{what}: {least} {want}");
     }

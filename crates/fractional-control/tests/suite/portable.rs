@@ -42,17 +42,17 @@ fn same<C: Controller<f32>>(
     let (form, parts, values) = listed(&setup);
     let limits = LIMITS.map(|limit| limit as f32);
     let portable = PortableController::<f32>::new(form, &parts, &values, limits).expect("a list");
-    let (mut past, mut own) = (made.at_rest(), portable.at_rest());
+    let (mut past, mut history) = (made.at_rest(), portable.at_rest());
     let (mut y, mut held_back) = (0.0_f32, 0);
     for n in 0..10_000 {
         let r = if n % 2500 < 1250 { 0.45 } else { -0.15 };
-        let (want, have) = (made.output(&past, r, y), portable.output(&own, r, y));
+        let (want, have) = (made.output(&past, r, y), portable.output(&history, r, y));
         assert_eq!(want.to_bits(), have.to_bits(), "{setup:?} {n}");
         held_back += usize::from(limits.contains(&have));
         // What is applied is less in some samples.
         let applied = if n % 7 == 0 { 0.5 * have } else { have };
         made.advance(&mut past, r, y, applied);
-        portable.advance(&mut own, r, y, applied);
+        portable.advance(&mut history, r, y, applied);
         y += 1e-2 * (applied - y);
     }
     held_back
@@ -67,7 +67,7 @@ fn a_controller_from_its_list_has_the_same_bits() {
             scheme,
             ..ControllerSetup::new(law, T)
         };
-        let memory = |own: &ControllerSetup| own.memory().expect("valid").fewest_modes();
+        let memory = |design: &ControllerSetup| design.memory().expect("valid").fewest_modes();
         let pi = PidParameters {
             derivative: 0.0,
             ..PID
@@ -78,10 +78,15 @@ fn a_controller_from_its_list_has_the_same_bits() {
             ..PID
         };
         for gains in [PID, pi, whole] {
-            held_back += same(setup(gains.into()), |own| {
-                let actuator = own.actuator().expect("valid");
-                let pid =
-                    FractionalPid::<f32>::new(gains, SetPoint::DEFAULT, actuator, memory(own), T);
+            held_back += same(setup(gains.into()), |design| {
+                let actuator = design.actuator().expect("valid");
+                let pid = FractionalPid::<f32>::new(
+                    gains,
+                    SetPoint::DEFAULT,
+                    actuator,
+                    memory(design),
+                    T,
+                );
                 pid.expect("valid")
             });
         }
@@ -91,16 +96,16 @@ fn a_controller_from_its_list_has_the_same_bits() {
             integral: 8.0,
             derivative: 0.01,
         };
-        held_back += same(setup(tid.into()), |own| {
-            let actuator = own.actuator().expect("valid");
-            FractionalPid::<f32>::tid(tid, 0.0, actuator, memory(own), T).expect("valid")
+        held_back += same(setup(tid.into()), |design| {
+            let actuator = design.actuator().expect("valid");
+            FractionalPid::<f32>::tid(tid, 0.0, actuator, memory(design), T).expect("valid")
         });
         // A whole section more, none, and no memory.
         for order in [1.4, 0.5, 2.0, -0.6] {
             let crone = CroneParameters { order, ..CRONE };
-            held_back += same(setup(crone.into()), |own| {
-                let actuator = own.actuator().expect("valid");
-                LeadController::<f32>::crone(crone, actuator, memory(own), T).expect("valid")
+            held_back += same(setup(crone.into()), |design| {
+                let actuator = design.actuator().expect("valid");
+                LeadController::<f32>::crone(crone, actuator, memory(design), T).expect("valid")
             });
         }
         // The corner of the pole at 2/T, which has no memory.
@@ -110,9 +115,9 @@ fn a_controller_from_its_list_has_the_same_bits() {
             x: 0.005,
             order: 0.7,
         };
-        held_back += same(setup(lead.into()), |own| {
-            let actuator = own.actuator().expect("valid");
-            LeadController::<f32>::lead_lag(lead, actuator, memory(own), T).expect("valid")
+        held_back += same(setup(lead.into()), |design| {
+            let actuator = design.actuator().expect("valid");
+            LeadController::<f32>::lead_lag(lead, actuator, memory(design), T).expect("valid")
         });
     }
     assert!((1_000..100_000).contains(&held_back), "{held_back}");

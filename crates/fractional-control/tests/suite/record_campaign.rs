@@ -217,7 +217,7 @@ impl Case {
 }
 
 /// Square sum of an answer by the variance of the noise, less what a parabola and the plant's free motion can be as well.
-fn told(record: &InputOutput, answer: &[f64]) -> f64 {
+fn information(record: &InputOutput, answer: &[f64]) -> f64 {
     let other = DMatrix::from_fn(answer.len(), 4, |n, column| match column {
         3 => (-(n as f64) / SAMPLED).exp(),
         power => (n as f64 / answer.len() as f64).powi(power as i32),
@@ -243,10 +243,10 @@ fn wrong(number: u64, case: &Case, record: &InputOutput) -> Option<String> {
     let found = searched(record, dead_time);
     let is_right = match &found {
         Ok(found) => {
-            let own = &found[0].identified;
-            let is_right = (order(&own.function) - case.integrators as f64).abs() == 0.0;
+            let best = &found[0].identified;
+            let is_right = (order(&best.function) - case.integrators as f64).abs() == 0.0;
             let is_said = is_slow && settles_as_well(found, record).is_some();
-            is_right || is_said || case.direct != 0.0 && own.fit < 0.95
+            is_right || is_said || case.direct != 0.0 && best.fit < 0.95
         }
         Err(_) => case.direct != 0.0,
     };
@@ -404,23 +404,24 @@ fn dead_times_are_found_within_5_percent_or_half_a_sample() {
         let found = found.expect("some function fits");
         let evidence = dead_time_evidence(&found, &record, true).expect("a function");
         let [low, high] = evidence.interval_s.map(|s| s / T);
-        let own = &found[0].identified;
-        let late = own.dead_time.seconds() / T;
+        let best = &found[0].identified;
+        let late = best.dead_time.seconds() / T;
         let is_right = is_near(late, &case);
         if !is_right {
             println!(
                 "{number} {:?}, {} samples: {:.2}, found {late:.2} from {low:.2} to {high:.2}, by the truth {:.2}: {}",
-                case.input, case.samples, case.delay, by_the_truth(&case, &record), own.function,
+                case.input, case.samples, case.delay, by_the_truth(&case, &record), best.function,
             );
         }
         if !found[0].shows_a_response(&record) {
-            let (told, price) = (told(&record, &answer), NUMBERS * (case.samples as f64).ln());
-            println!("{number}: no response, {told:.1} told for a price of {price:.1}");
-            assert!(told < price, "{number}");
+            let price = NUMBERS * (case.samples as f64).ln();
+            let information = information(&record, &answer);
+            println!("{number}: no response, {information:.1} of information for a price of {price:.1}");
+            assert!(information < price, "{number}");
         }
-        let has_order = (order(&own.function) - case.integrators as f64).abs() == 0.0;
+        let has_order = (order(&best.function) - case.integrators as f64).abs() == 0.0;
         if !has_order {
-            println!("{number} {:?}: {} integrators: {}", case.input, case.integrators, own.function);
+            println!("{number} {:?}: {} integrators: {}", case.input, case.integrators, best.function);
         }
         let of_truth = is_near(by_the_truth(&case, &record), &case);
         [is_right, of_truth, evidence.is_determined, is_right && evidence.is_determined, has_order].map(u64::from)

@@ -24,13 +24,13 @@ fn sampled(
 }
 
 /// The loop of the plant itself.
-fn truth(own: &SampledControlLoop) -> SampledControlLoop {
-    own.of_plant().expect("a rule")
+fn truth(sampled_loop: &SampledControlLoop) -> SampledControlLoop {
+    sampled_loop.of_plant().expect("a rule")
 }
 
 /// The gain above 1 at which that is lost.
-fn lost_at(own: &SampledControlLoop) -> f64 {
-    truth(own).margins().gain_up.expect("ends").value
+fn lost_at(sampled_loop: &SampledControlLoop) -> f64 {
+    truth(sampled_loop).margins().gain_up.expect("ends").value
 }
 
 /// The answer of 1/s^order to one held sample, late by this.
@@ -72,13 +72,13 @@ fn a_short_dead_time_of_a_low_order_is_seen() {
         derivative_order: 1.0,
         ..PidParameters::NONE
     };
-    let own = sampled("exp(-0.01s)/s^0.18", gains, Rule::Bdf2, Seconds(1.0));
+    let sampled_loop = sampled("exp(-0.01s)/s^0.18", gains, Rule::Bdf2, Seconds(1.0));
     // It grows from a gain of 0.39 times that on.
-    let up = own.of_plant().expect("a rule").gain_crossings();
+    let up = sampled_loop.of_plant().expect("a rule").gain_crossings();
     let crossings = up.iter().map(|gain| gain.value);
     let first = crossings.fold(f64::INFINITY, f64::min);
     assert!((0.37..0.40).contains(&first), "{first}");
-    assert!(!truth(&own).verdict().stable);
+    assert!(!truth(&sampled_loop).verdict().stable);
 }
 
 /// The loop u[n] = −K·y[n] by the weights: its swing at the end over that in the middle.
@@ -118,9 +118,9 @@ fn the_verdict_on_a_plant_behind_its_hold_is_that_of_the_weights() {
 /// What a fractional function passes on at once turns errors over at the next sample, however fast that comes.
 #[test]
 fn a_gain_at_once_is_not_halved_by_the_rule() {
-    let own = closed("(2s^0.5+0.001)/(s^0.5+0.001)", 0.7);
-    assert!(own.verdict().stable && !truth(&own).verdict().stable);
-    let gains = truth(&own).gain_crossings();
+    let sampled_loop = closed("(2s^0.5+0.001)/(s^0.5+0.001)", 0.7);
+    assert!(sampled_loop.verdict().stable && !truth(&sampled_loop).verdict().stable);
+    let gains = truth(&sampled_loop).gain_crossings();
     let half_rate = |gain: f64| (gain - 1.0 / 1.4).abs() < 0.02;
     assert!(gains.iter().any(|gain| half_rate(gain.value)), "{gains:?}");
 }
@@ -157,9 +157,9 @@ fn a_resonance_that_the_rule_damps_is_not_proved_stable() {
             );
             let square = omega * omega;
             let text = format!("exp(-0.3s)/(s^2+{damping}s+{square})/(0.01s^0.5+1)");
-            let own = swinging(&text, gain, rule);
-            damped += usize::from(own.verdict().stable);
-            apart += usize::from(!truth(&own).verdict().stable);
+            let sampled_loop = swinging(&text, gain, rule);
+            damped += usize::from(sampled_loop.verdict().stable);
+            apart += usize::from(!truth(&sampled_loop).verdict().stable);
         }
         assert_eq!((damped, apart), (6, 6), "{rule:?}");
     }
@@ -168,13 +168,15 @@ fn a_resonance_that_the_rule_damps_is_not_proved_stable() {
 /// One that decays by itself is proved, with its interval of gains.
 #[test]
 fn a_resonance_that_decays_by_itself_is_proved() {
-    let own = truth(&swinging(
+    let sampled_loop = truth(&swinging(
         "exp(-0.3s)/(s^2+0.2s+1)/(0.01s^0.5+1)",
         0.1,
         Rule::Bdf2,
     ));
-    let up = lost_at(&own);
-    let [low, high] = own.gain_interval(&own.margins()).expect("stable");
+    let up = lost_at(&sampled_loop);
+    let [low, high] = sampled_loop
+        .gain_interval(&sampled_loop.margins())
+        .expect("stable");
     assert!(
         low < 0.011 && high > 0.99 * up && high < up,
         "{low} {high} {up}"

@@ -113,30 +113,30 @@ fn what_is_not_finite_counts_as_the_command() {
                 Rule::Bdf2,
             ))
         };
-        let (mut told, mut lost) = (new(), new());
+        let (mut restored, mut lost) = (new(), new());
         for n in 0..600 {
             let y = 0.01 * f64::from(n);
             if n % 200 == 150 {
                 lost.set_mode(Mode::Automatic);
                 assert_eq!(lost.settle(y, y, bad), Some(0.0));
-                told.settle(y, y, lost.output(y, y));
+                restored.settle(y, y, lost.output(y, y));
             }
-            told.set_mode(Mode::Automatic);
-            let own = told.output(4.0, y);
+            restored.set_mode(Mode::Automatic);
+            let automatic = restored.output(4.0, y);
             let by_hand =
-                [Mode::Automatic, Mode::Manual(3.0), Mode::Manual(own)][n as usize / 50 % 3];
-            told.set_mode(by_hand);
+                [Mode::Automatic, Mode::Manual(3.0), Mode::Manual(automatic)][n as usize / 50 % 3];
+            restored.set_mode(by_hand);
             lost.set_mode(if n / 50 % 3 == 2 {
                 Mode::Manual(bad)
             } else {
                 by_hand
             });
-            let u = told.output(4.0, y);
+            let u = restored.output(4.0, y);
             assert!(u.abs() <= 10.0 && lost.output(4.0, y) == u, "{n}: {u}");
-            told.advance(4.0, y, u);
+            restored.advance(4.0, y, u);
             lost.advance(4.0, y, bad);
             // A reading that fails holds no more than a limit.
-            assert_eq!(lost.step(4.0, bad), told.step(4.0, bad), "{n}");
+            assert_eq!(lost.step(4.0, bad), restored.step(4.0, bad), "{n}");
         }
     }
 }
@@ -170,23 +170,23 @@ fn functions_of_the_error_settle_at_their_gain_or_are_refused() {
             ("(s^2+2s+4)/(s^2+3s+2)", 2.0),
             ("1.5", 1.5),
         ] {
-            let own = function(text, rule);
-            let mut history = own.settled(5.0, 3.0, f64::NAN).expect(text);
+            let controller = function(text, rule);
+            let mut history = controller.settled(5.0, 3.0, f64::NAN).expect(text);
             for n in 0..500 {
-                let u = own.output(&history, 5.0, 3.0);
+                let u = controller.output(&history, 5.0, 3.0);
                 assert!((u - 2.0 * gain).abs() < 1e-9, "{text} {n}: {u}");
-                own.advance(&mut history, 5.0, 3.0, 0.85 * u);
+                controller.advance(&mut history, 5.0, 3.0, 0.85 * u);
             }
         }
         for text in ["(s+1)/s", "(s^0.5+2)/(s^0.5+1)"] {
-            let own = function(text, rule);
-            assert!(own.settled(5.0, 3.0, 0.0).is_none(), "{text}");
+            let controller = function(text, rule);
+            assert!(controller.settled(5.0, 3.0, 0.0).is_none(), "{text}");
             // Of these two the first holds the command that stood.
-            let mut history = own.settled(5.0, 5.0, 4.5).expect(text);
+            let mut history = controller.settled(5.0, 5.0, 4.5).expect(text);
             for _ in 0..1000 {
-                own.advance(&mut history, 5.0, 5.0, f64::NAN);
+                controller.advance(&mut history, 5.0, 5.0, f64::NAN);
             }
-            let kept = own.output(&history, 5.0, 5.0) == 4.5;
+            let kept = controller.output(&history, 5.0, 5.0) == 4.5;
             assert_eq!(kept, text == "(s+1)/s", "{text}");
         }
     }

@@ -53,9 +53,13 @@ fn found(record: &InputOutput) -> Vec<Found> {
 
 /// What is printed, run by other code, is what the fit is of.
 fn assert_printed_is_fitted(found: &[Found], record: &InputOutput) {
-    for own in found.iter().map(|found| &found.identified) {
-        let (above, below) = (own.function.numerator(), own.function.denominator());
-        let plant = Plant::transfer(own.function, own.dead_time.seconds()).expect("a plant");
+    for identified in found.iter().map(|found| &found.identified) {
+        let (above, below) = (
+            identified.function.numerator(),
+            identified.function.denominator(),
+        );
+        let plant =
+            Plant::transfer(identified.function, identified.dead_time.seconds()).expect("a plant");
         let t = Seconds(record.sample_time_s());
         let mut terms = above.terms().iter().chain(below.terms());
         if terms.any(|term| term.order.fract() != 0.0) || above.degree() >= below.degree() {
@@ -63,19 +67,19 @@ fn assert_printed_is_fitted(found: &[Found], record: &InputOutput) {
         }
         let sampled = HeldPlant::with_usual_memory(&plant, t).expect("it runs");
         let mut state = sampled.at_rest();
-        let shown = record.input.iter().zip(&own.model);
+        let shown = record.input.iter().zip(&identified.model);
         let most = record
             .output
             .iter()
             .fold(0.0, |most: f64, y| most.max(y.abs()));
         for (n, (u, shown)) in shown.enumerate() {
-            let u = u - own.input_before;
-            let exact = own.offset + sampled.step(&mut state, u);
+            let u = u - identified.input_before;
+            let exact = identified.offset + sampled.step(&mut state, u);
             let left = (exact - shown).abs();
             assert!(
                 left < 1e-6 * most,
                 "{}, sample {n}: {exact} {shown}",
-                own.function
+                identified.function
             );
         }
     }
@@ -141,8 +145,8 @@ fn nothing_grows_where_the_record_does_not() {
         let mut random = Random(seed + 4_100);
         let late = |t: f64| 0.6 * -libm::expm1(-(t - 5.0).max(0.0) / 150.0);
         let record = short_log(&mut random, 0.4, late);
-        for own in found(&record) {
-            let function = own.identified.function;
+        for candidate in found(&record) {
+            let function = candidate.identified.function;
             let below = function.denominator();
             let what = format!("{seed}: {function}");
             assert!(function.unstable_poles().unwrap_or(0) == 0, "{what}");
@@ -284,11 +288,11 @@ fn an_output_that_no_input_moves_is_told() {
         let Some(best) = found.ok().and_then(|found| found.into_iter().next()) else {
             return false;
         };
-        let told = best.shows_a_response(&record);
-        if told {
+        let has_response = best.shows_a_response(&record);
+        if has_response {
             println!("{number}: {}", best.identified.function);
         }
-        told
+        has_response
     });
     let accepted = accepted.count() as u64;
     assert!(

@@ -302,8 +302,8 @@ fn a_plant_that_falls_slowly_is_judged_with_its_aliases() {
         let least = closed.margins().phase.expect("a crossover").value;
         // Another crossover with less margin is told.
         let mut unmet = tuned.unmet.iter();
-        let told = unmet.find(|unmet| unmet.name == WishName::PhaseMargin);
-        let foreseen = told.map_or(wishes.phase_margin_rad, |unmet| unmet.reached);
+        let phase_margin = unmet.find(|unmet| unmet.name == WishName::PhaseMargin);
+        let foreseen = phase_margin.map_or(wishes.phase_margin_rad, |unmet| unmet.reached);
         // To the points of the tuner's grid.
         assert_close("least", least, foreseen, 0.1);
     }
@@ -331,9 +331,9 @@ fn a_design_holds_where_a_fast_lag_is_a_dead_time() {
             let plant: Plant = text.parse().expect("valid");
             let memory = bdf2(1e-6, 2000.0 * t);
             let plant = held(&plant, memory, t);
-            let own =
+            let closed =
                 SampledControlLoop::new(tuned.parameters.into(), memory, &plant).expect("valid");
-            assert!(own.verdict().stable, "{text}: {:?}", tuned.parameters);
+            assert!(closed.verdict().stable, "{text}: {:?}", tuned.parameters);
         }
     }
 }

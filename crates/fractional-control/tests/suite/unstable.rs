@@ -174,17 +174,18 @@ fn a_pendulum_is_held_with_a_flat_phase() {
         let tuned = tune(&plant, Some(sampling), &wishes).expect("tuned");
         assert!(tuned.unmet.is_empty(), "{:?}", tuned.unmet);
         assert!(certified(&text, tuned.parameters, sampling, &wishes));
-        let own = tune(&plant, None, &wishes).expect("tuned").parameters;
-        let size = own.response(omega).norm() / (omega * omega + a * a);
+        let parameters = tune(&plant, None, &wishes).expect("tuned").parameters;
+        let size = parameters.response(omega).norm() / (omega * omega + a * a);
         assert_close("size", size, 1.0, 1e-9);
         for (factor, most) in [(1.0, 1e-9), (1.01, 1e-4), (0.99, 1e-4)] {
-            let phase = own.response(factor * omega).arg();
+            let phase = parameters.response(factor * omega).arg();
             assert!((phase - margin).abs() < most, "{factor}: {phase}");
         }
-        (a, own)
+        (a, parameters)
     });
     let [(_, one), (a, four)] = designs;
-    let orders = |own: &PidParameters| [own.integral_order, own.derivative_order];
+    let orders =
+        |parameters: &PidParameters| [parameters.integral_order, parameters.derivative_order];
     assert_eq!(orders(&one), orders(&four));
     for (have, want) in [
         (four.proportional, one.proportional * a * a),

@@ -190,11 +190,11 @@ fn drawn(draw: &mut Draw) -> Option<Design> {
         ),
         _ => format!("{gain:.3}/({lag:.3}s^{:.2}+1)", draw.from(0.7, 1.4)),
     };
-    let mut half = |share: f64, own: f64| {
+    let mut half = |share: f64, size: f64| {
         if draw.from(0.0, 1.0) < share {
-            -own
+            -size
         } else {
-            own
+            size
         }
     };
     let signs = [half(0.3, 1.0), half(0.4, 1.0)];
@@ -357,6 +357,9 @@ fn drawn_designs_rest_at_their_reference_and_come_back_from_both_limits() {
 fn an_actuator_that_does_something_else_rests_at_the_reference_too() {
     let mut draw = Draw(5);
     let designs = std::iter::from_fn(|| Some(drawn(&mut draw))).flatten();
-    let wrong: Vec<String> = designs.take(6).flat_map(|own| own.wrong_drives()).collect();
+    let wrong: Vec<String> = designs
+        .take(6)
+        .flat_map(|case| case.wrong_drives())
+        .collect();
     assert_eq!(wrong, [""; 0]);
 }

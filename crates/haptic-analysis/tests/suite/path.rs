@@ -261,8 +261,8 @@ fn the_region_changes_steadily_with_the_delay_from_one_whole_sample_to_the_next(
     let anchor = 12.0 - 8.0 * 2_f64.sqrt();
     for (delay, want) in [(0.0, anchor), (1.0, 0.144_47), (2.0, 0.062_43)] {
         assert_close("largest(delay)", largest(delay), want, 5e-6);
-        let beside = largest(delay + 1e-6) - largest(delay);
-        assert!(beside.abs() < 1e-5, "{delay}");
+        let change = largest(delay + 1e-6) - largest(delay);
+        assert!(change.abs() < 1e-5, "{delay}");
     }
     assert_close(
         "largest(1.0 - 1e-6)",

@@ -240,8 +240,8 @@ fn the_worst_frequency_is_where_the_ratio_is_least() {
             let least = verdict.least_ratio * (1.0 - 1e-9);
             assert!(ratio >= least, "{delay} at {omega}");
         }
-        let (_, there) = hands.llewellyn(verdict.worst_rad_s).expect("valid");
-        assert!(verdict.least_ratio == 0.0 || (there / verdict.least_ratio - 1.0).abs() < 1e-6);
+        let (_, value) = hands.llewellyn(verdict.worst_rad_s).expect("valid");
+        assert!(verdict.least_ratio == 0.0 || (value / verdict.least_ratio - 1.0).abs() < 1e-6);
     }
 }
 

@@ -269,9 +269,9 @@ fn any_linear_device_is_felt_as_its_impedance_says() {
         path,
     };
     for omega in [1e-2, 1.0, 70.0, 900.0, 3000.0] {
-        let own = Complex::new(damping, omega * mass);
+        let impedance = Complex::new(damping, omega * mass);
         let have = environment
-            .felt_on(own, path, &operator, omega)
+            .felt_on(impedance, path, &operator, omega)
             .expect("felt");
         let want = closed.sampled(&operator, omega).expect("felt");
         let scale = want.stiffness_n_per_m.abs().max(500.0);

@@ -78,7 +78,7 @@ pub(crate) struct Bench {
     pub(crate) apart_us: u64,
     pub(crate) position_m: [f64; 3],
     pub(crate) force_n: [f64; 3],
-    pub(crate) told: Vec<DeviceReport>,
+    pub(crate) reports: Vec<DeviceReport>,
     /// The host hears and speaks.
     pub(crate) is_there: bool,
     hellos: u32,
@@ -99,7 +99,7 @@ impl Bench {
             apart_us: TICK_US,
             position_m: [0.0; 3],
             force_n: [0.0; 3],
-            told: Vec::new(),
+            reports: Vec::new(),
             is_there: true,
             hellos: 1,
             allocations: 0,
@@ -152,7 +152,7 @@ impl Bench {
 
     pub(crate) fn start(&mut self) {
         self.position_m = [0.0; 3];
-        let run = self.told.len() as u32 + 1;
+        let run = self.reports.len() as u32 + 1;
         self.done(Request::Start(Start {
             run,
             ..Start::ENDLESS
@@ -197,7 +197,7 @@ impl Bench {
                         answer = Some(Ok(report));
                     }
                     Some(Incoming::Refused { refusal, .. }) => answer = Some(Err(refusal)),
-                    Some(Incoming::Told(report)) => self.told.push(report),
+                    Some(Incoming::Told(report)) => self.reports.push(report),
                     Some(Incoming::Rebooted | Incoming::Alive { .. }) | None => {}
                 }
             }
@@ -244,8 +244,8 @@ impl Bench {
     /// The host heard of a fault for this reason.
     pub(crate) fn told_of(&self, fault: Fault, reason: Reason) {
         let wanted = (fault.code(), reason);
-        let is_wanted = |told: &DeviceReport| matches!(told, DeviceReport::Fault(FaultReport { status, .. }) if (status.fault, status.reason) == wanted);
-        assert!(self.told.iter().any(is_wanted), "{:?}", self.told);
+        let is_wanted = |report: &DeviceReport| matches!(report, DeviceReport::Fault(FaultReport { status, .. }) if (status.fault, status.reason) == wanted);
+        assert!(self.reports.iter().any(is_wanted), "{:?}", self.reports);
     }
 
     pub(crate) fn norm_n(&self) -> f64 {

@@ -54,7 +54,7 @@ fn a_sensed_force_is_in_the_sample_of_its_tick_and_in_no_other() {
         let mut bench = Bench::running(&description(axes));
         bench.steps(20);
         let samples = |bench: &Bench| -> Vec<Sample> {
-            let samples = bench.told.iter().filter_map(|report| {
+            let samples = bench.reports.iter().filter_map(|report| {
                 let DeviceReport::Sample(sample) = report else {
                     return None;
                 };
@@ -64,7 +64,7 @@ fn a_sensed_force_is_in_the_sample_of_its_tick_and_in_no_other() {
         };
         let before = samples(&bench);
         assert!(before.iter().all(|sample| sample.sensed_force_n.is_empty()));
-        bench.told.clear();
+        bench.reports.clear();
         let given: Vec<Vec<f32>> = (0..50_u8)
             .map(|n| {
                 let force_n = [0.1 * f64::from(n), -2.0, 1e-3];
@@ -77,10 +77,10 @@ fn a_sensed_force_is_in_the_sample_of_its_tick_and_in_no_other() {
                 single[..if gives { axes as usize } else { 0 }].to_vec()
             })
             .collect();
-        let told = samples(&bench);
-        assert!(told.len() > 45, "{}", told.len());
+        let sent = samples(&bench);
+        assert!(sent.len() > 45, "{}", sent.len());
         let first = before.last().expect("samples").tick + 1;
-        for sample in told {
+        for sample in sent {
             let sensed = sample.sensed_force_n.to_vec();
             assert_eq!(
                 sensed,
@@ -255,8 +255,15 @@ fn a_stop_brings_the_force_to_zero_and_disarms() {
     bench.handle.stop();
     bench.fades();
     assert_eq!(bench.handle.fault(), None);
-    let withdrawn = |told: &DeviceReport| matches!(told, DeviceReport::Event(event) if event.kind == EventKind::Withdrawn);
-    assert_eq!(bench.told.iter().filter(|told| withdrawn(told)).count(), 1);
+    let withdrawn = |report: &DeviceReport| matches!(report, DeviceReport::Event(event) if event.kind == EventKind::Withdrawn);
+    assert_eq!(
+        bench
+            .reports
+            .iter()
+            .filter(|report| withdrawn(report))
+            .count(),
+        1
+    );
     bench
         .answered(Request::Start(haptic_link::Start::ENDLESS))
         .expect_err("disarmed");

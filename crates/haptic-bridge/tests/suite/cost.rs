@@ -82,7 +82,7 @@ fn by_night_a_call_costs_little_more_than_its_loop() {
     let contact = Contact::new([1.0, 0.0, 0.0], Metres(0.0), law).expect("good");
     let chain = prepared.expect("good").chain();
     let controller = Controller::<f32, 3, _>::new(contact, chain);
-    let mut own = controller.into_engaged(Led {
+    let mut engaged = controller.into_engaged(Led {
         tick: 0,
         force_n: SVector::zeros(),
     });
@@ -103,7 +103,7 @@ fn by_night_a_call_costs_little_more_than_its_loop() {
             }
         }
         bare = bare.min(timed(|| {
-            let Ok(sample) = black_box(&mut own).tick();
+            let Ok(sample) = black_box(&mut engaged).tick();
             black_box(sample);
         }));
         let mut call = |bench: &mut Bench, senses: bool| {

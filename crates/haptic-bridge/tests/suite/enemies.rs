@@ -150,7 +150,7 @@ fn a_host_that_is_to_compute_the_force_and_only_says_that_it_is_there_is_silent(
     }));
     let mut frame = [0; FRAME_MAX];
     let mut push = |bench: &mut Bench| {
-        let newest = crate::mutants::newest(&bench.told);
+        let newest = crate::mutants::newest(&bench.reports);
         let force = Request::Force {
             tick: newest,
             force_n: [1.0].into_iter().collect(),

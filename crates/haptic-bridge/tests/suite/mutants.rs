@@ -55,9 +55,9 @@ pub(crate) fn framed(mut content: Vec<u8>) -> Vec<u8> {
 }
 
 /// Tick of the newest sample; 0 before the first.
-pub(crate) fn newest(told: &[DeviceReport]) -> u32 {
-    let tick = told.iter().rev().find_map(|told| {
-        let DeviceReport::Sample(sample) = told else {
+pub(crate) fn newest(reports: &[DeviceReport]) -> u32 {
+    let tick = reports.iter().rev().find_map(|report| {
+        let DeviceReport::Sample(sample) = report else {
             return None;
         };
         Some(sample.tick)
@@ -65,7 +65,7 @@ pub(crate) fn newest(told: &[DeviceReport]) -> u32 {
     tick.unwrap_or(0)
 }
 
-fn any(random: &mut Random, axes: usize, faults: u16, told: &[DeviceReport]) -> Request {
+fn any(random: &mut Random, axes: usize, faults: u16, reports: &[DeviceReport]) -> Request {
     let number = |random: &mut Random| random.one_of(&[0.0_f32, 1e-3, -1.0, 5.0, 1e30, f32::NAN]);
     match random.bits() % 13 {
         0 => Request::Arm { faults },
@@ -76,7 +76,7 @@ fn any(random: &mut Random, axes: usize, faults: u16, told: &[DeviceReport]) -> 
         3 => Request::Stop,
         4 => Request::Disarm,
         5 | 6 => Request::Force {
-            tick: newest(told),
+            tick: newest(reports),
             force_n: (0..axes).map(|_| number(random)).collect(),
         },
         7 => Request::Stream {
@@ -152,7 +152,7 @@ fn campaign(rounds: u32) {
                     run: round,
                     ..Start::ENDLESS
                 }),
-                _ => any(&mut random, axes as usize, faults, &bench.told),
+                _ => any(&mut random, axes as usize, faults, &bench.reports),
             };
             let length = bench.host.tell(&request, &mut frame);
             let bytes = mutated(&frame[..length], &mut random);
@@ -171,8 +171,8 @@ fn campaign(rounds: u32) {
             phase += 0.002;
             bench.position_m = [0.01 * f64::sin(phase); 3];
             bench.step();
-            for told in &bench.told {
-                if let DeviceReport::Fault(fault) = told {
+            for report in &bench.reports {
+                if let DeviceReport::Fault(fault) = report {
                     faults = fault.status.faults;
                 }
             }
@@ -184,7 +184,9 @@ fn campaign(rounds: u32) {
             let norm_n = bench.norm_n();
             assert!(norm_n <= 3.0 * (1.0 + 1e-6), "{round}: {norm_n} N");
             pushed += u32::from(norm_n > 0.0);
-            bench.told.drain(..bench.told.len().saturating_sub(50));
+            bench
+                .reports
+                .drain(..bench.reports.len().saturating_sub(50));
         }
         assert!(pushed > rounds / 20, "{pushed}");
         assert_eq!(bench.allocations, 0);

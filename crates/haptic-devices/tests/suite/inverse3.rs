@@ -80,8 +80,8 @@ impl Wire {
 
     fn open<const D: usize>(&self, name: &str) -> core::result::Result<Axes<D>, Inverse3OpenError> {
         let name = Inverse3Name::parse(name).expect("a name");
-        let (device, told) = Inverse3::greet(self.clone(), &name, || false)?;
-        assert_says(&told, "gain 0.3");
+        let (device, greeting) = Inverse3::greet(self.clone(), &name, || false)?;
+        assert_says(&greeting, "gain 0.3");
         Ok(device)
     }
 
@@ -347,11 +347,12 @@ fn a_ball_is_felt_with_the_bits_of_its_law_at_the_positions_that_are_told() {
         )
         .expect("good");
         let surface = wire_surface(&shape);
-        let beside = Beside {
+        let companions = Beside {
             surface: Some(&surface),
             ..Beside::default()
         };
-        link.set_run(configuration, &values, beside).expect("good");
+        link.set_run(configuration, &values, companions)
+            .expect("good");
         link.arm(WATCHDOG).expect("arms");
         let ticks = 1_500_000 / period_us;
         link.start(Start {
@@ -359,9 +360,9 @@ fn a_ball_is_felt_with_the_bits_of_its_law_at_the_positions_that_are_told() {
             ..Start::ENDLESS
         })
         .expect("starts");
-        let there = Ball::<f32, 3>::solid(centre.map(Metres), Metres(0.02));
+        let ball = Ball::<f32, 3>::solid(centre.map(Metres), Metres(0.02));
         let law = SpringDamper::new(k, b, operator).expect("a law");
-        let contact = Contact::behind(Shape::<f32, 3>::Ball(there.expect("a ball")), law);
+        let contact = Contact::behind(Shape::<f32, 3>::Ball(ball.expect("a ball")), law);
         let mut history = Environment::<f32, 3>::at_rest(&contact);
         let (mut next, mut largest_n) = (0, 0.0_f32);
         while next < ticks {
@@ -712,13 +713,13 @@ fn over_a_socket_the_service_is_opened_with_all_axes() {
     let name: ForeignName = format!("inverse3:{address},lost=1000")
         .parse()
         .expect("a name");
-    let told = Mutex::new(String::new());
+    let warnings = Mutex::new(String::new());
     let link = name
-        .open_with(3, &|words| lock(&told).push_str(words))
+        .open_with(3, &|words| lock(&warnings).push_str(words))
         .expect("opens");
     assert_eq!(link.capabilities().axes, 3);
     assert_eq!(link.capabilities().board(), "Inverse3 04BA");
-    assert!(lock(&told).contains("force gate has gain 0.3"));
+    assert!(lock(&warnings).contains("force gate has gain 0.3"));
     drop(link);
     STOP.store(true, Ordering::Relaxed);
     thread.join().expect("ends");

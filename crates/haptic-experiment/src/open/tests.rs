@@ -289,13 +289,13 @@ fn a_written_document_is_the_same_experiment_from_anywhere() {
         "{written}"
     );
     assert!(written.contains("\n# push_n = 1.0\n"), "{written}");
-    let there = Document::of_text(Path::new("elsewhere/wall.toml"), &written);
+    let elsewhere = Document::of_text(Path::new("elsewhere/wall.toml"), &written);
     let debug = |document: &Document| {
         let read = ExperimentFile::open(document).expect("good");
         format!("{read:?}")
     };
-    assert_eq!(debug(&document), debug(&there));
-    assert_eq!(there.to_toml().expect("good"), written);
+    assert_eq!(debug(&document), debug(&elsewhere));
+    assert_eq!(elsewhere.to_toml().expect("good"), written);
     let mut kept = std::collections::BTreeMap::new();
     document.keep_in(&mut kept).expect("good");
     assert_eq!(kept["document"], written);

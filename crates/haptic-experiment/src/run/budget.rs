@@ -76,18 +76,21 @@ mod tests {
     #[test]
     fn each_second_is_told_once_and_begins_anew() {
         let mut budget = Budget::new().expect("good bounds");
-        let mut told = Vec::new();
+        let mut records = Vec::new();
         for tick in 0..=2500_u64 {
             let parts = TickParts {
                 // The first second is ten times later than the others.
                 lateness_ns: if tick <= 1000 { 50_000 } else { 5000 },
                 compute_ns: 1000 + tick % 2,
             };
-            told.extend(budget.take(parts, 1e-3 * tick as f64));
+            records.extend(budget.take(parts, 1e-3 * tick as f64));
         }
-        assert_eq!(told.len(), 2);
-        assert_eq!((&*told[0]["ticks"], &*told[1]["ticks"]), ("1001", "1000"));
-        let us = |second: usize, key: &str| told[second][key].parse::<f64>().expect("a number");
+        assert_eq!(records.len(), 2);
+        assert_eq!(
+            (&*records[0]["ticks"], &*records[1]["ticks"]),
+            ("1001", "1000")
+        );
+        let us = |second: usize, key: &str| records[second][key].parse::<f64>().expect("a number");
         assert!((us(0, "lateness_us_p50") / 50.0 - 1.0).abs() < 0.01);
         assert!((us(1, "lateness_us_max") / 5.0 - 1.0).abs() < 0.01);
         assert!((us(1, "compute_us_p999") / 1.0 - 1.0).abs() < 0.01);

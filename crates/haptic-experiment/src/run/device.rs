@@ -308,10 +308,10 @@ fn open(
             Err(error) => error,
         };
         if !error.may_pass() || began.elapsed() + PAUSE > patience {
-            let told = format!("{name}: {error}");
+            let reason = format!("{name}: {error}");
             return Err(match error.is_of_the_request() {
-                true => Failure::bad_input(told),
-                false => Failure::device(told),
+                true => Failure::bad_input(reason),
+                false => Failure::device(reason),
             });
         }
         std::thread::sleep(PAUSE);

@@ -542,7 +542,7 @@ pub(crate) fn read_response(path: &Path) -> Result<MeasuredPoints, String> {
 fn response_of(path: &Path, bytes: &[u8]) -> Result<MeasuredPoints, String> {
     let shown = path.display();
     // Units of frequency and phase; a table with two parts has no phase.
-    let (mut turn, mut in_db, mut angle, mut told) = (1.0, false, None, false);
+    let (mut turn, mut in_db, mut angle, mut has_coherence) = (1.0, false, None, false);
     let columns = read_chosen(bytes, |header| {
         let position = |name: &str| header.iter().position(|cell| *cell == name);
         // The first of these columns that is there, and whether it is the second.
@@ -559,7 +559,7 @@ fn response_of(path: &Path, bytes: &[u8]) -> Result<MeasuredPoints, String> {
         let (frequency, in_hz) = column("the frequency", ["omega_rad_s", "frequency_hz"])?;
         turn = if in_hz { TAU } else { 1.0 };
         let coherence = position("coherence");
-        told = coherence.is_some();
+        has_coherence = coherence.is_some();
         let coherence = coherence.unwrap_or(frequency);
         if let Some((real, imaginary)) = position("real").zip(position("imaginary")) {
             return Ok([frequency, real, imaginary, coherence]);
@@ -573,7 +573,7 @@ fn response_of(path: &Path, bytes: &[u8]) -> Result<MeasuredPoints, String> {
         columns.map_err(|error| format!("{shown}: {error}"))?;
     let mut found = MeasuredPoints::default();
     for (row, line) in lines.into_iter().enumerate() {
-        if told && coherence[row] < COHERENT {
+        if has_coherence && coherence[row] < COHERENT {
             found.incoherent.push(line);
             continue;
         }

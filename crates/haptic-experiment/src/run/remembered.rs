@@ -207,14 +207,14 @@ pub fn loosened(before: &Limits, after: &Limits) -> Vec<String> {
     let (mut then, mut now) = (*before, *after);
     let numbers = Limit::ALL.into_iter().filter_map(|limit| {
         let (before, after) = (*then.number(limit).0, *now.number(limit).0);
-        let told = |value| {
+        let shown = |value| {
             if limit.is_off(value) {
                 f32::INFINITY
             } else {
                 value
             }
         };
-        (!limit.is_tight(after, before)).then(|| (limit.key(), told(before), told(after)))
+        (!limit.is_tight(after, before)).then(|| (limit.key(), shown(before), shown(after)))
     });
     let of_run = |limits: &Limits| -> [(&str, f32); 3] {
         // 0 is no limit.

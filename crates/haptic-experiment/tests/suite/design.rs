@@ -121,19 +121,19 @@ fn a_front_has_the_numbers_that_the_analyses_give_and_no_wall_that_another_beats
         ]
     };
     for (n, wall) in walls.iter().enumerate() {
-        let own = merits(wall);
+        let reference = merits(wall);
         let is_beaten = |other: &Value| {
             merits(other)
                 .iter()
-                .zip(own)
-                .all(|(other, own)| *other >= own)
+                .zip(reference)
+                .all(|(other, reference)| *other >= reference)
         };
         let others = walls.iter().enumerate().filter(|(k, _)| *k != n);
         assert!(
             !others.into_iter().any(|(_, other)| is_beaten(other)),
             "{wall}"
         );
-        assert!(own[2] >= 2.0, "{wall}");
+        assert!(reference[2] >= 2.0, "{wall}");
     }
     for wall in walls.iter().step_by(17) {
         let margins = &analysed("stability", wall, device);
@@ -207,7 +207,7 @@ fn no_wall_anywhere_beats_a_front_by_more_than_its_grid() {
             "sample_time_s = 1e-3\nomega_min_rad_s = 6.2831\nomega_max_rad_s = 6.2832\npoints = 2",
         );
         let felt = &felt["points"][1];
-        let own = [
+        let reference = [
             number(felt, "effective_stiffness"),
             number(felt, "effective_damping"),
             up,
@@ -221,10 +221,10 @@ fn no_wall_anywhere_beats_a_front_by_more_than_its_grid() {
             ];
             keys.map(|key| number(other, key))
                 .iter()
-                .zip(own)
-                .all(|(other, own)| *other >= own / 1.5)
+                .zip(reference)
+                .all(|(other, reference)| *other >= reference / 1.5)
         };
-        assert!(walls.iter().any(is_near), "{wall} {own:?}");
+        assert!(walls.iter().any(is_near), "{wall} {reference:?}");
     }
     assert!(met > 20, "{met}");
 }
@@ -351,8 +351,8 @@ fn with_a_delay_the_right_order_makes_a_passive_wall_stiffer() {
         number(best, "stiffness_n_per_m"),
         number(best, "dissipation_n_s_mu_per_m"),
     );
-    let own = needed(k, b);
-    assert!(own < 3.5 && own > 3.499, "{own}");
+    let damping = needed(k, b);
+    assert!(damping < 3.5 && damping > 3.499, "{damping}");
     // No other ratio of B to K is better: both neighbours need more for the same K.
     for factor in [0.9, 1.1] {
         assert!(needed(k, factor * b) > 3.5, "{factor}");
@@ -447,10 +447,10 @@ fn the_best_order_is_that_of_a_fine_grid() {
         // Orders that are given are those that are tried.
         assert_eq!(orders(&grid), near);
         // Both neighbours of the best were tried. K over the order is rough by a thousandth: an edge has 600 points.
-        let beside = tried
+        let neighbours = tried
             .iter()
             .filter(|order| (100.0 * *order - middle).abs() < 1.5);
-        assert_eq!(beside.count(), 3, "{tried:?}");
+        assert_eq!(neighbours.count(), 3, "{tried:?}");
         let [found, most] = [&found, &grid].map(|report| number(&report["best"], merit));
         assert!(found >= (1.0 - 2e-3) * most, "{found} {most}");
     }

@@ -73,16 +73,21 @@ fn springs_and_dampers_differ_as_their_numbers_do() {
 
 #[test]
 fn the_best_spring_and_damper_of_a_law_that_is_one_are_its_own_and_of_another_none_is_nearer() {
-    let own = difference(&law(1.0, 300.0, 2.0), None, "").expect("an answer");
-    assert_relative("K", number(&own, "best_stiffness_n_per_m"), 300.0, 1e-6);
+    let answer = difference(&law(1.0, 300.0, 2.0), None, "").expect("an answer");
+    assert_relative("K", number(&answer, "best_stiffness_n_per_m"), 300.0, 1e-6);
     // Half a sample of the hold takes KT/2 of the damping.
     let damping = 2.0 - 0.5 * 300.0 * 1e-7;
-    assert_relative("B", number(&own, "best_damping_n_s_per_m"), damping, 1e-7);
-    assert!(
-        number(&own["spring_and_damper"], "difference") < 1e-4,
-        "{own}"
+    assert_relative(
+        "B",
+        number(&answer, "best_damping_n_s_per_m"),
+        damping,
+        1e-7,
     );
-    assert!(own["other"].is_null());
+    assert!(
+        number(&answer["spring_and_damper"], "difference") < 1e-4,
+        "{answer}"
+    );
+    assert!(answer["other"].is_null());
     // K + B·s^0.5: the same as another law, it differs as much as it is said to, and no spring and damper beside it differs less.
     let fractional = law(0.5, 100.0, 30.0);
     let found = difference(&fractional, None, "").expect("an answer");

@@ -506,7 +506,7 @@ fn a_controller_that_is_stable_between_two_factors_has_both() {
         let s = (1.0 - w) / T;
         300.0 + 30_000.0 / s + 4.0 * s
     });
-    let beside = |is_low: bool| {
+    let neighbour = |is_low: bool| {
         let factors = edges
             .iter()
             .filter(|edge| (**edge < 1.0) == is_low && **edge > 0.0);
@@ -528,11 +528,11 @@ fn a_controller_that_is_stable_between_two_factors_has_both() {
         assert_relative(
             "an end",
             end.as_f64().expect("a factor"),
-            beside(is_low).min(10.0),
+            neighbour(is_low).min(10.0),
             1e-6,
         );
     }
-    assert!((beside(true) - 0.75).abs() < 0.2, "{}", beside(true));
+    assert!((neighbour(true) - 0.75).abs() < 0.2, "{}", neighbour(true));
 }
 
 /// K + B·D^μ, whether a wall or a PD^μ says it, in each rule.

@@ -335,8 +335,8 @@ fn a_recovered_log_replaces_another_only_when_asked_and_never_its_source() {
                 .expect_err("refuses"),
         ];
         for error in errors {
-            let own = matches!(error, RecordError::File(NewFileError::OwnSource(_)));
-            assert!(own, "{error:?}");
+            let is_own = matches!(error, RecordError::File(NewFileError::OwnSource(_)));
+            assert!(is_own, "{error:?}");
         }
         assert_eq!(fs::read(source).expect("reads"), whole);
     }

@@ -69,9 +69,9 @@ fn assert_stands_alone(path: &Path) {
     let bytes = fs::read(path).expect("reads");
     let index = mcap::Summary::read(&bytes).expect("is MCAP");
     assert!(!index.expect("is there").chunk_indexes.is_empty());
-    let own = entries_of(path);
+    let entries = entries_of(path);
     let described = |entry: &&Entry| matches!(entry, Entry::Metadata(record) if parameters().iter().all(|(key, value)| record.values.get(key) == Some(value)));
-    assert_eq!(own.iter().filter(described).count(), 1);
+    assert_eq!(entries.iter().filter(described).count(), 1);
 }
 
 /// A log that misses a file of its `files` is incomplete, and says which: one in the middle as well as the last.

@@ -116,7 +116,7 @@ fn a_delay_rounded_up_or_down_is_not_safe() {
         extract: 4,
     };
     let case = stiff((0.5e-3, 0.5e-3), 0.0, motion);
-    let told = |delay: f64| {
+    let with_delay = |delay: f64| {
         let delay = Seconds(delay);
         let guard = EnergyBounding {
             delay_least: delay,
@@ -125,9 +125,9 @@ fn a_delay_rounded_up_or_down_is_not_safe() {
         };
         case.least::<f64, 1>(Some(guard), 5000).0
     };
-    assert!(told(0.5e-3) >= ROUNDING);
+    assert!(with_delay(0.5e-3) >= ROUNDING);
     for rounded in [0.0, 1e-3] {
-        let least = told(rounded);
+        let least = with_delay(rounded);
         println!("0.5 ms said to be {rounded} s: {least} J");
         assert!(least < -1e-3, "{rounded} {least}");
     }

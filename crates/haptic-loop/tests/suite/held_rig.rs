@@ -27,17 +27,17 @@ fn ramp() -> RigDrive {
 struct Proportional {
     gain: f64,
     bias: f64,
-    told: Vec<(f64, f64)>,
+    calls: Vec<(f64, f64)>,
 }
 
 impl Holder for Proportional {
     fn force(&mut self, set_point: f64, measured: f64) -> f64 {
-        self.told.push((set_point, measured));
+        self.calls.push((set_point, measured));
         self.gain * (set_point - measured) + self.bias
     }
 
     fn restart(&mut self) {
-        self.told.clear();
+        self.calls.clear();
     }
 }
 
@@ -52,33 +52,33 @@ fn held(drive: RigDrive, gain: f64, bias: f64) -> HeldRig<Proportional> {
 
 #[test]
 fn a_constant_force_is_the_constant_push() {
-    let mut own = held(ramp(), 0.0, 0.3);
+    let mut rig = held(ramp(), 0.0, 0.3);
     let mut pushed = IndentationRig::new(config(RigDrive::Force(Newtons(0.3)))).expect("valid");
     for n in 0..500 {
-        let (here, there) = (read::<1>(&mut own), read::<1>(&mut pushed));
-        assert_eq!((here.tick, here.time_s), (there.tick, there.time_s));
+        let (here, other) = (read::<1>(&mut rig), read::<1>(&mut pushed));
+        assert_eq!((here.tick, here.time_s), (other.tick, other.time_s));
         // The rig notices the contact h = T/8 late, F/m·h²/2 = 36 nm deep.
-        assert_close("x₁", here.position_m[0], there.position_m[0], 3.6e-8);
-        write(&mut own, -SPRING * here.position_m[0]);
-        write(&mut pushed, -SPRING * there.position_m[0]);
+        assert_close("x₁", here.position_m[0], other.position_m[0], 3.6e-8);
+        write(&mut rig, -SPRING * here.position_m[0]);
+        write(&mut pushed, -SPRING * other.position_m[0]);
         if n > 200 {
             assert_close(
                 "x₁ later",
                 here.position_m[0],
-                there.position_m[0],
+                other.position_m[0],
                 1e-6 * here.position_m[0],
             );
         }
     }
-    assert_eq!(own.drive_force().to_bits(), 0.3_f64.to_bits());
+    assert_eq!(rig.drive_force().to_bits(), 0.3_f64.to_bits());
 }
 
 /// The matrices of a sample, from those of a fifth of it.
 #[test]
 fn a_held_indenter_moves_by_the_matrices_of_its_devices_and_feels_the_tissue() {
     let gain = 2000.0;
-    let mut own = held(ramp(), gain, 0.0);
-    let fifth = (own.devices().config())
+    let mut rig = held(ramp(), gain, 0.0);
+    let fifth = (rig.devices().config())
         .motion(true, Seconds(T / 5.0))
         .expect("slow");
     let mut state = SVector::<f64, 8>::zeros();
@@ -88,46 +88,46 @@ fn a_held_indenter_moves_by_the_matrices_of_its_devices_and_feels_the_tissue() {
             unreachable!()
         };
         let set_point = profile.position(f64::from(n) * T);
-        let reading = read::<1>(&mut own);
+        let reading = read::<1>(&mut rig);
         assert_close("x₁", reading.position_m[0], x1, 1e-12);
-        assert_close("x₂", own.measured(), x2, 1e-12);
-        assert_close("r", own.set_point(), set_point, 0.0);
+        assert_close("x₂", rig.measured(), x2, 1e-12);
+        assert_close("r", rig.set_point(), set_point, 0.0);
         (state[6], state[7]) = (-SPRING * x1, gain * (set_point - x2));
-        write(&mut own, -SPRING * reading.position_m[0]);
-        assert_close("S", own.drive_force(), state[7], 1e-8);
+        write(&mut rig, -SPRING * reading.position_m[0]);
+        assert_close("S", rig.drive_force(), state[7], 1e-8);
         for _ in 0..5 {
             state = fifth * state;
         }
     }
     // S = K(r − x₂) = F = SPRING·x₁ at rest: without an integral the tissue holds the mass back.
     let rest = 1e-3 * gain / (gain + SPRING);
-    assert_close("x₂ at rest", own.measured(), rest, 2e-3 * rest);
-    assert!(own.devices().contact_force() > 0.9 * SPRING * rest);
+    assert_close("x₂ at rest", rig.measured(), rest, 2e-3 * rest);
+    assert!(rig.devices().contact_force() > 0.9 * SPRING * rest);
 }
 
 #[test]
 fn a_force_set_point_is_measured_as_the_force_between_the_actuators() {
-    let mut own = held(RigDrive::Force(Newtons(0.2)), 1.0, 0.2);
+    let mut rig = held(RigDrive::Force(Newtons(0.2)), 1.0, 0.2);
     for _ in 0..4000 {
-        let reading = read::<1>(&mut own);
-        write(&mut own, -SPRING * reading.position_m[0]);
+        let reading = read::<1>(&mut rig);
+        write(&mut rig, -SPRING * reading.position_m[0]);
     }
     // S = 0.2 + (0.2 − F) = F
-    assert_close("F", own.measured(), 0.2, 1e-6);
-    assert!(own.reference().is_none());
-    assert_eq!(own.holder().told[0], (0.2, 0.0));
-    own.restart();
-    assert_eq!((own.drive_force(), own.measured()), (0.0, 0.0));
-    assert!(own.holder().told.is_empty());
+    assert_close("F", rig.measured(), 0.2, 1e-6);
+    assert!(rig.reference().is_none());
+    assert_eq!(rig.holder().calls[0], (0.2, 0.0));
+    rig.restart();
+    assert_eq!((rig.drive_force(), rig.measured()), (0.0, 0.0));
+    assert!(rig.holder().calls.is_empty());
 }
 
 #[test]
 fn a_force_that_is_no_number_is_none_and_a_rigid_contact_has_nothing_to_hold() {
-    let mut own = held(ramp(), f64::NAN, 0.0);
+    let mut rig = held(ramp(), f64::NAN, 0.0);
     for _ in 0..50 {
-        write(&mut own, 0.0);
+        write(&mut rig, 0.0);
     }
-    assert_eq!((own.measured(), own.drive_force()), (0.0, 0.0));
+    assert_eq!((rig.measured(), rig.drive_force()), (0.0, 0.0));
     let rigid = RigConfig::new(ramp(), RigContact::Rigid, Seconds(T));
     assert_refused(
         HeldRig::new(rigid, Proportional::default()),

@@ -214,7 +214,7 @@ fn a_position_that_jumps_is_a_fault_before_its_force_is() {
 #[test]
 fn a_motion_over_ticks_that_did_not_come_is_as_fast_as_it_was() {
     for speed in [1.4, -1.4, 1.7] {
-        for told in [
+        for notify in [
             SafetyState::skip,
             |state: &mut SafetyState<f64, 1>, ticks| {
                 state.unmeasured(ticks as u32);
@@ -226,7 +226,7 @@ fn a_motion_over_ticks_that_did_not_come_is_as_fast_as_it_was() {
             for n in 0..300 {
                 let missed = if n % 7 == 3 { n % 11 } else { 0 };
                 if missed > 0 {
-                    told(&mut state, missed);
+                    notify(&mut state, missed);
                 }
                 tick += 1 + missed;
                 let position = speed * 1e-3 * tick as f64;

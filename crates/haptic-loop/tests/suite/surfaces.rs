@@ -215,12 +215,12 @@ fn a_start_in_the_middle_of_a_ball_is_judged_by_the_force_beside_it() {
     let disc = Ball::solid([Metres(0.0); 2], Metres(0.05)).expect("valid");
     let disc = Contact::behind(disc, spring(1200.0, 0.0, 0.5));
     let rest = disc.at_rest();
-    let (middle, beside, outside) = (vector![0.0, 0.0], vector![0.001, 0.0], vector![0.06, 0.0]);
+    let (middle, rim, outside) = (vector![0.0, 0.0], vector![0.001, 0.0], vector![0.06, 0.0]);
     assert_eq!(disc.force(&rest, &middle).norm(), 0.0);
     let starting = |place| disc.starting_force(&rest, place).norm();
     assert_relative("in the middle", starting(&middle), 1200.0 * 0.05, 1e-12);
-    let there = disc.force(&rest, &beside).norm();
-    assert_relative("beside it", starting(&beside), there, 1e-12);
+    let force_n = disc.force(&rest, &rim).norm();
+    assert_relative("beside it", starting(&rim), force_n, 1e-12);
     assert_eq!(starting(&outside), 0.0);
 }
 

@@ -103,15 +103,15 @@ fn a_comparison_is_played_to_its_end_and_its_table_says_what_was_felt() {
             "{row}"
         );
         before = times[2];
-        let told = |at: usize| events[3 * trial + at]["text"].as_str().expect("words");
+        let event_text = |at: usize| events[3 * trial + at]["text"].as_str().expect("words");
         let b = format!("K {} N/m", 1.5 * STIFFNESS);
         assert_eq!(
-            [0, 1].map(|at| told(at).contains(&b)),
+            [0, 1].map(|at| event_text(at).contains(&b)),
             [is_first, !is_first],
             "{events:?}"
         );
         assert_eq!(
-            (told(2), &events[3 * trial + 2]["kind"]),
+            (event_text(2), &events[3 * trial + 2]["kind"]),
             ("1", &json!("answer"))
         );
         right += u32::from(is_first);

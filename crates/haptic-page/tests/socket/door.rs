@@ -16,8 +16,8 @@ fn wrong_tokens_and_hosts_get_a_sentence_and_nothing_else() {
     let (_runs, server) = served();
     let (host, path) = parts(server.address());
     assert!(host.starts_with("127.0.0.1:") && path.len() == 34, "{path}");
-    let own = format!("Host: {host}\r\n");
-    let index = get(host, path, &own);
+    let host_line = format!("Host: {host}\r\n");
+    let index = get(host, path, &host_line);
     for words in [
         "HTTP/1.1 200",
         "<!doctype html>",
@@ -30,22 +30,32 @@ fn wrong_tokens_and_hosts_get_a_sentence_and_nothing_else() {
         assert!(index.contains(words), "{words} in {index}");
     }
     let elsewhere = format!("Host: {}\r\n", host.replace("127.0.0.1", "evil.example"));
-    let from_here = format!("{own}Origin: http://{host}\r\n");
+    let from_here = format!("{host_line}Origin: http://{host}\r\n");
     let copy = "copy the whole address";
     for (path, headers, status, words) in [
-        ("/", &own, "404", copy),
-        ("/0123456789abcdef0123456789abcdef/", &own, "404", copy),
+        ("/", &host_line, "404", copy),
+        (
+            "/0123456789abcdef0123456789abcdef/",
+            &host_line,
+            "404",
+            copy,
+        ),
         (path, &elsewhere, "403", "copy the address"),
-        (&format!("{path}nothing.js"), &own, "404", "No such file"),
-        (&format!("{path}../Cargo.toml"), &own, "404", ""),
-        (&format!("{path}ws"), &own, "403", "another web site"),
+        (
+            &format!("{path}nothing.js"),
+            &host_line,
+            "404",
+            "No such file",
+        ),
+        (&format!("{path}../Cargo.toml"), &host_line, "404", ""),
+        (&format!("{path}ws"), &host_line, "403", "another web site"),
         (&format!("{path}ws"), &from_here, "426", "a WebSocket"),
     ] {
         let answer = get(host, path, headers);
         let status = format!("HTTP/1.1 {status}");
         assert!(answer.starts_with(&status), "{path}: {answer}");
-        let told = answer.contains(words) && !answer.contains("<!doctype");
-        assert!(told, "{path}: {answer}");
+        let is_plain = answer.contains(words) && !answer.contains("<!doctype");
+        assert!(is_plain, "{path}: {answer}");
     }
 }
 
@@ -53,17 +63,21 @@ fn wrong_tokens_and_hosts_get_a_sentence_and_nothing_else() {
 fn a_file_that_the_browser_has_is_not_sent_again() {
     let (_runs, server) = served();
     let (host, path) = parts(server.address());
-    let own = format!("Host: {host}\r\n");
-    let index = get(host, path, &own);
+    let host_line = format!("Host: {host}\r\n");
+    let index = get(host, path, &host_line);
     let script = index.split_once("src=\"").expect("a script").1;
     let script = script.split_once('"').expect("its name").0;
     let path = format!("{path}{script}");
-    let file = get(host, &path, &own);
+    let file = get(host, &path, &host_line);
     assert!(file.contains("content-type: text/javascript"), "{script}");
     let tag = file.split_once("etag: ").expect("a tag").1;
     let tag = tag.split_once("\r\n").expect("a line").0;
     for (known, status, empty) in [(tag, "304", true), ("\"0\"", "200", false)] {
-        let answer = get(host, &path, &format!("{own}If-None-Match: {known}\r\n"));
+        let answer = get(
+            host,
+            &path,
+            &format!("{host_line}If-None-Match: {known}\r\n"),
+        );
         assert!(answer.starts_with(&format!("HTTP/1.1 {status}")), "{known}");
         assert_eq!(answer.ends_with("\r\n\r\n"), empty, "{known}");
     }

@@ -26,10 +26,10 @@ fn the_verdict_stands_beside_what_it_is_of_wherever_that_is_told() {
     let hello = hello(&mut watcher);
     assert_eq!(hello["feel"], muscle["feel"]);
     let halved = page.ask("feel.set", json!({"scale": 0.5}));
-    let told = watcher.wait("feel", |feel| feel["scale"] == 0.5);
-    assert_eq!(told, halved["feel"]);
-    let twice = told["verdict"]["margin"].as_f64().expect("an edge");
-    assert!((twice - 2.0 * margin).abs() < 1e-3 * twice, "{told}");
+    let answer = watcher.wait("feel", |feel| feel["scale"] == 0.5);
+    assert_eq!(answer, halved["feel"]);
+    let twice = answer["verdict"]["margin"].as_f64().expect("an edge");
+    assert!((twice - 2.0 * margin).abs() < 1e-3 * twice, "{answer}");
 }
 
 #[test]

@@ -33,10 +33,10 @@ fn a_plant_and_a_controller_may_be_files() {
     assert_eq!(read["plant"], typed["plant"]);
     assert_eq!(read["fractional"], typed["fractional"]);
     // A load moves the output by what the integral takes away again: −1 on the command of a PI in the end.
-    let own = &read["own"];
-    has(own, json!({"stable": true}));
-    assert_eq!(own["gains"]["proportional_gain"], 5.0);
-    let loaded = own["loaded"].as_array().expect("a curve");
+    let law = &read["own"];
+    has(law, json!({"stable": true}));
+    assert_eq!(law["gains"]["proportional_gain"], 5.0);
+    let loaded = law["loaded"].as_array().expect("a curve");
     let most = loaded.iter().filter_map(Value::as_f64);
     let most = most.fold(0.0_f64, f64::max);
     assert!(most > 0.01 && most < 0.55, "{most}");

@@ -49,8 +49,8 @@ fn a_page_that_goes_stops_what_it_controlled_or_not_as_asked() {
             watcher
         };
         // A busy machine tells of a page that has gone before it tells of the loop.
-        let there = watcher.status(|status| status["watching"] == 0 && status["tick"].is_u64());
-        let tick = there["tick"].as_u64().expect("a tick");
+        let seen = watcher.status(|status| status["watching"] == 0 && status["tick"].is_u64());
+        let tick = seen["tick"].as_u64().expect("a tick");
         if goes_on {
             let status = watcher.status(|status| status["tick"].as_u64() > Some(tick + 300));
             assert!(below(&status["force_n"], -0.05), "{status}");

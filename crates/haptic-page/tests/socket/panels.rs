@@ -346,7 +346,7 @@ fn a_tissue_remembers_where_its_law_pushes_with_nothing() {
     // Untouched again.
     let anew = page.ask("surface", json!({"law": law, "depths_m": [0]}));
     has(&anew, json!({"surface_m": 0.0}));
-    for (told, words) in [
+    for (surface, words) in [
         (json!({"depths_m": vec![0.0; 3001]}), "at most 3000"),
         (json!({"depths_m": [null]}), "null"),
         (
@@ -354,6 +354,6 @@ fn a_tissue_remembers_where_its_law_pushes_with_nothing() {
             "order 9",
         ),
     ] {
-        page.refuses("surface", told, words);
+        page.refuses("surface", surface, words);
     }
 }

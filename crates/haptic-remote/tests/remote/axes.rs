@@ -134,13 +134,13 @@ fn ticks_come_in_batches_and_the_recorder_tells_vectors() {
     assert_eq!(bench.fault(), Some(Fault::HostSilent));
     let first = bench.flight(0);
     assert_eq!((first.index, first.count), (0, 96));
-    let told: Vec<Sample> = bench.samples().cloned().collect();
+    let samples: Vec<Sample> = bench.samples().cloned().collect();
     for index in 0..first.count {
         let flight = bench.flight(index);
         assert_eq!(flight.sample.tick, first.sample.tick + u32::from(index));
-        assert!(told.contains(&flight.sample), "{flight:?}");
+        assert!(samples.contains(&flight.sample), "{flight:?}");
     }
-    bench.told.clear();
+    bench.reports.clear();
     bench
         .answered(Request::Stream {
             every: 1,
@@ -148,7 +148,7 @@ fn ticks_come_in_batches_and_the_recorder_tells_vectors() {
         })
         .expect("streams");
     bench.run_ms(100);
-    let batches: Vec<&SampleBatch> = (bench.told.iter())
+    let batches: Vec<&SampleBatch> = (bench.reports.iter())
         .filter_map(|report| {
             if let DeviceReport::Batch(batch) = report {
                 Some(batch)

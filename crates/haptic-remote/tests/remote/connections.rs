@@ -114,14 +114,14 @@ fn forged_frames_do_nothing() {
                 let length = bench.tell_device(byte, &mut line);
                 refused += u32::from(length > 0);
             }
-            let told = || format!("{which:?}, {case}: {frame:02x?}");
+            let context = || format!("{which:?}, {case}: {frame:02x?}");
             let device = bench.device.borrow();
-            assert_eq!(device.status().state, state, "{}", told());
-            assert_eq!(device.configuration().1, digest, "{}", told());
-            assert_eq!(*device.configuration().0, configuration, "{}", told());
+            assert_eq!(device.status().state, state, "{}", context());
+            assert_eq!(device.configuration().1, digest, "{}", context());
+            assert_eq!(*device.configuration().0, configuration, "{}", context());
             drop(device);
-            assert_eq!(bench.session.fed(), fed, "{}", told());
-            assert_eq!(bench.force_n(), force_n, "{}", told());
+            assert_eq!(bench.session.fed(), fed, "{}", context());
+            assert_eq!(bench.force_n(), force_n, "{}", context());
         }
         // However much was said, the host was silent.
         bench.ticking = true;

@@ -125,18 +125,18 @@ fn same_bits<C: Controller<f32>>(
 }
 
 fn actuator_and_memory(
-    own: &ControllerSetup,
+    design: &ControllerSetup,
 ) -> (
     fractional_control::Actuator,
     fractional_control::PowerMemory,
 ) {
-    let memory = own.memory().expect("valid").fewest_modes();
-    (own.actuator().expect("valid"), memory)
+    let memory = design.memory().expect("valid").fewest_modes();
+    (design.actuator().expect("valid"), memory)
 }
 
-fn pid(own: &ControllerSetup) -> FractionalPid<f32> {
-    let (actuator, memory) = actuator_and_memory(own);
-    FractionalPid::new(PID, own.set_point, actuator, memory, T).expect("valid")
+fn pid(design: &ControllerSetup) -> FractionalPid<f32> {
+    let (actuator, memory) = actuator_and_memory(design);
+    FractionalPid::new(PID, design.set_point, actuator, memory, T).expect("valid")
 }
 
 #[test]
@@ -153,15 +153,15 @@ fn so_have_those_of_every_controller() {
         integral: 900.0,
         derivative: 4.0,
     };
-    same_bits(&setup(tid, "full-bdf2:1e-6"), 5_000, |own| {
-        let (actuator, memory) = actuator_and_memory(own);
-        FractionalPid::<f32>::tid(tid, own.set_point.derivative, actuator, memory, T)
+    same_bits(&setup(tid, "full-bdf2:1e-6"), 5_000, |design| {
+        let (actuator, memory) = actuator_and_memory(design);
+        FractionalPid::<f32>::tid(tid, design.set_point.derivative, actuator, memory, T)
             .expect("valid")
     });
     for order in [1.3, 0.6] {
         let crone = CroneParameters { order, ..CRONE };
-        same_bits(&setup(crone, "full:1e-6"), 5_000, |own| {
-            let (actuator, memory) = actuator_and_memory(own);
+        same_bits(&setup(crone, "full:1e-6"), 5_000, |design| {
+            let (actuator, memory) = actuator_and_memory(design);
             LeadController::<f32>::crone(crone, actuator, memory, T).expect("valid")
         });
     }
@@ -171,8 +171,8 @@ fn so_have_those_of_every_controller() {
         x: 0.1,
         order: 0.9,
     };
-    same_bits(&setup(lead, "full:1e-6"), 5_000, |own| {
-        let (actuator, memory) = actuator_and_memory(own);
+    same_bits(&setup(lead, "full:1e-6"), 5_000, |design| {
+        let (actuator, memory) = actuator_and_memory(design);
         LeadController::<f32>::lead_lag(lead, actuator, memory, T).expect("valid")
     });
 }
@@ -183,7 +183,7 @@ fn a_run_starts_where_the_device_is() {
     const PLACE_M: f32 = 2e-3;
     for text in ["300+900/s+0.5s", "300+900/s^0.9+6s^0.9"] {
         let gains: PidParameters = text.parse().expect("a controller");
-        let own = ControllerSetup {
+        let design = ControllerSetup {
             set_point: SetPoint {
                 proportional: 0.8,
                 ..SetPoint::DEFAULT
@@ -192,13 +192,13 @@ fn a_run_starts_where_the_device_is() {
         };
         let mut bench = with_cost(Some(haptic_remote::CONTROLLER_COST));
         bench.hello();
-        bench.hold(&held(&own), Scope::Run).expect("runs");
+        bench.hold(&held(&design), Scope::Run).expect("runs");
         bench.arm();
         bench.device.borrow_mut().hardware_mut().offset_m = PLACE_M;
         bench.done(Request::Start(haptic_link::Start { ticks: 50, ..START }));
         bench.run_ms(400);
-        let (actuator, memory) = actuator_and_memory(&own);
-        let host = FractionalPid::<f32>::new(gains, own.set_point, actuator, memory, T);
+        let (actuator, memory) = actuator_and_memory(&design);
+        let host = FractionalPid::<f32>::new(gains, design.set_point, actuator, memory, T);
         let host = host.expect("valid");
         let (mut history, mut ticks) = (host.settled(PLACE_M, PLACE_M, 0.0).expect("settles"), 0);
         for sample in bench.samples().filter(|sample| sample.tick < 50) {
@@ -368,7 +368,7 @@ fn a_run_with_a_controller_leaves_nothing_behind_and_starts_anew() {
     assert_eq!(block.values, law.1[16..32]);
     bench.arm();
     let forces = |bench: &mut Bench, run| {
-        bench.told.clear();
+        bench.reports.clear();
         bench.done(Request::Start(haptic_link::Start {
             run,
             ticks: 400,

@@ -31,7 +31,7 @@ pub(crate) struct Bench<H: Hardware<D> = Witness, const D: usize = 1> {
     pub(crate) ticking: bool,
     /// The host does not send anything while this is set.
     pub(crate) host_dead: bool,
-    pub(crate) told: Vec<DeviceReport>,
+    pub(crate) reports: Vec<DeviceReport>,
     pub(crate) rebooted: bool,
     /// What the guard has observed, as of the last answer to a keep-alive, J.
     pub(crate) energy_j: Option<f32>,
@@ -98,7 +98,7 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
             boot_us: 0,
             ticking: true,
             host_dead: false,
-            told: Vec::new(),
+            reports: Vec::new(),
             rebooted: false,
             energy_j: None,
             law: None,
@@ -225,7 +225,7 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
             let length = self.host.tell(&force, &mut line);
             self.to_device.send(&line[..length], self.now_us);
         }
-        self.told.push(report);
+        self.reports.push(report);
     }
 
     /// Lets time pass.
@@ -334,7 +334,7 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
 
     /// The samples heard so far that came one by one.
     pub(crate) fn samples(&self) -> impl DoubleEndedIterator<Item = &Sample> {
-        self.told.iter().filter_map(|report| {
+        self.reports.iter().filter_map(|report| {
             if let DeviceReport::Sample(sample) = report {
                 Some(sample)
             } else {
@@ -345,7 +345,7 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
 
     /// The events heard so far.
     pub(crate) fn events(&self) -> Vec<EventKind> {
-        let events = self.told.iter().filter_map(|report| {
+        let events = self.reports.iter().filter_map(|report| {
             if let DeviceReport::Event(event) = report {
                 Some(event.kind)
             } else {
@@ -357,7 +357,7 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
 
     /// The first fault that was told, and its tick.
     pub(crate) fn told_fault(&self) -> Option<(Fault, u32)> {
-        self.told.iter().find_map(|report| {
+        self.reports.iter().find_map(|report| {
             let DeviceReport::Fault(report) = report else {
                 return None;
             };
@@ -367,7 +367,7 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
 
     /// Ticks of the samples heard so far.
     pub(crate) fn ticks(&self) -> Vec<u32> {
-        let samples = self.told.iter().flat_map(|report| {
+        let samples = self.reports.iter().flat_map(|report| {
             if let DeviceReport::Sample(sample) = report {
                 vec![sample.tick]
             } else if let DeviceReport::Batch(batch) = report {

@@ -116,8 +116,8 @@ fn an_answer_that_nobody_took_is_not_missing() {
 
 /// A link to an emulated board that goes on, or falls silent before something is done; what its end has not read.
 fn with_board(goes_on: bool, done: impl FnOnce(SerialLink)) -> Vec<Request> {
-    let (here, mut there) = Pipe::pair();
-    let (line, stop) = (Box::new(there.clone()), AtomicBool::new(false));
+    let (here, mut far_end) = Pipe::pair();
+    let (line, stop) = (Box::new(far_end.clone()), AtomicBool::new(false));
     std::thread::scope(|scope| {
         let board = scope.spawn(|| emulate(line, &ideal(), &stop));
         let link = SerialLink::to_line(Box::new(here), "board").expect("answers");
@@ -131,7 +131,7 @@ fn with_board(goes_on: bool, done: impl FnOnce(SerialLink)) -> Vec<Request> {
     });
     let mut receiver = Receiver::<Request>::new(Direction::FromHost);
     let mut bytes = vec![0; 1 << 16];
-    let count = there.read(&mut bytes).unwrap_or(0);
+    let count = far_end.read(&mut bytes).unwrap_or(0);
     let frames = bytes[..count].iter();
     let frames = frames.filter_map(|byte| receiver.push(*byte));
     frames.map(|(_, request)| request).collect()
@@ -191,10 +191,10 @@ fn by_night_a_silence_of_two_seconds_is_told_within_two_and_a_half() {
 
 #[test]
 fn a_line_that_has_ended_is_listened_to_no_more() {
-    let (here, there) = Pipe::pair();
+    let (here, far_end) = Pipe::pair();
     let stop = AtomicBool::new(false);
     std::thread::scope(|scope| {
-        let board = scope.spawn(|| emulate(Box::new(there), &ideal(), &stop));
+        let board = scope.spawn(|| emulate(Box::new(far_end), &ideal(), &stop));
         let mut link = SerialLink::to_line(Box::new(here), "board").expect("answers");
         stop.store(true, Ordering::Relaxed);
         board.join().expect("no panic").expect("a good device");

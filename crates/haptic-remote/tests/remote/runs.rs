@@ -160,7 +160,7 @@ fn every_event_of_a_run_is_told_and_what_is_put_back_is_configured_again() {
     let (mut run, values) = spring();
     run.limits = Limits::DEFAULT;
     configure(&mut bench, run, &values, Scope::Run).expect("tighter");
-    bench.told.clear();
+    bench.reports.clear();
     bench.hello();
     bench.done(Request::GetCapabilities);
     bench.run_ms(1);

@@ -162,7 +162,7 @@ impl Watched {
         self.done(Request::Commit { digest, scope });
         let faults = self.greet();
         self.done(Request::Arm { faults });
-        self.bench.told.clear();
+        self.bench.reports.clear();
         self.done(Request::Start(Start { run: 99, ..START }));
         self.run_ms(20);
         assert_eq!(self.bench.state(), State::Running);
@@ -201,14 +201,14 @@ impl Drop for Told {
 }
 
 fn schedule(seed: u64) -> u64 {
-    let told = Told(seed);
+    let note = Told(seed);
     let mut random = Random(seed);
     let mut watched = Watched::new(seed);
     for _ in 0..10 + below(&mut random, 20) {
         watched.act(&mut random);
     }
     watched.recovers();
-    drop(told);
+    drop(note);
     watched.bench.now_us
 }
 

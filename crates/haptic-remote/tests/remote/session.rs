@@ -49,7 +49,7 @@ fn a_device_at_power_up_makes_no_force_and_waits() {
     bench.run_ms(50);
     assert_eq!(bench.state(), State::Idle);
     assert_eq!(bench.force_n(), 0.0);
-    assert!(bench.told.is_empty());
+    assert!(bench.reports.is_empty());
     let DeviceReport::Hello(hello) = bench.hello() else {
         panic!("not a hello");
     };
@@ -90,7 +90,7 @@ fn a_run_sends_every_tick_and_ends_by_itself_with_zero_force() {
     ];
     assert_eq!(bench.events(), kinds);
     // The event comes after the last sample.
-    assert!(matches!(bench.told.last(), Some(DeviceReport::Event(_))));
+    assert!(matches!(bench.reports.last(), Some(DeviceReport::Event(_))));
     assert_eq!(bench.host.counters().order.lost, 0);
 }
 
@@ -139,20 +139,20 @@ fn a_sensed_force_comes_with_its_sample_in_every_form_and_none_comes_without_a_s
         bench.run_ms(400);
         bench.host_dead = false;
         assert_eq!(fault(&bench), Some(Fault::HostSilent));
-        let mut told: Vec<Sample> = bench.samples().cloned().collect();
+        let mut sent: Vec<Sample> = bench.samples().cloned().collect();
         let most = if sensed_n.is_nan() { 16 } else { 12 };
-        for report in &bench.told {
+        for report in &bench.reports {
             if let DeviceReport::Batch(batched) = report {
                 assert!(
                     batched.items.len() <= most.min(usize::from(batch)),
                     "{batched:?}"
                 );
-                told.extend(batched.samples(1000));
+                sent.extend(batched.samples(1000));
             }
         }
-        assert!(told.len() > 300, "{}", told.len());
+        assert!(sent.len() > 300, "{}", sent.len());
         let flight = bench.flight(3).sample;
-        for sample in told.iter().chain([&flight]) {
+        for sample in sent.iter().chain([&flight]) {
             // The start of a run looks at the board once more before its first tick.
             let want = (!sensed_n.is_nan()).then_some(sensed_n + 1.0 + sample.tick as f32);
             assert!(sample.sensed_force_n.iter().copied().eq(want), "{sample:?}");

@@ -205,12 +205,12 @@ fn same_bits<H: Hardware<D>, const D: usize>(
     map: Option<DepthMap<f32>>,
 ) -> (f32, u32) {
     const TICKS: u32 = 3000;
-    let mut own = run(shape, map);
+    let mut plan = run(shape, map);
     if hardware.capabilities().simulated {
-        own.configuration.simulation = pushed();
+        plan.configuration.simulation = pushed();
     }
     let mut bench = Bench::on(hardware);
-    bench.runs(&own, TICKS);
+    bench.runs(&plan, TICKS);
     bench.run_ms(u64::from(TICKS) + 300);
     let law = SpringDamper::new(K, B, operator()).expect("valid");
     let contact = Contact::behind(on_host(shape), law).with_depth_map(map);
@@ -316,18 +316,18 @@ fn three_axes_render_each_shape_with_the_bits_of_the_host() {
 
 /// 1 N and more into an oblique edge.
 fn pressed() -> (Run, Bench<SimulatedAxes<2>, 2>) {
-    let mut own = run(&plane([0.6, 0.8], 1e-3), None);
-    own.configuration.simulation = Simulation {
+    let mut plan = run(&plane([0.6, 0.8], 1e-3), None);
+    plan.configuration.simulation = Simulation {
         push_n: 4.0,
         ..pushed()
     };
-    (own, Bench::on(SimulatedAxes::new("axes")))
+    (plan, Bench::on(SimulatedAxes::new("axes")))
 }
 
 #[test]
 fn its_norm_is_limited_and_the_direction_kept() {
-    let (own, mut bench) = pressed();
-    bench.runs(&own, 0);
+    let (plan, mut bench) = pressed();
+    bench.runs(&plan, 0);
     bench.run_ms(3000);
     assert_eq!(bench.state(), State::Running);
     // By the magnitude alone, not by the rate.
@@ -349,7 +349,7 @@ fn its_norm_is_limited_and_the_direction_kept() {
 
 #[test]
 fn beyond_its_box_it_is_in_a_fault_and_the_force_falls() {
-    let (mut own, mut bench) = pressed();
+    let (mut plan, mut bench) = pressed();
     let axis = |high_m| AxisWorkspace {
         low_m: -0.1,
         high_m,
@@ -358,15 +358,15 @@ fn beyond_its_box_it_is_in_a_fault_and_the_force_falls() {
     let workspace = WorkspaceBox {
         axes: [axis(0.008), axis(0.1)].into_iter().collect(),
     };
-    own.workspace = Some(workspace);
-    bench.runs(&own, 0);
+    plan.workspace = Some(workspace);
+    bench.runs(&plan, 0);
     bench.falls_to_zero(Fault::Workspace);
 }
 
 #[test]
 fn without_a_host_it_is_in_a_fault_and_the_force_falls() {
-    let (own, mut bench) = pressed();
-    bench.runs(&own, 0);
+    let (plan, mut bench) = pressed();
+    bench.runs(&plan, 0);
     bench.run_ms(300);
     bench.host_dead = true;
     bench.falls_to_zero(Fault::HostSilent);
@@ -394,8 +394,8 @@ fn a_position_that_is_no_number_is_a_fault() {
 
 #[test]
 fn stopped_in_a_shape_the_force_falls() {
-    let (own, mut bench) = pressed();
-    bench.runs(&own, 0);
+    let (plan, mut bench) = pressed();
+    bench.runs(&plan, 0);
     bench.run_ms(300);
     bench.done(Request::Stop);
     let stopped = bench.norms.len();
@@ -545,7 +545,7 @@ fn a_device_of_one_axis_takes_none() {
 
 /// A device of two axes from before surfaces: its keys end before them.
 fn from_before() -> (SerialLink, Arc<AtomicBool>) {
-    let (here, mut there) = Pipe::pair();
+    let (here, mut far_end) = Pipe::pair();
     let stop = Arc::new(AtomicBool::new(false));
     let stopped = Arc::clone(&stop);
     std::thread::spawn(move || {
@@ -555,7 +555,7 @@ fn from_before() -> (SerialLink, Arc<AtomicBool>) {
         let mut reports = Receiver::<DeviceReport>::new(Direction::FromDevice);
         let mut bytes = [0; FRAME_MAX];
         while !stopped.load(Ordering::Relaxed) {
-            let count = there.read(&mut bytes).unwrap_or(0);
+            let count = far_end.read(&mut bytes).unwrap_or(0);
             for byte in &bytes[..count] {
                 let mut line = [0; FRAME_MAX];
                 let mut length = session.receive(*byte, 0, &device, &mut line);
@@ -568,7 +568,7 @@ fn from_before() -> (SerialLink, Arc<AtomicBool>) {
                     }
                 }
                 // It ends with the link.
-                let _ = there.write_all(&line[..length]);
+                let _ = far_end.write_all(&line[..length]);
             }
         }
     });
@@ -581,11 +581,11 @@ fn a_device_from_before_surfaces_is_told_of_before_anything_is_set() {
     let (mut link, stop) = from_before();
     let before = link.configuration().expect("tells");
     let edge = run(&plane([1.0, 0.0], 0.0), None);
-    let beside = Beside {
+    let companions = Beside {
         surface: edge.surface.as_ref(),
         ..Beside::default()
     };
-    let refused = link.set_run(edge.configuration, &edge.values, beside);
+    let refused = link.set_run(edge.configuration, &edge.values, companions);
     assert_refused(refused, "cannot render a shape on its own & flash");
     assert_eq!(link.configuration().expect("tells"), before);
     // A loop on the host needs no more than it has.
@@ -626,7 +626,7 @@ fn a_run_behind_a_surface_leaves_nothing_behind() {
     bench.set_to(&disc, Scope::Run).expect("good");
     bench.arm();
     let forces = |bench: &mut Bench<Led<2>, 2>, run| {
-        bench.told.clear();
+        bench.reports.clear();
         bench.done(Request::Start(Start {
             run,
             ticks: 400,

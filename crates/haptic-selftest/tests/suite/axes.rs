@@ -18,7 +18,7 @@ type Told<const D: usize> = [i8; D];
 /// A mass that moves freely.
 struct Arm<const D: usize> {
     plant: MassDamper<D>,
-    told: Told<D>,
+    mapping: Told<D>,
 }
 
 fn plant<const D: usize>(period_s: f64) -> MassDamper<D> {
@@ -30,14 +30,14 @@ impl<const D: usize> Device<f32, D> for Arm<D> {
     type Error = Fault;
 
     fn read(&mut self) -> Result<Reading<f32, D>, Fault> {
-        let Ok(there) = Device::<f32, D>::read(&mut self.plant);
+        let Ok(reading) = Device::<f32, D>::read(&mut self.plant);
         let position_m = SVector::from_fn(|axis, _| {
-            let of = self.told[axis];
-            f32::from(of.signum()) * there.position_m[usize::from(of.unsigned_abs()) - 1]
+            let source = self.mapping[axis];
+            f32::from(source.signum()) * reading.position_m[usize::from(source.unsigned_abs()) - 1]
         });
         Ok(Reading {
             position_m,
-            ..there
+            ..reading
         })
     }
 
@@ -80,11 +80,11 @@ impl<const D: usize> ServedHardware<D> for Arm<D> {
 }
 
 /// The row of the direction, when every other promise is kept.
-fn direction<const D: usize>(told: Told<D>) -> (Option<bool>, String) {
+fn direction<const D: usize>(mapping: Told<D>) -> (Option<bool>, String) {
     let connect = || {
         let arm = Arm {
             plant: plant(1e-3),
-            told,
+            mapping,
         };
         let served = Served::in_its_own_time(arm, DeviceTime::default()).expect("serves");
         Ok(SerialLink::to_served(served, "arm").expect("answers"))
@@ -119,9 +119,9 @@ fn each_axis_is_tried_and_one_that_is_mirrored_or_swapped_is_named() {
         ([1, -3, 2], vec![z_moves_y, against]),
         ([2, 3, 1], [&rotated[..], &[z_moves_y]].concat()),
     ];
-    at_once(cases.map(|(told, words)| {
-        (format!("{told:?}"), move || {
-            let (ok, seen) = direction(told);
+    at_once(cases.map(|(mapping, words)| {
+        (format!("{mapping:?}"), move || {
+            let (ok, seen) = direction(mapping);
             assert_eq!(ok, Some(false), "{seen}");
             for word in words {
                 assert!(seen.contains(word), "{seen}");

@@ -137,8 +137,8 @@ fn another_version_and_other_messages_are_named() {
     assert_eq!(error, Err(PeerError::OtherVersion { version: 5 }));
 
     let mut receiver = Receiver::<HandMessage>::new(Direction::FromHost);
-    let own = hello(&mut Peer::new(SLAVE, 2));
-    let heard = own.iter().find_map(|&byte| receiver.push(byte));
+    let greeting = hello(&mut Peer::new(SLAVE, 2));
+    let heard = greeting.iter().find_map(|&byte| receiver.push(byte));
     let Some((_, HandMessage::Hello(fits))) = heard else {
         panic!("a hello");
     };

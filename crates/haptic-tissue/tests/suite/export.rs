@@ -71,9 +71,9 @@ fn more_branches_are_closer() {
 
 #[test]
 fn a_prony_series_stays_as_it_is() {
-    let own = model(ModelKind::Prony, &[2.0, 7.0, 0.1, 3.0, 5.0]);
-    let fit = PronyFit::new(&own, 2, 1e-3, 1e3).expect("fits");
-    assert_eq!(fit.model().expect("valid"), own);
+    let prony = model(ModelKind::Prony, &[2.0, 7.0, 0.1, 3.0, 5.0]);
+    let fit = PronyFit::new(&prony, 2, 1e-3, 1e3).expect("fits");
+    assert_eq!(fit.model().expect("valid"), prony);
 }
 
 /// Numbers of a line, whatever stands between them.
@@ -93,8 +93,8 @@ fn classical_models_are_their_own_series() {
         let model = Model::from_parameters(kind, values).expect("in range");
         // Far beyond the time at which nothing is left of it.
         let fit = PronyFit::new(&model, 12, 1e-3, 1e6).expect("a series");
-        let own = (fit.branches.len(), fit.max_relative_error);
-        assert_eq!(own, (1, 0.0), "{kind}");
+        let found = (fit.branches.len(), fit.max_relative_error);
+        assert_eq!(found, (1, 0.0), "{kind}");
         let times = [1e-3, 0.01, 0.05, 0.2];
         let series = fit.model().expect("a model").relaxation_moduli(&times);
         for (have, want) in series.iter().zip(model.relaxation_moduli(&times)) {
@@ -177,10 +177,10 @@ fn each_text_describes_the_series_by_the_convention_of_its_program() {
             )
             .expect("text");
         let back = read_back(format, &text, &fit);
-        let own = fit.model().expect("valid");
+        let exact = fit.model().expect("valid");
         for t in [1e-3, 0.1, 7.0, 1e3] {
             let error =
-                (back.relaxation_moduli(&[t])[0] / own.relaxation_moduli(&[t])[0] - 1.0).abs();
+                (back.relaxation_moduli(&[t])[0] / exact.relaxation_moduli(&[t])[0] - 1.0).abs();
             assert!(error < 1e-10, "{format:?} {t}: {error:e}\n{text}");
         }
         assert_says(&text, "largest relative error");
@@ -399,8 +399,8 @@ const MATERIALS: &str = r"
 #[test]
 fn a_whole_material_has_its_elasticity_at_0() {
     // E(0) = 2(1 + ν)·(5 + 7 + 3) of a shear modulus.
-    let own = model(ModelKind::Prony, &[5.0, 7.0, 0.1, 3.0, 5.0]);
-    let fit = PronyFit::new(&own, 2, 1e-3, 1e3).expect("itself");
+    let prony = model(ModelKind::Prony, &[5.0, 7.0, 0.1, 3.0, 5.0]);
+    let fit = PronyFit::new(&prony, 2, 1e-3, 1e3).expect("itself");
     let format = |name: &str| {
         let mut formats = ExportFormat::ALL.into_iter();
         formats.find(|format| format.name() == name).expect(name)

@@ -170,7 +170,7 @@ fn no_operator_gives_energy() {
 #[test]
 fn a_model_of_one_spring_pot_has_the_bits_of_its_kernel() {
     let order = fracdiff::Order::new(0.2247).expect("valid");
-    let own = Design::<16, 112>::pruned(Kernel::Grunwald, order, 1e-6, 2.1e5).expect("modes");
+    let design = Design::<16, 112>::pruned(Kernel::Grunwald, order, 1e-6, 2.1e5).expect("modes");
     for model in [
         model(ModelKind::SpringPot, &[8650.0, 0.2247]),
         model(
@@ -179,7 +179,7 @@ fn a_model_of_one_spring_pot_has_the_bits_of_its_kernel() {
         ),
     ] {
         let sampled = sampled(&model);
-        assert_eq!(sampled.design(1e-6, 2.1e5).expect("modes"), own);
+        assert_eq!(sampled.design(1e-6, 2.1e5).expect("modes"), design);
         assert_eq!(sampled.viscosity_pa_s_mu(), 8650.0);
     }
 }

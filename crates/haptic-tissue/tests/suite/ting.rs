@@ -118,7 +118,7 @@ fn contact_begins_at_depth_0() {
         &[0.0, 1.0, 1.5, 1.7],
         &[-1e-3, 1e-3, 2e-3, 1e-3],
     );
-    let own = ting(
+    let direct = ting(
         &model,
         Some(&sphere),
         &[0.5, 1.0, 1.5, 1.7],
@@ -126,7 +126,7 @@ fn contact_begins_at_depth_0() {
     );
     assert_eq!(shifted.force_per_shape[0].to_bits(), 0.0_f64.to_bits());
     for n in 1..4 {
-        let (have, want) = (shifted.force_per_shape[n], own.force_per_shape[n]);
+        let (have, want) = (shifted.force_per_shape[n], direct.force_per_shape[n]);
         assert_close(&n.to_string(), have, want, 1e-6 * want);
     }
 }

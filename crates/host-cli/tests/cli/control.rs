@@ -30,8 +30,9 @@ fn a_design_meets_its_wishes_and_the_files_are_what_other_commands_take() {
     assert_close("wanted", number(&wishes[1], "wanted"), 65.0, 1e-9);
     assert_relative("reached", number(&wishes[1], "reached"), 65.0, 0.01);
     // Iso-damped: the integer-order PID is at least three times worse.
-    let [own, other] = [&report, &report["integer"]].map(|of| number(of, "overshoot_spread"));
-    assert!(other > 3.0 * own, "{own} {other}");
+    let [spread, other] =
+        [&report, &report["integer"]].map(|answer| number(answer, "overshoot_spread"));
+    assert!(other > 3.0 * spread, "{spread} {other}");
     let files = "d/ d/controller.csv d/controller.png d/controller.svg d/controller.toml";
     assert_eq!(place.listing(), files);
     let line = format!("control analyze --plant {OVEN} --controller d/controller.toml");

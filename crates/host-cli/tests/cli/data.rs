@@ -123,12 +123,12 @@ fn uneven_times_are_taken_as_they_are_or_refused() {
     refused.refused(2, &["uneven.csv", "line ", "omit --sample-time"]);
     // Without an option the times are those of the table, and what was taken is told.
     let run = place.run("differintegrate --order 0.5 uneven.csv");
-    let told = [
+    let parts = [
         "warning: the times are uneven, most of all at line ",
         ": straight lines between the rows (piecewise-linear)\n",
     ];
     assert!(
-        told.iter().all(|part| run.stderr.contains(part)),
+        parts.iter().all(|part| run.stderr.contains(part)),
         "{}",
         run.stderr
     );
@@ -361,11 +361,11 @@ fn materials_are_listed_with_those_of_the_user() {
         let name = |m: &Value| m["name"].as_str().expect("a name").to_owned();
         list.iter().map(name).collect()
     };
-    let own = names("materials list --json");
+    let built_in = names("materials list --json");
     let first = ["prostate-cancerous", "prostate-healthy", "fish-muscle"];
-    assert_eq!(own[..3], first);
+    assert_eq!(built_in[..3], first);
     let with_gel = names("materials list --library mine --json");
-    assert_eq!(with_gel, [&own[..], &["gel".to_owned()]].concat());
+    assert_eq!(with_gel, [&built_in[..], &["gel".to_owned()]].concat());
     let text = place.run("materials list --library mine").succeeded();
     let muscle = text.stdout.split("fish-muscle").nth(1).expect("a row");
     assert_says(

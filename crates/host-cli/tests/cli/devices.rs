@@ -14,7 +14,7 @@ mod unheard;
 
 pub(crate) use crate::emulated::{Emulated, Emulator};
 use crate::process::column;
-pub(crate) use makers::told;
+pub(crate) use makers::numbers_after;
 use serde_json::Value;
 use std::time::Duration;
 use testkit::assert_says;

@@ -11,7 +11,7 @@ use std::process::{Child, Stdio};
 /// An emulator in a process of its own, and what it says at its start; gone when dropped.
 pub(crate) struct Emulator {
     pub(crate) child: Child,
-    pub(crate) told: Value,
+    pub(crate) announced: Value,
 }
 
 impl Emulator {
@@ -19,21 +19,21 @@ impl Emulator {
         let mut command = place.command(&format!("device emulate {options} --json"));
         let piped = command.stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = piped.spawn().expect("runs");
-        let mut told = String::new();
+        let mut line = String::new();
         let mut stdout = BufReader::new(child.stdout.take().expect("piped"));
-        stdout.read_line(&mut told).expect("is text");
-        let told = serde_json::from_str(&told).expect("JSON");
-        Self { child, told }
+        stdout.read_line(&mut line).expect("is text");
+        let announced = serde_json::from_str(&line).expect("JSON");
+        Self { child, announced }
     }
 
     /// The device's name for other commands.
     pub(crate) fn name(&self) -> &str {
-        self.told["device"].as_str().expect("a name")
+        self.announced["device"].as_str().expect("a name")
     }
 
     /// Its address, without a scheme.
     pub(crate) fn address(&self) -> &str {
-        let path = self.told["path"].as_str().expect("a path");
+        let path = self.announced["path"].as_str().expect("a path");
         path.strip_prefix("tcp:").unwrap_or(path)
     }
 
@@ -155,7 +155,7 @@ fn spawned(place: &Place, port: Port, options: &str) -> Emulator {
     };
     let options = options.replace("--facing white", "--facing 127.0.0.1:0");
     let emulator = Emulator::start(place, &format!("{options} --listen 127.0.0.1:0"));
-    let facing = emulator.told["facing"]["path"].as_str();
+    let facing = emulator.announced["facing"]["path"].as_str();
     let facing = facing.map(|path| ("white", path.replacen("tcp:", "", 1)));
     for (name, address) in [(name, emulator.address().to_owned())]
         .into_iter()

@@ -371,20 +371,20 @@ fn a_simulated_device_that_pushes_by_itself_is_one_that_a_hand_pushes_from_rest(
             (report, place.text(&format!("run/{kind}.csv")))
         };
         let (hand, by_hand) = run("impact=0");
-        let (own, by_device) = run("push_by=device");
-        assert_eq!(own["push_by"], "device");
+        let (motor, by_device) = run("push_by=device");
+        assert_eq!(motor["push_by"], "device");
         assert_says(
-            own["shared_actuator"].as_str().expect("words"),
+            motor["shared_actuator"].as_str().expect("words"),
             "one actuator",
         );
         assert_eq!(
             (&hand["push_by"], &hand["verdict"]),
-            (&Value::Null, &own["verdict"])
+            (&Value::Null, &motor["verdict"])
         );
-        let deflections = [&own, &hand].map(|report| number(report, "deflection_m"));
+        let deflections = [&motor, &hand].map(|report| number(report, "deflection_m"));
         assert_close("deflection", deflections[0], deflections[1], 1e-9);
         // The force of the law alone is in the table, and agrees with the whole history.
-        assert!(number(&own, "max_relative_error") < 1e-4, "{own}");
+        assert!(number(&motor, "max_relative_error") < 1e-4, "{motor}");
         let force = |csv: &str| column(csv, "reaction_force_n");
         for (a, b) in force(&by_hand).into_iter().zip(force(&by_device)) {
             assert_close("force", a, b, 1e-6);

@@ -342,6 +342,6 @@ fn bad_input_is_refused_in_one_line_with_the_option_that_mends_it() {
     assert_eq!(place.files().len(), 6, "nothing was written");
     // Rows that may be left out are counted and named.
     let ended = place.run("identify zero.csv --from 1s --model spring-pot");
-    let told = "1 row (line 2) left out, outside the range asked for";
-    assert_says(&ended.succeeded_with_warnings().stdout, told);
+    let warning = "1 row (line 2) left out, outside the range asked for";
+    assert_says(&ended.succeeded_with_warnings().stdout, warning);
 }

@@ -91,8 +91,8 @@ fn a_wider_box_asks_for_no_more_motion() {
             );
             let found = place.run(&line).succeeded_with_warnings().json();
             let damping: f64 = damping.parse().expect("a number");
-            let told = number(&found["damping_n_s_per_m"], "value");
-            assert!((told / damping - 1.0).abs() < 0.02, "{line}: {found}");
+            let estimate = number(&found["damping_n_s_per_m"], "value");
+            assert!((estimate / damping - 1.0).abs() < 0.02, "{line}: {found}");
         }
     }
     // One that stands still is seen in any.
@@ -182,20 +182,20 @@ fn a_device_file_is_the_same_device_in_sim_and_on_a_board() {
     board.loosen();
     board.place().write("wall.toml", WALL);
     let sim = board.json("run wall.toml --out sim");
-    let there = board.json("run wall.toml --device serial:device watchdog=1s --out there");
-    assert_eq!(preflight(&sim), preflight(&there));
-    assert_eq!(preflight(&there)[1..], [0.0013, 0.0005]);
-    assert_eq!(there["verdict"], sim["verdict"], "{there}");
+    let board_run = board.json("run wall.toml --device serial:device watchdog=1s --out there");
+    assert_eq!(preflight(&sim), preflight(&board_run));
+    assert_eq!(preflight(&board_run)[1..], [0.0013, 0.0005]);
+    assert_eq!(board_run["verdict"], sim["verdict"], "{board_run}");
     // The board's law is in single precision, which the encoder hides: a position may fall on the next count now and then.
-    let [sim, there] = ["sim", "there"].map(|run| {
+    let [sim, on_board] = ["sim", "there"].map(|run| {
         let table = board.place().text(&format!("{run}/wall.csv"));
         column(&table, "position_m")
     });
     assert_eq!(sim.len(), 1501);
     let largest = sim.iter().copied().fold(0.0, f64::max);
     assert!(largest > 4e-4, "{largest}");
-    for (sim, there) in sim.into_iter().zip(there) {
-        assert_close("position", there, sim, 1.5e-6);
+    for (sim, on_board) in sim.into_iter().zip(on_board) {
+        assert_close("position", on_board, sim, 1.5e-6);
     }
 }
 
@@ -207,11 +207,11 @@ fn what_design_writes_runs_in_sim_and_on_a_board() {
     let line = "design --device-model device.toml --sample-time 1ms force_limit=3N --orders 1 --out designed";
     place.run(line).succeeded_with_warnings();
     let sim = board.json("run designed/design.toml --out sim");
-    let there =
+    let on_board =
         board.json("run designed/design.toml --device serial:device watchdog=1s --out there");
-    assert!(there["ended_early"].is_null(), "{there}");
-    assert_eq!(preflight(&there), preflight(&sim));
-    assert_eq!(there["verdict"], "stable", "{there}");
+    assert!(on_board["ended_early"].is_null(), "{on_board}");
+    assert_eq!(preflight(&on_board), preflight(&sim));
+    assert_eq!(on_board["verdict"], "stable", "{on_board}");
 }
 
 #[test]
@@ -225,14 +225,14 @@ fn a_simulated_plant_moves_once_the_force_has_risen() {
         assert_eq!(number(&report, "limited_samples"), 0.0, "{report}");
         report
     };
-    let there = report("relax", "serial:device watchdog=1s");
+    let on_board = report("relax", "serial:device watchdog=1s");
     let here = report("relax", "sim");
     for same in [
         "max_relative_error_samples",
         "closed_form_error",
         "final_over_theory",
     ] {
-        assert_relative(same, number(&there, same), number(&here, same), 1e-4);
+        assert_relative(same, number(&on_board, same), number(&here, same), 1e-4);
     }
     // A push that began with the ramp would be 18 % off.
     let creep = report("creep", "serial:device watchdog=1s");

@@ -233,8 +233,8 @@ const MISCHANCES: [Mischance; 6] = [
 fn letting_go(ticks: &[TickMessage], what: &str) -> (f64, f64) {
     let over = Limiters::FAULT.bits() | Limiters::STOPPING.bits();
     let force_n = |tick: &TickMessage| tick.applied_force_n[0].abs();
-    let told = ticks.iter().position(|tick| tick.limiters & over != 0);
-    let from = told.unwrap_or(ticks.len().saturating_sub(1));
+    let limited = ticks.iter().position(|tick| tick.limiters & over != 0);
+    let from = limited.unwrap_or(ticks.len().saturating_sub(1));
     for pair in ticks[from..].windows(2) {
         assert!(force_n(&pair[1]) <= force_n(&pair[0]), "{pair:?} {what}");
     }

@@ -117,7 +117,7 @@ fn a_command_draws_at_the_width_in_the_formats_and_of_the_panel_that_are_asked_f
 #[test]
 fn what_no_picture_can_be_is_refused_with_what_it_can() {
     let place = Place::new();
-    for (option, told) in [
+    for (option, refusal) in [
         ("--figure-width 85", "85mm"),
         ("--figure-width 5mm", "60 mm to 500 mm"),
         ("--figure-width wide", "wide"),
@@ -131,7 +131,7 @@ fn what_no_picture_can_be_is_refused_with_what_it_can() {
         let line = format!("control simulate --plant 1/(s+1) --duration 5s --out p {option}");
         let ended = place.run(&line);
 
-        assert_says(ended.error(), told);
+        assert_says(ended.error(), refusal);
         assert!(!place.path("p/response.svg").exists(), "{option}");
         let _ = std::fs::remove_dir_all(place.path("p"));
     }
@@ -160,8 +160,8 @@ fn a_panel_that_a_run_will_not_have_is_refused_before_it_with_those_that_it_has(
     ) {
         let ended = place.run(&format!("{line} --out p --panel z"));
         let error = ended.error();
-        let told = error.split_once("`z`: ").map_or("", |parts| parts.1);
-        let known = told.split_once("); give a letter").map(|parts| parts.0);
+        let list = error.split_once("`z`: ").map_or("", |parts| parts.1);
+        let known = list.split_once("); give a letter").map(|parts| parts.0);
         let known = known.unwrap_or_else(|| panic!("{line}: {error}"));
         assert!(!place.path("p").exists(), "{line}: it ran");
         let ran = place.run(&format!("{line} --out p --figure-format svg"));

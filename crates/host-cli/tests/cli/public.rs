@@ -120,8 +120,8 @@ fn plants_of_public_records_rest_at_their_gains() {
         let function: FractionalTransferFunction = function.parse().expect("a function");
         let at = |side: &fractional_control::FractionalPolynomial, order: f64| {
             let mut terms = side.terms().iter();
-            let own = terms.find(|term| (term.order - order).abs() < 1e-9);
-            own.map_or(0.0, |term| term.coefficient)
+            let same_order = terms.find(|term| (term.order - order).abs() < 1e-9);
+            same_order.map_or(0.0, |term| term.coefficient)
         };
         let (above, below) = (function.numerator(), function.denominator());
         let rest = at(above, 0.0) / at(below, 0.0);

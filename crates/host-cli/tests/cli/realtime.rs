@@ -137,9 +137,9 @@ fn a_run_that_may_not_have_a_priority_goes_on_and_says_once_how_to_get_it() {
         .stderr
         .lines()
         .filter(|line| line.contains("no real-time priority"));
-    let told = refused.next().unwrap_or_default();
+    let refusal = refused.next().unwrap_or_default();
     assert_says(
-        told,
+        refusal,
         "priority 60 & ulimit -r 60 & limits.d & setcap cap_sys_nice",
     );
     assert_eq!(refused.next(), None, "{ended}");
@@ -163,8 +163,8 @@ fn periods_that_a_stop_took_are_skipped_and_counted_but_every_tick_runs() {
     let skipped = number(&report["realtime"], "skipped_periods");
     assert!(skipped >= 190.0, "{report}");
     let words = ["warning: ", "late:", "periods were skipped"];
-    let told = |line: &str| words.iter().all(|word| line.contains(word));
-    assert!(ended.stderr.lines().any(told), "{ended}");
+    let names_all = |line: &str| words.iter().all(|word| line.contains(word));
+    assert!(ended.stderr.lines().any(names_all), "{ended}");
     // Device time has no gap.
     let check = place.json("log check run/relax.mcap");
     assert_eq!(check["gaps"], Value::Array(Vec::new()), "{check}");

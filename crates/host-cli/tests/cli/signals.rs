@@ -139,9 +139,9 @@ impl Rig {
     }
 
     /// What an emulator says at its end: the numbers behind these words.
-    fn told(&mut self, before: &str, count: usize) -> Vec<f64> {
+    fn numbers_after(&mut self, before: &str, count: usize) -> Vec<f64> {
         let message = self.emulator.as_mut().expect("an emulator").ends();
-        crate::devices::told(&message, before, count)
+        crate::devices::numbers_after(&message, before, count)
     }
 
     /// A relaxation that a hand keeps up, as an option of `relax` or in a file.
@@ -202,11 +202,11 @@ impl Rig {
             // Its board has no watchdog, as the guide says.
             Kind::Haply => assert!(by_itself || !self.has_torque()),
             Kind::Moteus => {
-                let mode = self.told("mode ", 1)[0];
+                let mode = self.numbers_after("mode ", 1)[0];
                 // That of its own watchdog where nobody has stopped it.
                 assert!(mode == 0.0 || by_itself && mode == 11.0, "mode {mode}");
             }
-            Kind::Inverse3 => assert_eq!(self.told("force ", 3), [0.0; 3]),
+            Kind::Inverse3 => assert_eq!(self.numbers_after("force ", 3), [0.0; 3]),
         }
     }
 

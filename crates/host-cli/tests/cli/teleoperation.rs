@@ -111,8 +111,8 @@ fn keeps_its_run(place: &Place, side: &str, report: &serde_json::Value) {
     assert_eq!(table.lines().next(), Some(header));
     let forces = column(&table, "force_n").into_iter().map(f64::abs);
     // This reader of JSON rounds the last bit.
-    let told = number(report, "peak_force_n");
-    assert_close("peak", forces.fold(0.0, f64::max), told, 1e-12 * told);
+    let peak_n = number(report, "peak_force_n");
+    assert_close("peak", forces.fold(0.0, f64::max), peak_n, 1e-12 * peak_n);
 }
 
 #[test]

@@ -25,8 +25,8 @@ fn a_drift_by_itself_is_not_stable() {
     // No stiffness and no hand: nothing brings the device back, a pole at z = 1.
     let adrift = SampledLoop::new(wall(0.0, 1.0, 0.1, 0.0), &operator, 0);
     let adrift = adrift.expect("in range").verdict();
-    let told = (adrift.stable, adrift.unstable_poles, adrift.theta);
-    assert_eq!(told, (false, None, 0.0));
+    let verdict = (adrift.stable, adrift.unstable_poles, adrift.theta);
+    assert_eq!(verdict, (false, None, 0.0));
 }
 
 #[test]

@@ -142,7 +142,7 @@ fn each_tick_without_an_answer_and_each_force_not_sent_is_flagged_and_counted_on
 
 #[test]
 fn a_port_that_is_gone_is_not_said_to_have_told_the_board_anything() {
-    for (silent, told) in [(false, "cannot be told to let go"), (true, "was told to")] {
+    for (silent, outcome) in [(false, "cannot be told to let go"), (true, "was told to")] {
         let mut running = with_torque(Version::V3);
         running.wire.with(|world| {
             world.dead = silent;
@@ -155,7 +155,7 @@ fn a_port_that_is_gone_is_not_said_to_have_told_the_board_anything() {
         // What is said is true: behind a port that is gone the motors still push.
         assert!(running.torque() > 0.0);
         let words = running.device.hardware().trouble().expect("failed").words;
-        assert_says(&words, told);
+        assert_says(&words, outcome);
         assert_eq!(words.contains("its port is gone"), !silent, "{words}");
         assert!(silent || !words.contains("reset"), "{words}");
     }

@@ -69,13 +69,13 @@ impl DriveSamples {
             let newest = newest
                 .checked_sub(1)
                 .and_then(|newest| of_tissue.get(newest));
-            let own = KeptSample {
+            let kept = KeptSample {
                 time_s: own_s,
                 contact_force_n: newest.map_or(0.0, KeptSample::reaction_n),
                 sensed_force_n: None,
                 ..*sample
             };
-            let (error, [measured, force_n]) = judged(&own);
+            let (error, [measured, force_n]) = judged(&kept);
             points.push((now_s, [error, measured, force_n]));
         }
         Self { points, at: 0 }

@@ -121,8 +121,8 @@ fn the_indenter_is_held_on_its_way_and_the_tissue_is_that_of_the_motion_really_m
         "derivative_order",
         "drive.preflight.in_contact.stable",
     ] {
-        let there = log.windows(key.len()).any(|bytes| bytes == key.as_bytes());
-        assert!(there, "{key}");
+        let is_logged = log.windows(key.len()).any(|bytes| bytes == key.as_bytes());
+        assert!(is_logged, "{key}");
     }
     let csv = std::fs::read_to_string(report.run.csv.as_ref().expect("a table")).expect("text");
     let names = csv.lines().next().unwrap_or_default();
@@ -306,10 +306,10 @@ fn a_drive_without_a_limit_has_room_for_four_peaks_and_twice_the_friction() {
             .as_ref()
             .expect("a drive");
         assert_close("limit", drive.force_limit_n, limit_n, 1e-9);
-        let told = drive.force_limit_reason.clone().unwrap_or_default();
+        let limit_reason = drive.force_limit_reason.clone().unwrap_or_default();
         assert!(
-            told.contains(reason) && told.is_empty() == reason.is_empty(),
-            "{told}"
+            limit_reason.contains(reason) && limit_reason.is_empty() == reason.is_empty(),
+            "{limit_reason}"
         );
     }
 }

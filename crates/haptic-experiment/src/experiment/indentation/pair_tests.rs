@@ -106,7 +106,7 @@ fn bad(random: &mut Random) -> LineFaults {
 fn over_bad_lines_the_force_is_right_and_a_number_is_told_as_far_as_the_clocks_carry_it() {
     let relaxation = relaxation();
     let folder = Folder::empty();
-    let (mut told, mut withheld) = ([0; 3], [0; 3]);
+    let (mut known, mut withheld) = ([0; 3], [0; 3]);
     for seed in 0..cases(20) {
         let random = &mut Random(seed);
         let faults = [bad(random), bad(random)];
@@ -128,7 +128,7 @@ fn over_bad_lines_the_force_is_right_and_a_number_is_told_as_far_as_the_clocks_c
                     .all(|words| warnings.contains(words)),
             };
             assert!(is_right, "{seed} {key}: {have:?} {truth} {warnings}");
-            told[n] += u32::from(have.is_some());
+            known[n] += u32::from(have.is_some());
             withheld[n] += u32::from(have.is_none());
         }
         assert!(
@@ -136,6 +136,6 @@ fn over_bad_lines_the_force_is_right_and_a_number_is_told_as_far_as_the_clocks_c
             "{seed}: {warnings}"
         );
     }
-    let both = told[0] > 0 && told[1] + told[2] > 0 && withheld.iter().all(|count| *count > 0);
-    assert!(both, "{told:?} {withheld:?}");
+    let both = known[0] > 0 && known[1] + known[2] > 0 && withheld.iter().all(|count| *count > 0);
+    assert!(both, "{known:?} {withheld:?}");
 }

@@ -221,13 +221,13 @@ fn a_run_beyond_the_record_says_by_how_much_and_a_run_within_is_quiet() {
 #[test]
 fn creep_of_each_model_is_its_closed_form() {
     // A dashpot beside the rest that this rig can bear; elsewhere so much that the rig's own is felt little.
-    let beside = |name: &str| name.starts_with("fractional-kelvin");
+    let is_kelvin = |name: &str| name.starts_with("fractional-kelvin");
     let soft = models(3e3, 5e3, &KINDS)
         .into_iter()
-        .filter(|(name, _)| beside(name));
+        .filter(|(name, _)| is_kelvin(name));
     let stiff = models(1e5, 1e4, &KINDS)
         .into_iter()
-        .filter(|(name, _)| !beside(name));
+        .filter(|(name, _)| !is_kelvin(name));
     for (name, model) in soft.chain(stiff) {
         let creep = Indentation {
             force_limit_n: 1e5,

@@ -19,7 +19,7 @@ use crate::run::record::Record;
 use crate::run::recorder::Recorder;
 use crate::run::schedule::{Pace, Schedule};
 use crate::run::tick::by_loop;
-use crate::run::{Ran, Supervisor, close, recorder, tell_end, told};
+use crate::run::{Ran, Supervisor, close, note_periodic, recorder, tell_end};
 use fracdiff::Operator;
 use haptic_link::{Architecture, HandSide, hand_digest};
 use haptic_log::record::flaw::LATE_FORCE;
@@ -171,7 +171,7 @@ impl TeleoperationExperiment {
         let mut periodic = Periodic::new(clock).map_err(Failure::input)?;
         let (ended, silent_to_zero_s) =
             side.all(&mut periodic, schedule.samples, supervisor.stop)?;
-        told(periodic, &mut side.kept.record, &mut side.kept.recorder);
+        note_periodic(periodic, &mut side.kept.record, &mut side.kept.recorder);
         side.line.farewell();
         let ended = terms.judge(ended, side.skipped, side.tick);
         if side.skipped > 0 {

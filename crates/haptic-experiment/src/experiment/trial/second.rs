@@ -215,9 +215,10 @@ impl SecondDevice {
                     [place_m, pusher.push(place_m).newtons()[0]]
                 })
             }
-            Some(there) => {
-                let own = |sample: &KeptSample| (0.0, [sample.position_m, sample.force_n]);
-                let mut samples = DriveSamples::new(there, &ran.record, t, own);
+            Some(drive) => {
+                let place_and_force =
+                    |sample: &KeptSample| (0.0, [sample.position_m, sample.force_n]);
+                let mut samples = DriveSamples::new(drive, &ran.record, t, place_and_force);
                 Box::new(move |sample| samples.at(sample.time_s).1)
             }
         })

@@ -226,8 +226,8 @@ fn a_wall_of_an_ideal_device_that_pushes_by_itself_moves_as_if_a_hand_pushed() {
             });
             (seen, wall.tried().expect("runs"))
         };
-        let ((hand, by_hand), (own, by_device)) = (motion(PushBy::Hand), motion(PushBy::Device));
-        for ((x, force), (same, sum)) in hand.iter().zip(&own) {
+        let ((hand, by_hand), (motor, by_device)) = (motion(PushBy::Hand), motion(PushBy::Device));
+        for ((x, force), (same, sum)) in hand.iter().zip(&motor) {
             assert!((x - same).abs() < 1e-9, "{case}: {x} {same}");
             assert!((sum - force - 2.0).abs() < 1e-6, "{case}: {sum} {force}");
         }

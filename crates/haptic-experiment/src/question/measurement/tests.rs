@@ -199,12 +199,12 @@ fn a_motor_slower_than_the_device_is_not_taken_for_its_mass() {
         let plan = MeasurePlan::default();
         let record = measured(&plan, device, sensors);
         let found = found(&record, false);
-        let told = found
+        let is_warned = found
             .warnings
             .iter()
             .any(|message| message.contains("apart"));
         let right = (found.mass_kg.value / mass - 1.0).abs() < 0.05;
-        assert!(right || told, "{found:?}");
+        assert!(right || is_warned, "{found:?}");
         let slack = 0.01 * mass;
         let (low, high) = (found.mass_kg.low - slack, found.mass_kg.high + slack);
         assert!(low <= mass && mass <= high, "{:?}", found.mass_kg);
@@ -312,10 +312,10 @@ fn the_frequency_response_is_that_of_the_device_and_its_coherence_tells_friction
     );
     // Rubbing follows the whole motion, so no line tells its own.
     let rubbing = lines(0.5);
-    let told = |lines: &[super::response::ResponseLine]| {
+    let coherence = |lines: &[super::response::ResponseLine]| {
         (lines.iter()).fold(1.0, |least, line| f64::min(least, line.coherence))
     };
-    assert!(told(&rubbing) < told(&free) - 0.02, "{rubbing:?}");
+    assert!(coherence(&rubbing) < coherence(&free) - 0.02, "{rubbing:?}");
     // Of a short record no coherence is told.
     let short = Fine::new(usual(), 1).drive(&short()).record;
     assert!(response(&short, &plan).is_empty());
@@ -445,9 +445,9 @@ fn a_device_file_says_what_was_measured_and_refuses_what_cannot_be() {
     ) {
         let read = DeviceModel::parse(path, &text.replace('@', DEVICE));
         let message = read.expect_err(&want).to_string();
-        let told =
+        let is_explained =
             message.starts_with(&format!("lab/device.toml:{want}")) && !message.contains('\n');
-        assert!(told, "{message}");
+        assert!(is_explained, "{message}");
     }
 }
 

@@ -100,7 +100,7 @@ struct State {
     /// Why no more trials can be made.
     failure: Option<Failure>,
     /// True once the user was warned of the device's limits.
-    told: bool,
+    is_asked: bool,
     /// Trials judged, those of them that ended at a limit of the device, the last of them in a row, and the last such fault.
     trials: usize,
     trips: usize,
@@ -163,7 +163,7 @@ impl<'a> Trials<'a> {
             state: Mutex::new(State {
                 bench,
                 failure: None,
-                told: false,
+                is_asked: false,
                 trials: 0,
                 trips: 0,
                 in_a_row: 0,
@@ -342,12 +342,12 @@ impl<'a> Trials<'a> {
         let can = state.bench.capabilities();
         // A search does not end where the device's limits do.
         let warn = |text: &str| {
-            if !state.told {
+            if !state.is_asked {
                 (self.warn)(text);
             }
         };
         let configuration = within(&self.remote, law, schedule, &can, &self.set, &warn)?;
-        state.told = true;
+        state.is_asked = true;
         let (mut newest_m, mut squares, mut seen) = (state.newest_m, 0.0, 0.0);
         let mut heated = |tick, position_m, force_n: f64| {
             newest_m = position_m;

@@ -84,8 +84,8 @@ impl Device {
             self.to_device.send(&now_us.to_le_bytes(), now_us);
         }
         while let Some(frame) = self.to_device.receive(now_us) {
-            let told = [&[1], &frame[..], &self.at(now_us).to_le_bytes()[..]].concat();
-            self.to_host.send(&told, now_us);
+            let message = [&[1], &frame[..], &self.at(now_us).to_le_bytes()[..]].concat();
+            self.to_host.send(&message, now_us);
         }
         let number = |bytes: &[u8]| u64::from_le_bytes(bytes.try_into().expect("eight"));
         let mut samples = Vec::new();

@@ -43,8 +43,8 @@ fn what_is_wrong_is_refused_with_its_line() {
     for [keys, reason] in testkit::table(WRONG) {
         let error = ExperimentFile::parse(Path::new("lab.toml"), &format!("[touch]\n{keys}"));
         let message = error.expect_err(&keys).to_string();
-        let told = message.contains(&reason) && !message.contains('\n');
-        assert!(told, "{keys}: {message}");
+        let is_named = message.contains(&reason) && !message.contains('\n');
+        assert!(is_named, "{keys}: {message}");
     }
 }
 

@@ -163,9 +163,9 @@ impl Document {
             let (inner, size) = (&self.section(&name).rows, self.size(kind));
             for n in 0..count {
                 let at = |field: &Row| row.offset + n * size + field.offset;
-                let there =
+                let is_present =
                     |field: &&Row| !field.kind.ends_with(" × n") || bytes[at(field) - 1] > 0;
-                resolved.extend(inner.iter().filter(there).map(|field| Row {
+                resolved.extend(inner.iter().filter(is_present).map(|field| Row {
                     offset: at(field),
                     kind: field.kind.replace(" × n", ""),
                     name: match row.name.as_str() {

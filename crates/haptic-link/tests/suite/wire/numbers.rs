@@ -93,15 +93,15 @@ fn keys_tell_which_message_is_unlike_and_outlive_a_new_one() {
 #[test]
 fn hands_with_another_coupler_have_another_digest() {
     let of = haptic_link::hand_digest;
-    let own = of(&[300.0, 10.0, 0.5], "full");
-    assert_eq!(of(&[300.0, 10.0, 0.5], "full"), own);
+    let digest = of(&[300.0, 10.0, 0.5], "full");
+    assert_eq!(of(&[300.0, 10.0, 0.5], "full"), digest);
     for (numbers, scheme) in [
         ([301.0, 10.0, 0.5], "full"),
         ([300.0, 11.0, 0.5], "full"),
         ([300.0, 10.0, 0.4], "full"),
         ([300.0, 10.0, 0.5], "grunwald:100"),
     ] {
-        assert_ne!(of(&numbers, scheme), own, "{numbers:?} {scheme}");
+        assert_ne!(of(&numbers, scheme), digest, "{numbers:?} {scheme}");
     }
 }
 

@@ -114,13 +114,13 @@ fn keeps_its_limits<F: Real, const D: usize>(
     (step_n, released): (f64, bool),
     tolerance: f64,
 ) {
-    let told = || format!("{before:?} {now:?} {limits:?}");
+    let context = || format!("{before:?} {now:?} {limits:?}");
     let most = F::from_f64(limits.force.0).to_f64();
-    assert!(now.iter().all(|f| f.abs() <= most), "{}", told());
+    assert!(now.iter().all(|f| f.abs() <= most), "{}", context());
     assert!(
         limits.norm.is_none_or(|most| norm(now) <= most.0),
         "{}",
-        told()
+        context()
     );
     let bounding = matches!(limits.guard, Some(PassivityGuard::EnergyBounding(_)));
     let change: [f64; D] = core::array::from_fn(|axis| {
@@ -130,7 +130,7 @@ fn keeps_its_limits<F: Real, const D: usize>(
     });
     let slewed = norm(&change) <= step_n + tolerance * (step_n + norm(now).max(norm(before)));
     let falls = released && norm(now) <= norm(before);
-    assert!(slewed || falls, "{}", told());
+    assert!(slewed || falls, "{}", context());
 }
 
 /// A device whose position sticks, jumps and gets lost, and a world that wants any force, stops, faults and falls silent.

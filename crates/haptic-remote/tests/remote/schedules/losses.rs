@@ -15,7 +15,7 @@ fn damaged(seed: u64, faults: LineFaults) -> Bench {
     bench.host.set_keep_alive(Some(1_000));
     bench.done(Request::Start(START));
     bench.run_ms(10);
-    bench.told.clear();
+    bench.reports.clear();
     for (faults, milliseconds) in [(faults, 400), (LineFaults::default(), 150)] {
         bench.to_host.set_faults(faults).expect("valid");
         bench.to_device.set_faults(faults).expect("valid");
@@ -26,7 +26,7 @@ fn damaged(seed: u64, faults: LineFaults) -> Bench {
 
 /// A line in the middle of a session, its frames counted at both ends.
 fn losses(seed: u64, faults: LineFaults) {
-    let told = Told(seed);
+    let note = Told(seed);
     let mut bench = damaged(seed, faults);
     // The first good frame after the damage tells of all that are missing before it.
     let DeviceReport::Statistics(device) = bench.done(Request::GetStatistics) else {
@@ -65,7 +65,7 @@ fn losses(seed: u64, faults: LineFaults) {
         "{gaps} > {}",
         host.order.lost
     );
-    drop(told);
+    drop(note);
 }
 
 #[test]

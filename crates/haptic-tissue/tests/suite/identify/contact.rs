@@ -183,8 +183,8 @@ fn by_night_intervals_of_contact_and_baseline_hold_the_truth_as_often_as_they_sa
 }
 
 /// How many of those that matter by more than 5 % are told, and of those by less than 1 %.
-fn told(count: u64, seeds: impl Iterator<Item = u64>) -> [[usize; 2]; 2] {
-    let (presses, mut told) = (presses(), [[0; 2]; 2]);
+fn counts(count: u64, seeds: impl Iterator<Item = u64>) -> [[usize; 2]; 2] {
+    let (presses, mut counts) = (presses(), [[0; 2]; 2]);
     for seed in seeds {
         for scale in [1.0, 0.1, 0.02] {
             let draw = Draw::new(&presses, seed, count, scale);
@@ -211,17 +211,17 @@ fn told(count: u64, seeds: impl Iterator<Item = u64>) -> [[usize; 2]; 2] {
                 off if off < 0.01 => 1,
                 _ => continue,
             };
-            told[group][0] += 1;
-            told[group][1] += usize::from(is_told);
+            counts[group][0] += 1;
+            counts[group][1] += usize::from(is_told);
         }
     }
-    told
+    counts
 }
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_contact_point_that_matters_is_missed_aloud() {
-    let [[matter, message], [small, too_often]] = told(12, (0..12).step_by(3));
+    let [[matter, message], [small, too_often]] = counts(12, (0..12).step_by(3));
     assert!(matter >= 2 && message == matter, "{message} of {matter}");
     assert!(small >= 4 && too_often == 0, "{too_often} of {small}");
 }
@@ -229,7 +229,7 @@ fn a_contact_point_that_matters_is_missed_aloud() {
 #[test]
 #[ignore = "by night: `.ci/nightly` does it"]
 fn by_night_warnings_of_a_contact_point_come_where_it_matters() {
-    let [[matter, message], [small, too_often]] = told(200, 0..200);
+    let [[matter, message], [small, too_often]] = counts(200, 0..200);
     println!("{message} of {matter}, {too_often} of {small}");
     assert!(
         message as f64 >= 0.95 * matter as f64,
@@ -415,9 +415,9 @@ fn standard_errors_know_the_contact_wherever_samples_lie() {
             let jacobian = DMatrix::from_fn(times.len(), 3, |row, column| {
                 let step = [1.0, 1e-4, 1e-8][column];
                 let [low, high] = [-step, step].map(|step| {
-                    let mut beside = truth;
-                    beside[column] += step;
-                    ramped(beside, times[row])
+                    let mut shifted = truth;
+                    shifted[column] += step;
+                    ramped(shifted, times[row])
                 });
                 (high - low) / (2.0 * step)
             });

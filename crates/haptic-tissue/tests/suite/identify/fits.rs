@@ -65,13 +65,16 @@ fn a_held_order_leaves_the_modulus_its_own_least_squares() {
         );
         let wanted = (parts.sum::<f64>() / 80.0).exp();
         assert_relative("V", fit.parameters[0].value, wanted, 1e-9);
-        let own = &fit.parameters[1];
+        let estimate = &fit.parameters[1];
         assert!(
-            own.held && own.value.to_bits() == order.to_bits(),
-            "{own:?}"
+            estimate.held && estimate.value.to_bits() == order.to_bits(),
+            "{estimate:?}"
         );
-        assert_eq!((own.low_95, own.high_95), (Some(order), Some(order)));
-        assert!(own.standard_error.is_none() && fit.correlation[1][1].is_nan());
+        assert_eq!(
+            (estimate.low_95, estimate.high_95),
+            (Some(order), Some(order))
+        );
+        assert!(estimate.standard_error.is_none() && fit.correlation[1][1].is_nan());
         // One parameter and the noise.
         let count: f64 = 80.0;
         let likelihood = count * (fit.rms * fit.rms).ln();
@@ -108,15 +111,15 @@ fn a_held_viscosity_is_that_at_one_second() {
         (squares.sum::<f64>() / 80.0).sqrt()
     };
     assert_relative("rms", found.fits[0].rms, rms(order.value), 1e-9);
-    for beside in [order.value - 1e-4, order.value + 1e-4] {
-        assert!(rms(beside) > found.fits[0].rms);
+    for neighbour in [order.value - 1e-4, order.value + 1e-4] {
+        assert!(rms(neighbour) > found.fits[0].rms);
     }
     // Of two elements too. Held at an end of its interval it costs what that end stands for: S/S₀ = 1 + t²/ν, t = 1.9917, ν = 76.
     let truth = model("fractional-kelvin-voigt", &[2000.0, 0.7, 3000.0, 0.1]);
     let record = sweep(&truth, 3);
     let free = one(&record, ModelKind::FractionalKelvinVoigt);
-    let own = &free.fits[0].parameters[0];
-    for viscosity in [own.low_95, own.high_95].map(|end| end.expect("an end")) {
+    let estimate = &free.fits[0].parameters[0];
+    for viscosity in [estimate.low_95, estimate.high_95].map(|end| end.expect("an end")) {
         let range = [("viscosity_pa_s_alpha", viscosity, viscosity)];
         let found = held(&record, "fractional-kelvin-voigt", &range);
         assert_relative("V", found.fits[0].parameters[0].value, viscosity, 1e-12);
@@ -298,8 +301,8 @@ fn depths_of_one_load_cell_share_its_noise() {
             let of = |values: &[f64]| values[202..].to_vec();
             let (time, strain, stress) = (of(both.x()), of(both.first()), of(both.second()));
             let alone = Record::history(time, strain, stress).expect("valid");
-            let own = one(&alone, ModelKind::SpringPot).fits.remove(0).parameters;
-            (own[0].high_95.expect("high") / own[0].low_95.expect("low")).ln() / 40.0
+            let parameters = one(&alone, ModelKind::SpringPot).fits.remove(0).parameters;
+            (parameters[0].high_95.expect("high") / parameters[0].low_95.expect("low")).ln() / 40.0
         })
         .sum();
     println!("{inside} inside, width {width} beside {deepest}: {message}");

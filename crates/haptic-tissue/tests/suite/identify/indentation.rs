@@ -139,7 +139,7 @@ fn inside(cases: u64) -> (u64, u64, u64) {
 /// How many parameters, and how many b, were inside their intervals, how many of these had no end, and of how many parameters: of tissue that stiffens by b, from
 /// ramps to three depths, in every shape but the cone.
 fn inside_stiffening(cases: u64) -> (u64, u64, u64, u64) {
-    let (mut inside, mut own, mut open, mut all) = (0, 0, 0, 0);
+    let (mut inside, mut inside_b, mut open, mut all) = (0, 0, 0, 0);
     for case in 0..cases {
         let shapes = shapes();
         let shape = &shapes[[0, 1, 3, 4, 5][case as usize % 5]];
@@ -167,11 +167,11 @@ fn inside_stiffening(cases: u64) -> (u64, u64, u64, u64) {
             let [low, high] = [low.unwrap_or(0.0), high.unwrap_or(f64::INFINITY)];
             let holds = u64::from((low..=high).contains(&truth));
             inside += holds;
-            own += holds * u64::from(estimate.name == "stiffening");
+            inside_b += holds * u64::from(estimate.name == "stiffening");
             all += 1;
         }
     }
-    (inside, own, open, all)
+    (inside, inside_b, open, all)
 }
 
 fn assert_parameters(found: &Identification, truth: &[f64], tolerance: f64) {
@@ -193,15 +193,15 @@ fn with_stiffening(record: &Record, kind: ModelKind) -> Identification {
 #[ignore = "by night: `.ci/nightly` does it"]
 fn by_night_the_truth_of_stiffening_is_inside_ninety_five_of_a_hundred_intervals() {
     let cases = testkit::cases(40_u64);
-    let (inside, own, open, all) = inside_stiffening(cases);
+    let (inside, inside_b, open, all) = inside_stiffening(cases);
     let share = inside as f64 / all as f64;
-    println!("{inside} of {all}: {share:.3}, {open} without an end; b {own} of {cases}");
+    println!("{inside} of {all}: {share:.3}, {open} without an end; b {inside_b} of {cases}");
     assert!(100 * open <= all, "{open} of {all} have no end");
     assert!((0.92..=0.98).contains(&share), "{inside} of {all}");
     // Of 40 less than 36 in one of 20 tries, less than 34 in one of 300.
     let wanted = if cases < 200 { 0.88..=1.0 } else { 0.92..=0.98 };
-    let share = own as f64 / cases as f64;
-    assert!(wanted.contains(&share), "b: {own} of {cases}");
+    let share = inside_b as f64 / cases as f64;
+    assert!(wanted.contains(&share), "b: {inside_b} of {cases}");
 }
 
 /// Three depths tell b; one depth does not, which is said, and its interval still holds the truth.
@@ -267,9 +267,9 @@ fn a_candidate_that_cannot_be_fitted_is_left_out_and_told() {
         ..Options::default()
     };
     let found = identify(&record, &options, &|_| ()).expect("the others are fitted");
-    let told = found.warnings.join("\n");
+    let warnings = found.warnings.join("\n");
     for kind in ["fractional-zener", "fractional-poynting-thomson"] {
-        assert_says(&told, kind);
+        assert_says(&warnings, kind);
     }
     assert_eq!(found.fits.len() + 2, options.candidates.len());
 }

@@ -190,12 +190,12 @@ fn what_needs_a_word_says_so() {
 fn segments_are_listed_and_chosen() {
     let table = read_table(&bytes("pyvisco-sets.csv")).expect("a table");
     let segments = Reader::default().segments(&table).expect("two");
-    let told: Vec<_> = segments
+    let lines: Vec<_> = segments
         .iter()
         .map(|one| (one.number, one.name.as_str(), one.rows, one.lines))
         .collect();
     assert_eq!(
-        told,
+        lines,
         [
             (1, "Set 0, 25.3 °C", 12, [3, 14]),
             (2, "Set 1, 18.1 °C", 12, [15, 26])

@@ -170,12 +170,12 @@ fn storage_and_loss_that_disagree_are_said_and_widen_the_errors() {
             let [storage, loss] = shift.alone.expect("a sweep");
             let wanted = [wlf(celsius), 1.2 * wlf(celsius)];
             assert!((storage - wanted[0]).abs() < 0.02 && (loss - wanted[1]).abs() < 0.02);
-            let own = match by {
+            let shifts = match by {
                 ShiftBy::Storage => wanted[0]..=wanted[0],
                 ShiftBy::Loss => wanted[1]..=wanted[1],
                 ShiftBy::Both => wanted[0].min(wanted[1])..=wanted[0].max(wanted[1]),
             };
-            let near = own.start() - 0.02..=own.end() + 0.02;
+            let near = shifts.start() - 0.02..=shifts.end() + 0.02;
             assert!(near.contains(&shift.log10), "{by:?} {shift:?}");
             let half = 0.1 * wlf(celsius).abs();
             assert!(

@@ -74,7 +74,7 @@ pub(super) fn holds(estimate: &Estimate, value: f64) -> bool {
 fn coverage(samples: usize, alike: f64, cases: u64) -> (f64, f64) {
     let (mut inside, mut white, mut of) = (0, 0, 0);
     for (kind, truth) in truths() {
-        let mut own = 0;
+        let mut count = 0;
         for seed in 0..cases {
             let record = sweep(kind, &truth, samples, alike, 1000 * seed + 7);
             let options = Options {
@@ -85,18 +85,18 @@ fn coverage(samples: usize, alike: f64, cases: u64) -> (f64, f64) {
             let found = identify(&record, &options, &|_| ()).expect("converges");
             let fit = &found.fits[0];
             let pairs = fit.parameters.iter().zip(&truth);
-            own += pairs
+            count += pairs
                 .filter(|(estimate, truth)| is_inside(estimate, **truth))
                 .count();
             white += usize::from(fit.independent >= fit.predicted.len() as f64);
         }
         let most = cases as usize * truth.len();
-        let share = own as f64 / most as f64;
-        println!("{kind}: {own} of {most} inside");
+        let share = count as f64 / most as f64;
+        println!("{kind}: {count} of {most} inside");
         if cases >= 200 {
             assert!((0.90..=0.99).contains(&share), "{kind}: {share}");
         }
-        inside += own;
+        inside += count;
         of += cases as usize * truth.len();
     }
     (inside as f64 / of as f64, white as f64 / (5 * cases) as f64)
@@ -230,7 +230,7 @@ fn the_ends_are_where_the_profile_meets_its_limit() {
             let model = time.iter().map(|t| viscosity.ln() - begin - order * t.ln());
             model
                 .zip(&modulus)
-                .map(|(model, own)| (model - own.ln()).powi(2))
+                .map(|(model, measured)| (model - measured.ln()).powi(2))
                 .sum()
         };
         let least = |viscosity: f64| {

@@ -172,9 +172,9 @@ fn chosen(cases: std::ops::Range<u64>) {
         let message = found.warnings.join("\n");
         assert!(!message.contains("no minimum"), "{case}: {message}");
         assert!(found.fits[0].bic <= least + 2.0, "{case}: {table:?}");
-        let own = found.fits.iter().find(|fit| fit.kind == kind);
+        let candidate = found.fits.iter().find(|fit| fit.kind == kind);
         assert!(
-            own.expect("a candidate").bic <= least + 10.0,
+            candidate.expect("a candidate").bic <= least + 10.0,
             "{case}: {table:?}"
         );
     }

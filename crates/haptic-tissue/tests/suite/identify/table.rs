@@ -125,7 +125,7 @@ const TOLD: &str = r"
 
 #[test]
 fn headers_tell_the_loading_and_the_modulus() {
-    for [told, header] in testkit::table(TOLD) {
+    for [decision, header] in testkit::table(TOLD) {
         let row = |n: f64| match header.matches(',').count() {
             1 => format!("{n},{}\n", 5.0 - n),
             _ => format!("{n},{},{}\n", 5.0 * n, 2.0 * n),
@@ -138,7 +138,7 @@ fn headers_tell_the_loading_and_the_modulus() {
         let (kind, modulus) = (understood.loading.kind, understood.loading.modulus);
         let have = [kind.map(LoadingKind::name), modulus.map(Modulus::name)];
         let have = have.map(|word| word.unwrap_or("?")).join(" ");
-        assert_eq!(have, told, "{header}");
+        assert_eq!(have, decision, "{header}");
         let unknown = understood
             .notes
             .iter()
@@ -476,13 +476,13 @@ fn a_bad_table_is_refused_with_line_column_and_remedy() {
 
 #[test]
 fn what_is_no_text_and_a_unit_of_something_else_are_refused() {
-    let told = |wording: &str, words: &str| assert_says(&wording, words);
+    let says = |wording: &str, words: &str| assert_says(&wording, words);
     for bytes in [
         &b"PK\x03\x04\x14\x00\x06\x00"[..],
         b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\x02\x80",
     ] {
         let refused = read_table(bytes).expect_err("no text").to_string();
-        told(&refused, "this is no text: export the table as CSV");
+        says(&refused, "this is no text: export the table as CSV");
     }
     for (column, text, words) in [
         (
@@ -502,7 +502,7 @@ fn what_is_no_text_and_a_unit_of_something_else_are_refused() {
             ..Reader::default()
         };
         let refused = understand(text, &reader, &TableDetails::default());
-        told(&refused.expect_err(words), words);
+        says(&refused.expect_err(words), words);
     }
 }
 

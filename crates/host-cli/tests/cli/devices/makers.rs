@@ -34,7 +34,7 @@ fn by_the_maker(script: &str, device: &Path, arguments: &[String]) -> Option<Val
 }
 
 /// The numbers behind these words in what an emulated device says at its end.
-pub(crate) fn told(message: &str, before: &str, count: usize) -> Vec<f64> {
+pub(crate) fn numbers_after(message: &str, before: &str, count: usize) -> Vec<f64> {
     let text = message.split(before).nth(1);
     let text = text.unwrap_or_else(|| panic!("no {before}: {message}"));
     let words = text.split([' ', ',', ';']);
@@ -103,7 +103,7 @@ fn relax(place_of_loop: &str, duration: &str) -> String {
 
 /// What a servo said at its end: mode, torque and largest torque.
 fn last_words(message: &str) -> (f64, f64, f64) {
-    let after = |words: &str| told(message, words, 1)[0];
+    let after = |words: &str| numbers_after(message, words, 1)[0];
     (after("mode "), after(" torque "), after("largest "))
 }
 
@@ -252,7 +252,7 @@ fn by_night_what_a_servo_did_not_take_is_told_by_report_warning_and_log() {
     assert!(logged > 100.0 && logged <= unanswered, "{check}");
     // What the servo heard, and what it was sent: each tick one frame, and those of opening it.
     let message = device.ends();
-    let heard = told(&message, "emulated: ", 1)[0];
+    let heard = numbers_after(&message, "emulated: ", 1)[0];
     let sent = of("ticks");
     assert!(
         heard + not_taken >= sent,
@@ -332,7 +332,10 @@ fn reads_and_sends(version: Version, (x, y): (f64, f64)) {
     let same = posture.hand_m.y > elbow;
     assert_eq!(off < 1e-9, same, "{version:?} {place:?}: {ours} {seen}");
     // At the right motors.
-    for (made, theirs) in told(&message, "torques ", 2).into_iter().zip(theirs) {
+    for (made, theirs) in numbers_after(&message, "torques ", 2)
+        .into_iter()
+        .zip(theirs)
+    {
         assert_close("motor", made, theirs, 1e-6);
     }
 }
@@ -389,7 +392,11 @@ fn a_relaxation_on_a_2diy_ends_well_or_as_a_fault_that_says_why() {
     let missing = number(&check.json(), "missing_samples");
     assert_eq!(missing, number(&report, "dropped_samples"), "{check}");
     let message = emulated.ends();
-    assert_eq!(told(&message, "torques ", 2), [0.0, 0.0], "{message}");
+    assert_eq!(
+        numbers_after(&message, "torques ", 2),
+        [0.0, 0.0],
+        "{message}"
+    );
 }
 
 #[test]
@@ -406,7 +413,7 @@ fn a_line_that_loses_bytes_is_a_fault_that_says_so_and_no_torque() {
     }
     let message = emulated.ends();
     // The zeros that end it may have lost bytes too: next to nothing then, and never what was there before.
-    let mut torques = told(&message, "torques ", 2).into_iter();
+    let mut torques = numbers_after(&message, "torques ", 2).into_iter();
     assert!(torques.all(|torque| torque.abs() < 1e-6), "{message}");
 }
 
@@ -469,7 +476,11 @@ fn touches_a_2diy(loop_mode: &str) {
         assert!(pushed > 10, "{pushed}");
     }
     let message = emulated.ends();
-    assert_eq!(told(&message, "torques ", 2), [0.0, 0.0], "{message}");
+    assert_eq!(
+        numbers_after(&message, "torques ", 2),
+        [0.0, 0.0],
+        "{message}"
+    );
 }
 
 #[test]

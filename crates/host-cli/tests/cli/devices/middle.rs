@@ -30,14 +30,14 @@ impl Middle {
         device: &Emulated,
         passes: impl FnMut(DeviceReport) -> Option<DeviceReport> + Send + 'static,
     ) -> Self {
-        let there = device.place.path("device");
+        let path = device.place.path("device");
         let listener = UnixListener::bind(device.place.path("line")).expect("a socket");
         let deaf = Arc::new(AtomicBool::new(false));
         let heard = Arc::clone(&deaf);
         let passes: Passes = Arc::new(Mutex::new(passes));
         std::thread::spawn(move || {
             while let Ok((host, _)) = listener.accept() {
-                let device = UnixStream::connect(&there).expect("an emulator");
+                let device = UnixStream::connect(&path).expect("an emulator");
                 let ends = (clone(&host), clone(&device));
                 let heard = Arc::clone(&heard);
                 std::thread::spawn(move || to_device(ends.0, ends.1, &heard));

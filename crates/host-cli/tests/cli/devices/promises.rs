@@ -534,11 +534,11 @@ fn what_is_flashed_is_what_cargo_has_built_and_only_a_fresh_start_proves_it() {
     place.write(&format!("{yesterday}/haptic-device"), "yesterday's");
     let image = place.path("elsewhere");
     place.write("elsewhere", elf(0x0800_0000, &identity("nucleo-f446re")));
-    let told = format!(
+    let announcement = format!(
         r#"{{"executable":null}}\n{{"executable":"{}"}}"#,
         image.display()
     );
-    let script = format!("[ $1 = image-nucleo-f446re ] && echo '{told}'");
+    let script = format!("[ $1 = image-nucleo-f446re ] && echo '{announcement}'");
     stands_in(place, "cargo", &script.replace("\\n", "\n"));
     stands_in(
         place,

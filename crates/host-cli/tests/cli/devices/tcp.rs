@@ -43,14 +43,17 @@ fn a_relaxation_over_tcp_loses_nothing() {
     assert_eq!(report["link"]["board"], "emulated");
     // The next host finds it as the first one did, under the same name.
     let info = device.json(&format!("device info --device {}", device.name()));
-    assert_eq!(info["device"], device.emulator.told["device"], "{info}");
+    assert_eq!(
+        info["device"], device.emulator.announced["device"],
+        "{info}"
+    );
     assert_eq!(info["state"], "idle", "{info}");
 }
 
 #[test]
 fn boards_that_face_each_other_and_those_of_other_makers_listen_too() {
     let pair = Listening::new("--facing 127.0.0.1:0");
-    let second = pair.emulator.told["facing"]["device"]
+    let second = pair.emulator.announced["facing"]["device"]
         .as_str()
         .expect("a name");
     assert_ne!(second, pair.name());

@@ -103,7 +103,7 @@ fn a_stop_that_the_device_does_not_hear_is_told_as_it_was() {
 fn is_told_as_it_was(options: &str) {
     let device = Emulated::new("");
     device.loosen();
-    let (middle, told) = witnessed(&device, |_| false);
+    let (middle, reported) = witnessed(&device, |_| false);
     let line = format!(
         "relax --device serial:line {options} watchdog=500ms late_ticks=0 --contact rigid --ramp-time 100ms \
          --duration 60s --out run --quiet --json"
@@ -121,7 +121,7 @@ fn is_told_as_it_was(options: &str) {
     let last = (1e3 * at(&ended.json(), "/duration_s")).round();
     holds(device.place.path("run/relax-fault.mcap").exists(), &ended);
     // Those behind the samples that count.
-    let behind = logged_as_told(&device, &told, last as u32);
+    let behind = logged_as_told(&device, &reported, last as u32);
     assert!(behind.iter().any(|(_, force_n)| *force_n < -0.01));
     let (_, last_n) = behind.last().expect("samples");
     assert!(last_n.abs() < 1e-12, "{last_n} N at the end");
@@ -135,21 +135,21 @@ pub(super) type Told = Arc<Mutex<BTreeMap<u32, Sample>>>;
 
 /// A line that keeps what the device tells, and loses the messages for which this is true.
 pub(super) fn witnessed(device: &Emulated, loses: fn(&DeviceReport) -> bool) -> (Middle, Told) {
-    let told = Told::default();
-    let telling = Arc::clone(&told);
+    let reported = Told::default();
+    let telling = Arc::clone(&reported);
     let start = Request::Start(Start::ENDLESS).number();
     let line = Middle::before(device, move |report| {
-        let mut told = telling.lock().expect("nobody panicked");
+        let mut reported = telling.lock().expect("nobody panicked");
         if let DeviceReport::Sample(sample) = report {
-            told.insert(sample.tick, sample.clone());
+            reported.insert(sample.tick, sample.clone());
         }
         // Samples of an earlier run do not count.
         if matches!(report, DeviceReport::Ack(ack) if ack.request == start) {
-            told.clear();
+            reported.clear();
         }
         loses(report)
     });
-    (line, told)
+    (line, reported)
 }
 
 #[test]
@@ -157,14 +157,15 @@ pub(super) fn witnessed(device: &Emulated, loses: fn(&DeviceReport) -> bool) -> 
 fn a_fault_whose_frame_is_lost_has_its_own_tick() {
     for options in ["", "--loop host max_age_ticks=500"] {
         let device = Emulated::new("");
-        let (_line, told) = witnessed(&device, |report| matches!(report, DeviceReport::Fault(_)));
+        let (_line, reported) =
+            witnessed(&device, |report| matches!(report, DeviceReport::Fault(_)));
         device.place.write("wall.toml", LEAVES);
         let line = format!("run wall.toml --device serial:line {options} --out run --json");
         let ended = device.place.run(&line).failed(1);
         assert!(ended.error().contains("left its workspace"), "{ended}");
-        let told = told.lock().expect("nobody panicked");
+        let reported = reported.lock().expect("nobody panicked");
         let faulted = |sample: &&Sample| sample.axes[0].limiters & Limiters::FAULT.bits() != 0;
-        let first = told.values().find(faulted).expect("a fault").tick;
+        let first = reported.values().find(faulted).expect("a fault").tick;
         let report = ended.json();
         assert_eq!(at(&report, "/dropped_samples"), 0.0, "{report}");
         // The tick of the fault is none of the result.
@@ -220,23 +221,28 @@ fn a_fault_on_the_way_to_zero_ends_a_run_that_was_interrupted() {
 fn forces_that_did_not_arrive_are_in_no_log() {
     let device = Emulated::new("");
     device.loosen();
-    let (middle, told) = witnessed(&device, |_| false);
+    let (middle, reported) = witnessed(&device, |_| false);
     let line = "relax --device serial:line --loop host max_age_ticks=500 watchdog=500ms late_ticks=0 --contact rigid \
                 --ramp-time 2s --duration 60s --out run --quiet --json";
     // It loses all that goes to the device while the indenter moves.
     let child = under_way(&device, line);
     middle.deafen();
     std::thread::sleep(Duration::from_millis(20));
-    let lost = told.lock().expect("nobody panicked").keys().last().copied();
+    let lost = reported
+        .lock()
+        .expect("nobody panicked")
+        .keys()
+        .last()
+        .copied();
     let ended = ended(line, child).failed(1);
     assert!(ended.error().contains("heard nothing"), "{ended}");
-    logged_as_told(&device, &told, lost.expect("samples"));
+    logged_as_told(&device, &reported, lost.expect("samples"));
 }
 
 /// The log of `run/relax` behind this tick, some hundred ticks and forces, N. Each tick of all has the force that the device itself told.
-pub(super) fn logged_as_told(device: &Emulated, told: &Told, after: u32) -> Vec<(u32, f64)> {
+pub(super) fn logged_as_told(device: &Emulated, reported: &Told, after: u32) -> Vec<(u32, f64)> {
     let export = device.place.run("log export run/relax.mcap -").succeeded();
-    let told = told.lock().expect("nobody panicked");
+    let reported = reported.lock().expect("nobody panicked");
     let ticks = column(&export.stdout, "tick")
         .into_iter()
         .map(|tick| tick as u32);
@@ -244,10 +250,10 @@ pub(super) fn logged_as_told(device: &Emulated, told: &Told, after: u32) -> Vec<
         .zip(column(&export.stdout, "applied_force_n"))
         .collect();
     let other = |(tick, force_n): &&(u32, f64)| {
-        (force_n - f64::from(told[tick].axes[0].force_n)).abs() > 1e-9
+        (force_n - f64::from(reported[tick].axes[0].force_n)).abs() > 1e-9
     };
     let other = rows.iter().find(other);
-    assert_eq!(other, None, "{:?}", other.map(|(tick, _)| &told[tick]));
+    assert_eq!(other, None, "{:?}", other.map(|(tick, _)| &reported[tick]));
     rows.retain(|(tick, _)| *tick > after);
     assert!(rows.len() > 400, "{}", rows.len());
     rows
@@ -327,8 +333,8 @@ fn a_sample_that_cannot_be_ends_a_run_as_a_fault_of_the_device() {
 fn abilities_that_are_no_numbers_are_refused_before_anything_moves() {
     let device = Emulated::new("");
     let _line = Middle::changing(&device, move |mut report| {
-        if let DeviceReport::Capabilities(told) = &mut report {
-            told.force_max_n = f32::NAN;
+        if let DeviceReport::Capabilities(capabilities) = &mut report {
+            capabilities.force_max_n = f32::NAN;
         }
         Some(report)
     });

@@ -19,17 +19,17 @@ const MARK: &str =
 const UPDATE: &str = "UPDATE_GUIDE";
 
 /// A line for people, and the default that some of them tell in words: `…, 1ms to 1s [default: 0.1s]`.
-fn told(parameter: &Parameter) -> (&'static str, Option<&'static str>) {
+fn help_and_default(parameter: &Parameter) -> (&'static str, Option<&'static str>) {
     let split = parameter.help.split_once(" [default: ");
-    let told = split.and_then(|(help, rest)| Some((help, rest.strip_suffix(']')?)));
-    told.map_or((parameter.help, None), |(help, default)| {
+    let pair = split.and_then(|(help, rest)| Some((help, rest.strip_suffix(']')?)));
+    pair.map_or((parameter.help, None), |(help, default)| {
         (help, Some(default))
     })
 }
 
 /// The number, or words where it is not one or has no end, as 60 degrees in radians.
 fn default(parameter: &Parameter) -> String {
-    if let Some(default) = told(parameter).1 {
+    if let Some(default) = help_and_default(parameter).1 {
         return default.to_owned();
     }
     let shown = Some(parameter.shown).filter(|shown| !shown.is_empty());
@@ -74,7 +74,7 @@ fn range(parameter: &Parameter) -> String {
 }
 
 fn meaning(parameter: &Parameter) -> String {
-    let mut text = told(parameter).0.to_owned();
+    let mut text = help_and_default(parameter).0.to_owned();
     for (name, help) in choices(parameter) {
         let _ = write!(text, "<br>*{name}*: {help}");
     }

@@ -35,9 +35,9 @@ fn needed(folder: &Path, tissue: &str, scheme: &str) -> f64 {
 }
 
 /// A spring-pot of order α as stiff as E₁ at 1/τ, in series with E₁ and beside the other spring.
-fn solid(beside: f64, order: f64) -> String {
+fn solid(modulus_pa: f64, order: f64) -> String {
     let viscosity = SERIES * TAU.powf(order);
-    let (model, series) = match (order < 1.0, beside > 0.0) {
+    let (model, series) = match (order < 1.0, modulus_pa > 0.0) {
         (true, true) => ("fractional-zener", "second_viscosity_pa_s_beta"),
         (true, false) => ("fractional-maxwell", "second_viscosity_pa_s_beta"),
         (false, true) => ("zener", "second_elastic_modulus_pa"),
@@ -47,8 +47,8 @@ fn solid(beside: f64, order: f64) -> String {
         true => format!("viscosity_pa_s_alpha = {viscosity:?}\norder = {order}\nsecond_order = 0"),
         false => format!("viscosity_pa_s = {viscosity:?}"),
     };
-    let spring = match beside > 0.0 {
-        true => format!("elastic_modulus_pa = {beside:?}\n"),
+    let spring = match modulus_pa > 0.0 {
+        true => format!("elastic_modulus_pa = {modulus_pa:?}\n"),
         false => String::new(),
     };
     format!("model = \"{model}\"\n[parameters]\n{spring}{series} = {SERIES:?}\n{dashpot}\n")

@@ -58,9 +58,9 @@ fn check_judges_a_run_up_to_its_end_and_says_that_it_ended_early() {
     };
     for ended in [EndKind::Interrupted, EndKind::Fault] {
         let check = checked(ended, 0).succeeded();
-        let told = ["samples", "complete", "reason", "planned samples"]
+        let values = ["samples", "complete", "reason", "planned samples"]
             .map(|label| row(&check.stdout, label));
-        assert_eq!(told, ["1000", "yes", "for a reason", "2000"], "{check}");
+        assert_eq!(values, ["1000", "yes", "for a reason", "2000"], "{check}");
     }
     // Nobody knows how many samples there were; the run knows of more than the log shows.
     assert_says(
@@ -85,8 +85,8 @@ fn check_bears_a_hundredth_of_stale_ticks_and_none_that_cannot_be() {
         place.run("log check made.mcap")
     };
     let check = with(10, flaw::UNANSWERED, 0.0).succeeded();
-    let told = ["stale", "unanswered"].map(|label| row(&check.stdout, label));
-    assert_eq!(told, ["10", "10"], "{check}");
+    let values = ["stale", "unanswered"].map(|label| row(&check.stdout, label));
+    assert_eq!(values, ["10", "10"], "{check}");
     let check = with(11, flaw::LATE_FORCE, 0.0).failed(4);
     assert_says(
         check.error(),

@@ -60,8 +60,8 @@ fn a_damaged_byte_is_found_and_the_rest_is_saved() {
         assert_eq!(number(&saved, "samples"), samples, "{tenth}");
         // The end of the run is there, so nobody says that anything came after it.
         assert_eq!(check["end"]["ended"], "finished", "{tenth}");
-        let told = saved["missing"].to_string();
-        assert!(!told.contains("came after"), "{tenth}: {told}");
+        let saved_gaps = saved["missing"].to_string();
+        assert!(!saved_gaps.contains("came after"), "{tenth}: {saved_gaps}");
         // A chunk is 100 samples. The byte may lie in an index and cost none.
         let missing = 3001 - samples as u64;
         assert!(missing == 0 || missing == 100, "{tenth}: {missing}");

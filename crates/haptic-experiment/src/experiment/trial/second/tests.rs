@@ -72,12 +72,12 @@ fn a_second_device_comes_to_rest_at_the_push_over_the_stiffness_and_is_judged_as
             read(&text(law, &format!("push_n = {push_n:?}"), "")).expect("good")
         };
         let wall = at(1.0);
-        let own = by_itself(&wall);
+        let single = by_itself(&wall);
         let [within, beyond] = [by_itself(&at(2.0)), at(0.5)];
         if analysed(&within) && analysed(&wall) {
             let pushed = tried(&wall);
             assert_eq!(pushed.verdict, TrialVerdict::Stable, "{pushed:?} {wall:?}");
-            assert_eq!(tried(&own).verdict, pushed.verdict, "{wall:?}");
+            assert_eq!(tried(&single).verdict, pushed.verdict, "{wall:?}");
             let want = match mu {
                 0.0 => push_n / (k + b),
                 1.0 => push_n / k,
@@ -91,7 +91,7 @@ fn a_second_device_comes_to_rest_at_the_push_over_the_stiffness_and_is_judged_as
         } else if !analysed(&beyond) && !analysed(&by_itself(&beyond)) {
             let pushed = tried(&wall);
             assert!(!pushed.stable, "{pushed:?} {wall:?}");
-            assert_eq!(tried(&own).verdict, pushed.verdict, "{wall:?}");
+            assert_eq!(tried(&single).verdict, pushed.verdict, "{wall:?}");
             unstable += 1;
         }
     }

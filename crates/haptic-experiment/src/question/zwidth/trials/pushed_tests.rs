@@ -25,7 +25,7 @@ struct Handle {
     drift_m: f64,
     chance: u64,
     /// Force of each tick, N.
-    told: Arc<Mutex<Vec<f64>>>,
+    sent_n: Arc<Mutex<Vec<f64>>>,
     /// Ticks after which its sensor fails.
     lasts: u64,
     force_max_n: f32,
@@ -53,7 +53,7 @@ impl Device<f32, 1> for Handle {
     }
 
     fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Fault> {
-        self.told
+        self.sent_n
             .lock()
             .expect("whole")
             .push(f64::from(force.newtons()[0]));
@@ -61,7 +61,7 @@ impl Device<f32, 1> for Handle {
     }
 
     fn let_go(&mut self) {
-        self.told.lock().expect("whole").push(0.0);
+        self.sent_n.lock().expect("whole").push(0.0);
     }
 }
 
@@ -221,13 +221,13 @@ impl Night {
     }
 
     fn passes(&self, campaign: Option<&Campaign>, stop: &AtomicBool, after: u64) -> Morning {
-        let told = Arc::new(Mutex::new(Vec::new()));
+        let sent_n = Arc::new(Mutex::new(Vec::new()));
         let rested_s = Arc::new(Mutex::new(0.0));
         let handle = Handle {
             plant: MassDamper::new(self.zwidth.device).expect("valid"),
             drift_m: self.drift_m,
             chance: self.seed,
-            told: Arc::clone(&told),
+            sent_n: Arc::clone(&sent_n),
             lasts: self.lasts,
             force_max_n: self.force_max_n,
         };
@@ -256,7 +256,7 @@ impl Night {
             }
         };
         let report = zwidth.searched(Some(trials), campaign, &progress, stop);
-        let forces_n = std::mem::take(&mut *told.lock().expect("whole"));
+        let forces_n = std::mem::take(&mut *sent_n.lock().expect("whole"));
         let rested_s = *rested_s.lock().expect("whole");
         Morning {
             report,

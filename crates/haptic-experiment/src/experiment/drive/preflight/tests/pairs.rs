@@ -171,12 +171,12 @@ fn held_against_the_world(cases: usize) {
         .par_iter()
         .filter_map(|(number, case, stable)| {
             let seen = case.run();
-            let told = format!(
+            let disagreement = format!(
                 "{number}: stable {stable}, {:e} {:?}",
                 seen.largest_m[0],
                 seen.largest_m.last()
             );
-            (grows(&seen) == *stable).then_some(told)
+            (grows(&seen) == *stable).then_some(disagreement)
         })
         .collect();
     assert!(wrong.is_empty(), "{} of {cases}: {wrong:#?}", wrong.len());
