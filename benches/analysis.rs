@@ -28,10 +28,10 @@ const WALL: Nondimensional = Nondimensional {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let order = Order::new(0.5)?;
-    let of = |scheme| LoopOperator::new(scheme, order, Seconds(1.0), 1e5);
+    let loop_operator = |scheme| LoopOperator::new(scheme, order, Seconds(1.0), 1e5);
     for (name, operator) in [
-        ("exact", of(Scheme::Exact)?),
-        ("muir:3", of(Scheme::Muir { degree: 3 })?),
+        ("exact", loop_operator(Scheme::Exact)?),
+        ("muir:3", loop_operator(Scheme::Muir { degree: 3 })?),
     ] {
         let closed = || SampledLoop::new(black_box(WALL), &operator, 0);
         let sampled = closed()?;

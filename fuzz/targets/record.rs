@@ -21,7 +21,7 @@ fuzz_target!(|bytes: &[u8]| {
         for (columns, segment) in all.iter().zip(&listed) {
             assert!(columns.lines.len() <= segment.rows && segment.lines[0] <= segment.lines[1]);
             let length = columns.lines.len();
-            assert!(columns.values.iter().all(|of| of.2.len() == length));
+            assert!(columns.values.iter().all(|column| column.2.len() == length));
         }
     }
     let record = table

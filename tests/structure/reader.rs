@@ -409,8 +409,8 @@ impl<'ast> Visit<'ast> for Reader<'_> {
         ];
         let method = call.method.to_string();
         let finished = match &*call.receiver {
-            syn::Expr::MethodCall(of) => of.method == "to_string",
-            syn::Expr::Macro(of) => of.mac.path.is_ident("format"),
+            syn::Expr::MethodCall(found) => found.method == "to_string",
+            syn::Expr::Macro(found) => found.mac.path.is_ident("format"),
             _ => false,
         };
         if finished && APART.contains(&method.as_str()) {

@@ -264,7 +264,7 @@ mod tests {
         flaws: 0,
     };
 
-    fn of(tick: u32, time_us: u32, item: BatchItem) -> Sample {
+    fn sample_at(tick: u32, time_us: u32, item: BatchItem) -> Sample {
         Sample {
             tick,
             time_us,
@@ -274,7 +274,7 @@ mod tests {
     }
 
     fn sample(tick: u32, time_us: u32) -> Sample {
-        of(tick, time_us, ITEM)
+        sample_at(tick, time_us, ITEM)
     }
 
     #[test]
@@ -309,12 +309,12 @@ mod tests {
         };
         for position_m in [f32::NAN, f32::INFINITY] {
             let bad = BatchItem { position_m, ..ITEM };
-            let message = look(of(10, 10_000, bad)).to_string();
+            let message = look(sample_at(10, 10_000, bad)).to_string();
             assert!(message.contains(&position_m.to_string()), "{message}");
         }
         for force_n in [f32::NAN, f32::NEG_INFINITY, 5.001, -1e30] {
             let bad = BatchItem { force_n, ..ITEM };
-            let found = look(of(10, 10_000, bad));
+            let found = look(sample_at(10, 10_000, bad));
             assert!(
                 matches!(found, Impossible::Force { tick: 10, .. }),
                 "{found}"
@@ -342,7 +342,7 @@ mod tests {
         plausible.begin(1000);
         (0..3000).find_map(|tick| {
             let force_n = command(tick);
-            let mut sample = of(tick, 1000 * tick, BatchItem { force_n, ..ITEM });
+            let mut sample = sample_at(tick, 1000 * tick, BatchItem { force_n, ..ITEM });
             sample.sensed_force_n.extend(sensed(tick));
             plausible.look(&sample).err()
         })

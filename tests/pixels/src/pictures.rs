@@ -129,10 +129,10 @@ fn times() -> Vec<f64> {
 
 fn plane() -> Picture {
     let time_s = times();
-    let turn = |of: fn(f64) -> f64, radius: f64| -> Vec<f64> {
+    let turn = |turned: fn(f64) -> f64, radius: f64| -> Vec<f64> {
         time_s
             .iter()
-            .map(|t| radius * of(9.0 * t) * (1.0 + 0.1 * t))
+            .map(|t| radius * turned(9.0 * t) * (1.0 + 0.1 * t))
             .collect()
     };
     let outline: Points = (0..100)

@@ -110,17 +110,17 @@ impl Exact {
     }
 
     /// The places where this is 0 on a dense row of angles, by halving.
-    fn zeros(&self, of: impl Fn(Complex<f64>) -> f64) -> Vec<(f64, Complex<f64>)> {
+    fn zeros(&self, part: impl Fn(Complex<f64>) -> f64) -> Vec<(f64, Complex<f64>)> {
         let row: Vec<f64> = (0..400)
             .map(|n| PI * (-0.02 * f64::from(n)).exp())
             .collect();
-        let signs: Vec<f64> = row.iter().map(|theta| of(self.open(*theta))).collect();
+        let signs: Vec<f64> = row.iter().map(|theta| part(self.open(*theta))).collect();
         let pairs = (1..row.len()).filter(|n| signs[*n] * signs[n - 1] < 0.0);
         let halved = pairs.map(|n| {
             let (mut low, mut high) = (row[n], row[n - 1]);
             for _ in 0..40 {
                 let middle = 0.5 * (low + high);
-                let same = of(self.open(middle)) * signs[n] > 0.0;
+                let same = part(self.open(middle)) * signs[n] > 0.0;
                 *(if same { &mut low } else { &mut high }) = middle;
             }
             (low, self.open(low))

@@ -168,14 +168,14 @@ fn campaign(count: u64) {
                 case.words, found[0].identified.dead_time
             );
         }
-        let of = |drifts: bool| u64::from(case.drifts == drifts);
+        let counted = |drifts: bool| u64::from(case.drifts == drifts);
         [
             u64::from(grows),
             u64::from(!shows),
-            of(true) * u64::from(is_right || is_said),
-            of(true),
-            of(false) * u64::from(is_right || is_said),
-            of(false),
+            counted(true) * u64::from(is_right || is_said),
+            counted(true),
+            counted(false) * u64::from(is_right || is_said),
+            counted(false),
         ]
     });
     let [grow, silent, drift_right, drifts, white_right, white] =

@@ -56,8 +56,8 @@ fn behind_a_long_dead_time_no_controller_is_three_times_better() {
         let wishes = wishes(1.0, number(margin));
         let integer = tune_integer(&plant, Some(every(0.02)), &wishes).expect(row);
         let best = controller.parse().expect(row);
-        let of = |parameters| spread(&parameters, &plant, Seconds(0.02));
-        let ((width, stable), (theirs, _)) = (of(best), of(integer.parameters));
+        let widest = |parameters| spread(&parameters, &plant, Seconds(0.02));
+        let ((width, stable), (theirs, _)) = (widest(best), widest(integer.parameters));
         assert_close(row, width, number(searched), 1e-3);
         assert!(
             stable && 1.4 * width < theirs && theirs < 2.0 * width,

@@ -121,14 +121,14 @@ fn a_record_of_a_plant_gives_its_function() {
         let guess: FractionalTransferFunction = guess.parse().expect("valid");
         let truth: FractionalTransferFunction = truth.parse().expect("valid");
         let found = identify(&guess, &record).expect("found");
-        let of = |function: &FractionalTransferFunction| -> Vec<f64> {
+        let numbers = |function: &FractionalTransferFunction| -> Vec<f64> {
             let (above, below) = (function.numerator(), function.denominator());
             let terms = above.terms().iter().chain(below.terms());
             terms
                 .flat_map(|term| [term.coefficient, term.order])
                 .collect()
         };
-        for (found, true_number) in of(&found.function).iter().zip(of(&truth)) {
+        for (found, true_number) in numbers(&found.function).iter().zip(numbers(&truth)) {
             assert_close("found", *found, true_number, 1e-3);
         }
     }

@@ -9,7 +9,7 @@ use fractional_control::{
 };
 use testkit::{assert_close, assert_refused, assert_relative};
 
-fn of(text: &str) -> FractionalTransferFunction {
+fn function(text: &str) -> FractionalTransferFunction {
     text.parse().expect("valid")
 }
 
@@ -52,10 +52,15 @@ fn lag(found: &FractionalTransferFunction) -> (f64, f64) {
 fn podlubnys_plant_is_found_from_its_step() {
     let memory = bdf2(1e-9, 40.0);
     // Sampled ten times finer than it is fitted.
-    let fine =
-        step_response(&of("1/(0.8s^2.2+0.5s^0.9+1)"), memory, Seconds(0.005), 6001).expect("runs");
+    let fine = step_response(
+        &function("1/(0.8s^2.2+0.5s^0.9+1)"),
+        memory,
+        Seconds(0.005),
+        6001,
+    )
+    .expect("runs");
     let y: Vec<f64> = fine.iter().step_by(10).copied().collect();
-    let found = identify(&of("2/(s^2+s+1)"), &step_of(0.05, &y)).expect("found");
+    let found = identify(&function("2/(s^2+s+1)"), &step_of(0.05, &y)).expect("found");
     let terms = found.function.denominator().terms();
     // The kernel's own error at 50 ms.
     for (have, want) in [
@@ -71,7 +76,7 @@ fn podlubnys_plant_is_found_from_its_step() {
 
 #[test]
 fn noise_is_answered_with_errors_that_cover_the_truth() {
-    let (t, truth) = (Seconds(0.05), of("1.5/(0.7s^1.4+1)"));
+    let (t, truth) = (Seconds(0.05), function("1.5/(0.7s^1.4+1)"));
     let memory = bdf2(1e-8, 40.0);
     let input: Vec<f64> = (0..600)
         .map(|n| (f64::from(n) * 0.05).sin() + (f64::from(n) * 0.02).cos() - 1.0)
@@ -83,7 +88,7 @@ fn noise_is_answered_with_errors_that_cover_the_truth() {
         held: false,
         ..record(t.0, &input, &y)
     };
-    let found = identify(&of("1/(s+1)"), &record).expect("found");
+    let found = identify(&function("1/(s+1)"), &record).expect("found");
     assert_close("residual", found.rms_residual, 0.02, 0.002);
     let want = [1.5_f64.ln(), 0.7_f64.ln(), 1.4];
     let below = found.function.denominator().terms();
@@ -110,7 +115,7 @@ fn a_record_of_a_held_command_needs_no_correction_by_hand() {
         .collect();
     let mut state = plant.at_rest();
     let y: Vec<f64> = input.iter().map(|u| plant.step(&mut state, *u)).collect();
-    let found = identify(&of("1/(s^0.8+1)"), &record(t.0, &input, &y)).expect("found");
+    let found = identify(&function("1/(s^0.8+1)"), &record(t.0, &input, &y)).expect("found");
     // 1.5/(s + 0.5) = 3/(2s + 1)
     let term = found.function.denominator().terms()[0];
     assert_close("order", term.order, 1.0, 2e-3);
@@ -119,7 +124,7 @@ fn a_record_of_a_held_command_needs_no_correction_by_hand() {
 
 #[test]
 fn a_record_that_is_none_is_refused() {
-    let guess = of("1/(s+1)");
+    let guess = function("1/(s+1)");
     let refused = |input: &[f64], output: &[f64]| {
         let found = identify(&guess, &record(0.1, input, output));
         found.expect_err("refused").to_string()
@@ -217,7 +222,7 @@ fn a_smooth_input_runs_in_straight_lines() {
         held: false,
         ..record(0.1, &input, &y)
     };
-    let found = identify_coefficients(&of("1/(s+1)"), &record).expect("found");
+    let found = identify_coefficients(&function("1/(s+1)"), &record).expect("found");
     let (gain, pole) = lag(&found.function);
     assert!(
         near(pole, 3.0, 1e-9) && near(gain, 2.0, 1e-9),
@@ -243,13 +248,13 @@ fn an_input_that_is_late_by_a_part_of_a_sample_is_run_exactly() {
             dead_time: DeadTime::Known(Seconds(late)),
             ..record(t, &input, &y)
         };
-        let found = identify_coefficients(&of("1/(s+1)"), &record).expect("found");
+        let found = identify_coefficients(&function("1/(s+1)"), &record).expect("found");
         let (gain, pole) = lag(&found.function);
         assert!(
             near(pole, 3.0, 1e-9) && near(gain, 2.0, 1e-9),
             "{pole} {gain}"
         );
-        let ruled = identify(&of("1/(s^0.9+1)"), &record).expect("found");
+        let ruled = identify(&function("1/(s^0.9+1)"), &record).expect("found");
         let (gain, pole) = lag(&ruled.function);
         assert!(
             near(pole, 3.0, 0.01) && near(gain, 2.0, 2e-3),
@@ -262,5 +267,5 @@ fn an_input_that_is_late_by_a_part_of_a_sample_is_run_exactly() {
         dead_time: DeadTime::Known(Seconds(30.0)),
         ..record(t, &input, &input)
     };
-    assert_refused(identify(&of("1/(s+1)"), &outside), "dead time 30 s");
+    assert_refused(identify(&function("1/(s+1)"), &outside), "dead time 30 s");
 }

@@ -228,7 +228,7 @@ fn integrators(function: &FractionalTransferFunction) -> f64 {
 /// Numbers whose 95 % interval holds the truth, and all of them, of a function of the terms of the truth.
 fn held(best: &Found, truth: &FractionalTransferFunction) -> [u64; 2] {
     let identified = &best.identified;
-    let of = |function: &FractionalTransferFunction| {
+    let roots = |function: &FractionalTransferFunction| {
         let sides = [function.numerator(), function.denominator()];
         sides.map(|side| {
             side.terms()
@@ -237,7 +237,7 @@ fn held(best: &Found, truth: &FractionalTransferFunction) -> [u64; 2] {
                 .collect()
         })
     };
-    let [have, want]: [[Vec<(f64, f64)>; 2]; 2] = [of(&identified.function), of(truth)];
+    let [have, want]: [[Vec<(f64, f64)>; 2]; 2] = [roots(&identified.function), roots(truth)];
     let orders = |sides: &[Vec<(f64, f64)>; 2]| {
         sides
             .clone()

@@ -217,14 +217,14 @@ fn the_curve_of_the_verdict_is_the_controller_that_runs() {
     let lag: Plant = "exp(-0.03s)/(s+1)".parse().expect("valid");
     let plant = HeldPlant::new(&lag, memory(), t).expect("valid");
     let alone = p(1.0);
-    let of = |parameters: ControllerParameters| {
+    let closed = |parameters: ControllerParameters| {
         SampledControlLoop::new(parameters, memory(), &plant).expect("valid")
     };
     for (parameters, runs) in one_of_each(t) {
-        let verdict = of(parameters).verdict();
+        let verdict = closed(parameters).verdict();
         assert_ne!(verdict.unstable_poles, None, "{parameters:?}");
         for theta in [1e-3, 0.05, 0.7, PI] {
-            let have = of(parameters).open(theta) / of(alone.into()).open(theta);
+            let have = closed(parameters).open(theta) / closed(alone.into()).open(theta);
             let want = runs.response(theta);
             let error = (have - want).norm() / want.norm();
             assert!(error < 1e-9, "{parameters:?} {theta}: {have} {want}");

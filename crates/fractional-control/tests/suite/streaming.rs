@@ -34,12 +34,12 @@ fn error(golden: &Golden, rule: Rule, t: f64, tolerance: f64) -> f64 {
 #[test]
 fn podlubnys_plant_and_loop_agree_with_the_inverse_transform() {
     for golden in &podlubny() {
-        let of = |rule, t| error(golden, rule, t, 1e-9);
-        let (first, second) = (of(Rule::Grunwald, 1e-3), of(Rule::Bdf2, 1e-3));
+        let error_of = |rule, t| error(golden, rule, t, 1e-9);
+        let (first, second) = (error_of(Rule::Grunwald, 1e-3), error_of(Rule::Bdf2, 1e-3));
         assert!(first < 3e-3, "{first}");
         assert!(second < 1e-5, "{second}");
         for (rule, t, want) in [(Rule::Grunwald, 4e-3, 1.0), (Rule::Bdf2, 1e-2, 2.0)] {
-            let order = (of(rule, t) / of(rule, 0.5 * t)).log2();
+            let order = (error_of(rule, t) / error_of(rule, 0.5 * t)).log2();
             assert_close("order", order, want, 0.1);
         }
     }
@@ -210,7 +210,7 @@ fn poles_of_cyclic_functions_are_found() {
 
 #[test]
 fn poles_and_stability_of_commensurate_functions() {
-    let of = |text: &str| -> FractionalTransferFunction { text.parse().expect("valid") };
+    let parsed = |text: &str| -> FractionalTransferFunction { text.parse().expect("valid") };
     for (text, stable) in [
         ("1/(s+1)", true),
         ("1/(s-1)", false),
@@ -223,7 +223,7 @@ fn poles_and_stability_of_commensurate_functions() {
         ("1/(s^3+s^2+s+1.01)", false),
         ("1/(s^0.5-1)", false),
     ] {
-        let function = of(text);
+        let function = parsed(text);
         let commensurate = function.commensurate().expect("commensurate");
         let decays = commensurate.poles().iter().all(|pole| pole.re < 0.0);
         assert_eq!(decays, stable, "{text}");
@@ -235,7 +235,7 @@ fn poles_and_stability_of_commensurate_functions() {
         }
         assert_eq!(function.stable_by_itself().is_ok(), stable, "{text}");
     }
-    let poles = of("1/(s^1.5-2)")
+    let poles = parsed("1/(s^1.5-2)")
         .commensurate()
         .expect("commensurate")
         .poles();
@@ -244,8 +244,8 @@ fn poles_and_stability_of_commensurate_functions() {
         poles.iter().any(|s| (s - wanted).norm() < 1e-12),
         "{poles:?}"
     );
-    let irrational = of("1/(s^1.4142135623+s^0.577215664+1)").commensurate();
+    let irrational = parsed("1/(s^1.4142135623+s^0.577215664+1)").commensurate();
     assert!(irrational.unwrap_err().to_string().contains("above 200"));
     // An integrator neither decays nor grows: on the edge.
-    assert_eq!(of("1/(s^1.5+s)").unstable_poles(), None);
+    assert_eq!(parsed("1/(s^1.5+s)").unstable_poles(), None);
 }

@@ -143,23 +143,30 @@ fn an_interval_that_ends_on_both_sides_is_proved_between_them() {
 
 #[test]
 fn poles_of_very_small_orders_are_counted() {
-    let of = |text: &str| {
+    let unstable = |text: &str| {
         let function: FractionalTransferFunction = text.parse().expect("valid");
         function.unstable_poles()
     };
     for small in ["0.01", "0.001", "0.0001"] {
         // −1 is no power s^α of the principal branch; 1 is that of s = 1, 0.5 and 2 those of far below and above.
-        assert_eq!(of(&format!("1/(s^{small}+1)")), Some(0), "{small}");
-        assert_eq!(of(&format!("1/(s^{small}-1)")), Some(1), "{small}");
-        assert_eq!(of(&format!("1/(s^{small}-2)")), Some(1), "{small}");
-        assert_eq!(of(&format!("1/(s^{small}-0.5)")), Some(1), "{small}");
-        assert_eq!(of(&format!("1/(s^2+s^{small}+1)")), Some(0), "{small}");
-        assert_eq!(of(&format!("1/(s^1.{small}+s)", small = &small[2..])), None);
+        assert_eq!(unstable(&format!("1/(s^{small}+1)")), Some(0), "{small}");
+        assert_eq!(unstable(&format!("1/(s^{small}-1)")), Some(1), "{small}");
+        assert_eq!(unstable(&format!("1/(s^{small}-2)")), Some(1), "{small}");
+        assert_eq!(unstable(&format!("1/(s^{small}-0.5)")), Some(1), "{small}");
+        assert_eq!(
+            unstable(&format!("1/(s^2+s^{small}+1)")),
+            Some(0),
+            "{small}"
+        );
+        assert_eq!(
+            unstable(&format!("1/(s^1.{small}+s)", small = &small[2..])),
+            None
+        );
     }
     // The ends of the range: no number of the count is too large.
-    assert_eq!(of("1/(1e60s^2+1e-60s+1e60)"), None);
-    assert_eq!(of("1/(1e-60s^2+s+1e60)"), Some(0));
-    assert_eq!(of("1/(1e-60s^2-s+1e60)"), Some(2));
+    assert_eq!(unstable("1/(1e60s^2+1e-60s+1e60)"), None);
+    assert_eq!(unstable("1/(1e-60s^2+s+1e60)"), Some(0));
+    assert_eq!(unstable("1/(1e-60s^2-s+1e60)"), Some(2));
 }
 
 /// G(jω) of 1/(s² − a²) is −1/(ω² + a²): C has the margin as its phase at the crossover, there it stands still, and in another time all is the same.

@@ -170,25 +170,26 @@ mod tests {
     #[test]
     fn the_first_output_and_the_last_input_of_a_time_count_and_a_time_that_falls_is_named_with_its_line()
      {
-        let of = |time_s: &[f64]| InputOutput {
+        let record_at = |time_s: &[f64]| InputOutput {
             time_s: time_s.to_vec(),
             input: (0..time_s.len()).map(|n| n as f64).collect(),
             output: (10..10 + time_s.len()).map(|n| n as f64).collect(),
             ..InputOutput::default()
         };
         let mut lines: Vec<u64> = (2..7).collect();
-        let mut record = of(&[0.0, 0.0, 1.0, 2.5, 2.5]);
+        let mut record = record_at(&[0.0, 0.0, 1.0, 2.5, 2.5]);
         assert_eq!(one_row_a_time(&mut record, &mut lines), Ok(vec![3, 6]));
         assert_eq!(record.time_s, [0.0, 1.0, 2.5]);
         assert_eq!(record.input, [1.0, 2.0, 4.0]);
         assert_eq!(record.output, [10.0, 12.0, 13.0]);
         assert_eq!(lines, [2, 4, 5]);
-        let error = one_row_a_time(&mut of(&[0.0, 1.0, 0.5]), &mut lines).expect_err("falls");
+        let error =
+            one_row_a_time(&mut record_at(&[0.0, 1.0, 0.5]), &mut lines).expect_err("falls");
         assert!(
             error.starts_with("line 5: 0.5 s comes after 1 s"),
             "{error}"
         );
-        let error = one_row_a_time(&mut of(&[1.0, 1.0]), &mut lines).expect_err("one time");
+        let error = one_row_a_time(&mut record_at(&[1.0, 1.0]), &mut lines).expect_err("one time");
         assert!(error.contains("does not increase"), "{error}");
     }
 

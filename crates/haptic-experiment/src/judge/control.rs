@@ -429,10 +429,10 @@ mod tests {
     #[test]
     fn wishes_are_said_in_degrees() {
         let plant: Plant = "1/(s+1)".parse().expect("valid");
-        let of = |wishes: Specification| in_degrees(&tune(&plant, None, &wishes).unwrap_err());
+        let refusal = |wishes: Specification| in_degrees(&tune(&plant, None, &wishes).unwrap_err());
         let wide = Specification::new(1.0, 200_f64.to_radians());
         assert_eq!(
-            of(wide),
+            refusal(wide),
             "phase margin 200° is not above 0 and below 180°: give `phase_margin_rad`, as in 60deg"
         );
         let peak = Specification {
@@ -440,7 +440,7 @@ mod tests {
             ..Specification::new(1.0, 60_f64.to_radians())
         };
         assert_eq!(
-            of(peak),
+            refusal(peak),
             "`sensitivity_peak` 0.9 contradicts `phase_margin_rad` 60°: allow at least 1/(2 sin(margin/2))"
         );
     }

@@ -144,7 +144,7 @@ fn a_front_has_the_numbers_that_the_analyses_give_and_no_wall_that_another_beats
             (wall, "required_damping_n_s_per_m"),
             (&passive, "required_damping_n_s_per_m"),
         ]
-        .map(|(of, key)| number(of, key));
+        .map(|(report, key)| number(report, key));
         assert_relative("damping", need, want, 1e-5);
     }
 }

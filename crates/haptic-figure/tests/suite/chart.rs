@@ -380,7 +380,7 @@ fn a_line_beyond_a_focused_axis_says_how_far_it_goes_and_one_beyond_another_does
 #[test]
 fn markers_without_a_place_on_a_logarithmic_axis_are_counted() {
     let points = [(0.0, 1.0), (1.0, -2.0), (2.0, 3.0), (f64::NAN, 1.0)];
-    let of = |scale| {
+    let notes = |scale| {
         let axis = AxisSpec::new("x / m", scale);
         let series = vec![Series::new("dots", &points, Look::Markers, 0)];
         said_by(Chart {
@@ -390,9 +390,9 @@ fn markers_without_a_place_on_a_logarithmic_axis_are_counted() {
             series,
         })
     };
-    assert!(of(Scale::Log).contains(&"2 not drawn: not above 0".to_owned()));
+    assert!(notes(Scale::Log).contains(&"2 not drawn: not above 0".to_owned()));
     assert!(
-        !of(Scale::Linear)
+        !notes(Scale::Linear)
             .iter()
             .any(|text| text.contains("not above"))
     );

@@ -14,7 +14,7 @@ fn picture() -> Picture {
     let dots = waves.iter().map(|wave| wave.iter().step_by(20).copied());
     let dots: Vec<Vec<(f64, f64)>> = dots.map(Iterator::collect).collect();
     let ring = [(1.0, -0.5), (8.0, -0.5), (8.0, 0.5), (1.0, 0.5)];
-    let of = |looks: &[Look]| {
+    let drawn = |looks: &[Look]| {
         let series = looks.iter().enumerate().map(|(n, look)| {
             let points = match look {
                 Look::Area => ring.as_slice(),
@@ -35,8 +35,8 @@ fn picture() -> Picture {
         subtitle: "B in N·s^μ·m⁻¹",
         columns: 2,
         charts: vec![
-            of(&[Look::Area, Look::Line, Look::Dashed, Look::Broad]),
-            of(&[
+            drawn(&[Look::Area, Look::Line, Look::Dashed, Look::Broad]),
+            drawn(&[
                 Look::Dotted,
                 Look::Markers,
                 Look::OpenMarkers,
@@ -157,9 +157,9 @@ fn grey(bytes: &[u8]) -> Grey {
 
 /// Share of the pixels that are dark in the first and have nothing dark within two pixels in the second.
 fn differing(first: &Grey, second: &Grey) -> f64 {
-    let dark = |of: &Grey, x: usize, y: usize| {
-        let inside = x < of.0 && y < of.1;
-        inside && of.2[y * of.0 + x] < 150
+    let dark = |image: &Grey, x: usize, y: usize| {
+        let inside = x < image.0 && y < image.1;
+        inside && image.2[y * image.0 + x] < 150
     };
     let mut found = 0;
     for y in 2..first.1 {

@@ -46,16 +46,24 @@ fn a_force_is_zero_within_the_stop_time_however_slow_its_rate() {
 
 #[test]
 fn braking_beyond_what_the_device_bears_is_refused_in_one_line() {
-    let of = |braking, mass: Option<f64>, delay| SafetyLimits {
+    let with_braking = |braking, mass: Option<f64>, delay| SafetyLimits {
         braking: Some(NewtonSecondsPerMetre(braking)),
         device_mass: mass.map(Kilograms),
         device_delay_samples: delay,
         ..SafetyLimits::default()
     };
     for (limits, most, words) in [
-        (of(5.001, None, 1), 5.0, "give its mass"),
-        (of(1000.0, Some(0.065), 0), 65.0, "use less braking"),
-        (of(22.0, Some(0.065), 1), 0.065 / 3e-3, "half of what"),
+        (with_braking(5.001, None, 1), 5.0, "give its mass"),
+        (
+            with_braking(1000.0, Some(0.065), 0),
+            65.0,
+            "use less braking",
+        ),
+        (
+            with_braking(22.0, Some(0.065), 1),
+            0.065 / 3e-3,
+            "half of what",
+        ),
     ] {
         let refused = SafetyChain::<f32>::from_limits(&limits, T).expect_err("too much");
         let text = refused.to_string();
@@ -66,9 +74,9 @@ fn braking_beyond_what_the_device_bears_is_refused_in_one_line() {
         assert_close("most_n_s_per_m", most_n_s_per_m, most, 1e-9);
     }
     for good in [
-        of(5.0, None, 1),
-        of(65.0, Some(0.065), 0),
-        of(9.0, Some(0.065), 3),
+        with_braking(5.0, None, 1),
+        with_braking(65.0, Some(0.065), 0),
+        with_braking(9.0, Some(0.065), 3),
     ] {
         SafetyChain::<f32>::from_limits(&good, T).expect("bearable");
     }

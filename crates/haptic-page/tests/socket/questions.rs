@@ -176,11 +176,11 @@ fn a_controller_is_designed_with_the_margins_and_sentences_of_the_command() {
 #[test]
 fn a_loop_is_judged_and_run_as_the_command_does_it() {
     let (_runs, _server, mut page) = opened();
-    let asked = |of: &str, key: &str, value: Value| {
+    let asked = |name: &str, key: &str, value: Value| {
         let text = "[pid]\nproportional_gain = 1\n[loop]\nsample_time_s = 0.01\n";
         let file = json!({"name": "p.toml", "text": text});
         let given = json!({"plant": "1/(s+1)", "controller_file": file, key: value});
-        question("loop", of, given)
+        question("loop", name, given)
     };
     // A gain of 1 over 1/(s + 1) rests at half of its reference, a ramp that is held between its rows.
     let ramp = json!({"name": "ramp.csv", "text": "time_s,reference\n0,0\n1,1\n2,2\n20,2\n"});

@@ -132,11 +132,11 @@ fn frames_answer_their_requests_and_a_table_is_the_samples_of_the_log() {
     for (id, channel) in asked {
         let frame = (page.frames.iter()).find(|frame| json!(frame.request) == json!(id));
         let drawn = frame.expect("a frame").least(0);
-        let of = |tick: &TickMessage| match channel {
+        let value = |tick: &TickMessage| match channel {
             "commanded_force_n" => tick.commanded_force_n[0],
             _ => tick.position_m[0],
         };
-        let logged: Vec<f32> = log.iter().map(|tick| of(tick) as f32).collect();
+        let logged: Vec<f32> = log.iter().map(|tick| value(tick) as f32).collect();
         assert_eq!(&drawn[..logged.len()], logged, "{channel}");
     }
     // Every sample of the span, with all digits, once.

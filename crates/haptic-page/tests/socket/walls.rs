@@ -192,7 +192,7 @@ fn the_device_of_a_start_is_that_of_the_server_but_for_what_is_said() {
     );
     let shown = page.frame(|_| true).sample_time_s;
     assert_close("shown", shown, 2e-3, 1e-12);
-    for [of, number, words] in testkit::table(
+    for [kind, number, words] in testkit::table(
         r#"
         device | {"mass_kg": 0} | `mass_kg` = 0 is not above 0 and at most 100
         device | {"mass_kg": null} | `mass_kg` = NaN is not above 0
@@ -213,7 +213,7 @@ fn the_device_of_a_start_is_that_of_the_server_but_for_what_is_said() {
         "#,
     ) {
         let number: Value = number.parse().expect("JSON");
-        let start = match of.as_str() {
+        let start = match kind.as_str() {
             "wall" => json!({"environment": {"wall": number}}),
             _ => json!({"environment": {"tissue": "prostate-healthy"}, "device": number}),
         };

@@ -257,13 +257,13 @@ fn path<const D: usize>(tick: u32) -> [f32; D] {
 }
 
 fn shapes<const D: usize>() -> [(Shape<f64, D>, bool); 4] {
-    let of = |all: [f64; 3]| core::array::from_fn(|axis| all[axis]);
+    let axes = |all: [f64; 3]| core::array::from_fn(|axis| all[axis]);
     [
         // Away from 0 all are outside; the last is passed through in the middle.
-        (plane(of([0.3, -0.5, 0.9]), 1e-4), true),
-        (ball(of([0.022, 0.003, -0.001]), 0.02), true),
-        (hollow(of([1e-4, -2e-4, 1e-4]), 0.003), true),
-        (ball(of([0.0, 0.0, 0.0]), 0.01), false),
+        (plane(axes([0.3, -0.5, 0.9]), 1e-4), true),
+        (ball(axes([0.022, 0.003, -0.001]), 0.02), true),
+        (hollow(axes([1e-4, -2e-4, 1e-4]), 0.003), true),
+        (ball(axes([0.0, 0.0, 0.0]), 0.01), false),
     ]
 }
 

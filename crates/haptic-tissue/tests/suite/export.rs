@@ -239,10 +239,10 @@ fn uniaxial(shear: &[[f64; 2]], bulk: &[[f64; 2]], ratio: f64, times: &[f64]) ->
     // The sides move at each time at once.
     let mut moves: Vec<(f64, f64)> = Vec::new();
     let stress = times.iter().map(|&t| {
-        let over = |of: &dyn Fn(f64, f64) -> f64, moves: &[(f64, f64)]| {
+        let over = |modulus: &dyn Fn(f64, f64) -> f64, moves: &[(f64, f64)]| {
             let each = moves.iter().map(|&(begin, by)| {
                 let (shear, bulk) = at(t - begin);
-                by * of(shear, bulk)
+                by * modulus(shear, bulk)
             });
             each.sum::<f64>()
         };

@@ -11,12 +11,12 @@ fn analyze(line: &str) -> Value {
 
 #[test]
 fn units_and_no_units_give_the_same_loop() {
-    let of = |path: &str| {
+    let stability = |path: &str| {
         analyze(&format!(
             "stability --order 0.5 --mass 65g --damping 3.5 --sample-time 2ms --stiffness 300 --dissipation 10 {path}"
         ))
     };
-    let with = of("--delay 2.6ms --current-lag 1ms");
+    let with = stability("--delay 2.6ms --current-lag 1ms");
     assert_eq!(with["stable"], true, "{with}");
     assert_eq!(with["encirclements"], 0);
     // α = KT²/m, β = B·T^1.5/m, δ = bT/m.
@@ -37,7 +37,7 @@ fn units_and_no_units_give_the_same_loop() {
     let without = analyze(&format!(
         "{wall} --sample-time 1s --delay-samples 1.3 --current-lag 0.5s"
     ));
-    let in_samples = of("--delay-samples 1.3 --current-lag 1ms");
+    let in_samples = stability("--delay-samples 1.3 --current-lag 1ms");
     for other in [without, in_samples] {
         // JSON readers round numbers to the last digit but one.
         let margins = [&with, &other].map(|report| number(report, "gain_margin"));

@@ -48,10 +48,10 @@ fn any_column_can_be_taken() {
     );
     let line = "differintegrate --order 1 --sample-time 0.25s log.csv";
     let run = |options: &str| place.run(&format!("{line} {options}"));
-    let of = |options: &str| run(options).succeeded().table("x,y");
+    let columns = |options: &str| run(options).succeeded().table("x,y");
     let rates = [[1.0, 4.0], [3.0, 8.0], [2.5, -2.0]];
-    assert_eq!(of("--column position_m"), rates);
-    assert_eq!(of(""), of("--column x"));
+    assert_eq!(columns("--column position_m"), rates);
+    assert_eq!(columns(""), columns("--column x"));
     let words = ["no column force_n", "time_s,position_m,x", "--column"];
     run("--column force_n").refused(2, &words);
 }
@@ -398,8 +398,8 @@ fn what_show_prints_of_a_tissue_that_comes_along_is_a_file_to_start_from() {
     let place = Place::new();
     let shown = place.run("materials show prostate-healthy").succeeded();
     place.write("copy.toml", shown.stdout);
-    let of = |tissue: &str| place.json(&format!("materials show {tissue}"));
-    assert_eq!(of("copy.toml"), of("prostate-healthy"));
+    let printed = |tissue: &str| place.json(&format!("materials show {tissue}"));
+    assert_eq!(printed("copy.toml"), printed("prostate-healthy"));
 }
 
 #[test]

@@ -160,9 +160,12 @@ fn an_experiment_is_written_down_and_run_again_from_its_log() {
     run("run mine/relax.toml --out second");
     run("run first/relax.mcap --out third");
     run("run first/relax.mcap strain=3% --out other");
-    let of = |run: &str| place.read(&format!("{run}/relax.csv"));
-    assert_eq!((of("second"), of("third")), (of("first"), of("first")));
-    assert_ne!(of("other"), of("first"));
+    let table = |run: &str| place.read(&format!("{run}/relax.csv"));
+    assert_eq!(
+        (table("second"), table("third")),
+        (table("first"), table("first"))
+    );
+    assert_ne!(table("other"), table("first"));
 }
 
 #[test]
@@ -177,22 +180,22 @@ fn a_log_runs_again_with_the_files_that_it_has() {
     place.write("gel.toml", tissue(8650));
     let run = |line: &str| place.run(line).succeeded_with_warnings();
     run("relax --duration 2s --ramp-time 0.5s --tissue gel.toml --out first");
-    let of = |run: &str| place.read(&format!("{run}/relax.csv"));
+    let table = |run: &str| place.read(&format!("{run}/relax.csv"));
     let same = run("run first/relax.mcap --out same");
     assert!(!same.stderr.contains("what it was"), "{same}");
-    assert_eq!(of("same"), of("first"));
+    assert_eq!(table("same"), table("first"));
     // The tissue is another today, or gone: the run is that of the log, and says so.
     place.write("gel.toml", tissue(2000));
     let again = run("run first/relax.mcap --out again");
     assert_says(&again.stderr, "file of tissue has changed");
-    assert_eq!(of("again"), of("first"));
+    assert_eq!(table("again"), table("first"));
     let given = run("run first/relax.mcap tissue=gel.toml --out given");
     assert!(!given.stderr.contains("what it was"), "{given}");
-    assert_ne!(of("given"), of("first"));
+    assert_ne!(table("given"), table("first"));
     std::fs::remove_file(place.path("gel.toml")).expect("removes");
     let gone = run("run again/relax.mcap --out gone");
     assert_says(&gone.stderr, "file of tissue has changed");
-    assert_eq!(of("gone"), of("first"));
+    assert_eq!(table("gone"), table("first"));
 }
 
 #[test]

@@ -217,9 +217,9 @@ fn several_depths_give_the_stiffening_of_a_tissue() {
     let slab = "--area 4cm2 --thickness 20mm --loading compression --model spring-pot";
     let line = format!("identify 3.csv 8.csv 15.csv --stiffening {slab} --out soft.toml --json");
     let report = place.run(&line).succeeded_with_warnings().json();
-    let of = &report["parameters"]["stiffening"];
-    assert_relative("b", number(&of["value"]), 8.0, 0.01);
-    assert!(number(&of["low_95"]) <= number(&of["value"]));
+    let parameter = &report["parameters"]["stiffening"];
+    assert_relative("b", number(&parameter["value"]), 8.0, 0.01);
+    assert!(number(&parameter["low_95"]) <= number(&parameter["value"]));
     assert_eq!(report["samples"], 450);
 
     assert_says(

@@ -53,8 +53,8 @@ fn the_dissertation_is_made_again_and_judged() {
     let place = Place::new();
     let result = place.json("reproduce --out again");
     let figures = result["figures"].as_array().expect("figures").clone();
-    let ids = |of: &[Value]| -> String {
-        let ids: Vec<&str> = of.iter().filter_map(|one| one["id"].as_str()).collect();
+    let ids = |rows: &[Value]| -> String {
+        let ids: Vec<&str> = rows.iter().filter_map(|one| one["id"].as_str()).collect();
         ids.join(" ")
     };
     assert_eq!(ids(&figures), "3.3 3.4 4.1 4.3 4.4 4.5 5.1 6.2 7.2");

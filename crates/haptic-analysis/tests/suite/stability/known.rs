@@ -40,19 +40,22 @@ fn a_tissue_without_a_spring_drifts_and_beside_that_it_is_stable() {
                 0,
                 "{scheme} {order}"
             );
-            let of = |alpha, beta| {
+            let loop_of = |alpha, beta| {
                 SampledLoop::new(wall(alpha, beta, 0.05, 0.0), &operator, 0).expect("in range")
             };
-            let closed = of(0.0, 0.2);
+            let closed = loop_of(0.0, 0.2);
             assert!(closed.drifts() && !closed.is_stable(), "{scheme} {order}");
             let verdict = closed.beside_rest().verdict();
             assert!(verdict.stable, "{scheme} {order}: {verdict:?}");
             // A spring of its own is left alone.
-            let walled = of(0.1, 0.2);
+            let walled = loop_of(0.1, 0.2);
             assert!(!walled.drifts());
             assert_eq!(walled.beside_rest().verdict(), walled.verdict());
             // What shakes is still told.
-            assert!(!of(0.0, 40.0).beside_rest().is_stable(), "{scheme} {order}");
+            assert!(
+                !loop_of(0.0, 40.0).beside_rest().is_stable(),
+                "{scheme} {order}"
+            );
         }
     }
 }
@@ -87,14 +90,14 @@ fn weak_springs_over_decades_are_decided_by_hurwitz() {
     let mut stable = 0;
     for order in [0.0, 1.0] {
         let operator = operator("exact", order);
-        let of = |alpha, beta, delta| {
+        let loop_of = |alpha, beta, delta| {
             SampledLoop::new(wall(alpha, beta, delta, 0.0), &operator, 0).expect("in range")
         };
         for decade in 0..14 {
             let alpha = 0.7 * 10_f64.powi(-decade);
             for beta in [0.0, 1e-8, 1e-4, 0.025, 0.3, 3.0] {
                 for delta in [1e-7, 1e-4, 5e-3, 0.2] {
-                    let closed = of(alpha, beta, delta);
+                    let closed = loop_of(alpha, beta, delta);
                     let (verdict, want) =
                         (closed.verdict(), by_hurwitz(alpha, [beta, order], delta));
                     let name = format!("μ {order}, α {alpha:e}, β {beta}, δ {delta}");

@@ -88,7 +88,7 @@ fn a_function_as_a_controller_is_the_pid_it_is_equal_to_within_its_limits() {
     let memory = PowerMemory::new(Rule::Bdf2, 1e-9, 100.0).expect("valid");
     let plant: Plant = "1/(s+1)".parse().expect("valid");
     let plant = HeldPlant::new(&plant, memory, Seconds(0.01)).expect("valid");
-    let of = |file: &str| {
+    let controller = |file: &str| {
         let text = format!(
             "{file}\n[loop]\nsample_time_s = 0.01\noutput_high = 5\noutput_low = -5\nscheme = \"full-bdf2:1e-9\""
         );
@@ -98,10 +98,10 @@ fn a_function_as_a_controller_is_the_pid_it_is_equal_to_within_its_limits() {
             .expect("runs")
             .measured
     };
-    let pid = of(
+    let pid = controller(
         "[pid]\nproportional_gain = 3\nintegral_gain_per_s_lambda = 2\nintegral_order = 0.7\nset_point_weight = 1",
     );
-    let function = of("[transfer_function]\nfunction = \"(3s^0.7+2)/s^0.7\"");
+    let function = controller("[transfer_function]\nfunction = \"(3s^0.7+2)/s^0.7\"");
     let apart = pid.iter().zip(&function).map(|(a, b)| (a - b).abs());
     let apart = apart.fold(0.0, f64::max);
     assert!(apart < 1e-6, "{apart}");

@@ -99,8 +99,8 @@ fn the_indenter_is_held_on_its_way_and_the_tissue_is_that_of_the_motion_really_m
     let folder = Folder::empty();
     let report = run(&folder.join("held"), &cancerous(drive(STIFF), 5.0)).expect("runs");
     let held = &report.results["drive"];
-    let of = (&held["controller"], &held["quantity"]);
-    assert_eq!(of, (&"test.toml".into(), &"position".into()));
+    let names = (&held["controller"], &held["quantity"]);
+    assert_eq!(names, (&"test.toml".into(), &"position".into()));
     assert_eq!(held["preflight"]["in_contact"]["stable"], true);
     let number = |key: &str| held[key].as_f64().expect(key);
     // 1 mm in 0.5 s; what a ramp leaves fades on the hold.

@@ -243,15 +243,15 @@ fn what_is_felt_without_delay_is_what_the_formula_says_within_1_db() {
 #[test]
 fn time_domain_passivity_is_felt_as_position_position_where_it_need_not_act() {
     let library = Library::load(None).expect("the library");
-    let of = |architecture| {
+    let run_of = |architecture| {
         let place = tissue(&library, "prostate-cancerous");
         let experiment = experiment(architecture, place);
         (felt(&experiment), experiment.hands())
     };
-    let (limited, hands) = of(Architecture::TimeDomain);
+    let (limited, hands) = run_of(Architecture::TimeDomain);
     // The formula of its coupler is not its own, so it has none.
     assert!(hands.is_none());
-    let (free, _) = of(Architecture::PositionPosition);
+    let (free, _) = run_of(Architecture::PositionPosition);
     for (limited, free) in limited.iter().zip(&free) {
         assert!(limited.formula_n_per_m.is_none() && limited.off_formula_db.is_none());
         let off = 20.0 * (limited.felt_n_per_m / free.felt_n_per_m).log10();

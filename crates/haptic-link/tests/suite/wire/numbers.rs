@@ -92,16 +92,16 @@ fn keys_tell_which_message_is_unlike_and_outlive_a_new_one() {
 
 #[test]
 fn hands_with_another_coupler_have_another_digest() {
-    let of = haptic_link::hand_digest;
-    let digest = of(&[300.0, 10.0, 0.5], "full");
-    assert_eq!(of(&[300.0, 10.0, 0.5], "full"), digest);
+    let digest_of = haptic_link::hand_digest;
+    let digest = digest_of(&[300.0, 10.0, 0.5], "full");
+    assert_eq!(digest_of(&[300.0, 10.0, 0.5], "full"), digest);
     for (numbers, scheme) in [
         ([301.0, 10.0, 0.5], "full"),
         ([300.0, 11.0, 0.5], "full"),
         ([300.0, 10.0, 0.4], "full"),
         ([300.0, 10.0, 0.5], "grunwald:100"),
     ] {
-        assert_ne!(of(&numbers, scheme), digest, "{numbers:?} {scheme}");
+        assert_ne!(digest_of(&numbers, scheme), digest, "{numbers:?} {scheme}");
     }
 }
 

@@ -72,7 +72,7 @@ fn any_vector<const D: usize>(random: &mut Random, size: f64) -> [f64; D] {
 struct Envelope {
     from_n: f64,
     ticks: f64,
-    of: f64,
+    whole_ticks: f64,
 }
 
 impl Envelope {
@@ -85,7 +85,7 @@ impl Envelope {
         tolerance: f64,
     ) {
         self.ticks = (self.ticks - 1.0).max(0.0);
-        let most = self.from_n * (self.ticks / self.of);
+        let most = self.from_n * (self.ticks / self.whole_ticks);
         let size = norm(now);
         assert!(
             size <= most * (1.0 + tolerance),
@@ -238,7 +238,7 @@ fn schedule<F: Real, const D: usize>(seed: u64) -> u64 {
             let known = world.envelope.get_or_insert_with(|| Envelope {
                 from_n: norm(&sent).max(limits.brake_force.0),
                 ticks,
-                of: ticks,
+                whole_ticks: ticks,
             });
             known.check(&now, &sent, &limits, tolerance);
             assert!(known.ticks > 0.0 || world.state.is_at_rest());

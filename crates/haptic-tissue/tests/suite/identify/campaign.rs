@@ -188,7 +188,7 @@ fn record(kind: Kind, model: &Model, count: usize, noise: &[f64]) -> Record {
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn made_tissues_are_chosen_as_what_they_are_or_simpler_and_held_by_their_intervals() {
     let cases = testkit::cases(6_u64);
-    let (mut right, mut inside, mut of) = (0, 0, 0);
+    let (mut right, mut inside, mut numbers) = (0, 0, 0);
     for number in 0..cases {
         let case = Case::new(number);
         let (kind, parameters) = &case.truth;
@@ -212,15 +212,15 @@ fn made_tissues_are_chosen_as_what_they_are_or_simpler_and_held_by_their_interva
                 parameters.len()
             );
         }
-        (inside, of) = (inside + held, of + parameters.len());
+        (inside, numbers) = (inside + held, numbers + parameters.len());
     }
-    println!("{right} of {cases} right, {inside} of {of} inside");
+    println!("{right} of {cases} right, {inside} of {numbers} inside");
     assert!(
         right as f64 >= 0.9 * cases as f64 - 1.0,
         "{right} of {cases}"
     );
-    let share = inside as f64 / of as f64;
-    let low = if of >= 600 { 0.93 } else { 0.8 };
-    assert!((low..=1.0).contains(&share), "{inside} of {of}");
-    assert!(of < 600 || share <= 0.97, "{inside} of {of}");
+    let share = inside as f64 / numbers as f64;
+    let low = if numbers >= 600 { 0.93 } else { 0.8 };
+    assert!((low..=1.0).contains(&share), "{inside} of {numbers}");
+    assert!(numbers < 600 || share <= 0.97, "{inside} of {numbers}");
 }

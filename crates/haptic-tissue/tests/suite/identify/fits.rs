@@ -100,13 +100,13 @@ fn a_held_viscosity_is_that_at_one_second() {
     assert!(viscosity.held && !order.held, "{viscosity:?} {order:?}");
     let rms = |order: f64| {
         let model = model("spring-pot", &[4000.0, order]);
-        let of = |w: &f64| model.complex_modulus(*w);
+        let modulus = |w: &f64| model.complex_modulus(*w);
         let both = record
             .x()
             .iter()
             .zip(record.first().iter().zip(record.second()));
         let squares = both.map(|(w, (storage, loss))| {
-            (of(w).re / storage).ln().powi(2) + (of(w).im / loss).ln().powi(2)
+            (modulus(w).re / storage).ln().powi(2) + (modulus(w).im / loss).ln().powi(2)
         });
         (squares.sum::<f64>() / 80.0).sqrt()
     };
@@ -298,8 +298,8 @@ fn depths_of_one_load_cell_share_its_noise() {
     let deepest: f64 = (0..40)
         .map(|seed| {
             let both = presses([1.0; 3], seed);
-            let of = |values: &[f64]| values[202..].to_vec();
-            let (time, strain, stress) = (of(both.x()), of(both.first()), of(both.second()));
+            let tail = |values: &[f64]| values[202..].to_vec();
+            let (time, strain, stress) = (tail(both.x()), tail(both.first()), tail(both.second()));
             let alone = Record::history(time, strain, stress).expect("valid");
             let parameters = one(&alone, ModelKind::SpringPot).fits.remove(0).parameters;
             (parameters[0].high_95.expect("high") / parameters[0].low_95.expect("low")).ln() / 40.0

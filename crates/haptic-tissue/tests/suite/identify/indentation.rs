@@ -11,23 +11,23 @@ use testkit::{assert_refused, assert_relative, assert_says};
 
 /// A punch, a sphere, a cone, a sphere on a layer, slabs.
 fn shapes() -> [Specimen; 6] {
-    let of = |kind| Loading::new(kind);
+    let loading = |kind| Loading::new(kind);
     let slab = |kind| Loading {
         area_m2: Some(4e-4),
         thickness_m: Some(0.02),
-        ..of(kind)
+        ..loading(kind)
     };
     let sphere = Loading {
         radius_m: Some(6e-3),
-        ..of(LoadingKind::Sphere)
+        ..loading(LoadingKind::Sphere)
     };
     let punch = Loading {
         radius_m: Some(3e-3),
-        ..of(LoadingKind::Punch)
+        ..loading(LoadingKind::Punch)
     };
     let cone = Loading {
         half_angle_rad: Some(1.2),
-        ..of(LoadingKind::Cone)
+        ..loading(LoadingKind::Cone)
     };
     let layer = Loading {
         bonded: true,

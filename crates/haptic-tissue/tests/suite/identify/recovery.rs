@@ -72,7 +72,7 @@ pub(super) fn holds(estimate: &Estimate, value: f64) -> bool {
 
 /// The share of parameters inside their intervals, over so many records of each model, and of 200 of each model by itself; those that count as many white samples as they have.
 fn coverage(samples: usize, alike: f64, cases: u64) -> (f64, f64) {
-    let (mut inside, mut white, mut of) = (0, 0, 0);
+    let (mut inside, mut white, mut numbers) = (0, 0, 0);
     for (kind, truth) in truths() {
         let mut count = 0;
         for seed in 0..cases {
@@ -97,9 +97,12 @@ fn coverage(samples: usize, alike: f64, cases: u64) -> (f64, f64) {
             assert!((0.90..=0.99).contains(&share), "{kind}: {share}");
         }
         inside += count;
-        of += cases as usize * truth.len();
+        numbers += cases as usize * truth.len();
     }
-    (inside as f64 / of as f64, white as f64 / (5 * cases) as f64)
+    (
+        inside as f64 / numbers as f64,
+        white as f64 / (5 * cases) as f64,
+    )
 }
 
 #[test]

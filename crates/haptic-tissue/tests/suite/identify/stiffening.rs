@@ -122,8 +122,8 @@ fn record(case: u64) -> (Record, ModelKind) {
         radius_m: Some(9.945e-3),
         ..Loading::new(LoadingKind::Sphere)
     };
-    let of = |b: f64| Specimen::new(loading, 0.5, b).expect("valid");
-    let (plain, stiff) = (of(0.0), of(pick([6.0, 12.0, 20.0], 2)));
+    let specimen = |b: f64| Specimen::new(loading, 0.5, b).expect("valid");
+    let (plain, stiff) = (specimen(0.0), specimen(pick([6.0, 12.0, 20.0], 2)));
     let map = stiff.depth_map().expect("a sphere");
     let shape = stiff.shape(stiff.loading().kind.modulus());
     let mut generator = Pcg64::seed_from_u64(100 + case);

@@ -78,9 +78,9 @@ fn by_night_every_sample_that_an_inverse3_loses_is_counted_and_a_spring_has_the_
         let log = format!("log export {sample_time}/touch.mcap -");
         // The log of such a machine is not whole, which its export says by that code too.
         let table = place.run(&log).ended_by_the_clock().stdout;
-        let of = |name: &str| column(&table, name);
-        assert_eq!(of("tick").len() as f64, samples);
-        let (depths, forces) = (of("position_z_m"), of("environment_force_z_n"));
+        let named = |name: &str| column(&table, name);
+        assert_eq!(named("tick").len() as f64, samples);
+        let (depths, forces) = (named("position_z_m"), named("environment_force_z_n"));
         for (z_m, force_n) in depths.into_iter().zip(forces) {
             // K·max(−z − surface, 0), in single precision as there.
             let depth_m = (-(z_m as f32) - 0.003).max(0.0);

@@ -236,8 +236,8 @@ fn by_night_what_a_servo_did_not_take_is_told_by_report_warning_and_log() {
     // A busy machine may skip ticks too.
     let ended = device.place.run(line).ended_by_the_clock();
     let report = ended.json();
-    let of = |key: &str| at(&report, &format!("/link/{key}"));
-    let (unanswered, not_taken) = (of("unanswered"), of("forces_not_taken"));
+    let count = |key: &str| at(&report, &format!("/link/{key}"));
+    let (unanswered, not_taken) = (count("unanswered"), count("forces_not_taken"));
     assert!(unanswered > 100.0 && not_taken >= unanswered, "{report}");
     let counted = format!("{unanswered} had no answer from its board");
     assert!(ended.stderr.contains(&counted), "{ended}");
@@ -253,7 +253,7 @@ fn by_night_what_a_servo_did_not_take_is_told_by_report_warning_and_log() {
     // What the servo heard, and what it was sent: each tick one frame, and those of opening it.
     let message = device.ends();
     let heard = numbers_after(&message, "emulated: ", 1)[0];
-    let sent = of("ticks");
+    let sent = count("ticks");
     assert!(
         heard + not_taken >= sent,
         "{heard} heard, {not_taken} not taken, {sent} sent"

@@ -34,7 +34,8 @@ fn the_chain_of_a_device_is_set_and_shown() {
                start_force=2N rise_time=0.25s braking=4";
     let after = json(&device, set)["safety"].clone();
     let keys = "start_force_n rise_time_s speed_limit_m_per_s speed_soft_m_per_s braking_n_s_per_m";
-    let numbers = |of: &Value| -> Vec<f64> { keys.split(' ').map(|key| number(of, key)).collect() };
+    let numbers =
+        |object: &Value| -> Vec<f64> { keys.split(' ').map(|key| number(object, key)).collect() };
     assert_eq!(numbers(&after), [2.0, 0.25, 0.75, 0.5, 4.0]);
     assert_close("low", at(&after, "/workspace_m/0"), -0.01, 1e-8);
     assert_close("high", at(&after, "/workspace_m/1"), 0.02, 1e-8);
