@@ -273,6 +273,10 @@ impl Indentation {
                 let followed = |time_s| blank(reference(time_s));
                 let pair = PairRun {
                     opposed_n,
+                    may_rise_s: match self.load {
+                        RigDrive::Position(profile) => profile.ramp_time().0,
+                        RigDrive::Force(_) => 0.0,
+                    },
                     drive: RemoteRun::beside(
                         &there,
                         self.drive_law(drive)?,
