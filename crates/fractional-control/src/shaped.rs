@@ -128,7 +128,7 @@ fn lead_power(omega: f64, zero_rad_s: f64, pole_rad_s: f64, order: f64) -> Compl
 /// `C₀((1 + s/ω_b)/(1 + s/ω_h))^ν`, as numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CroneParameters {
-    /// C₀, \[u\]/\[y\], not 0.
+    /// C₀, \[u\]/\[y\], not 0: the gain below both corners.
     pub gain: f64,
     /// ν, −2 to 2.
     pub order: f64,
@@ -164,7 +164,7 @@ impl CroneParameters {
 /// k((s + 1/λ)/(s + 1/(xλ)))^α, as numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LeadLagParameters {
-    /// k, \[u\]/\[y\], not 0.
+    /// k, \[u\]/\[y\], not 0: the gain above both corners; below them it is k·x^α.
     pub gain: f64,
     /// λ, s, above 0: the zero is at 1/λ.
     pub lambda_s: f64,

@@ -27,7 +27,7 @@ use crate::outline::Outline;
 use crate::outline::{OutlinePoint, Polygon};
 use crate::{AnalysisError, LoopOperator, SampledPlant};
 use core::f64::consts::PI;
-use fracdiff::parameter::range;
+use fracdiff::parameter::{positive, range};
 
 /// The α, β ≥ 0 for which a loop is stable.
 /// ```
@@ -86,8 +86,9 @@ impl StabilityRegion {
     /// - *Cost*: some 10³ responses of the operator, one certified count a piece (a few dozen), and `points` responses.
     ///
     /// # Errors
-    /// δ or γ outside the range of a [`SampledPlant`]; an order between 0 and 1e-6; d above 64, or [`AnalysisError::Unresolved`] if the
-    /// pieces do not close to polygons, which means that parts of the boundary come closer to each other than rounding errors.
+    /// δ or γ outside the range of a [`SampledPlant`]; an order between 0 and 1e-6; a direct gain that is not above 0; d above 64, or
+    /// [`AnalysisError::Unresolved`] if the pieces do not close to polygons, which means that parts of the boundary come closer to each other
+    /// than rounding errors.
     pub fn new(
         plant: SampledPlant,
         operator: &LoopOperator,
@@ -102,6 +103,7 @@ impl StabilityRegion {
         let order = operator.order().get();
         let kept = order <= 0.0 || order >= Self::ORDER_MIN;
         range("order of a region", order, kept, "0, or from 1e-6 to 2", "")?;
+        positive("direct gain of a region", operator.direct_gain(), "")?;
         let characteristic = Characteristic::new(plant, operator);
         let decomposition = Decomposition {
             characteristic,

@@ -266,14 +266,15 @@ impl Answer {
         written.map(Some)
     }
 
-    /// Refuses a design that found nothing, or whose best is not stable in its trial; lesser
+    /// Refuses a search that found nothing, or a design whose best is not stable in its trial; lesser
     /// problems go to `warn`.
     ///
     /// # Errors
     /// Exit code 1.
     pub fn require(&self, warn: Warn<'_>) -> Result<(), Failure> {
         match self {
-            Self::ZWidth(_) | Self::Analysis(_) => Ok(()),
+            Self::Analysis(_) => Ok(()),
+            Self::ZWidth(found) => found.require(),
             Self::Design(found) => found.require(warn),
             Self::Coupler(found) => found.require(),
             Self::Front(found) => found.require(),

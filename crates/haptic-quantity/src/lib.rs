@@ -7,7 +7,7 @@ mod written;
 
 pub use key::{Key, did_you_mean, nearest, renamed, short};
 pub use number::{DecimalSign, number, number_with, sign_of};
-pub use written::{WrittenUnit, digits, label, written, written_between};
+pub use written::{WrittenUnit, digits, in_five_digits, label, written, written_between};
 
 use std::f64::consts::PI;
 use std::fmt;

@@ -154,6 +154,28 @@ pub fn digits(value: f64, most: usize) -> String {
     rounded(value, most, Toward::Nearest)
 }
 
+/// A formula with five digits to its numbers.
+/// ```
+/// use haptic_quantity::in_five_digits;
+///
+/// let long = "exp(-0.9999999999999917s)*0.55/(62s^1.25+1.234567891e-12)";
+/// let short = "exp(-1s)*0.55/(62s^1.25+1.2346e-12)";
+/// assert_eq!(in_five_digits(long), short);
+/// assert_eq!(in_five_digits(short), short);
+/// ```
+#[must_use]
+pub fn in_five_digits(formula: &str) -> String {
+    let is_number = |letter: char| letter.is_ascii_digit() || letter == '.';
+    let letters: Vec<char> = formula.chars().collect();
+    let parts = letters.chunk_by(|a, b| is_number(*a) == is_number(*b));
+    let shortened = parts.map(|part| {
+        let part: String = part.iter().collect();
+        let number = part.parse().ok().filter(|_| part.len() > 6);
+        number.map_or(part, |number: f64| digits(number, 5))
+    });
+    shortened.collect()
+}
+
 fn rounded(value: f64, most: usize, toward: Toward) -> String {
     let decimals = most.clamp(1, 17) - 1;
     let nearest = |value: f64| -> f64 { format!("{value:.decimals$e}").parse().unwrap_or(value) };

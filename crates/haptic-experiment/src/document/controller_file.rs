@@ -227,7 +227,7 @@ fn numbers(setup: &mut ControllerSetup) -> (&'static str, Vec<(Parameter, &mut f
         ControllerParameters::Crone(law) => (
             "crone",
             vec![
-                (p::SHAPED_GAIN, &mut law.gain),
+                (p::CRONE_GAIN, &mut law.gain),
                 (p::SHAPED_ORDER, &mut law.order),
                 (p::CRONE_LOW, &mut law.low_rad_s),
                 (p::CRONE_HIGH, &mut law.high_rad_s),
@@ -236,7 +236,7 @@ fn numbers(setup: &mut ControllerSetup) -> (&'static str, Vec<(Parameter, &mut f
         ControllerParameters::LeadLag(law) => (
             "lead_lag",
             vec![
-                (p::SHAPED_GAIN, &mut law.gain),
+                (p::LEAD_GAIN, &mut law.gain),
                 (p::SHAPED_ORDER, &mut law.order),
                 (p::LEAD_LAMBDA, &mut law.lambda_s),
                 (p::LEAD_X, &mut law.x),

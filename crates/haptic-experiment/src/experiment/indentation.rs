@@ -269,6 +269,10 @@ impl Indentation {
                 };
                 let pair = PairRun {
                     opposed_n,
+                    may_rise_s: match self.load {
+                        RigDrive::Position(profile) => profile.ramp_time().0,
+                        RigDrive::Force(_) => 0.0,
+                    },
                     drive: RemoteRun::new(
                         &there,
                         self.drive_law(drive)?,

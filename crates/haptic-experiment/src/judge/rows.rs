@@ -4,7 +4,7 @@
 //! its value in four digits with a unit, and what stands beside it: `X_reason` why there is no X, `X_from_s`, `X_to_s` and
 //! `X_samples` what it is of, `X_unit` its unit.
 
-use haptic_quantity::{WrittenUnit, label, without_unit, written, written_between};
+use haptic_quantity::{WrittenUnit, in_five_digits, label, without_unit, written, written_between};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -97,6 +97,9 @@ const FILES: [&str; 11] = [
     "picture",
     "files",
 ];
+
+/// Texts that are a law, whose numbers JSON has to the last digit.
+const LAWS: [&str; 2] = ["law", "largest"];
 
 /// The lines of a report.
 #[must_use]
@@ -319,6 +322,7 @@ fn text(key: &str, value: &Value, unit_beside: Option<&str>) -> String {
         (Value::Null, _) => "–".to_owned(),
         (Value::Bool(true), _) => "yes".to_owned(),
         (Value::Bool(false), _) => "no".to_owned(),
+        (Value::String(text), _) if LAWS.contains(&key) => in_five_digits(text),
         (Value::String(text), _) => text.clone(),
         (Value::Number(number), _) if is_count(key, number) => number.to_string(),
         (Value::Number(number), None) => written(key, number.as_f64().unwrap_or(f64::NAN)),
@@ -535,6 +539,13 @@ mod tests {
                 "0|log|a.mcap|",
             ]
         );
+    }
+
+    #[test]
+    fn a_law_has_five_digits_to_its_numbers() {
+        let report = json!({"controller": {"largest": "12.3456789s^0.25+7"}});
+        let found = lines(&report).pop();
+        assert!(matches!(found, Some(ReportLine::Row(row)) if row.value == "12.346s^0.25+7"));
     }
 
     #[test]

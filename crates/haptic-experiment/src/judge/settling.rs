@@ -18,7 +18,7 @@
 //! - *A standard deviation hides rare swings*: a force that swings by more than the push from end to end lets go of the
 //!   device now and then, however small its deviation.
 //! - *Noise* of the sensor counts as an encoder whose steps have the same rms: q = √12·σ.
-//! - *Without a spring* (K + k = 0) the device gives way for ever, and the force alone is judged.
+//! - *Without a spring* (K + k = 0) the device gives way for ever, and the force alone is judged, however far it has gone.
 //! - *A law that integrates* brings the device back to its start, by powers of time. There the force alone is judged, and law and hand have to
 //!   hold the push up to 5 %, so that a device that drifts is not at rest.
 //! - *[`Criterion::Dissertation`]* is the old rule: the position alone against one threshold. Friction may hold the device.
@@ -216,7 +216,7 @@ impl Settling {
             TrialVerdict::Gone => Some(format!("the device was more than {GONE_M} m away")),
             TrialVerdict::Unfinished => Some("the trial did not reach its end".to_owned()),
             TrialVerdict::Unstable if self.force_range_n.is_none() => Some(format!(
-                "{}, and was ended there",
+                "{}; what followed was not judged",
                 Ending::Swing.reason(None)
             )),
             TrialVerdict::Unstable => {
@@ -345,6 +345,11 @@ impl Judge {
         })
     }
 
+    /// True if the device should stay where it is: without a spring it gives way, the farther the longer it is pushed.
+    fn is_held(&self) -> bool {
+        self.tolerance.position_std_m.is_some() || self.balanced.is_some()
+    }
+
     /// One sample; `false` if the device has left, or has swung while a motor pushed, so that nothing more can come of it.
     pub(crate) fn see(&mut self, time_s: f64, position_m: f64, force_n: f64) -> bool {
         self.samples += 1;
@@ -356,7 +361,7 @@ impl Judge {
         if force_n > self.largest_pull.0 {
             self.largest_pull = (force_n, position_m);
         }
-        self.gone |= position_m.is_nan() || position_m.abs() > GONE_M;
+        self.gone |= position_m.is_nan() || self.is_held() && position_m.abs() > GONE_M;
         if time_s >= self.half_s {
             self.late_force.add(force_n);
         }
@@ -590,7 +595,7 @@ mod tests {
             spring_n_per_m: 0.0,
             ..STIFF
         };
-        let slides = |n: u32| (1e-5 * f64::from(n), -1.0);
+        let slides = |n: u32| (1e-3 * f64::from(n), -1.0);
         let settling = judged(Criterion::Settling, damper, slides);
         assert!(settling.stable && settling.position_std_limit_m.is_none());
         assert!(!judged(Criterion::Dissertation, damper, slides).stable);

@@ -5,6 +5,7 @@ use crate::run::Ran;
 use crate::run::record::Record;
 use crate::run::remote::{FrameCounts, LinkSummary};
 use crate::run::safety::keys::{GUARD, RISE_TIME, SPEED_LIMIT, WORKSPACE_HIGH, WORKSPACE_LOW};
+use crate::run::tick::KeptSample;
 use haptic_loop::Limiters;
 
 /// Limiters in the order in which warnings name them.
@@ -88,11 +89,23 @@ impl Warnings {
 
     /// The safety chain acted, so the force is not the tissue's.
     pub(crate) fn limited(&mut self, record: &Record) {
-        self.limited_in(record.limited, record.limiters, record.link.is_some());
+        self.limited_after(record, 0.0);
     }
 
-    /// Warns of this number of samples in which these limiters acted, perhaps those of a device.
-    pub(crate) fn limited_in(&mut self, samples: u64, limiters: u8, on_device: bool) {
+    /// [`limited`](Self::limited), but for samples of this time in which nothing but the start ramp of a device acted, s.
+    pub(crate) fn limited_after(&mut self, record: &Record, may_rise_s: f64) {
+        let samples = || record.whole.iter().flatten();
+        let from_s = samples().next().map_or(0.0, |first| first.time_s);
+        let rises = |sample: &&KeptSample| {
+            sample.limiters == Limiters::STARTUP.bits() && sample.time_s - from_s < may_rise_s
+        };
+        let rising = samples().filter(rises).count() as u64;
+        let others = samples().filter(|sample| !rises(sample));
+        let limiters = match rising {
+            0 => record.limiters,
+            _ => others.fold(0, |all, sample| all | sample.limiters),
+        };
+        let (samples, on_device) = (record.limited - rising, record.link.is_some());
         let acted = |limiter: Limiters| limiters & limiter.bits() != 0;
         let acted = LIMITERS.into_iter().filter(|limiter| acted(*limiter));
         let remedies: Vec<String> = acted.map(|limiter| remedy(limiter, on_device)).collect();
@@ -115,7 +128,7 @@ impl Warnings {
         if let Some(second) = &ran.second {
             let mut of_drive = Self::default();
             of_drive.0.extend(second.record.not_realtime.clone());
-            of_drive.limited(&second.record);
+            of_drive.limited_after(&second.record, second.may_rise_s);
             of_drive.late(&second.record);
             of_drive.dropped(second.record.dropped_by_disk());
             of_drive.link(second.record.link.as_ref());
@@ -205,6 +218,7 @@ impl Warnings {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use haptic_log::record::TickMessage;
 
     #[test]
     fn late_ticks_are_counted_among_all_ticks_of_the_device_and_not_those_of_the_run() {
@@ -222,6 +236,33 @@ mod tests {
             warning.starts_with("of 1300 ticks of the device 28 were"),
             "{warning}"
         );
+    }
+
+    #[test]
+    fn a_start_ramp_within_the_time_that_was_asked_for_is_no_warning() {
+        let mut record = Record::with_room_for(1000).expect("room");
+        for tick in 0..1000 {
+            let time_s = 2.0 + tick as f64 * 1e-3;
+            let limiters = Limiters::STARTUP.bits() * u8::from(tick < 500);
+            record.push(&TickMessage {
+                tick,
+                time_s,
+                limiters,
+                ..TickMessage::default()
+            });
+        }
+        for (may_rise_s, samples) in [(1.0, None), (0.1995, Some("300"))] {
+            let mut warnings = Warnings::default();
+            warnings.limited_after(&record, may_rise_s);
+            let said = warnings.0.concat();
+            let want = samples.map_or(String::new(), |samples| {
+                format!("in {samples} samples: it ramped")
+            });
+            assert!(
+                said.contains(&want) && said.is_empty() == want.is_empty(),
+                "{said}"
+            );
+        }
     }
 
     #[test]

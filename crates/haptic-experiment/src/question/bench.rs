@@ -12,7 +12,7 @@ use crate::experiment::reading::device;
 use crate::experiment::trial::TRIAL_FORCE_LIMIT;
 use crate::run::advice::check;
 use fracdiff::{Order, Scheme, SchemeError};
-use haptic_analysis::StableArea;
+use haptic_analysis::{SampledLoop, StableArea};
 use haptic_loop::plant::MassDamperConfig;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -145,6 +145,16 @@ pub(super) fn minimum_of<E>(
         }
     }
     Ok(0.5 * (low + high))
+}
+
+/// Scale below which a law counts as none.
+const LEAST_SCALE: f64 = 1e-6;
+
+/// The largest factors up to `most` with which a loop is stable: the first, if smaller ones are unstable, and the edge.
+pub(super) fn largest_scales(closed: &SampledLoop<'_>, most: f64) -> Option<(Option<f64>, f64)> {
+    let stable = closed.stable_factors([LEAST_SCALE.min(1e-6 * most), most]);
+    let [from, edge] = *stable.last()?;
+    Some(((from > LEAST_SCALE).then_some(from), edge))
 }
 
 /// Values of α at which the boundary has this β, the least first.

@@ -55,7 +55,7 @@ use fracdiff::{Order, Scheme};
 use haptic_loop::plant::MassDamper;
 use haptic_quantity::digits;
 use haptic_tissue::Model;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 parameters! {
     WISH = text("wish", "stiffest-wall", "What to optimise");
@@ -270,7 +270,11 @@ impl DesignReport {
     /// The verdict on a controller, in words.
     pub(crate) fn of_controller(&self) -> String {
         self.controller.as_ref().map_or_else(String::new, |found| {
-            let fits = if found.fits { "fits" } else { "does not fit" };
+            let fits = match (found.fits, &self.best) {
+                (true, _) => "fits",
+                (false, Some(_)) => "fits an ideal device only",
+                (false, None) => "does not fit",
+            };
             let scale = found.largest_scale.map_or_else(
                 || "no scale of it does".to_owned(),
                 |scale| format!("up to {} times the gain", digits(scale, 4)),
@@ -284,7 +288,7 @@ impl DesignReport {
     pub(crate) fn require(&self, warn: Warn<'_>) -> Result<(), Failure> {
         if let Some(real) = self.realistic.filter(|real| !real.simulated.stable) {
             warn(&format!(
-                "this is for an ideal device; on one with {} the best wall is {}: give {DEVICE_MODEL}, or the device's own values",
+                "this is for an ideal device; on one with {} it is {}: give {DEVICE_MODEL}, or the device's own values",
                 real.imperfections.words(),
                 real.simulated.verdict.words()
             ));
@@ -316,7 +320,8 @@ impl DesignReport {
 /// The best wall of one order.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Candidate {
-    /// The order μ that was tried; 1 of a controller, which has its own.
+    /// The order μ that was tried; NaN, null in a report, of a controller, which has its own.
+    #[serde(serialize_with = "unless_nan")]
     pub order: f64,
     /// K; null if no wall was found.
     pub stiffness_n_per_m: Option<f64>,
@@ -350,6 +355,12 @@ pub struct Candidate {
     pub reason: Option<String>,
 }
 
+/// A table has no NaN in an empty cell.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde wants it so")]
+fn unless_nan<S: Serializer>(number: &f64, to: S) -> Result<S::Ok, S::Error> {
+    number.is_finite().then_some(*number).serialize(to)
+}
+
 /// The best candidate on a realistic device. Keys of the report.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct RealisticTrial {
@@ -379,7 +390,7 @@ pub struct Noisier {
 pub(crate) struct TissueVerdict {
     pub name: String,
     pub order: f64,
-    /// True if the specimen meets the requirement.
+    /// True if the specimen meets the requirement and passes its trials, that on a realistic device too.
     pub fits: bool,
     /// Factor by which the specimen may grow.
     pub largest_scale: Option<f64>,
@@ -389,10 +400,13 @@ pub(crate) struct TissueVerdict {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct ControllerVerdict {
     pub law: String,
-    /// True if it meets the requirement and passes its trials.
+    /// True as for a tissue.
     pub fits: bool,
     /// Factor by which its gain may grow.
     pub largest_scale: Option<f64>,
+    /// The factor below which it is unstable by the analysis, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub analysis_scale_from: Option<f64>,
     /// The controller with that gain.
     pub largest: Option<String>,
 }

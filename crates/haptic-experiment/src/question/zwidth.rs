@@ -431,11 +431,6 @@ impl ZWidthReport {
 
     /// Says where search and analysis ended, or differ.
     pub(super) fn warn(&self, warn: Warn<'_>) {
-        if let (Some(law), None, None) = (&self.controller, self.scales, &self.ended_early) {
-            warn(&format!(
-                "no scale of {law} came to rest: it pushes the device away, or friction, encoder and duration_s keep it from rest"
-            ));
-        }
         if let Some(from) = self.scales.and_then(|scales| scales.analysis_scale_from) {
             warn(&format!(
                 "by the analysis it is unstable with less gain too, below {} times",
@@ -464,6 +459,23 @@ impl ZWidthReport {
                 points.count().max(1)
             ));
         }
+    }
+
+    /// True if anything came to rest.
+    #[must_use]
+    pub fn has_found(&self) -> bool {
+        self.scales.is_some() || self.rows().next().is_some()
+    }
+
+    /// Refuses a search that tried all and found nothing, as a design does.
+    pub(super) fn require(&self) -> Result<(), Failure> {
+        if self.has_found() || self.ended_early.is_some() {
+            return Ok(());
+        }
+        Err(Failure::run(format_args!(
+            "{}: it pushes the device away, or friction, the encoder or too short a {TRIAL_DURATION} keeps it from rest; change one of them",
+            self.stiffest()
+        )))
     }
 
     /// All points as rows of a table.

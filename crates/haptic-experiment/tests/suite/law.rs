@@ -3,7 +3,8 @@
 use crate::design::number;
 use fracdiff::num_complex::Complex;
 use fracdiff::{Order, grunwald_weights};
-use haptic_experiment::question::Question;
+use haptic_experiment::Failure;
+use haptic_experiment::question::{Answer, Question};
 use haptic_tissue::{Model, ModelKind};
 use serde_json::Value;
 use std::f64::consts::PI;
@@ -87,11 +88,15 @@ const ANALYSES: [(&str, &str); 5] = [
     ("analyze-environment", ""),
 ];
 
-fn ask(analysis: &str, keys: &str) -> Result<Value, String> {
+fn answered(analysis: &str, keys: &str) -> Result<Answer, String> {
     let question = Question::parse(Path::new("form"), &format!("[{analysis}]\n{keys}\n"));
     let never = AtomicBool::new(false);
     let answer = question.and_then(|question| question.answer(&|_| (), &never, &|_| ()));
-    let answer = answer.map_err(|error| error.to_string())?;
+    answer.map_err(|error| error.to_string())
+}
+
+fn ask(analysis: &str, keys: &str) -> Result<Value, String> {
+    let answer = answered(analysis, keys)?;
     Ok(serde_json::to_value(&answer).expect("JSON"))
 }
 
@@ -893,6 +898,87 @@ fn slow_controllers_grow_up_to_their_edge_and_those_of_the_wrong_sign_nowhere() 
     }
 }
 
+/// K, B and μ as a PID.
+fn pd([k, b, order]: [f64; 3]) -> ControllerFile {
+    let law = format!(
+        "[pid]\nproportional_gain = {k:?}\nderivative_gain_s_mu = {b:?}\nderivative_order = {order:?}\n"
+    );
+    ControllerFile::of(&law, "full")
+}
+
+/// f = −B·D^μ x gives way for ever, beyond any distance, and is stable up to its gain margin.
+#[test]
+fn a_law_without_a_spring_is_judged_alike_by_trial_and_design() {
+    for order in [1.0, 0.5] {
+        let file = pd([0.0, 5.0, order]);
+        let margin = gain_margin(|w| 5.0 * ((1.0 - w) / T).powf(order));
+        let grown = file.ask("zwidth", DEVICE);
+        assert_relative("trial", number(&grown, "largest_scale"), margin, 0.05);
+        let report = file.ask("design", &format!("wish = \"controller\"\n{DEVICE}"));
+        assert_eq!(report["controller"]["fits"], true, "{report}");
+        let scale = number(&report["controller"], "largest_scale");
+        assert_relative("design", scale, 0.5 * margin, 2e-4);
+        // The order of the power is no order of the law.
+        assert!(report["best"]["order"].is_null() && report["candidates"][0]["order"].is_null());
+    }
+}
+
+/// Between scales that come to rest there are some at which an encoder keeps the loop alive: both searches have to see the same.
+#[test]
+fn a_controller_grows_as_far_as_the_specimen_that_it_equals_however_coarse_the_encoder_is() {
+    let keys = format!("{DEVICE}encoder_resolution_m = 1e-5\n");
+    let [of_pd, of_pot] = [
+        pd([400.0, 5.0, 1.0]).ask("zwidth", &keys),
+        pot(400.0, 5.0, 1.0).ask("zwidth", &keys),
+    ]
+    .map(|report| number(&report, "largest_scale"));
+    assert_relative("scale", of_pd, of_pot, 1e-9);
+}
+
+#[test]
+fn a_search_without_a_result_fails_whatever_it_searched_by() {
+    let file = pd([-10.0, 0.0, 1.0]).0;
+    let controller = file.path().join("made.toml");
+    for (question, wish) in [("zwidth", ""), ("design", "wish = \"controller\"\n")] {
+        let answer = answered(question, &format!("controller = {controller:?}\n{wish}"));
+        let failed = answer.expect("an answer").require(&|_| ());
+        assert!(
+            matches!(failed, Err(Failure::Run(_))),
+            "{question}: {failed:?}"
+        );
+    }
+}
+
+/// Stable on an ideal device up to 6.1 times 2000 N/m and 20 N·s/m, with delay and lag of a realistic one up to 2.4 times.
+#[test]
+fn what_a_realistic_device_does_not_bear_does_not_fit() {
+    let ideal = "mass_kg = 0.065\ndamping_n_s_per_m = 3.5\n";
+    let of_pot = format!("wish = \"tissue\"\norders = [1]\n{ideal}");
+    for (k, fits) in [(1500.0, true), (5500.0, false)] {
+        let by_pd =
+            pd([k, 0.01 * k, 1.0]).ask("design", &format!("wish = \"controller\"\n{ideal}"));
+        let by_pot = pot(k, 0.01 * k, 1.0).ask("design", &of_pot);
+        for (report, law) in [(by_pd, "controller"), (by_pot, "tissue")] {
+            assert!(!report["best"].is_null(), "{k}: {report}");
+            assert_eq!(
+                report["realistic"]["analysis_stable"], fits,
+                "{k}: {report}"
+            );
+            assert_eq!(report[law]["fits"], fits, "{k}: {report}");
+        }
+    }
+}
+
+#[test]
+fn a_controller_that_answers_a_new_position_with_a_pull_has_no_region() {
+    // K + B/T.
+    let pulls = pd([400.0, -5.0, 1.0]).asked("analyze-stability-region", DEVICE);
+    assert_refused(
+        pulls,
+        "-4600 is not above 0: this is the force against a new position, N/m; change `controller`",
+    );
+}
+
 #[test]
 fn what_a_controller_that_is_tried_does_not_have_is_refused_in_a_line() {
     let made = ControllerFile::of("[transfer_function]\nfunction = \"10/(0.1s+1)\"\n", "full");
@@ -1063,7 +1149,7 @@ fn a_controller_with_an_integral_has_a_margin_both_ways_and_no_proof() {
         ControllerFile::of(&law(gain), "full:1e-9").asked("design", &keys)
     };
     for (gain, fits, reason) in [
-        (1.4 * least, false, "with less gain it is unstable"),
+        (1.4 * least, false, "unstable below 0.7143 times the gain"),
         (1.7 * least, true, ""),
         (most / 1.4, false, "the gain is too large"),
     ] {
@@ -1071,6 +1157,8 @@ fn a_controller_with_an_integral_has_a_margin_both_ways_and_no_proof() {
         assert_eq!(report["controller"]["fits"], fits, "{gain}: {report}");
         let found = number(&report["controller"], "largest_scale");
         assert_relative("scale", found, most / (1.5 * gain), 2e-4);
+        let from = number(&report["controller"], "analysis_scale_from");
+        assert_relative("from", from, least / gain, 1e-5);
         let candidate = &report["candidates"][0];
         assert_eq!(candidate["reason"].as_str().unwrap_or(""), reason);
         assert_eq!(candidate["passive"], false);

@@ -22,8 +22,8 @@ pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), 
     let answer = answered("zwidth", asked.options, stop_on_interrupt()?, output)?;
     let mut shown = json!(answer);
     let mut files = Vec::new();
-    let found = matches!(&answer, Answer::ZWidth(report) if report.scales.is_some() || report.rows().next().is_some());
-    if found {
+    let required = answer.require(&|text| output.warn(text));
+    if matches!(&answer, Answer::ZWidth(report) if report.has_found()) {
         files.extend(outputs.write(|folder| answer.write_table(folder)).flatten());
     }
     let Answer::ZWidth(report) = answer else {
@@ -37,7 +37,7 @@ pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), 
     output.report(&shown)?;
     outputs.close(match report.ended_early {
         Some(failure) => Err(failure.and("the points found so far are kept")),
-        None => Ok(()),
+        None => required,
     })
 }
 

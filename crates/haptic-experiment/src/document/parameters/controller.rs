@@ -30,16 +30,16 @@ parameters! {
     TID_INTEGRAL_GAIN = number("integral_gain_per_s", 0.0, "0", NUMBERS, "K_i");
     /// `K_d` of a TID.
     TID_DERIVATIVE_GAIN = number("derivative_gain_s", 0.0, "0", NUMBERS, "K_d");
-    /// Gain of CRONE and lead–lag.
-    SHAPED_GAIN = optional("gain", NUMBERS, "Gain, not 0");
+    CRONE_GAIN = optional("gain", NUMBERS, "Gain below both corners, not 0");
+    LEAD_GAIN = optional("gain", NUMBERS, "Gain above both corners, not 0");
     /// Order of CRONE and lead–lag.
-    SHAPED_ORDER = optional("order", SIGNED_ORDERS, "Order of the power");
+    SHAPED_ORDER = optional("order", SIGNED_ORDERS, "Power");
     /// `ω_b` of CRONE.
     CRONE_LOW = optional("low_rad_s", ANGULAR_FREQUENCIES, "Lower corner, rad/s");
     /// `ω_h` of CRONE.
     CRONE_HIGH = optional("high_rad_s", ANGULAR_FREQUENCIES, "Upper corner, rad/s");
     LEAD_LAMBDA = optional("lambda_s", DURATIONS, "λ: the zero is at 1/λ");
-    LEAD_X = optional("x", RATIOS, "x: below 1 a lead, above 1 a lag");
+    LEAD_X = optional("x", RATIOS, "Below 1 a lead, above 1 a lag");
     /// A transfer function in notation.
     FUNCTION = text("function", "", "Transfer function, as in 1/(0.8s^2.2+0.5s^0.9+1)");
     /// Sample time of a controller.
@@ -88,9 +88,9 @@ pub(crate) const TID: &[Parameter] = &[
     DERIVATIVE_SET_POINT_WEIGHT,
 ];
 /// Of `[crone]`.
-pub(crate) const CRONE: &[Parameter] = &[SHAPED_GAIN, SHAPED_ORDER, CRONE_LOW, CRONE_HIGH];
+pub(crate) const CRONE: &[Parameter] = &[CRONE_GAIN, SHAPED_ORDER, CRONE_LOW, CRONE_HIGH];
 /// Of `[lead_lag]`.
-pub(crate) const LEAD_LAG: &[Parameter] = &[SHAPED_GAIN, SHAPED_ORDER, LEAD_LAMBDA, LEAD_X];
+pub(crate) const LEAD_LAG: &[Parameter] = &[LEAD_GAIN, SHAPED_ORDER, LEAD_LAMBDA, LEAD_X];
 /// Of `[transfer_function]` in a controller file.
 pub(crate) const TRANSFER_CONTROLLER: &[Parameter] = &[FUNCTION];
 /// Of `[loop]` in a controller file.

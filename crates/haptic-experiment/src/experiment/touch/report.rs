@@ -181,14 +181,8 @@ impl TouchExperiment {
         let analysis = analysis.filter(|_| self.conduct.remote.is_none());
         (warnings.0).extend(analysis.and_then(|verdict| verdict.warning(guarded)));
         // The start ramp of a device is not the shape's.
-        match self.ramp_samples(&ran.record) {
-            0 => warnings.limited(&ran.record),
-            ramp => warnings.limited_in(
-                ran.record.limited - ramp,
-                ran.record.limiters & !Limiters::STARTUP.bits(),
-                ran.record.link.is_some(),
-            ),
-        }
+        let may_rise_s = (self.conduct.remote.as_ref()).map_or(0.0, |_| f64::INFINITY);
+        warnings.limited_after(&ran.record, may_rise_s);
         if let (TouchVerdict::GaveEnergy, Some(energy)) = (verdict, energy) {
             let remedy = if self.risen_j(&ran.record) > 0.5 * energy.most_j {
                 &format!(
@@ -228,16 +222,6 @@ impl TouchExperiment {
             0.5 * force * sample.position_m * step
         });
         energies.sum()
-    }
-
-    /// Samples in which nothing but the start ramp of a device acted.
-    fn ramp_samples(&self, record: &Record) -> u64 {
-        let samples = record.whole.iter().flatten();
-        let ramped = samples.filter(|sample| sample.limiters == Limiters::STARTUP.bits());
-        self.conduct
-            .remote
-            .as_ref()
-            .map_or(0, |_| ramped.count() as u64)
     }
 
     /// The force that the full history of the depth asks for, at least 0, N: next to the centre of a ball as much of it as the normal is

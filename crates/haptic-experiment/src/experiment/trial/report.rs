@@ -147,8 +147,8 @@ pub(crate) trait Trial: Experiment + Clone {
         match &setup.second {
             None => run.run(&mut parts.controller, supervisor),
             Some(second) => {
-                let (push_n, safety) = (setup.plan.push_n, setup.safety());
-                second.push_into(push_n, &safety, run, &mut parts.controller, supervisor)
+                let (plan, safety) = (&setup.plan, setup.safety());
+                second.push_into(plan, &safety, run, &mut parts.controller, supervisor)
             }
         }
     }
@@ -286,6 +286,7 @@ pub(crate) trait Trial: Experiment + Clone {
                 "push_by": setup.plan.push_by.name(),
                 "push_n": setup.plan.push_n,
                 "drive_force_limit_n": second.force_limit_n,
+                "preflight_reason": "of both devices as one body, however stiff their contact is",
             })
         });
         let operator = json!({

@@ -157,10 +157,10 @@ impl Pusher {
 }
 
 impl SecondDevice {
-    /// Runs a law on the first device at a port, while this one makes that push, N.
+    /// Runs a law on the first device at a port, while this one makes the push of a plan.
     pub(super) fn push_into<E>(
         &self,
-        push_n: f64,
+        plan: &TrialPlan,
         safety: &Safety,
         law: RemoteRun<'_>,
         controller: &mut Controller<f64, 1, E>,
@@ -185,7 +185,7 @@ impl SecondDevice {
             ..remote.clone()
         };
         let push = RemoteLaw {
-            push: Some(MotorPush::Own(push_n)),
+            push: Some(MotorPush::Own(plan.push_n)),
             ..no_law_there(self.limits(), None, &unguarded(safety), &self.device, 0.0)
         };
         let pair = PairRun {
@@ -193,8 +193,10 @@ impl SecondDevice {
             tissue: law,
             judged: None,
             opposed_n: Arc::default(),
+            // Nothing before the window is judged.
+            may_rise_s: plan.duration_s - plan.window_s,
         };
-        let no_law = OwnPush::new(no_wall(self.device.sample_time)?, Some(push_n));
+        let no_law = OwnPush::new(no_wall(self.device.sample_time)?, Some(plan.push_n));
         let mut pushing = Controller::new(no_law, self.chain(safety)?);
         pair.run(controller, &mut pushing, supervisor)
     }

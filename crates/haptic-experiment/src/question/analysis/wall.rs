@@ -4,8 +4,8 @@ use super::answer::{
     Analysed, Drawn, FREQUENCIES_MOST, Region, SensitivityPoint, decibel, logarithmic,
 };
 use super::keys::{
-    ALPHA, ANALYSED_DAMPING, ANALYSED_DELAY, ANALYSED_HAND, ANALYSED_LAG, ANALYSED_MASS,
-    ANALYSED_SAMPLE_TIME, BETA, DELAY_SAMPLES, DELTA, GAMMA, SENSITIVITY_POINTS,
+    ALPHA, ANALYSED_CONTROLLER, ANALYSED_DAMPING, ANALYSED_DELAY, ANALYSED_HAND, ANALYSED_LAG,
+    ANALYSED_MASS, ANALYSED_SAMPLE_TIME, BETA, DELAY_SAMPLES, DELTA, GAMMA, SENSITIVITY_POINTS,
 };
 use super::law::{InPlace, Law, without};
 use crate::document::failure::Failure;
@@ -186,7 +186,18 @@ impl WallLoop {
     }
 
     pub(super) fn stable_region(&self, points: usize) -> Result<StabilityRegion, Failure> {
-        StabilityRegion::new(self.plant()?, &self.law.operator, 0, points).map_err(Failure::input)
+        let region = StabilityRegion::new(self.plant()?, &self.law.operator, 0, points);
+        // Only a controller may have another one.
+        let has_gain = self.law.operator.direct_gain() > 0.0;
+        region.map_err(|error| match has_gain {
+            true => Failure::input(error),
+            false => Failure::input_with_advice(
+                error,
+                format_args!(
+                    "this is the force against a new position, N/m; change {ANALYSED_CONTROLLER}, or ask for stability alone"
+                ),
+            ),
+        })
     }
 
     /// A number of a device, which a plant has not, for a report.

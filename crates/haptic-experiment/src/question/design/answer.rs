@@ -36,11 +36,16 @@ impl Design {
             Some(best) if imperfections.is_ideal() => Some(self.realistic(best)?),
             _ => None,
         };
+        let fits = found.as_ref().is_some_and(|found| {
+            let first = (candidates.first()).map_or(f64::NAN, |first| first.order);
+            first.total_cmp(&found.wall.order).is_eq()
+                && realistic.is_none_or(|real| real.simulated.stable)
+        });
         Ok(DesignReport {
             asked: AskedDevice::of(&self.device.plant),
             notes: self.notes(&candidates, found.as_ref()),
-            tissue: self.tissue_verdict(&candidates),
-            controller: self.controller_verdict(&candidates),
+            tissue: self.tissue_verdict(&candidates, fits),
+            controller: self.controller_verdict(&candidates, fits)?,
             wish: self.wish.name(),
             require: match self.gain_margin {
                 None => "passive",
@@ -129,7 +134,7 @@ impl Design {
         best((candidates.iter()).filter_map(|candidate| Some((self.merit(candidate)?, candidate))))
     }
 
-    fn tissue_verdict(&self, candidates: &[Candidate]) -> Option<TissueVerdict> {
+    fn tissue_verdict(&self, candidates: &[Candidate], fits: bool) -> Option<TissueVerdict> {
         let Wish::Tissue { material, .. } = &self.wish else {
             return None;
         };
@@ -137,20 +142,32 @@ impl Design {
         Some(TissueVerdict {
             name: material.name.clone(),
             order: first.order,
-            fits: first.largest_scale.is_some_and(|scale| scale >= 1.0),
+            fits,
             largest_scale: first.largest_scale,
         })
     }
 
-    fn controller_verdict(&self, candidates: &[Candidate]) -> Option<ControllerVerdict> {
-        let (controller, found) = (self.wish.controller()?, candidates.first()?);
+    fn controller_verdict(
+        &self,
+        candidates: &[Candidate],
+        fits: bool,
+    ) -> Result<Option<ControllerVerdict>, Failure> {
+        let (Some(controller), Some(found)) = (self.wish.controller(), candidates.first()) else {
+            return Ok(None);
+        };
+        let scales = match found.alpha.zip(found.beta) {
+            Some((alpha, beta)) => Bench::new(self, self.orders[0])?.stable_scales(alpha, beta),
+            None => Ok(None),
+        };
+        let from = scales.map_err(Failure::run)?.map(|[from, _]| from);
         let largest = found.largest_scale.map(|scale| controller.scaled(scale));
-        Some(ControllerVerdict {
+        Ok(Some(ControllerVerdict {
             law: controller.setup.law.to_string(),
-            fits: self.merit(found).is_some(),
+            fits,
             largest_scale: found.largest_scale,
+            analysis_scale_from: from.filter(|from| *from > 0.0),
             largest: largest.and_then(|setup| Some(setup.ok()?.law.to_string())),
-        })
+        }))
     }
 
     /// A candidate as a report has it: a controller is no point among walls.
@@ -158,6 +175,7 @@ impl Design {
         match self.wish.controller() {
             None => candidate,
             Some(_) => Candidate {
+                order: f64::NAN,
                 stiffness_n_per_m: None,
                 dissipation_n_s_mu_per_m: None,
                 alpha: None,

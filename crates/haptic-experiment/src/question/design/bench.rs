@@ -4,12 +4,13 @@ use super::{Candidate, Design, Wish};
 use crate::document::failure::Failure;
 use crate::experiment::trial::dynamics;
 use crate::judge::modelled_tissue::{loop_operator, operator};
-use crate::question::bench::{crossings, last, minimum_of, units};
+use crate::question::bench::{crossings, largest_scales, last, minimum_of, units};
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{
     AnalysisError, Dynamics, Effective, Largest, LoopOperator, NoiseGain, OnePort, RequiredDelta,
     SampledLoop, SampledPlant, SampledWall, StabilityRegion, StableArea,
 };
+use haptic_quantity::digits;
 use haptic_tissue::Model;
 use std::f64::consts::PI;
 
@@ -31,8 +32,8 @@ const SHARES: [f64; 6] = [0.99, 0.97, 0.9, 0.8, 0.6, 0.3];
 const HALVINGS_TO_EDGE: u32 = 60;
 /// Times that the β of the stiffest quiet passive wall is halved.
 const NOISE_HALVINGS: usize = 30;
-/// Factors on the gain of a controller among which stable ones are looked for.
-const SCALES: [f64; 2] = [1e-6, 1e6];
+/// Factor on the gain of a controller up to which stable ones are looked for.
+const LARGEST_SCALE: f64 = 1e6;
 /// Times that a wall is halved until it is stable.
 const HALVINGS: usize = 40;
 
@@ -292,10 +293,13 @@ impl<'a> Bench<'a> {
         }
         let is_controller = self.design.wish.controller().is_some();
         let reason = match (scale, self.design.gain_margin) {
-            (Some(scale), _) if scale < 1.0 && is_controller => Some("the gain is too large"),
-            (Some(scale), _) if scale < 1.0 => Some("the specimen is too large"),
+            (Some(scale), _) if scale < 1.0 && is_controller => {
+                Some("the gain is too large".to_owned())
+            }
+            (Some(scale), _) if scale < 1.0 => Some("the specimen is too large".to_owned()),
             (Some(_), Some(g)) if is_controller && !self.has_margin(alpha, beta, g)? => {
-                Some("with less gain it is unstable")
+                let from = self.stable_scales(alpha, beta)?;
+                from.map(|[from, _]| format!("unstable below {} times the gain", digits(from, 4)))
             }
             _ => None,
         };
@@ -314,7 +318,7 @@ impl<'a> Bench<'a> {
                 .filter(|_| !device.sensors.are_ideal()),
             tried_force_noise_rms_n: None,
             largest_scale: scale,
-            reason: reason.map(str::to_owned),
+            reason,
         })
     }
 
@@ -464,8 +468,8 @@ impl<'a> Bench<'a> {
     ) -> Result<Option<[f64; 2]>, AnalysisError> {
         if self.design.wish.controller().is_some() {
             // One with an integral may need gain too.
-            let factors = self.closed(alpha, beta)?.stable_factors(SCALES);
-            return Ok(factors.last().copied());
+            let found = largest_scales(&self.closed(alpha, beta)?, LARGEST_SCALE);
+            return Ok(found.map(|(from, edge)| [from.unwrap_or(0.0), edge]));
         }
         let mut scale = 1.0;
         for _ in 0..HALVINGS {

@@ -14,7 +14,7 @@ use crate::judge::modelled_tissue::{loop_operator, operator};
 use crate::judge::position_controller::PositionController;
 use crate::judge::preflight::WallContact;
 use crate::judge::settling::Criterion;
-use crate::question::bench::{AskedDevice, crossings, last, units};
+use crate::question::bench::{AskedDevice, crossings, largest_scales, last, units};
 use crate::run::device::Warn;
 use crate::run::remote::{RemoteLaw, device_name, held, portable};
 use crate::run::sensors::Sensors;
@@ -34,8 +34,6 @@ const AGREES_WITHIN: f64 = 0.05;
 /// the most of a controller may be far above what is stable: to 2e-9.
 const FINE: i32 = 24;
 const FINE_OF_CONTROLLERS: i32 = 70;
-/// Scale below which a law counts as none.
-const LEAST: f64 = 1e-6;
 /// Points on the boundary of a region.
 const POINTS: usize = 400;
 /// Pieces of an edge of an outline.
@@ -336,8 +334,8 @@ impl<'a> Search<'a> {
         };
         Self {
             growing: Some([k / self.units.0, b / self.units.1]),
-            // B of a slow element may be large beside what its memory resists in a sample.
-            most: self.most * self.units.0 / k.max(b * gain),
+            // Of what it resists in a sample, so that laws that are equal are tried at the same scales: between two there may be a limit cycle.
+            most: self.most * self.units.0 / (k + b * gain),
             rate: gain,
             ..self
         }
@@ -350,7 +348,7 @@ impl<'a> Search<'a> {
         let scales = (theory.zip(self.growing))
             .and_then(|(theory, growing)| theory.largest_scales(growing, self.most));
         let analysed = match self.growing {
-            Some(_) => scales.map(|[_, to]| to),
+            Some(_) => scales.map(|(_, to)| to),
             None => theory.and_then(|theory| theory.largest_alpha(beta)),
         };
         let stiffness_at = |tried| self.wall(tried, beta).0 * stiffness;
@@ -367,7 +365,7 @@ impl<'a> Search<'a> {
             scales: self.growing.map(|_| Scales {
                 largest_scale: cell.stable,
                 analysis_scale: analysed,
-                analysis_scale_from: scales.map(|[from, _]| from).filter(|from| *from > LEAST),
+                analysis_scale_from: scales.and_then(|(from, _)| from),
                 held_by_friction_up_to_scale: cell.held,
             }),
         }
@@ -626,13 +624,10 @@ impl Theory {
         crossings(self.area.as_ref()?, beta).last().copied()
     }
 
-    /// The largest stable scales of a law that grows, of α and β, from the first to the edge, below the end of a search.
-    fn largest_scales(&self, [alpha, beta]: [f64; 2], most: f64) -> Option<[f64; 2]> {
+    /// The [`largest_scales`] of a law that grows, of α and β, if their edge is below the end of a search.
+    fn largest_scales(&self, [alpha, beta]: [f64; 2], most: f64) -> Option<(Option<f64>, f64)> {
         let closed = SampledLoop::with_plant(self.plant, alpha, beta, &self.operator).ok()?;
-        let stable = closed
-            .beside_rest()
-            .stable_factors([LEAST.min(1e-6 * most), most]);
-        stable.last().copied().filter(|[_, edge]| *edge < most)
+        largest_scales(&closed.beside_rest(), most).filter(|(_, edge)| *edge < most)
     }
 
     /// True if the edge is within a share of this wall: with its K, or K and B together, made weaker by the

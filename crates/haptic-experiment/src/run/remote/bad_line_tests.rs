@@ -224,6 +224,7 @@ impl BadPair<'_> {
             record,
             aligned,
             fault_log,
+            may_rise_s: 0.0,
         });
         (Ran { second, ..ran }, late_s)
     }

@@ -38,6 +38,8 @@ pub(crate) struct PairRun<'a> {
     pub judged: Option<Judged<'a>>,
     /// Newest force that the tissue opposes, N, as its bits.
     pub opposed_n: Arc<AtomicU64>,
+    /// See [`DriveRan::may_rise_s`].
+    pub may_rise_s: f64,
 }
 
 impl PairRun<'_> {
@@ -144,6 +146,7 @@ impl PairRun<'_> {
                 record,
                 aligned,
                 fault_log: recorded.fault_log,
+                may_rise_s: self.may_rise_s,
             }),
             ..ran
         })

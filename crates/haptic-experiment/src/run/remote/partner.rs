@@ -320,6 +320,8 @@ pub(crate) struct DriveRan {
     /// `None` if a device did not send its time.
     pub aligned: Option<Aligned>,
     pub fault_log: Option<PathBuf>,
+    /// Time in which its force may rise, s: until the motion that it follows is over, or its push is judged.
+    pub may_rise_s: f64,
 }
 
 impl DriveRan {

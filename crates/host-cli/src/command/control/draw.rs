@@ -11,20 +11,7 @@ use haptic_experiment::question::control_loop::run::Simulated;
 use haptic_experiment::question::control_loop::{ControlLoop, NamedPlant};
 use haptic_experiment::question::plant::PlantAnswer;
 use haptic_figure::{AxisSpec, FigureError, Look, Picture};
-use haptic_quantity::{digits, written};
-
-/// A formula with five digits to its numbers.
-fn in_five_digits(formula: &str) -> String {
-    let is_number = |letter: char| letter.is_ascii_digit() || letter == '.';
-    let letters: Vec<char> = formula.chars().collect();
-    let parts = letters.chunk_by(|a, b| is_number(*a) == is_number(*b));
-    let shortened = parts.map(|part| {
-        let part: String = part.iter().collect();
-        let number = part.parse().ok().filter(|_| part.len() > 6);
-        number.map_or(part, |number: f64| digits(number, 5))
-    });
-    shortened.collect()
-}
+use haptic_quantity::{in_five_digits, written};
 
 fn subtitle(plant: &NamedPlant, controller: Option<&ControllerSetup>) -> String {
     let mut words = format!("plant {}", in_five_digits(&plant.words));
@@ -477,14 +464,6 @@ mod tests {
             .map(|n| (f64::from(n), -(-0.01 * f64::from(n)).exp_m1()))
             .collect();
         assert!(turns(&calm, 1.0).is_empty() && !Curves::is_ink(&calm));
-    }
-
-    #[test]
-    fn numbers_of_a_formula_have_five_digits_and_short_ones_stay() {
-        let long = "exp(-0.9999999999999917s)*0.55/(62s^1.25+1.234567891e-12)";
-        let short = "exp(-1s)*0.55/(62s^1.25+1.2346e-12)";
-        assert_eq!(in_five_digits(long), short);
-        assert_eq!(in_five_digits(short), short);
     }
 
     #[test]

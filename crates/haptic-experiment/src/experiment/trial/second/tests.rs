@@ -136,6 +136,8 @@ fn the_first_swing_ends_the_trial() {
     assert!(ticks < 100, "{ticks}");
     let settling = judge.settling(false, None);
     assert_eq!(settling.verdict, TrialVerdict::Unstable);
+    let why = settling.reason().expect("a reason");
+    assert!(why.ends_with("what followed was not judged"), "{why}");
     // It holds 1 N with at most twice that.
     assert!(settling.peak_force_n > 2.0, "{settling:?}");
 }
@@ -202,6 +204,11 @@ fn the_report_names_the_second_device_and_the_log_has_the_force_between_both() {
     let law = json!(report.law);
     assert_eq!(law["push_by"], "second_device", "{law}");
     assert_eq!(law["push_n"], 1.0, "{law}");
+    let margin_of = law["preflight_reason"].to_string();
+    assert!(
+        margin_of.contains("both devices as one body"),
+        "{margin_of}"
+    );
     let last = ran.record.whole.as_deref().and_then(<[_]>::last);
     let last = last.expect("kept");
     assert!((last.contact_force_n - 1.0).abs() < 1e-6, "{last:?}");
