@@ -4,7 +4,7 @@ use fracdiff::{Real, Scheme, Seconds};
 use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed, run_wall};
 use haptic_loop::units::{Metres, MetresPerSecond, Newtons, NewtonsPerSecond};
 use haptic_loop::{
-    Controller, Device, OwnPush, Reading, SafetyChain, SafetyLimits, SpeedLimit, Wall,
+    Controller, Device, OwnPush, Pushing, Reading, SafetyChain, SafetyLimits, SpeedLimit, Wall,
 };
 use nalgebra::{Matrix3, Vector1, Vector2, Vector3};
 use proptest::prelude::*;
@@ -284,13 +284,13 @@ fn a_wall_that_is_run_ticks_until_it_is_seen_enough_or_a_fault_is_latched() {
         let mut device = plant(ideal(M, B, T));
         device.set_external_force(Vector1::new(2.0));
         let device = Sensed::new(device, Metres(0.0), Metres(0.0), 1).expect("valid");
-        let wall = OwnPush::new(wall, None);
+        let wall = OwnPush::new(Pushing::new(wall, true), None);
         (Controller::<f64, 1, _>::new(wall, chain), device)
     };
     let (mut controller, mut device) = wall(10.0);
     let mut seen = Vec::new();
-    let whole = run_wall(&mut controller, &mut device, 50, &mut |sample| {
-        seen.push((sample.reading.position_m, *sample.force.newtons()));
+    let whole = run_wall(&mut controller, &mut device, 50, &mut |time_s, x, force| {
+        seen.push((time_s, x, force));
         true
     });
     let (mut controller, mut device) = wall(10.0);
@@ -298,7 +298,12 @@ fn a_wall_that_is_run_ticks_until_it_is_seen_enough_or_a_fault_is_latched() {
     let want: Vec<_> = (0..50)
         .map(|_| {
             let Ok(sample) = engaged.tick();
-            (sample.reading.position_m, *sample.force.newtons())
+            let reading = sample.reading;
+            (
+                reading.time_s,
+                reading.position_m[0],
+                sample.force.newtons()[0],
+            )
         })
         .collect();
     assert!(whole && seen == want);
@@ -307,7 +312,7 @@ fn a_wall_that_is_run_ticks_until_it_is_seen_enough_or_a_fault_is_latched() {
     let count = |most: usize, largest_force: f64| {
         let (mut controller, mut device) = wall(largest_force);
         let mut count = 0;
-        let whole = run_wall(&mut controller, &mut device, 200, &mut |_| {
+        let whole = run_wall(&mut controller, &mut device, 200, &mut |_, _, _| {
             count += 1;
             count < most
         });

@@ -7,8 +7,8 @@ use super::{BoundaryPoint, OrderBoundary, Scales, ZWidth, ZWidthReport};
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
 use crate::experiment::trial::{
-    PositionLaw, TrialPlan, dynamics, encoder_step, force_and_rate, force_limit, seen, thrown,
-    try_out, wall_at_start,
+    PositionLaw, TrialPlan, dynamics, encoder_step, force_and_rate, force_limit, thrown, try_out,
+    wall_at_start,
 };
 use crate::judge::modelled_tissue::{loop_operator, operator};
 use crate::judge::position_controller::PositionController;
@@ -22,7 +22,7 @@ use fracdiff::{Differintegrator as _, Operator, Order};
 use haptic_analysis::{LoopOperator, SampledLoop, SampledPlant, StabilityRegion, StableArea};
 use haptic_loop::plant::{MassDamper, MassDamperConfig, run_wall};
 use haptic_loop::units::Newtons;
-use haptic_loop::{Controller, OwnPush, SafetyChain};
+use haptic_loop::{Controller, OwnPush, Pushing, SafetyChain};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -536,8 +536,9 @@ impl<'a> Search<'a> {
                     let Ok(wall) = wall else {
                         return false;
                     };
+                    let wall = Pushing::new(wall, true);
                     let mut wall = Controller::new(OwnPush::new(wall, push_n), self.chain);
-                    let see = &mut |sample: &_| seen(&mut judge, sample);
+                    let see = &mut |time_s, x, f| judge.see(time_s, x, f);
                     run_wall(&mut wall, &mut device, samples, see)
                 }
                 Tried::Controller(controller) => {
