@@ -106,6 +106,7 @@ fn a_page_that_does_not_read_is_closed_and_can_stop_until_then() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn what_is_worked_on_is_bounded_for_the_server_and_given_up_with_its_page() {
     let (_runs, server, first) = opened();
     // Minutes of work.

@@ -33,6 +33,7 @@ chapters! {
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     an_indenter_held_by_a_controller: "driven-indenter.md" ["driven/relax.png"];
     commands_and_exit_codes: "commands.md" ["paper/wall.pdf", "log-log/relax.svg"];
+    #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     choose_mu_for_your_device: "choose-mu.md" ["omni/design.png", "omni-tissue/design.toml"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     devices: "devices.md" [];

@@ -436,6 +436,7 @@ fn moment(n: u64) -> u64 {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn if_one_of_two_devices_is_lost_the_other_lets_go() {
     for (n, mischance) in MISCHANCES.into_iter().enumerate() {
         lets_go(mischance, 700 + moment(n as u64) / 4);

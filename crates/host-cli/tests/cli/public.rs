@@ -108,6 +108,7 @@ const PLANTS: &str = "
 ";
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn plants_of_public_records_rest_at_their_gains() {
     let Some(folder) = public() else { return };
     let place = Place::new();

@@ -77,6 +77,7 @@ fn it_prints_its_address_and_ctrl_c_stops_the_force_tells_the_page_and_is_succes
 
 /// A pipe that nobody writes to, and work for hours: nothing of it is waited for.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn it_ends_whatever_is_asked_of_it() {
     let place = Place::new();
     std::fs::create_dir(place.path("results")).expect("made");
