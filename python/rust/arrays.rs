@@ -140,8 +140,10 @@ impl Whole {
     where
         T: TryFrom<i128> + PartialOrd + Display,
     {
-        let own = T::try_from(self.0).ok().filter(|own| range.contains(own));
-        own.ok_or_else(|| {
+        let value = T::try_from(self.0)
+            .ok()
+            .filter(|value| range.contains(value));
+        value.ok_or_else(|| {
             refused(format_args!(
                 "{name} {} is not in [{}, {}]",
                 self.0,

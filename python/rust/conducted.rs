@@ -93,10 +93,10 @@ pub(crate) fn conduct<T: Send + 'static>(
 ) -> PyResult<T> {
     let shared = Arc::new(Conduct::default());
     let (sender, receiver) = channel();
-    let own = Arc::clone(&shared);
+    let handle = Arc::clone(&shared);
     thread::Builder::new().spawn(move || {
         // Nobody listens any more where it was interrupted.
-        let _ = sender.send(work(&own));
+        let _ = sender.send(work(&handle));
     })?;
     let receiver = Mutex::new(receiver);
     let mut reported = 0;
@@ -157,14 +157,14 @@ pub(crate) fn heard<T: Send + 'static>(
 
 /// Work of a method that may take long; the object stays alive for it.
 pub(crate) fn heard_by<C, T: Send + 'static>(
-    own: &Bound<'_, C>,
+    object: &Bound<'_, C>,
     work: impl FnOnce(&C, &Conduct) -> PyResult<T> + Send + 'static,
 ) -> PyResult<T>
 where
     C: PyClass<Frozen = boolean_struct::True> + Sync,
 {
-    let kept = own.clone().unbind();
-    heard(own.py(), Duration::MAX, move |conduct| {
+    let kept = object.clone().unbind();
+    heard(object.py(), Duration::MAX, move |conduct| {
         work(kept.get(), conduct)
     })
 }

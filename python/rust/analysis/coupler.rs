@@ -81,8 +81,8 @@ impl PyCoupler {
 
     /// Least damping of a device under Tustin's rule that fulfils Llewellyn's conditions, N·s/m; infinite if none does.
     fn least_damping(slf: &Bound<'_, Self>) -> PyResult<f64> {
-        heard_by(slf, |own, _| {
-            own.coupler()?.least_damping().map(number).or_refused()
+        heard_by(slf, |coupler, _| {
+            coupler.coupler()?.least_damping().map(number).or_refused()
         })
     }
 
@@ -99,9 +99,9 @@ impl PyCoupler {
     ///     N·s/m; infinite if none is enough.
     #[pyo3(signature = (delay_s = 0.0, current_lag_s = 0.0))]
     fn sampled_damping(slf: &Bound<'_, Self>, delay_s: f64, current_lag_s: f64) -> PyResult<f64> {
-        heard_by(slf, move |own, _| {
-            let path = path(delay_s, current_lag_s, own.sample_time)?;
-            let least = own.coupler()?.sampled_damping(path);
+        heard_by(slf, move |coupler, _| {
+            let path = path(delay_s, current_lag_s, coupler.sample_time)?;
+            let least = coupler.coupler()?.sampled_damping(path);
             least.map(number).or_refused()
         })
     }
@@ -126,9 +126,9 @@ impl PyCoupler {
             damping_n_s_per_m: object.1,
             stiffness_n_per_m: object.2,
         };
-        let (unstable, margin) = heard_by(slf, move |own, _| {
-            let difference = operator(1.0 - own.order.get(), sample_time, &scheme, horizon)?;
-            let coupled = CoupledLoop::new(&dynamics, &own.coupler()?, &object, &difference);
+        let (unstable, margin) = heard_by(slf, move |coupler, _| {
+            let difference = operator(1.0 - coupler.order.get(), sample_time, &scheme, horizon)?;
+            let coupled = CoupledLoop::new(&dynamics, &coupler.coupler()?, &object, &difference);
             let coupled = coupled.or_refused()?;
             let unstable = coupled.unstable_poles();
             let margin = match unstable {
@@ -146,12 +146,12 @@ impl PyCoupler {
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, (f64, f64, f64, f64)) {
-        let own = slf.get();
+        let coupler = slf.get();
         let arguments = (
-            own.order.get(),
-            own.sample_time,
-            own.stiffness,
-            own.dissipation,
+            coupler.order.get(),
+            coupler.sample_time,
+            coupler.stiffness,
+            coupler.dissipation,
         );
         (slf.get_type().into_any(), arguments)
     }

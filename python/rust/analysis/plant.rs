@@ -52,25 +52,25 @@ impl PyDevice {
         delay_s: f64,
         current_lag_s: f64,
     ) -> PyResult<Self> {
-        let own = Self {
+        let device = Self {
             mass_kg,
             damping_n_s_per_m,
             hand_stiffness_n_per_m,
             delay_s,
             current_lag_s,
         };
-        own.dynamics().checked().or_refused()?;
-        Ok(own)
+        device.dynamics().checked().or_refused()?;
+        Ok(device)
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, (f64, f64, f64, f64, f64)) {
-        let own = slf.get();
+        let device = slf.get();
         let arguments = (
-            own.mass_kg,
-            own.damping_n_s_per_m,
-            own.hand_stiffness_n_per_m,
-            own.delay_s,
-            own.current_lag_s,
+            device.mass_kg,
+            device.damping_n_s_per_m,
+            device.hand_stiffness_n_per_m,
+            device.delay_s,
+            device.current_lag_s,
         );
         (slf.get_type().into_any(), arguments)
     }
@@ -151,18 +151,18 @@ impl PyLinearPlant {
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let (py, own) = (slf.py(), slf.get());
-        let rows = own.a.chunks(own.b.len().max(1));
+        let (py, plant) = (slf.py(), slf.get());
+        let rows = plant.a.chunks(plant.b.len().max(1));
         let rows: Vec<_> = rows
             .map(|row| PyTuple::new(py, row))
             .collect::<PyResult<_>>()?;
         let arguments = (
             PyTuple::new(py, rows)?,
-            PyTuple::new(py, &own.b)?,
-            PyTuple::new(py, &own.c)?,
-            own.delay_s,
-            own.current_lag_s,
-            own.mass_kg,
+            PyTuple::new(py, &plant.b)?,
+            PyTuple::new(py, &plant.c)?,
+            plant.delay_s,
+            plant.current_lag_s,
+            plant.mass_kg,
         );
         Ok((slf.get_type(), arguments).into_pyobject(py)?.into_any())
     }
@@ -199,10 +199,17 @@ impl AnyPlant {
         match self {
             Self::Device(device) => device.get().dynamics().plant(sample_time).or_refused(),
             Self::Linear(plant) => {
-                let own = plant.get();
+                let model = plant.get();
                 let path = self.path(sample_time)?;
-                SampledPlant::linear(&own.a, &own.b, &own.c, sample_time, own.mass_kg, path)
-                    .or_refused()
+                SampledPlant::linear(
+                    &model.a,
+                    &model.b,
+                    &model.c,
+                    sample_time,
+                    model.mass_kg,
+                    path,
+                )
+                .or_refused()
             }
         }
     }

@@ -113,9 +113,13 @@ impl PyPort {
         stiffness_n_per_m: f64,
         dissipation_n_s_mu_per_m: f64,
     ) -> PyResult<f64> {
-        heard_by(slf, move |own, _| {
-            let port = own.port()?;
-            let (t, k, b) = (own.sample_time, stiffness_n_per_m, dissipation_n_s_mu_per_m);
+        heard_by(slf, move |wall, _| {
+            let port = wall.port()?;
+            let (t, k, b) = (
+                wall.sample_time,
+                stiffness_n_per_m,
+                dissipation_n_s_mu_per_m,
+            );
             port.required_damping(t, k, b).or_refused()
         })
     }
@@ -139,8 +143,8 @@ impl PyPort {
         damping_n_s_per_m: f64,
         dissipation_n_s_mu_per_m: f64,
     ) -> PyResult<f64> {
-        heard_by(slf, move |own, _| {
-            let (t, port) = (own.sample_time, own.port()?);
+        heard_by(slf, move |wall, _| {
+            let (t, port) = (wall.sample_time, wall.port()?);
             let largest = port.largest_stiffness(t, damping_n_s_per_m, dissipation_n_s_mu_per_m);
             largest.map(number).or_refused()
         })
@@ -165,8 +169,8 @@ impl PyPort {
         damping_n_s_per_m: f64,
         stiffness_n_per_m: f64,
     ) -> PyResult<f64> {
-        heard_by(slf, move |own, _| {
-            let (t, port) = (own.sample_time, own.port()?);
+        heard_by(slf, move |wall, _| {
+            let (t, port) = (wall.sample_time, wall.port()?);
             let largest = port.largest_dissipation(t, damping_n_s_per_m, stiffness_n_per_m);
             largest.map(number).or_refused()
         })

@@ -165,9 +165,9 @@ impl PyRegion {
             .map_err(refused)?;
         let (stiffness, shape) = any_shape("stiffness_n_per_m", &both.get_item(0)?)?;
         let (dissipation, _) = any_shape("dissipation_n_s_mu_per_m", &both.get_item(1)?)?;
-        let inside: Vec<bool> = heard_by(slf, move |own, _| {
+        let inside: Vec<bool> = heard_by(slf, move |region, _| {
             let within = |(k, b): (&f64, &f64)| {
-                (own.region).contains(k / own.stiffness, b / own.dissipation)
+                (region.region).contains(k / region.stiffness, b / region.dissipation)
             };
             Ok(stiffness.iter().zip(&dissipation).map(within).collect())
         })?;
@@ -175,9 +175,9 @@ impl PyRegion {
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let (py, own) = (slf.py(), slf.get());
+        let (py, region) = (slf.py(), slf.get());
         let native = py.import("fractional_haptics._native")?;
-        let made = (native.getattr("stability_region")?, &own.made);
+        let made = (native.getattr("stability_region")?, &region.made);
         Ok(made.into_pyobject(py)?.into_any())
     }
 }

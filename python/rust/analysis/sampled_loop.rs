@@ -82,9 +82,9 @@ impl PyLoop {
     ) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
         let sample_time = slf.get().sample_time;
         let (omega, shape) = frequencies(omega, sample_time, false)?;
-        let values: Vec<T> = heard_by(slf, move |own, conduct| {
-            let own = own.sampled()?;
-            Ok(conduct.each(&omega, |w| function(&own, w * sample_time)))
+        let values: Vec<T> = heard_by(slf, move |closed_loop, conduct| {
+            let sampled_loop = closed_loop.sampled()?;
+            Ok(conduct.each(&omega, |w| function(&sampled_loop, w * sample_time)))
         })?;
         values.into_pyarray(slf.py()).reshape(shape)
     }
@@ -127,10 +127,14 @@ impl PyLoop {
 
     /// The verdict as a dictionary.
     fn _verdict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
-        let (verdict, radius, drifts) = heard_by(slf, |own, _| {
-            let own = own.sampled()?;
-            let judged = own.beside_rest();
-            Ok((judged.verdict(), judged.spectral_radius(), own.drifts()))
+        let (verdict, radius, drifts) = heard_by(slf, |closed_loop, _| {
+            let sampled_loop = closed_loop.sampled()?;
+            let judged = sampled_loop.beside_rest();
+            Ok((
+                judged.verdict(),
+                judged.spectral_radius(),
+                sampled_loop.drifts(),
+            ))
         })?;
         Ok(dict! {slf.py();
             "stable": verdict.stable,
@@ -144,8 +148,8 @@ impl PyLoop {
 
     /// The margins as a dictionary of pairs.
     fn _margins<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
-        let margins = heard_by(slf, |own, _| {
-            own.sampled()?.beside_rest().margins().or_refused()
+        let margins = heard_by(slf, |closed_loop, _| {
+            closed_loop.sampled()?.beside_rest().margins().or_refused()
         })?;
         let sample_time = slf.get().sample_time;
         let pair = |value| at(value, sample_time);
@@ -160,7 +164,9 @@ impl PyLoop {
 
     /// Largest slope of contact for stability under every motion, as a dictionary.
     fn _slope_limit<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
-        let limit = heard_by(slf, |own, _| Ok(own.sampled()?.slope_limit()))?;
+        let limit = heard_by(slf, |closed_loop, _| {
+            Ok(closed_loop.sampled()?.slope_limit())
+        })?;
         Ok(dict! {slf.py();
             "linear": limit.linear,
             "provable": limit.provable,
@@ -171,8 +177,12 @@ impl PyLoop {
 
     /// The peak of the sensitivity as a pair.
     fn _sensitivity_peak(slf: &Bound<'_, Self>) -> PyResult<(f64, f64)> {
-        let peak = heard_by(slf, |own, _| {
-            own.sampled()?.beside_rest().sensitivity_peak().or_refused()
+        let peak = heard_by(slf, |closed_loop, _| {
+            closed_loop
+                .sampled()?
+                .beside_rest()
+                .sensitivity_peak()
+                .or_refused()
         })?;
         Ok(at(peak, slf.get().sample_time))
     }
@@ -197,7 +207,9 @@ impl PyLoop {
         slf: &Bound<'py, Self>,
         omega: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
-        Self::over(slf, omega, |own, theta| own.loop_gain(theta))
+        Self::over(slf, omega, |sampled_loop, theta| {
+            sampled_loop.loop_gain(theta)
+        })
     }
 
     /// Sensitivity.
@@ -215,7 +227,9 @@ impl PyLoop {
         slf: &Bound<'py, Self>,
         omega: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        Self::over(slf, omega, |own, theta| own.sensitivity(theta))
+        Self::over(slf, omega, |sampled_loop, theta| {
+            sampled_loop.sensitivity(theta)
+        })
     }
 
     /// Poles in z, for operators that are polynomials or rational; those at 0 left out.
@@ -224,7 +238,7 @@ impl PyLoop {
     /// -------
     /// ndarray of complex, or None for the other operators
     fn poles<'py>(slf: &Bound<'py, Self>) -> PyResult<Option<Bound<'py, PyArray1<Complex64>>>> {
-        let poles = heard_by(slf, |own, _| Ok(own.sampled()?.poles()))?;
+        let poles = heard_by(slf, |closed_loop, _| Ok(closed_loop.sampled()?.poles()))?;
         Ok(poles.map(|poles| PyArray1::from_vec(slf.py(), poles)))
     }
 
@@ -235,7 +249,9 @@ impl PyLoop {
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let (py, own) = (slf.py(), slf.get());
-        Ok((slf.get_type(), &own.made).into_pyobject(py)?.into_any())
+        let (py, closed_loop) = (slf.py(), slf.get());
+        Ok((slf.get_type(), &closed_loop.made)
+            .into_pyobject(py)?
+            .into_any())
     }
 }

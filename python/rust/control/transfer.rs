@@ -87,8 +87,8 @@ impl PyTransferFunction {
         // Input, output and what lies between.
         let samples = samples.with_room("samples", 4)?;
         let memory = memory(rule, tolerance, horizon(sample_time, samples))?;
-        let y = heard_by(slf, move |own, _| {
-            respond(&own.0, memory, Seconds(sample_time), samples).or_refused()
+        let y = heard_by(slf, move |function, _| {
+            respond(&function.0, memory, Seconds(sample_time), samples).or_refused()
         })?;
         Ok(y.into_pyarray(slf.py()))
     }
@@ -139,8 +139,8 @@ impl PyTransferFunction {
     /// complex or ndarray of complex, same shape
     ///     G(j omega).
     fn response<'py>(&self, omega: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        let own = self.0;
-        responses(omega, move |omega| own.response(omega))
+        let function = self.0;
+        responses(omega, move |omega| function.response(omega))
     }
 
     /// Poles of a commensurate function on the principal sheet.
@@ -155,13 +155,15 @@ impl PyTransferFunction {
     /// ValueError
     ///     Orders without a common unit.
     fn poles<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
-        let poles = heard_by(slf, |own, _| Ok(own.0.commensurate().or_refused()?.poles()))?;
+        let poles = heard_by(slf, |function, _| {
+            Ok(function.0.commensurate().or_refused()?.poles())
+        })?;
         Ok(PyArray1::from_vec(slf.py(), poles))
     }
 
     /// Number of poles in the right half-plane; None where the count is not certain.
     fn unstable_poles(slf: &Bound<'_, Self>) -> PyResult<Option<usize>> {
-        heard_by(slf, |own, _| Ok(own.0.unstable_poles()))
+        heard_by(slf, |function, _| Ok(function.0.unstable_poles()))
     }
 
     /// Response to a unit step.
@@ -226,8 +228,8 @@ impl PyTransferFunction {
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let u = vector("u", u)?;
         let memory = memory(rule, tolerance, horizon(sample_time, u.len()))?;
-        let y = heard_by(slf, move |own, _| {
-            respond(&own.0, memory, Seconds(sample_time), &u).or_refused()
+        let y = heard_by(slf, move |function, _| {
+            respond(&function.0, memory, Seconds(sample_time), &u).or_refused()
         })?;
         Ok(y.into_pyarray(slf.py()))
     }
@@ -238,10 +240,10 @@ impl PyTransferFunction {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Terms<'py>)> {
         let py = slf.py();
-        let own = slf.get();
+        let function = slf.get();
         let terms = (
-            PyTuple::new(py, own.numerator())?,
-            PyTuple::new(py, own.denominator())?,
+            PyTuple::new(py, function.numerator())?,
+            PyTuple::new(py, function.denominator())?,
         );
         Ok((slf.get_type().into_any(), terms))
     }

@@ -324,9 +324,14 @@ impl PyOperator {
     fn __reduce__<'py>(
         slf: &Bound<'py, Self>,
     ) -> PyResult<(Bound<'py, PyAny>, Recipe, State<'py>)> {
-        let own = slf.try_borrow()?;
-        let arguments = (own.order(), own.sample_time(), own.scheme(), own.horizon());
-        let (history, reference) = own.axis.state();
+        let operator = slf.try_borrow()?;
+        let arguments = (
+            operator.order(),
+            operator.sample_time(),
+            operator.scheme(),
+            operator.horizon(),
+        );
+        let (history, reference) = operator.axis.state();
         let bytes = postcard::to_stdvec(history).or_refused()?;
         let state = (PyBytes::new(slf.py(), &bytes), reference);
         Ok((slf.get_type().into_any(), arguments, state))

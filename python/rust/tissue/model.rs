@@ -104,12 +104,12 @@ impl PyModel {
         let dictionary = PyDict::new(py);
         let values = self.0.parameters();
         for known in self.0.kind().parameters() {
-            let own = values.iter().filter(|(parameter, _)| *parameter == known);
-            let own: Vec<f64> = own.map(|(_, value)| *value).collect();
+            let pairs = values.iter().filter(|(parameter, _)| *parameter == known);
+            let numbers: Vec<f64> = pairs.map(|(_, value)| *value).collect();
             if known.for_each_branch {
-                dictionary.set_item(known.name, own)?;
+                dictionary.set_item(known.name, numbers)?;
             } else {
-                dictionary.set_item(known.name, own.first())?;
+                dictionary.set_item(known.name, numbers.first())?;
             }
         }
         Ok(dictionary)
@@ -333,9 +333,12 @@ impl PyModel {
         let restore = py
             .import("fractional_haptics._native")?
             .getattr("restore_model")?;
-        let own = slf.get();
-        let values = own.0.parameters().into_iter().map(|(_, value)| value);
-        let arguments = (own.kind(), PyTuple::new(py, values.collect::<Vec<f64>>())?);
+        let model = slf.get();
+        let values = model.0.parameters().into_iter().map(|(_, value)| value);
+        let arguments = (
+            model.kind(),
+            PyTuple::new(py, values.collect::<Vec<f64>>())?,
+        );
         Ok((restore, arguments).into_pyobject(py)?.into_any())
     }
 }
