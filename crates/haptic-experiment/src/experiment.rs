@@ -16,7 +16,7 @@ pub(crate) mod wall;
 
 use crate::document::parameters::ON_DEVICE;
 use crate::run::safety::keys::SAFETY;
-use kind::{Beside, Keys, Kind};
+use kind::{Companion, Keys, Kind};
 pub use teleoperation::{End, FarReport, Terms};
 
 const RELAXATION: Keys = ("relaxation", rendering::RELAX);
@@ -37,44 +37,44 @@ const ALL: &[Kind] = &[
     Kind {
         name: "relax",
         keys: &[RELAXATION, RENDERING, DEVICE, CHAIN],
-        beside: Beside::Drive,
+        companion: Companion::Drive,
         read: |table, drive| Ok(Box::new(indentation::relax(table, drive)?)),
     },
     Kind {
         name: "creep",
         keys: &[CREEP, RENDERING, DEVICE, CHAIN],
-        beside: Beside::Drive,
+        companion: Companion::Drive,
         read: |table, drive| Ok(Box::new(indentation::creep(table, drive)?)),
     },
     Kind {
         name: "wall",
         keys: &[WALL_REQUIRED, WALL, DEVICE, CHAIN],
-        beside: Beside::DriveAndDeviceFile,
+        companion: Companion::DriveAndDeviceFile,
         read: |table, drive| Ok(Box::new(wall::wall(table, drive)?)),
     },
     Kind {
         name: "coupler",
         keys: &[COUPLER_REQUIRED, COUPLER, DEVICE, CHAIN],
-        beside: Beside::DriveAndDeviceFile,
+        companion: Companion::DriveAndDeviceFile,
         read: |table, drive| Ok(Box::new(coupler::coupler(table, drive)?)),
     },
     Kind {
         name: "teleoperation",
         // Both devices are simulated.
         keys: &[TELEOPERATION, CHAIN],
-        beside: Beside::Nothing,
+        companion: Companion::Nothing,
         read: |table, _| Ok(Box::new(teleoperation::teleoperation(table)?)),
     },
     Kind {
         name: "touch",
         keys: &[TOUCH, DEVICE, CHAIN],
-        beside: Beside::Nothing,
+        companion: Companion::Nothing,
         read: |table, _| Ok(Box::new(touch::touch(table)?)),
     },
     Kind {
         name: "press",
         keys: &[PRESS, DEVICE, CHAIN],
-        beside: Beside::DriveAndDeviceFile,
+        companion: Companion::DriveAndDeviceFile,
         read: |table, drive| Ok(Box::new(press::press(table, drive)?)),
     },
 ];

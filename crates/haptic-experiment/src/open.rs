@@ -85,7 +85,7 @@ impl ExperimentFile {
         let kind = experiment::find(name).ok_or_else(|| table.fail(format!("no kind {name}")))?;
         let table = table.with_keys(kind.keys)?;
         let table = above_device(name, table)?;
-        if let Some(drive) = drive.as_ref().filter(|_| !kind.beside.has_drive()) {
+        if let Some(drive) = drive.as_ref().filter(|_| !kind.companion.has_drive()) {
             return Err(drive.fail(format_args!(
                 "[{DRIVE_TABLE}] stands beside [relax], [creep], [press], [wall] or [coupler], not [{name}]: omit it"
             )));

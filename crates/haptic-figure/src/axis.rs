@@ -54,7 +54,7 @@ pub(crate) struct Axis {
     /// Quantity and unit, with the prefix that the values ask for.
     pub(crate) label: String,
     /// True where a neighbour or the page shows it.
-    pub(crate) is_told: bool,
+    pub(crate) is_redundant: bool,
     /// One of the label's units, in those of the values.
     pub(crate) unit: f64,
     pub(crate) scale: Scale,
@@ -75,7 +75,7 @@ impl Axis {
         let (label, unit) = found.unwrap_or_else(|| (label.to_owned(), 1.0));
         Self {
             label,
-            is_told: false,
+            is_redundant: false,
             unit,
             scale,
             low,
@@ -122,7 +122,7 @@ impl Axis {
 
     /// The label; empty where a neighbour or the page shows it.
     pub(crate) fn own_label(&self) -> &str {
-        if self.is_told { "" } else { &self.label }
+        if self.is_redundant { "" } else { &self.label }
     }
 
     /// Gives the axis its length on the paper, and no more ticks than their labels have room for;

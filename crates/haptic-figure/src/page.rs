@@ -209,7 +209,7 @@ impl Page {
         let tell = |axes: Vec<&mut Axis>, page: &str, outer: usize| {
             let shared = is_even && axes.windows(2).all(|pair| pair[0].label == pair[1].label);
             for (n, axis) in axes.into_iter().enumerate() {
-                axis.is_told = !page.is_empty() || (shared && n != outer);
+                axis.is_redundant = !page.is_empty() || (shared && n != outer);
             }
         };
         for column in 0..columns {

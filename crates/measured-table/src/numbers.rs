@@ -394,8 +394,8 @@ impl Reader {
                 );
                 // A user who names the column, or its unit, is not asked again.
                 let is_named = self.columns.iter().any(|choice| choice.0 == f.column);
-                let is_told = is_named || self.unit_of(f.column).is_some();
-                unclear.extend((!is_told).then_some((f.column, asked)));
+                let is_settled = is_named || self.unit_of(f.column).is_some();
+                unclear.extend((!is_settled).then_some((f.column, asked)));
             }
         }
         let is_read = |column| part.found.iter().any(|found| found.column == column);

@@ -36,9 +36,9 @@ struct Case {
     /// What passes at once.
     direct: f64,
     integrators: usize,
-    /// Dead time, samples; told to the identification or not.
+    /// Dead time, samples; given to the identification or not.
     delay: f64,
-    is_told: bool,
+    is_delay_known: bool,
     samples: usize,
     /// Noise over the largest output.
     noise: f64,
@@ -107,7 +107,7 @@ impl Case {
             direct: 0.0,
             integrators: 0,
             delay: 0.0,
-            is_told: true,
+            is_delay_known: true,
             samples: random.one_of(&[120, 250, 400]),
             noise: if noise {
                 random.log_between(1e-4, 0.03)
@@ -141,7 +141,7 @@ impl Case {
             }
             4 => {
                 case.delay = f64::from((random.share() * 4.0) as u32);
-                case.is_told = false;
+                case.is_delay_known = false;
                 lag(&mut case, T * random.log_between(0.05, 20.0));
             }
             // As slow as the record is long, and slower.
@@ -236,7 +236,7 @@ fn order(function: &FractionalTransferFunction) -> f64 {
 /// The wrong function, in words. Right is also to say of a pole slower than the record that it may be at rest, and to refuse what no function of
 /// more poles than zeros explains, or to leave much of it and say so.
 fn wrong(number: u64, case: &Case, record: &InputOutput) -> Option<String> {
-    let dead_time = case.is_told.then_some(Seconds(case.delay * T));
+    let dead_time = case.is_delay_known.then_some(Seconds(case.delay * T));
     let length_s = T * record.output.len() as f64;
     let is_slow = |mode: &Mode| mode.rate.re < 0.0 && mode.rate.re * length_s > -1.0;
     let is_slow = case.modes.iter().any(is_slow);
@@ -287,7 +287,7 @@ impl Case {
             direct: 0.0,
             integrators: 0,
             delay: random.between(0.0, 5.0) * SAMPLED,
-            is_told: false,
+            is_delay_known: false,
             samples: random.one_of(&[300, 400, 500]),
             noise: 0.01,
             digits: None,

@@ -14,11 +14,11 @@ const NUMBERS: usize = 192;
 #[derive(Deserialize)]
 struct Answer<'a> {
     #[serde(borrow)]
-    inverse3: heapless::Vec<Told<'a>, DEVICES_MOST>,
+    inverse3: heapless::Vec<DeviceEntry<'a>, DEVICES_MOST>,
 }
 
 #[derive(Deserialize)]
-struct Told<'a> {
+struct DeviceEntry<'a> {
     device_id: &'a str,
     state: Option<State>,
 }

@@ -263,7 +263,7 @@ impl Indentation {
             if let Some((drive, second)) = second {
                 let opposed_n = Arc::new(AtomicU64::new(0));
                 let mut holding = self.drive_controller(drive, second, Arc::clone(&opposed_n))?;
-                let there = RemoteDevice {
+                let drive_device = RemoteDevice {
                     patience: device.patience,
                     ..second.remote.clone()
                 };
@@ -274,7 +274,7 @@ impl Indentation {
                         RigDrive::Force(_) => 0.0,
                     },
                     drive: RemoteRun::new(
-                        &there,
+                        &drive_device,
                         self.drive_law(drive)?,
                         schedule,
                         &followed,
@@ -669,8 +669,8 @@ fn rendering(
         return Err(table.fail_at(p::ENCODER_RESOLUTION.key, reason));
     }
     let precision = table.choice(&PRECISION)?;
-    let there = (remote.as_ref()).is_some_and(|remote| remote.loop_mode == LoopMode::Device);
-    if there && precision == Precision::F64 {
+    let is_on_device = (remote.as_ref()).is_some_and(|remote| remote.loop_mode == LoopMode::Device);
+    if is_on_device && precision == Precision::F64 {
         let idle = &format!(
             "in a loop on the device, which computes in f32: give {loop_host}",
             loop_host = p::LOOP.set_to("host")

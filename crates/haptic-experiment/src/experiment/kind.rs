@@ -28,13 +28,13 @@ pub(crate) struct Kind {
     /// The name of its table in a document.
     pub name: &'static str,
     pub keys: &'static [Keys],
-    pub beside: Beside,
+    pub companion: Companion,
     pub read: Read,
 }
 
 /// Other parts of a document that a kind reads besides its own table.
 #[derive(PartialEq, Eq)]
-pub(crate) enum Beside {
+pub(crate) enum Companion {
     Nothing,
     /// A table of the drive that holds its indenter.
     Drive,
@@ -42,7 +42,7 @@ pub(crate) enum Beside {
     DriveAndDeviceFile,
 }
 
-impl Beside {
+impl Companion {
     pub(crate) const fn has_drive(&self) -> bool {
         match self {
             Self::Drive | Self::DriveAndDeviceFile => true,

@@ -88,7 +88,7 @@ const PLANT_TABLES: &[Keys] = &[
 /// True of a kind whose simulated device is that of its device file.
 pub(crate) fn takes_device(name: &str) -> bool {
     match experiment::find(name) {
-        Some(kind) => kind.beside.has_device_file(),
+        Some(kind) => kind.companion.has_device_file(),
         None => QUESTIONS.contains(&name) || name == MEASUREMENT,
     }
 }

@@ -462,7 +462,7 @@ pub fn trouble(link: &SerialLink) -> Option<String> {
 }
 
 fn feared(words: &str) -> String {
-    format!("{words}; {}", LetGo::Told.words())
+    format!("{words}; {}", LetGo::Commanded.words())
 }
 
 #[cfg(test)]

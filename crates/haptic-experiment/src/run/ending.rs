@@ -118,7 +118,7 @@ pub(crate) enum LetGo {
     /// The link is gone to a device that this program serves: it has taken the force away.
     TakenAway,
     /// The board of another maker failed. It was commanded to let go if it was still reachable, but may not have received that.
-    Told,
+    Commanded,
 }
 
 /// The force in the samples after the last one that counts.
@@ -179,7 +179,7 @@ impl LetGo {
                 if report.status.fault == Fault::BoardFailed.code()
                     && report.status.reason.some().is_none() =>
             {
-                Self::Told
+                Self::Commanded
             }
             _ if !fall.has_fallen() => Self::Unseen,
             (Ending::DeviceFault(_), _) if !fall.seen => Self::Unseen,
@@ -235,7 +235,7 @@ impl LetGo {
             Self::ByItself => "the device lets go by itself".to_owned(),
             Self::Held => HELD.to_owned(),
             Self::TakenAway => "this program has taken the force away".to_owned(),
-            Self::Told => "if the board did not hear the stop, it may still push: switch its supply off before you touch it"
+            Self::Commanded => "if the board did not hear the stop, it may still push: switch its supply off before you touch it"
                 .to_owned(),
         }
     }
@@ -420,7 +420,7 @@ pub(crate) mod tests {
             (fault(Fault::HostSilent), still, LetGo::Unseen),
             (fault(Fault::HostSilent), none, LetGo::Unseen),
             (Ending::Interrupted, still, LetGo::Unseen),
-            (fault(Fault::BoardFailed), none, LetGo::Told),
+            (fault(Fault::BoardFailed), none, LetGo::Commanded),
             (of_program, ramp, ramped),
             (Ending::LinkLost(refused), none, LetGo::NeverBegan),
         ] {

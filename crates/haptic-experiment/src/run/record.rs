@@ -197,7 +197,7 @@ impl Record {
     pub(crate) fn let_go(&self) -> Option<LetGo> {
         let ended = self.ended?;
         Some(match self.lost() {
-            Some(_) => LetGo::Told,
+            Some(_) => LetGo::Commanded,
             None if self.stop_unheard => LetGo::unheard(ended, self.after.fall, self.keeper),
             None => LetGo::of(ended, self.after.fall, self.keeper),
         })

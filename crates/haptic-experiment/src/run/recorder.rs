@@ -106,7 +106,7 @@ impl Recorder {
 
     /// A recorder for a second device, the drive of the first, that writes into the same log; it has a log of its faults of its own.
     /// Its [`finish`](Self::finish) comes first, and knows of no log.
-    pub(crate) fn beside(&mut self) -> Self {
+    pub(crate) fn second(&mut self) -> Self {
         let (queue, entries) = RingBuffer::new(QUEUE);
         // A writer that has ended is seen by whoever pushes.
         let _ = self.push_waiting(Entry::Drive(entries));

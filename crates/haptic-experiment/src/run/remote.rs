@@ -347,8 +347,8 @@ fn configuration(
 
 /// Keeps a run within the limits that are set on the device, and says in one line where these are the tighter ones.
 fn keep_within(configuration: &mut Configuration, set: &Configuration) -> Option<String> {
-    type Told = (&'static str, fn(&Limits) -> f32, &'static str);
-    const TOLD: [Told; 4] = [
+    type Row = (&'static str, fn(&Limits) -> f32, &'static str);
+    const ROWS: [Row; 4] = [
         ("at most", |limits| limits.force_n, "N"),
         ("at most", |limits| limits.force_rate_n_per_s, "N/s"),
         ("rising in", |limits| limits.rise_time_s, "s"),
@@ -359,7 +359,7 @@ fn keep_within(configuration: &mut Configuration, set: &Configuration) -> Option
     configuration.limits = tight;
     let looser = looser?;
     // Limits that this run asked for are not those of the device.
-    let tighter = TOLD.iter();
+    let tighter = ROWS.iter();
     let tighter = tighter.filter(|(_, of, _)| of(&tight).to_bits() != of(&asked).to_bits());
     let tighter = tighter.map(|(words, of, unit)| format!("{words} {} {unit}", of(&tight)));
     let tighter: Vec<String> = tighter.collect();

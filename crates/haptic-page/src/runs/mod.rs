@@ -36,7 +36,7 @@ use std::sync::{Arc, Mutex};
 /// Logs that are kept open; each is some tens of megabytes.
 const OPEN: usize = 2;
 /// Runs whose curves are remembered.
-const TOLD: usize = 8;
+const OUTCOMES: usize = 8;
 
 /// The runs of a folder.
 #[derive(Debug)]
@@ -49,12 +49,12 @@ pub(crate) struct Runs {
     open: Mutex<VecDeque<Arc<Opened>>>,
     going: Mutex<Option<Arc<Going>>>,
     /// Of those that were run here; newest last.
-    outcomes: Arc<Mutex<VecDeque<Told>>>,
+    outcomes: Arc<Mutex<VecDeque<Outcome>>>,
 }
 
 /// Curves that a run gave at its end, which its log does not hold.
 #[derive(Debug)]
-struct Told {
+struct Outcome {
     name: String,
     curves: Value,
 }
@@ -198,11 +198,11 @@ impl Runs {
         let outcomes = Arc::clone(&self.outcomes);
         let keep = move |name: &str, curves: Value| {
             let mut outcomes = locked(&outcomes);
-            outcomes.push_back(Told {
+            outcomes.push_back(Outcome {
                 name: name.to_owned(),
                 curves,
             });
-            while outcomes.len() > TOLD {
+            while outcomes.len() > OUTCOMES {
                 outcomes.pop_front();
             }
         };

@@ -190,9 +190,9 @@ impl Watched {
 }
 
 /// Tells which schedule it was.
-struct Told(u64);
+struct SeedNote(u64);
 
-impl Drop for Told {
+impl Drop for SeedNote {
     fn drop(&mut self) {
         if std::thread::panicking() {
             eprintln!("SCHEDULE={}", self.0);
@@ -201,7 +201,7 @@ impl Drop for Told {
 }
 
 fn schedule(seed: u64) -> u64 {
-    let note = Told(seed);
+    let note = SeedNote(seed);
     let mut random = Random(seed);
     let mut watched = Watched::new(seed);
     for _ in 0..10 + below(&mut random, 20) {

@@ -13,12 +13,12 @@ use haptic_remote::{Hardware, abilities};
 use haptic_selftest::Promise;
 
 /// For each axis as the device tells it, the number of that of the device from 1 on, with a sign.
-type Told<const D: usize> = [i8; D];
+type Mapping<const D: usize> = [i8; D];
 
 /// A mass that moves freely.
 struct Arm<const D: usize> {
     plant: MassDamper<D>,
-    mapping: Told<D>,
+    mapping: Mapping<D>,
 }
 
 fn plant<const D: usize>(period_s: f64) -> MassDamper<D> {
@@ -80,7 +80,7 @@ impl<const D: usize> ServedHardware<D> for Arm<D> {
 }
 
 /// The row of the direction, when every other promise is kept.
-fn direction<const D: usize>(mapping: Told<D>) -> (Option<bool>, String) {
+fn direction<const D: usize>(mapping: Mapping<D>) -> (Option<bool>, String) {
     let connect = || {
         let arm = Arm {
             plant: plant(1e-3),
@@ -112,7 +112,7 @@ fn each_axis_is_tried_and_one_that_is_mirrored_or_swapped_is_named() {
     let with = "with the force: these axes are swapped";
     let against = "against the force: these axes are swapped";
     let rotated = ["x: a force along it moves z", "y: a force along it moves x"];
-    let cases: [(Told<3>, Vec<&str>); 4] = [
+    let cases: [(Mapping<3>, Vec<&str>); 4] = [
         ([1, -2, 3], vec!["y: ", "mm against its force"]),
         ([1, 3, 2], vec![y_moves_z, z_moves_y, with]),
         // From a frame with y up to one with z up.

@@ -543,9 +543,9 @@ impl Assembly {
         let values = |column| self.0.values.iter().find(|value| value.0 == column);
         let both = values(Column::Strain).zip(values(Column::Stress));
         let is_plain = !indented && self.0.has(Column::Time) && !reading.subtract_start;
-        let is_told = reading.strain.is_some() || reading.stress_pa.is_some();
+        let is_given = reading.strain.is_some() || reading.stress_pa.is_some();
         let levels = both.and_then(|(strain, stress)| of_stress(&strain.2, &stress.2));
-        is_plain && !is_told && !self.is_of_material() && levels.is_some()
+        is_plain && !is_given && !self.is_of_material() && levels.is_some()
     }
 
     /// A column that the kind needs, or what to do.

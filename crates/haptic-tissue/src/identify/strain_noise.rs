@@ -64,8 +64,8 @@ pub(super) fn moves(
     found: &Identification,
     stop: &AtomicBool,
 ) -> Option<String> {
-    let is_told = |motion: &Motion| motion.way.is_none();
-    if record.untimed.is_some() || !record.motions.iter().all(is_told) {
+    let is_sampled = |motion: &Motion| motion.way.is_none();
+    if record.untimed.is_some() || !record.motions.iter().all(is_sampled) {
         return None;
     }
     let mut begin = 0;

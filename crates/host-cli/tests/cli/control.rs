@@ -185,8 +185,8 @@ fn a_design_that_is_lost_at_twice_its_gain_is_warned_of_in_words_file_and_pictur
         .map(|line| line.split_whitespace().collect::<Vec<_>>());
     let unstable: Vec<_> = rows.filter(|row| row.len() > 2 && row[1] == "no").collect();
     assert_eq!(unstable.len(), 4, "{shown}");
-    let is_told = |row: &Vec<&str>| row[2..].iter().any(|cell| *cell != "–");
-    assert!(!unstable.iter().any(is_told), "{shown}");
+    let has_value = |row: &Vec<&str>| row[2..].iter().any(|cell| *cell != "–");
+    assert!(!unstable.iter().any(has_value), "{shown}");
     assert!(!shown.contains("overshoot spread"), "{shown}");
     assert_says(&place.text("late/controller.toml"), "proved stable only");
     let left_out = "left out: integer-order PID at gain +3 dB, which grows";

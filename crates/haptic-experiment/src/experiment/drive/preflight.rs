@@ -172,9 +172,9 @@ impl Drive {
     }
 
     /// Looks at one mass, with what else it moves.
-    fn looked_at(&self, device: &Dynamics, beside: &[Term]) -> Result<LoopVerdict, Failure> {
+    fn looked_at(&self, device: &Dynamics, tissue: &[Term]) -> Result<LoopVerdict, Failure> {
         let later = |delay_s: f64| {
-            let closed = self.alone(device, beside, delay_s);
+            let closed = self.alone(device, tissue, delay_s);
             closed.map_err(|error| self.refused(&error))
         };
         Ok(LoopVerdict::of(&later(0.0)?, later))
@@ -188,7 +188,7 @@ impl Drive {
     fn alone(
         &self,
         device: &Dynamics,
-        beside: &[Term],
+        tissue: &[Term],
         delay_s: f64,
     ) -> Result<SampledControlLoop, ControlError> {
         let moved = [
@@ -197,7 +197,7 @@ impl Drive {
             Term::new(device.hand_stiffness_n_per_m, 0.0),
         ];
         let lag_s = device.current_lag_s;
-        let terms = moved.iter().chain(beside).flat_map(|term| {
+        let terms = moved.iter().chain(tissue).flat_map(|term| {
             let lagging = Term::new(lag_s * term.coefficient, term.order + 1.0);
             [*term, lagging]
         });

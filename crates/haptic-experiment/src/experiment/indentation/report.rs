@@ -97,8 +97,8 @@ struct Moved {
 
 /// Source of a drive's report: the samples of the run, or those of its own device.
 enum Driven {
-    Here(Box<DriveJudge>),
-    Beside(DriveSamples, Box<DriveReport>),
+    Judge(Box<DriveJudge>),
+    Report(DriveSamples, Box<DriveReport>),
 }
 
 /// Says of each sample what theory says.
@@ -146,14 +146,14 @@ impl<'a> Judge<'a> {
             let (t, on_device) = (of.sample_time_s(), of.conduct.remote.is_some());
             let mut judge = DriveJudge::new(drive, of.load, t, ran.drive, on_device)?;
             Ok::<_, Failure>(match &ran.second {
-                None => Driven::Here(Box::new(judge)),
+                None => Driven::Judge(Box::new(judge)),
                 Some(ran) => {
                     let samples = DriveSamples::new(ran, record, t, |sample| judge.add(sample));
                     let report = DriveReport {
                         second: Some(SecondReport::of(ran)),
                         ..judge.finish()
                     };
-                    Driven::Beside(samples, Box::new(report))
+                    Driven::Report(samples, Box::new(report))
                 }
             })
         };
@@ -220,8 +220,8 @@ impl<'a> Judge<'a> {
             self.unseen_until_s = Some(sample.time_s);
         }
         let driven = self.drive.as_mut().map(|drive| match drive {
-            Driven::Here(judge) => judge.add(sample),
-            Driven::Beside(samples, _) => samples.at(sample.time_s),
+            Driven::Judge(judge) => judge.add(sample),
+            Driven::Report(samples, _) => samples.at(sample.time_s),
         });
         let Some(csv) = &mut self.csv else {
             return;
@@ -267,8 +267,8 @@ impl<'a> Judge<'a> {
             deepest_m: self.deepest_m,
             unrendered,
             drive: self.drive.take().map(|drive| match drive {
-                Driven::Here(judge) => judge.finish(),
-                Driven::Beside(_, report) => *report,
+                Driven::Judge(judge) => judge.finish(),
+                Driven::Report(_, report) => *report,
             }),
         }
     }
@@ -289,13 +289,13 @@ impl Indentation {
         })?;
         let quantity = judge.quantity;
         let mut files = Files::of_run(ran, judge.csv.take());
-        let (mut beside, mut overlay) = (Vec::new(), None);
+        let (mut comparison, mut overlay) = (Vec::new(), None);
         match judge.against.take() {
             None => ran.folder.remove_stale("against.csv"),
             Some(against) => {
                 let column = quantity.moved.map_or("force_n", |moved| moved.column);
                 let found = against.finish(ran, column, quantity.from_s, &mut judge.beginning);
-                (beside, overlay) = (found.0, Some(found.1));
+                (comparison, overlay) = (found.0, Some(found.1));
                 files.unwritten = files.unwritten.or(found.2);
             }
         }
@@ -357,7 +357,7 @@ impl Indentation {
                     .into_iter()
                     .chain(end)
                     .chain(held)
-                    .chain(beside)
+                    .chain(comparison)
                     .chain(measured),
             ),
             verdict: off.map(|error| format!("{:.2} % from the closed form", 1e2 * error)),

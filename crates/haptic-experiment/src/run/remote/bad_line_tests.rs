@@ -177,7 +177,7 @@ impl BadPair<'_> {
         let made = request.prepare().expect("a folder");
         let log = recorder(request, &made, BTreeMap::new(), true, supervisor);
         let mut first_log = log.expect("a log");
-        let second_log = first_log.beside();
+        let second_log = first_log.second();
         let partner = |side| {
             let watchdog = Duration::from_secs(1);
             let mut partner = Partner::new(&both, side, clocks.clone(), watchdog, Arc::default());

@@ -64,14 +64,14 @@ impl PairRun<'_> {
         let tissue = self.tissue.ready::<1>(supervisor);
         let mut tissue = tissue.map_err(|failure| failure.and(&name))?;
         let warn_of_drive = |text: &str| warn(&format!("drive: {text}"));
-        let beside = Supervisor {
+        let drive_supervisor = Supervisor {
             warn: &warn_of_drive,
             ..supervisor
         };
         let mut drive = self.drive;
         // It lets go when the tissue is done, however far the clocks of both were off; at the latest, here.
         drive.schedule.samples = samples.saturating_mul(2).min(WHOLE_MOST);
-        let drive = drive.ready::<1>(beside);
+        let drive = drive.ready::<1>(drive_supervisor);
         let mut drive = drive.map_err(|failure| failure.and(&DRIVE_DEVICE.set_to(&device)))?;
         // Its push meets no law of its own that could swing.
         drive.push = None;
@@ -100,7 +100,7 @@ impl PairRun<'_> {
         let folder = request.prepare()?;
         let metadata = tissue.metadata.clone();
         let mut recorder = recorder(request, &folder, metadata, false, supervisor)?;
-        let drive_recorder = recorder.beside();
+        let drive_recorder = recorder.second();
 
         let both = &Both::default();
         let clocks = [tissue.link.clock(), drive.link.clock()];
@@ -126,7 +126,7 @@ impl PairRun<'_> {
                 tissue.conduct(of_tissue, &mut (), supervisor);
                 tissue
             });
-            drive.conduct(of_drive, &mut (), beside);
+            drive.conduct(of_drive, &mut (), drive_supervisor);
             match first.join() {
                 Ok(tissue) => tissue,
                 // A panic there is a defect; let it be seen as one.

@@ -1,6 +1,6 @@
 //! Frames that a line loses, counted at both ends.
 
-use super::Told;
+use super::SeedNote;
 use crate::line::{Bench, START, spring};
 use haptic_emulator::LineFaults;
 use haptic_link::{DeviceReport, Request, Sample, Statistics};
@@ -26,7 +26,7 @@ fn damaged(seed: u64, faults: LineFaults) -> Bench {
 
 /// A line in the middle of a session, its frames counted at both ends.
 fn losses(seed: u64, faults: LineFaults) {
-    let note = Told(seed);
+    let note = SeedNote(seed);
     let mut bench = damaged(seed, faults);
     // The first good frame after the damage tells of all that are missing before it.
     let DeviceReport::Statistics(device) = bench.done(Request::GetStatistics) else {

@@ -182,13 +182,13 @@ fn by_night_intervals_of_contact_and_baseline_hold_the_truth_as_often_as_they_sa
     assert!((744..=776).contains(&all), "{inside:?}");
 }
 
-/// How many of those that matter by more than 5 % are told, and of those by less than 1 %.
+/// How many of those that matter by more than 5 % are warned of, and of those by less than 1 %.
 fn counts(count: u64, seeds: impl Iterator<Item = u64>) -> [[usize; 2]; 2] {
     let (presses, mut counts) = (presses(), [[0; 2]; 2]);
     for seed in seeds {
         for scale in [1.0, 0.1, 0.02] {
             let draw = Draw::new(&presses, seed, count, scale);
-            let (matters, is_told) = match draw.record(ContactPoint::Zero) {
+            let (matters, has_warning) = match draw.record(ContactPoint::Zero) {
                 // A depth that begins far from rest is refused, with the remedy.
                 Err(error) => {
                     assert_says(&error, "contact_point_m");
@@ -212,7 +212,7 @@ fn counts(count: u64, seeds: impl Iterator<Item = u64>) -> [[usize; 2]; 2] {
                 _ => continue,
             };
             counts[group][0] += 1;
-            counts[group][1] += usize::from(is_told);
+            counts[group][1] += usize::from(has_warning);
         }
     }
     counts

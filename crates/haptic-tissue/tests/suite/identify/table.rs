@@ -108,7 +108,7 @@ fn forces_and_positions_become_stresses_and_strains() {
 }
 
 /// The loading, the modulus, and the headers that say it; `?` where they do not.
-const TOLD: &str = r"
+const HEADERS: &str = r"
     ? ? | time_s,relaxation_modulus_pa
     ? shear | t (s),G(t) (kPa)
     ? shear | Time,G
@@ -125,7 +125,7 @@ const TOLD: &str = r"
 
 #[test]
 fn headers_tell_the_loading_and_the_modulus() {
-    for [decision, header] in testkit::table(TOLD) {
+    for [decision, header] in testkit::table(HEADERS) {
         let row = |n: f64| match header.matches(',').count() {
             1 => format!("{n},{}\n", 5.0 - n),
             _ => format!("{n},{},{}\n", 5.0 * n, 2.0 * n),

@@ -95,12 +95,12 @@ fn a_stop_without_samples_goes_out_at_once() {
 fn a_stop_that_the_device_does_not_hear_is_told_as_it_was() {
     std::thread::scope(|scope| {
         for options in ["", "--loop host max_age_ticks=500"] {
-            scope.spawn(move || is_told_as_it_was(options));
+            scope.spawn(move || stop_unheard(options));
         }
     });
 }
 
-fn is_told_as_it_was(options: &str) {
+fn stop_unheard(options: &str) {
     let device = Emulated::new("");
     device.loosen();
     let (middle, reported) = witnessed(&device, |_| false);
@@ -121,7 +121,7 @@ fn is_told_as_it_was(options: &str) {
     let last = (1e3 * at(&ended.json(), "/duration_s")).round();
     holds(device.place.path("run/relax-fault.mcap").exists(), &ended);
     // Those behind the samples that count.
-    let behind = logged_as_told(&device, &reported, last as u32);
+    let behind = logged_as_reported(&device, &reported, last as u32);
     assert!(behind.iter().any(|(_, force_n)| *force_n < -0.01));
     let (_, last_n) = behind.last().expect("samples");
     assert!(last_n.abs() < 1e-12, "{last_n} N at the end");
@@ -130,12 +130,12 @@ fn is_told_as_it_was(options: &str) {
     assert_eq!(at(&check, "/missing_samples"), 0.0, "{check}");
 }
 
-/// Samples that a device told, by tick.
-pub(super) type Told = Arc<Mutex<BTreeMap<u32, Sample>>>;
+/// Samples that a device reported, by tick.
+pub(super) type Reported = Arc<Mutex<BTreeMap<u32, Sample>>>;
 
 /// A line that keeps what the device tells, and loses the messages for which this is true.
-pub(super) fn witnessed(device: &Emulated, loses: fn(&DeviceReport) -> bool) -> (Middle, Told) {
-    let reported = Told::default();
+pub(super) fn witnessed(device: &Emulated, loses: fn(&DeviceReport) -> bool) -> (Middle, Reported) {
+    let reported = Reported::default();
     let telling = Arc::clone(&reported);
     let start = Request::Start(Start::ENDLESS).number();
     let line = Middle::before(device, move |report| {
@@ -236,11 +236,15 @@ fn forces_that_did_not_arrive_are_in_no_log() {
         .copied();
     let ended = ended(line, child).failed(1);
     assert!(ended.error().contains("heard nothing"), "{ended}");
-    logged_as_told(&device, &reported, lost.expect("samples"));
+    logged_as_reported(&device, &reported, lost.expect("samples"));
 }
 
-/// The log of `run/relax` behind this tick, some hundred ticks and forces, N. Each tick of all has the force that the device itself told.
-pub(super) fn logged_as_told(device: &Emulated, reported: &Told, after: u32) -> Vec<(u32, f64)> {
+/// The log of `run/relax` behind this tick, some hundred ticks and forces, N. Each tick of all has the force that the device itself reported.
+pub(super) fn logged_as_reported(
+    device: &Emulated,
+    reported: &Reported,
+    after: u32,
+) -> Vec<(u32, f64)> {
     let export = device.place.run("log export run/relax.mcap -").succeeded();
     let reported = reported.lock().expect("nobody panicked");
     let ticks = column(&export.stdout, "tick")
