@@ -125,7 +125,6 @@ for (const cached of [false, true]) {
     swing();
     board.apply({ hand: { stiffness_n_per_m: 2e4, damping_n_s_per_m: 70 } });
     const host = start(board, ['relax', '--device', 'PORT', '--duration', '200s', '--scheme', 'full:1e-6', 'watchdog=1s', '--out', 'out']);
-    t.after(() => host.child.kill('SIGKILL'));
     await until(board, () => ticks.length >= 2000, 5);
     const [most, fastest] = ['cycles', 'counts'].map((key) => Math.max(...ticks.map((tick) => tick[key])));
     t.diagnostic(`the longest of ${ticks.length}: ${most} cycles, at most ${fastest} counts`);
@@ -140,7 +139,6 @@ async function felt(t, act, watch_s) {
   const board = await bench(t);
   board.apply({ hand: { stiffness_n_per_m: 500, damping_n_s_per_m: 2, speed_m_per_s: 0.1 } });
   const host = start(board, ['relax', '--device', 'PORT', '--duration', '20s', 'watchdog=500ms', '--out', 'out']);
-  t.after(() => host.child.kill('SIGKILL'));
   await until(board, () => board.world.enabled, 5);
   board.apply({ hand: { position_m: 5e-3 } });
   await until(board, () => board.world.force_n < -0.2, 2);
@@ -203,7 +201,7 @@ test('a start that hangs before the main loop is a reset, and the next one succe
 
 test('a tick that does not come is a reset, and no force is left', async (t) => {
   const { low_ms, board } = await felt(t, (board) => { board.chip.mcu.core.enabledInterrupts &= ~(1 << 3); }, 0.1);
-  assert.ok(low_ms <= 21.1, `enable is low after ${low_ms} ms: the watchdog's 20, fed up to a tick later`);
+  assert.ok(low_ms <= 21.5, `enable is low after ${low_ms} ms: the watchdog's 20, fed after a sleep of 0.5 by a round of less than a tick`);
   assert.equal(board.resets, 1);
   const info = await run(board, ['device', 'info', '--device', 'PORT', '--json']);
   assert.match(JSON.parse(info.out).fault, /watchdog/, 'a reset while armed is latched');
@@ -251,7 +249,6 @@ test('an encoder wire that is off is a fault when a hand moves the device, and n
   const board = await bench(t);
   board.apply({ wires: { encoder_a: false }, hand: { stiffness_n_per_m: 500, damping_n_s_per_m: 2, speed_m_per_s: 0.1 } });
   const host = start(board, ['relax', '--device', 'PORT', '--duration', '2s', 'watchdog=1s', '--out', 'out']);
-  t.after(() => host.child.kill('SIGKILL'));
   await until(board, () => board.world.enabled, 5);
   let most_n = 0;
   board.world.onStep = () => { most_n = Math.max(most_n, Math.abs(board.world.force_n)); };

@@ -16,9 +16,13 @@ export async function bench(test, device = {}, cached = Boolean(process.env.PICO
   const folder = mkdtempSync(join(tmpdir(), 'pico-'));
   const made = new Bench(IMAGE, device, cached);
   made.folder = folder;
+  made.hosts = [];
   await made.listen(0);
-  test.after(() => {
+  test.after(async () => {
     made.end();
+    // A host that still runs, or stands still, would write on while its folder goes.
+    for (const { child } of made.hosts) child.kill('SIGKILL');
+    await Promise.all(made.hosts.map(({ closed }) => closed));
     rmSync(folder, { recursive: true });
   });
   return made;
@@ -34,7 +38,8 @@ export function start(made, args, heard = () => {}, [command, options] = [COMMAN
       heard(String(text), host);
     });
   }
-  child.on('close', (code, signal) => { host.code = code ?? signal; });
+  host.closed = new Promise((done) => child.on('close', (code, signal) => done(host.code = code ?? signal)));
+  made.hosts.push(host);
   return host;
 }
 
