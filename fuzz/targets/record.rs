@@ -32,8 +32,11 @@ fuzz_target!(|bytes: &[u8]| {
         Ok(understood) => {
             let record = understood.record;
             assert_eq!(record.x().len(), record.first().len());
-            assert!(record.x().windows(2).all(|pair| pair[0] < pair[1]));
-            if record.kind() != RecordKind::History {
+            let mut steps = record.x().windows(2);
+            let is_history = record.kind() == RecordKind::History;
+            // Times of a modulus or compliance may have been rounded to one.
+            assert!(steps.all(|pair| pair[0] < pair[1] || (pair[0] == pair[1] && !is_history)));
+            if !is_history {
                 let values = record.first().iter().chain(record.second());
                 assert!(
                     values
