@@ -788,7 +788,7 @@ fn damaged_tables_never_panic() {
         }
     }
     assert!(
-        read > 100 && refused > 100,
+        read > 30 && refused > 30,
         "{read} read, {refused} refused"
     );
 }
