@@ -167,6 +167,7 @@ fn a_resonance_that_the_rule_damps_is_not_proved_stable() {
 
 /// One that decays by itself is proved, with its interval of gains.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_resonance_that_decays_by_itself_is_proved() {
     let sampled_loop = truth(&swinging(
         "exp(-0.3s)/(s^2+0.2s+1)/(0.01s^0.5+1)",

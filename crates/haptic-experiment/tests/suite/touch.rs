@@ -155,6 +155,7 @@ fn retracted(time_s: &[f64], depth_m: &[f64], order: f64, out_from: usize) -> f6
 
 /// The arm overshoots where the hand begins to hold, which is no retraction: compared is the way out behind the hold.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_retraction_is_compared_as_a_whole() {
     let (report, ticks) = run(&touch(
         "shape = \"plane\"\nnormal = [1, 0]\ntissue = \"prostate-cancerous\"\nloading = \"sphere\"\n\

@@ -100,7 +100,7 @@ pub(super) struct Motion {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     pub(super) kind: RecordKind,
-    /// Times in s, or angular frequencies in rad/s; none below the one before. Values of a modulus or compliance may share one, as rounding makes it.
+    /// Times in s, or angular frequencies in rad/s, each at least the one before: rounding makes two of a modulus or compliance equal.
     pub(super) x: Vec<f64>,
     /// Modulus, compliance, storage modulus, or strain.
     pub(super) first: Vec<f64>,

@@ -59,7 +59,7 @@ fn each_mistake_is_answered_with_its_remedy() {
 fn an_explicit_unit_is_taken() {
     let place = Place::with_examples();
     for line in [
-        "design --mass 65kg --sample-time 1ms",
+        "design --mass 65kg --sample-time 1ms --orders 1",
         "analyze stability order=1 mass_kg=65 damping=1N*s/m sample-time=1s stiffness=1 dissipation=1",
         "analyze stability order=1 mass=65kg damping=1N.s/m sample-time=1s stiffness=1 dissipation=1",
         "analyze stability order=1 mass=65kg damping=1N·s/m sample-time=1s stiffness=1 dissipation=1",

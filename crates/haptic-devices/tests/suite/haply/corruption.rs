@@ -11,7 +11,7 @@ use haptic_remote::serial::ServedHardware as _;
 use testkit::Random;
 
 /// Cases; the promise is of 10⁵, which `CAMPAIGN_CASES=100000` runs in three minutes.
-const CASES: u32 = 5_000;
+const CASES: u32 = 2_000;
 /// Ticks in which a byte that is lost has to be a fault.
 const TICKS: u32 = 5;
 

@@ -250,6 +250,7 @@ fn a_hand_and_a_slope_are_found() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn nothing_is_made_of_an_ideal_device() {
     let ideal = MassDamperConfig {
         friction: Newtons(0.0),

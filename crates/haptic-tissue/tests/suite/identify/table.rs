@@ -763,7 +763,7 @@ fn damaged_tables_never_panic() {
     let mut generator = Pcg64::seed_from_u64(7);
     let mut below = |most: usize| (generator.next_u64() % most as u64) as usize;
     let (mut read, mut refused) = (0, 0);
-    for case in 0..3000 {
+    for case in 0..1000 {
         let mut bytes = tables[case % 3].as_bytes().to_vec();
         for _ in 0..=below(4) {
             let place = below(bytes.len());
@@ -788,7 +788,7 @@ fn damaged_tables_never_panic() {
         }
     }
     assert!(
-        read > 100 && refused > 100,
+        read > 30 && refused > 30,
         "{read} read, {refused} refused"
     );
 }

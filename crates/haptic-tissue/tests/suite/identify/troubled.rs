@@ -95,6 +95,7 @@ fn skin_stiffens_without_memory() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn three_depths_of_two_elements_get_them() {
     let names = ["ref58_0.csv", "ref58_1.csv", "ref58_2.csv"];
     let Some(depths) = read(&names, sphere(9.945e-3, None)) else {

@@ -135,17 +135,19 @@ fn the_table_and_the_picture_over_order_and_memory_are_those_of_the_analysis() {
         let row = format!("{order} | {}", cells.join(" | "));
         assert!(page.lines().any(|line| line == row), "{row}");
     }
-    let more = |order: f64, length: u32| {
-        let whole = at(order, "full:1e-9");
+    let more = |order: f64, whole: f64, length: u32| {
         100.0 * (at(order, &format!("grunwald:{length}")) / whole - 1.0)
     };
-    let orders = (1..=20).map(|step| 0.05 * f64::from(step));
+    let whole = |order: f64| (order, at(order, "full:1e-9"));
+    let orders: Vec<_> = (1..=20).map(|step| whole(0.05 * f64::from(step))).collect();
     let over_orders: [Named; 4] = [2, 3, 4, 5].map(|length| {
-        let points = orders.clone().map(|order| (order, more(order, length)));
+        let points = orders
+            .iter()
+            .map(|&(order, whole)| (order, more(order, whole, length)));
         (format!("N = {length}"), points.collect())
     });
-    let over_memory: [Named; 3] = [0.1, 0.2, 0.6].map(|order| {
-        let points = (2..=16).map(|length| (f64::from(length), more(order, length)));
+    let over_memory: [Named; 3] = [0.1, 0.2, 0.6].map(whole).map(|(order, whole)| {
+        let points = (2..=16).map(|length| (f64::from(length), more(order, whole, length)));
         (format!("α = {order}"), points.collect())
     });
     let axis = |label| AxisSpec::new(label, Scale::Linear);
