@@ -787,10 +787,7 @@ fn damaged_tables_never_panic() {
             }
         }
     }
-    assert!(
-        read > 30 && refused > 30,
-        "{read} read, {refused} refused"
-    );
+    assert!(read > 30 && refused > 30, "{read} read, {refused} refused");
 }
 
 /// A table of 24 rows, rows that are put into it at a line, and the lines that are named, or why none is.
