@@ -261,3 +261,25 @@ pub(super) fn gauss_pair([m0, m1, m2, m3]: [f64; 4]) -> [DecayingMode; 2] {
         },
     ]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Poisson's sum of ∫ s^x·e^(−s) d ln s errs by 2|Γ(x + iy)|/Γ(x), y = 2π/h, where |Γ(½ + iy)|² = π/cosh(πy)
+    /// and |Γ(1 + iy)|² = πy/sinh(πy).
+    #[test]
+    fn a_step_errs_by_half_its_tolerance() {
+        for tolerance in [1e-3, 1e-6, 1e-9] {
+            let y = |exponent| 2.0 * PI / Grid::step_of(exponent, tolerance);
+            let [half, one] = [y(0.5), y(1.0)];
+            let errors = [
+                2.0 * libm::sqrt(1.0 / libm::cosh(PI * half)),
+                2.0 * libm::sqrt(PI * one / libm::sinh(PI * one)),
+            ];
+            for error in errors {
+                assert!((2.0 * error / tolerance - 1.0).abs() < 1e-6, "{tolerance}");
+            }
+        }
+    }
+}

@@ -63,6 +63,7 @@ fn rows(runs: &Path, ended: &Value) -> Vec<Value> {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_comparison_is_played_to_its_end_and_its_table_says_what_was_felt() {
     let (runs, _server, mut page) = opened();
     started(&mut page, 11, 4);

@@ -228,6 +228,7 @@ fn bad_input_gets_a_line_that_names_it_and_the_page_goes_on() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_newest_question_of_a_panel_wins_and_those_before_it_are_given_up() {
     let (_runs, _server, mut page) = opened();
     // Minutes of work, one after the other.

@@ -140,6 +140,7 @@ fn pid(design: &ControllerSetup) -> FractionalPid<f32> {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn its_forces_have_the_bits_of_the_host_over_100_000_ticks() {
     same_bits(&setup(PID, "full-bdf2:1e-6"), 100_000, pid);
 }

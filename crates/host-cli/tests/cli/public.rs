@@ -34,6 +34,7 @@ const TISSUES: &str = "
 ";
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn public_records_of_tissue_are_what_their_publishers_say() {
     let Some(folder) = public() else { return };
     let place = Place::new();

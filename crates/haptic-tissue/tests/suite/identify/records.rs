@@ -169,6 +169,7 @@ fn orders_next_to_whole_ones_become_springs_and_dashpots() {
 
 /// A rheometer that rings for the first half of a creep test, by so much; white noise as large is none of it.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_record_that_no_model_describes_is_said_to_be_one() {
     let times: Vec<f64> = (1..=400).map(|n| 0.005 * f64::from(n)).collect();
     let compliance = |left: &dyn Fn(f64, usize) -> f64| {

@@ -27,6 +27,7 @@ fn fitted(records: &[Record], options: &Options) -> Result<Replicates, IdentifyE
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_mean_and_the_spread_of_specimens_come_out() {
     let values = [(2000.0, 0.2), (2600.0, 0.22), (2300.0, 0.27)];
     let records = values.map(|(viscosity, order)| specimen(viscosity, order, 0.0, 0));
