@@ -223,10 +223,11 @@ fn the_linear_limit_is_where_the_verdict_turns() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn no_contact_below_the_proved_slope_lets_an_impact_grow() {
     let mut random = Random(11);
     let loops = drawn(12, 50);
-    for case in 0..testkit::cases(200_usize) {
+    for case in 0..testkit::cases(1000_usize) {
         let (drawn, limit) = &loops[case % loops.len()];
         let k = 0.98 * limit.proved;
         let depth = 1e-3;
@@ -252,9 +253,10 @@ fn no_contact_below_the_proved_slope_lets_an_impact_grow() {
 
 /// f = max(0, H·x): the map of slope 0 to 1 stands behind the memory, and the certificate with k = 1 is of exactly this.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn no_certified_wall_whose_force_alone_is_clamped_lets_an_impact_grow() {
     let mut random = Random(14);
-    let loops = drawn(15, testkit::cases(40));
+    let loops = drawn(15, testkit::cases(200));
     for (case, (drawn, limit)) in loops.iter().enumerate() {
         let k = 0.98 * limit.proved;
         for impact_m_per_s in [0.05, 0.1, 0.2, 0.5, 1.0] {

@@ -224,10 +224,9 @@ impl<const D: usize> Rig<D> {
 
 #[test]
 fn with_one_axis_the_force_is_that_of_the_position_bit_for_bit_and_arrives_along_the_line() {
-    // The hand of 400 N/m leads it 15 mm deep in two seconds, less what 100 N/m hold back.
-    for (period_us, deep_m) in [(1000, 0.008..0.012), (250, 1e-4..0.012)] {
+    for period_us in [1000, 250] {
         let mut rig = Rig::<1>::running(Hand::Strokes, period_us);
-        let ticks = 1500;
+        let ticks = 1_500_000 / period_us;
         let mut deepest_m = 0.0_f32;
         for _ in 0..ticks {
             rig.tick();
@@ -246,7 +245,8 @@ fn with_one_axis_the_force_is_that_of_the_position_bit_for_bit_and_arrives_along
             assert_eq!((made.z as f32).to_bits(), (-force_n).to_bits());
             deepest_m = deepest_m.max(x_m);
         }
-        assert!(deep_m.contains(&deepest_m), "{deepest_m} m");
+        // The hand of 400 N/m leads it 15 mm deep, less what 100 N/m hold back.
+        assert!((0.008..0.012).contains(&deepest_m), "{deepest_m} m");
         let statistics = rig.device.statistics();
         assert_eq!((statistics.unanswered, statistics.forces_not_taken), (0, 0));
         assert_eq!(statistics.ticks, ticks + 1);

@@ -454,9 +454,10 @@ fn drawn(random: &mut Random, case: usize) -> (String, Function) {
 }
 
 #[test]
-fn random_controllers_are_judged_as_their_functions_are() {
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn sixty_controllers_are_judged_as_their_functions_are() {
     let mut random = Random(69);
-    for case in 0..testkit::cases(20) {
+    for case in 0..60 {
         let (text, law) = drawn(&mut random, case);
         let file = ControllerFile::of(&text, "full:1e-9");
         let stable = file.ask("analyze-stability", DEVICE);

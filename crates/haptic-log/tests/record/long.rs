@@ -101,7 +101,7 @@ fn a_log_in_several_files_reads_as_one() {
         (0..ticks).for_each(|n| log.tick(&tick(n)).expect("writes"));
         log.finish().expect("finishes")
     };
-    let ticks = 40_000;
+    let ticks = 60_000;
     let finished = write(ticks, false);
     let files = finished.paths.len();
     assert!((3..12).contains(&files), "{files} files");
@@ -124,7 +124,7 @@ fn a_log_in_several_files_reads_as_one() {
     assert!(all(&name(1)) == (0..ticks).map(tick).collect::<Vec<_>>());
     let summary = inspect(&name(1)).expect("inspects");
     assert!(summary.complete && summary.gaps.is_empty());
-    assert_eq!((summary.samples, summary.last_s), (ticks, Some(39.999)));
+    assert_eq!((summary.samples, summary.last_s), (ticks, Some(59.999)));
     let named = summary.metadata.iter().map(|record| record.name.as_str());
     assert_eq!(named.collect::<Vec<_>>(), ["experiment", "clock"]);
 

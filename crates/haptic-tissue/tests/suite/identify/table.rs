@@ -754,6 +754,7 @@ const LETTERS: &[u8] = b"0123456789.,;\t\n-eE\"#%[]()/x";
 
 /// Whatever the bytes are, a table is read or refused in one line.
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn damaged_tables_never_panic() {
     let tables = [
         "time_s\trelaxation_modulus_pa\n1\t5\n2\t4\n3\t3.5\n",
@@ -763,7 +764,7 @@ fn damaged_tables_never_panic() {
     let mut generator = Pcg64::seed_from_u64(7);
     let mut below = |most: usize| (generator.next_u64() % most as u64) as usize;
     let (mut read, mut refused) = (0, 0);
-    for case in 0..1000 {
+    for case in 0..3000 {
         let mut bytes = tables[case % 3].as_bytes().to_vec();
         for _ in 0..=below(4) {
             let place = below(bytes.len());
@@ -787,7 +788,10 @@ fn damaged_tables_never_panic() {
             }
         }
     }
-    assert!(read > 30 && refused > 30, "{read} read, {refused} refused");
+    assert!(
+        read > 100 && refused > 100,
+        "{read} read, {refused} refused"
+    );
 }
 
 /// A table of 24 rows, rows that are put into it at a line, and the lines that are named, or why none is.

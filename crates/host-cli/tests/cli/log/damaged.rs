@@ -110,7 +110,7 @@ fn children_s() -> f64 {
     ticks.sum::<f64>() / 100.0
 }
 
-/// `CAMPAIGN_CASES`: broken files, 4 by default, each given to all that reads its kind.
+/// `CAMPAIGN_CASES`: broken files, 8 by default, each given to all that reads its kind.
 #[test]
 fn a_broken_file_of_any_kind_ends_in_one_line_and_no_loss_is_silent() {
     let place = with_log();
@@ -149,7 +149,7 @@ fn a_broken_file_of_any_kind_ends_in_one_line_and_no_loss_is_silent() {
         }
     }
     let (mut random, mut codes, mut slowest_s) = (testkit::Random(65), [0; 5], 0.0_f64);
-    let cases = testkit::cases(4);
+    let cases = testkit::cases(8);
     for case in 0..cases {
         let (name, whole, lines) = kinds[case % kinds.len()];
         place.write(name, testkit::broken(whole, &mut random));

@@ -309,8 +309,9 @@ fn follow_the_simulated_curve(keys: &str, points: usize) {
 }
 
 #[test]
-fn six_points_are_those_of_the_simulated_curve() {
-    follow_the_simulated_curve("orders = [0.5, 2]\npoints = 3", 6);
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn fifteen_points_are_those_of_the_simulated_curve() {
+    follow_the_simulated_curve("orders = [0, 1, 2]\npoints = 5", 15);
 }
 
 #[test]
