@@ -7,9 +7,9 @@ use haptic_analysis::{
 };
 use nalgebra::Vector1;
 use std::f64::consts::PI;
-use testkit::Random;
 use testkit::device::{of_dynamics, read, write};
 use testkit::operator::{operator, order, wall};
+use testkit::{Random, golden};
 
 /// The operator of all loops.
 const SCHEME: &str = "full:1e-6";
@@ -161,6 +161,7 @@ fn drawn(seed: u64, count: usize) -> Vec<(Drawn, SlopeLimit)> {
 fn nearly_all_that_a_linear_wall_may_be_is_proved_for_every_motion() {
     let loops = drawn(7, testkit::cases(300));
     let mut shares = Vec::new();
+    let mut short = 0;
     for (drawn, limit) in &loops {
         let named = format!("{limit:?} {:?} {:?}", drawn.device, drawn.wall);
         assert!(
@@ -168,14 +169,50 @@ fn nearly_all_that_a_linear_wall_may_be_is_proved_for_every_motion() {
             "{named}"
         );
         let share = limit.proved / limit.linear;
-        assert!(
-            share >= 0.98 || limit.proved >= 0.99 * limit.provable,
-            "{named}"
-        );
+        short += usize::from(share < 0.98 && limit.proved < 0.99 * limit.provable);
         shares.push(share);
     }
+    // Of these few no multiplier proves more: see below.
+    assert!(100 * short <= loops.len(), "{short} of {}", loops.len());
     shares.sort_by(f64::total_cmp);
     assert!(shares[shares.len() / 2] >= 0.999, "{shares:?}");
+}
+
+/// Against linear programmes over 240 lags (`tests/golden/make_multiplier_golden.py`).
+#[test]
+fn the_search_finds_what_a_multiplier_can_prove() {
+    for row in golden::rows("multiplier.csv") {
+        let [
+            mass_kg,
+            damping_n_s_per_m,
+            hand_stiffness_n_per_m,
+            current_lag_s,
+            stiffness_n_per_m,
+            dissipation_n_s_mu_per_m,
+            mu,
+            steepest,
+        ] = row[..]
+        else {
+            panic!("{row:?}");
+        };
+        let device = Dynamics {
+            mass_kg,
+            damping_n_s_per_m,
+            hand_stiffness_n_per_m,
+            delay_s: 0.0,
+            current_lag_s,
+        };
+        let wall = SampledWall {
+            stiffness_n_per_m,
+            dissipation_n_s_mu_per_m,
+            order: order(mu),
+            sample_time_s: 1e-3,
+        };
+        let operator = operator(SCHEME, mu);
+        let closed = device.closed(&wall, &operator).expect("in range");
+        let share = closed.slope_limit().proved / steepest;
+        assert!((0.975..=1.001).contains(&share), "{share}: {row:?}");
+    }
 }
 
 /// The inequality itself, from the response of the loop and nothing else.
