@@ -1,0 +1,473 @@
+//! Whole runs on an emulated board behind a line that loses or changes what the board reports: what record and logs hold afterwards.
+
+use super::session::{Steered, Steers};
+use super::{RemoteDevice, RemoteLaw, RemoteRun, blank, push};
+use crate::document::named::Named as _;
+use crate::run::device::{DeviceName, LinkedName};
+use crate::run::ending::{Ending, LetGo};
+use crate::run::fault_recorder::AFTER;
+use crate::run::schedule::{Pace, Schedule};
+use crate::run::{FolderRequest, Ran, Supervisor};
+use fracdiff::{Operator, Order, Scheme, Seconds};
+use haptic_emulator::LineFaults;
+use haptic_emulator::board::{BoardPort, Emulation, PortKind, emulate};
+use haptic_link::{
+    DeviceReport, Direction, Event, EventKind, FRAME_MAX, LoopMode, Receiver, encode,
+};
+use haptic_log::record::{END, Entry, EventMessage, LogReader, TickMessage};
+use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
+use haptic_loop::{Controller, LoopSample, SafetyChain, SafetyLimits, Wall, Workspace};
+use haptic_remote::LinkError;
+use haptic_remote::serial::Line;
+use std::collections::BTreeMap;
+use std::io::{Read, Result as IoResult, Write};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+use testkit::Folder;
+
+const T: f64 = 1e-3;
+type Spring = Wall<f64, Operator<f64>>;
+
+/// What becomes of a report on its way.
+enum Fate {
+    Passes,
+    Lost,
+    /// The board is gone, and its end of the line.
+    Gone,
+}
+
+/// The board's end of a line that may change a report, and decides its fate.
+struct Tapped<M> {
+    line: Box<dyn Line>,
+    reports: Receiver<DeviceReport>,
+    tap: M,
+    over: Arc<AtomicBool>,
+}
+
+impl<M> Read for Tapped<M> {
+    fn read(&mut self, into: &mut [u8]) -> IoResult<usize> {
+        self.line.read(into)
+    }
+}
+
+impl<M: FnMut(&mut DeviceReport) -> Fate> Write for Tapped<M> {
+    fn write(&mut self, bytes: &[u8]) -> IoResult<usize> {
+        for &byte in bytes {
+            let Some((header, mut report)) = self.reports.push(byte) else {
+                continue;
+            };
+            match (self.tap)(&mut report) {
+                Fate::Passes => {
+                    let mut frame = [0; FRAME_MAX];
+                    let length = encode(&report, header, &mut frame).expect("it fits");
+                    self.line.write_all(&frame[..length])?;
+                }
+                Fate::Lost => {}
+                Fate::Gone => self.over.store(true, Ordering::Relaxed),
+            }
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> IoResult<()> {
+        self.line.flush()
+    }
+}
+
+impl<M: FnMut(&mut DeviceReport) -> Fate + Send> Line for Tapped<M> {
+    /// For reading alone.
+    fn share(&self) -> IoResult<Box<dyn Line>> {
+        self.line.share()
+    }
+
+    fn set_baud_rate(&mut self, _: u32) {}
+
+    fn set_patience(&mut self, patience: Duration) -> IoResult<()> {
+        self.line.set_patience(patience)
+    }
+}
+
+/// A run of a spring of 100 N/m on the board's 65 g, which a hand pushes by 0.5 N: to 5 mm.
+struct Bench {
+    loop_mode: LoopMode,
+    samples: u64,
+    /// The end of its workspace, m.
+    high_m: f64,
+    /// Stopped from here after so many samples.
+    stops_at: u64,
+    /// The last tick of the run, in a loop here.
+    last_tick: u64,
+}
+
+impl Bench {
+    const WHOLE: Self = Self {
+        loop_mode: LoopMode::Device,
+        samples: 200,
+        high_m: 0.1,
+        stops_at: u64::MAX,
+        last_tick: u64::MAX,
+    };
+
+    /// It leaves its workspace.
+    const FAULT: Self = Self {
+        high_m: 2e-3,
+        ..Self::WHOLE
+    };
+
+    fn ran(&self, tap: impl FnMut(&mut DeviceReport) -> Fate + Send + 'static) -> Seen {
+        let port = BoardPort::open(PortKind::Address, Some(Path::new("127.0.0.1:0")));
+        let port = port.expect("a free port");
+        let DeviceName(name) = port.path().parse().expect("a name");
+        let over = Arc::new(AtomicBool::new(false));
+        let line = Tapped {
+            line: port.line().expect("its end"),
+            reports: Receiver::new(Direction::FromDevice),
+            tap,
+            over: Arc::clone(&over),
+        };
+        let is_over = Arc::clone(&over);
+        std::thread::spawn(move || {
+            let emulation = Emulation {
+                axes: 1,
+                body: None,
+                sensor: None,
+                specimen: None,
+                speed: 1.0,
+                faults: LineFaults::default(),
+                seed: 1,
+                duration: None,
+            };
+            emulate(Box::new(line), &emulation, &is_over).expect("an emulation");
+            drop(port);
+        });
+        let folder = Folder::empty();
+        let ran = self.on(name.expect("a port"), &folder);
+        over.store(true, Ordering::Relaxed);
+        Seen::of(ran)
+    }
+
+    fn on(&self, name: LinkedName, folder: &Path) -> Ran {
+        let request = FolderRequest {
+            out: Some(folder.to_owned()),
+            stem: "run".to_owned(),
+            overwrite: false,
+            roll_bytes: None,
+            provenance: BTreeMap::new(),
+        };
+        let remote = RemoteDevice {
+            loop_mode: self.loop_mode,
+            ..RemoteDevice::new(name)
+        };
+        let limits = SafetyLimits {
+            rise_time: Some(haptic_loop::units::Seconds(1e-3)),
+            workspace: Some(Workspace {
+                low: Metres(-0.1),
+                high: Metres(self.high_m),
+                soft: Metres(0.0),
+            }),
+            ..SafetyLimits::bare(Newtons(5.0), NewtonsPerSecond(1e3))
+        };
+        let law = RemoteLaw {
+            stiffness_n_per_m: 100.0,
+            ..RemoteLaw::bare(limits, push(0.5))
+        };
+        let schedule = Schedule {
+            samples: self.samples,
+            sample_time_s: T,
+            pace: Pace::Virtual,
+        };
+        let operator =
+            Scheme::Grunwald { length: 1 }.build(Order::new(0.0).expect("none"), Seconds(T), 1.0);
+        let spring: Result<Spring, _> = Wall::new(100.0, 0.0, operator.expect("one"), None);
+        let chain = SafetyChain::from_limits(&remote.limits_here(limits), Seconds(T));
+        let mut controller = Controller::new(spring.expect("one"), chain.expect("limits"));
+        let stop = AtomicBool::new(false);
+        let supervisor = Supervisor {
+            stop: &stop,
+            progress: &|counted| stop.store(counted >= self.stops_at, Ordering::Relaxed),
+            live: None,
+            warn: &|_| (),
+        };
+        let blank = |_: f64| blank(0.0);
+        let run = RemoteRun::new(&remote, law, schedule, &blank, &request);
+        let mut steers = Until(self.last_tick);
+        let connected = |_: &_, _| Ok(());
+        let ran = run.steered(&mut controller, &mut steers, connected, supervisor);
+        ran.expect("runs")
+    }
+}
+
+/// Ends a run with this tick, and says so in the log one tick before.
+struct Until(u64);
+
+impl Steers<f64, Spring, 1> for Until {
+    fn steer(&mut self, _: &mut Controller<f64, 1, Spring>, tick: &LoopSample<f64, 1>) -> Steered {
+        if tick.reading.tick >= self.0 {
+            return Steered::Over;
+        }
+        Steered::On((tick.reading.tick + 1 == self.0).then(|| EventMessage {
+            time_s: tick.reading.time_s,
+            kind: "last".to_owned(),
+            text: String::new(),
+        }))
+    }
+}
+
+/// A run, and what is in its logs.
+struct Seen {
+    ran: Ran,
+    /// The end and the counts of the link, in the log.
+    end: BTreeMap<String, String>,
+    link: BTreeMap<String, String>,
+    ticks: Vec<TickMessage>,
+    /// Kinds and times, s.
+    events: Vec<(String, f64)>,
+    /// In the log of the fault.
+    fault_ticks: Vec<u64>,
+}
+
+impl Seen {
+    fn of(ran: Ran) -> Self {
+        let entries = |path: &Path| {
+            LogReader::open(path)
+                .expect("a log")
+                .map(|entry| entry.expect("whole"))
+        };
+        let (mut ticks, mut events, mut metadata) = (Vec::new(), Vec::new(), BTreeMap::new());
+        for entry in entries(&ran.folder.file("mcap")) {
+            match entry {
+                Entry::Tick(tick) => ticks.push(tick),
+                Entry::Event(event) => events.push((event.kind, event.time_s)),
+                Entry::Metadata(record) => drop(metadata.insert(record.name, record.values)),
+                other => panic!("{other:?}"),
+            }
+        }
+        let fault_log = ran.fault_log.as_deref().into_iter().flat_map(entries);
+        let fault_ticks = fault_log.filter_map(|entry| match entry {
+            Entry::Tick(tick) => Some(tick.tick),
+            _ => None,
+        });
+        Self {
+            end: metadata.remove(END).expect("it ended"),
+            link: metadata.remove("link").expect("it had a link"),
+            ticks,
+            events,
+            fault_ticks: fault_ticks.collect(),
+            ran,
+        }
+    }
+
+    fn ticks(&self) -> Vec<u64> {
+        self.ticks.iter().map(|tick| tick.tick).collect()
+    }
+
+    /// Samples that count, planned and made ones, and those that the line lost.
+    fn samples(&self) -> [u64; 4] {
+        let number = |of: &BTreeMap<String, String>, key: &str| of[key].parse().expect(key);
+        let [planned, made] = ["planned_samples", "made_samples"].map(|key| number(&self.end, key));
+        let lost = number(&self.link, "samples_lost");
+        [self.ran.record.samples, planned, made, lost]
+    }
+}
+
+/// The tick of a report that is a sample.
+fn tick(report: &DeviceReport) -> Option<u32> {
+    match report {
+        DeviceReport::Sample(sample) => Some(sample.tick),
+        _ => None,
+    }
+}
+
+/// Loses these samples.
+fn losing(
+    lost: impl Fn(u32) -> bool + Send + 'static,
+) -> impl FnMut(&mut DeviceReport) -> Fate + Send {
+    move |report| match tick(report).is_some_and(&lost) {
+        true => Fate::Lost,
+        false => Fate::Passes,
+    }
+}
+
+#[test]
+fn a_run_that_ends_by_itself_has_all_of_its_samples_and_the_log_the_fall_too() {
+    for loop_mode in [LoopMode::Device, LoopMode::Host] {
+        let seen = Bench {
+            loop_mode,
+            ..Bench::WHOLE
+        }
+        .ran(losing(|_| false));
+        let record = &seen.ran.record;
+        assert_eq!((record.ended, record.let_go()), (None, None));
+        let [samples, planned, made, lost] = seen.samples();
+        assert_eq!((samples, planned, lost), (200, 200, 0));
+        assert_eq!(seen.ticks(), (0..made).collect::<Vec<_>>());
+        // The last one has no force any more, the last that counts has it.
+        let force_n = |tick: usize| seen.ticks[tick].applied_force_n[0];
+        assert!(
+            force_n(199) < -0.4 && force_n(made as usize - 1) == 0.0,
+            "{loop_mode:?}"
+        );
+        assert!(record.has_fallen() && made > 200);
+        assert_eq!((seen.events.len(), record.dropped), (0, 0));
+        for (key, value) in [
+            ("loop", loop_mode.name()),
+            ("device_answered", "true"),
+            ("retries", "0"),
+        ] {
+            assert_eq!(seen.link[key], value);
+        }
+        // The ticks of the device since it was asked.
+        let ticks: u64 = seen.link["ticks"].parse().expect("a number");
+        assert!(
+            ticks >= made
+                && record.tick_ns.len() == if loop_mode == LoopMode::Host { made } else { 0 }
+        );
+    }
+}
+
+#[test]
+fn from_a_fault_of_the_device_on_nothing_counts_and_the_next_hundred_ticks_are_kept() {
+    let frame_lost = |report: &mut DeviceReport| match report {
+        DeviceReport::Fault(_) => Fate::Lost,
+        _ => Fate::Passes,
+    };
+    let heard = Bench::FAULT.ran(losing(|_| false));
+    for seen in [&heard, &Bench::FAULT.ran(frame_lost)] {
+        let Some(Ending::DeviceFault(report)) = seen.ran.record.ended else {
+            panic!("{:?}", seen.ran.record.ended);
+        };
+        let fault = u64::from(report.tick);
+        let all = fault + AFTER + 1;
+        assert_eq!(seen.samples(), [fault, 200, all, 0]);
+        assert_eq!(seen.ran.record.last.map(|last| last.tick), Some(fault - 1));
+        assert_eq!(seen.ticks(), (0..all).collect::<Vec<_>>());
+        assert_eq!(seen.fault_ticks, seen.ticks());
+        assert_eq!(seen.ran.record.let_go(), Some(LetGo::InOneSample));
+        assert_eq!(seen.end["ended"], "fault");
+    }
+    // As soon as it was heard of.
+    let (kind, time_s) = &heard.events[0];
+    assert!(kind == "fault" && *time_s < 0.1, "{kind} {time_s}");
+}
+
+#[test]
+fn samples_that_the_line_lost_are_counted_where_they_belong() {
+    let seen = Bench::WHOLE.ran(losing(|tick| (50..60).contains(&tick) || tick >= 195));
+    assert_eq!(seen.samples(), [185, 200, 200, 15]);
+    assert_eq!(seen.ran.record.dropped, 15);
+    let kinds = ["lost", "lost"].map(str::to_owned);
+    assert_eq!(
+        seen.events,
+        kinds.into_iter().zip([0.06, 0.2]).collect::<Vec<_>>()
+    );
+    // That of the fault, those behind it, and some that the device remembers.
+    let seen = Bench::FAULT.ran(losing(|tick| (10..14).contains(&tick) || tick >= 29));
+    assert_eq!(seen.samples(), [25, 200, 30, 5]);
+    assert_eq!(seen.fault_ticks, (0..54).collect::<Vec<_>>());
+    assert_eq!(seen.ran.record.let_go(), Some(LetGo::Unseen));
+}
+
+#[test]
+fn a_run_that_is_stopped_ends_there() {
+    for loop_mode in [LoopMode::Device, LoopMode::Host] {
+        let bench = Bench {
+            loop_mode,
+            stops_at: 80,
+            samples: 5000,
+            ..Bench::WHOLE
+        };
+        let seen = bench.ran(losing(|_| false));
+        assert_eq!(seen.ran.record.ended, Some(Ending::Interrupted));
+        let [samples, planned, made, lost] = seen.samples();
+        assert!(
+            (80..1000).contains(&samples) && samples <= made,
+            "{samples} {made}"
+        );
+        assert_eq!((planned, lost), (5000, 0));
+        assert!(seen.ran.record.has_fallen() && !seen.ran.record.stop_unheard);
+        let (kind, time_s) = &seen.events[0];
+        assert!(kind == "interrupted" && *time_s >= 0.08, "{kind} {time_s}");
+    }
+}
+
+#[test]
+fn whoever_steers_a_loop_here_ends_it_with_a_tick() {
+    let bench = Bench {
+        loop_mode: LoopMode::Host,
+        last_tick: 60,
+        ..Bench::WHOLE
+    };
+    let seen = bench.ran(losing(|_| false));
+    let [samples, planned, made, _] = seen.samples();
+    assert!(seen.ran.record.ended.is_none() && made > 61);
+    assert_eq!([samples, planned], [61, 61]);
+    assert_eq!(seen.events, [("last".to_owned(), 59.0 * T)]);
+}
+
+#[test]
+fn a_sample_that_cannot_be_ends_the_run_and_is_no_part_of_it() {
+    for loop_mode in [LoopMode::Device, LoopMode::Host] {
+        let seen = Bench {
+            loop_mode,
+            ..Bench::WHOLE
+        }
+        .ran(|report| {
+            if let DeviceReport::Sample(sample) = report
+                && sample.tick == 50
+            {
+                sample.axes[0].position_m = f32::NAN;
+            }
+            Fate::Passes
+        });
+        let Some(Ending::Impossible(what)) = seen.ran.record.ended else {
+            panic!("{:?}", seen.ran.record.ended);
+        };
+        assert_eq!((what.tick(), seen.samples()[0]), (50, 50));
+        assert_eq!(seen.ticks[50].flaws, haptic_log::record::flaw::IMPOSSIBLE);
+        assert!(seen.ran.record.has_fallen() && seen.fault_ticks.contains(&50));
+        assert_eq!(
+            (seen.events[0].0.as_str(), &*seen.end["ended"]),
+            ("fault", "fault")
+        );
+    }
+}
+
+#[test]
+fn a_device_that_somebody_else_stops_or_that_is_gone_ends_the_run() {
+    let stopped = |kind| {
+        move |report: &mut DeviceReport| {
+            if tick(report) == Some(50) {
+                *report = DeviceReport::Event(Event {
+                    kind,
+                    tick: 50,
+                    time_us: 0,
+                });
+            }
+            Fate::Passes
+        }
+    };
+    let gone = |report: &mut DeviceReport| match tick(report) {
+        Some(50..) => Fate::Gone,
+        _ => Fate::Passes,
+    };
+    for (seen, ended) in [
+        (
+            Bench::WHOLE.ran(stopped(EventKind::Disarmed)),
+            Ending::Stopped(LinkError::Disarmed),
+        ),
+        (
+            Bench::WHOLE.ran(stopped(EventKind::Withdrawn)),
+            Ending::Stopped(LinkError::Withdrawn),
+        ),
+        (Bench::WHOLE.ran(gone), Ending::LinkLost(LinkError::Gone)),
+    ] {
+        assert_eq!(seen.ran.record.ended, Some(ended));
+        assert_eq!(seen.samples(), [50, 200, 50, 0]);
+        let is_lost = matches!(ended, Ending::LinkLost(_));
+        assert_eq!(seen.link["device_answered"], (!is_lost).to_string());
+        assert_eq!(seen.ran.record.device_lost(), is_lost);
+        assert!(seen.fault_ticks.is_empty());
+    }
+}
