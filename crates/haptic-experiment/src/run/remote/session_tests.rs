@@ -1,20 +1,25 @@
 //! Whole runs on an emulated board behind a line that loses or changes what the board reports: what record and logs hold afterwards.
 
+use super::partner::Side;
 use super::session::{Steered, Steers};
-use super::{RemoteDevice, RemoteLaw, RemoteRun, blank, push};
+use super::{PairRun, RemoteDevice, RemoteLaw, RemoteRun, blank, host_limits, push};
+use crate::document::failure::Failure;
 use crate::document::named::Named as _;
 use crate::run::device::{DeviceName, LinkedName};
 use crate::run::ending::{Ending, LetGo};
 use crate::run::fault_recorder::AFTER;
+use crate::run::record::Record;
 use crate::run::schedule::{Pace, Schedule};
 use crate::run::{FolderRequest, Ran, Supervisor};
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_emulator::LineFaults;
-use haptic_emulator::board::{BoardPort, Emulation, PortKind, emulate};
+use haptic_emulator::board::{BoardPort, Emulation, PortKind, emulate, emulate_facing};
 use haptic_link::{
-    DeviceReport, Direction, Event, EventKind, FRAME_MAX, LoopMode, Receiver, encode,
+    DeviceReport, Direction, Event, EventKind, FRAME_MAX, Limits, LoopMode, Receiver, Simulation,
+    encode,
 };
-use haptic_log::record::{END, Entry, EventMessage, LogReader, TickMessage};
+use haptic_log::record::{DRIVE_END, END, Entry, EventMessage, LogReader, TickMessage};
+use haptic_loop::plant::FacingContact;
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{Controller, LoopSample, SafetyChain, SafetyLimits, Wall, Workspace};
 use haptic_remote::LinkError;
@@ -23,7 +28,7 @@ use std::collections::BTreeMap;
 use std::io::{Read, Result as IoResult, Write};
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 use testkit::Folder;
 
@@ -38,21 +43,24 @@ enum Fate {
     Gone,
 }
 
-/// The board's end of a line that may change a report, and decides its fate.
-struct Tapped<M> {
+/// May change a report, and decides its fate.
+type Tap = Box<dyn FnMut(&mut DeviceReport) -> Fate + Send>;
+
+/// The board's end of a line.
+struct Tapped {
     line: Box<dyn Line>,
     reports: Receiver<DeviceReport>,
-    tap: M,
+    tap: Tap,
     over: Arc<AtomicBool>,
 }
 
-impl<M> Read for Tapped<M> {
+impl Read for Tapped {
     fn read(&mut self, into: &mut [u8]) -> IoResult<usize> {
         self.line.read(into)
     }
 }
 
-impl<M: FnMut(&mut DeviceReport) -> Fate> Write for Tapped<M> {
+impl Write for Tapped {
     fn write(&mut self, bytes: &[u8]) -> IoResult<usize> {
         for &byte in bytes {
             let Some((header, mut report)) = self.reports.push(byte) else {
@@ -76,7 +84,7 @@ impl<M: FnMut(&mut DeviceReport) -> Fate> Write for Tapped<M> {
     }
 }
 
-impl<M: FnMut(&mut DeviceReport) -> Fate + Send> Line for Tapped<M> {
+impl Line for Tapped {
     /// For reading alone.
     fn share(&self) -> IoResult<Box<dyn Line>> {
         self.line.share()
@@ -117,86 +125,129 @@ impl Bench {
     };
 
     fn ran(&self, tap: impl FnMut(&mut DeviceReport) -> Fate + Send + 'static) -> Seen {
-        let port = BoardPort::open(PortKind::Address, Some(Path::new("127.0.0.1:0")));
-        let port = port.expect("a free port");
-        let DeviceName(name) = port.path().parse().expect("a name");
-        let over = Arc::new(AtomicBool::new(false));
-        let line = Tapped {
-            line: port.line().expect("its end"),
-            reports: Receiver::new(Direction::FromDevice),
-            tap,
-            over: Arc::clone(&over),
-        };
-        let is_over = Arc::clone(&over);
-        std::thread::spawn(move || {
-            let emulation = Emulation {
-                axes: 1,
-                body: None,
-                sensor: None,
-                specimen: None,
-                speed: 1.0,
-                faults: LineFaults::default(),
-                seed: 1,
-                duration: None,
-            };
-            emulate(Box::new(line), &emulation, &is_over).expect("an emulation");
-            drop(port);
-        });
         let folder = Folder::empty();
-        let ran = self.on(name.expect("a port"), &folder);
-        over.store(true, Ordering::Relaxed);
-        Seen::of(ran)
+        let emulated = |[line]: [Box<dyn Line>; 1], over: &AtomicBool| {
+            emulate(line, &emulation(), over).expect("an emulation");
+        };
+        Seen::of(on_boards([Box::new(tap)], emulated, |[name]| {
+            let (remote, request) = (self.remote(name), request(&folder));
+            let stop = AtomicBool::new(false);
+            let supervisor = Supervisor {
+                stop: &stop,
+                progress: &|counted| stop.store(counted >= self.stops_at, Ordering::Relaxed),
+                live: None,
+                warn: &|_| (),
+            };
+            let blank = |_: f64| blank(0.0);
+            let law = self.law(push(0.5));
+            let run = RemoteRun::new(&remote, law, self.schedule(), &blank, &request);
+            let mut steers = Until(self.last_tick);
+            let connected = |_: &_, _| Ok(());
+            run.steered(&mut self.controller(), &mut steers, connected, supervisor)
+        }))
     }
 
-    fn on(&self, name: LinkedName, folder: &Path) -> Ran {
-        let request = FolderRequest {
-            out: Some(folder.to_owned()),
-            stem: "run".to_owned(),
-            overwrite: false,
-            roll_bytes: None,
-            provenance: BTreeMap::new(),
-        };
-        let remote = RemoteDevice {
+    fn remote(&self, name: LinkedName) -> RemoteDevice {
+        RemoteDevice {
             loop_mode: self.loop_mode,
+            // Of a busy machine.
+            max_age_ticks: Limits::MAX_AGE_TICKS,
             ..RemoteDevice::new(name)
-        };
-        let limits = SafetyLimits {
-            rise_time: Some(haptic_loop::units::Seconds(1e-3)),
+        }
+    }
+
+    fn limits(&self) -> SafetyLimits {
+        SafetyLimits {
+            rise_time: Some(Seconds(T)),
             workspace: Some(Workspace {
                 low: Metres(-0.1),
                 high: Metres(self.high_m),
                 soft: Metres(0.0),
             }),
             ..SafetyLimits::bare(Newtons(5.0), NewtonsPerSecond(1e3))
-        };
-        let law = RemoteLaw {
+        }
+    }
+
+    fn law(&self, simulation: Simulation) -> RemoteLaw {
+        RemoteLaw {
             stiffness_n_per_m: 100.0,
-            ..RemoteLaw::bare(limits, push(0.5))
-        };
-        let schedule = Schedule {
+            ..RemoteLaw::bare(self.limits(), simulation)
+        }
+    }
+
+    const fn schedule(&self) -> Schedule {
+        Schedule {
             samples: self.samples,
             sample_time_s: T,
             pace: Pace::Virtual,
-        };
-        let operator =
-            Scheme::Grunwald { length: 1 }.build(Order::new(0.0).expect("none"), Seconds(T), 1.0);
-        let spring: Result<Spring, _> = Wall::new(100.0, 0.0, operator.expect("one"), None);
-        let chain = SafetyChain::from_limits(&remote.limits_here(limits), Seconds(T));
-        let mut controller = Controller::new(spring.expect("one"), chain.expect("limits"));
-        let stop = AtomicBool::new(false);
-        let supervisor = Supervisor {
-            stop: &stop,
-            progress: &|counted| stop.store(counted >= self.stops_at, Ordering::Relaxed),
-            live: None,
-            warn: &|_| (),
-        };
-        let blank = |_: f64| blank(0.0);
-        let run = RemoteRun::new(&remote, law, schedule, &blank, &request);
-        let mut steers = Until(self.last_tick);
-        let connected = |_: &_, _| Ok(());
-        let ran = run.steered(&mut controller, &mut steers, connected, supervisor);
-        ran.expect("runs")
+        }
     }
+
+    /// Of a loop here.
+    fn controller(&self) -> Controller<f64, 1, Spring> {
+        let (order, one) = (Order::new(0.0), Scheme::Grunwald { length: 1 });
+        let operator = one.build(order.expect("none"), Seconds(T), 1.0);
+        let spring = Wall::new(100.0, 0.0, operator.expect("one"), None);
+        let chain = SafetyChain::from_limits(&host_limits(&self.limits()), Seconds(T));
+        Controller::new(spring.expect("one"), chain.expect("limits"))
+    }
+}
+
+fn emulation() -> Emulation {
+    Emulation {
+        axes: 1,
+        body: None,
+        sensor: None,
+        specimen: None,
+        speed: 4.0,
+        faults: LineFaults::default(),
+        seed: 1,
+        duration: None,
+    }
+}
+
+fn request(folder: &Path) -> FolderRequest {
+    FolderRequest {
+        out: Some(folder.to_owned()),
+        stem: "run".to_owned(),
+        overwrite: false,
+        roll_bytes: None,
+        provenance: BTreeMap::new(),
+    }
+}
+
+/// Runs on boards that are emulated meanwhile, each behind its tap.
+fn on_boards<const N: usize>(
+    taps: [Tap; N],
+    emulated: impl FnOnce([Box<dyn Line>; N], &AtomicBool) + Send + 'static,
+    run: impl FnOnce([LinkedName; N]) -> Result<Ran, Failure>,
+) -> Ran {
+    let over = Arc::new(AtomicBool::new(false));
+    let ports = [(); N].map(|()| {
+        let port = BoardPort::open(PortKind::Address, Some(Path::new("127.0.0.1:0")));
+        port.expect("a free port")
+    });
+    let names = ports.each_ref().map(|port| {
+        let DeviceName(name) = port.path().parse().expect("a name");
+        name.expect("a port")
+    });
+    let mut taps = taps.into_iter();
+    let lines = ports.each_ref().map(|port| -> Box<dyn Line> {
+        Box::new(Tapped {
+            line: port.line().expect("its end"),
+            reports: Receiver::new(Direction::FromDevice),
+            tap: taps.next().expect("one each"),
+            over: Arc::clone(&over),
+        })
+    });
+    let is_over = Arc::clone(&over);
+    std::thread::spawn(move || {
+        emulated(lines, &is_over);
+        drop(ports);
+    });
+    let ran = run(names);
+    over.store(true, Ordering::Relaxed);
+    ran.expect("runs")
 }
 
 /// Ends a run with this tick, and says so in the log one tick before.
@@ -218,10 +269,9 @@ impl Steers<f64, Spring, 1> for Until {
 /// A run, and what is in its logs.
 struct Seen {
     ran: Ran,
-    /// The end and the counts of the link, in the log.
-    end: BTreeMap<String, String>,
-    link: BTreeMap<String, String>,
+    metadata: BTreeMap<String, BTreeMap<String, String>>,
     ticks: Vec<TickMessage>,
+    drive_ticks: Vec<TickMessage>,
     /// Kinds and times, s.
     events: Vec<(String, f64)>,
     /// In the log of the fault.
@@ -235,10 +285,12 @@ impl Seen {
                 .expect("a log")
                 .map(|entry| entry.expect("whole"))
         };
-        let (mut ticks, mut events, mut metadata) = (Vec::new(), Vec::new(), BTreeMap::new());
+        let (mut ticks, mut drive_ticks) = (Vec::new(), Vec::new());
+        let (mut events, mut metadata) = (Vec::new(), BTreeMap::new());
         for entry in entries(&ran.folder.file("mcap")) {
             match entry {
                 Entry::Tick(tick) => ticks.push(tick),
+                Entry::Drive(tick) => drive_ticks.push(tick),
                 Entry::Event(event) => events.push((event.kind, event.time_s)),
                 Entry::Metadata(record) => drop(metadata.insert(record.name, record.values)),
                 other => panic!("{other:?}"),
@@ -250,9 +302,9 @@ impl Seen {
             _ => None,
         });
         Self {
-            end: metadata.remove(END).expect("it ended"),
-            link: metadata.remove("link").expect("it had a link"),
+            metadata,
             ticks,
+            drive_ticks,
             events,
             fault_ticks: fault_ticks.collect(),
             ran,
@@ -265,10 +317,13 @@ impl Seen {
 
     /// Samples that count, planned and made ones, and those that the line lost.
     fn samples(&self) -> [u64; 4] {
-        let number = |of: &BTreeMap<String, String>, key: &str| of[key].parse().expect(key);
-        let [planned, made] = ["planned_samples", "made_samples"].map(|key| number(&self.end, key));
-        let lost = number(&self.link, "samples_lost");
-        [self.ran.record.samples, planned, made, lost]
+        self.samples_of(&self.ran.record, [END, "link"])
+    }
+
+    fn samples_of(&self, record: &Record, [end, link]: [&str; 2]) -> [u64; 4] {
+        let number = |of: &str, key: &str| self.metadata[of][key].parse().expect(key);
+        let [planned, made] = ["planned_samples", "made_samples"].map(|key| number(end, key));
+        [record.samples, planned, made, number(link, "samples_lost")]
     }
 }
 
@@ -316,10 +371,10 @@ fn a_run_that_ends_by_itself_has_all_of_its_samples_and_the_log_the_fall_too() {
             ("device_answered", "true"),
             ("retries", "0"),
         ] {
-            assert_eq!(seen.link[key], value);
+            assert_eq!(seen.metadata["link"][key], value);
         }
         // The ticks of the device since it was asked.
-        let ticks: u64 = seen.link["ticks"].parse().expect("a number");
+        let ticks: u64 = seen.metadata["link"]["ticks"].parse().expect("a number");
         assert!(
             ticks >= made
                 && record.tick_ns.len() == if loop_mode == LoopMode::Host { made } else { 0 }
@@ -345,7 +400,7 @@ fn from_a_fault_of_the_device_on_nothing_counts_and_the_next_hundred_ticks_are_k
         assert_eq!(seen.ticks(), (0..all).collect::<Vec<_>>());
         assert_eq!(seen.fault_ticks, seen.ticks());
         assert_eq!(seen.ran.record.let_go(), Some(LetGo::InOneSample));
-        assert_eq!(seen.end["ended"], "fault");
+        assert_eq!(seen.metadata[END]["ended"], "fault");
     }
     // As soon as it was heard of.
     let (kind, time_s) = &heard.events[0];
@@ -428,7 +483,7 @@ fn a_sample_that_cannot_be_ends_the_run_and_is_no_part_of_it() {
         assert_eq!(seen.ticks[50].flaws, haptic_log::record::flaw::IMPOSSIBLE);
         assert!(seen.ran.record.has_fallen() && seen.fault_ticks.contains(&50));
         assert_eq!(
-            (seen.events[0].0.as_str(), &*seen.end["ended"]),
+            (seen.events[0].0.as_str(), &*seen.metadata[END]["ended"]),
             ("fault", "fault")
         );
     }
@@ -466,8 +521,180 @@ fn a_device_that_somebody_else_stops_or_that_is_gone_ends_the_run() {
         assert_eq!(seen.ran.record.ended, Some(ended));
         assert_eq!(seen.samples(), [50, 200, 50, 0]);
         let is_lost = matches!(ended, Ending::LinkLost(_));
-        assert_eq!(seen.link["device_answered"], (!is_lost).to_string());
+        assert_eq!(
+            seen.metadata["link"]["device_answered"],
+            (!is_lost).to_string()
+        );
         assert_eq!(seen.ran.record.device_lost(), is_lost);
         assert!(seen.fault_ticks.is_empty());
+    }
+}
+
+/// A pair whose tissue opposes 0.3 N, as its samples report.
+fn ran_pair(bench: &Bench, taps: [Tap; 2]) -> (Seen, f64) {
+    let folder = Folder::empty();
+    let emulated = |lines: [Box<dyn Line>; 2], over: &AtomicBool| {
+        let emulations = [(); 2].map(|()| emulation());
+        emulate_facing(lines, &emulations, FacingContact::COMPLIANT, over).expect("an emulation");
+    };
+    let opposed_n = Arc::<AtomicU64>::default();
+    let ran = on_boards(taps, emulated, |names| {
+        let [first, second] = names.map(|name| bench.remote(name));
+        let (request, blank) = (request(&folder), |_: f64| blank(0.0));
+        let stop = AtomicBool::new(false);
+        let supervisor = Supervisor {
+            stop: &stop,
+            progress: &|counted| stop.store(counted >= bench.stops_at, Ordering::Relaxed),
+            live: None,
+            warn: &|_| (),
+        };
+        let run = |device| {
+            let law = bench.law(Simulation::REAL);
+            RemoteRun::new(device, law, bench.schedule(), &blank, &request)
+        };
+        let pair = PairRun {
+            tissue: run(&first),
+            drive: run(&second),
+            judged: None,
+            opposed_n: Arc::clone(&opposed_n),
+            may_rise_s: 0.0,
+        };
+        pair.run(&mut bench.controller(), &mut bench.controller(), supervisor)
+    });
+    let opposed_n = f64::from_bits(opposed_n.load(Ordering::Relaxed));
+    (Seen::of(ran), opposed_n)
+}
+
+/// Lets all pass; the samples of the tissue show a force.
+fn taps() -> [Tap; 2] {
+    let opposes = |report: &mut DeviceReport| {
+        if let DeviceReport::Sample(sample) = report {
+            sample.axes[0].force_n = -0.3;
+        }
+        Fate::Passes
+    };
+    [Box::new(opposes), Box::new(losing(|_| false))]
+}
+
+#[test]
+fn a_drive_lets_go_first_at_what_it_made_and_the_tissue_after_it() {
+    for loop_mode in [LoopMode::Device, LoopMode::Host] {
+        let bench = Bench {
+            loop_mode,
+            ..Bench::WHOLE
+        };
+        let (seen, opposed_n) = ran_pair(&bench, taps());
+        let (record, drive) = (&seen.ran.record, seen.ran.second.as_ref().expect("a drive"));
+        assert!(
+            seen.ran.is_whole(),
+            "{:?} {:?}",
+            record.ended,
+            drive.record.ended
+        );
+        assert!((opposed_n - 0.3).abs() < 1e-6, "{opposed_n}");
+        // The tissue counts from the drive's first tick on, which came when its force had risen.
+        let start = record.start.tick;
+        assert!(
+            start > 11 && record.approach.len() as u64 == start,
+            "{start}"
+        );
+        let [samples, planned, made, lost] = seen.samples();
+        assert_eq!([samples, planned, lost], [200, start + 200, 0]);
+        assert_eq!(seen.ticks.len() as u64, made);
+        // The drive made at least as many, and then nothing of it counts any more.
+        let [samples, planned, made, lost] =
+            seen.samples_of(&drive.record, [DRIVE_END, "drive.link"]);
+        assert!(
+            samples >= 190 && planned == samples && lost == 0,
+            "{samples} {planned} {lost}"
+        );
+        assert!(
+            made >= samples && seen.drive_ticks.len() as u64 == made,
+            "{made}"
+        );
+        // In the time of the tissue, as far as their clocks, which are one, tell.
+        let aligned = drive.aligned.expect("both clocks are known");
+        let truth_s = aligned.drive_tick_0_s - aligned.tissue_tick_0_s;
+        assert!(
+            (aligned.offset_s - truth_s).abs() <= aligned.residual_s,
+            "{aligned:?}"
+        );
+        let [begun_s, within_s] = [record.start.begun_s(), drive.within_s(record.start)];
+        assert!(
+            (begun_s - truth_s).abs() <= within_s && within_s < 0.1,
+            "{begun_s} {within_s}"
+        );
+        let drive_s = seen.drive_ticks.iter().zip(0_u32..);
+        for (tick, n) in drive_s {
+            let off_s = tick.time_s - truth_s - f64::from(n) * T;
+            assert!(off_s.abs() < 0.1, "{n}: {off_s}");
+        }
+        assert!(seen.events.is_empty());
+    }
+}
+
+#[test]
+fn whoever_of_a_pair_ends_early_ends_the_other() {
+    for side in [Side::Tissue, Side::Drive] {
+        let mut taps = taps();
+        taps[side as usize] = Box::new(|report| {
+            if tick(report) == Some(60) {
+                *report = DeviceReport::Event(Event {
+                    kind: EventKind::Disarmed,
+                    tick: 60,
+                    time_us: 0,
+                });
+            }
+            Fate::Passes
+        });
+        let (seen, _) = ran_pair(
+            &Bench {
+                samples: 5000,
+                ..Bench::WHOLE
+            },
+            taps,
+        );
+        let drive = seen.ran.second.as_ref().expect("a drive");
+        let mut ended = [seen.ran.record.ended, drive.record.ended];
+        let ends = [
+            seen.samples()[1],
+            seen.samples_of(&drive.record, [DRIVE_END, "drive.link"])[1],
+        ];
+        if side == Side::Drive {
+            ended.reverse();
+        }
+        assert_eq!(
+            ended,
+            [
+                Some(Ending::Stopped(LinkError::Disarmed)),
+                Some(Ending::OtherLeft)
+            ]
+        );
+        assert!(ends[1] == 5000, "{ends:?}");
+    }
+}
+
+#[test]
+fn a_pair_that_is_stopped_ends_on_both_sides() {
+    for loop_mode in [LoopMode::Device, LoopMode::Host] {
+        let bench = Bench {
+            loop_mode,
+            samples: 5000,
+            stops_at: 80,
+            ..Bench::WHOLE
+        };
+        let (seen, _) = ran_pair(&bench, taps());
+        let drive = seen.ran.second.as_ref().expect("a drive");
+        for ended in [seen.ran.record.ended, drive.record.ended] {
+            assert!(
+                matches!(ended, Some(Ending::Interrupted | Ending::OtherLeft)),
+                "{ended:?}"
+            );
+        }
+        assert!(
+            (80..1000).contains(&drive.record.samples),
+            "{}",
+            drive.record.samples
+        );
     }
 }
