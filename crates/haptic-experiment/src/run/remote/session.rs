@@ -908,18 +908,4 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
 }
 
 #[cfg(test)]
-mod tests {
-    use haptic_log::record::flaw;
-
-    #[test]
-    fn flaws_have_the_same_bits_on_the_wire_and_in_a_log() {
-        let wire = [
-            haptic_link::UNANSWERED,
-            haptic_link::NOT_TAKEN,
-            haptic_link::IMPOSSIBLE,
-        ];
-        let log = [flaw::UNANSWERED, flaw::NOT_TAKEN, flaw::IMPOSSIBLE];
-        assert_eq!(wire, log);
-        assert!(!wire.contains(&flaw::LATE_FORCE));
-    }
-}
+mod tests;

@@ -164,6 +164,7 @@ impl Bench {
                 high: Metres(self.high_m),
                 soft: Metres(0.0),
             }),
+            start_force: Some(Newtons(1.0)),
             ..SafetyLimits::bare(Newtons(5.0), NewtonsPerSecond(1e3))
         }
     }
@@ -373,8 +374,13 @@ fn a_run_that_ends_by_itself_has_all_of_its_samples_and_the_log_the_fall_too() {
         ] {
             assert_eq!(seen.metadata["link"][key], value);
         }
+        let counted = |key: &str| -> u64 { seen.metadata["link"][key].parse().expect(key) };
+        // The first tick of a loop here had no answer yet.
+        let (overruns, stale) = (counted("overruns"), counted("stale_forces"));
+        assert_eq!(record.missed_deadlines, overruns + stale);
+        assert_eq!(stale > 0, loop_mode == LoopMode::Host);
         // The ticks of the device since it was asked.
-        let ticks: u64 = seen.metadata["link"]["ticks"].parse().expect("a number");
+        let ticks = counted("ticks");
         assert!(
             ticks >= made
                 && record.tick_ns.len() == if loop_mode == LoopMode::Host { made } else { 0 }
@@ -462,6 +468,27 @@ fn whoever_steers_a_loop_here_ends_it_with_a_tick() {
 }
 
 #[test]
+fn a_loop_here_starts_with_no_large_force() {
+    let bench = Bench {
+        loop_mode: LoopMode::Host,
+        ..Bench::WHOLE
+    };
+    let seen = bench.ran(|report| {
+        if let DeviceReport::Sample(sample) = report
+            && sample.tick == 0
+        {
+            sample.axes[0].position_m = 0.02;
+        }
+        Fate::Passes
+    });
+    let Some(Ending::LinkLost(LinkError::Refused { request, .. })) = seen.ran.record.ended else {
+        panic!("{:?}", seen.ran.record.ended);
+    };
+    assert_eq!((request, seen.samples()[0]), ("start", 0));
+    assert_eq!(seen.ran.record.let_go(), Some(LetGo::NeverBegan));
+}
+
+#[test]
 fn a_sample_that_cannot_be_ends_the_run_and_is_no_part_of_it() {
     for loop_mode in [LoopMode::Device, LoopMode::Host] {
         let seen = Bench {
@@ -539,7 +566,11 @@ fn ran_pair(bench: &Bench, taps: [Tap; 2]) -> (Seen, f64) {
     };
     let opposed_n = Arc::<AtomicU64>::default();
     let ran = on_boards(taps, emulated, |names| {
-        let [first, second] = names.map(|name| bench.remote(name));
+        let [first, second] = names.map(|name| RemoteDevice {
+            // A busy machine is silent too.
+            watchdog_ms: Some(Limits::WATCHDOG_MAX_MS),
+            ..bench.remote(name)
+        });
         let (request, blank) = (request(&folder), |_: f64| blank(0.0));
         let stop = AtomicBool::new(false);
         let supervisor = Supervisor {
