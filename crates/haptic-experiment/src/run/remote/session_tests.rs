@@ -298,16 +298,18 @@ impl Seen {
             }
         }
         let fault_log = ran.fault_log.as_deref().into_iter().flat_map(entries);
-        let fault_ticks = fault_log.filter_map(|entry| match entry {
-            Entry::Tick(tick) => Some(tick.tick),
-            _ => None,
-        });
+        let mut fault_ticks = Vec::new();
+        for entry in fault_log {
+            if let Entry::Tick(tick) = entry {
+                fault_ticks.push(tick.tick);
+            }
+        }
         Self {
             metadata,
             ticks,
             drive_ticks,
             events,
-            fault_ticks: fault_ticks.collect(),
+            fault_ticks,
             ran,
         }
     }
@@ -329,11 +331,11 @@ impl Seen {
 }
 
 /// The tick of a report that is a sample.
-fn tick(report: &DeviceReport) -> Option<u32> {
-    match report {
-        DeviceReport::Sample(sample) => Some(sample.tick),
-        _ => None,
-    }
+const fn tick(report: &DeviceReport) -> Option<u32> {
+    let DeviceReport::Sample(sample) = report else {
+        return None;
+    };
+    Some(sample.tick)
 }
 
 /// Loses these samples.
@@ -390,9 +392,9 @@ fn a_run_that_ends_by_itself_has_all_of_its_samples_and_the_log_the_fall_too() {
 
 #[test]
 fn from_a_fault_of_the_device_on_nothing_counts_and_the_next_hundred_ticks_are_kept() {
-    let frame_lost = |report: &mut DeviceReport| match report {
-        DeviceReport::Fault(_) => Fate::Lost,
-        _ => Fate::Passes,
+    let frame_lost = |report: &mut DeviceReport| match matches!(report, DeviceReport::Fault(_)) {
+        true => Fate::Lost,
+        false => Fate::Passes,
     };
     let heard = Bench::FAULT.ran(losing(|_| false));
     for seen in [&heard, &Bench::FAULT.ran(frame_lost)] {
