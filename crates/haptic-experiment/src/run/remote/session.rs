@@ -656,9 +656,9 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         may
     }
 
-    /// True if this tick is part of the result: none from a fault of the device on, though nobody knows which yet.
+    /// True if this tick may be part of the result: none from a fault of the device on, though nobody knows which yet.
     fn counts(&self, tick: u64) -> bool {
-        tick < self.ready.schedule.samples && self.record.ended.is_none() && !self.has_faulted(tick)
+        self.record.ended.is_none() && !self.has_faulted(tick)
     }
 
     fn has_faulted(&self, tick: u64) -> bool {
@@ -757,10 +757,8 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             self.pending.push(message);
         } else if counted {
             self.place(&message);
-        } else if self.record.ended.is_some() || self.has_faulted(message.kept().tick) {
-            self.record.push_after(&message);
         } else {
-            self.record.falls(&message);
+            self.record.push_after(&message);
         }
         if logged.is_err() && self.record.ended.is_none() {
             self.record.ended = Some(Ending::LogStopped);
