@@ -10,7 +10,7 @@ use haptic_link::{Configuration, HandSide, Limits, LoopMode, Start};
 use haptic_loop::units::{Newtons, NewtonsPerSecond};
 use haptic_loop::{Device as _, Reading, SafetyChain};
 use haptic_remote::controller_law;
-use haptic_remote::serial::{Beside, ConnectOptions, SerialLink};
+use haptic_remote::serial::{Companions, ConnectOptions, SerialLink};
 use haptic_teleoperation::{CouplerGains, Port, PortLaw, Settings};
 use std::io::Write as _;
 use std::time::Duration;
@@ -83,9 +83,9 @@ fn by_night_a_pico_has_the_bits_of_the_hosts_controller_within_its_promised_tick
         (setup, configuration, law.1, law.2)
     };
     let (_, configuration, values, long) = law("full-bdf2:1e-6");
-    let companions = |law| Beside {
+    let companions = |law| Companions {
         controller: Some(law),
-        ..Beside::default()
+        ..Companions::default()
     };
     let refused = link.set_run(configuration, &values, companions(&long));
     let refused = refused.expect_err("too long for it").to_string();

@@ -30,8 +30,8 @@ pub enum Incoming {
         refusal: Refusal,
     },
     /// Unrequested: samples, events, faults.
-    Told(DeviceReport),
-    /// As [`Told`](Self::Told), and the first of a run whose start was requested: the start was accepted, even if its answer is lost.
+    Report(DeviceReport),
+    /// As [`Report`](Self::Report), and the first of a run whose start was requested: the start was accepted, even if its answer is lost.
     Begun(DeviceReport),
     /// An answer to a keep-alive.
     Alive {
@@ -317,7 +317,7 @@ impl Conversation {
             let dropped = ack.outcome == Outcome::Refused(Refusal::Connection);
             return (dropped && ack.request == keep_alive).then_some(Incoming::Rebooted);
         }
-        (!matches!(report, DeviceReport::Hello(_))).then_some(Incoming::Told(report))
+        (!matches!(report, DeviceReport::Hello(_))).then_some(Incoming::Report(report))
     }
 
     const fn sent_us(&self, token: u32) -> u64 {

@@ -138,10 +138,10 @@ impl World {
         let bytes: Vec<u8> = self.wire.to_host.borrow_mut().drain(..).collect();
         for byte in bytes {
             match self.host.receive(byte, self.now_us) {
-                Some(Incoming::Told(DeviceReport::Sample(sample))) => {
+                Some(Incoming::Report(DeviceReport::Sample(sample))) => {
                     self.samples.push((sample.tick, sample.axes[0].force_n));
                 }
-                Some(Incoming::Told(_)) | None => {}
+                Some(Incoming::Report(_)) | None => {}
                 Some(other) => answer = Some(other),
             }
         }

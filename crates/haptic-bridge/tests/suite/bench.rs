@@ -197,7 +197,7 @@ impl Bench {
                         answer = Some(Ok(report));
                     }
                     Some(Incoming::Refused { refusal, .. }) => answer = Some(Err(refusal)),
-                    Some(Incoming::Told(report)) => self.reports.push(report),
+                    Some(Incoming::Report(report)) => self.reports.push(report),
                     Some(Incoming::Rebooted | Incoming::Alive { .. }) | None => {}
                 }
             }

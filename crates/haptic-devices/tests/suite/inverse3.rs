@@ -14,7 +14,7 @@ use haptic_link::{
 use haptic_loop::units::Metres;
 use haptic_loop::{Ball, Contact, Environment, Fault, Shape, SpringDamper};
 use haptic_remote::serial::{
-    Beside, DeviceMessage, DeviceTime, SerialLink, Served, ServedHardware as _,
+    Companions, DeviceMessage, DeviceTime, SerialLink, Served, ServedHardware as _,
 };
 use haptic_remote::{Hardware as _, TickSide, prepare, wire_surface};
 use nalgebra::{SVector, Vector3};
@@ -347,9 +347,9 @@ fn a_ball_is_felt_with_the_bits_of_its_law_at_the_positions_that_are_told() {
         )
         .expect("good");
         let surface = wire_surface(&shape);
-        let companions = Beside {
+        let companions = Companions {
             surface: Some(&surface),
-            ..Beside::default()
+            ..Companions::default()
         };
         link.set_run(configuration, &values, companions)
             .expect("good");

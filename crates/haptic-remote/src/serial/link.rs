@@ -406,24 +406,24 @@ impl Ends {
             }
             Incoming::Rebooted => self.end(LinkError::Rebooted),
             Incoming::Begun(report) => {
-                self.pass_on(Incoming::Told(report.clone()));
+                self.pass_on(Incoming::Report(report.clone()));
                 let _ = self.answers.try_send(Ok(report));
             }
-            Incoming::Told(DeviceReport::Sample(sample)) => {
+            Incoming::Report(DeviceReport::Sample(sample)) => {
                 self.hear(DeviceMessage::Sample(sample));
             }
-            Incoming::Told(DeviceReport::Batch(batch)) => {
+            Incoming::Report(DeviceReport::Batch(batch)) => {
                 for sample in batch.samples(self.shared.period_us.load(Ordering::Relaxed)) {
                     self.hear(DeviceMessage::Sample(sample));
                 }
             }
-            Incoming::Told(DeviceReport::Event(event)) => self.hear(DeviceMessage::Event(event)),
-            Incoming::Told(DeviceReport::Fault(report)) => {
+            Incoming::Report(DeviceReport::Event(event)) => self.hear(DeviceMessage::Event(event)),
+            Incoming::Report(DeviceReport::Fault(report)) => {
                 *lock(&self.shared.status) = report.status;
                 self.hear(DeviceMessage::Fault(report));
             }
             // Late answers to requests that were given up.
-            Incoming::Told(_) => {}
+            Incoming::Report(_) => {}
         }
     }
 

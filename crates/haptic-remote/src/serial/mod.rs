@@ -28,6 +28,6 @@ pub use error::{BoardTrouble, SerialError, TroubleCause};
 pub use line::{Line, Pipe};
 pub use link::{DeviceMessage, LinkReport, SerialLink};
 pub use port::{PortInfo, latency_file, open, port_of, ports};
-pub use request::Beside;
+pub use request::Companions;
 pub use served::{DeviceTime, ServeError, Served, ServedHardware, USB_PERIOD_US};
 pub use tcp::{TcpListening, host_and_port, tcp_address};

@@ -17,7 +17,7 @@ use std::vec::Vec;
 
 /// Optional parts of a run besides its configuration and coefficients.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Beside<'a> {
+pub struct Companions<'a> {
     /// A workspace of its own for each axis of a device of several.
     pub workspace: Option<&'a WorkspaceBox>,
     /// A surface in front of the law, on a device of several axes.
@@ -84,7 +84,7 @@ impl SerialLink {
         values: &[f32],
         scope: Scope,
     ) -> Result<(), SerialError> {
-        self.set_within(configuration, values, Beside::default(), scope)
+        self.set_within(configuration, values, Companions::default(), scope)
     }
 
     /// The time that a controller takes on the device.
@@ -106,7 +106,7 @@ impl SerialLink {
         }
     }
 
-    /// As [`set_for`](Self::set_for) for a run, with what is beside it.
+    /// As [`set_for`](Self::set_for) for a run, with its companions.
     ///
     /// # Errors
     /// As [`set_for`](Self::set_for); an invalid box, or one outside the workspace of all
@@ -116,7 +116,7 @@ impl SerialLink {
         &mut self,
         configuration: Configuration,
         values: &[f32],
-        companions: Beside<'_>,
+        companions: Companions<'_>,
     ) -> Result<(), SerialError> {
         if companions.surface.is_some() && !self.has_surfaces {
             return Err(LinkError::NoSurfaces.into());
@@ -134,7 +134,7 @@ impl SerialLink {
         &mut self,
         configuration: Configuration,
         values: &[f32],
-        companions: Beside<'_>,
+        companions: Companions<'_>,
         scope: Scope,
     ) -> Result<(), SerialError> {
         let most = self.capabilities.coefficients_max;

@@ -155,7 +155,7 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
                 match self.host.receive(byte, self.now_us) {
                     Some(Incoming::Answer(report)) => answer = Some(Ok(report)),
                     Some(Incoming::Refused { refusal, .. }) => answer = Some(Err(refusal)),
-                    Some(Incoming::Told(report)) => self.hear(report),
+                    Some(Incoming::Report(report)) => self.hear(report),
                     Some(Incoming::Begun(report)) => {
                         answer = Some(Ok(report.clone()));
                         self.hear(report);

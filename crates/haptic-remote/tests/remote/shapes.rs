@@ -13,7 +13,7 @@ use haptic_loop::{
     Ball, Contact, DepthMap, Device, Environment, Fault, Limiters, Plane, Reading, SafeForce,
     Shape, SpringDamper, Surface as _,
 };
-use haptic_remote::serial::{Beside, Pipe, SerialLink};
+use haptic_remote::serial::{Companions, Pipe, SerialLink};
 use haptic_remote::{
     DeviceSession, Hardware, SimulatedAxes, TickSide, abilities, operator_shape, wire_surface,
 };
@@ -581,9 +581,9 @@ fn a_device_from_before_surfaces_is_told_of_before_anything_is_set() {
     let (mut link, stop) = from_before();
     let before = link.configuration().expect("tells");
     let edge = run(&plane([1.0, 0.0], 0.0), None);
-    let companions = Beside {
+    let companions = Companions {
         surface: edge.surface.as_ref(),
-        ..Beside::default()
+        ..Companions::default()
     };
     let refused = link.set_run(edge.configuration, &edge.values, companions);
     assert_refused(refused, "cannot render a shape on its own & flash");
@@ -592,7 +592,7 @@ fn a_device_from_before_surfaces_is_told_of_before_anything_is_set() {
     let mut hosts = edge.configuration;
     hosts.loop_mode = LoopMode::Host;
     hosts.limits = before.0.limits;
-    let set = link.set_run(hosts, &edge.values, Beside::default());
+    let set = link.set_run(hosts, &edge.values, Companions::default());
     set.expect("a loop of the host");
     drop(link);
     stop.store(true, Ordering::Relaxed);

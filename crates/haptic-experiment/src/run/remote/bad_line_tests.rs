@@ -115,6 +115,37 @@ pub(crate) fn quiet() -> (SerialLink, Arc<Mutex<EmulatedAdapter>>) {
     (link, adapter)
 }
 
+pub(super) fn remote() -> RemoteDevice {
+    let path = "device".to_owned();
+    RemoteDevice::new(LinkedName::Serial(SerialName { path, baud: None }))
+}
+
+/// Behind a quiet link, of which nothing of the run is asked.
+pub(super) fn ready<'a>(
+    device: &'a RemoteDevice,
+    samples: u64,
+    blank: &'a (dyn Fn(f64) -> TickMessage + Sync),
+) -> Ready<'a, TickMessage> {
+    Ready {
+        link: quiet().0,
+        before: Default::default(),
+        device,
+        schedule: Schedule {
+            samples,
+            sample_time_s: T,
+            pace: Pace::Virtual,
+        },
+        start: Start::default(),
+        rise_ticks: 10,
+        blank,
+        metadata: BTreeMap::new(),
+        found: None,
+        push: None,
+        force_limit_n: 10.0,
+        holds: false,
+    }
+}
+
 impl BadPair<'_> {
     fn device(&self, side: Side, random: &mut Random) -> Device {
         let faults = self.faults[side as usize];
@@ -144,32 +175,9 @@ impl BadPair<'_> {
             let clock: Clock = Arc::new(move || pings.lock().expect("one thread").clock(epoch));
             clock
         });
-        let name = SerialName {
-            path: "device".to_owned(),
-            baud: None,
-        };
-        let remote = RemoteDevice::new(LinkedName::Serial(name));
+        let remote = remote();
         let both = Both::default();
         let blank = |_: f64| blank(0.0);
-        let ready = || Ready {
-            // Nothing of the run is asked of it.
-            link: quiet().0,
-            before: Default::default(),
-            device: &remote,
-            schedule: Schedule {
-                samples: self.samples,
-                sample_time_s: T,
-                pace: Pace::Virtual,
-            },
-            start: Start::default(),
-            rise_ticks: 10,
-            blank: &blank,
-            metadata: BTreeMap::new(),
-            found: None,
-            push: None,
-            force_limit_n: 10.0,
-            holds: false,
-        };
         let Watched {
             request,
             supervisor,
@@ -185,7 +193,9 @@ impl BadPair<'_> {
             partner
         };
         let sessions = [(Side::Tissue, first_log), (Side::Drive, second_log)];
-        let sessions = sessions.map(|(side, log)| ready().session::<1>(log, Some(partner(side))));
+        let sessions = sessions.map(|(side, log)| {
+            ready(&remote, self.samples, &blank).session::<1>(log, Some(partner(side)))
+        });
         let [mut tissue, mut drive]: [HostSession<'_, TickMessage, 1>; 2] =
             sessions.map(|session| session.expect("a session"));
         let begins_us = devices[1].begins_us;

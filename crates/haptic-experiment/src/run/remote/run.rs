@@ -25,7 +25,7 @@ use haptic_log::record::TickMessage;
 use haptic_loop::realtime::Fallback;
 use haptic_loop::{Controller, Environment, Workspace};
 use haptic_remote::LinkError;
-use haptic_remote::serial::{Beside, SerialError, SerialLink};
+use haptic_remote::serial::{Companions, SerialError, SerialLink};
 use std::collections::BTreeMap;
 
 /// A run to be made on a device.
@@ -154,7 +154,7 @@ impl<'a, M> RemoteRun<'a, M> {
         }
         describe_limits(&configuration.limits, &mut self.metadata);
         let workspace = self.law.limits.workspace_box.map(wire_box::<D>);
-        let companions = Beside {
+        let companions = Companions {
             workspace: workspace.as_ref(),
             surface: self.law.surface.as_ref(),
             controller: self.law.controller.as_ref(),

@@ -268,7 +268,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
                 None if self.record.ended.is_some_and(Ending::is_fault) => break,
                 None => return Err(self.ready.link.silent(SILENCE).into()),
             }
-            if self.is_all_told() {
+            if self.has_all_after_fault() {
                 break;
             }
             if self.record.ended == Some(Ending::LogStopped) {
@@ -436,10 +436,12 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         if !matches!(self.record.ended, Some(Ending::DeviceFault(_))) {
             return;
         }
-        if !self.is_all_told() {
+        if !self.has_all_after_fault() {
             self.stream_after_fault(1);
-            while let (false, Some(heard)) = (self.is_all_told(), self.ready.link.hear(AFTER_FAULT))
-            {
+            while let (false, Some(heard)) = (
+                self.has_all_after_fault(),
+                self.ready.link.hear(AFTER_FAULT),
+            ) {
                 let goes_on = match heard {
                     DeviceMessage::Sample(sample) => self.take_sample(&sample),
                     DeviceMessage::Over(_) => return,
@@ -555,7 +557,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         let Some(message) = self.message(sample) else {
             return true;
         };
-        if let Some(last) = self.last_told() {
+        if let Some(last) = self.last_after_fault() {
             let falls = !self.record.has_fallen() && message.kept().applied_force_n != 0.0;
             // The next tick leaves no gap in which the device was not asked.
             if tick > last && tick != self.next_tick && !falls {
@@ -654,9 +656,9 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         may
     }
 
-    /// True if this tick is part of the result: none from a fault of the device on, though nobody knows which yet.
+    /// True if this tick may be part of the result: none from a fault of the device on, though nobody knows which yet.
     fn counts(&self, tick: u64) -> bool {
-        tick < self.ready.schedule.samples && self.record.ended.is_none() && !self.has_faulted(tick)
+        self.record.ended.is_none() && !self.has_faulted(tick)
     }
 
     fn has_faulted(&self, tick: u64) -> bool {
@@ -665,7 +667,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     }
 
     /// Last tick after a fault of the device that the log needs. The device sends those before it unasked.
-    fn last_told(&self) -> Option<u64> {
+    fn last_after_fault(&self) -> Option<u64> {
         match self.record.ended {
             Some(Ending::DeviceFault(report)) => Some(u64::from(report.tick) + AFTER),
             _ => None,
@@ -673,7 +675,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     }
 
     /// True if all is there that follows a fault of the device.
-    fn is_all_told(&self) -> bool {
+    fn has_all_after_fault(&self) -> bool {
         self.recorder.flight().is_full() && self.record.has_fallen()
     }
 
@@ -755,10 +757,8 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             self.pending.push(message);
         } else if counted {
             self.place(&message);
-        } else if self.record.ended.is_some() || self.has_faulted(message.kept().tick) {
-            self.record.push_after(&message);
         } else {
-            self.record.falls(&message);
+            self.record.push_after(&message);
         }
         if logged.is_err() && self.record.ended.is_none() {
             self.record.ended = Some(Ending::LogStopped);
@@ -906,18 +906,4 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
 }
 
 #[cfg(test)]
-mod tests {
-    use haptic_log::record::flaw;
-
-    #[test]
-    fn flaws_have_the_same_bits_on_the_wire_and_in_a_log() {
-        let wire = [
-            haptic_link::UNANSWERED,
-            haptic_link::NOT_TAKEN,
-            haptic_link::IMPOSSIBLE,
-        ];
-        let log = [flaw::UNANSWERED, flaw::NOT_TAKEN, flaw::IMPOSSIBLE];
-        assert_eq!(wire, log);
-        assert!(!wire.contains(&flaw::LATE_FORCE));
-    }
-}
+mod tests;

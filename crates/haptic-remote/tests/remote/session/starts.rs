@@ -118,7 +118,7 @@ fn only_what_is_heard_of_the_new_run_answers_its_start() {
         (20, event(EventKind::Stopped)),
     ] {
         let old = heard(&mut bench, &old, ahead);
-        assert!(matches!(old, Some(Incoming::Told(_))), "{old:?}");
+        assert!(matches!(old, Some(Incoming::Report(_))), "{old:?}");
     }
     assert!(bench.host.is_waiting());
     // Its ticks count anew.

@@ -1,0 +1,217 @@
+//! A session that is handed its samples one by one, and two that share a contact.
+
+use super::*;
+use crate::run::ending::LetGo;
+use crate::run::ending::tests::reported;
+use crate::run::remote::bad_line_tests::{ready, remote};
+use crate::run::remote::partner::{Both, Clock};
+use crate::run::{FolderRequest, recorder};
+use haptic_link::BatchItem;
+use haptic_log::record::flaw;
+use haptic_loop::Fault;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use testkit::Folder;
+
+type Session<'a> = HostSession<'a, TickMessage, 1>;
+
+#[test]
+fn flaws_have_the_same_bits_on_the_wire_and_in_a_log() {
+    let wire = [
+        haptic_link::UNANSWERED,
+        haptic_link::NOT_TAKEN,
+        haptic_link::IMPOSSIBLE,
+    ];
+    let log = [flaw::UNANSWERED, flaw::NOT_TAKEN, flaw::IMPOSSIBLE];
+    assert_eq!(wire, log);
+    assert!(!wire.contains(&flaw::LATE_FORCE));
+}
+
+/// Looks at sessions of 200 samples, one for each partner.
+fn look<const N: usize>(
+    partners: [Option<Partner<'_>>; N],
+    push: Option<MotorPush>,
+    look: impl FnOnce([&mut Session<'_>; N]),
+) {
+    let (folder, remote, blank) = (Folder::empty(), remote(), |_: f64| blank(0.0));
+    let supervisor = Supervisor {
+        stop: &AtomicBool::new(false),
+        progress: &|_| (),
+        live: None,
+        warn: &|_| (),
+    };
+    let mut number = 0;
+    let mut sessions = partners.map(|partner| {
+        number += 1;
+        let request = FolderRequest {
+            out: Some(folder.join(number.to_string())),
+            stem: "run".to_owned(),
+            overwrite: false,
+            roll_bytes: None,
+            provenance: BTreeMap::new(),
+        };
+        let made = request.prepare().expect("a folder");
+        let log = recorder(&request, &made, BTreeMap::new(), true, supervisor);
+        let mut ready = ready(&remote, 200, &blank);
+        ready.push = push;
+        let session: Result<Session<'_>, _> = ready.session(log.expect("a log"), partner);
+        session.expect("a session")
+    });
+    look(sessions.each_mut());
+}
+
+fn sample(tick: u32, force_n: f32) -> Sample {
+    let mut sample = Sample {
+        tick,
+        ..Sample::default()
+    };
+    let axis = BatchItem {
+        force_n,
+        ..BatchItem::default()
+    };
+    sample.axes.push(axis).expect("one");
+    sample
+}
+
+/// The session after these ticks, in each of which there was a force of 0.2 N, and a fault in tick 7.
+fn faulted(session: &mut Session<'_>, ticks: std::ops::Range<u32>) {
+    for tick in ticks {
+        assert!(session.take_sample(&sample(tick, -0.2)));
+    }
+    session.ends(Ending::DeviceFault(reported(Fault::Workspace)));
+}
+
+#[test]
+fn after_a_fault_a_hundred_ticks_are_awaited_and_the_end_of_the_force() {
+    look([None], None, |[session]| {
+        faulted(session, 0..7);
+        for tick in 7..107 {
+            assert!(session.take_sample(&sample(tick, 0.0)));
+            assert!(!session.has_all_after_fault(), "{tick}");
+        }
+        assert!(session.take_sample(&sample(107, 0.0)) && session.has_all_after_fault());
+        // The next one leaves no gap; others come only because somebody asked for them.
+        assert!(session.take_sample(&sample(108, 0.0)));
+        assert!(!session.take_sample(&sample(110, 0.0)));
+        assert_eq!((session.record.samples, session.samples_lost), (7, 0));
+    });
+    // Samples of the fall are waited for, whatever is missing.
+    look([None], None, |[session]| {
+        faulted(session, 0..7);
+        assert!((7..108).all(|tick| session.take_sample(&sample(tick, -0.1))));
+        assert!(!session.has_all_after_fault());
+        assert!(session.take_sample(&sample(120, -0.1)) && session.samples_lost == 12);
+        assert!(session.take_sample(&sample(121, 0.0)) && session.has_all_after_fault());
+        assert!(!session.take_sample(&sample(123, -0.1)) && session.samples_lost == 12);
+        assert_eq!(
+            session.record.let_go(),
+            Some(LetGo::Ramped { until_s: 0.12 })
+        );
+    });
+    // Those that a device sends unasked are lost if they do not come.
+    look([None], None, |[session]| {
+        faulted(session, 0..7);
+        assert!(session.take_sample(&sample(7, 0.0)));
+        assert!(!session.take_sample(&sample(150, 0.0)));
+        assert_eq!((session.samples_lost, session.next_tick), (99, 107));
+    });
+}
+
+#[test]
+fn the_last_tick_counts_and_those_behind_it_only_show_the_fall() {
+    look([None], None, |[session]| {
+        assert!((0..199).all(|tick| session.take_sample(&sample(tick, -0.2))));
+        let mut other = sample(199, -0.2);
+        other.axes.push(BatchItem::default()).expect("room");
+        // Of another number of axes.
+        assert!(session.take_sample(&other) && session.next_tick == 199);
+        assert!(session.take_sample(&sample(199, -0.2)) && !session.record.has_fallen());
+        assert!(session.take_sample(&sample(200, 0.0)) && session.record.has_fallen());
+        assert_eq!((session.record.samples, session.counted()), (200, 201));
+        session.count_missing_end();
+        assert_eq!((session.samples_lost, session.lets_go()), (0, false));
+    });
+}
+
+#[test]
+fn a_law_that_swings_is_not_fit_to_go_on() {
+    look([None], Some(MotorPush::Own(0.1)), |[session]| {
+        session.take_sample(&sample(0, 0.1));
+        assert_eq!(session.unfit_to_go_on(), None);
+        session.take_sample(&sample(1, 0.5));
+        session.take_sample(&sample(2, 0.1));
+        assert_eq!(session.unfit_to_go_on(), Some(Ending::Swing));
+    });
+}
+
+#[test]
+fn a_line_that_is_lost_before_a_stop_was_heard_is_what_ended_the_run() {
+    let gone = SerialError::Link(LinkError::Gone);
+    for (asked, over, ticks, unheard) in [
+        (Ending::Interrupted, false, 7, true),
+        (Ending::OtherLeft, false, 7, false),
+        (Ending::Swing, false, 7, false),
+        (Ending::Interrupted, true, 7, false),
+        (Ending::Interrupted, false, 0, true),
+    ] {
+        look([None], None, |[session]| {
+            assert!((0..ticks).all(|tick| session.take_sample(&sample(tick, -0.2))));
+            session.ends(asked);
+            session.over = over;
+            assert_eq!(session.may_run_on(), !over && ticks > 0);
+            session.give_up(&gone);
+            let ended = if over {
+                asked
+            } else {
+                Ending::LinkLost(LinkError::Gone)
+            };
+            assert_eq!(
+                (session.record.ended, session.record.stop_unheard),
+                (Some(ended), unheard)
+            );
+        });
+    }
+    look([None], None, |[session]| {
+        session.take_sample(&sample(0, -0.2));
+        assert!(session.may_run_on() && !session.deaf);
+        session.ends(Ending::DeviceFault(reported(Fault::Workspace)));
+        assert!(!session.may_run_on());
+        let request = "stop";
+        let line = Default::default();
+        session.give_up(&LinkError::NoAnswer { request, line }.into());
+        session.give_up(&gone);
+        assert!(session.deaf && session.record.ended.is_some_and(Ending::is_fault));
+    });
+}
+
+#[test]
+fn a_drive_may_let_go_once_the_tissue_is_whole_and_the_tissue_after_it() {
+    let (both, none): (_, Clock) = (Both::default(), Arc::new(|| None));
+    let partner = |side| {
+        let clocks = [Arc::clone(&none), Arc::clone(&none)];
+        let mut partner = Partner::new(&both, side, clocks, FALLEN, Arc::default());
+        partner.samples = 100;
+        Some(partner)
+    };
+    look(
+        [Side::Tissue, Side::Drive].map(partner),
+        None,
+        |[tissue, drive]| {
+            tissue.ready.schedule.samples = 150;
+            (tissue.next_tick, drive.next_tick) = (149, 80);
+            assert!(tissue.is_pushed() && !drive.is_pushed());
+            assert!(!tissue.lets_go() && !drive.lets_go());
+            tissue.next_tick = 150;
+            assert!(!tissue.lets_go() && drive.lets_go());
+            // What it has made is what counts of it.
+            assert_eq!(drive.ready.schedule.samples, 80);
+            drive.partner.iter().for_each(Partner::done);
+            drive.next_tick = 90;
+            assert!(!drive.lets_go() && drive.ready.schedule.samples == 80);
+            tissue.next_tick = 151;
+            assert!(tissue.lets_go() && tissue.ready.schedule.samples == 150);
+            tissue.ends(Ending::Interrupted);
+            assert!(!tissue.lets_go());
+        },
+    );
+}
