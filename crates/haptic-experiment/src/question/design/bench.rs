@@ -103,7 +103,7 @@ impl<'a> Bench<'a> {
         match wall {
             Some(wall) => self.judged(wall),
             None => Ok(Candidate {
-                order: self.order.get(),
+                order: Some(self.order.get()),
                 reason: Some(self.nothing()),
                 ..Candidate::default()
             }),
@@ -304,7 +304,7 @@ impl<'a> Bench<'a> {
             _ => None,
         };
         Ok(Candidate {
-            order: self.order.get(),
+            order: Some(self.order.get()),
             stiffness_n_per_m: Some(stiffness),
             dissipation_n_s_mu_per_m: Some(dissipation),
             margin,
