@@ -160,13 +160,13 @@ impl Design {
             Some((alpha, beta)) => Bench::new(self, self.orders[0])?.stable_scales(alpha, beta),
             None => Ok(None),
         };
-        let from = scales.map_err(Failure::run)?.map(|[from, _]| from);
+        let scales = scales.map_err(Failure::run)?;
         let largest = found.largest_scale.map(|scale| controller.scaled(scale));
         Ok(Some(ControllerVerdict {
             law: controller.setup.law.to_string(),
             fits,
             largest_scale: found.largest_scale,
-            analysis_scale_from: from.filter(|from| *from > 0.0),
+            analysis_scale_from: scales.and_then(|(from, _)| from),
             largest: largest.and_then(|setup| Some(setup.ok()?.law.to_string())),
         }))
     }
