@@ -53,7 +53,7 @@ use crate::{Imperfections, Settling};
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme};
 use haptic_loop::plant::MassDamper;
-use haptic_quantity::digits;
+use haptic_quantity::{digits, in_five_digits};
 use haptic_tissue::Model;
 use serde::Serialize;
 
@@ -279,7 +279,7 @@ impl DesignReport {
                 || "no scale of it does".to_owned(),
                 |scale| format!("up to {} times the gain", digits(scale, 4)),
             );
-            format!("{}: {fits}, {scale}", found.law)
+            format!("{}: {fits}, {scale}", in_five_digits(&found.law))
         })
     }
 
@@ -299,7 +299,7 @@ impl DesignReport {
             let why = self.notes.last().map_or("", String::as_str);
             return Err(Failure::run(format_args!(
                 "{} does not fit: {why}; change {ANALYSED_CONTROLLER}, what is asked of it, or the device",
-                controller.law
+                in_five_digits(&controller.law)
             )));
         }
         let Some(best) = &self.best else {
