@@ -5,6 +5,7 @@ import { joined } from "./columns";
 import { el, say } from "./dom";
 import { FrontMap } from "./front";
 import { number, plain } from "./format";
+import { spoken } from "./names";
 import type { Answer, Line } from "./protocol";
 import { save } from "./save";
 
@@ -58,7 +59,7 @@ export class AnswerPanel {
     this.bar.hidden = true;
     this.verdict.classList.remove("bad");
     const ended = answer.report["ended_early"];
-    say(this.verdict, [answer.verdict ?? "", typeof ended === "string" ? `${ended}: what was found until then` : ""].filter((text) => text !== "").join(" · "));
+    say(this.verdict, spoken([answer.verdict ?? "", typeof ended === "string" ? `${ended}: what was found until then` : ""].filter((text) => text !== "").join(" · ")));
     this.close();
     if (answer.kind === "zwidth") this.map(rows(answer.report["orders"]));
     if (rows(answer.report["walls"]).length > 0) {

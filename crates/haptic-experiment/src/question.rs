@@ -238,7 +238,10 @@ impl Answer {
                 return format!("{kept} of {compared} walls are beaten by none");
             }
             Self::Design(found) if found.controller.is_some() => return found.of_controller(),
-            Self::Design(found) => (found.best.as_ref().map(|best| best.order), found.simulated),
+            Self::Design(found) => (
+                found.best.as_ref().and_then(|best| best.order),
+                found.simulated,
+            ),
             Self::Coupler(found) => (found.best.as_ref().map(|best| best.order), found.simulated),
         };
         let Some(order) = order else {

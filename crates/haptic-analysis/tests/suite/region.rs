@@ -2,8 +2,8 @@
 
 use haptic_analysis::{LoopOperator, SampledLoop, SampledPlant, StabilityRegion, StableArea};
 use std::f64::consts::PI;
-use testkit::operator::{operator, wall};
-use testkit::{Random, assert_close};
+use testkit::operator::{operator, path, wall};
+use testkit::{Random, assert_close, assert_says};
 
 fn region_of(operator: &LoopOperator, delta: f64, gamma: f64, delay: usize) -> StabilityRegion {
     let plant = SampledPlant::new(delta, gamma).expect("in range");
@@ -307,4 +307,16 @@ fn a_loop_without_stiffness_is_stable_only_if_its_damper_holds_still() {
     // With a hand it is the hand that holds it.
     let held = region_of(&operator("exact", 0.5), 0.1, 0.1, 0);
     assert!(held.contains(0.0, 0.5) && held.contains(0.0, 0.0));
+}
+
+/// (100 − 10s)/(s + 10)², whose answer to a step begins below 0.
+#[test]
+fn a_plant_that_first_moves_the_other_way_has_no_box_for_that_reason() {
+    let (a, c) = ([0.0, 1.0, -100.0, -20.0], [100.0, -10.0]);
+    for delay in [0.0, 0.5] {
+        let path = path(delay, 0.0);
+        let plant = SampledPlant::linear(&a, &[0.0, 1.0], &c, 1e-3, 1.0, path).expect("a plant");
+        let refused = StabilityRegion::new(plant, &operator("exact", 1.0), 0, 500);
+        assert_says(&refused.expect_err("refused").to_string(), "the other way");
+    }
 }

@@ -98,8 +98,8 @@ const FILES: [&str; 11] = [
     "files",
 ];
 
-/// Texts that are a law, whose numbers JSON has to the last digit.
-const LAWS: [&str; 2] = ["law", "largest"];
+/// Texts that are a law, whose numbers JSON has to the last digit, or the file of one.
+const LAWS: [&str; 3] = ["law", "largest", "controller"];
 
 /// The lines of a report.
 #[must_use]
@@ -322,7 +322,9 @@ fn text(key: &str, value: &Value, unit_beside: Option<&str>) -> String {
         (Value::Null, _) => "–".to_owned(),
         (Value::Bool(true), _) => "yes".to_owned(),
         (Value::Bool(false), _) => "no".to_owned(),
-        (Value::String(text), _) if LAWS.contains(&key) => in_five_digits(text),
+        (Value::String(text), _) if LAWS.contains(&key) && !text.ends_with(".toml") => {
+            in_five_digits(text)
+        }
         (Value::String(text), _) => text.clone(),
         (Value::Number(number), _) if is_count(key, number) => number.to_string(),
         (Value::Number(number), None) => written(key, number.as_f64().unwrap_or(f64::NAN)),
@@ -543,9 +545,15 @@ mod tests {
 
     #[test]
     fn a_law_has_five_digits_to_its_numbers() {
-        let report = json!({"controller": {"largest": "12.3456789s^0.25+7"}});
-        let found = lines(&report).pop();
-        assert!(matches!(found, Some(ReportLine::Row(row)) if row.value == "12.346s^0.25+7"));
+        let law = "12.3456789s^0.25+7";
+        for (report, shown) in [
+            (json!({"controller": {"largest": law}}), "12.346s^0.25+7"),
+            (json!({"controller": law}), "12.346s^0.25+7"),
+            (json!({"controller": "20261128.toml"}), "20261128.toml"),
+        ] {
+            let found = lines(&report).pop();
+            assert!(matches!(found, Some(ReportLine::Row(row)) if row.value == shown));
+        }
     }
 
     #[test]

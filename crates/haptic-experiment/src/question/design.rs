@@ -53,9 +53,9 @@ use crate::{Imperfections, Settling};
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme};
 use haptic_loop::plant::MassDamper;
-use haptic_quantity::digits;
+use haptic_quantity::{digits, in_five_digits};
 use haptic_tissue::Model;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 parameters! {
     WISH = text("wish", "stiffest-wall", "What to optimise");
@@ -279,7 +279,7 @@ impl DesignReport {
                 || "no scale of it does".to_owned(),
                 |scale| format!("up to {} times the gain", digits(scale, 4)),
             );
-            format!("{}: {fits}, {scale}", found.law)
+            format!("{}: {fits}, {scale}", in_five_digits(&found.law))
         })
     }
 
@@ -299,7 +299,7 @@ impl DesignReport {
             let why = self.notes.last().map_or("", String::as_str);
             return Err(Failure::run(format_args!(
                 "{} does not fit: {why}; change {ANALYSED_CONTROLLER}, what is asked of it, or the device",
-                controller.law
+                in_five_digits(&controller.law)
             )));
         }
         let Some(best) = &self.best else {
@@ -320,9 +320,8 @@ impl DesignReport {
 /// The best wall of one order.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Candidate {
-    /// The order μ that was tried; NaN, null in a report, of a controller, which has its own.
-    #[serde(serialize_with = "unless_nan")]
-    pub order: f64,
+    /// The order μ that was tried; null of a controller, which has its own.
+    pub order: Option<f64>,
     /// K; null if no wall was found.
     pub stiffness_n_per_m: Option<f64>,
     /// B; null if no wall was found.
@@ -353,12 +352,6 @@ pub struct Candidate {
     pub largest_scale: Option<f64>,
     /// Why it will not do.
     pub reason: Option<String>,
-}
-
-/// A table has no NaN in an empty cell.
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde wants it so")]
-fn unless_nan<S: Serializer>(number: &f64, to: S) -> Result<S::Ok, S::Error> {
-    number.is_finite().then_some(*number).serialize(to)
 }
 
 /// The best candidate on a realistic device. Keys of the report.

@@ -49,7 +49,7 @@ use fracdiff::{Order, Scheme};
 use haptic_link::{OperatorForm, OperatorShape};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Newtons, Seconds};
-use haptic_quantity::{digits, written};
+use haptic_quantity::{digits, in_five_digits, written};
 use haptic_tissue::Model;
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
@@ -407,6 +407,7 @@ impl ZWidthReport {
         let tissue = self.tissue.iter().map(|name| (name, "specimen"));
         let controller = self.controller.iter().map(|law| (law, "gain"));
         if let Some((name, what)) = tissue.chain(controller).next() {
+            let name = in_five_digits(name);
             return match self.scales {
                 Some(scales) => {
                     let scale = digits(scales.largest_scale, 4);

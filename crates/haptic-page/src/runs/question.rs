@@ -57,7 +57,12 @@ fn written(
     };
     let answer = question.answer(&progress, attendant.stop, attendant.warn)?;
     answer.write_table(folder)?;
-    let (report, verdict) = (json!(answer), answer.verdict());
+    let report = json!(answer);
+    let verdict = match answer.require(attendant.warn) {
+        Ok(()) => answer.verdict(),
+        // With the remedy, as the command fails.
+        Err(nothing_found) => nothing_found.to_string(),
+    };
     let ended_early = report["ended_early"].as_str().map(str::to_owned);
     // The experiment file of a proposal.
     let experiment = match answer.experiment_text() {

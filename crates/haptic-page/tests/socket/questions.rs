@@ -66,6 +66,13 @@ fn a_design_proposes_an_experiment_that_runs() {
         let ran = ran(&mut page, kind, experiment["parameters"].clone());
         has(&ran, json!({"state": "done", "verdict": "stable"}));
     }
+    let undamped = json!({"orders": [1], "require": "passive", "damping_n_s_per_m": 0});
+    let none = ran(&mut page, "design", undamped);
+    let why =
+        "no candidate meets the wish: none is passive: the device has no damping; ask for less";
+    assert_says(&none["verdict"], why);
+    let name = json!({"name": "design-0003/design"});
+    assert_eq!(page.ask("runs.open", name)["verdict"], none["verdict"]);
 }
 
 #[test]

@@ -224,7 +224,7 @@ fn about(
 fn points(value: fn(&Candidate) -> Option<f64>, candidates: &[Candidate]) -> Vec<(f64, f64)> {
     let mut points: Vec<(f64, f64)> = candidates
         .iter()
-        .filter_map(|c| Some((c.order, value(c)?)))
+        .filter_map(|c| Some((c.order?, value(c)?)))
         .collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     points

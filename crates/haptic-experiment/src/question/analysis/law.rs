@@ -17,7 +17,7 @@ use fracdiff::num_complex::Complex;
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::LoopOperator;
-use haptic_quantity::digits;
+use haptic_quantity::{digits, in_five_digits};
 use haptic_tissue::{Model, SampledModel};
 use serde_json::{Value, json};
 
@@ -198,7 +198,10 @@ impl Law {
         let law = match &self.in_place {
             None => format!("order μ = {}", digits(self.order.get(), 4)),
             Some(InPlace::Tissue(tissue)) => tissue.matter.words(),
-            Some(InPlace::Controller(controller)) => format!("controller {}", controller.setup.law),
+            Some(InPlace::Controller(controller)) => {
+                let law = controller.setup.law.to_string();
+                format!("controller {}", in_five_digits(&law))
+            }
         };
         let scheme = format!("scheme {}", self.scheme);
         let k_and_b = k_and_b.filter(|_| !self.is_controller());

@@ -32,13 +32,12 @@ impl Design {
         let found = self.best_that_passes(&mut candidates, stop)?;
         let best = found.as_ref().map(|found| found.wall.clone());
         let imperfections = self.device.imperfections();
-        let realistic = match &best {
-            Some(best) if imperfections.is_ideal() => Some(self.realistic(best)?),
+        let realistic = match &found {
+            Some(found) if imperfections.is_ideal() => Some(self.realistic(found)?),
             _ => None,
         };
         let fits = found.as_ref().is_some_and(|found| {
-            let first = (candidates.first()).map_or(f64::NAN, |first| first.order);
-            first.total_cmp(&found.wall.order).is_eq()
+            (candidates.first()).is_some_and(|first| first.order == found.wall.order)
                 && realistic.is_none_or(|real| real.simulated.stable)
         });
         Ok(DesignReport {
@@ -86,7 +85,7 @@ impl Design {
                 // An order that cannot be analysed does not spoil the others.
                 let candidate = Bench::new(self, order)?.candidate();
                 Ok(candidate.unwrap_or_else(|error| Candidate {
-                    order: order.get(),
+                    order: Some(order.get()),
                     reason: Some(error.to_string()),
                     ..Candidate::default()
                 }))
@@ -95,12 +94,13 @@ impl Design {
         let mut candidates = judged(&self.orders_to_try())?;
         let fixed = usize::from(self.wish.is_given());
         for _ in 0..self.halvings() {
-            let Some(best) = self.best(&candidates) else {
+            let Some(best) = self.best(&candidates).and_then(|best| best.order) else {
                 break;
             };
-            let finer = half_way(best.order, &candidates);
+            let finer = half_way(best, &candidates);
             candidates.extend(judged(&finer)?);
-            candidates[fixed..].sort_by(|a, b| a.order.total_cmp(&b.order));
+            // The bits of numbers from 0 up rise with them.
+            candidates[fixed..].sort_by_key(|one| one.order.map(f64::to_bits));
         }
         Ok(candidates)
     }
@@ -125,7 +125,8 @@ impl Design {
             Wish::Tissue { material, .. } => candidate
                 .largest_scale
                 .filter(|scale| *scale >= 1.0)
-                .map(|_| -(candidate.order - material.order().get()).abs()),
+                .zip(candidate.order)
+                .map(|(_, order)| -(order - material.order().get()).abs()),
             Wish::Controller(_) => candidate.reason.is_none().then_some(0.0),
         }
     }
@@ -141,7 +142,7 @@ impl Design {
         let first = candidates.first()?;
         Some(TissueVerdict {
             name: material.name.clone(),
-            order: first.order,
+            order: first.order?,
             fits,
             largest_scale: first.largest_scale,
         })
@@ -159,13 +160,13 @@ impl Design {
             Some((alpha, beta)) => Bench::new(self, self.orders[0])?.stable_scales(alpha, beta),
             None => Ok(None),
         };
-        let from = scales.map_err(Failure::run)?.map(|[from, _]| from);
+        let scales = scales.map_err(Failure::run)?;
         let largest = found.largest_scale.map(|scale| controller.scaled(scale));
         Ok(Some(ControllerVerdict {
             law: controller.setup.law.to_string(),
             fits,
             largest_scale: found.largest_scale,
-            analysis_scale_from: from.filter(|from| *from > 0.0),
+            analysis_scale_from: scales.and_then(|(from, _)| from),
             largest: largest.and_then(|setup| Some(setup.ok()?.law.to_string())),
         }))
     }
@@ -175,7 +176,7 @@ impl Design {
         match self.wish.controller() {
             None => candidate,
             Some(_) => Candidate {
-                order: f64::NAN,
+                order: None,
                 stiffness_n_per_m: None,
                 dissipation_n_s_mu_per_m: None,
                 alpha: None,
@@ -212,8 +213,7 @@ impl Design {
         if best.is_some() && self.wish.controller().is_some() {
             notes.push("no experiment file: a wall has no controller".to_owned());
         }
-        let order = best.and_then(|best| Order::new(best.order).ok());
-        if order.is_some_and(|order| self.model(order).is_some()) {
+        if found.is_some_and(|found| found.tried.experiment.model.is_some()) {
             notes.push(
                 "no experiment file: a wall has one spring-pot, and this tissue has more elements; relax and creep can render it"
                     .to_owned(),
@@ -260,7 +260,7 @@ impl Design {
     }
 
     /// Trial of the candidate on the device `laboratory`.
-    fn realistic(&self, best: &Candidate) -> Result<RealisticTrial, Failure> {
+    fn realistic(&self, found: &Found) -> Result<RealisticTrial, Failure> {
         let mut real = self.clone();
         let laboratory = DeviceModel::find(Path::new(p::LABORATORY));
         let laboratory = laboratory?.values;
@@ -271,7 +271,8 @@ impl Design {
             ..laboratory.free(self.device.plant.sample_time)
         };
         real.device.sensors = laboratory.sensors();
-        let bench = Bench::new(&real, Order::new(best.order).map_err(Failure::input)?)?;
+        let bench = Bench::new(&real, found.tried.experiment.order)?;
+        let best = &found.wall;
         let (alpha, beta) = (best.alpha.unwrap_or(0.0), best.beta.unwrap_or(0.0));
         let (k, b) = bench.law(alpha, beta);
         let (analysis_stable, margin) =
@@ -325,7 +326,7 @@ impl Design {
 
 /// The orders half way from one to its neighbours, in hundredths, that are not among them.
 fn half_way(order: f64, candidates: &[Candidate]) -> Vec<Order> {
-    let orders = || candidates.iter().map(|candidate| candidate.order);
+    let orders = || candidates.iter().filter_map(|candidate| candidate.order);
     let below = orders().filter(|other| *other < order).reduce(f64::max);
     let above = orders().filter(|other| *other > order).reduce(f64::min);
     let neighbours = [below, above].into_iter().flatten();

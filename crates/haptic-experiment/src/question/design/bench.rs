@@ -103,7 +103,7 @@ impl<'a> Bench<'a> {
         match wall {
             Some(wall) => self.judged(wall),
             None => Ok(Candidate {
-                order: self.order.get(),
+                order: Some(self.order.get()),
                 reason: Some(self.nothing()),
                 ..Candidate::default()
             }),
@@ -299,12 +299,13 @@ impl<'a> Bench<'a> {
             (Some(scale), _) if scale < 1.0 => Some("the specimen is too large".to_owned()),
             (Some(_), Some(g)) if is_controller && !self.has_margin(alpha, beta, g)? => {
                 let from = self.stable_scales(alpha, beta)?;
-                from.map(|[from, _]| format!("unstable below {} times the gain", digits(from, 4)))
+                let from = from.and_then(|(from, _)| from);
+                from.map(|from| format!("unstable below {} times the gain", digits(from, 4)))
             }
             _ => None,
         };
         Ok(Candidate {
-            order: self.order.get(),
+            order: Some(self.order.get()),
             stiffness_n_per_m: Some(stiffness),
             dissipation_n_s_mu_per_m: Some(dissipation),
             margin,
@@ -457,19 +458,18 @@ impl<'a> Bench<'a> {
     /// The factor on a wall at which it ceases to be stable, from below; `None` if it is not stable
     /// at any size.
     fn largest_stable_scale(&self, alpha: f64, beta: f64) -> Result<Option<f64>, AnalysisError> {
-        Ok(self.stable_scales(alpha, beta)?.map(|[_, high]| high))
+        Ok(self.stable_scales(alpha, beta)?.map(|(_, high)| high))
     }
 
-    /// The factors on a wall between which it is stable, the first 0 if it is at any smaller size.
+    /// The factors on a wall between which it is stable: the first, if smaller ones are unstable, and the edge.
     pub(super) fn stable_scales(
         &self,
         alpha: f64,
         beta: f64,
-    ) -> Result<Option<[f64; 2]>, AnalysisError> {
+    ) -> Result<Option<(Option<f64>, f64)>, AnalysisError> {
         if self.design.wish.controller().is_some() {
             // One with an integral may need gain too.
-            let found = largest_scales(&self.closed(alpha, beta)?, LARGEST_SCALE);
-            return Ok(found.map(|(from, edge)| [from.unwrap_or(0.0), edge]));
+            return Ok(largest_scales(&self.closed(alpha, beta)?, LARGEST_SCALE));
         }
         let mut scale = 1.0;
         for _ in 0..HALVINGS {
@@ -477,8 +477,8 @@ impl<'a> Bench<'a> {
             if closed.is_stable() {
                 // Without a limit there is no edge; no sampled wall is like that.
                 let margins = closed.margins()?;
-                let low = margins.gain_down.map_or(0.0, |gain| scale * gain.value);
-                return Ok(margins.gain_up.map(|gain| [low, scale * gain.value]));
+                let low = margins.gain_down.map(|gain| scale * gain.value);
+                return Ok(margins.gain_up.map(|gain| (low, scale * gain.value)));
             }
             scale *= 0.5;
         }

@@ -176,7 +176,7 @@ impl Front {
         bench: &Bench<'_>,
         [alpha, beta]: [f64; 2],
     ) -> Result<Vec<FrontWall>, AnalysisError> {
-        let Some([low, high]) = bench.stable_scales(alpha, beta)? else {
+        let Some((low, high)) = bench.stable_scales(alpha, beta)? else {
             return Ok(Vec::new());
         };
         let Some(largest) = bench.scale_within(Some(high), alpha, beta)? else {
@@ -189,10 +189,9 @@ impl Front {
         for size in 0..SIZES {
             let scale = largest * SQRT_2.powi(-size);
             let (alpha, beta) = (scale * alpha, scale * beta);
-            let (margin, noise_n) = (
-                (high / scale).min(scale / low),
-                bench.force_noise_n(alpha, beta),
-            );
+            let margin = low.map_or(f64::INFINITY, |low| scale / low);
+            let margin = margin.min(high / scale);
+            let noise_n = bench.force_noise_n(alpha, beta);
             if margin < least || margin > MARGINS * least {
                 continue;
             }

@@ -291,11 +291,12 @@ impl Design {
     fn first_rays(&self, candidates: &[Candidate]) -> Result<Vec<Ray<'_>>, Failure> {
         let ray = |n: usize| -> Result<Option<Ray<'_>>, Failure> {
             let one = &candidates[n];
-            let (Some(merit), Some(alpha), Some(beta)) = (self.merit(one), one.alpha, one.beta)
+            let (Some(merit), Some(order), Some(alpha), Some(beta)) =
+                (self.merit(one), one.order, one.alpha, one.beta)
             else {
                 return Ok(None);
             };
-            let order = Order::new(one.order).map_err(Failure::input)?;
+            let order = Order::new(order).map_err(Failure::input)?;
             Ok(Some(Ray {
                 bench: Arc::new(Bench::new(self, order)?),
                 candidate: Some(n),
