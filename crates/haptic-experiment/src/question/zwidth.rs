@@ -404,10 +404,10 @@ struct BoundaryRow {
 impl ZWidthReport {
     /// The stiffest wall of all, or the largest specimen, in words.
     pub(super) fn stiffest(&self) -> String {
-        let tissue = self.tissue.iter().map(|name| (name, "specimen"));
-        let controller = self.controller.iter().map(|law| (law, "gain"));
+        let tissue = self.tissue.iter().map(|name| (name.clone(), "specimen"));
+        let law = self.controller.iter();
+        let controller = law.map(|law| (in_five_digits(law), "gain"));
         if let Some((name, what)) = tissue.chain(controller).next() {
-            let name = in_five_digits(name);
             return match self.scales {
                 Some(scales) => {
                     let scale = digits(scales.largest_scale, 4);

@@ -12,8 +12,6 @@ mod pair;
 mod partner;
 mod run;
 mod session;
-#[cfg(test)]
-mod session_tests;
 mod summary;
 
 use crate::document::parameters::{LOOP, PUSH_BY, SAMPLE_TIME, SCHEME};

@@ -18,6 +18,7 @@ use crate::run::plant_file::DeviceModel;
 use fracdiff::{Order, Scheme};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_quantity::written;
+use std::cmp::Ordering;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -99,8 +100,8 @@ impl Design {
             };
             let finer = half_way(best, &candidates);
             candidates.extend(judged(&finer)?);
-            // The bits of numbers from 0 up rise with them.
-            candidates[fixed..].sort_by_key(|one| one.order.map(f64::to_bits));
+            let rise = |a: &Candidate, b: &Candidate| a.order.partial_cmp(&b.order);
+            candidates[fixed..].sort_by(|a, b| rise(a, b).unwrap_or(Ordering::Equal));
         }
         Ok(candidates)
     }
