@@ -658,12 +658,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
 
     /// True if this tick may be part of the result: none from a fault of the device on, though nobody knows which yet.
     fn counts(&self, tick: u64) -> bool {
-        self.record.ended.is_none() && !self.has_faulted(tick)
-    }
-
-    fn has_faulted(&self, tick: u64) -> bool {
-        let faulted = self.ready.link.fault_tick();
-        faulted.is_some_and(|faulted| tick >= u64::from(faulted))
+        self.record.ended.is_none() && !has_faulted(self.ready.link.fault_tick(), tick)
     }
 
     /// Last tick after a fault of the device that the log needs. The device sends those before it unasked.
@@ -790,6 +785,11 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             tell_end(&mut self.recorder, ended, self.record.lateness, at, event_s);
         }
     }
+}
+
+/// True from the first tick on that a fault affected.
+fn has_faulted(fault_tick: Option<u32>, tick: u64) -> bool {
+    fault_tick.is_some_and(|first| tick >= u64::from(first))
 }
 
 /// Time behind the watchdog time in which a device that hears nothing has let go.

@@ -171,3 +171,28 @@ pub(super) fn summarise(
         round_trip_reason,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::remote::bad_line_tests::quiet;
+
+    #[test]
+    fn what_was_not_measured_has_a_reason_instead() {
+        let mut times = Histogram::new(3).expect("three digits");
+        let none = RoundTrip::of(&times);
+        assert!(none.0.is_none() && none.1.is_some());
+        (1..=100).for_each(|time_us| times.record(time_us).expect("in range"));
+        let (some, reason) = RoundTrip::of(&times);
+        let some = some.expect("a hundred answers");
+        assert_eq!((some.p50, some.p99, some.max, reason), (50, 99, 100, None));
+        assert_eq!(cycles(7), (Some(7), None));
+        assert!(cycles(0).0.is_none() && cycles(0).1.is_some());
+        for counted in [None, Some(Statistics::default())] {
+            let mut summary = summarise(&quiet().0, LoopMode::Host, counted, 3);
+            assert_eq!(summary.to_device_reason.is_none(), counted.is_some());
+            summary.samples_dropped = 2;
+            assert_eq!(summary.samples_missing(), 5);
+        }
+    }
+}

@@ -118,6 +118,13 @@ fn after_a_fault_a_hundred_ticks_are_awaited_and_the_end_of_the_force() {
 }
 
 #[test]
+fn a_fault_affects_its_tick_and_all_later_ones() {
+    let affected = [6, 7, 8].map(|tick| has_faulted(Some(7), tick));
+    assert_eq!(affected, [false, true, true]);
+    assert!(!has_faulted(None, 7));
+}
+
+#[test]
 fn the_last_tick_counts_and_those_behind_it_only_show_the_fall() {
     look([None], None, |[session]| {
         assert!((0..199).all(|tick| session.take_sample(&sample(tick, -0.2))));
