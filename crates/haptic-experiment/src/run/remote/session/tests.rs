@@ -7,7 +7,7 @@ use crate::run::remote::bad_line_tests::{ready, remote};
 use crate::run::remote::partner::{Both, Clock};
 use crate::run::{FolderRequest, recorder};
 use haptic_link::BatchItem;
-use haptic_log::record::flaw;
+use haptic_log::record::{Entry, LogReader, flaw};
 use haptic_loop::Fault;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -27,12 +27,12 @@ fn flaws_have_the_same_bits_on_the_wire_and_in_a_log() {
     assert!(!wire.contains(&flaw::LATE_FORCE));
 }
 
-/// Looks at sessions of 200 samples, one for each partner.
+/// Looks at sessions of 200 samples, one for each partner; the kinds and times, s, of the events in their logs.
 fn look<const N: usize>(
     partners: [Option<Partner<'_>>; N],
     push: Option<MotorPush>,
     look: impl FnOnce([&mut Session<'_>; N]),
-) {
+) -> Vec<(String, f64)> {
     let (folder, remote, blank) = (Folder::empty(), remote(), |_: f64| blank(0.0));
     let supervisor = Supervisor {
         stop: &AtomicBool::new(false),
@@ -40,11 +40,10 @@ fn look<const N: usize>(
         live: None,
         warn: &|_| (),
     };
-    let mut number = 0;
+    let mut folders = Vec::new();
     let mut sessions = partners.map(|partner| {
-        number += 1;
         let request = FolderRequest {
-            out: Some(folder.join(number.to_string())),
+            out: Some(folder.join(folders.len().to_string())),
             stem: "run".to_owned(),
             overwrite: false,
             roll_bytes: None,
@@ -55,9 +54,21 @@ fn look<const N: usize>(
         let mut ready = ready(&remote, 200, &blank);
         ready.push = push;
         let session: Result<Session<'_>, _> = ready.session(log.expect("a log"), partner);
+        folders.push(made);
         session.expect("a session")
     });
     look(sessions.each_mut());
+    let ran = sessions.into_iter().zip(folders);
+    let ran = ran.map(|(session, made)| session.finish(made).expect("a log"));
+    let logs = ran.map(|ran| LogReader::open(&ran.folder.file("mcap")).expect("a log"));
+    let entries = logs.flatten().map(|entry| entry.expect("whole"));
+    let mut events = Vec::new();
+    for entry in entries {
+        if let Entry::Event(event) = entry {
+            events.push((event.kind, event.time_s));
+        }
+    }
+    events
 }
 
 fn sample(tick: u32, force_n: f32) -> Sample {
@@ -122,6 +133,22 @@ fn a_fault_affects_its_tick_and_all_later_ones() {
     let affected = [6, 7, 8].map(|tick| has_faulted(Some(7), tick));
     assert_eq!(affected, [false, true, true]);
     assert!(!has_faulted(None, 7));
+}
+
+#[test]
+fn what_is_missing_and_how_it_ended_stand_in_the_log_at_their_times() {
+    let events = look([None], None, |[session]| {
+        assert!((0..5).all(|tick| session.take_sample(&sample(tick, -0.2))));
+        assert!(session.take_sample(&sample(10, -0.2)));
+        session.count_missing_end();
+        assert_eq!(session.samples_lost, 5 + 189);
+    });
+    let lost = |time_s| ("lost".to_owned(), time_s);
+    assert_eq!(events, [lost(0.01), lost(0.2)]);
+    // A tick that a fault affected did not come, nor any after it.
+    let events = look([None], None, |[session]| faulted(session, 0..5));
+    let times_s: Vec<f64> = events.into_iter().map(|(_, time_s)| time_s).collect();
+    assert_eq!(times_s, [0.005, 0.008]);
 }
 
 #[test]
