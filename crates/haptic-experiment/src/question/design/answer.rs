@@ -100,8 +100,8 @@ impl Design {
             };
             let finer = half_way(best, &candidates);
             candidates.extend(judged(&finer)?);
-            let rise = |a: &Candidate, b: &Candidate| a.order.partial_cmp(&b.order);
-            candidates[fixed..].sort_by(|a, b| rise(a, b).unwrap_or(Ordering::Equal));
+            candidates[fixed..]
+                .sort_by(|a, b| a.order.partial_cmp(&b.order).unwrap_or(Ordering::Equal));
         }
         Ok(candidates)
     }
