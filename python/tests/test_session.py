@@ -233,19 +233,20 @@ def test_a_lost_board_or_a_signal_ends_the_trial_and_keeps_the_log(number: int |
     board = Device(folder, "--kind own")
     log_file = folder / "p.mcap"
     command = [sys.executable, "-c", LOST, f"tcp:127.0.0.1:{board.port}", log_file]
-    person = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    assert person.stdout is not None and person.stdout.readline() == "felt\n"
-    time.sleep(0.2)
-    if number is None:
-        board.emulator.kill()
-        _, said = person.communicate(timeout=60)
-        last = said.strip().splitlines()[-1]
-        assert last.startswith("RuntimeError: ") and "its log" in last, said
-    else:
-        person.send_signal(number)
-        person.communicate(timeout=60)
-        assert person.returncode == -number
-    ended = log.read_log(log_file).attrs["metadata"]["end"]["ended"]
-    assert ended == ("link" if number is None else "interrupted")
-    if number is not None:
+    try:
+        person = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        assert person.stdout is not None and person.stdout.readline() == "felt\n"
+        time.sleep(0.2)
+        if number is None:
+            board.emulator.kill()
+            _, said = person.communicate(timeout=60)
+            last = said.strip().splitlines()[-1]
+            assert last.startswith("RuntimeError: ") and "its log" in last, said
+        else:
+            person.send_signal(number)
+            person.communicate(timeout=60)
+            assert person.returncode == -number
+        ended = log.read_log(log_file).attrs["metadata"]["end"]["ended"]
+        assert ended == ("link" if number is None else "interrupted")
+    finally:
         board.ends()
