@@ -610,6 +610,12 @@ test("Runs: one is started from a form, watched, opened, laid over another, and 
   await until(() => page.evaluate(() => document.querySelectorAll(".overlay .chart canvas").length === 2), "no charts");
   await until(() => Promise.resolve(/open=/.test(page.url())), "the address does not say which runs are open");
   await until(() => page.evaluate(() => document.querySelector(".overlay-part select").value !== ""), "no channel");
+  // On a busy machine the second run is drawn later.
+  await until(() => page.evaluate(() => {
+    const legend = document.querySelector(".overlay .legend");
+    const scale = JSON.parse(legend?.nextElementSibling?.dataset.scale ?? "null");
+    return legend?.children.length === 2 && typeof scale?.x[0] === "number";
+  }), "the runs are not both drawn");
   const kept = async (name) => {
     const [download] = await Promise.all([page.waitForEvent("download"), page.locator(".files button", { hasText: name }).click()]);
     return readFileSync(await download.path(), "latin1");
