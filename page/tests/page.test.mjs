@@ -614,7 +614,8 @@ test("Runs: one is started from a form, watched, opened, laid over another, and 
   await until(() => page.evaluate(() => {
     const legend = document.querySelector(".overlay .legend");
     const scale = JSON.parse(legend?.nextElementSibling?.dataset.scale ?? "null");
-    return legend?.children.length === 2 && typeof scale?.x[0] === "number";
+    const runs = [...(legend?.children ?? [])].filter((line) => line.textContent.startsWith("wall-"));
+    return runs.length === 2 && typeof scale?.x[0] === "number";
   }), "the runs are not both drawn");
   const kept = async (name) => {
     const [download] = await Promise.all([page.waitForEvent("download"), page.locator(".files button", { hasText: name }).click()]);
