@@ -6,9 +6,11 @@ use crate::run::ending::tests::reported;
 use crate::run::remote::bad_line_tests::{ready, remote};
 use crate::run::remote::partner::{Both, Clock};
 use crate::run::{FolderRequest, recorder};
-use haptic_link::BatchItem;
+use haptic_link::{BatchItem, Capabilities, Configuration, Limits};
 use haptic_log::record::{Entry, LogReader, flaw};
 use haptic_loop::Fault;
+use haptic_remote::serial::{BoardTrouble, DeviceTime, Served, ServedHardware};
+use haptic_remote::{Hardware, Impossible, abilities};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use testkit::Folder;
@@ -27,19 +29,21 @@ fn flaws_have_the_same_bits_on_the_wire_and_in_a_log() {
     assert!(!wire.contains(&flaw::LATE_FORCE));
 }
 
+static GOES_ON: AtomicBool = AtomicBool::new(false);
+const QUIET: Supervisor<'_> = Supervisor {
+    stop: &GOES_ON,
+    progress: &|_| (),
+    live: None,
+    warn: &|_| (),
+};
+
 /// Looks at sessions of 200 samples, one for each partner; the kinds and times, s, of the events in their logs.
 fn look<const N: usize>(
     partners: [Option<Partner<'_>>; N],
     push: Option<MotorPush>,
     look: impl FnOnce([&mut Session<'_>; N]),
 ) -> Vec<(String, f64)> {
-    let (folder, remote, blank) = (Folder::empty(), remote(), |_: f64| blank(0.0));
-    let supervisor = Supervisor {
-        stop: &AtomicBool::new(false),
-        progress: &|_| (),
-        live: None,
-        warn: &|_| (),
-    };
+    let (folder, remote) = (Folder::empty(), remote());
     let mut folders = Vec::new();
     let mut sessions = partners.map(|partner| {
         let request = FolderRequest {
@@ -50,7 +54,7 @@ fn look<const N: usize>(
             provenance: BTreeMap::new(),
         };
         let made = request.prepare().expect("a folder");
-        let log = recorder(&request, &made, BTreeMap::new(), true, supervisor);
+        let log = recorder(&request, &made, BTreeMap::new(), true, QUIET);
         let mut ready = ready(&remote, 200, &blank);
         ready.push = push;
         let session: Result<Session<'_>, _> = ready.session(log.expect("a log"), partner);
@@ -248,4 +252,190 @@ fn a_drive_may_let_go_once_the_tissue_is_whole_and_the_tissue_after_it() {
             assert!(!tissue.lets_go());
         },
     );
+}
+
+#[test]
+fn a_drive_has_the_time_of_its_tissue_and_its_law_that_of_the_run() {
+    let (both, none): (_, Clock) = (Both::default(), Arc::new(|| None));
+    let clocks = [Arc::clone(&none), none];
+    let mut partner = Partner::new(&both, Side::Drive, clocks, FALLEN, Arc::default());
+    partner.shift_s = 0.5;
+    let events = look([Some(partner)], None, |[session]| {
+        session.record.start = crate::run::record::Start::from(0.004, 1e-3);
+        assert!(session.take_sample(&sample(4, -0.2)));
+        let message = session.message(&sample(7, -0.2)).expect("one axis");
+        assert_eq!((message.time_s, message.reference_m), (0.507, 0.003.into()));
+        session.ends(Ending::Interrupted);
+    });
+    let times_s: Vec<f64> = events.into_iter().map(|(_, time_s)| time_s).collect();
+    assert_eq!(times_s, [0.504, 0.505]);
+}
+
+/// Ticks of a run before a board's end.
+const TICKS: u32 = 20;
+
+/// A board that stands still; its force sensor shows 0.25 N.
+struct Board {
+    read: u32,
+    /// It fails after these.
+    fails: bool,
+    /// Its sensor is at the end of its range then.
+    saturates: bool,
+}
+
+impl Device<f32, 1> for Board {
+    type Error = Fault;
+
+    fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        self.read += 1;
+        if self.fails && self.read > TICKS {
+            return Err(Fault::BoardFailed);
+        }
+        self.idle()
+    }
+
+    fn write(&mut self, _: SafeForce<f32, 1>) -> Result<(), Fault> {
+        Ok(())
+    }
+
+    fn let_go(&mut self) {}
+}
+
+impl Hardware for Board {
+    type Setup = ();
+
+    fn capabilities(&self) -> Capabilities {
+        Capabilities {
+            force_max_n: 10.0,
+            force_rate_max_n_per_s: 1e6,
+            sensed_force_max_n: 5.0,
+            ..abilities("still", 1)
+        }
+    }
+
+    fn install(&mut self, (): (), _: u32) {}
+
+    fn restart(&mut self) {
+        self.read = 0;
+    }
+
+    fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        Ok(Reading {
+            tick: 0,
+            time_s: 0.0,
+            position_m: [1e-3].into(),
+        })
+    }
+
+    fn sense(&mut self) -> [f32; 1] {
+        [if self.saturates && self.read > TICKS {
+            5.0
+        } else {
+            0.25
+        }]
+    }
+}
+
+impl ServedHardware for Board {
+    fn trouble(&self) -> Option<BoardTrouble> {
+        None
+    }
+}
+
+/// Gives the session this board, which runs in its own time.
+fn connects(session: &mut Session<'_>, board: Board) {
+    let served = Served::in_its_own_time(board, DeviceTime::default()).expect("serves");
+    let mut link = SerialLink::to_served(served, "still:one").expect("answers");
+    let configuration = Configuration {
+        limits: Limits::bare(10.0, 1e5),
+        ..Configuration::PASSIVE
+    };
+    link.set(configuration, &[0.0]).expect("good");
+    session.ready.link = link;
+}
+
+/// The session of a run on this board, of which the first sample has come.
+fn begins(session: &mut Session<'_>, board: Board, ticks: u32) {
+    connects(session, board);
+    assert!(session.start(ticks, QUIET).expect("starts"));
+    loop {
+        match session.ready.link.hear(FALLEN) {
+            Some(DeviceMessage::Sample(sample)) => break assert!(session.take_sample(&sample)),
+            Some(DeviceMessage::Event(_)) => {}
+            Some(DeviceMessage::Fault(_) | DeviceMessage::Over(_)) | None => panic!("no sample"),
+        }
+    }
+}
+
+const SOUND: Board = Board {
+    read: 0,
+    fails: false,
+    saturates: false,
+};
+
+#[test]
+fn what_a_device_still_says_after_its_line_failed_is_heard_if_its_end_is_unknown() {
+    let request = "stop";
+    let line = Default::default();
+    let deaf = SerialError::Link(LinkError::NoAnswer { request, line });
+    look([None], None, |[session]| {
+        let fails = true;
+        begins(session, Board { fails, ..SOUND }, 0);
+        session.give_up(&deaf);
+        let Some(Ending::DeviceFault(report)) = session.record.ended else {
+            panic!("{:?}", session.record.ended)
+        };
+        assert_eq!((report.tick, session.record.samples), (TICKS, TICKS.into()));
+    });
+    look([None], None, |[session]| {
+        begins(session, SOUND, TICKS);
+        session.give_up(&deaf);
+        let ended = (session.record.ended, session.record.samples);
+        assert_eq!(ended, (None, TICKS.into()));
+    });
+    // It answers: what it has to say of the run is not its end.
+    let error = LinkError::HeldUp { waited_ms: 2000 };
+    look([None], None, |[session]| {
+        begins(session, SOUND, TICKS);
+        session.give_up(&error.into());
+        let ended = (session.record.ended, session.record.samples);
+        assert_eq!(ended, (Some(Ending::LinkLost(error)), 1));
+    });
+}
+
+#[test]
+fn a_sample_that_cannot_be_is_in_the_log_and_no_part_of_the_result() {
+    look([None], None, |[session]| {
+        let saturates = true;
+        connects(session, Board { saturates, ..SOUND });
+        let error = session.listen(QUIET).expect_err("a saturated sensor");
+        session.give_up(&error);
+        let Some(Ending::Impossible(what)) = session.record.ended else {
+            panic!("{:?}", session.record.ended)
+        };
+        assert!(
+            matches!(what, Impossible::Saturated { tick: TICKS, .. }),
+            "{what}"
+        );
+        assert_eq!(
+            (session.record.samples, session.samples_lost),
+            (TICKS.into(), 0)
+        );
+        assert!(session.next_tick > u64::from(TICKS));
+    });
+}
+
+#[test]
+fn a_device_that_holds_its_handle_shows_the_offset_of_its_sensor_before() {
+    for (holds, offset) in [(true, Some([0.25, 0.0, 0.0])), (false, None)] {
+        look([None], None, |[session]| {
+            session.ready.holds = holds;
+            begins(session, SOUND, 1);
+            let known = match session.record.sensor {
+                SensorOffset::Known(offset) => Some(offset),
+                SensorOffset::Measuring { .. } | SensorOffset::Touched { .. } => None,
+            };
+            assert_eq!(known, offset);
+        });
+    }
 }
