@@ -8,7 +8,8 @@ use crate::run::remote::partner::{Both, Clock};
 use crate::run::{FolderRequest, recorder};
 use haptic_link::{BatchItem, Capabilities, Configuration, Limits};
 use haptic_log::record::{Entry, LogReader, flaw};
-use haptic_loop::Fault;
+use haptic_loop::units::{Newtons, NewtonsPerSecond, Seconds};
+use haptic_loop::{Fault, Limiters, SafetyChain};
 use haptic_remote::serial::{BoardTrouble, DeviceTime, Served, ServedHardware};
 use haptic_remote::{Hardware, Impossible, abilities};
 use std::sync::Arc;
@@ -37,12 +38,23 @@ const QUIET: Supervisor<'_> = Supervisor {
     warn: &|_| (),
 };
 
-/// Looks at sessions of 200 samples, one for each partner; the kinds and times, s, of the events in their logs.
+/// Record of a finished session, and its log.
+struct Left {
+    record: Record,
+    ticks: Vec<TickMessage>,
+    /// Kinds and times, s.
+    events: Vec<(String, f64)>,
+    metadata: Vec<String>,
+    /// Number of samples, as the log has it.
+    planned: String,
+}
+
+/// Looks at sessions of 200 samples, one for each partner.
 fn look<const N: usize>(
     partners: [Option<Partner<'_>>; N],
     push: Option<MotorPush>,
     look: impl FnOnce([&mut Session<'_>; N]),
-) -> Vec<(String, f64)> {
+) -> [Left; N] {
     let (folder, remote) = (Folder::empty(), remote());
     let mut folders = Vec::new();
     let mut sessions = partners.map(|partner| {
@@ -62,17 +74,39 @@ fn look<const N: usize>(
         session.expect("a session")
     });
     look(sessions.each_mut());
-    let ran = sessions.into_iter().zip(folders);
-    let ran = ran.map(|(session, made)| session.finish(made).expect("a log"));
-    let logs = ran.map(|ran| LogReader::open(&ran.folder.file("mcap")).expect("a log"));
-    let entries = logs.flatten().map(|entry| entry.expect("whole"));
-    let mut events = Vec::new();
-    for entry in entries {
-        if let Entry::Event(event) = entry {
-            events.push((event.kind, event.time_s));
+    let mut folders = folders.into_iter();
+    sessions.map(|session| {
+        let ran = session
+            .finish(folders.next().expect("one each"))
+            .expect("a log");
+        let log = LogReader::open(&ran.folder.file("mcap")).expect("a log");
+        let (mut ticks, mut events, mut metadata) = (Vec::new(), Vec::new(), Vec::new());
+        let mut planned = String::new();
+        for entry in log {
+            match entry.expect("whole") {
+                Entry::Tick(tick) => ticks.push(tick),
+                Entry::Event(event) => events.push((event.kind, event.time_s)),
+                Entry::Metadata(about) => {
+                    let number = about.values.get("planned_samples");
+                    planned = number.cloned().unwrap_or(planned);
+                    metadata.push(about.name);
+                }
+                other => panic!("{other:?}"),
+            }
         }
-    }
-    events
+        let record = ran.record;
+        Left {
+            record,
+            ticks,
+            events,
+            metadata,
+            planned,
+        }
+    })
+}
+
+fn event(kind: &str, time_s: f64) -> (String, f64) {
+    (kind.to_owned(), time_s)
 }
 
 fn sample(tick: u32, force_n: f32) -> Sample {
@@ -141,18 +175,16 @@ fn a_fault_affects_its_tick_and_all_later_ones() {
 
 #[test]
 fn what_is_missing_and_how_it_ended_stand_in_the_log_at_their_times() {
-    let events = look([None], None, |[session]| {
+    let [left] = look([None], None, |[session]| {
         assert!((0..5).all(|tick| session.take_sample(&sample(tick, -0.2))));
         assert!(session.take_sample(&sample(10, -0.2)));
         session.count_missing_end();
         assert_eq!(session.samples_lost, 5 + 189);
     });
-    let lost = |time_s| ("lost".to_owned(), time_s);
-    assert_eq!(events, [lost(0.01), lost(0.2)]);
+    assert_eq!(left.events, [event("lost", 0.01), event("lost", 0.2)]);
     // A tick that a fault affected did not come, nor any after it.
-    let events = look([None], None, |[session]| faulted(session, 0..5));
-    let times_s: Vec<f64> = events.into_iter().map(|(_, time_s)| time_s).collect();
-    assert_eq!(times_s, [0.005, 0.008]);
+    let [left] = look([None], None, |[session]| faulted(session, 0..5));
+    assert_eq!(left.events, [event("fault", 0.005), event("lost", 0.008)]);
 }
 
 #[test]
@@ -222,53 +254,69 @@ fn a_line_that_is_lost_before_a_stop_was_heard_is_what_ended_the_run() {
     });
 }
 
+/// Of a pair whose clocks are not known, and of which 100 samples count.
+fn partner(both: &Both, side: Side) -> Partner<'_> {
+    let none: Clock = Arc::new(|| None);
+    let clocks = [Arc::clone(&none), none];
+    let mut partner = Partner::new(both, side, clocks, FALLEN, Arc::default());
+    partner.samples = 100;
+    partner
+}
+
 #[test]
 fn a_drive_may_let_go_once_the_tissue_is_whole_and_the_tissue_after_it() {
-    let (both, none): (_, Clock) = (Both::default(), Arc::new(|| None));
-    let partner = |side| {
-        let clocks = [Arc::clone(&none), Arc::clone(&none)];
-        let mut partner = Partner::new(&both, side, clocks, FALLEN, Arc::default());
-        partner.samples = 100;
-        Some(partner)
-    };
-    look(
-        [Side::Tissue, Side::Drive].map(partner),
-        None,
-        |[tissue, drive]| {
-            tissue.ready.schedule.samples = 150;
-            (tissue.next_tick, drive.next_tick) = (149, 80);
-            assert!(tissue.is_pushed() && !drive.is_pushed());
-            assert!(!tissue.lets_go() && !drive.lets_go());
-            tissue.next_tick = 150;
-            assert!(!tissue.lets_go() && drive.lets_go());
-            // What it has made is what counts of it.
-            assert_eq!(drive.ready.schedule.samples, 80);
-            drive.partner.iter().for_each(Partner::done);
-            drive.next_tick = 90;
-            assert!(!drive.lets_go() && drive.ready.schedule.samples == 80);
-            tissue.next_tick = 151;
-            assert!(tissue.lets_go() && tissue.ready.schedule.samples == 150);
-            tissue.ends(Ending::Interrupted);
-            assert!(!tissue.lets_go());
-        },
-    );
+    let both = Both::default();
+    let sides = [Side::Tissue, Side::Drive].map(|side| Some(partner(&both, side)));
+    let left = look(sides, None, |[tissue, drive]| {
+        tissue.ready.schedule.samples = 150;
+        (tissue.next_tick, drive.next_tick) = (149, 80);
+        assert!(tissue.is_pushed() && !drive.is_pushed());
+        assert!(!tissue.lets_go() && !drive.lets_go());
+        tissue.next_tick = 150;
+        assert!(!tissue.lets_go() && drive.lets_go());
+        // What it has made is what counts of it.
+        assert_eq!(drive.ready.schedule.samples, 80);
+        drive.partner.iter().for_each(Partner::done);
+        drive.next_tick = 90;
+        assert!(!drive.lets_go() && drive.ready.schedule.samples == 80);
+        tissue.next_tick = 151;
+        assert!(tissue.lets_go() && tissue.ready.schedule.samples == 150);
+        tissue.ends(Ending::Interrupted);
+        assert!(!tissue.lets_go());
+    });
+    assert_eq!(left.map(|left| left.planned), ["150", "80"]);
+}
+
+#[test]
+fn a_drive_whose_tissue_has_left_does_not_start() {
+    let both = Both::default();
+    let sides = [Side::Tissue, Side::Drive].map(|side| Some(partner(&both, side)));
+    let left = look(sides, None, |[tissue, drive]| {
+        tissue.ends(Ending::Interrupted);
+        connects(drive, SOUND, LoopMode::Device);
+        assert!(!drive.start(0, QUIET).expect("no error"));
+        assert_eq!(drive.record.ended, Some(Ending::OtherLeft));
+    });
+    // Nobody knows when the run would have begun.
+    assert_eq!(left.map(|left| left.planned), ["100", "100"]);
 }
 
 #[test]
 fn a_drive_has_the_time_of_its_tissue_and_its_law_that_of_the_run() {
-    let (both, none): (_, Clock) = (Both::default(), Arc::new(|| None));
-    let clocks = [Arc::clone(&none), none];
-    let mut partner = Partner::new(&both, Side::Drive, clocks, FALLEN, Arc::default());
+    let both = Both::default();
+    let mut partner = partner(&both, Side::Drive);
     partner.shift_s = 0.5;
-    let events = look([Some(partner)], None, |[session]| {
+    let [left] = look([Some(partner)], None, |[session]| {
         session.record.start = crate::run::record::Start::from(0.004, 1e-3);
         assert!(session.take_sample(&sample(4, -0.2)));
         let message = session.message(&sample(7, -0.2)).expect("one axis");
         assert_eq!((message.time_s, message.reference_m), (0.507, 0.003.into()));
         session.ends(Ending::Interrupted);
     });
-    let times_s: Vec<f64> = events.into_iter().map(|(_, time_s)| time_s).collect();
-    assert_eq!(times_s, [0.504, 0.505]);
+    assert_eq!(
+        left.events,
+        [event("lost", 0.504), event("interrupted", 0.505)]
+    );
 }
 
 /// Ticks of a run before a board's end.
@@ -323,7 +371,7 @@ impl Hardware for Board {
         Ok(Reading {
             tick: 0,
             time_s: 0.0,
-            position_m: [1e-3].into(),
+            position_m: [1.0 / 1024.0].into(),
         })
     }
 
@@ -343,11 +391,16 @@ impl ServedHardware for Board {
 }
 
 /// Gives the session this board, which runs in its own time.
-fn connects(session: &mut Session<'_>, board: Board) {
+fn connects(session: &mut Session<'_>, board: Board, loop_mode: LoopMode) {
     let served = Served::in_its_own_time(board, DeviceTime::default()).expect("serves");
     let mut link = SerialLink::to_served(served, "still:one").expect("answers");
     let configuration = Configuration {
-        limits: Limits::bare(10.0, 1e5),
+        loop_mode,
+        limits: Limits {
+            // A busy machine is late.
+            max_age_ticks: 1000,
+            ..Limits::bare(10.0, 1e5)
+        },
         ..Configuration::PASSIVE
     };
     link.set(configuration, &[0.0]).expect("good");
@@ -356,7 +409,7 @@ fn connects(session: &mut Session<'_>, board: Board) {
 
 /// The session of a run on this board, of which the first sample has come.
 fn begins(session: &mut Session<'_>, board: Board, ticks: u32) {
-    connects(session, board);
+    connects(session, board, LoopMode::Device);
     assert!(session.start(ticks, QUIET).expect("starts"));
     loop {
         match session.ready.link.hear(FALLEN) {
@@ -407,7 +460,7 @@ fn what_a_device_still_says_after_its_line_failed_is_heard_if_its_end_is_unknown
 fn a_sample_that_cannot_be_is_in_the_log_and_no_part_of_the_result() {
     look([None], None, |[session]| {
         let saturates = true;
-        connects(session, Board { saturates, ..SOUND });
+        connects(session, Board { saturates, ..SOUND }, LoopMode::Device);
         let error = session.listen(QUIET).expect_err("a saturated sensor");
         session.give_up(&error);
         let Some(Ending::Impossible(what)) = session.record.ended else {
@@ -438,4 +491,88 @@ fn a_device_that_holds_its_handle_shows_the_offset_of_its_sensor_before() {
             assert_eq!(known, offset);
         });
     }
+}
+
+/// A law of 128 N/m.
+struct Spring;
+
+impl Environment<f64, 1> for Spring {
+    type History = ();
+
+    fn at_rest(&self) {}
+
+    fn force(&self, (): &(), position_m: &SVector<f64, 1>) -> SVector<f64, 1> {
+        -128.0 * position_m
+    }
+
+    fn advance(&self, (): &mut (), _: &SVector<f64, 1>) {}
+}
+
+/// Rendered at a rise of 20 N/s: a tick's force rises for seven ticks.
+fn rendered() -> Controller<f64, 1, Spring> {
+    let chain = SafetyChain::new(Newtons(10.0), NewtonsPerSecond(20.0), Seconds(1e-3));
+    Controller::new(Spring, chain.expect("good"))
+}
+
+#[test]
+fn a_run_that_the_device_renders_is_whole_and_counted() {
+    let [left] = look([None], None, |[session]| {
+        connects(session, SOUND, LoopMode::Device);
+        let before = &mut session.ready.before;
+        (before.overruns, before.stale_forces) = (u32::MAX, u32::MAX - 1);
+        session.conduct(&mut rendered(), &mut (), QUIET);
+        assert_eq!((session.record.ended, session.samples_lost), (None, 0));
+        session.note("noted", &BTreeMap::from([("key", 1)]));
+        session.samples_lost = 3;
+    });
+    let record = &left.record;
+    let counted = (record.samples, record.missed_deadlines, record.dropped);
+    assert_eq!(counted, (200, 3, 3));
+    let link = record.link.as_ref().expect("one");
+    assert_eq!((link.samples_lost, link.device_answered), (3, true));
+    assert!(left.metadata.contains(&"noted".to_owned()));
+    // Of one that does not answer nothing is asked.
+    let [left] = look([None], None, |[session]| session.deaf = true);
+    let link = left.record.link.expect("one");
+    assert!(!link.device_answered);
+}
+
+#[test]
+fn a_run_that_is_stopped_lets_go() {
+    for mode in [LoopMode::Device, LoopMode::Host] {
+        let stop = AtomicBool::new(true);
+        let supervisor = Supervisor {
+            stop: &stop,
+            ..QUIET
+        };
+        look([None], None, |[session]| {
+            connects(session, SOUND, mode);
+            let done = match mode {
+                LoopMode::Device => session.listen(supervisor),
+                LoopMode::Host => session.control(&mut rendered(), &mut (), supervisor),
+            };
+            assert!(done.is_ok(), "{done:?}");
+            assert_eq!(session.record.ended, Some(Ending::Interrupted));
+            assert!(session.over);
+        });
+    }
+}
+
+#[test]
+fn a_loop_here_logs_what_the_device_makes_of_its_forces() {
+    let [left] = look([None], None, |[session]| {
+        session.ready.holds = true;
+        connects(session, SOUND, LoopMode::Host);
+        let done = session.control(&mut rendered(), &mut (), QUIET);
+        assert!(done.is_ok() && session.over, "{done:?}");
+    });
+    assert_eq!((left.record.ended, left.record.samples), (None, 200));
+    let rising = Limiters::RATE.bits();
+    for (tick, commanded_n, applied_n) in [(0, -0.02, 0.0), (199, -0.125, -0.125)] {
+        let tick = &left.ticks[tick];
+        assert_eq!(tick.commanded_force_n, commanded_n.into());
+        assert_eq!(tick.applied_force_n, applied_n.into());
+        assert_eq!(tick.sensed_force_n, Some(0.0.into()));
+    }
+    assert_eq!(left.ticks[2].limiters & rising, rising);
 }
