@@ -157,16 +157,16 @@ def test_a_board_is_armed_once_and_no_wall_begins_soft(tmp_path_factory) -> None
     board = Device(folder, "--kind own")
     name = f"tcp:127.0.0.1:{board.port}"
     try:
-        # The board's own hand pulls the handle to 5 mm: the second wall begins behind it.
-        hand = {"hand_stiffness_n_per_m": 100.0, "push_n": 0.5, "mass": "65 g", "damping_n_s_per_m": 3.5}
+        # The board's own hand pulls the handle towards 8 mm: the second wall begins behind it. Its damping keeps that wall
+        # stable behind the line of a busy machine too.
+        hand = {"hand_stiffness_n_per_m": 100.0, "push_n": 0.8, "mass": "65 g", "damping_n_s_per_m": 20.0}
         with session.open(name, force_limit="2 N", log=folder / "p.mcap", **hand, **BUSY) as s:
             s.allow(WALLS)
             with pytest.raises(ValueError, match="a session on tcp:.* is open already"):
                 session.open(name, force_limit="2 N", log=folder / "q.mcap")
-            felt = s.feel(WALLS[0], seconds=0.2, surface="8 mm")
+            felt = s.feel(WALLS[0], seconds=0.2, surface="12 mm")
             assert felt.contacts == 0 and felt.peak_force_n is None
             changed = s.feel(WALLS[0], seconds=0.6, surface="3 mm")
-            # The handle swings nearly out of the wall, and out of it where a busy machine's force is late.
             assert changed.contacts >= 1 and changed.peak_force_n is not None
             s.mark("answer", "second")
             with pytest.raises(TimeoutError):
@@ -178,7 +178,7 @@ def test_a_board_is_armed_once_and_no_wall_begins_soft(tmp_path_factory) -> None
         kinds = [kind for _, kind, _ in table.attrs["events"] if kind != "lost"]
         assert kinds == ["feel", "feel", "answer", "pause"]
         assert table.attrs["metadata"]["end"]["ended"] == "finished"
-        # The spring of the wall holds a part of the push: its rest is nearer than 5 mm.
+        # The spring of the wall holds a part of the push: its rest is nearer than 8 mm.
         assert table["applied_force_n"].min() < -0.2 and table["applied_force_n"].iloc[-1] == 0.0
     finally:
         board.ends()
