@@ -195,20 +195,26 @@ const BEGINS_ELSEWHERE: f64 = 4.0;
 
 /// Finds where the plant was when the record begins, by functions of whole orders: at rest unless
 /// another [`StartState`] has a criterion that is better by 10, and the output begins elsewhere than at
-/// 0. An input that never moves, or only at the beginning, does not reveal its value before the record, nor what moves beside it.
+/// 0. An input that never moves, or only at the beginning, does not reveal its value before the record, nor what moves beside it: it
+/// was 0, or, if it moves, what it is in the first row, unless the output tells them apart. From that value it is counted then.
 pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Seconds>) {
     let part = part(record, held, OF_START).unwrap_or_else(|| record.clone());
     let first = |signal: &[f64]| signal.first().copied().unwrap_or(0.0);
     let [input, output] = [&part.input, &part.output].map(|signal| first(signal));
-    let mut starts = vec![StartState::Rest];
+    // Each with what the input is counted from.
+    let mut starts = vec![(StartState::Rest, 0.0)];
     if output != 0.0 {
-        starts.push(StartState::Offset);
+        let zero = first(&record.input);
+        if zero != 0.0 && record.moves() && !record.tells_before() {
+            starts.insert(0, (StartState::Offset, zero));
+        }
+        starts.push((StartState::Offset, 0.0));
         if record.tells_before() {
-            starts.push(StartState::Settled);
-            starts.extend((!record.begins_flat()).then_some(StartState::Moving));
+            starts.push((StartState::Settled, 0.0));
+            starts.extend((!record.begins_flat()).then_some((StartState::Moving, 0.0)));
         }
     }
-    let beginning = |start: StartState| {
+    let beginning = |(start, zero): (StartState, f64)| {
         let from = |value: f64, is_open: bool| if is_open { value } else { 0.0 };
         InputOutput {
             start,
@@ -217,14 +223,14 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
                 input,
                 matches!(start, StartState::Settled | StartState::Moving),
             ),
-            ..part.clone()
+            ..part.clone().counted_from(zero)
         }
     };
     // The last knows of all the others, so its dead times do for them, and its guesses stand beside theirs; lags find their way by themselves.
-    let open = starts.last().map_or(StartState::Rest, |last| *last);
+    let open = starts.last().map_or((StartState::Rest, 0.0), |last| *last);
     let dead_times = dead_times(&beginning(open).for_guesses(), held, dead_time, false);
     let guesses =
-        |start: StartState, poles: usize| -> Vec<(FractionalTransferFunction, DeadTime)> {
+        |start: (StartState, f64), poles: usize| -> Vec<(FractionalTransferFunction, DeadTime)> {
             let options = beginning(start).for_guesses();
             let mut guesses = whole_orders(&options, held, &dead_times, part.moves(), poles, false);
             guesses.sort_by(|a, b| a.bic.total_cmp(&b.bic));
@@ -238,7 +244,7 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
     let late = dead_times.first().copied().unwrap_or(DeadTime::NONE);
     let mut shared = guesses(open, POLES);
     shared.extend(lags(part.length_s()).map(|lag| (lag, late)));
-    let fitted = |start: &StartState| -> Vec<Found> {
+    let fitted = |start: &(StartState, f64)| -> Vec<Found> {
         let options = beginning(*start);
         let search = Search::new(&options, held, dead_time.is_some());
         let simple = match *start == open {
@@ -248,7 +254,7 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
         let fits = shared.iter().chain(&simple);
         let fits = fits.filter_map(|(function, late)| search.coefficients(function, *late));
         let begins_there = |candidate: &Found| {
-            matches!(start, StartState::Rest | StartState::Moving)
+            matches!(start.0, StartState::Rest | StartState::Moving)
                 || output.abs() > BEGINS_ELSEWHERE * candidate.identified.rms_residual
         };
         fits.filter(begins_there).collect()
@@ -262,19 +268,21 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
         });
     }
     let mut best = f64::INFINITY;
-    for (start, fits) in starts.iter().zip(fits) {
+    let mut zero = 0.0;
+    for ((start, from), fits) in starts.into_iter().zip(fits) {
         let least = fits.into_iter().min_by(|a, b| a.bic.total_cmp(&b.bic));
         if let Some(candidate) = least.filter(|candidate| candidate.bic < best - DECISIVE) {
             let fit = candidate.identified;
-            best = candidate.bic;
+            (best, zero) = (candidate.bic, from);
             (record.start, record.offset, record.input_before) = match start {
-                StartState::Moving => (*start, output, input),
+                StartState::Moving => (start, output, input),
                 StartState::Rest | StartState::Offset | StartState::Settled => {
-                    (*start, fit.offset, fit.input_before)
+                    (start, fit.offset, fit.input_before)
                 }
             };
         }
     }
+    *record = std::mem::take(record).counted_from(zero);
 }
 
 /// Conditions on a function, besides a good fit to the record.

@@ -33,6 +33,9 @@ pub struct InputOutput {
     pub offset: f64,
     /// Estimate of `u_p` of that start.
     pub input_before: f64,
+    /// Value that was subtracted from each input, in its unit: that of the first row, at which a plant had settled before its input
+    /// changed once; else 0.
+    pub input_zero: f64,
     /// The noise of the output, as far as it is known; white unless given.
     pub noise: Autoregression,
 }
@@ -71,6 +74,13 @@ impl InputOutput {
     pub(super) fn changes(&self) -> impl Iterator<Item = usize> {
         let pairs = self.input.windows(2).zip(1..);
         pairs.filter_map(|(pair, row)| ((pair[1] - pair[0]).abs() > 0.0).then_some(row))
+    }
+
+    /// Counts the input from this value.
+    pub(super) fn counted_from(mut self, zero: f64) -> Self {
+        self.input.iter_mut().for_each(|u| *u -= zero);
+        self.input_zero += zero;
+        self
     }
 
     /// True if the input changes again, or after the beginning: an answer to one change at the beginning is as what moved before.

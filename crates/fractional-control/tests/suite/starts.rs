@@ -192,6 +192,33 @@ fn a_short_log_keeps_the_integrator_that_it_shows() {
     }
 }
 
+/// A step test whose recorder was switched on before the step: the step is what moves the output, and not the input from 0.
+#[test]
+fn one_step_soon_after_the_beginning_is_counted_from_the_input_before_it() {
+    for (seed, before) in [1, 5, 12, 24].into_iter().enumerate() {
+        let mut random = Random(seed as u64 + 7_300);
+        let step = |n: usize| if n < before { 5.0 } else { 5.5 };
+        let input: Vec<f64> = (0..500).map(step).collect();
+        // A plant that was off until the record began does not rest before the step.
+        for (at, start, zero) in [(5.0, 2.1, 5.0), (0.0, 2.1, 0.0)] {
+            if zero == 0.0 && before < 5 {
+                continue;
+            }
+            let output = lag(&input, (4.75, (-1.0_f64 / 75.0).exp(), 0), at);
+            let output = output.iter().map(|y| start + y + noise(&mut random, 0.02));
+            let mut record = record(1.0, input.clone(), output.collect());
+            find_start(&mut record, true, None);
+            let best = &found(&record)[0].identified;
+            let what = format!("{before} from {at}: {}", best.function);
+            assert_eq!(record.start, StartState::Offset, "{what}");
+            assert_close(&what, record.input_zero, zero, 0.0);
+            assert_close(&what, best.offset, start, 0.02);
+            let gain = best.function.numerator().terms().last().expect("a gain");
+            assert_relative(&what, gain.coefficient, 4.75, 0.02);
+        }
+    }
+}
+
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_plant_that_had_settled_gives_the_input_before_its_record() {

@@ -130,7 +130,8 @@ impl PlantReport {
             delay_high_s: interval.map(|[_, high]| high),
             delay_determined: evidence.map(|evidence| evidence.is_determined),
             offset: (record.start != StartState::Rest).then_some(identified.offset),
-            input_before: (start == StartState::Settled).then_some(identified.input_before),
+            input_before: (start == StartState::Settled)
+                .then_some(input_before(record, identified)),
             begins: begins(start),
             output_read: reading(identified, record),
             samples: record.time_s.len(),
@@ -160,15 +161,21 @@ impl PlantReport {
     }
 }
 
-/// A plant of other than whole orders has no finite state, so it counts as settled.
+/// A plant of other than whole orders has no finite state, so it counts as settled; as does one whose input is counted from its first value.
 fn start_of(record: &InputOutput, found: &Identified) -> StartState {
     match record.start {
+        StartState::Offset if record.input_zero != 0.0 => StartState::Settled,
         StartState::Moving if !found.function.is_whole() => StartState::Settled,
         start @ (StartState::Rest
         | StartState::Offset
         | StartState::Settled
         | StartState::Moving) => start,
     }
+}
+
+/// Input at which a plant had settled, in the unit of u.
+fn input_before(record: &InputOutput, found: &Identified) -> f64 {
+    record.input_zero + found.input_before
 }
 
 /// State of the plant at the beginning of the record, after its other figures.
@@ -178,7 +185,7 @@ pub(super) fn counted_from(record: &InputOutput, found: &Identified) -> String {
         StartState::Rest => String::new(),
         StartState::Offset => format!(", output counted from {offset}"),
         StartState::Settled => {
-            let before = digits(found.input_before, 5);
+            let before = digits(input_before(record, found), 5);
             format!(", output counted from {offset}, input from {before}")
         }
         StartState::Moving => format!(", output counted from {offset}, of a plant that was moving"),
