@@ -140,8 +140,9 @@ pub(super) fn identified(
             Err(error) => failed.push(error),
         }
     }
-    fitted.sort_by(|a, b| a.0.by_bic(&b.0));
-    let fits = || fitted.iter().map(|fitted| &fitted.0);
+    compare(&mut fitted, &target);
+    fitted.sort_by(|a, b| a.fit.by_bic(&b.fit));
+    let fits = || fitted.iter().map(|fitted| &fitted.fit);
     let Some(index) = choose(fits(), options.chosen) else {
         // The error of the model with the fewest parameters.
         return Err(failed.into_iter().next().unwrap_or_else(|| {
@@ -152,11 +153,12 @@ pub(super) fn identified(
     fitted.insert(0, first);
     let mut warnings = record.warnings.clone();
     warnings.extend(failed.iter().map(ToString::to_string));
-    let bics = fitted.iter().map(|fitted| fitted.0.bic);
+    let bics = fitted.iter().map(|fitted| fitted.fit.bic);
     let refused = bics.fold(f64::INFINITY, f64::min) + REFUSED;
-    for (index, (fit, candidate, best, certainty, target_of_fit)) in fitted.iter_mut().enumerate() {
-        let (candidate, independent) = (*candidate, fit.independent);
-        let compressed = target_of_fit.as_ref().unwrap_or(&compressed);
+    for (index, tried) in fitted.iter_mut().enumerate() {
+        let (fit, candidate, best) = (&mut tried.fit, tried.candidate, &tried.best);
+        let independent = fit.independent;
+        let compressed = tried.unrendered.as_ref().unwrap_or(&compressed);
         let (records, seed) = (options.bootstrap, options.seed);
         let ends = if index == 0 && records > 0 {
             let (ends, fitted) = bootstrap::intervals(
@@ -176,7 +178,7 @@ pub(super) fn identified(
             }
             ends
         } else if index == 0 || fit.bic <= refused {
-            profile::intervals(candidate, compressed, best, certainty)
+            profile::intervals(candidate, compressed, best, &tried.certainty)
         } else {
             continue;
         };
@@ -188,7 +190,7 @@ pub(super) fn identified(
     if let Some(sentence) = advice::about_length(target.samples(), record) {
         warnings.push(sentence);
     }
-    let fits: Vec<Fit> = fitted.into_iter().map(|(fit, ..)| fit).collect();
+    let fits: Vec<Fit> = fitted.into_iter().map(|tried| tried.fit).collect();
     warnings.extend(advice::about(&fits, record.is_absolute()));
     let (x, measured) = target.values(record);
     Ok(Identification {
@@ -205,8 +207,32 @@ pub(super) fn identified(
     })
 }
 
-/// A fit, the model it is of, the minimum with its certainty, and the record without what rendering did to it.
-type Tried<'a> = (Fit, Candidate, Best, Certainty, Option<Target<'a>>);
+/// A fit, the model it is of, and the minimum with its certainty.
+struct Tried<'a> {
+    fit: Fit,
+    candidate: Candidate,
+    best: Best,
+    certainty: Certainty,
+    /// The record without what rendering did to it.
+    unrendered: Option<Target<'a>>,
+    /// What is left is of the rendering: no noise to compare by.
+    is_rendered: bool,
+}
+
+/// Compares fits through the noise of the closest one: each through its own, one that misses the record would have its misfit excused.
+fn compare(fitted: &mut [Tried<'_>], target: &Target<'_>) {
+    let noisy = || fitted.iter().filter(|tried| !tried.is_rendered);
+    let closest = noisy().min_by(|a, b| a.fit.rms.total_cmp(&b.fit.rms));
+    let noise = closest.map(|closest| whitened::noise(closest.candidate, target, &closest.best));
+    let Some(noise) = noise else {
+        return;
+    };
+    let noisy = fitted.par_iter_mut().filter(|tried| !tried.is_rendered);
+    noisy.for_each(|tried| {
+        [tried.fit.aic, tried.fit.bic] =
+            whitened::through(noise, tried.candidate, target, &tried.best);
+    });
+}
 
 /// Fits a candidate to a record, whole and compressed.
 fn tried<'a>(
@@ -217,23 +243,28 @@ fn tried<'a>(
 ) -> Result<Tried<'a>, IdentifyError> {
     let mut best = search(candidate, compressed, starts.max(1))?;
     let (mut fit, mut certainty) = fitted_to(candidate, target, &best);
-    let by_filter = whitened::criteria(candidate, target, &best);
     let mut is_rendered = rendered::is_rendered(record, target, candidate, &best, &fit);
-    let mut unrendered_target = None;
-    if let Some((to, closer)) = unrendered(record, target, candidate, (&best, &fit)) {
+    let mut unrendered = None;
+    if let Some((to, closer)) = without_rendering(record, target, candidate, (&best, &fit)) {
         (fit, certainty) = fitted_to(candidate, &to, &closer);
-        (best, unrendered_target, is_rendered) = (closer, Some(to), true);
+        (best, unrendered, is_rendered) = (closer, Some(to), true);
     }
-    [fit.aic, fit.bic] = by_filter;
     if is_rendered {
         let numbers = candidate.parameters() + target.nuisance;
         [fit.aic, fit.bic] = criteria(target.len(), 0.0, numbers);
     }
-    Ok((fit, candidate, best, certainty, unrendered_target))
+    Ok(Tried {
+        fit,
+        candidate,
+        best,
+        certainty,
+        unrendered,
+        is_rendered,
+    })
 }
 
 /// A creep without what rendering makes of the model of a fit, and the minimum there, if that leaves far less.
-fn unrendered<'a>(
+fn without_rendering<'a>(
     record: &Record,
     target: &Target<'a>,
     candidate: Candidate,

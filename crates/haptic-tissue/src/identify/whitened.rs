@@ -1,11 +1,12 @@
 //! Models compared where neighbouring residuals are alike.
 //! ```text
-//! fit → autoregression of the residuals → both sides through its filter → fit, four times
-//! criterion = n·ln(Σ e²/n) + what the first samples add + (k + order)·ln n + …       e the filtered residuals, one n for all candidates
+//! closest fit → autoregression of its residuals → both sides through that filter → fit, four times
+//! criterion = n·ln(Σ e²/n) + what the first samples add + (k + order)·ln n + …       e the filtered residuals, one n and filter for all candidates
 //! ```
-//! A residual that drifts makes every criterion prefer the model that draws the drift. The filter runs along time or frequency, in each series
-//! of residuals separately. Order 0, of white noise, changes nothing. Neither does a residual that does not look like noise: more than a few per
-//! cent of the record, or so smooth that its filter leaves next to nothing of it. That is what a model misses, and no drift excuses it. A record of
+//! A residual that drifts makes every criterion prefer the model that draws the drift. All candidates are compared through the noise of the
+//! closest one: through its own, one that misses the record would have its misfit excused. The filter runs along time or frequency, in each series
+//! of residuals separately. Order 0, of white noise, changes nothing. Neither does a residual that does not look like noise: more than a tenth of
+//! the record, or so smooth that its filter leaves next to nothing of it. That is what a model misses, and no drift excuses it. A record of
 //! fewer than 100 samples cannot distinguish the two, and is compared as it is.
 //!
 //! Parameters stay those of least squares: with either filter they are the same within their errors, and the errors know how alike residuals are.
@@ -26,7 +27,7 @@ const ROUNDS: usize = 4;
 const LEAST: usize = 100;
 /// Noise is at most this share of a record, and its filter leaves at least this share of it.
 const NOISE: f64 = 0.1;
-const NEW: f64 = 0.2;
+const NEW: f64 = 0.1;
 
 /// Residuals as they are weighted.
 fn residuals(candidate: Candidate, target: &Target<'_>, elements: &Elements) -> Vec<f64> {
@@ -37,22 +38,42 @@ fn residuals(candidate: Candidate, target: &Target<'_>, elements: &Elements) -> 
     all
 }
 
-/// AIC and BIC of a candidate, from the best fit of plain residuals: by filtered ones, where the residual looks like noise and the filter gains
-/// anything.
+/// AIC and BIC of a candidate, from the best fit of plain residuals: by those through the filter of its own noise.
 pub(super) fn criteria(candidate: Candidate, target: &Target<'_>, best: &Best) -> [f64; 2] {
+    through(noise(candidate, target, best), candidate, target, best)
+}
+
+/// AIC and BIC of a candidate through this filter, refitted.
+pub(super) fn through(
+    noise: Autoregression,
+    candidate: Candidate,
+    target: &Target<'_>,
+    best: &Best,
+) -> [f64; 2] {
     let plain = target.averaged();
-    let numbers = candidate.parameters() + target.nuisance;
-    let with = |noise: &Autoregression, elements: &Elements| {
-        let left = residuals(candidate, &plain, elements);
-        let deviance = noise.deviance(&plain.series(&left), EXACT);
-        criteria_of(plain.len(), deviance, numbers + noise.order())
-    };
-    let as_they_are = with(&Autoregression::default(), &best.elements);
-    let filtered =
-        filtered(candidate, &plain, best).map(|(noise, best)| with(&noise, &best.elements));
-    filtered
-        .filter(|[_, bic]| *bic < as_they_are[1])
-        .unwrap_or(as_they_are)
+    let refitted = (noise.order() > 0).then(|| {
+        let start = best.elements.variables(candidate.joint());
+        polished(candidate, &plain.filtered(noise), [start].iter()).ok()
+    });
+    let best = refitted.flatten().unwrap_or_else(|| best.clone());
+    by(&noise, candidate, &plain, &best)
+}
+
+fn by(noise: &Autoregression, candidate: Candidate, plain: &Target<'_>, best: &Best) -> [f64; 2] {
+    let left = residuals(candidate, plain, &best.elements);
+    let deviance = noise.deviance(&plain.series(&left), EXACT);
+    let numbers = candidate.parameters() + plain.nuisance;
+    criteria_of(plain.len(), deviance, numbers + noise.order())
+}
+
+/// The noise of the residual of a fit; white where it does not look like noise, or its filter gains nothing.
+pub(super) fn noise(candidate: Candidate, target: &Target<'_>, best: &Best) -> Autoregression {
+    let plain = target.averaged();
+    let white = Autoregression::default();
+    let [_, as_it_is] = by(&white, candidate, &plain, best);
+    let found = filtered(candidate, &plain, best);
+    let found = found.filter(|(noise, best)| by(noise, candidate, &plain, best)[1] < as_it_is);
+    found.map_or(white, |(noise, _)| noise)
 }
 
 /// The noise of the residual, and the fit through its filter; `None` if the residual is white, or does not look like noise.

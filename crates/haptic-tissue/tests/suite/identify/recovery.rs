@@ -327,3 +327,25 @@ fn a_stop_ends_an_identification() {
     let ended = identify_unless(&record, &options, &stop, &never);
     assert_eq!(ended, Err(IdentifyError::Stopped));
 }
+
+/// Slow drift of a force sensor: of 1200 samples some ten are independent.
+#[test]
+fn noise_that_hardly_changes_between_samples_asks_for_no_element() {
+    let model = Model::from_parameters(ModelKind::SpringPot, &[3610.0, 0.2154]).expect("valid");
+    let times: Vec<f64> = (1..=1200).map(|n| 0.1 * f64::from(n)).collect();
+    let chosen = [0, 1, 5].map(|seed| {
+        let moduli = model.relaxation_moduli(&times).into_iter();
+        let noise = noise(times.len(), 0.985, 7 * seed + 3);
+        let noisy = moduli
+            .zip(noise)
+            .map(|(modulus, noise)| modulus * (0.01 * noise).exp());
+        let record = Record::relaxation(times.clone(), noisy.collect()).expect("valid");
+        let options = Options {
+            starts: 20,
+            ..Options::default()
+        };
+        let found = identify(&record, &options, &|_| ()).expect("a fit");
+        found.fits[0].kind
+    });
+    assert_eq!(chosen, [ModelKind::SpringPot; 3]);
+}
