@@ -1,6 +1,6 @@
 //! Operators, maps and inputs whose outputs have the same bits on the target and on the host: compiled by both.
 
-use super::lists::{LISTS, List};
+use super::lists::{self, List};
 use core::fmt;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use fracdiff::full_memory::{Design, Kernel};
@@ -79,14 +79,14 @@ pub(crate) fn digests(mut tell: impl FnMut(fmt::Arguments<'_>, u32)) {
         tell(format_args!("full f32 {mu}"), digest(&single));
         tell(format_args!("full f64 {mu}"), digest(&double));
     }
-    for list in &LISTS {
+    for list in lists::all() {
         tell(
             format_args!("list {} f32", list.name),
-            digest(&portable::<f32>(list)),
+            digest(&portable::<f32>(&list)),
         );
         tell(
             format_args!("list {} f64", list.name),
-            digest(&portable::<f64>(list)),
+            digest(&portable::<f64>(&list)),
         );
     }
     for (name, numbers) in MAPS {
@@ -147,9 +147,7 @@ fn portable<F: Real>(list: &List) -> Portable<F> {
         "modes" => Form::Modes,
         _ => Form::Recursion,
     };
-    let mut values = [F::ZERO; 256];
-    for (value, bits) in values.iter_mut().zip(list.bits) {
-        *value = F::from_f64(f64::from(f32::from_bits(*bits)));
-    }
-    PortableOperator::new(form, list.integer, &values[..list.bits.len()]).expect("a good list")
+    let (values, count) = list.values();
+    let values = values.map(|value| F::from_f64(value.into()));
+    PortableOperator::new(form, list.integer, &values[..count]).expect("a good list")
 }

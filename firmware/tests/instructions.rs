@@ -118,7 +118,7 @@ const SPHERE: [f32; 8] = [200.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 const STIFFENING: [f32; 8] = [200.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 2000.0];
 
 fn measure(list: &lists::List, name: &str, limits: Limits, depth_map: Option<[f32; 8]>) {
-    let (values, count) = listed::values(list);
+    let (values, count) = list.values();
     let values = &values[..count];
     let mut device = TickSide::new(Probe::default()).expect("a board");
     // Behind a pointer, as on a board: places in a stack frame of this size cost instructions of their own.
@@ -159,14 +159,14 @@ fn measure(list: &lists::List, name: &str, limits: Limits, depth_map: Option<[f3
 fn main() -> ! {
     clock::start();
     // Limits of force and rate, as every loop has them; then everything that is on by default.
-    for list in &lists::LISTS {
+    for list in lists::all() {
         let bare = Limits::bare(2.0, 1000.0);
-        measure(list, list.name, bare, None);
+        measure(&list, list.name, bare, None);
         if list.name == "full 24 h" {
-            measure(list, "full 24 h, whole chain", Limits::DEFAULT, None);
-            measure(list, "full 24 h, energy bounding", BOUNDED, None);
-            measure(list, "full 24 h, sphere", bare, Some(SPHERE));
-            measure(list, "full 24 h, stiffening", bare, Some(STIFFENING));
+            measure(&list, "full 24 h, whole chain", Limits::DEFAULT, None);
+            measure(&list, "full 24 h, energy bounding", BOUNDED, None);
+            measure(&list, "full 24 h, sphere", bare, Some(SPHERE));
+            measure(&list, "full 24 h, stiffening", bare, Some(STIFFENING));
         }
     }
     support::pass()

@@ -22,15 +22,6 @@ pub(crate) fn shape(list: &List) -> OperatorShape {
             _ => OperatorForm::Recursion,
         },
         integer: list.integer,
-        count: list.bits.len() as u16,
+        count: list.values().1 as u16,
     }
-}
-
-/// Its values, so many as it has.
-pub(crate) fn values(list: &List) -> ([f32; 256], usize) {
-    let mut values = [0.0; 256];
-    for (value, bits) in values.iter_mut().zip(list.bits) {
-        *value = f32::from_bits(*bits);
-    }
-    (values, list.bits.len())
 }

@@ -21,9 +21,9 @@ fn main() -> ! {
     #[expect(unsafe_code, reason = "memory that QEMU has filled")]
     // SAFETY: it is there and aligned, nobody writes it, and any words are allowed.
     let words = unsafe { core::slice::from_raw_parts(INPUT as *const u32, 1 + TICKS_MOST) };
-    for list in lists::LISTS.iter().filter(|list| list.name == "full 200 s") {
+    for list in lists::all().filter(|list| list.name == "full 200 s") {
         let position_m = |tick| f32::from_bits(words[1 + tick as usize]);
-        let digest = replayed::forces(list, words[0], position_m, |_, _| {});
+        let digest = replayed::forces(&list, words[0], position_m, |_, _| {});
         hprintln!("{} = {:#010x}", list.name, digest);
     }
     support::pass()

@@ -1,6 +1,6 @@
 //! The device half on positions that another board has read: compiled by the target and by the host, for the same bits.
 
-use super::listed::{capabilities, shape, values};
+use super::listed::{capabilities, shape};
 use super::lists::List;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use haptic_link::{Capabilities, Configuration, Limits, Start};
@@ -82,7 +82,7 @@ pub(crate) fn forces<P: Fn(u32) -> f32>(
     positions_m: P,
     mut tell: impl FnMut(u32, f32),
 ) -> u32 {
-    let (values, count) = values(list);
+    let (values, count) = list.values();
     let values = &values[..count];
     let replay = Replay {
         positions_m,

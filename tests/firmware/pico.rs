@@ -2,8 +2,7 @@
 
 use super::board::samples;
 use super::image::{Image, built};
-use super::lists::LISTS;
-use super::{listed, printed, replayed};
+use super::{lists, printed, replayed};
 use fracdiff::{Order, Seconds, ShortMemory};
 use fractional_control::{Controller as _, ControllerSetup, FractionalPid, PidParameters};
 use haptic_link::{Configuration, HandSide, Limits, LoopMode, Start};
@@ -132,11 +131,11 @@ fn by_night_a_pico_has_the_bits_of_the_hosts_controller_within_its_promised_tick
 fn by_night_a_pico_has_the_forces_of_the_host_and_of_a_cortex_m4f_bit_for_bit() {
     let ticks = std::env::var("PICO_TICKS").expect("and PICO_TICKS");
     let ticks: u32 = ticks.parse().expect("a number");
-    let list = LISTS.iter().find(|list| list.name == "full 200 s");
+    let list = lists::all().find(|list| list.name == "full 200 s");
     let list = list.expect("a list");
     let mut link = connected();
-    let (values, count) = listed::values(list);
-    link.set(replayed::configuration(list), &values[..count])
+    let (values, count) = list.values();
+    link.set(replayed::configuration(&list), &values[..count])
         .expect("good");
     link.arm(Duration::from_secs(5)).expect("arms");
     let start = Start {
@@ -156,7 +155,7 @@ fn by_night_a_pico_has_the_forces_of_the_host_and_of_a_cortex_m4f_bit_for_bit() 
         .collect();
     let mut moved = 0;
     let read = |tick: u32| positions_m[tick as usize];
-    let host = replayed::forces(list, ticks, read, |tick, here| {
+    let host = replayed::forces(&list, ticks, read, |tick, here| {
         let force = seen[tick as usize].axes[0].force_n;
         assert_eq!(
             force.to_bits(),

@@ -29,6 +29,12 @@ pub(crate) fn number(object: &Value, key: &str) -> f64 {
     number.unwrap_or_else(|| panic!("{key} is a number: {object}"))
 }
 
+/// The report has this number.
+#[track_caller]
+pub(crate) fn has(object: &Value, key: &str, wanted: f64, tolerance: f64) {
+    assert_relative(key, number(object, key), wanted, tolerance);
+}
+
 /// The candidate of an order.
 fn of_order(report: &Value, order: f64) -> &Value {
     let mut all = report["candidates"].as_array().expect("a list").iter();
@@ -56,19 +62,19 @@ fn a_stable_design_is_the_anchor_over_the_margin() {
     let best = &report["best"];
     let root = 2.0_f64.sqrt();
     // 1e-4 inside, and the full memory is exact at whole orders.
-    assert_relative(
-        "design",
-        number(best, "stiffness_n_per_m"),
+    has(
+        best,
+        "stiffness_n_per_m",
         (12.0 - 8.0 * root) * 1e6 / 4.0,
         2e-4,
     );
-    assert_relative(
-        "design",
-        number(best, "dissipation_n_s_mu_per_m"),
+    has(
+        best,
+        "dissipation_n_s_mu_per_m",
         (2.0 * root - 2.0) * 1e3 / 4.0,
         2e-4,
     );
-    assert_relative("design", number(best, "margin"), 4.0, 2e-4);
+    has(best, "margin", 4.0, 2e-4);
     // Without the wall this device stands nowhere: contact on one side is not proved.
     assert!(best["pulling_contact_margin"].is_null());
     assert_eq!(best["passive"], false);
@@ -138,7 +144,7 @@ fn a_front_has_the_numbers_that_the_analyses_give_and_no_wall_that_another_beats
     for wall in walls.iter().step_by(17) {
         let margins = &analysed("stability", wall, device);
         let margin = number(margins, "gain_margin");
-        assert_relative("margin", number(wall, "margin"), margin, 1e-5);
+        has(wall, "margin", margin, 1e-5);
         let passive = analysed("passivity", wall, device);
         let [need, want] = [
             (wall, "required_damping_n_s_per_m"),
@@ -275,7 +281,7 @@ fn where_the_strongest_walls_shake_the_best_that_passes_is_taken() {
     // Of a grid of a quarter of an octave in ratio and 2 % in K the stiffest that passes has 3150 N/m of order 1, none 3213 N/m.
     assert_relative("design", number(best, stiffness), 3180.0, 0.02);
     // Nobody gave a limit: it is 5 % of 1 N, and the noisier wall is named.
-    assert_relative("limit", number(&report, "force_noise_limit_n"), 0.05, 1e-12);
+    has(&report, "force_noise_limit_n", 0.05, 1e-12);
     assert!(number(best, noise) <= 0.05 / 1.03, "{best}");
     let noisier = &report["noisier"];
     assert!(
@@ -309,12 +315,7 @@ fn the_stiffest_passive_wall_without_delay_is_colgates() {
     for order in [0.0, 0.5, 1.0, 2.0] {
         let candidate = of_order(&report, order);
         // b = KT/2
-        assert_relative(
-            "design",
-            number(candidate, "stiffness_n_per_m"),
-            2.0 * 3.5 / 2e-3,
-            1.1e-4,
-        );
+        has(candidate, "stiffness_n_per_m", 2.0 * 3.5 / 2e-3, 1.1e-4);
         assert_relative(
             "design",
             1.0 + number(candidate, "dissipation_n_s_mu_per_m"),
@@ -339,14 +340,9 @@ fn with_a_delay_the_right_order_makes_a_passive_wall_stiffer() {
     let report = design("require = \"passive\"\nsample_time_s = 2e-3\ndelay_s = 2e-3");
     // Without dissipation a delay of d samples costs a factor 2d + 1.
     let spring = 2.0 * 3.5 / 2e-3 / 3.0;
-    assert_relative(
-        "design",
-        number(of_order(&report, 0.0), "stiffness_n_per_m"),
-        spring,
-        1.1e-4,
-    );
+    has(of_order(&report, 0.0), "stiffness_n_per_m", spring, 1.1e-4);
     let best = &report["best"];
-    assert_relative("design", number(best, "order"), 1.0, 0.0);
+    has(best, "order", 1.0, 0.0);
     let (k, b) = (
         number(best, "stiffness_n_per_m"),
         number(best, "dissipation_n_s_mu_per_m"),
@@ -376,12 +372,7 @@ fn the_most_damping_is_found_and_depends_on_the_order() {
         let ed = b / omega
             * (2.0 * (0.5 * theta).sin() / 2e-3).powf(mu)
             * (0.5 * mu * (PI - theta)).sin();
-        assert_relative(
-            "design",
-            number(best, "effective_damping_n_s_per_m"),
-            ed,
-            1e-4,
-        );
+        has(best, "effective_damping_n_s_per_m", ed, 1e-4);
         assert!(ed > number(of_order(&report, 1.0), "effective_damping_n_s_per_m"));
         if require == "passive" {
             // Corollary 1 at its edge: b > KT/2 + B(T/2)^(1−μ)
@@ -411,9 +402,9 @@ fn the_noise_of_the_force_can_be_limited() {
             assert!(noise(quiet) <= 0.02 * (1.0 + 1e-9), "{wish}: {quiet}");
             // One that was quiet enough stays as it is, another goes to the limit.
             if noise(any) <= 0.02 {
-                assert_relative(
-                    "design",
-                    number(quiet, "stiffness_n_per_m"),
+                has(
+                    quiet,
+                    "stiffness_n_per_m",
                     number(any, "stiffness_n_per_m"),
                     1e-6,
                 );
@@ -461,12 +452,7 @@ fn a_tissue_that_makes_too_much_noise_does_not_fit() {
     let wish = "wish = \"tissue\"\ntissue = \"prostate-cancerous\"\nencoder_resolution_m = 3e-5\norders = [0.5]";
     let noise = number(&design(wish)["candidates"][0], "force_noise_rms_n");
     let quiet = design(&format!("{wish}\nforce_noise_limit_n = {}", 0.5 * noise));
-    assert_relative(
-        "design",
-        number(&quiet["tissue"], "largest_scale"),
-        0.5,
-        1e-3,
-    );
+    has(&quiet["tissue"], "largest_scale", 0.5, 1e-3);
     assert_eq!(quiet["tissue"]["fits"], false);
 }
 
@@ -494,11 +480,11 @@ fn a_tissue_fits_or_its_closest_order_is_named() {
     let report = design(wish);
     assert_eq!(report["tissue"]["fits"], true);
     let best = &report["best"];
-    assert_relative("design", number(best, "order"), 0.2247, 0.0);
+    has(best, "order", 0.2247, 0.0);
     // B = A·η/ℓ
-    assert_relative(
-        "design",
-        number(best, "dissipation_n_s_mu_per_m"),
+    has(
+        best,
+        "dissipation_n_s_mu_per_m",
         8650.0 * 4e-4 / 0.02,
         1e-12,
     );
@@ -515,12 +501,7 @@ fn a_tissue_fits_or_its_closest_order_is_named() {
     // Passive by Corollary 1, E₀ = 0: b > B(T/2)^(1−μ). The stand-in spring takes a share of 1e-4.
     let wish = format!("{wish}\nrequire = \"passive\"\nsample_time_s = 2e-3");
     let want = 3.5 / (173.0 * 1e-3_f64.powf(1.0 - 0.2247));
-    assert_relative(
-        "design",
-        number(&design(&wish)["tissue"], "largest_scale"),
-        want,
-        1e-3,
-    );
+    has(&design(&wish)["tissue"], "largest_scale", want, 1e-3);
     // A larger one: order 0.25 needs more damping still, order 0 less.
     let larger = format!("{wish}\narea_m2 = {}", 4e-4 * 1.01 * want);
     let report = design(&format!("{larger}\norders = [0, 0.25]"));
@@ -536,7 +517,7 @@ fn a_tissue_with_elements_in_series_is_designed_for_by_its_own_operator() {
     let wish = "wish = \"tissue\"\ntissue = \"fish-muscle\"\norders = [0.5]";
     let report = design(wish);
     assert_eq!(report["tissue"]["fits"], true);
-    assert_relative("design", number(&report["tissue"], "order"), 0.6751, 0.0);
+    has(&report["tissue"], "order", 0.6751, 0.0);
     assert_eq!(report["simulated"]["stable"], true);
     // Square metres of it are too stiff for the device.
     let stiff = design(&format!("{wish}\narea_m2 = 4"));
@@ -561,7 +542,7 @@ fn a_proved_wall_that_rings_is_given_with_how_long() {
         assert_eq!(report["best"][key], strongest[key], "{key}");
     }
     // Judged over the last 0.4 s of a trial, by halvings of one of 320 s.
-    assert_relative("ringing", number(&report, "rings_s"), 112.0, 0.05);
+    has(&report, "rings_s", 112.0, 0.05);
     assert!(report["notes"].to_string().contains("rings"), "{report}");
     let text = found.experiment_text().expect("a wall");
     assert_says(&text, "duration_s = 320.0");
@@ -577,6 +558,6 @@ fn the_noise_of_a_wall_is_its_closed_form() {
         let k = number(one, "stiffness_n_per_m");
         let b = number(one, "dissipation_n_s_mu_per_m") * 1e-3_f64.powf(-mu);
         let want = 1e-6 / 12_f64.sqrt() * f64::sqrt(k * k + 2.0 * k * b + b * b * squares);
-        assert_relative("noise", number(one, "force_noise_rms_n"), want, 1e-4);
+        has(one, "force_noise_rms_n", want, 1e-4);
     }
 }

@@ -24,6 +24,9 @@ mod untimed;
 
 use haptic_tissue::ModelKind;
 use haptic_tissue::identify::{Identification, Options, Record, identify};
+use rand_distr::{Distribution as _, StandardNormal};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::SeedableRng as _;
 
 /// The measured relaxation of fish muscle.
 fn fish() -> Record {
@@ -54,12 +57,33 @@ fn read_public<const N: usize>(names: [&str; N]) -> Option<[String; N]> {
 }
 
 /// A fit of one model.
+#[track_caller]
 fn one(record: &Record, candidate: ModelKind) -> Identification {
     let options = Options {
         candidates: vec![candidate],
         ..Options::default()
     };
-    identify(record, &options, &|_| ()).expect("converges")
+    fit(record, &options)
+}
+
+#[track_caller]
+fn fit(record: &Record, options: &Options) -> Identification {
+    identify(record, options, &|_| ()).expect("converges")
+}
+
+/// Standard normal numbers.
+fn normal(seed: u64) -> impl FnMut() -> f64 {
+    let mut generator = Pcg64::seed_from_u64(seed);
+    move || StandardNormal.sample(&mut generator)
+}
+
+/// So many times from 0 on.
+fn evenly(step_s: f64, count: u32) -> Vec<f64> {
+    (0..count).map(|n| step_s * f64::from(n)).collect()
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().copied().fold(0.0, f64::max)
 }
 
 fn candidate(name: &str) -> ModelKind {

@@ -12,8 +12,7 @@ use testkit::{assert_close, assert_refused, assert_says};
 
 #[test]
 fn a_force_is_a_torque_at_the_radius() {
-    let mut rig = Rig::new(200.0);
-    rig.start();
+    let mut rig = Rig::running(200.0);
     rig.lead(0.004);
     // −K·x = −0.8 N, at 20 mm; within a tick the lever gives way by τ/J·t²/2 = 4 µm, a thousandth.
     let torque_nm = rig.torque_nm();
@@ -31,8 +30,7 @@ fn a_force_is_a_torque_at_the_radius() {
 
 #[test]
 fn ticks_that_are_skipped_are_no_jump_of_the_position() {
-    let mut rig = Rig::new(0.0);
-    rig.start();
+    let mut rig = Rig::running(0.0);
     let mut at_m = 0.0;
     for n in 0..60 {
         let skipped = if n % 10 == 5 { 6 } else { 0 };
@@ -47,8 +45,7 @@ fn ticks_that_are_skipped_are_no_jump_of_the_position() {
 
 #[test]
 fn each_command_that_is_lost_is_flagged_in_the_next_tick_and_counted() {
-    let mut rig = Rig::new(200.0);
-    rig.start();
+    let mut rig = Rig::running(200.0);
     let lost = Arc::new(AtomicU32::new(0));
     let (counting, mut n) = (Arc::clone(&lost), 0);
     rig.wire.world().harm = Some(Box::new(move |bytes, to_servo| {
@@ -91,8 +88,7 @@ fn a_radius_below_zero_turns_the_direction_round() {
 
 #[test]
 fn an_answer_that_cannot_be_is_not_believed() {
-    let mut rig = Rig::new(200.0);
-    rig.start();
+    let mut rig = Rig::running(200.0);
     rig.lead(0.003);
     // Half a turn further, at rest: 63 mm.
     let forged = line("rcv 100 21000A2F010000003F0000000000000000210F00 E B F ");
@@ -115,8 +111,7 @@ fn an_answer_that_cannot_be_is_not_believed() {
 
 /// The words for what happens to a servo that runs, at most five ticks later.
 fn trouble_of(happens: impl FnOnce(&mut Rig)) -> String {
-    let mut rig = Rig::new(200.0);
-    rig.start();
+    let mut rig = Rig::running(200.0);
     rig.lead(0.003);
     assert!(rig.torque_nm().abs() > 0.01, "it drives");
     happens(&mut rig);
@@ -189,8 +184,7 @@ fn line(text: &str) -> Vec<u8> {
 
 #[test]
 fn the_force_is_zero_after_a_fault_and_comes_back_with_the_next_run() {
-    let mut rig = Rig::new(200.0);
-    rig.start();
+    let mut rig = Rig::running(200.0);
     rig.lead(0.003);
     rig.wire.world().adapter.servo.fail(40);
     for _ in 0..5 {

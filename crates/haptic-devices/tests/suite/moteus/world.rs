@@ -164,6 +164,13 @@ impl Rig {
         Self::with(wire, spring, &[0.0])
     }
 
+    /// One with a spring, started.
+    pub(crate) fn running(stiffness_n_per_m: f32) -> Self {
+        let mut rig = Self::new(stiffness_n_per_m);
+        rig.start();
+        rig
+    }
+
     /// With a law, and the limits of all rigs.
     pub(crate) fn with(wire: Wire, law: Configuration, coefficients: &[f32]) -> Self {
         let axis = wire.open(MoteusSettings::DEFAULT).expect("it answers");

@@ -2,8 +2,9 @@
 //! `CAMPAIGN_CASES` sets how many.
 
 use super::recovery::{holds, noise};
+use super::{fit, largest};
 use haptic_tissue::identify::{
-    CANDIDATES, Identification, Options, Record, RecordKind, TableDetails, identify,
+    CANDIDATES, Identification, Options, Record, RecordKind, TableDetails,
 };
 use haptic_tissue::{Model, ModelKind};
 use measured_table::{Column, Columns};
@@ -87,7 +88,7 @@ impl Case {
             starts: 20,
             ..Options::default()
         };
-        identify(&self.record, &options, &|_| ()).expect("a fit")
+        fit(&self.record, &options)
     }
 }
 
@@ -100,7 +101,7 @@ fn record(kind: Kind, model: &Model, count: usize, noise: &[f64]) -> Record {
             .collect()
     };
     let sized = |values: &[f64]| -> Vec<f64> {
-        let most = values.iter().copied().fold(0.0, f64::max);
+        let most = largest(values);
         let pairs = values.iter().zip(noise);
         pairs
             .map(|(value, noise)| value + 0.005 * most * noise)

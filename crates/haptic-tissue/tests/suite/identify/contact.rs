@@ -1,15 +1,12 @@
 //! Where an indenter touches, and what its force is without: the truth comes out, as often as the intervals promise.
 
-use super::candidate;
+use super::{candidate, evenly, largest, normal};
 use haptic_loop::{Loading, LoadingKind, Specimen};
 use haptic_tissue::identify::{
     Baseline, ContactPoint, Identification, IdentifyError, Options, Record, identify,
 };
 use haptic_tissue::{Model, ModelKind};
 use nalgebra::DMatrix;
-use rand_distr::{Distribution as _, StandardNormal};
-use rand_pcg::Pcg64;
-use rand_pcg::rand_core::SeedableRng as _;
 use testkit::{assert_close, assert_refused, assert_relative, assert_says};
 
 /// V, Pa·s^0.2, and the order of the tissue.
@@ -41,7 +38,7 @@ impl Press {
             .chain((0..200).map(|n| 4.0 * 15.75_f64.powf(f64::from(n) / 199.0)))
             .collect();
         let depth = |t: f64| -height + (DEPTH + height) * (t - rest).clamp(0.0, 1.0);
-        let fine: Vec<f64> = (0..63_000).map(|n| 1e-3 * f64::from(n)).collect();
+        let fine = evenly(1e-3, 63_000);
         let map = sphere().depth_map().expect("of a sphere");
         let strains: Vec<f64> = fine.iter().map(|t| map.at(depth(*t).max(0.0))).collect();
         // The motion is over after 4 s: the samples of the hold are enough.
@@ -80,12 +77,10 @@ impl Press {
         noise: f64,
         seed: u64,
     ) -> Result<Record, IdentifyError> {
-        let mut generator = Pcg64::seed_from_u64(seed);
-        let most = self.forces.iter().copied().fold(0.0, f64::max);
-        let forces = self.forces.iter().map(|force| {
-            let drawn: f64 = StandardNormal.sample(&mut generator);
-            force + most * (offset + noise * drawn)
-        });
+        let mut normal = normal(seed);
+        let most = largest(&self.forces);
+        let forces = self.forces.iter();
+        let forces = forces.map(|force| force + most * (offset + noise * normal()));
         let depths = self.depths.iter().map(|depth| depth + shift).collect();
         Record::pressed_from(
             contact,
@@ -149,7 +144,7 @@ fn inside(count: u64, seeds: impl Iterator<Item = u64>) -> [usize; 4] {
         let draw = Draw::new(&presses, seed, count, 1.0);
         let record = draw.record(ContactPoint::Fitted).expect("valid");
         let found = fitted(&record, Some(Baseline::Constant)).expect("fits");
-        let most = draw.press.forces.iter().copied().fold(0.0, f64::max);
+        let most = largest(&draw.press.forces);
         let truth = [TISSUE[0], TISSUE[1], draw.offset * most, draw.shift];
         let all = found.fits[0]
             .parameters
@@ -395,17 +390,14 @@ fn ramped([viscosity, order, contact]: [f64; 3], time: f64) -> f64 {
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn standard_errors_know_the_contact_wherever_samples_lie() {
-    let times: Vec<f64> = (0..=300).map(|n| 0.01 * f64::from(n)).collect();
+    let times = evenly(0.01, 301);
     for late in [0.0, 1e-15, 0.003, 0.007, 0.01] {
         let truth = [TISSUE[0], TISSUE[1], 1e-4 + 1e-3 * late];
         let clean: Vec<f64> = times.iter().map(|t| ramped(truth, *t)).collect();
-        let most = clean.iter().copied().fold(0.0, f64::max);
+        let most = largest(&clean);
         for seed in 0..3 {
-            let mut generator = Pcg64::seed_from_u64(seed);
-            let noise: Vec<f64> = (clean.iter())
-                .map(|_| StandardNormal.sample(&mut generator))
-                .map(|drawn: f64| 5e-3 * most * drawn)
-                .collect();
+            let mut normal = normal(seed);
+            let noise: Vec<f64> = clean.iter().map(|_| 5e-3 * most * normal()).collect();
             let forces = clean.iter().zip(&noise).map(|(force, noise)| force + noise);
             let depths = times.iter().map(|t| (1e-3 * t).min(DEPTH)).collect();
             let (fit, forces) = (ContactPoint::Fitted, forces.collect());
@@ -441,11 +433,8 @@ fn errors_that_cancel_at_one_frequency_are_told() {
     let ramp = (0..=100).map(|n| 0.01 * f64::from(n));
     let hold = (1..200).map(|n| 100_f64.powf(f64::from(n) / 199.0));
     let times: Vec<f64> = ramp.chain(hold).collect();
-    let mut generator = Pcg64::seed_from_u64(5);
-    let forces = times.iter().map(|t| {
-        let drawn: f64 = StandardNormal.sample(&mut generator);
-        ramped(tissue, *t) + 3e-3 + 1e-4 * drawn
-    });
+    let mut normal = normal(5);
+    let forces = (times.iter()).map(|t| ramped(tissue, *t) + 3e-3 + 1e-4 * normal());
     let (depths, forces) = (
         times.iter().map(|t| (1e-3 * t).min(DEPTH)).collect(),
         forces.collect(),

@@ -1,17 +1,9 @@
 //! What is held, what is a candidate, and the noise of several motions.
 
-use super::{candidate, one};
+use super::{candidate, evenly, fit, normal, one};
 use haptic_tissue::identify::{HeldParameter, Identification, Options, Record, identify};
 use haptic_tissue::{Model, ModelKind};
-use rand_distr::{Distribution as _, StandardNormal};
-use rand_pcg::Pcg64;
-use rand_pcg::rand_core::SeedableRng as _;
 use testkit::{assert_refused, assert_relative, assert_says};
-
-fn normal(seed: u64) -> impl FnMut() -> f64 {
-    let mut generator = Pcg64::seed_from_u64(seed);
-    move || StandardNormal.sample(&mut generator)
-}
 
 /// Storage and loss modulus of a model over four decades with 1 % of noise.
 fn sweep(model: &Model, seed: u64) -> Record {
@@ -33,7 +25,7 @@ fn model(name: &str, values: &[f64]) -> Model {
 }
 
 fn held(record: &Record, kind: &str, held: &[(&str, f64, f64)]) -> Identification {
-    identify(record, &holding(kind, held), &|_| ()).expect("converges")
+    fit(record, &holding(kind, held))
 }
 
 fn holding(kind: &str, held: &[(&str, f64, f64)]) -> Options {
@@ -222,7 +214,7 @@ fn a_classical_tissue_is_its_own_candidate() {
         ("zener", vec![2000.0, 5000.0, 800.0]),
     ] {
         let truth = model(name, &values);
-        let found = identify(&sweep(&truth, 6), &Options::default(), &|_| ()).expect("fits");
+        let found = fit(&sweep(&truth, 6), &Options::default());
         let fit = &found.fits[0];
         assert_eq!(fit.kind.name(), name);
         for (estimate, &truth) in fit.parameters.iter().zip(&values) {
@@ -242,7 +234,7 @@ fn a_classical_tissue_is_its_own_candidate() {
     let spring = time.iter().map(|_| noisy(1e-3)).collect();
     for (name, compliance, wanted) in [("dashpot", dashpot, 300.0), ("spring", spring, 1000.0)] {
         let record = Record::creep(time.clone(), compliance).expect("valid");
-        let found = identify(&record, &Options::default(), &|_| ()).expect("fits");
+        let found = fit(&record, &Options::default());
         let fit = &found.fits[0];
         assert_eq!((fit.kind.name(), fit.parameters.len()), (name, 1));
         assert_relative(name, fit.parameters[0].value, wanted, 0.01);
@@ -255,7 +247,7 @@ fn presses(noise_pa: [f64; 3], seed: u64) -> Record {
     let mut normal = normal(seed);
     let records = [0.013, 0.04, 0.169].into_iter().zip(noise_pa);
     let records = records.map(|(depth, noise)| {
-        let times: Vec<f64> = (0..=100).map(|n| 0.1 * f64::from(n)).collect();
+        let times = evenly(0.1, 101);
         let strain: Vec<f64> = times.iter().map(|t| depth * t.min(1.0)).collect();
         let stress = gel.stress(&times, &strain).into_iter();
         let stress = stress.map(|stress| stress + noise * normal()).collect();
@@ -343,7 +335,7 @@ fn choice(record: &Record, pair: ModelKind) -> (ModelKind, f64) {
         ],
         ..Options::default()
     };
-    let fits = identify(record, &options, &|_| ()).expect("fits").fits;
+    let fits = fit(record, &options).fits;
     let plain = |kind: ModelKind| {
         let fit = fits
             .iter()

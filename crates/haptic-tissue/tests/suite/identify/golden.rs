@@ -1,7 +1,7 @@
 //! The best of 40 random starts of `SciPy` on the same residual, and the figures of the theory for fish muscle.
 
-use super::{candidate, fish, one};
-use haptic_tissue::identify::{CANDIDATES, Identification, Options, Record, identify};
+use super::{candidate, fish, fit, one};
+use haptic_tissue::identify::{CANDIDATES, Identification, Options, Record};
 use haptic_tissue::{Model, ModelKind};
 use testkit::{assert_close, assert_says};
 
@@ -118,7 +118,7 @@ fn fish_muscle_is_the_fractional_maxwell_model_of_the_theory() {
 /// A spring-pot alone leaves 15 %: the record itself asks for more.
 #[test]
 fn the_record_chooses_and_says_what_it_cannot_tell() {
-    let found = identify(&fish(), &Options::default(), &|_| ()).expect("converges");
+    let found = fit(&fish(), &Options::default());
     // No dashpot shows in a relaxation by itself.
     assert_eq!(found.fits.len(), CANDIDATES.len() - 2);
     assert!(found.fits[0].rms <= 0.0046, "{:?}", found.fits[0]);
@@ -145,11 +145,11 @@ fn the_record_chooses_and_says_what_it_cannot_tell() {
         chosen: Some(ModelKind::FractionalMaxwell),
         ..Options::default()
     };
-    let found = identify(&record, &options, &|_| ()).expect("converges");
+    let found = fit(&record, &options);
     assert_eq!(found.fits[0].kind, ModelKind::FractionalMaxwell);
     let message = found.warnings.join("\n");
     assert_says(&message, "the simpler spring-pot is as good");
-    let auto = identify(&record, &Options::default(), &|_| ()).expect("converges");
+    let auto = fit(&record, &Options::default());
     assert_eq!(auto.fits[0].kind, ModelKind::SpringPot);
 }
 

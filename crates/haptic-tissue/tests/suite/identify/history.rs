@@ -1,6 +1,6 @@
 //! Any motion: the strain that really was.
 
-use super::{candidate, one};
+use super::{candidate, evenly, largest, one};
 use haptic_tissue::identify::Record;
 use haptic_tissue::{Model, ModelKind};
 use testkit::{Random, assert_relative};
@@ -31,10 +31,10 @@ fn assert_found(record: &Record, viscosity_pa_s_alpha: f64, order: f64) {
 
 #[test]
 fn a_finite_ramp_costs_nothing() {
-    let times: Vec<f64> = (0..2001).map(|i| 0.01 * f64::from(i)).collect();
+    let times = evenly(0.01, 2001);
     let (strain, stress) = ramp_and_hold(&times, 8650.0, 0.2247);
     let record = Record::history(times.clone(), strain, stress.clone()).expect("valid");
-    let largest = stress.iter().copied().fold(0.0, f64::max);
+    let largest = largest(&stress);
     let rms = one(&record, candidate("spring-pot")).fits[0].rms;
     assert!(rms < 1e-6 * largest, "{rms} of {largest}");
     assert_found(&record, 8650.0, 0.2247);
@@ -94,7 +94,7 @@ fn uneven_samples_give_the_same_tissue() {
 #[test]
 fn a_long_record_is_thinned_but_not_its_strain() {
     let rate = 0.01;
-    let times: Vec<f64> = (0..30_001).map(|i| 1e-3 * f64::from(i)).collect();
+    let times = evenly(1e-3, 30_001);
     // Strain t² has the stress 2·V·t^(2−α)/Γ(3−α).
     let strain = times.iter().map(|t| rate * t * t).collect();
     let gamma = libm::tgamma(3.0 - 0.3);
@@ -154,7 +154,7 @@ fn a_convex_record_is_an_elastic_one() {
 #[test]
 fn noise_of_the_strain_is_named_where_it_moves_a_parameter() {
     let gel = Model::from_parameters(ModelKind::SpringPot, &[2000.0, 0.5]).expect("valid");
-    let times: Vec<f64> = (0..400).map(|n| 0.02 * f64::from(n)).collect();
+    let times = evenly(0.02, 400);
     let by_hand = |t: &f64| 0.05 * (1.0 - (0.9 * t).cos()) + 0.01 * (3.1 * t).sin();
     let strain: Vec<f64> = times.iter().map(by_hand).collect();
     let stress = gel.stress(&times, &strain);

@@ -1,12 +1,9 @@
 //! Force and depth of specimens of all shapes: the memory that was pressed comes out, as often as its intervals promise.
 
-use super::{candidate, one};
+use super::{candidate, evenly, fit, largest, normal, one};
 use haptic_loop::{Loading, LoadingKind, Specimen};
 use haptic_tissue::identify::{Identification, Options, Record, identify};
 use haptic_tissue::{Model, ModelKind};
-use rand_distr::{Distribution as _, StandardNormal};
-use rand_pcg::Pcg64;
-use rand_pcg::rand_core::SeedableRng as _;
 use testkit::{assert_refused, assert_relative, assert_says};
 
 /// A punch, a sphere, a cone, a sphere on a layer, slabs.
@@ -89,12 +86,9 @@ fn pressed(
         .step_by(20)
         .map(|stress| shape * stress)
         .collect();
-    let most = force.iter().copied().fold(0.0, f64::max);
-    let mut generator = Pcg64::seed_from_u64(seed);
-    let noisy = force.iter().map(|force| {
-        let g: f64 = StandardNormal.sample(&mut generator);
-        force + noise * most * g
-    });
+    let most = largest(&force);
+    let mut normal = normal(seed);
+    let noisy = force.iter().map(|force| force + noise * most * normal());
     noisy.collect()
 }
 
@@ -186,7 +180,7 @@ fn with_stiffening(record: &Record, kind: ModelKind) -> Identification {
         stiffening: true,
         ..Options::default()
     };
-    identify(record, &options, &|_| ()).expect("converges")
+    fit(record, &options)
 }
 
 #[test]
@@ -266,7 +260,7 @@ fn a_candidate_that_cannot_be_fitted_is_left_out_and_told() {
         stiffening: true,
         ..Options::default()
     };
-    let found = identify(&record, &options, &|_| ()).expect("the others are fitted");
+    let found = fit(&record, &options);
     let warnings = found.warnings.join("\n");
     for kind in ["fractional-zener", "fractional-poynting-thomson"] {
         assert_says(&warnings, kind);
@@ -386,7 +380,7 @@ fn a_shear_record_compresses_with_three_times_its_force() {
 fn a_retraction_is_left_out_of_growing_contact_and_said() {
     let (kind, truth, model) = truth(0);
     let [punch, sphere, cone, ..] = shapes();
-    let times: Vec<f64> = (0..=400).map(|n| 0.01 * f64::from(n)).collect();
+    let times = evenly(0.01, 401);
     let depths: Vec<f64> = (times.iter())
         .map(|t| 4e-4 * t.min(1.0).min(4.0 - t))
         .collect();
@@ -434,7 +428,7 @@ fn a_touch_begins_between_its_samples() {
     let (kind, truth, model) = truth(0);
     let sphere = shapes()[1];
     // 0.6 of the time between two samples before the touch.
-    let fine: Vec<f64> = (0..=2000).map(|n| 0.001 * f64::from(n)).collect();
+    let fine = evenly(0.001, 2001);
     let depths = fine.iter().map(|t| 1e-3 * t.min(1.04)).collect();
     let force = pressed(&model, &sphere, &(fine.clone(), depths), 0.0, 0);
     let depth = |t: f64| 1e-3 * t.min(1.04);

@@ -1,6 +1,7 @@
 //! The least sums of squares in motions of elastic and of stiffening tissue are those of `SciPy`, see `make_stiff_golden.py`.
 
-use haptic_tissue::identify::{Identification, Options, Record, identify};
+use super::{evenly, fit, largest};
+use haptic_tissue::identify::{Identification, Options, Record};
 use haptic_tissue::{Model, ModelKind};
 
 /// What a fit may leave over what `SciPy`'s best of 40 starts leaves.
@@ -71,7 +72,7 @@ fn elastic_records(samples: std::ops::RangeInclusive<usize>, candidates: &[Model
             candidates: candidates.to_vec(),
             ..Options::default()
         };
-        let found = identify(&record, &options, &|_| ()).expect("every candidate has a minimum");
+        let found = fit(&record, &options);
         let message = found.warnings.join("\n");
         assert!(!message.contains("no minimum"), "{row:?}: {message}");
         assert_eq!(found.fits.len(), candidates.len());
@@ -105,12 +106,12 @@ fn by_night_no_candidate_of_any_elastic_record_is_without_a_minimum() {
 /// A ramp to 0.15 within 3 s and a hold of a spring-pot of 2 kPa·s^α that stiffens.
 fn stiff(order: f64, b: f64, noise: f64) -> Record {
     // Straight between fine times of the ramp, of which each tenth of a second is one.
-    let fine: Vec<f64> = (0..=6000).map(|k| f64::from(k) * 0.0025).collect();
+    let fine = evenly(0.0025, 6001);
     let strain = |t: f64| 0.15 * (t / 3.0).min(1.0);
     let seen: Vec<f64> = fine.iter().map(|&t| (b * strain(t)).exp_m1() / b).collect();
     let pot = Model::from_parameters(ModelKind::SpringPot, &[2000.0, order]).expect("valid");
     let stress: Vec<f64> = pot.stress(&fine, &seen).into_iter().step_by(40).collect();
-    let most = stress.iter().copied().fold(0.0, f64::max);
+    let most = largest(&stress);
     let noisy = stress.iter().enumerate();
     let mut stress: Vec<f64> = noisy
         .map(|(k, stress)| stress + noise * most * wave(k))
@@ -130,7 +131,7 @@ fn stiff_records(every: usize) {
             stiffening: true,
             ..Options::default()
         };
-        let found = identify(&record, &options, &|_| ()).expect("a minimum");
+        let found = fit(&record, &options);
         let ratio = found.fits[0].rms / row[3];
         worst = worst.max(ratio);
         assert!(

@@ -1,10 +1,9 @@
 //! What a record means: rheometers' other moduli, the sign of compression, a ramp that no column tells.
 
-use super::candidate;
+use super::{candidate, fit};
 use haptic_loop::{Loading, LoadingKind};
 use haptic_tissue::identify::{
     ContactPoint, Identification, IdentifyError, Options, RecordKind, TableDetails, Understood,
-    identify,
 };
 use measured_table::{Reader, read_table};
 use testkit::{assert_refused, assert_relative, assert_says};
@@ -18,7 +17,7 @@ fn fitted(understood: &Understood) -> Identification {
         candidates: vec![candidate("spring-pot")],
         ..Options::default()
     };
-    identify(&understood.record, &options, &|_| ()).expect("converges")
+    fit(&understood.record, &options)
 }
 
 fn assert_fit(found: &Identification, [viscosity, order]: [f64; 2], tolerance: f64) {

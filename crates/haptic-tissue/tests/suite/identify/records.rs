@@ -1,6 +1,6 @@
 //! Records that are refused.
 
-use super::{candidate, one};
+use super::{candidate, fit, one};
 use haptic_tissue::ModelKind;
 use haptic_tissue::identify::{IdentifyError, Options, Record, identify};
 use testkit::assert_relative;
@@ -107,7 +107,7 @@ fn a_record_without_a_number_to_spare_is_too_short_for_a_model() {
         "3 numbers are too few for spring: give at least 4"
     );
     // The others are no reason to refuse what can be fitted, but are named.
-    let found = identify(&few(7), &Options::default(), &|_| ()).expect("two parameters");
+    let found = fit(&few(7), &Options::default());
     assert_eq!(found.fits[0].kind, ModelKind::SpringPot);
     let short = |words: &&String| words.contains("too few");
     assert_eq!(found.warnings.iter().filter(short).count(), 2);
@@ -182,7 +182,7 @@ fn a_record_that_no_model_describes_is_said_to_be_one() {
     let noisy = |_: f64, n: usize| (n as f64 * 0.618_033_988_749_895).fract() - 0.5;
     let warned = |compliance: Vec<f64>| {
         let record = Record::creep(times.clone(), compliance).expect("a record");
-        let found = identify(&record, &Options::default(), &|_| ()).expect("a minimum");
+        let found = fit(&record, &Options::default());
         let warning = found
             .warnings
             .into_iter()
@@ -211,7 +211,7 @@ fn a_modulus_that_has_decayed_to_rounding_does_not_count() {
             .collect();
         let moduli = times.iter().map(|t| 1000.0 * libm::exp(-t)).collect();
         let record = Record::relaxation(times, moduli).expect("valid");
-        let found = identify(&record, &Options::default(), &|_| ()).expect("a fit");
+        let found = fit(&record, &Options::default());
         let fit = &found.fits[0];
         assert_eq!(fit.kind, ModelKind::Maxwell);
         for estimate in &fit.parameters {

@@ -1,13 +1,10 @@
 //! Synthetic records with noise: the truth lies in the 95 % interval as often as it should.
 
-use super::one;
+use super::{fit, normal, one};
 use haptic_tissue::identify::{
     Estimate, IdentifyError, Options, Record, identify, identify_unless,
 };
 use haptic_tissue::{Model, ModelKind};
-use rand_distr::{Distribution as _, StandardNormal};
-use rand_pcg::Pcg64;
-use rand_pcg::rand_core::SeedableRng as _;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
@@ -27,8 +24,7 @@ fn truths() -> [(ModelKind, Vec<f64>); 5] {
 
 /// Normal numbers, each like the one before by so much: noise of an AR(1) process.
 pub(super) fn noise(count: usize, alike: f64, seed: u64) -> Vec<f64> {
-    let mut generator = Pcg64::seed_from_u64(seed);
-    let mut draw = || -> f64 { StandardNormal.sample(&mut generator) };
+    let mut draw = normal(seed);
     let mut last = draw();
     let next = |_| {
         let now = last;
@@ -82,7 +78,7 @@ fn coverage(samples: usize, alike: f64, cases: u64) -> (f64, f64) {
                 starts: 12,
                 ..Options::default()
             };
-            let found = identify(&record, &options, &|_| ()).expect("converges");
+            let found = fit(&record, &options);
             let fit = &found.fits[0];
             let pairs = fit.parameters.iter().zip(&truth);
             count += pairs
@@ -300,10 +296,7 @@ fn assert_widths(candidate: ModelKind, record: &Record, shares: &Range<f64>) {
         let ratio = width(drawn) / width(plain);
         assert!(shares.contains(&ratio), "{}: {ratio}", plain.name);
     }
-    assert_eq!(
-        drawn,
-        identify(record, &options, &|_| ()).expect("converges")
-    );
+    assert_eq!(drawn, fit(record, &options));
 }
 
 #[test]

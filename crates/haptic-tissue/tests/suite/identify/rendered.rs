@@ -1,7 +1,8 @@
 //! What the loop rendered is identified as what it was: its errors are those of sampling, no noise.
 
+use super::fit;
 use fracdiff::Seconds;
-use haptic_tissue::identify::{Identification, Options, Record, identify};
+use haptic_tissue::identify::{Identification, Options, Record};
 use haptic_tissue::{FullHistory, Library, Model, ModelKind, SampledModel};
 use testkit::{assert_close, assert_relative, tissue::model};
 
@@ -10,11 +11,17 @@ fn rendered(tissue: &Model, sample_time_s: f64) -> Record {
     relaxed(tissue, sample_time_s, 1.0, 4.0)
 }
 
+/// The full history before its first sample, and the times of all.
+fn at_rest(tissue: &Model, sample_time_s: f64, count: usize) -> (FullHistory, Vec<f64>) {
+    let sampled = SampledModel::new(tissue, Seconds(sample_time_s)).expect("valid");
+    let history = FullHistory::new(&sampled, count + 1).expect("valid");
+    let times = (0..=count).map(|n| n as f64 * sample_time_s).collect();
+    (history, times)
+}
+
 fn relaxed(tissue: &Model, sample_time_s: f64, ramp_s: f64, duration_s: f64) -> Record {
     let count = (duration_s / sample_time_s) as usize;
-    let sampled = SampledModel::new(tissue, Seconds(sample_time_s)).expect("valid");
-    let mut history = FullHistory::new(&sampled, count + 1).expect("valid");
-    let times: Vec<f64> = (0..=count).map(|n| n as f64 * sample_time_s).collect();
+    let (mut history, times) = at_rest(tissue, sample_time_s, count);
     let strains: Vec<f64> = times.iter().map(|t| 0.05 * (t / ramp_s).min(1.0)).collect();
     let stresses = strains.iter().map(|strain| history.step(*strain)).collect();
     Record::history(times, strains, stresses).expect("valid")
@@ -26,16 +33,14 @@ fn found(record: &Record, candidates: &[ModelKind]) -> Identification {
         candidates: candidates.to_vec(),
         ..Options::default()
     };
-    let found = identify(record, &options, &|_| ()).expect("a fit");
+    let found = fit(record, &options);
     assert_eq!(found.fits.len(), candidates.len(), "{:?}", found.warnings);
     found
 }
 
 /// As `creep` imposes it: a stress from the first sample on.
 fn crept(tissue: &Model, sample_time_s: f64, count: usize) -> Record {
-    let sampled = SampledModel::new(tissue, Seconds(sample_time_s)).expect("valid");
-    let mut history = FullHistory::new(&sampled, count + 1).expect("valid");
-    let times: Vec<f64> = (0..=count).map(|n| n as f64 * sample_time_s).collect();
+    let (mut history, times) = at_rest(tissue, sample_time_s, count);
     let strains = times.iter().map(|_| {
         let strain = (100.0 - history.past()) / history.gain();
         history.advance(strain);
@@ -65,7 +70,7 @@ fn rendered_creep_is_of_the_model_that_crept() {
             ..Options::default()
         };
         let record = crept(&model(kind, parameters), 1e-3, 600);
-        let found = identify(&record, &options, &|_| ()).expect("a fit");
+        let found = fit(&record, &options);
         let fit = &found.fits[0];
         assert_eq!(fit.kind, kind, "{parameters:?}: {:?}", fit.parameters);
         for (found, truth) in fit.parameters.iter().zip(parameters) {
@@ -145,7 +150,7 @@ fn library(cases: impl Fn(usize) -> bool) {
             starts,
             ..Options::default()
         };
-        let found = identify(&record, &options, &|_| ()).expect("a fit");
+        let found = fit(&record, &options);
         let name = &material.name;
         assert_eq!(found.fits[0].kind, material.model.kind(), "{name} {way:?}");
         let count = options.candidates.len();

@@ -1,23 +1,18 @@
 //! Specimens of one tissue: their mean and spread are those of the specimens, not of the fits.
 
-use super::candidate;
+use super::{candidate, normal};
 use haptic_tissue::identify::{IdentifyError, Options, Record, Replicates, replicates};
 use haptic_tissue::{Model, ModelKind};
-use rand_distr::{Distribution as _, StandardNormal};
-use rand_pcg::Pcg64;
-use rand_pcg::rand_core::SeedableRng as _;
 use std::sync::atomic::AtomicBool;
 use testkit::{assert_refused, assert_relative};
 
 /// A spring-pot with noise of so much.
 fn specimen(viscosity: f64, order: f64, noise: f64, seed: u64) -> Record {
-    let mut generator = Pcg64::seed_from_u64(seed);
+    let mut normal = normal(seed);
     let model = Model::from_parameters(ModelKind::SpringPot, &[viscosity, order]).expect("valid");
     let times: Vec<f64> = (0..60).map(|n| 0.1 * 1.1_f64.powi(n)).collect();
-    let moduli = model.relaxation_moduli(&times).into_iter().map(|modulus| {
-        let drawn: f64 = StandardNormal.sample(&mut generator);
-        modulus * (noise * drawn).exp()
-    });
+    let moduli = model.relaxation_moduli(&times).into_iter();
+    let moduli = moduli.map(|modulus| modulus * (noise * normal()).exp());
     let moduli = moduli.collect();
     Record::relaxation(times, moduli).expect("valid")
 }

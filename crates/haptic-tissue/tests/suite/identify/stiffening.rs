@@ -1,12 +1,10 @@
 //! Tissue that stiffens: the least sum of squares over b and the memory together, and the choice between memories.
 #![expect(clippy::float_cmp, reason = "values of a list are compared")]
 
+use super::{evenly, fit, largest, normal};
 use haptic_loop::{Loading, LoadingKind, Specimen};
-use haptic_tissue::identify::{Identification, Options, Record, identify};
+use haptic_tissue::identify::{Identification, Options, Record};
 use haptic_tissue::{Model, ModelKind};
-use rand_distr::{Distribution as _, StandardNormal};
-use rand_pcg::Pcg64;
-use rand_pcg::rand_core::SeedableRng as _;
 use testkit::{assert_relative, assert_says};
 
 fn stiffened(record: &Record, candidates: &[ModelKind]) -> Identification {
@@ -15,7 +13,7 @@ fn stiffened(record: &Record, candidates: &[ModelKind]) -> Identification {
         stiffening: true,
         ..Options::default()
     };
-    identify(record, &options, &|_| ()).expect("every candidate is fitted")
+    fit(record, &options)
 }
 
 /// V = Σsσ/Σs² of s = (exp(bε) − 1)/b, and the rms of what is left of all samples but the first, which is at rest.
@@ -47,7 +45,7 @@ fn least(strain: &[f64], stress: &[f64]) -> f64 {
 /// As where compression is written below 0, in both columns.
 #[test]
 fn a_convex_record_of_two_negative_columns_is_turned() {
-    let times: Vec<f64> = (0..=50).map(|n| 0.1 * f64::from(n)).collect();
+    let times = evenly(0.1, 51);
     let strain: Vec<f64> = times.iter().map(|t| 0.03 * t).collect();
     let stress: Vec<f64> = strain
         .iter()
@@ -68,7 +66,7 @@ fn a_convex_record_of_two_negative_columns_is_turned() {
 #[test]
 fn the_least_sum_of_an_elastic_record_is_found_whatever_its_interval() {
     for (b, error, rate) in [(8.0, -0.05, 0.1), (15.0, -0.02, 0.1), (7.0, 0.02, 0.07)] {
-        let times: Vec<f64> = (0..=150).map(|n| 0.4 * f64::from(n)).collect();
+        let times = evenly(0.4, 151);
         let strain: Vec<f64> = times.iter().map(|t| 0.173 * t / 60.0).collect();
         let most = libm::expm1(b * 0.173);
         let stress: Vec<f64> = (times.iter().zip(&strain))
@@ -126,19 +124,17 @@ fn record(case: u64) -> (Record, ModelKind) {
     let (plain, stiff) = (specimen(0.0), specimen(pick([6.0, 12.0, 20.0], 2)));
     let map = stiff.depth_map().expect("a sphere");
     let shape = stiff.shape(stiff.loading().kind.modulus());
-    let mut generator = Pcg64::seed_from_u64(100 + case);
+    let mut normal = normal(100 + case);
     let records = [1e-3, 2e-3, 3e-3].map(|depth| {
         // Straight between 20 times as many times.
         let fine: Vec<f64> = (0..=2000).map(|n| f64::from(n) / 200.0).collect();
         let depths: Vec<f64> = fine.iter().map(|t| depth * t.min(1.0)).collect();
         let seen: Vec<f64> = depths.iter().map(|depth| map.at(*depth)).collect();
         let forces = model.stress(&fine, &seen);
-        let most = forces.iter().copied().fold(0.0, f64::max);
+        let most = largest(&forces);
         let every = |values: &[f64]| values.iter().copied().step_by(20).collect::<Vec<f64>>();
-        let noisy = every(&forces).into_iter().map(|force| {
-            let noise: f64 = StandardNormal.sample(&mut generator);
-            shape * (force + 0.01 * most * noise)
-        });
+        let noisy = every(&forces).into_iter();
+        let noisy = noisy.map(|force| shape * (force + 0.01 * most * normal()));
         let forces = noisy.collect();
         Record::pressed(every(&fine), every(&depths), forces, &plain).expect("valid")
     });

@@ -1,10 +1,9 @@
 //! Records that people had trouble with, with their right values. They are kept in `shared/data/cases` beside the repository.
 
+use super::fit;
 use haptic_loop::{Loading, LoadingKind};
 use haptic_tissue::ModelKind;
-use haptic_tissue::identify::{
-    Identification, Options, RecordKind, TableDetails, Understood, identify,
-};
+use haptic_tissue::identify::{Identification, Options, RecordKind, TableDetails, Understood};
 use measured_table::{Reader, read_table};
 use testkit::{assert_refused, assert_relative, assert_says};
 
@@ -45,7 +44,7 @@ fn fitted(understood: &Understood, candidates: &[ModelKind], stiffening: bool) -
         stiffening,
         ..Options::default()
     };
-    identify(&understood.record, &options, &|_| ()).expect("a minimum")
+    fit(&understood.record, &options)
 }
 
 fn sphere(radius_m: f64, thickness_m: Option<f64>) -> Loading {
