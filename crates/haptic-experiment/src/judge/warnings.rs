@@ -82,7 +82,7 @@ impl Warnings {
             ));
         } else if notable.is_some() {
             self.0.push(format!(
-                "{off}the operator contributes max_relative_error to that, the rig rig_error"
+                "{off}`max_relative_error` is the operator's part of that, `rig_error` the rig's"
             ));
         }
     }
