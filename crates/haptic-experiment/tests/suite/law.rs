@@ -382,10 +382,10 @@ fn edges(h: impl Fn(Complex<f64>) -> Complex<f64>) -> Vec<f64> {
         .collect();
     let mut found = Vec::new();
     for pair in angles.windows(2) {
-        let sign = |theta: f64| open(theta).im.signum();
-        let before = sign(pair[0]);
-        if before != sign(pair[1]) {
-            let at = bisected(pair[0], pair[1], |theta| sign(theta) == before);
+        let is_positive = |theta: f64| open(theta).im.is_sign_positive();
+        let before = is_positive(pair[0]);
+        if before != is_positive(pair[1]) {
+            let at = bisected(pair[0], pair[1], |theta| is_positive(theta) == before);
             found.push(-1.0 / open(at).re);
         }
     }

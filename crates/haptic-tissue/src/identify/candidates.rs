@@ -215,7 +215,7 @@ struct Tried<'a> {
     certainty: Certainty,
     /// The record without what rendering did to it.
     unrendered: Option<Target<'a>>,
-    /// What is left is of the rendering: no noise to compare by.
+    /// The residual comes from the rendering: it holds no noise to compare by.
     is_rendered: bool,
 }
 

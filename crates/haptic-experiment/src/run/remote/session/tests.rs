@@ -91,7 +91,7 @@ fn look<const N: usize>(
                     planned = number.cloned().unwrap_or(planned);
                     metadata.push(about.name);
                 }
-                other => panic!("{other:?}"),
+                other @ (Entry::Drive(_) | _) => panic!("{other:?}"),
             }
         }
         let record = ran.record;
