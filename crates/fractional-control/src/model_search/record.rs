@@ -83,6 +83,13 @@ impl InputOutput {
         self
     }
 
+    /// Counts the input from 0 again, as it was recorded.
+    #[must_use]
+    pub fn as_recorded(self) -> Self {
+        let zero = self.input_zero;
+        self.counted_from(-zero)
+    }
+
     /// True if the input changes again, or after the beginning: an answer to one change at the beginning is as what moved before.
     pub(super) fn tells_before(&self) -> bool {
         let rows = self.input.len();

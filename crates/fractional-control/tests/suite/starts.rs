@@ -212,6 +212,7 @@ fn one_step_soon_after_the_beginning_is_counted_from_the_input_before_it() {
             let what = format!("{before} from {at}: {}", best.function);
             assert_eq!(record.start, StartState::Offset, "{what}");
             assert_close(&what, record.input_zero, zero, 0.0);
+            assert_eq!(record.clone().as_recorded().input, input, "{what}");
             assert_close(&what, best.offset, start, 0.02);
             let gain = best.function.numerator().terms().last().expect("a gain");
             assert_relative(&what, gain.coefficient, 4.75, 0.02);

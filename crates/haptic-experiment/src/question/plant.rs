@@ -236,7 +236,8 @@ impl PlantQuestion {
         let best = best.clone();
         Ok(PlantAnswer {
             report,
-            record,
+            begins: counted_from(&record, &best.identified),
+            record: record.as_recorded(),
             tried,
             best,
         })
@@ -287,11 +288,13 @@ impl PlantQuestion {
 pub struct PlantAnswer {
     /// Function, dead time and how certain they are, with warnings.
     pub report: PlantReport,
-    /// The record as it was fitted.
+    /// The record, its input as it was recorded.
     pub record: InputOutput,
     /// The function on the second record.
     pub tried: Option<Tried>,
     best: Found,
+    /// The state of the plant at the beginning of the record, in words.
+    begins: String,
 }
 
 impl PlantAnswer {
@@ -316,7 +319,7 @@ impl PlantAnswer {
             delay_s: identified.dead_time.seconds(),
         };
         let rms = digits(identified.rms_residual, 4);
-        let begins = counted_from(&self.record, identified);
+        let begins = &self.begins;
         let note = format!("identified from {name}, {samples} samples, rms {rms}{begins}");
         model.to_toml(program, &note).unwrap_or_default()
     }
