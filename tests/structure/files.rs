@@ -5,13 +5,18 @@ use std::path::{Path, PathBuf};
 
 /// The files of Rust below a folder, with their texts; builds are left out.
 fn files(folder: &Path, found: &mut Vec<(PathBuf, String)>) {
+    files_of("rs", folder, found);
+}
+
+/// The files with this extension below a folder.
+fn files_of(wanted: &str, folder: &Path, found: &mut Vec<(PathBuf, String)>) {
     for entry in std::fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();
         if path.is_dir() {
             if !path.ends_with("target") {
-                files(&path, found);
+                files_of(wanted, &path, found);
             }
-        } else if path.extension().is_some_and(|kind| kind == "rs") {
+        } else if path.extension().is_some_and(|kind| kind == wanted) {
             let text = std::fs::read_to_string(&path).expect("a text");
             found.push((path, text));
         }
@@ -51,6 +56,31 @@ fn silence_and_lateness_are_judged_by_the_one_clock_that_counts_a_sleep() {
         named.is_empty(),
         "take haptic_loop::realtime::Moment in {named:?}"
     );
+}
+
+/// A sweep's folder is its own door: a lock, a manifest and parts that are renamed when they are whole. The tissue is in a folder that goes.
+#[test]
+fn a_file_of_the_python_package_is_written_by_its_doors() {
+    const DOORS: [&str; 4] = ["experiment", "folder", "in_parquet", "in_zarr"];
+    const WRITES: [&str; 6] = [
+        "write_text(",
+        "write_bytes(",
+        "os.open(",
+        "write_table(",
+        "\"w\"",
+        "\"a\"",
+    ];
+    let mut found = Vec::new();
+    files_of("py", &crate::root().join("python/src"), &mut found);
+    let writes =
+        |line: &str| !line.contains(">>>") && WRITES.iter().any(|word| line.contains(word));
+    found.retain(|(_, text)| text.lines().any(writes));
+    let mut found: Vec<_> = found
+        .iter()
+        .filter_map(|(path, _)| path.file_stem()?.to_str())
+        .collect();
+    found.sort_unstable();
+    assert_eq!(found, DOORS);
 }
 
 #[test]

@@ -210,6 +210,56 @@ fn words_of(name: &str, source: &Source) -> Vec<String> {
     found
 }
 
+/// The files that open one for writing, by crate and module, with the reason. The first is the door for all others; none of the rest writes
+/// a file that a person keeps.
+const WRITERS: [(&str, &str, &str); 4] = [
+    ("haptic-log", "record::new_file", "the door"),
+    (
+        "haptic-page",
+        "server",
+        "the address, for its owner's eyes alone: goes with the server",
+    ),
+    ("haptic-remote", "serial::port", "a setting of the kernel"),
+    (
+        "host-cli",
+        "command::device::flash::drive",
+        "the drive of a boot loader, which renames nothing",
+    ),
+];
+
+/// Functions and types that make, open or rename a file.
+const OPENS: [&str; 9] = [
+    "std::fs::File::create",
+    "std::fs::File::create_new",
+    "std::fs::File::options",
+    "std::fs::OpenOptions",
+    "std::fs::copy",
+    "std::fs::hard_link",
+    "std::fs::rename",
+    "std::fs::write",
+    "csv::Writer::from_path",
+];
+
+#[test]
+fn one_door_leads_to_every_file_that_is_written() {
+    let python = (
+        "python".to_owned(),
+        reader::read(&root().join("python/rust")),
+    );
+    let mut found = Vec::new();
+    for (name, sources) in SOURCES.iter().chain([&python]) {
+        let opens = |path: &String| OPENS.iter().any(|known| path.starts_with(known));
+        let files = sources.iter().flat_map(|source| &source.files);
+        let files = files.filter(|file| name != FOR_TESTS && file.paths.iter().any(opens));
+        found.extend(files.map(|file| (name.as_str(), file.name.as_str())));
+    }
+    let known = WRITERS.map(|(name, file, _)| (name, file));
+    assert_eq!(
+        found, known,
+        "write by haptic_log::record::{{NewFile, LineFile}}"
+    );
+}
+
 /// Whether a text has a key with its unit in it, `` `sample_time_s` ``.
 fn spells_a_key(text: &str) -> bool {
     let quoted = text.split('`').skip(1).step_by(2);

@@ -5,11 +5,12 @@
 //! Everything behind the chunks is written anew, so it costs the size of the index, not of the log. No sample is touched: a power cut in
 //! between leaves a log that ends behind its last chunk. The checksum of the data section, if it has one, is continued over the new record.
 
-use std::fs::OpenOptions;
+use std::fs::File;
 use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
 
 use super::RecordError;
+use super::new_file::open_to_change;
 use mcap::records::op;
 
 /// Name of the metadata record with the verdict on a run, under the key of the same name.
@@ -29,15 +30,14 @@ const METADATA_COUNT: usize = HEAD + 18;
 /// # Errors
 /// A file that is no finished log, or cannot be written.
 pub fn add_verdict(path: &Path, verdict: &str) -> Result<(), RecordError> {
-    appended(path, verdict).map_err(|source| RecordError::Write {
+    appended(open_to_change(path)?, verdict).map_err(|source| RecordError::Write {
         path: path.to_owned(),
         samples_safe: 0,
         source,
     })
 }
 
-fn appended(path: &Path, verdict: &str) -> io::Result<()> {
-    let mut file = OpenOptions::new().read(true).write(true).open(path)?;
+fn appended(mut file: File, verdict: &str) -> io::Result<()> {
     let mut tail = [0; TAIL];
     file.seek(SeekFrom::End(-(TAIL as i64)))?;
     file.read_exact(&mut tail)?;

@@ -29,6 +29,7 @@ mod append;
 mod error;
 mod export;
 pub mod flaw;
+mod lines;
 mod message;
 mod new_file;
 mod order;
@@ -47,6 +48,7 @@ mod writer;
 pub use append::{VERDICT, add_verdict};
 pub use error::RecordError;
 pub use export::{ExportSummary, export_csv, export_csv_to};
+pub use lines::LineFile;
 #[cfg(feature = "foxglove")]
 pub(crate) use message::LogMessage;
 pub use message::{ColumnValue, EventMessage, MessageError, MetadataRecord};

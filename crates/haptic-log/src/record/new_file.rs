@@ -14,8 +14,11 @@ pub enum NewFileError {
     #[error("`{}` already exists and is not overwritten; choose another name or move it away", .0.display())]
     Exists(PathBuf),
     /// A folder, a device, a pipe, a socket or a link has the name.
-    #[error("`{}` is not a regular file and is not replaced; choose another name", .0.display())]
+    #[error("`{}` is not a regular file and is left as it is; choose another name", .0.display())]
     NotRegular(PathBuf),
+    /// A file that is to be continued begins otherwise.
+    #[error("`{}` begins otherwise and is not continued; choose another name", .0.display())]
+    Foreign(PathBuf),
     /// An earlier log under this name was never finished.
     #[error(
         "`{}` is left from a run that was cut off; save what it holds with `host-cli log recover`, then remove it",
@@ -24,7 +27,7 @@ pub enum NewFileError {
     Leftover(PathBuf),
     /// Another process is writing the file just now.
     #[error(
-        "`{}` is being written by another run; wait until that run has ended, or use another folder",
+        "`{}` is being written by another run; wait until that run has ended, or choose another name",
         .0.display()
     )]
     BeingWritten(PathBuf),
@@ -228,6 +231,24 @@ pub fn refuse_taken(target: &Path, overwrite: bool) -> Result<(), NewFileError> 
     }
 }
 
+/// Opens a file to change it: a regular one, no link to one, that no other process changes meanwhile.
+pub(super) fn open_to_change(path: &Path) -> Result<File, NewFileError> {
+    refuse_taken(path, true)?;
+    let opened = OpenOptions::new().read(true).write(true).open(path);
+    locked(
+        opened.map_err(|source| NewFileError::io(path, source))?,
+        path,
+    )
+}
+
+/// The file with its lock. A file system without locks lets anybody write.
+pub(super) fn locked(file: File, path: &Path) -> Result<File, NewFileError> {
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => Err(NewFileError::BeingWritten(path.to_owned())),
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(file),
+    }
+}
+
 /// Removes a file of an earlier run, which would pass for one of this: a regular one, if it is there.
 pub fn remove_earlier(file: &Path) {
     if refuse_taken(file, true).is_ok() {
@@ -321,6 +342,7 @@ fn rename_to_free_name(from: &Path, to: &Path) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::record::LineFile;
     use testkit::Folder;
 
     #[test]
@@ -415,6 +437,7 @@ mod tests {
             let words = NewFile::create(special, Leftover::Keep, true).map(drop);
             let words = words.expect_err("refused").to_string();
             assert!(words.contains("is not a regular file"), "{words}");
+            assert!(LineFile::open(special, "theirs").is_err(), "{words}");
             remove_earlier(special);
             assert!(special.symlink_metadata().is_ok(), "{words}");
         };

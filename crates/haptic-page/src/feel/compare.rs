@@ -14,14 +14,13 @@ use haptic_experiment::Failure;
 use haptic_experiment::judge::{FeltSummary, Tally};
 use haptic_experiment::live::{Finished, Recording, Ticked};
 use haptic_experiment::parameters::Range;
+use haptic_log::record::LineFile;
 use haptic_quantity::short;
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::Write as _;
 use std::path::Path;
 
 /// Trials of a comparison.
@@ -61,7 +60,7 @@ pub(crate) struct Comparison {
     /// Newest time of the loop, s.
     time_s: f64,
     name: String,
-    table: File,
+    table: LineFile,
     /// `None` after the end.
     recording: Option<Recording>,
 }
@@ -121,9 +120,8 @@ impl Comparison {
         // It is no wall that could be run again.
         metadata.remove("document");
         let recording = Recording::start(&request, name.clone(), metadata)?;
-        let path = runs.join(format!("{name}.csv"));
-        let table = File::create_new(&path).map_err(|error| unwritten(&name, error))?;
-        let mut comparison = Self {
+        let (table, _) = LineFile::open(&runs.join(format!("{name}.csv")), COLUMNS)?;
+        Ok(Self {
             walls,
             difference,
             subject,
@@ -136,14 +134,7 @@ impl Comparison {
             name,
             table,
             recording: Some(recording),
-        };
-        comparison.write(COLUMNS)?;
-        Ok(comparison)
-    }
-
-    fn write(&mut self, row: &str) -> Result<(), Failure> {
-        let written = writeln!(self.table, "{row}").and_then(|()| self.table.sync_data());
-        written.map_err(|error| unwritten(&self.name, error))
+        })
     }
 
     pub(super) const fn goes_on(&self) -> bool {
@@ -249,7 +240,7 @@ impl Comparison {
             felt(first),
             felt(second)
         );
-        self.write(&row)?;
+        self.table.add(&row)?;
         self.trial += 1;
         self.right += usize::from(is_right);
         self.felt.clear();
@@ -274,8 +265,4 @@ impl Comparison {
             "table": format!("{}.csv", self.name),
         })
     }
-}
-
-fn unwritten(name: &str, error: std::io::Error) -> Failure {
-    Failure::writing(error, format_args!("cannot write `{name}.csv`"))
 }

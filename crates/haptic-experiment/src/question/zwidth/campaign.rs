@@ -1,15 +1,15 @@
 //! A search that can be stopped: what it has found stands in a file, a line as soon as it is found, and the next one goes on from there.
 //!
-//! The first line is the question in full. A last line without an end, of a computer that was switched off, is found anew.
+//! The first line is the question in full. A last line without an end, of a computer that was switched off, is found anew. Before something
+//! was found there is no file.
 
 use super::upward::Settled;
 use crate::document::failure::Failure;
 use crate::document::parameters::CAMPAIGN;
+use haptic_log::record::{LineFile, NewFileError};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fs::{File, OpenOptions};
-use std::io::{Read, Seek, SeekFrom, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Result for one dissipation, as α.
@@ -40,45 +40,30 @@ enum Line {
 /// Ranges and points that a search has found so far.
 #[derive(Debug)]
 pub(super) struct Campaign {
-    path: PathBuf,
     extents: BTreeMap<usize, Option<Extent>>,
     cells: BTreeMap<(usize, usize), Option<Cell>>,
-    file: Mutex<File>,
+    file: Mutex<LineFile>,
     failure: Mutex<Option<Failure>>,
 }
 
 impl Campaign {
     /// Of this question; from a file that may be there already.
     pub(super) fn open(path: &Path, question: &str) -> Result<Self, Failure> {
-        let failed = |error| Failure::writing(error, format_args!("`{}`", path.display()));
-        let mut options = OpenOptions::new();
-        let options = options.read(true).write(true).create(true).truncate(false);
-        let mut file = options.open(path).map_err(failed)?;
-        let mut text = String::new();
-        file.read_to_string(&mut text).map_err(failed)?;
-        // Only lines that were written to their end count.
-        text.truncate(text.rfind('\n').map_or(0, |end| end + 1));
-        file.set_len(text.len() as u64).map_err(failed)?;
-        file.seek(SeekFrom::End(0)).map_err(failed)?;
+        let opened = LineFile::open(path, &text(&Line::Campaign(question.to_owned()))?);
+        if let Err(NewFileError::Foreign(_)) = &opened {
+            return Err(Failure::bad_input(format_args!(
+                "`{}` is not of this search (line 1): give the keys with which it began, or another {CAMPAIGN}",
+                path.display()
+            )));
+        }
+        let (file, found) = opened?;
         let mut campaign = Self {
-            path: path.to_owned(),
             extents: BTreeMap::new(),
             cells: BTreeMap::new(),
             file: Mutex::new(file),
             failure: Mutex::new(None),
         };
-        let mut lines = text.lines().enumerate();
-        match lines.next().map(|(_, line)| serde_json::from_str(line)) {
-            None => campaign.write(&Line::Campaign(question.to_owned()))?,
-            Some(Ok(Line::Campaign(asked))) if asked == question => {}
-            Some(_) => {
-                return Err(Failure::bad_input(format_args!(
-                    "`{}` is not of this search (line 1): give the keys with which it began, or another {CAMPAIGN}",
-                    path.display()
-                )));
-            }
-        }
-        for (index, line) in lines {
+        for (index, line) in found.lines().enumerate() {
             match serde_json::from_str(line) {
                 Ok(Line::Extent(order, found)) => drop(campaign.extents.insert(order, found)),
                 Ok(Line::Point(order, point, found)) => {
@@ -88,7 +73,7 @@ impl Campaign {
                     return Err(Failure::bad_input(format_args!(
                         "`{}`, line {}, is not of a search: remove the line, or give another {CAMPAIGN}",
                         path.display(),
-                        index + 1
+                        index + 2
                     )));
                 }
             }
@@ -126,10 +111,11 @@ impl Campaign {
     }
 
     fn write(&self, line: &Line) -> Result<(), Failure> {
-        let text = serde_json::to_string(line).map_err(Failure::input)? + "\n";
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        let written = file.write_all(text.as_bytes());
-        (written.and_then(|()| file.sync_data()))
-            .map_err(|error| Failure::writing(error, format_args!("`{}`", self.path.display())))
+        Ok(file.add(&text(line)?)?)
     }
+}
+
+fn text(line: &Line) -> Result<String, Failure> {
+    serde_json::to_string(line).map_err(Failure::input)
 }

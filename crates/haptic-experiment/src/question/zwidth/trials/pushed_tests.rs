@@ -458,8 +458,10 @@ fn a_file_of_another_search_is_refused_and_stays_as_it_is() {
             "is not of this search (line 1)",
         ),
         ("notes of mine\n", "is not of this search (line 1)"),
+        ("notes of mine", "is not of this search (line 1)"),
+        ("", "is not of this search (line 1)"),
         (
-            "{\"campaign\":\"this\"}\n{\"point\":[0,1]}\n",
+            "{\"campaign\":\"this\"}\n{\"point\":[0,1]}\nmine",
             "line 2, is not of a search",
         ),
     ] {
