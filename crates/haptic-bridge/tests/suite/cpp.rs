@@ -38,6 +38,14 @@ fn is_here(program: &str) -> bool {
     found
 }
 
+/// A compiler to which each warning is an error, with our header.
+fn strict(compiler: &str, standard: &str) -> Command {
+    let mut compile = Command::new(compiler);
+    compile.args([standard, "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-I"]);
+    compile.arg(here("include"));
+    compile
+}
+
 /// A running example, which ends with its input.
 struct Example {
     child: Child,
@@ -81,18 +89,10 @@ fn the_example_in_cpp_compiles_without_a_warning_and_is_a_device() {
     let folder = Folder::empty();
     let program = folder.join("simulated_device");
     let libraries = libraries();
-    let mut compile = Command::new("c++");
-    compile.args([
-        "-std=c++17",
-        "-Wall",
-        "-Wextra",
-        "-Wpedantic",
-        "-Werror",
-        "-pthread",
-    ]);
+    let mut compile = strict("c++", "-std=c++17");
     let flags = std::env::var("EXAMPLE_FLAGS").unwrap_or_default();
     compile.args(flags.split_whitespace());
-    compile.arg("-I").arg(here("include"));
+    compile.arg("-pthread");
     compile.arg(here("examples/simulated_device.cpp"));
     compile.arg("-L").arg(&libraries);
     compile.arg("-lhaptic_bridge").arg("-o").arg(&program);
@@ -100,18 +100,9 @@ fn the_example_in_cpp_compiles_without_a_warning_and_is_a_device() {
     // The header is C too.
     let source = folder.join("header.c");
     std::fs::write(&source, "#include <haptic_bridge.h>\nhb_device device;\n").expect("writes");
-    let mut compile = Command::new("cc");
-    compile.args([
-        "-std=c99",
-        "-Wall",
-        "-Wextra",
-        "-Wpedantic",
-        "-Werror",
-        "-c",
-        "-o",
-    ]);
-    compile.arg(folder.join("header.o")).arg(&source);
-    run(compile.arg("-I").arg(here("include")));
+    let mut compile = strict("cc", "-std=c99");
+    compile.arg("-c").arg("-o").arg(folder.join("header.o"));
+    run(compile.arg(&source));
 
     let example = Example::start(&program, &libraries);
     let mut host = crate::host::Host::connect(example.port);
@@ -130,6 +121,27 @@ fn the_example_in_cpp_compiles_without_a_warning_and_is_a_device() {
         host.over().to_string(),
         "stopped by the program of the device"
     );
+}
+
+#[test]
+fn the_lines_for_ros2_control_compile_with_get_value_and_without_and_write_three_axes() {
+    if !is_here("c++") {
+        return;
+    }
+    let folder = Folder::empty();
+    let guide = std::fs::read_to_string(here("../../docs/guide/src/bridge.md")).expect("a page");
+    let (_, lines) = guide.split_once("## ROS 2").expect("a section");
+    let (_, lines) = lines.split_once("```cpp\n").expect("a block");
+    let lines = lines.split("```").next().expect("lines");
+    std::fs::write(folder.join("lines.hpp"), lines).expect("writes");
+    for version in ["-DGET_VALUE", "-DGET_OPTIONAL"] {
+        let program = folder.join(version);
+        let mut compile = strict("c++", "-std=c++17");
+        compile.arg(version).arg("-I").arg(&*folder);
+        compile.arg(here("tests/ros2_control.cpp"));
+        run(compile.arg("-o").arg(&program));
+        run(&mut Command::new(&program));
+    }
 }
 
 #[test]
