@@ -87,7 +87,7 @@ export interface Walls {
 
 /** The largest difference of a wall from the best spring and damper that a hand should feel; just noticed at 1. */
 export type Noticed =
-  | { difference: number; felt: boolean; frequency_hz: number; part: string; best_stiffness_n_per_m: number; best_damping_n_s_per_m: number }
+  | { difference: number; felt: boolean; frequency_hz: number; part: string; best_stiffness_n_per_m: number; best_damping_n_s_per_m: number; best_stable: boolean }
   | { reason: string };
 
 /** A wall on a device, judged; null where there is none of a number. */

@@ -514,7 +514,7 @@ function judgedWall({ order, stiffness_n_per_m: K, dissipation_n_s_mu_per_m: B, 
     pulling_contact_margin: stable ? 0.7 * margin : null, pulling_contact: stable ? `proved up to ${K > 0 ? "K" : "B"} = ${(0.7 * margin * (K || B)).toPrecision(4)} ${K > 0 ? "N/m" : "N·s^μ/m"}` : "unstable", delay_margin_s: stable ? 1e-3 : null, sensitivity_peak: stable ? 1.2 : null, sensitivity_peak_hz: stable ? 30 : null,
     passive: margin > 5, negative_at_rest: false, required_damping_n_s_per_m: 3.5 / margin, required_damping: `${(3.5 / margin).toPrecision(4)} N·s/m`, force_noise_n: K * noise,
     curves: Array.from({ length: 120 }, (_, n) => [0.1 * 5000 ** (n / 119), K, B, 0.9 * K, 0.9 * B]),
-    hand: { difference: 1.6, felt: true, frequency_hz: 5, part: "damping", best_stiffness_n_per_m: K, best_damping_n_s_per_m: 0.1 * B },
+    hand: { difference: 1.6, felt: true, frequency_hz: 5, part: "damping", best_stiffness_n_per_m: K, best_damping_n_s_per_m: 0.1 * B, best_stable: true },
   };
 }
 

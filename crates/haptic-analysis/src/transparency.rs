@@ -81,8 +81,12 @@ impl SampledWall {
         Effective::new(omega, acting.re - omega * impedance.im, damping)
     }
 
-    /// H(e^(−jθ)), N/m.
-    fn response(&self, operator: &(impl FrequencyResponse + ?Sized), theta: f64) -> Complex<f64> {
+    /// H(e^(−jθ)), N/m, at the digital frequency θ, rad.
+    pub fn response(
+        &self,
+        operator: &(impl FrequencyResponse + ?Sized),
+        theta: f64,
+    ) -> Complex<f64> {
         let rate = libm::pow(self.sample_time_s, -self.order.get());
         operator.response(theta) * (self.dissipation_n_s_mu_per_m * rate) + self.stiffness_n_per_m
     }
@@ -212,10 +216,18 @@ impl ClosedLoop {
     /// # Errors
     /// As [`continuous`](Self::continuous).
     pub fn felt(&self, h: Complex<f64>, omega: f64) -> Result<Effective, AnalysisError> {
-        let acting = acting(h, self.theta(omega)?, self.path);
+        let acting = self.rendered(h, omega)?;
         let inertia = self.mass_kg * omega * omega;
         let damping = self.damping_n_s_per_m + acting.im / omega;
         Effective::new(omega, acting.re - inertia, damping)
+    }
+
+    /// Force per displacement of a law H, N/m, behind hold, delay and lag, without the device.
+    ///
+    /// # Errors
+    /// A parameter or ω outside its range.
+    pub fn rendered(&self, h: Complex<f64>, omega: f64) -> Result<Complex<f64>, AnalysisError> {
+        Ok(acting(h, self.theta(omega)?, self.path))
     }
 
     fn theta(&self, omega_rad_s: f64) -> Result<f64, AnalysisError> {

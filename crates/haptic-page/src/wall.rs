@@ -80,7 +80,11 @@ impl WallQuestion {
         let never = AtomicBool::new(false);
         let answer = json!(question.answer(&|_| (), &never, &|_| ())?);
         let mut found = answer["spring_and_damper"].clone();
-        for best in ["best_stiffness_n_per_m", "best_damping_n_s_per_m"] {
+        for best in [
+            "best_stiffness_n_per_m",
+            "best_damping_n_s_per_m",
+            "best_stable",
+        ] {
             found[best] = answer[best].clone();
         }
         Ok(found)

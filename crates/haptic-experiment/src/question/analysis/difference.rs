@@ -2,13 +2,13 @@
 //!
 //! ```text
 //! d(ω) = max(|Re ΔH|, |Im ΔH|) / (W·max(|H|, F₀/a)),   H of the law that is named first, ΔH = H of the other less H
-//! K*, B* ≥ 0 with the least maximum of d over the band
+//! K*, B* ≥ 0 of the law K + B·D¹ with the least maximum of d over the band
 //! ```
 //! - *H* is force per displacement at the hand, N/m, with device, hold and delay: [`ClosedLoop`](haptic_analysis::ClosedLoop).
 //! - *A prediction*: a hand notices d > 1 if it tells a change of a share W of the force that it meets; F₀ is the least force that it feels,
 //!   a its amplitude. Without them free air or a resonance would make any difference felt. The measure is not symmetric.
-//! - *Spring and damper* act on the hand beside the device, exactly: real and imaginary part of ΔH depend on K* and on B* alone, so each is
-//!   the middle of what intervals about the law have in common.
+//! - *Spring and damper* are entered as the law is: sampled by its scheme, held and delayed. So the best of a spring and damper is that law
+//!   itself, and whether it can be rendered is judged with it.
 //!
 //! Source: W. Fu, M. M. van Paassen, M. Mulder, *IEEE Trans. Human-Machine Systems* 48(4), 2018, for thresholds of this form.
 
@@ -26,6 +26,7 @@ use crate::experiment::reading::with_devices;
 use crate::experiment::tables;
 use crate::judge::rows;
 use fracdiff::num_complex::Complex;
+use haptic_analysis::{WantedNumber, nearest};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
@@ -91,19 +92,27 @@ impl Difference {
             .iter()
             .map(|h| self.share * h.norm().max(self.least_n_per_m))
             .collect();
-        // The law without the device, which spring and damper have too.
-        let rendered: Vec<Complex<f64>> = (law.iter().zip(&omegas))
-            .map(|(h, omega)| h - self.law.of_device(*omega))
+        let damper = self.law.damper()?;
+        let rendered = omegas
+            .iter()
+            .map(|omega| self.law.rendered(&damper, *omega));
+        let rendered = rendered.collect::<Result<Vec<_>, Failure>>()?;
+        let wanted: Vec<WantedNumber> = (rendered.iter().zip(&noticed))
+            .flat_map(|([law, spring, damper], weight)| {
+                let row = |part: fn(&Complex<f64>) -> f64| WantedNumber {
+                    parts: [part(spring), part(damper)],
+                    value: part(law),
+                    weight: *weight,
+                };
+                [row(|h| h.re), row(|h| h.im)]
+            })
             .collect();
+        let [stiffness, damping] = nearest(&wanted);
         let all = 0..law.len();
-        let stiffness = nearest(all.clone().map(|n| (rendered[n].re, noticed[n])));
-        let damping = nearest(
-            all.clone()
-                .map(|n| (rendered[n].im / omegas[n], noticed[n] / omegas[n])),
-        );
         let points: Vec<DifferencePoint> = all
             .map(|n| {
-                let replaced = Complex::new(stiffness, omegas[n] * damping) - rendered[n];
+                let [entered, spring, damper] = rendered[n];
+                let replaced = spring * stiffness + damper * damping - entered;
                 let changed = other.as_ref().map(|other| other[n] - law[n]);
                 DifferencePoint {
                     frequency_hz: self.frequencies_hz[n],
@@ -128,6 +137,8 @@ impl Difference {
             "spring_and_damper": best,
             "best_stiffness_n_per_m": stiffness,
             "best_damping_n_s_per_m": damping,
+            // In the same loop; a law that cannot be rendered is no rival.
+            "best_stable": self.law.bears(&damper, [stiffness, damping])?,
         });
         Ok(Analysed {
             report: rows(self.law.asked().into_iter().chain([asked, found])),
@@ -158,23 +169,6 @@ fn of_file(table: &Table<'_>, key: &Parameter) -> Result<Option<Felt>, Failure> 
     Felt::through_device(&with_devices(law.with_keys(keys)?)?).map(Some)
 }
 
-/// The number ≥ 0 whose largest |x − number|/w is least: the middle of what the intervals x ± t·w share at the least t.
-fn nearest(places: impl Iterator<Item = (f64, f64)> + Clone) -> f64 {
-    let pairs = places
-        .clone()
-        .flat_map(|a| places.clone().map(move |b| (a.0 - b.0) / (a.1 + b.1)));
-    let below = places.clone().map(|(x, w)| -x / w);
-    let least = pairs.chain(below).fold(0.0, f64::max);
-    let low = places
-        .clone()
-        .map(|(x, w)| x - least * w)
-        .fold(0.0, f64::max);
-    let high = places
-        .map(|(x, w)| x + least * w)
-        .fold(f64::INFINITY, f64::min);
-    (0.5 * (low + high)).max(0.0)
-}
-
 /// The largest difference, where it is, and in what; null without one.
 fn most(points: &[DifferencePoint], parts: impl Fn(&DifferencePoint) -> Option<[f64; 2]>) -> Value {
     let all = points
@@ -190,39 +184,4 @@ fn most(points: &[DifferencePoint], parts: impl Fn(&DifferencePoint) -> Option<[
             "part": if stiffness >= damping { "stiffness" } else { "damping" },
         })
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::nearest;
-
-    #[test]
-    fn the_nearest_number_is_between_two_by_their_weights_and_no_other_is_nearer() {
-        let two = nearest([(1.0, 1.0), (4.0, 2.0)].into_iter());
-        assert!((two - 2.0).abs() < 1e-12, "{two}");
-        assert!(nearest([(-3.0, 1.0), (1.0, 1.0)].into_iter()).abs() < 1e-12);
-        let mut seed = 1_u64;
-        let mut draw = || {
-            seed = seed
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 11) as f64 / (1_u64 << 53) as f64
-        };
-        for _ in 0..200 {
-            let places: Vec<(f64, f64)> =
-                (0..7).map(|_| (3.0 * draw() - 1.0, 0.1 + draw())).collect();
-            let largest = |at: f64| {
-                places
-                    .iter()
-                    .map(|(x, w)| (x - at).abs() / w)
-                    .fold(0.0, f64::max)
-            };
-            let found = nearest(places.iter().copied());
-            let others = (0..=4000).map(|n| largest(5e-4 * f64::from(n)));
-            assert!(
-                largest(found) <= others.fold(f64::INFINITY, f64::min) + 1e-12,
-                "{places:?}"
-            );
-        }
-    }
 }

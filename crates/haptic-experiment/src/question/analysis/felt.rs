@@ -1,20 +1,23 @@
 //! The impedance that is felt of a wall, alone or through a device, and the damping that a coupler needs.
 
-use super::answer::{Analysed, Drawn, FREQUENCIES_MOST, FeltPoint, logarithmic, operator};
+use super::answer::{Analysed, Drawn, FREQUENCIES_MOST, FeltPoint, HORIZON, logarithmic, operator};
 use super::keys::{
     ANALYSED_CONTROLLER, ANALYSED_DAMPING, ANALYSED_MASS, ANALYSED_SAMPLE_TIME, COUPLING_ORDER,
     OMEGA_MAX, OMEGA_MIN, POINTS,
 };
 use super::law::Law;
-use super::wall::{path, path_result};
+use super::wall::{missing, path, path_result};
 use crate::document::failure::Failure;
 use crate::document::parameters::{COUPLER_DAMPING, COUPLER_SPRING, Parameter};
 use crate::document::reader::Table;
 use crate::experiment::wall::{DISSIPATION, STIFFNESS};
 use crate::judge::rows;
 use fracdiff::num_complex::Complex;
-use fracdiff::{Order, Scheme};
-use haptic_analysis::{ClosedLoop, Coupler, LeastDamping, LoopOperator, SampledWall};
+use fracdiff::{FrequencyResponse, Order, Scheme, Seconds};
+use haptic_analysis::{
+    ClosedLoop, Coupler, Dynamics, LeastDamping, LoopOperator, SampledLoop, SampledPlant,
+    SampledWall,
+};
 use haptic_quantity::written;
 use serde_json::{Value, json};
 use std::f64::consts::PI;
@@ -79,14 +82,58 @@ impl Felt {
         self.wall.sample_time_s
     }
 
-    /// Of the device alone, N/m: −mω² + jωb.
-    pub(super) fn of_device(&self, omega: f64) -> Complex<f64> {
-        self.closed.map_or(Complex::ZERO, |closed| {
-            Complex::new(
-                -closed.mass_kg * omega * omega,
-                closed.damping_n_s_per_m * omega,
-            )
-        })
+    /// D¹ by the law's scheme, or by none if it has no such derivative.
+    pub(super) fn damper(&self) -> Result<LoopOperator, Failure> {
+        let order = Order::new(1.0).map_err(Failure::input)?;
+        let t = Seconds(self.wall.sample_time_s);
+        let of = |scheme| LoopOperator::new(scheme, order, t, HORIZON);
+        let damper = of(self.law.scheme).or_else(|_| of(Scheme::Exact));
+        damper.map_err(Failure::input)
+    }
+
+    /// The law alone as it is rendered, and a spring and a damper of 1 in its place, N/m.
+    pub(super) fn rendered(
+        &self,
+        damper: &LoopOperator,
+        omega: f64,
+    ) -> Result<[Complex<f64>; 3], Failure> {
+        let Some(closed) = &self.closed else {
+            return Err(missing(&ANALYSED_MASS));
+        };
+        let t = self.wall.sample_time_s;
+        let theta = (omega * t).min(PI);
+        let laws = [
+            self.wall.response(&self.law.operator, theta),
+            Complex::ONE,
+            damper.response(theta) / t,
+        ];
+        let [law, spring, damper] = laws.map(|law| closed.rendered(law, omega));
+        let all = law.and_then(|law| Ok([law, spring?, damper?]));
+        all.map_err(Failure::input)
+    }
+
+    /// True if the loop with a spring and a damper in place of the law is stable.
+    pub(super) fn bears(
+        &self,
+        damper: &LoopOperator,
+        [stiffness, damping]: [f64; 2],
+    ) -> Result<bool, Failure> {
+        let Some(closed) = &self.closed else {
+            return Err(missing(&ANALYSED_MASS));
+        };
+        let wall = SampledWall {
+            stiffness_n_per_m: stiffness,
+            dissipation_n_s_mu_per_m: damping,
+            order: damper.order(),
+            ..self.wall
+        };
+        let device = Dynamics::ideal(closed.mass_kg, closed.damping_n_s_per_m);
+        let verdict = device.nondimensional(&wall).and_then(|at| {
+            let plant = SampledPlant::behind(at.delta, at.gamma, closed.path)?;
+            let sampled = SampledLoop::with_plant(plant, at.alpha, at.beta, damper)?;
+            Ok(sampled.beside_rest().verdict())
+        });
+        Ok(verdict.map_err(Failure::input)?.stable)
     }
 
     /// At the hand, N/m.

@@ -99,6 +99,12 @@ fn difference(points: &[DifferencePoint]) -> Panel<'static> {
         1,
         curve(|at| Some(at.spring_and_damper_damping)),
     )
+    .with(
+        "noticed from here on",
+        Look::Dotted,
+        5,
+        curve(|_| Some(1.0)),
+    )
 }
 
 fn stable(region: &Region) -> Panel<'static> {
