@@ -9,6 +9,7 @@
  *
  * node bench.mjs IMAGE --line PORT --control PORT       see README.md
  */
+import { randomBytes } from 'node:crypto';
 import net from 'node:net';
 import { pathToFileURL } from 'node:url';
 import { parseArgs } from 'node:util';
@@ -27,8 +28,9 @@ const BEHIND_MS = 20;
 const TURN_MS = 4;
 
 export class Bench {
-  constructor(image, device = {}, cached = false) {
+  constructor(image, device = {}, cached = false, number = 'E6612483CB1B9221') {
     this.flash = flashOf(image);
+    this.unique = Buffer.from(number, 'hex');
     this.cached = cached;
     this.world = new World(device);
     this.before = 0;
@@ -50,7 +52,7 @@ export class Bench {
     this.socket?.destroy();
     this.world.attach(null);
     if (!on) return;
-    this.chip = new Chip(this.flash, this.cached, sram);
+    this.chip = new Chip(this.flash, this.unique, this.cached, sram);
     this.cable = new Cable(this.chip.mcu);
     this.cable.onBytes = (bytes) => this.socket?.write(Buffer.from(bytes));
     this.world.attach(this.chip);
@@ -203,14 +205,15 @@ if (import.meta.url === pathToFileURL(process.argv[1] ?? '').href) {
       line: { type: 'string', default: '4250' },
       control: { type: 'string', default: '4251' },
       device: { type: 'string', default: '{}' },
+      number: { type: 'string', default: randomBytes(8).toString('hex') },
       cache: { type: 'boolean', default: false },
     },
   });
   if (!image) {
-    console.error('node bench.mjs IMAGE [--line PORT] [--control PORT] [--device JSON] [--cache]');
+    console.error('node bench.mjs IMAGE [--line PORT] [--control PORT] [--device JSON] [--number HEX] [--cache]');
     process.exit(2);
   }
-  const bench = new Bench(image, JSON.parse(values.device), values.cache);
+  const bench = new Bench(image, JSON.parse(values.device), values.cache, values.number);
   await bench.listen(Number(values.line));
   const server = await control(bench, Number(values.control));
   console.log(`host-cli device info --device ${bench.name}; commands at 127.0.0.1:${server.address().port}`);

@@ -2,7 +2,7 @@
 import { LogLevel, ConsoleLogger, RP2040 } from 'rp2040js';
 import { Bootrom } from './bootrom.mjs';
 import { FlashCache } from './cache.mjs';
-import { repairExceptionEntry, repairPio, repairWatchdog } from './repairs.mjs';
+import { repairExceptionEntry, repairFlash, repairPio, repairWatchdog } from './repairs.mjs';
 
 /** Where the ROM puts the second boot stage, 252 bytes, and jumps with LR = 0. */
 const BOOT2 = 0x41f00;
@@ -11,13 +11,14 @@ const RAM = 0x20000000;
 const TICK = 16 + 3;
 
 export class Chip {
-  /** With a cache before its flash or without, and with what a reset by the watchdog has left in its memory, if that was the reason. */
-  constructor(flash, cached, sram = null) {
+  /** Its flash with a unique number, a cache before it or none, and what a reset by the watchdog has left in its memory, if that was the reason. */
+  constructor(flash, unique, cached, sram = null) {
     this.mcu = new RP2040();
     this.clock = this.mcu.clock;
     this.mcu.logger = new ConsoleLogger(LogLevel.Error);
     repairExceptionEntry(this.mcu.core);
     this.mcu.pio.forEach((pio) => repairPio(pio, this.mcu));
+    repairFlash(this.mcu.peripherals[0x18000], unique);
     const rom = new Bootrom();
     this.mcu.loadBootrom(rom.words);
     this.extra = 0;

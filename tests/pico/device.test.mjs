@@ -39,6 +39,31 @@ test('the digest is over the flash: a byte that is another makes another', async
   assert.notEqual(await digest(), before);
 });
 
+test('two boards at one port are told apart by their flash, and each has its own limits', async (t) => {
+  const board = await bench(t);
+  const answer = async (...words) => {
+    const host = await run(board, [...words, '--device', 'PORT', '--json']);
+    assert.equal(host.code, 0, host.err);
+    return { ...JSON.parse(host.out), said: host.err };
+  };
+  const exchange = (number) => {
+    board.apply({ power: false });
+    board.unique = Buffer.from(number, 'hex');
+    board.apply({ power: true });
+    board.advance(50 * MS);
+  };
+  const [first, second] = ['E6612483CB1B9221', 'E6612483CB1B9222'];
+  assert.equal((await answer('device', 'info')).serial_number, first);
+  await answer('device', 'set', 'force_limit=0.5N');
+  exchange(second);
+  const info = await answer('device', 'info');
+  assert.deepEqual([info.serial_number, info.identity], [second, `rp2040 ${second}`]);
+  assert.doesNotMatch((await answer('device', 'get')).said, /forgotten/);
+  exchange(first);
+  assert.match((await answer('device', 'get')).said, /forgotten limits.*force limit from 500 mN/);
+  assert.match((await answer('device', 'forget')).limits, /force_limit_n = 0.5/);
+});
+
 test('the self-test finds all promises kept', async (t) => {
   const board = await bench(t);
   const test = await run(board, ['device', 'selftest', '--device', 'PORT', '--json'], (text) => {

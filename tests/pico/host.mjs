@@ -16,6 +16,8 @@ export async function bench(test, device = {}, cached = Boolean(process.env.PICO
   const folder = mkdtempSync(join(tmpdir(), 'pico-'));
   const made = new Bench(IMAGE, device, cached);
   made.folder = folder;
+  // What is remembered of a device goes with the test.
+  made.options = { cwd: folder, env: { ...process.env, FRACTIONAL_HAPTICS_STATE: join(folder, 'state') } };
   made.hosts = [];
   await made.listen(0);
   test.after(async () => {
@@ -29,7 +31,7 @@ export async function bench(test, device = {}, cached = Boolean(process.env.PICO
 }
 
 /** Starts the command, or another, the port's name at the place of `PORT`; the bench has to run meanwhile. */
-export function start(made, args, heard = () => {}, [command, options] = [COMMAND, { cwd: made.folder }]) {
+export function start(made, args, heard = () => {}, [command, options] = [COMMAND, made.options]) {
   const child = spawn(command, args.map((word) => word.replace('PORT', made.name)), options);
   const host = { child, out: '', err: '', code: undefined };
   for (const [stream, key] of [[child.stdout, 'out'], [child.stderr, 'err']]) {

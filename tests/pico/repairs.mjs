@@ -2,7 +2,7 @@
  * What rp2040js 1.4.1 does otherwise than the chip, and this image meets. Each repair stands alone, needs nothing but the
  * emulator, and has a test in `repairs.test.mjs` that shows the fault without it.
  *
- * Source: Raspberry Pi, *RP2040 Datasheet*, 3.5 (PIO), 4.1 (USB), 4.7 (watchdog); Arm, *ARMv6-M Architecture Reference
+ * Source: Raspberry Pi, *RP2040 Datasheet*, 3.5 (PIO), 4.1 (USB), 4.7 (watchdog), 4.10 (SSI); Winbond, *W25Q16JV*, 8.2 (4Bh); Arm, *ARMv6-M Architecture Reference
  * Manual*, B1.5.6 (exception entry).
  */
 
@@ -106,6 +106,19 @@ export function repairUsb(usb, mcu, host) {
       usb.DPRAMUpdated(offset, value);
     }
   };
+}
+
+const [DR0, READ_UNIQUE_NUMBER] = [0x60, 0x4b];
+
+/** The flash answers 0x4b with four bytes of no meaning and its unique number of 64 bits. The package's has no such number. */
+export function repairFlash(ssi, unique) {
+  let answer = [];
+  const [read, write] = [ssi.readUint32.bind(ssi), ssi.writeUint32.bind(ssi)];
+  ssi.writeUint32 = (offset, value) => {
+    if (offset === DR0 && (value & 0xff) === READ_UNIQUE_NUMBER) answer = [0, 0, 0, 0, ...unique];
+    write(offset, value);
+  };
+  ssi.readUint32 = (offset) => offset === DR0 && answer.length > 0 ? answer.shift() : read(offset);
 }
 
 /** A watchdog triggers once. The package's triggers again at once, without end, and emulated time stands still. */

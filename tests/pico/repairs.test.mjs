@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { LogLevel, ConsoleLogger, RP2040 } from 'rp2040js';
-import { repairExceptionEntry, repairPio, repairUsb, repairWatchdog } from './repairs.mjs';
+import { repairExceptionEntry, repairFlash, repairPio, repairUsb, repairWatchdog } from './repairs.mjs';
 
 const RAM = 0x20000000;
 const chip = () => {
@@ -92,6 +92,19 @@ test('SUSPENDED is cleared by writing it', () => {
   };
   assert.equal(suspended(() => {}), true);
   assert.equal(suspended((mcu) => repairUsb(mcu.usbCtrl, mcu, { takes: () => true })), false);
+});
+
+test('the flash tells its unique number', () => {
+  const DR0 = 0x18000060;
+  const number = Uint8Array.of(1, 2, 3, 4, 5, 6, 7, 8);
+  const told = (repair) => {
+    const mcu = chip();
+    repair(mcu.peripherals[0x18000]);
+    mcu.writeUint8(DR0, 0x4b);
+    return Array.from({ length: 12 }, () => mcu.readUint8(DR0)).slice(4);
+  };
+  assert.deepEqual(told(() => {}), Array(8).fill(0));
+  assert.deepEqual(told((ssi) => repairFlash(ssi, number)), [...number]);
 });
 
 test('a watchdog triggers once', () => {

@@ -30,7 +30,7 @@ FROM_HOST, FROM_DEVICE = 0x02, 0x82
 REQUEST_KEYS = {0: 0xEA059449, 1: 0xAF5AAF58, 2: 0x6E6E2E27, 3: 0xD64D3415, 4: 0xFE3E4473, 5: 0x5F950ADB, 6:
                 0x49AD326F, 7: 0x80892389, 8: 0x6DB3EADF, 9: 0x34E32396, 12: 0x54DE2568, 13: 0xE4D4C71D, 16:
                 0xB7C92CEF}
-REPORT_KEYS = {0: 0x82D95623, 1: 0x749B5261, 2: 0x3E9AD9F8, 3: 0x9E6E5BB1, 4: 0x21201806, 5: 0x9B4CF31F, 6:
+REPORT_KEYS = {0: 0xC2B7320C, 1: 0x749B5261, 2: 0x3E9AD9F8, 3: 0x9E6E5BB1, 4: 0x21201806, 5: 0x9B4CF31F, 6:
                0x47E8A9FB, 8: 0x66BD3387, 9: 0xA4362A23, 10: 0x1B05F339, 12: 0x65196196}
 RETRY_S, TRIES = 0.15, 10
 HELLO_TRIES = 24  # 3.5 s, for ports that notice late that somebody listens
@@ -44,7 +44,7 @@ ACK, SAMPLE, BATCH, EVENT, FAULT, ALIVE, KEYS = 2, 5, 6, 7, 8, 10, 12
 # The report that answers a request; an ack answers all others.
 ANSWERS = {HELLO: 0, GET_CAPABILITIES: 1, GET_CONFIGURATION: 3, GET_COEFFICIENTS: 4, GET_STATISTICS: 9,
            READ_FLIGHT: 11, GET_KEYS: KEYS}
-LENGTHS = {0: 29, 1: 56, 4: 67, 5: 25, 7: 14, 8: 26, 9: 77, 10: 30, 11: 29}  # with one axis and no force sensor
+LENGTHS = {0: 61, 1: 56, 4: 67, 5: 25, 7: 14, 8: 26, 9: 77, 10: 30, 11: 29}  # with one axis and no force sensor
 REFUSALS = (("State", "<B"), ("Range", "<Bfff"), ("Digest", "<"), ("Incomplete", "<"), ("Unsupported", "<B"),
             ("UnknownFault", "<"), ("ForceNotZero", "<"), ("ForceNotSmall", "<ff"), ("FaultPersists", "<B"),
             ("Connection", "<"), ("Looser", "<B"))
@@ -264,7 +264,8 @@ class Device:
     def hello(self):
         """Begins a session, and brings a device that was left running to rest."""
         answer = self.ask(HELLO, struct.pack("<I", random.getrandbits(32)))
-        _, self.connection, *version, boot, state, fault, faults = struct.unpack_from("<IIBBBI" + STATUS, answer, 1)
+        fields = struct.unpack_from("<IIBBBI" + STATUS + "32s", answer, 1)
+        _, self.connection, *version, boot, state, fault, faults, number = fields
         version = ".".join(map(str, version))
         answer = self.ask(GET_KEYS)
         requests = struct.unpack_from(f"<{answer[1]}I", answer, 2)
@@ -279,7 +280,7 @@ class Device:
             self.keep_alive_s = 0.01
             self.wait(lambda: self.status.state == IDLE, 5.0)
             self.keep_alive_s = None
-        return {"firmware": version, "boot": boot}
+        return {"firmware": version, "boot": boot, "serial_number": number.rstrip(b"\0").decode() or None}
 
     def capabilities(self):
         name, axes, simulated, least, most, force, *_ = CAPABILITIES.unpack(self.ask(GET_CAPABILITIES)[1:])

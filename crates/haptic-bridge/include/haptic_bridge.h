@@ -72,6 +72,11 @@ typedef struct hb_device {
    * Largest force that the force sensor shows either way, N; 0 without one. See `hb_sense`.
    */
   double sensed_force_max_n;
+  /**
+   * Serial number of the device, 6 to 32 letters, digits and any of "-_.:+", under which a host keeps its limits; NULL if it is not
+   * known.
+   */
+  const char *serial_number;
 } hb_device;
 
 #ifdef __cplusplus

@@ -123,14 +123,32 @@ impl Bridge {
     /// # Errors
     /// A device that cannot be.
     pub fn apart(description: &Description) -> Result<(BridgeTicker, LineSide), BridgeError> {
-        let capabilities = description.capabilities()?;
+        let (capabilities, number) = (description.capabilities()?, description.serial_number()?);
         let handle = Handle::default();
         let (line, ends) = LineSide::new(handle.clone(), description.sample_time_us.into());
         let shared = handle.clone();
         let ticks: Box<dyn Ticks> = match capabilities.axes {
-            1 => Box::new(Ticking::<1>::new(description, capabilities, ends, shared)?),
-            2 => Box::new(Ticking::<2>::new(description, capabilities, ends, shared)?),
-            _ => Box::new(Ticking::<3>::new(description, capabilities, ends, shared)?),
+            1 => Box::new(Ticking::<1>::new(
+                description,
+                capabilities,
+                number,
+                ends,
+                shared,
+            )?),
+            2 => Box::new(Ticking::<2>::new(
+                description,
+                capabilities,
+                number,
+                ends,
+                shared,
+            )?),
+            _ => Box::new(Ticking::<3>::new(
+                description,
+                capabilities,
+                number,
+                ends,
+                shared,
+            )?),
         };
         let ticker = BridgeTicker {
             ticks,

@@ -48,6 +48,9 @@ pub struct HbDevice {
     pub watchdog_ms: u32,
     /// Largest force that the force sensor shows either way, N; 0 without one. See `hb_sense`.
     pub sensed_force_max_n: f64,
+    /// Serial number of the device, 6 to 32 letters, digits and any of "-_.:+", under which a host keeps its limits; NULL if it is not
+    /// known.
+    pub serial_number: *const c_char,
 }
 
 /// A bridge. One thread ticks; `hb_stop`, `hb_fault`, `hb_reason` and `hb_port` may be called from others meanwhile.
@@ -127,7 +130,8 @@ unsafe fn open(what: *const HbDevice, listen: *const c_char) -> Result<HbBridge,
     // SAFETY: it is of our size, so all of it is there.
     let what = unsafe { what.read() };
     // SAFETY: texts of the caller.
-    let (name, listen) = unsafe { (text(what.name)?, text(listen)?) };
+    let [name, listen, serial_number] =
+        unsafe { [text(what.name)?, text(listen)?, text(what.serial_number)?] };
     let description = Description {
         name: name.unwrap_or_default().to_owned(),
         axes: what.axes,
@@ -139,6 +143,7 @@ unsafe fn open(what: *const HbDevice, listen: *const c_char) -> Result<HbBridge,
         workspace_low_m: what.workspace_low_m,
         workspace_high_m: what.workspace_high_m,
         watchdog_ms: what.watchdog_ms,
+        serial_number: serial_number.unwrap_or_default().to_owned(),
     };
     let bridge = Bridge::open(&description, listen.unwrap_or(ADDRESS))?;
     Ok(HbBridge {

@@ -1,6 +1,6 @@
 //! A device as its program describes it, checked.
 
-use haptic_link::{Capabilities, Limits};
+use haptic_link::{Capabilities, Limits, SerialNumber};
 use haptic_loop::RangeError;
 use haptic_remote::abilities;
 use thiserror::Error;
@@ -30,6 +30,8 @@ pub struct Description {
     /// Longest silence of a host while the device is armed, ms, 5 to 1000; a host may ask for less, which counts. 0 leaves it
     /// to the host.
     pub watchdog_ms: u32,
+    /// Serial number of the device, 6 to 32 letters, digits and any of `-_.:+`, by which a host remembers its limits; empty if it is not known.
+    pub serial_number: String,
 }
 
 /// Sample times that a device can have, µs.
@@ -45,6 +47,13 @@ pub enum DescriptionError {
     /// A name that is empty, longer than a frame can say, or has a zero byte in it.
     #[error("name = \"{0}\" is not 1 to 16 bytes long: give a short name, such as \"Falcon\"")]
     Name(String),
+    /// A serial number that could be that of another device.
+    #[error(
+        "serial_number = \"{0}\" is not {least} to {most} letters, digits and any of -_.:+, or is one that counts up: give that of the device, or none",
+        least = SerialNumber::LEAST,
+        most = SerialNumber::MOST
+    )]
+    SerialNumber(String),
     /// A workspace whose ends are the wrong way round, or are no numbers.
     #[error(
         "workspace_low_m = {low} m on axis {axis} is not below workspace_high_m = {high} m: exchange them, or give 0 and 0 for no ends"
@@ -126,6 +135,14 @@ impl Description {
             lets_go_alone: false,
             ..abilities(&self.name, self.axes as u8)
         })
+    }
+
+    pub(crate) fn serial_number(&self) -> Result<SerialNumber, DescriptionError> {
+        let text = &self.serial_number;
+        if text.is_empty() {
+            return Ok(SerialNumber::NONE);
+        }
+        SerialNumber::named(text).ok_or_else(|| DescriptionError::SerialNumber(text.clone()))
     }
 
     /// The ends of an axis, m; infinite without a limit.

@@ -1,7 +1,7 @@
 //! The program's device as the loop sees it: a position that was handed over, and a force that is handed back.
 
 use crate::description::Description;
-use haptic_link::{Capabilities, ControllerCost};
+use haptic_link::{Capabilities, ControllerCost, SerialNumber};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::{CONTROLLER_COST, Hardware};
 use nalgebra::SVector;
@@ -9,6 +9,7 @@ use nalgebra::SVector;
 #[derive(Debug)]
 pub(crate) struct Program<const D: usize> {
     capabilities: Capabilities,
+    serial_number: SerialNumber,
     /// Ends of each axis, m.
     workspace_m: [[f32; 2]; D],
     /// `None` if the program gave none that can be used.
@@ -19,9 +20,14 @@ pub(crate) struct Program<const D: usize> {
 }
 
 impl<const D: usize> Program<D> {
-    pub(crate) fn new(description: &Description, capabilities: Capabilities) -> Self {
+    pub(crate) fn new(
+        description: &Description,
+        capabilities: Capabilities,
+        serial_number: SerialNumber,
+    ) -> Self {
         Self {
             capabilities,
+            serial_number,
             workspace_m: std::array::from_fn(|axis| description.workspace(axis)),
             position_m: None,
             sensed_n: [f32::NAN; D],
@@ -93,6 +99,10 @@ impl<const D: usize> Hardware<D> for Program<D> {
 
     fn capabilities(&self) -> Capabilities {
         self.capabilities
+    }
+
+    fn serial_number(&self) -> SerialNumber {
+        self.serial_number
     }
 
     fn controller_cost(&self) -> Option<ControllerCost> {

@@ -12,7 +12,9 @@ use crate::description::{Description, PERIODS_US};
 use crate::meter::Meter;
 use crate::program::Program;
 use crate::status::Handle;
-use haptic_link::{Capabilities, DeviceReport, Header, Reason, Refusal, Request, State, Trouble};
+use haptic_link::{
+    Capabilities, DeviceReport, Header, Reason, Refusal, Request, SerialNumber, State, Trouble,
+};
 use haptic_loop::Fault;
 use haptic_remote::{DeviceSession, TickSide};
 use rtrb::{Consumer, Producer};
@@ -66,10 +68,11 @@ impl<const D: usize> Ticking<D> {
     pub(crate) fn new(
         description: &Description,
         capabilities: Capabilities,
+        serial_number: SerialNumber,
         ends: (Consumer<Heard>, Producer<DeviceReport>),
         handle: Handle,
     ) -> Result<Self, Refusal> {
-        let device = TickSide::new(Program::new(description, capabilities))?;
+        let device = TickSide::new(Program::new(description, capabilities, serial_number))?;
         let silence_most_us = match description.watchdog_ms {
             0 => u64::MAX,
             watchdog_ms => 1000 * u64::from(watchdog_ms),

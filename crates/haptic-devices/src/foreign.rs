@@ -71,12 +71,12 @@ impl ForeignName {
         Ok(SerialLink::to_served(served, &self.to_string())?)
     }
 
-    /// Its number among those at its port; `None` for a device that is alone there.
+    /// True of one that may stand beside others at its port.
     #[must_use]
-    pub const fn number(&self) -> Option<u8> {
+    pub const fn shares_port(&self) -> bool {
         match self {
-            Self::Moteus(name) => Some(name.settings.id),
-            Self::Haply(_) | Self::Inverse3(_) => None,
+            Self::Moteus(_) => true,
+            Self::Haply(_) | Self::Inverse3(_) => false,
         }
     }
 

@@ -16,6 +16,7 @@ mod report;
 mod request;
 mod sample;
 mod sequence;
+mod serial_number;
 #[cfg(feature = "several-axes")]
 mod surface;
 
@@ -47,5 +48,6 @@ pub use sample::{
     UNANSWERED,
 };
 pub use sequence::{OutOfOrder, RequestTracker, SequenceTracker};
+pub use serial_number::SerialNumber;
 #[cfg(feature = "several-axes")]
 pub use surface::{SurfaceKind, SurfaceShape};

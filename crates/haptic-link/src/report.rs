@@ -5,6 +5,7 @@ use crate::configuration::{CoefficientBlock, Configuration};
 use crate::controller::ControllerCost;
 use crate::limits::Field;
 use crate::sample::{Flight, Sample, SampleBatch};
+use crate::serial_number::SerialNumber;
 use haptic_loop::enumerated;
 use heapless::Vec;
 use postcard_schema::Schema;
@@ -89,6 +90,16 @@ pub struct Hello {
     pub boot: u32,
     /// State and fault at the moment of the answer.
     pub status: Status,
+    /// [`SerialNumber`] of the device, filled up with zeros; zeros alone if it has none.
+    pub serial_number: [u8; SerialNumber::MOST],
+}
+
+impl Hello {
+    /// The device's own serial number.
+    #[must_use]
+    pub fn serial_number(&self) -> SerialNumber {
+        SerialNumber::of_wire(self.serial_number)
+    }
 }
 
 /// A device and its abilities.

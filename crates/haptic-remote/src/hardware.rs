@@ -1,7 +1,7 @@
 //! Functions of a board that the device's end of the link needs, and the exchange with one behind a line of its own.
 
 use haptic_link::{
-    Capabilities, Field, NOT_TAKEN, Refusal, Simulation, SimulationKind, UNANSWERED,
+    Capabilities, Field, NOT_TAKEN, Refusal, SerialNumber, Simulation, SimulationKind, UNANSWERED,
 };
 use haptic_loop::{Device, Fault, Reading};
 
@@ -17,6 +17,12 @@ pub trait Hardware<const D: usize = 1>: Device<f32, D, Error = Fault> {
 
     /// Name and abilities of the board.
     fn capabilities(&self) -> Capabilities;
+
+    /// The number that tells this device from others of its kind: the unique number of its chip or flash, or that which its maker
+    /// gave it. Limits and calibrations of a device are kept under it, so it must not change.
+    fn serial_number(&self) -> SerialNumber {
+        SerialNumber::NONE
+    }
 
     /// The time that a controller takes; `None` where none is run. Devices of one axis only.
     #[cfg(feature = "controllers")]

@@ -86,6 +86,11 @@ impl Hardware for Board {
         }
     }
 
+    // TODO: the unique number of your chip or its flash, under which a host keeps the limits of this board, such as
+    // fn serial_number(&self) -> SerialNumber {
+    //     SerialNumber::of_chip(&chip::unique_number())
+    // }
+
     fn install(&mut self, (): (), _: u32) {}
 
     /// A run begins.

@@ -19,6 +19,7 @@ pub(crate) fn device(name: &CStr) -> HbDevice {
         workspace_high_m: [0.0; 3],
         watchdog_ms: 0,
         sensed_force_max_n: 0.0,
+        serial_number: ptr::null(),
     }
 }
 
@@ -40,7 +41,7 @@ const PORT: &CStr = c"127.0.0.1:0";
 fn a_device_that_cannot_be_is_refused_with_value_range_and_remedy() {
     assert!(refused(ptr::null(), Some(PORT), 500).contains("NULL"));
     type Change = fn(&mut HbDevice);
-    let cases: [(Change, &[&str]); 15] = [
+    let cases: [(Change, &[&str]); 17] = [
         (|it| it.size = 8, &["size = 8", "sizeof(hb_device)"]),
         (|it| it.name = ptr::null(), &["name = \"\"", "1 to 16"]),
         (
@@ -82,6 +83,14 @@ fn a_device_that_cannot_be_is_refused_with_value_range_and_remedy() {
         (
             |it| it.watchdog_ms = 5000,
             &["watchdog_ms", "5000", "5 to 1000"],
+        ),
+        (
+            |it| it.serial_number = c"123456789".as_ptr(),
+            &["serial_number = \"123456789\"", "counts up", "give"],
+        ),
+        (
+            |it| it.serial_number = c"my Falcon".as_ptr(),
+            &["serial_number = \"my Falcon\"", "6 to 32"],
         ),
     ];
     for (change, words) in cases {

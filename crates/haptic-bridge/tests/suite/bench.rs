@@ -28,6 +28,7 @@ pub(crate) fn description(axes: u32) -> Description {
         workspace_low_m: [-0.1; 3],
         workspace_high_m: [0.1; 3],
         watchdog_ms: 0,
+        serial_number: "bench-0042".to_owned(),
     }
 }
 

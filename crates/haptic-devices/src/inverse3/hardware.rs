@@ -12,7 +12,7 @@ use super::name::Inverse3Name;
 use super::trouble::Inverse3Trouble;
 use super::wire::{before_force, force, position};
 use crate::moteus::is_not_now;
-use haptic_link::Capabilities;
+use haptic_link::{Capabilities, SerialNumber};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{BoardTrouble, ServedHardware, TroubleCause};
 use haptic_remote::{Exchange, Hardware, abilities};
@@ -203,6 +203,10 @@ impl<S: Read + Write, const D: usize> Hardware<D> for Inverse3<S, D> {
             // The device does not report the step of its position.
             ..abilities(&format!("Inverse3 {}", self.id), D as u8)
         }
+    }
+
+    fn serial_number(&self) -> SerialNumber {
+        SerialNumber::named(&format!("Inverse3-{}", self.id)).unwrap_or(SerialNumber::NONE)
     }
 
     fn install(&mut self, (): (), tick_period_us: u32) {

@@ -4,6 +4,7 @@ use crate::document::failure::Failure;
 use crate::document::named::named;
 use crate::document::parameters::{DEVICE, TOUCH_AXES};
 use crate::run::ending::LetGo;
+use crate::run::identity::{DeviceIdentity, Told};
 use crate::run::remembered::{Remembered, loosened};
 use haptic_devices::ForeignName;
 use haptic_link::{Capabilities, Configuration, Hello, LoopMode};
@@ -113,6 +114,14 @@ impl fmt::Display for LinkedName {
 }
 
 impl DeviceName {
+    /// Identity of the connected device.
+    ///
+    /// # Errors
+    /// The simulated device, which has none.
+    pub fn identity(&self, link: &SerialLink) -> Result<DeviceIdentity, Failure> {
+        Ok(self.at_port()?.identity(link))
+    }
+
     /// The limits that `device set` gave the connected device from this computer.
     ///
     /// # Errors
@@ -142,18 +151,7 @@ impl DeviceName {
         warn: Warn<'_>,
         stop: Option<&AtomicBool>,
     ) -> Result<SerialLink, Failure> {
-        let name = self.at_port()?;
-        let mut link = name.open(axes.unwrap_or(1), warn, patience, stop)?;
-        let has = usize::from(link.capabilities().axes);
-        match axes.filter(|axes| *axes != has) {
-            None => {
-                name.restore(&mut link, warn)?;
-                Ok(link)
-            }
-            Some(axes) => Err(Failure::bad_input(format_args!(
-                "`axes` = {axes}, but {self} has {has}: omit it, or name another {DEVICE}"
-            ))),
-        }
+        (self.at_port()?).connect_all(axes, patience, warn, stop)
     }
 
     /// Connects to a device with this many axes, or with any number, and passes warnings about the
@@ -204,42 +202,38 @@ impl LinkedName {
 
     /// Sets anew what the device has forgotten.
     fn restore(&self, link: &mut SerialLink, warn: Warn<'_>) -> Result<(), Failure> {
+        let remembered = self.remembered(link);
         let problem = |error| at_port(link.path(), &error);
         let (present, values) = link.configuration().map_err(problem)?;
-        let remembered = self.remembered(link);
         let Some(limits) = remembered.tightened(&present)? else {
             return Ok(());
         };
-        let device = remembered.device();
+        let device = remembered.identity();
         let lost = loosened(&limits, &present.limits).join(", ");
         link.set(Configuration { limits, ..present }, &values).map_err(|error| {
-            Failure::device(format_args!(
-                "{device} does not take the limits again that were set on it ({error}): set others with host-cli device set, or \
-                 end them with host-cli device forget"
-            ))
-        })?;
-        warn(&format!(
-            "{device} had forgotten limits that host-cli device set gave it, and has them again ({lost}); host-cli device forget ends them"
-        ));
+                Failure::device(format_args!(
+                    "{device} does not take the limits again that were set on it ({error}): set others with host-cli device set, or \
+                     end them with host-cli device forget"
+                ))
+            })?;
+        warn(&remembered.words(&lost)?);
         Ok(())
     }
 
-    /// The serial number of the device's USB port, else its board's name and its port; of several at one port its number there.
-    fn identity(&self, link: &SerialLink) -> String {
-        let (port, number) = match self {
-            Self::Serial(_) => (link.path().to_owned(), None),
-            Self::Foreign(foreign) => (self.port(), foreign.number()),
+    /// Identity of the device that is connected by this name.
+    pub(crate) fn identity(&self, link: &SerialLink) -> DeviceIdentity {
+        let path = match self {
+            Self::Serial(_) => link.path().to_owned(),
+            Self::Foreign(_) => self.port(),
         };
-        let port = port_of(&port).unwrap_or(port);
-        let known = ports()
-            .into_iter()
-            .find(|known| known.path.eq_ignore_ascii_case(&port));
-        let serial = known.and_then(|known| known.serial_number);
-        let device = match serial.filter(|serial| !serial.trim().is_empty()) {
-            Some(serial) => format!("USB {serial}"),
-            None => format!("{} at {port}", link.capabilities().board()),
+        let told = Told {
+            board: link.capabilities().board(),
+            number: link.hello().serial_number(),
+            simulated: link.capabilities().simulated,
+            path: &path,
+            shares_port: matches!(self, Self::Foreign(foreign) if foreign.shares_port()),
         };
-        number.map_or(device.clone(), |number| format!("{device} number {number}"))
+        DeviceIdentity::of(told, &ports())
     }
 
     /// Connects for an experiment of `axes` axes, within the limits that were set on the device though it has forgotten them.
@@ -270,8 +264,29 @@ impl LinkedName {
         }
     }
 
-    /// Connects; a device of another maker is made for `axes` axes.
-    pub(crate) fn open(
+    /// As [`DeviceName::connect_all`].
+    pub(crate) fn connect_all(
+        &self,
+        axes: Option<usize>,
+        patience: Duration,
+        warn: Warn<'_>,
+        stop: Option<&AtomicBool>,
+    ) -> Result<SerialLink, Failure> {
+        let mut link = self.open(axes.unwrap_or(1), warn, patience, stop)?;
+        let has = usize::from(link.capabilities().axes);
+        match axes.filter(|axes| *axes != has) {
+            None => {
+                self.restore(&mut link, warn)?;
+                Ok(link)
+            }
+            Some(axes) => Err(Failure::bad_input(format_args!(
+                "`axes` = {axes}, but {self} has {has}: omit it, or name another {DEVICE}"
+            ))),
+        }
+    }
+
+    /// Connects, not to be armed; a device of another maker is made for `axes` axes.
+    fn open(
         &self,
         axes: usize,
         warn: Warn<'_>,

@@ -1,49 +1,78 @@
 //! Limits that `device set` gave a device, kept on this computer: a board forgets them when it is switched off, a device that
 //! is served from here with every command. Before it is armed it gets those that are tighter than what it has.
 //!
-//! *Identity*: the serial number of its USB port, else the name of its board and its port. *Place*: a file for each device in
-//! `limits` below the folder of [`Remembered::VARIABLE`], else below `fractional-haptics` in the user's folder of states. A
-//! file is replaced as a whole, so the last of two writers counts. *Errors*: a file that is there and cannot be read keeps
-//! the device from being armed.
+//! *Place*: a file for each [identity](DeviceIdentity) in `limits` below the folder of [`Remembered::VARIABLE`], else below
+//! `fractional-haptics` in the user's folder of states. A file is replaced as a whole, so the last of two writers counts.
+//!
+//! ```toml
+//! format = 1
+//! device = "rp2040 E6612483CB1B9221"
+//! board = "rp2040"
+//! turn = 3                   # it was set after those with less
+//! tick_period_us = 1000
+//! force_limit_n = 0.5        # limits by key; one that is missing has its default
+//! ```
+//! | device | has the tighter of |
+//! |---|---|
+//! | with a number, or at a link | its own limits; with a number, also those without one of its name that were set after them: they may be its own |
+//! | real, without a number | all limits of its name, and cannot loosen one: it may be another device's |
+//! | simulated, at a nameless pseudo-terminal | none |
+//!
+//! *Errors*: a file that is there and cannot be read, or is in the way of an older version, keeps the device from being armed.
 
 use crate::document::failure::Failure;
+use crate::run::identity::{DeviceIdentity, Known};
 use haptic_link::{Configuration, GuardKind, Limits};
 use haptic_log::record::NewFile;
 use haptic_loop::Limit;
 use haptic_quantity::{digits, label, written};
-use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Map, Value, json};
 use std::env::{home_dir, var_os};
 use std::fmt::Display;
 use std::fs;
 use std::io::ErrorKind;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+/// Format of the files.
+const FORMAT: u64 = 1;
+/// Files in the folder are these; others are of versions that came before, or of unfinished writes.
+const ENDING: &str = "toml";
 
 /// The place where the limits of a device are remembered.
 #[derive(Debug)]
 pub struct Remembered {
-    device: String,
+    identity: DeviceIdentity,
     /// `None` where nothing is to be remembered.
-    file: Option<PathBuf>,
+    folder: Option<PathBuf>,
 }
 
-/// The content of a file.
-#[derive(Serialize)]
-struct Kept<'a> {
-    device: &'a str,
-    tick_period_us: u32,
-    limits: Limits,
+/// The limits that a file keeps.
+#[derive(Clone, Debug, PartialEq)]
+struct Kept {
+    board: String,
+    turn: u64,
+    /// With the tick for which they were set.
+    set: Configuration,
 }
 
 impl Remembered {
     /// Names the folder in which limits are remembered; empty, nothing is.
     pub const VARIABLE: &'static str = "FRACTIONAL_HAPTICS_STATE";
 
-    /// The place of a device, which is known by its USB port's serial number, or by its board's name and its port.
-    pub(crate) fn of(device: String) -> Self {
-        let name = file_name(&device);
-        let file = folder().map(|folder| folder.join("limits").join(name));
-        Self { device, file }
+    pub(crate) fn of(identity: DeviceIdentity) -> Self {
+        let folder = folder().map(|folder| folder.join("limits"));
+        Self::within(identity, folder)
+    }
+
+    fn within(identity: DeviceIdentity, folder: Option<PathBuf>) -> Self {
+        let folder = folder.filter(|_| identity.known != Known::Not);
+        Self { identity, folder }
+    }
+
+    /// Device on which the limits were set.
+    #[must_use]
+    pub const fn identity(&self) -> &DeviceIdentity {
+        &self.identity
     }
 
     /// The limits of a configuration, each replaced by a tighter one that is remembered; `None` if none is.
@@ -60,10 +89,112 @@ impl Remembered {
     ///
     /// # Errors
     /// As [`tightened`](Self::tightened).
-    pub(crate) fn set(&self) -> Result<Option<Configuration>, Failure> {
-        let Some(file) = &self.file else {
-            return Ok(None);
+    pub fn set(&self) -> Result<Option<Configuration>, Failure> {
+        let tighter = |all: Configuration, next: &Kept| Configuration {
+            limits: all.tightened(&next.set).0,
+            ..all
         };
+        let mut kept = self.kept()?.into_iter();
+        Ok(kept
+            .next()
+            .map(|first| kept.fold(first.set, |all, next| tighter(all, &next))))
+    }
+
+    /// Refuses a limit that is looser than that of another device which cannot be told from this one.
+    ///
+    /// # Errors
+    /// As [`tightened`](Self::tightened); a looser limit.
+    pub fn admits(&self, next: &Configuration) -> Result<(), Failure> {
+        let tight = match self.identity.known {
+            Known::ByName => self.tightened(next)?,
+            Known::Number(_) | Known::Link(_) | Known::Not => None,
+        };
+        tight.map_or(Ok(()), |tight| {
+            Err(Failure::bad_input(format_args!(
+                "{} may be any of its name, and one of them was set tighter ({}): end that with host-cli device forget on it, or \
+                 flash firmware that tells a serial number",
+                self.identity,
+                loosened(&tight, &next.limits).join(", ")
+            )))
+        })
+    }
+
+    /// Words for a device that has these limits again, of which it had others.
+    pub(crate) fn words(&self, lost: &str) -> Result<String, Failure> {
+        let device = &self.identity;
+        let board = &device.board;
+        let own = (self.folder.as_ref()).map(|folder| self.read(&self.file(folder)));
+        let has_own = own.transpose()?.flatten().is_some();
+        Ok(if has_own && device.known != Known::ByName {
+            format!(
+                "{device} had forgotten limits that host-cli device set gave it, and has them again ({lost}); host-cli device \
+                 forget ends them"
+            )
+        } else {
+            format!(
+                "{device} may be any {board} that was set without a serial number or has the same name, and has the tightest limits \
+                 of them ({lost})"
+            )
+        })
+    }
+
+    /// All limits that may have been set on this device.
+    fn kept(&self) -> Result<Vec<Kept>, Failure> {
+        let Some(folder) = &self.folder else {
+            return Ok(Vec::new());
+        };
+        let files = self.files(folder)?;
+        let board = &self.identity.board;
+        if self.identity.known == Known::ByName {
+            let all = files.iter().map(|file| self.read(file));
+            let all = all.filter_map(Result::transpose);
+            return all
+                .filter(|kept| !matches!(kept, Ok(kept) if kept.board != *board))
+                .collect();
+        }
+        let own = self.read(&self.file(folder))?;
+        let nameless = match self.identity.known {
+            Known::Number(_) => self.read(&folder.join(file_name(&nameless(board))))?,
+            Known::Link(_) | Known::ByName | Known::Not => None,
+        };
+        let after = own.as_ref().map_or(0, |own| own.turn);
+        let later = nameless.filter(|nameless| nameless.turn > after);
+        Ok(own.into_iter().chain(later).collect())
+    }
+
+    /// The files of limits. One of a version that came before may be of any device.
+    fn files(&self, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+        let found = match fs::read_dir(folder) {
+            Ok(found) => found.collect::<Result<Vec<_>, _>>(),
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
+            Err(error) => Err(error),
+        };
+        let found = found.map_err(|error| self.unreadable(folder, &error))?;
+        let mut files: Vec<PathBuf> = found.into_iter().map(|entry| entry.path()).collect();
+        files.sort();
+        let older = |file: &&PathBuf| file.extension().is_some_and(|ending| ending == "json");
+        if let Some(older) = files.iter().find(older) {
+            return Err(Failure::device(format_args!(
+                "`{}` has limits that an earlier version set on a device ({}): set them anew with host-cli device set, then remove \
+                 that file",
+                older.display(),
+                content(older)
+            )));
+        }
+        files.retain(|file| file.extension().is_some_and(|ending| ending == ENDING));
+        Ok(files)
+    }
+
+    /// The file of this device.
+    fn file(&self, folder: &Path) -> PathBuf {
+        folder.join(file_name(&match &self.identity.known {
+            Known::Number(number) => format!("number {number}"),
+            Known::Link(link) => format!("at {link}"),
+            Known::ByName | Known::Not => nameless(&self.identity.board),
+        }))
+    }
+
+    fn read(&self, file: &Path) -> Result<Option<Kept>, Failure> {
         let text = match file.symlink_metadata() {
             Ok(found) if found.is_file() => fs::read_to_string(file),
             Ok(_) => Err(ErrorKind::InvalidInput.into()),
@@ -78,57 +209,38 @@ impl Remembered {
             }
             Err(error) => Err(error),
         };
-        let text = text.map_err(|error| self.unreadable(&error))?;
-        (self.read(&text).map(Some)).map_err(|error| self.unreadable(&error))
+        let text = text.map_err(|error| self.unreadable(file, &error))?;
+        let kept = Kept::read(&text).map(Some);
+        kept.map_err(|why| self.unreadable(file, &format_args!("{why}; it has {}", content(file))))
     }
 
-    fn text(&self, set: &Configuration) -> Result<String, serde_json::Error> {
-        serde_json::to_string_pretty(&Kept {
-            device: &self.device,
-            tick_period_us: set.tick_period_us,
-            limits: set.limits,
-        })
-    }
-
-    /// The limits of a file, with the tick for which they were set.
-    fn read(&self, text: &str) -> Result<Configuration, serde_json::Error> {
-        let kept: Value = serde_json::from_str(text)?;
-        let set = Configuration {
-            tick_period_us: serde_json::from_value(kept["tick_period_us"].clone())?,
-            limits: serde_json::from_value(in_order(&kept["limits"]))?,
-            ..Configuration::PASSIVE
-        };
-        // Of another order, version or spelling a number could be that of another limit.
-        let again: Value = serde_json::from_str(&self.text(&set)?)?;
-        match again == kept {
-            true => Ok(set),
-            false => Err(serde::de::Error::custom(
-                "other limits than this program has",
-            )),
-        }
-    }
-
-    fn unreadable(&self, why: &dyn Display) -> Failure {
+    fn unreadable(&self, file: &Path, why: &dyn Display) -> Failure {
         Failure::device(format_args!(
-            "the limits that were set on {} cannot be read from `{}` ({why}): end them with host-cli device forget, then set them anew",
-            self.device,
-            self.file.as_deref().unwrap_or("".as_ref()).display()
+            "the limits that were set on {} cannot be read from `{}` ({why}): remove that file, or end them with host-cli device \
+             forget, then set them anew",
+            self.identity,
+            file.display()
         ))
     }
 
     /// Remembers what was set; false if nothing is to be remembered.
     ///
     /// # Errors
-    /// A file that cannot be written.
+    /// A file that cannot be written; limits that cannot be read.
     pub fn keep(&self, set: &Configuration) -> Result<bool, Failure> {
-        let Some(file) = &self.file else {
+        let Some(folder) = &self.folder else {
             return Ok(false);
         };
-        let text = self.text(set).map_err(Failure::input)?;
-        file.parent()
-            .map_or(Ok(()), fs::create_dir_all)
-            .map_err(|error| self.unwritten(&error))?;
-        let written = NewFile::filled(file, text.as_bytes(), true).and_then(NewFile::publish);
+        let turns = self.kept()?.into_iter().map(|kept| kept.turn);
+        let kept = Kept {
+            board: self.identity.board.clone(),
+            turn: 1 + turns.max().unwrap_or(0),
+            set: *set,
+        };
+        let text = kept.text(&self.identity);
+        fs::create_dir_all(folder).map_err(|error| self.unwritten(&error))?;
+        let written = NewFile::filled(&self.file(folder), text.as_bytes(), true);
+        let written = written.and_then(NewFile::publish);
         written.map_err(|error| self.unwritten(&error))?;
         Ok(true)
     }
@@ -136,32 +248,144 @@ impl Remembered {
     fn unwritten(&self, why: &dyn Display) -> Failure {
         Failure::device(format_args!(
             "the limits hold until {} is switched off, and cannot be remembered ({why}): set {} to another folder",
-            self.device,
+            self.identity,
             Self::VARIABLE
         ))
     }
 
-    /// Device on which the limits were set, for a sentence.
-    pub(crate) fn device(&self) -> &str {
-        &self.device
-    }
-
-    /// Ends what is remembered; false if nothing is.
+    /// Ends what is remembered of this device, and returns it in one line; `None` if nothing is.
     ///
     /// # Errors
     /// A file that cannot be removed.
-    pub fn forget(&self) -> Result<bool, Failure> {
-        match self.file.as_ref().map(fs::remove_file) {
-            None => Ok(false),
-            Some(Ok(())) => Ok(true),
-            Some(Err(error)) if error.kind() == ErrorKind::NotFound => Ok(false),
-            Some(Err(error)) => Err(Failure::device(format_args!(
+    pub fn forget(&self) -> Result<Option<String>, Failure> {
+        let Some(file) = self.folder.as_ref().map(|folder| self.file(folder)) else {
+            return Ok(None);
+        };
+        let had = content(&file);
+        match fs::remove_file(&file) {
+            Ok(()) => Ok(Some(had)),
+            Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(Failure::device(format_args!(
                 "the limits that were set on {} cannot be forgotten ({error}): remove `{}`",
-                self.device,
-                self.file.as_deref().unwrap_or("".as_ref()).display()
+                self.identity,
+                file.display()
             ))),
         }
     }
+}
+
+/// Limits of real devices of this name that have no number.
+fn nameless(board: &str) -> String {
+    format!("any {board}")
+}
+
+/// The lines of a file in one, for a message.
+fn content(file: &Path) -> String {
+    let is_file = file.symlink_metadata().is_ok_and(|found| found.is_file());
+    let text = is_file.then(|| fs::read(file).unwrap_or_default());
+    let text = String::from_utf8_lossy(&text.unwrap_or_default()).into_owned();
+    let lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+    lines.collect::<Vec<_>>().join(", ")
+}
+
+/// Each limit that is remembered, by its key, in the limits as the wire names them; those of a run are not.
+fn each(limits: &mut Value, prefix: &str, visit: &mut dyn FnMut(&str, &mut Value)) {
+    for (name, value) in limits.as_object_mut().into_iter().flatten() {
+        let key = match name.as_str() {
+            "watchdog_ms" | "late_ticks" | "max_age_ticks" => continue,
+            "guard" => {
+                each(value, "guard_", visit);
+                continue;
+            }
+            "force_n" => Limit::Force.key(),
+            "force_rate_n_per_s" => Limit::ForceRate.key(),
+            "speed_hard_m_per_s" => Limit::Speed.key(),
+            name => name,
+        };
+        visit(&format!("{prefix}{key}"), value);
+    }
+}
+
+/// The limits that are remembered, by their keys.
+pub(crate) fn by_key(limits: &Limits) -> Map<String, Value> {
+    let mut map = Map::new();
+    each(&mut json!(limits), "", &mut |key, value| {
+        // In its shortest form: 0.1, not 0.10000000149.
+        let single = value.as_f64().filter(|_| value.is_f64());
+        let single = single.and_then(|number| (number as f32).to_string().parse::<f64>().ok());
+        map.insert(
+            key.to_owned(),
+            single.map_or_else(|| value.clone(), Value::from),
+        );
+    });
+    map
+}
+
+impl Kept {
+    fn text(&self, identity: &DeviceIdentity) -> String {
+        let head = json!({
+            "format": FORMAT,
+            "device": identity.to_string(),
+            "board": self.board,
+            "turn": self.turn,
+            "tick_period_us": self.set.tick_period_us,
+        });
+        let head = head.as_object().cloned().unwrap_or_default();
+        // A number or a text of JSON is one of TOML.
+        let lines = head.into_iter().chain(by_key(&self.set.limits));
+        lines
+            .map(|(key, value)| format!("{key} = {value}\n"))
+            .collect()
+    }
+
+    /// The limits of a file; an unknown key could be a limit that this program would not keep.
+    fn read(text: &str) -> Result<Self, String> {
+        let not_ours = |key: &str, value: &Value| format!("{key} = {value} is not of this version");
+        let table: toml::Table = (text.parse()).map_err(|_| "it is not a file of limits")?;
+        let mut given = json!(table).as_object().cloned().unwrap_or_default();
+        let [format, board, turn, period, _] =
+            ["format", "board", "turn", "tick_period_us", "device"].map(|key| given.remove(key));
+        let format = format.ok_or("it has no format")?;
+        if format != FORMAT {
+            return Err(not_ours("format", &format));
+        }
+        let mut limits = json!(Limits::DEFAULT);
+        each(&mut limits, "", &mut |key, value| {
+            if let Some(given) = given.remove(key) {
+                *value = given;
+            }
+        });
+        if let Some((key, value)) = given.iter().next() {
+            return Err(not_ours(key, value));
+        }
+        let limits = serde_json::from_value(in_order(&limits));
+        let limits: Limits = limits.map_err(|error| error.to_string())?;
+        let (low, high, mut least) = (limits.workspace_low_m, limits.workspace_high_m, limits);
+        let mut all = Limit::ALL.into_iter();
+        if low > high || all.any(|limit| *least.number(limit).0 < 0.0) {
+            return Err("a limit is below 0, or the workspace ends before it begins".to_owned());
+        }
+        let board = board.as_ref().and_then(Value::as_str).unwrap_or_default();
+        let whole = |value: Option<Value>| value.as_ref().and_then(Value::as_u64);
+        let period_us = whole(period).and_then(|us| u32::try_from(us).ok());
+        Ok(Self {
+            board: board.to_owned(),
+            turn: whole(turn).unwrap_or(0),
+            set: Configuration {
+                tick_period_us: period_us.unwrap_or(1000),
+                limits,
+                ..Configuration::PASSIVE
+            },
+        })
+    }
+}
+
+/// The values of objects without their names: limits are read in order only.
+fn in_order(value: &Value) -> Value {
+    let Some(fields) = value.as_object() else {
+        return value.clone();
+    };
+    fields.values().map(in_order).collect()
 }
 
 /// The name of a device's file. Two devices have two files, even on a file system that ignores case.
@@ -170,7 +394,7 @@ fn file_name(device: &str) -> String {
         'a'..='z' | '0'..='9' | '.' => c.to_string(),
         c => format!("-{:x}-", u32::from(c)),
     });
-    format!("{}.json", encoded.collect::<String>())
+    format!("{}.{ENDING}", encoded.collect::<String>())
 }
 
 /// The folder for states of this program, if there is one.
@@ -191,14 +415,6 @@ fn folder() -> Option<PathBuf> {
         }
     };
     Some(states.join("fractional-haptics"))
-}
-
-/// The values of objects without their names: limits are read in order only.
-fn in_order(value: &Value) -> Value {
-    let Some(fields) = value.as_object() else {
-        return value.clone();
-    };
-    fields.values().map(in_order).collect()
 }
 
 /// The limits that are looser than before, a sentence each.
@@ -268,58 +484,4 @@ pub fn loosened(before: &Limits, after: &Limits) -> Vec<String> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use testkit::Random;
-
-    #[test]
-    fn whatever_was_set_is_read_again_bit_for_bit_and_nothing_else_is() {
-        let place = Remembered {
-            device: "a \"board\"".to_owned(),
-            file: None,
-        };
-        let mut random = Random(84);
-        for _ in 0..500 {
-            let mut set = Configuration {
-                tick_period_us: 250,
-                ..Configuration::PASSIVE
-            };
-            for limit in Limit::ALL {
-                *set.limits.number(limit).0 = random.log_between(1e-37, 1e37) as f32;
-            }
-            let text = place.text(&set).expect("text");
-            assert_eq!(place.read(&text).expect("reads"), set);
-            // Two limits in each other's place, in a text that is well formed.
-            let swapped = text
-                .replace("\"force_n", "\"x")
-                .replace("rise_time_s", "force_n");
-            for broken in ["null", &swapped.replace("\"x", "\"rise_time_s")] {
-                place.read(broken).expect_err(broken);
-            }
-        }
-    }
-
-    #[test]
-    fn two_devices_are_two_files() {
-        let devices = [
-            "board at /dev/ttyACM0",
-            "board at /dev/ttyACM1",
-            "Board at /dev/ttyACM0",
-            "board at /dev/ttyacm0",
-            "board at -2f-dev-2f-ttyacm0",
-            "board-20-at /dev/ttyacm0",
-            "board20at /dev/ttyacm0",
-            "board at COM3",
-            "moteus at /dev/ttyACM0, 1",
-            "moteus at /dev/ttyACM0, 2",
-        ];
-        let mut names = devices.map(|device| file_name(device).to_lowercase());
-        names.sort();
-        assert!(names.windows(2).all(|pair| pair[0] != pair[1]), "{names:?}");
-        let is_plain = |c: char| c.is_ascii_alphanumeric() || "-.".contains(c);
-        assert!(
-            names.iter().all(|name| name.chars().all(is_plain)),
-            "{names:?}"
-        );
-    }
-}
+mod tests;

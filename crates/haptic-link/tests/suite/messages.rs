@@ -5,8 +5,8 @@ use haptic_link::{
     ControllerCost, ControllerForm, ControllerLaw, ControllerPart, DeviceReport, Event, EventKind,
     FaultReport, Field, Flight, Guard, GuardKind, Hello, Keys, Limits, LoopMode, OperatorForm,
     OperatorShape, Outcome, Reason, Refusal, Request, SENSED_MAX, Sample, SampleBatch, Scope,
-    Simulation, SimulationKind, Start, State, Statistics, Status, SurfaceKind, SurfaceShape,
-    Trouble, WorkspaceBox,
+    SerialNumber, Simulation, SimulationKind, Start, State, Statistics, Status, SurfaceKind,
+    SurfaceShape, Trouble, WorkspaceBox,
 };
 
 pub(crate) fn status() -> Status {
@@ -256,6 +256,9 @@ pub(crate) fn reports() -> Vec<DeviceReport> {
             firmware: [1, 2, 3],
             boot: 0x0403_0201,
             status: status(),
+            serial_number: SerialNumber::named("thirty-two.letters:and+digits_01")
+                .expect("a number")
+                .bytes(),
         }),
         DeviceReport::Capabilities(Capabilities {
             board: Capabilities::board_name("sixteen letters!"),

@@ -27,7 +27,7 @@ pub use connect::{BAUDS, ConnectOptions, GREETING};
 pub use error::{BoardTrouble, SerialError, TroubleCause};
 pub use line::{Line, Pipe};
 pub use link::{DeviceMessage, LinkReport, SerialLink};
-pub use port::{PortInfo, latency_file, open, port_of, ports};
+pub use port::{PortInfo, is_socket, latency_file, open, port_of, ports};
 pub use request::Companions;
 pub use served::{DeviceTime, ServeError, Served, ServedHardware, USB_PERIOD_US};
 pub use tcp::{TcpListening, host_and_port, tcp_address};

@@ -165,13 +165,17 @@ fn open_socket(path: &str, baud: u32) -> Result<Socket<UnixStream>, SerialError>
     })
 }
 
+/// True of a path at which a Unix socket is.
 #[cfg(unix)]
-fn is_socket(path: &str) -> bool {
+#[must_use]
+pub fn is_socket(path: &str) -> bool {
     std::fs::metadata(path).is_ok_and(|file| file.file_type().is_socket())
 }
 
+/// False where there are no Unix sockets.
 #[cfg(not(unix))]
-const fn is_socket(_: &str) -> bool {
+#[must_use]
+pub const fn is_socket(_: &str) -> bool {
     false
 }
 

@@ -6,7 +6,7 @@ use crate::held_clock::HeldClock;
 use crate::{DeviceSession, Exchange, Hardware, TickSide};
 use core::cell::RefCell;
 use core::hint::spin_loop;
-use haptic_link::{Capabilities, ControllerCost, FRAME_MAX, Refusal, State};
+use haptic_link::{Capabilities, ControllerCost, FRAME_MAX, Refusal, SerialNumber, State};
 use haptic_loop::realtime::Moment;
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use std::io::{Read as _, Write as _};
@@ -318,6 +318,10 @@ impl<H: Hardware<D>, const D: usize> Hardware<D> for Punctual<H> {
 
     fn capabilities(&self) -> Capabilities {
         self.hardware.capabilities()
+    }
+
+    fn serial_number(&self) -> SerialNumber {
+        self.hardware.serial_number()
     }
 
     fn controller_cost(&self) -> Option<ControllerCost> {

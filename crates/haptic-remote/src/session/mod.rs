@@ -146,12 +146,15 @@ impl DeviceSession {
         device: &impl Exclusive<TickSide<H, D, R>>,
     ) -> Option<DeviceReport> {
         if let Request::Hello { nonce } = request {
+            let told = device.with(|device| (device.status(), device.hardware().serial_number()));
+            let (status, serial_number) = told;
             return Some(DeviceReport::Hello(Hello {
                 nonce,
                 connection: self.connections.offer(nonce, now_us),
                 firmware: self.firmware,
                 boot: self.boot,
-                status: device.with(|device| device.status()),
+                status,
+                serial_number: serial_number.bytes(),
             }));
         }
         match self.connections.arrive(header) {

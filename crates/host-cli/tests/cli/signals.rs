@@ -284,6 +284,7 @@ fn bridged(ended: Arc<AtomicBool>) -> u16 {
         workspace_low_m: [-0.1; 3],
         workspace_high_m: [0.1; 3],
         watchdog_ms: 0,
+        serial_number: String::new(),
     };
     let bridge = Bridge::open(&description, "127.0.0.1:0").expect("a device");
     let port = bridge.port();

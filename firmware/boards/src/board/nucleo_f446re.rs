@@ -16,6 +16,9 @@
 /// Name, as the host sees it.
 pub const NAME: &str = "nucleo-f446re";
 
+/// Place of the chip's unique number, 96 bits (RM0390, 39.1).
+pub(crate) const UNIQUE_NUMBER: usize = 0x1FFF_7A10;
+
 /// Crystal of the ST-Link, Hz, fed in as a clock (UM1724, 6.7.1).
 pub(crate) const HSE_HZ: u32 = 8_000_000;
 /// Processor clock, Hz: 8 MHz · 180 / 8, the largest.

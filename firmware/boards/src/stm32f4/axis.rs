@@ -5,7 +5,7 @@ use crate::board::nucleo_f446re::{
     MISMATCH_A, MISMATCH_US, NAME, NEWTONS_PER_AMPERE,
 };
 use cortex_m::peripheral::DWT;
-use haptic_board::haptic_link::Capabilities;
+use haptic_board::haptic_link::{Capabilities, SerialNumber};
 use haptic_board::haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_board::haptic_remote::{Hardware, abilities};
 use haptic_board::nalgebra::SVector;
@@ -157,6 +157,10 @@ impl Hardware for Axis {
             position_resolution_m: METRES_PER_COUNT,
             ..abilities(NAME, 1)
         }
+    }
+
+    fn serial_number(&self) -> SerialNumber {
+        super::serial_number()
     }
 
     fn install(&mut self, (): (), tick_period_us: u32) {

@@ -8,10 +8,11 @@ mod uart;
 
 pub use crate::board::nucleo_f446re::NAME;
 use crate::board::nucleo_f446re::{
-    BAUD, CLOCK_HZ, DUTY_ZERO, HSE_HZ, PCLK1_HZ, PCLK2_HZ, PWM_HZ, WATCHDOG_MS,
+    BAUD, CLOCK_HZ, DUTY_ZERO, HSE_HZ, PCLK1_HZ, PCLK2_HZ, PWM_HZ, UNIQUE_NUMBER, WATCHDOG_MS,
 };
 pub use axis::Axis;
 use cortex_m::peripheral::NVIC;
+use haptic_board::haptic_link::SerialNumber;
 use haptic_board::{Clock, TickTimer};
 use stm32f4xx_hal::adc::config::{AdcConfig, SampleTime, Sequence};
 use stm32f4xx_hal::adc::{self, Adc};
@@ -151,6 +152,14 @@ pub fn start() -> Parts {
         line: Uart::start(tx, rx),
         watchdog,
     }
+}
+
+/// The chip's own number.
+pub(crate) fn serial_number() -> SerialNumber {
+    #[expect(unsafe_code, reason = "a number is read where the chip has it")]
+    // SAFETY: the chip has 12 bytes there, which are never written.
+    let unique = unsafe { (UNIQUE_NUMBER as *const [u8; 12]).read_volatile() };
+    SerialNumber::of_chip(&unique)
 }
 
 /// The tick interrupts the line, and nothing interrupts the tick.

@@ -8,7 +8,7 @@ use embassy_rp::gpio::{Input, Level, Output, Pull};
 use embassy_rp::pac::SIO;
 use embassy_rp::peripherals::{PIN_4, PIN_6, PIN_7, PWM_SLICE2};
 use embassy_rp::pwm::{self, Pwm};
-use haptic_board::haptic_link::{Capabilities, ControllerCost};
+use haptic_board::haptic_link::{Capabilities, ControllerCost, SerialNumber};
 use haptic_board::haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_board::haptic_remote::{Hardware, abilities};
 use haptic_board::nalgebra::Vector1;
@@ -87,6 +87,8 @@ pub(crate) struct Pins {
 /// - *Cut*: an open emergency stop, and an encoder that was not followed, disable the amplifier at once, until the next
 ///   run begins.
 pub(crate) struct Axis {
+    /// Known only when the motor is disabled.
+    pub(crate) serial_number: SerialNumber,
     encoder: Encoder,
     command: Pwm<'static>,
     duty: pwm::Config,
@@ -105,6 +107,7 @@ impl Axis {
         duty.top = PWM_STEPS - 1;
         duty.compare_a = steps(0.0);
         let mut axis = Self {
+            serial_number: SerialNumber::NONE,
             encoder: Encoder::new(pins.encoder),
             command: Pwm::new_output_a(pins.slice, pins.command, duty.clone()),
             duty,
@@ -195,6 +198,10 @@ impl Hardware for Axis {
             coefficients_max: chip::COEFFICIENTS_MAX as u16,
             ..abilities(NAME, 1)
         }
+    }
+
+    fn serial_number(&self) -> SerialNumber {
+        self.serial_number
     }
 
     fn controller_cost(&self) -> Option<ControllerCost> {

@@ -20,9 +20,16 @@ use defmt_rtt as _;
 use embassy_executor::Spawner;
 use embassy_futures::join::join4;
 use embassy_futures::select::select;
+#[cfg(feature = "rp2040")]
+use embassy_rp::flash::{Blocking, Flash};
+#[cfg(feature = "rp2350")]
+use embassy_rp::otp;
 use embassy_rp::watchdog::Watchdog;
+#[cfg(feature = "rp2040")]
+use embassy_rp::{Peri, peripherals::FLASH};
 use embassy_time::{Duration, Timer};
 use encoder::EncoderPins;
+use haptic_board::haptic_link::SerialNumber;
 use haptic_board::{
     DeviceMemory, Image, MainLoop, RetainedMemory, Ticker, TickerSlot, image, power_up,
 };
@@ -49,7 +56,7 @@ const ROUND: Duration = Duration::from_micros(500);
 async fn main(_spawner: Spawner) {
     let chip = embassy_rp::init(embassy_rp::config::Config::default());
     // The motor first: disabled.
-    let axis = Axis::new(Pins {
+    let mut axis = Axis::new(Pins {
         encoder: EncoderPins {
             pio: chip.PIO0,
             a: chip.PIN_2,
@@ -61,6 +68,12 @@ async fn main(_spawner: Spawner) {
         enable: chip.PIN_6,
         stop: chip.PIN_7,
     });
+    #[cfg(feature = "rp2040")]
+    let unique = unique_number(chip.FLASH);
+    #[cfg(feature = "rp2350")]
+    let unique = otp::get_chipid().map(u64::to_be_bytes).ok();
+    axis.serial_number = unique.map_or(SerialNumber::NONE, |unique| SerialNumber::of_chip(&unique));
+    let serial_number = axis.serial_number;
     let mut watchdog = Fed(Watchdog::new(chip.WATCHDOG));
     watchdog.0.start(START_UP);
     let retained = RETAINED.take();
@@ -72,7 +85,7 @@ async fn main(_spawner: Spawner) {
     };
     TICKER.put(Ticker::new(device, Alarm::start(), &RETAINED));
 
-    let (mut device_side, mut sender, mut receiver) = usb::start(chip.USB, buffers);
+    let (mut device_side, mut sender, mut receiver) = usb::start(chip.USB, buffers, serial_number);
     let serve = async {
         // 11 ms, while the host looks what was plugged in.
         session.set_image_digest(IMAGE.digest());
@@ -90,6 +103,15 @@ async fn main(_spawner: Spawner) {
         serve,
     )
     .await;
+}
+
+/// The unique number of the flash: an RP2040 has none of its own.
+#[cfg(feature = "rp2040")]
+fn unique_number(flash: Peri<'static, FLASH>) -> Option<[u8; 8]> {
+    let mut unique = [0; 8];
+    let mut flash = Flash::<_, Blocking, 0>::new_blocking(flash);
+    flash.blocking_unique_id(&mut unique).ok()?;
+    Some(unique)
 }
 
 struct Fed(Watchdog);

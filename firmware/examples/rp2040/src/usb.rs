@@ -7,6 +7,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_usb::class::cdc_acm::{CdcAcmClass, Receiver, Sender, State};
 use embassy_usb::{Builder, Config, UsbDevice};
+use haptic_board::haptic_link::SerialNumber;
 use haptic_board::{HostLine, Queue};
 
 type Port = Driver<'static, USB>;
@@ -30,6 +31,7 @@ pub(crate) struct Buffers {
     bos: Text<64>,
     control: Text<64>,
     state: State<'static>,
+    serial_number: Option<SerialNumber>,
 }
 
 struct Text<const N: usize>([u8; N]);
@@ -43,6 +45,7 @@ impl<const N: usize> Default for Text<N> {
 pub(crate) fn start(
     usb: Peri<'static, USB>,
     buffers: &'static mut Buffers,
+    serial_number: SerialNumber,
 ) -> (
     UsbDevice<'static, Port>,
     Sender<'static, Port>,
@@ -52,6 +55,8 @@ pub(crate) fn start(
     let mut config = Config::new(0x1209, 0x0001);
     config.manufacturer = Some("fractional-haptics");
     config.product = Some(crate::axis::NAME);
+    let number = buffers.serial_number.insert(serial_number);
+    config.serial_number = number.text();
     config.max_power = 100;
     let mut builder = Builder::new(
         Driver::new(usb, Interrupts),

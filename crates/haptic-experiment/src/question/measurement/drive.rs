@@ -453,7 +453,7 @@ pub(crate) fn on_serial(
         loop_mode: LoopMode::Host,
         ..remote.clone()
     };
-    let mut link = remote.name.open(1, warn, remote.patience, Some(stop))?;
+    let mut link = (remote.name).connect_all(None, remote.patience, warn, Some(stop))?;
     let axes = link.capabilities().axes;
     let MeasuredAxis(axis) = plan.axis;
     if axis >= usize::from(axes) {

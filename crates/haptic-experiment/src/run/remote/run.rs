@@ -352,6 +352,7 @@ fn describe(link: &SerialLink, device: &RemoteDevice, metadata: &mut BTreeMap<St
     let mut add = |key: &str, value: String| metadata.insert(key.to_owned(), value);
     add("board", link.capabilities().board().to_owned());
     add("firmware", firmware_version(link.hello()));
+    add("identity", device.name.identity(link).to_string());
     add("loop", device.loop_mode.name().to_owned());
     add(
         "watchdog_s",

@@ -11,6 +11,9 @@ use hdrhistogram::Histogram;
 pub(crate) struct LinkSummary {
     pub board: String,
     pub firmware: String,
+    /// Number that the device told.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub serial_number: Option<String>,
     /// The device simulates its plant: no actuator, no sensor.
     pub simulated: bool,
     /// Step of its encoder, m; 0 if it does not say.
@@ -132,6 +135,7 @@ pub(super) fn summarise(
     LinkSummary {
         board: link.capabilities().board().to_owned(),
         firmware: firmware_version(link.hello()),
+        serial_number: (link.hello().serial_number().text()).map(ToOwned::to_owned),
         simulated: link.capabilities().simulated,
         position_resolution_m: link.capabilities().position_resolution_m.into(),
         loop_mode: loop_mode.name(),

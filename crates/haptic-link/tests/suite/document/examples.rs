@@ -5,8 +5,8 @@ use super::{frame, frame_with};
 use crate::frames::CONNECTION;
 use haptic_link::{
     Ack, BatchItem, CoefficientBlock, Configuration, DeviceReport, DigestBuilder, Direction, Field,
-    Header, Hello, Outcome, Refusal, Request, Sample, SampleBatch, Scope, Simulation, Start,
-    Status, SurfaceKind, SurfaceShape,
+    Header, Hello, Outcome, Refusal, Request, Sample, SampleBatch, Scope, SerialNumber, Simulation,
+    Start, Status, SurfaceKind, SurfaceShape,
 };
 
 pub(super) fn hex(bytes: &[u8]) -> String {
@@ -71,13 +71,16 @@ fn opening() -> Vec<String> {
         cobs_of(&[0, 0]),
         hello(),
         framed(
-            "its answer, sequence number 0: connection 0x6A5B4C3D, firmware 0.1.0, boot 77, Idle, no fault",
+            "its answer, sequence number 0: connection 0x6A5B4C3D, firmware 0.1.0, boot 77, Idle, no fault, serial number E6612483CB1B9221",
             &DeviceReport::Hello(Hello {
                 nonce: 0x1234_5678,
                 connection: CONNECTION,
                 firmware: [0, 1, 0],
                 boot: 77,
                 status: Status::default(),
+                serial_number: SerialNumber::named("E6612483CB1B9221")
+                    .expect("a number")
+                    .bytes(),
             }),
             0,
             Direction::FromDevice,

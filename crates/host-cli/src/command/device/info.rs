@@ -49,6 +49,7 @@ impl List {
                 // Of the device there; null without `--probe`.
                 "board": answer.map(|link| link.capabilities().board()),
                 "firmware": answer.map(|link| firmware_version(link.hello())),
+                "serial_number": answer.and_then(|link| link.hello().serial_number().text().map(ToOwned::to_owned)),
                 // Why no device answered.
                 "problem": link.as_ref().err().map(ToString::to_string),
             })
@@ -72,10 +73,15 @@ pub(super) fn info(port: &PortArguments, output: Output) -> Result<(), Failure> 
     let statistics = link.statistics().map_err(problem)?;
     let set = link.configuration().map_err(problem)?.0.limits;
     let (status, can) = (link.status(), link.capabilities());
+    let identity = port.device.identity(&link)?;
     let is = json!({
         "device": link.name(),
         "board": can.board(),
         "firmware": firmware_version(link.hello()),
+        // Its limits and its calibration belong to it.
+        "identity": identity.to_string(),
+        "serial_number": identity.serial_number(),
+        "serial_number_reason": identity.serial_number().is_none().then_some("neither the device nor its USB port has one of its own"),
     });
     let digest = firmware_digest(can).map(|digest| json!({"firmware_digest": digest}));
     // Of a device that runs them.

@@ -52,6 +52,7 @@ impl Set {
         configuration.limits = tightened.unwrap_or(configuration.limits);
         let before = configuration.limits;
         changes.apply(&mut configuration, &mut values)?;
+        remembered.admits(&configuration)?;
         let set = link.set(configuration, &values);
         set.map_err(|error| refused_at_port(&path, error))?;
         let (configuration, values) = link.configuration().map_err(problem)?;
@@ -71,8 +72,16 @@ impl Set {
 /// Ends what `device set` set; what the device has set now stays until it is switched off.
 pub(super) fn forget(port: &PortArguments, output: Output) -> Result<(), Failure> {
     let link = port.connect_any()?;
-    let forgotten = port.device.remembered(&link)?.forget()?;
-    output.report(&json!({"device": link.name(), "forgotten": forgotten}))
+    let remembered = port.device.remembered(&link)?;
+    let limits = remembered.forget()?;
+    output.report(&json!({
+        "device": link.name(),
+        "identity": remembered.identity().to_string(),
+        "forgotten": limits.is_some(),
+        // The file that is gone.
+        "limits": limits,
+        "limits_reason": limits.is_none().then_some("none were set"),
+    }))
 }
 
 /// A number of a device in its shortest form: 0.1, not 0.10000000149.

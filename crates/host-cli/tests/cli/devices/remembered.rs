@@ -61,9 +61,13 @@ fn limits_outlive_the_device_until_they_are_forgotten_or_set_anew() {
         &after_restart(&mut device, RUN).stderr,
         "force limit from 1 N to 10 N",
     );
-    for forgotten in [true, false] {
-        assert_eq!(device.json(FORGET)["forgotten"], forgotten);
-    }
+    let gone = device.json(FORGET);
+    assert_eq!(gone["forgotten"], true);
+    assert_says(
+        gone["limits"].as_str().expect("a text"),
+        "device = \"emulated at & force_limit_n = 1.0 & workspace_low_m = -0.02",
+    );
+    assert_eq!(device.json(FORGET)["forgotten"], false);
     let ran = after_restart(&mut device, RUN);
     assert!(
         !ran.stderr.contains("forgotten") && most_n(&device) > 1.0,
@@ -77,20 +81,27 @@ fn limits_that_cannot_be_read_or_set_arm_nothing_and_say_what_to_do() {
     let place = &device.place;
     device.json(SET);
     let files = place.files();
-    let file = files.iter().find(|file| file.ends_with(".json"));
+    let file = files.iter().find(|file| file.ends_with(".toml"));
     let file = place.path(file.expect("a file for the device"));
     let good = std::fs::read_to_string(&file).expect("text");
-    let refused = |line: &str| place.run(line).refused(3, &["device forget"]);
-    let other = [("force_n\": 0", "force_n\": -1"), ("force_n", "torque_nm")];
-    let other = other.map(|(was, is)| good.replace(was, is));
-    for broken in [&other[0], &other[1], "cut"] {
-        std::fs::write(&file, broken).expect("writes");
+    let refused = |line: &str| {
+        place.run(line).refused(
+            3,
+            &["device forget", "force_limit", "workspace_low_m = -0.02"],
+        )
+    };
+    for (was, is) in [
+        ("force_limit_n = 0", "force_limit_n = -1"),
+        ("force_limit_n", "force_limit_lbf"),
+        ("format = 1", "format = 2"),
+    ] {
+        std::fs::write(&file, good.replace(was, is)).expect("writes");
         refused(RUN);
     }
     refused(SET);
     assert_eq!(device.json(FORGET)["forgotten"], true);
     std::fs::create_dir(&file).expect("a folder");
-    refused(RUN);
+    place.run(RUN).refused(3, &["device forget"]);
     assert!(!place.path("run").exists());
 }
 
