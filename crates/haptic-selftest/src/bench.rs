@@ -4,7 +4,9 @@ use super::fall::Bounds;
 use super::promise::{Attendant, EmergencyStop, Notice, Promise, SelfTest};
 use haptic_experiment::Failure;
 use haptic_experiment::run::{self, at_port};
-use haptic_link::{Configuration, Limits, LoopMode, Refusal, Scope, Start, State};
+use haptic_link::{
+    Configuration, Limits, LoopMode, Refusal, Scope, Simulation, SimulationKind, Start, State,
+};
 use haptic_loop::Fault;
 use haptic_loop::realtime::Moment;
 use haptic_remote::LinkError;
@@ -294,7 +296,11 @@ fn limited(link: &SerialLink, test: &SelfTest, set: &Configuration) -> Configura
             brake_force_n: 0.0,
             ..Limits::DEFAULT
         },
-        simulation: set.simulation,
+        simulation: match (can.simulated, set.simulation.kind) {
+            // A plant to move, as a real device has one.
+            (true, SimulationKind::Real) => Simulation::TESTBED,
+            _ => set.simulation,
+        },
         ..Configuration::PASSIVE
     };
     let (limits, _) = asked.tightened(set);

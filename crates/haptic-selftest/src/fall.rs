@@ -36,12 +36,22 @@ impl Bounds {
         }
     }
 
+    /// Ticks after which the force that is asked for changes its sign: so many that its rate lets it reach its limit on the other side.
+    pub(super) fn half_period_ticks(&self) -> u32 {
+        let step_n = f64::from(self.limits.force_rate_n_per_s) * self.period_s;
+        let reached = SWING * f64::from(self.limits.force_n) / step_n;
+        HALF_PERIOD_TICKS.max(reached.ceil() as u32)
+    }
+
     pub(super) fn stop_ticks(&self) -> u32 {
         // A time in single precision is no whole number of ticks more.
         (f64::from(self.limits.stop_time_s) / self.period_s - 1e-4).ceil() as u32
     }
 }
 
+/// Fewest ticks with one sign, and the way of a force, in limits, that is made in them: from one to the other, and half of it at rest.
+const HALF_PERIOD_TICKS: u32 = 40;
+const SWING: f64 = 3.0;
 const ROUNDING: f32 = 1e-6;
 
 #[derive(Clone, Copy, Debug)]

@@ -4,7 +4,7 @@ use super::bench::{Bench, Broken, LONG_WATCHDOG_MS};
 use super::direction;
 use super::fall::{Bounds, Fall};
 use super::promise::{Check, Promise};
-use super::trial::{ASKED, Followed, HALF_PERIOD_TICKS, LATE, Trial, alternating};
+use super::trial::{ASKED, Followed, LATE, Trial, alternating};
 use haptic_loop::Limiters;
 use haptic_remote::Tick;
 
@@ -36,12 +36,12 @@ fn of_axis(bench: &mut Bench<'_>) -> Result<[Check; 3], Broken> {
     let ticks = (f64::from(limits.rise_time_s) / period_s + TICKS) as u32;
     let trial = Trial {
         watchdog_ms: LONG_WATCHDOG_MS,
-        say: |sample: &Tick, sent| Some(alternating(&limits, sample.tick, sent, ASKED)),
+        say: |sample: &Tick, sent| Some(alternating(&bounds, sample.tick, sent, ASKED)),
         // In the middle of a half period, so that a force acts when it is stopped.
         until: |followed: &Followed| {
             let newest = followed.samples.last();
             newest.is_some_and(|sample| {
-                let half = HALF_PERIOD_TICKS;
+                let half = bounds.half_period_ticks();
                 sample.tick > ticks && (half / 2..3 * half / 4).contains(&(sample.tick % half))
             })
         },

@@ -4,7 +4,7 @@ use super::bench::{Bench, Broken, LONG_WATCHDOG_MS};
 use super::checks::refused;
 use super::fall::{Bounds, Fall};
 use super::promise::{Check, Promise, SelfTest};
-use super::trial::{Followed, HALF_PERIOD_TICKS, LATE, Trial, alternating};
+use super::trial::{Followed, LATE, Trial, alternating};
 use haptic_loop::Fault;
 use haptic_remote::{LinkError, Tick};
 
@@ -19,7 +19,7 @@ const MORE_TICKS: u32 = 5000;
 /// Tick at which the fault is made: at the end of a half period, when the force has its full share.
 fn made_at(bounds: &Bounds) -> u32 {
     let ticks = (f64::from(bounds.limits.rise_time_s) / bounds.period_s + TICKS) as u32;
-    ticks.next_multiple_of(HALF_PERIOD_TICKS) - 2
+    ticks.next_multiple_of(bounds.half_period_ticks()) - 2
 }
 
 fn is_behind(followed: &Followed, tick: u32, more: u32) -> bool {
@@ -40,7 +40,7 @@ fn finite_on_axis(bench: &mut Bench<'_>) -> Result<Check, Broken> {
         watchdog_ms: LONG_WATCHDOG_MS,
         say: |sample: &Tick, sent| {
             let is_good = sample.tick < made_at;
-            let good = is_good.then(|| alternating(&limits, sample.tick, sent, SHARE));
+            let good = is_good.then(|| alternating(&bounds, sample.tick, sent, SHARE));
             Some(good.unwrap_or(f32::NAN))
         },
         until: |followed: &Followed| is_behind(followed, made_at, MORE_TICKS),
@@ -64,7 +64,7 @@ pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<(Check, Option<Followed>
     let trial = Trial {
         watchdog_ms,
         say: |sample: &Tick, sent| {
-            (sample.tick < made_at).then(|| alternating(&limits, sample.tick, sent, SHARE))
+            (sample.tick < made_at).then(|| alternating(&bounds, sample.tick, sent, SHARE))
         },
         until: |followed: &Followed| is_behind(followed, made_at, silent_ticks + MORE_TICKS),
     };

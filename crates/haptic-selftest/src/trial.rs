@@ -1,8 +1,9 @@
 //! Runs of the device on the bench, followed by their samples.
 
 use super::bench::{Bench, Broken, refusal};
+use super::fall::Bounds;
 use haptic_experiment::parameters::FORCE_LIMIT;
-use haptic_link::{AXES_MAX, EventKind, FaultReport, Limits, Request, Sample};
+use haptic_link::{AXES_MAX, EventKind, FaultReport, Request, Sample};
 use haptic_loop::realtime::Moment;
 use haptic_loop::{Fault, Limiters};
 use haptic_remote::serial::DeviceMessage;
@@ -11,8 +12,6 @@ use std::time::Duration;
 
 /// Largest force that is asked for, in limits.
 pub(super) const ASKED: f32 = 3.0;
-/// Ticks after which the force that is asked for changes its sign.
-pub(super) const HALF_PERIOD_TICKS: u32 = 40;
 /// Time to wait for something to be heard, or to be asked for.
 const LOOK: Duration = Duration::from_millis(20);
 /// Silence after which a run has ended.
@@ -40,15 +39,15 @@ enum Rest {
 
 /// Force that changes its sign: `share` of the limit, and one in 10⁵ more with each that was sent before, so that each is
 /// known by its number.
-pub(super) fn alternating(limits: &Limits, tick: u32, sent: usize, share: f32) -> f32 {
-    let sign = if (tick / HALF_PERIOD_TICKS).is_multiple_of(2) {
+pub(super) fn alternating(bounds: &Bounds, tick: u32, sent: usize, share: f32) -> f32 {
+    let sign = if (tick / bounds.half_period_ticks()).is_multiple_of(2) {
         1.0
     } else {
         -1.0
     };
     let more = 1.0 + 1e-5 * (sent % 5000) as f32;
     // Whatever share: never more than what a device without limits may make.
-    sign * limits.force_n * (share * more).min(ASKED)
+    sign * bounds.limits.force_n * (share * more).min(ASKED)
 }
 
 /// A sample as a trial of one axis sees it: the position of that axis, and the force on all, with the sign of its own. `None` for one of other
