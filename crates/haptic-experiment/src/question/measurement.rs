@@ -3,9 +3,10 @@
 //! ```text
 //! m·x″ + b·x′ + k·x + F_c·sgn x′ = a + w        τ·a′ = u(t − D) − a        y = round((x + noise)/q)·q
 //! ```
-//! *Excitation* ([`MeasurePlan`]): at rest without force; a slow ramp each way until the device moves; then a multi-sine of at most
-//! [`MeasurePlan::SHARE`] of the force limit, inside a box about the start, held there by a weak spring. The safety chain has that share
-//! as its limit and the box as its workspace.
+//! *Excitation* ([`MeasurePlan`]): at rest without force; slowly to the middle of its box; a slow ramp each way until the device moves, and
+//! back to the middle; then a multi-sine of at most [`MeasurePlan::SHARE`] of the force limit, inside the box, held there by a weak spring.
+//! The box is about the start, and within the device's own workspace. The safety chain has that share as its limit and the box as its
+//! workspace.
 //!
 //! *Estimation* ([`estimate`]): a pure function of the [`MotionRecord`], force applied and position read at each tick. The force is
 //! recorded, so the spring and every limiter may close the loop as they like. The model is the sampled device of
@@ -27,6 +28,7 @@ use crate::document::parameters::range::Range;
 use crate::document::parameters::{DEVICE, MAX_AGE_TICKS, SAMPLE_TIME, WATCHDOG};
 use crate::question::bench::SIMULATED;
 pub use answer::{MeasureReport, Measurement};
+use haptic_link::Limits;
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{SafetyLimits, Stuck, Workspace};
 
@@ -97,6 +99,34 @@ pub(crate) struct MeasurePlan {
     pub hand: bool,
     /// The axis of a device at a port that is moved.
     pub axis: MeasuredAxis,
+    /// Limits of the device itself, which a measurement keeps.
+    pub own: OwnLimits,
+}
+
+/// Limits of a device itself: largest force, N, and ends of its workspace, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct OwnLimits {
+    pub force_n: f64,
+    pub workspace_m: [f64; 2],
+}
+
+impl OwnLimits {
+    pub(crate) const NONE: Self = Self {
+        force_n: f64::INFINITY,
+        workspace_m: [f64::NEG_INFINITY, f64::INFINITY],
+    };
+
+    /// Limits that are set on a device, whose workspace is that of its first axis.
+    fn of(set: &Limits, axis: MeasuredAxis) -> Self {
+        let [low_m, high_m] = [set.workspace_low_m, set.workspace_high_m].map(f64::from);
+        Self {
+            force_n: set.force_n.into(),
+            workspace_m: match low_m < high_m && axis == MeasuredAxis(0) {
+                true => [low_m, high_m],
+                false => Self::NONE.workspace_m,
+            },
+        }
+    }
 }
 
 impl MeasurePlan {
@@ -106,12 +136,30 @@ impl MeasurePlan {
     const REST_S: f64 = 0.5;
     /// Time in which a ramp reaches the largest force, s.
     const RAMP_S: f64 = 1.5;
+    /// Longest time on the way to the middle, s: a device that does not come so far is measured where it is.
+    const CENTRE_S: f64 = 3.0;
     /// Share of [`near_m`](Self::near_m) that counts as a motion, and share of the box in which it may rest.
     const MOVES: f64 = 0.02;
 
+    /// Forces that keep a device moving, in those at which it began to: of fewer than twice as many the multi-sine would have some only.
+    const KEEPS_MOVING: f64 = 3.0;
+
+    /// This plan within the limits of a device.
+    fn within(self, own: OwnLimits) -> Self {
+        let [low_m, high_m] = own.workspace_m;
+        let box_m = f64::min(self.box_m, 0.5 * (high_m - low_m));
+        Self { box_m, own, ..self }
+    }
+
     /// Largest force of the measurement, N.
     pub(crate) fn force_n(&self) -> f64 {
-        Self::SHARE * self.force_limit_n
+        f64::min(Self::SHARE * self.force_limit_n, self.own.force_n)
+    }
+
+    /// Middle of the box of a device that is at `start_m`: as near to there as its workspace allows.
+    fn middle_m(&self, start_m: f64) -> f64 {
+        let [low_m, high_m] = self.own.workspace_m;
+        start_m.max(low_m + self.box_m).min(high_m - self.box_m)
     }
 
     /// The length to which motions are compared, m: the box, but not more than the usual one. A wider box gives room, it asks for no more motion.
@@ -121,7 +169,7 @@ impl MeasurePlan {
 
     /// Limits of the safety chain of a device that is at `start_m`.
     pub(crate) fn limits(&self, start_m: f64) -> SafetyLimits {
-        let force = self.force_n();
+        let (force, middle_m) = (self.force_n(), self.middle_m(start_m));
         let default = SafetyLimits::default();
         // As steep as the fastest line of the multi-sine, so that its highest frequencies get through.
         let rate = f64::max(default.rate.0, 1000.0 * force);
@@ -135,8 +183,8 @@ impl MeasurePlan {
                 ..stuck
             }),
             workspace: Some(Workspace {
-                low: Metres(start_m - self.box_m),
-                high: Metres(start_m + self.box_m),
+                low: Metres(middle_m - self.box_m),
+                high: Metres(middle_m + self.box_m),
                 soft: Metres(0.1 * self.box_m),
             }),
             rise_time: None,
@@ -150,7 +198,8 @@ impl MeasurePlan {
 
     /// Most ticks that a measurement takes, its ramps and the way to zero included.
     pub(crate) fn ticks_at_most(&self) -> u64 {
-        self.ticks(Self::REST_S + 2.0 * Self::RAMP_S + 2.0 + self.duration_s)
+        let to_the_middle_s = 2.0 * (Self::CENTRE_S + 0.3);
+        self.ticks(Self::REST_S + 2.0 * Self::RAMP_S + 2.0 + to_the_middle_s + self.duration_s)
     }
 }
 

@@ -97,7 +97,9 @@ fn a_wider_box_asks_for_no_more_motion() {
     }
     // One that stands still is seen in any.
     let still = "device measure --device sim friction=0.3N --force-limit 1N --box 200mm";
-    place.run(still).refused(1, &["does not move under 0.2 N"]);
+    place
+        .run(still)
+        .refused(1, &["does not move under 200 mN", "give --force-limit 2"]);
 }
 
 #[test]
@@ -263,7 +265,7 @@ fn a_board_of_several_axes_is_measured_axis_by_axis_and_tested_on_all() {
     let tested = place.json("device selftest --device serial:device --axes 2");
     let checks = tested["checks"].as_array().expect("rows");
     assert_eq!(tested["holds"], true, "{tested}");
-    // Without a run it stands still, on both axes.
+    // Of each axis.
     let direction = checks.iter().find(|row| row["check"] == "direction");
     let seen = direction.expect("a row")["seen"].to_string();
     assert_says(&seen, "x:  & ; y: ");

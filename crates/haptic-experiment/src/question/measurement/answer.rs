@@ -5,7 +5,7 @@ use super::estimate::{Measured, estimate};
 use super::response::{ResponseLine, coherent, response, table};
 use super::{
     HELD, MEASURE_AXIS, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT,
-    MEASURE_SAMPLE_TIME, MEASUREMENT, MeasurePlan, TABLES,
+    MEASURE_SAMPLE_TIME, MEASUREMENT, MeasurePlan, OwnLimits, TABLES,
 };
 use crate::document::Document;
 use crate::document::error::FileError;
@@ -59,6 +59,7 @@ impl Measurement {
             duration_s: table.number(&MEASURE_DURATION)?,
             hand: table.flag(&HELD)?,
             axis: table.choice(&MEASURE_AXIS)?,
+            own: OwnLimits::NONE,
         };
         let (device, sensors) = device(&table, plan.sample_time_s)?;
         Ok(Self {
@@ -96,17 +97,20 @@ impl Measurement {
         warn: Warn<'_>,
     ) -> Result<MeasureReport, Failure> {
         let plan = &self.plan;
-        let (record, device, board) = match &self.remote {
+        let (record, device, board, plan) = match &self.remote {
             Some(remote) => {
-                let (record, board) = on_serial(plan, remote, warn, progress, stop)?;
-                (record, remote.name.to_string(), Some(board))
+                let (record, board, plan) = on_serial(plan, remote, warn, progress, stop)?;
+                (record, remote.name.to_string(), Some(board), plan)
             }
             None => {
                 let record = on_simulated(plan, self.device, self.sensors, progress, stop)?;
-                (record, "sim".to_owned(), None)
+                (record, "sim".to_owned(), None, *plan)
             }
         };
-        let found = estimate(&record, plan.hand).map_err(Failure::input)?;
+        let found = estimate(&record, plan.hand).map_err(|error| {
+            plan.held_back(&record)
+                .unwrap_or_else(|| Failure::input(error))
+        })?;
         let date = StartTime::at(SystemTime::now()).rfc3339();
         let at = board.as_ref();
         let conditions = format!(
@@ -115,13 +119,13 @@ impl Measurement {
             date.split('T').next().unwrap_or_default(),
             written("duration_s", plan.duration_s),
             written("sample_time_s", plan.sample_time_s),
-            digits(plan.force_n(), 4),
+            digits(record.largest_force_n(), 4),
             written("box_m", plan.box_m),
             if plan.hand { "on" } else { "off" },
             written("residual_m", found.residual_rms_m)
         );
         let (reach_low_m, reach_high_m) = record.reach_m();
-        let lines = response(&record, plan);
+        let lines = response(&record, &plan);
         Ok(MeasureReport {
             device,
             board,

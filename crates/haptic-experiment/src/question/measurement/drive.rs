@@ -2,6 +2,7 @@
 
 use super::{
     HELD, MEASURE_AXIS, MEASURE_BOX, MEASURE_FORCE_LIMIT, MeasurePlan, MeasuredAxis, MotionRecord,
+    OwnLimits,
 };
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
@@ -11,12 +12,13 @@ use crate::run::realtime::RealtimeOptions;
 use crate::run::remote::{RemoteDevice, RemoteLaw, agreed, push};
 use crate::run::schedule::{Pace, Schedule};
 use crate::run::sensors::Sensors;
-use haptic_link::{LoopMode, Scope, Simulation, SimulationKind, Start};
+use haptic_link::{Configuration, LoopMode, Scope, Simulation, SimulationKind, Start};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::Seconds;
 use haptic_loop::{
     Controller, Device, Environment, Fault, LoopParameterError, Reading, SafeForce, SafetyChain,
 };
+use haptic_quantity::{digits, written};
 use haptic_remote::LinkError;
 use haptic_remote::serial::{SerialError, SerialLink};
 use nalgebra::{SVector, Vector1};
@@ -24,15 +26,17 @@ use std::f64::consts::{PI, TAU};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The end of a measurement.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Outcome {
     /// The multi-sine came to its end.
     Complete,
     Interrupted,
     /// The safety chain latched a fault.
     Fault(Fault),
-    /// No force that is allowed moves the device.
-    Blocked,
+    /// No force that is allowed moves the device, or keeps it moving: the force at which it began to move, N, if it did.
+    Blocked(Option<f64>),
+    /// The device moved against this force, N.
+    Against(f64),
     /// The device moved without any force.
     MovesByItself,
 }
@@ -99,7 +103,7 @@ pub(crate) fn drive<V: Device<f64, 1>>(
             match phase {
                 Phase::Rest => record.rest = record.len() + 1,
                 Phase::Driven => {}
-                Phase::Ramp(_) | Phase::Fall(_) | Phase::Over => {
+                Phase::Centre | Phase::Ramp(_) | Phase::Fall(_) | Phase::Over => {
                     record.driven_from = record.len() + 1;
                 }
             }
@@ -129,7 +133,7 @@ fn ended(course: &Course, fault: Option<Fault>, stop: &AtomicBool) -> Option<Out
         return Some(if moves && course.phase == Phase::Rest {
             Outcome::MovesByItself
         } else if fault == Fault::PositionStuck {
-            Outcome::Blocked
+            Outcome::Blocked(course.began_to_move_n())
         } else {
             Outcome::Fault(fault)
         });
@@ -146,7 +150,8 @@ fn ended(course: &Course, fault: Option<Fault>, stop: &AtomicBool) -> Option<Out
 impl Outcome {
     /// Refuses all but a measurement that came to its end.
     pub(crate) fn require_complete(self, plan: &MeasurePlan) -> Result<(), Failure> {
-        let force = plan.force_n();
+        let in_newtons = |force_n| written("force_n", force_n);
+        let force = in_newtons(plan.force_n());
         let box_mm = 1e3 * plan.box_m;
         Err(Failure::run(match self {
             Self::Complete => return Ok(()),
@@ -160,13 +165,59 @@ impl Outcome {
             Self::Fault(fault) => {
                 format!("the measurement ended in a fault, and the force is zero: {fault}")
             }
-            Self::Blocked => format!(
-                "the device does not move under {force} N, and the force is zero: free it, or raise {MEASURE_FORCE_LIMIT}"
+            Self::Blocked(None) => format!(
+                "the device does not move under {force}, and the force is zero: free it, or give {}{}",
+                set_force(2.0 * plan.force_n()),
+                plan.own_limit_too(2.0 * plan.force_n())
+            ),
+            Self::Blocked(Some(friction_n)) => {
+                let needed_n = MeasurePlan::KEEPS_MOVING * friction_n;
+                format!(
+                    "friction holds the device, and the force is zero: it began to move at {}, but up to {force} hardly keep it moving, \
+                     which takes {}: give {}{}",
+                    in_newtons(friction_n),
+                    in_newtons(needed_n),
+                    set_force(needed_n),
+                    plan.own_limit_too(needed_n)
+                )
+            }
+            Self::Against(force_n) => format!(
+                "the device moved against a force of {}, which is zero now: try again with your hand away, then swap the encoder's \
+                 channels or the motor's leads, or turn the sign of this axis where positions or forces are converted",
+                in_newtons(force_n)
             ),
             Self::MovesByItself => format!(
                 "the device moves by itself, without any force: level it, let go of it, or give {HELD} if a hand holds it"
             ),
         }))
+    }
+}
+
+/// The force limit whose share is this force, N, in two digits and not below it.
+fn set_force(force_n: f64) -> String {
+    let limit_n = force_n / MeasurePlan::SHARE;
+    let unit = libm::pow(10.0, libm::floor(libm::log10(limit_n)) - 1.0);
+    let steps = libm::ceil(limit_n / unit - 1e-9);
+    MEASURE_FORCE_LIMIT.set_to(digits(steps * unit, 2))
+}
+
+impl MeasurePlan {
+    /// The refusal of a motion that determines no device, as friction took most of the force.
+    pub(super) fn held_back(&self, record: &MotionRecord) -> Option<Failure> {
+        let (up_n, down_n) = record.breakaway_n?;
+        let friction_n = f64::max(up_n, -down_n);
+        let held = self.force_n() < Self::KEEPS_MOVING * friction_n;
+        held.then(|| Outcome::Blocked(Some(friction_n)).require_complete(self))?
+            .err()
+    }
+
+    /// Words for a force, N, that the limits of the device itself do not allow.
+    fn own_limit_too(&self, force_n: f64) -> String {
+        if force_n <= self.own.force_n {
+            return String::new();
+        }
+        let own = written("force_n", self.own.force_n);
+        format!(", and the device more than its own limit of {own} (`host-cli device set`)")
     }
 }
 
@@ -219,6 +270,8 @@ const FOLLOWS_S: f64 = 0.01;
 /// Time in which the force of a ramp falls to zero, and time to come to rest after it, s.
 const FALL_S: f64 = 0.05;
 const PAUSE_S: f64 = 0.25;
+/// Speed on the way to the middle of the box, in lengths of [`MeasurePlan::near_m`] a second; share of the box that is near enough.
+const TO_MIDDLE: (f64, f64) = (4.0, 0.1);
 /// A device that moves less than this share of [`MeasurePlan::near_m`] in this time of the multi-sine, s, is blocked; while the slow group is
 /// small, the share is smaller in proportion.
 const STILL: (f64, f64) = (0.005, 0.5);
@@ -228,6 +281,8 @@ const STILL: (f64, f64) = (0.005, 0.5);
 enum Phase {
     #[default]
     Rest,
+    /// To the middle of the box.
+    Centre,
     /// A force that grows, in this direction, until the device moves.
     Ramp(f64),
     /// A force that falls from this one, and a pause.
@@ -257,7 +312,12 @@ struct Course {
     phase: Phase,
     /// Ticks since the phase began.
     since: u64,
-    start_m: Option<f64>,
+    /// Middle of the box, m.
+    middle_m: Option<f64>,
+    /// Force towards it, N.
+    pull_n: f64,
+    /// It has been there since the last ramp.
+    centred: bool,
     /// Position at which the phase began, m.
     from_m: f64,
     /// Forces at which the device moved, upwards and downwards, N.
@@ -271,6 +331,19 @@ struct Course {
     seen: (f64, f64),
     /// Reason to end before the planned time.
     finding: Option<Outcome>,
+}
+
+impl Course {
+    /// Way from a position to the middle of the box, m.
+    fn to_middle_m(&self, position_m: f64) -> f64 {
+        self.middle_m.unwrap_or(position_m) - position_m
+    }
+
+    /// The larger of the forces at which it began to move, N: an upper bound of friction.
+    fn began_to_move_n(&self) -> Option<f64> {
+        let found = self.moved_at_n.iter().flatten();
+        found.map(|force_n| force_n.abs()).reduce(f64::max)
+    }
 }
 
 impl Excitation {
@@ -312,7 +385,7 @@ impl Excitation {
         };
         // The fast group rises within half a second.
         let rise = f64::min(1.0, tick * self.plan.sample_time_s / 0.5);
-        let away = position_m - course.start_m.unwrap_or(position_m);
+        let away = -course.to_middle_m(position_m);
         let spring = -SPRING * most * away / self.plan.box_m;
         let wanted = spring + course.slow * sum(&self.slow) + rise * sum(&self.fast);
         wanted.clamp(-most, most)
@@ -343,39 +416,88 @@ impl Excitation {
                 if moved > most {
                     Self::find(course, Outcome::MovesByItself, position_m);
                 } else if course.since >= plan.ticks(MeasurePlan::REST_S) {
-                    Self::enter(course, Phase::Ramp(1.0), position_m);
+                    self.go_on(course, position_m);
+                }
+            }
+            Phase::Centre => {
+                let went = course.to_middle_m(course.from_m);
+                let ahead_m = position_m + AHEAD_S * course.velocity_m_per_s;
+                let is_there = course.to_middle_m(ahead_m) * went <= 0.0;
+                let moved = position_m - course.from_m;
+                if moved * went < 0.0 && moved.abs() > moves {
+                    Self::find(course, Outcome::Against(course.pull_n), position_m);
+                } else if is_there || course.since > plan.ticks(MeasurePlan::CENTRE_S) {
+                    course.centred = true;
+                    Self::enter(course, Phase::Fall(course.pull_n), position_m);
+                } else {
+                    self.pull(course);
                 }
             }
             Phase::Ramp(direction) => {
-                let force = self.ramp(course.since);
-                if moved > moves {
-                    let index = usize::from(direction < 0.0);
-                    course.moved_at_n[index] = Some(direction * force);
-                    Self::enter(course, Phase::Fall(direction * force), position_m);
-                } else if course.since > plan.ticks(MeasurePlan::RAMP_S) {
-                    Self::find(course, Outcome::Blocked, position_m);
+                let force = direction * self.ramp(course.since);
+                if moved <= moves {
+                    if course.since > plan.ticks(MeasurePlan::RAMP_S) {
+                        Self::find(
+                            course,
+                            Outcome::Blocked(course.began_to_move_n()),
+                            position_m,
+                        );
+                    }
+                } else if direction * (position_m - course.from_m) < 0.0 && !plan.hand {
+                    Self::find(course, Outcome::Against(force), position_m);
+                } else {
+                    course.moved_at_n[usize::from(direction < 0.0)] = Some(force);
+                    course.centred = false;
+                    Self::enter(course, Phase::Fall(force), position_m);
                 }
             }
             Phase::Fall(_) if course.since >= plan.ticks(FALL_S + PAUSE_S) => {
-                let next = match course.moved_at_n[1] {
-                    None => Phase::Ramp(-1.0),
-                    Some(_) => Phase::Driven,
-                };
-                Self::enter(course, next, position_m);
+                self.go_on(course, position_m);
             }
             Phase::Driven => self.watch(course, position_m),
             Phase::Fall(_) | Phase::Over => {}
         }
     }
 
+    /// The next phase: the ramps upwards and downwards, and the multi-sine, the first and the last from the middle of the box.
+    fn go_on(&self, course: &mut Course, position_m: f64) {
+        let next = match course.moved_at_n {
+            [None, _] => Phase::Ramp(1.0),
+            [_, None] => Phase::Ramp(-1.0),
+            _ => Phase::Driven,
+        };
+        let away_m = course.to_middle_m(position_m).abs();
+        let is_off = !self.plan.hand && away_m > TO_MIDDLE.1 * self.plan.box_m;
+        if is_off && !course.centred && next != Phase::Ramp(-1.0) {
+            course.pull_n = 0.0;
+            Self::enter(course, Phase::Centre, position_m);
+            return;
+        }
+        if next == Phase::Driven {
+            // What friction swallows of it at first would be taken for a device that stands still.
+            let share = course.began_to_move_n().unwrap_or(0.0) / self.plan.force_n();
+            course.slow = share.clamp(BEGINS, 1.0);
+        }
+        Self::enter(course, next, position_m);
+    }
+
+    /// The force towards the middle grows while the device is slower than it should be, as fast as that of a ramp, and falls while it is faster.
+    fn pull(&self, course: &mut Course) {
+        let plan = &self.plan;
+        let speed = TO_MIDDLE.0 * plan.near_m();
+        let wanted = libm::copysign(speed, course.to_middle_m(course.from_m));
+        let share = (wanted - course.velocity_m_per_s) / speed;
+        let most = plan.force_n();
+        let step = most * plan.sample_time_s / MeasurePlan::RAMP_S;
+        course.pull_n = (course.pull_n + step * share).clamp(-most, most);
+    }
+
     /// Keeps the slow group within the box, and sees a device that stands still.
     fn watch(&self, course: &mut Course, position_m: f64) {
         let plan = &self.plan;
         let t = plan.sample_time_s;
-        let moved = (position_m - course.last_m) / t - course.velocity_m_per_s;
-        course.velocity_m_per_s -= libm::expm1(-t / FOLLOWS_S) * moved;
         let ahead = position_m + AHEAD_S * course.velocity_m_per_s;
-        let away = (ahead - course.start_m.unwrap_or(ahead)).abs();
+        let away = course.to_middle_m(ahead).abs();
         course.slow = if away > WIDE * plan.box_m {
             course.slow * libm::exp(-t / SHRINKS_S)
         } else {
@@ -386,7 +508,11 @@ impl Excitation {
         let look = plan.ticks(STILL.1);
         if course.since > 0 && course.since.is_multiple_of(look) {
             if course.seen.1 - course.seen.0 < STILL.0 * course.slow * plan.near_m() {
-                Self::find(course, Outcome::Blocked, position_m);
+                Self::find(
+                    course,
+                    Outcome::Blocked(course.began_to_move_n()),
+                    position_m,
+                );
                 return;
             }
             course.seen = (position_m, position_m);
@@ -416,6 +542,7 @@ impl Environment<f64, 1> for Excitation {
     fn force(&self, course: &Course, position_m: &Vector1<f64>) -> Vector1<f64> {
         let force = match course.phase {
             Phase::Rest | Phase::Over => 0.0,
+            Phase::Centre => course.pull_n,
             Phase::Ramp(direction) => direction * self.ramp(course.since),
             Phase::Fall(from) => {
                 let share = course.since as f64 * self.plan.sample_time_s / FALL_S;
@@ -428,12 +555,15 @@ impl Environment<f64, 1> for Excitation {
 
     fn advance(&self, course: &mut Course, position_m: &Vector1<f64>) {
         let position_m = position_m[0];
-        if course.start_m.is_none() {
-            course.start_m = Some(position_m);
+        if course.middle_m.is_none() {
+            course.middle_m = Some(self.plan.middle_m(position_m));
             course.last_m = position_m;
             Self::enter(course, Phase::Rest, position_m);
         }
         course.since += 1;
+        let t = self.plan.sample_time_s;
+        let faster = (position_m - course.last_m) / t - course.velocity_m_per_s;
+        course.velocity_m_per_s -= libm::expm1(-t / FOLLOWS_S) * faster;
         self.follow(course, position_m);
         course.last_m = position_m;
     }
@@ -448,7 +578,7 @@ pub(crate) fn on_serial(
     warn: Warn<'_>,
     progress: &dyn Fn(u64),
     stop: &AtomicBool,
-) -> Result<(MotionRecord, String), Failure> {
+) -> Result<(MotionRecord, String, MeasurePlan), Failure> {
     let remote = RemoteDevice {
         loop_mode: LoopMode::Host,
         ..remote.clone()
@@ -465,13 +595,16 @@ pub(crate) fn on_serial(
             if axes == 1 { "axis" } else { "axes" },
         )));
     }
-    let driven = driven(plan, &remote, &mut link, warn, progress, stop);
+    let set = link.configuration();
+    let (set, _) = set.map_err(|error| at_port(link.path(), &error))?;
+    let plan = plan.within(OwnLimits::of(&set.limits, plan.axis));
+    let driven = driven(&plan, &remote, &mut link, &set, warn, progress, stop);
     let driven = driven.map_err(|failure| at_link(&link, failure))?;
     let can = link.capabilities();
     let simulated = if can.simulated { " (simulated)" } else { "" };
     let firmware = firmware_version(link.hello());
     let board = format!("{} {firmware}{simulated}", can.board());
-    Ok((driven.record, board))
+    Ok((driven.record, board, plan))
 }
 
 /// The excitation, from limits to rest.
@@ -479,15 +612,13 @@ fn driven(
     plan: &MeasurePlan,
     remote: &RemoteDevice,
     link: &mut SerialLink,
+    set: &Configuration,
     warn: Warn<'_>,
     progress: &dyn Fn(u64),
     stop: &AtomicBool,
 ) -> Result<Driven, Failure> {
     let path = link.path().to_owned();
     let problem = |error| refused_at_port(&path, error);
-    let (set, _) = link
-        .configuration()
-        .map_err(|error| at_port(&path, &error))?;
     // The box is about the start, which is not known yet: the chain here watches over it.
     let limits = haptic_loop::SafetyLimits {
         workspace: None,
@@ -503,7 +634,7 @@ fn driven(
         sample_time_s: plan.sample_time_s,
         pace: Pace::Realtime(RealtimeOptions::default()),
     };
-    let configuration = agreed(remote, &law, schedule, link, &set, &|text| warn(text))?;
+    let configuration = agreed(remote, &law, schedule, link, set, &|text| warn(text))?;
     link.set_for(configuration, &law.operator.1, Scope::Run)
         .map_err(problem)?;
     link.arm(remote.watchdog()).map_err(problem)?;
@@ -636,7 +767,7 @@ mod tests {
                 let read_m = if tick.is_multiple_of(2) { 0.0 } else { step_m };
                 law.advance(&mut course, &Vector1::new(read_m));
             }
-            assert_eq!(course.finding, Some(Outcome::Blocked), "{box_m}");
+            assert_eq!(course.finding, Some(Outcome::Blocked(None)), "{box_m}");
         }
     }
 

@@ -10,7 +10,7 @@ use super::estimate::{Estimate, MeasureError, Measured, estimate};
 use super::response::{coherent, response};
 use super::{
     MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, MeasurePlan,
-    Measurement, MotionRecord,
+    Measurement, MotionRecord, OwnLimits,
 };
 use crate::Sensors;
 use crate::document::Document;
@@ -31,6 +31,8 @@ struct Fine {
     plant: MassDamper<1>,
     parts: u32,
     step_m: f64,
+    /// −1 where the encoder's channels are swapped.
+    counts: f64,
     tick: u64,
     written_n: Vec<f64>,
     /// Ticks after which the stop flag is set.
@@ -48,6 +50,7 @@ impl Fine {
             plant: MassDamper::new(config).expect("valid"),
             parts,
             step_m: 10e-6,
+            counts: 1.0,
             tick: 0,
             written_n: Vec::new(),
             stop_after: None,
@@ -74,7 +77,7 @@ impl Device<f64, 1> for Fine {
     type Error = Infallible;
 
     fn read(&mut self) -> Result<Reading<f64, 1>, Infallible> {
-        let counts = (self.plant.position()[0] / self.step_m).round();
+        let counts = self.counts * (self.plant.position()[0] / self.step_m).round();
         Ok(Reading {
             tick: self.tick,
             time_s: self.tick as f64 * 1e-3,
@@ -120,6 +123,7 @@ impl Default for MeasurePlan {
             duration_s: MEASURE_DURATION.default_number(),
             hand: false,
             axis: MeasuredAxis::default(),
+            own: OwnLimits::NONE,
         }
     }
 }
@@ -336,10 +340,10 @@ fn a_device_that_is_blocked_or_moves_by_itself_is_let_go_and_the_reason_said() {
         ..usual()
     };
     let driven = Fine::new(blocked, 1).drive(&plan);
-    assert_eq!(driven.outcome, Outcome::Blocked);
-    assert!(
-        refusal(&driven, &plan)
-            .starts_with("the device does not move under 2 N, and the force is zero")
+    assert_eq!(driven.outcome, Outcome::Blocked(None));
+    assert_eq!(
+        refusal(&driven, &plan),
+        "the device does not move under 2 N, and the force is zero: free it, or give `force_limit_n` = 20"
     );
 
     let mut sliding = Fine::new(usual(), 1);
@@ -348,6 +352,123 @@ fn a_device_that_is_blocked_or_moves_by_itself_is_let_go_and_the_reason_said() {
     assert_eq!(driven.outcome, Outcome::MovesByItself);
     assert!(driven.record.largest_force_n() <= 0.0);
     assert!(refusal(&driven, &plan).starts_with("the device moves by itself"));
+}
+
+#[test]
+fn what_friction_holds_is_told_the_friction_and_a_force_that_moves_it() {
+    let mut told = 0;
+    for (mass, friction) in [
+        (0.03, 0.05),
+        (0.065, 0.05),
+        (0.065, 0.3),
+        (0.3, 0.3),
+        (0.5, 1.0),
+    ] {
+        let device = MassDamperConfig {
+            mass: Kilograms(mass),
+            friction: Newtons(friction),
+            ..usual()
+        };
+        for share in [1.05, 1.15, 1.3, 1.6, 2.0] {
+            let mut plan = MeasurePlan {
+                force_limit_n: 5.0 * share * friction,
+                ..short()
+            };
+            loop {
+                let driven = Fine::new(device, 4).drive(&plan);
+                let Outcome::Blocked(began_n) = driven.outcome else {
+                    assert_eq!(
+                        driven.outcome,
+                        Outcome::Complete,
+                        "{mass} {friction} {share}"
+                    );
+                    break;
+                };
+                told += 1;
+                let message = refusal(&driven, &plan);
+                // It was told a force that is three times what it began to move at.
+                assert!(plan.force_n() < 2.5 * friction, "{message}");
+                let began = began_n.map_or(1.0, |began_n| began_n / friction);
+                assert!(
+                    (0.999..plan.force_n() / friction).contains(&began),
+                    "{message}"
+                );
+                let (_, limit) = message
+                    .split_once("give `force_limit_n` = ")
+                    .expect("a force");
+                plan.force_limit_n = limit.parse().expect("a number");
+            }
+        }
+    }
+    assert!(told > 2, "{told}");
+    // Where the device's own limit is in the way, that is said too, and no more than it is tried.
+    let plan = short().within(OwnLimits {
+        force_n: 0.35,
+        ..OwnLimits::NONE
+    });
+    let rubbing = MassDamperConfig {
+        friction: Newtons(0.34),
+        ..usual()
+    };
+    let driven = Fine::new(rubbing, 4).drive(&plan);
+    let message = refusal(&driven, &plan);
+    assert!(
+        message
+            .ends_with("and the device more than its own limit of 350 mN (`host-cli device set`)"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_device_that_counts_the_wrong_way_is_said_to_before_it_has_gone_far() {
+    let mut reversed = Fine::new(usual(), 4);
+    reversed.counts = -1.0;
+    for own in [OwnLimits::NONE, beside_an_end()] {
+        let plan = short().within(own);
+        let driven = reversed.drive(&plan);
+        assert!(matches!(driven.outcome, Outcome::Against(_)), "{driven:?}");
+        let message = refusal(&driven, &plan);
+        assert!(
+            message.contains("moved against a force") && message.contains("swap"),
+            "{message}"
+        );
+        let (low, high) = driven.record.reach_m();
+        assert!(high - low < 1.5e-3, "{low} {high}");
+    }
+}
+
+/// A workspace whose end is 2 mm from where the device is.
+fn beside_an_end() -> OwnLimits {
+    OwnLimits {
+        workspace_m: [-0.02, 0.002],
+        ..OwnLimits::NONE
+    }
+}
+
+#[test]
+fn a_device_is_measured_about_the_middle_of_its_box_and_the_box_is_within_its_workspace() {
+    for friction in [0.0, 0.05, 0.3] {
+        for (own, middle_m) in [(OwnLimits::NONE, 0.0), (beside_an_end(), -3e-3)] {
+            let device = MassDamperConfig {
+                friction: Newtons(friction),
+                ..usual()
+            };
+            let plan = short().within(own);
+            let driven = Fine::new(device, 4).drive(&plan);
+            assert_eq!(driven.outcome, Outcome::Complete, "{friction} {middle_m}");
+            let from_m = driven.record.position_m[driven.record.driven_from];
+            assert!(
+                (from_m - middle_m).abs() < 1e-3,
+                "{friction}: from {from_m} m"
+            );
+            let mut positions = driven.record.position_m.iter();
+            let [low, high] = [middle_m - 5e-3, middle_m + 5e-3];
+            assert!(
+                positions.all(|x| (low..=high).contains(x)),
+                "{friction} {middle_m}"
+            );
+        }
+    }
 }
 
 #[test]
