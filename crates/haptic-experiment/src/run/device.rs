@@ -360,7 +360,7 @@ impl fmt::Display for SerialName {
 impl SerialName {
     fn connect(&self, options: ConnectOptions<'_>, warn: Warn<'_>) -> Result<SerialLink, Failure> {
         let link = if self.path == "auto" {
-            self.find()?
+            self.find(warn)?
         } else {
             let link = SerialLink::connect(&self.path, options);
             link.map_err(|error| match is_set(options.stop) {
@@ -379,14 +379,14 @@ impl SerialName {
     }
 
     /// The only port at which a device answers.
-    fn find(&self) -> Result<SerialLink, Failure> {
+    fn find(&self, warn: Warn<'_>) -> Result<SerialLink, Failure> {
         let options = ConnectOptions {
             baud: self.baud,
             ..ConnectOptions::default()
         };
         let ports = ports();
         let connected = |port: &PortInfo| SerialLink::connect(&port.path, options).ok();
-        let mut found: Vec<SerialLink> = ports.iter().filter_map(connected).collect();
+        let mut found = answering(&ports, connected, warn);
         match (found.pop(), found.as_slice()) {
             (Some(link), []) => Ok(link),
             (None, _) => Err(Failure::device(format_args!(
@@ -403,6 +403,28 @@ impl SerialName {
             }
         }
     }
+}
+
+/// Answers at the ports with USB numbers of boards; if there are none, those at the others, which a warning names before they are opened.
+fn answering<L>(
+    ports: &[PortInfo],
+    connected: impl Fn(&PortInfo) -> Option<L>,
+    warn: Warn<'_>,
+) -> Vec<L> {
+    let (boards, others): (Vec<&PortInfo>, Vec<&PortInfo>) =
+        ports.iter().partition(|port| port.is_of_a_board());
+    let found: Vec<L> = boards.into_iter().filter_map(&connected).collect();
+    if !found.is_empty() || others.is_empty() {
+        return found;
+    }
+    let paths: Vec<&str> = others.iter().map(|port| port.path.as_str()).collect();
+    warn(&format!(
+        "no device answers at a port with the USB number of a board: now the others are opened, which resets an Arduino and speaks to a \
+         modem ({}); {} opens one alone",
+        paths.join(", "),
+        DEVICE.set_to("serial:PATH")
+    ));
+    others.into_iter().filter_map(connected).collect()
 }
 
 /// The version of a device's firmware, as a person writes it.
@@ -535,6 +557,44 @@ mod tests {
             "haply:/dev/x,colour=red",
         ] {
             assert!(bad.parse::<DeviceName>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_port_of_a_stranger_is_opened_only_if_no_board_answers_and_not_without_a_word() {
+        use std::sync::Mutex;
+        let port = |path: &str, usb| PortInfo {
+            path: path.to_owned(),
+            description: String::new(),
+            usb,
+            serial_number: None,
+            latency_ms: None,
+        };
+        let ports = [
+            port("arduino", Some((0x2341, 0x0043))),
+            port("pico", Some((0x1209, 0x0001))),
+            port("built-in", None),
+            port("nucleo", Some((0x0483, 0x374b))),
+        ];
+        for (answers, expected) in [
+            ("pico", "pico nucleo"),
+            (
+                "arduino",
+                "pico nucleo (arduino, built-in) arduino built-in",
+            ),
+        ] {
+            let heard = Mutex::new(Vec::new());
+            let hear = |words: &str| heard.lock().expect("whole").push(words.to_owned());
+            let connected = |port: &PortInfo| {
+                hear(&port.path);
+                (port.path == answers).then(|| port.path.clone())
+            };
+            let warn = |text: &str| {
+                let (_, paths) = text.split_once("modem ").expect("says why");
+                hear(paths.split_once(';').expect("and what else").0);
+            };
+            assert_eq!(answering(&ports, connected, &warn), [answers]);
+            assert_eq!(heard.into_inner().expect("whole").join(" "), expected);
         }
     }
 

@@ -18,7 +18,9 @@ pub enum SerialError {
         others: String,
     },
     /// Somebody else has it open.
-    #[error("port {path} is in use by another program: close that one first")]
+    #[error(
+        "port {path} is in use by another program: close that one first; on Linux ModemManager holds a new port for some seconds"
+    )]
     InUse {
         /// Path of the port, as it was given.
         path: String,

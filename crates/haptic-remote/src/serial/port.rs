@@ -36,6 +36,26 @@ pub struct PortInfo {
     pub latency_ms: Option<u32>,
 }
 
+/// USB numbers of the boards that this project's firmware is made for: the Pico's own, then each ST-Link that is a serial port too.
+const BOARDS: [(u16, u16); 8] = [
+    (0x1209, 0x0001),
+    (0x0483, 0x374b),
+    (0x0483, 0x374e),
+    (0x0483, 0x374f),
+    (0x0483, 0x3752),
+    (0x0483, 0x3753),
+    (0x0483, 0x3754),
+    (0x0483, 0x3757),
+];
+
+impl PortInfo {
+    /// True of a port whose USB number is that of such a board. Who opens another may reset an Arduino, or speak to a modem.
+    #[must_use]
+    pub fn is_of_a_board(&self) -> bool {
+        self.usb.is_some_and(|number| BOARDS.contains(&number))
+    }
+}
+
 /// All serial ports of this machine, by their names. Pseudo-terminals, as of an emulated device, are not among them.
 #[must_use]
 pub fn ports() -> Vec<PortInfo> {
