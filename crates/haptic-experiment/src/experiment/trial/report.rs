@@ -346,7 +346,13 @@ pub(crate) trait Trial: Experiment + Clone {
                 Compared::of_window((have / want - 1.0).abs(), window_s, judged)
             }
             (Some(_), None) => Compared::without_meaning(Self::NO_REST),
-            _ => Compared::without_meaning(format!("the {} did not come to rest", Self::KIND)),
+            _ => {
+                let seen = match settling.verdict == TrialVerdict::Unstable {
+                    true => "did not come to rest".to_owned(),
+                    false => format!("was {}", settling.verdict.words()),
+                };
+                Compared::without_meaning(format!("the {} {seen}", Self::KIND))
+            }
         }
     }
 }
