@@ -123,17 +123,14 @@ fn judge(report: &SelfTestReport) -> Result<(), Failure> {
     };
     let (broken, fix) = ("were broken", "do not use this device until that is fixed");
     let broken = named(|check| check.ok == Some(false), broken, fix);
-    let (limited, read) = (
-        "could not be judged, by a limit of the device",
-        "see the table",
-    );
-    let limited = named(|check| check.not_judged && !check.host_late, limited, read);
+    let (unknown, read) = ("could not be judged", "the table says why");
+    let unknown = named(|check| check.not_judged && !check.host_late, unknown, read);
     let (late, close) = (
         "could not be judged, as this machine was too busy",
         "close other programs",
     );
     let late = named(|check| check.host_late, late, close);
-    match (broken, limited.or(late)) {
+    match (broken, unknown.or(late)) {
         (Some(broken), _) => Err(Failure::run(broken)),
         (None, Some(unknown)) => Err(Failure::device(unknown)),
         (None, None) => Ok(()),

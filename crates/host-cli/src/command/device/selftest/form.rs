@@ -14,7 +14,7 @@ use haptic_selftest::SelfTestReport;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
-/// Instructions for a person, step by step, and the conditions that end them.
+/// Instructions for a person, step by step, and the conditions that end them; DEVICE stands for the name of the device.
 const BY_HAND: &str = include_str!("form.md");
 
 pub(super) fn of(report: &SelfTestReport) -> String {
@@ -24,7 +24,7 @@ pub(super) fn of(report: &SelfTestReport) -> String {
     form += &tables(&joined([json!({"program": PROGRAM}), found]));
     form += "\n## Limits\n";
     form += &tables(&json!({"limits": limits(&report.limits)}));
-    form + BY_HAND
+    form + &BY_HAND.replace("DEVICE", &in_cell(&report.device))
 }
 
 /// A row for each limit: what is set, the largest magnitude of it at a first time, and what is to be done.
