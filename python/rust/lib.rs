@@ -2,6 +2,7 @@
 
 mod analysis;
 mod arrays;
+mod bridge;
 mod conducted;
 mod control;
 mod driving;
@@ -23,6 +24,8 @@ mod _native {
     };
     #[pymodule_export]
     use super::arrays::numbers;
+    #[pymodule_export]
+    use super::bridge::PyBridge;
     #[pymodule_export]
     use super::control::{
         PyControlPlant, PyPid, PyTransferFunction, analyze_loop, design_controller, identify_plant,

@@ -14,7 +14,7 @@ import fractional_haptics
 from fractional_haptics import _native, control, experiment, tissue
 
 QUESTIONS = [name for name in experiment.__all__ if name.startswith("analyze_")] + ["design", "zwidth"]
-MODULES = ("analysis", "control", "experiment", "log", "operators", "plot", "tissue")
+MODULES = ("analysis", "bridge", "control", "experiment", "log", "operators", "plot", "tissue")
 
 
 def test_a_stream_of_single_samples_needs_no_numpy() -> None:

@@ -200,6 +200,10 @@ def test_stores_that_cannot_be(tmp_path):
     (tmp_path / "full" / "thesis.tex").touch()
     with pytest.raises(ValueError, match="holds 'thesis.tex', but no sweep: name a new folder"):
         sweep(lambda x: x, grid, store=tmp_path / "full")
+    (tmp_path / "full" / "thesis.tex").rename(tmp_path / "full" / "_lock").write_text("mine")
+    with pytest.raises(ValueError, match="holds '_lock', but no sweep"):
+        sweep(lambda x: x, grid, store=tmp_path / "full")
+    assert (tmp_path / "full" / "_lock").read_text() == "mine"
     with pytest.raises(FileNotFoundError, match="no such store"):
         open_sweep(tmp_path / "nowhere")
     with pytest.raises(ValueError, match="holds no sweep"):

@@ -42,7 +42,7 @@ pub(crate) const PERIODS_US: [u32; 2] = [100, 10_000];
 #[non_exhaustive]
 pub enum DescriptionError {
     /// A number outside its range.
-    #[error(transparent)]
+    #[error("{0}: give another")]
     Range(#[from] RangeError),
     /// A name that is empty, longer than a frame can say, or has a zero byte in it.
     #[error("name = \"{0}\" is not 1 to 16 bytes long: give a short name, such as \"Falcon\"")]

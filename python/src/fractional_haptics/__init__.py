@@ -10,6 +10,8 @@ tissue
     Models, the library, models from records.
 analysis
     What is stable, passive and transparent.
+bridge
+    A driver in Python as a device.
 control
     Fractional transfer functions, controllers, tuning.
 experiment
@@ -32,6 +34,7 @@ from fractional_haptics._native import __version__
 
 if _TYPE_CHECKING:  # editors and type checkers see them all
     from fractional_haptics import analysis as analysis
+    from fractional_haptics import bridge as bridge
     from fractional_haptics import control as control
     from fractional_haptics import experiment as experiment
     from fractional_haptics import log as log
@@ -41,7 +44,7 @@ if _TYPE_CHECKING:  # editors and type checkers see them all
     from fractional_haptics import sweep as sweep
     from fractional_haptics import tissue as tissue
 
-_MODULES = ("analysis", "control", "experiment", "log", "operators", "plot", "session", "sweep", "tissue")
+_MODULES = ("analysis", "bridge", "control", "experiment", "log", "operators", "plot", "session", "sweep", "tissue")
 
 __all__ = ["__version__", *_MODULES]
 

@@ -1,7 +1,7 @@
 """The native module; use the modules of `fractional_haptics` beside it."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Self, final
 
 import numpy as np
@@ -11,6 +11,7 @@ from fractional_haptics._values import Shown
 
 _Floats = NDArray[np.float64]
 _Complexes = NDArray[np.complex128]
+_Three = Sequence[float] | _Floats
 _Progress = Callable[[int], object]
 
 __version__: str
@@ -248,6 +249,38 @@ def run_experiment(
     force_unstable: bool,
     progress: _Progress | None,
 ) -> tuple[dict[str, Any], list[str]]: ...
+@final
+class Bridge:
+    def __new__(
+        cls,
+        *,
+        name: str,
+        force_max_n: float,
+        force_rate_max_n_per_s: float,
+        listen: str = "127.0.0.1:4250",
+        axes: int = 1,
+        sample_time_us: int = 1000,
+        position_resolution_m: float = 0.0,
+        sensed_force_max_n: float = 0.0,
+        workspace_low_m: _Three = ...,
+        workspace_high_m: _Three = ...,
+        watchdog_ms: int = 0,
+        serial_number: str = "",
+    ) -> Bridge: ...
+    @property
+    def port(self) -> int: ...
+    @property
+    def fault(self) -> int | None: ...
+    @property
+    def reason(self) -> str | None: ...
+    def wait(self) -> int: ...
+    def sense(self, force_n: _Three) -> None: ...
+    def tick(self, time_us: int, position_m: _Three | None) -> tuple[float, float, float]: ...
+    def stop(self) -> None: ...
+    def close(self) -> None: ...
+    def __enter__(self) -> Self: ...
+    def __exit__(self, *error: object) -> None: ...
+
 @final
 class Session:
     @property

@@ -144,7 +144,10 @@ class Folder:
         return lock
 
     def _strangers(self) -> list[str]:
-        return sorted(one.name for one in self.path.iterdir() if one.name not in (LOCK, f"{MANIFEST}.new"))
+        lock = self.path / LOCK
+        ours = lock.is_file() and lock.read_bytes()[:8] in (b"", b"process ")
+        known = (f"{MANIFEST}.new", LOCK if ours else "")
+        return sorted(one.name for one in self.path.iterdir() if one.name not in known)
 
 
 def check_files(path: str | os.PathLike[str]) -> None:
