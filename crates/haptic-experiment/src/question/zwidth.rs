@@ -243,16 +243,15 @@ impl ZWidth {
         }
     }
 
-    /// All that its points depend on.
-    fn in_full(&self) -> String {
-        let name = self.remote.as_ref().map(|remote| remote.name.to_string());
+    /// All that its points depend on; `whose` are identity and lasting limits of the device, which any port or name may lead to.
+    fn in_full(&self, whose: &str) -> String {
         let asked = Self {
             analysed: None,
             remote: None,
             campaign: None,
             ..self.clone()
         };
-        format!("{name:?} {asked:?}")
+        format!("{whose} {asked:?}")
     }
 
     /// The model whose memory is the operator; `None` for D^μ.

@@ -52,7 +52,7 @@ impl Campaign {
         let opened = LineFile::open(path, &text(&Line::Campaign(question.to_owned()))?);
         if let Err(NewFileError::Foreign(_)) = &opened {
             return Err(Failure::bad_input(format_args!(
-                "`{}` is not of this search (line 1): give the keys with which it began, or another {CAMPAIGN}",
+                "`{}` is not of this search (line 1): give the keys, device and limits with which it began, or another {CAMPAIGN}",
                 path.display()
             )));
         }

@@ -51,12 +51,13 @@ impl ZWidth {
         warn: Warn<'_>,
     ) -> Result<ZWidthReport, Failure> {
         self.check()?;
-        let open = |path| Campaign::open(path, &self.in_full());
-        let campaign = self.campaign.as_deref().map(open).transpose()?;
         let remote = self.remote.as_ref();
         let trials = remote
             .map(|remote| Trials::new(remote, self.retreat(), warn, stop))
             .transpose()?;
+        let whose = trials.as_ref().map_or("", |trials| &trials.whose);
+        let open = |path| Campaign::open(path, &self.in_full(whose));
+        let campaign = self.campaign.as_deref().map(open).transpose()?;
         self.searched(trials, campaign.as_ref(), progress, stop)
     }
 

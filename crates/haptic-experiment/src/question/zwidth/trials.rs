@@ -89,6 +89,8 @@ pub(super) struct Trials<'a> {
     remote: RemoteDevice,
     /// Settings of the device: no trial loosens them.
     set: Configuration,
+    /// Its identity and its lasting limits, on which all that is found depends.
+    pub(super) whose: String,
     /// The way out of a wall into which the device pushes by itself.
     retreat: Option<RemoteLaw>,
     warn: Warn<'a>,
@@ -137,6 +139,8 @@ impl<'a> Trials<'a> {
         if retreat.is_some() {
             may_push(remote, &link)?;
         }
+        let lasting = remote.name.remembered(&link).set()?.map(|set| set.limits);
+        let whose = format!("{} {lasting:?}", remote.name.identity(&link));
         let set = link.configuration();
         let (set, _) = set.map_err(|error| at_port(link.path(), &error))?;
         let bench = LinkedBench {
@@ -145,7 +149,10 @@ impl<'a> Trials<'a> {
             told_too_deep: false,
             runs: 0,
         };
-        Ok(Self::on(Box::new(bench), remote, set, retreat, warn))
+        Ok(Self {
+            whose,
+            ..Self::on(Box::new(bench), remote, set, retreat, warn)
+        })
     }
 
     fn on(
@@ -158,6 +165,7 @@ impl<'a> Trials<'a> {
         Self {
             remote: remote.clone(),
             set,
+            whose: String::new(),
             retreat,
             warn,
             state: Mutex::new(State {

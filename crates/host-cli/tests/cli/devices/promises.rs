@@ -301,10 +301,11 @@ fn a_search_without_anybody_goes_on_from_its_campaign() {
     let other = device
         .place
         .run(&line.replace("duration=1s", "duration=2s"));
-    other.refused(
-        2,
-        &["`night.jsonl` is not of this search (line 1)", "--campaign"],
-    );
+    let words = ["`night.jsonl` is not of this search (line 1)", "--campaign"];
+    other.refused(2, &words);
+    // Limits of the device are part of the question.
+    device.json("device set --device serial:device force_limit=2N");
+    device.place.run(&line).refused(2, &words);
 }
 
 /// Five dissipations of three orders, by the clock.

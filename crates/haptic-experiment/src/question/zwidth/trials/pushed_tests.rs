@@ -407,7 +407,7 @@ fn alphas(report: &ZWidthReport) -> Vec<f64> {
 fn a_search_that_was_stopped_or_whose_device_was_lost_goes_on_where_it_was() {
     let folder = tempfile::tempdir().expect("a folder");
     let night = Night::of("orders = [0.5, 1]\npoints = 4\nduration_s = 1.0");
-    let question = night.zwidth.in_full();
+    let question = night.zwidth.in_full("");
     let never = || AtomicBool::new(false);
     let whole = night.whole().found();
     let ticks = night.whole().forces_n.len() as u64;
