@@ -2,7 +2,7 @@
 
 use crate::haply::{HaplyName, HaplyOpenError, HaplyPlane};
 use crate::inverse3::{Inverse3Name, Inverse3OpenError};
-use crate::moteus::{MoteusName, MoteusOpenError};
+use crate::moteus::{MoteusName, MoteusOpenError, MoteusTrouble};
 use crate::name::NameError;
 use haptic_remote::serial::{SerialError, SerialLink, ServeError, Served};
 use std::fmt;
@@ -162,21 +162,25 @@ impl OpenError {
         )
     }
 
-    /// True if another attempt may help: the port is not there yet, or somebody else has it.
+    /// True if another attempt may help: the port or the device is not there yet, or somebody else has it. A device that a busy
+    /// machine serves late is as silent as one without power.
     #[must_use]
     pub const fn may_pass(&self) -> bool {
         use SerialError::{InUse, NotFound, Unreachable};
         matches!(
             self,
-            Self::Haply(HaplyOpenError::Port(
-                NotFound { .. } | InUse { .. } | Unreachable { .. }
-            )) | Self::Moteus(MoteusOpenError::Port(
-                NotFound { .. } | InUse { .. } | Unreachable { .. }
-            )) | Self::Inverse3(
-                Inverse3OpenError::NoService { .. }
-                    | Inverse3OpenError::Slow { .. }
-                    | Inverse3OpenError::NoDevice
-            )
+            Self::Haply(
+                HaplyOpenError::Mute { .. }
+                    | HaplyOpenError::Port(NotFound { .. } | InUse { .. } | Unreachable { .. })
+            ) | Self::Moteus(
+                MoteusOpenError::Trouble(MoteusTrouble::Gone | MoteusTrouble::Silent { .. })
+                    | MoteusOpenError::Port(NotFound { .. } | InUse { .. } | Unreachable { .. })
+            ) | Self::Link(_)
+                | Self::Inverse3(
+                    Inverse3OpenError::NoService { .. }
+                        | Inverse3OpenError::Slow { .. }
+                        | Inverse3OpenError::NoDevice
+                )
         )
     }
 }

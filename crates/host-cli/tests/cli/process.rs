@@ -26,6 +26,16 @@ pub(crate) fn binary() -> &'static Path {
     assert_cmd::cargo::cargo_bin!("host-cli")
 }
 
+/// A program that finds each signal as behind a terminal: under `nohup` these tests ignore hangups, and no shell can undo that.
+fn with_all_signals(program: impl AsRef<OsStr>) -> Command {
+    if !cfg!(target_os = "linux") {
+        return Command::new(program);
+    }
+    let mut command = Command::new("env");
+    command.arg("--default-signal").arg(program);
+    command
+}
+
 /// Splits at blanks; no argument of these tests holds one.
 pub(crate) fn words(line: &str) -> Vec<&str> {
     line.split_whitespace().collect()
@@ -85,7 +95,7 @@ impl Place {
 
     /// Runs a shell script here; `$0` is the binary.
     pub(crate) fn shell(&self, script: &str) -> Ended {
-        let mut command = assert_cmd::Command::new("sh");
+        let mut command = assert_cmd::Command::from_std(with_all_signals("sh"));
         let command = command.args(["-c", script]).arg(binary());
         let command = command.env(Remembered::VARIABLE, self.path("state"));
         let command = command.current_dir(&*self.0).timeout(PATIENCE);
@@ -95,7 +105,7 @@ impl Place {
 
     /// `host-cli LINE` in this folder, with nothing on standard input.
     pub(crate) fn command(&self, line: &str) -> Command {
-        let mut command = Command::new(binary());
+        let mut command = with_all_signals(binary());
         command.args(words(line)).current_dir(&*self.0);
         command.env(Remembered::VARIABLE, self.path("state"));
         command.stdin(Stdio::null());

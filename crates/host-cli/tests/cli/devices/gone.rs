@@ -185,20 +185,34 @@ fn times_lost(kind: &str, message: &str) -> usize {
     notes.len() / 2
 }
 
+/// Waits as long as the command lives.
+fn until_it_tells<T>(what: &str, run: &mut Child, mut look: impl FnMut() -> Option<T>) -> T {
+    until(what, || {
+        if run.try_wait().expect("can be asked").is_some() {
+            let mut message = String::new();
+            let stderr = run.stderr.as_mut().expect("piped");
+            stderr.read_to_string(&mut message).expect("is text");
+            panic!("no {what}: {message}");
+        }
+        look()
+    })
+}
+
 fn a_monitor_goes_on(kind: &str, name: &str) {
     let mut device = Emulated::at_terminal("device", kind);
-    let line = format!("device monitor --device {name} --out watch --json");
+    // A busy machine may serve it late at first, too.
+    let line = format!("device monitor --device {name} --wait 600s --out watch --json");
     let mut monitor = device.place.start(&line);
     // A busy machine may have lost the device before, and has its second log open then.
-    until("samples", || sampled(&device.place).pop());
+    until_it_tells("samples", &mut monitor, || sampled(&device.place).pop());
     device.kill();
     // Nothing is written any more while it is away.
-    let before = until("the end of the log", || {
+    let before = until_it_tells("the end of the log", &mut monitor, || {
         let (open, _) = logs(&device.place);
         (open == 0).then(|| sampled(&device.place))
     });
     device.plug_in(kind);
-    until("samples of it when it is back", || {
+    until_it_tells("samples of it when it is back", &mut monitor, || {
         let mut since = sampled(&device.place);
         since.retain(|name| !before.contains(name));
         since.pop()
