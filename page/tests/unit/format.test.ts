@@ -16,6 +16,8 @@ test("a unit always, with a prefix where it has one", () => {
   assert.equal(plainSpace(quantity(0.001, "m")), "1.00 mm");
   assert.equal(plainSpace(quantity(-2.1e-4, "J")), "−210 µJ");
   assert.equal(plainSpace(quantity(3000, "N/m")), "3.00 kN/m");
+  assert.equal(plainSpace(quantity(999.6, "Pa")), "1.00 kPa");
+  assert.equal(plainSpace(quantity(999.4, "Pa")), "999 Pa");
   assert.equal(plainSpace(quantity(0.065, "kg")), "0.0650 kg");
   assert.equal(plainSpace(quantity(173, "N·s^μ/m")), "173 N·s^μ/m");
   assert.equal(plainSpace(quantity(0, "s")), "0 s");

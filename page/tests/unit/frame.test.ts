@@ -79,6 +79,8 @@ test("a frame that does not go on from the picture completes none", () => {
   assert.equal(completed(before, columns(110, 120, 10, 0)), null);
   assert.equal(completed(before, columns(90, 120, 5, 0)), null);
   assert.equal(completed({ ...before, request: 2 }, columns(90, 120, 10, 0)), null);
+  // Of an older picture.
+  assert.equal(completed(columns(50, 100, 10), columns(30, 90, 10, 20)), null);
   // A loop that begins anew comes whole.
   assert.equal(completed(before, columns(0, 5, 10))?.columns, 1);
 });

@@ -176,8 +176,18 @@ macro_rules! number {
     };
 }
 
+/// True for a limit that needs the motion of the device, which a chain without such a limit does not follow.
+macro_rules! needs_motion {
+    (Motion) => {
+        true
+    };
+    (Nothing) => {
+        false
+    };
+}
+
 macro_rules! table {
-    ($($name:ident $key:literal [$least:expr, $most:expr] $default:expr, $tighter:ident, ($($number:tt)*), $help:literal;)*) => {
+    ($($name:ident $key:literal [$least:expr, $most:expr] $default:expr, $tighter:ident, $needs:ident, ($($number:tt)*), $help:literal;)*) => {
         /// A limit that is one number, wherever it stands: in the chain, on the wire, in documents, on the command line.
         /// A new one needs its field and its row here, and what enforces it; whoever has to know of it does not compile before.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -220,6 +230,11 @@ macro_rules! table {
                 match self { $(Self::$name => Tighter::$tighter,)* }
             }
 
+            /// True if one of them is on that needs the motion of the device.
+            pub(super) fn any_needs_motion(limits: &SafetyLimits) -> bool {
+                $(needs_motion!($needs) && number!(get $($number)*)(limits).is_some())||*
+            }
+
             /// Reads the number; `None` is off.
             #[must_use]
             pub fn get(self, limits: &SafetyLimits) -> Option<f64> {
@@ -237,29 +252,29 @@ macro_rules! table {
 }
 
 table! {
-    Force "force_limit_n" [ABOVE_0, 1e6] 10.0, Less, (force Newtons), "Largest force";
-    ForceRate "force_rate_limit_n_per_s" [ABOVE_0, 1e10] 1000.0, Less, (rate NewtonsPerSecond), "Largest rate of force";
-    StartForce "start_force_n" [0.0, 1e6] 1.0, LessUnlessOff, (start_force Option<Newtons>),
+    Force "force_limit_n" [ABOVE_0, 1e6] 10.0, Less, Nothing, (force Newtons), "Largest force";
+    ForceRate "force_rate_limit_n_per_s" [ABOVE_0, 1e10] 1000.0, Less, Nothing, (rate NewtonsPerSecond), "Largest rate of force";
+    StartForce "start_force_n" [0.0, 1e6] 1.0, LessUnlessOff, Nothing, (start_force Option<Newtons>),
         "Largest force with which the loop may start; 0 for any";
-    Speed "speed_limit_m_per_s" [1e-6, 100.0] 1.5, LessUnlessOff, (speed.hard by SpeedLimit::set),
+    Speed "speed_limit_m_per_s" [1e-6, 100.0] 1.5, LessUnlessOff, Motion, (speed.hard by SpeedLimit::set),
         "Largest speed; above it a fault ends the run";
-    RiseTime "rise_time_s" [0.0, 60.0] 0.5, More, (rise_time Option<Seconds>), "Ramp the force up over this time at the start";
-    VelocityBandwidth "velocity_bandwidth_hz" [0.1, 1e4] 50.0, More, (velocity_bandwidth Hertz),
+    RiseTime "rise_time_s" [0.0, 60.0] 0.5, More, Nothing, (rise_time Option<Seconds>), "Ramp the force up over this time at the start";
+    VelocityBandwidth "velocity_bandwidth_hz" [0.1, 1e4] 50.0, More, Nothing, (velocity_bandwidth Hertz),
         "Bandwidth of the velocity that is estimated from positions";
-    Braking "braking_n_s_per_m" [0.0, 1e6] SafetyLimits::BRAKING_WITHOUT_MASS.0, Unordered, (braking Option<NewtonSecondsPerMetre>),
+    Braking "braking_n_s_per_m" [0.0, 1e6] SafetyLimits::BRAKING_WITHOUT_MASS.0, Unordered, Motion, (braking Option<NewtonSecondsPerMetre>),
         "Damping that brakes near workspace and speed limits, and after a fault or stop";
-    StopTime "stop_time_s" [1e-3, 1.0] 0.1, Less, (stop_time Seconds),
+    StopTime "stop_time_s" [1e-3, 1.0] 0.1, Less, Nothing, (stop_time Seconds),
         "Time to zero force after a fault, a stop or the end, 1ms to 1s [default: 0.1s]";
-    BrakeForce "brake_force_n" [0.0, 10.0] 2.0, Less, (brake_force Newtons),
+    BrakeForce "brake_force_n" [0.0, 10.0] 2.0, Less, Nothing, (brake_force Newtons),
         "Largest braking force during that time, 0N to 10N [default: 2N]";
-    StuckForce "stuck_force_n" [0.0, 1e4] Stuck::DEFAULT.force.0, LessUnlessOff, (stuck.force by Stuck::set_force),
+    StuckForce "stuck_force_n" [0.0, 1e4] Stuck::DEFAULT.force.0, LessUnlessOff, Motion, (stuck.force by Stuck::set_force),
         "Fault if the force rises by this much while the position is frozen; 0 = off [default: 3N on a serial device, else never]";
-    StuckTime "stuck_time_s" [1e-3, 10.0] Stuck::DEFAULT.time.0, Less, (stuck.time by Stuck::set_time),
+    StuckTime "stuck_time_s" [1e-3, 10.0] Stuck::DEFAULT.time.0, Less, Motion, (stuck.time by Stuck::set_time),
         "Time for which the position must be frozen [default: 0.1s]";
-    Jump "jump_m" [1e-6, 1.0] 1e-3, LessUnlessOff, (jump Option<Metres>),
+    Jump "jump_m" [1e-6, 1.0] 1e-3, LessUnlessOff, Motion, (jump Option<Metres>),
         "Fault if the position moves in one sample by this much more than the speed limit allows; 0 = off \
          [default: 1mm on a serial device, else never]";
-    DeviceMass "device_mass_kg" [1e-6, 100.0] 0.0, LessUnlessOff, (device_mass Option<Kilograms>),
+    DeviceMass "device_mass_kg" [1e-6, 100.0] 0.0, LessUnlessOff, Nothing, (device_mass Option<Kilograms>),
         "Mass of a real device, for guard observer, braking and the stability check before a run";
 }
 

@@ -221,9 +221,7 @@ impl<F: Real> SafetyChain<F> {
             checks.rounded("rise per sample", f64::min(share, 1.0), "")
         });
         let guard = limits.guard.as_ref();
-        let moves = limits.bound_places() || limits.speed.is_some() || limits.jump.is_some();
-        let follows =
-            moves || limits.braking.is_some() || limits.stuck.is_some() || guard.is_some();
+        let follows = limits.bound_places() || guard.is_some() || Limit::any_needs_motion(limits);
         Self {
             clamps,
             start_force,
