@@ -57,6 +57,7 @@ const DISSIPATION: Quantity = (
     "a plain number, whose unit N·s^μ/m follows from the order μ",
     &[("", 1.0)],
 );
+const GAIN: Quantity = ("a gain as a plain number", &[("", 1.0)]);
 
 /// Suffix of a key, as in `stiffness_n_per_m`, and its meaning.
 struct End {
@@ -116,10 +117,14 @@ const ENDS: &[End] = &[
         (0, 0),
     ),
     end("_n_s_mu_per_m", "NUMBER", &DISSIPATION, "N·s^μ/m", (0, 0)),
+    end("_per_s_lambda", "NUMBER", &GAIN, "s^−λ", (0, 0)),
+    end("_per_s_1_over_n", "NUMBER", &GAIN, "s^(−1/n)", (0, 0)),
+    end("_s_mu", "NUMBER", &GAIN, "s^μ", (0, 0)),
     end("_n_s_per_m", "DAMPING", &DAMPING, "N·s/m", (0, 0)),
     end("_n_per_m", "STIFFNESS", &STIFFNESS, "N/m", (0, 6)),
     end("_n_per_s", "RATE", &FORCE_RATE, "N/s", (0, 6)),
     end("_m_per_s", "SPEED", &SPEED, "m/s", (-6, 0)),
+    end("_per_s", "NUMBER", &GAIN, "1/s", (0, 0)),
     end("_rad_s", "FREQUENCY", &ANGULAR_FREQUENCY, "rad/s", (0, 0)),
     end("_rad", "ANGLE", &ANGLE, "rad", (0, 0)),
     end("_hz", "FREQUENCY", &FREQUENCY, "Hz", (-3, 6)),

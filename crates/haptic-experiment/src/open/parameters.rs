@@ -141,8 +141,16 @@ pub fn choices(parameter: &Parameter) -> Vec<(&'static str, &'static str)> {
 mod tests {
     use super::*;
     use haptic_loop::Limit;
-    use haptic_quantity::parse_for_key;
+    use haptic_quantity::{parse_for_key, without_unit};
     use std::collections::BTreeSet;
+
+    /// An end that is none of `haptic-quantity` would make `power_limit=50%` half a watt.
+    fn has_a_known_unit(key: &str) -> bool {
+        const UNITS: &str =
+            "a c g h hz j k kg l m mn mol mm ms n nm pa per percent rad rpm s us v w";
+        let mut words = without_unit(key).split('_').skip(1);
+        words.all(|word| UNITS.split(' ').all(|unit| word != unit))
+    }
 
     /// As a person reads it.
     fn is_shown(key: &str, shown: &str, default: f64) {
@@ -152,7 +160,15 @@ mod tests {
     }
 
     #[test]
-    fn a_table_has_no_key_twice_and_every_default_is_one_that_may_be_given_as_it_is_shown() {
+    fn a_table_has_no_unknown_unit_no_key_twice_and_every_default_is_one_that_may_be_given_as_it_is_shown()
+     {
+        let unknown = [
+            "power_limit_w",
+            "torque_n_m",
+            "drift_pa_per_h",
+            "tilt_percent",
+        ];
+        assert!(!unknown.into_iter().any(has_a_known_unit));
         let kinds = KINDS.into_iter().chain(QUESTIONS).chain([MEASUREMENT]);
         let (mut texts, mut numbers) = (0, 0);
         for kind in kinds {
@@ -160,6 +176,7 @@ mod tests {
             for parameter in of_kind(kind).iter().flat_map(|(_, table)| *table) {
                 let (key, choices) = (parameter.key, choices(parameter));
                 assert!(keys.insert(key), "{kind}: {key}");
+                assert!(has_a_known_unit(key), "{kind}: {key}");
                 match parameter.value {
                     Value::Number(Some(default), range) => {
                         assert!(range.contains(default), "{key}: {default}");
@@ -189,6 +206,7 @@ mod tests {
         }
         assert!(texts > 5 && numbers > 50, "{texts} {numbers}");
         for limit in Limit::ALL {
+            assert!(has_a_known_unit(limit.key()), "{}", limit.key());
             if let Some((_, shown)) = limit.help().split_once(" [default: ")
                 && let Some(shown) = shown.split([' ', ']']).next()
             {
