@@ -7,7 +7,8 @@ use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use haptic_board::{DeviceMemory, Image, Parts, Ticker, TickerSlot, image, power_up};
 
-static IMAGE: Image = image!(chip::NAME, [0, 1, 0]);
+// SAFETY: the linker script of `cortex-m-rt` lays the image out.
+static IMAGE: Image = image!(unsafe chip::NAME, [0, 1, 0]);
 
 static TICKER: TickerSlot<chip::Board, chip::Timer> = TickerSlot::empty();
 

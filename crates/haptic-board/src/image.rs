@@ -47,6 +47,32 @@ impl Image {
         }
     }
 
+    /// Address and length of text, constants and values of variables, for [`image!`](crate::image!); `None` of bounds that are none.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn parts(bounds: [usize; 7]) -> Option<[(usize, usize); 3]> {
+        /// No microcontroller addresses more flash.
+        const MOST: usize = 1 << 28;
+        let [
+            text,
+            text_end,
+            constants,
+            constants_end,
+            values,
+            variables,
+            variables_end,
+        ] = bounds;
+        let part = |begin: usize, [from, to]: [usize; 2]| {
+            let length = to.checked_sub(from).filter(|length| *length <= MOST)?;
+            (begin > 0).then_some((begin, length))
+        };
+        Some([
+            part(text, [text, text_end])?,
+            part(constants, [constants, constants_end])?,
+            part(values, [variables, variables_end])?,
+        ])
+    }
+
     /// The version passed to `image!`: major, minor, patch.
     #[must_use]
     pub const fn version(&self) -> [u8; 3] {
@@ -64,14 +90,16 @@ impl Image {
     }
 }
 
-/// The [`Image`] of a board and a version that the linker script of `cortex-m-rt` lays out.
+/// The [`Image`] of a board and a version that the linker script of `cortex-m-rt` lays out. The word `unsafe` promises that this script
+/// has laid it out: its parts are then read from the flash. Symbols out of order, or farther apart than any flash is large, give no
+/// digest.
 ///
 /// ```no_run
-/// static IMAGE: haptic_board::Image = haptic_board::image!("my-board", [0, 1, 0]);
+/// static IMAGE: haptic_board::Image = haptic_board::image!(unsafe "my-board", [0, 1, 0]);
 /// ```
 #[macro_export]
 macro_rules! image {
-    ($board:expr, $version:expr) => {{
+    (unsafe $board:expr, $version:expr) => {{
         #[allow(non_upper_case_globals, reason = "names of the linker script")]
         mod linked {
             unsafe extern "C" {
@@ -87,19 +115,41 @@ macro_rules! image {
                 [&__stext, &__etext, &__srodata, &__erodata, &__sidata, &__sdata, &__edata];
 
             pub(super) fn sections() -> [&'static [u8]; 3] {
-                let [text, text_end, constants, constants_end, values, variables, variables_end] =
-                    BOUNDS.map(|bound| ::core::ptr::from_ref(bound).expose_provenance());
-                // SAFETY: the linker script puts these parts of the image there, in flash, which nobody writes while it runs.
-                [
-                    (text, text_end - text),
-                    (constants, constants_end - constants),
-                    (values, variables_end - variables),
-                ]
-                .map(|(begin, length)| unsafe {
-                    ::core::slice::from_raw_parts(::core::ptr::with_exposed_provenance(begin), length)
+                let bounds = BOUNDS.map(|bound| ::core::ptr::from_ref(bound).expose_provenance());
+                let parts = $crate::Image::parts(bounds).unwrap_or_default();
+                parts.map(|(begin, length)| match length {
+                    0 => &[],
+                    // SAFETY: the linker script puts these parts of the image there, in flash, which nobody writes while it runs.
+                    _ => unsafe {
+                        ::core::slice::from_raw_parts(::core::ptr::with_exposed_provenance(begin), length)
+                    },
                 })
             }
         }
         $crate::Image::linked($board, $version, linked::BOUNDS, linked::sections)
     }};
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_have_the_order_and_size_that_a_linker_gives_them() {
+        let good = [0x100, 0x900, 0x900, 0xa00, 0xa10, 0x2000_0000, 0x2000_0030];
+        let parts = [(0x100, 0x800), (0x900, 0x100), (0xa10, 0x30)];
+        assert_eq!(Image::parts(good), Some(parts));
+        // Text, constants or values that end before they begin; more than any flash; nowhere.
+        for (bound, address) in [
+            (1, 0xff),
+            (3, 0x8ff),
+            (6, 0x1fff_ffff),
+            (1, usize::MAX),
+            (0, 0),
+        ] {
+            let mut bad = good;
+            bad[bound] = address;
+            assert_eq!(Image::parts(bad), None, "{bound}");
+        }
+    }
 }

@@ -16,7 +16,8 @@ use haptic_board::{
 
 /// Board and version (major, minor, patch) of your firmware, by which `host-cli device flash` knows the image.
 /// TODO: `Image::new` if your chip starts without `cortex-m-rt`: then nobody can tell that the board runs exactly this image.
-static IMAGE: Image = image!(NAME, [0, 1, 0]);
+// SAFETY: the linker script of `cortex-m-rt` lays the image out.
+static IMAGE: Image = image!(unsafe NAME, [0, 1, 0]);
 
 /// TODO: in a section that no start-up code clears (`#[unsafe(link_section = ".uninit.retained")]` with cortex-m-rt),
 /// so that a watchdog's reset in a run is reported as the fault Reset. As it is, a reset looks like power-up.

@@ -36,7 +36,8 @@ use haptic_board::{
 use tick::Alarm;
 use usb::{Buffers, UsbLine};
 
-static IMAGE: Image = image!(NAME, [0, 1, 0]);
+// SAFETY: the linker script of `cortex-m-rt` lays the image out.
+static IMAGE: Image = image!(unsafe NAME, [0, 1, 0]);
 
 #[expect(unsafe_code, reason = "a section is named")]
 // SAFETY: the linker script has the section, in RAM, and any values of the words are allowed.
