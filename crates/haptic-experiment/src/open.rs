@@ -327,8 +327,7 @@ impl Document {
             Ok(metadata)
         };
         let mut today = self.clone();
-        // It stays a log, which may have former keys.
-        today.logged.retain(|key, _| key == IN_LOG.1);
+        today.logged.clear();
         let then = read(self).ok().filter(|_| !self.logged.is_empty())?;
         // Of files that cannot be read any more there is nothing.
         let today = read(&today).unwrap_or_default();

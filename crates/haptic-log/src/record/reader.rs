@@ -172,14 +172,11 @@ enum Kind {
     Event(Layout<usize>),
 }
 
-/// Topic of the ticks of two and three axes, while they had one of their own.
-const VECTOR_TICKS: &str = "/haptics/vector_tick";
-
 impl Kind {
     /// Messages of this schema on a topic, or of a schema that is lost: then of today's; `None` for a foreign one.
     fn of(topic: &str, schema: Option<&str>) -> Option<Self> {
         match topic {
-            TickMessage::TOPIC | VECTOR_TICKS | DRIVE_TOPIC => {
+            TickMessage::TOPIC | DRIVE_TOPIC => {
                 let today = [1, 2, 3].map(|axes| TickMessage::at_rest(axes).schema().1);
                 let schemas = schema.map_or(today.to_vec(), |schema| vec![schema.to_owned()]);
                 let layouts = schemas

@@ -354,12 +354,6 @@ impl LogMessage for TickMessage {
     type Slot = Slot;
 
     fn slot(name: &str) -> Option<Slot> {
-        // Its name until the force that acts was logged beside it.
-        let name = if name == "force_n" {
-            "commanded_force_n"
-        } else {
-            name
-        };
         let columns = [1, AXES.len()].map(Self::columns);
         let column = columns.iter().flatten().find(|column| column.name == name);
         column.map(|column| Slot(column.reach, column.axis))
@@ -371,7 +365,11 @@ impl LogMessage for TickMessage {
             values: [f64::NAN; 3],
             count: 0,
         });
-        layout.read(bytes, |Slot(reach, axis), index, item| {
+        layout.read(bytes, |Slot(reach, axis), places, item| {
+            // No column of ours is a list.
+            if !places.is_empty() {
+                return;
+            }
             match (reach, item) {
                 (Reach::Count(field), Item::Number(number)) => *field(&mut tick) = number.to_u64(),
                 (Reach::Number(field), Item::Number(number)) => *field(&mut tick) = number.to_f64(),
@@ -380,7 +378,6 @@ impl LogMessage for TickMessage {
                 }
                 (Reach::Axes(field), Item::Number(number)) => {
                     let numbers = field(&mut tick);
-                    let axis = axis + index.first().unwrap_or(&0);
                     if let Some(value) = numbers.values.get_mut(axis) {
                         *value = number.to_f64();
                     }

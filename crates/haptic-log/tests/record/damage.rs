@@ -1,7 +1,7 @@
 //! Logs that are cut off, damaged, or that the disk does not take.
 
-use super::layouts::zstd;
 use super::order::{options, reasons, reordered};
+use super::schemas::zstd;
 use super::{
     CHUNK_TICKS, closed, fill, finished, finished_bytes, parameters, publish, tick, ticks_in,
     ticks_of,
@@ -192,34 +192,6 @@ fn a_damaged_chunk_costs_its_own_100_ms_and_nothing_else() {
     assert_eq!(saved.samples, 10_000 - CHUNK_TICKS);
     let sentences = saved.missing.join("\n");
     assert_says(&sentences, "100 ticks between");
-}
-
-/// One to four bytes of it are others.
-pub(super) fn changed(log: &[u8], random: &mut Random) -> Vec<u8> {
-    let mut bytes = log.to_vec();
-    for _ in 0..1 + random.bits() % 4 {
-        let place = 8 + random.bits() as usize % (bytes.len() - 8);
-        bytes[place] = bytes[place].wrapping_add(1 + (random.bits() % 255) as u8);
-    }
-    bytes
-}
-
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn corrupted_bytes_never_panic_never_lie_and_never_pass_for_whole() {
-    let whole = finished_bytes(2_000);
-    let mut random = Random(3);
-    for _ in 0..500 {
-        let bytes = changed(&whole, &mut random);
-        let mut reader = LogReader::new(bytes.as_slice(), Path::new("memory")).expect("opens");
-        for entry in &mut reader {
-            if let Entry::Tick(message) = entry.expect("memory does not fail") {
-                assert_eq!(message, tick(message.tick), "a wrong number got through");
-            }
-        }
-        // Two changes of one byte may cancel; otherwise the sums must notice.
-        assert_eq!(reader.condition().complete, bytes == whole);
-    }
 }
 
 #[test]

@@ -2,10 +2,10 @@
 
 mod cut;
 mod damage;
-mod layouts;
 mod long;
 mod order;
 mod pair;
+mod schemas;
 
 use haptic_log::record::{
     END, EndKind, Entry, EventMessage, LogReader, LogWriter, NewFileError, PerAxis, RecordError,
@@ -343,7 +343,7 @@ fn log_times_are_wall_clock_and_read_back_as_seconds_from_the_start() {
     let summary = inspect(&dated).expect("inspects");
     assert_eq!(summary.started_utc, expected);
     assert_eq!((summary.first_s, summary.last_s), (Some(0.0), Some(0.299)));
-    // A log of an earlier version begins in 1970, which is no date.
+    // It begins in 1970, which is no date.
     assert_eq!(inspect(&undated).expect("inspects").started_utc, None);
 
     // Log times themselves, by the MCAP library: start plus device time, to the nanosecond.

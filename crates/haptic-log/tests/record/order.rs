@@ -1,6 +1,6 @@
 //! Messages in another order than the ticks: MCAP allows it, and recorders that merge topics write it.
 
-use super::layouts::{oddly_packed, zstd};
+use super::schemas::{oddly_packed, zstd};
 use super::{closed, end, finished_bytes, tick, ticks_in, ticks_of};
 use haptic_log::record::{
     END, Entry, LogFiles, LogSummary, TickMessage, export_csv, inspect, recover, skim,

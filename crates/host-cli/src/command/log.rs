@@ -37,9 +37,6 @@ pub(crate) enum Command {
                       The damaged log is left as it is."
     )]
     Recover(Copied),
-    /// Copy a log of an earlier version, which has no index beyond 1.8 h, into one with an index
-    #[command(after_help = "Example: host-cli log index day.mcap day-indexed.mcap")]
-    Index(Copied),
     /// Turn a log into CSV, one row per tick, or per message of a topic that somebody else wrote
     #[command(after_help = "Example: host-cli log export results/relax-0001/relax.mcap ticks.csv")]
     Export {
@@ -72,7 +69,7 @@ pub(crate) enum Command {
 pub(crate) struct Copied {
     /// The log
     log: PathBuf,
-    /// New file, `-` for a CSV on standard output [default: NAME.recovered.mcap, NAME.indexed.mcap, NAME.cut.mcap or NAME.ticks.csv]
+    /// New file, `-` for a CSV on standard output [default: NAME.recovered.mcap, NAME.cut.mcap or NAME.ticks.csv]
     target: Option<PathBuf>,
     /// Folder for it, if it is not named [default: that of the log]
     #[arg(long, value_name = "DIR", conflicts_with = "target")]
@@ -88,7 +85,6 @@ impl Command {
             Self::Info { log } => output.report(&inspect(&log_at(&log)?)?),
             Self::Check { log } => check(&log_at(&log)?, output),
             Self::Recover(copy) => copy.saved("recovered.mcap", None, output),
-            Self::Index(copy) => copy.saved("indexed.mcap", None, output),
             Self::Cut { copy, part } => copy.saved("cut.mcap", Some(part), output),
             Self::Plot(plot) => plot.run(output),
             Self::Export { mut copy, others } => {

@@ -215,43 +215,6 @@ fn a_limit_on_the_file_size_ends_the_run_with_what_was_written() {
 }
 
 #[test]
-#[cfg(target_os = "linux")]
-fn a_full_disk_ends_the_run_with_what_was_written() {
-    let place = Place::new();
-    std::fs::create_dir(place.path("run")).expect("makes the folder");
-    // Seen in a mount namespace of its own: gone with the shell, so nothing stays mounted after a failure.
-    // The .part file is copied out to be looked at.
-    let script = "unshare -m true 2>/dev/null || exit 77
-        exec unshare -m sh -c '
-            mount -t tmpfs -o size=200k none run || exit 77
-            \"$0\" relax --out run
-            code=$?
-            mkdir kept && cp run/* kept && umount run && cp kept/* run && rm -r kept
-            exit $code' \"$0\"";
-    let ended = place.shell(script);
-    if ended.code == Some(77) {
-        return skip("a small file system cannot be mounted here");
-    }
-    a_full_disk_was_survived(&place, ended);
-}
-
-#[test]
-fn a_disk_without_room_for_the_table_keeps_log_and_picture() {
-    let place = Place::new();
-    // The log of 3001 samples takes 250 kB, the CSV 400 kB.
-    let run = "exec \"$0\" relax --duration 3s --ramp-time 0.5s --out run";
-    let Some(ended) = with_short_files(&place, 640, run) else {
-        return;
-    };
-    let ended = ended.failed(4);
-    assert_says(ended.error(), "run/relax.csv & the log is whole");
-    assert_says(&ended.stdout, "samples               3001");
-    let kept = ["run/", "run/relax.mcap", "run/relax.png", "run/relax.svg"];
-    assert_eq!(place.files(), kept);
-    place.run("log check run/relax.mcap").succeeded();
-}
-
-#[test]
 fn a_disk_without_room_for_a_table_speaks_of_no_log_where_there_is_none() {
     let place = Place::new();
     // The table of 1000 frequencies takes 40 kB.

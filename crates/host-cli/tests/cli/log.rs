@@ -79,8 +79,8 @@ fn a_run_rolls_its_log_on_request() {
     assert!(!first.stdout.contains("continues"), "{first}");
     let whole = place.run("log export run/relax.mcap -").succeeded();
     assert_eq!(table(&whole.stdout, COLUMNS).len(), 30_001);
-    let copy = place.json("log index run/relax.mcap --out .");
-    assert_eq!(copy["log"], "./relax.indexed.mcap");
+    let copy = place.json("log recover run/relax.mcap --out .");
+    assert_eq!(copy["log"], "./relax.recovered.mcap");
     // Nothing of it is written over unasked, the second file as little as the first.
     std::fs::remove_file(place.path("run/relax.mcap")).expect("removes");
     for name in ["csv", "svg", "png"] {
@@ -216,7 +216,6 @@ fn standard_output_takes_a_csv_and_nothing_else() {
         log cut run/relax.mcap - --from 1s => `-` stands for standard output | ./-
         log recover run/relax.mcap - => `-` stands for standard output | ./-
         log recover run/relax.mcap - --overwrite => `-` stands for standard output | ./-
-        log index run/relax.mcap - => `-` stands for standard output | ./-
         run experiments/wall.toml --write - => `-` stands for standard output | ./-
         ",
     );

@@ -32,23 +32,6 @@ fn log_with(place: &Place, ticks: impl Iterator<Item = TickMessage>, ended: EndK
     log.finish().expect("finishes");
 }
 
-/// They are counted in the tests of `haptic-log`.
-#[test]
-fn check_tells_what_is_missing_before_the_first_sample_and_after_the_last() {
-    let place = Place::new();
-    log_of(&place, 1..999, EndKind::Interrupted, 2);
-    let ended = place.run("log check made.mcap --json").failed(4);
-    assert!(ended.error().contains("1 ticks missing before"), "{ended}");
-    assert!(ended.error().contains("its file is undamaged"), "{ended}");
-    let check = ended.json();
-    let counted = ["missing_at_start", "missing_at_end", "missing_samples"];
-    assert_eq!(counted.map(|key| number(&check, key)), [1.0, 1.0, 2.0]);
-    // What is saved of it lacks the same.
-    place.run("log recover made.mcap saved.mcap").failed(4);
-    let check = place.run("log check saved.mcap --json").failed(4).json();
-    assert_eq!(number(&check, "missing_samples"), 2.0, "{check}");
-}
-
 #[test]
 fn check_judges_a_run_up_to_its_end_and_says_that_it_ended_early() {
     let place = Place::new();

@@ -1,84 +1,8 @@
 //! Logs that are cut or damaged.
 
 use super::with_log;
-use crate::process::{Place, number, row};
+use crate::process::{number, row};
 use serde_json::Value;
-use testkit::assert_says;
-
-#[test]
-fn a_log_cut_anywhere_is_recovered() {
-    let place = with_log();
-    let whole = place.read("run/relax.mcap");
-    place.run("log export run/relax.mcap whole.csv").succeeded();
-    let all = place.text("whole.csv");
-    // All cuts: the tests of `haptic-log`.
-    for length in [1, whole.len() / 3, whole.len() - 1] {
-        let cut = Place::new();
-        cut.write("cut.mcap.part", &whole[..length]);
-
-        let check = cut.run("log check cut.mcap.part").failed(4);
-        assert!(check.error().contains("log recover"), "{check}");
-        let recovered = cut.run("log recover cut.mcap.part --json").failed(4);
-        assert_says(recovered.error(), "cut.mcap.part");
-        let summary = recovered.json();
-        assert_eq!(summary["log"], "cut.recovered.mcap");
-        assert_eq!(summary["complete"], false);
-        // The cut log is left as it is.
-        assert!(cut.read("cut.mcap.part") == whole[..length]);
-
-        // What was saved is whole, and the start of what there was.
-        let check = cut.json("log check cut.recovered.mcap");
-        assert_eq!(check["samples"], summary["samples"]);
-        let saved = cut.run("log export cut.recovered.mcap -").succeeded();
-        assert!(all.starts_with(&saved.stdout), "{length} bytes");
-
-        // The file shrinks by chunks of 100 samples, so little more than one is lost beyond the cut.
-        let samples = number(&summary, "samples") as usize;
-        let share = 3001 * length / whole.len();
-        assert!(
-            samples + 300 >= share,
-            "{samples} samples from {length} bytes"
-        );
-    }
-}
-
-#[test]
-fn a_damaged_byte_is_found_and_the_rest_is_saved() {
-    let place = with_log();
-    let bytes = place.read("run/relax.mcap");
-    let mut gaps = 0;
-    // Somewhere in the chunks; the first and the last tenth hold other records too.
-    for tenth in [2, 5, 8] {
-        let mut bad = bytes.clone();
-        bad[bytes.len() * tenth / 10] ^= 0x55;
-        place.write("bad.mcap", &bad);
-        let check = place.run("log check bad.mcap --json").failed(4).json();
-        assert_eq!(check["complete"], Value::from(false), "{tenth}");
-        let samples = number(&check, "samples");
-        let saved = format!("log recover bad.mcap saved-{tenth}.mcap --json");
-        let saved = place.run(&saved).failed(4).json();
-        assert_eq!(number(&saved, "samples"), samples, "{tenth}");
-        // The end of the run is there, so nobody says that anything came after it.
-        assert_eq!(check["end"]["ended"], "finished", "{tenth}");
-        let saved_gaps = saved["missing"].to_string();
-        assert!(!saved_gaps.contains("came after"), "{tenth}: {saved_gaps}");
-        // A chunk is 100 samples. The byte may lie in an index and cost none.
-        let missing = 3001 - samples as u64;
-        assert!(missing == 0 || missing == 100, "{tenth}: {missing}");
-        if missing > 0 {
-            // The new log is whole but for the gap, and check says so.
-            let check = format!("log check saved-{tenth}.mcap --json");
-            let check = place.run(&check).failed(4);
-            let advice = check.error();
-            assert_says(&advice, "what is missing is lost");
-            let check = check.json();
-            assert_eq!(check["complete"], Value::from(true), "{tenth}");
-            assert_eq!(check["gaps"][0]["missing"], Value::from(missing));
-            gaps += 1;
-        }
-    }
-    assert!(gaps > 0, "most bytes are in chunks");
-}
 
 #[test]
 fn a_cut_log_is_exported_and_drawn_as_far_as_it_goes() {

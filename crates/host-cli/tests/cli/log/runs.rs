@@ -217,55 +217,6 @@ fn run(place: &Place, lost: std::ops::Range<u64>) {
 }
 
 #[test]
-fn a_cut_is_a_whole_log_of_its_part() {
-    let place = Place::new();
-    run(&place, 0..0);
-    let cut = place.json("log cut run.mcap --from 0.5s --to 1.2s");
-    assert_eq!(cut["log"], "run.cut.mcap");
-    assert_eq!(
-        ["samples", "events"].map(|key| number(&cut, key)),
-        [701.0, 2.0]
-    );
-    let check = place.json("log check run.cut.mcap");
-    let seen = ["samples", "first_s", "last_s", "missing_samples"];
-    assert_eq!(seen.map(|key| number(&check, key)), [701.0, 0.5, 1.2, 0.0]);
-    assert_eq!(check["complete"], true);
-    assert_eq!(
-        check["started_utc"],
-        place.json("log check run.mcap")["started_utc"]
-    );
-    let names: Vec<&str> = check["metadata"]
-        .as_array()
-        .expect("a list")
-        .iter()
-        .map(|record| record["name"].as_str().expect("a name"))
-        .collect();
-    assert_eq!(names, ["experiment", "clock", "source.end", "cut"]);
-    assert_eq!(check["events"][1]["text"], "at 1000");
-    // Its rows are those of the run.
-    let rows = |log: &str| {
-        place
-            .run(&format!("log export {log} -"))
-            .succeeded()
-            .stdout
-            .clone()
-    };
-    let (all, part) = (rows("run.mcap"), rows("run.cut.mcap"));
-    let part: Vec<&str> = part.lines().skip(1).collect();
-    assert_eq!(part, all.lines().collect::<Vec<_>>()[501..1202]);
-    // Nothing is written over, least of all the log itself.
-    place
-        .run("log cut run.mcap --from 0.5s")
-        .refused(2, &["run.cut.mcap", "exists"]);
-    let ended = place.run("log cut run.mcap run.mcap --from 0.5s --overwrite");
-    ended.refused(2, &["the log it is made from"]);
-    // A cut of a cut.
-    let again = place.json("log cut run.cut.mcap again.mcap --from 1s");
-    assert_eq!(number(&again, "samples"), 201.0);
-    place.json("log check again.mcap");
-}
-
-#[test]
 fn a_cut_shows_what_is_missing_within_it() {
     let place = Place::new();
     run(&place, 700..710);
