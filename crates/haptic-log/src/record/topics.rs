@@ -3,7 +3,9 @@
 //! A column is a path into the message, as `wrench.force.x`, `position[2]` or `poses[0].x`; a truth is 0 or 1, a text is
 //! no column, and of an array its first [`ELEMENTS_MOST`] elements are. Seconds and nanoseconds side by side are one column
 //! that counts from its first value, `header.stamp_s`, which keeps the digits. `time_s` is when a message was recorded,
-//! counted from the first (`log_time_s` if the message has a `time_s` of its own); rows are in that order.
+//! counted from the first (`log_time_s` if the message has a `time_s` of its own); rows are in that order. Where that would be another
+//! order than that of the file, by more than the usual interval, the numbers of the messages decide: if they do not rise with the times,
+//! the clock of the recording was set back, and rows stay in the order of the file.
 //!
 //! | messages | definition |
 //! |---|---|
@@ -142,7 +144,7 @@ impl Topics {
                     let numbers = decoder.as_ref().map_err(String::clone);
                     let numbers = numbers.and_then(|decoder| decoder.numbers(data));
                     let rows = self.rows.entry(topic.clone()).or_default();
-                    rows.take(header.log_time, numbers);
+                    rows.take(header.log_time, header.sequence, numbers);
                 }
             }
             _ => {}
@@ -156,6 +158,8 @@ pub(super) struct Rows {
     /// Of the first message, read or not: time counts from there.
     first_ns: Option<u64>,
     log_times_ns: Vec<u64>,
+    /// By which who wrote them counts them; all 0 where nobody does.
+    numbers: Vec<u32>,
     pub(super) columns: Vec<(String, Vec<f64>)>,
     places: HashMap<String, usize>,
     /// Messages that were not read, and why the last was not.
@@ -165,7 +169,12 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    fn take(&mut self, log_time_ns: u64, numbers: Result<(Vec<(String, f64)>, bool), String>) {
+    fn take(
+        &mut self,
+        log_time_ns: u64,
+        number: u32,
+        numbers: Result<(Vec<(String, f64)>, bool), String>,
+    ) {
         let first_ns = self.first_ns.get_or_insert(log_time_ns);
         *first_ns = log_time_ns.min(*first_ns);
         let row = self.log_times_ns.len();
@@ -179,6 +188,7 @@ impl Rows {
         };
         self.is_long |= is_long;
         self.log_times_ns.push(log_time_ns);
+        self.numbers.push(number);
         for (name, number) in numbers {
             let place = *self.places.entry(name).or_insert_with_key(|name| {
                 self.columns.push((name.clone(), Vec::new()));
@@ -211,14 +221,53 @@ impl Rows {
         let refused = self.refused.as_ref();
         let refused = refused.map(|(count, why)| format!("{count} messages omitted: {why}"));
         let long = format!("of arrays their first {ELEMENTS_MOST} elements are taken");
-        let notes = [refused, self.is_long.then_some(long)];
+        let notes = [refused, self.is_long.then_some(long), self.order().1];
         notes.into_iter().flatten().collect()
     }
 
-    /// All of one length, in the order of time.
+    /// The rows in their order, and where the clock of the recording was set, as far as that can be seen.
+    fn order(&self) -> (Vec<usize>, Option<String>) {
+        let (times, count) = (&self.log_times_ns, self.log_times_ns.len());
+        let step = |pair: &[usize]| times[pair[1]].wrapping_sub(times[pair[0]]).cast_signed();
+        let missing = |pair: &[usize]| {
+            self.numbers[pair[1]].checked_sub(self.numbers[pair[0]].saturating_add(1))
+        };
+        let in_file: Vec<usize> = (0..count).collect();
+        let mut order = in_file.clone();
+        order.sort_by_key(|&row| times[row]);
+        let mut steps: Vec<i64> = order.windows(2).map(step).collect();
+        steps.sort_unstable();
+        let usual_ns = steps.get(steps.len() / 2).map_or(0, |usual| *usual);
+        let told = |order: &[usize], sought: i64, what| {
+            let at = order.windows(2).position(|pair| step(pair) == sought)?;
+            let step_s = sought as f64 / 1e9;
+            Some(format!(
+                "the clock of the recording steps by {step_s} s behind message {} of {count}: {what}",
+                at + 1
+            ))
+        };
+        let least = in_file.windows(2).map(step).min();
+        let is_numbered = order.windows(2).all(|pair| missing(pair).is_some());
+        if let Some(least) = least.filter(|least| *least < -usual_ns && !is_numbered) {
+            let what = "rows are in the order of the file, and only an export has their times";
+            let note = told(&in_file, least, what);
+            return (in_file, note);
+        }
+        let note = match steps[..] {
+            [.., second, most] if 0 < second && 100 * second < most => {
+                let pair = order.windows(2).find(|pair| step(pair) == most);
+                let what = "it was set, or the recording paused, as no message is missing there";
+                pair.filter(|pair| missing(pair).unwrap_or(0) == 0)
+                    .and_then(|_| told(&order, most, what))
+            }
+            _ => None,
+        };
+        (order, note)
+    }
+
+    /// All of one length, in their order.
     pub(super) fn columns(&self) -> Vec<(String, Vec<f64>)> {
-        let mut order: Vec<usize> = (0..self.log_times_ns.len()).collect();
-        order.sort_by_key(|&row| self.log_times_ns[row]);
+        let (order, _) = self.order();
         let first_ns = self.first_ns.unwrap_or(0);
         // Divided, 5.5 ms has no digits beyond those that it had.
         let time = (order.iter()).map(|&row| (self.log_times_ns[row] - first_ns) as f64 / 1e9);
@@ -345,6 +394,82 @@ mod tests {
         assert_eq!(numbers, want);
         for length in 0..bytes.len() {
             assert!(decoder.numbers(&bytes[..length]).is_err(), "{length}");
+        }
+    }
+
+    #[test]
+    fn a_clock_that_steps_is_told_and_shuffles_nothing() {
+        const MS: u64 = 1_000_000;
+        const START: u64 = 1_700_000_000_000 * MS;
+        const MANY: u64 = 4000;
+        type Row = fn(u64) -> (u64, u32);
+        let cases: [(&str, Row, &str); 9] = [
+            ("even", |n| (START + n * MS, n as u32), ""),
+            (
+                "back 1 s",
+                |n| (START + n * MS - n / 2000 * 1000 * MS, n as u32),
+                "steps by -0.999 s behind message 2000 of 4000",
+            ),
+            (
+                "back 20 ms",
+                |n| (START + n * MS - n / 2000 * 20 * MS, 0),
+                "steps by -0.019 s behind message 2000",
+            ),
+            (
+                "to 1970",
+                |n| (n * MS + (1 - n / 2000) * START, n as u32),
+                "steps by -1699999999.999 s",
+            ),
+            (
+                "on 1 h",
+                |n| (START + n * MS + n / 2000 * 3_600_000 * MS, n as u32),
+                "steps by 3600.001 s behind message 2000",
+            ),
+            // Half of them stand before the others, and their numbers say so; half a second of them is missing.
+            (
+                "in another order",
+                |n| (START + (n + 2000) % MANY * MS, ((n + 2000) % MANY) as u32),
+                "",
+            ),
+            (
+                "lost",
+                |n| {
+                    (
+                        START + (n + n / 2000 * 500) * MS,
+                        (n + n / 2000 * 500) as u32,
+                    )
+                },
+                "",
+            ),
+            // Neighbours change places; the intervals grow with the time.
+            ("jitter", |n| (START + n * MS + n % 2 * MS * 3 / 2, 0), ""),
+            ("growing", |n| (START + n * n * MS, 0), ""),
+        ];
+        for (name, row, note) in cases {
+            let mut rows = Rows::default();
+            for n in 0..MANY {
+                let (time, number) = row(n);
+                rows.take(time, number, Ok((vec![("n".to_owned(), n as f64)], false)));
+            }
+            assert_eq!(
+                rows.notes().is_empty(),
+                note.is_empty(),
+                "{name}: {:?}",
+                rows.notes()
+            );
+            assert!(
+                rows.notes().concat().contains(note),
+                "{name}: {:?}",
+                rows.notes()
+            );
+            let columns = rows.columns();
+            let by_file = columns[1].1.is_sorted();
+            assert_eq!(
+                by_file,
+                !["in another order", "jitter"].contains(&name),
+                "{name}"
+            );
+            assert_eq!(columns[0].1.is_sorted(), !note.contains("-"), "{name}");
         }
     }
 

@@ -2,12 +2,14 @@
 
 use crate::process::Place;
 use std::path::Path;
+use testkit::assert_says;
 
 /// A folder with the logs that `others/make_logs.py` made by the public packages.
 fn place() -> Place {
     let place = Place::new();
     let logs = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli/others");
-    for name in ["ros1", "ros2", "json", "protobuf"].map(|name| format!("{name}.mcap")) {
+    for name in ["ros1", "ros2", "json", "protobuf", "set-back"].map(|name| format!("{name}.mcap"))
+    {
         std::fs::copy(logs.join(&name), place.path(&name)).expect("copies");
     }
     place
@@ -184,6 +186,29 @@ fn what_a_log_of_others_does_not_tell_is_asked_for_in_one_line() {
     place
         .run("log export json.mcap - --columns /plant.y")
         .succeeded();
+}
+
+#[test]
+fn a_clock_that_was_set_back_is_told_and_nothing_is_read_by_it() {
+    let place = place();
+    let words = "steps by -0.95 s behind message 40 of 80 & in the order of the file";
+    let export = place.run("log export set-back.mcap -");
+    assert_says(&export.stderr, words);
+    let export = export.succeeded_with_warnings();
+    let currents = rows(&export.stdout, &["time_s", "motor.current"]);
+    assert_eq!(
+        [&currents[39], &currents[40]],
+        [&[1.95, 39.0], &[1.0, 40.0]]
+    );
+    let line = "control identify set-back.mcap --columns input=u,output=y";
+    let refused = place.run(line).failed(2);
+    assert_says(&refused.stderr, &format!("{words} & --sample-time"));
+    // Its rows are right.
+    let found = place.run(&format!("{line} --sample-time 50ms --json"));
+    assert_eq!(
+        found.succeeded_with_warnings().json()["function"],
+        "2/(0.5s+1)"
+    );
 }
 
 #[test]

@@ -120,8 +120,8 @@ def ros1(path):
         log.finish()
 
 
-def as_json(path):
-    """One topic, a plant's step, with text, a truth, a nested object and an array."""
+def as_json(path, set_back_ns=0):
+    """One topic, a plant's step, with text, a truth, a nested object and an array; the recorder's clock may be set back half-way."""
     with open(path, "wb") as file:
         log = Writer(file, compression=CompressionType.LZ4)
         log.start()
@@ -136,7 +136,7 @@ def as_json(path):
                 "gains": [1.5, 2],
                 "motor": {"current": n, "text": None},
             }
-            at = START_NS + round(1e9 * t)
+            at = START_NS + round(1e9 * t) - (set_back_ns if n >= 40 else 0)
             log.add_message(channel, at, json.dumps(message).encode(), at, n)
         log.finish()
 
@@ -170,4 +170,5 @@ if __name__ == "__main__":
     ros1("ros1.mcap")
     ros2("ros2.mcap")
     as_json("json.mcap")
+    as_json("set-back.mcap", 10**9)
     protobuf("protobuf.mcap")
