@@ -12,6 +12,8 @@
  *   d duty of the command pin over its last whole period; q encoder step m.
  * - *Amplifier*: reads a pulse when it is over, so at most 200 µs late. A command that does not change its level for two
  *   periods, and an enable that is not high, are no current.
+ * - *Load cell*, where a sensor's range is given: f_push and the hand's force, an offset and white noise beside them, at GP26 in
+ *   4096 steps from −range to range.
  * - *Wires*: a broken encoder wire is high, by the pull-up; the stop is a contact that opens, so its broken wire stops.
  * - *Integration*: steps of 10 µs of emulated time. Damping by the trapezoid rule, positions half a step after velocities
  *   (leapfrog), so of second order: errors are 1e-7 of a motion of 100 rad/s. Friction as the simulated plant of
@@ -30,6 +32,9 @@ export const DEVICE = {
   lag_s: 0,
   newtons_per_ampere: 4,
   encoder_step_m: 1.5707963e-5,
+  sensor_range_n: 0,
+  sensor_offset_n: 0,
+  sensor_noise_n: 0,
 };
 const PINS = { a: 2, b: 3, command: 4, enable: 6, stop: 7 };
 
@@ -45,6 +50,7 @@ export class World {
     this.velocity_m_per_s = 0;
     this.current_a = 0;
     this.hand_at_m = 0;
+    this.touched_n = 0;
     this.duty = 0.5;
     this.enabled = false;
     /** Called after each step, and when the enable changes. */
@@ -65,11 +71,29 @@ export class World {
       this.onEnable(this.enabled);
     });
     this.setPins();
+    this.loadCell(chip.mcu.adc);
     const alarm = chip.clock.createAlarm(() => {
       this.step();
       alarm.schedule(STEP_S * 1e9);
     });
     alarm.schedule(STEP_S * 1e9);
+  }
+
+  /** What the converter reads of the load cell, each time it is asked; equal seeds make equal noise. */
+  loadCell(converter) {
+    const { sensor_range_n: range, sensor_offset_n: offset, sensor_noise_n: noise } = this.device;
+    if (range === 0) return;
+    const convert = converter.onADCRead;
+    let seed = 1;
+    const share = () => (seed = Math.imul(seed, 1664525) + 1013904223 >>> 0) / 2 ** 32;
+    converter.onADCRead = (channel) => {
+      // Twelve shares of variance 1/12 each.
+      let normal = -6;
+      for (let n = 0; n < 12; n++) normal += share();
+      const counts = 2048 * (1 + (this.touched_n + offset + noise * normal) / range);
+      converter.channelValues[0] = Math.max(0, Math.min(4095, Math.round(counts)));
+      convert(channel);
+    };
   }
 
   edge(high) {
@@ -104,8 +128,9 @@ export class World {
     const held = hand.stiffness_n_per_m > 0 || hand.damping_n_s_per_m > 0;
     const speed = held && Number.isFinite(hand.speed_m_per_s) ? moved / h : 0;
     const damping = device.damping_n_s_per_m + hand.damping_n_s_per_m;
-    const force = this.force_n + this.push_n + hand.stiffness_n_per_m * (this.hand_at_m - this.position_m)
-      + hand.damping_n_s_per_m * speed;
+    const push = this.push_n + hand.stiffness_n_per_m * (this.hand_at_m - this.position_m) + hand.damping_n_s_per_m * speed;
+    const force = this.force_n + push;
+    this.touched_n = push - hand.damping_n_s_per_m * this.velocity_m_per_s;
     const half = damping * h / (2 * device.mass_kg);
     const free = ((1 - half) * this.velocity_m_per_s + force * h / device.mass_kg) / (1 + half);
     const braking = device.friction_n * h / device.mass_kg / (1 + half);

@@ -1,11 +1,15 @@
 //! Encoder, current amplifier and emergency stop, at the pins that `README.md` lists.
 //!
-//! Source: Raspberry Pi, *RP2040 Datasheet*: 4.5 (PWM).
+//! Source: Raspberry Pi, *RP2040 Datasheet*: 4.5 (PWM), 4.9 (converter).
 
 use crate::encoder::{Encoder, EncoderPins};
 use embassy_rp::Peri;
+#[cfg(feature = "force-sensor")]
+use embassy_rp::adc::{self, Adc, Blocking, Channel};
 use embassy_rp::gpio::{Input, Level, Output, Pull};
 use embassy_rp::pac::SIO;
+#[cfg(feature = "force-sensor")]
+use embassy_rp::peripherals::{ADC, PIN_26};
 use embassy_rp::peripherals::{PIN_4, PIN_6, PIN_7, PWM_SLICE2};
 use embassy_rp::pwm::{self, Pwm};
 use haptic_board::haptic_link::{Capabilities, ControllerCost, SerialNumber};
@@ -64,6 +68,10 @@ const NEWTONS_PER_AMPERE: f32 = 4.0;
 /// Position of a count, m: 500 lines are 2000 counts a turn, 2π · 5 mm / 2000 = 15.708 µm.
 const METRES_PER_COUNT: f32 = 1.570_796_3e-5;
 
+/// Force of the load cell at 3.3 V, N; the opposite at 0 V, none in the middle.
+#[cfg(feature = "force-sensor")]
+const SENSED_FORCE_MAX_N: f32 = 20.0;
+
 /// GP6, for the way out of a panic.
 const ENABLE_PIN: u32 = 6;
 
@@ -78,6 +86,20 @@ pub(crate) struct Pins {
     pub(crate) command: Peri<'static, PIN_4>,
     pub(crate) enable: Peri<'static, PIN_6>,
     pub(crate) stop: Peri<'static, PIN_7>,
+    #[cfg(feature = "force-sensor")]
+    pub(crate) load_cell: LoadCell,
+}
+
+/// The amplifier of a load cell, at the converter.
+#[cfg(feature = "force-sensor")]
+pub(crate) struct LoadCell(Adc<'static, Blocking>, Channel<'static>);
+
+#[cfg(feature = "force-sensor")]
+impl LoadCell {
+    pub(crate) fn new(converter: Peri<'static, ADC>, pin: Peri<'static, PIN_26>) -> Self {
+        let converter = Adc::new_blocking(converter, adc::Config::default());
+        Self(converter, Channel::new_pin(pin, Pull::None))
+    }
 }
 
 /// One axis. The amplifier is enabled by the first force of a run and disabled whenever none may act.
@@ -97,6 +119,8 @@ pub(crate) struct Axis {
     tick: u64,
     stopped: bool,
     cut: bool,
+    #[cfg(feature = "force-sensor")]
+    load_cell: LoadCell,
 }
 
 impl Axis {
@@ -116,6 +140,8 @@ impl Axis {
             tick: 0,
             stopped: false,
             cut: true,
+            #[cfg(feature = "force-sensor")]
+            load_cell: pins.load_cell,
         };
         axis.neutral();
         axis
@@ -196,6 +222,8 @@ impl Hardware for Axis {
             force_rate_max_n_per_s: 2000.0 * CURRENT_MAX_A * NEWTONS_PER_AMPERE,
             position_resolution_m: METRES_PER_COUNT,
             coefficients_max: chip::COEFFICIENTS_MAX as u16,
+            #[cfg(feature = "force-sensor")]
+            sensed_force_max_n: SENSED_FORCE_MAX_N,
             ..abilities(NAME, 1)
         }
     }
@@ -211,6 +239,17 @@ impl Hardware for Axis {
     fn install(&mut self, (): (), _: u32) {
         // Only now, as ticks fetch the samples from here on.
         self.encoder.start();
+    }
+
+    /// A conversion takes 2 µs.
+    #[cfg(feature = "force-sensor")]
+    fn sense(&mut self) -> [f32; 1] {
+        const A_COUNT_N: f32 = SENSED_FORCE_MAX_N / 2048.0;
+        let LoadCell(converter, channel) = &mut self.load_cell;
+        let counts = converter.blocking_read(channel);
+        [counts.map_or(f32::NAN, |counts| {
+            A_COUNT_N * f32::from(counts) - SENSED_FORCE_MAX_N
+        })]
     }
 
     fn restart(&mut self) {

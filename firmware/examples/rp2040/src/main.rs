@@ -68,6 +68,8 @@ async fn main(_spawner: Spawner) {
         command: chip.PIN_4,
         enable: chip.PIN_6,
         stop: chip.PIN_7,
+        #[cfg(feature = "force-sensor")]
+        load_cell: axis::LoadCell::new(chip.ADC, chip.PIN_26),
     });
     #[cfg(feature = "rp2040")]
     let unique = unique_number(chip.FLASH);
