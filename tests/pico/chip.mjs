@@ -2,7 +2,7 @@
 import { LogLevel, ConsoleLogger, RP2040 } from 'rp2040js';
 import { Bootrom } from './bootrom.mjs';
 import { FlashCache } from './cache.mjs';
-import { repairExceptionEntry, repairFlash, repairPio, repairWatchdog } from './repairs.mjs';
+import { repairExceptionEntry, repairFlash, repairPio, repairStream, repairWatchdog } from './repairs.mjs';
 
 /** Where the ROM puts the second boot stage, 252 bytes, and jumps with LR = 0. */
 const BOOT2 = 0x41f00;
@@ -18,6 +18,7 @@ export class Chip {
     this.mcu.logger = new ConsoleLogger(LogLevel.Error);
     repairExceptionEntry(this.mcu.core);
     this.mcu.pio.forEach((pio) => repairPio(pio, this.mcu));
+    repairStream(this.mcu);
     repairFlash(this.mcu.peripherals[0x18000], unique);
     const rom = new Bootrom();
     this.mcu.loadBootrom(rom.words);

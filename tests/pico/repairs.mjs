@@ -121,6 +121,11 @@ export function repairFlash(ssi, unique) {
   ssi.readUint32 = (offset) => offset === DR0 && answer.length > 0 ? answer.shift() : read(offset);
 }
 
+/** No streamed read of the flash is under way: its counter (XIP_CTRL STREAM_CTR) is 0. The package has no such registers, and reads all ones. */
+export function repairStream(mcu) {
+  mcu.peripherals[0x14000] = { readUint32: () => 0, writeUint32: () => {}, writeUint32Atomic: () => {} };
+}
+
 /** A watchdog triggers once. The package's triggers again at once, without end, and emulated time stands still. */
 export function repairWatchdog(watchdog, triggered) {
   watchdog.onWatchdogTrigger = () => {

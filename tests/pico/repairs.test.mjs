@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { LogLevel, ConsoleLogger, RP2040 } from 'rp2040js';
-import { repairExceptionEntry, repairFlash, repairPio, repairUsb, repairWatchdog } from './repairs.mjs';
+import { repairExceptionEntry, repairFlash, repairPio, repairStream, repairUsb, repairWatchdog } from './repairs.mjs';
 
 const RAM = 0x20000000;
 const chip = () => {
@@ -123,4 +123,14 @@ test('a watchdog triggers once', () => {
   };
   assert.throws(() => triggers((watchdog, triggered) => { watchdog.onWatchdogTrigger = triggered; }), /again and again/);
   assert.equal(triggers(repairWatchdog), 1);
+});
+
+test('no streamed read of the flash is under way', () => {
+  const read = (repair) => {
+    const mcu = chip();
+    repair(mcu);
+    return mcu.readUint32(0x14000010);
+  };
+  assert.equal(read(() => {}), 0xffffffff);
+  assert.equal(read(repairStream), 0);
 });
