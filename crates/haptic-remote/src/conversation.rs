@@ -14,6 +14,9 @@ const TRIES: u8 = 10;
 /// Between two looks at a request whose answer is due, µs.
 const LOOK_US: u64 = 1000;
 
+/// Longest listening without a good frame in which keep-alives go on: they feed the watchdog of a device of which nobody knows.
+const KEPT_MOST: Duration = Duration::from_secs(2);
+
 /// Keep-alives whose answers are known, the newest last: one that comes after the next was sent still gives its round trip.
 const TOKENS: usize = 32;
 
@@ -91,6 +94,8 @@ pub struct Conversation {
     listening: Option<Patience>,
     /// Time from one keep-alive to the next; `None` for none.
     keep_alive_us: Option<u64>,
+    /// Time listened when that was set.
+    kept_since: Duration,
     token: u32,
     /// Tick of the last sample; `None` before the first.
     newest_tick: Option<u32>,
@@ -113,6 +118,7 @@ impl Conversation {
             retry_us,
             listening: None,
             keep_alive_us: None,
+            kept_since: Duration::ZERO,
             token: 0,
             newest_tick: None,
             tokens_us: [0; TOKENS],
@@ -139,15 +145,33 @@ impl Conversation {
         self.listening.unwrap_or(Patience::new(Duration::MAX))
     }
 
+    /// Time after which a request is sent again, µs. Nothing is as urgent as a stop.
+    const fn retry_us(&self, request: &Request) -> u64 {
+        if matches!(request, Request::Stop) {
+            self.retry_us / 3
+        } else {
+            self.retry_us
+        }
+    }
+
     /// The time by which tries are counted, µs.
     fn try_us(&self, now_us: u64) -> u64 {
         let listened = |patience: Patience| patience.listened().as_micros() as u64;
         self.listening.map_or(now_us, listened)
     }
 
-    /// Sends a keep-alive at these intervals from now on, µs; `None` for none.
-    pub const fn set_keep_alive(&mut self, interval_us: Option<u64>) {
+    /// Sends a keep-alive at these intervals from now on, µs, until nothing good has come for 2 s of listening; `None` for none.
+    pub fn set_keep_alive(&mut self, interval_us: Option<u64>) {
         self.keep_alive_us = interval_us;
+        self.kept_since = self.listened().listened();
+    }
+
+    /// The interval of keep-alives, as long as the device gives signs, µs.
+    fn keeps_us(&self) -> Option<u64> {
+        let listened = self.listened();
+        let kept = listened.listened().saturating_sub(self.kept_since);
+        let silent = listened.silent().min(kept);
+        self.keep_alive_us.filter(|_| silent < KEPT_MOST)
     }
 
     /// Encodes a request that has no answer, or whose answer is ignored. Returns its length.
@@ -199,7 +223,7 @@ impl Conversation {
             if let Some(stranger) = self.stranger(&outstanding.request) {
                 return Err(stranger);
             }
-            if try_us.saturating_sub(outstanding.sent_us) < self.retry_us {
+            if try_us.saturating_sub(outstanding.sent_us) < self.retry_us(&outstanding.request) {
                 self.outstanding = Some(outstanding);
             } else if outstanding.sequences.push(self.sequence).is_err() {
                 return Err(self.unanswered(&outstanding));
@@ -213,7 +237,7 @@ impl Conversation {
                 return Ok(length);
             }
         }
-        match self.keep_alive_us {
+        match self.keeps_us() {
             Some(interval) if now_us.saturating_sub(self.sent_us(self.token)) >= interval => {
                 self.token = self.token.wrapping_add(1);
                 self.tokens_us[self.token as usize % TOKENS] = now_us;
@@ -268,14 +292,17 @@ impl Conversation {
     pub fn next_due_us(&self, now_us: u64) -> Option<u64> {
         let try_us = self.try_us(now_us);
         let retry = self.outstanding.as_ref();
-        let retry = retry.map(
-            |o| match (o.sent_us + self.retry_us).saturating_sub(try_us) {
-                0 => now_us,
-                // Whoever listens counts in steps: no need to look for the rest of one at once.
-                left => now_us + left.max(LOOK_US),
-            },
-        );
-        let keep = (self.keep_alive_us).map(|interval| self.sent_us(self.token) + interval);
+        let retry =
+            retry.map(
+                |o| match (o.sent_us + self.retry_us(&o.request)).saturating_sub(try_us) {
+                    0 => now_us,
+                    // Whoever listens counts in steps: no need to look for the rest of one at once.
+                    left => now_us + left.max(LOOK_US),
+                },
+            );
+        let keep = self
+            .keeps_us()
+            .map(|interval| self.sent_us(self.token) + interval);
         match (retry, keep) {
             (Some(a), Some(b)) => Some(a.min(b)),
             (a, b) => a.or(b),
@@ -285,7 +312,6 @@ impl Conversation {
     /// Takes a byte. Damaged, repeated and late frames are counted and not passed on.
     pub fn receive(&mut self, byte: u8, now_us: u64) -> Option<Incoming> {
         let (header, report) = self.receiver.push(byte)?;
-        self.listening.iter_mut().for_each(Patience::heard);
         let answers = self.is_answer(&report);
         if let (true, DeviceReport::Hello(hello)) = (answers, &report) {
             self.tracker.restart();
@@ -295,6 +321,7 @@ impl Conversation {
         if !self.tracker.is_new(header.sequence as u16) {
             return None;
         }
+        self.listening.iter_mut().for_each(Patience::heard);
         if answers && let Some(outstanding) = self.outstanding.take() {
             if let DeviceReport::Ack(ack) = &report
                 && let Outcome::Refused(refusal) = ack.outcome

@@ -3,6 +3,7 @@
 //! ```text
 //! a wait      asked: the time after which it was to be back,  took: by the clock
 //! listened    Σ min(took, asked)           a thread that woke 300 ms late has not listened for these 300 ms
+//! a round     from the end of one read to the end of the next: its wait, and the work on what came before
 //! silent      listened now − listened when the device was heard last
 //! over        silent ≥ most
 //! ```
@@ -10,6 +11,7 @@
 //!   taken before a wait counts. Between the two this machine cannot have listened for `most`.
 //! - *A silent one is given up after* `most` of listening, that is after ⌈most/asked⌉ waits, however late each of them ends. On a
 //!   machine that runs its threads in time this is `most` by the clock.
+//! - *One that floods is silent, too*: no read of it waits, so whoever reads counts rounds. Only a good frame is a sign of the device.
 //!
 //! *Cost*: some additions per wait. No clock is read here: time is an argument.
 
@@ -33,6 +35,8 @@ pub struct Patience {
     most: Duration,
     heard: Duration,
     listened: Duration,
+    /// Looks that found it over.
+    looks: usize,
 }
 
 impl Patience {
@@ -49,12 +53,20 @@ impl Patience {
             most,
             heard: listened,
             listened,
+            looks: 0,
         }
     }
 
     /// The device gave a sign: its time begins anew.
     pub const fn heard(&mut self) {
-        self.heard = self.listened;
+        (self.heard, self.looks) = (self.listened, 0);
+    }
+
+    /// Looks that have found it over, with this one.
+    #[cfg(feature = "std")]
+    pub(crate) const fn looks_when_over(&mut self) -> usize {
+        self.looks += 1;
+        self.looks
     }
 
     /// A wait for the device has ended; what came meanwhile was taken.

@@ -14,6 +14,8 @@ use std::time::Duration;
 pub(super) const ASKED: f32 = 3.0;
 /// Time to wait for something to be heard, or to be asked for.
 const LOOK: Duration = Duration::from_millis(20);
+/// Messages that are taken at once before the newest sample is answered.
+const AT_ONCE: usize = 1000;
 /// Silence after which a run has ended.
 const SILENCE: Duration = Duration::from_secs(3);
 /// Faults of a host that was silent or late. No trial sends a stale force on purpose.
@@ -154,11 +156,16 @@ impl Bench<'_> {
             self.goes_on()?;
             match self.link_mut()?.hear(LOOK) {
                 Some(heard) => {
-                    patience = self.link()?.patience(SILENCE);
                     let axis = self.axis;
                     let mut newest = followed.take(heard, axis)?;
-                    while let Some(heard) = self.link_mut()?.try_hear() {
+                    for _ in 0..AT_ONCE {
+                        let Some(heard) = self.link_mut()?.try_hear() else {
+                            break;
+                        };
                         newest = followed.take(heard, axis)?.or(newest);
+                    }
+                    if newest.is_some() {
+                        patience = self.link()?.patience(SILENCE);
                     }
                     if let Some(sample) = newest.filter(|_| !followed.is_over())
                         && let Some(force_n) = say(&sample, followed.sent.len())
@@ -167,16 +174,16 @@ impl Bench<'_> {
                         followed.sent.push((sample.tick, force_n));
                     }
                 }
-                None if self.link_mut()?.is_silent(&mut patience) && !followed.is_over() => {
-                    let waited_ms = SILENCE.as_millis() as u64;
-                    if !self.link_mut()?.answers_again() {
-                        return Err(Broken::Link(LinkError::NoSamples { waited_ms }.into()));
-                    }
-                    self.late = Some(LinkError::HeldUp { waited_ms }.to_string());
-                    followed.held_up = true;
-                    return Ok(followed);
-                }
                 None => {}
+            }
+            if self.link_mut()?.is_silent(&mut patience) && !followed.is_over() {
+                let waited_ms = SILENCE.as_millis() as u64;
+                if !self.link_mut()?.answers_again() {
+                    return Err(Broken::Link(LinkError::NoSamples { waited_ms }.into()));
+                }
+                self.late = Some(LinkError::HeldUp { waited_ms }.to_string());
+                followed.held_up = true;
+                return Ok(followed);
             }
             if followed.is_over() {
                 if matches!(rest, Rest::Came) {

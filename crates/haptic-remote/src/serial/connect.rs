@@ -2,7 +2,7 @@
 
 use super::error::{SerialError, WAITING};
 use super::line::Line;
-use super::link::{Ends, LISTENS, RETURNS, SerialLink, Shared, is_nothing, write};
+use super::link::{Ends, HEARD_MOST, LISTENS, RETURNS, SerialLink, Shared, is_nothing, write};
 use super::port;
 use super::run::IN_TIME;
 use super::served::Served;
@@ -24,8 +24,6 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 use std::vec::Vec;
 
-/// Samples and notices that wait for whoever runs the experiment at most: a minute at 1 kHz.
-const HEARD_MOST: usize = 1 << 16;
 /// Requests and forces that wait for the port at most.
 const COMMANDS_MOST: usize = 256;
 /// An unanswered request is sent again after this time.
@@ -54,7 +52,7 @@ impl SerialLink {
         let mut pause = Duration::from_millis(50);
         loop {
             let began = Moment::now();
-            let error = match Self::connect_once(path, options.baud) {
+            let error = match Self::connect_once(path, options.baud, options.stop) {
                 Ok(link) => return Ok(link),
                 Err(error) => error,
             };
@@ -68,11 +66,15 @@ impl SerialLink {
         }
     }
 
-    fn connect_once(path: &str, baud: Option<u32>) -> Result<Self, SerialError> {
+    fn connect_once(
+        path: &str,
+        baud: Option<u32>,
+        stop: Option<&AtomicBool>,
+    ) -> Result<Self, SerialError> {
         let latency_ms = port::shorten_latency(path);
         let bauds = baud.as_ref().map_or(&BAUDS[..], std::slice::from_ref);
         let port = port::open(path, bauds[0])?;
-        let mut link = Self::over(port, bauds, path)?;
+        let mut link = Self::over(port, bauds, path, stop)?;
         link.latency_ms = latency_ms;
         Ok(link)
     }
@@ -83,25 +85,34 @@ impl SerialLink {
     /// # Errors
     /// As [`connect`](Self::connect).
     pub fn to_served(served: Served, name: &str) -> Result<Self, SerialError> {
-        let mut link = Self::to_line(Box::new(served.line()), name)?;
+        let mut link = Self::to_line(Box::new(served.line()), name, None)?;
         link.served = Some(served);
         Ok(link)
     }
 
-    /// Connects to whoever is at the other end of a line that is open already, once.
+    /// Connects to whoever is at the other end of a line that is open already, once, unless `stop` is set meanwhile.
     ///
     /// # Errors
     /// As [`connect`](Self::connect).
-    pub fn to_line(line: Box<dyn Line>, name: &str) -> Result<Self, SerialError> {
-        Self::over(line, &BAUDS[..1], name)
+    pub fn to_line(
+        line: Box<dyn Line>,
+        name: &str,
+        stop: Option<&AtomicBool>,
+    ) -> Result<Self, SerialError> {
+        Self::over(line, &BAUDS[..1], name, stop)
     }
 
     /// Greets whoever is at the other end of a line.
-    fn over(line: Box<dyn Line>, bauds: &[u32], path: &str) -> Result<Self, SerialError> {
+    fn over(
+        line: Box<dyn Line>,
+        bauds: &[u32],
+        path: &str,
+        stop: Option<&AtomicBool>,
+    ) -> Result<Self, SerialError> {
         let mut port = line;
         let mut conversation = Conversation::new(RETRY.as_micros() as u64).by_listening();
         let mut received = Vec::new();
-        let greeted = greet(port.as_mut(), &mut conversation, bauds, &mut received);
+        let greeted = greet(port.as_mut(), &mut conversation, bauds, &mut received, stop);
         let (hello, baud) = greeted.map_err(|error| port::unanswered(path, &received, error))?;
         let reading = port.share().map_err(|error| SerialError::Open {
             path: path.to_string(),
@@ -138,7 +149,7 @@ impl SerialLink {
             ahead: None,
             running: None,
             newest: Sample::default(),
-            plausible: Plausible::of(f32::MAX, 0.0),
+            plausible: Plausible::of(f32::MAX, 0.0, true),
             impossible: None,
             newest_answers: VecDeque::with_capacity(IN_TIME),
             follows: true,
@@ -147,12 +158,13 @@ impl SerialLink {
             forces_skipped: 0,
             served: None,
         };
-        link.introduce()?;
+        link.introduce(stop)?;
         Ok(link)
     }
 
-    fn introduce(&mut self) -> Result<(), SerialError> {
-        let DeviceReport::Keys(keys) = self.ask(Request::GetKeys)? else {
+    fn introduce(&mut self, stop: Option<&AtomicBool>) -> Result<(), SerialError> {
+        let ask = |link: &Self, request| link.ask_for(request, Duration::MAX, stop);
+        let DeviceReport::Keys(keys) = ask(self, Request::GetKeys)? else {
             return Err(LinkError::Gone.into());
         };
         check_keys(&keys, 1, self.hello.firmware)?;
@@ -160,20 +172,20 @@ impl SerialLink {
         self.has_surfaces = keys.has_surfaces();
         // Somebody may have left it running.
         if !matches!(self.hello.status.state, State::Idle | State::Fault) {
-            self.ask(Request::Disarm)?;
+            ask(self, Request::Disarm)?;
             self.wait_for_rest();
         }
-        if let DeviceReport::Capabilities(capabilities) = self.ask(Request::GetCapabilities)? {
+        if let DeviceReport::Capabilities(capabilities) = ask(self, Request::GetCapabilities)? {
             self.capabilities = capabilities;
         }
         check_numbers(&self.capabilities)?;
         let can = &self.capabilities;
-        self.plausible = Plausible::of(can.force_max_n, can.sensed_force_max_n);
+        self.plausible = Plausible::of(can.force_max_n, can.sensed_force_max_n, can.simulated);
         check_keys(&keys, self.capabilities.axes, self.hello.firmware)?;
-        let (configuration, _) = self.configuration()?;
+        let (configuration, _) = self.configuration_unless(stop)?;
         self.ticks_every(configuration.tick_period_us);
         // Old samples and notices do not belong to this session.
-        while self.heard.try_recv().is_ok() {}
+        self.heard.try_iter().take(HEARD_MOST).for_each(drop);
         Ok(())
     }
 
@@ -195,11 +207,14 @@ impl SerialLink {
     }
 }
 
+pub(super) fn is_set(stop: Option<&AtomicBool>) -> bool {
+    stop.is_some_and(|stop| stop.load(Ordering::Relaxed))
+}
+
 /// Sleeps for `time`; false if `stop` was set meanwhile, which is noticed within 50 ms.
 fn sleep(time: Duration, stop: Option<&AtomicBool>) -> bool {
-    let stopped = || stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
     let until = Moment::now() + time;
-    while !stopped() {
+    while !is_set(stop) {
         let left = until.saturating_duration_since(Moment::now());
         if left.is_zero() {
             return true;
@@ -247,6 +262,7 @@ fn shared(conversation: Conversation, status: Status) -> Result<Shared, SerialEr
         over: AtomicBool::new(false),
         listened_us: AtomicU64::new(listened_us),
         deaf: AtomicBool::new(false),
+        mute: AtomicBool::new(false),
         samples_dropped: AtomicU64::new(0),
         forces_dropped: AtomicU64::new(0),
         round_trip_us: Mutex::new(histogram.map_err(thread_error)?),
@@ -273,8 +289,8 @@ fn thread_error(error: impl Display) -> SerialError {
 /// Speeds that boards have, bits per second; the first is for a device without a board.
 pub const BAUDS: [u32; 2] = [460_800, 921_600];
 
-/// Time to greet a port. After it without an answer, no device is there.
-pub const GREETING: Duration = Duration::from_millis(3500);
+/// Time to greet a port: three turns at each speed. After it without an answer, no device is there.
+pub const GREETING: Duration = Duration::from_millis(2100);
 
 /// Bytes of a stranger's answer that are kept.
 const SAID_MOST: usize = 120;
@@ -282,23 +298,25 @@ const SAID_MOST: usize = 120;
 /// Time to try one speed before the next.
 const TURN: Duration = Duration::from_millis(350);
 
-/// Greets until somebody answers; the first answer, and the speed at which it came. Somebody else may have `said` something.
+/// Greets until somebody answers, or `stop` is set; the first answer, and the speed at which it came. Somebody else may have `said`
+/// something.
 fn greet(
     port: &mut dyn Line,
     conversation: &mut Conversation,
     bauds: &[u32],
     received: &mut Vec<u8>,
+    stop: Option<&AtomicBool>,
 ) -> Result<(Hello, u32), SerialError> {
     // A line that keeps its own patience is heard all the same.
     let _ = port.set_patience(LISTENS);
     let nonce = RandomState::new().build_hasher().finish() as u32;
     for &baud in bauds.iter().cycle() {
-        if conversation.listened().listened() >= GREETING {
+        if conversation.listened().listened() >= GREETING || is_set(stop) {
             break;
         }
         // A port without speeds, as a pseudo-terminal may be, has the only one.
         port.set_baud_rate(baud);
-        if let Some(hello) = take_turn(port, conversation, nonce, received)? {
+        if let Some(hello) = take_turn(port, conversation, nonce, received, stop)? {
             return Ok((hello, baud));
         }
     }
@@ -312,6 +330,7 @@ fn take_turn(
     conversation: &mut Conversation,
     nonce: u32,
     received: &mut Vec<u8>,
+    stop: Option<&AtomicBool>,
 ) -> Result<Option<Hello>, LinkError> {
     let began = Moment::now();
     let now_us = |began: Moment| began.elapsed().as_micros() as u64;
@@ -319,17 +338,17 @@ fn take_turn(
     // A zero ends what somebody else has begun, or what was sent at another speed.
     let length = conversation.ask(Request::Hello { nonce }, now_us(began), &mut line[1..]);
     send(port, &line[..=length])?;
-    let mut bytes = [0; 1024];
+    let (mut bytes, mut returned) = ([0; 1024], port.now());
     let mut patience = Patience::new(TURN);
-    while !patience.is_over() {
-        let waits = Moment::now();
+    while !patience.is_over() && !is_set(stop) {
         let count = match port.read(&mut bytes) {
             Ok(0) => return Err(LinkError::Gone),
             Ok(count) => count,
             Err(error) if is_nothing(&error) => 0,
             Err(_) => return Err(LinkError::Gone),
         };
-        let took = waits.elapsed();
+        let now = port.now();
+        let took = now.saturating_duration_since(core::mem::replace(&mut returned, now));
         let room = SAID_MOST - received.len();
         received.extend_from_slice(&bytes[..count.min(room)]);
         for &byte in &bytes[..count] {

@@ -1,5 +1,6 @@
 //! Ways for bytes: serial ports, and a pipe within this process.
 
+use haptic_loop::realtime::Moment;
 use serialport::SerialPort;
 use std::boxed::Box;
 use std::collections::VecDeque;
@@ -27,6 +28,11 @@ pub trait Line: Read + Write + Send {
     /// # Errors
     /// In the words of the system.
     fn set_patience(&mut self, patience: Duration) -> io::Result<()>;
+
+    /// The clock by which its waits count; a line in virtual time has its own.
+    fn now(&self) -> Moment {
+        Moment::now()
+    }
 }
 
 impl Line for Box<dyn SerialPort> {
@@ -55,6 +61,10 @@ impl Line for Box<dyn Line> {
 
     fn set_patience(&mut self, patience: Duration) -> io::Result<()> {
         self.as_mut().set_patience(patience)
+    }
+
+    fn now(&self) -> Moment {
+        self.as_ref().now()
     }
 }
 

@@ -234,14 +234,22 @@ impl SerialLink {
         Patience::since(most, self.shared.listened())
     }
 
-    /// True if this patience is over though nothing has come that was not heard. Another thread listens: its time is read before
-    /// the queue is.
+    /// True if this patience is over though all that had come by then was heard. Another thread listens: its time is read before the
+    /// queue is. A queue that never empties has brought what was in it after as many looks.
     pub fn is_silent(&mut self, patience: &mut Patience) -> bool {
-        let is_silent = self.is_over(patience);
-        if is_silent && self.ahead.is_none() {
+        if !self.is_over(patience) {
+            return false;
+        }
+        if self.ahead.is_none() {
             self.ahead = self.heard.try_recv().ok();
         }
-        is_silent && self.ahead.is_none()
+        self.ahead.is_none() || patience.looks_when_over() > HEARD_MOST
+    }
+
+    /// No answer of the device is waited for any more, and nothing feeds its watchdog; orders still go out.
+    pub fn give_up(&self) {
+        self.shared.deaf.store(true, Ordering::Relaxed);
+        self.shared.conversation().set_keep_alive(None);
     }
 
     /// True if this patience is over, or the reader has ended.
@@ -267,7 +275,10 @@ impl Drop for SerialLink {
     fn drop(&mut self) {
         // Best effort: a device that does not hear it trips its own watchdog.
         if !self.shared.over.load(Ordering::Relaxed) {
-            let _ = self.disarm();
+            let mute = self.shared.mute.load(Ordering::Relaxed);
+            let most = if mute { STOPPED } else { Duration::MAX };
+            self.shared.conversation().set_keep_alive(None);
+            let _ = self.ask_for(Request::Disarm, most, None);
         }
         self.commands = None;
         // The writer, which first sends what it was given, ends before the reader.
@@ -307,6 +318,8 @@ pub(super) struct Shared {
     pub(super) listened_us: AtomicU64,
     /// It did not answer after a silence: it still gets orders, but no answer is waited for.
     pub(super) deaf: AtomicBool,
+    /// The last request had no answer in all its tries.
+    pub(super) mute: AtomicBool,
     pub(super) samples_dropped: AtomicU64,
     pub(super) forces_dropped: AtomicU64,
     pub(super) round_trip_us: Mutex<Histogram<u64>>,
@@ -347,16 +360,16 @@ impl Ends {
     pub(super) fn listen(self, mut port: Box<dyn Line>) {
         // A line that keeps its own patience is heard all the same.
         let _ = port.set_patience(LISTENS);
-        let mut bytes = [0; 1024];
+        let (mut bytes, mut returned) = ([0; 1024], port.now());
         while !self.shared.over.load(Ordering::Relaxed) {
-            let began = Moment::now();
             let count = match port.read(&mut bytes) {
                 Ok(0) => return self.end(LinkError::Gone),
                 Ok(count) => count,
                 Err(error) if is_nothing(&error) => 0,
                 Err(_) => return self.end(LinkError::Gone),
             };
-            let (took, now_us) = (began.elapsed(), self.shared.now_us());
+            let (now, now_us) = (port.now(), self.shared.now_us());
+            let took = now.saturating_duration_since(core::mem::replace(&mut returned, now));
             for &byte in &bytes[..count] {
                 let incoming = self.shared.conversation().receive(byte, now_us);
                 if let Some(incoming) = incoming {
@@ -485,6 +498,12 @@ impl Ends {
         }
     }
 }
+
+/// Samples and notices that wait for whoever runs the experiment at most: a minute at 1 kHz.
+pub(super) const HEARD_MOST: usize = 1 << 16;
+
+/// One that is to let go is given up after this time without a sign.
+pub(super) const STOPPED: Duration = Duration::from_millis(200);
 
 /// Longest wait of a read of the device.
 pub(super) const LISTENS: Duration = Duration::from_millis(20);

@@ -1,5 +1,6 @@
 //! Asking and setting: requests that wait for their answer.
 
+use super::connect::is_set;
 use super::error::SerialError;
 use super::line::lock;
 use super::link::{Command, LISTENS, SerialLink};
@@ -10,7 +11,7 @@ use haptic_link::{
     SurfaceShape, WorkspaceBox, block_count,
 };
 use hdrhistogram::Histogram;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
 use std::vec::Vec;
@@ -32,14 +33,25 @@ impl SerialLink {
     /// # Errors
     /// No answer, a refusal, a line that is gone.
     pub fn ask(&self, request: Request) -> Result<DeviceReport, SerialError> {
-        self.ask_for(request, Duration::MAX)
+        self.ask_for(request, Duration::MAX, None)
     }
 
-    /// As [`ask`](Self::ask), but listens no longer than this for the answer.
+    /// Stops a run at once, or else says within 0.3 s that it was not heard.
+    ///
+    /// # Errors
+    /// As [`ask`](Self::ask).
+    pub fn stop(&self) -> Result<(), SerialError> {
+        /// Six tries.
+        const MOST: Duration = Duration::from_millis(300);
+        self.ask_for(Request::Stop, MOST, None).map(drop)
+    }
+
+    /// As [`ask`](Self::ask), but listens no longer than this for the answer, and not once `stop` is set.
     pub(super) fn ask_for(
         &self,
         request: Request,
         most: Duration,
+        stop: Option<&AtomicBool>,
     ) -> Result<DeviceReport, SerialError> {
         let commands = self.commands.as_ref().ok_or(LinkError::Gone)?;
         if self.shared.deaf.load(Ordering::Relaxed) {
@@ -56,11 +68,15 @@ impl SerialLink {
         loop {
             let listened = self.shared.listened();
             match self.answers.recv_timeout(patience.left().min(LISTENS)) {
-                Ok(answer) => return answer.map_err(SerialError::Link),
+                Ok(answer) => {
+                    let mute = matches!(answer, Err(LinkError::NoAnswer { .. }));
+                    self.shared.mute.store(mute, Ordering::Relaxed);
+                    return answer.map_err(SerialError::Link);
+                }
                 Err(RecvTimeoutError::Disconnected) => return Err(LinkError::Gone.into()),
                 Err(RecvTimeoutError::Timeout) => patience.listened_for(listened),
             }
-            if patience.is_over() {
+            if patience.is_over() || is_set(stop) {
                 return Err(self.shared.conversation().no_answer().into());
             }
         }
@@ -170,6 +186,7 @@ impl SerialLink {
         let digest = digest.finish();
         self.ask(Request::Commit { digest, scope })?;
         self.ticks_every(configuration.tick_period_us);
+        (self.plausible).limit(&configuration.limits, companions.workspace);
         Ok(())
     }
 
@@ -178,17 +195,22 @@ impl SerialLink {
     /// # Errors
     /// As [`ask`](Self::ask).
     pub fn configuration(&self) -> Result<(Configuration, Vec<f32>), SerialError> {
-        let DeviceReport::Configuration { configuration, .. } =
-            self.ask(Request::GetConfiguration)?
+        self.configuration_unless(None)
+    }
+
+    pub(super) fn configuration_unless(
+        &self,
+        stop: Option<&AtomicBool>,
+    ) -> Result<(Configuration, Vec<f32>), SerialError> {
+        let ask = |request| self.ask_for(request, Duration::MAX, stop);
+        let DeviceReport::Configuration { configuration, .. } = ask(Request::GetConfiguration)?
         else {
             return Err(LinkError::Gone.into());
         };
         let mut values = Vec::new();
         for block in 0..block_count(configuration.operator.count) {
             let offset = block * haptic_link::COEFFICIENTS_PER_BLOCK as u16;
-            if let DeviceReport::Coefficients(block) =
-                self.ask(Request::GetCoefficients { offset })?
-            {
+            if let DeviceReport::Coefficients(block) = ask(Request::GetCoefficients { offset })? {
                 values.extend(block.values);
             }
         }
@@ -313,9 +335,8 @@ impl SerialLink {
     /// # Errors
     /// As [`ask`](Self::ask).
     pub fn disarm(&self) -> Result<(), SerialError> {
-        let disarmed = self.ask(Request::Disarm);
         self.shared.conversation().set_keep_alive(None);
-        disarmed.map(|_| ())
+        self.ask(Request::Disarm).map(drop)
     }
 
     /// Asks for a stream of samples outside of runs, and watches it so that its end is noticed.

@@ -1,7 +1,7 @@
 //! The device as it runs: samples and notices in, forces out, each run followed to its end.
 
 use super::error::SerialError;
-use super::link::{Command, DeviceMessage, SerialLink};
+use super::link::{Command, DeviceMessage, HEARD_MOST, STOPPED, SerialLink};
 use crate::LinkError;
 use fracdiff::Real;
 use haptic_link::{
@@ -63,19 +63,19 @@ impl SerialLink {
     }
 
     fn answer_after(&self, waited: Duration, request: Request) -> LinkError {
-        /// Two tries. The answers to keep-alives have shown it before, unless the line lost them all.
-        const MORE: Duration = Duration::from_millis(200);
+        // Two tries. The answers to keep-alives have shown it before, unless the line lost them all.
         let waited_ms = waited.as_millis() as u64;
-        let answers = match self.answers(request, MORE) {
+        let answers = match self.answers(request, STOPPED) {
             Ok(answers) => answers,
             Err(error) => return error,
         };
+        if !answers {
+            // Whoever has given it up does not feed its watchdog.
+            self.give_up();
+        }
         if answers || self.shared.conversation().listened().silent() < waited / 2 {
             return LinkError::HeldUp { waited_ms };
         }
-        self.shared.deaf.store(true, Ordering::Relaxed);
-        // Whoever has given it up does not feed its watchdog.
-        self.shared.conversation().set_keep_alive(None);
         LinkError::NoSamples { waited_ms }
     }
 
@@ -84,6 +84,9 @@ impl SerialLink {
     #[must_use]
     pub fn answers_again(&mut self) -> bool {
         const MOST: Duration = Duration::from_secs(4);
+        if self.shared.deaf.load(Ordering::Relaxed) {
+            return false;
+        }
         let mut patience = self.patience(MOST);
         loop {
             let answers = self.answers(Request::Disarm, Duration::MAX);
@@ -95,7 +98,7 @@ impl SerialLink {
 
     /// True if the device answers within this time, if only by a refusal.
     fn answers(&self, request: Request, most: Duration) -> Result<bool, LinkError> {
-        match self.ask_for(request, most) {
+        match self.ask_for(request, most, None) {
             Err(SerialError::Link(LinkError::NoAnswer { .. })) => Ok(false),
             Err(SerialError::Link(LinkError::Refused { refusal, .. }))
                 if refusal != Refusal::Connection =>
@@ -122,10 +125,14 @@ impl SerialLink {
 
     /// Forgets what came and was not heard yet, but for the end of the line.
     pub(super) fn forget_until_now(&mut self) {
-        while let Some(heard) = self.try_hear() {
-            if let DeviceMessage::Over(_) = heard {
-                self.ahead = Some(heard);
-                break;
+        for _ in 0..HEARD_MOST {
+            match self.try_hear() {
+                Some(heard @ DeviceMessage::Over(_)) => {
+                    self.ahead = Some(heard);
+                    return;
+                }
+                Some(_) => {}
+                None => return,
             }
         }
     }
@@ -236,16 +243,17 @@ impl SerialLink {
         }))
     }
 
-    /// [`read`](Device::read) that ends within 0.2 s once `stop` is set and no sample comes. While samples come it
+    /// [`read`](Device::read) that ends within 0.4 s of listening once `stop` is set and no sample comes. While samples come it
     /// reads on, so that a loop can let its force fall.
     ///
     /// # Errors
-    /// As `read`; [`LinkError::Stopped`].
+    /// As `read`; [`LinkError::Stopped`], after the device was ordered to let go.
     pub fn read_or_stop<F: Real, const D: usize>(
         &mut self,
         stop: &AtomicBool,
     ) -> Result<Reading<F, D>, SerialError> {
         let mut patience = self.patience(SAMPLE_TIMEOUT);
+        let mut stopping = self.patience(STOPPED);
         loop {
             match self.hear(patience.left().min(PAUSE)) {
                 Some(DeviceMessage::Sample(sample)) => {
@@ -259,10 +267,14 @@ impl SerialLink {
                 }
                 Some(DeviceMessage::Over(error)) => return Err(error.into()),
                 Some(DeviceMessage::Fault(report)) => return Err(LinkError::Faulted(report).into()),
-                None if stop.load(Ordering::Relaxed) => return Err(LinkError::Stopped.into()),
                 Some(DeviceMessage::Event(_)) | None => {}
             }
-            if self.is_silent(&mut patience) {
+            let stops = stop.load(Ordering::Relaxed);
+            if stops && self.is_silent(&mut stopping) {
+                let _ = self.silent(STOPPED);
+                return Err(LinkError::Stopped.into());
+            }
+            if !stops && self.is_silent(&mut patience) {
                 return Err(self.silent(SAMPLE_TIMEOUT).into());
             }
         }

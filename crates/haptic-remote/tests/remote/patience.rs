@@ -114,13 +114,38 @@ fn an_answer_that_nobody_took_is_not_missing() {
     assert_eq!((error, listened_ms), (silent, 10 * 160));
 }
 
+/// What feeds the watchdog of a device ends with the patience, and begins anew with it, whatever comes that is no good frame.
+#[test]
+fn keep_alives_end_when_nothing_good_has_come_for_two_seconds() {
+    let (mut line, mut host) = (
+        [0; haptic_link::FRAME_MAX],
+        Conversation::new(150_000).by_listening(),
+    );
+    let mut sent = |host: &mut Conversation, from_ms: u64| {
+        (from_ms..from_ms + 3000)
+            .filter(|now_ms| {
+                assert_eq!(host.receive(b'x', 1000 * now_ms), None);
+                host.waited(ms(30), ms(1));
+                host.due(1000 * now_ms, &mut line).expect("no request") > 0
+            })
+            .count()
+    };
+    // Of a host that was idle for long, too.
+    host.waited(ms(9000), ms(9000));
+    for from_ms in [10_000, 20_000] {
+        host.set_keep_alive(Some(100_000));
+        assert_eq!(sent(&mut host, from_ms), 20, "{from_ms}");
+        assert_eq!(sent(&mut host, from_ms + 3000), 0, "{from_ms}");
+    }
+}
+
 /// A link to an emulated board that goes on, or falls silent before something is done; what its end has not read.
 fn with_board(goes_on: bool, done: impl FnOnce(SerialLink)) -> Vec<Request> {
     let (here, mut far_end) = Pipe::pair();
     let (line, stop) = (Box::new(far_end.clone()), AtomicBool::new(false));
     std::thread::scope(|scope| {
         let board = scope.spawn(|| emulate(line, &ideal(), &stop));
-        let link = SerialLink::to_line(Box::new(here), "board").expect("answers");
+        let link = SerialLink::to_line(Box::new(here), "board", None).expect("answers");
         link.arm(ms(1000)).expect("arms");
         if !goes_on {
             stop.store(true, Ordering::Relaxed);
@@ -195,7 +220,7 @@ fn a_line_that_has_ended_is_listened_to_no_more() {
     let stop = AtomicBool::new(false);
     std::thread::scope(|scope| {
         let board = scope.spawn(|| emulate(Box::new(far_end), &ideal(), &stop));
-        let mut link = SerialLink::to_line(Box::new(here), "board").expect("answers");
+        let mut link = SerialLink::to_line(Box::new(here), "board", None).expect("answers");
         stop.store(true, Ordering::Relaxed);
         board.join().expect("no panic").expect("a good device");
         let over = std::iter::repeat_with(|| link.hear(testkit::PATIENCE));

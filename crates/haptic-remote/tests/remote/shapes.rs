@@ -572,7 +572,7 @@ fn from_before() -> (SerialLink, Arc<AtomicBool>) {
             }
         }
     });
-    let link = SerialLink::to_line(Box::new(here), "old").expect("connects");
+    let link = SerialLink::to_line(Box::new(here), "old", None).expect("connects");
     (link, stop)
 }
 

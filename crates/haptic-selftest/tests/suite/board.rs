@@ -182,7 +182,7 @@ impl Board {
 
     /// Greets it once.
     pub(crate) fn greet(&self) -> Result<SerialLink, SerialError> {
-        SerialLink::to_line(Box::new(self.line.clone()), "board")
+        SerialLink::to_line(Box::new(self.line.clone()), "board", None)
     }
 
     pub(crate) fn connect(&self) -> Result<SerialLink, Failure> {

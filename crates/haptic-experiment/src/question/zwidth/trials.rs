@@ -472,11 +472,15 @@ fn followed(
     patience: Duration,
     see: See<'_>,
 ) -> Result<Trial, Failure> {
-    let (mut next, mut missed) = (0, 0);
+    let (mut next, mut missed, mut newest) = (0, 0, None);
+    let mut silence = link.patience(patience);
     loop {
-        match link.hear(patience) {
+        match link.hear(silence.left()) {
             Some(DeviceMessage::Sample(sample)) => {
                 let tick = u64::from(sample.tick);
+                if newest.replace(tick) < Some(tick) {
+                    silence = link.patience(patience);
+                }
                 if let Some(axis) = sample.axes.first()
                     && (next..samples).contains(&tick)
                 {
@@ -497,16 +501,16 @@ fn followed(
                     samples - missed
                 ))));
             }
-            Some(DeviceMessage::Event(_)) => {}
+            Some(DeviceMessage::Event(_)) | None => {}
             Some(DeviceMessage::Fault(report)) => return faulted(link, report),
             Some(DeviceMessage::Over(error)) => return Err(refused_at_port(path, error.into())),
-            None => {
-                let error = link.silent(patience);
-                if let LinkError::HeldUp { .. } = error {
-                    return Ok(held_up(path, &error.into()));
-                }
-                return Err(refused_at_port(path, error.into()));
+        }
+        if link.is_silent(&mut silence) {
+            let error = link.silent(patience);
+            if let LinkError::HeldUp { .. } = error {
+                return Ok(held_up(path, &error.into()));
             }
+            return Err(refused_at_port(path, error.into()));
         }
     }
 }

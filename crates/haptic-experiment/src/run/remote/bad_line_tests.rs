@@ -17,6 +17,7 @@ use haptic_log::record::TickMessage;
 use haptic_loop::realtime::Moment;
 use haptic_remote::serial::{DeviceTime, Ping, Pings, SerialLink, Served};
 use std::collections::BTreeMap;
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 use testkit::Random;
@@ -115,6 +116,8 @@ pub(crate) fn quiet() -> (SerialLink, Arc<Mutex<EmulatedAdapter>>) {
     (link, adapter)
 }
 
+static GOES_ON: AtomicBool = AtomicBool::new(false);
+
 pub(super) fn remote() -> RemoteDevice {
     let path = "device".to_owned();
     RemoteDevice::new(LinkedName::Serial(SerialName { path, baud: None }))
@@ -143,6 +146,7 @@ pub(super) fn ready<'a>(
         push: None,
         force_limit_n: 10.0,
         holds: false,
+        stop: &GOES_ON,
     }
 }
 

@@ -73,7 +73,7 @@ impl<'a, M> RemoteRun<'a, M> {
     pub(crate) fn run<F: Real, E: Environment<F, D>, const D: usize>(
         self,
         controller: &mut Controller<F, D, E>,
-        supervisor: Supervisor<'_>,
+        supervisor: Supervisor<'a>,
     ) -> Result<Ran, Failure>
     where
         M: TickRecord,
@@ -88,7 +88,7 @@ impl<'a, M> RemoteRun<'a, M> {
         controller: &mut Controller<F, D, E>,
         steers: &mut impl Steers<F, E, D>,
         connected: impl FnOnce(&SerialLink, u64) -> Result<(), Failure>,
-        supervisor: Supervisor<'_>,
+        supervisor: Supervisor<'a>,
     ) -> Result<Ran, Failure>
     where
         M: TickRecord,
@@ -107,7 +107,7 @@ impl<'a, M> RemoteRun<'a, M> {
     /// Connects, configures, and looks at the loop: before any file is made, and any force.
     pub(super) fn ready<const D: usize>(
         mut self,
-        supervisor: Supervisor<'_>,
+        supervisor: Supervisor<'a>,
     ) -> Result<Ready<'a, M>, Failure> {
         let device = self.device;
         let (patience, stop) = (device.patience, Some(supervisor.stop));
@@ -179,6 +179,7 @@ impl<'a, M> RemoteRun<'a, M> {
             push: self.law.push,
             force_limit_n: configuration.limits.force_n.into(),
             holds,
+            stop: supervisor.stop,
         })
     }
 }

@@ -25,13 +25,15 @@ use haptic_loop::realtime::{Moment, RaisedThread};
 use haptic_loop::{
     Controller, Device, Environment, LoopSample as Tick, Reading, SafeForce, StartRefused,
 };
-use haptic_remote::LinkError;
 use haptic_remote::serial::{DeviceMessage, SerialError, SerialLink};
+use haptic_remote::{LinkError, Patience};
 use nalgebra::SVector;
 use std::collections::BTreeMap;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime};
 
+/// Nothing for so long in the middle of a run is the end of it.
+const SILENCE: Duration = Duration::from_secs(2);
 /// Longest silence after a fault in which the rest is still waited for.
 const AFTER_FAULT: Duration = Duration::from_millis(200);
 
@@ -53,6 +55,8 @@ pub(super) struct Ready<'a, M> {
     pub force_limit_n: f64,
     /// The device holds its handle from the first tick on.
     pub holds: bool,
+    /// Set to stop the run.
+    pub stop: &'a AtomicBool,
 }
 
 /// A device that is configured, armed by nobody yet, and the log of what is to come.
@@ -175,7 +179,8 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         }
         link.stream(1, 1)?;
         let sensor = &mut self.record.sensor;
-        while matches!(sensor, SensorOffset::Measuring { .. }) {
+        let mut patience = link.patience(SILENCE);
+        while matches!(sensor, SensorOffset::Measuring { .. }) && !link.is_silent(&mut patience) {
             match link.hear(AFTER_FAULT) {
                 Some(DeviceMessage::Sample(sample)) => sensor.take_off(&mut TickMessage {
                     sensed_force_n: sensed_by_device(&sample),
@@ -217,16 +222,18 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
 
     /// A run in the device's loop: everything is decided there.
     pub(super) fn listen(&mut self, supervisor: Supervisor<'_>) -> Result<(), SerialError> {
-        /// Nothing for so long in the middle of a run is the end of it.
-        const SILENCE: Duration = Duration::from_secs(2);
         // A run of 2³² ticks and more is stopped from here, and so is that of a tissue whose drive sends its start.
         let ticks = u32::try_from(self.ready.schedule.samples).unwrap_or(0);
         if !self.start(ticks, supervisor)? {
             return self.ready.link.disarm();
         }
-        let mut patience = SILENCE;
+        let mut most = SILENCE;
+        let mut patience = self.ready.link.patience(most);
         loop {
-            match self.hear_or_stop(patience, supervisor)? {
+            let before = self.next_tick;
+            let heard = self.hear_or_stop(&mut patience, supervisor)?;
+            let mut is_silent = heard.is_none();
+            match heard {
                 Some(DeviceMessage::Sample(sample)) => {
                     if !self.take_sample(&sample) {
                         break;
@@ -262,17 +269,28 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
                     self.ends_unasked(Ending::DeviceFault(report));
                     // Until the ramp is over its samples come by themselves; for those behind it, ask.
                     self.stream_after_fault(1);
-                    patience = AFTER_FAULT;
+                    most = AFTER_FAULT;
+                    patience = self.ready.link.patience(most);
                 }
                 Some(DeviceMessage::Over(error)) => return Err(error.into()),
-                None if self.record.ended.is_some_and(Ending::is_fault) => break,
-                None => return Err(self.ready.link.silent(SILENCE).into()),
+                None => {}
+            }
+            // Only the next sample of the run begins a patience anew, whatever else comes.
+            if self.next_tick > before {
+                patience = self.ready.link.patience(most);
+            } else {
+                is_silent |= self.ready.link.is_silent(&mut patience);
+            }
+            match self.record.ended {
+                Some(ended) if is_silent && ended.is_fault() => break,
+                _ if is_silent => return Err(self.ready.link.silent(SILENCE).into()),
+                _ => {}
             }
             if self.has_all_after_fault() {
                 break;
             }
             if self.record.ended == Some(Ending::LogStopped) {
-                self.ready.link.ask(Request::Stop)?;
+                self.ready.link.stop()?;
                 break;
             }
         }
@@ -280,34 +298,33 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         self.ready.link.disarm()
     }
 
-    /// The device's next message; `None` after that silence. A stop of the run is noticed at once, whatever arrives.
+    /// The device's next message; `None` once that patience is over. A stop of the run is noticed at once, whatever arrives.
     fn hear_or_stop(
         &mut self,
-        patience: Duration,
+        patience: &mut Patience,
         supervisor: Supervisor<'_>,
     ) -> Result<Option<DeviceMessage>, SerialError> {
         /// A pause in which a stop is looked for.
         const PAUSE: Duration = Duration::from_millis(20);
-        let mut patience = self.ready.link.patience(patience);
         loop {
             if self.record.ended.is_none() && supervisor.stop.load(Ordering::Relaxed) {
                 self.ends(Ending::Interrupted);
-                self.ready.link.ask(Request::Stop)?;
+                self.ready.link.stop()?;
             }
             if let (None, Some(left)) = (self.record.ended, self.unfit_to_go_on()) {
                 self.ends(left);
-                self.ready.link.ask(Request::Stop)?;
+                self.ready.link.stop()?;
             }
             let pause = patience.left().min(PAUSE);
             if self.lets_go() {
-                self.ready.link.ask(Request::Stop)?;
+                self.ready.link.stop()?;
                 self.partner.iter().for_each(Partner::done);
             }
             if let Some(heard) = self.ready.link.hear(pause) {
                 self.partner.iter().for_each(Partner::hears);
                 return Ok(Some(heard));
             }
-            if self.ready.link.is_silent(&mut patience) {
+            if self.ready.link.is_silent(patience) {
                 return Ok(None);
             }
         }
@@ -438,14 +455,13 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         }
         if !self.has_all_after_fault() {
             self.stream_after_fault(1);
-            while let (false, Some(heard)) = (
-                self.has_all_after_fault(),
-                self.ready.link.hear(AFTER_FAULT),
-            ) {
-                let goes_on = match heard {
-                    DeviceMessage::Sample(sample) => self.take_sample(&sample),
-                    DeviceMessage::Over(_) => return,
-                    DeviceMessage::Event(_) | DeviceMessage::Fault(_) => true,
+            let mut patience = self.ready.link.patience(SILENCE);
+            while !self.has_all_after_fault() && !self.ready.link.is_silent(&mut patience) {
+                let goes_on = match self.ready.link.hear(AFTER_FAULT) {
+                    Some(DeviceMessage::Sample(sample)) => self.take_sample(&sample),
+                    Some(DeviceMessage::Over(_)) => return,
+                    Some(DeviceMessage::Event(_) | DeviceMessage::Fault(_)) => true,
+                    None => false,
                 };
                 if !goes_on {
                     break;
@@ -504,7 +520,7 @@ impl<F: Real, M, const D: usize> Device<F, D> for HostSession<'_, M, D> {
     type Error = SerialError;
 
     fn read(&mut self) -> Result<Reading<F, D>, SerialError> {
-        self.ready.link.read()
+        self.ready.link.read_or_stop(self.ready.stop)
     }
 
     fn write(&mut self, force: SafeForce<F, D>) -> Result<(), SerialError> {
@@ -824,7 +840,10 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             self.ends(Ending::Stopped(error));
             return;
         }
-        self.deaf |= matches!(error, LinkError::NoAnswer { .. });
+        if let LinkError::NoAnswer { .. } = error {
+            self.deaf = true;
+            self.ready.link.give_up();
+        }
         let unheard = matches!(
             error,
             LinkError::NoAnswer { .. }
@@ -885,7 +904,9 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     fn hear_out(&mut self) -> Last {
         let most = self.ready.device.watchdog() + FALLEN;
         let mut patience = self.ready.link.patience(most);
+        let mut pause = self.ready.link.patience(AFTER_FAULT);
         while !self.ready.link.is_silent(&mut patience) {
+            let before = self.next_tick;
             match self.ready.link.hear(AFTER_FAULT) {
                 Some(DeviceMessage::Sample(sample)) => {
                     self.take_sample(&sample);
@@ -900,10 +921,17 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
                 Some(DeviceMessage::Fault(report)) => return Last::Fault(report),
                 Some(DeviceMessage::Over(_)) | None => break,
             }
+            if self.next_tick > before {
+                pause = self.ready.link.patience(AFTER_FAULT);
+            } else if self.ready.link.is_silent(&mut pause) {
+                break;
+            }
         }
         Last::Nothing
     }
 }
 
+#[cfg(test)]
+mod mad_line_tests;
 #[cfg(test)]
 mod tests;

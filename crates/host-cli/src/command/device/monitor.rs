@@ -241,7 +241,7 @@ impl Watch<'_> {
                 break Some(trouble);
             }
             let heard = link.hear(PAUSE);
-            if heard.is_some() {
+            if let Some(DeviceMessage::Sample(_)) = heard {
                 patience = link.patience(silence);
             } else if link.is_silent(&mut patience) {
                 break Some(link.unheard(silence).to_string());

@@ -31,7 +31,7 @@ fn flaws_have_the_same_bits_on_the_wire_and_in_a_log() {
 }
 
 static GOES_ON: AtomicBool = AtomicBool::new(false);
-const QUIET: Supervisor<'_> = Supervisor {
+pub(super) const QUIET: Supervisor<'_> = Supervisor {
     stop: &GOES_ON,
     progress: &|_| (),
     live: None,
@@ -39,8 +39,8 @@ const QUIET: Supervisor<'_> = Supervisor {
 };
 
 /// Record of a finished session, and its log.
-struct Left {
-    record: Record,
+pub(super) struct Left {
+    pub(super) record: Record,
     ticks: Vec<TickMessage>,
     /// Kinds and times, s.
     events: Vec<(String, f64)>,
@@ -50,7 +50,7 @@ struct Left {
 }
 
 /// Looks at sessions of 200 samples, one for each partner.
-fn look<const N: usize>(
+pub(super) fn look<const N: usize>(
     partners: [Option<Partner<'_>>; N],
     push: Option<MotorPush>,
     look: impl FnOnce([&mut Session<'_>; N]),
@@ -494,7 +494,7 @@ fn a_device_that_holds_its_handle_shows_the_offset_of_its_sensor_before() {
 }
 
 /// A law of 128 N/m.
-struct Spring;
+pub(super) struct Spring;
 
 impl Environment<f64, 1> for Spring {
     type History = ();
@@ -509,7 +509,7 @@ impl Environment<f64, 1> for Spring {
 }
 
 /// Rendered at a rise of 20 N/s: a tick's force rises for seven ticks.
-fn rendered() -> Controller<f64, 1, Spring> {
+pub(super) fn rendered() -> Controller<f64, 1, Spring> {
     let chain = SafetyChain::new(Newtons(10.0), NewtonsPerSecond(20.0), Seconds(1e-3));
     Controller::new(Spring, chain.expect("good"))
 }
