@@ -105,6 +105,9 @@ pub(crate) struct LargestError {
     passed: u64,
     /// Why the error has no meaning, once a sample has shown it.
     spoilt: Option<String>,
+    /// Largest difference, and the largest of both values.
+    off: f64,
+    most: f64,
 }
 
 impl LargestError {
@@ -127,6 +130,8 @@ impl LargestError {
 
     pub(crate) fn add(&mut self, time_s: f64, have: f64, want: f64) {
         self.end_s = time_s;
+        self.off = self.off.max((have - want).abs());
+        self.most = self.most.max(have.abs()).max(want.abs());
         if want.is_finite() {
             self.peak = self.peak.max(want.abs());
         }
@@ -154,6 +159,11 @@ impl LargestError {
         found.from_s = found.from_s.or(Some(plain(time_s)));
         found.to_s = Some(plain(time_s));
         found.samples += 1;
+    }
+
+    /// The largest difference as a share of the largest value, from the first sample on.
+    pub(crate) fn off(&self) -> Option<f64> {
+        (self.most > 0.0).then_some(self.off / self.most)
     }
 
     /// The error, or the reason why it has no meaning.

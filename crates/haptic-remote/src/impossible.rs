@@ -1,7 +1,9 @@
 //! Impossible samples of a device: one check of each sample of a run, for every device.
 
 #[cfg(feature = "std")]
-use haptic_link::{AXES_MAX, Sample};
+use haptic_link::{AXES_MAX, BatchItem, Limits, Sample, WorkspaceBox};
+#[cfg(feature = "std")]
+use haptic_loop::Limiters;
 use thiserror::Error;
 
 /// A sample that cannot be.
@@ -15,6 +17,30 @@ pub enum Impossible {
         tick: u32,
         /// The reported position, m.
         position_m: f32,
+    },
+    /// A position outside the workspace of the run, in which the device latched no fault.
+    #[error(
+        "a position of {position_m:?} m in tick {tick}, outside {low_m} to {high_m} m, and no fault"
+    )]
+    Outside {
+        /// Number of the tick.
+        tick: u32,
+        /// The reported position, m.
+        position_m: f32,
+        /// Lowest position that is no fault, m.
+        low_m: f32,
+        /// Highest, m.
+        high_m: f32,
+    },
+    /// A motion in which the device latched no fault, though it is beyond its limits of speed and of a jump.
+    #[error("a motion by {moved_m:?} m up to tick {tick}, of at most {most_m} m, and no fault")]
+    Moved {
+        /// Number of the tick.
+        tick: u32,
+        /// Motion since the sample before, m.
+        moved_m: f32,
+        /// Largest that is no fault, m.
+        most_m: f32,
     },
     /// A force that is not a finite number, or beyond the largest that the device makes.
     #[error("a force of {force_n} N in tick {tick}, of at most {most_n} N")]
@@ -77,6 +103,8 @@ impl Impossible {
     pub const fn tick(self) -> u32 {
         match self {
             Self::Position { tick, .. }
+            | Self::Outside { tick, .. }
+            | Self::Moved { tick, .. }
             | Self::Force { tick, .. }
             | Self::Saturated { tick, .. }
             | Self::Stuck { tick, .. }
@@ -89,9 +117,12 @@ impl Impossible {
     #[must_use]
     pub const fn remedy(self) -> &'static str {
         match self {
-            Self::Position { .. } | Self::Force { .. } | Self::Tick { .. } | Self::Time { .. } => {
-                "check its sensor and firmware"
-            }
+            Self::Position { .. }
+            | Self::Outside { .. }
+            | Self::Moved { .. }
+            | Self::Force { .. }
+            | Self::Tick { .. }
+            | Self::Time { .. } => "check its sensor and firmware",
             Self::Saturated { .. } => {
                 "ask for less force, or let the board state the range of a larger sensor"
             }
@@ -176,6 +207,94 @@ impl Watched {
     }
 }
 
+/// Places that a device reports without a fault of its own, by the limits that it was given.
+#[cfg(feature = "std")]
+#[derive(Debug)]
+struct Reach {
+    /// Of each axis, m.
+    ends_m: [[f32; 2]; AXES_MAX],
+    /// Jump that is allowed beyond the speed, m; infinite without a limit.
+    jump_m: f32,
+    speed_m_per_s: f32,
+}
+
+#[cfg(feature = "std")]
+impl Reach {
+    const fn without_limits(far_m: f32) -> Self {
+        Self {
+            ends_m: [[-far_m, far_m]; AXES_MAX],
+            jump_m: f32::INFINITY,
+            speed_m_per_s: 0.0,
+        }
+    }
+
+    fn of(limits: &Limits, workspace: Option<&WorkspaceBox>, far_m: f32) -> Self {
+        let mut reach = Self::without_limits(far_m);
+        if limits.workspace_low_m < limits.workspace_high_m {
+            reach.ends_m = [[limits.workspace_low_m, limits.workspace_high_m]; AXES_MAX];
+        }
+        let axes = workspace.iter().flat_map(|workspace| &workspace.axes);
+        for (ends_m, axis) in reach.ends_m.iter_mut().zip(axes) {
+            *ends_m = [axis.low_m, axis.high_m];
+        }
+        // A device knows a jump by its speed limit alone.
+        if limits.jump_m > 0.0 && limits.speed_hard_m_per_s > 0.0 {
+            reach.jump_m = limits.jump_m;
+            reach.speed_m_per_s = limits.speed_hard_m_per_s;
+        }
+        reach
+    }
+
+    fn look(
+        &self,
+        sample: &Sample,
+        before: Option<&Before>,
+        period_us: u32,
+    ) -> Result<(), Impossible> {
+        /// Rounding in single precision, of a sum of several steps.
+        const ROUNDED: f32 = 1.0 + 1e-4;
+        let tick = sample.tick;
+        for (n, (axis, [low_m, high_m])) in sample.axes.iter().zip(self.ends_m).enumerate() {
+            let position_m = axis.position_m;
+            if position_m < low_m || position_m > high_m {
+                return Err(Impossible::Outside {
+                    tick,
+                    position_m,
+                    low_m,
+                    high_m,
+                });
+            }
+            let Some(before) = before else { continue };
+            // In ticks that did not come, or that the device missed, it may have moved on; the time of a batch is off by a period.
+            let ticks = tick.saturating_sub(before.tick);
+            let passed_us = sample
+                .time_us
+                .wrapping_sub(before.time_us)
+                .max(ticks.saturating_mul(period_us));
+            let step_m = self.speed_m_per_s * 1e-6 * (passed_us.saturating_add(period_us)) as f32;
+            let most_m = ROUNDED * (ticks.max(1) as f32 * self.jump_m + step_m);
+            let moved_m = position_m - before.position_m[n];
+            if moved_m.abs() > most_m {
+                return Err(Impossible::Moved {
+                    tick,
+                    moved_m,
+                    most_m,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The sample before.
+#[cfg(feature = "std")]
+#[derive(Clone, Copy, Debug)]
+struct Before {
+    tick: u32,
+    time_us: u32,
+    position_m: [f32; AXES_MAX],
+}
+
 #[cfg(feature = "std")]
 #[derive(Debug)]
 pub(crate) struct Plausible {
@@ -183,15 +302,18 @@ pub(crate) struct Plausible {
     pub(crate) force_most_n: f32,
     /// T, µs. A batch carries the time of its first tick alone: that of another may be off by this.
     period_us: u32,
-    /// Tick and time of the sample before, µs.
-    before: Option<(u32, u32)>,
+    before: Option<Before>,
     sensors: Watched,
+    reach: Reach,
+    /// The farthest place without a workspace, m.
+    far_m: f32,
 }
 
 #[cfg(feature = "std")]
 impl Plausible {
-    /// Of a device with this largest force and this range of its force sensor, N.
-    pub(crate) const fn of(force_most_n: f32, sensed_most_n: f32) -> Self {
+    /// Of a device with this largest force and this range of its force sensor, N; a plant that it simulates may run away.
+    pub(crate) const fn of(force_most_n: f32, sensed_most_n: f32, simulates: bool) -> Self {
+        let far_m = if simulates { 1e6 } else { Limits::PLACE_MOST_M };
         Self {
             force_most_n,
             period_us: 0,
@@ -200,7 +322,14 @@ impl Plausible {
                 most_n: sensed_most_n,
                 axes: [None; AXES_MAX],
             },
+            reach: Reach::without_limits(far_m),
+            far_m,
         }
+    }
+
+    /// The limits that it has from now on.
+    pub(crate) fn limit(&mut self, limits: &Limits, workspace: Option<&WorkspaceBox>) {
+        self.reach = Reach::of(limits, workspace, self.far_m);
     }
 
     /// A run begins: its ticks count anew, at this period.
@@ -213,7 +342,15 @@ impl Plausible {
         /// A norm in single precision is rounded.
         const ROUNDED: f64 = 1.0 + 1e-5;
         let &Sample { tick, time_us, .. } = sample;
-        let before = self.before.replace((tick, time_us));
+        let mut position_m = [0.0; AXES_MAX];
+        for (place, axis) in position_m.iter_mut().zip(&sample.axes) {
+            *place = axis.position_m;
+        }
+        let before = self.before.replace(Before {
+            tick,
+            time_us,
+            position_m,
+        });
         if let Some(axis) = (sample.axes.iter()).find(|axis| !axis.position_m.is_finite()) {
             let position_m = axis.position_m;
             return Err(Impossible::Position { tick, position_m });
@@ -232,27 +369,31 @@ impl Plausible {
             });
         }
         self.sensors.look(sample, self.period_us)?;
-        match before {
-            Some((before, _)) if tick < before => Err(Impossible::Tick { tick, before }),
-            Some((_, before_us)) => {
-                // Both go round at 2³² µs.
-                let back_us = before_us.wrapping_sub(time_us).cast_signed();
-                match u32::try_from(back_us) {
-                    Ok(back_us) if back_us > self.period_us => {
-                        Err(Impossible::Time { tick, back_us })
-                    }
-                    _ => Ok(()),
-                }
+        if let Some(before) = before {
+            if tick < before.tick {
+                let before = before.tick;
+                return Err(Impossible::Tick { tick, before });
             }
-            None => Ok(()),
+            // Both go round at 2³² µs.
+            let back_us = before.time_us.wrapping_sub(time_us).cast_signed();
+            if let Ok(back_us) = u32::try_from(back_us)
+                && back_us > self.period_us
+            {
+                return Err(Impossible::Time { tick, back_us });
+            }
         }
+        // Whoever lets go looks at its places no more.
+        let lets_go = |axis: &BatchItem| axis.limiters & Limiters::STOPPING.bits() != 0;
+        if sample.axes.iter().any(lets_go) {
+            return Ok(());
+        }
+        self.reach.look(sample, before.as_ref(), self.period_us)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use haptic_link::BatchItem;
     use std::string::ToString as _;
 
     /// What can be.
@@ -279,7 +420,7 @@ mod tests {
 
     #[test]
     fn what_can_be_passes_the_end_of_the_clock_and_rounded_norms_too() {
-        let mut plausible = Plausible::of(5.0, 0.0);
+        let mut plausible = Plausible::of(5.0, 0.0, false);
         let near_the_end = u32::MAX - 1500;
         for n in 0..5 {
             let time_us = near_the_end.wrapping_add(1000 * n);
@@ -302,7 +443,7 @@ mod tests {
     #[test]
     fn what_cannot_be_is_named() {
         let look = |bad: Sample| {
-            let mut plausible = Plausible::of(5.0, 0.0);
+            let mut plausible = Plausible::of(5.0, 0.0, false);
             plausible.begin(1000);
             plausible.look(&sample(9, 9000)).expect("can be");
             plausible.look(&bad).expect_err("cannot be")
@@ -333,12 +474,62 @@ mod tests {
         );
     }
 
+    /// Rows of: the tick and place, m, after a first at 0, and what of it cannot be.
+    #[test]
+    fn a_place_beyond_the_limits_needs_a_fault_of_the_device() {
+        let limits = Limits {
+            workspace_low_m: -0.01,
+            workspace_high_m: 0.02,
+            speed_hard_m_per_s: 1.5,
+            jump_m: 1e-3,
+            ..Limits::bare(5.0, 1e3)
+        };
+        let none = Limits::bare(5.0, 1e3);
+        for (limits, simulates, tick, position_m, limiters, what) in [
+            (limits, false, 1, 0.0039, 0, ""),
+            (limits, false, 1, 0.0041, 0, "moved"),
+            (limits, false, 3, 0.0089, 0, ""),
+            (limits, false, 3, -0.0091, 0, "moved"),
+            (limits, false, 9, 0.02, 0, ""),
+            (limits, false, 9, 0.02_f32.next_up(), 0, "outside"),
+            (limits, false, 9, -0.011, 0, "outside"),
+            // It lets go, and looks at its places no more.
+            (limits, false, 9, -0.011, Limiters::STOPPING.bits(), ""),
+            (none, false, 1, 100.0, 0, ""),
+            (none, false, 1, 101.0, 0, "outside"),
+            (none, true, 1, 1e5, 0, ""),
+            (none, true, 1, -1e30, 0, "outside"),
+        ] {
+            let mut plausible = Plausible::of(5.0, 0.0, simulates);
+            plausible.limit(&limits, None);
+            plausible.begin(1000);
+            let still = BatchItem {
+                position_m: 0.0,
+                ..ITEM
+            };
+            plausible.look(&sample_at(0, 0, still)).expect("can be");
+            let item = BatchItem {
+                position_m,
+                limiters,
+                ..ITEM
+            };
+            let found = plausible.look(&sample_at(tick, 1000 * tick, item));
+            let found = match found {
+                Ok(()) => "",
+                Err(Impossible::Outside { .. }) => "outside",
+                Err(Impossible::Moved { .. }) => "moved",
+                Err(other) => panic!("{other}"),
+            };
+            assert_eq!(found, what, "{position_m} m in tick {tick}");
+        }
+    }
+
     /// Looks at a run of 1 ms ticks with a sensor of 20 N until one cannot be, or for 3 s.
     fn run(
         sensed: impl Fn(u32) -> Option<f32>,
         command: impl Fn(u32) -> f32,
     ) -> Option<Impossible> {
-        let mut plausible = Plausible::of(50.0, 20.0);
+        let mut plausible = Plausible::of(50.0, 20.0, false);
         plausible.begin(1000);
         (0..3000).find_map(|tick| {
             let force_n = command(tick);

@@ -1,6 +1,7 @@
 //! The report of an experiment: one JSON object, or a summary for a person. Every kind has the same skeleton, and fills it with rows.
 
 use crate::document::failure::Failure;
+use crate::document::named::Named as _;
 use crate::document::parameters::Parameter;
 use crate::judge::Compared;
 use crate::judge::warnings::Warnings;
@@ -11,6 +12,8 @@ use crate::run::realtime::RealtimeSummary;
 use crate::run::record::Record;
 use crate::run::remote::LinkSummary;
 use crate::run::tick::KeptSample;
+use fracdiff::Scheme;
+use haptic_link::LoopMode;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
@@ -226,6 +229,34 @@ impl RunReport {
             device_lost: record.device_lost(),
             warnings: warnings.0,
         }
+    }
+
+    /// Holds the force of a law that a device renders, which is `off` by this share of its largest, against the positions that came: says
+    /// so where nothing that a sound device does explains it, and then why the run is none that counts. `scheme` remembers everything, or
+    /// is off by itself.
+    #[must_use]
+    pub(crate) fn hold_to_law(&mut self, off: Option<f64>, scheme: Scheme) -> Option<String> {
+        /// Rounding in single precision and the tolerance of a memory stay below a thousandth.
+        const WITHIN: f64 = 0.05;
+        /// Lost samples are taken from a straight line, which a motion leaves.
+        const WITHIN_LOST: f64 = 0.5;
+        let link = self.link.as_ref();
+        let link = link.filter(|link| link.loop_mode == LoopMode::Device.name())?;
+        let within = if link.samples_missing() > 0 {
+            WITHIN_LOST
+        } else {
+            WITHIN
+        };
+        let is_whole = matches!(scheme, Scheme::Full { .. } | Scheme::FullBdf2 { .. });
+        let off = off.filter(|off| is_whole && *off > within)?;
+        self.warnings.push(format!(
+            "the force is off the law of the positions that came, by up to {:.0} % of the largest: the device did not measure the one, or did not make the other",
+            1e2 * off
+        ));
+        Some(
+            "the force does not follow the law: check the sensor and the firmware of the device"
+                .to_owned(),
+        )
     }
 
     /// Why a table could not be written, to be reported after everything else; `None` if it was

@@ -308,6 +308,7 @@ impl Indentation {
             sensed_against,
             ..
         } = judge;
+        let law_off = errors[0].off().filter(|_| !self.holds_device());
         let [full_history, closed_form, discretisation, rig] = errors.map(LargestError::get);
         let closed_form = beginning.error("closed_form_error", closed_form);
         let rig = beginning.error("rig_error", rig);
@@ -349,6 +350,7 @@ impl Indentation {
             sensed_against.and_then(|against| against.differences()),
         )];
         let off = closed_form.largest;
+        let unmet = run.hold_to_law(law_off, self.scheme);
         let report = Report {
             law: rows([self.law_rows()]),
             run,
@@ -361,7 +363,7 @@ impl Indentation {
                     .chain(measured),
             ),
             verdict: off.map(|error| format!("{:.2} % from the closed form", 1e2 * error)),
-            unmet: None,
+            unmet,
         };
         let held = judged.drive.map(|_| ["tracking_error", "drive_force_n"]);
         let [tracking_error, force_n] = held.unwrap_or_default();

@@ -320,6 +320,7 @@ pub(crate) trait Trial: Experiment + Clone {
             tell(&mut run, record, second);
             results.push(json!({ "drive": SecondReport::of(second) }));
         }
+        let unmet = run.hold_to_law(operator_error.largest, scheme).or(unmet);
         let report = Report {
             law: rows(
                 [self.law_in_rows(&settling, object_m), operator]

@@ -268,7 +268,10 @@ const LIE: u32 = 700;
 
 type Lie = fn(&mut Sample);
 
-const LIES: [(&str, Lie); 2] = [
+const LIES: [(&str, Lie); 3] = [
+    ("a position of 1e30 m", |sample| {
+        sample.axes[0].position_m = 1e30;
+    }),
     ("a position of NaN m", |sample| {
         sample.axes[0].position_m = f32::NAN;
     }),
@@ -326,11 +329,48 @@ fn lies((words, lie): (&str, Lie), options: &str) {
 fn a_sample_that_cannot_be_ends_a_run_as_a_fault_of_the_device() {
     std::thread::scope(|scope| {
         // The delay of a busy machine would make the host's loop unstable.
-        let options = ["", "--loop host max_age_ticks=1000 --force-unstable"];
+        let options = ["", "", "--loop host max_age_ticks=1000 --force-unstable"];
         for (lie, options) in LIES.into_iter().zip(options) {
             scope.spawn(move || lies(lie, options));
         }
     });
+}
+
+/// Each of its samples can be, and together they cannot.
+#[test]
+fn a_force_that_does_not_follow_the_places_that_came_is_said() {
+    let lies: [fn(&mut Sample, f32); 3] = [
+        |sample, first_m| sample.axes[0].position_m = first_m,
+        |sample, _| sample.axes[0].position_m *= 1.2,
+        |sample, _| sample.axes[0].force_n *= 0.8,
+    ];
+    let line = "relax --device serial:line watchdog=1s late_ticks=0 --contact rigid --ramp-time 100ms --duration 300ms --out run --quiet --json";
+    let ran = |lie: Option<fn(&mut Sample, f32)>| {
+        let device = Emulated::new("");
+        device.loosen();
+        let mut first_m = None;
+        let _line = Middle::changing(&device, move |mut report| {
+            if let (DeviceReport::Sample(sample), Some(lie)) = (&mut report, lie) {
+                let first_m = *first_m.get_or_insert(sample.axes[0].position_m);
+                lie(sample, first_m);
+            }
+            Some(report)
+        });
+        device.place.run(line)
+    };
+    assert!(!ran(None).succeeded().stdout.contains("off the law"));
+    for lie in lies {
+        let ended = ran(Some(lie)).failed(1);
+        assert_says(
+            ended.error(),
+            "the force does not follow the law: check the sensor",
+        );
+        let warnings = ended.json()["warnings"].to_string();
+        assert!(
+            warnings.contains("is off the law of the positions"),
+            "{warnings}"
+        );
+    }
 }
 
 #[test]
