@@ -305,6 +305,8 @@ pub(crate) struct Plausible {
     before: Option<Before>,
     sensors: Watched,
     reach: Reach,
+    /// It lets go since a fault or a stop, and looks at its places no more: what comes then is flagged only as long as a force falls.
+    pub(crate) lets_go: bool,
     /// The farthest place without a workspace, m.
     far_m: f32,
 }
@@ -323,6 +325,7 @@ impl Plausible {
                 axes: [None; AXES_MAX],
             },
             reach: Reach::without_limits(far_m),
+            lets_go: false,
             far_m,
         }
     }
@@ -334,7 +337,7 @@ impl Plausible {
 
     /// A run begins: its ticks count anew, at this period.
     pub(crate) const fn begin(&mut self, period_us: u32) {
-        (self.period_us, self.before) = (period_us, None);
+        (self.period_us, self.before, self.lets_go) = (period_us, None, false);
         self.sensors.axes = [None; AXES_MAX];
     }
 
@@ -382,9 +385,9 @@ impl Plausible {
                 return Err(Impossible::Time { tick, back_us });
             }
         }
-        // Whoever lets go looks at its places no more.
-        let lets_go = |axis: &BatchItem| axis.limiters & Limiters::STOPPING.bits() != 0;
-        if sample.axes.iter().any(lets_go) {
+        let stops = |axis: &BatchItem| axis.limiters & Limiters::STOPPING.bits() != 0;
+        self.lets_go |= sample.axes.iter().any(stops);
+        if self.lets_go {
             return Ok(());
         }
         self.reach.look(sample, before.as_ref(), self.period_us)
@@ -493,7 +496,6 @@ mod tests {
             (limits, false, 9, 0.02, 0, ""),
             (limits, false, 9, 0.02_f32.next_up(), 0, "outside"),
             (limits, false, 9, -0.011, 0, "outside"),
-            // It lets go, and looks at its places no more.
             (limits, false, 9, -0.011, Limiters::STOPPING.bits(), ""),
             (none, false, 1, 100.0, 0, ""),
             (none, false, 1, 101.0, 0, "outside"),

@@ -154,27 +154,24 @@ impl Bench<'_> {
         let (mut rest, mut asked) = (Rest::Awaited, Moment::now());
         loop {
             self.goes_on()?;
-            match self.link_mut()?.hear(LOOK) {
-                Some(heard) => {
-                    let axis = self.axis;
-                    let mut newest = followed.take(heard, axis)?;
-                    for _ in 0..AT_ONCE {
-                        let Some(heard) = self.link_mut()?.try_hear() else {
-                            break;
-                        };
-                        newest = followed.take(heard, axis)?.or(newest);
-                    }
-                    if newest.is_some() {
-                        patience = self.link()?.patience(SILENCE);
-                    }
-                    if let Some(sample) = newest.filter(|_| !followed.is_over())
-                        && let Some(force_n) = say(&sample, followed.sent.len())
-                    {
-                        self.send_force(sample.tick, force_n)?;
-                        followed.sent.push((sample.tick, force_n));
-                    }
+            if let Some(heard) = self.link_mut()?.hear(LOOK) {
+                let axis = self.axis;
+                let mut newest = followed.take(heard, axis)?;
+                for _ in 0..AT_ONCE {
+                    let Some(heard) = self.link_mut()?.try_hear() else {
+                        break;
+                    };
+                    newest = followed.take(heard, axis)?.or(newest);
                 }
-                None => {}
+                if newest.is_some() {
+                    patience = self.link()?.patience(SILENCE);
+                }
+                if let Some(sample) = newest.filter(|_| !followed.is_over())
+                    && let Some(force_n) = say(&sample, followed.sent.len())
+                {
+                    self.send_force(sample.tick, force_n)?;
+                    followed.sent.push((sample.tick, force_n));
+                }
             }
             if self.link_mut()?.is_silent(&mut patience) && !followed.is_over() {
                 let waited_ms = SILENCE.as_millis() as u64;

@@ -125,9 +125,12 @@ fn quiet(line: &mut impl Line) -> Result<(), HaplyOpenError> {
     let gone = |_| HaplyOpenError::First(HaplyTrouble::Gone);
     line.set_patience(QUIET).map_err(gone)?;
     let mut bytes = [0; 64];
-    let mut thrown = 0;
-    while thrown < THROWN_MOST {
-        match line.read(&mut bytes) {
+    let (mut thrown, mut patience) = (0, Patience::new(FIRST_ANSWER));
+    while thrown < THROWN_MOST && !patience.is_over() {
+        let began = Moment::now();
+        let read = line.read(&mut bytes);
+        patience.waited(QUIET, began.elapsed());
+        match read {
             Ok(0) => return Err(HaplyOpenError::First(HaplyTrouble::Gone)),
             Ok(count) => thrown += count,
             Err(error) if error.kind() == ErrorKind::TimedOut => {

@@ -84,6 +84,7 @@ impl<S: Read + Write, const D: usize> Inverse3<S, D> {
 
     fn hear(&mut self) -> Result<(), Inverse3Trouble> {
         let mut answered = false;
+        self.socket.get_mut().tick();
         for _ in 0..MESSAGES_MOST {
             match self.socket.read() {
                 Ok(Message::Text(text)) => {

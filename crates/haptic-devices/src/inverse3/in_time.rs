@@ -5,7 +5,10 @@ use std::io::{ErrorKind, Read, Result, Write};
 use std::time::Duration;
 
 /// Time for all messages before the first tick, HTTP and WebSocket together. A service on this machine needs milliseconds.
-pub(super) const PATIENCE: Duration = Duration::from_secs(5);
+pub(super) const PATIENCE: Duration = Duration::from_secs(2);
+
+/// Reads of a tick: many more than its messages need.
+const READS_MOST: u32 = 64;
 
 /// A stream that fails once its time is over, even if a byte still comes now and then: a limit on each read would not limit a
 /// sentence.
@@ -13,6 +16,8 @@ pub struct InTime<S> {
     stream: S,
     /// Says that the time is over; `None` once it does not matter any more.
     is_late: Option<Box<dyn Fn() -> bool + Send>>,
+    /// Reads that are left in this tick: a message without end would hold it up.
+    reads: u32,
 }
 
 impl<S> InTime<S> {
@@ -21,12 +26,18 @@ impl<S> InTime<S> {
         Self {
             stream,
             is_late: Some(Box::new(is_late)),
+            reads: 0,
         }
     }
 
     /// From now on it is the stream alone, with whatever its reads say.
     pub(super) fn no_longer_limited(&mut self) {
         self.is_late = None;
+    }
+
+    /// A tick begins.
+    pub(super) const fn tick(&mut self) {
+        self.reads = READS_MOST;
     }
 
     pub(super) const fn stream(&self) -> &S {
@@ -43,6 +54,10 @@ impl<S> InTime<S> {
 
 impl<S: Read> Read for InTime<S> {
     fn read(&mut self, into: &mut [u8]) -> Result<usize> {
+        if self.is_late.is_none() {
+            let left = self.reads.checked_sub(1);
+            self.reads = left.ok_or(ErrorKind::WouldBlock)?;
+        }
         loop {
             self.in_time()?;
             match self.stream.read(into) {

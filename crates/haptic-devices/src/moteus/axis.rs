@@ -37,6 +37,8 @@ const STEP_MOST_REV: f64 = 0.05;
 const SPEED_MOST_REV_PER_S: f32 = 200.0;
 /// Answers in a row, of a servo at rest, with which it is opened.
 const ANSWERS: u32 = 3;
+/// Lines for which an attempt to open it waits: twice those of an answer.
+const LINES_GREETING: usize = 4;
 /// Frames in which it may begin to answer.
 const ATTEMPTS: u32 = 25;
 
@@ -107,7 +109,7 @@ impl<S: Read + Write> MoteusAxis<S> {
         let mut answers = 0;
         for _ in 0..ATTEMPTS {
             self.let_go();
-            let mut lines = LINES_MOST;
+            let mut lines = LINES_GREETING;
             if let Some(reply) = self.heard(&mut lines)? {
                 answers = if reply.is_in(Mode::Stopped) {
                     answers + 1

@@ -184,6 +184,7 @@ impl SerialLink {
         // A device in a fault flags its own samples as invalid.
         let in_fault = |axis: &BatchItem| axis.limiters & Limiters::FAULT.bits() != 0;
         if sample.axes.iter().any(in_fault) {
+            self.plausible.lets_go = true;
             return None;
         }
         let impossible = self.plausible.look(sample).err()?;

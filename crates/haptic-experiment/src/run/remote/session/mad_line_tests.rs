@@ -268,9 +268,10 @@ fn configured(
 
 /// A run on this line to whatever end it comes: how it ended, and the line's time from where it became mad, or was stopped, until it was told.
 fn run(line: &MadLine, phase: Phase, stop: &'static AtomicBool) -> (String, Duration) {
-    let mode = match phase {
-        Phase::Host => LoopMode::Host,
-        _ => LoopMode::Device,
+    let mode = if phase == Phase::Host {
+        LoopMode::Host
+    } else {
+        LoopMode::Device
     };
     let link = match configured(line, mode, stop) {
         Ok(link) => link,
