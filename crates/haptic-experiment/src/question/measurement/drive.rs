@@ -474,7 +474,7 @@ impl Excitation {
             return;
         }
         if next == Phase::Driven {
-            // What friction swallows of it at first would be taken for a device that stands still.
+            // A small multi-sine, all of which friction takes, would be a device that stands still.
             let share = course.began_to_move_n().unwrap_or(0.0) / self.plan.force_n();
             course.slow = share.clamp(BEGINS, 1.0);
         }
