@@ -47,7 +47,8 @@ impl Image {
         }
     }
 
-    /// Address and length of text, constants and values of variables, for [`image!`](crate::image!); `None` of bounds that are none.
+    /// Address and length of text, constants and values of variables, for [`image!`](crate::image!); `None` of bounds that no linker
+    /// script gives.
     #[doc(hidden)]
     #[must_use]
     pub fn parts(bounds: [usize; 7]) -> Option<[(usize, usize); 3]> {
@@ -128,28 +129,4 @@ macro_rules! image {
         }
         $crate::Image::linked($board, $version, linked::BOUNDS, linked::sections)
     }};
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn parts_have_the_order_and_size_that_a_linker_gives_them() {
-        let good = [0x100, 0x900, 0x900, 0xa00, 0xa10, 0x2000_0000, 0x2000_0030];
-        let parts = [(0x100, 0x800), (0x900, 0x100), (0xa10, 0x30)];
-        assert_eq!(Image::parts(good), Some(parts));
-        // Text, constants or values that end before they begin; more than any flash; nowhere.
-        for (bound, address) in [
-            (1, 0xff),
-            (3, 0x8ff),
-            (6, 0x1fff_ffff),
-            (1, usize::MAX),
-            (0, 0),
-        ] {
-            let mut bad = good;
-            bad[bound] = address;
-            assert_eq!(Image::parts(bad), None, "{bound}");
-        }
-    }
 }

@@ -345,9 +345,6 @@ impl<F: Real> MotionLimits<F> {
             if motion.moved[axis].abs() > F::ZERO {
                 (*still, *least) = (F::ZERO, wanted);
             } else {
-                if axis == 0 {
-                    continue;
-                }
                 stands |= stuck.stands(still, least, wanted, sent[axis]);
             }
         }
