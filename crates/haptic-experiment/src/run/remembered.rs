@@ -420,65 +420,59 @@ fn folder() -> Option<PathBuf> {
 /// The limits that are looser than before, a sentence each.
 #[must_use]
 pub fn loosened(before: &Limits, after: &Limits) -> Vec<String> {
+    const NONE: f32 = f32::INFINITY;
     let (mut then, mut now) = (*before, *after);
-    let numbers = Limit::ALL.into_iter().filter_map(|limit| {
-        let (before, after) = (*then.number(limit).0, *now.number(limit).0);
-        let shown = |value| {
-            if limit.is_off(value) {
-                f32::INFINITY
-            } else {
-                value
-            }
-        };
-        (!limit.is_tight(after, before)).then(|| (limit.key(), shown(before), shown(after)))
+    let chain = Limit::ALL.into_iter().filter_map(|limit| {
+        let both = [&mut then, &mut now].map(|limits| *limits.number(limit).0);
+        let shown = both.map(|value| if limit.is_off(value) { NONE } else { value });
+        (!limit.is_tight(both[1], both[0])).then_some((limit.key(), shown))
     });
-    let of_run = |limits: &Limits| -> [(&str, f32); 3] {
-        // 0 is no limit.
-        let late_ticks = match limits.late_ticks {
-            0 => f32::INFINITY,
-            ticks => ticks.into(),
-        };
-        [
-            ("watchdog_ms", limits.watchdog_ms.into()),
-            ("late_ticks", late_ticks),
-            ("max_age_ticks", limits.max_age_ticks.into()),
-        ]
+    let both = [before, after];
+    let late = |limits: &Limits| Some(f32::from(limits.late_ticks)).filter(|late| *late > 0.0);
+    let of_run = [
+        ("watchdog_ms", both.map(|limits| limits.watchdog_ms.into())),
+        (
+            "late_ticks",
+            both.map(|limits| late(limits).unwrap_or(NONE)),
+        ),
+        (
+            "max_age_ticks",
+            both.map(|limits| limits.max_age_ticks.into()),
+        ),
+    ];
+    let of_run = of_run
+        .into_iter()
+        .filter(|(_, [before, after])| after > before);
+    let in_words = |key, value: f32| {
+        if value.is_infinite() {
+            "none".to_owned()
+        } else {
+            written(key, value.into())
+        }
     };
-    let of_run = of_run(before).into_iter().zip(of_run(after));
-    let of_run = of_run.map(|((key, before), (_, after))| (key, before, after));
-    let of_run = of_run.filter(|(_, before, after)| after > before);
-    let in_words = |key, value: f32| match value {
-        value if value.is_infinite() => "none".to_owned(),
-        value => written(key, value.into()),
-    };
-    let mut words: Vec<String> = numbers
-        .chain(of_run)
-        .map(|(key, before, after)| {
-            let (before, after) = (in_words(key, before), in_words(key, after));
-            format!("{} from {before} to {after}", label(key))
-        })
-        .collect();
-    let (low, high) = (after.workspace_low_m, after.workspace_high_m);
-    let had = before.workspace_low_m < before.workspace_high_m;
-    if had && (low >= high || low < before.workspace_low_m || high > before.workspace_high_m) {
-        let ends = |low: f32, high: f32| match low < high {
-            true => format!(
-                "{}:{} mm",
-                digits(1e3 * f64::from(low), 4),
-                digits(1e3 * f64::from(high), 4)
-            ),
-            false => "none".to_owned(),
-        };
-        let before = ends(before.workspace_low_m, before.workspace_high_m);
-        words.push(format!("workspace from {before} to {}", ends(low, high)));
+    let words = chain.chain(of_run).map(|(key, both)| {
+        let [before, after] = both.map(|value| in_words(key, value));
+        format!("{} from {before} to {after}", label(key))
+    });
+    let mut words: Vec<String> = words.collect();
+    let ends = both.map(|limits| [limits.workspace_low_m, limits.workspace_high_m]);
+    let [[had_low, had_high], [low, high]] = ends;
+    if had_low < had_high && (low >= high || low < had_low || high > had_high) {
+        let [before, after] = ends.map(|[low, high]| {
+            if low >= high {
+                return "none".to_owned();
+            }
+            let [low, high] = [low, high].map(|end| digits(1e3 * f64::from(end), 4));
+            format!("{low}:{high} mm")
+        });
+        words.push(format!("workspace from {before} to {after}"));
     }
     if before.guard.kind != GuardKind::Off && after.guard != before.guard {
-        words.push(match after.guard.kind {
-            GuardKind::Off => "the passivity guard is off".to_owned(),
-            GuardKind::Observer | GuardKind::EnergyBounding => {
-                "the passivity guard is another one".to_owned()
-            }
-        });
+        let is = match after.guard.kind {
+            GuardKind::Off => "off",
+            GuardKind::Observer | GuardKind::EnergyBounding => "another one",
+        };
+        words.push(format!("the passivity guard is {is}"));
     }
     words
 }

@@ -58,7 +58,7 @@ impl Set {
         let (configuration, values) = link.configuration().map_err(problem)?;
         if !remembered.keep(&configuration)? {
             warn(&format!(
-                "nothing remembers these limits: they hold until the device is switched off; set {} to a folder",
+                "nothing remembers these limits: they hold until the device is switched off; set {} to a folder, and name an emulated device by its link",
                 Remembered::VARIABLE
             ));
         }
