@@ -1,8 +1,8 @@
-//! The serial number by which a device is told from every other of its kind.
+//! The serial number tells a device from every other of its kind.
 
-/// Serial number of a device: 6 to 32 letters, digits and any of `-_.:+`. It is told in [`Hello`](crate::Hello).
+/// Serial number of a device: 6 to 32 letters, digits and any of `-_.:+`. [`Hello`](crate::Hello) has it.
 ///
-/// A number that a factory gives to all, such as `000001` or `12345678`, is none.
+/// A number that a factory gives to all, such as `000001` or `12345678`, does not count.
 ///
 /// ```
 /// use haptic_link::SerialNumber;
@@ -34,7 +34,7 @@ impl SerialNumber {
         Self::of_wire(text)
     }
 
-    /// The number as a maker or an operating system writes it; `None` for a text that is none.
+    /// The number as a maker or an operating system writes it; `None` for any other text.
     #[must_use]
     pub fn named(text: &str) -> Option<Self> {
         let mut padded = [0; Self::MOST];
@@ -61,7 +61,7 @@ impl SerialNumber {
         self.0
     }
 
-    /// The number as text; `None` if there is none.
+    /// The number as text; `None` without one.
     #[must_use]
     pub fn text(&self) -> Option<&str> {
         let text = core::str::from_utf8(self.written()).ok();

@@ -100,7 +100,7 @@ impl Remembered {
             .map(|first| kept.fold(first.set, |all, next| tighter(all, &next))))
     }
 
-    /// Refuses a limit that is looser than that of another device which cannot be told from this one.
+    /// Refuses a limit that is looser than that of another device which this one may be.
     ///
     /// # Errors
     /// As [`tightened`](Self::tightened); a looser limit.
