@@ -3,7 +3,7 @@
 use super::connect::is_set;
 use super::error::SerialError;
 use super::line::lock;
-use super::link::{Command, LISTENS, SerialLink};
+use super::link::{Command, LISTENS, STOPPED, SerialLink};
 use crate::LinkError;
 use haptic_link::{
     AXES_MAX, Alive, CoefficientBlock, Configuration, ControllerCost, ControllerLaw, DeviceReport,
@@ -36,14 +36,12 @@ impl SerialLink {
         self.ask_for(request, Duration::MAX, None)
     }
 
-    /// Stops a run at once, or else says within 0.3 s that it was not heard.
+    /// Stops a run at once, or else says within 0.2 s that it was not heard, after four tries.
     ///
     /// # Errors
     /// As [`ask`](Self::ask).
     pub fn stop(&self) -> Result<(), SerialError> {
-        /// Six tries.
-        const MOST: Duration = Duration::from_millis(300);
-        self.ask_for(Request::Stop, MOST, None).map(drop)
+        self.ask_for(Request::Stop, STOPPED, None).map(drop)
     }
 
     /// As [`ask`](Self::ask), but listens no longer than this for the answer, and not once `stop` is set.
@@ -299,6 +297,7 @@ impl SerialLink {
         self.fault_tick = None;
         self.plausible.begin(self.period_us());
         self.impossible = None;
+        self.newest = Sample::default();
         self.newest_answers.clear();
         // Until one comes a device has none.
         self.answered([0.0; AXES_MAX]);

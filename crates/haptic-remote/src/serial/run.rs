@@ -65,12 +65,13 @@ impl SerialLink {
     fn answer_after(&self, waited: Duration, request: Request) -> LinkError {
         // Two tries. The answers to keep-alives have shown it before, unless the line lost them all.
         let waited_ms = waited.as_millis() as u64;
+        // Nothing but the question feeds its watchdog any more.
+        self.shared.conversation().set_keep_alive(None);
         let answers = match self.answers(request, STOPPED) {
             Ok(answers) => answers,
             Err(error) => return error,
         };
         if !answers {
-            // Whoever has given it up does not feed its watchdog.
             self.give_up();
         }
         if answers || self.shared.conversation().listened().silent() < waited / 2 {
@@ -304,9 +305,11 @@ impl SerialLink {
         self.newest_answers.push_back(force_n.map(f32::to_bits));
     }
 
-    /// Notes what the device did in a sample, and gives its tick and position; `None` for a sample of another number of axes.
+    /// Notes what the device did in a sample, and gives its tick and position; `None` for one of another number of axes, or of a tick
+    /// that was read.
     fn noted_sample<const D: usize>(&mut self, sample: Sample) -> Option<(u32, SVector<f32, D>)> {
-        if sample.axes.len() != D {
+        let was_read = !self.newest.axes.is_empty() && sample.tick <= self.newest.tick;
+        if sample.axes.len() != D || was_read {
             return None;
         }
         self.newest = sample;
