@@ -265,7 +265,7 @@ class Device:
         """Begins a session, and brings a device that was left running to rest."""
         answer = self.ask(HELLO, struct.pack("<I", random.getrandbits(32)))
         fields = struct.unpack_from("<IIBBBI" + STATUS + "32s", answer, 1)
-        _, self.connection, *version, boot, state, fault, faults, number = fields
+        _, self.connection, *version, boot, state, fault, faults, serial_number = fields
         version = ".".join(map(str, version))
         answer = self.ask(GET_KEYS)
         requests = struct.unpack_from(f"<{answer[1]}I", answer, 2)
@@ -280,7 +280,7 @@ class Device:
             self.keep_alive_s = 0.01
             self.wait(lambda: self.status.state == IDLE, 5.0)
             self.keep_alive_s = None
-        return {"firmware": version, "boot": boot, "serial_number": number.rstrip(b"\0").decode() or None}
+        return {"firmware": version, "boot": boot, "serial_number": serial_number.rstrip(b"\0").decode() or None}
 
     def capabilities(self):
         name, axes, simulated, least, most, force, *_ = CAPABILITIES.unpack(self.ask(GET_CAPABILITIES)[1:])

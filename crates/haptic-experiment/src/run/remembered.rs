@@ -175,8 +175,8 @@ impl Remembered {
         let older = |file: &&PathBuf| file.extension().is_some_and(|ending| ending == "json");
         if let Some(older) = files.iter().find(older) {
             return Err(Failure::device(format_args!(
-                "`{}` has limits that an earlier version set on a device ({}): set them anew with host-cli device set, then remove \
-                 that file",
+                "`{}` has limits that an earlier version set on a device ({}): remove that file, then set them anew with host-cli \
+                 device set",
                 older.display(),
                 content(older)
             )));

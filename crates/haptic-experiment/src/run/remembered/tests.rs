@@ -117,7 +117,7 @@ fn what_is_missing_has_its_default_and_what_is_unknown_is_refused_with_all_that_
     .expect("writes");
     assert_refused(
         place.set(),
-        "earlier version & \"force_n\": 0.5 & device set & remove that file",
+        "earlier version & \"force_n\": 0.5 & remove that file & device set",
     );
 }
 
