@@ -87,7 +87,7 @@ impl Difference {
         };
         let law = felt(&self.law)?;
         let other = self.other.as_ref().map(felt).transpose()?;
-        // What a hand notices, N/m.
+        // The least change that a hand notices, N/m.
         let noticed: Vec<f64> = law
             .iter()
             .map(|h| self.share * h.norm().max(self.least_n_per_m))

@@ -145,7 +145,7 @@ impl Felt {
         ))
     }
 
-    /// What was asked, as a report repeats it.
+    /// The question as a report repeats it.
     pub(super) fn asked(&self) -> [Value; 3] {
         let SampledWall {
             stiffness_n_per_m,
