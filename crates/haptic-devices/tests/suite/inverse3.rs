@@ -588,7 +588,7 @@ fn damping_that_another_program_left_is_set_to_none_and_read_back() {
 
 #[test]
 fn a_greeting_that_drips_or_is_repeated_ends_after_its_time() {
-    const LIMIT_US: u64 = 5_000_000;
+    const LIMIT_US: u64 = 2_000_000;
     let name = Inverse3Name::parse("").expect("a name");
     // Over HTTP, then over the WebSocket: byte by byte, nothing at all, and whole answers that never have what was asked for.
     let mute: fn() -> Harm = || Box::new(Vec::clear);
@@ -613,7 +613,7 @@ fn a_greeting_that_drips_or_is_repeated_ends_after_its_time() {
             false => Inverse3::<_, 3>::greet(wire, &name, is_late).map(drop),
         };
         let error = error.expect_err("too slow").to_string();
-        let wanted = "localhost:10001 did not finish its greeting within 5 s: restart";
+        let wanted = "localhost:10001 did not finish its greeting within 2 s: restart";
         assert!(error.starts_with(wanted), "{error}");
         let took_us = lock(&world).now_us;
         assert!(

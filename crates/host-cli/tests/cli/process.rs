@@ -31,7 +31,8 @@ fn with_all_signals(program: impl AsRef<OsStr>) -> Command {
     if !cfg!(target_os = "linux") {
         return Command::new(program);
     }
-    let mut command = Command::new("env");
+    // By its path: some tests empty that of their child.
+    let mut command = Command::new("/usr/bin/env");
     command.arg("--default-signal").arg(program);
     command
 }
