@@ -33,6 +33,7 @@ mod elements;
 mod error;
 mod fit;
 mod keys;
+mod lag;
 mod master;
 mod noise;
 mod options;
@@ -85,6 +86,8 @@ pub fn identify_unless(
     stop: &AtomicBool,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<Identification, IdentifyError> {
+    let late = (record.lag_s).map(|lag_s| lag::taken_off(record, lag_s, options, stop));
+    let record = late.as_ref().unwrap_or(record);
     let found = if contact::is_sought(record, options) {
         contact::touched(record, options, stop, progress)
     } else if options.stiffening {
