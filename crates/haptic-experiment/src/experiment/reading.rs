@@ -66,6 +66,7 @@ pub(crate) fn remote_by(
         watchdog_ms: watchdog_s.map(|time| (1e3 * time).round() as u16),
         late_ticks,
         max_age_ticks,
+        calibration: device_model(table)?.and_then(|model| model.calibration),
         ..RemoteDevice::new(name)
     }))
 }
@@ -174,7 +175,9 @@ pub(crate) fn scheme(
 pub(crate) fn with_devices(table: Table<'_>) -> Result<Table<'_>, FileError> {
     let logged = table.logged(&p::DEVICE_MODEL, DEVICE_IN_LOG);
     table.with_named(&p::DEVICE_MODEL, |path| {
-        let DeviceModel { values, intervals } = device_at(path, logged)?;
+        let DeviceModel {
+            values, intervals, ..
+        } = device_at(path, logged)?;
         let numbers = (values.named()).map(|(parameter, value)| (parameter.key, value));
         Ok((numbers.into(), intervals))
     })
@@ -252,6 +255,7 @@ pub(crate) fn device(
         delay: Seconds(table.number(&p::DELAY)?),
         friction: Newtons(table.number(&p::FRICTION)?),
         saturation: None,
+        gain: 1.0,
         current_lag: Seconds(table.number(&p::CURRENT_LAG)?),
     };
     Ok((device, sensors(table)?))

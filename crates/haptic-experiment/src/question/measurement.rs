@@ -15,7 +15,7 @@
 //! several lags, as there are several minima. If the residual is autocorrelated, friction is stepped more finely than samples.
 
 mod answer;
-mod drive;
+pub(super) mod drive;
 mod estimate;
 mod fit;
 mod response;

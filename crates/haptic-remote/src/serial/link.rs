@@ -3,6 +3,7 @@
 use super::clock::{DeviceClock, Ping, Pings};
 use super::error::{BoardTrouble, TroubleCause};
 use super::line::{Line, lock};
+use super::newtons::ForceFactors;
 use super::served::Served;
 use super::tcp::tcp_address;
 use crate::impossible::Plausible;
@@ -20,7 +21,7 @@ use std::io::{Error, ErrorKind};
 use std::string::String;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
 use std::thread::JoinHandle;
 use std::time::Duration;
 use std::vec::Vec;
@@ -113,6 +114,16 @@ impl SerialLink {
 
     pub(super) fn ticks_every(&self, period_us: u32) {
         self.shared.period_us.store(period_us, Ordering::Relaxed);
+    }
+
+    /// Has this end speak of true newtons from now on, where the device names its own: forces, laws, limits, samples and abilities. Only the
+    /// first factors count.
+    pub fn calibrate(&mut self, factors: ForceFactors) {
+        if self.shared.factors.set(factors).is_ok() {
+            let can = factors.able(self.capabilities);
+            self.plausible = Plausible::of(can.force_max_n, can.sensed_force_max_n, can.simulated);
+            self.capabilities = can;
+        }
     }
 
     /// Raises the threads that read and write to a real-time priority, so that keep-alives are sent on a busy machine.
@@ -320,6 +331,8 @@ pub(super) struct Shared {
     pub(super) deaf: AtomicBool,
     /// The last request had no answer in all its tries.
     pub(super) mute: AtomicBool,
+    /// Of a device that was calibrated.
+    pub(super) factors: OnceLock<ForceFactors>,
     pub(super) samples_dropped: AtomicU64,
     pub(super) forces_dropped: AtomicU64,
     pub(super) round_trip_us: Mutex<Histogram<u64>>,
@@ -441,6 +454,12 @@ impl Ends {
     }
 
     fn hear(&self, heard: DeviceMessage) {
+        let heard = match (heard, self.shared.factors.get()) {
+            (DeviceMessage::Sample(sample), Some(factors)) => {
+                DeviceMessage::Sample(factors.read(sample))
+            }
+            (heard, _) => heard,
+        };
         if let Err(TrySendError::Full(_)) = self.heard.try_send(heard) {
             self.shared.samples_dropped.fetch_add(1, Ordering::Relaxed);
         }

@@ -4,6 +4,7 @@ use super::connect::is_set;
 use super::error::SerialError;
 use super::line::lock;
 use super::link::{Command, LISTENS, SerialLink};
+use super::newtons::ForceFactors;
 use crate::LinkError;
 use haptic_link::{
     AXES_MAX, Alive, CoefficientBlock, Configuration, ControllerCost, ControllerLaw, DeviceReport,
@@ -148,11 +149,18 @@ impl SerialLink {
 
     fn set_within(
         &mut self,
-        configuration: Configuration,
+        mut configuration: Configuration,
         values: &[f32],
         companions: Companions<'_>,
         scope: Scope,
     ) -> Result<(), SerialError> {
+        let (mut values, mut controller) = (Vec::from(values), companions.controller.cloned());
+        if let Some(factors) = self.shared.factors.get() {
+            configuration = factors.told(configuration);
+            let told = |law: ControllerLaw| factors.told_controller(&law, &mut values);
+            controller = controller.map(told);
+        }
+        let values = &values[..];
         let most = self.capabilities.coefficients_max;
         if values.len() > usize::from(most) {
             let refusal = Refusal::range(
@@ -179,9 +187,9 @@ impl SerialLink {
             self.ask(Request::Surface(surface.clone()))?;
             digest = digest.surface(surface);
         }
-        if let Some(law) = companions.controller {
-            self.ask(Request::Controller(law.clone()))?;
-            digest = digest.controller(law);
+        if let Some(law) = controller {
+            digest = digest.controller(&law);
+            self.ask(Request::Controller(law))?;
         }
         let digest = digest.finish();
         self.ask(Request::Commit { digest, scope })?;
@@ -215,7 +223,9 @@ impl SerialLink {
             }
         }
         values.truncate(usize::from(configuration.operator.count));
-        Ok((configuration, values))
+        let factors = self.shared.factors.get();
+        let seen = |factors: &ForceFactors| factors.seen(configuration);
+        Ok((factors.map_or(configuration, seen), values))
     }
 
     /// The device's counters.
@@ -237,7 +247,11 @@ impl SerialLink {
             match report {
                 Ok(DeviceReport::Flight(flight)) => {
                     count = flight.count;
-                    (count > 0).then_some(Ok(flight.sample))
+                    let sample = match self.shared.factors.get() {
+                        Some(factors) => factors.read(flight.sample),
+                        None => flight.sample,
+                    };
+                    (count > 0).then_some(Ok(sample))
                 }
                 Ok(_) => None,
                 Err(error) => Some(Err(error)),

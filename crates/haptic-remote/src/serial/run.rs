@@ -335,8 +335,19 @@ impl<F: Real, const D: usize> Device<F, D> for SerialLink {
     }
 
     fn write(&mut self, force: SafeForce<F, D>) -> Result<(), SerialError> {
-        let force_n = force.newtons().map(|axis| axis.to_f64() as f32);
-        self.answered(of_axes(force_n.iter().copied()));
+        let force_n = force.newtons().map(F::to_f64);
+        // As the device will say that it holds them.
+        let (force_n, held_n) = match self.shared.factors.get() {
+            Some(factors) => {
+                let force_n = force_n.map(|axis| factors.commanded(axis));
+                (force_n, force_n.map(|axis| factors.made(axis)))
+            }
+            None => {
+                let force_n = force_n.map(|axis| axis as f32);
+                (force_n, force_n)
+            }
+        };
+        self.answered(of_axes(held_n.iter().copied()));
         if self.ahead.is_none() {
             self.ahead = self.try_hear();
         }

@@ -270,3 +270,66 @@ fn a_board_of_several_axes_is_measured_axis_by_axis_and_tested_on_all() {
     let seen = direction.expect("a row")["seen"].to_string();
     assert_says(&seen, "x:  & ; y: ");
 }
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_motor_with_half_its_gain_shows_and_its_newtons_are_right_once_it_is_calibrated() {
+    let device = Emulated::new("--device-model laboratory motor_gain=0.5");
+    let place = device.place();
+    let measure = "device measure --device serial:device --duration 2s --box 50mm watchdog=1s max_age_ticks=1000 --json";
+    let measured = |more: &str| {
+        let ended = place.run(&format!("{measure} {more}"));
+        if ended.code == Some(2) {
+            testkit::skip_for_load("the device was not answered in time");
+            return None;
+        }
+        Some(ended.succeeded_with_warnings().json())
+    };
+    let Some(raw) = measured("--out device.toml") else {
+        return;
+    };
+    let mass = |found: &Value| number(&found["mass_kg"], "value");
+    assert_relative("twice the mass", mass(&raw), 0.13, 0.03);
+    assert_says(
+        raw["calibration"].as_str().expect("words"),
+        "never calibrated",
+    );
+    // Whole grams of a scale, which weighs 0.25, 0.5 and 1 N.
+    let readings = "--scale 0.5N=25g --scale 1N=51g --scale 2N=102g --device-model device.toml --out true.toml --json";
+    let calibrated = place
+        .run(&format!("device calibrate {readings}"))
+        .succeeded_with_warnings()
+        .json();
+    let factor = &calibrated["motor_factor"];
+    assert!(
+        number(factor, "low") < 0.5 && number(factor, "high") > 0.5,
+        "{calibrated}"
+    );
+    let Some(found) = measured("--device-model true.toml") else {
+        return;
+    };
+    assert_relative("mass", mass(&found), 0.065, 0.03);
+    assert_says(
+        found["calibration"].as_str().expect("words"),
+        "calibrated on",
+    );
+    // In both loops the true force holds the push of the hand.
+    for mode in ["device", "host"] {
+        let wall = format!(
+            "run --device serial:device --device-model true.toml loop={mode} watchdog=1s max_age_ticks=1000 wall.toml --out wall-{mode} --json"
+        );
+        place.write("wall.toml", "[wall]\norder = 1\nsample_time_s = 0.001\nstiffness_n_per_m = 500\ndissipation_n_s_mu_per_m = 2\npush_n = 0.5\nduration_s = 2\n");
+        let report = place.run(&wall).succeeded_with_warnings().json();
+        assert_says(
+            report["link"]["calibration"].as_str().expect("words"),
+            "calibrated on",
+        );
+        // Friction of 50 mN may hold the rest.
+        assert_close(
+            "force against the push",
+            number(&report, "final_force_n"),
+            0.5,
+            0.055,
+        );
+    }
+}

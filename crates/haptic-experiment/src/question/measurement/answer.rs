@@ -10,11 +10,12 @@ use super::{
 use crate::document::Document;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
-use crate::document::parameters::DEVICE;
+use crate::document::parameters::{DEVICE, DEVICE_MODEL};
 use crate::experiment::reading::{device, remote_by, with_devices, without};
 use crate::question::bench::SIMULATED;
 use crate::run::device::Warn;
 use crate::run::plant_file::DeviceModel;
+use crate::run::plant_file::calibration::Calibration;
 use crate::run::remote::RemoteDevice;
 use crate::run::sensors::Sensors;
 use haptic_log::record::StartTime;
@@ -50,7 +51,9 @@ impl Measurement {
                 "on a real device, which is measured: give {}",
                 DEVICE.set_to("sim")
             );
-            without(&table, SIMULATED, &why)?;
+            // Of a device file its calibration counts.
+            let others = SIMULATED.iter().filter(|key| **key != DEVICE_MODEL);
+            without(&table, others, &why)?;
         }
         let plan = MeasurePlan {
             sample_time_s: table.number(&MEASURE_SAMPLE_TIME)?,
@@ -107,10 +110,17 @@ impl Measurement {
                 (record, "sim".to_owned(), None, *plan)
             }
         };
-        let found = estimate(&record, plan.hand).map_err(|error| {
+        let mut found = estimate(&record, plan.hand).map_err(|error| {
             plan.held_back(&record)
                 .unwrap_or_else(|| Failure::input(error))
         })?;
+        let calibration = self
+            .remote
+            .as_ref()
+            .and_then(|remote| remote.calibration.clone());
+        if let Some(calibration) = &calibration {
+            found.by_newtons_of(calibration.motor());
+        }
         let date = StartTime::at(SystemTime::now()).rfc3339();
         let at = board.as_ref();
         let conditions = format!(
@@ -128,6 +138,8 @@ impl Measurement {
         let lines = response(&record, &plan);
         Ok(MeasureReport {
             device,
+            calibration_text: (self.remote.as_ref()).map(RemoteDevice::calibration_in_words),
+            calibration,
             board,
             encoder_resolution_reason: (found.encoder_resolution_m == 0.0)
                 .then_some("no steps seen"),
@@ -149,6 +161,11 @@ impl Measurement {
 #[derive(Clone, Debug, Serialize)]
 pub struct MeasureReport {
     device: String,
+    /// Its newtons were checked on this day, or never; none of the simulated one.
+    #[serde(rename = "calibration")]
+    calibration_text: Option<String>,
+    #[serde(skip)]
+    calibration: Option<Calibration>,
     /// Name of the board, and its firmware.
     board: Option<String>,
     #[serde(flatten)]
@@ -200,6 +217,10 @@ impl MeasureReport {
     /// The text of the device file, made by this program.
     #[must_use]
     pub fn device_file(&self, program: &str) -> String {
-        DeviceModel::measured(&self.found).to_toml(program, &self.conditions)
+        let model = DeviceModel {
+            calibration: self.calibration.clone(),
+            ..DeviceModel::measured(&self.found)
+        };
+        model.to_toml(program, &self.conditions)
     }
 }
