@@ -87,7 +87,7 @@ pub(super) fn line(
         _ => offsets.first().map_or(f64::NAN, |offset| offset.abs()),
     };
     let freedom = away.len().saturating_sub(offsets.len() + 1);
-    // Where no scatter is known friction may be anywhere between its ends.
+    // Friction may be anywhere between its ends, unless scatter shows it.
     let (deviation, hidden_n) = match freedom {
         0 => (0.0, f64::max(known_n, friction_n)),
         _ => {

@@ -83,7 +83,7 @@ impl Arguments {
     }
 }
 
-/// What an instrument shows, N: a force, or a mass that weighs as much.
+/// Force that an instrument shows, N: itself, or a mass that weighs as much.
 fn read_force(text: &str) -> Result<f64, String> {
     let text = text.trim();
     match text.parse::<f64>() {

@@ -2,8 +2,9 @@
 //!
 //! `CAMPAIGN_CASES` sets how many; 4 unless it is given, 40 at night.
 
-use super::conduct::Axis;
 use super::*;
+use crate::question::calibration::CalibrationStep;
+use crate::question::calibration::conduct::Axis;
 use crate::question::measurement::MeasuredAxis;
 use crate::question::measurement::drive::DriveError;
 use fracdiff::Seconds;
@@ -14,6 +15,7 @@ use nalgebra::Vector1;
 use std::convert::Infallible;
 use std::path::Path;
 use std::sync::Mutex;
+use std::task::Poll;
 use testkit::Random;
 
 /// Steps of the plant in a millisecond.
