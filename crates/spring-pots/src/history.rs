@@ -12,7 +12,7 @@
 //! r = P(WQ − σ), P = 1 − BB⁺. PW and Pσ replace W and σ once, so that a model costs no more, and errors of
 //! the parameters account for the fit of c (G. H. Golub, V. Pereyra, *Separable nonlinear least squares*, 2003).
 //! Of parts D·d whose d are known to be normal with deviation 1, with D in deviations of the noise: ‖P(WQ − σ)‖² = min over d of
-//! ‖WQ + D·d − σ‖² + ‖d‖², with P = 1 − U·(1 − 1/√(1 + S²))·Uᵀ and D = USVᵀ. Small parts are left in, large ones are projected out.
+//! ‖WQ + D·d − σ‖² + ‖d‖², with P = 1 − U·(1 − 1/√(1 + S²))·Uᵀ and D = `USVᵀ`. Small parts are left in, large ones are projected out.
 
 use crate::contour::{Contour, Quantity};
 use crate::cubic;

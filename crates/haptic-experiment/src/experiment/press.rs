@@ -10,6 +10,7 @@
 //! - *Guards*: a force beyond `force_limit_n` is never commanded; beyond `depth_limit_m` a fault ends the run. Both hold before any force.
 //! - *Simulated*: a tissue of the library, integrated apart from what renders it, see [`PressedDevice`].
 
+mod doubts;
 mod position_loop;
 mod record;
 mod report;
@@ -46,6 +47,7 @@ use crate::run::sensor_offset::OFFSET_SAMPLES;
 use crate::run::sensors::Sensors;
 use crate::run::simulate::{Instrumented, Simulated};
 use crate::run::{Ran, run_logged};
+use doubts::Open;
 use fracdiff::Scheme;
 use fracdiff::parameter::Shown;
 use fractional_control::Term;
@@ -58,7 +60,6 @@ use haptic_loop::plant::{
 };
 use haptic_loop::units::{Metres, NewtonsPerMetre, Seconds};
 use haptic_loop::{Controller, SafetyLimits};
-use record::Open;
 pub use record::PressRecord;
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -13,17 +13,14 @@
 //!   damping lie within the intervals of the device file. Each is a column beside the force, over its noise, with a share of deviation 1.
 
 use super::Press;
-use crate::document::parameters::{DAMPING, FRICTION, MASS, Parameter};
-use crate::document::reader::Interval;
+use super::doubts::{STICKS_S, back_m, slides};
 use crate::experiment::kind::Experiment as _;
 use crate::judge::against::noise;
 use crate::run::sensor_offset::OFFSET_SAMPLES;
 use crate::run::tick::KeptSample;
-use haptic_loop::plant::MassDamperConfig;
 use haptic_quantity::written;
 use haptic_tissue::identify::Record;
 use measured_table::{Column, Columns};
-use std::ops::Range;
 
 /// Share of the largest force by which the zero of a sensor may have moved.
 const MOVED_MOST: f64 = 0.05;
@@ -150,77 +147,14 @@ impl PressRecord {
         let gain = both / square;
         let last = self.force_n.len() - self.force_n.len() / LAST..;
         let hold = mean(&self.force_n[last.clone()]) - gain * mean(&self.motor_n[last]);
-        (ramp >= LEAST && is_seen && gain > 0.0).then(|| [mean_y - gain * mean_x, hold])
+        (ramp >= LEAST && is_seen && gain > 0.0).then_some([mean_y - gain * mean_x, hold])
     }
-}
-
-/// Distance by which a handle has to go back to slide the other way, m, and in deviations of what is read of it.
-const STEADY_M: f64 = 1e-7;
-const STEADY: f64 = 8.0;
-/// Fewest samples of a handle that sticks, and most such times, of which the longest count.
-const STICKS: usize = 30;
-const TIMES_MOST: usize = 8;
-/// Time after which a handle sticks for long, s.
-const STICKS_S: f64 = 0.01;
-
-/// Share of its friction with which a handle slid at each place, 1 or −1; from one to the other evenly while it sticks, and the samples in which
-/// it does. A handle sticks from where it was farthest, within
-/// half of that, until it is back by so much.
-pub(super) fn slides(places_m: &[f64], back_m: f64) -> (Vec<f64>, Vec<Range<usize>>) {
-    let (mut shares, mut stuck) = (vec![1.0; places_m.len()], Vec::new());
-    let (mut way, mut farthest) = (1.0, 0);
-    for n in 0..places_m.len() {
-        let beyond_m = way * (places_m[n] - places_m[farthest]);
-        if beyond_m > 0.5 * back_m {
-            farthest = n;
-        } else if beyond_m < 0.0 - back_m {
-            let count = (n - farthest) as f64;
-            for (k, share) in shares[farthest..n].iter_mut().enumerate() {
-                *share = way * (1.0 - 2.0 * k as f64 / count);
-            }
-            stuck.push(farthest..n);
-            (way, farthest) = (0.0 - way, n);
-        }
-        shares[n] = way;
-    }
-    stuck.push(farthest..places_m.len());
-    stuck.retain(|some| some.len() >= STICKS);
-    stuck.sort_by_key(|some| places_m.len() - some.len());
-    stuck.truncate(TIMES_MOST);
-    (shares, stuck)
 }
 
 /// Deviation of the share of its size that friction has in a hold: that of any share from −1 to 1.
 const HELD: f64 = 0.577_350_269_189_625_8;
 /// Share of the largest force below which a noise is not believed.
 const EXACT: f64 = 5e-4;
-/// Deviations from end to end of a 95 % interval.
-const WIDTH: f64 = 3.92;
-
-/// What the file of a device leaves open of it, as deviations.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Open {
-    mass_kg: f64,
-    damping_n_s_per_m: f64,
-    friction_n: f64,
-}
-
-impl Open {
-    /// By those intervals in which the device lies: whoever gives another value does not mean the device of the file.
-    pub(super) fn of(device: &MassDamperConfig, intervals: &[Interval]) -> Self {
-        let open = |parameter: Parameter, value: f64| {
-            let mut found = intervals.iter().filter(|ends| ends.key == parameter.key);
-            let found = found.find(|ends| (ends.low..=ends.high).contains(&value));
-            found.map_or(0.0, |ends| (ends.high - ends.low) / WIDTH)
-        };
-        Self {
-            mass_kg: open(MASS, device.mass.0),
-            damping_n_s_per_m: open(DAMPING, device.damping.0),
-            friction_n: open(FRICTION, device.friction.0),
-        }
-    }
-}
-
 /// Samples to each side of a difference: so many that a step of an encoder is no force, so few that a corner of the path stays one.
 const SIDE: usize = 3;
 
@@ -254,7 +188,7 @@ impl Press {
             .iter()
             .map(|sample| sample.position_m)
             .collect();
-        let (shares, stuck) = slides(&places, STEADY_M + STEADY * self.sensors.deviation_m());
+        let (shares, stuck) = slides(&places, back_m(self.sensors.deviation_m()));
         for (n, moves) in pressed.zip(shares) {
             let sample = &samples[n];
             let near = neighbours(samples, n);

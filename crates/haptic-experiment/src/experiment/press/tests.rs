@@ -618,7 +618,7 @@ fn friction_has_the_way_of_the_handle_and_is_open_while_it_sticks() {
     for noise_m in [0.0, 2e-7] {
         let noise = |n: usize| if n.is_multiple_of(2) { noise_m } else { 0.0 };
         let places: Vec<f64> = (0..300).map(|n| place(n) + noise(n)).collect();
-        let (shares, stuck) = record::slides(&places, 0.8e-6);
+        let (shares, stuck) = doubts::slides(&places, 0.8e-6);
         let [some] = &stuck[..] else {
             panic!("{stuck:?}")
         };
