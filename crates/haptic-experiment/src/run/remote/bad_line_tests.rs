@@ -141,6 +141,7 @@ pub(super) fn ready<'a>(
         metadata: BTreeMap::new(),
         found: None,
         push: None,
+        tapped: false,
         force_limit_n: 10.0,
         holds: false,
     }
