@@ -80,6 +80,9 @@ class Device:
                 while bytes_ := host.recv(4096):
                     self.sent += bytes_
                     board.sendall(bytes_)
+            # Closing it alone tells the board nothing while the other thread reads.
+            with contextlib.suppress(OSError):
+                board.shutdown(socket.SHUT_RDWR)
 
     def pushes(self) -> bool:
         """True if the last command on the line to a 2DIY sets torques, and not zero."""
