@@ -13,6 +13,7 @@
 
 use super::error::TableError;
 use super::heading::{Heading, are_units};
+use super::instants::since_first;
 use super::lines::{Lines, brief, wrong};
 use csv::StringRecord;
 use haptic_quantity::{DecimalSign, number, number_with, sign_of};
@@ -86,6 +87,24 @@ impl Block {
     /// The label of a row, which may have a number behind it.
     pub(super) fn label(&self, row: usize, place: usize) -> &str {
         self.cell(row, place).split('|').next().unwrap_or_default()
+    }
+
+    /// Times in s since the first row, of a column of dates or times of day.
+    pub(super) fn instants(&self, place: usize) -> Option<Vec<f64>> {
+        since_first((0..self.rows.len()).map(|row| self.cell(row, place)))
+    }
+
+    /// True of a column of times whose last is later than its first: of instants, or of numbers.
+    pub(super) fn runs(&self, place: usize, instants: bool) -> bool {
+        let rows = [0, self.rows.len() - 1];
+        let ends = match instants {
+            true => since_first(rows.map(|row| self.cell(row, place)).into_iter()),
+            false => rows
+                .map(|row| number(self.cell(row, place)))
+                .into_iter()
+                .collect(),
+        };
+        ends.is_some_and(|ends| ends[1] > ends[0])
     }
 
     /// True if no row has anything in this column.

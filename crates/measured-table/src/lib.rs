@@ -4,7 +4,7 @@
 //!
 //! The numbers are found first: `decoded` makes text of bytes, `find` blocks of numbers of text, `above` its `heading` among the
 //! lines above it, `header` a quantity of a name, `segments` the rows that belong together. `numbers` reads a record's
-//! columns by what they mean, `text` columns by their names.
+//! columns by what they mean, `text` columns by their names, of which that of the times may hold `instants`.
 
 mod above;
 mod column;
@@ -13,6 +13,7 @@ mod error;
 mod find;
 mod header;
 mod heading;
+mod instants;
 mod keys;
 mod lines;
 mod numbers;

@@ -105,8 +105,9 @@ impl TextTable {
 /// Columns of numbers by the names that stand above them, the first that of the times, in s whatever its unit; found as by [`read_table`].
 ///
 /// A name is a header with or without its unit, such as `Zeit` for `Zeit [ms]`, or the number of a
-/// column, from 1; `time_s` means the column of time, whatever its name, if there is one. What a row lacks is NaN; empty lines do not
-/// count, as the time shows what is missing.
+/// column, from 1; `time_s` means the column of time, whatever its name, if there is one: of several that which does not stand still, numbers before
+/// dates and times of day, whose first is 0. Without a name of it there are no times. What a row lacks is NaN; empty lines do not count, as the time
+/// shows what is missing.
 ///
 /// # Errors
 /// As [`read_table`], but one column is enough; no or two columns of a name, two tables with them; no row; a cell that is not a finite
@@ -115,9 +116,17 @@ pub fn read_record<const N: usize>(
     bytes: &[u8],
     names: [&str; N],
 ) -> Result<RecordColumns<N>, TableError> {
-    let (chosen, places) = Chosen::of(bytes, |heading| places_of(names, heading))?;
+    let (chosen, mut places) =
+        Chosen::of(bytes, |block, heading| places_of(names, block, heading))?;
+    let time = places.first().copied().flatten();
+    if let Some(since) = time.and_then(|time| chosen.block.instants(time)) {
+        places[0] = None;
+        let mut found = chosen.numbers(places)?;
+        found.columns[0] = since;
+        return Ok(found);
+    }
     let mut found = chosen.numbers(places)?;
-    let Some(time) = places.first().copied().flatten() else {
+    let Some(time) = time else {
         let lacks = chosen.block.blank.or(found.gaps.first().copied());
         return lacks.map_or(Ok(found), |line| Err(wrong(line, NO_VALUE)));
     };
@@ -156,14 +165,14 @@ pub fn read_chosen<const N: usize>(
     bytes: &[u8],
     mut choose: impl FnMut(&[&str]) -> Result<[usize; N], String>,
 ) -> Result<(Vec<u64>, [Vec<f64>; N]), TableError> {
-    let mut choose = |heading: &Heading| {
+    let mut choose = |_: &Block, heading: &Heading| {
         let names: Vec<&str> = heading.names.iter().map(String::as_str).collect();
         choose(&names)
     };
     let (chosen, _) = Chosen::of(bytes, &mut choose)?;
     // The last choice may not have been the one that was taken.
     let line = chosen.heading.line;
-    let places = choose(&chosen.heading).map_err(|why| wrong(line, &why))?;
+    let places = choose(&chosen.block, &chosen.heading).map_err(|why| wrong(line, &why))?;
     let found = chosen.numbers(places.map(Some))?;
     match chosen.block.blank.or(found.gaps.first().copied()) {
         Some(line) => Err(wrong(line, NO_VALUE)),
@@ -181,7 +190,7 @@ impl Chosen {
     /// The one block with a line of names that a choice takes; else what the choice says of the line that has the most names.
     fn of<T>(
         bytes: &[u8],
-        mut choose: impl FnMut(&Heading) -> Result<T, String>,
+        mut choose: impl FnMut(&Block, &Heading) -> Result<T, String>,
     ) -> Result<(Self, T), TableError> {
         let table = TextTable::new(bytes)?;
         let (mut found, mut refused) = (Vec::new(), Vec::new());
@@ -190,7 +199,7 @@ impl Chosen {
             if headings.is_empty() {
                 headings.push(block.numbered());
             }
-            match block.headed(headings, &mut choose) {
+            match block.headed(headings, |heading| choose(block, heading)) {
                 Ok((heading, taken)) => found.push((block, heading, taken)),
                 Err(why) => refused.extend(why),
             }
@@ -261,17 +270,33 @@ const NO_VALUE: &str = "no value, or NaN: give a number in every row";
 /// The places of these names; `None` for a missing time, which is optional.
 fn places_of<const N: usize>(
     names: [&str; N],
+    block: &Block,
     heading: &Heading,
 ) -> Result<[Option<usize>; N], String> {
     let mut places = [None; N];
     for (n, name) in names.into_iter().enumerate() {
+        if n == 0 && name.is_empty() {
+            continue;
+        }
         let any_time = n == 0 && name == TIME;
         let is_time = |place: usize| {
             let meaning = understand(&heading.names[place], heading.below(place));
             any_time && meaning.is_some_and(|meaning| meaning.column == Column::Time)
         };
         places[n] = match heading.place(name)? {
-            None => heading.one(name, is_time)?,
+            None => {
+                let times = (0..heading.names.len()).filter(|place| is_time(*place));
+                let times: Vec<usize> = times.collect();
+                let runs = |instants: bool| {
+                    let times = times.iter().copied();
+                    times.filter(move |time| block.runs(*time, instants))
+                };
+                let [numbers, dates] = [false, true].map(|kind| runs(kind).collect::<Vec<_>>());
+                match (&times[..], &numbers[..], &dates[..]) {
+                    ([_, _, ..], [one], _) | ([_, _, ..], [], [one]) => Some(*one),
+                    _ => heading.one(name, is_time)?,
+                }
+            }
             found => found,
         };
         if places[n].is_none() && !any_time {

@@ -591,9 +591,10 @@ def identify(
         A CSV with a header, or times in s with the input and output there; a missing output is NaN. Sentences call the first row of
         arrays line 2, as of a table with a header.
     columns : str, optional
-        Columns of a table, as in ``"input=valve,output=temperature"``; without it ``time_s``, ``input`` and ``output``.
+        Columns of a table, as in ``"input=valve,output=temperature"``, or ``"input=12@2s"`` of one set to 12 at 2 s; without it
+        ``time_s``, ``input`` and ``output``.
     sample_time_s : float, optional
-        Time from row to row of a table without times, s.
+        Time from row to row in s, in place of a column of time.
     subtract_start : bool, default False
         Subtract the first row: the record begins at rest, but not at 0.
     smooth : bool, default False

@@ -30,7 +30,8 @@ impl Found {
     /// True if the record shows a response to its input: a test at the level of 0.1 %, each side in the noise that it leaves.
     /// ```text
     /// (1 − q/n)·(D(y − X·b) − D(y − ŷ)) > χ²(q; 0.999), q·ln n, and q more than with any shifted input,   D(x) = deviance of x + order·ln n,   q = numbers + 2
-    /// X:   1, s, Δs, Δ²s, … of the step response s, which hold every free motion and the answer to a constant, as a drift is
+    /// X:   1, s, Δs, Δ²s, … of the step response s, which hold every free motion and the answer to a constant, as a drift is;
+    ///      or the start that fits best without an input: of a plant that moves, a constant that acts within the dead time among it
     /// ```
     /// q·ln n is the price of a function that was chosen among many (G. Schwarz, *Estimating the dimension of a model*, 1978).
     /// Shifted around the record the input answers to nothing, so the same function explains by it as much as chance does, whatever the noise; those
@@ -67,6 +68,17 @@ impl Found {
         let wanted = DVector::from_column_slice(&record.output);
         let floor = rounding(record);
         let alone = drawn(&motions, &wanted, floor);
+        let zeros = vec![0.0; samples];
+        let began = InputOutputRecord {
+            input: &zeros,
+            start: StartState::Moving,
+            ..record.as_record(true, identified.dead_time)
+        };
+        let began = run_alone(&identified.function, &began);
+        let began = began.map_or(f64::INFINITY, |began| {
+            noise_of(&left(record, &began), floor)
+        });
+        let alone = alone.min(began);
         let won = |other: f64| (1.0 - count / samples as f64) * (alone - other);
         let own_won = won(noise_of(&left(record, &identified.model), floor));
         if own_won <= enough {

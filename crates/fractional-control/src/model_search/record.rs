@@ -114,6 +114,12 @@ impl InputOutput {
         neighbours(&around) <= error && (behind - before).abs() <= 2.0 * error * deviation
     }
 
+    /// Distance of the smallest and the largest of 0 and the inputs.
+    pub(super) fn input_span(&self) -> f64 {
+        let ends = self.input.iter().fold((0.0, 0.0), ends);
+        ends.1 - ends.0
+    }
+
     /// True if no step differs from T by more than a thousandth of it.
     #[must_use]
     pub fn is_even(&self) -> bool {
@@ -197,6 +203,10 @@ pub(super) fn bic(samples: f64, rms_residual: f64, numbers: f64, floor: f64) -> 
     2.0 * samples * libm::log(rms_residual.max(floor)) + numbers * libm::log(samples)
 }
 
+fn ends((least, most): (f64, f64), value: &f64) -> (f64, f64) {
+    (value.min(least), value.max(most))
+}
+
 pub(super) fn left(record: &InputOutput, model: &[f64]) -> Vec<f64> {
     let pairs = record.output.iter().zip(model);
     pairs.map(|(y, model)| y - model).collect()
@@ -214,12 +224,39 @@ pub(super) fn resolved(record: &InputOutput) -> f64 {
     rounding(record).max(EXACT * largest(&record.output))
 }
 
-/// A model of whole orders runs exactly, but for some roundings of each sample and the last digit of the record: what is less says nothing for one
-/// of those.
+/// A model of whole orders runs exactly, but for some roundings of each sample, the last digit of the record, and the count of its sensor: what is
+/// less says nothing for one of those.
 pub(super) fn rounding(record: &InputOutput) -> f64 {
     let largest = largest(&record.output);
     let rounding = ROUNDINGS * f64::EPSILON * record.output.len() as f64 * largest;
-    rounding.max(last_digit(&record.output).min(LEAST_DIGITS * largest))
+    let digit = last_digit(&record.output).min(LEAST_DIGITS * largest);
+    rounding.max(digit).max(in_counts(&record.output))
+}
+
+/// Rows for each value of a sensor, of which a record in counts has few.
+const ROWS_OF_A_VALUE: usize = 4;
+/// Distance from whole counts, in counts: of a table that has some digits of each.
+const OF_A_COUNT: f64 = 0.1;
+
+/// q/√12 of a record in counts of q: the deviation of what rounding adds (B. Widrow, *A study of rough amplitude quantization by means of Nyquist
+/// sampling theory*, 1956), which a model would have to draw. 0 where there are many values, or they are not as far apart.
+fn in_counts(signal: &[f64]) -> f64 {
+    let mut values = signal.to_vec();
+    values.sort_by(f64::total_cmp);
+    values.dedup_by(|next, value| next.total_cmp(value).is_eq());
+    if values.len() * ROWS_OF_A_VALUE > signal.len() {
+        return 0.0;
+    }
+    let steps = || values.windows(2).map(|pair| pair[1] - pair[0]);
+    let count = steps().fold(f64::INFINITY, f64::min);
+    let is_whole = |step: f64| {
+        let counts = step / count;
+        (counts - libm::round(counts)).abs() <= OF_A_COUNT
+    };
+    match count.is_finite() && steps().all(is_whole) {
+        true => count / libm::sqrt(12.0),
+        false => 0.0,
+    }
 }
 
 /// Largest number of decimal digits of a rounded record; a record with more is not rounded.

@@ -10,7 +10,7 @@
 use super::found::{Found, unexplained};
 use super::record::{InputOutput, left, neighbours, resolved};
 use crate::autoregression::Autoregression;
-use crate::identify::{Free, identify_by};
+use crate::identify::{Free, UNFIT, identify_by};
 use crate::{ControlError, DeadTime, FractionalTransferFunction, Identified, InputOutputRecord};
 use rayon::prelude::*;
 
@@ -33,6 +33,8 @@ const ROUNDS: usize = 4;
 /// Samples from which on a function of free orders, which runs for long, is refitted once.
 const LONG: usize = 2000;
 const SETTLED: f64 = 0.01;
+/// Largest input before a record, over the span of 0 and those that it has.
+const LEVELS: f64 = 10.0;
 
 impl<'a> Search<'a> {
     pub(super) fn new(record: &'a InputOutput, held: bool, dead_time_is_known: bool) -> Self {
@@ -52,6 +54,10 @@ impl<'a> Search<'a> {
     ) -> Result<Found, ControlError> {
         let record = self.record.as_record(self.held, dead_time);
         let fit = identify_by(function, &record, freedom)?;
+        // An input that nobody recorded explains any output, if it may be as large as that takes.
+        if fit.input_before.abs() > LEVELS * self.record.input_span() {
+            return Err(UNFIT);
+        }
         Ok(self.whitened(self.judged(fit, freedom)))
     }
 

@@ -355,3 +355,65 @@ fn a_lag_behind_a_dead_time_is_found_and_does_not_grow() {
     let wrong: Vec<String> = wrong.collect();
     assert!(wrong.is_empty(), "{wrong:?}");
 }
+
+/// A start explains what the input does not: a hum of two sines, and the input that somebody gave for the output of a lag.
+#[test]
+fn what_the_start_explains_alone_is_no_response() {
+    for seed in 0..testkit::cases(2) {
+        let mut random = Random(seed + 99_000);
+        let [slow, fast] = [(1.5, 3.0), (5.0, 9.0)].map(|(low, high)| random.between(low, high));
+        let hum = (0..800).map(|n| {
+            let t = 0.01 * f64::from(n);
+            let hum = 0.7 * (slow * t).sin() + 0.4 * (fast * t + 1.0).cos();
+            (1e4 * hum).round() / 1e4
+        });
+        let levels = levels(&mut random, 800);
+        let steps: Vec<f64> = (0..300).map(|n| if n < 10 { 30.0 } else { 40.0 }).collect();
+        let warm: Vec<f64> = lag(&steps, (0.7, (-2.0f64 / 80.0).exp(), 3), 30.0);
+        let warm = warm.iter().map(|y| 20.0 + y + noise(&mut random, 0.02));
+        let warm: Vec<f64> = warm.collect();
+        let records = [
+            ("hum", record(0.01, levels, hum.collect())),
+            ("swapped", record(2.0, warm.clone(), steps.clone())),
+        ];
+        for (what, mut record) in records {
+            find_start(&mut record, true, None);
+            let found = searched(&record, None).unwrap_or_default();
+            let closest = found.iter().min_by(|a, b| a.bic.total_cmp(&b.bic));
+            assert!(
+                closest.is_none_or(|closest| !closest.shows_a_response(&record)),
+                "{what} {seed}: {:?}",
+                closest.map(|closest| closest.identified.function.to_string())
+            );
+        }
+        let mut right = record(2.0, steps, warm);
+        find_start(&mut right, true, None);
+        assert!(found(&right)[0].shows_a_response(&right), "{seed}");
+    }
+}
+
+/// A motor's speed in counts, without a dither: what is left of it is the count, and no pole draws that.
+#[test]
+fn an_output_in_counts_has_no_more_poles_than_its_plant() {
+    let count: u64 = testkit::cases(12);
+    let more = (0..count).into_par_iter().filter(|number| {
+        let mut random = Random(number + 66_000);
+        let (gain, tau) = (random.log_between(1.0, 50.0), random.log_between(3.0, 30.0));
+        let input: Vec<f64> = (0..400).map(|n| f64::from((n / 50) % 2)).collect();
+        let output = lag(&input, (gain, (-1.0 / tau).exp(), 0), 0.0);
+        let sensor = gain / random.log_between(15.0, 150.0);
+        let output = output.iter().map(|y| sensor * (y / sensor).round());
+        let mut record = record(0.01, input, output.collect());
+        find_start(&mut record, true, None);
+        let best = found(&record).swap_remove(0).identified;
+        let poles = best.function.denominator().degree();
+        let steady = best.function.numerator().terms().last().expect("a gain");
+        let is_true = poles <= 1.0 && (steady.coefficient / gain - 1.0).abs() < 0.05;
+        if !is_true {
+            println!("{number}: {} for {gain}, {tau}, in {sensor}", best.function);
+        }
+        !is_true
+    });
+    let more = more.count() as u64;
+    assert!(10 * more <= count, "{more} of {count}");
+}

@@ -2,6 +2,7 @@
 
 use fracdiff::parameter::Shown;
 use fractional_control::model_search::InputOutput;
+use measured_table::rows_named;
 
 /// Largest value of a record, and 1 over the least: the sum of their squares is a number.
 const MOST: f64 = 1e100;
@@ -51,6 +52,54 @@ pub(crate) fn one_row_a_time(
         return Err("the time does not increase: give at least two rows in order".to_owned());
     }
     Ok(repeated)
+}
+
+/// Typical distances of a row from the middle of its neighbours, and share of the others' range, beyond which an output cannot be.
+const FAR: f64 = 20.0;
+const SHARE: f64 = 0.3;
+/// One row in so many may be wrong, and three.
+const RARE: usize = 50;
+
+/// Rows that are further than these bounds from the middle of two neighbours that are alike.
+/// ```text
+/// d_n = y_n − (y_(n−1) + y_(n+1))/2,   |d_n| > 20·median |d|, 0.3·range of the other rows, 3·|y_(n+1) − y_(n−1)|
+/// ```
+fn lone(signal: &[f64]) -> Vec<usize> {
+    let far = |three: &[f64]| (three[1] - 0.5 * (three[0] + three[2])).abs();
+    let mut typical: Vec<f64> = signal.windows(3).map(far).collect();
+    typical.retain(|far| far.is_finite());
+    typical.sort_by(f64::total_cmp);
+    let typical = typical.get(typical.len() / 2).copied().unwrap_or(0.0);
+    let is_lone = |three: &[f64]| {
+        far(three) > FAR * typical && (three[2] - three[0]).abs() < SHARE * far(three)
+    };
+    let lone = signal.windows(3).zip(1..);
+    let lone: Vec<(usize, f64)> = lone
+        .filter(|(three, _)| is_lone(three))
+        .map(|(three, row)| (row, far(three)))
+        .collect();
+    let others = signal.iter().enumerate();
+    let others = others.filter(|(n, _)| lone.iter().all(|(row, _)| row != n));
+    let (least, most) = others.fold(
+        (f64::INFINITY, f64::NEG_INFINITY),
+        |(least, most), (_, y)| (y.min(least), y.max(most)),
+    );
+    let out = lone
+        .into_iter()
+        .filter(|(_, far)| *far > SHARE * (most - least));
+    out.map(|(row, _)| row).collect()
+}
+
+/// Leaves out, as NaN, the outputs of rows that cannot be, as a line that a serial port has spoilt; `None` if there is none. Where the input has such rows too, or
+/// there are many, they are what was recorded.
+pub(crate) fn leave_out_lone_outputs(record: &mut InputOutput, lines: &[u64]) -> Option<String> {
+    let rows = lone(&record.output);
+    if !lone(&record.input).is_empty() || rows.len() > 3 + record.output.len() / RARE {
+        return None;
+    }
+    rows.iter().for_each(|row| record.output[*row] = f64::NAN);
+    let lines: Vec<u64> = rows.iter().map(|row| lines[*row]).collect();
+    rows_named(&lines)
 }
 
 /// Samples next to each other that may be missing.
@@ -191,6 +240,39 @@ mod tests {
         );
         let error = one_row_a_time(&mut record_at(&[1.0, 1.0]), &mut lines).expect_err("one time");
         assert!(error.contains("does not increase"), "{error}");
+    }
+
+    #[test]
+    fn a_row_that_cannot_be_is_left_out_and_a_pulse_of_the_input_is_not() {
+        let rises = |n: u32| 1.0 - (-0.05 * f64::from(n)).exp() + 0.01 * f64::from(n % 3);
+        let output: Vec<f64> = (0..200).map(rises).collect();
+        let lines: Vec<u64> = (2..202).collect();
+        let spoilt = |rows: &[(usize, f64)], input: Vec<f64>| {
+            let mut record = InputOutput {
+                input,
+                output: output.clone(),
+                ..InputOutput::default()
+            };
+            rows.iter().for_each(|(row, y)| record.output[*row] = *y);
+            let said = leave_out_lone_outputs(&mut record, &lines);
+            let out = (0..200).filter(|row| record.output[*row].is_nan());
+            (said, out.collect::<Vec<usize>>())
+        };
+        let steady = vec![1.0; 200];
+        assert_eq!(spoilt(&[], steady.clone()), (None, vec![]));
+        let (said, out) = spoilt(&[(90, -12_854.0), (150, 0.1)], steady.clone());
+        assert_eq!(
+            (said.as_deref(), out),
+            (Some("2 rows (lines 92, 152)"), vec![90, 150])
+        );
+        let mut pulse = steady.clone();
+        pulse[89] = 50.0;
+        assert_eq!(spoilt(&[(90, 10.0)], pulse), (None, vec![]));
+        // A step stays, and what happens again and again is the plant.
+        let step: Vec<(usize, f64)> = (100..200).map(|row| (row, 30.0)).collect();
+        assert_eq!(spoilt(&step, steady.clone()), (None, vec![]));
+        let beats: Vec<(usize, f64)> = (2..19).map(|n| (10 * n, 8.0)).collect();
+        assert_eq!(spoilt(&beats, steady), (None, vec![]));
     }
 
     #[test]

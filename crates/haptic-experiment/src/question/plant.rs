@@ -7,7 +7,9 @@ pub mod report;
 
 use super::tissue::parts;
 use crate::document::failure::Failure;
-use crate::document::record_check::{check_signals, fill_gaps, one_row_a_time};
+use crate::document::record_check::{
+    check_signals, fill_gaps, leave_out_lone_outputs, one_row_a_time,
+};
 use crate::judge::control::refused;
 use crate::run::plant_file::PlantModel;
 use fracdiff::Seconds;
@@ -16,7 +18,7 @@ use fractional_control::model_search::{
     identify, validate,
 };
 use fractional_control::{ControlError, FractionalTransferFunction, Plant};
-use haptic_quantity::{digits, short};
+use haptic_quantity::{digits, number, parse_for_key, short};
 use keys::{MODEL, PLANT_COLUMNS, POLES, PlantForm, ROW_TIME, STABLE};
 use measured_table::{read_record, rows_named};
 use report::{DIGITS, PlantReport, Tried, counted_from, remedies, rounded, with_digits};
@@ -32,6 +34,30 @@ fn signal(text: &str) -> Result<(usize, String), String> {
         Some((index, column.trim().to_owned()))
     });
     split.ok_or_else(|| "is not time=COLUMN, input=COLUMN or output=COLUMN".to_owned())
+}
+
+/// An input that was set once, and is in no column.
+#[derive(Clone, Copy, Debug)]
+struct Jump {
+    to: f64,
+    at_s: f64,
+}
+
+impl Jump {
+    /// Of a value and a time, `12@2s`.
+    fn of(text: &str) -> Option<Self> {
+        let (to, at) = text.split_once('@')?;
+        let at_s = parse_for_key("at_s", at.trim()).ok()?;
+        Some(Self {
+            to: number(to.trim())?,
+            at_s,
+        })
+    }
+
+    /// The input so long after the first row.
+    fn at(self, time_s: f64) -> f64 {
+        if time_s < self.at_s { 0.0 } else { self.to }
+    }
 }
 
 /// A function to begin from, and its dead time, if it has one.
@@ -86,9 +112,15 @@ pub struct PlantRecord {
 /// let form: PlantForm = serde_json::from_str("{\"columns\": \"input=valve\", \"poles\": 1}")?;
 /// let question = PlantQuestion::of(&form)?;
 /// let record = question.read(&question.columns, table.as_bytes()).expect("a record");
-/// let answer = question.answer(record, None, &AtomicBool::new(false), &|_, _, _| {})?;
+/// let answer = question.answer(record.clone(), None, &AtomicBool::new(false), &|_, _, _| {})?;
 /// assert_eq!(answer.report.begins, "at rest");
 /// assert!((answer.report.numbers[0].value - 2.0).abs() < 1e-6);
+/// // Nobody recorded that the valve was set to 1 at once.
+/// let alone = table.replace(",1,", ",");
+/// let form: PlantForm = serde_json::from_str("{\"columns\": \"input=1@0s\", \"poles\": 1}")?;
+/// let question = PlantQuestion::of(&form)?;
+/// let set = question.read(&question.columns, alone.replace("valve,", "").as_bytes()).expect("a record");
+/// assert_eq!(set.record, record.record);
 /// let wrong = PlantForm { poles: Some(5.0), ..PlantForm::default() };
 /// let refused = PlantQuestion::of(&wrong).expect_err("five poles").to_string();
 /// assert_eq!(refused, "`poles` = 5 is not from 1 to 4: change it");
@@ -157,21 +189,25 @@ impl PlantQuestion {
     pub fn read(&self, columns: &[String; 3], bytes: &[u8]) -> Result<PlantRecord, String> {
         let remedy = format!("see {PLANT_COLUMNS}; a table without times takes {ROW_TIME}");
         let [time, signals @ ..] = columns.each_ref().map(String::as_str);
-        let found = read_record(bytes, [time, signals[0], signals[1]])
+        // Steps that are given are the times, whatever else the table has.
+        let time = self.sample_time_s.map_or(time, |_| "");
+        let jump = Jump::of(signals[0]);
+        // A command that nobody recorded stands for itself.
+        let input = jump.as_ref().map_or(signals[0], |_| signals[1]);
+        let found = read_record(bytes, [time, input, signals[1]])
             .map_err(|error| format!("{}; {remedy}", short(&error.to_string())))?;
         let gaps = found.gaps().map(|rows| {
             format!("{rows} without an output: it is put on a straight line between its neighbours")
         });
-        let (mut lines, [mut time_s, input, output]) = (found.lines, found.columns);
+        let (mut lines, [mut time_s, mut input, output]) = (found.lines, found.columns);
         match (self.sample_time_s, time_s.is_empty()) {
             (None, false) => {}
             (None, true) => return Err(format!("no column {time}; {remedy}")),
-            (Some(_), false) => {
-                return Err(format!(
-                    "it has a column of time: leave {ROW_TIME} out, or that column"
-                ));
-            }
-            (Some(step), true) => time_s = (0..lines.len()).map(|n| step * n as f64).collect(),
+            (Some(step), _) => time_s = (0..lines.len()).map(|n| step * n as f64).collect(),
+        }
+        if let Some(jump) = jump {
+            let begin = time_s[0];
+            input = time_s.iter().map(|time| jump.at(time - begin)).collect();
         }
         let mut record = InputOutput {
             time_s,
@@ -185,12 +221,16 @@ impl PlantQuestion {
         let repeated = rows_named(&repeated).map(|rows| {
             format!("{rows} at the time of the row before: of one time the first output counts and the last input, which acts from then on")
         });
+        let impossible = leave_out_lone_outputs(&mut record, &lines).map(|rows| {
+            format!("{rows} with an output far from both neighbours, which are alike: it is left out, and put on a straight line")
+        });
         fill_gaps(&mut record, &lines, signals).map_err(wrong)?;
         if self.subtract_start {
             record.subtract_start();
         }
         check_signals(&record, &lines, signals).map_err(wrong)?;
-        let notes = gaps.into_iter().chain(repeated).collect();
+        let notes = gaps.into_iter().chain(repeated).chain(impossible);
+        let notes = notes.collect();
         Ok(PlantRecord { record, notes })
     }
 

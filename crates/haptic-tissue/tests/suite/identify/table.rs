@@ -555,12 +555,53 @@ fn what_would_be_read_as_another_number_is_refused() {
     // An empty line is a missing sample, of numbers in quotes too.
     let missing = read_record(b"x,u\n\"5\",\"1\"\n\n\"6\",\"3\"\n", ["time_s", "x"]);
     assert_refused(missing, "line 3");
-    // A time of day is no unit.
-    let clock = read_record(b"time_s,x\n10:15:00,1\n10:15:01,2\n", ["time_s", "x"]);
+    // A date that cannot be is no time.
+    let clock = read_record(b"time_s,x\n10:15:00,1\n10:75:01,2\n", ["time_s", "x"]);
     assert_refused(
         clock,
         "line 2, column time_s: \"10:15:00\" is not a finite number",
     );
+}
+
+#[test]
+fn dates_and_times_of_day_are_times_from_the_first_row_on() {
+    let spellings = [
+        ["10:15:00", "10:15:00.5", "10:15:02"],
+        ["23:59:59", "23:59:59.5", "0:00:01"],
+        [
+            "2025-12-31 23:59:59",
+            "2025-12-31 23:59:59.500",
+            "2026-01-01 00:00:01",
+        ],
+        [
+            "2025-12-31T23:59:59Z",
+            "2026-01-01T00:59:59.5+01:00",
+            "2026-01-01T00:00:01Z",
+        ],
+        [
+            "2024/02/28 23:59:59",
+            "2024/02/28 23:59:59.5",
+            "2024/02/29 00:00:01",
+        ],
+        [
+            "31.12.2025 23:59:59",
+            "31.12.2025 23:59:59.5",
+            "1.1.2026 00:00:01",
+        ],
+    ];
+    for rows in spellings {
+        // Beside it a clock that stands still, which is not the time.
+        let rows = rows.map(|cell| format!("{cell},7,1,2\n")).concat();
+        let table = format!("timestamp,elapsed_seconds,u,y\n{rows}");
+        let found = read_record(table.as_bytes(), ["time_s", "u", "y"]).expect(&table);
+        assert_eq!(found.columns[0], [0.0, 0.5, 2.0], "{table}");
+        assert_eq!(found.columns[2], [2.0; 3], "{table}");
+    }
+    let both = b"date,time_s,y\n2025-12-31 23:59:59,0,1\n2025-12-31 23:59:58,3,1\n";
+    let found = read_record(both, ["time_s", "y"]).expect("both");
+    assert_eq!(found.columns[0], [0.0, 3.0]);
+    let nothing = read_record(both, ["", "y"]).expect("no times");
+    assert_eq!(nothing.columns, [vec![], vec![1.0; 2]]);
 }
 
 /// One record as programs save it: the same numbers, whatever the spelling.
