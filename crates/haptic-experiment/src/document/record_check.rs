@@ -90,7 +90,7 @@ fn lone(signal: &[f64]) -> Vec<usize> {
     out.map(|(row, _)| row).collect()
 }
 
-/// Leaves out, as NaN, the outputs of rows that cannot be, as a line that a serial port has spoilt; `None` if there is none. Where the input has such rows too, or
+/// Leaves out, as NaN, the outputs of rows that cannot be, as a line that a serial port has spoilt; `None` without such rows. Where the input has such rows too, or
 /// there are many, they are what was recorded.
 pub(crate) fn leave_out_lone_outputs(record: &mut InputOutput, lines: &[u64]) -> Option<String> {
     let rows = lone(&record.output);
