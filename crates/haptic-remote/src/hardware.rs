@@ -149,8 +149,13 @@ pub struct Exchange {
     before: u32,
     /// The force of the last tick did not go out.
     withheld: bool,
+    /// No force may act in this tick.
+    at_rest: bool,
     flaws: u8,
 }
+
+/// Longest silence of a board that is asked for no force, s. Nothing can go wrong meanwhile, and a busy machine may hold it up.
+const QUIET_MOST_S: f64 = 2.0;
 
 impl Exchange {
     /// The answer of this tick has come.
@@ -170,6 +175,22 @@ impl Exchange {
     /// The force of this tick went out to the board, or did not.
     pub const fn sent(&mut self, went_out: bool) {
         self.withheld = !went_out;
+    }
+
+    /// A tick begins in which no force may act, or one that asks for a force.
+    pub(crate) const fn rests(&mut self, at_rest: bool) {
+        self.at_rest = at_rest;
+    }
+
+    /// True once the board is silent for too long: for so many ticks in a row where it is asked for a force, else for 2 s of ticks.
+    #[must_use]
+    pub fn is_silent(&self, most: u32, period_s: f64) -> bool {
+        let quiet = if self.at_rest {
+            (QUIET_MOST_S / period_s) as u32
+        } else {
+            0
+        };
+        self.in_row >= most.max(quiet)
     }
 
     pub(crate) const fn skip(&mut self, periods: u32) {

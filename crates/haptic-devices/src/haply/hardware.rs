@@ -16,7 +16,7 @@ use std::time::Duration;
 /// Largest force along a line, N: both motors make it wherever 40 mm < y < 130 mm and the handle is within 50 mm of the middle.
 pub const FORCE_MAX_N: f32 = 1.5;
 
-/// Ticks without a whole answer that are borne; the next is a fault.
+/// Ticks without a whole answer that are borne while a force is asked for; the next is a fault.
 pub const LATE_MOST: u32 = 3;
 /// Part of a period that a tick waits for an answer.
 const WAITING: u32 = 4;
@@ -160,7 +160,7 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
         }
         if self.filled < expected {
             let ticks = self.exchange.unanswered();
-            if ticks > LATE_MOST {
+            if self.exchange.is_silent(LATE_MOST + 1, self.period_s) {
                 return Err(HaplyTrouble::Silent {
                     ticks,
                     bytes: self.filled as u8,
@@ -312,7 +312,8 @@ impl<L: Line, const D: usize> Hardware<D> for Haply2Diy<L, D> {
     }
 
     fn persisting_fault(&self) -> Option<Fault> {
-        self.trouble.map(HaplyTrouble::fault)
+        let silent = self.exchange.silent_ticks() > LATE_MOST;
+        (silent || self.trouble.is_some()).then_some(Fault::BoardFailed)
     }
 }
 

@@ -103,7 +103,7 @@ impl<S: Read + Write, const D: usize> Inverse3<S, D> {
             self.exchange.answered();
         } else if self.due > 0 {
             let ticks = self.exchange.unanswered();
-            if ticks >= self.lost_most {
+            if self.exchange.is_silent(self.lost_most, self.period_s) {
                 return Err(Inverse3Trouble::Silent { ticks });
             }
         }
@@ -228,7 +228,8 @@ impl<S: Read + Write, const D: usize> Hardware<D> for Inverse3<S, D> {
     }
 
     fn persisting_fault(&self) -> Option<Fault> {
-        self.trouble.map(|_| Fault::BoardFailed)
+        let silent = self.exchange.silent_ticks() >= self.lost_most;
+        (silent || self.trouble.is_some()).then_some(Fault::BoardFailed)
     }
 }
 

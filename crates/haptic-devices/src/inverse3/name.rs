@@ -24,7 +24,7 @@ pub struct Inverse3Name {
     pub(super) address: String,
     /// The device's number at the service; `None` for the only one.
     pub(super) id: Option<String>,
-    /// Number of ticks in a row without an answer that causes a fault, 2 to 1000.
+    /// Number of ticks in a row without an answer that causes a fault in a run, 2 to 1000; at rest 2 s do.
     pub(super) lost_most: u32,
     /// Unit vector along the line of an experiment with one axis.
     pub(super) along: [f64; 3],

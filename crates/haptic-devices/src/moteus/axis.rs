@@ -181,10 +181,13 @@ impl<S: Read + Write> MoteusAxis<S> {
         // The board takes every force that goes out, or answers none: nothing says that it took the last.
         self.exchange.sent(false);
         let lost = self.exchange.unanswered();
-        if lost < self.settings.lost_most {
-            return Ok(());
+        if self
+            .exchange
+            .is_silent(self.settings.lost_most, self.period_s)
+        {
+            return Err(self.silent(lost));
         }
-        Err(self.silent(lost))
+        Ok(())
     }
 
     /// The answer in a line; everything else is counted.

@@ -18,7 +18,7 @@ pub struct MoteusSettings {
     pub torque_limit_nm: f64,
     /// Silence of this program after which the servo lets go on its own, s, in [0.01, 1].
     pub watchdog_s: f64,
-    /// Number of ticks in a row without an answer that causes a fault, 2 to 1000.
+    /// Number of ticks in a row without an answer that causes a fault in a run, 2 to 1000; at rest 2 s do.
     pub lost_most: u32,
 }
 

@@ -168,6 +168,9 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
             State::Fault => !self.safety().is_at_rest(),
             State::Idle | State::Armed => false,
         };
+        if let Some(exchange) = self.hardware_mut().exchange() {
+            exchange.rests(!forced);
+        }
         if !forced {
             return self.rest();
         }

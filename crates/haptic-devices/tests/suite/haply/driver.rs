@@ -6,7 +6,7 @@ use haptic_devices::haply::{
 };
 use haptic_emulator::AtLine as _;
 use haptic_emulator::haply::{Board, Body, Hand};
-use haptic_link::{NOT_TAKEN, State, UNANSWERED};
+use haptic_link::{NOT_TAKEN, Refusal, Start, State, UNANSWERED};
 use haptic_loop::{Fault, Limiters};
 use haptic_remote::serial::ServedHardware as _;
 use testkit::{assert_close, assert_refused, assert_says};
@@ -100,6 +100,33 @@ fn a_board_that_falls_silent_is_a_fault_and_has_no_torque_when_it_comes_back() {
     }
     // Armed again it is not, however often: what came last is not known to be true.
     assert!(running.device.arm(running.device.status().faults).is_err());
+}
+
+#[test]
+fn a_board_that_is_asked_for_no_force_may_be_silent_for_two_seconds_and_is_not_armed_meanwhile() {
+    let mut running = with_torque(Version::V3);
+    running.device.disarm();
+    let states = |running: &mut Running, silent, count| {
+        running.wire.with(|world| world.held = silent);
+        (0..count).for_each(|_| running.tick());
+        running.device.status().state
+    };
+    assert_eq!(states(&mut running, false, 500), State::Idle);
+    assert_eq!(states(&mut running, true, 1990), State::Idle);
+    let persists = Refusal::FaultPersists(Fault::BoardFailed.code());
+    assert_eq!(running.device.arm(0), Err(persists));
+    assert_eq!(states(&mut running, false, 5), State::Idle);
+    running.device.arm(0).expect("it answers");
+    assert_eq!(states(&mut running, true, 100), State::Armed);
+    // It may not answer a force so late.
+    running.device.start(Start::ENDLESS).expect("is armed");
+    assert_eq!(states(&mut running, true, 1), State::Fault);
+    assert!(running.torque().abs() < 1e-6);
+
+    let mut running = with_torque(Version::V3);
+    running.device.disarm();
+    assert_eq!(states(&mut running, false, 500), State::Idle);
+    assert_eq!(states(&mut running, true, 2010), State::Fault);
 }
 
 #[test]
