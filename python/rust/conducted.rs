@@ -63,7 +63,7 @@ impl Conduct {
         Driving::new(&self.stop)
     }
 
-    pub(crate) fn stop(&self) -> &AtomicBool {
+    pub(crate) fn stop(&self) -> &Arc<AtomicBool> {
         &self.stop
     }
 }

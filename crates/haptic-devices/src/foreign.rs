@@ -4,9 +4,11 @@ use crate::haply::{HaplyName, HaplyOpenError, HaplyPlane};
 use crate::inverse3::{Inverse3Name, Inverse3OpenError};
 use crate::moteus::{MoteusName, MoteusOpenError, MoteusTrouble};
 use crate::name::NameError;
-use haptic_remote::serial::{SerialError, SerialLink, ServeError, Served};
+use haptic_remote::serial::{SerialError, SerialLink, ServeError, Served, unless_stopped};
 use std::fmt;
 use std::str::FromStr;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use thiserror::Error;
 
 /// A device of another maker by name: `KIND:PATH[,key=value]…`.
@@ -20,7 +22,7 @@ use thiserror::Error;
 /// use haptic_devices::ForeignName;
 ///
 /// let name: ForeignName = "haply:/dev/ttyACM0,version=3".parse()?;
-/// let link = name.open_with(1, &|warning| eprintln!("{warning}"))?;
+/// let link = name.open_with(1, &|warning| eprintln!("{warning}"), None)?;
 /// println!("{}", link.capabilities().board());
 /// // The force falls to zero and the board is let go.
 /// drop(link);
@@ -53,22 +55,36 @@ impl ForeignName {
     }
 
     /// Opens the device with this number of axes, looks at its first answers, serves it on a thread of this process, and connects to
-    /// that. `warn` receives notices for the user.
+    /// that. `warn` receives notices for the user. Setting `stop` ends it at once, and later each wait for an answer.
     ///
     /// # Errors
-    /// A port that cannot be opened, a device that does not answer or answers what cannot be; more axes than it has.
-    pub fn open_with(&self, axes: usize, warn: &dyn Fn(&str)) -> Result<SerialLink, OpenError> {
+    /// A port that cannot be opened, a device that does not answer or answers what cannot be; more axes than it has; a stop.
+    pub fn open_with(
+        &self,
+        axes: usize,
+        warn: &dyn Fn(&str),
+        stop: Option<&Arc<AtomicBool>>,
+    ) -> Result<SerialLink, OpenError> {
+        let name = self.clone();
+        let (served, notices) = unless_stopped(stop, move || name.served(axes))??;
+        notices.iter().for_each(|notice| warn(notice));
+        Ok(SerialLink::to_served(served, &self.to_string())?.stopped_by(stop))
+    }
+
+    /// The device behind a thread, and what a user should know of it.
+    fn served(&self, axes: usize) -> Result<(Served, Option<String>), OpenError> {
+        let mut notice = None;
         let served = match (self, axes) {
             (Self::Haply(name), 1) => Served::start(name.open::<1>()?)?,
             (Self::Haply(name), 2) => Served::start(name.open::<2>()?)?,
             (Self::Moteus(name), 1) => Served::start(name.open()?)?,
-            (Self::Inverse3(name), 1) => Served::start(name.open::<1>(warn)?)?,
-            (Self::Inverse3(name), 3) => Served::start(name.open::<3>(warn)?)?,
+            (Self::Inverse3(name), 1) => Served::start(name.open::<1>(&mut notice)?)?,
+            (Self::Inverse3(name), 3) => Served::start(name.open::<3>(&mut notice)?)?,
             (Self::Haply(_), _) => return Err(OpenError::Axes { axes, most: 2 }),
             (Self::Inverse3(_), _) => return Err(OpenError::Axes { axes, most: 3 }),
             (Self::Moteus(_), _) => return Err(OpenError::Axes { axes, most: 1 }),
         };
-        Ok(SerialLink::to_served(served, &self.to_string())?)
+        Ok((served, notice))
     }
 
     /// True of one that may stand beside others at its port.

@@ -32,6 +32,7 @@ pub use measurement::{MeasureReport, Measurement};
 use serde::Serialize;
 use serde_json::Value;
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use zwidth::ZWidth;
 pub use zwidth::{BoundaryPoint, ZWidthReport};
@@ -76,7 +77,7 @@ pub(crate) fn tables(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
 /// let text = "[design]\nrequire = \"passive\"\nscheme = \"muir:3\"\nsample_time_s = 0.002\norders = [1]";
 /// let question = Question::parse(Path::new("form"), text)?;
 /// assert_eq!(question.steps(), 1);
-/// let answer = question.answer(&|_| {}, &AtomicBool::new(false), &|_| {})?;
+/// let answer = question.answer(&|_| {}, &Arc::default(), &|_| {})?;
 /// // Theorem 1 without delay: K up to 2b/T.
 /// let stiffness = serde_json::to_value(&answer)?["best"]["stiffness_n_per_m"].as_f64().expect("a wall");
 /// assert!((stiffness / 3500.0 - 1.0).abs() < 1e-3);
@@ -181,7 +182,7 @@ impl Question {
     pub fn answer(
         &self,
         progress: &(dyn Fn(u64) + Sync),
-        stop: &AtomicBool,
+        stop: &Arc<AtomicBool>,
         warn: Warn<'_>,
     ) -> Result<Answer, Failure> {
         match &self.0 {

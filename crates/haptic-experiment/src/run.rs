@@ -61,6 +61,7 @@ pub use safety::{GuardedDevice, speed, workspace};
 use schedule::{Pace, Schedule};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::SystemTime;
 use tick::{KeptSample, TickRecord};
@@ -70,7 +71,7 @@ pub use tick::{by_device, by_loop};
 #[derive(Clone, Copy)]
 pub struct Supervisor<'a> {
     /// Set to stop the run: the force ramps to zero, the log is closed.
-    pub stop: &'a AtomicBool,
+    pub stop: &'a Arc<AtomicBool>,
     /// Called now and then with the samples done.
     pub progress: &'a dyn Fn(u64),
     /// Streams that show the run while it goes; the first run takes them.

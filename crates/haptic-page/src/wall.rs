@@ -11,7 +11,7 @@ use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use std::fmt::Display;
 use std::ops::RangeInclusive;
-use std::sync::atomic::AtomicBool;
+use std::sync::Arc;
 
 /// Points on the boundary of the map: few while a slider is dragged, all at rest. Each lies on the boundary, and with 500 a
 /// chord leaves it by less than a pixel.
@@ -77,7 +77,7 @@ impl WallQuestion {
             keys.insert(DAMPING.key.to_owned(), damping.into());
         }
         let question = Question::open(&document("analyze-difference", &keys)?)?;
-        let never = AtomicBool::new(false);
+        let never = Arc::default();
         let answer = json!(question.answer(&|_| (), &never, &|_| ())?);
         let mut found = answer["spring_and_damper"].clone();
         for best in [

@@ -90,6 +90,8 @@ pub struct Conversation {
     retries: u32,
     outstanding: Option<Outstanding>,
     retry_us: u64,
+    /// Somebody waits for an end: tries follow each other sooner.
+    hurries: bool,
     /// Listening time that limits the tries, as a thread reports it; `None` where they go by the clock. Without end: only counted.
     listening: Option<Patience>,
     /// Time from one keep-alive to the next; `None` for none.
@@ -116,6 +118,7 @@ impl Conversation {
             retries: 0,
             outstanding: None,
             retry_us,
+            hurries: false,
             listening: None,
             keep_alive_us: None,
             kept_since: Duration::ZERO,
@@ -145,9 +148,14 @@ impl Conversation {
         self.listening.unwrap_or(Patience::new(Duration::MAX))
     }
 
+    /// From now on each request is sent again as soon as a stop.
+    pub const fn hurry(&mut self) {
+        self.hurries = true;
+    }
+
     /// Time after which a request is sent again, µs. Nothing is as urgent as a stop.
     const fn retry_us(&self, request: &Request) -> u64 {
-        if matches!(request, Request::Stop) {
+        if self.hurries || matches!(request, Request::Stop) {
             self.retry_us / 3
         } else {
             self.retry_us

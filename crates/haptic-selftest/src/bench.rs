@@ -104,6 +104,15 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
+    /// Says that the device is silent, and asks on.
+    pub(super) fn answers_on(&self) -> Result<bool, Broken> {
+        self.goes_on()?;
+        self.notice(Notice::Silent);
+        let answers = self.link()?.answers_again();
+        self.goes_on()?;
+        Ok(answers)
+    }
+
     pub(super) fn has_emergency_stop(&self) -> Result<bool, SerialError> {
         Ok(match self.test.emergency_stop {
             EmergencyStop::AsTheDevice => !self.link()?.capabilities().simulated,
@@ -182,7 +191,7 @@ impl<'a> Bench<'a> {
             // An armed device stays armed.
             link.arm(Duration::from_millis(4 * interval_ms))?;
             for _ in 0..times {
-                if link.status().state == State::Armed {
+                if link.status().state == State::Armed || link.is_stopped() {
                     return Ok(());
                 }
                 std::thread::sleep(Duration::from_millis(interval_ms));
@@ -242,6 +251,7 @@ impl<'a> Bench<'a> {
                 // The news of which one it is are on their way here.
                 for _ in 0..50 {
                     self.is_well()?;
+                    self.goes_on()?;
                     std::thread::sleep(Duration::from_millis(20));
                 }
             }

@@ -72,7 +72,7 @@ impl Bench<'_> {
         if !matches!(error, SerialError::Link(LinkError::NoAnswer { .. })) {
             return Ok(false);
         }
-        let held_up = self.link_mut()?.answers_again();
+        let held_up = self.answers_on()?;
         if held_up {
             self.calm()?;
             self.late = None;

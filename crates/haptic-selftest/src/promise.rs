@@ -83,6 +83,8 @@ pub enum Notice {
     MayMove(f32),
     /// This promise is tried now.
     Trying(Promise),
+    /// Nothing comes from the device; it is asked on for some seconds.
+    Silent,
     /// The emergency stop is to be pressed within [`SelfTest::PATIENCE`].
     PressEmergencyStop,
     /// It is to be released again.
@@ -92,7 +94,7 @@ pub enum Notice {
 /// The caller's side of the test: it connects, watches, and may end the test.
 #[derive(Clone, Copy)]
 pub struct Attendant<'a> {
-    /// Connects with the device; called again after the link was closed.
+    /// Connects with the device, by a link that `stop` stops; called again after the link was closed.
     pub connect: &'a dyn Fn() -> Result<SerialLink, Failure>,
     /// Hears what the person beside the device has to know or do now.
     pub notice: &'a dyn Fn(Notice),

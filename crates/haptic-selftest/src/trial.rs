@@ -17,7 +17,7 @@ const LOOK: Duration = Duration::from_millis(20);
 /// Messages that are taken at once before the newest sample is answered.
 const AT_ONCE: usize = 1000;
 /// Silence after which a run has ended.
-const SILENCE: Duration = Duration::from_secs(3);
+const SILENCE: Duration = Duration::from_secs(2);
 /// Faults of a host that was silent or late. No trial sends a stale force on purpose.
 pub(super) const LATE: &[Fault] = &[Fault::HostSilent, Fault::StaleForce];
 /// Ticks after a fault that a device sends unasked.
@@ -175,7 +175,7 @@ impl Bench<'_> {
             }
             if self.link_mut()?.is_silent(&mut patience) && !followed.is_over() {
                 let waited_ms = SILENCE.as_millis() as u64;
-                if !self.link_mut()?.answers_again() {
+                if !self.answers_on()? {
                     return Err(Broken::Link(LinkError::NoSamples { waited_ms }.into()));
                 }
                 self.late = Some(LinkError::HeldUp { waited_ms }.to_string());

@@ -10,7 +10,7 @@ use haptic_analysis::{
 };
 use serde::Serialize;
 use std::f64::consts::PI;
-use std::sync::atomic::AtomicBool;
+use std::sync::Arc;
 
 /// Corollary 1 (5.1): least δ from μ, α, β. A test tries another one and sees a verdict change.
 pub(crate) type Passivity = fn(Order, f64, f64) -> Result<f64, AnalysisError>;
@@ -554,7 +554,7 @@ pub(crate) fn experiments(kind: Kind) -> Found {
     let (mut held, mut words) = (Vec::new(), Vec::new());
     for (delay, lag) in LATE_MS {
         let device = format!("points = 5\n{}", realistic(delay, lag));
-        let boundaries = simulated(kind, &device, &AtomicBool::new(false)).map_err(constants)?;
+        let boundaries = simulated(kind, &device, &Arc::default()).map_err(constants)?;
         let mut largest = boundaries
             .iter()
             .map(|points| points.iter().map(|point| point.0).fold(0.0, f64::max));

@@ -12,9 +12,10 @@ use haptic_analysis::{
 use haptic_experiment::Failure;
 use haptic_figure::Look;
 use std::f64::consts::PI;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-type Make = fn(&AtomicBool) -> Result<Figure, Failure>;
+type Make = fn(&Arc<AtomicBool>) -> Result<Figure, Failure>;
 
 /// All figures, in order, each with what makes it. A flag that is set while one is made cuts it short.
 pub const FIGURES: [Make; 9] = [

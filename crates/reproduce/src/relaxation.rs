@@ -11,6 +11,7 @@ use haptic_figure::{Look, Scale};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// Errors count from here on, s: the ramp takes 1 s.
@@ -87,7 +88,7 @@ fn panel(
 
 const FORCE: [&str; 2] = ["force on the hand / N", "force_n"];
 
-pub(super) fn relaxation(stop: &AtomicBool) -> Result<Figure, Failure> {
+pub(super) fn relaxation(stop: &Arc<AtomicBool>) -> Result<Figure, Failure> {
     let runs = [
         ("full memory", "simulated, full memory", relax(Kind::Exact)?),
         ("Oustaloup", "simulated, Oustaloup", relax(Kind::Oustaloup)?),
@@ -162,7 +163,7 @@ const MUSCLE: &str = "[relax]\ntissue = \"fish-muscle\"\nstrain = 0.01\nramp_tim
 ///
 /// # Errors
 /// A temporary folder that takes no file; an interruption.
-fn muscle(stop: &AtomicBool) -> Result<(Panel, String), Failure> {
+fn muscle(stop: &Arc<AtomicBool>) -> Result<(Panel, String), Failure> {
     let folder = std::env::temp_dir().join(format!("reproduce-{}", std::process::id()));
     let request = FolderRequest {
         out: Some(folder.clone()),
@@ -231,7 +232,7 @@ mod tests {
 
     #[test]
     fn the_tissue_has_a_curve_of_the_dissertations_kind_and_a_warning() {
-        let figure = relaxation(&AtomicBool::new(false)).expect("makes");
+        let figure = relaxation(&Arc::default()).expect("makes");
         let curves = &figure.panels[0].curves;
         let last = |name: &str| {
             let curve = curves.iter().find(|curve| curve.name.contains(name));

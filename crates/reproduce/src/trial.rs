@@ -4,6 +4,7 @@ use super::Kind;
 use haptic_experiment::Failure;
 use haptic_experiment::question::{Answer, Question};
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// Lines of a document that make the ideal device a realistic one, with a delay and a current lag in ms.
@@ -17,7 +18,7 @@ pub(super) fn realistic(delay_ms: f64, lag_ms: f64) -> String {
 pub(super) fn simulated(
     kind: Kind,
     device: &str,
-    stop: &AtomicBool,
+    stop: &Arc<AtomicBool>,
 ) -> Result<Vec<Vec<(f64, f64)>>, Failure> {
     let document = format!(
         "[zwidth]\ncriterion = \"dissertation\"\nsample_time_s = 2e-3\none_sided = false\n{}{device}",

@@ -7,6 +7,7 @@ use super::{DELTA, Kind, ORDERS};
 use haptic_analysis::AnalysisError;
 use haptic_experiment::Failure;
 use haptic_figure::Look;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// The outline of a region as β, α; closed.
@@ -124,7 +125,7 @@ pub(super) fn passivity() -> Result<Figure, Failure> {
     })
 }
 
-pub(super) fn zwidth(stop: &AtomicBool) -> Result<Figure, Failure> {
+pub(super) fn zwidth(stop: &Arc<AtomicBool>) -> Result<Figure, Failure> {
     let mut panels = vec![
         zwidth_panel("ideal device", "", stop)?,
         zwidth_panel("realistic device", &realistic(1.0, 1.0), stop)?,
@@ -145,7 +146,7 @@ pub(super) fn zwidth(stop: &AtomicBool) -> Result<Figure, Failure> {
 }
 
 /// The border of theory and the markers of a simulated device.
-fn zwidth_panel(caption: &str, device: &str, stop: &AtomicBool) -> Result<Panel, Failure> {
+fn zwidth_panel(caption: &str, device: &str, stop: &Arc<AtomicBool>) -> Result<Panel, Failure> {
     let mut curves = per_order(&ORDERS, 0, Look::Line, |mu| {
         border(Kind::Muir, mu, DELTA, 0.0)
     })?;

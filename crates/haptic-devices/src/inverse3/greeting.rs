@@ -29,10 +29,10 @@ fn cut(reply: &str) -> String {
 }
 
 impl Inverse3Name {
-    /// Connects to the service, and opens its device with D axes, one or three. `warn` receives notices for the user.
+    /// Connects to the service, and opens its device with D axes, one or three. `notice` is what a user should know of it.
     pub(crate) fn open<const D: usize>(
         &self,
-        warn: &dyn Fn(&str),
+        notice: &mut Option<String>,
     ) -> Result<Inverse3<TcpStream, D>, Inverse3OpenError> {
         if D > 1 && self.chooses_line() {
             return Err(Inverse3OpenError::Line);
@@ -46,7 +46,7 @@ impl Inverse3Name {
         stream.set_nodelay(true).map_err(failed)?;
         let (device, greeting) = Inverse3::greet(stream, self, move || left().is_zero())?;
         (device.stream().set_nonblocking(true)).map_err(failed)?;
-        warn(&greeting);
+        *notice = Some(greeting);
         Ok(device)
     }
 

@@ -661,7 +661,7 @@ fn opened_at(wording: &'static str) -> String {
         let _ = stream.write_all(wording.as_bytes());
     });
     let name: ForeignName = format!("inverse3:{address}").parse().expect("a name");
-    let error = name.open_with(3, &|_| {}).expect_err("no service");
+    let error = name.open_with(3, &|_| {}, None).expect_err("no service");
     thread.join().expect("answers");
     error.to_string().replace(&address.to_string(), "ADDRESS")
 }
@@ -693,7 +693,7 @@ fn what_is_no_service_is_named() {
         (1, "no Inverse Service at 127.0.0.1:", true),
         (2, "it has 3 axes, but 2 are needed", false),
     ] {
-        let error = name.open_with(axes, &|_| {}).expect_err(wording);
+        let error = name.open_with(axes, &|_| {}, None).expect_err(wording);
         assert!(error.to_string().starts_with(wording), "{error}");
         assert_eq!(error.may_pass(), may_pass, "{error}");
     }
@@ -715,7 +715,7 @@ fn over_a_socket_the_service_is_opened_with_all_axes() {
         .expect("a name");
     let warnings = Mutex::new(String::new());
     let link = name
-        .open_with(3, &|words| lock(&warnings).push_str(words))
+        .open_with(3, &|words| lock(&warnings).push_str(words), None)
         .expect("opens");
     assert_eq!(link.capabilities().axes, 3);
     assert_eq!(link.capabilities().board(), "Inverse3 04BA");

@@ -13,7 +13,7 @@ use crate::run::{Ran, Supervisor};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
+use std::sync::Arc;
 use testkit::Folder;
 
 /// Weights of the operator that stands for the full history are right to 1e-9; sums of them, of one sign
@@ -30,7 +30,7 @@ pub(super) fn conducted<T>(folder: &Path, run: impl FnOnce(Watched<'_>) -> T) ->
         provenance: BTreeMap::new(),
     };
     let supervisor = Supervisor {
-        stop: &AtomicBool::new(false),
+        stop: &Arc::default(),
         progress: &|_| (),
         live: None,
         warn: &|_| {},

@@ -17,6 +17,7 @@ use haptic_remote::serial::{
 };
 use std::fmt;
 use std::str::FromStr;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -149,7 +150,7 @@ impl DeviceName {
         axes: Option<usize>,
         patience: Duration,
         warn: Warn<'_>,
-        stop: Option<&AtomicBool>,
+        stop: Option<&Arc<AtomicBool>>,
     ) -> Result<SerialLink, Failure> {
         (self.at_port()?).connect_all(axes, patience, warn, stop)
     }
@@ -165,7 +166,7 @@ impl DeviceName {
         axes: Option<usize>,
         patience: Duration,
         warn: Warn<'_>,
-        stop: Option<&AtomicBool>,
+        stop: Option<&Arc<AtomicBool>>,
     ) -> Result<SerialLink, Failure> {
         let name = self.at_port()?;
         match axes {
@@ -242,7 +243,7 @@ impl LinkedName {
         axes: usize,
         patience: Duration,
         warn: Warn<'_>,
-        stop: Option<&AtomicBool>,
+        stop: Option<&Arc<AtomicBool>>,
     ) -> Result<SerialLink, Failure> {
         let mut link = self.open(axes, warn, patience, stop)?;
         let has = usize::from(link.capabilities().axes);
@@ -270,7 +271,7 @@ impl LinkedName {
         axes: Option<usize>,
         patience: Duration,
         warn: Warn<'_>,
-        stop: Option<&AtomicBool>,
+        stop: Option<&Arc<AtomicBool>>,
     ) -> Result<SerialLink, Failure> {
         let mut link = self.open(axes.unwrap_or(1), warn, patience, stop)?;
         let has = usize::from(link.capabilities().axes);
@@ -291,7 +292,7 @@ impl LinkedName {
         axes: usize,
         warn: Warn<'_>,
         patience: Duration,
-        stop: Option<&AtomicBool>,
+        stop: Option<&Arc<AtomicBool>>,
     ) -> Result<SerialLink, Failure> {
         match self {
             Self::Serial(name) => {
@@ -313,13 +314,14 @@ fn open(
     axes: usize,
     warn: Warn<'_>,
     patience: Duration,
-    stop: Option<&AtomicBool>,
+    stop: Option<&Arc<AtomicBool>>,
 ) -> Result<SerialLink, Failure> {
     const PAUSE: Duration = Duration::from_millis(250);
     let began = Moment::now();
     loop {
-        let error = match name.open_with(axes, warn) {
+        let error = match name.open_with(axes, warn, stop) {
             Ok(link) => return Ok(link),
+            Err(error) if is_set(stop) => return Err(interrupted(name, &error)),
             Err(error) => error,
         };
         if !error.may_pass() || began.elapsed() + PAUSE > patience {
@@ -330,13 +332,10 @@ fn open(
             });
         }
         std::thread::sleep(PAUSE);
-        if is_set(stop) {
-            return Err(interrupted(name, &error));
-        }
     }
 }
 
-fn is_set(stop: Option<&AtomicBool>) -> bool {
+fn is_set(stop: Option<&Arc<AtomicBool>>) -> bool {
     stop.is_some_and(|stop| stop.load(Ordering::Relaxed))
 }
 
@@ -360,7 +359,7 @@ impl fmt::Display for SerialName {
 impl SerialName {
     fn connect(&self, options: ConnectOptions<'_>, warn: Warn<'_>) -> Result<SerialLink, Failure> {
         let link = if self.path == "auto" {
-            self.find(warn)?
+            self.find(options, warn)?
         } else {
             let link = SerialLink::connect(&self.path, options);
             link.map_err(|error| match is_set(options.stop) {
@@ -379,14 +378,17 @@ impl SerialName {
     }
 
     /// The only port at which a device answers.
-    fn find(&self, warn: Warn<'_>) -> Result<SerialLink, Failure> {
+    fn find(&self, options: ConnectOptions<'_>, warn: Warn<'_>) -> Result<SerialLink, Failure> {
         let options = ConnectOptions {
-            baud: self.baud,
-            ..ConnectOptions::default()
+            patience: Duration::ZERO,
+            ..options
         };
         let ports = ports();
         let connected = |port: &PortInfo| SerialLink::connect(&port.path, options).ok();
         let mut found = answering(&ports, connected, warn);
+        if is_set(options.stop) {
+            return Err(interrupted(&"serial:auto", &LinkError::Stopped));
+        }
         match (found.pop(), found.as_slice()) {
             (Some(link), []) => Ok(link),
             (None, _) => Err(Failure::device(format_args!(
@@ -505,6 +507,29 @@ fn feared(words: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_stop_ends_whatever_a_device_is_opened_by() {
+        let stop = Arc::new(AtomicBool::new(true));
+        // Nobody answers there, for longer than anybody waits.
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+        let address = listener.local_addr().expect("an address");
+        for name in [
+            "serial:auto".to_owned(),
+            format!("tcp:{address}"),
+            format!("haply:tcp:{address}"),
+            format!("moteus:tcp:{address}"),
+            format!("inverse3:{address}"),
+        ] {
+            let device: DeviceName = name.parse().expect("a name");
+            let ended = device.connect(Some(1), Duration::from_secs(600), &|_| {}, Some(&stop));
+            let error = ended.expect_err("stopped").to_string();
+            assert!(
+                error.starts_with("interrupted while waiting for"),
+                "{name}: {error}"
+            );
+        }
+    }
 
     #[test]
     fn a_name_says_port_and_speed() {

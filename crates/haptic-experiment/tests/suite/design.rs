@@ -4,17 +4,14 @@ use haptic_experiment::question::{Answer, Question};
 use serde_json::Value;
 use std::f64::consts::PI;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
+use std::sync::Arc;
 use testkit::{assert_relative, assert_says};
-
-/// Nobody stops it.
-static NEVER: AtomicBool = AtomicBool::new(false);
 
 fn ask(text: &str) -> Answer {
     let question = Question::parse(Path::new("form"), &format!("[design]\n{text}\n"));
     let question = question.expect("a good question");
     question
-        .answer(&|_| (), &NEVER, &|_| ())
+        .answer(&|_| (), &Arc::default(), &|_| ())
         .expect("an answer")
 }
 
@@ -96,7 +93,7 @@ fn analysed(name: &str, wall: &Value, device: &str) -> Value {
     );
     let question = Question::parse(Path::new("form"), &text).expect("a good question");
     let answer = question
-        .answer(&|_| (), &NEVER, &|_| ())
+        .answer(&|_| (), &Arc::default(), &|_| ())
         .expect("an answer");
     serde_json::to_value(answer).expect("JSON")
 }

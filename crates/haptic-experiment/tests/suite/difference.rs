@@ -5,7 +5,7 @@ use haptic_experiment::question::Question;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
+use std::sync::Arc;
 use testkit::{assert_refused, assert_relative};
 
 /// A device that hardly adds to what is felt, sampled so fast that hold and steps do not count.
@@ -28,7 +28,7 @@ fn difference(law: &str, other: Option<&str>, hand: &str) -> Result<Value, Strin
     let question = Question::parse(&folder.path().join("asked.toml"), &text)
         .map_err(|error| error.to_string())?;
     let answer = question
-        .answer(&|_| (), &AtomicBool::new(false), &|_| ())
+        .answer(&|_| (), &Arc::default(), &|_| ())
         .map_err(|error| error.to_string())?;
     Ok(serde_json::to_value(answer).expect("JSON"))
 }

@@ -10,7 +10,7 @@ use serde_json::Value;
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
+use std::sync::Arc;
 use testkit::{Random, assert_close, assert_refused, assert_relative};
 
 const T: f64 = 1e-3;
@@ -90,7 +90,7 @@ const ANALYSES: [(&str, &str); 5] = [
 
 fn answered(analysis: &str, keys: &str) -> Result<Answer, String> {
     let question = Question::parse(Path::new("form"), &format!("[{analysis}]\n{keys}\n"));
-    let never = AtomicBool::new(false);
+    let never = Arc::default();
     let answer = question.and_then(|question| question.answer(&|_| (), &never, &|_| ()));
     answer.map_err(|error| error.to_string())
 }

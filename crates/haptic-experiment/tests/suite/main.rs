@@ -13,7 +13,6 @@ use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{ExperimentFile, Report, Supervisor};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::atomic::AtomicBool;
 
 /// The report of the document, run into this folder with what it says kept in the log.
 fn ran(document: &Document, out: PathBuf) -> Report {
@@ -27,7 +26,7 @@ fn ran(document: &Document, out: PathBuf) -> Report {
         provenance,
     };
     let supervisor = Supervisor {
-        stop: &AtomicBool::new(false),
+        stop: &std::sync::Arc::default(),
         progress: &|_| {},
         live: None,
         warn: &|_| {},

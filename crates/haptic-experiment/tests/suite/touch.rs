@@ -10,7 +10,6 @@ use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{ExperimentFile, Report, Supervisor};
 use haptic_log::record::{Entry, LogReader, TickMessage};
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 use testkit::{Folder, assert_close};
 
 fn experiment(text: &str) -> ExperimentFile {
@@ -35,7 +34,7 @@ pub(crate) fn request(folder: &Path, stem: &str) -> FolderRequest {
 }
 
 pub(crate) fn supervised<T>(run: impl FnOnce(Supervisor<'_>) -> T) -> T {
-    let stop = AtomicBool::new(false);
+    let stop = std::sync::Arc::default();
     run(Supervisor {
         stop: &stop,
         progress: &|_| {},

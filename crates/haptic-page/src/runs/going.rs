@@ -22,7 +22,7 @@ pub(super) type Progress<'a> = &'a (dyn Fn(u64) + Sync);
 /// Callbacks of a piece of work.
 #[derive(Clone, Copy)]
 pub(super) struct Attendant<'a> {
-    pub(super) stop: &'a AtomicBool,
+    pub(super) stop: &'a Arc<AtomicBool>,
     pub(super) progress: Progress<'a>,
     /// Hears a sentence for people.
     pub(super) warn: &'a (dyn Fn(&str) + Sync),
@@ -72,7 +72,7 @@ pub(super) struct Going {
     steps: u64,
     /// Its samples so far; `None` for a question.
     pub(super) watched: Option<Watched>,
-    stop: AtomicBool,
+    stop: Arc<AtomicBool>,
     over: AtomicBool,
     thread: Mutex<Option<JoinHandle<()>>>,
 }
@@ -133,7 +133,7 @@ impl Going {
             kind: work.kind,
             steps: work.steps,
             watched: drawn.map(|drawn| Watched::of(drawn, work.steps)),
-            stop: AtomicBool::new(false),
+            stop: Arc::default(),
             over: AtomicBool::new(false),
             thread: Mutex::default(),
         });

@@ -2,13 +2,15 @@
 
 use super::error::{SerialError, WAITING};
 use super::line::Line;
-use super::link::{Ends, HEARD_MOST, LISTENS, RETURNS, SerialLink, Shared, is_nothing, write};
+use super::link::{
+    Ends, HEARD_MOST, LISTENS, RETURNS, STOPPED, SerialLink, Shared, is_nothing, write,
+};
 use super::port;
 use super::run::IN_TIME;
 use super::served::Served;
+use super::stopping::{is_set, sleep, spawn, thread_error, unless_stopped};
 use crate::impossible::Plausible;
 use crate::{Conversation, Incoming, LinkError, Patience, abilities, check_keys};
-use core::fmt::Display;
 use haptic_link::{Capabilities, DeviceReport, FRAME_MAX, Hello, Request, Sample, State, Status};
 use haptic_loop::realtime::Moment;
 use hdrhistogram::Histogram;
@@ -17,10 +19,9 @@ use std::collections::VecDeque;
 use std::collections::hash_map::RandomState;
 use std::hash::{BuildHasher as _, Hasher as _};
 use std::string::ToString;
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64};
 use std::sync::mpsc::sync_channel;
 use std::sync::{Arc, Mutex};
-use std::thread::JoinHandle;
 use std::time::Duration;
 use std::vec::Vec;
 
@@ -36,8 +37,8 @@ pub struct ConnectOptions<'a> {
     pub baud: Option<u32>,
     /// Time for further attempts at a port that is not there or does not answer.
     pub patience: Duration,
-    /// Setting this flag ends the attempts.
-    pub stop: Option<&'a AtomicBool>,
+    /// Setting this flag ends the attempts, and later each wait for an answer.
+    pub stop: Option<&'a Arc<AtomicBool>>,
 }
 
 impl SerialLink {
@@ -69,11 +70,12 @@ impl SerialLink {
     fn connect_once(
         path: &str,
         baud: Option<u32>,
-        stop: Option<&AtomicBool>,
+        stop: Option<&Arc<AtomicBool>>,
     ) -> Result<Self, SerialError> {
         let latency_ms = port::shorten_latency(path);
         let bauds = baud.as_ref().map_or(&BAUDS[..], std::slice::from_ref);
-        let port = port::open(path, bauds[0])?;
+        let (opened, speed) = (path.to_string(), bauds[0]);
+        let port = unless_stopped(stop, move || port::open(&opened, speed))??;
         let mut link = Self::over(port, bauds, path, stop)?;
         link.latency_ms = latency_ms;
         Ok(link)
@@ -90,6 +92,13 @@ impl SerialLink {
         Ok(link)
     }
 
+    /// From now on `stop` ends each wait for an answer.
+    #[must_use]
+    pub fn stopped_by(mut self, stop: Option<&Arc<AtomicBool>>) -> Self {
+        self.stop = stop.cloned();
+        self
+    }
+
     /// Connects to whoever is at the other end of a line that is open already, once, unless `stop` is set meanwhile.
     ///
     /// # Errors
@@ -97,7 +106,7 @@ impl SerialLink {
     pub fn to_line(
         line: Box<dyn Line>,
         name: &str,
-        stop: Option<&AtomicBool>,
+        stop: Option<&Arc<AtomicBool>>,
     ) -> Result<Self, SerialError> {
         Self::over(line, &BAUDS[..1], name, stop)
     }
@@ -107,7 +116,7 @@ impl SerialLink {
         line: Box<dyn Line>,
         bauds: &[u32],
         path: &str,
-        stop: Option<&AtomicBool>,
+        stop: Option<&Arc<AtomicBool>>,
     ) -> Result<Self, SerialError> {
         let mut port = line;
         let mut conversation = Conversation::new(RETRY.as_micros() as u64).by_listening();
@@ -135,6 +144,7 @@ impl SerialLink {
         ];
         let mut link = Self {
             shared,
+            stop: stop.cloned(),
             commands: Some(commands),
             answers,
             heard,
@@ -158,13 +168,12 @@ impl SerialLink {
             forces_skipped: 0,
             served: None,
         };
-        link.introduce(stop)?;
+        link.introduce()?;
         Ok(link)
     }
 
-    fn introduce(&mut self, stop: Option<&AtomicBool>) -> Result<(), SerialError> {
-        let ask = |link: &Self, request| link.ask_for(request, Duration::MAX, stop);
-        let DeviceReport::Keys(keys) = ask(self, Request::GetKeys)? else {
+    fn introduce(&mut self) -> Result<(), SerialError> {
+        let DeviceReport::Keys(keys) = self.ask(Request::GetKeys)? else {
             return Err(LinkError::Gone.into());
         };
         check_keys(&keys, 1, self.hello.firmware)?;
@@ -172,17 +181,17 @@ impl SerialLink {
         self.has_surfaces = keys.has_surfaces();
         // Somebody may have left it running.
         if !matches!(self.hello.status.state, State::Idle | State::Fault) {
-            ask(self, Request::Disarm)?;
+            self.ask(Request::Disarm)?;
             self.wait_for_rest();
         }
-        if let DeviceReport::Capabilities(capabilities) = ask(self, Request::GetCapabilities)? {
+        if let DeviceReport::Capabilities(capabilities) = self.ask(Request::GetCapabilities)? {
             self.capabilities = capabilities;
         }
         check_numbers(&self.capabilities)?;
         let can = &self.capabilities;
         self.plausible = Plausible::of(can.force_max_n, can.sensed_force_max_n, can.simulated);
         check_keys(&keys, self.capabilities.axes, self.hello.firmware)?;
-        let (configuration, _) = self.configuration_unless(stop)?;
+        let (configuration, _) = self.configuration()?;
         self.ticks_every(configuration.tick_period_us);
         // Old samples and notices do not belong to this session.
         self.heard.try_iter().take(HEARD_MOST).for_each(drop);
@@ -198,30 +207,14 @@ impl SerialLink {
         let resting = || matches!(self.status().state, State::Idle | State::Fault);
         // The last status is from before the request.
         loop {
-            let is_over = self.is_over(&mut patience);
+            let silent = self.shared.conversation().listened().silent();
+            let is_over = self.is_over(&mut patience) || self.is_stopped() && silent >= STOPPED;
             drop(self.measure_round_trip(Duration::from_millis(20)));
             if resting() || is_over {
                 return resting();
             }
         }
     }
-}
-
-pub(super) fn is_set(stop: Option<&AtomicBool>) -> bool {
-    stop.is_some_and(|stop| stop.load(Ordering::Relaxed))
-}
-
-/// Sleeps for `time`; false if `stop` was set meanwhile, which is noticed within 50 ms.
-fn sleep(time: Duration, stop: Option<&AtomicBool>) -> bool {
-    let until = Moment::now() + time;
-    while !is_set(stop) {
-        let left = until.saturating_duration_since(Moment::now());
-        if left.is_zero() {
-            return true;
-        }
-        std::thread::sleep(left.min(Duration::from_millis(50)));
-    }
-    false
 }
 
 /// Refuses abilities that are no numbers: nothing could be judged by them.
@@ -275,17 +268,6 @@ fn shared(conversation: Conversation, status: Status) -> Result<Shared, SerialEr
     })
 }
 
-fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>, SerialError> {
-    let builder = std::thread::Builder::new().name(name.to_string());
-    builder.spawn(run).map_err(thread_error)
-}
-
-fn thread_error(error: impl Display) -> SerialError {
-    SerialError::Thread {
-        reason: error.to_string(),
-    }
-}
-
 /// Speeds that boards have, bits per second; the first is for a device without a board.
 pub const BAUDS: [u32; 2] = [460_800, 921_600];
 
@@ -305,7 +287,7 @@ fn greet(
     conversation: &mut Conversation,
     bauds: &[u32],
     received: &mut Vec<u8>,
-    stop: Option<&AtomicBool>,
+    stop: Option<&Arc<AtomicBool>>,
 ) -> Result<(Hello, u32), SerialError> {
     // A line that keeps its own patience is heard all the same.
     let _ = port.set_patience(LISTENS);
@@ -330,7 +312,7 @@ fn take_turn(
     conversation: &mut Conversation,
     nonce: u32,
     received: &mut Vec<u8>,
-    stop: Option<&AtomicBool>,
+    stop: Option<&Arc<AtomicBool>>,
 ) -> Result<Option<Hello>, LinkError> {
     let began = Moment::now();
     let now_us = |began: Moment| began.elapsed().as_micros() as u64;

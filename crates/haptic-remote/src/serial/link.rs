@@ -4,6 +4,7 @@ use super::clock::{DeviceClock, Ping, Pings};
 use super::error::{BoardTrouble, TroubleCause};
 use super::line::{Line, lock};
 use super::served::Served;
+use super::stopping::is_set;
 use super::tcp::tcp_address;
 use crate::impossible::Plausible;
 use crate::{Conversation, HostCounters, Incoming, LinkError, Patience};
@@ -65,6 +66,8 @@ pub struct LinkReport {
 #[derive(Debug)]
 pub struct SerialLink {
     pub(super) shared: Arc<Shared>,
+    /// Set by whoever stops what is done with it.
+    pub(super) stop: Option<Arc<AtomicBool>>,
     pub(super) commands: Option<SyncSender<Command>>,
     pub(super) answers: Receiver<Result<DeviceReport, LinkError>>,
     pub(super) heard: Receiver<DeviceMessage>,
@@ -252,6 +255,12 @@ impl SerialLink {
         self.shared.conversation().set_keep_alive(None);
     }
 
+    /// True once somebody stops what is done with this device.
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        is_set(self.stop.as_ref())
+    }
+
     /// True if this patience is over, or the reader has ended.
     pub(super) fn is_over(&self, patience: &mut Patience) -> bool {
         patience.listened_for(self.shared.listened());
@@ -278,7 +287,7 @@ impl Drop for SerialLink {
             let mute = self.shared.mute.load(Ordering::Relaxed);
             let most = if mute { STOPPED } else { Duration::MAX };
             self.shared.conversation().set_keep_alive(None);
-            let _ = self.ask_for(Request::Disarm, most, None);
+            let _ = self.ask_for(Request::Disarm, most);
         }
         self.commands = None;
         // The writer, which first sends what it was given, ends before the reader.

@@ -19,6 +19,7 @@ mod request;
 mod run;
 mod served;
 mod socket;
+mod stopping;
 mod tcp;
 
 pub use crate::held_clock::HeldClock;
@@ -30,4 +31,5 @@ pub use link::{DeviceMessage, LinkReport, SerialLink};
 pub use port::{PortInfo, is_socket, latency_file, open, port_of, ports};
 pub use request::Companions;
 pub use served::{DeviceTime, ServeError, Served, ServedHardware, USB_PERIOD_US};
+pub use stopping::unless_stopped;
 pub use tcp::{TcpListening, host_and_port, tcp_address};

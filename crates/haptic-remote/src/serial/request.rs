@@ -1,9 +1,9 @@
 //! Asking and setting: requests that wait for their answer.
 
-use super::connect::is_set;
 use super::error::SerialError;
 use super::line::lock;
 use super::link::{Command, LISTENS, STOPPED, SerialLink};
+use super::stopping::sleep;
 use crate::LinkError;
 use haptic_link::{
     AXES_MAX, Alive, CoefficientBlock, Configuration, ControllerCost, ControllerLaw, DeviceReport,
@@ -11,7 +11,7 @@ use haptic_link::{
     SurfaceShape, WorkspaceBox, block_count,
 };
 use hdrhistogram::Histogram;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
 use std::vec::Vec;
@@ -28,12 +28,12 @@ pub struct Companions<'a> {
 }
 
 impl SerialLink {
-    /// Asks, and waits for the answer.
+    /// Asks, and waits for the answer: 1.5 s, and 0.2 s once somebody stops. A device that does not answer then is waited for no more.
     ///
     /// # Errors
     /// No answer, a refusal, a line that is gone.
     pub fn ask(&self, request: Request) -> Result<DeviceReport, SerialError> {
-        self.ask_for(request, Duration::MAX, None)
+        self.ask_for(request, Duration::MAX)
     }
 
     /// Stops a run at once, or else says within 0.2 s that it was not heard, after four tries.
@@ -41,15 +41,14 @@ impl SerialLink {
     /// # Errors
     /// As [`ask`](Self::ask).
     pub fn stop(&self) -> Result<(), SerialError> {
-        self.ask_for(Request::Stop, STOPPED, None).map(drop)
+        self.ask_for(Request::Stop, STOPPED).map(drop)
     }
 
-    /// As [`ask`](Self::ask), but listens no longer than this for the answer, and not once `stop` is set.
+    /// As [`ask`](Self::ask), but listens no longer than this for the answer.
     pub(super) fn ask_for(
         &self,
         request: Request,
         most: Duration,
-        stop: Option<&AtomicBool>,
     ) -> Result<DeviceReport, SerialError> {
         let commands = self.commands.as_ref().ok_or(LinkError::Gone)?;
         if self.shared.deaf.load(Ordering::Relaxed) {
@@ -63,7 +62,12 @@ impl SerialLink {
             .send(Command::Ask(request))
             .map_err(|_| LinkError::Gone)?;
         let mut patience = self.patience(most);
+        let mut hurries = false;
         loop {
+            if self.is_stopped() && !core::mem::replace(&mut hurries, true) {
+                self.shared.conversation().hurry();
+                patience = self.patience(patience.left().min(STOPPED));
+            }
             let listened = self.shared.listened();
             match self.answers.recv_timeout(patience.left().min(LISTENS)) {
                 Ok(answer) => {
@@ -74,7 +78,10 @@ impl SerialLink {
                 Err(RecvTimeoutError::Disconnected) => return Err(LinkError::Gone.into()),
                 Err(RecvTimeoutError::Timeout) => patience.listened_for(listened),
             }
-            if patience.is_over() || is_set(stop) {
+            if patience.is_over() {
+                if hurries {
+                    self.give_up();
+                }
                 return Err(self.shared.conversation().no_answer().into());
             }
         }
@@ -193,22 +200,17 @@ impl SerialLink {
     /// # Errors
     /// As [`ask`](Self::ask).
     pub fn configuration(&self) -> Result<(Configuration, Vec<f32>), SerialError> {
-        self.configuration_unless(None)
-    }
-
-    pub(super) fn configuration_unless(
-        &self,
-        stop: Option<&AtomicBool>,
-    ) -> Result<(Configuration, Vec<f32>), SerialError> {
-        let ask = |request| self.ask_for(request, Duration::MAX, stop);
-        let DeviceReport::Configuration { configuration, .. } = ask(Request::GetConfiguration)?
+        let DeviceReport::Configuration { configuration, .. } =
+            self.ask(Request::GetConfiguration)?
         else {
             return Err(LinkError::Gone.into());
         };
         let mut values = Vec::new();
         for block in 0..block_count(configuration.operator.count) {
             let offset = block * haptic_link::COEFFICIENTS_PER_BLOCK as u16;
-            if let DeviceReport::Coefficients(block) = ask(Request::GetCoefficients { offset })? {
+            if let DeviceReport::Coefficients(block) =
+                self.ask(Request::GetCoefficients { offset })?
+            {
                 values.extend(block.values);
             }
         }
@@ -265,7 +267,7 @@ impl SerialLink {
     #[must_use]
     pub fn measure_round_trip(&self, duration: Duration) -> Histogram<u64> {
         self.shared.conversation().set_keep_alive(Some(5_000));
-        std::thread::sleep(duration);
+        let _ = sleep(duration, self.stop.as_ref());
         self.shared.conversation().set_keep_alive(None);
         lock(&self.shared.round_trip_us).clone()
     }

@@ -81,17 +81,15 @@ impl SerialLink {
     }
 
     /// Makes a device let go that has not answered a question, and asks on for some seconds, which a busy machine or a bad line
-    /// may need; true if it answers then.
+    /// may need, unless somebody stops; true if it answers then.
     #[must_use]
-    pub fn answers_again(&mut self) -> bool {
+    pub fn answers_again(&self) -> bool {
         const MOST: Duration = Duration::from_secs(4);
-        if self.shared.deaf.load(Ordering::Relaxed) {
-            return false;
-        }
         let mut patience = self.patience(MOST);
         loop {
             let answers = self.answers(Request::Disarm, Duration::MAX);
-            if answers != Ok(false) || self.is_over(&mut patience) {
+            let is_deaf = self.shared.deaf.load(Ordering::Relaxed);
+            if answers != Ok(false) || is_deaf || self.is_over(&mut patience) {
                 return answers == Ok(true);
             }
         }
@@ -99,7 +97,7 @@ impl SerialLink {
 
     /// True if the device answers within this time, if only by a refusal.
     fn answers(&self, request: Request, most: Duration) -> Result<bool, LinkError> {
-        match self.ask_for(request, most, None) {
+        match self.ask_for(request, most) {
             Err(SerialError::Link(LinkError::NoAnswer { .. })) => Ok(false),
             Err(SerialError::Link(LinkError::Refused { refusal, .. }))
                 if refusal != Refusal::Connection =>

@@ -150,7 +150,7 @@ fn an_emergency_stop_is_pressed_and_released_by_somebody() {
     let report = tested(&|| board.connect(), test, &|notice| match notice {
         Notice::PressEmergencyStop => board.open_stop(true),
         Notice::ReleaseEmergencyStop => board.open_stop(false),
-        Notice::MayMove(_) | Notice::Trying(_) => {}
+        Notice::MayMove(_) | Notice::Trying(_) | Notice::Silent => {}
     });
     assert!(report.holds, "{report:#?}");
     let row = report.checks.last().expect("a row");

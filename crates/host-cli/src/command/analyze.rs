@@ -11,7 +11,7 @@ use clap::{Args, Subcommand};
 use haptic_experiment::Failure;
 use haptic_experiment::question::Answer;
 use serde_json::json;
-use std::sync::atomic::AtomicBool;
+use std::sync::Arc;
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -134,7 +134,7 @@ fn answer<N: Named>(
     output: Output,
 ) -> Result<(), Failure> {
     let kind = format!("analyze-{name}");
-    let answer = answered(&kind, options, &AtomicBool::new(false), output)?;
+    let answer = answered(&kind, options, &Arc::default(), output)?;
     let mut report = json!(answer);
     let Some(mut outputs) = outputs else {
         return output.report(&report);

@@ -203,7 +203,7 @@ fn ended_well(run: &RunReport) -> Result<(), Failure> {
 pub(crate) fn answered<N: Named>(
     kind: &str,
     options: Options<N>,
-    stop: &AtomicBool,
+    stop: &Arc<AtomicBool>,
     output: Output,
 ) -> Result<Answer, Failure> {
     let question = Question::open(&options.over(Document::new(kind))?)?;
@@ -355,7 +355,7 @@ impl ThreadArguments {
 
 /// The flag that Ctrl-C sets, and every other signal that would end or stop a program and that a program may hear: none of them leaves
 /// a force behind. Ctrl-Z ends a run too, as a stopped program takes no force away. The handlers are installed once.
-pub(crate) fn stop_on_interrupt() -> Result<&'static AtomicBool, Failure> {
+pub(crate) fn stop_on_interrupt() -> Result<&'static Arc<AtomicBool>, Failure> {
     static STOP: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
     static INSTALLED: OnceLock<Result<(), String>> = OnceLock::new();
     match INSTALLED.get_or_init(|| heard(&STOP)) {

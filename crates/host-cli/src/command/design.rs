@@ -11,7 +11,7 @@ use haptic_experiment::question::{Answer, Candidate, DesignReport, FrontReport};
 use haptic_figure::{AxisSpec, FigureError, Look, Picture, Scale};
 use haptic_quantity::written;
 use serde_json::{Value, json};
-use std::sync::atomic::AtomicBool;
+use std::sync::Arc;
 
 pub(crate) const EXAMPLES: &str = "Examples:\n  host-cli design --delay 1ms --out design\n  \
                   host-cli design --wish most-damping --frequency 5Hz --require passive\n  \
@@ -43,7 +43,7 @@ const BEHIND: [&str; 7] = [
 pub(crate) fn run(arguments: Arguments, output: Output) -> Result<(), Failure> {
     let Arguments { asked, all } = arguments;
     let mut outputs = asked.files.look("design", &["toml"])?;
-    let answer = answered("design", asked.options, &AtomicBool::new(false), output)?;
+    let answer = answered("design", asked.options, &Arc::default(), output)?;
     let experiment = answer.experiment_text();
     if experiment.is_none() {
         outputs.without(&["toml"]);

@@ -1,5 +1,6 @@
 //! Commands on serial devices: an emulated one behind a pseudo-terminal.
 
+mod doors;
 mod facing;
 mod gone;
 mod held;

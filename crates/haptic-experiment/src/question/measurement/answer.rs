@@ -21,6 +21,7 @@ use haptic_log::record::StartTime;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_quantity::{digits, written};
 use serde::Serialize;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, SystemTime};
 
@@ -93,7 +94,7 @@ impl Measurement {
     pub fn run(
         &self,
         progress: &dyn Fn(u64),
-        stop: &AtomicBool,
+        stop: &Arc<AtomicBool>,
         warn: Warn<'_>,
     ) -> Result<MeasureReport, Failure> {
         let plan = &self.plan;

@@ -23,6 +23,7 @@ use haptic_remote::LinkError;
 use haptic_remote::serial::{SerialError, SerialLink};
 use nalgebra::{SVector, Vector1};
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The end of a measurement.
@@ -577,7 +578,7 @@ pub(crate) fn on_serial(
     remote: &RemoteDevice,
     warn: Warn<'_>,
     progress: &dyn Fn(u64),
-    stop: &AtomicBool,
+    stop: &Arc<AtomicBool>,
 ) -> Result<(MotionRecord, String, MeasurePlan), Failure> {
     let remote = RemoteDevice {
         loop_mode: LoopMode::Host,

@@ -24,6 +24,7 @@ use haptic_loop::plant::{MassDamper, MassDamperConfig, run_wall};
 use haptic_loop::units::Newtons;
 use haptic_loop::{Controller, OwnPush, Pushing, SafetyChain};
 use rayon::prelude::*;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// Bisections after the coarse search: 2e-4 of the value found, or better.
@@ -47,7 +48,7 @@ impl ZWidth {
     pub(crate) fn run(
         &self,
         progress: &(dyn Fn(u64) + Sync),
-        stop: &AtomicBool,
+        stop: &Arc<AtomicBool>,
         warn: Warn<'_>,
     ) -> Result<ZWidthReport, Failure> {
         self.check()?;
@@ -672,11 +673,11 @@ mod tests {
             remote: None,
             campaign: None,
         };
-        let never = AtomicBool::new(false);
+        let never = Arc::<AtomicBool>::default();
         let whole = experiment.run(&|_| {}, &never, &|_| {}).expect("runs");
         assert!(whole.ended_early.is_none());
         assert_eq!(whole.orders[0].boundary.len(), 5);
-        let stop = AtomicBool::new(false);
+        let stop = Arc::<AtomicBool>::default();
         let first = |_| stop.store(true, Ordering::Relaxed);
         let cut = experiment.run(&first, &stop, &|_| {}).expect("runs");
         let why = cut.ended_early.expect("a reason");
@@ -695,7 +696,7 @@ mod tests {
         use crate::question::{Answer, Question};
         let text = format!("[zwidth]\nsample_time_s = 2e-3\norders = [1.0]\npoints = 2\n{keys}");
         let question = Question::parse(std::path::Path::new("z.toml"), &text).expect("valid");
-        let never = AtomicBool::new(false);
+        let never = Arc::<AtomicBool>::default();
         let answer = question.answer(&|_| {}, &never, &|_| {}).expect("answers");
         let Answer::ZWidth(report) = answer else {
             panic!("{answer:?}");

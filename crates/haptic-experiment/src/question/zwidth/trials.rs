@@ -19,7 +19,7 @@ use haptic_loop::realtime::Moment;
 use haptic_remote::LinkError;
 use haptic_remote::serial::{DeviceMessage, SerialError, SerialLink};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 #[cfg(test)]
@@ -37,6 +37,8 @@ const FALLEN_WITHIN: Duration = Duration::from_secs(5);
 const OUT_WITHIN: Duration = Duration::from_secs(30);
 /// A trial without a sample for so long is held up, or its line is.
 const SILENCE: Duration = Duration::from_secs(2);
+/// From one look for a stop to the next.
+const LOOK: Duration = Duration::from_millis(50);
 /// Between two questions whether it has.
 const PAUSE: Duration = Duration::from_millis(10);
 
@@ -127,7 +129,7 @@ impl<'a> Trials<'a> {
         remote: &RemoteDevice,
         retreat: Option<RemoteLaw>,
         warn: Warn<'a>,
-        stop: &AtomicBool,
+        stop: &Arc<AtomicBool>,
     ) -> Result<Self, Failure> {
         if remote.loop_mode == LoopMode::Host {
             return Err(Failure::bad_input(format_args!(
@@ -404,6 +406,9 @@ impl Bench for LinkedBench {
         let problem = |error| refused_at_port(&path, error);
         let asked = Moment::now();
         loop {
+            if self.link.is_stopped() {
+                return Err(Failure::interrupted());
+            }
             // After some faults nobody but a person arms again: arming would clear it.
             if self.runs > 0
                 && let Some(latched) = Fault::from_code(self.link.status().fault)
@@ -417,7 +422,7 @@ impl Bench for LinkedBench {
                 break;
             };
             if is_unanswered(&error) {
-                return unanswered(&mut self.link, &path, error);
+                return unanswered(&self.link, &path, error, warn);
             }
             let refusal = refusal(&error);
             // In the wall, where a person has to pull it out.
@@ -437,7 +442,7 @@ impl Bench for LinkedBench {
         }
         let trial = followed(&mut self.link, &path, ticks, SILENCE, see)?;
         match self.link.disarm() {
-            Err(error) if is_unanswered(&error) => unanswered(&mut self.link, &path, error),
+            Err(error) if is_unanswered(&error) => unanswered(&self.link, &path, error, warn),
             disarmed => disarmed.map_err(problem).map(|()| trial),
         }
     }
@@ -475,7 +480,12 @@ fn followed(
     let (mut next, mut missed, mut newest) = (0, 0, None);
     let mut silence = link.patience(patience);
     loop {
-        match link.hear(silence.left()) {
+        if link.is_stopped() {
+            // Best effort: a device that does not hear it trips its own watchdog.
+            let _ = link.disarm();
+            return Err(Failure::interrupted());
+        }
+        match link.hear(silence.left().min(LOOK)) {
             Some(DeviceMessage::Sample(sample)) => {
                 let tick = u64::from(sample.tick);
                 if newest.replace(tick) < Some(tick) {
@@ -517,7 +527,16 @@ fn followed(
 
 /// Lets go of a device that did not answer. This machine, an emulator on it or a bad line may have been held up: if it answers now, nothing
 /// is known of the law.
-fn unanswered(link: &mut SerialLink, path: &str, error: SerialError) -> Result<Trial, Failure> {
+fn unanswered(
+    link: &SerialLink,
+    path: &str,
+    error: SerialError,
+    warn: Warn<'_>,
+) -> Result<Trial, Failure> {
+    if link.is_stopped() {
+        return Err(Failure::interrupted());
+    }
+    warn(&format!("{path}: {error}; it is asked on for some seconds"));
     if link.answers_again() {
         return Ok(held_up(path, &error));
     }

@@ -18,7 +18,7 @@ use haptic_loop::realtime::Moment;
 use haptic_remote::serial::{DeviceTime, Ping, Pings, SerialLink, Served};
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, LazyLock, Mutex};
 use std::time::Duration;
 use testkit::Random;
 
@@ -116,7 +116,7 @@ pub(crate) fn quiet() -> (SerialLink, Arc<Mutex<EmulatedAdapter>>) {
     (link, adapter)
 }
 
-static GOES_ON: AtomicBool = AtomicBool::new(false);
+static GOES_ON: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 
 pub(super) fn remote() -> RemoteDevice {
     let path = "device".to_owned();

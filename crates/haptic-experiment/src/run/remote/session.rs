@@ -180,7 +180,10 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         link.stream(1, 1)?;
         let sensor = &mut self.record.sensor;
         let mut patience = link.patience(SILENCE);
-        while matches!(sensor, SensorOffset::Measuring { .. }) && !link.is_silent(&mut patience) {
+        while matches!(sensor, SensorOffset::Measuring { .. })
+            && !link.is_silent(&mut patience)
+            && !link.is_stopped()
+        {
             match link.hear(AFTER_FAULT) {
                 Some(DeviceMessage::Sample(sample)) => sensor.take_off(&mut TickMessage {
                     sensed_force_n: sensed_by_device(&sample),

@@ -2,6 +2,7 @@
 
 use super::port::PortArguments;
 use super::settings::number;
+use crate::command::conduct::stop_on_interrupt;
 use crate::output::{Output, joined, note};
 use crate::parse::whole;
 use clap::Args;
@@ -30,6 +31,7 @@ impl List {
     pub(super) fn run(self, output: Output) -> Result<(), Failure> {
         let options = ConnectOptions {
             baud: self.baud,
+            stop: Some(stop_on_interrupt()?),
             ..ConnectOptions::default()
         };
         let listed = ports().into_iter().map(|port| {

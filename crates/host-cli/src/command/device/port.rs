@@ -7,7 +7,6 @@ use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::run::DeviceName;
 use haptic_remote::serial::SerialLink;
-use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 #[derive(Debug, Args)]
@@ -28,35 +27,25 @@ impl PortArguments {
 
     /// One attempt, at a device of one axis.
     pub(super) fn connect_once(&self) -> Result<SerialLink, Failure> {
-        self.device.connect(Some(1), Duration::ZERO, &warn, None)
+        let stop = stop_on_interrupt()?;
+        (self.device).connect(Some(1), Duration::ZERO, &warn, Some(stop))
     }
 
     /// Attempts at a device of one axis until the patience is over; Ctrl-C ends them in words.
     pub(super) fn connect(&self) -> Result<SerialLink, Failure> {
-        let (patience, stop) = self.attempts()?;
-        self.device.connect(Some(1), patience, &warn, stop)
+        let stop = stop_on_interrupt()?;
+        (self.device).connect(Some(1), self.patience(), &warn, Some(stop))
     }
 
     /// Attempts at a device of any number of axes.
     pub(super) fn connect_any(&self) -> Result<SerialLink, Failure> {
-        let (patience, stop) = self.attempts()?;
-        self.device.connect(None, patience, &warn, stop)
+        let stop = stop_on_interrupt()?;
+        (self.device).connect(None, self.patience(), &warn, Some(stop))
     }
 
     /// Connects for all axes of a device, or this many of one of another maker.
     pub(super) fn connect_all(&self, axes: Option<u8>) -> Result<SerialLink, Failure> {
-        let (patience, stop) = self.attempts()?;
-        let axes = axes.map(usize::from);
-        self.device.connect_all(axes, patience, &warn, stop)
-    }
-
-    /// For how long to try, and what ends it before.
-    fn attempts(&self) -> Result<(Duration, Option<&'static AtomicBool>), Failure> {
-        let patience = self.patience();
-        let stop = match patience {
-            Duration::ZERO => None,
-            _ => Some(stop_on_interrupt()?),
-        };
-        Ok((patience, stop))
+        let (axes, stop) = (axes.map(usize::from), stop_on_interrupt()?);
+        (self.device).connect_all(axes, self.patience(), &warn, Some(stop))
     }
 }

@@ -94,6 +94,7 @@ fn say(notice: Notice, output: Output) {
         )),
         Notice::Trying(promise) if is_watched(output) => note("trying", promise),
         Notice::Trying(_) => {}
+        Notice::Silent => warn("the device does not answer; it is asked on for some seconds"),
         Notice::PressEmergencyStop => now("press the emergency stop"),
         Notice::ReleaseEmergencyStop => now("release it again"),
     }

@@ -14,7 +14,11 @@ type Passes = Arc<Mutex<dyn FnMut(DeviceReport) -> Option<DeviceReport> + Send>>
 /// The line: at the socket `line`, before the device at the socket `device`.
 pub(super) struct Middle {
     deaf: Arc<AtomicBool>,
+    floods: Floods,
 }
+
+/// What comes instead of the device's messages.
+type Floods = Arc<Mutex<Option<&'static [u8]>>>;
 
 impl Middle {
     /// Loses the messages of the device for which this is true.
@@ -35,17 +39,24 @@ impl Middle {
         let deaf = Arc::new(AtomicBool::new(false));
         let heard = Arc::clone(&deaf);
         let passes: Passes = Arc::new(Mutex::new(passes));
+        let floods = Floods::default();
+        let flooded = Arc::clone(&floods);
         std::thread::spawn(move || {
             while let Ok((host, _)) = listener.accept() {
                 let device = UnixStream::connect(&path).expect("an emulator");
                 let ends = (clone(&host), clone(&device));
                 let heard = Arc::clone(&heard);
                 std::thread::spawn(move || to_device(ends.0, ends.1, &heard));
-                let passes = Arc::clone(&passes);
-                std::thread::spawn(move || to_host(device, host, &passes));
+                let (passes, floods) = (Arc::clone(&passes), Arc::clone(&flooded));
+                std::thread::spawn(move || to_host(device, host, &passes, floods));
             }
         });
-        Self { deaf }
+        Self { deaf, floods }
+    }
+
+    /// From now on the host hears this alone, over and over without a pause, or nothing.
+    pub(super) fn floods(&self, words: &'static [u8]) {
+        *self.floods.lock().expect("nobody panicked") = Some(words);
     }
 
     /// Nothing reaches the device any more.
@@ -80,12 +91,21 @@ fn to_device(host: UnixStream, device: UnixStream, deaf: &AtomicBool) {
 }
 
 /// A host that stands still keeps nothing of this end waiting.
-fn to_host(device: UnixStream, mut host: UnixStream, passes: &Passes) {
+fn to_host(device: UnixStream, mut host: UnixStream, passes: &Passes, floods: Floods) {
     let mut receiver = Receiver::<DeviceReport>::new(Direction::FromDevice);
     let mut frame = Vec::new();
     let (queue, frames) = channel::<Vec<u8>>();
     let end = clone(&host);
-    std::thread::spawn(move || frames.iter().all(|frame| host.write_all(&frame).is_ok()));
+    std::thread::spawn(move || {
+        frames.iter().all(|frame| {
+            let words = *floods.lock().expect("nobody panicked");
+            let Some(words) = words else {
+                return host.write_all(&frame).is_ok();
+            };
+            while !words.is_empty() && host.write_all(words).is_ok() {}
+            words.is_empty()
+        })
+    });
     each(device, end, |bytes, _| {
         bytes.iter().all(|&byte| {
             frame.push(byte);

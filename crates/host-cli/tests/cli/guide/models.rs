@@ -4,7 +4,7 @@ use haptic_experiment::question::Question;
 use haptic_figure::{AxisSpec, Chart, ChartPage, Look, Scale, Series};
 use serde_json::Value;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
+use std::sync::Arc;
 use testkit::book;
 
 const PAGE: &str = "models.md";
@@ -27,7 +27,7 @@ fn needed(folder: &Path, tissue: &str, scheme: &str) -> f64 {
         "[analyze-passivity]\ntissue = {file:?}\nloading = \"tension\"\narea_m2 = 1\nthickness_m = 1\nmass_kg = 1\nsample_time_s = {T}\nscheme = \"{scheme}\"\n"
     );
     let question = Question::parse(Path::new("form"), &keys).expect("a question");
-    let never = AtomicBool::new(false);
+    let never = Arc::default();
     let answer = question.answer(&|_| (), &never, &|_| ());
     let answer = serde_json::to_value(answer.expect("an answer")).expect("JSON");
     let found = answer.get("required_damping_n_s_per_m");

@@ -12,8 +12,8 @@ use haptic_loop::units::{Newtons, NewtonsPerSecond, Seconds};
 use haptic_loop::{Fault, Limiters, SafetyChain};
 use haptic_remote::serial::{BoardTrouble, DeviceTime, Served, ServedHardware};
 use haptic_remote::{Hardware, Impossible, abilities};
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, LazyLock};
 use testkit::Folder;
 
 type Session<'a> = HostSession<'a, TickMessage, 1>;
@@ -30,13 +30,15 @@ fn flaws_have_the_same_bits_on_the_wire_and_in_a_log() {
     assert!(!wire.contains(&flaw::LATE_FORCE));
 }
 
-static GOES_ON: AtomicBool = AtomicBool::new(false);
-pub(super) const QUIET: Supervisor<'_> = Supervisor {
-    stop: &GOES_ON,
-    progress: &|_| (),
-    live: None,
-    warn: &|_| (),
-};
+pub(super) fn quiet() -> Supervisor<'static> {
+    static GOES_ON: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
+    Supervisor {
+        stop: &GOES_ON,
+        progress: &|_| (),
+        live: None,
+        warn: &|_| (),
+    }
+}
 
 /// Record of a finished session, and its log.
 pub(super) struct Left {
@@ -66,7 +68,7 @@ pub(super) fn look<const N: usize>(
             provenance: BTreeMap::new(),
         };
         let made = request.prepare().expect("a folder");
-        let log = recorder(&request, &made, BTreeMap::new(), true, QUIET);
+        let log = recorder(&request, &made, BTreeMap::new(), true, quiet());
         let mut ready = ready(&remote, 200, &blank);
         ready.push = push;
         let session: Result<Session<'_>, _> = ready.session(log.expect("a log"), partner);
@@ -294,7 +296,7 @@ fn a_drive_whose_tissue_has_left_does_not_start() {
     let left = look(sides, None, |[tissue, drive]| {
         tissue.ends(Ending::Interrupted);
         connects(drive, SOUND, LoopMode::Device);
-        assert!(!drive.start(0, QUIET).expect("no error"));
+        assert!(!drive.start(0, quiet()).expect("no error"));
         assert_eq!(drive.record.ended, Some(Ending::OtherLeft));
     });
     // Nobody knows when the run would have begun.
@@ -410,7 +412,7 @@ fn connects(session: &mut Session<'_>, board: Board, loop_mode: LoopMode) {
 /// The session of a run on this board, of which the first sample has come.
 fn begins(session: &mut Session<'_>, board: Board, ticks: u32) {
     connects(session, board, LoopMode::Device);
-    assert!(session.start(ticks, QUIET).expect("starts"));
+    assert!(session.start(ticks, quiet()).expect("starts"));
     loop {
         match session.ready.link.hear(FALLEN) {
             Some(DeviceMessage::Sample(sample)) => break assert!(session.take_sample(&sample)),
@@ -461,7 +463,7 @@ fn a_sample_that_cannot_be_is_in_the_log_and_no_part_of_the_result() {
     look([None], None, |[session]| {
         let saturates = true;
         connects(session, Board { saturates, ..SOUND }, LoopMode::Device);
-        let error = session.listen(QUIET).expect_err("a saturated sensor");
+        let error = session.listen(quiet()).expect_err("a saturated sensor");
         session.give_up(&error);
         let Some(Ending::Impossible(what)) = session.record.ended else {
             panic!("{:?}", session.record.ended)
@@ -520,7 +522,7 @@ fn a_run_that_the_device_renders_is_whole_and_counted() {
         connects(session, SOUND, LoopMode::Device);
         let before = &mut session.ready.before;
         (before.overruns, before.stale_forces) = (u32::MAX, u32::MAX - 1);
-        session.conduct(&mut rendered(), &mut (), QUIET);
+        session.conduct(&mut rendered(), &mut (), quiet());
         assert_eq!((session.record.ended, session.samples_lost), (None, 0));
         session.note("noted", &BTreeMap::from([("key", 1)]));
         session.samples_lost = 3;
@@ -540,10 +542,10 @@ fn a_run_that_the_device_renders_is_whole_and_counted() {
 #[test]
 fn a_run_that_is_stopped_lets_go() {
     for mode in [LoopMode::Device, LoopMode::Host] {
-        let stop = AtomicBool::new(true);
+        let stop = Arc::new(AtomicBool::new(true));
         let supervisor = Supervisor {
             stop: &stop,
-            ..QUIET
+            ..quiet()
         };
         look([None], None, |[session]| {
             connects(session, SOUND, mode);
@@ -563,7 +565,7 @@ fn a_loop_here_logs_what_the_device_makes_of_its_forces() {
     let [left] = look([None], None, |[session]| {
         session.ready.holds = true;
         connects(session, SOUND, LoopMode::Host);
-        let done = session.control(&mut rendered(), &mut (), QUIET);
+        let done = session.control(&mut rendered(), &mut (), quiet());
         assert!(done.is_ok() && session.over, "{done:?}");
     });
     assert_eq!((left.record.ended, left.record.samples), (None, 200));
