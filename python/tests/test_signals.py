@@ -52,6 +52,8 @@ class Device:
     def __init__(self, folder: Path, options: str) -> None:
         self.folder = folder
         self.sent = b""
+        # What a host hears from now on instead of the device, over and over; nothing is a silence.
+        self.flood: bytes | None = None
         self.line = folder / "line"
         # A service has a port of its own.
         listen = [] if "service_port" in options else ["--listen", "127.0.0.1:0"]
@@ -72,7 +74,10 @@ class Device:
             def answers() -> None:
                 with contextlib.suppress(OSError):
                     while bytes_ := board.recv(4096):
-                        host.sendall(bytes_)
+                        while self.flood:
+                            host.sendall(self.flood)
+                        if self.flood is None:
+                            host.sendall(bytes_)
 
             threading.Thread(target=answers, daemon=True).start()
             # Neither end has to wait until the other has read its last words.
@@ -193,6 +198,25 @@ def test_a_run_in_another_thread_lets_go_at_each_of_them_and_when_the_main_threa
 
 def test_only_a_signal_that_nobody_hears_leaves_the_torque_on_a_board_without_a_watchdog(short) -> None:
     assert at_all(short, "main", [signal.SIGKILL]) == {signal.SIGKILL: "the torque stays"}
+
+
+@pytest.mark.parametrize("flood", [b"", bytes(4096), b"\x5a" * 4096], ids=["silence", "zeros", "garbage"])
+@pytest.mark.parametrize("stopped", [False, True], ids=["told", "stopped"])
+def test_a_line_that_floods_is_told_and_ctrl_c_is_heard_meanwhile(short, flood: bytes, stopped: bool) -> None:
+    device = Device(short, "")
+    run = started("main", f"serial:{device.line}", 0.001, short)
+    log = short / "run/relax.mcap.part"
+    while not (log.exists() and log.stat().st_size > 40_000):
+        assert run.poll() is None, run.communicate()[1]
+        time.sleep(0.005)
+    device.flood = flood
+    if stopped:
+        run.send_signal(signal.SIGINT)
+    how = ended(run)
+    said = run.communicate()[1]
+    device.ends()
+    assert how == (f"signal {signal.SIGINT}" if stopped else "exit 1"), said
+    assert ("KeyboardInterrupt" if stopped else "no sample for 2000 ms, and the device does not answer") in said
 
 
 def test_a_hangup_that_is_ignored_stays_ignored_as_after_nohup(short) -> None:
