@@ -173,13 +173,15 @@ impl Outcome {
             ),
             Self::Blocked(Some(friction_n)) => {
                 let needed_n = MeasurePlan::KEEPS_MOVING * friction_n;
+                // Friction of the next run may be a few per cent more, which must not ask again.
+                let given_n = 1.1 * needed_n;
                 format!(
                     "friction holds the device, and the force is zero: it began to move at {}, but up to {force} hardly keep it moving, \
                      which takes {}: give {}{}",
                     in_newtons(friction_n),
                     in_newtons(needed_n),
-                    set_force(needed_n),
-                    plan.own_limit_too(needed_n)
+                    set_force(given_n),
+                    plan.own_limit_too(given_n)
                 )
             }
             Self::Against(force_n) => format!(
