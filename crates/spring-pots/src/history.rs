@@ -11,6 +11,8 @@
 //! A part B·c of the stress beside the model's, such as a baseline, with B known and c not, is projected out of both sides:
 //! r = P(WQ − σ), P = 1 − BB⁺. PW and Pσ replace W and σ once, so that a model costs no more, and errors of
 //! the parameters account for the fit of c (G. H. Golub, V. Pereyra, *Separable nonlinear least squares*, 2003).
+//! Of parts D·d whose d are known to be normal with deviation 1, with D in deviations of the noise: ‖P(WQ − σ)‖² = min over d of
+//! ‖WQ + D·d − σ‖² + ‖d‖², with P = 1 − U·(1 − 1/√(1 + S²))·Uᵀ and D = `USVᵀ`. Small parts are left in, large ones are projected out.
 
 use crate::contour::{Contour, Quantity};
 use crate::cubic;
@@ -66,8 +68,8 @@ pub struct Moved<'a> {
 }
 
 impl History {
-    /// `beside`: the columns of B, a number for each sample of all motions.
-    pub fn new(motions: &[Moved<'_>], nuisance: &[Vec<f64>]) -> Self {
+    /// The columns of B and of D, a number for each sample of all motions.
+    pub fn new(motions: &[Moved<'_>], nuisance: &[Vec<f64>], bounded: &[Vec<f64>]) -> Self {
         let knots: Vec<Vec<(f64, f64)>> = (motions.iter())
             .map(|moved| knots(moved.motion_s, &changes(moved.motion_s, moved.strain)))
             .collect();
@@ -128,27 +130,47 @@ impl History {
         history.stress_scale = libm::sqrt(square / history.chosen.len() as f64);
         let (scale, wanted) = (history.stress_scale, history.wanted.iter_mut());
         wanted.for_each(|stress| *stress /= scale);
-        history.leave_out(nuisance);
+        history.leave_out(nuisance, bounded);
         history
     }
 
-    /// Takes out of W and σ what a sum of the columns makes.
-    fn leave_out(&mut self, nuisance: &[Vec<f64>]) {
-        if nuisance.is_empty() {
+    /// Takes out of W and σ what a sum of the columns makes, of the bounded ones as far as it may be.
+    fn leave_out(&mut self, nuisance: &[Vec<f64>], bounded: &[Vec<f64>]) {
+        if nuisance.is_empty() && bounded.is_empty() {
             return;
         }
         let rows = self.chosen.len();
-        let columns =
-            DMatrix::from_fn(rows, nuisance.len(), |row, n| nuisance[n][self.chosen[row]]);
-        let unit = columns.qr().q();
+        let of = |columns: &[Vec<f64>]| {
+            DMatrix::from_fn(rows, columns.len(), |row, n| columns[n][self.chosen[row]])
+        };
+        let free = (!nuisance.is_empty()).then(|| of(nuisance).qr().q());
+        let mut shares = vec![1.0; nuisance.len()];
+        let bounded = (!bounded.is_empty()).then(|| {
+            let mut columns = of(bounded);
+            for free in free.iter().flat_map(DMatrix::column_iter) {
+                let parts = columns.tr_mul(&free);
+                columns -= free * parts.transpose();
+            }
+            // By the triangle of D, which has few rows.
+            let (unit, triangle) = columns.qr().unpack();
+            let parts = triangle.svd(true, false);
+            let sizes = parts.singular_values.iter();
+            shares.extend(sizes.map(|size| 1.0 - 1.0 / libm::sqrt(1.0 + size * size)));
+            parts
+                .u
+                .map_or(DMatrix::zeros(rows, 0), |turned| unit * turned)
+        });
+        let units = free.iter().chain(&bounded).flat_map(DMatrix::column_iter);
+        let units: Vec<_> = units.zip(shares).collect();
         let without = |values: &mut [f64]| {
             let width = values.len() / rows;
-            for column in unit.column_iter() {
+            for (column, share) in &units {
                 let mut sums = vec![0.0; width];
-                for (row, part) in values.chunks_exact(width).zip(&column) {
+                for (row, part) in values.chunks_exact(width).zip(column) {
                     (sums.iter_mut().zip(row)).for_each(|(sum, value)| *sum += part * value);
                 }
-                for (row, part) in values.chunks_exact_mut(width).zip(&column) {
+                for (row, part) in values.chunks_exact_mut(width).zip(column) {
+                    let part = share * part;
                     (row.iter_mut().zip(&sums)).for_each(|(value, sum)| *value -= part * sum);
                 }
             }

@@ -44,7 +44,7 @@ use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{DepthMap, Device, Environment, Reading, SafeForce};
 use haptic_quantity::written;
 pub(crate) use judge::{DriveJudge, DriveReport, drive_columns};
-pub(crate) use path::{Motion, PressPath, Section};
+pub(crate) use path::{PressPath, Section};
 pub(crate) use preflight::{TissueLaw, device};
 pub(crate) use second::{DriveSamples, SecondReport, tell};
 use std::convert::Infallible;

@@ -1,16 +1,17 @@
 //! A device as a testing machine: its own position loop presses a real specimen, and the log says with which force.
 //!
 //! ```text
-//! sensor       F = sensed, its offset taken off
+//! sensor       F = sensed, its offset taken off, later by its lag
 //! motor        F = u − m·x'' − b·x' − F_c·s       s = sign(r') on the move, anything in [−1, 1] where the handle is held
 //! depth        δ = x − F/k                        k the stiffness of the frame, if it is given
 //! ```
 //! - *Symbols*: u the force of the motor, N; x the position and r the wanted path, m; m, b, `F_c` mass, damping and friction of the device.
+//! - *Zero*: a sensor is tared while the handle is still in the air, and looked at once more in the air behind the press.
 //! - *Guards*: a force beyond `force_limit_n` is never commanded; beyond `depth_limit_m` a fault ends the run. Both hold before any force.
 //! - *Simulated*: a tissue of the library, integrated apart from what renders it, see [`PressedDevice`].
 
+mod doubts;
 mod position_loop;
-mod possible_device;
 mod record;
 mod report;
 #[cfg(test)]
@@ -46,6 +47,7 @@ use crate::run::sensor_offset::OFFSET_SAMPLES;
 use crate::run::sensors::Sensors;
 use crate::run::simulate::{Instrumented, Simulated};
 use crate::run::{Ran, run_logged};
+use doubts::Open;
 use fracdiff::Scheme;
 use fracdiff::parameter::Shown;
 use fractional_control::Term;
@@ -58,7 +60,6 @@ use haptic_loop::plant::{
 };
 use haptic_loop::units::{Metres, NewtonsPerMetre, Seconds};
 use haptic_loop::{Controller, SafetyLimits};
-use possible_device::PossibleDevice;
 pub use record::PressRecord;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -81,7 +82,7 @@ parameters! {
 }
 
 /// Of `[press]`.
-pub(crate) const PRESS: &[Parameter] = &joined::<33>(&[
+pub(crate) const PRESS: &[Parameter] = &joined::<34>(&[
     &[PROTOCOL, PRESS_DEPTH, PRESS_DEPTHS, PRESS_RAMP, PRESS_HOLD],
     &[PRESS_AMPLITUDE, PRESS_FREQUENCIES],
     &[DEPTH_LIMIT, FRAME_STIFFNESS],
@@ -96,6 +97,8 @@ pub(crate) const PRESS: &[Parameter] = &joined::<33>(&[
 const PERIODS: f64 = 5.0;
 /// Samples by which a force from here is later than one of the device's own loop.
 const LINE_SAMPLES: f64 = 2.0;
+/// Longest lag of a force sensor of which nothing is known, s.
+const LAG_MOST_S: f64 = 5e-3;
 /// Rest in front of the specimen, in which the offset of a sensor is measured: twice the samples that it needs.
 const REST_SAMPLES: f64 = 2.0 * OFFSET_SAMPLES as f64;
 
@@ -121,10 +124,12 @@ pub(crate) struct Press {
     /// The specimen: its shape, and the tissue of a simulated one.
     pub(crate) piece: TissuePiece,
     device: MassDamperConfig,
-    /// What the motor may have moved.
-    possible: Vec<PossibleDevice>,
+    /// Its parameters as far as its file leaves them open.
+    open: Open,
     sensors: Sensors,
     force_sensor: Option<ForceSensorConfig>,
+    /// Between which times it lags, s.
+    lag_s: [f64; 2],
     drive: Drive,
     limits: SafetyLimits,
     frame_n_per_m: Option<f64>,
@@ -255,6 +260,7 @@ impl Press {
         let run = RemoteRun {
             preflight: Some(&look),
             force_unstable: self.conduct.force_unstable,
+            tares: true,
             dynamics: Some(dynamics(&self.device)),
             metadata: self.metadata(),
             ..RemoteRun::new(remote, law, schedule, &blank, watched.request)
@@ -344,6 +350,10 @@ pub(crate) fn press(table: &Table<'_>, held: Option<&Table<'_>>) -> Result<Press
         // The loop of a device holds its handle from its first tick on.
         rest_s: if in_device { 0.0 } else { REST_SAMPLES * t },
         sections: sections(table, protocol)?,
+        back_s: match in_device || remote.is_none() && !table.has(&p::SENSED_RANGE) {
+            true => None,
+            false => Some(table.number(&PRESS_RAMP)?),
+        },
     };
     let deepest_m = path.deepest_m();
     let limit_m = table.number_if(&DEPTH_LIMIT)?.unwrap_or(1.5 * deepest_m);
@@ -360,11 +370,17 @@ pub(crate) fn press(table: &Table<'_>, held: Option<&Table<'_>>) -> Result<Press
     samples_fit(table, t, path.duration_s(), &(10.0..=WHOLE_MOST as f64))?;
     let piece = piece(table)?;
     fits(table, &piece, deepest_m)?;
-    let force_sensor = force_sensor(table)?;
-    if remote.is_some() {
+    let force_sensor = if remote.is_some() {
         let idle = format!("with a device, which has its own: omit {DEVICE}");
-        without(table, [&p::TISSUE, &p::SENSED_RANGE], &idle)?;
-    }
+        let simulated = [&p::TISSUE, &p::SENSED_RANGE, &p::SENSED_NOISE];
+        let simulated = simulated
+            .into_iter()
+            .chain([&p::SENSED_OFFSET, &p::SENSED_SEED]);
+        without(table, simulated, &idle)?;
+        None
+    } else {
+        force_sensor(table)?
+    };
     let mut safety = safety(table)?;
     // As far in front of the specimen as the guard is behind its surface.
     safety.workspace_m.get_or_insert((0.0 - limit_m, limit_m));
@@ -373,18 +389,33 @@ pub(crate) fn press(table: &Table<'_>, held: Option<&Table<'_>>) -> Result<Press
         protocol,
         path: Arc::new(path),
         piece,
-        possible: PossibleDevice::all(&device, &table.intervals),
+        open: Open::of(&device, &table.intervals),
         device: MassDamperConfig {
             stiffness: NewtonsPerMetre(0.0),
             ..device
         },
         sensors,
         force_sensor,
+        lag_s: lag(table)?,
         drive,
         limits: force_and_rate(force_limit_n, Some(rate), Seconds(t)),
         frame_n_per_m: table.number_if(&FRAME_STIFFNESS)?,
         safety,
         conduct: Conduct::on(remote),
+    })
+}
+
+/// Between which times the force sensor lags, s: as somebody or a device file says, or up to what a load cell may.
+fn lag(table: &Table<'_>) -> Result<[f64; 2], FileError> {
+    let lag_s = table.number(&p::SENSED_LAG)?;
+    let known = table
+        .intervals
+        .iter()
+        .find(|ends| ends.key == p::SENSED_LAG.key);
+    Ok(match known {
+        Some(ends) if (ends.low..=ends.high).contains(&lag_s) => [ends.low, ends.high],
+        Some(_) | None if table.has(&p::SENSED_LAG) => [lag_s; 2],
+        Some(_) | None => [0.0, LAG_MOST_S],
     })
 }
 

@@ -91,7 +91,7 @@ pub(crate) fn without<'p>(
 
 pub(crate) fn sensors(table: &Table<'_>) -> Result<Sensors, FileError> {
     let noise_m = table.number(&p::SENSOR_NOISE)?;
-    if noise_m == 0.0 && !table.has(&p::SENSED_RANGE) {
+    if noise_m == 0.0 {
         without(
             table,
             [&p::SEED],
@@ -119,7 +119,7 @@ pub(crate) fn force_sensor(table: &Table<'_>) -> Result<Option<ForceSensorConfig
         noise: Newtons(table.number(&p::SENSED_NOISE)?),
         lag: Seconds(table.number(&p::SENSED_LAG)?),
         offset: Newtons(table.number(&p::SENSED_OFFSET)?),
-        seed: table.count(&p::SEED)?,
+        seed: table.count(&p::SENSED_SEED)?,
     };
     let made = ForceSensor::new(config, Seconds(1e-3));
     made.map(|_| Some(config)).map_err(|error| {

@@ -51,7 +51,7 @@ pub(crate) const CREEP: &[Parameter] = &[STRESS, FORCE, CREEP_DURATION, CREEP_CO
 pub(crate) const CHANGES: &[Parameter] = &[PIECE_STIFFNESS, PIECE_DISSIPATION, PIECE_ORDER];
 
 /// Of the rendering: the tissue, and how it is rendered.
-pub(crate) const RENDERING: &[Parameter] = &joined::<27>(&[
+pub(crate) const RENDERING: &[Parameter] = &joined::<28>(&[
     p::PIECE,
     CHANGES,
     &[p::SCHEME, PRECISION, p::SAMPLE_TIME, RIG_MASS, RIG_DAMPING],

@@ -36,7 +36,7 @@ use crate::document::parameters::range::{
 };
 use crate::document::parameters::{
     DAMPING, FORCE_LIMIT, HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, MASS, PIECE,
-    SAMPLE_TIME, SCHEME, SENSED_LAG, SENSED_NOISE, SENSED_RANGE,
+    SAMPLE_TIME, SCHEME, SENSED_LAG, SENSED_NOISE, SENSED_RANGE, SENSED_SEED,
 };
 use crate::document::reader::Table;
 use crate::judge::preflight::{Matter, Preflight, WallContact};
@@ -111,7 +111,7 @@ parameters! {
 }
 
 /// Of `[teleoperation]`.
-pub(crate) const TELEOPERATION: &[Parameter] = &joined::<46>(&[
+pub(crate) const TELEOPERATION: &[Parameter] = &joined::<47>(&[
     &[ARCHITECTURE, HAND_COUPLER_STIFFNESS],
     &[HAND_COUPLER_DISSIPATION, HAND_COUPLER_ORDER],
     &[WAVE_IMPEDANCE, PLAYOUT, LINE_DELAY, LINE_JITTER],
@@ -124,7 +124,7 @@ pub(crate) const TELEOPERATION: &[Parameter] = &joined::<46>(&[
     &[PLACE_STIFFNESS, PLACE_DISSIPATION, PLACE_ORDER],
     &[PLACE_ONE_SIDED],
     // Without an offset: the slave is joined to its place from its start on, so it could not be measured.
-    &[SENSED_RANGE, SENSED_NOISE, SENSED_LAG],
+    &[SENSED_RANGE, SENSED_NOISE, SENSED_LAG, SENSED_SEED],
     &[SCHEME, SAMPLE_TIME, TELEOPERATION_DURATION],
     &[TELEOPERATION_WINDOW],
     &[FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, MUST_BE_PASSIVE],

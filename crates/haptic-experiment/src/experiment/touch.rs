@@ -98,7 +98,7 @@ const WAY: Range = Range::Within(-1e4, 1e7);
 pub(crate) const TOUCH_MASS_DEFAULT: f64 = 0.065;
 
 /// Of `[touch]`.
-pub(crate) const TOUCH: &[Parameter] = &joined::<44>(&[
+pub(crate) const TOUCH: &[Parameter] = &joined::<45>(&[
     &[TOUCH_AXES, TOUCH_SHAPE, TOUCH_NORMAL, TOUCH_SURFACE],
     &[TOUCH_CENTRE, TOUCH_RADIUS],
     &[TOUCH_TISSUE],

@@ -30,7 +30,7 @@ use fracdiff::parameter::Shown;
 use haptic_log::record::{Entry, LogFiles};
 use haptic_loop::plant::RigDrive;
 use haptic_quantity::{Key, digits, written};
-use haptic_tissue::identify::{RecordKind, TableDetails};
+use haptic_tissue::identify::{RecordKind, TableDetails, white_noise};
 use measured_table::{Column, Columns, Reader, TABLE_MOST, read_bytes, read_table};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -289,24 +289,12 @@ fn start(columns: &Columns, load: RigDrive) -> Option<usize> {
     find(imposed).and_then(leaves).or_else(answer)
 }
 
-/// Standard deviation of white noise about a smooth curve, by the median of |x₋ − 2x + x₊|, whose σ is √6 times as large: of a normal
-/// distribution the median is at 0.6745 σ, and at the corners of a curve it is not. 0 of fewer than three values.
-pub(crate) fn noise(values: &[f64]) -> f64 {
-    let second = values
-        .windows(3)
-        .map(|triple| (triple[0] - 2.0 * triple[1] + triple[2]).abs());
-    let mut second: Vec<f64> = second.collect();
-    second.sort_by(f64::total_cmp);
-    let median = second.get(second.len() / 2).copied().unwrap_or(0.0);
-    median / (0.6745 * 6.0_f64.sqrt())
-}
-
 /// The last sample before these values leave the first of them, by more than their noise.
 fn leaves(values: &[f64]) -> Option<usize> {
     // The second differences of a few samples are the curve itself.
     let sigma = match values.len() < FEW + 2 {
         true => 0.0,
-        false => noise(values),
+        false => white_noise(values),
     };
     let off = |value: &f64| (value - values[0]).abs();
     // A signal that moves no further than its noise is held.

@@ -5,13 +5,18 @@
 //! ```
 //! - *Symbols*: s is the sensed force, f the rendered one, both opposed to the indentation, in N; n counts the samples in which no limiter
 //!   acted and the sensor gave a force.
-//! - *Wrong sign*: r < −0.5. *Wrong unit*: |r| > 0.5 and k within a factor of 3 of 1000 or of 1/1000.
+//! - *In contact* alone, where a force was rendered, k and r are taken: in the air a sensor shows its drift.
+//! - *Wrong sign*: r < −0.5. *Wrong unit*: |r| > 0.5 and k within a factor of 3 of 1000 or of 1/1000. *Drift*: in the air, beyond its noise
+//!   and a hundredth of the largest force that was sensed.
 //! - *Cost*: some twenty operations a sample.
 
-use crate::run::sensor_offset::{OFFSET_SAMPLES, SensorOffset};
+use crate::run::sensor_offset::{OFFSET_SAMPLES, SensorOffset, Tare};
 use crate::run::tick::KeptSample;
 use haptic_quantity::written;
 use serde_json::{Value, json};
+
+/// Share of the largest sensed force up to which a drift is not worth a sentence.
+const DRIFT: f64 = 0.01;
 
 /// Root mean square and largest size of a difference, N.
 #[derive(Clone, Copy, Debug, Default)]
@@ -35,7 +40,10 @@ pub(crate) struct SensedForce {
     differences: [Difference; 3],
     /// There was no closed form in a sample.
     without_closed_form: bool,
-    /// Of sensed and rendered force: means, squares about them, and products.
+    /// Largest size of a sensed force, N.
+    largest_n: f64,
+    /// In contact: samples, and of sensed and rendered force means, squares about them, and products.
+    touching: f64,
     means: [f64; 2],
     squares: [f64; 2],
     products: f64,
@@ -57,17 +65,22 @@ impl SensedForce {
         for (difference, (have, want)) in self.differences.iter_mut().zip(pairs) {
             difference.add(have - want);
         }
-        // B. P. Welford, Technometrics 4 (1962) 419: no difference of large sums.
         self.samples += 1.0;
+        self.largest_n = self.largest_n.max(sensed_n.abs());
+        if rendered_n == 0.0 {
+            return;
+        }
+        // B. P. Welford, Technometrics 4 (1962) 419: no difference of large sums.
+        self.touching += 1.0;
         let before = [sensed_n - self.means[0], rendered_n - self.means[1]];
-        (self.means.iter_mut().zip(before)).for_each(|(mean, off)| *mean += off / self.samples);
+        (self.means.iter_mut().zip(before)).for_each(|(mean, off)| *mean += off / self.touching);
         let after = [sensed_n - self.means[0], rendered_n - self.means[1]];
         self.products += before[0] * after[1];
         self.squares = [0, 1].map(|of| self.squares[of] + before[of] * after[of]);
     }
 
     /// Rows of a report, with the rms and the largest difference of the sensed force from a record, N; empty without a sensor.
-    pub(crate) fn rows(&self, offset: SensorOffset, from_record: Option<[f64; 2]>) -> Value {
+    pub(crate) fn rows(&self, tare: Tare, from_record: Option<[f64; 2]>) -> Value {
         if self.samples == 0.0 {
             return json!({});
         }
@@ -79,9 +92,9 @@ impl SensedForce {
         };
         let [rendered, closed_form, rendered_off] = self.differences;
         let of_closed_form = |difference| (!self.without_closed_form).then(|| of(difference));
-        let offset_n = match offset {
+        let offset_n = match tare.offset {
             SensorOffset::Known(axes) => Some(axes[0]),
-            SensorOffset::Measuring { .. } | SensorOffset::Touched { .. } => None,
+            SensorOffset::Measuring | SensorOffset::Touched { .. } => None,
         };
         let [rms, largest] = ["rms_n", "largest_n"];
         let from_record =
@@ -90,6 +103,8 @@ impl SensedForce {
             "samples": self.samples,
             // Null if it could not be measured: then nothing was taken off.
             "offset_n": offset_n,
+            // Its drift since, in the air; null if the handle was not still there once more.
+            "drift_n": tare.drift_n.map(|axes| axes[0]),
             "from_rendered": of(rendered),
             // Null where a force has no closed form.
             "from_closed_form": of_closed_form(closed_form),
@@ -100,19 +115,29 @@ impl SensedForce {
     }
 
     /// Doubts about the sensor, a line each. A simulated rig touches from its first tick on, so no offset is missed there.
-    pub(crate) fn warnings(&self, offset: SensorOffset, on_device: bool) -> Vec<String> {
+    pub(crate) fn warnings(&self, tare: Tare, on_device: bool) -> Vec<String> {
         let mut warnings = Vec::new();
         if self.samples == 0.0 {
             return warnings;
         }
-        if let SensorOffset::Touched { samples } = offset
+        if let SensorOffset::Touched { samples } = tare.offset
             && on_device
         {
             warnings.push(format!(
                 "the offset of the force sensor is not known: contact came after {samples} samples, and it is the mean of the first \
-                 {OFFSET_SAMPLES} without contact; begin outside of it"
+                 {OFFSET_SAMPLES} of a still handle in the air; begin outside, and hold it still"
             ));
         }
+        let drift = tare
+            .drifted_n()
+            .filter(|drift_n| drift_n.abs() > DRIFT * self.largest_n);
+        warnings.extend(drift.map(|drift_n| {
+            format!(
+                "the force sensor moved by {} in the air after it was tared: something leaned on it then, or it drifts; let it warm up, and \
+                 start again with nothing on it",
+                written("force_n", drift_n)
+            )
+        }));
         let [sensed, rendered] = self.squares.map(f64::sqrt);
         let r = self.products / (sensed * rendered);
         if r < -0.5 {
@@ -123,7 +148,7 @@ impl SensedForce {
         let size = sensed / rendered;
         for (unit, factor) in [("mN", 1e3), ("kN", 1e-3)] {
             if r.abs() > 0.5 && (1.0 / 3.0..=3.0).contains(&(size / factor)) {
-                let deviation = |squares: f64| written("force_n", (squares / self.samples).sqrt());
+                let deviation = |squares: f64| written("force_n", (squares / self.touching).sqrt());
                 let [sensed, rendered] = self.squares.map(deviation);
                 warnings.push(format!(
                     "the sensed force varies by {sensed}, the rendered one by {rendered}, not within a factor of 300: it may be in {unit}, \
@@ -164,7 +189,7 @@ mod tests {
             prop_assume!(forces.iter().map(|force| force.0.abs()).fold(0.0, f64::max) > 1.0);
             let samples: Vec<[f64; 3]> = forces.iter().map(|(f, noise, off)| [factor * (f + noise), *f, f + off]).collect();
             let judge = judged(&samples);
-            let known = SensorOffset::Known([0.25; 3]);
+            let known = Tare::from(SensorOffset::Known([0.25; 3]));
             let rows = judge.rows(known, None);
             let sensed = &rows["sensed"];
             for (name, [have, want]) in [("from_rendered", [0, 1]), ("from_closed_form", [0, 2]), ("rendered_from_closed_form", [1, 2])] {
@@ -184,14 +209,14 @@ mod tests {
 
     #[test]
     fn without_a_sensor_there_is_no_row_and_an_offset_that_is_not_known_is_told() {
-        let known = SensorOffset::Known([0.0; 3]);
+        let known = Tare::from(SensorOffset::Known([0.0; 3]));
         let mut none = SensedForce::default();
         none.add(&KeptSample::of(&TickMessage::default()), 1.0, None);
         assert_eq!(
             (none.rows(known, None), none.warnings(known, true)),
             (json!({}), vec![])
         );
-        let touched = SensorOffset::Touched { samples: 12 };
+        let touched = Tare::from(SensorOffset::Touched { samples: 12 });
         let judge = judged(&[[1.0, 1.0, 1.0], [2.0, 2.0, 2.0]]);
         assert_eq!(judge.warnings(touched, false), Vec::<String>::new());
         let warnings = judge.warnings(touched, true);

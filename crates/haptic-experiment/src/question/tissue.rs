@@ -18,8 +18,8 @@ use haptic_quantity::{is_meant, number, parse_for_key};
 use haptic_tissue::ModelKind;
 use haptic_tissue::identify::{
     Baseline, CANDIDATES, ContactPoint, Estimate, Fit, HeldParameter, Identification,
-    IdentifyError, MasterCurve, Options, Record, RecordKind, Replicates, ShiftBy, TableDetails,
-    Understood, Weighting, identify_unless, replicates,
+    IdentifyError, MasterCurve, Options, RecordKind, Replicates, ShiftBy, TableDetails, Understood,
+    Weighting, identify_unless, replicates,
 };
 use measured_table::{Column, Columns, Reader, read_table};
 use serde_json::{Map, Value, json};
@@ -413,54 +413,12 @@ impl RecordQuestion {
             Several::Motions if all.len() == 1 => (all.remove(0), json!({})),
             Several::Motions => (Understood::together(all)?, json!({})),
         };
-        let mut found = identify_unless(&understood.record, &self.options, stop, progress)?;
-        self.widen(&mut found, &understood.also, stop)?;
+        let found = identify_unless(&understood.record, &self.options, stop, progress)?;
         Ok(RecordAnswer {
             understood,
             found,
             rows,
         })
-    }
-}
-
-impl RecordQuestion {
-    /// Widens the intervals of the chosen fit to those of records that the instrument cannot tell from its own: nothing says which of
-    /// them is true, so their intervals are joined.
-    fn widen(
-        &self,
-        found: &mut Identification,
-        also: &[Record],
-        stop: &AtomicBool,
-    ) -> Result<(), IdentifyError> {
-        let kind = found.fits[0].kind;
-        let options = Options {
-            candidates: vec![kind],
-            chosen: Some(kind),
-            ..self.options.clone()
-        };
-        for record in also {
-            let other = identify_unless(record, &options, stop, &|_| ())?;
-            let fit = &other.fits[0];
-            let wider = fit.parameters.iter().chain(&other.placement);
-            let estimates = found.fits[0]
-                .parameters
-                .iter_mut()
-                .chain(&mut found.placement);
-            for (estimate, wider) in estimates.zip(wider) {
-                let ends = |a: Option<f64>, b: Option<f64>, of: fn(f64, f64) -> f64| {
-                    a.zip(b).map(|(a, b)| of(a, b))
-                };
-                estimate.low_95 = ends(estimate.low_95, wider.low_95, f64::min);
-                estimate.high_95 = ends(estimate.high_95, wider.high_95, f64::max);
-            }
-        }
-        if !also.is_empty() {
-            found.warnings.push(format!(
-                "the intervals hold the force as far as the device knows it, what friction, mass and damping or the lag of a sensor may do to it, by {} more fits",
-                also.len()
-            ));
-        }
-        Ok(())
     }
 }
 

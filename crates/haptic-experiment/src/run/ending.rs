@@ -25,6 +25,8 @@ pub(crate) enum Ending {
     Silent,
     /// The other side of such a line said goodbye.
     OtherLeft,
+    /// The handle was not still while its force sensor was to be tared.
+    Untared,
     /// The law that a motor pushed into swung: see [`MotorPush::swings`].
     Swing,
     /// The log could not be written.
@@ -165,7 +167,8 @@ impl LetGo {
     pub(crate) fn of(ended: Ending, fall: Fall, keeper: Keeper) -> Self {
         match (ended, fall.zero_after_gap_s) {
             (
-                Ending::LinkLost(LinkError::Refused {
+                Ending::Untared
+                | Ending::LinkLost(LinkError::Refused {
                     request: "arm" | "start",
                     ..
                 }),
@@ -261,7 +264,9 @@ impl Ending {
             // A fault of the device, though it reports no code.
             Self::Impossible(_) => Some(Fault::BoardFailed.code()),
             Self::Interrupted | Self::Silent | Self::LinkLost(_) => None,
-            Self::OtherLeft | Self::LogStopped | Self::Swing | Self::Stopped(_) => None,
+            Self::OtherLeft | Self::LogStopped | Self::Swing | Self::Untared | Self::Stopped(_) => {
+                None
+            }
         }
     }
 
@@ -272,7 +277,9 @@ impl Ending {
             Self::Interrupted => "interrupted",
             Self::Silent => "silent",
             Self::LinkLost(_) => "link",
-            Self::OtherLeft | Self::LogStopped | Self::Swing | Self::Stopped(_) => "ended",
+            Self::OtherLeft | Self::LogStopped | Self::Swing | Self::Untared | Self::Stopped(_) => {
+                "ended"
+            }
         }
     }
 
@@ -298,6 +305,7 @@ impl Ending {
             Self::Swing => format!(
                 "the law swung: it pulled by more than the push, made more than {SWING_SHARE} times the push, or reached the force limit"
             ),
+            Self::Untared => "the handle moved while its force sensor was tared: let go of it, take away what leans on it, and run it again".to_owned(),
             Self::LogStopped => "the log could not be written".to_owned(),
         }
     }

@@ -9,7 +9,7 @@
 use super::ending::{Ending, Fall, Keeper, Lateness, LetGo};
 use super::realtime::RealtimeSummary;
 use super::remote::LinkSummary;
-use super::sensor_offset::SensorOffset;
+use super::sensor_offset::Tare;
 use super::tick::{KeptSample, TickRecord};
 use crate::document::failure::Failure;
 use haptic_log::record::{EndKind, RunEnd};
@@ -117,7 +117,7 @@ pub(crate) struct Record {
     /// Words of a served device whose board said nothing any more.
     pub board_lost: Option<String>,
     /// Offset of the device's force sensor.
-    pub sensor: SensorOffset,
+    pub sensor: Tare,
     largest_force_n: f64,
     farthest_m: f64,
     after: After,
@@ -166,7 +166,7 @@ impl Record {
             lateness: None,
             keeper: Keeper::default(),
             board_lost: None,
-            sensor: SensorOffset::default(),
+            sensor: Tare::default(),
             largest_force_n: 0.0,
             farthest_m: 0.0,
             after: After::default(),
@@ -249,6 +249,7 @@ impl Record {
                 Ending::Interrupted
                 | Ending::OtherLeft
                 | Ending::Swing
+                | Ending::Untared
                 | Ending::LogStopped
                 | Ending::Stopped(_),
             ) => EndKind::Interrupted,

@@ -1,68 +1,145 @@
-//! The force sensor of a device during a run: its offset, measured at the start without contact.
+//! The force sensor of a device during a run: its offset, measured at the start without contact, and how far that moves.
 //!
 //! ```text
-//! f₀ = Σ f[n]/N        n the first N samples of the run, in all of which the law wants no force
+//! f₀ = Σ f[n]/N        n the first N samples in a row of a still handle in the air
+//! d  = Σ f[n]/N − f₀   n the newest ones
 //! ```
+//! - *In the air*: the law wants no force, and the motor makes none. *Still*: the means of both halves of the N positions differ by less than
+//!   0.1 mm, of whatever noise. A free handle that something leans on moves farther, unless friction holds it.
 //! - *A device that holds its handle* from its first tick on is asked before, while it is idle.
 //! - *Start-up*: until f₀ is known nothing is sensed. A run that touches before has no offset: its readings stay as they are, and its report
 //!   says so.
-//! - *Cost*: an addition or a subtraction per axis and sample; no allocation, no panic.
+//! - *Cost*: some ten additions per axis and sample; no allocation, no panic.
 
 use haptic_log::record::{PerAxis, TickMessage};
 
 /// N. At 1 kHz a tenth of a second.
 pub(crate) const OFFSET_SAMPLES: u32 = 100;
+/// Motion between the halves of a window up to which a handle is still, m.
+const STILL_M: f64 = 1e-4;
 
-/// Offset of a force sensor, and of how much of the run it is known.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Offset of a force sensor.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) enum SensorOffset {
-    /// Sum of this many readings, N.
-    Measuring { sum: [f64; 3], samples: u32 },
+    /// Not known yet.
+    #[default]
+    Measuring,
     /// On each axis, N.
     Known([f64; 3]),
-    /// The law wanted a force after so many samples.
+    /// The law wanted a force before it was known, after so many samples.
     Touched { samples: u32 },
 }
 
-impl Default for SensorOffset {
-    fn default() -> Self {
-        Self::Measuring {
-            sum: [0.0; 3],
-            samples: 0,
+/// Offset of a force sensor over a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Tare {
+    pub offset: SensorOffset,
+    /// Noise with which the offset was measured, on each axis, N.
+    pub noise_n: [f64; 3],
+    /// d, on each axis, N; `None` as long as the handle was not still in the air once more.
+    pub drift_n: Option<[f64; 3]>,
+    samples: u32,
+    window: Window,
+}
+
+/// Samples in a row of a handle in the air.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Window {
+    samples: u32,
+    sums_n: [f64; 3],
+    squares: [f64; 3],
+    /// Positions of the second half less those of the first.
+    moved_m: [f64; 3],
+}
+
+impl Window {
+    /// Mean and standard deviation of a whole window of a still handle; a whole window begins anew.
+    fn add(&mut self, sensed_n: &PerAxis, position_m: &PerAxis) -> Option<[[f64; 3]; 2]> {
+        let side = if self.samples < OFFSET_SAMPLES / 2 {
+            -1.0
+        } else {
+            1.0
+        };
+        self.samples += 1;
+        let sums = self.sums_n.iter_mut().zip(&mut self.squares);
+        for ((sum, square), force_n) in sums.zip(sensed_n.iter()) {
+            *sum += force_n;
+            *square += force_n * force_n;
         }
+        let moved = self.moved_m.iter_mut().zip(position_m.iter());
+        moved.for_each(|(moved, place)| *moved += side * place);
+        if self.samples < OFFSET_SAMPLES {
+            return None;
+        }
+        let whole = core::mem::take(self);
+        let count = f64::from(OFFSET_SAMPLES);
+        let still = |moved: &f64| moved.abs() < STILL_M * 0.5 * count;
+        let means = whole.sums_n.map(|sum| sum / count);
+        let deviation =
+            |n: usize| libm::sqrt((whole.squares[n] / count - means[n] * means[n]).max(0.0));
+        (whole.moved_m.iter().all(still)).then(|| [means, [0, 1, 2].map(deviation)])
     }
 }
 
-impl SensorOffset {
+impl Tare {
     /// Takes the offset off the reading of the next sample of a run, or learns it from that.
     pub(crate) fn take_off(&mut self, message: &mut TickMessage) {
-        let Some(sensed) = message.sensed_force_n else {
+        let Some(sensed_n) = message.sensed_force_n else {
             return;
         };
-        let touches = message.environment_force_n.iter().any(|&axis| axis != 0.0);
-        if let Self::Measuring { sum, samples } = self {
-            if touches {
-                *self = Self::Touched { samples: *samples };
-            } else if sensed.iter().all(|axis| axis.is_finite()) {
-                (sum.iter_mut().zip(sensed.iter())).for_each(|(sum, axis)| *sum += axis);
-                *samples += 1;
-                if *samples == OFFSET_SAMPLES {
-                    *self = Self::Known(sum.map(|sum| sum / f64::from(OFFSET_SAMPLES)));
+        let none = |forces: &PerAxis| forces.iter().all(|&axis| axis == 0.0);
+        let touches = !none(&message.environment_force_n);
+        if self.offset == SensorOffset::Measuring && touches {
+            let samples = self.samples;
+            self.offset = SensorOffset::Touched { samples };
+        }
+        self.samples = self.samples.saturating_add(1);
+        if touches || !none(&message.applied_force_n) {
+            self.window = Window::default();
+        } else if sensed_n.iter().all(|axis| axis.is_finite()) {
+            let whole = self.window.add(&sensed_n, &message.position_m);
+            match (self.offset, whole) {
+                (SensorOffset::Measuring, Some([means_n, noise_n])) => {
+                    (self.offset, self.noise_n) = (SensorOffset::Known(means_n), noise_n);
                 }
+                (SensorOffset::Known(offset_n), Some([means_n, _])) => {
+                    self.drift_n = Some([0, 1, 2].map(|axis| means_n[axis] - offset_n[axis]));
+                }
+                (SensorOffset::Touched { .. }, _) | (_, None) => {}
             }
         }
-        message.sensed_force_n = self.less(sensed);
+        message.sensed_force_n = self.less(sensed_n);
     }
 
     /// A reading less the offset; `None` until that is known.
     pub(crate) fn less(&self, sensed: PerAxis) -> Option<PerAxis> {
-        match self {
-            Self::Measuring { .. } => None,
-            Self::Known(offset) => {
-                let axes = sensed.iter().zip(offset);
+        match self.offset {
+            SensorOffset::Measuring => None,
+            SensorOffset::Known(offset) => {
+                let axes = sensed.iter().zip(&offset);
                 Some(axes.map(|(axis, offset)| axis - offset).collect())
             }
-            Self::Touched { .. } => Some(sensed),
+            SensorOffset::Touched { .. } => Some(sensed),
+        }
+    }
+
+    /// The largest of the drifts beyond what the noise of two means explains, N.
+    pub(crate) fn drifted_n(&self) -> Option<f64> {
+        /// Deviations of the difference of two means.
+        const BEYOND: f64 = 5.0;
+        let by_noise = BEYOND * libm::sqrt(2.0 / f64::from(OFFSET_SAMPLES));
+        let drifts = self.drift_n?.into_iter().zip(self.noise_n);
+        let drifts = drifts.filter(|(drift, noise)| drift.abs() > by_noise * noise);
+        (drifts.map(|one| one.0)).max_by(|a, b| a.abs().total_cmp(&b.abs()))
+    }
+}
+
+#[cfg(test)]
+impl From<SensorOffset> for Tare {
+    fn from(offset: SensorOffset) -> Self {
+        Self {
+            offset,
+            ..Self::default()
         }
     }
 }
@@ -86,7 +163,7 @@ mod tests {
         fn an_offset_is_that_of_a_hundred_samples_without_contact_or_none(
             offset in -30.0..30.0_f64, touched in 0_u32..300, force in 0.01..20.0_f64
         ) {
-            let mut sensor = SensorOffset::default();
+            let mut sensor = Tare::default();
             // A noise whose mean over the hundred samples is 0.
             let noise = |n: u32| if n.is_multiple_of(2) { 0.01 } else { -0.01 };
             for n in 0..400 {
@@ -105,20 +182,17 @@ mod tests {
                     prop_assert!((have - want).abs() < 1e-11, "{} {}", have, want);
                 }
             }
-            let known = matches!(sensor, SensorOffset::Known(_));
+            let known = matches!(sensor.offset, SensorOffset::Known(_));
             prop_assert_eq!(known, touched >= OFFSET_SAMPLES);
         }
     }
 
     #[test]
     fn without_a_sensor_nothing_is_measured_and_a_failed_reading_is_no_part_of_the_offset() {
-        let mut sensor = SensorOffset::default();
+        let mut sensor = Tare::default();
         let mut blind = TickMessage::at_rest(2);
         sensor.take_off(&mut blind);
-        assert_eq!(
-            (blind.sensed_force_n, sensor),
-            (None, SensorOffset::default())
-        );
+        assert_eq!((blind.sensed_force_n, sensor), (None, Tare::default()));
         for n in 0..=OFFSET_SAMPLES {
             let failed = n == 7;
             sensor.take_off(&mut message(
@@ -126,6 +200,37 @@ mod tests {
                 [if failed { f64::NAN } else { 3.0 }; 2],
             ));
         }
-        assert_eq!(sensor, SensorOffset::Known([3.0, 3.0, 0.0]));
+        assert_eq!(sensor.offset, SensorOffset::Known([3.0, 3.0, 0.0]));
+    }
+
+    /// A handle that something pushes moves, one that a motor holds is pushed by it: neither shows the offset. Later windows show the drift.
+    #[test]
+    fn only_a_still_handle_without_force_is_tared_and_what_it_shows_later_is_the_drift() {
+        let mut sensor = Tare::default();
+        let mut see = |samples: u32, speed_m: f64, applied_n: f64, sensed_n: f64| {
+            for n in 0..samples {
+                let noise = if n.is_multiple_of(2) { 1e-3 } else { -1e-3 };
+                sensor.take_off(&mut TickMessage {
+                    applied_force_n: applied_n.into(),
+                    position_m: (speed_m * f64::from(n)).into(),
+                    sensed_force_n: Some((sensed_n + noise).into()),
+                    ..TickMessage::at_rest(1)
+                });
+            }
+            (sensor.offset, sensor.drift_n, sensor.drifted_n())
+        };
+        let measuring = (SensorOffset::Measuring, None, None);
+        assert_eq!(see(300, 3e-6, 0.0, 0.8), measuring);
+        assert_eq!(see(300, 0.0, -0.3, 0.8), measuring);
+        let (offset, drift, _) = see(100, 0.0, 0.0, -0.5);
+        assert!(
+            matches!(offset, SensorOffset::Known([offset_n, ..]) if (offset_n + 0.5).abs() < 1e-12)
+        );
+        assert_eq!(drift, None);
+        // Within the noise of two means there is no drift.
+        let (_, drift, drifted) = see(100, 0.0, 0.0, -0.5004);
+        assert!(drift.is_some() && drifted.is_none(), "{drift:?}");
+        let (_, _, drifted) = see(100, 0.0, 0.0, -0.2);
+        assert!(drifted.is_some_and(|drift_n| (drift_n - 0.3).abs() < 1e-12));
     }
 }

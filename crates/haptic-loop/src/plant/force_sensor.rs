@@ -17,9 +17,12 @@ pub struct ForceSensorConfig {
     pub lag: Seconds,
     /// f₀, the reading without a force, N, within the range.
     pub offset: Newtons,
-    /// Of the noise: the same seed makes the same noise, bit for bit.
+    /// The seed of its noise, which no other sensor with this number shares: the same seed makes the same noise, bit for bit.
     pub seed: u64,
 }
+
+/// Turns a seed into one of a force sensor, so that its noise is not that of an encoder with the same seed.
+const OWN: u64 = 0x5e_5e_d0_f0_7c_e5;
 
 /// A force sensor with up to three axes: a lag, then offset and noise, then the ends of its range.
 ///
@@ -59,7 +62,7 @@ impl ForceSensor {
         )?;
         let mut sensor = Self {
             config,
-            generator: Pcg32::seed_from_u64(config.seed),
+            generator: Pcg32::seed_from_u64(config.seed ^ OWN),
             share: 1.0,
             lagged: [0.0; 3],
         };

@@ -21,8 +21,6 @@ use std::collections::HashSet;
 pub struct Understood {
     /// Ready to be fitted.
     pub record: Record,
-    /// The same motion with other forces that its instrument cannot tell from these: an interval holds the values of all of them.
-    pub also: Vec<Record>,
     /// Loading of the specimen, as far as it is known.
     pub loading: MeasuredLoading,
     /// One sentence for each thing guessed or left out.
@@ -37,19 +35,9 @@ impl Understood {
     /// # Errors
     /// As [`Record::together`]; records of different moduli.
     pub fn together(all: Vec<Self>) -> Result<Self, IdentifyError> {
-        // What one instrument leaves open is open in the same way in all of its motions.
-        let others = all.iter().map(|one| one.also.len()).max().unwrap_or(0);
-        let nth = |n: usize| {
-            let records = all
-                .iter()
-                .map(|one| one.also.get(n).unwrap_or(&one.record).clone());
-            Record::together(records.collect())
-        };
-        let also = (0..others).map(nth).collect::<Result<_, _>>()?;
         let (records, understood) = Self::specimens(all)?;
         Ok(Self {
             record: Record::together(records)?,
-            also,
             ..understood
         })
     }
@@ -288,7 +276,6 @@ impl Assembly {
         let record = record.map_err(|error| of_line(error, lines))?;
         Ok(Understood {
             record,
-            also: Vec::new(),
             loading: measured,
             notes: self.0.notes,
             temperature_c: self.0.temperature_c,

@@ -190,7 +190,11 @@ pub(super) fn identified(
     if let Some(sentence) = advice::about_length(target.samples(), record) {
         warnings.push(sentence);
     }
-    let fits: Vec<Fit> = fitted.into_iter().map(|tried| tried.fit).collect();
+    let mut fits: Vec<Fit> = fitted.into_iter().map(|tried| tried.fit).collect();
+    if !(record.nuisance.is_empty() && record.bounded.is_empty()) {
+        fits.iter_mut()
+            .for_each(|fit| as_measured(fit, record, &target));
+    }
     warnings.extend(advice::about(&fits, record.is_absolute()));
     let (x, measured) = target.values(record);
     Ok(Identification {
@@ -205,6 +209,14 @@ pub(super) fn identified(
         is_timed: record.untimed.is_none(),
         warnings,
     })
+}
+
+/// The model with what is fitted beside it, as the record has both.
+pub(super) fn as_measured(fit: &mut Fit, record: &Record, target: &Target<'_>) {
+    let measured = target.values(record).1;
+    for (n, (predicted, measured)) in fit.predicted.iter_mut().zip(measured).enumerate() {
+        *predicted += measured - target.wanted(n) * target.scale;
+    }
 }
 
 /// A fit, the model it is of, and the minimum with its certainty.

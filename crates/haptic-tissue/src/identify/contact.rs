@@ -15,7 +15,7 @@
 //! *Cost*: some 30 fits of a spring-pot to 200 samples, then some 10 of each candidate to 2000 samples at most.
 //! *Errors*: a record of no single motion, or without an indenter where a contact point is looked for.
 
-use super::candidates::{Identification, choose, identified};
+use super::candidates::{Identification, as_measured, choose, identified};
 use super::elements::Candidate;
 use super::error::{IdentifyError, sorted};
 use super::fit::{Estimate, Fit, REFUSED, fit, parameters, student};
@@ -153,8 +153,6 @@ pub(super) fn touched(
         ..options.clone()
     };
     let mut found = identified(&linear, &single, stop, progress)?;
-    let target = target_of(&linear, options, stop);
-    as_measured(&mut found.fits[0], &linear, &target);
     found.placement = search.placement(&linear, &found.fits[0], &place)?;
     found.fits.extend(fitted.into_iter().map(|(_, fit, _)| fit));
     found.samples = record.samples();
@@ -166,14 +164,6 @@ pub(super) fn touched(
     }));
     (found.warnings).extend(failed.iter().map(ToString::to_string));
     Ok(found)
-}
-
-/// The model with what is fitted beside it, as the record has both.
-fn as_measured(fit: &mut Fit, record: &Record, target: &Target<'_>) {
-    let measured = target.values(record).1;
-    for (n, (predicted, measured)) in fit.predicted.iter_mut().zip(measured).enumerate() {
-        *predicted += measured - target.wanted(n) * target.scale;
-    }
 }
 
 /// A sentence about a record that a contact point or a baseline would change.
@@ -433,6 +423,7 @@ impl Search<'_> {
     ) -> Result<Vec<Estimate>, IdentifyError> {
         let mut plain = record.clone();
         plain.nuisance.clear();
+        plain.bounded.clear();
         let target = target_of(&plain, self.options, self.stop);
         let elements = Elements::from_variables(&place.start(&target));
         let (rows, memory) = (target.len(), place.free.len());

@@ -33,6 +33,7 @@ mod elements;
 mod error;
 mod fit;
 mod keys;
+mod lag;
 mod master;
 mod noise;
 mod options;
@@ -53,6 +54,7 @@ use candidates::read;
 pub use candidates::{Identification, relative};
 pub use error::IdentifyError;
 pub use fit::{Estimate, Fit};
+pub use lag::white_noise;
 pub use master::{MasterCurve, Overlap, Shift, ShiftBy, ShiftLaw, master_curve};
 pub use options::{HeldParameter, Options};
 pub use record::{Baseline, ContactPoint, Record, RecordKind, SAMPLES_MOST};
@@ -85,6 +87,8 @@ pub fn identify_unless(
     stop: &AtomicBool,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<Identification, IdentifyError> {
+    let late = (record.lag_s).map(|lag_s| lag::taken_off(record, lag_s, options, stop));
+    let record = late.as_ref().unwrap_or(record);
     let found = if contact::is_sought(record, options) {
         contact::touched(record, options, stop, progress)
     } else if options.stiffening {

@@ -111,6 +111,10 @@ pub struct Record {
     pub(super) touch: Option<Touch>,
     /// Columns of which any sum may be in the stress beside the model's, such as a baseline; one number a sample.
     pub(super) nuisance: Vec<Vec<f64>>,
+    /// Columns, over the noise, of which a sum with normal shares of deviation 1 is in the stress: what its instrument leaves open.
+    pub(super) bounded: Vec<Vec<f64>>,
+    /// Least and largest time by which a sensor shows the stress later, s; `None` if it does not.
+    pub(super) lag_s: Option<[f64; 2]>,
     /// Of a creep whose stress was commanded: time since the first step, s, and size over the largest stress of each step; and
     /// the same with the steps a row later, where the rows leave that open.
     pub(super) steps: Vec<[f64; 2]>,
@@ -590,6 +594,18 @@ impl Record {
                     kind.map(RecordKind::name).next().unwrap_or_default()
                 )));
             }
+            let [before, behind] = [all.x.len(), other.x.len()].map(|count| vec![0.0; count]);
+            (all.bounded.iter_mut()).for_each(|column| column.extend(&behind));
+            all.bounded.extend(
+                other
+                    .bounded
+                    .iter()
+                    .map(|column| [&before[..], column].concat()),
+            );
+            all.lag_s = match (all.lag_s, other.lag_s) {
+                (Some(a), Some(b)) => Some([a[0].min(b[0]), a[1].max(b[1])]),
+                (a, b) => a.or(b),
+            };
             all.x.extend(other.x.iter().map(|x| x - other.x[0]));
             all.first.extend(other.first);
             all.second.extend(other.second);
@@ -600,6 +616,38 @@ impl Record {
         }
         lengths(&all.x, &all.first, None)?;
         Ok(all)
+    }
+
+    /// With what the instrument of a motion leaves open of its force: columns, a number for each sample, over the noise, of which a sum with
+    /// normal shares of deviation 1 is in it; between which times, s, a sensor shows it later; and the samples in which it is known at all, in
+    /// order, or `None` for all. Choice and intervals know all three.
+    #[must_use]
+    pub fn with_doubts(
+        mut self,
+        columns: Vec<Vec<f64>>,
+        lag_s: Option<[f64; 2]>,
+        known: Option<&[usize]>,
+    ) -> Self {
+        let [motion] = &mut self.motions[..] else {
+            return self;
+        };
+        let count = self.x.len();
+        let columns = columns.into_iter().filter(|column| column.len() >= count);
+        self.bounded = columns.collect();
+        self.lag_s = lag_s;
+        let whole: Vec<usize> = (0..count).collect();
+        let known = known.unwrap_or(&whole);
+        let known = &known[..known.partition_point(|n| *n < count)];
+        if known.len() < count {
+            // The motion stays that of all samples.
+            motion.way = Some((self.x.clone(), self.first.clone()));
+            motion.samples = known.len();
+        }
+        let all = [&mut self.x, &mut self.first, &mut self.second];
+        for values in all.into_iter().chain(&mut self.bounded) {
+            *values = known.iter().map(|&n| values[n]).collect();
+        }
+        self
     }
 
     /// This record for tissue that stiffens by b.
@@ -758,6 +806,8 @@ impl Record {
             motions: Vec::new(),
             touch: None,
             nuisance: Vec::new(),
+            bounded: Vec::new(),
+            lag_s: None,
             steps: Vec::new(),
             later: Vec::new(),
             is_absolute: false,

@@ -88,7 +88,10 @@ fn rendered(record: &Record, fit: &Fit) -> Option<Vec<f64>> {
     let [motion] = &record.motions[..] else {
         return None;
     };
-    let is_plain = motion.map.is_none() && motion.way.is_none() && record.nuisance.is_empty();
+    let is_plain = motion.map.is_none()
+        && motion.way.is_none()
+        && record.nuisance.is_empty()
+        && record.bounded.is_empty();
     let (times, strains) = (&record.x, &record.first);
     let sample_time = even(times).filter(|_| is_plain)?;
     let sampled = SampledModel::new(&fit.to_model().ok()?, Seconds(sample_time)).ok()?;

@@ -199,7 +199,7 @@ impl<'a> Target<'a> {
                 }
             })
             .collect();
-        let history = History::new(&motions, &record.nuisance);
+        let history = History::new(&motions, &record.nuisance, &record.bounded);
         let (scale, count) = (history.stress_scale, history.chosen.len() as f64);
         let compared = |range: &Range<usize>| {
             let before = |end: usize| history.chosen.partition_point(|&n| n < end);

@@ -33,7 +33,7 @@ fn a_simulated_rig_with_a_force_sensor_has_a_column_a_picture_and_a_report() {
     assert!(report["sensed"]["offset_n"].is_null());
     // The force of the log's sensor is the record: two runs with other noise differ by √2·1 mN.
     let again = place.json(&format!(
-        "{line} sensed_range=20N seed=2 --against with/relax.mcap --out again"
+        "{line} sensed_range=20N sensed_seed=2 --against with/relax.mcap --out again"
     ));
     assert_says(
         &again["against"]["notes"].to_string(),

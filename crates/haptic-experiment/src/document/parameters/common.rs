@@ -5,8 +5,8 @@ use crate::document::named::named;
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::{
     DAMPINGS, DEVICE_TIMES, DISSIPATIONS, DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES,
-    FORCES_ABOVE_0, HALF_ANGLES, MASSES, POISSON_RATIOS, SAMPLE_TIMES, SENSOR_STEPS, SPECIMENS,
-    STIFFNESSES,
+    FORCES_ABOVE_0, HALF_ANGLES, MASSES, OFFSETS, POISSON_RATIOS, SAMPLE_TIMES, SENSOR_STEPS,
+    SPECIMENS, STIFFNESSES,
 };
 use haptic_link::Limits as Wire;
 use haptic_loop::{Limit, LoadingKind};
@@ -132,7 +132,8 @@ parameters! {
     /// Lag of that sensor, s.
     SENSED_LAG = number("sensed_lag_s", 1e-3, "1ms", DEVICE_TIMES, "Time constant of its filter; 0 = none");
     /// Offset of that sensor, N.
-    SENSED_OFFSET = number("sensed_offset_n", 0.0, "0", FORCES, "Its reading without a force");
+    SENSED_OFFSET = number("sensed_offset_n", 0.0, "0", OFFSETS, "Its reading without a force, of either sign");
+    SENSED_SEED = count("sensed_seed", 1, "1", "Seed of its noise, apart from that of the position");
     SEED = count("seed", 1, "1", "Noise seed: the same seed gives the same run, bit for bit");
     /// Mass of a simulated device, kg.
     MASS = number("mass_kg", 0.065, "65g", MASSES, "Mass of the device");
@@ -149,7 +150,13 @@ parameters! {
 }
 
 /// Of a simulated or emulated force sensor.
-pub const FORCE_SENSOR: &[Parameter] = &[SENSED_RANGE, SENSED_NOISE, SENSED_LAG, SENSED_OFFSET];
+pub const FORCE_SENSOR: &[Parameter] = &[
+    SENSED_RANGE,
+    SENSED_NOISE,
+    SENSED_LAG,
+    SENSED_OFFSET,
+    SENSED_SEED,
+];
 
 /// Of a simulated device that is less than ideal.
 pub(crate) const LESS_THAN_IDEAL: &[Parameter] = &[

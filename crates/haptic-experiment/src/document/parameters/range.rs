@@ -142,6 +142,8 @@ pub(crate) const DISSIPATIONS: Range = up_to(1e8);
 pub(crate) const FORCES: Range = up_to(1e4);
 /// Forces of a push that has to be there, N.
 pub(crate) const FORCES_ABOVE_0: Range = above_0(1e4);
+/// Offsets of a force sensor, N.
+pub(crate) const OFFSETS: Range = either_sign(1e4);
 /// Limits of a force, N: so high a one limits nothing any more.
 pub(crate) const FORCE_LIMITS: Range = Range::of(Limit::Force);
 /// Limits of its rate, N/s: that force within 0.1 ms.

@@ -3,7 +3,7 @@
 //! ```text
 //! r(t) = from + (to − from)·τ/T − a·(1 − cos(2π·f·τ))        τ the time in a section of length T
 //! ```
-//! A sine never goes deeper than where it begins, and begins without a jump of its speed.
+//! A rest before it, and one after the way back to 0, in which the handle is not held: there a force sensor shows its zero. A sine never goes deeper than where it begins, and begins without a jump of its speed.
 
 use std::f64::consts::TAU;
 
@@ -30,29 +30,19 @@ impl Section {
     fn at(&self, time_s: f64) -> Motion {
         let [omega, amplitude] = [TAU * self.sine[0], self.sine[1]];
         let speed = (self.to_m - self.from_m) / self.duration_s;
-        let (sine, cosine) = (omega * time_s).sin_cos();
         Motion {
-            position_m: self.from_m + speed * time_s - amplitude * (1.0 - cosine),
-            speed_m_per_s: speed - amplitude * omega * sine,
-            held: (speed == 0.0 && amplitude == 0.0).then(|| {
-                // From 0 to 1, evenly in the logarithm of time, as a tissue relaxes.
-                let share = |time_s: f64| (time_s / HOLD_BEGINS_S).ln_1p();
-                share(time_s) / share(self.duration_s)
-            }),
+            position_m: self.from_m + speed * time_s - amplitude * (1.0 - (omega * time_s).cos()),
+            held: speed == 0.0 && amplitude == 0.0,
         }
     }
 }
-
-/// Time after which a hold is long, s.
-const HOLD_BEGINS_S: f64 = 0.01;
 
 /// Wanted motion at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Motion {
     pub position_m: f64,
-    pub speed_m_per_s: f64,
-    /// Share of a hold that is over; `None` on the move.
-    pub held: Option<f64>,
+    /// True in a hold.
+    pub held: bool,
 }
 
 /// Sections one after the other, after a rest in front of the specimen.
@@ -60,12 +50,17 @@ pub(crate) struct Motion {
 pub(crate) struct PressPath {
     pub(crate) rest_s: f64,
     pub(crate) sections: Vec<Section>,
+    /// Time of the way back to 0, after which it rests once more, s; `None` if it stays where it is.
+    pub(crate) back_s: Option<f64>,
 }
 
 impl PressPath {
     /// True while the handle rests in front of the specimen and is not held.
     pub(crate) fn rests(&self, time_s: f64) -> bool {
         time_s < self.rest_s
+            || self
+                .back_s
+                .is_some_and(|back_s| time_s >= self.pressed_s() + back_s)
     }
 
     /// The wanted motion; the last place is held for ever.
@@ -75,7 +70,11 @@ impl PressPath {
         if time_s < begins_s {
             return last.at(time_s);
         }
-        for section in &self.sections {
+        let back = self.back_s.map(|back_s| {
+            let from_m = self.sections.last().map_or(0.0, |last| last.to_m);
+            Section::straight(back_s, from_m, 0.0)
+        });
+        for section in self.sections.iter().chain(&back) {
             last = *section;
             if time_s < begins_s + section.duration_s {
                 break;
@@ -85,9 +84,15 @@ impl PressPath {
         last.at((time_s - begins_s).clamp(0.0, last.duration_s))
     }
 
-    pub(crate) fn duration_s(&self) -> f64 {
+    /// Time at which the way back begins, s.
+    pub(crate) fn pressed_s(&self) -> f64 {
         let sections = self.sections.iter();
         self.rest_s + sections.map(|section| section.duration_s).sum::<f64>()
+    }
+
+    pub(crate) fn duration_s(&self) -> f64 {
+        let back_s = self.back_s.map_or(0.0, |back_s| back_s + self.rest_s);
+        self.pressed_s() + back_s
     }
 
     pub(crate) fn deepest_m(&self) -> f64 {

@@ -1,11 +1,12 @@
 //! Reports a press: what was measured, its curves, and the smallest modulus that this device and depth can tell.
 
-use super::{Press, PressRecord};
+use super::{PRESS_HOLD, PRESS_RAMP, Press, PressRecord};
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
+use crate::document::parameters::{CONTROLLER, FORCE_LIMIT};
 use crate::experiment::kind::Experiment as _;
-use crate::judge::against::noise;
 use crate::judge::report::{Files, Report, RunReport, rows};
+use crate::judge::sensed::SensedForce;
 use crate::judge::warnings::Warnings;
 use crate::judge::{Curves, Drawing, origin};
 use crate::run::Ran;
@@ -13,6 +14,7 @@ use crate::run::remote::device_name;
 use crate::run::samples::Samples;
 use crate::run::tick::KeptSample;
 use haptic_quantity::written;
+use haptic_tissue::identify::white_noise;
 use serde_json::json;
 
 /// A modulus below so many times the smallest one that can be told is hidden.
@@ -27,7 +29,7 @@ impl Press {
             Ok(())
         })?;
         let record = self.record(&samples);
-        let force_n = &record.forces_n[0];
+        let force_n = &record.force_n;
         let table = ran.record.ended.is_none().then(|| {
             let mut table =
                 (ran.folder).named_table_beside_log("csv", &["time_s", "position_m", "force_n"]);
@@ -38,8 +40,8 @@ impl Press {
             table
         });
         let deepest_m = record.depth_m.iter().copied().fold(0.0, f64::max);
-        let peak_n = force_n.iter().copied().fold(0.0, f64::max);
-        let noise_n = noise(force_n);
+        let peak_n = record.peak_n();
+        let noise_n = white_noise(force_n);
         let hiding_n = match record.is_sensed {
             true => 2.0 * noise_n,
             false => 2.0 * noise_n + self.device.friction.0,
@@ -54,6 +56,14 @@ impl Press {
                  on a larger area, or with a force sensor"
             ));
         }
+        warnings.0.extend(self.missed_depth(&samples, ran));
+        let left = record.has_left();
+        warnings.0.extend(left.map(|left| {
+            format!("{left}, so `identify` reads what was before: give another {CONTROLLER}, or a longer {PRESS_RAMP}")
+        }));
+        let sensed = self.sensed(&record, &samples);
+        warnings.0.extend(sensed.warnings(ran.record.sensor, true));
+        warnings.0.extend(record.check_zero().err());
         let run = RunReport::new(
             ran,
             device_name(self.conduct.remote.as_ref()),
@@ -83,11 +93,46 @@ impl Press {
         let report = Report {
             law: rows([law]),
             run,
-            results: rows([results]),
+            results: rows([results, sensed.rows(ran.record.sensor, None)]),
             verdict: Some(verdict),
             unmet: None,
         };
         Ok((report, curves))
+    }
+
+    /// The sensor beside the motor.
+    fn sensed(&self, record: &PressRecord, samples: &[KeptSample]) -> SensedForce {
+        let mut sensed = SensedForce::default();
+        let begins = samples.partition_point(|sample| sample.time_s < self.path.rest_s);
+        for (sample, motor_n) in samples[begins..].iter().zip(&record.motor_n) {
+            sensed.add(sample, 0.0 - motor_n, None);
+        }
+        sensed
+    }
+
+    /// A handle that did not get where it was to press to.
+    fn missed_depth(&self, samples: &[KeptSample], ran: &Ran) -> Option<String> {
+        /// Share of the depth that counts as all of it.
+        const REACHED: f64 = 0.95;
+        let wanted_m = self.path.deepest_m();
+        let reached_m = samples
+            .iter()
+            .map(|sample| sample.position_m)
+            .fold(0.0, f64::max);
+        if ran.record.ended.is_some() || reached_m >= REACHED * wanted_m {
+            return None;
+        }
+        let [wanted, reached] = [wanted_m, reached_m].map(|depth_m| written("depth_m", depth_m));
+        let largest_n = ran.record.largest_force_n();
+        let remedy = match largest_n >= REACHED * self.drive.force_limit_n.min(self.limits.force.0)
+        {
+            true => format!("raise {FORCE_LIMIT}, or press less deep"),
+            false => format!("give a longer {PRESS_HOLD}, or another {CONTROLLER}"),
+        };
+        let force = written("force_n", largest_n);
+        Some(format!(
+            "the handle reached {reached} of {wanted}, with at most {force} of its motor: {remedy}"
+        ))
     }
 
     fn curves(&self, record: PressRecord, origin: &'static str, verdict: &str) -> Curves {
@@ -98,13 +143,7 @@ impl Press {
             ("force_n", record.motor_n),
         ];
         if record.is_sensed {
-            columns.extend(
-                record
-                    .forces_n
-                    .into_iter()
-                    .next()
-                    .map(|force_n| ("sensed_force_n", force_n)),
-            );
+            columns.push(("sensed_force_n", record.force_n));
         }
         let specimen = match &self.conduct.remote {
             Some(remote) => format!("device {}", device_name(Some(remote))),

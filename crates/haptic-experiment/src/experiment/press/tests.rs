@@ -5,7 +5,7 @@ use crate::ExperimentFile;
 use crate::document::Document;
 use crate::judge::modelled_tissue::ModelledTissue;
 use crate::question::tissue::{RecordForm, RecordQuestion};
-use crate::run::sensor_offset::SensorOffset;
+use crate::run::sensor_offset::Tare;
 use crate::run::simulate::simulate;
 use fracdiff::num_complex::Complex;
 use haptic_loop::{Fault, INCOMPRESSIBLE, Modulus};
@@ -47,7 +47,7 @@ fn whole(press: &Press) -> Result<Vec<TickMessage>, Fault> {
         press.controller().expect("a loop"),
         press.pressed().expect("a device"),
     );
-    let (mut offset, mut ticks) = (SensorOffset::default(), Vec::new());
+    let (mut offset, mut ticks) = (Tare::default(), Vec::new());
     let whole = simulate(
         &mut controller,
         &mut device,
@@ -64,12 +64,8 @@ fn whole(press: &Press) -> Result<Vec<TickMessage>, Fault> {
     fault.map_or(Ok(ticks), Err)
 }
 
-/// The fit of a press, by the kind of its model.
-fn identified(
-    experiment: &ExperimentFile,
-    ticks: &[TickMessage],
-    kind: ModelKind,
-) -> (Identification, PressRecord) {
+/// The fit of a press by this model, or by `auto`.
+fn identified(experiment: &ExperimentFile, ticks: &[TickMessage], model: &str) -> Identification {
     let press: &Press = experiment.of().expect("a press");
     let record = experiment.press_record(ticks).expect("a press");
     let reading = TableDetails {
@@ -79,18 +75,18 @@ fn identified(
         position_was_commanded: true,
         ..TableDetails::default()
     };
-    let understood = (record.columns()).map(|columns| reading.record(columns).expect("a record"));
-    let mut all: Vec<Understood> = understood.collect();
-    all[0].also = all.split_off(1).into_iter().map(|one| one.record).collect();
+    let understood = reading.record(record.columns()).expect("a record");
+    let understood = Understood {
+        record: record.with_doubts(understood.record),
+        ..understood
+    };
     let stiffens = press.piece.material.stiffening > 0.0;
-    let form = format!(
-        "{{\"model\": \"{}\", \"starts\": 8, \"stiffening\": {stiffens}}}",
-        kind.name()
-    );
+    let form = format!("{{\"model\": \"{model}\", \"starts\": 8, \"stiffening\": {stiffens}}}");
     let form: RecordForm = serde_json::from_str(&form).expect("a form");
     let question = RecordQuestion::of(&form).expect("a question");
-    let answer = question.answer(all, &["press".to_owned()], &AtomicBool::new(false), &|_| ());
-    (answer.expect("a fit").found, record)
+    let names = ["press".to_owned()];
+    let answer = question.answer(vec![understood], &names, &AtomicBool::new(false), &|_| ());
+    answer.expect("a fit").found
 }
 
 #[test]
@@ -104,14 +100,12 @@ fn a_sensed_press_of_a_stiffness_is_that_stiffness_and_the_depth_is_less_by_the_
     assert!(plain.is_sensed && (plain.depth_m[n] - 2e-3).abs() < 1e-5);
     let less = plain.depth_m[n] - bent.depth_m[n];
     // Motor and sensor agree at rest but for the noise of the sensor, 1 mN.
-    assert!((plain.motor_n[n] - plain.forces_n[0][n]).abs() < 5e-3);
-    assert!(
-        (less - plain.forces_n[0][n] / 1000.0).abs() < 5e-6,
-        "{less}"
-    );
+    assert!((plain.motor_n[n] - plain.force_n[n]).abs() < 5e-3);
+    assert!((less - plain.force_n[n] / 1000.0).abs() < 5e-6, "{less}");
 }
 
-/// The ends of the intervals of a device file are devices of their own: with the true one the force is that of whoever knows it.
+/// What a device file leaves open is a column: with another value within the interval the force differs by a share of it. Friction in a hold
+/// is one too, of which the file knows the size alone.
 #[test]
 fn mass_damping_and_friction_are_in_doubt_as_far_as_the_device_file_leaves_them_open() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -123,40 +117,134 @@ fn mass_damping_and_friction_are_in_doubt_as_far_as_the_device_file_leaves_them_
         let document = Document::of_text(&folder.path().join("press.toml"), &text);
         ExperimentFile::open(&document).expect("a press")
     };
-    let run = ticks(
-        press("mass_kg = 0.07\nfriction_n = 0")
-            .of()
-            .expect("a press"),
-    );
-    let forces = |keys: &str| press(keys).press_record(&run).expect("a record").forces_n;
-    let doubted = forces("device_model = \"device.toml\"");
-    let likeliest = forces("mass_kg = 0.065\nfriction_n = 0.01");
-    assert_eq!((doubted.len(), likeliest.len()), (9, 5));
-    assert_eq!(doubted[0], likeliest[0]);
-    let rubbing = "friction_n = 0.02";
-    for (n, keys) in [
-        (5, "mass_kg = 0.06"),
-        (6, "mass_kg = 0.07"),
-        (7, "damping_n_s_per_m = 3.0"),
-        (8, "damping_n_s_per_m = 4.0"),
+    let run = ticks(press("friction_n = 0").of().expect("a press"));
+    let record = |keys: &str| press(keys).press_record(&run).expect("a record");
+    let known = "mass_kg = 0.065\ndamping_n_s_per_m = 3.5\n";
+    let doubted = record("device_model = \"device.toml\"");
+    let [likeliest, ideal] =
+        ["friction_n = 0.01", "friction_n = 0"].map(|keys| record(&format!("{known}{keys}")));
+    assert_eq!(doubted.force_n, likeliest.force_n);
+    let counts = [&doubted, &likeliest, &ideal].map(|one| one.doubts.len());
+    assert_eq!([counts[0] - counts[1], counts[2]], [3, 0]);
+    for (column, keys, deviations) in [
+        (0, "friction_n = 0.02", 0.01 / 0.02 * 3.92),
+        (1, "mass_kg = 0.06\nfriction_n = 0.01", 0.005 / 0.01 * 3.92),
+        (
+            2,
+            "damping_n_s_per_m = 3.0\nfriction_n = 0.01",
+            0.5 / 1.0 * 3.92,
+        ),
     ] {
-        assert_eq!(
-            doubted[n],
-            forces(&format!("friction_n = 0.01\n{keys}"))[0],
-            "{keys}"
+        let other = record(&format!("device_model = \"device.toml\"\n{keys}"));
+        let moved = other
+            .force_n
+            .iter()
+            .zip(&likeliest.force_n)
+            .map(|(a, b)| (a - b).abs());
+        // Both over the noise, which is one number.
+        let both: Vec<[f64; 2]> = moved
+            .zip(&doubted.doubts[column])
+            .map(|(a, b)| [a, b.abs() * deviations])
+            .collect();
+        let sums = [0, 1].map(|n| both.iter().map(|pair| pair[n]).sum::<f64>());
+        let off = both.iter().map(|[a, b]| (a / sums[0] - b / sums[1]).abs());
+        assert!(off.fold(0.0, f64::max) < 1e-6, "{keys}");
+    }
+    // A handle of no friction sticks where it begins and ends alone.
+    assert!(
+        likeliest
+            .doubts
+            .iter()
+            .all(|column| column[10..50] == [0.0; 40])
+    );
+    // Whoever gives a mass beyond the interval does not mean this device.
+    let other = record("device_model = \"device.toml\"\nmass_kg = 0.2");
+    assert_eq!(doubted.doubts.len() - other.doubts.len(), 1);
+}
+
+/// The largest force is that of the specimen, whatever the motor needs to move the handle.
+#[test]
+fn the_largest_force_of_a_press_is_that_of_its_specimen() {
+    // Means cut off the corner of a steep ramp; steps of an encoder are some mN in them.
+    for (device, within) in [
+        ("", 0.01),
+        ("ramp_time_s = 20e-3\n", 0.03),
+        ("encoder_resolution_m = 1e-6\n", 0.02),
+    ] {
+        for tissue in ["prostate-cancerous", "liver"] {
+            let text = format!("tissue = \"{tissue}\"\nhold_time_s = 0.5\n{device}");
+            let press = of_its_own(&text).expect("a press");
+            let run = ticks(press.of().expect("a press"));
+            let peak_n = press.press_record(&run).expect("a record").peak_n();
+            let truth_n = run
+                .iter()
+                .map(|tick| tick.contact_force_n[0].abs())
+                .fold(0.0, f64::max);
+            assert!(
+                (peak_n / truth_n - 1.0).abs() < within,
+                "{text}: {peak_n} {truth_n}"
+            );
+        }
+    }
+}
+
+/// A cable leans on the sensor while it is tared, or it warms up: the zero behind the press says it, and a small drift is taken off.
+#[test]
+fn a_zero_that_moves_is_taken_off_or_refused() {
+    let press =
+        press_of("hold_time_s = 2\nsensed_range_n = 20\nsensed_offset_n = -0.4").expect("a press");
+    let plain = ticks(press.of().expect("a press"));
+    let with = |moved_n: &dyn Fn(f64) -> f64| {
+        let mut run = plain.clone();
+        for tick in &mut run {
+            let moved_n = moved_n(tick.time_s);
+            tick.sensed_force_n = tick.sensed_force_n.map(|axes| (axes[0] + moved_n).into());
+        }
+        press.press_record(&run).expect("a record")
+    };
+    let truth = with(&|_| 0.0);
+    assert!(
+        truth
+            .zero_moved_n
+            .is_some_and(|moved_n| moved_n.abs() < 5e-4)
+    );
+    let whole_s = plain.last().expect("a run").time_s;
+    let drifts = with(&|time_s| 0.02 * time_s / whole_s);
+    drifts.check_zero().expect("a small drift");
+    for (have, want) in drifts.force_n.iter().zip(&truth.force_n) {
+        assert!((have - want).abs() < 2e-3, "{have} {want}");
+    }
+    for (name, moved_n, word) in [
+        (
+            "leans until it is pressed",
+            &(|time_s: f64| if time_s > 0.3 { -0.3 } else { 0.0 }) as &dyn Fn(f64) -> f64,
+            "moved by",
+        ),
+        (
+            "leans whenever it is not",
+            &|time_s| {
+                if (0.32..2.3).contains(&time_s) {
+                    -0.3
+                } else {
+                    0.0
+                }
+            },
+            "on the ramp",
+        ),
+        ("warms up", &|time_s| 0.1 * time_s, "moved by"),
+    ] {
+        let why = with(moved_n).check_zero().expect_err(name);
+        assert!(
+            why.contains(word) && why.contains("leaned"),
+            "{name}: {why}"
         );
     }
-    // At the end of a hold the share of friction is ±1 of its largest.
-    let rubbing = forces(rubbing);
-    let last = doubted[0].len() - 1;
-    for n in 1..5 {
-        assert_eq!(doubted[n][last..], rubbing[n][last..], "{n}");
+    // Friction, or a motor of half its gain, differs by as much on the ramp.
+    let (mut rubs, ramp) = (truth.clone(), truth.ramp_samples);
+    for (motor_n, n) in rubs.motor_n.iter_mut().zip(0..) {
+        *motor_n = 0.5 * *motor_n + if n < ramp { 0.4 } else { -0.3 };
     }
-    // Whoever gives a mass beyond the interval does not mean this device.
-    assert_eq!(
-        forces("device_model = \"device.toml\"\nmass_kg = 0.2").len(),
-        7
-    );
+    rubs.check_zero().expect("a friction of 0.4 N");
 }
 
 /// Keys that are refused before any force, and what is said.
@@ -320,6 +408,9 @@ fn a_path_is_that_of_its_protocol() {
         press.path.clone()
     };
     let at = |path: &PressPath, time_s: f64| path.at(0.2 + time_s).position_m;
+    let sensed = path("hold_time_s = 1\nsensed_range_n = 20");
+    assert!((sensed.duration_s() - 0.2 - 1.1 - 0.1 - 0.2).abs() < 1e-12);
+    assert!((at(&sensed, 1.15) - 1e-3).abs() < 1e-12 && sensed.rests(1.41) && !sensed.rests(1.39));
     let steps = path("protocol = \"steps\"\ndepth_m = 3e-3\nhold_time_s = 1");
     for (time_s, wanted) in [
         (-0.1, 0.0),
@@ -339,13 +430,6 @@ fn a_path_is_that_of_its_protocol() {
             "{time_s}: {}",
             at(&sine, time_s)
         );
-    }
-    // Speeds are those of the positions.
-    for n in 0..48 {
-        let (time_s, h) = (1.3 + 0.05 * f64::from(n) + 1e-3, 1e-5);
-        let [before, now, after] = [-h, 0.0, h].map(|off| sine.at(time_s + off));
-        let speed = (after.position_m - before.position_m) / (2.0 * h);
-        assert!((speed - now.speed_m_per_s).abs() < 1e-6, "{time_s}");
     }
 }
 
@@ -387,42 +471,59 @@ fn specimens(count: usize) -> Vec<Material> {
     all
 }
 
+/// This press with this specimen, of whose sensor nobody knows the lag.
+fn pressing(experiment: Result<ExperimentFile, FileError>, material: Material) -> Press {
+    let experiment = experiment.expect("a press");
+    let press: &Press = experiment.of().expect("a press");
+    let tissue = ModelledTissue::new(material).expect("a tissue");
+    Press {
+        lag_s: [0.0, LAG_MOST_S],
+        piece: TissuePiece::new(tissue, *press.piece.specimen.loading()).expect("a piece"),
+        ..press.clone()
+    }
+}
+
 /// Specimens of a campaign, `CAMPAIGN_CASES` of them: without it two of the library.
 fn cases() -> usize {
     std::env::var("CAMPAIGN_CASES").map_or(2, |cases| cases.parse().expect("a number"))
 }
 
-/// Friction from 0 to 0.1 N, with and without a sensor. Each parameter that the record bounds counts once.
+/// Friction of 0 to 0.1 N, or a sensor that lags by 0 to 5 ms, of which nobody knows: each model is chosen from all. Each parameter that the
+/// record bounds counts once.
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_truth_lies_within_the_interval_of_what_was_pressed() {
-    let (mut within, mut all, mut refused, mut ended, mut missed) = (0, 0, 0, 0, Vec::new());
+    let (mut within, mut all, mut chosen, mut presses, mut ended) =
+        ([0; 2], [0; 2], [0; 2], [0; 2], 0);
+    let mut missed = Vec::new();
     for (n, material) in specimens(cases()).into_iter().enumerate() {
         let friction_n = 0.02 * (n % 6) as f64;
-        for sensor in ["", "sensed_range_n = 20\nsensed_noise_n = 2e-3\n"] {
+        let lag_s = 5e-3 * f64::fract(n as f64 * 0.618_033_988_749_895);
+        let sensor = format!(
+            "sensed_range_n = 20\nsensed_noise_n = 2e-3\nsensed_lag_s = {lag_s:?}\nsensed_seed = {n}\n"
+        );
+        for (by, sensor) in ["", &sensor].into_iter().enumerate() {
             let text = format!(
-                "friction_n = {friction_n}\nencoder_resolution_m = 1e-6\nseed = {n}\n{sensor}{}",
+                "friction_n = {friction_n}\nencoder_resolution_m = 1e-6\nsensor_noise_m = 1e-7\nseed = {n}\n{sensor}{}",
                 // Only several depths tell stiffening from stiffness.
                 match material.stiffening > 0.0 {
                     true => "protocol = \"steps\"\nhold_time_s = 2\n",
                     false => "hold_time_s = 8\n",
                 }
             );
-            let mut experiment = press_of(&text).expect("a press");
-            let press: &Press = experiment.of().expect("a press");
-            let mut press = press.clone();
-            let tissue = ModelledTissue::new(material.clone()).expect("a tissue");
-            press.piece =
-                TissuePiece::new(tissue, *press.piece.specimen.loading()).expect("a piece");
+            let press = pressing(of_its_own(&text), material.clone());
             let kind = press.piece.material.model.kind();
             let truth = press.piece.material.model.parameters();
-            if (press.judged(&dynamics(&press.device)).expect("a verdict"))
+            let verdict = press.judged(&dynamics(&press.device)).expect("a verdict");
+            // The loop is judged against linear specimens alone: a guard ends the press of one that makes it swing.
+            let run = verdict
                 .require_stable(false)
-                .is_err()
-            {
-                refused += 1;
+                .ok()
+                .and_then(|()| whole(&press).ok());
+            let Some(run) = run else {
+                ended += 1;
                 continue;
-            }
+            };
             // What is compressed is reported as Young's modulus.
             let young = |unit: &str| match press.piece.material.loading.modulus() {
                 Modulus::Shear if unit.starts_with("Pa") => 2.0 * (1.0 + INCOMPRESSIBLE),
@@ -432,45 +533,117 @@ fn the_truth_lies_within_the_interval_of_what_was_pressed() {
                 .into_iter()
                 .map(|(one, value)| (one, value * young(one.unit)));
             let truth: Vec<_> = truth.collect();
-            // The loop is judged against linear specimens alone: a guard ends the press of one that makes it swing.
-            let run = match whole(&press) {
-                Ok(run) => run,
-                Err(fault) => {
-                    eprintln!("{n} {kind} friction {friction_n} {sensor:?}: {fault:?}");
-                    ended += 1;
-                    continue;
-                }
-            };
-            experiment = ExperimentFile(Box::new(press));
-            let (found, _) = identified(&experiment, &run, kind);
+            let experiment = ExperimentFile(Box::new(press));
+            let found = identified(&experiment, &run, "auto");
             let fit = found
                 .fits
                 .iter()
                 .find(|fit| fit.kind == kind)
                 .expect("the kind");
+            let first = &found.fits[0];
+            presses[by] += 1;
+            chosen[by] += usize::from(
+                first.kind == kind || first.kind.parameters().len() < kind.parameters().len(),
+            );
+            let place = format!("{n} {kind} friction {friction_n} {sensor:?}");
+            if first.kind != kind {
+                missed.push(format!(
+                    "{place}: {} chosen, BIC {} and {}",
+                    first.kind, first.bic, fit.bic
+                ));
+            }
             for (estimate, (parameter, value)) in fit.parameters.iter().zip(truth) {
                 assert_eq!(estimate.name, parameter.name);
                 let low = estimate.low_95.unwrap_or(f64::NEG_INFINITY);
                 let high = estimate.high_95.unwrap_or(f64::INFINITY);
-                all += 1;
+                all[by] += 1;
                 if (low..=high).contains(&value) {
-                    within += 1;
+                    within[by] += 1;
                 } else {
                     missed.push(format!(
-                        "{n} {kind} friction {friction_n} {sensor:?}: {} {low} {value} {high}, rms {}",
+                        "{place}: {} {low} {value} {high}, rms {}",
                         estimate.name, fit.rms
                     ));
                 }
             }
-            eprintln!("{n} {kind}: {within} of {all}");
+            eprintln!("{place}: {} chosen", first.kind);
         }
     }
-    eprintln!(
-        "{within} of {all}, {refused} refused, {ended} ended by a guard\n{}",
+    let said = format!(
+        "by motor and by sensor: {within:?} of {all:?} within, {chosen:?} of {presses:?} true or simpler; {ended} ended by a guard\n{}",
         missed.join("\n")
     );
+    eprintln!("{said}");
+    // The aim is 0.9 and 0.93: friction still gives a motor an element too many once in six, and lags of 3 ms and more narrow an interval.
+    let share = |part: usize, all: usize| part as f64 / all as f64;
+    let holds = share(within[0] + within[1], all[0] + all[1]);
+    let [by_motor, by_sensor] = [0, 1].map(|by| share(chosen[by], presses[by]));
     assert!(
-        f64::from(within) >= 0.88 * f64::from(all),
-        "{within} of {all}: {missed:#?}"
+        holds >= 0.88 && by_motor >= 0.78 && by_sensor >= 0.9,
+        "{said}"
     );
+}
+
+/// A load cell behind a filter, whose lag nobody knows, buys no element; nor does a loop that swings until its handle leaves the specimen.
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_spring_pot_behind_a_sensor_that_lags_stays_one() {
+    for (lag_ms, swings) in [(0, false), (1, false), (3, false), (0, true)] {
+        let text = format!("hold_time_s = 2\nsensed_range_n = 20\nsensed_lag_s = {lag_ms}e-3");
+        let material = Material::parse(Path::new("sp.toml"), SPRING_POT).expect("a tissue");
+        let press = match swings {
+            true => press_of(&text),
+            false => of_its_own(&text),
+        };
+        let press = pressing(press, material);
+        let run = ticks(&press);
+        let experiment = ExperimentFile(Box::new(press));
+        let left = experiment.press_record(&run).expect("a record").left;
+        assert_eq!(left.is_some(), swings);
+        let found = identified(&experiment, &run, "auto");
+        let fit = &found.fits[0];
+        assert_eq!(fit.kind, ModelKind::SpringPot, "{:?}", found.warnings);
+        for (estimate, truth) in fit.parameters.iter().zip([16_529.0, 0.4763]) {
+            let ends = estimate.low_95.zip(estimate.high_95).expect("an interval");
+            assert!(
+                (ends.0..=ends.1).contains(&truth) && ends.1 - ends.0 < 0.03 * truth,
+                "{estimate:?}"
+            );
+        }
+    }
+}
+
+const SPRING_POT: &str = "name = \"sp\"\ndescription = \"drawn\"\nmodel = \"spring-pot\"\n[parameters]\nviscosity_pa_s_alpha = 16529.0\norder = 0.4763\n\
+    [loading]\nkind = \"compression\"\n[source]\ncitation = \"test\"\nconditions = \"none\"\nchecked = false\n";
+
+/// A handle slides in, sticks, and slides back: friction goes from one sign to the other while it sticks, and only then is it open.
+#[test]
+fn friction_has_the_way_of_the_handle_and_is_open_while_it_sticks() {
+    let place = |n: usize| match n {
+        ..100 => 1e-5 * n as f64,
+        100..200 => 1e-3,
+        _ => 1e-3 - 1e-6 * (n - 199) as f64,
+    };
+    let time_s: Vec<f64> = (0..300).map(|n| 1e-3 * f64::from(n)).collect();
+    for noise_m in [0.0, 2e-7] {
+        let noise = |n: usize| if n.is_multiple_of(2) { noise_m } else { 0.0 };
+        let places: Vec<f64> = (0..300).map(|n| place(n) + noise(n)).collect();
+        let (shares, unseen) = doubts::slides(&places, 0.8e-6);
+        for some in &unseen {
+            let begins = some.start == 0 && some.end < 3;
+            assert!(begins || some.start >= 99 && some.end <= 203, "{some:?}");
+        }
+        assert_eq!((shares[98], shares[299]), (1.0, -1.0));
+        assert!(shares[150].abs() < 0.05, "{}", shares[150]);
+        // All but those, of which some are compared, each with a share of its own.
+        let (known, open) = doubts::known(&time_s, &unseen, 0.5);
+        let is_unseen = |n: &&usize| (101..199).contains(*n);
+        let compared = known.iter().filter(is_unseen);
+        assert!((3..20).contains(&compared.clone().count()), "{known:?}");
+        assert!(known.starts_with(&(0..99).collect::<Vec<_>>()));
+        for n in compared {
+            assert!(open.iter().filter(|column| column[*n] > 0.0).count() >= 2);
+        }
+        assert!(open.iter().all(|column| column[3..99] == [0.0; 96]));
+    }
 }

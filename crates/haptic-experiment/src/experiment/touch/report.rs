@@ -20,7 +20,7 @@ use crate::run::record::Record;
 use crate::run::remote::device_name;
 use crate::run::safety::GuardChoice;
 use crate::run::safety::keys::{GUARD, RISE_TIME};
-use crate::run::sensor_offset::SensorOffset;
+use crate::run::sensor_offset::{SensorOffset, Tare};
 use crate::run::tick::{KeptSample, judged_force_n};
 use haptic_log::record::{Entry, LogReader, TickMessage, column_name};
 use haptic_loop::{Limit, Limiters, LoadingKind};
@@ -384,7 +384,7 @@ impl TouchExperiment {
 }
 
 /// Rows and doubts of a force sensor; none without one. Along the rendered force there is a sign to compare.
-fn sensed_rows(samples: &[KeptSample], offset: SensorOffset) -> (Value, Vec<String>) {
+fn sensed_rows(samples: &[KeptSample], tare: Tare) -> (Value, Vec<String>) {
     let (mut sensed, mut partial) = (SensedForce::default(), false);
     for sample in samples {
         match sample.sensed_force_n {
@@ -392,13 +392,13 @@ fn sensed_rows(samples: &[KeptSample], offset: SensorOffset) -> (Value, Vec<Stri
             Some(_) | None => sensed.add(sample, sample.reaction_n(), None),
         }
     }
-    let rows = sensed.rows(offset, None);
-    let is_unread = partial && rows == json!({}) && matches!(offset, SensorOffset::Known(_));
+    let rows = sensed.rows(tare, None);
+    let is_unread = partial && rows == json!({}) && matches!(tare.offset, SensorOffset::Known(_));
     let doubts = match is_unread {
         true => vec![
             "the force sensor reads some axes alone, and a force along the normal needs all: compare both in the log, axis by axis".to_owned(),
         ],
-        false => sensed.warnings(offset, true),
+        false => sensed.warnings(tare, true),
     };
     (rows, doubts)
 }
@@ -454,7 +454,7 @@ mod tests {
 
     #[test]
     fn a_sensed_vector_is_compared_along_the_rendered_one_and_a_sensor_of_one_axis_is_named() {
-        let known = SensorOffset::Known([0.0; 3]);
+        let known = Tare::from(SensorOffset::Known([0.0; 3]));
         // Across the force nothing counts, along it 0.5 N are too much.
         let (rows, doubts) = sensed_rows(&[kept([3.0 - 4.0 + 0.3, 4.0 + 3.0 + 0.4])], known);
         let off_n = rows["sensed"]["from_rendered"]["largest_n"].as_f64();

@@ -145,7 +145,7 @@ pub(super) fn ready<'a>(
         found: None,
         push: None,
         force_limit_n: 10.0,
-        holds: false,
+        tares: false,
         stop: &GOES_ON,
     }
 }

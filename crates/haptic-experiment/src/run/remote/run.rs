@@ -40,6 +40,8 @@ pub(crate) struct RemoteRun<'a, M = TickMessage> {
     pub preflight: Option<&'a Look<'a>>,
     /// True to run even an unstable loop.
     pub force_unstable: bool,
+    /// True to tare its force sensor while it is idle; a device that holds its handle from its first tick on is tared anyway.
+    pub tares: bool,
     /// Known dynamics of a device at a port.
     pub dynamics: Option<Dynamics>,
     pub request: &'a FolderRequest,
@@ -64,6 +66,7 @@ impl<'a, M> RemoteRun<'a, M> {
             request,
             preflight: None,
             force_unstable: false,
+            tares: false,
             dynamics: None,
             metadata: BTreeMap::new(),
         }
@@ -178,7 +181,7 @@ impl<'a, M> RemoteRun<'a, M> {
             found,
             push: self.law.push,
             force_limit_n: configuration.limits.force_n.into(),
-            holds,
+            tares: holds || self.tares,
             stop: supervisor.stop,
         })
     }

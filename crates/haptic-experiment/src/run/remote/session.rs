@@ -12,7 +12,7 @@ use crate::run::remote::RemoteDevice;
 use crate::run::remote::partner::{Partner, Side};
 use crate::run::remote::summary::{LinkSummary, summarise};
 use crate::run::schedule::Schedule;
-use crate::run::sensor_offset::SensorOffset;
+use crate::run::sensor_offset::{OFFSET_SAMPLES, SensorOffset};
 use crate::run::tick::{TickRecord, by_device, by_loop, per_axis, sensed_by_device};
 use crate::run::{Ran, Supervisor, close, tell_end};
 use fracdiff::Real;
@@ -53,8 +53,8 @@ pub(super) struct Ready<'a, M> {
     /// Push of a motor into its law.
     pub push: Option<MotorPush>,
     pub force_limit_n: f64,
-    /// The device holds its handle from the first tick on.
-    pub holds: bool,
+    /// The offset of its force sensor is measured before it is armed.
+    pub tares: bool,
     /// Set to stop the run.
     pub stop: &'a AtomicBool,
 }
@@ -171,35 +171,42 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         (self.record, self.recorder, let_go)
     }
 
-    /// The offset of the force sensor of a device that wants a force from its first tick on: by what it shows before, idle.
-    fn sense_offset(&mut self) -> Result<(), SerialError> {
+    /// The offset of the force sensor of a device by what it shows idle; false if its handle is not still for so long.
+    fn sense_offset(&mut self) -> Result<bool, SerialError> {
+        /// Samples in which a handle has to be still for a while.
+        const PATIENCE: u32 = 10 * OFFSET_SAMPLES;
         let link = &mut self.ready.link;
-        if !self.ready.holds || link.capabilities().sensed_force_max_n <= 0.0 {
-            return Ok(());
+        if !self.ready.tares || link.capabilities().sensed_force_max_n <= 0.0 {
+            return Ok(true);
         }
         link.stream(1, 1)?;
-        let sensor = &mut self.record.sensor;
+        let (sensor, mut samples) = (&mut self.record.sensor, 0);
         let mut patience = link.patience(SILENCE);
-        while matches!(sensor, SensorOffset::Measuring { .. })
+        while sensor.offset == SensorOffset::Measuring
+            && samples < PATIENCE
             && !link.is_silent(&mut patience)
             && !link.is_stopped()
         {
             match link.hear(AFTER_FAULT) {
-                Some(DeviceMessage::Sample(sample)) => sensor.take_off(&mut TickMessage {
-                    sensed_force_n: sensed_by_device(&sample),
-                    ..TickMessage::at_rest(D)
-                }),
+                Some(DeviceMessage::Sample(sample)) => {
+                    samples += 1;
+                    sensor.take_off(&mut by_device(TickMessage::at_rest(D), &sample, 0.0));
+                }
                 Some(DeviceMessage::Event(_)) => {}
                 // A device that is silent, or gone, says so when it is armed.
                 Some(DeviceMessage::Fault(_) | DeviceMessage::Over(_)) | None => break,
             }
         }
-        link.stream(0, 1)
+        link.stream(0, 1)?;
+        Ok(samples < PATIENCE || sensor.offset != SensorOffset::Measuring)
     }
 
     /// Arms and starts; false if the partner left before, or somebody asked to stop.
     fn start(&mut self, ticks: u32, supervisor: Supervisor<'_>) -> Result<bool, SerialError> {
-        self.sense_offset()?;
+        if !self.sense_offset()? {
+            self.ends(Ending::Untared);
+            return Ok(false);
+        }
         self.ready.link.arm(self.ready.device.watchdog())?;
         if let Some(partner) = &self.partner
             && !partner.waits(&self.ready.link, supervisor.stop)

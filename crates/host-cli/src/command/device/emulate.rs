@@ -141,18 +141,20 @@ const LINE_KEYS: [(&str, &str); 8] = [
 ];
 
 /// Keys of a force sensor, of the first board or, with facing_ before it, of the second.
-const SENSOR_KEYS: [(&str, &str); 4] = {
-    let [range, noise, lag, offset] = [
+const SENSOR_KEYS: [(&str, &str); 5] = {
+    let [range, noise, lag, offset, seed] = [
         parameters::SENSED_RANGE,
         parameters::SENSED_NOISE,
         parameters::SENSED_LAG,
         parameters::SENSED_OFFSET,
+        parameters::SENSED_SEED,
     ];
     [
         (range.key, range.help),
         (noise.key, noise.help),
         (lag.key, lag.help),
         (offset.key, offset.help),
+        (seed.key, seed.help),
     ]
 };
 
@@ -210,6 +212,7 @@ struct Details {
     seeds: [u64; 2],
     /// Range, noise, lag and offset of the force sensors; `None` where they are not given.
     sensors: [[Option<f64>; 4]; 2],
+    sensor_seeds: [u64; 2],
     hardware: Version,
     /// The hand of a 2DIY; `None` strokes.
     hand: Option<haply::Hand>,
@@ -227,6 +230,7 @@ impl Details {
         let mut details = Self {
             // A line takes two, one each way.
             seeds: [1, 3],
+            sensor_seeds: [1, 2],
             ..Self::default()
         };
         for faults in &mut details.faults {
@@ -274,6 +278,7 @@ impl Details {
                 let n = n.unwrap_or_default();
                 self.sensors[side][n] = Some(number(parameters::FORCE_SENSOR[n].range())?);
             }
+            "sensed_seed" => self.sensor_seeds[side] = count(text, 0, u64::MAX)?,
             "hardware" => {
                 let mut all = Version::ALL.into_iter();
                 let found = all.find(|version| version.number().to_string() == text);
@@ -302,7 +307,7 @@ impl Details {
             noise: Newtons(of(1)),
             lag: Seconds(of(2)),
             offset: Newtons(of(3)),
-            seed: self.seeds[side],
+            seed: self.sensor_seeds[side],
         };
         match given {
             [None, None, None, None] => Ok(None),

@@ -4,10 +4,10 @@ use crate::mcap::{self, warn_of_order};
 use crate::table;
 use haptic_experiment::document::Document;
 use haptic_experiment::question::tissue::RecordQuestion;
-use haptic_experiment::{ExperimentFile, Failure, PressRecord};
+use haptic_experiment::{ExperimentFile, Failure};
 use haptic_log::record::{Entry, LogFiles, TickMessage};
 use haptic_loop::Loading;
-use haptic_tissue::identify::{IdentifyError, SAMPLES_MOST, TableDetails, Understood};
+use haptic_tissue::identify::{SAMPLES_MOST, TableDetails, Understood};
 use measured_table::{Choice, Column, Columns, Reader, read_table};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -75,7 +75,14 @@ pub(super) fn read(
         };
         match press {
             None => made(read.columns()).map(|one| vec![one]),
-            Some(press) => pressed(&press, made).map(|one| vec![one]),
+            Some(press) => {
+                (press.check_zero())
+                    .map_err(|why| Failure::bad_input(format_args!("{}: {why}", path.display())))?;
+                made(press.columns()).map(|one| {
+                    let record = press.with_doubts(one.record);
+                    vec![Understood { record, ..one }]
+                })
+            }
         }
     } else {
         let (reader, bytes) = opened(&question.reader, path)?;
@@ -116,20 +123,6 @@ fn log(reader: &Reader, path: &Path, loading: &Loading) -> Result<LogRecord, Fai
     warn_of_order(&condition);
     read.incomplete = !condition.complete || condition.out_of_order > 0;
     Ok(read)
-}
-
-/// The record of a press, with those that its instrument cannot tell from it.
-fn pressed(
-    press: &PressRecord,
-    made: impl Fn(Columns) -> Result<Understood, IdentifyError>,
-) -> Result<Understood, IdentifyError> {
-    let mut records = press.columns().map(made).collect::<Result<Vec<_>, _>>()?;
-    let also = records.split_off(1).into_iter().map(|one| one.record);
-    let likeliest = records.remove(0);
-    Ok(Understood {
-        also: also.collect(),
-        ..likeliest
-    })
 }
 
 /// Takes how the tissue was pressed from the document in the log, unless options say anything of it; what was taken, for people.

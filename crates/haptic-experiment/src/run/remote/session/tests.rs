@@ -482,13 +482,13 @@ fn a_sample_that_cannot_be_is_in_the_log_and_no_part_of_the_result() {
 
 #[test]
 fn a_device_that_holds_its_handle_shows_the_offset_of_its_sensor_before() {
-    for (holds, offset) in [(true, Some([0.25, 0.0, 0.0])), (false, None)] {
+    for (tares, offset) in [(true, Some([0.25, 0.0, 0.0])), (false, None)] {
         look([None], None, |[session]| {
-            session.ready.holds = holds;
+            session.ready.tares = tares;
             begins(session, SOUND, 1);
-            let known = match session.record.sensor {
+            let known = match session.record.sensor.offset {
                 SensorOffset::Known(offset) => Some(offset),
-                SensorOffset::Measuring { .. } | SensorOffset::Touched { .. } => None,
+                SensorOffset::Measuring | SensorOffset::Touched { .. } => None,
             };
             assert_eq!(known, offset);
         });
@@ -563,7 +563,7 @@ fn a_run_that_is_stopped_lets_go() {
 #[test]
 fn a_loop_here_logs_what_the_device_makes_of_its_forces() {
     let [left] = look([None], None, |[session]| {
-        session.ready.holds = true;
+        session.ready.tares = true;
         connects(session, SOUND, LoopMode::Host);
         let done = session.control(&mut rendered(), &mut (), quiet());
         assert!(done.is_ok() && session.over, "{done:?}");
