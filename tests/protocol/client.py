@@ -27,10 +27,10 @@ import zlib
 
 FROM_HOST, FROM_DEVICE = 0x02, 0x82
 # Keys of the messages that are used here, by their numbers; others may change.
-REQUEST_KEYS = {0: 0xEA059449, 1: 0xAF5AAF58, 2: 0x6E6E2E27, 3: 0xD64D3415, 4: 0xFE3E4473, 5: 0x5F950ADB, 6:
+REQUEST_KEYS = {0: 0xEA059449, 1: 0xAF5AAF58, 2: 0x786B87AB, 3: 0xD64D3415, 4: 0xFE3E4473, 5: 0x5F950ADB, 6:
                 0x49AD326F, 7: 0x80892389, 8: 0x6DB3EADF, 9: 0x34E32396, 12: 0x54DE2568, 13: 0xE4D4C71D, 16:
                 0xB7C92CEF}
-REPORT_KEYS = {0: 0xC2B7320C, 1: 0x749B5261, 2: 0x3E9AD9F8, 3: 0x9E6E5BB1, 4: 0x21201806, 5: 0x9B4CF31F, 6:
+REPORT_KEYS = {0: 0xC2B7320C, 1: 0x749B5261, 2: 0x3E9AD9F8, 3: 0xFACF7DE3, 4: 0x21201806, 5: 0x9B4CF31F, 6:
                0x47E8A9FB, 8: 0x66BD3387, 9: 0xA4362A23, 10: 0x1B05F339, 12: 0x65196196}
 RETRY_S, TRIES = 0.15, 10
 HELLO_TRIES = 24  # 3.5 s, for ports that notice late that somebody listens
@@ -51,7 +51,7 @@ REFUSALS = (("State", "<B"), ("Range", "<Bfff"), ("Digest", "<"), ("Incomplete",
 FOR_A_RUN, LASTING = 0, 1
 IDLE, ARMED, RUNNING, STOPPING, IN_FAULT = range(5)
 
-CONFIGURATION = struct.Struct("<BIfff?fBbHffHHHffffffffffffBfffBfffffffBffffffffB")
+CONFIGURATION = struct.Struct("<BIfff?fBbHffHHHffffffffffffBfffBfffffffBfffffffffIB")
 CONFIGURATION_FIELDS = (
     "loop_mode tick_period_us stiffness_n_per_m dissipation_n_s_mu_per_m order one_sided surface_m form integer "
     "count force_n force_rate_n_per_s watchdog_ms late_ticks max_age_ticks start_force_n rise_time_s workspace_low_m "
@@ -59,7 +59,7 @@ CONFIGURATION_FIELDS = (
     "stop_time_s brake_force_n device_mass_kg device_delay_ticks stuck_force_n stuck_time_s jump_m guard "
     "guard_damping_n_s_per_m guard_share guard_forget_s guard_delay_least_samples guard_delay_most_samples "
     "guard_lag_s guard_noise_m simulation mass_kg "
-    "damping_n_s_per_m hand_stiffness_n_per_m push_n depth_m ramp_time_s start_ticks own_push_n maps").split()
+    "damping_n_s_per_m hand_stiffness_n_per_m push_n depth_m ramp_time_s start_ticks own_push_n tap_n tap_ticks maps").split()
 DEPTH_MAP = struct.Struct("<8f")  # follows if maps is 1
 CAPABILITIES = struct.Struct("<16sB?IIffffHHHHI?")
 STATISTICS = ("ticks overruns tick_cycles_max tick_cycles_last stale_forces samples_dropped sent received corrupt "

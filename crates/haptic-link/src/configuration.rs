@@ -40,6 +40,11 @@ pub struct Configuration {
     /// Push of the device's own motor, added to the force of a device loop before its limits, N; 0 for none. With one the
     /// environment begins where the handle stands at the start.
     pub own_push_n: f32,
+    /// Force that a device loop adds in every second `tap_ticks` ticks of a run, N; 0 for none.
+    pub tap_n: f32,
+    /// Ticks from one step of that force to the next, at least 1; 0 without it.
+    #[serde(with = "postcard::fixint::le")]
+    pub tap_ticks: u32,
     /// For a one-sided environment, the map from the depth behind the surface to the depth that the
     /// environment receives: 1/s in 1/m, c₀ to c₅, and q in 1/m.
     pub depth_map: Option<[f32; 8]>,
@@ -63,6 +68,8 @@ impl Configuration {
         limits: Limits::DEFAULT,
         simulation: Simulation::REAL,
         own_push_n: 0.0,
+        tap_n: 0.0,
+        tap_ticks: 0,
         depth_map: None,
     };
 
@@ -255,7 +262,7 @@ impl DigestBuilder {
     #[must_use]
     pub fn new(configuration: &Configuration) -> Self {
         // As long as the longest configuration on the wire.
-        Self(CRC.digest()).message::<_, 196>(configuration)
+        Self(CRC.digest()).message::<_, 204>(configuration)
     }
 
     /// Adds a message as it is on the wire, of N bytes at most.

@@ -39,7 +39,7 @@ pub use guard::{
     PassivityObserver,
 };
 pub use loading::{DepthMap, INCOMPRESSIBLE, Loading, LoadingKind, Modulus, Specimen};
-pub use own_push::{OwnPush, OwnPushHistory};
+pub use own_push::{OwnPush, OwnPushHistory, Tap};
 pub use safety::{
     Fault, Limit, Limiters, SafeForce, SafetyChain, SafetyLimits, SafetyState, SpeedLimit,
     StartRefused, Stuck, Tighter, Workspace,

@@ -7,12 +7,14 @@ use nalgebra::SVector;
 /// An environment into which the motor that renders it also pushes, so that a trial needs nobody.
 ///
 /// ```text
-/// f = f_inner(x − x₀) + p        p: the push, N; x₀: the place where the handle stood at the start
+/// f = f_inner(x − x₀) + p + a·[⌊n/N⌋ odd]        p: the push, N; x₀: the place where the handle stood at the start
+///                                                a: the tap, N, added in every second N ticks of the run; n: ticks since the start
 /// ```
 /// - *One actuator*: the sum is the wanted force, so the safety chain limits the push with the law and takes both away
 ///   after a fault or stop.
 /// - *Where it stands* is where the environment begins: nobody has to bring the handle to a place as exact as a stiff wall
 ///   needs it. A start is judged by the force of the law, which is zero there; the push rises with the chain.
+/// - *A tap* is a step of the force, up and N ticks later down. The response to it tells a stable law from one that friction holds still.
 /// - *Without a push* it is the inner environment, number for number: then 0 is taken off place and force, which keeps even a
 ///   negative zero, and costs a tick less than a choice.
 ///
@@ -35,6 +37,16 @@ pub struct OwnPush<F, E> {
     /// The push with the other sign; 0 without one.
     pull_n: F,
     is_pushed: bool,
+    tap: Option<Tap<F>>,
+}
+
+/// A square wave beside the push: its force, N, is there in every second `ticks` ticks, the first ones without it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tap<F> {
+    /// N; along the direction in which positions grow.
+    pub force_n: F,
+    /// Ticks from one step to the next; with 0 there are none.
+    pub ticks: u32,
 }
 
 /// History of an [`OwnPush`].
@@ -43,6 +55,8 @@ pub struct OwnPushHistory<F, H> {
     inner: H,
     /// 0 without a push.
     start_m: F,
+    /// Ticks since the newest step of the tap, and true while its force is there.
+    tapped: (u32, bool),
 }
 
 impl<F: Real, E> OwnPush<F, E> {
@@ -53,7 +67,14 @@ impl<F: Real, E> OwnPush<F, E> {
             inner,
             pull_n: pull(push_n),
             is_pushed: push_n.is_some(),
+            tap: None,
         }
+    }
+
+    /// With a tap beside the push.
+    #[must_use]
+    pub fn tapping(self, tap: Option<Tap<F>>) -> Self {
+        Self { tap, ..self }
     }
 
     /// The environment that is pushed into.
@@ -66,9 +87,9 @@ impl<F: Real, E> OwnPush<F, E> {
         self.is_pushed
     }
 
-    /// With another push, and its environment to be changed.
-    pub fn reshape(&mut self, push_n: Option<F>) -> &mut E {
-        (self.pull_n, self.is_pushed) = (pull(push_n), push_n.is_some());
+    /// With another push and tap, and its environment to be changed.
+    pub fn reshape(&mut self, push_n: Option<F>, tap: Option<Tap<F>>) -> &mut E {
+        (self.pull_n, self.is_pushed, self.tap) = (pull(push_n), push_n.is_some(), tap);
         &mut self.inner
     }
 
@@ -80,8 +101,29 @@ impl<F: Real, E> OwnPush<F, E> {
     }
 
     #[inline]
-    fn with_push(&self, force: SVector<F, 1>) -> SVector<F, 1> {
-        SVector::from([force[0] - self.pull_n])
+    fn with_push<H>(&self, history: &OwnPushHistory<F, H>, force: SVector<F, 1>) -> SVector<F, 1> {
+        SVector::from([force[0] - self.pull_now(history)])
+    }
+
+    /// Push and tap of this tick with the other sign, N.
+    #[inline]
+    fn pull_now<H>(&self, history: &OwnPushHistory<F, H>) -> F {
+        match self.tap {
+            Some(tap) if history.tapped.1 => self.pull_n - tap.force_n,
+            _ => self.pull_n,
+        }
+    }
+
+    #[inline]
+    fn count<H>(&self, history: &mut OwnPushHistory<F, H>) {
+        let Some(Tap { ticks, .. }) = self.tap else {
+            return;
+        };
+        let (since, on) = history.tapped;
+        history.tapped = match since + 1 < ticks || ticks == 0 {
+            true => (since.wrapping_add(1), on),
+            false => (0, !on),
+        };
     }
 }
 
@@ -103,12 +145,14 @@ impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for OwnPush<F, E> {
         OwnPushHistory {
             inner: self.inner.at_rest(),
             start_m: F::ZERO,
+            tapped: (0, false),
         }
     }
 
     fn rest(&self, history: &mut Self::History) {
         self.inner.rest(&mut history.inner);
         history.start_m = F::ZERO;
+        history.tapped = (0, false);
     }
 
     fn settle(&self, history: &mut Self::History, position_m: &SVector<F, 1>) {
@@ -122,7 +166,7 @@ impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for OwnPush<F, E> {
     #[inline]
     fn force(&self, history: &Self::History, position_m: &SVector<F, 1>) -> SVector<F, 1> {
         let place = history.place(position_m);
-        self.with_push(self.inner.force(&history.inner, &place))
+        self.with_push(history, self.inner.force(&history.inner, &place))
     }
 
     #[inline]
@@ -133,12 +177,13 @@ impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for OwnPush<F, E> {
     ) -> (SVector<F, 1>, SVector<F, 1>) {
         let place = history.place(position_m);
         let (force, input) = self.inner.force_and_input(&history.inner, &place);
-        (self.with_push(force), input)
+        (self.with_push(history, force), input)
     }
 
     #[inline]
     fn advance_input(&self, history: &mut Self::History, input: &SVector<F, 1>) {
         self.inner.advance_input(&mut history.inner, input);
+        self.count(history);
     }
 
     #[inline]
@@ -148,11 +193,12 @@ impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for OwnPush<F, E> {
         input: &SVector<F, 1>,
         applied_n: &SVector<F, 1>,
     ) {
-        let of_law = match self.is_pushed {
-            true => SVector::from([applied_n[0] + self.pull_n]),
+        let of_law = match self.is_pushed || self.tap.is_some() {
+            true => SVector::from([applied_n[0] + self.pull_now(history)]),
             false => *applied_n,
         };
         (self.inner).advance_applied(&mut history.inner, input, &of_law);
+        self.count(history);
     }
 
     fn starting_force(&self, history: &Self::History, position_m: &SVector<F, 1>) -> SVector<F, 1> {
@@ -164,5 +210,6 @@ impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for OwnPush<F, E> {
     fn advance(&self, history: &mut Self::History, position_m: &SVector<F, 1>) {
         let place = history.place(position_m);
         self.inner.advance(&mut history.inner, &place);
+        self.count(history);
     }
 }

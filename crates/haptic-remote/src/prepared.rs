@@ -9,7 +9,7 @@ use haptic_link::{
     Capabilities, Configuration, DigestBuilder, Field, Limits, OperatorForm, Refusal,
 };
 use haptic_loop::units::{Metres, Seconds};
-use haptic_loop::{DepthMap, OwnPush, SafetyChain, Wall, WallShape};
+use haptic_loop::{DepthMap, OwnPush, SafetyChain, Tap, Wall, WallShape};
 
 /// Most coefficients of an operator on a device: taps of a finite memory.
 pub const COEFFICIENTS_MAX: usize = 256;
@@ -78,6 +78,7 @@ pub(super) struct Law {
     form: Form,
     integer: i8,
     own_push_n: Option<f32>,
+    tap: Option<Tap<f32>>,
 }
 
 impl<S> Prepared<S> {
@@ -92,7 +93,7 @@ impl Law {
     /// Makes a wall one of this law, in its place.
     #[inline(never)]
     pub(super) fn put(&self, wall: &mut DeviceWall, coefficients: &[f32]) {
-        let wall = wall.reshape(self.own_push_n);
+        let wall = wall.reshape(self.own_push_n, self.tap);
         let operator = wall.reshape(self.shape, || DeviceOperator::SILENT);
         // They were checked.
         let _ = operator.replace(self.form, self.integer, coefficients);
@@ -171,12 +172,15 @@ pub(super) fn checked(
     fields.done().map(|()| chain)
 }
 
-/// Checks a push of the device's own motor: below the largest force, in a workspace, below a speed.
+/// Checks push and tap of the device's own motor: below the largest force, in a workspace, below a speed.
 #[inline(never)]
 fn own_push(configuration: &Configuration, chain: &haptic_loop::SafetyLimits, fields: &mut Fields) {
-    let (push, most) = (configuration.own_push_n, configuration.limits.force_n);
-    fields.within(Field::OwnPush, push, -most, most);
-    if push != 0.0 && (chain.workspace.is_none() || chain.speed.is_none()) {
+    let (push, tap) = (configuration.own_push_n, configuration.tap_n);
+    let most = configuration.limits.force_n;
+    for force in [push, tap, push + tap] {
+        fields.within(Field::OwnPush, force, -most, most);
+    }
+    if (push != 0.0 || tap != 0.0) && (chain.workspace.is_none() || chain.speed.is_none()) {
         fields.refuse(Refusal::Unsupported(Field::OwnPush));
     }
 }
@@ -224,6 +228,11 @@ fn built(
         form,
         integer,
         own_push_n: Some(configuration.own_push_n).filter(|push| *push != 0.0),
+        tap: Some(Tap {
+            force_n: configuration.tap_n,
+            ticks: configuration.tap_ticks,
+        })
+        .filter(|tap| tap.force_n != 0.0),
     };
     Ok((law, chain))
 }

@@ -88,6 +88,8 @@ pub(crate) fn configuration() -> Configuration {
             start_ticks: 13.25,
         },
         own_push_n: 14.25,
+        tap_n: 15.25,
+        tap_ticks: 0x0403_0201,
         depth_map: Some(core::array::from_fn(|n| n as f32 + 31.25)),
     }
 }

@@ -5,7 +5,7 @@ use crate::{T, memory, spring};
 use fracdiff::{Differintegrator, ShortMemory};
 use haptic_loop::units::{Metres, Pascals, SquareMetres};
 use haptic_loop::{
-    Contact, Environment, Modulus, OwnPush, Pushing, Specimen, SpringDamper, Tissue, Wall,
+    Contact, Environment, Modulus, OwnPush, Pushing, Specimen, SpringDamper, Tap, Tissue, Wall,
     WallShape,
 };
 use nalgebra::{Vector1, vector};
@@ -188,16 +188,18 @@ proptest! {
     #[test]
     fn a_push_of_its_own_is_added_to_the_law_from_where_the_handle_stood(
         positions in proptest::collection::vec(-0.01..0.01_f64, 50), mu in 0.0..2.0_f64, push in -3.0..3.0_f64, start in -0.1..0.1_f64,
+        tap in -3.0..3.0_f64, ticks in 1..20_u32,
     ) {
         let law = || spring(500.0, 2.0, mu);
         let wanted = run(&law(), &positions);
         prop_assert_eq!(&run(&OwnPush::new(law(), None), &positions), &wanted);
-        let pushed = OwnPush::new(law(), Some(push));
+        let pushed = OwnPush::new(law(), Some(push)).tapping(Some(Tap { force_n: tap, ticks }));
         let mut history = pushed.at_rest();
         pushed.settle(&mut history, &vector![start]);
         prop_assert!(pushed.starting_force(&history, &vector![start])[0] == 0.0);
-        for (x, law_n) in positions.iter().zip(wanted) {
+        for (n, (x, law_n)) in (0_u32..).zip(positions.iter().zip(wanted)) {
             let (force, input) = pushed.force_and_input(&history, &vector![start + x]);
+            let push = push + tap * f64::from(n / ticks % 2);
             prop_assert!((force[0] - law_n - push).abs() < 1e-6, "{} {law_n} {push}", force[0]);
             pushed.advance_input(&mut history, &input);
         }

@@ -182,16 +182,21 @@ fn a_device_pushes_by_itself_only_within_force_workspace_and_speed() {
         start_force_n: 0.1,
         ..Limits::bare(5.0, 1e4)
     };
-    let pushed = |own_push_n, limits| Configuration {
+    let tapped = |own_push_n, tap_n, limits| Configuration {
         own_push_n,
+        tap_n,
+        tap_ticks: 500,
         simulation: haptic_link::Simulation::TESTBED,
         ..plain(1000.0, limits)
     };
-    let bench = ran(pushed(2.0, limits), 2000);
-    let deep = bench.samples().last().map(|sample| sample.axes[0]);
-    let deep = deep.expect("it ran");
-    assert!((deep.position_m - 2e-3).abs() < 1e-5, "{deep:?}");
-    assert!(deep.force_n.abs() < 0.05, "{deep:?}");
+    // At rest 2 mm deep, and 1 mm deeper where it taps.
+    for (tap_n, deep_m) in [(0.0, 2e-3), (1.0, 3e-3)] {
+        let bench = ran(tapped(2.0, tap_n, limits), 2000);
+        let deep = bench.samples().last().map(|sample| sample.axes[0]);
+        let deep = deep.expect("it ran");
+        assert!((deep.position_m - deep_m).abs() < 1e-5, "{deep:?}");
+        assert!(deep.force_n.abs() < 0.05, "{deep:?}");
+    }
     let none = Limits {
         workspace_low_m: 0.0,
         workspace_high_m: 0.0,
@@ -201,15 +206,19 @@ fn a_device_pushes_by_itself_only_within_force_workspace_and_speed() {
         speed_hard_m_per_s: 0.0,
         ..limits
     };
-    for (push, limits) in [
-        (2.0, none),
-        (2.0, fast),
-        (5.1, limits),
-        (-5.1, limits),
-        (f32::NAN, limits),
+    for (push, tap, limits) in [
+        (2.0, 0.0, none),
+        (2.0, 0.0, fast),
+        (0.0, 2.0, none),
+        (0.0, 2.0, fast),
+        (5.1, 0.0, limits),
+        (-5.1, 0.0, limits),
+        (f32::NAN, 0.0, limits),
+        (3.0, 2.1, limits),
+        (0.0, f32::NAN, limits),
     ] {
-        let refused = set(&mut Bench::ideal(), pushed(push, limits));
-        assert!(refused.is_err(), "{push} {limits:?}: {refused:?}");
+        let refused = set(&mut Bench::ideal(), tapped(push, tap, limits));
+        assert!(refused.is_err(), "{push} {tap} {limits:?}: {refused:?}");
     }
 }
 

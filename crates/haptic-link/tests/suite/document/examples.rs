@@ -124,7 +124,7 @@ fn configuring() -> Vec<String> {
             host,
         ),
         example(
-            "digest of these two: CRC-32 of bytes 11 to 174 of the first and 13 to 16 of the second, from 1",
+            "digest of these two: CRC-32 of bytes 11 to 182 of the first and 13 to 16 of the second, from 1",
             &[("CRC-32", &number)],
         ),
         framed(
