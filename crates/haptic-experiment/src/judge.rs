@@ -13,6 +13,7 @@ pub(crate) mod report;
 pub(crate) mod rows;
 pub(crate) mod sensed;
 pub(crate) mod settling;
+pub(crate) mod swings;
 pub(crate) mod warnings;
 
 use crate::run::Ran;

@@ -29,6 +29,7 @@ pub(crate) mod sensor_offset;
 pub(crate) mod sensors;
 pub mod signals;
 pub(crate) mod simulate;
+pub(crate) mod tap;
 pub(crate) mod tick;
 
 use crate::document::failure::Failure;

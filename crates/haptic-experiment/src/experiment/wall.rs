@@ -24,6 +24,7 @@ use crate::run::preflight::PreflightVerdict;
 use crate::run::remote::{RemoteDevice, RemoteLaw, portable};
 use crate::run::safety::GuardChoice;
 use crate::run::samples::Samples;
+use crate::run::tap::TappedLaw;
 use fracdiff::{Differintegrator as _, FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_analysis::Dynamics;
 use haptic_link::LoopMode;
@@ -198,6 +199,26 @@ impl WallExperiment {
         Ok(Pushing::new(wall, self.contact == WallContact::Linear))
     }
 
+    /// The wall as the motor taps it that renders it, if a motor pushes.
+    fn tapped(&self) -> Option<TappedLaw> {
+        let (setup, wall) = (
+            &self.setup,
+            [self.stiffness_n_per_m, self.dissipation_n_s_mu_per_m],
+        );
+        // A simulated device without friction has none that could hold it; a loop here does not know the limits of a real one.
+        let is_tapped = match &setup.conduct.remote {
+            None => setup.rubs(),
+            Some(remote) => remote.loop_mode == LoopMode::Device,
+        };
+        is_tapped
+            .then(|| {
+                setup
+                    .plan()
+                    .tapped(&setup.device, wall, self.order, self.contact)
+            })
+            .flatten()
+    }
+
     /// The law for so many samples, and its verdict on such a device.
     pub(crate) fn judged_law(
         &self,
@@ -300,6 +321,7 @@ impl Trial for WallExperiment {
             order: self.order.get(),
             one_sided: self.contact == WallContact::OneSided,
             operator,
+            tap: self.tapped(),
             ..law
         })
     }
@@ -348,14 +370,15 @@ impl Trial for WallExperiment {
             None => t.rate_to_the(self.order).map_err(Failure::input)?,
         };
         let (k, b) = (self.stiffness_n_per_m, self.dissipation_n_s_mu_per_m);
-        let judge = plan.judge(
-            k + self.setup.device.stiffness.0,
-            k + b * rate,
-            encoder_step(self.setup.sensors),
-            t.0,
-        );
+        let (device_as, step_m) = (&self.setup.device, encoder_step(self.setup.sensors));
+        let mut judge = plan.judge(k + device_as.stiffness.0, k + b * rate, step_m, t.0);
+        let tapped = self.tapped();
+        if let Some(tapped) = &tapped {
+            judge = plan.judge_of_taps(judge, tapped, device_as, step_m, k + b * rate);
+        }
         let rest_m = self.expected_deflection(&operator)?;
-        let law = OwnPush::new(self.pushing(operator)?, plan.own_push_n());
+        let tap = tapped.map(|law| law.within(plan.force_limit_n, &self.setup.safety));
+        let law = OwnPush::new(self.pushing(operator)?, plan.own_push_n()).tapping(tap);
         Ok(Parts {
             controller: Controller::new(law, self.setup.chain()?),
             device,

@@ -29,6 +29,7 @@
 //! Source of the old rule: O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4, figure 4.3.
 
 use crate::document::named::named;
+use crate::judge::swings::{Swings, Taps};
 use crate::run::ending::{AT_LIMIT, Ending, MotorPush};
 use serde::Serialize;
 
@@ -121,7 +122,7 @@ pub(crate) const GONE_M: f64 = 1.0;
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum TrialVerdict {
     Stable,
-    /// At rest, but only because friction holds the device: without friction it is not.
+    /// At rest, but perhaps only because friction holds the device: without friction it is not, or taps are too small beside friction to tell.
     HeldByFriction,
     Unstable,
     /// The force was at its limit too often: the limit was tried, not the wall.
@@ -176,6 +177,9 @@ pub struct Settling {
     pub deflection_m: Option<f64>,
     /// Position at which the push is in balance with wall and hand, m; null without a spring.
     pub expected_deflection_m: Option<f64>,
+    /// Decay of the swings after taps.
+    #[serde(flatten)]
+    pub(crate) swings: Option<Swings>,
     /// Largest magnitude of the force, N.
     #[serde(skip)]
     pub(crate) peak_force_n: f64,
@@ -197,14 +201,23 @@ impl Settling {
         }
     }
 
+    fn grows_after_taps(&self) -> bool {
+        self.swings.is_some_and(|swings| swings.dies == Some(false))
+    }
+
     /// Why it is not stable, in words; `None` if it is.
     pub(crate) fn reason(&self) -> Option<String> {
         let share = self.saturated_share.unwrap_or(0.0);
         match self.verdict {
             TrialVerdict::Stable => None,
-            TrialVerdict::HeldByFriction => {
-                Some("without friction the device does not come to rest".to_owned())
-            }
+            TrialVerdict::HeldByFriction => Some(match &self.swings {
+                None => "without friction the device does not come to rest".to_owned(),
+                Some(swings) => format!(
+                    "a tap of {:.3} N is too small beside friction to tell; one of 25 times the friction, {:.3} N, tells",
+                    swings.tap_n,
+                    25.0 * swings.friction_n
+                ),
+            }),
             TrialVerdict::Saturated => Some(format!(
                 "the force was at its limit in {:.1} % of the samples, more than {} %",
                 1e2 * share,
@@ -219,6 +232,15 @@ impl Settling {
                 "{}; what followed was not judged",
                 Ending::Swing.reason(None)
             )),
+            TrialVerdict::Unstable if self.grows_after_taps() => self.swings.map(|swings| {
+                format!(
+                    "after a tap {:.4} [{:.4}, {:.4}] of each swing is left in the next, more than {:.4}",
+                    swings.swing_ratio,
+                    swings.swing_ratio_from,
+                    swings.swing_ratio_to,
+                    swings.swing_ratio_limit
+                )
+            }),
             TrialVerdict::Unstable => {
                 let (position, force, range) = (
                     (self.position_std_m, self.position_std_limit_m),
@@ -264,7 +286,7 @@ impl Moments {
 }
 
 /// Looks on while a device is tried.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Judge {
     criterion: Criterion,
     impact_m_per_s: f64,
@@ -276,6 +298,8 @@ pub(crate) struct Judge {
     force_limit_n: f64,
     /// Push of a motor.
     push: Option<MotorPush>,
+    /// What it needs where the motor taps.
+    taps: Option<Taps>,
     /// Push, N, and spring of a hand, N/m, which a law that integrates balances at rest.
     balanced: Option<[f64; 2]>,
     samples: u64,
@@ -311,6 +335,7 @@ impl Judge {
             half_s,
             force_limit_n,
             push: None,
+            taps: None,
             balanced: None,
             samples: 0,
             limited: 0,
@@ -328,6 +353,15 @@ impl Judge {
     /// Judges the law that a motor pushes into: of the forces that it sees all but the push of the device's own motor.
     pub(crate) fn behind(self, push: Option<MotorPush>) -> Self {
         Self { push, ..self }
+    }
+
+    /// Judges the swings after taps, and the rest over the end of the time after the last one.
+    pub(crate) fn tapped(self, taps: Taps, from_s: f64) -> Self {
+        Self {
+            taps: Some(taps),
+            from_s: self.from_s.max(from_s),
+            ..self
+        }
     }
 
     /// Judges a law that brings the device back to its start, however slowly: at rest it holds the push, less what a hand's spring does.
@@ -354,8 +388,12 @@ impl Judge {
     pub(crate) fn see(&mut self, time_s: f64, position_m: f64, force_n: f64) -> bool {
         self.samples += 1;
         self.limited += u64::from(force_n.abs() >= AT_LIMIT * self.force_limit_n);
-        let swings = |push: MotorPush| push.swings(force_n, self.force_limit_n);
+        let swings =
+            |push: MotorPush| push.swings(force_n, self.force_limit_n, self.taps.is_some());
         self.swung |= self.push.is_some_and(swings);
+        if let Some(taps) = &mut self.taps {
+            taps.seen.push((position_m, force_n));
+        }
         let force_n = force_n - self.push.map_or(0.0, MotorPush::own_n);
         self.peak_force_n = self.peak_force_n.max(force_n.abs());
         if force_n > self.largest_pull.0 {
@@ -381,6 +419,8 @@ impl Judge {
         let deviations = seen.then(|| (self.position.deviation(), self.force.deviation()));
         let range = self.force_ends_n.1 - self.force_ends_n.0;
         let within = |have: f64, most: Option<f64>| most.is_none_or(|most| have <= most);
+        let swings = self.taps.as_ref().filter(|_| seen).and_then(Taps::swings);
+        let falls = |taps: &Taps| taps.falls(self.position.count as usize);
         let verdict = match deviations {
             _ if self.gone => TrialVerdict::Gone,
             _ if self.swung => TrialVerdict::Unstable,
@@ -392,11 +432,21 @@ impl Judge {
                     && within(range, self.tolerance.force_range_n)
                     && self.is_balanced() =>
             {
-                match self.force_ends_n == (0.0, 0.0) {
-                    true => TrialVerdict::Untouched,
-                    false => TrialVerdict::Stable,
+                let told = swings.and_then(|swings| swings.dies);
+                match self.taps.as_ref().map(|_| told) {
+                    _ if self.force_ends_n == (0.0, 0.0) => TrialVerdict::Untouched,
+                    None | Some(Some(true)) => TrialVerdict::Stable,
+                    Some(Some(false)) => TrialVerdict::Unstable,
+                    Some(None) => TrialVerdict::HeldByFriction,
                 }
             }
+            // Not at rest yet after the last tap, but on the way.
+            Some(_) if self.taps.as_ref().is_some_and(falls) => match swings {
+                Some(Swings {
+                    dies: Some(true), ..
+                }) => TrialVerdict::Stable,
+                Some(_) | None => TrialVerdict::Unstable,
+            },
             Some(_) => TrialVerdict::Unstable,
         };
         Settling {
@@ -413,6 +463,7 @@ impl Judge {
             saturated_share: (self.samples > 0).then_some(share),
             deflection_m: seen.then_some(self.position.mean),
             expected_deflection_m,
+            swings,
             peak_force_n: self.peak_force_n,
             noise_n: deviations.map(|_| self.late_force.deviation()),
             largest_pull: self.largest_pull,

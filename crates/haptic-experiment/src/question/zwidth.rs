@@ -308,6 +308,9 @@ pub struct ZWidthReport {
     pub push_n: f64,
     /// Source of the push: with `device` one actuator rendered the wall and pushed into it.
     pub push_by: &'static str,
+    /// Time in which the force of a device that pushes by itself rose, s: that of the search, or a longer one that is set on the device.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rise_time_s: Option<f64>,
     /// Largest α that was searched: a point this high is a bound of the search, not of the device.
     pub alpha_searched: f64,
     /// One entry per order, in the question's sequence.
@@ -382,6 +385,10 @@ pub struct BoundaryPoint {
     /// The K up to which friction alone holds the device still, N/m; null without friction, and if it holds
     /// nothing beyond `stiffness_max`.
     pub held_by_friction_up_to_n_per_m: Option<f64>,
+    /// The largest stable K by a search on the simulated device without friction, N/m: of a real device beside the one before, if its
+    /// device file is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub simulated_without_friction_n_per_m: Option<f64>,
     /// Of a specimen.
     #[serde(skip)]
     pub(super) scales: Option<Scales>,
@@ -417,14 +424,28 @@ impl ZWidthReport {
         }
         let points = self.orders.iter().flat_map(|order| {
             let points = order.boundary.iter();
-            points.map(|point| (order.order, point.stiffness_max))
+            points.map(|point| (order.order, point))
         });
-        let best = points.max_by(|a, b| a.1.total_cmp(&b.1));
+        let best = points.max_by(|a, b| a.1.stiffness_max.total_cmp(&b.1.stiffness_max));
         best.map_or_else(
             || "no wall came to rest".to_owned(),
-            |(order, stiffness)| {
-                let stiffness = written("stiffness_n_per_m", stiffness);
-                format!("stiffest wall: K = {stiffness}, of order {order}")
+            |(order, point)| {
+                let words = |stiffness| written("stiffness_n_per_m", stiffness);
+                let stiffness = words(point.stiffness_max);
+                let known = point.simulated_without_friction_n_per_m;
+                let known =
+                    known.map(|known| format!(", simulated without friction {}", words(known)));
+                match point
+                    .held_by_friction_up_to_n_per_m
+                    .filter(|_| self.device != "sim")
+                {
+                    None => format!("stiffest wall: K = {stiffness}, of order {order}"),
+                    Some(held) => format!(
+                        "held by friction: K = {stiffness} to {}, of order {order}{}",
+                        words(held),
+                        known.unwrap_or_default()
+                    ),
+                }
             },
         )
     }
@@ -442,6 +463,21 @@ impl ZWidthReport {
         if points.clone().any(|point| point.alpha >= 0.999 * searched) {
             warn(&format!(
                 "some walls were stable up to alpha = {searched}, where the search ends"
+            ));
+        }
+        let held = |point: &&BoundaryPoint| point.held_by_friction_up_to_n_per_m.is_some();
+        let held = points.clone().filter(held).count();
+        if self.device != "sim" && held > 0 {
+            warn(&format!(
+                "held by friction at {held} of {} points: no tap within the limits was large enough beside friction to tell a wall between \
+                 stiffness_max and held_by_friction_up_to_n_per_m; allow more force, or give {DEVICE_MODEL} for the edge of the simulated \
+                 device without friction",
+                points.clone().count()
+            ));
+        }
+        if let Some(rise_s) = self.rise_time_s.filter(|rise_s| *rise_s > 0.1) {
+            warn(&format!(
+                "the force rose in {rise_s} s, as the device is set: the search asks for 0.1 s, and taps after that time"
             ));
         }
         let mut analysed = points.clone().map(|point| point.analysis_stiffness_n_per_m);

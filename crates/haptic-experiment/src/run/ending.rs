@@ -34,7 +34,7 @@ pub(crate) enum Ending {
 }
 
 /// Push of a motor into a law, N. The first swing of the law ends it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum MotorPush {
     /// Of the motor that renders the law: part of its force.
     Own(f64),
@@ -52,11 +52,12 @@ impl MotorPush {
     }
 
     /// True of a force that is a swing, N, within this limit: a law that holds a push makes at most twice that push on the way to rest, and
-    /// never pulls.
-    pub(crate) fn swings(self, force_n: f64, limit_n: f64) -> bool {
+    /// never pulls. After a tap the limit alone tells.
+    pub(crate) fn swings(self, force_n: f64, limit_n: f64, tapped: bool) -> bool {
         let (Self::Own(push_n) | Self::Second(push_n)) = self;
         let law_n = force_n - self.own_n();
-        law_n < -SWING_SHARE * push_n || law_n > push_n || force_n.abs() >= AT_LIMIT * limit_n
+        let beyond = law_n < -SWING_SHARE * push_n || law_n > push_n;
+        beyond && !tapped || force_n.abs() >= AT_LIMIT * limit_n
     }
 }
 
@@ -303,7 +304,7 @@ impl Ending {
             Self::Silent => "the other side was silent for too long".to_owned(),
             Self::OtherLeft => "the other side left".to_owned(),
             Self::Swing => format!(
-                "the law swung: it pulled by more than the push, made more than {SWING_SHARE} times the push, or reached the force limit"
+                "the law swung: it reached the force limit or, without taps, pulled by more than the push or made more than {SWING_SHARE} times the push"
             ),
             Self::Untared => "the handle moved while its force sensor was tared: let go of it, take away what leans on it, and run it again".to_owned(),
             Self::LogStopped => "the log could not be written".to_owned(),

@@ -14,7 +14,7 @@ mod run;
 mod session;
 mod summary;
 
-use crate::document::parameters::{LOOP, PUSH_BY, SAMPLE_TIME, SCHEME};
+use crate::document::parameters::{LOOP, PUSH_BY, SAMPLE_TIME, SCHEME, TRIAL_DURATION};
 use fracdiff::parameter::Shown;
 pub(crate) use pair::{PairRun, fits_two_devices};
 pub(crate) use partner::{Aligned, DriveRan};
@@ -29,6 +29,7 @@ use crate::document::failure::Failure;
 use crate::run::advice::single;
 use crate::run::device::LinkedName;
 use crate::run::ending::{Lateness, MotorPush};
+use crate::run::tap::TappedLaw;
 use fracdiff::Operator;
 use haptic_link::{
     Capabilities, Configuration, ControllerLaw, Limits, LoopMode, OperatorShape, Simulation,
@@ -130,6 +131,8 @@ pub(crate) struct RemoteLaw {
     pub held_push_n: f64,
     /// Push of a motor into the law.
     pub push: Option<MotorPush>,
+    /// The law as a motor taps it.
+    pub tap: Option<TappedLaw>,
     /// The plant stands still until the device has raised its force: so its motion can be compared
     /// with theory from the start.
     pub after_rise: bool,
@@ -173,6 +176,7 @@ impl RemoteLaw {
             simulation,
             held_push_n: 0.0,
             push: None,
+            tap: None,
             after_rise: false,
         }
     }
@@ -251,6 +255,29 @@ pub(crate) fn within(
             "push_n = {} is above the device's own force limit of {most_n} N: push less, or raise that limit with host-cli device set",
             Shown(own_push_n)
         )));
+    }
+    if let Some(tap) = &law.tap {
+        let limits = &configuration.limits;
+        let rise_s = f64::from(limits.rise_time_s);
+        let third_s = tap.samples as f64 * tap.sample_time_s / 3.0;
+        if rise_s > third_s {
+            return Err(Failure::bad_input(format_args!(
+                "the force rises in {rise_s} s, more than a third of a trial of {} s that taps: give a {TRIAL_DURATION} of at least {} s, or                  shorten rise_time with host-cli device set",
+                Shown(3.0 * third_s),
+                Shown((3.1 * rise_s).ceil())
+            )));
+        }
+        let motion = [
+            limits.workspace_high_m - limits.workspace_low_m,
+            limits.speed_hard_m_per_s,
+            limits.force_rate_n_per_s,
+        ];
+        let motion = motion.map(|limit| Some(f64::from(limit)).filter(|limit| *limit > 0.0));
+        // A larger step on a stiff wall could look like a sensor that is stuck.
+        let stuck_n = Some(0.9 * limits.stuck_force_n).filter(|force_n| *force_n > 0.0);
+        let tap_n = tap.force_n(limits.force_n.into(), motion) as f32;
+        configuration.tap_n = stuck_n.map_or(tap_n, |stuck_n| stuck_n.min(tap_n));
+        configuration.tap_ticks = tap.ticks();
     }
     if let Some(text) = tighter {
         warn(&text);
@@ -341,6 +368,8 @@ fn configuration(
             // The controller here adds it.
             LoopMode::Host => 0.0,
         },
+        tap_n: 0.0,
+        tap_ticks: 0,
         depth_map: depth_map.map(|map| map.numbers()),
     })
 }

@@ -17,6 +17,20 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 pub(super) struct Cell {
     pub(super) stable: f64,
     pub(super) held: Option<f64>,
+    /// Simulated without friction, where friction holds a real device.
+    #[serde(default)]
+    pub(super) without_friction: Option<f64>,
+}
+
+impl Cell {
+    /// Friction held nothing beyond it.
+    pub(super) const fn stable(stable: f64) -> Self {
+        Self {
+            stable,
+            held: None,
+            without_friction: None,
+        }
+    }
 }
 
 /// Range that the search of one order covers.

@@ -2,7 +2,7 @@
 
 use super::campaign::{Campaign, Cell, Extent};
 use super::trials::Trials;
-use super::upward::Settled;
+use super::upward::{Settled, upward};
 use super::{BoundaryPoint, OrderBoundary, Scales, ZWidth, ZWidthReport};
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
@@ -13,16 +13,17 @@ use crate::experiment::trial::{
 use crate::judge::modelled_tissue::{loop_operator, operator};
 use crate::judge::position_controller::PositionController;
 use crate::judge::preflight::WallContact;
-use crate::judge::settling::Criterion;
+use crate::judge::settling::{Criterion, TrialVerdict};
 use crate::question::bench::{AskedDevice, crossings, largest_scales, last, units};
 use crate::run::device::Warn;
 use crate::run::remote::{RemoteLaw, device_name, held, portable};
+use crate::run::safety::Safety;
 use crate::run::sensors::Sensors;
 use fracdiff::{Differintegrator as _, Operator, Order};
 use haptic_analysis::{LoopOperator, SampledLoop, SampledPlant, StabilityRegion, StableArea};
 use haptic_loop::plant::{MassDamper, MassDamperConfig, run_wall};
-use haptic_loop::units::Newtons;
-use haptic_loop::{Controller, OwnPush, Pushing, SafetyChain};
+use haptic_loop::units::{Newtons, Seconds};
+use haptic_loop::{Controller, OwnPush, Pushing, SafetyChain, SafetyLimits};
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -35,6 +36,8 @@ const AGREES_WITHIN: f64 = 0.05;
 /// the most of a controller may be far above what is stable: to 2e-9.
 const FINE: i32 = 24;
 const FINE_OF_CONTROLLERS: i32 = 70;
+/// Rise of the force of a device that pushes by itself, unless a longer one is set on it.
+const RISE_TIME: Seconds = Seconds(0.1);
 /// Points on the boundary of a region.
 const POINTS: usize = 400;
 /// Pieces of an edge of an outline.
@@ -56,6 +59,10 @@ impl ZWidth {
         let trials = remote
             .map(|remote| Trials::new(remote, self.retreat(), warn, stop))
             .transpose()?;
+        // A search that is refused makes no file.
+        for (index, &order) in self.orders.iter().enumerate() {
+            Search::new(self, order, index, trials.as_ref(), stop)?;
+        }
         let whose = trials.as_ref().map_or("", |trials| &trials.whose);
         let open = |path| Campaign::open(path, &self.in_full(whose));
         let campaign = self.campaign.as_deref().map(open).transpose()?;
@@ -89,6 +96,7 @@ impl ZWidth {
             .sum();
         drop(searches);
         let found = orders.iter().any(|order| !order.boundary.is_empty());
+        let rise_time_s = trials.as_ref().and_then(Trials::rise_time_s);
         let failed = trials.map(|trials| trials.ended(found, stop)).transpose()?;
         let stopped = || stop.load(Ordering::Relaxed).then(Failure::interrupted);
         let unkept = campaign.and_then(|campaign| campaign.failure().take());
@@ -114,6 +122,7 @@ impl ZWidth {
             impact_m_per_s: plan.impact_m_per_s,
             push_n: plan.push_n,
             push_by: plan.push_by.name(),
+            rise_time_s,
             alpha_searched: search_limit(delta),
             runs,
             ended_early,
@@ -134,7 +143,11 @@ impl ZWidth {
     ) -> Result<RemoteLaw, Failure> {
         let (config, t) = (&self.device, self.device.sample_time);
         let operator = operator(self.model(), self.scheme, order, t, horizon)?;
-        let limits = force_and_rate(plan.force_limit_n, None, t);
+        let limits = SafetyLimits {
+            // Short beside every trial: its taps do not wait for it. The limit of the device is the tighter one.
+            rise_time: plan.own_push_n().map(|_| RISE_TIME),
+            ..force_and_rate(plan.force_limit_n, None, t)
+        };
         Ok(RemoteLaw {
             order: order.get(),
             one_sided: self.contact == WallContact::OneSided,
@@ -282,6 +295,9 @@ impl<'a> Search<'a> {
         };
         let remote = trials.map(|trials| {
             let law = experiment.law_there(order, horizon, &plan)?;
+            let tap = plan.tapped(&config, [1.0, 0.0], order, experiment.contact);
+            let tapped = RemoteLaw { tap, ..law.clone() };
+            trials.accepts(&tapped, samples, t)?;
             Ok::<_, Failure>((law, trials))
         });
         let asked = config.friction.0 > 0.0 && plan.criterion == Criterion::Settling;
@@ -364,6 +380,7 @@ impl<'a> Search<'a> {
                 .filter(|_| cell.stable < 0.999 * self.most)
                 .and_then(|theory| theory.has_edge_within(alpha, beta, AGREES_WITHIN)),
             held_by_friction_up_to_n_per_m: cell.held.map(stiffness_at),
+            simulated_without_friction_n_per_m: cell.without_friction.map(stiffness_at),
             scales: self.growing.map(|_| Scales {
                 largest_scale: cell.stable,
                 analysis_scale: analysed,
@@ -381,29 +398,89 @@ impl<'a> Search<'a> {
     /// The largest α that is stable with this β; `None` if none that is tried is, or the search has ended.
     fn cell(&self, beta: f64, extent: &Extent, cell: u64) -> Option<Cell> {
         if let Some(settled) = &extent.settled {
-            let rests = |alpha| self.settles(&self.device, alpha, beta, cell);
-            let stable = settled.largest(beta, self.most, rests)?;
-            return self.whole(Cell { stable, held: None });
+            return self.cell_there(beta, settled, cell);
         }
-        let rests = |device, cell| move |alpha| self.settles(device, alpha, beta, cell);
+        let rests = |device, cell| move |alpha| self.rests(device, alpha, beta, cell);
         // If no wall comes to rest, the scale and the noise of the extent: with them one does at the largest dissipation.
         let as_it_is = largest(self.most, self.fine, rests(&self.device, cell))
             .or_else(|| largest(self.most, self.fine, rests(&self.device, 0)))?;
         let Some(smooth) = &self.smooth else {
-            return self.whole(Cell {
-                stable: as_it_is,
-                held: None,
-            });
+            return self.whole(Cell::stable(as_it_is));
         };
         let both = |cell| {
-            let (smooth, device) = (rests(smooth, cell), rests(&self.device, cell));
-            move |alpha| smooth(alpha) && device(alpha)
+            let device = rests(&self.device, cell);
+            move |alpha| self.settles(smooth, alpha, beta, cell) && device(alpha)
         };
         let stable = largest(as_it_is, self.fine, both(cell))
             .or_else(|| largest(self.most, self.fine, both(0)))?;
         // Two bisections end where they end: closer than a thousandth is the same.
         let held = Some(as_it_is).filter(|held| *held > 1.001 * stable);
-        self.whole(Cell { stable, held })
+        self.whole(Cell {
+            held,
+            ..Cell::stable(stable)
+        })
+    }
+
+    /// The largest α of a real device with this β, and the one up to which friction may hold it.
+    fn cell_there(&self, beta: f64, settled: &Settled, cell: u64) -> Option<Cell> {
+        let tried = |alpha| self.tried(&self.device, alpha, beta, cell);
+        let rests = |alpha| tried(alpha) <= TrialVerdict::HeldByFriction;
+        let settles = |alpha: &f64| tried(*alpha) == TrialVerdict::Stable;
+        let stable = settled.largest(beta, self.most, |alpha| settles(&alpha));
+        if !self.is_tapped() {
+            return self.whole(Cell::stable(stable?));
+        }
+        // The range may have begun with walls that only rest.
+        let told = |edge: f64| {
+            [1.0, 0.99, 0.97]
+                .map(|less| less * edge)
+                .into_iter()
+                .find(settles)
+        };
+        let stable = stable.and_then(told);
+        let beyond = |stable: f64| {
+            let mut beyond = [1.05, 1.1]
+                .map(|more| (more * stable).min(self.most))
+                .into_iter();
+            beyond.find(|&alpha| tried(alpha) == TrialVerdict::HeldByFriction)
+        };
+        let held = match stable {
+            Some(stable) => beyond(stable).map(|held| upward(held, self.most, rests)),
+            None => Some(settled.largest(beta, self.most, rests)?),
+        };
+        let without_friction = held.and_then(|_| self.without_friction(beta, cell));
+        self.whole(Cell {
+            stable: stable.unwrap_or(0.0),
+            held,
+            without_friction,
+        })
+    }
+
+    /// The largest α with this β of the device as its file describes it, simulated without friction.
+    fn without_friction(&self, beta: f64, cell: u64) -> Option<f64> {
+        let asked = self.experiment;
+        let known = asked.analysed?;
+        let file = ZWidth {
+            device: MassDamperConfig {
+                friction: Newtons(0.0),
+                ..known
+            },
+            analysed: None,
+            sensors: Sensors {
+                encoder_resolution_m: self.encoder_step_m,
+                ..Sensors::NONE
+            },
+            plan: self.plan,
+            remote: None,
+            campaign: None,
+            ..asked.clone()
+        };
+        let search = Search::new(&file, self.order, self.index, None, self.stop).ok()?;
+        let anywhere = Extent {
+            dissipation: 0.0,
+            settled: None,
+        };
+        Some(search.cell(beta, &anywhere, cell)?.stable)
     }
 
     /// The result, unless the search has ended on the way.
@@ -452,19 +529,30 @@ impl<'a> Search<'a> {
                 settled: None,
             });
         }
-        let rests = |alpha, beta| self.settles(&self.device, alpha, beta, 0);
+        let settles = |alpha, beta| self.settles(&self.device, alpha, beta, 0);
+        let rests = |alpha, beta| self.rests(&self.device, alpha, beta, 0);
         // α = β·(T/τ)^μ: τ, the time constant of the approach, is an eighth of the time for it.
         let plan = &self.plan;
         let tau_s = (plan.duration_s - plan.window_s) / 8.0;
         let soft = (self.rate * tau_s.powf(self.order.get())).recip();
-        let settled = match self.growing {
+        let look = |rests: &dyn Fn(f64, f64) -> bool| match self.growing {
             Some(_) => Settled::softest(self.most, |scale| rests(scale, 0.0)),
             None => Settled::look(self.most, |beta| beta * soft, rests),
         };
+        // Where no tap is large beside friction, walls that rest.
+        let mut settled = look(&settles);
+        if settled.largest_dissipation().is_none() && self.is_tapped() {
+            settled = look(&rests);
+        }
         self.whole(Extent {
             dissipation: settled.largest_dissipation()?,
             settled: Some(settled),
         })
+    }
+
+    /// True if the motor that pushes taps the walls.
+    fn is_tapped(&self) -> bool {
+        self.plan.own_push_n().is_some() && self.plan.criterion == Criterion::Settling
     }
 
     /// The largest β that is stable with any α, or 0; `None` if the search was stopped. α = 0 is excluded:
@@ -484,13 +572,24 @@ impl<'a> Search<'a> {
     fn is_stable(&self, alpha: f64, beta: f64) -> bool {
         let smooth = self.smooth.as_ref();
         smooth.is_none_or(|device| self.settles(device, alpha, beta, 0))
-            && self.settles(&self.device, alpha, beta, 0)
+            && self.rests(&self.device, alpha, beta, 0)
+    }
+
+    /// True if a wall settles.
+    fn settles(&self, device: &MassDamper<1>, alpha: f64, beta: f64, cell: u64) -> bool {
+        self.tried(device, alpha, beta, cell) == TrialVerdict::Stable
+    }
+
+    /// True if a wall settles, or friction may hold it.
+    fn rests(&self, device: &MassDamper<1>, alpha: f64, beta: f64, cell: u64) -> bool {
+        self.tried(device, alpha, beta, cell) <= TrialVerdict::HeldByFriction
     }
 
     /// One run. Whatever goes wrong on the way is not stable.
-    fn settles(&self, device: &MassDamper<1>, alpha: f64, beta: f64, cell: u64) -> bool {
+    fn tried(&self, device: &MassDamper<1>, alpha: f64, beta: f64, cell: u64) -> TrialVerdict {
+        const WRONG: TrialVerdict = TrialVerdict::Unfinished;
         if self.is_over() {
-            return false;
+            return WRONG;
         }
         self.runs.fetch_add(1, Ordering::Relaxed);
         let (alpha, beta) = self.wall(alpha, beta);
@@ -498,6 +597,18 @@ impl<'a> Search<'a> {
         let t = self.experiment.device.sample_time.0;
         let hand = self.experiment.device.stiffness.0;
         let (plan, encoder_step_m) = (&self.plan, self.encoder_step_m);
+        let contact = self.experiment.contact;
+        let known = match self.remote {
+            Some(_) => self.experiment.analysed.unwrap_or(self.experiment.device),
+            None => *device.config(),
+        };
+        let tapped = match &self.law {
+            // A simulated device without friction has none that could hold it.
+            Tried::Memory(_) if self.remote.is_some() || known.friction.0 > 0.0 => {
+                plan.tapped(&known, [stiffness, dissipation], self.order, contact)
+            }
+            Tried::Memory(_) | Tried::Controller(_) => None,
+        };
         let judge = match &self.law {
             Tried::Controller(controller) => {
                 let scale = [dissipation / t, self.standing_n_per_m];
@@ -505,56 +616,68 @@ impl<'a> Search<'a> {
             }
             Tried::Memory(_) => {
                 let step = stiffness + dissipation * self.rate;
-                Some(plan.judge(stiffness + hand, step, encoder_step_m, t))
+                let judge = plan.judge(stiffness + hand, step, encoder_step_m, t);
+                Some(match &tapped {
+                    Some(law) => plan.judge_of_taps(judge, law, &known, encoder_step_m, step),
+                    None => judge,
+                })
             }
         };
         let Some(judge) = judge else {
-            return false;
+            return WRONG;
         };
-        let contact = self.experiment.contact;
         if let Some((law, trials)) = &self.remote {
             let law = RemoteLaw {
                 stiffness_n_per_m: stiffness,
                 dissipation_n_s_mu_per_m: dissipation,
+                tap: tapped,
                 ..law.clone()
             };
             let settling = trials.judged(&law, self.samples, t, judge);
-            return settling.is_some_and(|settling| settling.stable);
+            return settling.map_or(WRONG, |settling| settling.verdict);
         }
         let sensors = Sensors {
             seed: self.seed.wrapping_add(cell),
             ..self.experiment.sensors
         };
-        let settles = |impact_m_per_s: f64| {
-            let (mut device, mut judge) = (device.clone(), judge);
+        let tap = tapped.map(|law| law.within(plan.force_limit_n, &Safety::default()));
+        let tried = |impact_m_per_s: f64| {
+            let (mut device, mut judge) = (device.clone(), judge.clone());
             device.set_state([0.0].into(), [impact_m_per_s].into());
             let Ok(mut device) = sensors.before(device) else {
-                return false;
+                return WRONG;
             };
             let (push_n, samples) = (self.plan.own_push_n(), self.samples);
             let whole = match &self.law {
                 Tried::Memory(operator) => {
                     let wall = wall_at_start(stiffness, dissipation, operator.clone(), contact);
                     let Ok(wall) = wall else {
-                        return false;
+                        return WRONG;
                     };
-                    let wall = Pushing::new(wall, true);
-                    let mut wall = Controller::new(OwnPush::new(wall, push_n), self.chain);
+                    let wall = OwnPush::new(Pushing::new(wall, true), push_n).tapping(tap);
+                    let mut wall = Controller::new(wall, self.chain);
                     let see = &mut |time_s, x, f| judge.see(time_s, x, f);
                     run_wall(&mut wall, &mut device, samples, see)
                 }
                 Tried::Controller(controller) => {
                     let Ok(law) = PositionLaw::new(controller, dissipation / t) else {
-                        return false;
+                        return WRONG;
                     };
                     let mut law = Controller::new(OwnPush::new(law, push_n), self.chain);
                     try_out(&mut law, &mut device, samples, &mut judge)
                 }
             };
-            judge.settling(whole, None).stable
+            judge.settling(whole, None).verdict
         };
         let first = core::iter::once(self.plan.impact_m_per_s);
-        first.chain(self.plan.hits(contact)).all(settles)
+        let mut worst = TrialVerdict::Stable;
+        for impact_m_per_s in first.chain(self.plan.hits(contact)) {
+            worst = worst.max(tried(impact_m_per_s));
+            if worst > TrialVerdict::HeldByFriction {
+                break;
+            }
+        }
+        worst
     }
 }
 

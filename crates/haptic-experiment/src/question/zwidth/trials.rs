@@ -16,6 +16,7 @@ use haptic_link::{
 };
 use haptic_loop::Fault;
 use haptic_loop::realtime::Moment;
+use haptic_loop::units::Seconds;
 use haptic_remote::LinkError;
 use haptic_remote::serial::{DeviceMessage, SerialError, SerialLink};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -113,6 +114,7 @@ struct State {
     /// Place of the handle before the first trial, m, and in the newest sample.
     home_m: Option<f64>,
     newest_m: f64,
+    rise_time_s: f64,
 }
 
 /// A device at the other end of a link.
@@ -180,6 +182,7 @@ impl<'a> Trials<'a> {
                 last: None,
                 home_m: None,
                 newest_m: 0.0,
+                rise_time_s: 0.0,
             }),
         }
     }
@@ -202,7 +205,7 @@ impl<'a> Trials<'a> {
         }
         let mut tries = 1;
         let failure = loop {
-            let mut judge = judge;
+            let mut judge = judge.clone();
             let mut see = |tick, position_m, force_n| {
                 judge.see(tick as f64 * sample_time_s, position_m, force_n)
             };
@@ -233,6 +236,25 @@ impl<'a> Trials<'a> {
         };
         state.failure = failure;
         None
+    }
+
+    /// Refuses a law that the device would refuse.
+    pub(super) fn accepts(
+        &self,
+        law: &RemoteLaw,
+        samples: u64,
+        sample_time: Seconds,
+    ) -> Result<(), Failure> {
+        let can = self.state().bench.capabilities();
+        let schedule = scheduled(samples, sample_time.0);
+        let agreed = within(&self.remote, law, schedule, &can, &self.set, &|_| {})?;
+        self.state().rise_time_s = agreed.limits.rise_time_s.into();
+        Ok(())
+    }
+
+    /// Time in which the force of a device that pushes by itself rises, s.
+    pub(super) fn rise_time_s(&self) -> Option<f64> {
+        (self.retreat.as_ref()).map(|_| self.state().rise_time_s)
     }
 
     /// Step of the device's encoder, m, and the largest force that it makes, N.
@@ -344,11 +366,7 @@ impl<'a> Trials<'a> {
         sample_time_s: f64,
         see: See<'_>,
     ) -> Result<Trial, Failure> {
-        let schedule = Schedule {
-            samples: ticks,
-            sample_time_s,
-            pace: Pace::Realtime(RealtimeOptions::default()),
-        };
+        let schedule = scheduled(ticks, sample_time_s);
         let can = state.bench.capabilities();
         // A search does not end where the device's limits do.
         let warn = |text: &str| {
@@ -374,6 +392,14 @@ impl<'a> Trials<'a> {
             (state.bench).rest(sample_time_s * (heat - seen).max(0.0));
         }
         trial
+    }
+}
+
+fn scheduled(samples: u64, sample_time_s: f64) -> Schedule {
+    Schedule {
+        samples,
+        sample_time_s,
+        pace: Pace::Realtime(RealtimeOptions::default()),
     }
 }
 

@@ -27,6 +27,23 @@ fn doubling(most: f64) -> impl Iterator<Item = f64> {
         .map(move |halved| most * 0.5_f64.powi(halved))
 }
 
+/// The largest α from one on that comes to rest.
+pub(super) fn upward(mut low: f64, most: f64, rests: impl Fn(f64) -> bool) -> f64 {
+    let mut high = low;
+    while high < most {
+        high = (2.0 * low).min(most);
+        if !rests(high) {
+            break;
+        }
+        low = high;
+    }
+    // Nothing is to be found between where both ends are the most.
+    match low < most {
+        true => last(low, high, CLOSER, rests),
+        false => low,
+    }
+}
+
 impl Settled {
     /// Walls that come to rest, for dissipations up to the largest with one; none if no wall does. `soft` is the softest α with a β that
     /// is there in time: where only soft walls are stable it is among them.
@@ -80,21 +97,8 @@ impl Settled {
         let starts = [1.0, 2.0, 0.5].map(|times| (times * alpha).min(most));
         let found = starts.into_iter().find(|&alpha| rests(alpha));
         // This very wall came to rest before, if only just.
-        let mut low = found.or_else(|| (*settled >= beta).then_some(*alpha))?;
-        let mut high = low;
-        while high < most {
-            high = (2.0 * low).min(most);
-            if !rests(high) {
-                break;
-            }
-            low = high;
-        }
-        // Nothing is to be found between where both ends are the most.
-        Some(if low < most {
-            last(low, high, CLOSER, rests)
-        } else {
-            low
-        })
+        let low = found.or_else(|| (*settled >= beta).then_some(*alpha))?;
+        Some(upward(low, most, rests))
     }
 
     /// The α that came to rest with the largest β.

@@ -180,6 +180,7 @@ impl<'a, M> RemoteRun<'a, M> {
             metadata: self.metadata,
             found,
             push: self.law.push,
+            tapped: self.law.tap.is_some(),
             force_limit_n: configuration.limits.force_n.into(),
             tares: holds || self.tares,
             stop: supervisor.stop,

@@ -52,6 +52,8 @@ pub(super) struct Ready<'a, M> {
     pub found: Option<Found>,
     /// Push of a motor into its law.
     pub push: Option<MotorPush>,
+    /// It taps, too.
+    pub tapped: bool,
     pub force_limit_n: f64,
     /// The offset of its force sensor is measured before it is armed.
     pub tares: bool,
@@ -767,7 +769,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     fn keep(&mut self, mut message: M, counted: bool) {
         self.record.sensor.take_off(message.logged_mut());
         let (force_n, limit_n) = (message.kept().applied_force_n, self.ready.force_limit_n);
-        let swings = |push: MotorPush| push.swings(force_n, limit_n);
+        let swings = |push: MotorPush| push.swings(force_n, limit_n, self.ready.tapped);
         self.swung |= self.ready.push.is_some_and(swings);
         let logged = self.recorder.tick(message.logged());
         if let Some(partner) = &self.partner {

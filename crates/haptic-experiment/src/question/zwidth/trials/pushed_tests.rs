@@ -7,6 +7,7 @@ use crate::question::zwidth::{ZWidth, ZWidthReport};
 use crate::run::DeviceName;
 use haptic_link::Limits;
 use haptic_loop::plant::MassDamper;
+use haptic_loop::units::Newtons;
 use haptic_loop::{Device, Reading, SafeForce};
 use haptic_remote::{Hardware, TickSide, abilities, prepare};
 use nalgebra::Vector1;
@@ -29,6 +30,8 @@ struct Handle {
     /// Ticks after which its sensor fails.
     lasts: u64,
     force_max_n: f32,
+    /// Step of its encoder, m; 0 for none.
+    step_m: f32,
 }
 
 impl Handle {
@@ -49,7 +52,13 @@ impl Device<f32, 1> for Handle {
         if self.lasts == 0 {
             return Err(Fault::BoardFailed);
         }
-        self.plant.read().map_err(|never| match never {})
+        let Ok(mut reading) = Device::<f32, 1>::read(&mut self.plant);
+        if self.step_m > 0.0 {
+            reading.position_m = reading
+                .position_m
+                .map(|m| (m / self.step_m).round() * self.step_m);
+        }
+        Ok(reading)
     }
 
     fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Fault> {
@@ -72,6 +81,7 @@ impl Hardware for Handle {
         Capabilities {
             force_max_n: self.force_max_n,
             force_rate_max_n_per_s: 1e6,
+            position_resolution_m: self.step_m,
             ..abilities("handle", 1)
         }
     }
@@ -99,7 +109,7 @@ struct VirtualBench {
 
 impl VirtualBench {
     fn tick(&mut self) {
-        self.now_us += u64::from(PERIOD_US);
+        self.now_us += u64::from(self.side.configuration().0.tick_period_us);
         self.side.heard(self.now_us, false);
         self.side.tick(self.now_us);
         while self.side.next_report().is_some() {}
@@ -195,8 +205,11 @@ struct Morning {
 
 impl Night {
     fn of(keys: &str) -> Self {
-        let text =
-            format!("[zwidth]\nsample_time_s = 2e-3\nwindow_s = 0.4\npush_by = \"device\"\n{keys}");
+        let text = format!("[zwidth]\nwindow_s = 0.4\npush_by = \"device\"\n{keys}");
+        let text = match keys.contains("sample_time_s") {
+            true => text,
+            false => text + "\nsample_time_s = 2e-3",
+        };
         let document = Document::of_text(Path::new("z.toml"), &text);
         let document = document.parse().expect("TOML");
         let (_, table, _) = document.one_of(&["zwidth"], &[], "", "").expect("one");
@@ -230,6 +243,7 @@ impl Night {
             sent_n: Arc::clone(&sent_n),
             lasts: self.lasts,
             force_max_n: self.force_max_n,
+            step_m: self.zwidth.sensors.encoder_resolution_m as f32,
         };
         let bench = VirtualBench {
             side: TickSide::new(handle).expect("starts"),
@@ -238,7 +252,7 @@ impl Night {
             rested_s: Arc::clone(&rested_s),
         };
         let set = Configuration {
-            tick_period_us: PERIOD_US,
+            tick_period_us: (1e6 * self.zwidth.device.sample_time.0).round() as u32,
             limits: self.limits,
             ..Configuration::PASSIVE
         };
@@ -329,7 +343,7 @@ fn a_specimen_on_the_device_is_as_large_as_the_simulated_one() {
         let simulated = night.zwidth.searched(None, None, &|_| {}, &never);
         let simulated = scale(&simulated.expect("ends"));
         let morning = night.whole();
-        assert!(morning.forces_n.iter().all(|force| *force < 6.0));
+        assert!(morning.forces_n.iter().all(|force| *force <= 6.0));
         let found = morning.found();
         assert_relative(tissue, scale(&found), simulated, 0.05);
         // Somebody pushes each.
@@ -475,4 +489,67 @@ fn a_file_of_another_search_is_refused_and_stays_as_it_is() {
     }
     let error = Campaign::open(folder.path(), "this").expect_err("a folder");
     assert!(!error.to_string().contains('\n'), "{error}");
+}
+
+/// Devices as people have them: friction up to 0.3 N, an encoder, a delay; the force rises in 5 ms to 1 s. Where the tap can be 25 times the
+/// friction, the edge is that of the simulated device without friction; elsewhere it is that, or said to be held by friction with that
+/// device's edge beside it; and nothing beyond that edge is called stable.
+#[test]
+fn a_night_on_a_device_with_friction_ends_where_it_would_without() {
+    let mut random = testkit::Random(82);
+    let (mut told, mut large, mut beyond) = (0, 0, 0);
+    let cases = testkit::cases(2).min(60);
+    for case in 0..cases {
+        let t = [5e-4, 1e-3, 2e-3][random.between(0.0, 3.0) as usize];
+        let mass = random.log_between(0.03, 0.4);
+        let friction = 0.3 * random.between(0.0, 1.0).powi(2);
+        // A step of the encoder makes at most 0.05 N through the stiffest damper.
+        let step_m = [0.0, 0.05, 0.5][random.between(0.0, 3.0) as usize] * 0.1 * t * t / mass;
+        let keys = format!(
+            "sample_time_s = {t}\nmass_kg = {mass}\ndamping_n_s_per_m = {}\nfriction_n = {friction}\ndelay_s = {}\n\
+             encoder_resolution_m = {step_m}\norders = [1]\npoints = 2",
+            mass * random.log_between(6.0, 60.0),
+            t * [0.0, 0.5, 1.0, 1.5][random.between(0.0, 4.0) as usize],
+        );
+        let mut night = Night::of(&keys);
+        night.limits.rise_time_s = [0.005, 0.1, 0.5, 1.0][random.between(0.0, 4.0) as usize];
+        night.limits = Limits {
+            force_n: random.between(2.0, 8.0) as f32,
+            force_rate_n_per_s: 1e6,
+            workspace_low_m: -0.04,
+            workspace_high_m: 0.04,
+            workspace_soft_m: 0.005,
+            ..night.limits
+        };
+        let tap_n = f64::from(night.limits.force_n);
+        let tap_n = (0.75 * tap_n).min(tap_n - 1.0);
+        let mut smooth = night.zwidth.clone();
+        smooth.device.friction = Newtons(0.0);
+        let found = night.whole().found();
+        let is_large = tap_n >= 25.0 * friction;
+        for point in &found.orders[0].boundary {
+            let edge = |scale: f64| smooth.simulated(0, &[scale * point.beta])[0].unwrap_or(0.0);
+            // Of K, and of K and B together.
+            let [at, weaker, stronger] = [1.0, 0.95, 1.05].map(edge);
+            let alpha = point.alpha;
+            let is_below = 0.95 * alpha <= at.max(weaker);
+            let is_near = is_below && (1.05 * alpha > at || 1.05 * alpha > stronger);
+            let held = point.held_by_friction_up_to_n_per_m;
+            println!(
+                "{case}: {:.3} of the edge, held {held:?}, tap {:.0} times the friction: {is_near} {}",
+                alpha / at,
+                tap_n / friction,
+                keys.replace('\n', " ")
+            );
+            beyond += u32::from(!is_below);
+            large += u32::from(is_large);
+            told += u32::from(is_large && is_near && held.is_none());
+            // Just beyond the largest dissipation the simulated device has no stable wall.
+            let simulated = point.simulated_without_friction_n_per_m;
+            assert!(held.is_none() || at <= 0.0 || simulated.is_some());
+        }
+    }
+    println!("{told} of {large} points near the edge, {beyond} beyond it, of {cases} devices");
+    assert_eq!(beyond, 0);
+    assert!(2 * told >= large, "{told} of {large}");
 }
