@@ -49,6 +49,16 @@ pub struct Tap<F> {
     pub ticks: u32,
 }
 
+impl<F: Real> Tap<F> {
+    /// The force in a tick of the run, N.
+    pub fn at(&self, tick: u64) -> F {
+        match tick.checked_div(self.ticks.into()) {
+            Some(step) if step % 2 == 1 => self.force_n,
+            _ => F::ZERO,
+        }
+    }
+}
+
 /// History of an [`OwnPush`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OwnPushHistory<F, H> {
@@ -69,12 +79,6 @@ impl<F: Real, E> OwnPush<F, E> {
             is_pushed: push_n.is_some(),
             tap: None,
         }
-    }
-
-    /// With a tap beside the push.
-    #[must_use]
-    pub fn tapping(self, tap: Option<Tap<F>>) -> Self {
-        Self { tap, ..self }
     }
 
     /// The environment that is pushed into.
@@ -120,8 +124,9 @@ impl<F: Real, E> OwnPush<F, E> {
             return;
         };
         let (since, on) = history.tapped;
-        history.tapped = match since + 1 < ticks || ticks == 0 {
-            true => (since.wrapping_add(1), on),
+        let next = since.wrapping_add(1);
+        history.tapped = match next < ticks || ticks == 0 {
+            true => (next, on),
             false => (0, !on),
         };
     }

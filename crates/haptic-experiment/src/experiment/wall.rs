@@ -199,24 +199,13 @@ impl WallExperiment {
         Ok(Pushing::new(wall, self.contact == WallContact::Linear))
     }
 
-    /// The wall as the motor taps it that renders it, if a motor pushes.
+    /// The wall as the motor taps it that renders it and pushes, in the device's own loop.
     fn tapped(&self) -> Option<TappedLaw> {
-        let (setup, wall) = (
-            &self.setup,
-            [self.stiffness_n_per_m, self.dissipation_n_s_mu_per_m],
-        );
-        // A simulated device without friction has none that could hold it; a loop here does not know the limits of a real one.
-        let is_tapped = match &setup.conduct.remote {
-            None => setup.rubs(),
-            Some(remote) => remote.loop_mode == LoopMode::Device,
-        };
-        is_tapped
-            .then(|| {
-                setup
-                    .plan()
-                    .tapped(&setup.device, wall, self.order, self.contact)
-            })
-            .flatten()
+        let (plan, device) = (self.setup.plan(), &self.setup.device);
+        let wall = [self.stiffness_n_per_m, self.dissipation_n_s_mu_per_m];
+        let there = self.setup.conduct.remote.as_ref();
+        there.filter(|remote| remote.loop_mode == LoopMode::Device)?;
+        plan.tapped(device, wall, self.order, self.contact)
     }
 
     /// The law for so many samples, and its verdict on such a device.
@@ -370,15 +359,13 @@ impl Trial for WallExperiment {
             None => t.rate_to_the(self.order).map_err(Failure::input)?,
         };
         let (k, b) = (self.stiffness_n_per_m, self.dissipation_n_s_mu_per_m);
-        let (device_as, step_m) = (&self.setup.device, encoder_step(self.setup.sensors));
-        let mut judge = plan.judge(k + device_as.stiffness.0, k + b * rate, step_m, t.0);
-        let tapped = self.tapped();
-        if let Some(tapped) = &tapped {
-            judge = plan.judge_of_taps(judge, tapped, device_as, step_m, k + b * rate);
+        let (known, step_m) = (&self.setup.device, encoder_step(self.setup.sensors));
+        let mut judge = plan.judge(k + known.stiffness.0, k + b * rate, step_m, t.0);
+        if let Some(tapped) = &self.tapped() {
+            judge = plan.judge_of_taps(judge, tapped, known, step_m, k + b * rate);
         }
         let rest_m = self.expected_deflection(&operator)?;
-        let tap = tapped.map(|law| law.within(plan.force_limit_n, &self.setup.safety));
-        let law = OwnPush::new(self.pushing(operator)?, plan.own_push_n()).tapping(tap);
+        let law = OwnPush::new(self.pushing(operator)?, plan.own_push_n());
         Ok(Parts {
             controller: Controller::new(law, self.setup.chain()?),
             device,
@@ -411,7 +398,8 @@ impl Trial for WallExperiment {
 
     fn law_in_rows(&self, settling: &Settling, _: Option<f64>) -> Value {
         let (pull_n, position_m) = settling.largest_pull;
-        let pulls = self.contact == WallContact::Linear;
+        // A tap pulls, too.
+        let pulls = self.contact == WallContact::Linear && settling.swings.is_none();
         json!({
             "stiffness_n_per_m": self.stiffness_n_per_m,
             "dissipation_n_s_mu_per_m": self.dissipation_n_s_mu_per_m,

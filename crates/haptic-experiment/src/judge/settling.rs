@@ -138,7 +138,7 @@ impl TrialVerdict {
     pub(crate) const fn words(self) -> &'static str {
         match self {
             Self::Stable => "stable",
-            Self::HeldByFriction => "held still by friction alone",
+            Self::HeldByFriction => "held by friction",
             Self::Unstable => "unstable",
             Self::Saturated => "saturated",
             Self::Untouched => "untouched",
@@ -180,6 +180,9 @@ pub struct Settling {
     /// Decay of the swings after taps.
     #[serde(flatten)]
     pub(crate) swings: Option<Swings>,
+    /// Why friction alone may hold it, where no swing was judged.
+    #[serde(skip)]
+    pub(crate) held_because: &'static str,
     /// Largest magnitude of the force, N.
     #[serde(skip)]
     pub(crate) peak_force_n: f64,
@@ -192,11 +195,12 @@ pub struct Settling {
 }
 
 impl Settling {
-    /// Changes the verdict to rest by friction.
-    pub(crate) fn by_friction(self) -> Self {
+    /// Changes the verdict to rest by friction, for this reason.
+    pub(crate) fn by_friction(self, why: &'static str) -> Self {
         Self {
             stable: false,
             verdict: TrialVerdict::HeldByFriction,
+            held_because: why,
             ..self
         }
     }
@@ -211,7 +215,7 @@ impl Settling {
         match self.verdict {
             TrialVerdict::Stable => None,
             TrialVerdict::HeldByFriction => Some(match &self.swings {
-                None => "without friction the device does not come to rest".to_owned(),
+                None => self.held_because.to_owned(),
                 Some(swings) => format!(
                     "a tap of {:.3} N is too small beside friction to tell; one of 25 times the friction, {:.3} N, tells",
                     swings.tap_n,
@@ -421,32 +425,27 @@ impl Judge {
         let within = |have: f64, most: Option<f64>| most.is_none_or(|most| have <= most);
         let swings = self.taps.as_ref().filter(|_| seen).and_then(Taps::swings);
         let falls = |taps: &Taps| taps.falls(self.position.count as usize);
+        let falls = self.taps.as_ref().is_some_and(falls);
+        let rests = deviations.is_some_and(|(position, force)| {
+            within(position, self.tolerance.position_std_m)
+                && within(force, self.tolerance.force_std_n)
+                && within(range, self.tolerance.force_range_n)
+                && self.is_balanced()
+        });
         let verdict = match deviations {
             _ if self.gone => TrialVerdict::Gone,
             _ if self.swung => TrialVerdict::Unstable,
             None => TrialVerdict::Unfinished,
             Some(_) if !within(share, self.tolerance.limited) => TrialVerdict::Saturated,
-            Some((position, force))
-                if within(position, self.tolerance.position_std_m)
-                    && within(force, self.tolerance.force_std_n)
-                    && within(range, self.tolerance.force_range_n)
-                    && self.is_balanced() =>
-            {
-                let told = swings.and_then(|swings| swings.dies);
-                match self.taps.as_ref().map(|_| told) {
+            // After taps what still falls rests in the end.
+            Some(_) if rests || falls => {
+                match (&self.taps, swings.and_then(|swings| swings.dies)) {
                     _ if self.force_ends_n == (0.0, 0.0) => TrialVerdict::Untouched,
-                    None | Some(Some(true)) => TrialVerdict::Stable,
-                    Some(Some(false)) => TrialVerdict::Unstable,
-                    Some(None) => TrialVerdict::HeldByFriction,
+                    (None, _) | (_, Some(true)) => TrialVerdict::Stable,
+                    (_, Some(false)) => TrialVerdict::Unstable,
+                    (_, None) => TrialVerdict::HeldByFriction,
                 }
             }
-            // Not at rest yet after the last tap, but on the way.
-            Some(_) if self.taps.as_ref().is_some_and(falls) => match swings {
-                Some(Swings {
-                    dies: Some(true), ..
-                }) => TrialVerdict::Stable,
-                Some(_) | None => TrialVerdict::Unstable,
-            },
             Some(_) => TrialVerdict::Unstable,
         };
         Settling {
@@ -464,6 +463,7 @@ impl Judge {
             deflection_m: seen.then_some(self.position.mean),
             expected_deflection_m,
             swings,
+            held_because: "",
             peak_force_n: self.peak_force_n,
             noise_n: deviations.map(|_| self.late_force.deviation()),
             largest_pull: self.largest_pull,

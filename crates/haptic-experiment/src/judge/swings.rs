@@ -10,7 +10,8 @@
 //! - *Interval*: (ρ, c) with a sum of squares within four variances of the least one, over the taps of both signs together. The energy of a
 //!   window has the slope of its swing in it, which is taken off.
 //! - *Overdamped* motion has no three swings. There c is bounded: a reversal of friction F is a step of 2·F at the place of the tap a, so
-//!   that c ≤ 3·(F/a)·s. F is what the device file says, or the force left at rest, if that is larger.
+//!   that c ≤ 3·(F/a)·s. F is what the device file says, or the force left at rest, if that is larger. Motion has died if less than
+//!   half of its first swing would be left in the last without friction.
 //! - *A tap below twenty times the friction* has to leave a margin of 2·F/a, since c is then no constant.
 //!
 //! Cost: some 10⁵ operations a trial.
@@ -21,6 +22,9 @@ use serde::Serialize;
 const SMALL_TAP: f64 = 0.045;
 /// Width of an interval in which the best ρ decides.
 const NARROW: f64 = 0.03;
+
+/// Share of a first swing below which it has died, whatever friction took.
+const GONE: f64 = 0.5;
 
 /// A trial with taps.
 #[derive(Clone, Debug)]
@@ -155,12 +159,13 @@ impl Taps {
             windows,
         };
         let [ratio, from, to] = fit.ratio();
+        let gone = fit.left() < GONE;
         let limit = 0.0141_f64.powf(hop / (0.96 * self.settles_in));
         let small = share > SMALL_TAP;
         let margin = if small { 2.0 * share } else { 0.0 };
         // Where one step of the encoder makes far more force than friction, friction holds nothing still.
         let shaken = friction_n < 0.02 * self.step_n;
-        let dies = if to < limit - margin {
+        let dies = if gone || to < limit - margin {
             Some(true)
         } else if from > limit {
             Some(false)
@@ -256,6 +261,18 @@ impl Fit {
                 .sum::<f64>()
         };
         self.windows.iter().map(of_tap).sum()
+    }
+
+    /// The largest share of a first swing that would be left in the last one without friction: of motion that is over before it has swung.
+    fn left(&self) -> f64 {
+        let left = self.windows.iter().map(|swings| {
+            let hops = swings.len() - 1;
+            match hops {
+                0 | 1 => f64::INFINITY,
+                _ => (swings[hops] + self.most * hops as f64) / swings[0],
+            }
+        });
+        left.fold(0.0, f64::max)
     }
 
     /// The best ρ and the ends of its interval.

@@ -469,9 +469,9 @@ impl ZWidthReport {
         let held = points.clone().filter(held).count();
         if self.device != "sim" && held > 0 {
             warn(&format!(
-                "held by friction at {held} of {} points: no tap within the limits was large enough beside friction to tell a wall between \
-                 stiffness_max and held_by_friction_up_to_n_per_m; allow more force, or give {DEVICE_MODEL} for the edge of the simulated \
-                 device without friction",
+                "held by friction at {held} of {} points, between stiffness_max and held_by_friction_up_to_n_per_m: no tap within the limits \
+                 was large enough beside friction to tell, or steps of the encoder would shake it without friction; allow more force (and \
+                 stuck_force), or give {DEVICE_MODEL} for the edge of the simulated device without friction",
                 points.clone().count()
             ));
         }

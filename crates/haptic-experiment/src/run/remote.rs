@@ -262,7 +262,7 @@ pub(crate) fn within(
         let third_s = tap.samples as f64 * tap.sample_time_s / 3.0;
         if rise_s > third_s {
             return Err(Failure::bad_input(format_args!(
-                "the force rises in {rise_s} s, more than a third of a trial of {} s that taps: give a {TRIAL_DURATION} of at least {} s, or                  shorten rise_time with host-cli device set",
+                "the force rises in {rise_s} s, more than a third of a trial of {} s that taps: give a {TRIAL_DURATION} of at least {} s, or shorten rise_time with host-cli device set",
                 Shown(3.0 * third_s),
                 Shown((3.1 * rise_s).ceil())
             )));

@@ -7,9 +7,6 @@
 //! A quarter of the force limit is left for swings that grow. The time between two steps holds forty half swings, and the law's relaxation
 //! eight times; a trial has three steps at least, an odd number of times between them, and ends without the tap.
 
-use crate::run::safety::Safety;
-use haptic_loop::{Limit, Tap};
-
 /// Share of the force limit.
 const FORCE_SHARE: f64 = 0.75;
 
@@ -44,15 +41,6 @@ impl TappedLaw {
         let ticks = f64::max(swings_s, relaxes_s) / self.sample_time_s;
         let times = (whole / ticks.max(100.0)).clamp(3.0, 39.0) as u32;
         (whole / f64::from(times - 1 + times % 2)).ceil() as u32
-    }
-
-    /// The tap of a loop that runs here, within this force and the limits of motion that were asked for.
-    pub(crate) fn within(&self, force_limit_n: f64, safety: &Safety) -> Tap<f64> {
-        let width_m = safety.workspace_m.map(|(low_m, high_m)| high_m - low_m);
-        Tap {
-            force_n: self.force_n(force_limit_n, [width_m, safety.number(Limit::Speed), None]),
-            ticks: self.ticks(),
-        }
     }
 
     /// The largest tap within this limit of force, N, and those of the workspace's width, m, of speed, m/s, and of the force's rate, N/s;

@@ -193,13 +193,16 @@ proptest! {
         let law = || spring(500.0, 2.0, mu);
         let wanted = run(&law(), &positions);
         prop_assert_eq!(&run(&OwnPush::new(law(), None), &positions), &wanted);
-        let pushed = OwnPush::new(law(), Some(push)).tapping(Some(Tap { force_n: tap, ticks }));
+        let tap = Tap { force_n: tap, ticks };
+        let mut pushed = OwnPush::new(law(), None);
+        pushed.reshape(Some(push), Some(tap));
+        prop_assert_eq!([0, ticks - 1, ticks, 2 * ticks].map(|n| tap.at(n.into())), [0.0, 0.0, tap.force_n, 0.0]);
         let mut history = pushed.at_rest();
         pushed.settle(&mut history, &vector![start]);
         prop_assert!(pushed.starting_force(&history, &vector![start])[0] == 0.0);
-        for (n, (x, law_n)) in (0_u32..).zip(positions.iter().zip(wanted)) {
+        for (n, (x, law_n)) in (0..).zip(positions.iter().zip(wanted)) {
             let (force, input) = pushed.force_and_input(&history, &vector![start + x]);
-            let push = push + tap * f64::from(n / ticks % 2);
+            let push = push + tap.at(n);
             prop_assert!((force[0] - law_n - push).abs() < 1e-6, "{} {law_n} {push}", force[0]);
             pushed.advance_input(&mut history, &input);
         }

@@ -525,7 +525,9 @@ fn a_second_device_pushes_into_a_wall_within_lasting_limits() {
     assert!(!place.path("run").exists());
     let report = pair.json(PUSHED);
     assert_eq!(report["push_by"], "second_device", "{report}");
-    assert_eq!(report["verdict"], "stable", "{report}");
+    // Nothing taps it: friction could be all that holds it.
+    assert_eq!(report["verdict"], "held-by-friction", "{report}");
+    assert_eq!(report["stable"], false, "{report}");
     let deflection_m = number(&report, "deflection_m");
     assert!((deflection_m - 2e-3).abs() < 2e-5, "{report}");
     assert!(number(&report, "max_relative_error") < 1e-4, "{report}");

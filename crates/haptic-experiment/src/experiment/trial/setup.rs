@@ -187,15 +187,11 @@ impl TrialSetup {
         }
     }
 
-    /// True if a device has friction, as far as that is known.
-    pub(crate) fn rubs(&self) -> bool {
-        let second_n = (self.second.as_ref()).map_or(0.0, |second| second.device.friction.0);
-        self.device.friction.0 + second_n > 0.0
-    }
-
     /// A copy without friction, if friction could be all that holds the device.
     pub(super) fn smooth(&self) -> Option<Self> {
-        let simulated = self.conduct.remote.is_none() && self.rubs();
+        let second_n = (self.second.as_ref()).map_or(0.0, |second| second.device.friction.0);
+        let rubs = self.device.friction.0 + second_n > 0.0;
+        let simulated = self.conduct.remote.is_none() && rubs;
         (simulated && self.plan.criterion == Criterion::Settling).then(|| {
             let mut smooth = self.clone();
             smooth.device.friction = Newtons(0.0);

@@ -17,7 +17,6 @@ use crate::judge::settling::{Criterion, TrialVerdict};
 use crate::question::bench::{AskedDevice, crossings, largest_scales, last, units};
 use crate::run::device::Warn;
 use crate::run::remote::{RemoteLaw, device_name, held, portable};
-use crate::run::safety::Safety;
 use crate::run::sensors::Sensors;
 use fracdiff::{Differintegrator as _, Operator, Order};
 use haptic_analysis::{LoopOperator, SampledLoop, SampledPlant, StabilityRegion, StableArea};
@@ -38,6 +37,13 @@ const FINE: i32 = 24;
 const FINE_OF_CONTROLLERS: i32 = 70;
 /// Rise of the force of a device that pushes by itself, unless a longer one is set on it.
 const RISE_TIME: Seconds = Seconds(0.1);
+/// Shares of an edge at which its wall is tapped once more.
+const TOLD: [f64; 6] = [1.0, 0.99, 0.97, 0.9, 0.75, 0.5];
+/// What rests so far beyond a stable wall is held by friction, as is an edge further away than this.
+const HELD_BEYOND: f64 = 1.1;
+const NEAR: f64 = 1.05;
+/// Share of the push from which on the force of a step of the encoder shakes a wall.
+const ENCODER_SHARE: f64 = 0.005;
 /// Points on the boundary of a region.
 const POINTS: usize = 400;
 /// Pieces of an edge of an outline.
@@ -426,51 +432,56 @@ impl<'a> Search<'a> {
         let tried = |alpha| self.tried(&self.device, alpha, beta, cell);
         let rests = |alpha| tried(alpha) <= TrialVerdict::HeldByFriction;
         let settles = |alpha: &f64| tried(*alpha) == TrialVerdict::Stable;
-        let stable = settled.largest(beta, self.most, |alpha| settles(&alpha));
+        let edge = settled.largest(beta, self.most, |alpha| settles(&alpha));
         if !self.is_tapped() {
-            return self.whole(Cell::stable(stable?));
+            return self.whole(Cell::stable(edge?));
         }
-        // The range may have begun with walls that only rest.
-        let told = |edge: f64| {
-            [1.0, 0.99, 0.97]
-                .map(|less| less * edge)
-                .into_iter()
-                .find(settles)
+        // Friction keeps still what the steps of an encoder would shake: a simulation knows at which share of the edge, here and where walls
+        // are a little weaker.
+        let quiet = |edge: f64| {
+            let (alpha, damped) = self.wall(edge, beta);
+            let step_n_per_m = alpha * self.units.0 + damped * self.units.1 * self.rate;
+            if self.encoder_step_m * step_n_per_m < ENCODER_SHARE * self.plan.push_n {
+                return edge;
+            }
+            let shares = [beta, beta / NEAR].map(|beta| {
+                let at = |step_m| self.without_friction(beta, cell, step_m);
+                at(0.0).map(|smooth| at(self.encoder_step_m).unwrap_or(0.0) / smooth)
+            });
+            shares.into_iter().flatten().fold(1.0, f64::min) * edge
         };
-        let stable = stable.and_then(told);
-        let beyond = |stable: f64| {
-            let mut beyond = [1.05, 1.1]
-                .map(|more| (more * stable).min(self.most))
-                .into_iter();
-            beyond.find(|&alpha| tried(alpha) == TrialVerdict::HeldByFriction)
+        // The range may have begun with walls that only rest, and the edge is told twice.
+        let told = |edge: f64| (TOLD.map(|share| share * edge).into_iter()).find(settles);
+        let stable = edge.map(quiet).filter(|edge| *edge > 0.0).and_then(told);
+        let held = match (stable, edge) {
+            (Some(stable), Some(edge)) if NEAR * stable < edge => Some(edge),
+            (Some(stable), _) => {
+                let beyond = (HELD_BEYOND * stable).min(self.most);
+                rests(beyond).then(|| upward(beyond, self.most, rests))
+            }
+            (None, _) => Some(settled.largest(beta, self.most, rests)?),
         };
-        let held = match stable {
-            Some(stable) => beyond(stable).map(|held| upward(held, self.most, rests)),
-            None => Some(settled.largest(beta, self.most, rests)?),
-        };
-        let without_friction = held.and_then(|_| self.without_friction(beta, cell));
         self.whole(Cell {
             stable: stable.unwrap_or(0.0),
             held,
-            without_friction,
+            without_friction: held
+                .and_then(|_| self.without_friction(beta, cell, self.encoder_step_m)),
         })
     }
 
     /// The largest α with this β of the device as its file describes it, simulated without friction.
-    fn without_friction(&self, beta: f64, cell: u64) -> Option<f64> {
+    fn without_friction(&self, beta: f64, cell: u64, encoder_step_m: f64) -> Option<f64> {
         let asked = self.experiment;
-        let known = asked.analysed?;
         let file = ZWidth {
             device: MassDamperConfig {
                 friction: Newtons(0.0),
-                ..known
+                ..asked.analysed?
             },
             analysed: None,
             sensors: Sensors {
-                encoder_resolution_m: self.encoder_step_m,
+                encoder_resolution_m: encoder_step_m,
                 ..Sensors::NONE
             },
-            plan: self.plan,
             remote: None,
             campaign: None,
             ..asked.clone()
@@ -598,17 +609,11 @@ impl<'a> Search<'a> {
         let hand = self.experiment.device.stiffness.0;
         let (plan, encoder_step_m) = (&self.plan, self.encoder_step_m);
         let contact = self.experiment.contact;
-        let known = match self.remote {
-            Some(_) => self.experiment.analysed.unwrap_or(self.experiment.device),
-            None => *device.config(),
-        };
-        let tapped = match &self.law {
-            // A simulated device without friction has none that could hold it.
-            Tried::Memory(_) if self.remote.is_some() || known.friction.0 > 0.0 => {
-                plan.tapped(&known, [stiffness, dissipation], self.order, contact)
-            }
-            Tried::Memory(_) | Tried::Controller(_) => None,
-        };
+        let known = self.experiment.analysed.unwrap_or(self.experiment.device);
+        // A simulated device is tried without friction instead.
+        let wall = [stiffness, dissipation];
+        let tapped =
+            (self.remote.as_ref()).and_then(|_| plan.tapped(&known, wall, self.order, contact));
         let judge = match &self.law {
             Tried::Controller(controller) => {
                 let scale = [dissipation / t, self.standing_n_per_m];
@@ -640,7 +645,6 @@ impl<'a> Search<'a> {
             seed: self.seed.wrapping_add(cell),
             ..self.experiment.sensors
         };
-        let tap = tapped.map(|law| law.within(plan.force_limit_n, &Safety::default()));
         let tried = |impact_m_per_s: f64| {
             let (mut device, mut judge) = (device.clone(), judge.clone());
             device.set_state([0.0].into(), [impact_m_per_s].into());
@@ -654,8 +658,8 @@ impl<'a> Search<'a> {
                     let Ok(wall) = wall else {
                         return WRONG;
                     };
-                    let wall = OwnPush::new(Pushing::new(wall, true), push_n).tapping(tap);
-                    let mut wall = Controller::new(wall, self.chain);
+                    let wall = Pushing::new(wall, true);
+                    let mut wall = Controller::new(OwnPush::new(wall, push_n), self.chain);
                     let see = &mut |time_s, x, f| judge.see(time_s, x, f);
                     run_wall(&mut wall, &mut device, samples, see)
                 }

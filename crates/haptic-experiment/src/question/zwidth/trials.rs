@@ -450,6 +450,10 @@ impl Bench for LinkedBench {
             if is_unanswered(&error) {
                 return unanswered(&self.link, &path, error, warn);
             }
+            // This host was late between arming and start.
+            if let SerialError::Link(LinkError::Faulted(report)) = error {
+                return faulted(&self.link, report);
+            }
             let refusal = refusal(&error);
             // In the wall, where a person has to pull it out.
             let too_deep = matches!(refusal, Some(Refusal::ForceNotSmall { .. }));

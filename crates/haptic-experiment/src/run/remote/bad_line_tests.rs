@@ -144,7 +144,7 @@ pub(super) fn ready<'a>(
         metadata: BTreeMap::new(),
         found: None,
         push: None,
-        tapped: false,
+        tap: None,
         force_limit_n: 10.0,
         tares: false,
         stop: &GOES_ON,

@@ -23,7 +23,7 @@ use haptic_analysis::Dynamics;
 use haptic_link::{AxisWorkspace, Field, Limits, LoopMode, Refusal, WorkspaceBox};
 use haptic_log::record::TickMessage;
 use haptic_loop::realtime::Fallback;
-use haptic_loop::{Controller, Environment, Workspace};
+use haptic_loop::{Controller, Environment, Tap, Workspace};
 use haptic_remote::LinkError;
 use haptic_remote::serial::{Companions, SerialError, SerialLink};
 use std::collections::BTreeMap;
@@ -155,6 +155,15 @@ impl<'a, M> RemoteRun<'a, M> {
         if start_ticks > 0 {
             (self.metadata).insert("start_s".to_owned(), (start_ticks as f64 * t).to_string());
         }
+        let tap = self.law.tap.map(|_| Tap {
+            force_n: f64::from(configuration.tap_n),
+            ticks: configuration.tap_ticks,
+        });
+        if let Some(Tap { force_n, ticks }) = tap {
+            let taps = [("tap_n", force_n), ("tap_ticks", ticks.into())];
+            let taps = taps.map(|(key, value): (_, f64)| (key.to_owned(), value.to_string()));
+            self.metadata.extend(taps);
+        }
         describe_limits(&configuration.limits, &mut self.metadata);
         let workspace = self.law.limits.workspace_box.map(wire_box::<D>);
         let companions = Companions {
@@ -180,7 +189,7 @@ impl<'a, M> RemoteRun<'a, M> {
             metadata: self.metadata,
             found,
             push: self.law.push,
-            tapped: self.law.tap.is_some(),
+            tap,
             force_limit_n: configuration.limits.force_n.into(),
             tares: holds || self.tares,
             stop: supervisor.stop,

@@ -23,7 +23,7 @@ use haptic_log::record::flaw::LATE_FORCE;
 use haptic_log::record::{DRIVE_END, END, EventMessage, RecordError, StartTime, TickMessage};
 use haptic_loop::realtime::{Moment, RaisedThread};
 use haptic_loop::{
-    Controller, Device, Environment, LoopSample as Tick, Reading, SafeForce, StartRefused,
+    Controller, Device, Environment, LoopSample as Tick, Reading, SafeForce, StartRefused, Tap,
 };
 use haptic_remote::serial::{DeviceMessage, SerialError, SerialLink};
 use haptic_remote::{LinkError, Patience};
@@ -52,8 +52,8 @@ pub(super) struct Ready<'a, M> {
     pub found: Option<Found>,
     /// Push of a motor into its law.
     pub push: Option<MotorPush>,
-    /// It taps, too.
-    pub tapped: bool,
+    /// Its taps.
+    pub tap: Option<Tap<f64>>,
     pub force_limit_n: f64,
     /// The offset of its force sensor is measured before it is armed.
     pub tares: bool,
@@ -148,6 +148,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         let mut summary = summarise(&self.ready.link, self.ready.device.loop_mode, counted, lost);
         // A sample without room here is missing by its number too.
         summary.samples_lost = lost.saturating_sub(summary.samples_dropped);
+        summary.tap = self.ready.tap;
         drop(self.ready.link);
         let (record, recorder) = (&mut self.record, &mut self.recorder);
         record.dropped = recorder.dropped() + lost;
@@ -769,7 +770,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     fn keep(&mut self, mut message: M, counted: bool) {
         self.record.sensor.take_off(message.logged_mut());
         let (force_n, limit_n) = (message.kept().applied_force_n, self.ready.force_limit_n);
-        let swings = |push: MotorPush| push.swings(force_n, limit_n, self.ready.tapped);
+        let swings = |push: MotorPush| push.swings(force_n, limit_n, self.ready.tap.is_some());
         self.swung |= self.ready.push.is_some_and(swings);
         let logged = self.recorder.tick(message.logged());
         if let Some(partner) = &self.partner {

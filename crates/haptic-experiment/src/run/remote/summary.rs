@@ -3,6 +3,7 @@
 use crate::document::named::Named;
 use crate::run::device::firmware_version;
 use haptic_link::{LoopMode, Statistics};
+use haptic_loop::Tap;
 use haptic_remote::serial::SerialLink;
 use hdrhistogram::Histogram;
 
@@ -19,6 +20,9 @@ pub(crate) struct LinkSummary {
     /// Step of its encoder, m; 0 if it does not say.
     #[serde(skip)]
     pub position_resolution_m: f64,
+    /// Taps of the motor that renders the law.
+    #[serde(skip)]
+    pub tap: Option<Tap<f64>>,
     /// `device` or `host`.
     #[serde(rename = "loop")]
     pub loop_mode: &'static str,
@@ -138,6 +142,7 @@ pub(super) fn summarise(
         serial_number: (link.hello().serial_number().text()).map(ToOwned::to_owned),
         simulated: link.capabilities().simulated,
         position_resolution_m: link.capabilities().position_resolution_m.into(),
+        tap: None,
         loop_mode: loop_mode.name(),
         samples_lost,
         samples_dropped: report.samples_dropped,

@@ -5,8 +5,9 @@ use crate::document::Document;
 use crate::question::zwidth::campaign::Campaign;
 use crate::question::zwidth::{ZWidth, ZWidthReport};
 use crate::run::DeviceName;
+use crate::run::sensors::Sensors;
 use haptic_link::Limits;
-use haptic_loop::plant::MassDamper;
+use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::Newtons;
 use haptic_loop::{Device, Reading, SafeForce};
 use haptic_remote::{Hardware, TickSide, abilities, prepare};
@@ -258,7 +259,15 @@ impl Night {
         };
         let name: DeviceName = "serial:handle".parse().expect("a name");
         let remote = RemoteDevice::new(name.0.expect("at a port"));
+        // The search knows of it what a device file says.
         let zwidth = ZWidth {
+            device: MassDamperConfig {
+                friction: Newtons(0.0),
+                delay: Seconds(0.0),
+                current_lag: Seconds(0.0),
+                ..self.zwidth.device
+            },
+            sensors: Sensors::NONE,
             remote: Some(remote.clone()),
             ..self.zwidth.clone()
         };
@@ -344,7 +353,11 @@ fn a_specimen_on_the_device_is_as_large_as_the_simulated_one() {
         let simulated = scale(&simulated.expect("ends"));
         let morning = night.whole();
         assert!(morning.forces_n.iter().all(|force| *force <= 6.0));
+        // A specimen that grows too large swings up to the limit after a tap, which ends its trial.
+        let limited = (morning.forces_n.iter()).filter(|force| force.abs() >= 6.0);
+        let limited = limited.count() as u64;
         let found = morning.found();
+        assert!(limited <= 2 * found.runs, "{limited}");
         assert_relative(tissue, scale(&found), simulated, 0.05);
         // Somebody pushes each.
         assert!(found.runs < 25, "{}", found.runs);
@@ -493,63 +506,74 @@ fn a_file_of_another_search_is_refused_and_stays_as_it_is() {
 
 /// Devices as people have them: friction up to 0.3 N, an encoder, a delay; the force rises in 5 ms to 1 s. Where the tap can be 25 times the
 /// friction, the edge is that of the simulated device without friction; elsewhere it is that, or said to be held by friction with that
-/// device's edge beside it; and nothing beyond that edge is called stable.
+/// device's edge beside it; and nothing beyond that edge is called stable. The first three are devices of the guide, with a board's own rise.
 #[test]
 fn a_night_on_a_device_with_friction_ends_where_it_would_without() {
     let mut random = testkit::Random(82);
-    let (mut told, mut large, mut beyond) = (0, 0, 0);
-    let cases = testkit::cases(2).min(60);
+    let (mut told, mut large) = (0, 0);
+    let cases = testkit::cases(4).min(60);
     for case in 0..cases {
         let t = [5e-4, 1e-3, 2e-3][random.between(0.0, 3.0) as usize];
         let mass = random.log_between(0.03, 0.4);
         let friction = 0.3 * random.between(0.0, 1.0).powi(2);
         // A step of the encoder makes at most 0.05 N through the stiffest damper.
         let step_m = [0.0, 0.05, 0.5][random.between(0.0, 3.0) as usize] * 0.1 * t * t / mass;
-        let keys = format!(
+        let drawn = format!(
             "sample_time_s = {t}\nmass_kg = {mass}\ndamping_n_s_per_m = {}\nfriction_n = {friction}\ndelay_s = {}\n\
-             encoder_resolution_m = {step_m}\norders = [1]\npoints = 2",
+             encoder_resolution_m = {step_m}",
             mass * random.log_between(6.0, 60.0),
             t * [0.0, 0.5, 1.0, 1.5][random.between(0.0, 4.0) as usize],
         );
-        let mut night = Night::of(&keys);
-        night.limits.rise_time_s = [0.005, 0.1, 0.5, 1.0][random.between(0.0, 4.0) as usize];
+        let laboratory = "friction_n = 0.05\ndelay_s = 0.0005\ncurrent_lag_s = 0.001\nencoder_resolution_m = 1e-6";
+        let guide = [laboratory, "friction_n = 0.01", ""];
+        let guide = guide.get(case);
+        let device = guide.map_or(drawn, |keys| format!("sample_time_s = 0.001\n{keys}"));
+        let mut night = Night::of(&format!("{device}\norders = [1]\npoints = 3"));
+        let (rise, force) = (random.between(0.0, 4.0) as usize, random.between(2.0, 8.0));
         night.limits = Limits {
-            force_n: random.between(2.0, 8.0) as f32,
-            force_rate_n_per_s: 1e6,
+            force_n: guide.map_or(force as f32, |_| 4.0),
+            rise_time_s: guide.map_or([0.005, 0.1, 0.5, 1.0][rise], |_| 0.5),
+            force_rate_n_per_s: guide.map_or(1e6, |_| 1e3),
             workspace_low_m: -0.04,
             workspace_high_m: 0.04,
             workspace_soft_m: 0.005,
             ..night.limits
         };
-        let tap_n = f64::from(night.limits.force_n);
-        let tap_n = (0.75 * tap_n).min(tap_n - 1.0);
+        let friction = night.zwidth.device.friction.0;
+        let [force, stuck] = [night.limits.force_n, night.limits.stuck_force_n].map(f64::from);
+        // A larger step looks like a sensor that is stuck.
+        let is_large = (0.75 * force).min(force - 1.0).min(0.9 * stuck) >= 25.0 * friction;
         let mut smooth = night.zwidth.clone();
         smooth.device.friction = Newtons(0.0);
-        let found = night.whole().found();
-        let is_large = tap_n >= 25.0 * friction;
-        for point in &found.orders[0].boundary {
+        for point in &night.whole().found().orders[0].boundary {
             let edge = |scale: f64| smooth.simulated(0, &[scale * point.beta])[0].unwrap_or(0.0);
             // Of K, and of K and B together.
             let [at, weaker, stronger] = [1.0, 0.95, 1.05].map(edge);
             let alpha = point.alpha;
-            let is_below = 0.95 * alpha <= at.max(weaker);
-            let is_near = is_below && (1.05 * alpha > at || 1.05 * alpha > stronger);
-            let held = point.held_by_friction_up_to_n_per_m;
-            println!(
-                "{case}: {:.3} of the edge, held {held:?}, tap {:.0} times the friction: {is_near} {}",
-                alpha / at,
-                tap_n / friction,
-                keys.replace('\n', " ")
-            );
-            beyond += u32::from(!is_below);
-            large += u32::from(is_large);
-            told += u32::from(is_large && is_near && held.is_none());
+            assert!(0.95 * alpha <= at.max(weaker), "{device}: {point:?}, {at}");
+            let is_near = 1.05 * alpha > at.min(stronger);
             // Just beyond the largest dissipation the simulated device has no stable wall.
+            let held = point.held_by_friction_up_to_n_per_m.is_some();
             let simulated = point.simulated_without_friction_n_per_m;
-            assert!(held.is_none() || at <= 0.0 || simulated.is_some());
+            assert!(
+                !held || simulated.is_some() || at.min(stronger) <= 0.0,
+                "{device}: {point:?}"
+            );
+            // A wall is held if one a tenth stiffer rests, and found within 0.8 %.
+            let is_at = 1.11 * alpha > at.min(stronger);
+            assert!(is_at || held, "{device}: {point:?}, {at}");
+            println!(
+                "{case} {device:?}: {:.0} N/m, {:.3} of the edge, near {is_near}, held {held}",
+                point.stiffness_max,
+                alpha / at
+            );
+            large += u32::from(is_large);
+            told += u32::from(is_large && is_near);
         }
     }
-    println!("{told} of {large} points near the edge, {beyond} beyond it, of {cases} devices");
-    assert_eq!(beyond, 0);
-    assert!(2 * told >= large, "{told} of {large}");
+    println!("{told} of {large} points near the edge, of {cases} devices");
+    assert!(
+        f64::from(told) >= 0.9 * f64::from(large),
+        "{told} of {large}"
+    );
 }
