@@ -49,7 +49,7 @@ impl Device<f32, 1> for Handle {
     type Error = Fault;
 
     fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
-        self.lasts -= 1;
+        self.lasts = self.lasts.saturating_sub(1);
         if self.lasts == 0 {
             return Err(Fault::BoardFailed);
         }
