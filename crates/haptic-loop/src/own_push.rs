@@ -45,7 +45,7 @@ pub struct OwnPush<F, E> {
 pub struct Tap<F> {
     /// N; along the direction in which positions grow.
     pub force_n: F,
-    /// Ticks from one step to the next; with 0 there are none.
+    /// Ticks from one step to the next; 0 without steps.
     pub ticks: u32,
 }
 

@@ -302,7 +302,7 @@ pub(crate) struct Judge {
     force_limit_n: f64,
     /// Push of a motor.
     push: Option<MotorPush>,
-    /// What it needs where the motor taps.
+    /// Taps of the motor.
     taps: Option<Taps>,
     /// Push, N, and spring of a hand, N/m, which a law that integrates balances at rest.
     balanced: Option<[f64; 2]>,

@@ -163,7 +163,7 @@ impl Taps {
         let limit = 0.0141_f64.powf(hop / (0.96 * self.settles_in));
         let small = share > SMALL_TAP;
         let margin = if small { 2.0 * share } else { 0.0 };
-        // Where one step of the encoder makes far more force than friction, friction holds nothing still.
+        // Friction holds nothing still if one step of the encoder makes far more force.
         let shaken = friction_n < 0.02 * self.step_n;
         let dies = if gone || to < limit - margin {
             Some(true)

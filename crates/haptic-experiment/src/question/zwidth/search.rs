@@ -39,7 +39,7 @@ const FINE_OF_CONTROLLERS: i32 = 70;
 const RISE_TIME: Seconds = Seconds(0.1);
 /// Shares of an edge at which its wall is tapped once more.
 const TOLD: [f64; 6] = [1.0, 0.99, 0.97, 0.9, 0.75, 0.5];
-/// What rests so far beyond a stable wall is held by friction, as is an edge further away than this.
+/// Friction holds a wall that rests so far beyond a stable one, or an edge further away than the second.
 const HELD_BEYOND: f64 = 1.1;
 const NEAR: f64 = 1.05;
 /// Share of the push from which on the force of a step of the encoder shakes a wall.
@@ -450,7 +450,7 @@ impl<'a> Search<'a> {
             });
             shares.into_iter().flatten().fold(1.0, f64::min) * edge
         };
-        // The range may have begun with walls that only rest, and the edge is told twice.
+        // The range may have begun with walls that only rest: the edge is tapped twice.
         let told = |edge: f64| (TOLD.map(|share| share * edge).into_iter()).find(settles);
         let stable = edge.map(quiet).filter(|edge| *edge > 0.0).and_then(told);
         let held = match (stable, edge) {
@@ -550,7 +550,7 @@ impl<'a> Search<'a> {
             Some(_) => Settled::softest(self.most, |scale| rests(scale, 0.0)),
             None => Settled::look(self.most, |beta| beta * soft, rests),
         };
-        // Where no tap is large beside friction, walls that rest.
+        // Walls that rest, if no tap is large beside friction.
         let mut settled = look(&settles);
         if settled.largest_dissipation().is_none() && self.is_tapped() {
             settled = look(&rests);
