@@ -359,6 +359,11 @@ impl Judge {
         Self { push, ..self }
     }
 
+    /// Takes note that a swing ended the run: the limit of the device may be below the one that was asked for.
+    pub(crate) const fn swung(&mut self) {
+        self.swung = true;
+    }
+
     /// Judges the swings after taps, and the rest over the end of the time after the last one.
     pub(crate) fn tapped(self, taps: Taps, from_s: f64) -> Self {
         Self {

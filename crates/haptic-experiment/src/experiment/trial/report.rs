@@ -18,6 +18,7 @@ use crate::judge::sensed::SensedForce;
 use crate::judge::settling::{Criterion, Settling, TrialVerdict};
 use crate::judge::warnings::Warnings;
 use crate::judge::{Compared, Curves, Drawing, FeltSummary, Published, Reference, origin};
+use crate::run::ending::Ending;
 use crate::run::preflight::{Found, PreflightVerdict, note_findings};
 use crate::run::record::Record;
 use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, device_name};
@@ -233,6 +234,9 @@ pub(crate) trait Trial: Experiment + Clone {
             }
             Ok(())
         })?;
+        if record.ended == Some(Ending::Swing) {
+            judge.swung();
+        }
         let felt = felt.map(|felt| felt.summary());
         let mut recorded = self.named(judge.settling(whole, rest_m))?;
         let pushed = setup.plan.push_of_motor().is_some() && record.link.is_some();
